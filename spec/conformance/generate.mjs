@@ -22,6 +22,7 @@ import {beyond_limits} from './generate/broken/limits.mjs';
 import {broken_members} from './generate/broken/members.mjs';
 import {broken_parts} from './generate/broken/parts.mjs';
 import {broken_products, unwise_products} from './generate/broken/products.mjs';
+import {broken_sides, unwise_sides} from './generate/broken/sides.mjs';
 import {broken_texts} from './generate/broken/texts.mjs';
 import {broken_yarns} from './generate/broken/yarns.mjs';
 import {unwise_fabrics} from './generate/broken/warnings.mjs';
@@ -87,14 +88,14 @@ function add_fixture(kind, {name, about, issues, others = 'none', evaluate, larg
 }
 const broken_fabrics = [
   ...broken_headers, ...broken_chunks, ...beyond_limits, ...broken_texts, ...broken_members, ...broken_parts,
-  ...broken_products, ...broken_yarns
+  ...broken_products, ...broken_yarns, ...broken_sides
 ];
 const broken_gltf = [
   ...broken_gltf_files, ...broken_gltf_members, ...broken_gltf_data, ...broken_gltf_nodes, ...broken_garments
 ];
 const unwise_gltf = [...unwise_gltf_files, ...unwise_garments];
 for (const fixture of [...broken_fabrics, ...broken_gltf]) add_fixture('invalid', fixture);
-for (const fixture of [...unwise_fabrics, ...unwise_products, ...unwise_gltf]) add_fixture('warnings', fixture);
+for (const fixture of [...unwise_fabrics, ...unwise_products, ...unwise_sides, ...unwise_gltf]) add_fixture('warnings', fixture);
 
 function coverage() {
   const page = readFileSync(join(here, '../issues.md'), 'utf8');

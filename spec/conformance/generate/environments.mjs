@@ -1,6 +1,7 @@
 // Queries about light from all around (spec/brdf.md, Environments), with expected answers.
 import {evaluate_texel, evaluate_uv} from '../reference/brdf.mjs';
 import {FINE, in_frame, radiance_of, shown} from '../reference/environment.mjs';
+import {in_sight} from '../reference/sides.mjs';
 import {unit} from './random.mjs';
 
 const {PI, abs, acos, sin} = Math;
@@ -84,6 +85,11 @@ const QUERIES = {
       (environment) => ({environment, ...on_yarn([0.13, 0.52]), why: 'yarn'})),
     {environment: lobe(LOW, 4), ...on_yarn([0.4, 0.1]), level: -0.5, why: 'between the yarn and level 0'},
   ],
+  'sides-all': [
+    ...[constant, cosine(LOW), lobe(BELOW, 4), sun(BELOW)].map(
+      (environment) => ({environment, view: VIEW, why: 'light from both sides'})),
+    {environment: step(BELOW), view: VIEW, behind: true, why: 'light from both sides, from behind'},
+  ],
   'yarns-upright': [{environment: step(SIDE), ...on_yarn([0.13, 0.52]), why: 'beside the yarn: the environment'}],
 };
 
@@ -92,19 +98,23 @@ const RELATIVE = 1e-4, RELATIVE_OF_YARN = 1e-3;
 const round = (x) => Number(x.toPrecision(8));
 
 /** What a file is asked about light from all around, and what it answers. */
-export function environment_queries({name}, fabric, level) {
+export function environment_queries({name}, fabric, seen) {
   const known = {};
   return (QUERIES[name] ?? []).map(({closed, why, ...query}) => {
     const asked = {op: 'environment', level: 0, ...query.uv ? {} : {texel: [0, 0]}, ...query};
     const {environment: given, frame, texel, uv, background} = asked;
     const turn = (d) => d && frame ? in_frame(frame, d) : d;
     const view = turn(asked.view), environment = {...given, axis: turn(given.axis)};
-    const at = (light) => texel ? evaluate_texel(level(asked.level), texel, light, view) :
-                                  evaluate_uv(level, fabric.levels, asked.level, uv, light, view);
+    const side = seen[asked.behind ? 1 : 0], both = side.through !== null;
+    const at = (light) => {
+      const {level, light: above} = in_sight(side, light);
+      return texel ? evaluate_texel(level(asked.level), texel, above, view) :
+                     evaluate_uv(level, fabric.levels, asked.level, uv, above, view);
+    };
     const of_yarn = asked.level < 0, relative = of_yarn ? RELATIVE_OF_YARN : RELATIVE;
     const [sum, coarse] = (of_yarn ? [1 / 2, 1] : [1 / 16, 1 / 8]).map((factor) => {
-      const place = known[JSON.stringify([asked.level, texel, uv, view, factor])] ??= {};
-      return shown(at, view, environment, background, {fine: factor * FINE, known: place});
+      const place = known[JSON.stringify([asked.level, texel, uv, view, asked.behind, factor])] ??= {};
+      return shown(at, view, environment, background, {fine: factor * FINE, known: place, both});
     });
     const agree = (a, b) => a.every((x, c) => abs(x - b[c]) <= relative / 4 * abs(b[c]));
     if (!agree(coarse.rgb, sum.rgb)) throw new Error(`${name}: the sum is too coarse: ${why}`);

@@ -1,6 +1,6 @@
 // From a short description of a fixture to the bytes of its file.
 import {write_exr} from '../reference/exr_write.mjs';
-import {fabric_parts, fabric_text, seal} from '../reference/fabric_write.mjs';
+import {add_side, fabric_parts, fabric_text, seal} from '../reference/fabric_write.mjs';
 import {LAYERS, SPREAD, used_count} from '../reference/reader.mjs';
 import {deflate} from './deflate.mjs';
 import {random, unit} from './random.mjs';
@@ -55,6 +55,7 @@ export const framed = (frame) => (level, channel, t) => {
  *   light_grid [columns, rows], functions [views, lights]     default 1 x 3, [1, 2]
  *   pairs        (level) => [[a, b], ...]; default (0, 0) and (1, 1)
  *   yarns        the members of the layer `yarns`: { curves, nodes, stations }
+ *   sides        { back: fixture, ... }: the other sides, in this form
  *   layers       { name: { levels, precision } }, or names only; all levels and the usual precision by
  * default mmPerRepeat, provenance value        { layer: (level, channel, texel) => number }; undefined: an
  * ordinary value
@@ -65,6 +66,7 @@ export function fabric_of(fixture) {
   const {
     pairs = () => [[0, 0], [1, 1]],
     referenceHeight = 0.5,
+    thickness = 0.75,
     mmPerRepeat = [2.5, 1.25],
     radianceScale,
     whole,
@@ -86,7 +88,7 @@ export function fabric_of(fixture) {
     provenance,
     mmPerRepeat,
     referenceHeight,
-    thickness: 0.75,
+    thickness,
     ...(radianceScale === undefined ? {} : {radianceScale}),
     ...(whole === undefined ? {} : {whole}),
     views: {columns: grid[0], rows: grid[1]},
@@ -131,6 +133,13 @@ export function file_of(fixture) {
   const parts = fabric_parts(fabric);
   fixture.before?.(parts, fabric);
   const text = fabric_text(fabric, parts);
+  for (const [side, own] of Object.entries(fixture.sides ?? {})) {
+    const {sides: _, text: __, value: ___, ...shared} = fixture;
+    const other = add_side(fabric_of({...shared, ...own, name: `${fixture.name} ${side}`}), side);
+    parts.push(...other.parts);
+    text.version = [3, 1];
+    (text.sides ??= {})[side] = other.text;
+  }
   fixture.text?.(text);
   seal(parts, fixture.string ? fixture.string(text) : JSON.stringify(text), fabric);
   fixture.after?.(parts);

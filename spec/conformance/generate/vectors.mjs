@@ -1,8 +1,8 @@
 // Queries of a valid fabric file with their expected answers and tolerances.
 import {evaluate_texel, evaluate_uv} from '../reference/brdf.mjs';
 import {cell_direction} from '../reference/directions.mjs';
-import {read_fabric_level} from '../reference/level.mjs';
 import {header_digest, open_fabric} from '../reference/reader.mjs';
+import {in_sight, seen_from} from '../reference/sides.mjs';
 import {U, bounded_texel, bounded_uv} from './bounds.mjs';
 import {random, random_direction, unit} from './random.mjs';
 import {environment_queries, refused_environments} from './environments.mjs';
@@ -115,6 +115,29 @@ function* light_queries(fixture, fabric, level) {
   }
 }
 
+/** What is asked of each case of sides, where a file has more than the front. */
+function* side_queries(fixture, fabric, level) {
+  const next = random(`sides of ${fixture.name}`);
+  const direction = (least) => random_direction(next, least);
+  const sides = Object.keys(fabric.sides).length > 0;
+  for (const [behind, below] of sides ? [[false, true], [true, false], [true, true]] : []) {
+    const why = `${behind ? 'the back' : 'the front'}, light ${below ? 'through the cloth' : 'on the side that is seen'}`;
+    const from = (z) => {
+      const d = direction(z);
+      return below ? [d[0], d[1], -d[2]] : d;
+    };
+    for (let k = 0; k < fabric.levels; ++k) {
+      const {width, height} = level(k);
+      for (let n = 0; n < 4; ++n) {
+        const texel = [Math.floor(next() * width), Math.floor(next() * height)];
+        yield {level: k, texel, light: from(0.02), view: direction(), behind, why};
+      }
+    }
+    for (const k of [0.5, ...level(0).yarns ? [-0.5, ...Array(10).fill(-1)] : []])
+      yield {level: k, uv: [next(), next()], light: from(0.1), view: direction(0.2), behind, why};
+  }
+}
+
 /** Queries that must be refused. */
 function* refused_queries(fabric, level) {
   const last = fabric.levels - 1;
@@ -190,15 +213,14 @@ export function vectors_of(fixture, bytes) {
   const digests = [header_digest(fabric.file), ...Object.values(fabric.raw.digests).flat()];
   if (fixture.digests && String(fixture.digests) !== String(digests))
     throw new Error(`${fixture.name}: other digests than on the page: ${digests}`);
-  const levels = Array.from({length: fabric.levels}, (_, k) => read_fabric_level(fabric, k));
-  const level = (k) => levels[k];
+  const seen = [seen_from(fabric, false), seen_from(fabric, true)], {level} = seen[0];
   const queries = [];
   const answer = (query, required) => {
-    const {texel, uv, light, view} = query;
-    const evaluated = texel ? evaluate_texel(level(query.level), texel, light, view) :
-                              evaluate_uv(level, fabric.levels, query.level, uv, light, view);
-    const bounded = texel ? bounded_texel(level(query.level), texel, light, view) :
-                            bounded_uv(level, fabric.levels, query.level, uv, light, view);
+    const {texel, uv, view} = query, {level: of_side, light} = in_sight(seen[query.behind ? 1 : 0], query.light);
+    const evaluated = texel ? evaluate_texel(of_side(query.level), texel, light, view) :
+                              evaluate_uv(of_side, fabric.levels, query.level, uv, light, view);
+    const bounded = texel ? bounded_texel(of_side(query.level), texel, light, view) :
+                            bounded_uv(of_side, fabric.levels, query.level, uv, light, view);
     if (!bounded || !ok(bounded, evaluated)) {
       if (required)
         throw new Error(`${fixture.name}: no tolerance fits: ${query.why}: ${JSON.stringify(bounded)}`);
@@ -227,11 +249,12 @@ export function vectors_of(fixture, bytes) {
   };
   for (const query of fixture.queries ?? []) answer(query, true);
   for (const query of ordinary_queries(fixture, fabric, level)) answer(query, false);
+  for (const query of side_queries(fixture, fabric, level)) answer(query, false);
   if (fabric.lights && !fixture.brief)
     for (const query of light_queries(fixture, fabric, level)) answer(query, false);
   if (level(0).yarns)
     for (const query of yarn_queries(fixture, level(0))) answer(query, false);
-  queries.push(...environment_queries(fixture, fabric, level));
+  queries.push(...environment_queries(fixture, fabric, seen));
   for (const query of refused_queries(fabric, level)) queries.push({...query, error: true});
   if (fixture.name === 'layers-lobes') {
     for (const query of [...malformed_queries(), ...refused_environments()]) queries.push({...query, error: true});

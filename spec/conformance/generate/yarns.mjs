@@ -76,6 +76,9 @@ const loop = {
   nodes: [[0.2, -0.5, 0.3], [0.2, -0.5, 0.7], [0.6, -0.4, 1], [1, -0.4, 0.6], [0.6, -0.5, 0.2], [0.3, -0.55, 0.1]],
 };
 
+/** Yarn of every kind: three that cross, and one upright. */
+export const crossing = {...of_curves([weft, warp, ring, loop]), thickness: 1.125};
+
 export const yarns = [
   {name: 'yarns-straight', about: 'a straight yarn without gloss, with one station', ...of_curves([STRAIGHT])},
   {

@@ -4,9 +4,9 @@ import {createInterface} from 'node:readline';
 import {evaluate_texel, evaluate_uv} from './brdf.mjs';
 import {check_fabric} from './check.mjs';
 import {in_frame, shown} from './environment.mjs';
-import {read_fabric_level} from './level.mjs';
 import {Issue, dot, open_fabric} from './reader.mjs';
 import {check_gltf} from './gltf.mjs';
+import {in_sight, seen_from} from './sides.mjs';
 
 const opened = new Map();
 
@@ -18,18 +18,13 @@ function read_bytes(file) {
   }
 }
 
-/** { fabric, level(k) } of a file; what was read is kept. */
-function open(file) {
+/** What is seen of a file's cloth from one side; what was read is kept. */
+function open(file, behind) {
   if (!opened.has(file)) {
     const fabric = open_fabric(read_bytes(file));
-    const levels = new Map();
-    const level = (k) => {
-      if (!levels.has(k)) levels.set(k, read_fabric_level(fabric, k));
-      return levels.get(k);
-    };
-    opened.set(file, {fabric, level});
+    opened.set(file, [seen_from(fabric, false), seen_from(fabric, true)]);
   }
-  return opened.get(file);
+  return opened.get(file)[behind ? 1 : 0];
 }
 
 const refuse = (message) => {
@@ -38,19 +33,26 @@ const refuse = (message) => {
 const numbers = (x, n) => Array.isArray(x) && x.length === n && x.every((a) => Number.isFinite(a));
 
 /** f and alpha at a query's place, a function of light and view. */
-function place_of({file, level: wanted, texel, uv}) {
+function place_of({file, level: wanted, texel, uv, behind = false}) {
   if (!Number.isFinite(wanted)) refuse('level is a number');
   if ((texel === undefined) === (uv === undefined)) refuse('one of texel and uv');
-  const {fabric, level} = open(file);
+  if (typeof behind !== 'boolean') refuse('behind is a boolean');
+  const seen = open(file, behind);
   if (uv !== undefined) {
     if (!numbers(uv, 2)) refuse('uv is two numbers');
-    return (light, view) => evaluate_uv(level, fabric.levels, wanted, uv, light, view);
+    return (light, view) => {
+      const {level, light: above} = in_sight(seen, light);
+      return evaluate_uv(level, seen.levels, wanted, uv, above, view);
+    };
   }
-  if (!Number.isInteger(wanted) || wanted < 0 || wanted >= fabric.levels) refuse('no such level');
-  const {width, height} = level(wanted);
+  if (!Number.isInteger(wanted) || wanted < 0 || wanted >= seen.levels) refuse('no such level');
+  const {width, height} = seen.level(wanted);
   if (!numbers(texel, 2) || !texel.every((x, i) => Number.isInteger(x) && x >= 0 && x < [width, height][i]))
     refuse('no such texel');
-  return (light, view) => evaluate_texel(level(wanted), texel, light, view);
+  return (light, view) => {
+    const {level, light: above} = in_sight(seen, light);
+    return evaluate_texel(level(wanted), texel, above, view);
+  };
 }
 
 function evaluate({light, view, ...place}) {
@@ -77,8 +79,8 @@ function environment({view, environment: given, frame, background, ...place}) {
   if (background !== undefined && !numbers(background, 3)) refuse('background is three numbers');
   if (frame !== undefined && !is_frame(frame)) refuse('frame is three directions at right angles');
   const turn = (d) => d && frame ? in_frame(frame, d) : d;
-  const at = place_of(place), seen_from = turn(view);
-  return shown((light) => at(light, seen_from), seen_from, {...given, axis: turn(axis)}, background);
+  const at = place_of(place), towards = turn(view), both = open(place.file, place.behind).through !== null;
+  return shown((light) => at(light, towards), towards, {...given, axis: turn(axis)}, background, {both});
 }
 
 function check(file) {

@@ -6,6 +6,7 @@ import {
   Issue,
   LAYERS,
   LOSSY,
+  SIDES,
   SPREAD,
   chain_length,
   check_windows,
@@ -21,7 +22,7 @@ import {
 
 const MEMBERS = [
   'version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'radianceScale',
-  'views', 'lights', 'layers', 'digests', 'provenance', 'whole'
+  'views', 'lights', 'layers', 'digests', 'provenance', 'whole', 'sides'
 ];
 const LAYER_MEMBERS = ['levels', 'precision', 'optional'];
 const OWN_MEMBERS = {
@@ -30,7 +31,8 @@ const OWN_MEMBERS = {
   bases: ['functions'],
   yarns: ['curves', 'nodes', 'stations']
 };
-const MINOR_VERSION = 0;
+const SIDE_MEMBERS = ['radianceScale', 'views', 'lights', 'layers', 'digests', 'provenance'];
+const MINOR_VERSION = 1;
 const PREVIEW_CHANNELS = ['R', 'G', 'B', 'A'];
 const LARGE_EXPONENT = 102.4;  // from here on halves cost a lobe's peak some per cent
 const LARGEST_HALF = 65504;
@@ -58,20 +60,29 @@ function check_text(fabric, advise) {
     for (const name of Object.keys(object ?? {}))
       if (!known.includes(name)) advise(`${at}/${name}`, 'is not known');
   };
+  unknown(raw.sides, SIDES, '/sides');
   if (raw.version[1] > MINOR_VERSION) advise('/version/1', 'is newer than what is known here');
   if (typeof raw.model !== 'string') advise('/model', 'is missing or not a string');
   unknown(raw, MEMBERS, '');
-  for (const grid of ['views', 'lights']) unknown(raw[grid], ['layout', 'columns', 'rows'], `/${grid}`);
-  unknown(raw.digests, Object.keys(raw.layers), '/digests');
-  for (const [name, layer] of Object.entries(raw.layers)) {
-    if (!LAYERS.includes(name)) {
-      advise(`/layers/${name}`, 'is not known');
-      continue;
+  const check_side = (own, at, prefix) => {
+    for (const grid of ['views', 'lights']) unknown(own[grid], ['layout', 'columns', 'rows'], `${at}/${grid}`);
+    unknown(own.digests, Object.keys(own.layers), `${at}/digests`);
+    for (const [name, layer] of Object.entries(own.layers)) {
+      const place = `${at}/layers/${name}`;
+      if (!LAYERS.includes(name)) {
+        advise(place, 'is not known');
+        continue;
+      }
+      unknown(layer, [...LAYER_MEMBERS, ...(OWN_MEMBERS[name] ?? [])], place);
+      const part = file.parts.find((p) => p.name === prefix + name);
+      if (part.channels.some(({type}) => type !== layer.precision))
+        advise(`${place}/precision`, 'is not that of the channels');
     }
-    unknown(layer, [...LAYER_MEMBERS, ...(OWN_MEMBERS[name] ?? [])], `/layers/${name}`);
-    const part = file.parts.find((p) => p.name === name);
-    if (part.channels.some(({type}) => type !== layer.precision))
-      advise(`/layers/${name}/precision`, 'is not that of the channels');
+  };
+  check_side(raw, '', '');
+  for (const side of Object.keys(fabric.sides)) {
+    unknown(raw.sides[side], SIDE_MEMBERS, `/sides/${side}`);
+    check_side(raw.sides[side], `/sides/${side}`, `${side}.`);
   }
   const mirror = (name, type, same) => {
     const attribute = file.parts[0].attributes.get(`selvedge.${name}`);
@@ -86,6 +97,13 @@ function check_text(fabric, advise) {
   mirror('referenceHeight', 'float', (v) => float_at(v, 0) === single(raw.referenceHeight));
 }
 
+/** Which side's layer a part is: { of, layer, prefix }, `of` being the side's fabric. */
+function side_of_part(fabric, name) {
+  const side = [...SIDES].reverse().find((s) => name.startsWith(`${s}.`));
+  if (!side) return {of: fabric, layer: name, prefix: ''};
+  return {of: fabric.sides[side], layer: name.slice(side.length + 1), prefix: `${side}.`};
+}
+
 /** What a part SHOULD have, and what of it is not known. */
 function advise_on_part(part, fabric, advise) {
   const {name, attributes, channels, tile, compression} = part;
@@ -97,11 +115,13 @@ function advise_on_part(part, fabric, advise) {
     if (LOSSY.includes(compression)) advise(name, `compression ${compression}`);
     for (const channel of PREVIEW_CHANNELS)
       if (!has.includes(channel)) advise(`${name}/${channel}`, 'is missing');
-  } else if (fabric.layers[name] && is_laid_out(name, fabric)) {
-    const known = layer_channels(name, fabric);
-    for (const channel of has)
-      if (!known.includes(channel)) advise(`${name}/${channel}`, 'is not known');
+    return;
   }
+  const {of, layer, prefix} = side_of_part(fabric, name);
+  if (!of?.layers[layer] || !is_laid_out(layer, of)) return;
+  const known = layer_channels(layer, of).map((channel) => prefix + channel);
+  for (const channel of has)
+    if (!known.includes(channel)) advise(`${name}/${channel}`, 'is not known');
 }
 
 /** What does not keep a reader from reading right: parts of no listed layer, names of channels. */
@@ -112,11 +132,15 @@ function check_surroundings(fabric, report, advise) {
   else if (parts[0].name !== 'preview')
     advise(parts[0].name, 'the first part is not the preview');
   const owner = new Map();
+  const is_listed = (name) => {
+    const {of, layer} = side_of_part(fabric, name);
+    return LAYERS.includes(layer) && (of === fabric ? raw : of?.raw)?.layers?.[layer];
+  };
   for (const part of parts) {
     advise_on_part(part, fabric, advise);
     if (part.name === 'preview')
       check_windows(part, texels, report);
-    else if (!LAYERS.includes(part.name) || !raw.layers?.[part.name]) {
+    else if (!is_listed(part.name)) {
       check_windows(part, texels, report);
       advise(part.name, 'the part is of no known layer');
     }
@@ -139,11 +163,13 @@ function check_levels(fabric, warn) {
     const missing = Array.from({length: all}, (_, k) => k).filter((k) => k < whole.level || k >= beyond);
     warn('FABRIC_LEVELS', '/whole', `the levels ${missing.join(', ')} of ${all} are missing`);
   }
-  const {products} = fabric.layers;
-  for (const [name, {levels}] of Object.entries(fabric.layers)) {
-    if (['products', ...SPREAD].includes(name)) continue;
-    const counts = new Set([...levels, ...(products?.levels ?? [])]).size;
-    if (counts < fabric.levels) warn('FABRIC_LEVELS', `/layers/${name}/levels`, 'only some of the levels');
+  for (const [side, {layers}] of [['', fabric], ...Object.entries(fabric.sides)]) {
+    for (const [name, {levels}] of Object.entries(layers)) {
+      if (['products', ...SPREAD].includes(name)) continue;
+      const counts = new Set([...levels, ...(layers.products?.levels ?? [])]).size;
+      const at = `${side && `/sides/${side}`}/layers/${name}/levels`;
+      if (counts < fabric.levels) warn('FABRIC_LEVELS', at, 'only some of the levels');
+    }
   }
 }
 
@@ -159,7 +185,8 @@ function reflected(level, texel, light) {
   return sums;
 }
 
-function check_energy(level, k, warn) {
+/** `other` sends light on to the other side of the cloth; null where none comes through. */
+function check_energy(level, other, at, warn) {
   const all = level.width * level.height;
   const step = Math.ceil(all / ENERGY_TEXELS) | 1;  // odd: so that no column of a power of two is left out
   const count = Math.ceil(all / step);
@@ -167,23 +194,24 @@ function check_energy(level, k, warn) {
     const mean = [0, 0, 0];
     for (let t = 0; t < all; t += step) {
       const i = t % level.width, j = Math.floor(t / level.width);
-      const sums = reflected(level, [i, j], light);
+      const on = other ? reflected(other, [i, j], light) : [0, 0, 0];
+      const sums = reflected(level, [i, j], light).map((sum, c) => sum + on[c]);
       sums.forEach((sum, c) => {
         mean[c] += sum / count;
       });
       const most = Math.max(...sums);
       if (most > ENERGY_LIMIT)
         return warn(
-          'FABRIC_ENERGY', `level ${k}/${i},${j}`, `sends ${most.toPrecision(3)} of its light back`);
+          'FABRIC_ENERGY', `${at}/${i},${j}`, `sends ${most.toPrecision(3)} of its light back`);
     }
     const most = Math.max(...mean);
     if (most > ENERGY_LIMIT * light[2])
       return warn(
-        'FABRIC_ENERGY', `level ${k}`, `sends ${(most / light[2]).toPrecision(3)} of its light back`);
+        'FABRIC_ENERGY', at, `sends ${(most / light[2]).toPrecision(3)} of its light back`);
   }
 }
 
-function check_lobes(level, k, half, warn) {
+function check_lobes(level, at, half, warn) {
   let peak = 0, exponent = 0;
   for (let t = 0; t < level.width * level.height; ++t) {
     for (const {lobes} of level.lobes(t)) {
@@ -193,16 +221,27 @@ function check_lobes(level, k, half, warn) {
       }
     }
   }
-  if (peak > LARGEST_HALF) warn('FABRIC_PEAK', `lobes/level ${k}`, `a peak of ${peak.toPrecision(3)}`);
+  if (peak > LARGEST_HALF) warn('FABRIC_PEAK', at, `a peak of ${peak.toPrecision(3)}`);
   if (half && exponent > LARGE_EXPONENT)
-    warn('FABRIC_PEAK', `lobes/level ${k}`, `an exponent of ${exponent} in half precision`);
+    warn('FABRIC_PEAK', at, `an exponent of ${exponent} in half precision`);
 }
 
-function check_light(fabric, layers, k, warn) {
-  const level = make_level(fabric, k, layers);
-  if (level.lobes)
-    check_lobes(level, k, fabric.layers.lobes.part.channels.some(({type}) => type === 'half'), warn);
-  check_energy(level, k, warn);
+/** Warns of lobes and energy of level k. `numbers`: by side, those of its layers. */
+function check_light(fabric, numbers, k, warn) {
+  const fabrics = {front: fabric, ...fabric.sides}, levels = {};
+  for (const [side, of] of Object.entries(fabrics)) {
+    const own = {...numbers[side]};
+    if (side !== 'front' && side !== 'back') own.opacity = numbers[side === 'through' ? 'front' : 'back'].opacity;
+    delete own.yarns;
+    levels[side] = make_level(of, k, own);
+    const place = `${side === 'front' ? '' : `${side}.`}lobes/level ${k}`;
+    const half = of.layers.lobes?.part.channels.some(({type}) => type === 'half');
+    if (levels[side].lobes) check_lobes(levels[side], place, half, warn);
+  }
+  const {front, back, through, 'back.through': back_through} = levels;
+  const behind = back_through ?? (through && {...through, opacity: (back ?? front).opacity});
+  check_energy(front, behind, `level ${k}`, warn);
+  if (back) check_energy(back, through, `back level ${k}`, warn);
 }
 
 /** The issues of the bytes of a fabric file: { code, severity, place, message }. */
@@ -222,30 +261,37 @@ export function check_fabric(bytes) {
   for (const part of fabric.file.parts) {
     if (LOSSY.includes(part.compression)) continue;
     part.levels.forEach((_, k) => {
-      if (fabric.layers[part.name]?.levels.includes(k)) return;
+      const {of, layer} = side_of_part(fabric, part.name);
+      if (of?.layers[layer]?.levels.includes(k)) return;
       collect(issues, () => {
         const zero = [...read_level(part, k).values()].every(({bytes: data}) => data.every((b) => b === 0));
-        if (!zero && fabric.layers[part.name])
+        if (!zero && of?.layers[layer])
           advise(`${part.name}/level ${k}`, 'is not listed, but not zero');
       });
     });
   }
   check_levels(fabric, warn);
   const whole = !has_error(issues);
-  let bases = null;  // they stand at level 0 and belong to all
+  const bases = {};  // they stand at level 0 and belong to all
   if (whole) check_text(fabric, advise);
   for (let k = 0; k < (fabric.levels ?? 0); ++k) {
-    const before = issues.length;
-    const layers = {};
-    for (const name of LAYERS)
-      collect(issues, () => {
-        layers[name] = read_layer(fabric, name, k, report);
-      });
-    if (k === 0) bases = layers.bases;
-    if (layers.yarns && layers.indirect && issues.length === before) collect(issues, () => yarns_of(fabric, layers));
-    layers.bases = bases;
+    const before = issues.length, numbers = {};
+    for (const [side, of] of Object.entries({front: fabric, ...fabric.sides})) {
+      const own = numbers[side] = {}, prefix = side === 'front' ? '' : `${side}.`;
+      const note = (code, place, message) => report(code, prefix + place, message);
+      for (const name of LAYERS) {
+        if (side !== 'front' && name === 'yarns') continue;
+        collect(issues, () => {
+          own[name] = read_layer(of, name, k, note);
+        });
+      }
+      if (k === 0) bases[side] = own.bases;
+      if (side === 'front' && own.yarns && own.indirect && issues.length === before)
+        collect(issues, () => yarns_of(fabric, own));
+      own.bases = bases[side];
+    }
     // Of a fabric that is not whole the light says nothing.
-    if (whole && !has_error(issues.slice(before))) check_light(fabric, layers, k, warn);
+    if (whole && !has_error(issues.slice(before))) check_light(fabric, numbers, k, warn);
   }
   return issues;
 }

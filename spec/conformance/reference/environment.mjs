@@ -62,11 +62,12 @@ function integral(f, axis, end, fine) {
 /**
  * { rgb, alpha }, rgb being L_o: `at(light)` is f and alpha, f being 0 below the horizon. Without background the
  * environment is behind. `known` keeps the integral of f for other environments of the same place, view and `fine`.
+ * `both`: light from below the horizon comes through.
  */
 export function shown(
-  at, view, environment, background = radiance_of(environment, times(view, -1)), {fine = FINE, known = {}} = {}) {
+  at, view, environment, background = radiance_of(environment, times(view, -1)), {fine = FINE, known = {}, both = false} = {}) {
   const {kind, a, b, axis, degrees} = environment, {alpha} = at(UP);
-  known.even ??= integral((d) => at(d).rgb, UP, PI / 2, fine);
+  known.even ??= integral((d) => at(d).rgb, UP, both ? PI : PI / 2, fine);
   let light = known.even.map((x, c) => x * a[c]);
   if (kind !== 'constant') {
     const middle = unit(axis), end = {cosine: PI, lobe: PI / 2, disc: radians(degrees)}[kind];

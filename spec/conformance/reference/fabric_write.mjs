@@ -121,11 +121,31 @@ export function fabric_text(fabric, parts) {
   };
 }
 
+/** { parts, text } of another side of a fabric, for its file. The yarn and its members are the front's. */
+export function add_side(fabric, side) {
+  const own = LAYERS.filter((name) => fabric.layers[name] && name !== 'yarns').map((name) => layer_part(fabric, name));
+  const all = fabric_text({...fabric, layers: {...fabric.layers, yarns: undefined}}, own);
+  const {layers, digests, views, lights, radianceScale, provenance} = all;
+  const text = {layers, digests, views, provenance};
+  if (lights) text.lights = lights;
+  if (radianceScale !== undefined) text.radianceScale = radianceScale;
+  const parts = own.map((part) => ({
+    ...part,
+    name: `${side}.${part.name}`,
+    channels: part.channels.map((channel) => ({...channel, name: `${side}.${channel.name}`})),
+    levels: part.levels.map((level) => ({
+      ...level,
+      values: new Map([...level.values].map(([name, values]) => [`${side}.${name}`, values])),
+    })),
+  }));
+  return {parts, text};
+}
+
 /** Gives part 0 its attributes: the text (a string), the mirrors, and last the header digest. */
 export function seal(parts, text, fabric) {
   const value = attribute.string(text);
   const mirrors = {
-    'selvedge.version': attribute.string('3.0'),
+    'selvedge.version': attribute.string(/"version":\[3,1\]/.test(text) ? '3.1' : '3.0'),
     'selvedge.model': attribute.string(model_of(fabric)),
     'selvedge.mmPerRepeat': attribute.v2f(...fabric.mmPerRepeat),
     'selvedge.referenceHeight': attribute.float(fabric.referenceHeight),

@@ -101,9 +101,11 @@ export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, vi
   const dark = {rgb: [0, 0, 0], alpha: hit ? 1 : 0, hit, hidden: false};
   if (!hit || light[2] <= 0 || view[2] <= 0) return dark;
   const {radius, albedo, gloss, roughness, stations, first_station} = hit.segment.curve;
+  if (yarns.dark) return dark;
   const {N, F, cos_a, sin_a, x} = surface(hit);
   const L = lifted(light), V = lifted(view), facing = dot(N, L);
-  const hidden = is_hidden(yarns, plus(hit.point, N, OFF_THE_YARN * radius), L);
+  // The coefficients of light from below hold direct light as well.
+  const hidden = yarns.by_light || is_hidden(yarns, plus(hit.point, N, OFF_THE_YARN * radius), L);
   const V_raised = unit(plus(V, N, max(0, LEAST_FACING - dot(N, V))));
   const [l_x, l_y, l_z] = light;
   const A = [1, cos_a, sin_a, cos_a ** 2 - sin_a ** 2, 2 * cos_a * sin_a];

@@ -248,6 +248,54 @@ function check_parts(file, text, report) {
   drop_half_of_yarn(text.layers);
 }
 
+/** The sides of the cloth besides the front (spec/fabric.md, Other sides), and the layers that they do not have. */
+export const SIDES = ['back', 'through', 'back.through'];
+const NOT_OF = {
+  'back': ['yarns', 'indirect'],
+  'through': ['yarns', 'opacity'],
+  'back.through': ['yarns', 'indirect', 'opacity']
+};
+
+/**
+ * Adds another side to the sides of a fabric: a fabric of its own, whose parts and channels have their names without
+ * that of the side. The light of yarn that comes through has the front's yarn beside it.
+ */
+function add_side(front, name, report) {
+  const at = `/sides/${name}`, own = front.raw.sides[name], prefix = `${name}.`;
+  const note = (code, place, message) =>
+    report(code, place.startsWith('/') ? at + place : prefix + place, message);
+  const refuse = (place, message) => report('FABRIC_MEMBER', at + place, message);
+  if (!is_object(own)) return refuse('', 'is not an object');
+  const forbidden = NOT_OF[name].find((layer) => Object.hasOwn(own.layers ?? {}, layer));
+  if (forbidden) return refuse(`/layers/${forbidden}`, 'is not a layer of this side');
+  const cut = (x) => x.startsWith(prefix) ? x.slice(prefix.length) : x;
+  const parts = front.file.parts.filter((part) => part.name.startsWith(prefix)).map((part) => ({
+    ...part,
+    name: cut(part.name),
+    channels: part.channels.map((channel) => ({...channel, name: cut(channel.name)})),
+  }));
+  const {version, texels, levels, mmPerRepeat, referenceHeight, thickness, whole} = front.raw;
+  const shared = {version, texels, levels, mmPerRepeat, referenceHeight, thickness};
+  const raw = {...shared, ...whole === undefined ? {} : {whole}, ...own};
+  const lit = is_object(own.layers) && Object.hasOwn(own.layers, 'indirect');
+  if (lit && !front.layers.yarns) return refuse('/layers/indirect', 'there is no layer yarns');
+  if (lit && is_object(own.digests)) {
+    raw.layers = {...own.layers, yarns: front.raw.layers.yarns};
+    raw.digests = {...own.digests, yarns: front.raw.digests.yarns};
+    parts.push(front.layers.yarns.part);
+  }
+  const text = check_members(raw, note);
+  check_parts({...front.file, parts}, text, note);
+  const seen = name === 'back.through' ? front.sides.back : front;
+  const same = (a, b) => a && b && a.columns === b.columns && a.rows === b.rows;
+  if (!seen || (name !== 'back' && !same(text.views, seen.views)))
+    return refuse('', 'the views are not those of the side that is seen');
+  const has = (k) => ['lobes', 'table', 'light', 'products'].some((layer) => text.layers[layer]?.levels.includes(k));
+  for (let k = 0; k < (text.levels ?? 0); ++k)
+    if (!has(k)) return refuse('', `level ${k} has no layer of it`);
+  front.sides[name] = {file: {...front.file, parts}, raw, ...text};
+}
+
 /** Headers and text of a fabric file (a Uint8Array); the pixels are not touched. */
 export const open_fabric = (bytes, report = throw_issue) => fabric_of(read_headers(bytes), report);
 
@@ -264,7 +312,13 @@ export function fabric_of(file, report = throw_issue) {
   }
   const text = check_members(raw, report);
   check_parts(file, text, report);
-  return {file, raw, ...text};
+  const fabric = {file, raw, ...text, sides: {}};
+  if (!Object.hasOwn(raw, 'sides')) return fabric;
+  if (!is_object(raw.sides))
+    report('FABRIC_MEMBER', '/sides', 'is not an object');
+  else
+    for (const name of SIDES.filter((side) => Object.hasOwn(raw.sides, side))) add_side(fabric, name, report);
+  return fabric;
 }
 
 /** A stored value must be finite and within its range; `values` is what read_layer gives. */

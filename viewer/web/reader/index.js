@@ -12,6 +12,7 @@ export {
 } from './exr.js';
 export {channel_values, read_level} from './exr_level.js';
 export {
+  SIDES,
   check_windows,
   header_digest,
   is_laid_out,

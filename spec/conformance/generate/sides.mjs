@@ -1,0 +1,47 @@
+// The valid fabrics with more sides than the front; in the form of fabrics.mjs.
+import {crossing} from './yarns.mjs';
+
+const PAPER = ['lobes', 'frame', 'table', 'opacity'];
+
+export const sides = [
+  {
+    name: 'sides-all',
+    about: 'the four cases of view and light, each with layers, grids and a scale of its own',
+    layers: PAPER,
+    sides: {
+      'back': {layers: PAPER, grid: [3, 2], K: 2, radianceScale: 0.5},
+      'through': {layers: ['lobes', 'table', 'light']},
+      'back.through': {layers: ['products', 'bases'], grid: [3, 2], radianceScale: 0.25},
+    },
+  },
+  {
+    name: 'sides-through',
+    about: 'light that comes through, and no back: the front from behind, in a mirror',
+    layers: ['lobes', 'opacity'],
+    sides: {through: {layers: ['lobes']}},
+  },
+  {
+    name: 'sides-back',
+    about: 'a back that lets no light through',
+    layers: ['lobes'],
+    sides: {back: {layers: ['lobes', 'table', 'opacity'], grid: [1, 3]}},
+  },
+  {
+    name: 'sides-back-and-through',
+    about: 'a back, and light through it as through the front',
+    layers: ['lobes', 'opacity'],
+    sides: {back: {layers: ['lobes', 'opacity']}, through: {layers: ['lobes', 'table']}},
+  },
+  {
+    ...crossing,
+    name: 'sides-yarns',
+    about: 'yarn turned over, with light from both sides',
+    sides: {back: {layers: ['lobes']}, through: {layers: ['lobes', 'yarns', 'indirect']}},
+  },
+  {
+    ...crossing,
+    name: 'sides-yarns-dark',
+    about: 'yarn turned over, of which no light through it is known',
+    sides: {back: {layers: ['lobes']}, through: {layers: ['lobes']}},
+  },
+];

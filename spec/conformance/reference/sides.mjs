@@ -1,0 +1,74 @@
+// The cloth as it is seen from one side, with the light that comes through to it (spec/brdf.md, Sides).
+import {read_fabric_level} from './level.mjs';
+import {LIGHTS, read_layer, yarns_of} from './reader.mjs';
+
+const FIELDS = 11;
+
+/** The numbers of a spread layer, Map from channels to arrays, as one list, and back. */
+const flat = (values, layer) => Array.from({length: values.size}, (_, i) => [...values.get(`${layer}.${i}`)]).flat();
+const spread = (list, layer, texels) =>
+  new Map(Array.from({length: list.length / texels}, (_, i) => [`${layer}.${i}`, list.slice(i * texels, (i + 1) * texels)]));
+
+/** The yarn turned over; `through` are the numbers of through.indirect, or null. */
+function turned_yarns(fabric, through) {
+  const own = {yarns: read_layer(fabric, 'yarns', 0), indirect: read_layer(fabric, 'indirect', 0)};
+  const {curves, nodes, stations} = fabric.layers.yarns, texels = fabric.texels[0] * fabric.texels[1];
+  const upright = yarns_of(fabric, own), thickness = Math.fround(fabric.thickness);
+  const yarn = flat(own.yarns, 'yarns');
+  for (let c = 0; c < curves; ++c) yarn[(FIELDS - 1) * curves + c] *= -1;
+  for (let n = 0; n < nodes; ++n) {
+    const at = FIELDS * curves + 2 * nodes + n;
+    yarn[at] = Math.fround(thickness - yarn[at]);
+  }
+  const turned = (values) => {
+    const light = flat(values, 'indirect');
+    for (const {curve, before, tangents} of upright.segments) {
+      if (before > 0) continue;
+      const odd = [Math.abs(tangents[0][2]) >= 0.9 ? 2 : 1, 4];
+      for (const j of odd)
+        for (let k = 0; k < 3 * LIGHTS; ++k)
+          for (let s = 0; s < curve.stations; ++s)
+            light[(j * 3 * LIGHTS + k) * stations + curve.first_station + s] *= -1;
+    }
+    return spread(light, 'indirect', texels);
+  };
+  const yarns = spread(yarn, 'yarns', texels);
+  const of = (indirect) => yarns_of(fabric, {yarns, indirect});
+  return {front: of(through ? turned(through) : own.indirect), through: through && of(turned(own.indirect))};
+}
+
+/**
+ * A fabric of open_fabric as it is seen: { levels, level(k), through(k) }, the last null where no light comes through.
+ * What was read is kept.
+ */
+export function seen_from(fabric, behind) {
+  const {back, through, 'back.through': back_through} = fabric.sides;
+  const seen = behind && back ? back : fabric, other = behind && back ? back_through ?? through : through;
+  const kept = new Map();
+  const keep = (name, k, make) => {
+    const key = `${name} ${k}`;
+    if (!kept.has(key)) kept.set(key, make());
+    return kept.get(key);
+  };
+  const turned = () => keep(
+    'turned', 0,
+    () => turned_yarns(fabric, through?.layers.indirect ? read_layer(through, 'indirect', 0) : null));
+  const turns = behind && back && fabric.layers.yarns;
+  const level = (k) => keep('seen', k, () => {
+    const made = read_fabric_level(seen, k);
+    return k === 0 && turns ? {...made, yarns: turned().front} : made;
+  });
+  const of_through = (k) => keep('through', k, () => {
+    const made = read_fabric_level(other, k), {opacity} = level(k);
+    const lit = k > 0 ? null : turns ? turned().through : made.yarns;
+    // The yarn is there even if no light is known to come through it.
+    const yarns = lit ? {...lit, by_light: true} : level(k).yarns && {...level(k).yarns, dark: true};
+    return {...made, opacity, yarns};
+  });
+  return {levels: fabric.levels, level, through: other ? of_through : null};
+}
+
+/** { level(k), light }: the levels that answer for a light, and the light in their upper half. */
+export function in_sight({level, through}, light) {
+  return light[2] < 0 && through ? {level: through, light: [light[0], light[1], -light[2]]} : {level, light};
+}
