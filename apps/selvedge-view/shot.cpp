@@ -92,7 +92,7 @@ Result<Shot> read_swatch(const RenderCommand& command) {
   Result<FabricReader> reader = FabricReader::open(command.picture.input);
   if (!reader) return tl::unexpected(reader.error());
   // make_swatch() uses only sizes.
-  Fabric sizes{reader->header(), {}};
+  Fabric sizes{reader->header(), {}, {}};
   for (int k = 0; k < reader->header().levels; ++k) {
     FabricLevel& level = sizes.levels.emplace_back();
     level.width = level_size(reader->header().width, k);

@@ -54,6 +54,7 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
                       "views will lack sharpness (--texels)",
                       texel_mm, options.width, options.height, made));
     }
+    if (!command.sides_given) options.both_sides = command.demand->backs && !options.ground;
     options = bake_for(*command.demand, mesh->period, options, command.chooses);
   }
   TerminalProgress progress("bake", common.quiet);
@@ -124,6 +125,7 @@ void declare(Options& options, BakeCommand& command) {
   add_quality(options, command.quality);
   options.check([&options, &command] {
     command.texels_given = options.given("--texels");
+    command.sides_given = options.given("--sides");
     MakeOptions make;
     make.bake = command.bake;
     apply_quality(options, command.quality, make);

@@ -72,7 +72,10 @@ void declare(Options& options, MakeCommand& command) {
   options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file");
   options.output(command.output, "The fabric file", ".fabric.exr").required();
   add_choice(options, command);
-  options.check([&options, &command] { command.texels_given = options.given("--texels"); });
+  options.check([&options, &command] {
+    command.texels_given = options.given("--texels");
+    command.sides_given = options.given("--sides");
+  });
 }
 
 void declare(Options& options, TradeCommand& command) {

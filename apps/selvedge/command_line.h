@@ -27,6 +27,7 @@ struct BakeCommand {
   std::string pairs;  ///< file of pairs; empty: random ones
   std::optional<BakeShard> shard;
   bool texels_given = false;          ///< if not, the stitch may raise the default
+  bool sides_given = false;           ///< if not, a plan decides
   std::optional<TexelDemand> demand;  ///< of make: only what this demand needs of the whole is baked
   bool chooses = false;               ///< the fit selects layers by the validation pairs
 };
@@ -48,6 +49,7 @@ struct MakeCommand {
   MakeOptions options = *preset_named(default_preset);  ///< those of the default preset at first
   std::string pairs;                                    ///< file of pairs; empty: random ones
   bool texels_given = false;                            ///< if not, the stitch may raise the default
+  bool sides_given = false;                             ///< if not, a plan decides
   std::string samples;                                  ///< file to keep them in; empty: none
   std::string report;                                   ///< .json, .md or .txt; empty: none
   std::string plan;  ///< file of a plan, which limits the fabric to what it needs; empty: whole fabric

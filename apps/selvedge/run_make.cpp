@@ -26,6 +26,7 @@ MadeFabric make_fabric(const MakeCommand& command) {
   bake.bake = command.options.bake;
   bake.pairs = command.pairs;
   bake.texels_given = command.texels_given;
+  bake.sides_given = command.sides_given;
   FitCommand fit;
   fit.common = command.common;
   fit.options = command.options;

@@ -39,7 +39,10 @@ Result<TexelDemand> demand_of(const std::string& path, const std::string& place,
   const auto seen = material.find("seen");
   if (seen != material.end() && (!seen->is_boolean() || seen->get<bool>() == is_unseen))
     return fail(Code::json_malformed, path, place + "/seen", "does not go with pixelMm");
-  return TexelDemand{*min_mm, *max_mm, bias};
+  const auto backs = material.find("backs");
+  if (backs != material.end() && !backs->is_boolean())
+    return fail(Code::json_malformed, path, place + "/backs", "is neither true nor false");
+  return TexelDemand{*min_mm, *max_mm, bias, backs != material.end() && backs->get<bool>()};
 }
 
 /// Levels are not used, but impossible ones show that the file is not a plan.
@@ -162,6 +165,7 @@ Result<TexelDemand> read_plan(const std::string& path, const std::vector<std::st
     if (!one) return one;
     all.min_mm = std::min(all.min_mm, one->min_mm);
     all.max_mm = std::max(all.max_mm, one->max_mm);
+    all.backs = all.backs || one->backs;
   }
   for (std::size_t k = 0; k < materials.size(); ++k) {
     if (found[k]) continue;

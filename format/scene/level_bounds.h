@@ -25,9 +25,10 @@ LevelRange levels_asked(const PixelCover& cover, const LevelOptions& options, in
 
 /// Sizes of pixels on some cloth, for any fabric.
 struct TexelDemand {
-  double min_mm = 0;  ///< PixelCover::min_size in mm; infinite: not seen
-  double max_mm = 0;  ///< PixelCover::max_size; may be infinite
-  double bias = 0;    ///< LevelOptions::bias
+  double min_mm = 0;   ///< PixelCover::min_size in mm; infinite: not seen
+  double max_mm = 0;   ///< PixelCover::max_size; may be infinite
+  double bias = 0;     ///< LevelOptions::bias
+  bool backs = false;  ///< the cloth is also seen from behind
 };
 
 /// The levels, from 0 to `levels` - 1, that the demand needs of cloth with texels of size `texel_mm` (mm) at
