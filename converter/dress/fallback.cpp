@@ -109,6 +109,28 @@ V3f fit_lobes(const Fabric& fabric, Fallback& fallback) {
   return base;
 }
 
+/// Fits diffuse transmission to light from behind, mean over all pairs of directions, weighted as a pixel is.
+void fit_transmission(const Fabric& fabric, Fallback& fallback) {
+  const Fabric* const through = fabric.side_of(Side::through);
+  if (through == nullptr) return;
+  const int coarsest = static_cast<int>(fabric.levels.size()) - 1;
+  const std::vector<V3f> directions = directions_of(grid_of(36));
+  V3d sum(0, 0, 0);
+  double weight = 0;
+  for (const V3f& view : directions) {
+    for (const V3f& light : directions) {
+      sum += V3d(mean_reflectance(*through, coarsest, light, view)) * static_cast<double>(view.z);
+      weight += static_cast<double>(view.z * light.z) / std::numbers::pi;
+    }
+  }
+  const V3f share(sum / weight);
+  const float largest = std::min(1.0F, std::max({share.x, share.y, share.z}));
+  // Less than one step of an 8-bit colour is noise of the fit.
+  if (largest < 1.0F / 255.0F) return;
+  fallback.transmission = largest;
+  for (int c = 0; c < 3; ++c) fallback.transmission_color[c] = std::clamp(share[c] / largest, 0.0F, 1.0F);
+}
+
 /// Brings the mean colour of the picture to `mean`.
 void scale_to(const V3f& mean, Image& image) {
   const V3f present = mean_color(image);
@@ -192,7 +214,10 @@ Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
   Fallback fallback;
   fallback.base_color = base_picture(fabric, level, options);
   fallback.holes = has_holes(fabric, level);
-  scale_to(fit_lobes(fabric, fallback), fallback.base_color);
+  fit_transmission(fabric, fallback);
+  // What is let through is taken from the base colour by the extension.
+  const float left = std::max(1 - fallback.transmission, 1e-3F);
+  scale_to(fit_lobes(fabric, fallback) / left, fallback.base_color);
   fill_holes(fallback.base_color);
   if (source.has(LayerKind::frame)) fallback.normal = normals_of(source);
   return fallback;

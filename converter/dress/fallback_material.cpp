@@ -9,6 +9,7 @@ namespace selvedge {
 namespace {
 
 constexpr const char* sheen = "KHR_materials_sheen";
+constexpr const char* transmission = "KHR_materials_diffuse_transmission";
 constexpr const char* specular = "KHR_materials_specular";
 
 /// Index of an equal entry of a root array; appends the entry if there is none.
@@ -87,6 +88,8 @@ Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fal
   textures.holes = fallback.holes;
   textures.sheen_color = fallback.sheen_color;
   textures.sheen_roughness = fallback.sheen_roughness;
+  textures.transmission = fallback.transmission;
+  textures.transmission_color = fallback.transmission_color;
   return textures;
 }
 
@@ -113,6 +116,13 @@ void set_fallback(GltfDocument& document, int material, const FallbackTextures& 
   }
   json["extensions"][specular] = {{"specularFactor", 0}};
   use_extension(document.json, specular);
+  if (textures.transmission > 0) {
+    const V3f& through = textures.transmission_color;
+    json["extensions"][transmission] = {
+        {"diffuseTransmissionFactor", textures.transmission},
+        {"diffuseTransmissionColorFactor", {through.x, through.y, through.z}}};
+    use_extension(document.json, transmission);
+  }
   const V3f& color = textures.sheen_color;
   if (color == V3f(0, 0, 0)) return;
   json["extensions"][sheen] = {{"sheenColorFactor", {color.x, color.y, color.z}},

@@ -14,6 +14,8 @@ struct FallbackTextures {
   bool holes = false;
   V3f sheen_color{0, 0, 0};
   float sheen_roughness = 0;
+  float transmission = 0;
+  V3f transmission_color{1, 1, 1};
 };
 
 /// Adds the pictures as embedded PNG with one repeating, mip-mapped sampler. Equal pictures, samplers and

@@ -261,6 +261,26 @@ TEST_CASE("fallback: a Lambert fabric's base colour is its albedo, and it has no
   CHECK(fallback.sheen_color == V3f(0, 0, 0));
 }
 
+TEST_CASE("fallback: a Lambert sheet that transmits keeps both its colours") {
+  // 0.5, 0.25, 0.1 come back and 0.2, 0.1, 0.05 go through: by the extension, base colour times 1 - t and
+  // colour times t.
+  Fabric fabric = test::lambert_fabric(V2d(5, 5), 4, V3f(0.5F, 0.25F, 0.1F));
+  Fabric through = test::lambert_fabric(V2d(5, 5), 4, V3f(0.2F, 0.1F, 0.05F));
+  through.side = Side::through;
+  fabric.add_side(std::move(through));
+  const Fallback fallback = bake_fallback(fabric);
+  CHECK(fallback.transmission == doctest::Approx(0.2).epsilon(0.01));
+  const V3f base = mean_color(fallback.base_color);
+  const std::array<V3f, 2> expected{V3f(0.5F, 0.25F, 0.1F), V3f(0.2F, 0.1F, 0.05F)};
+  for (int c = 0; c < 3; ++c) {
+    CHECK(base[c] * (1 - fallback.transmission) == doctest::Approx(expected[0][c]).epsilon(0.01));
+    CHECK(fallback.transmission_color[c] * fallback.transmission ==
+          doctest::Approx(expected[1][c]).epsilon(0.01));
+  }
+  fabric.sides = {};
+  CHECK(bake_fallback(fabric).transmission == 0);
+}
+
 TEST_CASE("fallback: a lobe's base colour is the nearest Lambertian one, in closed form") {
   // f = l.z (Cz l.z v.z)^n darkens towards the rim. The base colour b with the least integral of
   // v.z (b l.z / pi - f)^2 over both hemispheres is 6 pi Cz^n / ((n + 2) (n + 3)).
