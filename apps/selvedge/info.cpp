@@ -43,6 +43,7 @@ Info samples_info(const std::string& path) {
     pairs[name_of(kind)] = h.pairs[static_cast<std::size_t>(kind)].size();
   }
   return Info{{{"texels", {h.width, h.height}},
+               {"sides", h.both_sides ? "both" : "front"},
                {"mmPerRepeat", {h.period_mm.x, h.period_mm.y}},
                {"referenceHeight", h.reference_height},
                {"thickness", h.thickness_mm},
@@ -131,6 +132,12 @@ std::string fabric_table(const Json& content, const Json& yarn) {
                                         text_at(content, "/referenceHeight")));
   text += line("views",
                fmt::format("{} x {}", text_at(content, "/views/columns"), text_at(content, "/views/rows")));
+  std::string sides;
+  const Json others = content.value("sides", Json::object());
+  for (const Side side : other_sides) {
+    if (others.contains(name_of(side))) sides += fmt::format(", {}", name_of(side));
+  }
+  if (!sides.empty()) text += line("sides", "front" + sides);
   text += provenance_table(content);
   const Json layers = content.value("layers", Json::object());
   for (const auto& [name, layer] : layers.items()) {
@@ -160,6 +167,7 @@ std::string samples_table(const Json& content) {
   text += line("thickness", fmt::format("{} mm, reference height {} mm", text_at(content, "/thickness"),
                                         text_at(content, "/referenceHeight")));
   text += line("views, lights", pair_at(content, "/views") + ", " + pair_at(content, "/lights"));
+  text += line("sides", text_at(content, "/sides"));
   text += line("samples", text_at(content, "/samplesPerTexel") + " a texel and view");
   std::string pairs;
   for (const auto& [kind, count] : content["pairs"].items())

@@ -134,6 +134,10 @@ Result<Fabric> FabricReader::read_levels(int first, int last, LayerSet layers) {
     auto other = read(header_.sides[s]);
     if (!other) return other;
     restore_light_through(fabric->levels.front(), other->levels.front());
+    // Of other layers than were asked for, nothing may be left.
+    const bool reflects = std::all_of(other->levels.begin(), other->levels.end(),
+                                      [](const FabricLevel& level) { return level.reflects(); });
+    if (!reflects) continue;
     fabric->add_side(std::move(*other));
   }
   return fabric;

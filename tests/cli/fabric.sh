@@ -177,4 +177,36 @@ test_yarn_goes_from_the_stitch_into_the_fabric() {
   grep -q 'no yarns are stored' "$scratch/err" || fail "says nothing of the yarns"
 }
 
+test_both_sides_go_from_the_bake_into_the_fabric() {
+  local few=(--texels 8 --views 16 --lights 16 --samples 2 --lobes 1 --yarns on --quiet)
+  exits 0 selvedge make plain-knit "${few[@]}" --sides both --keep-samples b.samples.exr -o b.fabric.exr --json
+  holds 'const s = r.fit.sides; ["back", "through", "back.through"].every(side => s[side].length === 4 &&
+    s[side].every(level => level.heldOut.psnr > 10 && level.bytes > 0))'
+  exits 0 selvedge make plain-knit "${few[@]}" -o f.fabric.exr
+  [ "$(digests_of f.fabric.exr)" = "$(digests_of b.fabric.exr)" ] || fail "the front is another"
+  exits 0 selvedge check b.fabric.exr b.samples.exr
+  exits 0 selvedge info b.fabric.exr
+  grep -qE '^sides +front, back, through, back.through$' "$scratch/out" || fail "$(cat "$scratch/out")"
+  exits 0 selvedge info b.samples.exr --json
+  holds 'r.content.sides === "both"'
+  exits 0 selvedge repack b.fabric.exr -o c.exr --levels 1-2
+  exits 0 selvedge check c.exr
+  [ "$(says c.exr 't.sides.through.layers.lobes.levels')" = '[0,1]' ]
+  exits 0 selvedge repack b.fabric.exr -o c.exr --layers opacity,yarns,indirect
+  exits 0 selvedge check c.exr
+  [ "$(says c.exr 't.sides === undefined')" = true ]
+  # Light behind the cloth: the front, and the back on its own side.
+  for light in 0,0.6,0.8 0,0.6,-0.8; do
+    for side in '' --behind; do
+      # shellcheck disable=SC2086
+      exits 0 selvedge evaluate b.fabric.exr --level 3 --texel 0,0 --light=$light $side --json
+      holds 'r.rgb.every(x => x > 0)'
+    done
+  done
+  exits 0 selvedge evaluate f.fabric.exr --level 3 --texel 0,0 --light=0,0.6,-0.8 --json
+  holds 'r.rgb.every(x => x === 0)'
+  exits 1 selvedge make plain-knit "${few[@]}" --sides both --ground 0.5 -o g.fabric.exr
+  [ ! -e g.fabric.exr ]
+}
+
 "$2"

@@ -19,15 +19,20 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::require(fabric.has_value() || has_error(issues),
                 "the checker finds fault with what the reader refuses");
   if (!fabric) return 0;
-  for (int k = 0; k < static_cast<int>(fabric->levels.size()); ++k) {
-    const FabricLevel& level = fabric->levels[k];
-    const Shading s =
-        evaluate(*fabric, k, level.width - 1, level.height - 1, {0, 0.6F, 0.8F}, {0.6F, 0, 0.8F});
-    fuzz::require(s.alpha >= 0 && s.alpha <= 1, "alpha is in [0, 1]");
-    for (int c = 0; c < 3; ++c) {
-      fuzz::require(s.radiance[c] >= 0 && std::isfinite(s.radiance[c]),
-                    "radiance is finite and not negative");
+  const auto evaluate_all = [](const Fabric& seen) {
+    for (int k = 0; k < static_cast<int>(seen.levels.size()); ++k) {
+      const FabricLevel& level = seen.levels[k];
+      for (const float z : {0.8F, -0.8F}) {
+        const Shading s = evaluate(seen, k, level.width - 1, level.height - 1, {0, 0.6F, z}, {0.6F, 0, 0.8F});
+        fuzz::require(s.alpha >= 0 && s.alpha <= 1, "alpha is in [0, 1]");
+        for (int c = 0; c < 3; ++c) {
+          fuzz::require(s.radiance[c] >= 0 && std::isfinite(s.radiance[c]),
+                        "radiance is finite and not negative");
+        }
+      }
     }
-  }
+  };
+  evaluate_all(*fabric);
+  if (fabric->side_of(Side::back) != nullptr) evaluate_all(turned_over(*fabric));
   return 0;
 }

@@ -12,7 +12,7 @@
 #include "format/fabric/file.h"
 #include "format/picture/image.h"
 #include "format/samples/samples.h"
-#include "tests/format/fabrics.h"
+#include "tests/format/fabric_sides.h"
 #include "tests/fuzz/corpus_gltf.h"
 
 namespace fs = std::filesystem;
@@ -60,6 +60,7 @@ void make_fabrics(const fs::path& path) {
   const Fabric whole = test::random_fabric(3, 2, {1, 2}, 1, 1);
   const std::map<std::string, std::pair<Fabric, FabricWriteOptions>> fabrics{
       {"all-layers.exr", {whole, {}}},
+      {"sides.exr", {test::four_sides(), {}}},
       {"products.exr", {test::random_product_fabric(2, 1, {1, 2}, 1, 8), {}}},
       {"all-float.exr", {whole, {.half = {}}}},
       {"half-lobes.exr", {test::random_fabric(2, 1, {1, 1}, 1, 2), {.half = LayerSet::all()}}},

@@ -5,39 +5,14 @@
 #include "format/check/fabric.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
-#include "tests/format/fabrics.h"
+#include "tests/format/fabric_sides.h"
 #include "tests/format/files.h"
-#include "tests/format/yarn_data.h"
 #include "tests/require.h"
 
 using namespace selvedge;
 using test::Folder;
 
 namespace {
-
-/// All four cases of sides, with grids, bases and scales of their own, and yarn that lets light through.
-Fabric four_sides() {
-  Fabric fabric = test::with_yarn(test::random_product_fabric(6, 4, {2, 3}, 2, 8), 3);
-  YarnData data = fabric.levels.front().yarns()->data();
-  Random random(5);
-  for (auto* light : {&data.light, &data.through}) {
-    light->resize(data.light.size());
-    for (float& value : *light) value = std::round(test::uniform(random, -8, 8)) / 64;
-  }
-  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(data, fabric.period_mm));
-  for (const Side side : other_sides) {
-    Fabric other = side == Side::back
-                       ? test::random_fabric(6, 4, {3, 3}, 1, 9)
-                       : test::random_product_fabric(
-                             6, 4, side == Side::through ? DirectionGrid{2, 3} : DirectionGrid{3, 3}, 1,
-                             9 + index_of(side));
-    other.side = side;
-    other.radiance_scale = 0.5F;
-    other.provenance = "{}";
-    fabric.add_side(std::move(other));
-  }
-  return fabric;
-}
 
 V3f random_direction(Random& random, float z) {
   const float angle = test::uniform(random, 0, 6.2831853);
@@ -54,7 +29,7 @@ void check_equal(const FabricLevel& a, const FabricLevel& b) {
 
 TEST_CASE("all sides of a fabric come back from its file") {
   const Folder folder;
-  const Fabric fabric = four_sides();
+  const Fabric fabric = test::four_sides();
   REQUIRE(write_fabric(folder / "a.exr", fabric));
   const auto read = test::need(read_fabric(folder / "a.exr"));
   for (const Side side : other_sides) {
@@ -77,7 +52,7 @@ TEST_CASE("all sides of a fabric come back from its file") {
 
 TEST_CASE("a part of a fabric has the sides of its levels") {
   const Folder folder;
-  const Fabric fabric = four_sides();
+  const Fabric fabric = test::four_sides();
   REQUIRE(write_fabric(folder / "a.exr", fabric));
   const auto part = test::need(FabricReader::open(folder / "a.exr")->read_levels(1, 2));
   REQUIRE(part.side_of(Side::through) != nullptr);
@@ -89,7 +64,7 @@ TEST_CASE("a part of a fabric has the sides of its levels") {
 }
 
 TEST_CASE("light from the other side is that of the side through, mirrored") {
-  const Fabric fabric = four_sides();
+  const Fabric fabric = test::four_sides();
   const Fabric& through = *fabric.side_of(Side::through);
   Fabric alone = fabric;
   alone.sides = {};
@@ -108,7 +83,7 @@ TEST_CASE("light from the other side is that of the side through, mirrored") {
 }
 
 TEST_CASE("a fabric turned over shows its back, and turned again its front") {
-  const Fabric fabric = four_sides();
+  const Fabric fabric = test::four_sides();
   const Fabric behind = turned_over(fabric);
   check_equal(behind.levels[1], fabric.side_of(Side::back)->levels[1]);
   const FabricLevel& through = behind.side_of(Side::through)->levels[1];
@@ -126,7 +101,7 @@ TEST_CASE("a fabric turned over shows its back, and turned again its front") {
 
 TEST_CASE("a place on yarn has the same light whichever side the yarn is known from") {
   // By the directions of frames alone: a normal is mirrored, and its angle follows from the turned frame.
-  YarnData data = four_sides().levels.front().yarns()->data();
+  YarnData data = test::four_sides().levels.front().yarns()->data();
   // The first curve stands upright at its first node, where angles count from the x axis; the second lies.
   const auto lead = [&](int curve, const V3f& way) {
     const int first = 12 * curve;
@@ -168,18 +143,18 @@ TEST_CASE("a place on yarn has the same light whichever side the yarn is known f
 }
 
 TEST_CASE("sides that do not fit the front are refused") {
-  Fabric fabric = four_sides();
+  Fabric fabric = test::four_sides();
   Fabric other = test::random_fabric(5, 4, {2, 2}, 1, 9);
   other.side = Side::back;
   fabric.add_side(other);
   CHECK(validate(fabric).error().place == "back");
-  fabric = four_sides();
+  fabric = test::four_sides();
   other = *fabric.side_of(Side::back);
   for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table})
     other.levels[1].remove(kind);
   fabric.add_side(other);
   CHECK(validate(fabric).error().place == "level 1/back");
-  fabric = four_sides();
+  fabric = test::four_sides();
   other = *fabric.side_of(Side::back_through);
   other.side = Side::through;
   fabric.sides[1] = std::make_shared<const Fabric>(other);
