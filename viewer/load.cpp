@@ -51,18 +51,15 @@ Result<Fabric> read_levels_within(FabricReader& reader, const LevelRange& range,
   reader.allow_memory(memory.left());
   if (auto good = take(reader.memory_of(range.first, range.last) + packed_memory(header, range)); !good)
     return tl::unexpected(good.error());
-  Fabric fabric = partial_fabric(header, range.first, range.last);
-  for (int k = range.first; k <= range.last; ++k) {
-    Result<FabricLevel> level = reader.read_level(k);
-    if (!level) return tl::unexpected(level.error());
-    if (const auto yarns = level->yarns()) {
-      const YarnData& data = yarns->data();
-      // Once more for smooth light (yarn_sky.h).
-      const std::uint64_t sky = sizeof(float) * data.light.size();
-      if (auto good = take(static_cast<std::uint64_t>(memory_of(data, yarns->period())) + sky); !good)
-        return tl::unexpected(good.error());
-    }
-    fabric.levels.push_back(std::move(*level));
+  Result<Fabric> fabric = reader.read_levels(range.first, range.last);
+  if (!fabric) return fabric;
+  if (const auto yarns = fabric->levels.front().yarns()) {
+    const YarnData& data = yarns->data();
+    // Once more for smooth light (yarn_sky.h), and all of it turned over.
+    const std::uint64_t sides = header.side_of(Side::back) != nullptr ? 2 : 1;
+    const std::uint64_t sky = sizeof(float) * (data.light.size() + data.through.size());
+    if (auto good = take(sides * (static_cast<std::uint64_t>(memory_of(data, yarns->period())) + sky)); !good)
+      return tl::unexpected(good.error());
   }
   return fabric;
 }

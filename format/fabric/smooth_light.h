@@ -18,6 +18,9 @@ constexpr std::array<T, smooth_functions> smooth_basis(const T& x, const T& y, c
   return {T(1), x, y, z, x * y, x * z, y * z, x * x - y * y, T(3) * z * z - T(1)};
 }
 
+/// Whether a function changes its sign where z does.
+constexpr bool is_odd_in_z(std::size_t function) { return function == 3 || function == 5 || function == 6; }
+
 /// Integrals of the functions' squares over the sphere.
 inline constexpr std::array<double, smooth_functions> smooth_norms = [] {
   constexpr double sphere = 4 * std::numbers::pi;

@@ -87,12 +87,16 @@ std::vector<float> sky_of(const Yarns& yarns) {
       const std::size_t first = (station + number) * light_values_per_station;
       float* to = &result[first];
       const float* indirect = &data.light[first];
+      const float* through = data.through.empty() ? nullptr : &data.through[first];
       for (int i = 0; i < angle_functions; ++i) {
         for (int k = 0; k < smooth_functions; ++k) {
           for (int colour = 0; colour < 3; ++colour) {
             float& sum = to[(i * smooth_functions + k) * 3 + colour];
             for (int j = 0; j < smooth_functions; ++j)
               sum += indirect[(i * smooth_functions + j) * 3 + colour] * upper[j][k];
+            for (int j = 0; through != nullptr && j < smooth_functions; ++j)
+              sum +=
+                  through[(i * smooth_functions + j) * 3 + colour] * upper[j][k] * (is_odd_in_z(k) ? -1 : 1);
           }
         }
       }

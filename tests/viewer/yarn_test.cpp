@@ -9,6 +9,7 @@
 #include "tests/format/files.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
+#include "tests/viewer/sided_fabric.h"
 #include "viewer/render.h"
 
 using namespace selvedge;
@@ -38,22 +39,27 @@ double share_of_different(const Frame& a, const Frame& b) {
 
 }  // namespace
 
-TEST_CASE("the hybrid path draws yarn, and its blend with level 0, as the reference does") {
+TEST_CASE("the hybrid path draws yarn, its blend with level 0 and light from behind as the reference does") {
   for (const int texels : {1, 16}) {
-    const Fabric fabric = yarn_fabric(texels);
-    for (const SwatchView view : all_swatch_views) {
-      CAPTURE(texels);
-      CAPTURE(name_of(view));
-      const SwatchShot shot = swatch_shot(view, V2d(fabric.period_mm), 80, 60);
-      RenderOptions options;
-      options.width = shot.width;
-      options.height = shot.height;
-      options.lights = shot.lights;
-      options.levels = best_levels;
-      const Frame frame =
-          need(render(swatch_scene(V2d(fabric.period_mm), shot), {fabric}, shot.camera, options));
-      // Points that fall on the other side of an edge of yarn by the rounding of coordinates.
-      CHECK(share_of_different(frame, draw_swatch(fabric, shot, best_levels)) < 0.01);
+    for (const bool sided : {false, true}) {
+      const Fabric fabric =
+          sided ? sided_fabric([&](int) { return yarn_fabric(texels); }) : yarn_fabric(texels);
+      for (const SwatchView view : all_swatch_views) {
+        CAPTURE(texels);
+        CAPTURE(sided);
+        CAPTURE(name_of(view));
+        SwatchShot shot = swatch_shot(view, V2d(fabric.period_mm), 80, 60);
+        if (sided) shot.lights = {{V3d(0.3, 0.4, -0.866), V3f(2, 1, 1)}, shot.lights.front()};
+        RenderOptions options;
+        options.width = shot.width;
+        options.height = shot.height;
+        options.lights = shot.lights;
+        options.levels = best_levels;
+        const Frame frame =
+            need(render(swatch_scene(V2d(fabric.period_mm), shot), {fabric}, shot.camera, options));
+        // Points that fall on the other side of an edge of yarn by the rounding of coordinates.
+        CHECK(share_of_different(frame, draw_swatch(fabric, shot, best_levels)) < 0.01);
+      }
     }
   }
 }

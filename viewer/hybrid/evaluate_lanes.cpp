@@ -238,8 +238,8 @@ constexpr float two_pi = 2 * std::numbers::pi_v<float>;
 constexpr std::array rings{Ring{0.112701665F, 4, two_pi * 5 / 18 / 4}, Ring{0.5F, 5, two_pi * 8 / 18 / 5},
                            Ring{0.887298335F, 3, two_pi * 5 / 18 / 3}};
 
-/// Light from all around as lamps in the axes of the fabric.
-void place_lamps(const LaneSmoothLight& around, LaneScratch& scratch) {
+/// Light from all around as lamps in the axes of the fabric, none below `least`.
+void place_lamps(const LaneSmoothLight& around, float least, LaneScratch& scratch) {
   std::vector<std::pair<V3f, float>> places;
   for (const Ring& ring : rings) {
     const float planar = std::sqrt(1 - ring.z * ring.z);
@@ -257,7 +257,7 @@ void place_lamps(const LaneSmoothLight& around, LaneScratch& scratch) {
       for (std::size_t lane = 0; lane < lane_count; ++lane) {
         float sum = 0;
         for (std::size_t k = 0; k < smooth_functions; ++k) sum += basis[k] * around.factors[k][c][lane];
-        scratch.colours[i][c][lane] = sum;
+        scratch.colours[i][c][lane] = std::max(sum, least);
       }
     }
     LaneLight& lamp = scratch.lamps[i];
@@ -317,18 +317,55 @@ void evaluate_lists(const PackedFabric& fabric, std::span<const LaneTexels> texe
   } while (first < lights.size());
 }
 
+/// evaluate_lanes() without light from behind.
+void evaluate_side(const PackedFabric& fabric, std::span<const LaneTexels> texels, const LaneDirections& view,
+                   std::span<const LaneLight> lights, PowerKind power, const LaneSmoothLight* around,
+                   LaneScratch& scratch, LaneShading& sum) {
+  evaluate_lists(fabric, texels, view, lights, power, {true, true, around}, scratch, sum);
+  if (around == nullptr || std::all_of(fabric.layouts.begin(), fabric.layouts.end(),
+                                       [](const PackedLayout& layout) { return layout.is_linear(); }))
+    return;
+  // The dark side of what a scene hides from itself is below 0 here and there.
+  place_lamps(*around, lets_through(fabric.fabric->side) ? 0 : std::numeric_limits<float>::lowest(), scratch);
+  evaluate_lists(fabric, texels, view, scratch.lamps, power, {false, false, nullptr}, scratch, sum);
+}
+
+/// Adds light that comes through; the opacity is known.
+void shine_through(const PackedFabric& through, std::span<const LaneTexels> texels,
+                   const LaneDirections& view, std::span<const LaneLight> lights, PowerKind power,
+                   const LaneSmoothLight* around, LaneScratch& scratch, LaneShading& sum) {
+  scratch.behind.clear();
+  for (const LaneLight& light : lights) {
+    if (std::ranges::none_of(light.direction.z, [](float z) { return z < 0; })) continue;
+    for (float& z : scratch.behind.emplace_back(light).direction.z) z = -z;
+  }
+  if (scratch.behind.empty() && around == nullptr) return;
+  LaneSmoothLight mirrored;
+  for (std::size_t k = 0; around != nullptr && k < smooth_functions; ++k) {
+    mirrored.factors[k] = around->factors[k];
+    if (!is_odd_in_z(k)) continue;
+    for (LaneFloats& colour : mirrored.factors[k]) {
+      for (float& factor : colour) factor = -factor;
+    }
+  }
+  LaneShading added;
+  evaluate_side(through, texels, view, scratch.behind, power, around != nullptr ? &mirrored : nullptr,
+                scratch, added);
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    sum.red[lane] += added.red[lane];
+    sum.green[lane] += added.green[lane];
+    sum.blue[lane] += added.blue[lane];
+  }
+}
+
 }  // namespace
 
 void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
                     const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
                     LaneShading& sum, PowerKind power, const LaneSmoothLight* around) {
   if (texels.empty()) return;
-  evaluate_lists(fabric, texels, view, lights, power, {true, true, around}, scratch, sum);
-  if (around == nullptr || std::all_of(fabric.layouts.begin(), fabric.layouts.end(),
-                                       [](const PackedLayout& layout) { return layout.is_linear(); }))
-    return;
-  place_lamps(*around, scratch);
-  evaluate_lists(fabric, texels, view, scratch.lamps, power, {false, false, nullptr}, scratch, sum);
+  evaluate_side(fabric, texels, view, lights, power, around, scratch, sum);
+  if (fabric.through) shine_through(*fabric.through, texels, view, lights, power, around, scratch, sum);
 }
 
 }  // namespace selvedge

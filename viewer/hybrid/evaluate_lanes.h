@@ -70,12 +70,13 @@ struct LaneScratch {
   std::vector<MeanProducts> means;
   std::vector<LaneLight> lamps;          ///< instead of light from all around
   std::vector<LaneColours> colours;      ///< of `lamps`
+  std::vector<LaneLight> behind;         ///< lights that come through, mirrored
   std::vector<std::vector<float>> sums;  ///< of `means`
 };
 
 /// Adds `texels` (any number of them) of one fabric, seen from `view` under all `lights` and in the light
-/// from all `around`, if there is any, to `sum`. Levels and texels must exist. Levels that are not of
-/// products alone see the light from around as twelve lamps.
+/// from all `around`, if there is any, to `sum`; light from behind is that of PackedFabric::through. Levels
+/// and texels must exist. Levels that are not of products alone see the light from around as twelve lamps.
 void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
                     const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
                     LaneShading& sum, PowerKind power = PowerKind::exact,

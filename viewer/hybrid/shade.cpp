@@ -151,12 +151,12 @@ bool is_one_surface(const PixelPlaces& block) {
                      [&](std::uint32_t surface) { return surface == block.surface[0]; });
 }
 
-/// The block's texels without those of other fabrics.
-std::span<const LaneTexels> texels_of(const ShadingScene& scene, const PixelBlock& block, int fabric,
-                                      std::vector<LaneTexels>& texels) {
+/// The block's texels without those of other fabrics, and of other sides.
+std::span<const LaneTexels> texels_of(const ShadingScene& scene, const PixelBlock& block,
+                                      const PackedFabric* fabric, std::vector<LaneTexels>& texels) {
   texels.assign(block.texels.begin(), block.texels.begin() + static_cast<std::ptrdiff_t>(block.texel_count));
   for (std::size_t lane = 0; lane < block.count; ++lane) {
-    if (scene.materials[block.surface[lane]].fabric == fabric) continue;
+    if (seen_fabric(scene, block, lane) == fabric) continue;
     for (LaneTexels& list : texels) list.weight[lane] = 0;
   }
   return texels;
@@ -168,6 +168,11 @@ void fill_frames(const Camera& camera, int width, int height, const PixelPlaces&
 }
 
 }  // namespace
+
+const PackedFabric* seen_fabric(const ShadingScene& scene, const PixelPlaces& block, std::size_t lane) {
+  const int fabric = scene.materials[block.surface[lane]].fabric;
+  return fabric < 0 ? nullptr : &scene.fabrics[fabric].seen_from(block.side[lane]);
+}
 
 LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelPlaces& block) {
   LaneFrames result;
@@ -206,15 +211,19 @@ void place_light(const ShadingScene& scene, const PixelPlaces& block, const Lane
 void cast_shadow(const ShadingScene& scene, const PixelPlaces& block, const LaneFrames& frames,
                  const ShadowMap& map, LaneLight& light) {
   for (std::size_t lane = 0; lane < block.count; ++lane) {
-    // direction.z is the cosine: fabrics reflect no light from behind, and a share of 0 stays 0.
-    if (!(light.direction.z[lane] > 0) && scene.materials[block.surface[lane]].fabric >= 0) continue;
+    // direction.z is the cosine: most fabrics show no light from behind, and a share of 0 stays 0.
+    const bool behind = !(light.direction.z[lane] > 0);
+    const PackedFabric* const fabric = behind ? seen_fabric(scene, block, lane) : nullptr;
+    if (fabric != nullptr && !fabric->through) continue;
     const V3f tangent(frames.tangent.x[lane], frames.tangent.y[lane], frames.tangent.z[lane]);
     const V3f up(frames.up.x[lane], frames.up.y[lane], frames.up.z[lane]);
     const V3f normal(frames.normal.x[lane], frames.normal.y[lane], frames.normal.z[lane]);
     const V3f direction =
         tangent * light.direction.x[lane] + up * light.direction.y[lane] + normal * light.direction.z[lane];
-    light.share[lane] *= shadow_share(
-        map, V3f(seen_point(*scene.mesh, scene.origin, block, lane) - scene.origin), normal, direction);
+    // What comes through leaves the cloth on the light's side, so that it is not in its own shadow.
+    light.share[lane] *=
+        shadow_share(map, V3f(seen_point(*scene.mesh, scene.origin, block, lane) - scene.origin),
+                     fabric != nullptr ? -normal : normal, direction);
   }
 }
 
@@ -272,19 +281,16 @@ void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScr
   const LaneSmoothLight* around = scene.around != nullptr ? &result.around : nullptr;
   LaneShading& light = result.light;
   light = {};
-  const int fabric = scene.materials[block.surface[0]].fabric;
-  if (is_one_surface(block)) {
-    if (fabric >= 0)
-      evaluate_lanes(scene.fabrics[fabric], std::span(block.texels).first(block.texel_count), frames.view,
-                     lights, scratch.lanes, light, scene.power, around);
-    return;
-  }
-  for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
-    bool any = false;
-    for (std::size_t lane = 0; lane < block.count; ++lane)
-      any |= scene.materials[block.surface[lane]].fabric == static_cast<int>(i);
-    if (!any) continue;
-    evaluate_lanes(scene.fabrics[i], texels_of(scene, block, static_cast<int>(i), scratch.texels),
+  std::array<const PackedFabric*, lane_count> seen{};
+  for (std::size_t lane = 0; lane < block.count; ++lane) seen[lane] = seen_fabric(scene, block, lane);
+  const auto end = seen.begin() + static_cast<std::ptrdiff_t>(block.count);
+  for (auto of = seen.begin(); of != end; ++of) {
+    if (*of == nullptr || std::find(seen.begin(), of, *of) != of) continue;
+    const bool all =
+        std::all_of(seen.begin(), end, [&](const PackedFabric* fabric) { return fabric == *of; });
+    evaluate_lanes(**of,
+                   all ? std::span<const LaneTexels>(block.texels).first(block.texel_count)
+                       : texels_of(scene, block, *of, scratch.texels),
                    frames.view, lights, scratch.lanes, light, scene.power, around);
   }
 }

@@ -50,6 +50,9 @@ LaneFrames garment_frames(const Camera& camera, int width, int height, const Pix
 /// The visible point at a pixel of the block; m, world. `origin` is that of the mesh's coordinates.
 V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelPlaces& block, std::size_t lane);
 
+/// What is seen of a pixel's fabric; null without a fabric.
+const PackedFabric* seen_fabric(const ShadingScene& scene, const PixelPlaces& block, std::size_t lane);
+
 /// A block between the stages of its shading.
 struct ShadedBlock {
   PixelPlaces places;

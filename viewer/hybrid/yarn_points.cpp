@@ -23,13 +23,14 @@ V3f direction_of(const LaneDirections& d, std::size_t lane) { return {d.x[lane],
 
 constexpr std::uint32_t none = ~0U;
 
-YarnPixels pixels_of(const ShadingScene& scene, std::span<const ShadedBlock> blocks, int fabric) {
+YarnPixels pixels_of(const ShadingScene& scene, std::span<const ShadedBlock> blocks,
+                     const PackedFabric& fabric) {
   YarnPixels result;
   for (const Light& light : scene.lights) result.irradiance.push_back(light.irradiance);
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
     const PixelPlaces& of = blocks[b].places;
     for (std::uint32_t lane = 0; of.shows_yarn && lane < of.count; ++lane) {
-      if (!(of.yarn[lane] > 0) || scene.materials[of.surface[lane]].fabric != fabric) continue;
+      if (!(of.yarn[lane] > 0) || seen_fabric(scene, of, lane) != &fabric) continue;
       result.pixels.push_back({b, lane, V2i(of.x[lane], of.y[lane]), of.uv(lane), of.uv_right(lane),
                                of.uv_up(lane), direction_of(blocks[b].frames.view, lane), of.surface[lane],
                                of.side[lane]});
@@ -46,15 +47,11 @@ YarnPixels pixels_of(const ShadingScene& scene, std::span<const ShadedBlock> blo
   return result;
 }
 
-/// Shades the yarn of one fabric.
+/// Shades the yarn of one side of a fabric.
 class PixelShader {
  public:
-  PixelShader(const ShadingScene& scene, std::span<ShadedBlock> blocks, int fabric)
-      : points_(scene.points),
-        blocks_(blocks),
-        of_(pixels_of(scene, blocks, fabric)),
-        shader_(scene.fabrics[fabric], of_) {
-    const PackedFabric& packed = scene.fabrics[fabric];
+  PixelShader(const ShadingScene& scene, std::span<ShadedBlock> blocks, const PackedFabric& packed)
+      : points_(scene.points), blocks_(blocks), of_(pixels_of(scene, blocks, packed)), shader_(packed, of_) {
     const V2i texels = whole_texels(*packed.fabric);
     texels_ = static_cast<float>(texels.x) * static_cast<float>(texels.y);
     coarse_pixel_ = 0.2F * packed.largest_yarn_pixel;
@@ -228,8 +225,10 @@ class PixelShader {
 }  // namespace
 
 void add_yarn(const ShadingScene& scene, std::span<ShadedBlock> blocks) {
-  for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
-    if (scene.fabrics[i].largest_yarn_pixel > 0) PixelShader(scene, blocks, static_cast<int>(i)).shade();
+  for (const PackedFabric& fabric : scene.fabrics) {
+    if (!(fabric.largest_yarn_pixel > 0)) continue;
+    PixelShader(scene, blocks, fabric).shade();
+    if (fabric.turned) PixelShader(scene, blocks, *fabric.turned).shade();
   }
 }
 

@@ -57,16 +57,20 @@ void SampleShader::find(std::span<const std::uint32_t> packet) {
   for (std::size_t number = 0; number < of_.irradiance.size(); ++number) {
     alignas(64) std::array<float, yarn_lanes> share{};
     std::uint32_t shines = 0;
+    std::uint32_t behind = 0;
     for (std::size_t i = 0; i < packet.size(); ++i) {
       const YarnLight& light = light_of(samples_[packet[i]], number);
       direction_.set(i, light.direction);
       share[i] = light.share;
       shines |= static_cast<std::uint32_t>(direction_.z[i] > 0 && share[i] > 0) << i;
+      behind |= static_cast<std::uint32_t>(direction_.z[i] < 0 && share[i] > 0) << i;
     }
+    const V3f& irradiance = of_.irradiance[number];
+    if (!yarns_.data().through.empty() && (behind & seen) != 0)
+      shine_through(packet, behind & seen, share, irradiance);
     shines &= seen;
     if (shines == 0) continue;
     reflect(surface_, direction_, view_, reflection_);
-    const V3f& irradiance = of_.irradiance[number];
     for (std::size_t i = 0; i < packet.size(); ++i) {
       if ((shines >> i & 1) == 0) continue;
       YarnSample& s = samples_[packet[i]];
@@ -74,6 +78,18 @@ void SampleShader::find(std::span<const std::uint32_t> packet) {
       if ((reflection_.facing >> i & 1) != 0)
         direct_[number * samples_.size() + packet[i]] = reflection_.direct.at(i) * irradiance * share[i];
     }
+  }
+}
+
+/// Adds a light from below, in `direction_`, to samples of the lanes.
+void SampleShader::shine_through(std::span<const std::uint32_t> packet, std::uint32_t lanes,
+                                 std::span<const float> share, const V3f& irradiance) {
+  YarnLanes light = direction_;
+  for (float& z : light.z) z = -z;
+  reflect_through(surface_, light, reflection_.indirect);
+  for (std::size_t i = 0; i < packet.size(); ++i) {
+    if ((lanes >> i & 1) != 0)
+      samples_[packet[i]].radiance += reflection_.indirect.at(i) * irradiance * share[i];
   }
 }
 

@@ -63,6 +63,8 @@ class SampleShader {
     return of_.lights[sample.pixel * of_.irradiance.size() + number];
   }
   void find(std::span<const std::uint32_t> packet);
+  void shine_through(std::span<const std::uint32_t> packet, std::uint32_t lanes, std::span<const float> share,
+                     const V3f& irradiance);
   void reflect_around(std::span<const std::uint32_t> packet, std::uint32_t seen);
   void cast_shadows(std::size_t number);
 

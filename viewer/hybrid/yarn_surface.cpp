@@ -186,6 +186,26 @@ SELVEDGE_INLINE WideVec3<N> lifted_lanes(const WideVec3<N>& d) {
   return unit(WideVec3<N>{d.x, d.y, max(d.z, WideFloat<N>(min_rise))});
 }
 
+/// Indirect light of lanes i ..., by factors of the functions of the light d.
+template <std::size_t N>
+SELVEDGE_INLINE void store_indirect(const YarnSurface::Factors& factors, const WideVec3<N>& d, std::size_t i,
+                                    YarnLanes& result) {
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  const Wide zero(0);
+  const Wide one(1);
+  const Wide basis[light_functions_of_yarn] = {
+      // NOLINT(modernize-avoid-c-arrays)
+      one, d.x, d.y, d.z, d.x * d.y, d.x * d.z, d.y * d.z, d.x * d.x - d.y * d.y, Wide(3) * d.z * d.z - one};
+  Vec sum{zero, zero, zero};
+  for (std::size_t k = 0; k < light_functions_of_yarn; ++k) {
+    const auto of = [&](std::size_t colour) { return Wide::load(&factors[3 * k + colour][i]); };
+    sum = sum + Vec{of(0), of(1), of(2)} * basis[k];
+  }
+  sum = sum * d.z;
+  store(Vec{max(zero, sum.x), max(zero, sum.y), max(zero, sum.z)}, result, i);
+}
+
 template <std::size_t N>
 SELVEDGE_INLINE void reflect_lanes(const YarnSurface& surface, const YarnLanes& light, const YarnLanes& view,
                                    YarnReflection& result) {
@@ -197,23 +217,7 @@ SELVEDGE_INLINE void reflect_lanes(const YarnSurface& surface, const YarnLanes& 
     const Vec d = load<width>(light, i);
     const Wide zero(0);
     const Wide one(1);
-    const Wide basis[light_functions_of_yarn] = {// NOLINT(modernize-avoid-c-arrays)
-                                                 one,
-                                                 d.x,
-                                                 d.y,
-                                                 d.z,
-                                                 d.x * d.y,
-                                                 d.x * d.z,
-                                                 d.y * d.z,
-                                                 d.x * d.x - d.y * d.y,
-                                                 Wide(3) * d.z * d.z - one};
-    Vec sum{zero, zero, zero};
-    for (std::size_t k = 0; k < light_functions_of_yarn; ++k) {
-      const auto of = [&](std::size_t colour) { return Wide::load(&surface.transfer[3 * k + colour][i]); };
-      sum = sum + Vec{of(0), of(1), of(2)} * basis[k];
-    }
-    sum = sum * d.z;
-    store(Vec{max(zero, sum.x), max(zero, sum.y), max(zero, sum.z)}, result.indirect, i);
+    store_indirect<width>(surface.transfer, d, i, result.indirect);
 
     const Vec normal = load<width>(surface.normal, i);
     const Vec l = lifted_lanes(d);
@@ -249,6 +253,14 @@ SELVEDGE_THREE_BODIES(reflect_lanes,
                        YarnReflection& result),
                       (surface, light, view, result))
 
+template <std::size_t N>
+SELVEDGE_INLINE void through_lanes(const YarnSurface& surface, const YarnLanes& light, YarnLanes& result) {
+  for (std::size_t i = 0; i < yarn_lanes; i += N)
+    store_indirect<N>(surface.through, load<N>(light, i), i, result);
+}
+SELVEDGE_THREE_BODIES(through_lanes, (const YarnSurface& surface, const YarnLanes& light, YarnLanes& result),
+                      (surface, light, result))
+
 }  // namespace
 
 void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits& hits, std::uint32_t lanes,
@@ -278,6 +290,7 @@ void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits
   place(segments.data(), curves, hits.from_start, surface, station);
   // Lanes between the same two stations have the same coefficients.
   surface.transfer = {};
+  if (!data.through.empty()) surface.through = {};
   if (!sky.empty()) surface.sky = {};
   std::array<int, yarn_lanes> whole;
   for (std::size_t i = 0; i < yarn_lanes; ++i)
@@ -299,6 +312,7 @@ void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits
     const std::size_t a = place_of(whole[lead]);
     const std::size_t b = place_of(whole[lead] + 1);
     add(&data.light[a], &data.light[b], here, next, surface, surface.transfer);
+    if (!data.through.empty()) add(&data.through[a], &data.through[b], here, next, surface, surface.through);
     if (!sky.empty()) add(&sky[a], &sky[b], here, next, surface, surface.sky);
   }
 }
@@ -307,6 +321,11 @@ void reflect(const YarnSurface& surface, const YarnLanes& light, const YarnLanes
              YarnReflection& result) {
   static const auto reflect_all = reflect_lanes_for_this_processor();
   reflect_all(surface, light, view, result);
+}
+
+void reflect_through(const YarnSurface& surface, const YarnLanes& light, YarnLanes& result) {
+  static const auto reflect_all = through_lanes_for_this_processor();
+  reflect_all(surface, light, result);
 }
 
 }  // namespace selvedge

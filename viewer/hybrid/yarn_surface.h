@@ -17,6 +17,7 @@ struct YarnSurface {
   YarnLanes matt;  ///< f of the yarn without its gloss, 1/sr
   bool has_gloss = false;
   alignas(64) Factors transfer{};  ///< of the functions of a light
+  alignas(64) Factors through{};   ///< of those of a light from below, mirrored; undefined if none is known
   alignas(64) Factors sky{};       ///< of those of smooth light from all around (yarn_sky.h)
 };
 
@@ -35,5 +36,8 @@ struct YarnReflection {
 /// Directions are unit; where the light is not above the horizon, the result is undefined.
 void reflect(const YarnSurface& surface, const YarnLanes& light, const YarnLanes& view,
              YarnReflection& result);
+
+/// f of one light from below, which is given mirrored.
+void reflect_through(const YarnSurface& surface, const YarnLanes& light, YarnLanes& result);
 
 }  // namespace selvedge

@@ -110,15 +110,21 @@ void pack_bases(const Fabric& fabric, const ProductBases& bases, PackedFabric& p
 
 std::uint64_t packed_memory(const FabricHeader& header, const LevelRange& range) {
   std::uint64_t groups = 0;
-  for (int k = range.first; k <= range.last; ++k) {
-    const auto has = [&](LayerKind kind) { return header.has(kind, k); };
-    int of_texel = 3;
-    if (has(LayerKind::lobes)) of_texel += 3 * header.shape.lobes;
-    if (has(LayerKind::table) || has(LayerKind::opacity)) of_texel += header.views.count();
-    if (has(LayerKind::light)) of_texel += header.lights.count();
-    if (has(LayerKind::products)) of_texel += (header.shape.products + 3) / 4;
-    groups += std::uint64_t{1} * of_texel * level_size(header.width, k) * level_size(header.height, k);
-  }
+  const bool turns = header.side_of(Side::back) != nullptr;
+  for_each_side(header, [&](const FabricHeader& side) {
+    // Turned over, the fabric is a copy of its own, of front or back and of all light that comes through.
+    const std::uint64_t copies = turns && side.side != Side::front ? 3 : 1;
+    for (int k = range.first; k <= range.last; ++k) {
+      const auto has = [&](LayerKind kind) { return side.has(kind, k); };
+      int of_texel = 3;
+      if (has(LayerKind::lobes)) of_texel += 3 * side.shape.lobes;
+      if (has(LayerKind::table) || has(LayerKind::opacity) || lets_through(side.side))
+        of_texel += side.views.count();
+      if (has(LayerKind::light)) of_texel += side.lights.count();
+      if (has(LayerKind::products)) of_texel += (side.shape.products + 3) / 4;
+      groups += copies * of_texel * level_size(header.width, k) * level_size(header.height, k);
+    }
+  });
   return groups * sizeof(Group);
 }
 
@@ -158,6 +164,14 @@ PackedFabric pack(const Fabric& fabric) {
   }
   if (!fabric.levels.empty() && fabric.levels.front().yarns() != nullptr)
     packed.yarn_sky = sky_of(*fabric.levels.front().yarns());
+  if (const Fabric* const through = fabric.side_of(Side::through))
+    packed.through = std::make_shared<const PackedFabric>(pack(*through));
+  if (fabric.side_of(Side::back) != nullptr) {
+    const auto source = std::make_shared<const Fabric>(turned_over(fabric));
+    PackedFabric turned = pack(*source);
+    turned.own = source;
+    packed.turned = std::make_shared<const PackedFabric>(std::move(turned));
+  }
   return packed;
 }
 

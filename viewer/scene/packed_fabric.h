@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "format/fabric/header.h"
@@ -58,9 +59,16 @@ struct PackedFabric {
   std::vector<float> yarn_sky;  ///< sky_of() the yarn; empty without yarn
   bool needs_views = false;     ///< some level looks views up
   bool needs_lights = false;
+  /// Lit from behind, by lights mirrored in the plane of the cloth; null: nothing comes through.
+  std::shared_ptr<const PackedFabric> through;
+  std::shared_ptr<const PackedFabric> turned;  ///< as seen from behind; null: as from in front
+  std::shared_ptr<const Fabric> own;           ///< the source, if nobody else has it
+
+  /// What is seen of the side, 1 for the front and -1 for the back.
+  const PackedFabric& seen_from(float side) const { return side < 0 && turned ? *turned : *this; }
 };
 
-/// Bytes that these levels of a file take once more, packed.
+/// Bytes that these levels of a file take once more, packed, all sides included.
 std::uint64_t packed_memory(const FabricHeader& header, const LevelRange& range);
 
 /// `fabric` must outlive the result. Precondition: validate() holds.

@@ -113,6 +113,22 @@ void ShowPicture::set_light(const ShowState& state) {
   if (state.backdrop) options_.backdrop = state.backdrop_blur;
 }
 
+namespace {
+
+/// Puts levels before those of a fabric, on all its sides.
+void add_finer(Fabric& fabric, const Fabric& finer, const std::optional<WholeFabric>& whole) {
+  fabric.levels.insert(fabric.levels.begin(), finer.levels.begin(), finer.levels.end());
+  fabric.whole = whole;
+  for (std::size_t i = 0; i < finer.sides.size(); ++i) {
+    if (!finer.sides[i]) continue;
+    Fabric side = *fabric.sides[i];
+    add_finer(side, *finer.sides[i], whole);
+    fabric.sides[i] = std::make_shared<const Fabric>(std::move(side));
+  }
+}
+
+}  // namespace
+
 /// Reads the levels that a picture of so many rows needs and that are not read yet.
 Result<void> ShowPicture::read_levels(const ShowState& state, int rows) {
   // Added files are read whole.
@@ -151,9 +167,7 @@ Result<void> ShowPicture::read_levels(const ShowState& state, int rows) {
     renderer_.reset();
     Result<Fabric> finer = read_levels_within(readers_[i], {first, there - 1}, memory_);
     if (!finer) return tl::unexpected(finer.error());
-    std::vector<FabricLevel>& levels = fabrics_[i].levels;
-    levels.insert(levels.begin(), finer->levels.begin(), finer->levels.end());
-    fabrics_[i].whole = partial_fabric(readers_[i].header(), first, last).whole;
+    add_finer(fabrics_[i], *finer, partial_fabric(readers_[i].header(), first, last).whole);
     more = true;
   }
   return more ? load(state) : Result<void>();

@@ -9,6 +9,7 @@
 #include "format/fabric/evaluate.h"
 #include "tests/format/fabrics.h"
 #include "tests/viewer/shapes.h"
+#include "tests/viewer/sided_fabric.h"
 
 namespace selvedge {
 namespace {
@@ -154,6 +155,28 @@ TEST_CASE("with fast powers radiance is within their error of the reference, and
     // 8e-5 and 6e-5 of exponent times logarithm (powers.h), of lobes that are a fraction of 1 + radiance.
     CHECK(worst.radiance < 1e-4);
     CHECK(worst.radiance > compare(test::random_fabric(4, 4, {3, 3}, lobes, 5), 2, 3, 6).radiance);
+  }
+}
+
+TEST_CASE("lights on both sides agree with the reference evaluation, on both sides of the cloth") {
+  for (const bool products : {false, true}) {
+    const Fabric fabric = test::sided_fabric([&](int side) {
+      Fabric of = test::random_product_fabric(8, 4, {4, 6}, 2, 30 + side);
+      of.radiance_scale = 1 + static_cast<float>(side);
+      for (FabricLevel& level : of.levels) {
+        if (!products) continue;
+        for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light})
+          level.remove(kind);
+      }
+      return of;
+    });
+    for (const Fabric& seen : {fabric, turned_over(fabric)}) {
+      // Of products alone negative sums count as 0 after the mean over the texels.
+      const Differences worst = compare(seen, products ? 1 : 2, 11, 7);
+      CHECK(worst.brightest > 0.1);
+      CHECK(worst.alpha < 2e-6);
+      CHECK(worst.radiance < bound);
+    }
   }
 }
 
