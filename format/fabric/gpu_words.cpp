@@ -150,6 +150,7 @@ void add_yarns(const Yarns& yarns, std::vector<uint>& result) {
     curve.set(curve_slope, curves[i].fibre_slope);
   }
   words.set(yarn_light, yarns.data().light);
+  words.set(yarn_through, yarns.data().through);
 }
 
 void add_fabric(const Fabric& fabric, std::vector<uint>& result) {
@@ -176,6 +177,14 @@ void add_fabric(const Fabric& fabric, std::vector<uint>& result) {
   for (uint k = 0; k < fabric.levels.size(); ++k) {
     words.set_place(fabric_level_places + k);
     add_level(fabric.levels[k], result);
+  }
+  if (const Fabric* const through = fabric.side_of(Side::through)) {
+    words.set_place(fabric_through);
+    add_fabric(*through, result);
+  }
+  if (fabric.side_of(Side::back) != nullptr) {
+    words.set_place(fabric_turned);
+    add_fabric(turned_over(fabric), result);
   }
 }
 

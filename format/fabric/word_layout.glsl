@@ -17,7 +17,11 @@ const uint fabric_height = 10u;
 const uint fabric_first_level = 11u;   // the level of the whole fabric that is the first level here
 const uint fabric_yarns = 12u;         // place of the yarn itself, level -1
 const uint fabric_largest_yarn_pixel = 13u;  // width in texels of level 0 of the whole fabric; 0: no yarn
-const uint fabric_level_places = 14u;  // of level 0; the place of level k is k words further
+// Places of other fabrics, or 0: lit by mirrored lights from behind, and seen from behind; as places of words, they
+// count as fabrics of numbers.
+const uint fabric_through = 14u;
+const uint fabric_turned = 15u;
+const uint fabric_level_places = 16u;  // of level 0; the place of level k is k words further
 
 // Words of a level, counted from its place.
 const uint level_width = 0u;
@@ -47,7 +51,8 @@ const uint yarn_cells = 8u;      // place: [row][column]
 const uint yarn_segments = 9u;   // place: [segment]
 const uint yarn_curves = 10u;    // place: [curve]
 const uint yarn_light = 11u;     // place: [station][function of the angle][function of the light][channel]
-const uint yarn_words = 12u;     // in all
+const uint yarn_through = 12u;   // the same of light from below, mirrored, if that is known
+const uint yarn_words = 13u;     // in all
 
 // Words of a cell.
 const uint cell_first = 0u;  // place of its references

@@ -15,7 +15,7 @@ using namespace selvedge;
 
 namespace {
 
-constexpr std::array paths{RenderPath::hybrid};
+constexpr std::array paths{RenderPath::hybrid, RenderPath::shader};
 
 /// Albedos of the sides, in their order.
 constexpr std::array<float, 4> albedo{0.5F, 0.3F, 0.2F, 0.1F};
@@ -132,5 +132,49 @@ TEST_CASE("cloth from behind is the cloth turned over and seen from in front, in
     check(test::sided_fabric([](int side) {
       return test::with_yarn(test::random_fabric(2, 2, {4, 4}, 1, 20 + 3 * side), 3);
     }));
+  }
+}
+
+TEST_CASE("hybrid and shader agree on cloth that is lit on both sides, in shadows and in an environment") {
+  const auto check = [](const Fabric& fabric, int side) {
+    test::Setting setting = curtain(fabric, false);
+    setting.scene = {};
+    test::add(setting.scene, test::sphere(40, 20, {6, 3}), test::material(0));
+    setting.scene.fabrics.resize(1);
+    setting.options.width = setting.options.height = side;
+    setting.options.lights = {{V3d(0.48, 0.6, 0.64), V3f(3, 2, 1)}, {V3d(-0.6, 0, -0.8), V3f(1, 1, 2)}};
+    CHECK(test::share_apart(setting) <= 0.001);
+    setting.options.shadows = 256;
+    CHECK(test::share_apart(setting) <= 0.001);
+    setting.options.shadows = 0;
+    SmoothLight& around = setting.options.around.emplace();
+    for (std::size_t k = 0; k < around.factors.size(); ++k)
+      around.factors[k] = V3f(0.5F, 0.3F, 0.4F) * (k == 0 ? 1.0F : k < 4 ? 0.2F : 0.02F);
+    CHECK(test::share_apart(setting) <= 0.001);
+  };
+  SUBCASE("products and lobes") {
+    check(test::sided_fabric([](int number) {
+            return test::random_product_fabric(8, 8, {4, 4}, 1, 20 + 3 * number);
+          }),
+          120);
+  }
+  SUBCASE("products alone") {
+    check(test::sided_fabric([](int number) {
+            Fabric fabric = test::random_product_fabric(8, 8, {4, 4}, 1, 20 + 3 * number);
+            for (FabricLevel& level : fabric.levels) {
+              for (const LayerKind kind :
+                   {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light})
+                level.remove(kind);
+            }
+            return fabric;
+          }),
+          120);
+  }
+  // Pixels of so many texels have the same points on both paths.
+  SUBCASE("yarn") {
+    check(test::sided_fabric([](int number) {
+            return test::with_yarn(test::random_fabric(2, 2, {4, 4}, 1, 20 + 3 * number), 3);
+          }),
+          40);
   }
 }

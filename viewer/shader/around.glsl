@@ -2,6 +2,8 @@
 // lamps, held to them by tests. The includer sets both variables for the pixel.
 vec3 around[9];  // factors of the functions, in the fabric's frame
 uint sky;        // place of the fabric's sky: the places of the integrals of its products' psi_b, and of sky_of() its yarn
+const uint sky_of_through = 2u;  // then that of the integrals of what comes through,
+const uint sky_of_turned = 3u;   // and the same three of the fabric from behind
 
 float[9] smooth_basis(vec3 d) {
   return float[9](1.0, d.x, d.y, d.z, d.x * d.y, d.x * d.z, d.y * d.z, d.x * d.x - d.y * d.y, 3.0 * d.z * d.z - 1.0);

@@ -131,6 +131,18 @@ bool is_of_products(uint level) {
          word(level + level_view_table) == 0u && word(level + level_light_table) == 0u;
 }
 
+// 1: the lights in front of the cloth count; -1: those behind it, mirrored in its plane.
+float lit_side = 1.0;
+void mirror_lights() {
+  lit_side = -lit_side;
+#ifdef AROUND
+  around[3] = -around[3];
+  around[5] = -around[5];
+  around[6] = -around[6];
+  sky = lit_side > 0.0 ? sky - sky_of_through : sky + sky_of_through;
+#endif
+}
+
 // Adds the light of such a sum under all lights, seen from `view`.
 void shine(uint fabric, uint level, vec3 view, mat3 frame, inout vec4 sum) {
   if (!(view.z > 0.0)) return;
@@ -141,7 +153,7 @@ void shine(uint fabric, uint level, vec3 view, mat3 frame, inout vec4 sum) {
     vec3 direction;
     vec3 irradiance;
     light_at(i, direction, irradiance);
-    vec3 l = direction * frame;
+    vec3 l = direction * frame * vec3(1.0, 1.0, lit_side);
     if (!(l.z > 0.0)) continue;
     Taps taps = taps_of(word(fabric + fabric_light_columns), word(fabric + fabric_light_rows), l);
     vec3 bracket = from_zero(lit_products(fabric, level, taps), largest);
@@ -174,12 +186,14 @@ void lamp_at(uint i, mat3 frame, out vec3 l, out vec3 irradiance) {
 #ifdef AROUND
   if (i >= light_count()) {
     around_lamp(i - light_count(), l, irradiance);
+    // The dark side of what a scene hides from itself is below 0 here and there.
+    if (lit_side < 0.0) irradiance = max(irradiance, vec3(0.0));
     return;
   }
 #endif
   vec3 direction;
   light_at(i, direction, irradiance);
-  l = direction * frame;
+  l = direction * frame * vec3(1.0, 1.0, lit_side);
 }
 
 // Evaluates a texel under all lights, seen from `view`: adds weight * alpha * (radiance, 1).

@@ -24,9 +24,17 @@ ivec2 size_of(uint fabric, uint level) {
   return ivec2(int(word(place + level_width)), int(word(place + level_height)));
 }
 
+// The number of what is seen of a fabric from a side, 1 or -1.
+uint seen_from(float side, uint index) {
+  uint turned = word(index) + fabric_turned;
+  return side < 0.0 && word(turned) != 0u ? turned : index;
+}
+
 // Adds the mean of the texels of a level under the pixel; `right` and `up` in whole repeats.
-void shade_level(uint index, uint fabric, uint level, vec2 uv, vec2 right, vec2 up, vec3 view, mat3 frame,
-                 float part, inout vec4 sum) {
+void shade_level(uint index, uint level, vec2 uv, vec2 right, vec2 up, vec3 view, mat3 frame, float part,
+                 inout vec4 sum) {
+  uint fabric = word(index);
+  uint through = fabric + fabric_through;
   ivec2 size = size_of(fabric, level);
   vec2 centre = (uv - floor(uv)) * vec2(size);
   bool nearest = by_area == 0 || forced_level >= 0;
@@ -42,28 +50,41 @@ void shade_level(uint index, uint fabric, uint level, vec2 uv, vec2 right, vec2 
     ivec2 texel = first + ivec2(i % count.x, i / count.x);
     total += texel_share(box, vec2(texel) + 0.5 - centre);
   }
-  uint place = word(fabric + fabric_level_places + level);
-  bool of_products = is_of_products(place);
-  if (of_products) clear_coefficients(place);
-  Taps taps = taps_of(word(fabric + fabric_view_columns), word(fabric + fabric_view_rows), view);
-  // One call for both ways: compilers copy the function to every call.
-  for (int i = 0; i < count.x * count.y; ++i) {
-    ivec2 texel = first + ivec2(i % count.x, i / count.x);
-    float share = nearest ? 1.0 : texel_share(box, vec2(texel) + 0.5 - centre);
-    if (!(share > 0.0)) continue;
-    // Texels beyond the border are those of the next repeat.
-    ivec2 at = (texel % size + size) % size;
-    uint number_of_texel = uint(at.y * size.x + at.x);
-    float weight = part * share / total;
-    if (of_products) {
-      weight *= opacity_of(fabric, place, number_of_texel, taps);
-      sum.a += weight;
-      add_coefficients(place, number_of_texel, weight);
-    } else {
-      shade_texel(index, level, number_of_texel, view, frame, weight, sum);
+  float alpha = sum.a;
+  for (int pass = 0; pass < (word(through) == 0u ? 1 : 2); ++pass) {
+    if (pass == 1) {
+      alpha = sum.a;
+      index = through;
+      fabric = word(index);
+      mirror_lights();
     }
+    uint place = word(fabric + fabric_level_places + level);
+    bool of_products = is_of_products(place);
+    if (of_products) clear_coefficients(place);
+    Taps taps = taps_of(word(fabric + fabric_view_columns), word(fabric + fabric_view_rows), view);
+    // One call for both ways: compilers copy the function to every call.
+    for (int i = 0; i < count.x * count.y; ++i) {
+      ivec2 texel = first + ivec2(i % count.x, i / count.x);
+      float share = nearest ? 1.0 : texel_share(box, vec2(texel) + 0.5 - centre);
+      if (!(share > 0.0)) continue;
+      // Texels beyond the border are those of the next repeat.
+      ivec2 at = (texel % size + size) % size;
+      uint number_of_texel = uint(at.y * size.x + at.x);
+      float weight = part * share / total;
+      if (of_products) {
+        weight *= opacity_of(fabric, place, number_of_texel, taps);
+        sum.a += weight;
+        add_coefficients(place, number_of_texel, weight);
+      } else {
+        shade_texel(index, level, number_of_texel, view, frame, weight, sum);
+      }
+    }
+    if (of_products) shine(fabric, place, view, frame, sum);
+    if (pass == 0) continue;
+    // The opacity is known.
+    sum.a = alpha;
+    mirror_lights();
   }
-  if (of_products) shine(fabric, place, view, frame, sum);
 }
 
 // alpha * (radiance, 1) of the pixel at `uv`; `right` and `up`: its change per pixel. `view` is in the frame.
@@ -91,7 +112,7 @@ vec4 shade_fabric(uint index, vec2 uv, vec2 right, vec2 up, vec3 view, mat3 fram
   for (int k = 0; k < 2; ++k) {
     float part = of_texels * (k == 0 ? 1.0 - of_upper : of_upper);
     if (part == 0.0) continue;
-    shade_level(index, fabric, uint(lower + float(k)), uv, right, up, view, frame, part, sum);
+    shade_level(index, uint(lower + float(k)), uv, right, up, view, frame, part, sum);
   }
   return sum;
 }

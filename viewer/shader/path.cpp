@@ -55,14 +55,18 @@ constexpr std::uint32_t highest_bit = 0x80000000U;
 /// Appends what the fabrics make of light from all around, as around.glsl has it, and returns its place.
 std::size_t append_skies(std::span<const PackedFabric> fabrics, std::vector<std::uint32_t>& words) {
   const std::size_t first = words.size();
-  words.resize(first + 2 * fabrics.size());
-  const auto append = [&](std::size_t at, std::span<const float> values) {
-    words[at] = static_cast<std::uint32_t>(words.size());
+  std::size_t at = first;
+  words.resize(first + 6 * fabrics.size());
+  const auto append = [&](std::span<const float> values) {
+    words[at++] = static_cast<std::uint32_t>(words.size());
     for (const float value : values) words.push_back(std::bit_cast<std::uint32_t>(value));
   };
-  for (std::size_t i = 0; i < fabrics.size(); ++i) {
-    append(first + 2 * i, fabrics[i].around_basis);
-    append(first + 2 * i + 1, fabrics[i].yarn_sky);
+  for (const PackedFabric& fabric : fabrics) {
+    for (const PackedFabric* seen : {&fabric, fabric.turned.get()}) {
+      append(seen != nullptr ? seen->around_basis : std::span<const float>());
+      append(seen != nullptr ? seen->yarn_sky : std::span<const float>());
+      append(seen != nullptr && seen->through ? seen->through->around_basis : std::span<const float>());
+    }
   }
   return first;
 }

@@ -84,14 +84,18 @@ void main() {
                 within.at.y * (normal_v[2] - normal_v[0]).xyz;
   normal = facing_normal(unit_or(normal, view * side) * side, view);
 
+  uint index = surface.x < 0 ? 0u : seen_from(side, uint(surface.x));
 #ifdef SHADOWS
+  // What comes through leaves the cloth on the light's side, so that it is not in its own shadow.
+  bool lets_through = surface.x >= 0 && word(word(index) + fabric_through) != 0u;
   for (uint i = 0u; i < light_count(); ++i) {
     int map = int(lights[4u * i + 3u].y);
     if (map == 0) continue;
     vec3 direction;
     vec3 irradiance;
     open_light_at(i, direction, irradiance);
-    shadow_shares[map - 1] = shadow_share(uint(map - 1), surface_point, normal, direction);
+    vec3 leaving = lets_through && dot(normal, direction) < 0.0 ? -normal : normal;
+    shadow_shares[map - 1] = shadow_share(uint(map - 1), surface_point, leaving, direction);
   }
 #endif
   vec3 t = tangent_of[0].xyz + within.at.x * (tangent_of[1] - tangent_of[0]).xyz +
@@ -130,9 +134,9 @@ void main() {
   vec2 up = vec2(along(within.up, u.x, u.y, u.z), along(within.up, v.x, v.y, v.z));
 
 #ifdef AROUND
-  sky = uint(skies) + 2u * uint(surface.x);
+  sky = uint(skies) + 2u * sky_of_turned * uint(surface.x) + (index == uint(surface.x) ? 0u : sky_of_turned);
 #endif
-  vec4 sum = shade_fabric(uint(surface.x), uv, right, up, local_view, frame);
+  vec4 sum = shade_fabric(index, uv, right, up, local_view, frame);
   if ((surface.y & 1) == 0) sum = sum.a > 0.0 ? sum / sum.a : vec4(0.0, 0.0, 0.0, 1.0);
   sum.a = min(sum.a, 1.0);
 #ifdef PBR

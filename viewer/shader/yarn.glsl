@@ -245,20 +245,25 @@ void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float weight, inout
   for (int k = 0; k < 9; ++k) radiance += of_light[k] * around[k];
   radiance = max(radiance, vec3(0.0));
 #endif
-  coefficients_at(word(yarn + yarn_light), point, of_light);
-  for (uint i = 0u; i < light_count(); ++i) {
-    vec3 direction;
-    vec3 irradiance;
-    light_at(i, direction, irradiance);
-    vec3 l = direction * frame;
-    if (!(l.z > 0.0) || irradiance == vec3(0.0)) continue;
-    vec3 f = of_light[0] + of_light[1] * l.x + of_light[2] * l.y + of_light[3] * l.z + of_light[4] * (l.x * l.y) +
-             of_light[5] * (l.x * l.z) + of_light[6] * (l.y * l.z) + of_light[7] * (l.x * l.x - l.y * l.y) +
-             of_light[8] * (3.0 * l.z * l.z - 1.0);
-    f = max(vec3(0.0), f * l.z);
-    vec3 lit = direct_light(point, l, view);
-    if (lit != vec3(0.0) && !is_yarn_hidden(yarn, hit, point.normal, l)) f += lit;
-    radiance += f * irradiance;
+  // Lights above, then those below, mirrored.
+  for (int pass = 0; pass < 2; ++pass) {
+    uint table = word(yarn + (pass == 0 ? yarn_light : yarn_through));
+    if (table == 0u) break;
+    coefficients_at(table, point, of_light);
+    for (uint i = 0u; i < light_count(); ++i) {
+      vec3 direction;
+      vec3 irradiance;
+      light_at(i, direction, irradiance);
+      vec3 l = direction * frame * vec3(1.0, 1.0, pass == 0 ? 1.0 : -1.0);
+      if (!(l.z > 0.0) || irradiance == vec3(0.0)) continue;
+      vec3 f = of_light[0] + of_light[1] * l.x + of_light[2] * l.y + of_light[3] * l.z + of_light[4] * (l.x * l.y) +
+               of_light[5] * (l.x * l.z) + of_light[6] * (l.y * l.z) + of_light[7] * (l.x * l.x - l.y * l.y) +
+               of_light[8] * (3.0 * l.z * l.z - 1.0);
+      f = max(vec3(0.0), f * l.z);
+      vec3 lit = pass == 0 ? direct_light(point, l, view) : vec3(0.0);
+      if (lit != vec3(0.0) && !is_yarn_hidden(yarn, hit, point.normal, l)) f += lit;
+      radiance += f * irradiance;
+    }
   }
   sum.rgb += weight * from_zero(radiance, 1e30);
 }
