@@ -133,6 +133,7 @@ void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& ligh
     if (lights.normals) packet.gather[i]->normal += V3d(scene_.vertex_normal(points[i]));
   }
   rays += light_directly(packet, points, hits, view, lights.directions);
+  if (scene_.is_open()) rays += light_through(packet, points, hits, lights.directions);
   const std::size_t n = lights.directions.size();
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
@@ -156,7 +157,7 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
   if (hits == 0) return 0;
   Reflecting r;
   const bool glossy = !scene_.mesh().gloss.empty();
-  const bool varied = !scene_.mesh().places.empty();
+  const bool varied = !scene_.mesh().places.empty() || scene_.is_translucent();
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
     V3f normal = points[i].face_normal;
@@ -167,6 +168,8 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
       normal = V3f(surface.normal);
       albedo = V3f(surface.albedo);
       diffuse -= surface.gloss.weight;
+      if (surface.transmission > 0)
+        diffuse = static_cast<float>(dull_share(surface) * (1 - surface.transmission));
       r.gloss.set(i, surface, view);
     } else {
       albedo = scene_.albedo(points[i]);
@@ -208,13 +211,30 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
   return rays;
 }
 
+std::uint64_t TexelBaker::light_through(const Packet& packet, const PointPacket& points, std::uint32_t hits,
+                                        std::span<const V3f> lights) const {
+  std::uint64_t rays = 0;
+  for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
+    const int i = std::countr_zero(remaining);
+    const YarnSurface surface = surface_at(scene_, points[i]);
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+      if (!comes_through(surface, V3d(lights[l]))) continue;
+      const V3d light = direct_light(scene_, points[i], surface, lights[l], -surface.inward, rays);
+      for (std::size_t c = 0; c < 3; ++c) {
+        packet.gather[i]->recent[c * lights.size() + l] += static_cast<float>(light[static_cast<int>(c)]);
+      }
+    }
+  }
+  return rays;
+}
+
 void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights, Gather& gather) const {
   CacheTaps taps;
   if (!cache_->taps(point, taps)) return;
-  const V3f albedo = albedo_with_gloss(scene_, point);
+  const DiffuseShares shares = diffuse_shares(scene_, point);
   const std::size_t n = lights.directions.size();
-  for (std::size_t k = 0; k < 3; ++k) {
-    const float* row = &lights.indirect[taps.point[k] * 3 * n];
+  const auto add = [&](std::size_t k, int cached, const V3f& albedo) {
+    const float* row = &lights.indirect[static_cast<std::size_t>(cached) * 3 * n];
     for (std::size_t c = 0; c < 3; ++c) {
       const float weight = taps.weight[k] * albedo[static_cast<int>(c)] / static_cast<float>(pi);
       if (n == 1) {  // a pair has one light: nine calls would cost more than their work
@@ -222,6 +242,12 @@ void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights
       } else {
         add_row(row + c * n, weight, n, &gather.recent[c * n]);
       }
+    }
+  };
+  for (std::size_t k = 0; k < 3; ++k) {
+    add(k, taps.point[k], shares.back);
+    if (scene_.is_translucent()) {
+      add(k, IrradianceCache::other_side_of(taps.point[k]), shares.through);
     }
   }
 }

@@ -13,6 +13,7 @@ namespace {
 using std::numbers::pi;
 
 constexpr int angles = 16;
+constexpr std::uint64_t stream_inside = mix(202);
 constexpr int light_count = 64;
 /// Weight of a place that other yarn covers, where nothing is known: keeps the sums solvable.
 constexpr double covered_weight = 1e-3;
@@ -37,6 +38,7 @@ Eigen::MatrixX3d irradiance_at(const TracedCell& cell, const SurfacePoint& point
                                const YarnLightOptions& options, std::uint64_t place) {
   const RayScene& scene = cell.scene;
   const PathTracer tracer(scene, options.bounces);
+  std::uint64_t rays = 0;
   std::vector<V3d> sum(lights.size(), V3d(0, 0, 0));
   for (std::size_t l = 0; l < lights.size(); ++l) {
     const double cosine = lights[l].z < 0 ? static_cast<double>(point.face_normal.dot(lights[l])) : 0;
@@ -49,9 +51,7 @@ Eigen::MatrixX3d irradiance_at(const TracedCell& cell, const SurfacePoint& point
     if (!scene.trace(scene.leave(point), direction, at)) continue;
     const YarnSurface surface = surface_at(scene, at);
     for (std::size_t l = 0; l < lights.size(); ++l) {
-      const double cosine = surface.normal.dot(V3d(lights[l]));
-      if (!(cosine > 0) || scene.occluded(at, lights[l])) continue;
-      sum[l] += reflectance(surface, V3d(lights[l]), -direction) * cosine;
+      sum[l] += direct_light(scene, at, surface, lights[l], -direction, rays);
     }
     tracer.add_indirect(at, -direction, lights, sampler, sum);
   }
@@ -116,13 +116,20 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
         normal += (open ? 1 : covered_weight) * row * row.transpose();
         if (!open) continue;
         const std::uint64_t place = seed_of(options.seed, 201, (first + station) * angles + a);
-        const Eigen::MatrixX3d irradiance = irradiance_at(cell, point, lights, options, place);
-        for (int side = 0; side < sides; ++side) {
-          const Eigen::MatrixXd values = project * irradiance.middleRows(side * light_count, light_count);
-          for (int k = 0; k < columns; ++k) {
-            const double share = static_cast<double>(reflected[k % 3]) / pi;
-            right.col(side * columns + k) += row * (values(k / 3, k % 3) * share);
+        const auto add = [&](const SurfacePoint& on, const V3f& share, std::uint64_t stream) {
+          const Eigen::MatrixX3d irradiance = irradiance_at(cell, on, lights, options, place ^ stream);
+          for (int side = 0; side < sides; ++side) {
+            const Eigen::MatrixXd values = project * irradiance.middleRows(side * light_count, light_count);
+            for (int k = 0; k < columns; ++k) {
+              const double part = static_cast<double>(share[k % 3]) / pi;
+              right.col(side * columns + k) += row * (values(k / 3, k % 3) * part);
+            }
           }
+        };
+        add(point, reflected, 0);
+        if (cell.scene.is_translucent()) {
+          const SurfacePoint inside = other_side(point);  // no ray met it: without the noise of its fibres
+          add(inside, diffuse_shares(cell.scene, inside).through, stream_inside);
         }
       }
       solved[station] = normal.ldlt().solve(right);

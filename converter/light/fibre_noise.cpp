@@ -62,6 +62,8 @@ void add_fibre_noise(const CellMesh& mesh, const SurfacePoint& point, YarnSurfac
         static_cast<double>(skin.irregularity) *
         closed_noise(seed, static_cast<std::int64_t>(stream_colour), skin.swells, along * skin.swells);
   }
+  // Strands lie on the outside of a translucent wall; its colour is that of both sides.
+  const bool inside = point.back && !mesh.transmission.empty();
   if (skin.strands > 0) {
     const double strand = (static_cast<double>(place.around) - skin.lays * along) * skin.strands;
     const double first = std::floor(strand);
@@ -78,8 +80,10 @@ void add_fibre_noise(const CellMesh& mesh, const SurfacePoint& point, YarnSurfac
     const double cosine = normal.dot(view);
     if (cosine < min_cosine) normal = (normal + view * (min_cosine - cosine)).normalized();
     const V3d fibre = surface.fibre + across * (sway * noise(2));
-    surface.normal = normal;
-    surface.fibre = (fibre - normal * fibre.dot(normal)).normalized();
+    if (!inside) {
+      surface.normal = normal;
+      surface.fibre = (fibre - normal * fibre.dot(normal)).normalized();
+    }
     brightness *= 1 + shade * noise(3);
   }
   for (int c = 0; c < 3; ++c) surface.albedo[c] = std::clamp(surface.albedo[c] * brightness, 0.0, 1.0);

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "converter/light/path_tracer.h"
+#include "converter/light/shown_backs.h"
 #include "converter/light/sobol.h"
 #include "converter/light/yarn_brdf.h"
 #include "format/base/parallel.h"
@@ -22,8 +23,6 @@ constexpr double patches_per_period = 20;
 /// Smallest cosine between a vertex's normal and a triangle's for which the vertex may stand for the
 /// triangle.
 constexpr float smooth = 0.8F;
-/// Share of rays that may meet backs of triangles before both sides count as outside.
-constexpr double max_backs = 0.005;
 
 /// target = sum of weight[k] * source[column[k]], vectors of `width` numbers; those that are all 0 are not
 /// marked in `marked`. Element by element, so the result does not depend on the width of vector registers.
@@ -43,34 +42,6 @@ std::size_t lattice_size(int parts) { return (parts + 1) * (parts + 2) / 2; }
 /// Row j of a lattice has parts + 1 - j points.
 int lattice_index(int parts, int i, int j) { return j * (parts + 1) - j * (j - 1) / 2 + i; }
 
-/// Whether light from above reaches backs of triangles, as with open sheets or random winding. Intersecting
-/// closed yarns show a few backs as well.
-bool shows_backs(const RayScene& scene) {
-  constexpr std::uint32_t count = 4096;
-  constexpr int bounces = 3;
-  const V2d period = scene.period();
-  const double above = static_cast<double>(scene.bounds().max.z) + period.x;
-  int hits = 0;
-  int backs = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    PathSampler sampler(i, 0);
-    const V2d share = sampler.next();
-    V3d origin(share.x * period.x, share.y * period.y, above);
-    V3d direction = cosine_direction({0, 0, -1}, sampler.next());
-    SurfacePoint point;
-    for (int k = 0; k <= bounces && scene.trace(origin, direction, point); ++k) {
-      ++hits;
-      if (point.back) {
-        ++backs;
-        break;
-      }
-      origin = scene.leave(point);
-      direction = cosine_direction(V3d(point.face_normal), sampler.next());
-    }
-  }
-  return backs > max_backs * hits;
-}
-
 }  // namespace
 
 std::vector<float> light_column(const std::vector<float>& irradiance, std::size_t lights, std::size_t light) {
@@ -82,7 +53,7 @@ std::vector<float> light_column(const std::vector<float>& irradiance, std::size_
 std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std::uint64_t seed) {
   IrradianceCache t;
   t.triangles_ = scene.mesh().triangles;
-  t.sides_ = shows_backs(scene) ? 2 : 1;
+  t.sides_ = scene.is_translucent() || shows_backs(scene, 3, false) ? 2 : 1;
   t.place_points(scene);
   if (t.points() > max_cache_points) return std::nullopt;
   t.order_points(scene);
@@ -150,10 +121,17 @@ void IrradianceCache::place_points(const RayScene& scene) {
       const V3f outward = normals[p].normalized();
       normal_.push_back(face == 0 ? outward : -outward);
       points[p].face_normal = outward;
+      points[p].back = face == 1 && scene.is_translucent();
       const YarnSurface surface = surface_at(scene, points[p]);
       const auto w = static_cast<double>(surface.gloss.weight);
       const double reflected = w > 0 ? w * mean_gloss_albedo(surface.gloss.roughness) : 0;
-      albedo_.emplace_back(surface.albedo * (1 - w) + V3d(reflected));
+      if (scene.is_translucent()) {
+        const DiffuseShares shares = diffuse_shares(surface);
+        albedo_.push_back(shares.back);
+        through_.push_back(shares.through);
+      } else {
+        albedo_.emplace_back(surface.albedo * (1 - w) + V3d(reflected));
+      }
     }
   }
 }
@@ -281,7 +259,9 @@ std::vector<float> IrradianceCache::light_directly(const RayScene& scene, std::s
     for (std::size_t l = 0; l < n; ++l) {
       std::uint32_t lit = 0;
       for (std::size_t i = 0; i < size; ++i) {
-        lit |= (points[i].face_normal.dot(lights[l]) > 0 ? 1U : 0U) << i;
+        // Light reaches the inside of closed yarn only through its wall.
+        const bool hidden = scene.is_translucent() && !scene.is_open() && indices[i] % 2 == 1;
+        lit |= (!hidden && points[i].face_normal.dot(lights[l]) > 0 ? 1U : 0U) << i;
       }
       traced += static_cast<std::uint64_t>(std::popcount(lit));
       lit &= ~scene.occluded(leaving, lights[l], lit);
@@ -344,6 +324,11 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
         for (std::size_t l = 0; l < n; ++l) {
           const std::size_t i = point * width + c * n + l;
           sent[i] = albedo_[point][static_cast<int>(c)] * (direct[point * n + l] + total[i]);
+          if (!through_.empty()) {
+            const std::size_t other = other_side_of(p);
+            sent[i] += through_[point][static_cast<int>(c)] *
+                       (direct[other * n + l] + total[other * width + c * n + l]);
+          }
           largest = std::max(largest, sent[i]);
         }
       }

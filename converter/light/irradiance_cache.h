@@ -5,11 +5,12 @@
 // The points are the mesh's vertices; triangles larger than a twentieth of the longer period, and those at
 // creases, get additional points inside. From each point 64 cosine-distributed rays meet other points, which
 // gives a matrix W; with the direct irradiance E0 and the albedo a, the irradiance after k + 1 reflections is
-// S = W a (E0 + S) with the S after k.
+// S = W a (E0 + S) with the S after k. Where light passes through walls, each point has one on the other
+// side, and sends the share of that one's light, too, that comes through.
 //
 // Approximations: irradiance and reflected light are linear between the points, and reflection is Lambertian,
-// the share of a gloss included. Rays that meet the inside of closed yarn count as dark. docs/bake.md has the
-// measured error.
+// the share of a gloss included. Rays that meet the inside of closed opaque yarn count as dark. docs/bake.md
+// has the measured error.
 #pragma once
 
 #include <optional>
@@ -35,9 +36,11 @@ class IrradianceCache {
   /// Rays of build() and solve() so far.
   std::uint64_t rays() const { return rays_; }
 
-  /// The points around `point` and their weights; false on the inside of closed yarn, where there is no
-  /// light.
+  /// The points around `point` and their weights; false on the inside of closed opaque yarn, where there is
+  /// no light.
   bool taps(const SurfacePoint& point, CacheTaps& taps) const;
+  /// The point on the other side of the surface. Precondition: the scene is translucent.
+  static int other_side_of(int point) { return point ^ 1; }
 
   /// Indirect irradiance of all points per unit perpendicular irradiance of each light, after 1 to `bounces`
   /// reflections (or until convergence): [point][channel][light].
@@ -59,8 +62,9 @@ class IrradianceCache {
   int sides_ = 1;  ///< 2: points on both sides of the triangles, each front's followed by its back's
   std::vector<V3f> position_;
   std::vector<V3f> normal_;
-  std::vector<V3f> albedo_;  ///< gloss included
-  std::vector<int> order_;   ///< permutation of the points that keeps neighbours in space together
+  std::vector<V3f> albedo_;   ///< of what goes back, gloss included
+  std::vector<V3f> through_;  ///< of what goes to the other side; empty: the yarn is opaque
+  std::vector<int> order_;    ///< permutation of the points that keeps neighbours in space together
   // W in compressed rows.
   std::vector<std::size_t> row_start_;
   std::vector<int> column_;

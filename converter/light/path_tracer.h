@@ -24,8 +24,8 @@ class PathTracer {
   std::uint64_t add_indirect(const SurfacePoint& point, const V3d& view, std::span<const V3f> lights,
                              PathSampler& sampler, std::span<V3d> radiance) const;
 
-  /// Continues a path after `depth` reflections from `at`, seen from `view`: multiplies `throughput` and
-  /// returns the next direction, or nothing if the path ends.
+  /// Continues a path after `depth` reflections from `point`, seen from `view`: multiplies `throughput` and
+  /// returns the next direction, perhaps through the wall, or nothing if the path ends.
   std::optional<V3d> reflect(const SurfacePoint& point, const V3d& view, int depth, PathSampler& sampler,
                              V3d& throughput) const;
 

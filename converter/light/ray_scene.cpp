@@ -1,80 +1,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 #include "converter/light/ray_scene_state.h"
 #include "format/simd/wide.h"
 
 namespace selvedge {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// Share of the way through the block after which a ray is shifted back. Less than 1, so that a wall exactly
-/// at the end of the block lies ahead of the shifted ray.
-constexpr double turn = 1 - 1e-4;
-
-/// Minimum slope: a horizontal ray would be shifted for ever.
-constexpr int max_pieces = 4096;
-
-/// Distance along the ray to the end of the interval, or infinity.
-template <class Real>
-Real leave_interval(Real origin, Real direction, Real low, Real high) {
-  const Real distance = ((direction > 0 ? high : low) - origin) / direction;
-  return direction == 0 ? std::numeric_limits<Real>::infinity() : distance;
-}
-
-double wrap(double value, double period) {
-  if (value >= 0 && value < period) return value;
-  const double wrapped = value - period * std::floor(value / period);
-  return wrapped < period ? wrapped : 0;
-}
-
-RTCRay ray_from(const V3d& origin, const V3d& direction, double far) {
-  RTCRay ray{};
-  ray.org_x = static_cast<float>(origin.x);
-  ray.org_y = static_cast<float>(origin.y);
-  ray.org_z = static_cast<float>(origin.z);
-  ray.dir_x = static_cast<float>(direction.x);
-  ray.dir_y = static_cast<float>(direction.y);
-  ray.dir_z = static_cast<float>(direction.z);
-  ray.tnear = 0;
-  ray.tfar = static_cast<float>(far);
-  ray.mask = 0xffffffffU;
-  return ray;
-}
-
-/// Moves the origin of a ray from above or below onto the slab that holds the cell. False if the ray misses
-/// it.
-bool onto_slab(double z_low, double z_high, V3d& origin, const V3d& direction) {
-  if (origin.z > z_high) {
-    if (direction.z >= 0) return false;
-    origin += direction * ((z_high - origin.z) / direction.z);
-  }
-  if (origin.z < z_low) {
-    if (direction.z <= 0) return false;
-    origin += direction * ((z_low - origin.z) / direction.z);
-  }
-  return true;
-}
-
-/// Walks a ray block by block. `step(origin, far)` traces one piece and returns whether to stop.
-template <class Step>
-bool walk(const RaySceneState& s, V3d origin, const V3d& direction, const Step& step) {
-  if (!onto_slab(s.z_low, s.z_high, origin, direction)) return false;
-  for (int piece = 0; piece < max_pieces; ++piece) {
-    origin.x = wrap(origin.x, s.mesh.period.x);
-    origin.y = wrap(origin.y, s.mesh.period.y);
-    const double out = leave_interval(origin.z, direction.z, s.z_low, s.z_high);
-    const double side = std::min(leave_interval(origin.x, direction.x, s.block_min.x, s.block_max.x),
-                                 leave_interval(origin.y, direction.y, s.block_min.y, s.block_max.y));
-    if (step(origin, std::min(out, side))) return true;
-    if (out <= side || side == infinity) return false;
-    origin += direction * (turn * side);
-  }
-  return false;
-}
 
 /// A point on the ribbon of a hair, `side` (-1 to 1) of the way to its edges, has the normal of a round hair
 /// that the ray meets there.
@@ -94,7 +26,8 @@ SurfacePoint point_from(const RaySceneState& s, const V3d& position, const V3d& 
                         const V3f& geometric_normal, unsigned geometry, unsigned primitive, float u,
                         float v) {
   SurfacePoint point;
-  point.position = V3f(V3d(wrap(position.x, s.mesh.period.x), wrap(position.y, s.mesh.period.y), position.z));
+  point.position =
+      V3f(V3d(wrap_into(position.x, s.block.period.x), wrap_into(position.y, s.block.period.y), position.z));
   point.face_normal = geometric_normal.normalized();
   point.view = V3f(-direction);
   point.back = point.face_normal.dot(V3f(direction)) > 0;
@@ -133,9 +66,9 @@ SELVEDGE_WIDE void leave_block(const RayPacket& p, const V3f& low, const V3f& hi
 /// and returns the rays that are finished.
 template <class Step>
 void walk_packet(const RaySceneState& s, RayPacket& p, std::uint32_t active, const Step& step) {
-  const V3f low(V3d(s.block_min.x, s.block_min.y, s.z_low));
-  const V3f high(V3d(s.block_max.x, s.block_max.y, s.z_high));
-  for (int piece = 0; piece < max_pieces && active != 0; ++piece) {
+  const V3f low(V3d(s.block.min.x, s.block.min.y, s.block.z_low));
+  const V3f high(V3d(s.block.max.x, s.block.max.y, s.block.z_high));
+  for (int piece = 0; piece < max_block_pieces && active != 0; ++piece) {
     alignas(64) PacketLanes out;
     alignas(64) PacketLanes side;
     alignas(64) PacketLanes far;
@@ -148,13 +81,14 @@ void walk_packet(const RaySceneState& s, RayPacket& p, std::uint32_t active, con
         continue;
       }
       const auto move = [&](float origin, float direction, double period) {
-        return static_cast<float>(wrap(static_cast<double>(origin) + static_cast<double>(direction) * turn *
-                                                                         static_cast<double>(side[i]),
-                                       period));
+        return static_cast<float>(
+            wrap_into(static_cast<double>(origin) +
+                          static_cast<double>(direction) * block_turn * static_cast<double>(side[i]),
+                      period));
       };
-      p.x[i] = move(p.x[i], p.dx[i], s.mesh.period.x);
-      p.y[i] = move(p.y[i], p.dy[i], s.mesh.period.y);
-      p.z[i] += p.dz[i] * (static_cast<float>(turn) * side[i]);
+      p.x[i] = move(p.x[i], p.dx[i], s.block.period.x);
+      p.y[i] = move(p.y[i], p.dy[i], s.block.period.y);
+      p.z[i] += p.dz[i] * (static_cast<float>(block_turn) * side[i]);
     }
   }
 }
@@ -237,9 +171,9 @@ std::uint32_t trace_rays(const RaySceneState& s, std::span<const V3d> origins,
     const std::size_t ray = i < count ? i : 0;
     const V3d& direction = directions[directions.size() == 1 ? 0 : ray];
     V3d origin = origins[origins.size() == 1 ? 0 : ray];
-    if (onto_slab(s.z_low, s.z_high, origin, direction) && i < count) active |= 1U << i;
-    origin.x = wrap(origin.x, s.mesh.period.x);
-    origin.y = wrap(origin.y, s.mesh.period.y);
+    if (onto_slab(s.block, origin, direction) && i < count) active |= 1U << i;
+    origin.x = wrap_into(origin.x, s.block.period.x);
+    origin.y = wrap_into(origin.y, s.block.period.y);
     set_lane(packet, i, origin, direction);
   }
   return trace_packet(s, packet, active, directions, points);
@@ -277,9 +211,11 @@ bool RayScene::is_ground(const SurfacePoint& point) const {
   return point.triangle >= state_->ground_triangle;
 }
 
+bool RayScene::is_open() const { return state_->open; }
+
 bool RayScene::trace(const V3d& origin, const V3d& direction, SurfacePoint& point) const {
   const RaySceneState& s = *state_;
-  return walk(s, origin, direction, [&](const V3d& start, double far) {
+  return walk(s.block, origin, direction, [&](const V3d& start, double far) {
     RTCRayHit query{};
     query.ray = ray_from(start, direction, far);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -316,7 +252,7 @@ V3f RayScene::vertex_normal(const SurfacePoint& point) const {
 bool RayScene::occluded(const SurfacePoint& point, const V3f& direction) const {
   const RaySceneState& s = *state_;
   const V3d towards(direction);
-  return walk(s, leave(point), towards, [&](const V3d& start, double far) {
+  return walk(s.block, leave(point), towards, [&](const V3d& start, double far) {
     RTCRay ray = ray_from(start, towards, far);
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);

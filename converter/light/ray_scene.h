@@ -37,6 +37,14 @@ struct SurfacePoint {
   bool back = false;  ///< the ray came from the side that sees the corners in clockwise order
 };
 
+/// The same place on the other side of the surface, where no ray met it.
+inline SurfacePoint other_side(SurfacePoint point) {
+  point.face_normal = -point.face_normal;
+  point.view = V3f(0, 0, 0);
+  point.back = !point.back;
+  return point;
+}
+
 inline constexpr std::size_t packet_size = 16;
 using PointPacket = std::array<SurfacePoint, packet_size>;
 
@@ -65,6 +73,11 @@ class RayScene {
   /// last.
   const CellMesh& mesh() const;
   bool is_ground(const SurfacePoint& point) const;
+  /// Whether light passes through the walls of yarn.
+  bool is_translucent() const { return !mesh().transmission.empty(); }
+  /// Whether rays from outside meet backs of triangles; if not, light reaches these only through walls. Known
+  /// of translucent cells alone.
+  bool is_open() const;
 
   /// Finds the first surface along the ray from `origin` (anywhere, mm) in unit `direction`; false if there
   /// is none.
@@ -84,6 +97,10 @@ class RayScene {
 
   /// The origin of a ray that leaves the surface at this point.
   V3d leave(const SurfacePoint& point) const;
+  /// The same on the side that `direction` leads to.
+  V3d leave(const SurfacePoint& point, const V3d& direction) const {
+    return leave(direction.dot(V3d(point.face_normal)) < 0 ? other_side(point) : point);
+  }
   /// The same for the points whose bit in `active` is set (at least one); other lanes have no meaning.
   LeavingPacket leave(const PointPacket& points, std::uint32_t active) const;
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "converter/light/ray_scene_state.h"
+#include "converter/light/shown_backs.h"
 #include "format/base/random.h"
 
 namespace selvedge {
@@ -30,6 +31,7 @@ void add_ground(CellMesh& mesh, float albedo) {
     mesh.normals.emplace_back(0.0F, 0.0F, 1.0F);
     mesh.albedo.emplace_back(albedo);
     if (!mesh.places.empty()) mesh.places.emplace_back();
+    if (!mesh.transmission.empty()) mesh.transmission.push_back(0);
     if (!mesh.gloss.empty()) {
       mesh.fibres.emplace_back(1.0F, 0.0F, 0.0F);
       mesh.gloss.push_back({});
@@ -118,8 +120,8 @@ bool attach_hairs(RaySceneState& state) {
     }
     // Rays begin where they enter the slab: further from a hair than what is passed.
     const auto clear = static_cast<double>(2 * near_radii * hairs.radius[k / Hairs::points_each]);
-    state.z_low = std::min(state.z_low, p.z - clear);
-    state.z_high = std::max(state.z_high, p.z + clear);
+    state.block.z_low = std::min(state.block.z_low, p.z - clear);
+    state.block.z_high = std::max(state.block.z_high, p.z + clear);
   }
   std::vector<V3f> edges;
   for (std::size_t h = 0; h < hairs.roots.size(); ++h) add_edges(hairs, h, edges);
@@ -159,8 +161,9 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
   const double size = std::max(period.x, period.y);
   state->offset =
       std::max(2e-5 * size, 8 * static_cast<double>(std::numeric_limits<float>::epsilon()) * thickness);
-  state->z_low = -1e-3 * size;
-  state->z_high = thickness + 1e-3 * size;
+  state->block.period = period;
+  state->block.z_low = -1e-3 * size;
+  state->block.z_high = thickness + 1e-3 * size;
 
   // Shifted to the origin by whole periods and down to z = 0 in double precision, as single precision loses
   // the digits of a mesh that is far away.
@@ -188,8 +191,8 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
                 fmt::format("the mesh reaches {} periods beyond its cell; {} are allowed",
                             std::max(extra_x, extra_y), max_extra));
   }
-  state->block_min = {-block_reach * period.x, -block_reach * period.y};
-  state->block_max = {(1 + block_reach) * period.x, (1 + block_reach) * period.y};
+  state->block.min = {-block_reach * period.x, -block_reach * period.y};
+  state->block.max = {(1 + block_reach) * period.x, (1 + block_reach) * period.y};
 
   std::vector<V3f> vertices;
   std::vector<V3i> triangles;
@@ -218,7 +221,9 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
   if (rtcGetDeviceError(state->device) != RTC_ERROR_NONE) {
     return fail(Code::mesh_invalid, name, {}, "the ray tracer refuses the mesh");
   }
-  return RayScene(std::move(state));
+  RayScene scene(std::move(state));
+  scene.state_->open = scene.is_translucent() && shows_backs(scene, 0, true);
+  return scene;
 }
 
 }  // namespace selvedge

@@ -1,8 +1,7 @@
 // Private state of RayScene: its mesh, its block of cells and Embree's handles.
 #pragma once
 
-#include <embree3/rtcore.h>
-
+#include "converter/light/cell_walk.h"
 #include "converter/light/ray_scene.h"
 
 namespace selvedge {
@@ -36,10 +35,8 @@ struct RaySceneState {
   Box bounds;  // of one cell
   CellMesh mesh;
   int ground_triangle = 0;  // the first one
-  double z_low = 0;         // the cell's lowest and highest z with a margin
-  double z_high = 0;
-  V2d block_min;  // the block that a ray may cross before it is shifted back
-  V2d block_max;
+  CellBlock block;
+  bool open = false;  // RayScene::is_open()
   double offset = 0;  // offset of rays from the surface that they leave
 };
 

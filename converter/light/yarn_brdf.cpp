@@ -7,6 +7,7 @@
 
 #include "converter/light/fibre_noise.h"
 #include "converter/light/sobol.h"
+#include "converter/mesh/wall_albedo.h"
 #include "format/simd/wide.h"
 
 namespace selvedge {
@@ -71,13 +72,24 @@ V3d cosine_direction(const V3d& normal, const V2d& square) {
       .normalized();
 }
 
+double dull_share(const YarnSurface& s) {
+  const auto w = static_cast<double>(s.gloss.weight);
+  return 1 - (s.transmission > 0 && w > 0 ? w * mean_gloss_albedo(s.gloss.roughness) : w);
+}
+
 YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
   YarnSurface s;
   s.normal = V3d(point.face_normal);
   s.albedo = V3d(scene.albedo(point));
+  s.inward = -s.normal;
   const CellMesh& mesh = scene.mesh();
+  if (scene.is_translucent() && point.hair < 0) {
+    s.transmission = static_cast<double>(scene.interpolate(mesh.transmission, point));
+  }
+  const double transmission = s.transmission;
   if (mesh.gloss.empty()) {
     add_fibre_noise(mesh, point, s);
+    s.albedo = wall_albedo(s.albedo, transmission);
     return s;
   }
   const V3i& corner = mesh.triangles[point.triangle];
@@ -96,7 +108,13 @@ YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
     in_plane = s.normal.cross(std::abs(s.normal.x) < 0.9 ? V3d(1, 0, 0) : V3d(0, 1, 0));
   }
   s.fibre = in_plane.normalized();
+  if (s.transmission > 0 && point.back) {
+    // Inside a ply there is no highlight, and as much goes through as from outside.
+    s.transmission *= dull_share(s);
+    s.gloss.weight = 0;
+  }
   add_fibre_noise(mesh, point, s);
+  s.albedo = wall_albedo(s.albedo, transmission);
   return s;
 }
 
@@ -105,10 +123,21 @@ double gloss_reflectance(const YarnSurface& surface, const V3d& light, const V3d
                            static_cast<double>(surface.gloss.roughness));
 }
 
+bool comes_through(const YarnSurface& surface, const V3d& light) {
+  return surface.transmission > 0 && light.dot(surface.inward) > 0;
+}
+
+double incidence(const YarnSurface& surface, const V3d& light) {
+  return std::max(0.0, light.dot(comes_through(surface, light) ? surface.inward : surface.normal));
+}
+
 V3d reflectance(const YarnSurface& surface, const V3d& light, const V3d& view) {
+  if (comes_through(surface, light)) {
+    return surface.albedo * (dull_share(surface) * surface.transmission / pi);
+  }
   if (light.dot(surface.normal) <= 0 || view.dot(surface.normal) <= 0) return V3d(0, 0, 0);
   const double w = static_cast<double>(surface.gloss.weight);
-  const V3d diffuse = surface.albedo * ((1 - w) / pi);
+  const V3d diffuse = surface.albedo * (dull_share(surface) * (1 - surface.transmission) / pi);
   if (w == 0) return diffuse;
   return diffuse + V3d(w * gloss_reflectance(surface, light, view));
 }
@@ -150,7 +179,11 @@ SELVEDGE_WIDE void GlossPacket::reflectance(const V3f& light, std::array<float, 
 std::optional<BsdfSample> sample_bsdf(const YarnSurface& surface, const V3d& view, const V2d& random) {
   const double w = static_cast<double>(surface.gloss.weight);
   if (w == 0 || random.x >= w) {
-    return BsdfSample{cosine_direction(surface.normal, {(random.x - w) / (1 - w), random.y}), surface.albedo};
+    const double t = surface.transmission;
+    const double x = (random.x - w) / (1 - w);
+    const V3d weight = t > 0 ? surface.albedo * (dull_share(surface) / (1 - w)) : surface.albedo;
+    if (x < t) return BsdfSample{cosine_direction(surface.inward, {x / t, random.y}), weight};
+    return BsdfSample{cosine_direction(surface.normal, {(x - t) / (1 - t), random.y}), weight};
   }
   const V3d v = local(surface, view);
   if (v.z <= 0) return std::nullopt;
@@ -184,15 +217,37 @@ double mean_gloss_albedo(float roughness) {
   return table[below] * (1 - share) + table[below + 1] * share;
 }
 
-V3f albedo_with_gloss(const RayScene& scene, const SurfacePoint& point) {
-  const CellMesh& mesh = scene.mesh();
-  if (mesh.gloss.empty() && mesh.places.empty()) return scene.albedo(point);
-  const YarnSurface surface = surface_at(scene, point);
+V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnSurface& surface,
+                 const V3f& light, const V3d& view, std::uint64_t& rays) {
+  const V3d towards(light);
+  const bool through = comes_through(surface, towards);
+  // Of closed yarn only the outside is lit.
+  if (surface.transmission > 0 && !scene.is_open() && through != point.back) return V3d(0, 0, 0);
+  const double cosine = incidence(surface, towards);
+  if (!(cosine > 0)) return V3d(0, 0, 0);
+  ++rays;
+  if (scene.occluded(through ? other_side(point) : point, light)) return V3d(0, 0, 0);
+  return reflectance(surface, towards, view) * cosine;
+}
+
+DiffuseShares diffuse_shares(const YarnSurface& surface) {
   const V3f albedo(surface.albedo);
   const Gloss gloss = surface.gloss;
-  if (!(gloss.weight > 0)) return albedo;
-  return albedo * (1 - gloss.weight) +
-         V3f(gloss.weight * static_cast<float>(mean_gloss_albedo(gloss.roughness)));
+  const auto t = static_cast<float>(surface.transmission);
+  DiffuseShares shares{albedo * (1 - t), albedo * t};
+  if (!(gloss.weight > 0)) return shares;
+  const float dull = t > 0 ? static_cast<float>(dull_share(surface)) : 1 - gloss.weight;
+  shares.back =
+      shares.back * dull + V3f(gloss.weight * static_cast<float>(mean_gloss_albedo(gloss.roughness)));
+  shares.through *= dull;
+  return shares;
+}
+
+DiffuseShares diffuse_shares(const RayScene& scene, const SurfacePoint& point) {
+  const CellMesh& mesh = scene.mesh();
+  const bool plain = mesh.gloss.empty() && mesh.places.empty() && mesh.transmission.empty();
+  if (plain) return {scene.albedo(point), V3f(0, 0, 0)};
+  return diffuse_shares(surface_at(scene, point));
 }
 
 }  // namespace selvedge

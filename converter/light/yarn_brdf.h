@@ -1,5 +1,11 @@
 // BRDF of yarn (format/fabric/yarn_reflectance.h) at points that rays meet, in packets, and importance
 // sampling of it.
+//
+// The wall of a yarn or ply may let light through: of the diffuse part, the share `transmission` leaves on
+// the other side, Lambertian on both sides. A ply is then a hollow tube, and light crosses it by two walls
+// and what bounces between them (cf. Montazeri et al. 2020, "A practical ply-based appearance model of woven
+// fabrics": plies as surfaces that reflect and transmit). Inside there is no highlight. Only surfaces
+// scatter, so energy and reciprocity hold whatever the geometry.
 #pragma once
 
 #include <optional>
@@ -11,16 +17,28 @@ namespace selvedge {
 /// All directions are unit and point away from the surface.
 struct YarnSurface {
   V3d normal{0, 0, 1};
-  V3d albedo{0, 0, 0};
-  V3d fibre{1, 0, 0};  ///< unit, in the plane of the surface
+  V3d albedo{0, 0, 0};  ///< of the wall (wall_albedo.h)
+  V3d fibre{1, 0, 0};   ///< unit, in the plane of the surface
   Gloss gloss;
+  double transmission = 0;  ///< share of the diffuse part that goes through the wall, in [0, 1]
+  V3d inward{0, 0, -1};     ///< unit, of the triangle, away from the viewer: the side that it goes to
 };
 
 /// The surface at a point, with the fibre projected to the triangle's plane, and the strand of fibres that is
 /// met there (fibre_noise.h).
 YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point);
 
-/// f in 1/sr; 0 if a direction lies below the surface.
+/// Share of the light that is not in the highlight: 1 - w. In translucent yarn also what the highlight's
+/// facets block, on average: there light goes on where it would be lost.
+double dull_share(const YarnSurface& surface);
+
+/// Whether light from there reaches a viewer through the wall.
+bool comes_through(const YarnSurface& surface, const V3d& light);
+
+/// Cosine of the light's incidence, on the side that it comes from; 0 where it lies below both.
+double incidence(const YarnSurface& surface, const V3d& light);
+
+/// f in 1/sr, also of light that comes through; 0 if a direction lies below the surface.
 V3d reflectance(const YarnSurface& surface, const V3d& light, const V3d& view);
 
 /// The gloss term of f without its weight w.
@@ -55,8 +73,17 @@ V3d cosine_direction(const V3d& normal, const V2d& square);
 /// Share of uniform light that the gloss reflects, in (0, 1]; accurate to 1e-3.
 double mean_gloss_albedo(float roughness);
 
-/// Share of uniform light that yarn reflects at a point, gloss included: the albedo for indirect light that
-/// counts as reflected equally in all directions.
-V3f albedo_with_gloss(const RayScene& scene, const SurfacePoint& point);
+/// Light straight from a lamp of unit perpendicular irradiance that leaves a point towards `view`, where the
+/// lamp is not hidden. Adds the shadow ray to `rays`.
+V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnSurface& surface,
+                 const V3f& light, const V3d& view, std::uint64_t& rays);
+
+/// Shares of uniform light that leave a point equally in all directions: the albedos for indirect light.
+struct DiffuseShares {
+  V3f back{0, 0, 0};     ///< on the side that it falls on, gloss included
+  V3f through{0, 0, 0};  ///< on the other side
+};
+DiffuseShares diffuse_shares(const YarnSurface& surface);
+DiffuseShares diffuse_shares(const RayScene& scene, const SurfacePoint& point);
 
 }  // namespace selvedge

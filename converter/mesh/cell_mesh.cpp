@@ -46,6 +46,10 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
     return invalid("", fmt::format("{} positions, but {} fibres and {} values of gloss", count,
                                    mesh.fibres.size(), mesh.gloss.size()));
   }
+  if (!mesh.transmission.empty() && mesh.transmission.size() != count) {
+    return invalid(
+        "", fmt::format("{} positions, but {} values of transmission", count, mesh.transmission.size()));
+  }
   if (mesh.places.size() != (mesh.skins.empty() ? 0 : count)) {
     return invalid("", fmt::format("{} positions, but {} places on yarns", count, mesh.places.size()));
   }
@@ -63,6 +67,9 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
       return invalid(
           place(), fmt::format("gloss must have a weight in [0, 1] and a roughness in (0, 1], has {} and {}",
                                gloss.weight, gloss.roughness));
+    }
+    if (!mesh.transmission.empty() && !(mesh.transmission[v] >= 0 && mesh.transmission[v] <= 1)) {
+      return invalid(place(), fmt::format("transmission must lie in [0, 1], is {}", mesh.transmission[v]));
     }
     for (unsigned i = 0; i < 3; ++i) {
       if (!(mesh.albedo[v][i] >= 0 && mesh.albedo[v][i] <= 1)) {

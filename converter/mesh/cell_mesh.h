@@ -46,9 +46,10 @@ struct CellMesh {
   std::vector<V3f> albedo;     ///< per vertex, linear, in [0, 1]
   std::vector<V3f> fibres;     ///< unit, per vertex, along the fibres (either sign); empty: no yarn is glossy
   std::vector<Gloss> gloss;    ///< per vertex; as many as fibres
-  std::vector<YarnSkin> skins;    ///< one for each yarn; empty: none has fibres, hairs or irregularity
-  std::vector<YarnPlace> places;  ///< per vertex; empty without skins
-  std::uint64_t seed = 1;         ///< of what varies along and around yarns
+  std::vector<float> transmission;  ///< per vertex, share of the diffuse light that goes through; empty: none
+  std::vector<YarnSkin> skins;      ///< one for each yarn; empty: none has fibres, hairs or irregularity
+  std::vector<YarnPlace> places;    ///< per vertex; empty without skins
+  std::uint64_t seed = 1;           ///< of what varies along and around yarns
   Hairs hairs;
   std::vector<V3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
   YarnData yarns;              ///< that the surface is of, without its light; empty: not known (find_yarns())

@@ -187,6 +187,7 @@ Result<void> add_yarns(RawMesh& raw, const MeshChoices& choices, const std::stri
   for (V3f& fibre : raw.fibres) fibre = turned(fibre, choices.up_axis);
   mesh.fibres = std::move(raw.fibres);
   mesh.gloss = std::move(raw.gloss);
+  mesh.transmission = std::move(raw.transmission);
   if (choices.up_axis != UpAxis::z || choices.scale_to_mm != 1) return {};
   mesh.skins = std::move(raw.skins);
   mesh.places = std::move(raw.places);

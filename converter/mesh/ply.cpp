@@ -189,14 +189,15 @@ int slot_of(const std::string& name) {
                                                 {"yarn_fibre_z", 16},
                                                 {"yarn_skin", 17},
                                                 {"yarn_along", 18},
-                                                {"yarn_around", 19}};
+                                                {"yarn_around", 19},
+                                                {"yarn_transmission", 20}};
   const auto found = slots.find(name);
   return found == slots.end() ? -1 : found->second;
 }
 
 constexpr int first_of_colour = 6;
 constexpr int first_of_yarn = 9;
-using Slots = std::array<double, 20>;
+using Slots = std::array<double, 21>;
 
 /// Whether `count` slots from `first` have been seen.
 bool has_slots(unsigned seen, int first, int count) {
@@ -240,6 +241,7 @@ bool read_element(const Element& element, Body& body, RawMesh& mesh) {
   const bool colours = exact || has_slots(seen, first_of_colour, 3);
   const bool glossy = has_slots(seen, 12, 5);
   const bool placed = has_slots(seen, 17, 3);
+  const bool translucent = has_slots(seen, 20, 1);
   if (exact) mesh.colours_8bit = false;
   for (std::uint64_t i = 0; i < element.count; ++i) {
     Slots values{};
@@ -272,6 +274,7 @@ bool read_element(const Element& element, Body& body, RawMesh& mesh) {
       mesh.gloss.push_back({static_cast<float>(values[12]), static_cast<float>(values[13])});
       mesh.fibres.push_back(vector_at(values, 14));
     }
+    if (translucent) mesh.transmission.push_back(static_cast<float>(values[20]));
     if (placed) {
       mesh.places.push_back(
           {static_cast<int>(values[17]), static_cast<float>(values[18]), static_cast<float>(values[19])});
@@ -348,6 +351,7 @@ Result<RawMesh> read_ply(const std::string& bytes, const std::string& file) {
     mesh.gloss.clear();
     mesh.fibres.clear();
   }
+  if (mesh.transmission.size() != mesh.positions.size()) mesh.transmission.clear();
   if (mesh.face_colours.size() != mesh.faces.size()) mesh.face_colours.clear();
   return mesh;
 }

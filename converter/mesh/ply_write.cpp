@@ -34,6 +34,7 @@ std::string properties(const char* type, std::initializer_list<const char*> name
 
 std::string write_ply(const CellMesh& mesh, const std::string& comment) {
   const bool glossy = !mesh.gloss.empty();
+  const bool translucent = !mesh.transmission.empty();
   const bool placed = !mesh.places.empty();
   const YarnCounts counts = counts_of(mesh.yarns);
   std::string out = fmt::format("ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\n",
@@ -45,6 +46,7 @@ std::string write_ply(const CellMesh& mesh, const std::string& comment) {
     out +=
         properties("float", {"yarn_gloss", "yarn_roughness", "yarn_fibre_x", "yarn_fibre_y", "yarn_fibre_z"});
   }
+  if (translucent) out += properties("float", {"yarn_transmission"});
   if (placed) out += properties("int", {"yarn_skin"}) + properties("float", {"yarn_along", "yarn_around"});
   out += fmt::format("element face {}\nproperty list uchar int vertex_indices\n", mesh.triangles.size());
   if (placed) {
@@ -71,6 +73,7 @@ std::string write_ply(const CellMesh& mesh, const std::string& comment) {
       append_bytes(out, mesh.gloss[v].roughness);
       append_vector(out, mesh.fibres[v]);
     }
+    if (translucent) append_bytes(out, mesh.transmission[v]);
     if (!placed) continue;
     append_bytes(out, static_cast<std::int32_t>(mesh.places[v].skin));
     append_bytes(out, mesh.places[v].along);

@@ -23,10 +23,11 @@ struct RawMesh {
   bool colours_8bit = false;      ///< sRGB-coded bytes / 255, else linear
   std::vector<V3f> face_colours;  ///< empty, or one per face, like those of vertices
   bool face_colours_8bit = false;
-  /// What PLY files of Selvedge hold beside: gloss, fibres, places and hairs as CellMesh has them, and yarns
-  /// without their light.
+  /// What PLY files of Selvedge hold beside: gloss, fibres, transmission, places and hairs as CellMesh has
+  /// them, and yarns without their light.
   std::vector<V3f> fibres;
   std::vector<Gloss> gloss;
+  std::vector<float> transmission;
   std::vector<YarnSkin> skins;
   std::vector<YarnPlace> places;
   std::uint64_t seed = 1;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "converter/mesh/wall_albedo.h"
+
 namespace selvedge {
 namespace {
 
@@ -45,7 +47,12 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
   point.normal = normal.normalized();
   // Faces between touching yarns of two colours have no colour between them.
   const auto nearest = std::max_element(weights.begin(), weights.end()) - weights.begin();
-  point.albedo = mesh.albedo[t[static_cast<int>(nearest)]];
+  const int v = t[static_cast<int>(nearest)];
+  point.albedo = mesh.albedo[v];
+  if (!mesh.transmission.empty()) {
+    const auto through = static_cast<double>(mesh.transmission[v]);
+    point.albedo = V3f(wall_albedo(V3d(point.albedo), through) * (1 - through));
+  }
   point.fibre = V3f(fibre.normalized());
   if (!mesh.gloss.empty()) point.gloss = {static_cast<float>(gloss), static_cast<float>(roughness)};
   return point;

@@ -14,16 +14,17 @@ namespace {
 // Roughness: root 2 times the tangent of the width of the surface's lobe that Sadeghi et al. 2013 ("A
 // practical microcylinder appearance model for cloth rendering") fitted to linen (12 degrees), silk (5) and
 // polyester (5); of cotton, wool and viscose no fit was found: dull, scaly and bright beside those.
+// Transmission: calibrated against explicit fibres (docs/bake.md).
 // Twist and lean: the range of the nine yarns that Zhao et al. 2016 fitted (32 to 45 and 17 to 25 degrees).
 // Hairiness: sewing and weaving yarns have an H of 3 to 8; how it is spread over the fibres is ours.
 constexpr std::array<YarnKind, 7> kinds{{
-    {"tube", 0, 0, 0, 1, 0, 0, 0, 0, 0, 0},
-    {"cotton", 16, 1.547, 0.45, 2, -38, 20, 5, 1.2, 0.4, 0.06},
-    {"wool", 23, 1.546, 0.35, 3, -35, 20, 8, 1.8, 0.3, 0.05},
-    {"silk", 12, 1.556, 0.12, 2, -32, 17, 1, 0.8, 0.2, 0.02},
-    {"linen", 16, 1.551, 0.30, 2, -32, 17, 5, 1.6, 0.1, 0.12},
-    {"viscose", 12, 1.526, 0.18, 2, -40, 22, 4, 1.0, 0.4, 0.03},
-    {"polyester", 12, 1.600, 0.12, 3, -32, 17, 0, 1.0, 0, 0.01},
+    {"tube", 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0},
+    {"cotton", 16, 1.547, 0.45, 0.7, 2, -38, 20, 5, 1.2, 0.4, 0.06},
+    {"wool", 23, 1.546, 0.35, 0.85, 3, -35, 20, 8, 1.8, 0.3, 0.05},
+    {"silk", 12, 1.556, 0.12, 0.55, 2, -32, 17, 1, 0.8, 0.2, 0.02},
+    {"linen", 16, 1.551, 0.30, 0.65, 2, -32, 17, 5, 1.6, 0.1, 0.12},
+    {"viscose", 12, 1.526, 0.18, 0.6, 2, -40, 22, 4, 1.0, 0.4, 0.03},
+    {"polyester", 12, 1.600, 0.12, 0.7, 3, -32, 17, 0, 1.0, 0, 0.01},
 }};
 
 constexpr double pi = std::numbers::pi;
@@ -49,6 +50,16 @@ double mean(const F& f) {
 }  // namespace
 
 std::span<const YarnKind> yarn_kinds() { return kinds; }
+
+YarnKind fibre_of(int kind) {
+  YarnKind fibre = kinds[kind];
+  if (kind == 0) {
+    fibre.diameter_um = 20;
+    fibre.refraction = 1.55;
+    fibre.roughness = 0.3;
+  }
+  return fibre;
+}
 
 std::optional<int> find_yarn_kind(std::string_view name) {
   for (std::size_t k = 0; k < kinds.size(); ++k) {

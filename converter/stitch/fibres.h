@@ -12,9 +12,10 @@ namespace selvedge {
 struct YarnKind {
   const char* name;
   // The fibre; of a tube, which has none, all are 0.
-  double diameter_um;  ///< of a fibre
-  double refraction;   ///< refractive index, mean over polarisations
-  double roughness;    ///< Gloss::roughness
+  double diameter_um;   ///< of a fibre
+  double refraction;    ///< refractive index, mean over polarisations
+  double roughness;     ///< Gloss::roughness
+  double transmission;  ///< Yarn::transmission
   // The yarn, where nothing else is said.
   int plies;
   double twist_degrees;  ///< of the plies at the yarn's surface; negative: S-twist
@@ -27,6 +28,9 @@ struct YarnKind {
 
 /// Row 0 is "tube": a smooth yarn without fibres.
 std::span<const YarnKind> yarn_kinds();
+
+/// The fibre of yarn_kinds()[kind]; that of hairs on a tube is much like the others.
+YarnKind fibre_of(int kind);
 
 /// Index into yarn_kinds(); nothing for other names.
 std::optional<int> find_yarn_kind(std::string_view name);

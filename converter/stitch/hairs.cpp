@@ -15,9 +15,6 @@ namespace {
 using std::numbers::pi;
 
 constexpr std::uint64_t stream_hairs = 31;
-/// Of hairs on yarns without fibres.
-constexpr double default_diameter_um = 20;
-constexpr double default_refraction = 1.55;
 constexpr int pieces = Hairs::points_each - 1;
 
 /// The triangles of one yarn, and the area of all up to each.
@@ -115,9 +112,8 @@ Result<Hairs> grow_hairs(const StitchPattern& pattern, const CellMesh& mesh) {
   for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
     const Yarn& yarn = pattern.yarns[y];
     if (yarn.hairiness == 0 || areas[y].triangles.empty()) continue;
-    const YarnKind& kind = yarn_kinds()[yarn.fibre];
-    const double diameter = yarn.fibre == 0 ? default_diameter_um : kind.diameter_um;
-    const double passed = forward_share(yarn.fibre == 0 ? default_refraction : kind.refraction);
+    const YarnKind fibre = fibre_of(yarn.fibre);
+    const double passed = forward_share(fibre.refraction);
     double length = 0;
     for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
     const double expected = yarn.hairiness * length / (mean * yarn.hair_mm);
@@ -132,7 +128,7 @@ Result<Hairs> grow_hairs(const StitchPattern& pattern, const CellMesh& mesh) {
       const double hair = -yarn.hair_mm * std::log1p(random.uniform() * std::expm1(-max_hair));
       const Root root = root_of(mesh, areas[y], random);
       hairs.roots.push_back(root.triangle);
-      hairs.radius.push_back(static_cast<float>(0.5e-3 * diameter));
+      hairs.radius.push_back(static_cast<float>(0.5e-3 * fibre.diameter_um));
       hairs.passed.push_back(static_cast<float>(passed));
       const bool loop = random.uniform() < yarn.hair_loops;
       (loop ? grow_loop : grow_end)(root, hair, random, hairs.points);

@@ -41,18 +41,17 @@ std::pair<int, int> bins_touched(double low, double high, double size, int count
 /// Of irregularity: independent of what else is drawn from the pattern's seed.
 constexpr std::uint64_t stream_thickness = 11;
 
-/// The thickness of a yarn of this length, `along` mm from its start, as a multiple of what it is on average.
+}  // namespace
+
+int swells_of(double length, double radius_mm) {
+  return std::max(2, static_cast<int>(std::lround(length / (12 * radius_mm))));
+}
+
 double swelling(std::uint64_t seed, int index, const Yarn& yarn, double length, double along) {
   if (yarn.irregularity == 0) return 1;
   const int cells = swells_of(length, yarn.radius_mm);
   return 1 +
          yarn.irregularity * closed_noise(mix(seed ^ stream_thickness), index, cells, along / length * cells);
-}
-
-}  // namespace
-
-int swells_of(double length, double radius_mm) {
-  return std::max(2, static_cast<int>(std::lround(length / (12 * radius_mm))));
 }
 
 Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, double reach,

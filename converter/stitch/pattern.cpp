@@ -61,7 +61,8 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
   for (const Ranged& r :
        {Ranged{"fibre_degrees", yarn.fibre_degrees, limits.fibre_degrees},
         Ranged{"hairiness", yarn.hairiness, limits.hairiness}, Ranged{"hair_loops", yarn.hair_loops, 1},
-        Ranged{"irregularity", yarn.irregularity, limits.irregularity}}) {
+        Ranged{"irregularity", yarn.irregularity, limits.irregularity},
+        Ranged{"transmission", yarn.transmission, 1}}) {
     if (r.value >= 0 && r.value <= r.max) continue;
     return refuse(fmt::format("/{}", r.name),
                   fmt::format("{} must lie in [0, {}], is {}", r.name, r.max, r.value));

@@ -38,6 +38,8 @@ struct Yarn {
   double hair_loops = 0;  ///< share of hairs that return into the yarn, in [0, 1]
   /// How much thickness and colour vary along the yarn, as root mean square of the change, 0 to 0.3.
   double irregularity = 0;
+  /// Share of the diffuse light that goes through the wall of a ply rather than back, in [0, 1].
+  double transmission = 0;
 
   bool operator==(const Yarn&) const = default;
 };

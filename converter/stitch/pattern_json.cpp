@@ -99,6 +99,7 @@ Yarn yarn_of(const Json& json, const std::string& place) {
   yarn.hair_mm = optional("hair_mm", yarn.hair_mm);
   yarn.hair_loops = optional("hair_loops", yarn.hair_loops);
   yarn.irregularity = optional("irregularity", yarn.irregularity);
+  yarn.transmission = optional("transmission", yarn.transmission);
   const Json& segments = array_of(member(json, place, "segments"), place + "/segments", 0);
   for (std::size_t s = 0; s < segments.size(); ++s) {
     const std::string at = fmt::format("{}/segments/{}", place, s);
@@ -185,6 +186,7 @@ std::string to_json(const StitchPattern& pattern) {
       if (yarn.hair_loops != 0) out["hair_loops"] = yarn.hair_loops;
     }
     if (yarn.irregularity != 0) out["irregularity"] = yarn.irregularity;
+    if (yarn.transmission != 0 || yarn.fibre != 0) out["transmission"] = yarn.transmission;
     out["segments"] = OrderedJson::array();
     for (const BezierSegment& segment : yarn.segments) {
       OrderedJson points = OrderedJson::array();

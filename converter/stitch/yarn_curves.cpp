@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "converter/mesh/wall_albedo.h"
+
 namespace selvedge {
 namespace {
 
@@ -27,7 +29,8 @@ YarnData yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& op
     YarnCurve curve;
     curve.turns = turns_of(yarn, pattern.period_mm);
     curve.radius = static_cast<float>(yarn.radius_mm);
-    curve.albedo = yarn.albedo;
+    // Of the light that falls on it; what comes through the wall is part of its indirect light.
+    curve.albedo = V3f(wall_albedo(V3d(yarn.albedo), yarn.transmission) * (1 - yarn.transmission));
     curve.gloss = yarn.gloss;
     curve.fibre_slope = static_cast<float>(2 * std::numbers::pi * yarn.radius_mm * yarn.twist_per_mm);
     append_chain(curve, dense_points(yarn, 0.04 * yarn.radius_mm), yarn.radius_mm, options, data);

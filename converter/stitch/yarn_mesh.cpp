@@ -152,6 +152,7 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
     return std::any_of(pattern.yarns.begin(), pattern.yarns.end(), test);
   };
   const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre != 0; });
+  const bool translucent = any([](const Yarn& yarn) { return yarn.transmission > 0; });
   const bool varied =
       any([](const Yarn& yarn) { return yarn.fibre != 0 || yarn.irregularity > 0 || yarn.hairiness > 0; });
   std::vector<YarnFrames> frames;
@@ -170,6 +171,7 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
       mesh.albedo.push_back(mesh.albedo[original]);
       if (glossy) mesh.fibres.push_back(mesh.fibres[original]);
       if (glossy) mesh.gloss.push_back(mesh.gloss[original]);
+      if (translucent) mesh.transmission.push_back(mesh.transmission[original]);
       if (varied) mesh.places.push_back(mesh.places[original]);
       continue;
     }
@@ -181,6 +183,7 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
     mesh.albedo.push_back(yarn.albedo);
     if (glossy) mesh.fibres.emplace_back(fibre_of(yarn, sample));
     if (glossy) mesh.gloss.push_back(yarn.gloss);
+    if (translucent) mesh.transmission.push_back(static_cast<float>(yarn.transmission));
     if (varied) mesh.places.push_back(place_of(frames[sample.yarn], sample));
   }
   if (varied) {

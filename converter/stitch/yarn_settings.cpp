@@ -36,6 +36,7 @@ void set_fibre(int kind, Yarn& yarn) {
   if (kind == 0) return;
   yarn.gloss.weight = static_cast<float>(surface_reflectance(yarn_kinds()[kind].refraction));
   yarn.gloss.roughness = static_cast<float>(yarn_kinds()[kind].roughness);
+  yarn.transmission = yarn_kinds()[kind].transmission;
 }
 
 StitchParameter kind_parameter(const std::string& prefix) {
@@ -75,7 +76,9 @@ std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Ya
       parameter("hair_mm", yarn.hair_mm, 0, 1000, "mean length of a hair"),
       parameter("hair_loops", yarn.hair_loops, 0, 1, "share of hairs that return into the yarn"),
       parameter("irregularity", yarn.irregularity, 0, limits.irregularity,
-                "change of thickness and colour along it")};
+                "change of thickness and colour along it"),
+      parameter("transmission", yarn.transmission, 0, 1,
+                "share of the diffuse light that goes through the wall of a ply")};
 }
 
 void apply_settings(const StitchValues& values, const std::string& prefix, double shorter_mm, Yarn& yarn) {
@@ -104,6 +107,7 @@ void apply_settings(const StitchValues& values, const std::string& prefix, doubl
   set("hair_mm", yarn.hair_mm);
   set("hair_loops", yarn.hair_loops);
   set("irregularity", yarn.irregularity);
+  set("transmission", yarn.transmission);
 }
 
 }  // namespace selvedge

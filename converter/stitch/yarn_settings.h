@@ -12,7 +12,7 @@ namespace selvedge {
 /// Turns per mm whose outermost fibres or plies lean by this angle to the yarn, in -90 to 90.
 double twist_for(double degrees, double radius_mm);
 
-/// Spins a yarn of this kind's fibre, with its gloss; 0 (tube): only takes the fibre away.
+/// Spins a yarn of this kind's fibre, with its gloss and transmission; 0 (tube): only takes the fibre away.
 void set_fibre(int kind, Yarn& yarn);
 
 /// Settings of all yarns of a stitch: `yarn`, `colour`, `seed`.

@@ -14,6 +14,7 @@
 #include "format/base/random.h"
 #include "tests/converter/bake_cells.h"
 #include "tests/converter/load_cell.h"
+#include "tests/converter/sky_seen.h"
 #include "tests/require.h"
 
 using namespace selvedge;
@@ -155,21 +156,6 @@ TEST_CASE("light between two plates is the geometric series of their albedos") {
     // The stripe of light on the floor is a quarter wide; its edges are known to half of the distance of two
     // points, 1/29, and cancel in part: one half of that.
     CHECK(std::abs(e.mean - exact) <= 0.5 / 29 / open * exact);
-  }
-}
-
-/// The light of one path from `origin` in `direction` under a sky of radiance 1.
-static double sky_seen(const RayScene& scene, const PathTracer& tracer, const V3d& origin,
-                       const V3d& direction, PathSampler& sampler) {
-  SurfacePoint at;
-  if (!scene.trace(origin, direction, at)) return 1;
-  V3d towards = -direction;
-  V3d throughput(1, 1, 1);
-  for (int depth = 0;; ++depth) {
-    const auto next = tracer.reflect(at, towards, depth, sampler, throughput);
-    if (!next) return 0;
-    if (!scene.trace(scene.leave(at), *next, at)) return throughput.x;
-    towards = -*next;
   }
 }
 

@@ -31,7 +31,8 @@ void look_down(const RayScene& scene, const Visit& visit) {
 }  // namespace
 
 TEST_CASE("strands of fibres turn normals and fibres and keep the mean colour") {
-  const auto scene = test::need(RayScene::create(knit({{"yarn", {2}}, {"hairiness", {0}}}), "wool"));
+  const auto scene =
+      test::need(RayScene::create(knit({{"yarn", {2}}, {"hairiness", {0}}, {"transmission", {0}}}), "wool"));
   V3d mean(0, 0, 0);
   V3d mean_mesh(0, 0, 0);
   double turned = 0;

@@ -299,6 +299,8 @@ TEST_CASE(
   CHECK(again.normals == mesh.normals);
   CHECK(again.albedo == mesh.albedo);
   CHECK(again.gloss == mesh.gloss);
+  REQUIRE(mesh.transmission.size() == mesh.positions.size());
+  CHECK(again.transmission == mesh.transmission);
   CHECK(again.fibres == mesh.fibres);
   CHECK(again.triangles == mesh.triangles);
   CHECK(again.yarns == mesh.yarns);

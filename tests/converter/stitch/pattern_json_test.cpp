@@ -69,6 +69,7 @@ TEST_CASE("a pattern written and read again is the same to the bit") {
   odd.yarns[0].hair_mm = 0.1;
   odd.yarns[0].hair_loops = 0.7;
   odd.yarns[0].irregularity = 0.01;
+  odd.yarns[0].transmission = 1.0 / 3;
   for (const StitchPattern& pattern : {plain_knit(), plain_weave(), odd})
     CHECK(test::need(read_stitch(to_json(pattern), "again")) == pattern);
 }
@@ -95,6 +96,7 @@ TEST_CASE("a yarn may have a colour, a fibre and an angle of twist") {
   CHECK(refused(R"("hairiness": 5, "hair_mm": 1.4)") == "STITCH_INVALID /yarns/0/hair_mm");
   CHECK(refused(R"("hairiness": 5, "hair_mm": 1.3)") == "accepted");
   CHECK(refused(R"("irregularity": -0.1)") == "STITCH_INVALID /yarns/0/irregularity");
+  CHECK(refused(R"("transmission": 1.1)") == "STITCH_INVALID /yarns/0/transmission");
   CHECK(refusal(with(R"("albedo": [0.1, 0.2, 0.3])", R"("colour": "red")")) ==
         "STITCH_INVALID /yarns/0/colour");
   CHECK(refusal(with(R"("name": "one",)", R"("name": "one", "seed": 1.5,)")) == "STITCH_INVALID /seed");

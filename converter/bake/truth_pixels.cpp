@@ -1,0 +1,141 @@
+#include "converter/bake/truth_pixels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "converter/bake/setup.h"
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+// Independent streams of random numbers.
+constexpr std::uint64_t stream_pixels = 101;
+constexpr std::uint64_t stream_paths = 102;
+
+struct HalfPixel {
+  PixelSum sum;
+  std::uint64_t rays = 0;
+};
+
+/// Traces one half of the rays of a pixel.
+HalfPixel trace_half(const SwatchShot& shot, const TruthOptions& options, const TraceRay& trace, int x, int y,
+                     std::uint64_t half) {
+  const auto pixel =
+      static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(shot.width) + static_cast<std::uint64_t>(x);
+  const std::uint64_t places = seed_of(options.seed, stream_pixels, 2 * pixel + half);
+  const std::uint64_t paths = seed_of(options.seed, stream_paths, 2 * pixel + half);
+  HalfPixel result;
+  PathLights lights;
+  for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(options.samples / 2); ++i) {
+    const V2d within = spread_point(i, places);
+    const auto ray =
+        swatch_ray(shot.camera, {2 * (x + within.x) / shot.width - 1, 1 - 2 * (y + within.y) / shot.height});
+    if (!ray) continue;
+    PathSampler sampler(i, paths);
+    result.rays += trace(*ray, sampler, lights, result.sum);
+  }
+  return result;
+}
+
+}  // namespace
+
+LightChoice::LightChoice(const std::vector<Light>& lights) {
+  constexpr std::size_t few = 8;
+  constexpr double large_share = 1.0 / 32;
+  const auto power = [](const Light& light) {
+    return static_cast<double>(light.irradiance.x + light.irradiance.y + light.irradiance.z);
+  };
+  double whole = 0;
+  for (const Light& light : lights) whole += power(light);
+  for (const Light& light : lights) {
+    const bool is_sure = lights.size() <= few || power(light) >= large_share * whole;
+    PathLights& of = is_sure ? sure_ : others_;
+    of.directions.emplace_back(light.direction.normalized());
+    of.irradiance.emplace_back(light.irradiance);
+    if (!is_sure) up_to_.push_back((up_to_.empty() ? 0 : up_to_.back()) + power(light));
+  }
+}
+
+void LightChoice::choose(PathSampler& sampler, PathLights& chosen) const {
+  chosen.directions = sure_.directions;
+  chosen.irradiance = sure_.irradiance;
+  if (!up_to_.empty()) {
+    const auto found = std::upper_bound(up_to_.begin(), up_to_.end(), sampler.next().x * up_to_.back());
+    const std::size_t i = std::min<std::size_t>(found - up_to_.begin(), up_to_.size() - 1);
+    const double power = up_to_[i] - (i > 0 ? up_to_[i - 1] : 0);
+    if (power > 0) {
+      chosen.directions.push_back(others_.directions[i]);
+      chosen.irradiance.push_back(others_.irradiance[i] * (up_to_.back() / power));
+    }
+  }
+  chosen.radiance.assign(chosen.directions.size(), V3d(0, 0, 0));
+}
+
+BakeOptions bake_like(const TruthOptions& o) {
+  BakeOptions bake;
+  bake.samples = o.samples;
+  bake.bounces = o.bounces;
+  bake.ground = o.ground;
+  bake.reference = o.reference;
+  bake.seed = o.seed;
+  return bake;
+}
+
+Result<void> check_truth(const SwatchShot& shot, const TruthOptions& o, const std::string& name) {
+  if (auto ok = check_options(bake_like(o), name); !ok) return ok;
+  // The noise is estimated from two halves.
+  if (o.samples < 2 || o.samples % 2 != 0)
+    return fail(Code::option_out_of_range, name, "samples", "must be even, and 2 at least");
+  for (const Light& light : shot.lights) {
+    if (light.kind != LightKind::directional)
+      return fail(Code::option_out_of_range, name, "light",
+                  "must be far away: the truth has no other lights");
+  }
+  return {};
+}
+
+V3d ray_origin(const SwatchRay& ray, const Camera& camera, const SwatchCell& cell) {
+  V2d point = ray.point / cell.metres;
+  point -= V2d(std::floor(point.x / cell.period.x), std::floor(point.y / cell.period.y)) * cell.period;
+  double back = (cell.top - cell.plane + cell.period.x) / ray.view.z;
+  if (camera.projection == Projection::perspective) back = std::min(back, ray.distance / cell.metres);
+  return V3d(point.x, point.y, cell.plane) + ray.view * back;
+}
+
+TruthSwatch draw_truth(const SwatchShot& shot, const TruthOptions& options, const TraceRay& trace,
+                       const Progress& progress) {
+  TruthSwatch result;
+  const std::size_t width = shot.width;
+  const std::size_t rows = shot.height;
+  result.frame = {shot.width, shot.height, std::vector<V4f>(width * rows)};
+  std::vector<V2d> errors(rows, V2d(0, 0));  // squared, of colours (x) and opacity (y)
+  std::vector<std::uint64_t> rays(rows, 0);
+  constexpr int rows_at_once = 8;
+  for (int first = 0; first < shot.height; first += rows_at_once) {
+    parallel_for(first, std::min(first + rows_at_once, shot.height), [&](int y) {
+      for (int x = 0; x < shot.width; ++x) {
+        const HalfPixel one = trace_half(shot, options, trace, x, y, 0);
+        const HalfPixel two = trace_half(shot, options, trace, x, y, 1);
+        const PixelSum& a = one.sum;
+        const PixelSum& b = two.sum;
+        const V3f mean((a.radiance + b.radiance) / options.samples);
+        result.frame.pixels[y * width + x] =
+            V4f(mean.x, mean.y, mean.z, static_cast<float>((a.hits + b.hits) / options.samples));
+        const double alpha = (a.hits - b.hits) / options.samples;
+        errors[y] += V2d(((a.radiance - b.radiance) / options.samples).length2(), alpha * alpha);
+        rays[y] += one.rays + two.rays;
+      }
+    });
+    if (progress) progress(std::min(1.0, static_cast<double>(first + rows_at_once) / shot.height));
+  }
+  V2d sum(0, 0);
+  for (const V2d& row : errors) sum += row;
+  for (const std::uint64_t row : rays) result.rays += row;
+  const double pixels = static_cast<double>(shot.width) * shot.height;
+  result.noise = std::sqrt(sum.x / (3 * pixels));
+  result.alpha_noise = std::sqrt(sum.y / pixels);
+  return result;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,63 @@
+// The pixels of a traced swatch, whatever the cloth is made of: rays, lights, noise.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "converter/bake/truth_swatch.h"
+#include "converter/light/sobol.h"
+
+namespace selvedge {
+
+/// Sums over rays.
+struct PixelSum {
+  V3d radiance{0, 0, 0};
+  double hits = 0;
+};
+
+/// Lights of one path, what their radiance under unit irradiance counts, and that radiance.
+struct PathLights {
+  std::vector<V3f> directions;
+  std::vector<V3d> irradiance;
+  std::vector<V3d> radiance;
+  void add_to(PixelSum& sum) const {
+    for (std::size_t l = 0; l < radiance.size(); ++l) sum.radiance += radiance[l] * irradiance[l];
+  }
+};
+
+/// All of a few lights; of many, those that send most and one of the others, which stands for them.
+class LightChoice {
+ public:
+  explicit LightChoice(const std::vector<Light>& lights);
+  void choose(PathSampler& sampler, PathLights& chosen) const;
+
+ private:
+  PathLights sure_;
+  PathLights others_;
+  std::vector<double> up_to_;  ///< sums of what the others send
+};
+
+/// The options of a bake with those members that a truth has, too.
+BakeOptions bake_like(const TruthOptions& options);
+/// Refuses what trace_swatch() does.
+Result<void> check_truth(const SwatchShot& shot, const TruthOptions& options, const std::string& name);
+
+/// A cell that rays of a swatch meet, in units of `metres`.
+struct SwatchCell {
+  V2d period;
+  double metres;
+  double plane;  ///< height of the swatch's plane
+  double top;    ///< height of the highest point
+};
+/// The origin of a ray: within the cell's own repeat, above all yarn, but not behind the camera.
+V3d ray_origin(const SwatchRay& ray, const Camera& camera, const SwatchCell& cell);
+
+/// Adds one ray of a pixel, and returns how many that took. `lights` is its own to use.
+using TraceRay =
+    std::function<std::uint64_t(const SwatchRay&, PathSampler&, PathLights& lights, PixelSum& sum)>;
+
+/// Draws the picture by rays; `indirect` and `seconds` are the caller's.
+TruthSwatch draw_truth(const SwatchShot& shot, const TruthOptions& options, const TraceRay& trace,
+                       const Progress& progress);
+
+}  // namespace selvedge

@@ -1,0 +1,249 @@
+// Yarn that lets light through, against closed forms. Random estimates are tested by Student's t, as in
+// bake_light_test.cpp.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "converter/bake/texels.h"
+#include "converter/mesh/wall_albedo.h"
+#include "converter/stitch/library.h"
+#include "converter/stitch/yarn_mesh.h"
+#include "format/base/random.h"
+#include "tests/converter/bake_cells.h"
+#include "tests/converter/sky_seen.h"
+#include "tests/require.h"
+
+using namespace selvedge;
+using namespace selvedge::test;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+RayScene scene_of(const CellMesh& mesh) { return need(RayScene::create(mesh, "test")); }
+
+/// Plies without gloss, fibres and hairs.
+CellMesh plies(double transmission, const V3f& albedo) {
+  auto found = need(find_stitch("plain-knit", {{"plies", {3}}, {"twist_per_mm", {-0.3}}}));
+  for (Yarn& yarn : found.pattern.yarns) {
+    yarn.transmission = transmission;
+    yarn.albedo = albedo;
+  }
+  return need(mesh_stitch(found.pattern, {32}));
+}
+
+struct Estimate {
+  double mean = 0;
+  double error = 0;
+};
+
+/// Radiance that a cell sends towards `view`, each on any side of it, under unit irradiance from `light`:
+/// the mean over the cell's area, times |view.z|.
+Estimate sent(const RayScene& scene, const IrradianceCache* cache, std::span<const float> indirect,
+              const V3f& view, const V3f& light) {
+  constexpr int seeds = 48;
+  constexpr std::uint32_t count = 512;
+  const PathTracer tracer(scene, unlimited_bounces);
+  const V2d period = scene.period();
+  double sum = 0;
+  double square = 0;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    double mean = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      PathSampler sampler(i, mix(seed));
+      const V2d at = sampler.next() * period;
+      SurfacePoint point;
+      if (!scene.trace(V3d(at.x, at.y, 0) + V3d(view) * 40.0, -V3d(view), point)) continue;
+      V3d radiance(0, 0, 0);
+      std::uint64_t rays = 0;
+      radiance = direct_light(scene, point, surface_at(scene, point), light, V3d(view), rays);
+      CacheTaps taps;
+      if (cache == nullptr) {
+        tracer.add_indirect(point, V3d(view), {&light, 1}, sampler, {&radiance, 1});
+      } else if (cache->taps(point, taps)) {
+        const DiffuseShares shares = diffuse_shares(scene, point);
+        for (std::size_t k = 0; k < 3; ++k) {
+          const int other = IrradianceCache::other_side_of(taps.point[k]);
+          radiance.x += static_cast<double>(taps.weight[k] * (shares.back.x * indirect[3 * taps.point[k]] +
+                                                              shares.through.x * indirect[3 * other])) /
+                        pi;
+        }
+      }
+      mean += radiance.x / count;
+    }
+    sum += mean / seeds;
+    square += mean * mean / seeds;
+  }
+  const double cosine = std::abs(static_cast<double>(view.z));
+  return {sum * cosine, cosine * std::sqrt(std::max(0.0, square - sum * sum) / (seeds - 1))};
+}
+
+}  // namespace
+
+TEST_CASE("a Lambert sheet sends its share of the light back and the other one through") {
+  CellMesh sheet = floor_of(2, 1, 0.8F);
+  sheet.transmission.assign(4, 0.3F);
+  sheet.gloss.assign(4, {0.25F, 0.3F});
+  sheet.fibres.assign(4, {1, 0, 0});
+  const RayScene scene = scene_of(sheet);
+  REQUIRE(scene.is_open());
+  const V3f view = V3f(0.3F, 0.2F, 0.7F).normalized();
+  const std::vector<V3f> lights{V3f(0.5F, -0.1F, -0.6F).normalized(), V3f(-0.2F, 0.9F, 0.5F).normalized()};
+  // d x t / pi times the cosine through, and d x (1 - t) / pi and the gloss back; x: albedo of the wall, d:
+  // what is not in the highlight, 1 - w times what the highlight sends back of even light.
+  const double dull = 1 - 0.25 * mean_gloss_albedo(0.3F);
+  const double wall = wall_albedo(static_cast<double>(0.8F), static_cast<double>(0.3F));
+  const double through = dull * wall * 0.3 / pi * std::abs(static_cast<double>(lights[0].z));
+  YarnSurface glossy;
+  glossy.gloss = {0.25F, 0.3F};
+  const double back = (dull * wall * 0.7 / pi + 0.25 * gloss_reflectance(glossy, V3d(lights[1]), V3d(view))) *
+                      static_cast<double>(lights[1].z);
+  for (const bool with_cache : {false, true}) {
+    auto cache = need(IrradianceCache::build(scene, 1));
+    const std::vector<float> indirect = cache.solve(scene, lights, unlimited_bounces);
+    const LitBy lit{lights, with_cache ? std::span<const float>(indirect) : std::span<const float>()};
+    const TexelBaker baker(scene, with_cache ? &cache : nullptr, unlimited_bounces, {2, 2}, 1);
+    NoiseSum ignored;
+    const ViewSamples seen = baker.bake_view(view, lit, 4, 1, ignored);
+    for (std::size_t t = 0; t < 4; ++t) {
+      // Single precision; the highlight's half vector takes some of it.
+      CHECK(static_cast<double>(seen.radiance[t].x) == doctest::Approx(through).epsilon(1e-5));
+      CHECK(static_cast<double>(seen.radiance[4 + t].x) == doctest::Approx(back).epsilon(1e-4));
+    }
+  }
+}
+
+TEST_CASE("two translucent sheets share light as Stokes's pile of plates does") {
+  // Stokes 1862: a pair of plates that each send back r and let through t of diffuse light sends back
+  // r + t^2 r / (1 - r^2) and lets through t^2 / (1 - r^2).
+  constexpr double transmission = 0.4;
+  const double albedo = wall_albedo(static_cast<double>(0.9F), static_cast<double>(0.4F));
+  CellMesh pair = floor_of(2, 1, 0.9F);
+  add_quad(pair, {0, 0, 0.1F}, {2, 0, 0.1F}, {2, 2, 0.1F}, {0, 2, 0.1F}, 0.9F);
+  pair.transmission.assign(8, 0.4F);
+  const RayScene scene = scene_of(pair);
+  const double r = albedo * (1 - transmission);
+  const double t = albedo * transmission;
+  const V3f light = V3f(0.3F, 0.4F, 0.8F).normalized();
+  const V3f above = V3f(0.1F, 0.2F, 0.9F).normalized();
+  const V3f below = V3f(0.3F, -0.2F, -0.9F).normalized();
+  auto cache = need(IrradianceCache::build(scene, 1));
+  const std::vector<float> indirect = cache.solve(scene, {&light, 1}, unlimited_bounces);
+  for (const V3f& view : {above, below}) {
+    const double share = view.z > 0 ? r + t * t * r / (1 - r * r) : t * t / (1 - r * r);
+    const double exact = share / pi * static_cast<double>(light.z) * std::abs(static_cast<double>(view.z));
+    const Estimate traced = sent(scene, nullptr, {}, view, light);
+    CHECK(traced.error < 0.01 * exact);
+    // t with 47 degrees of freedom at 1e-3 / 2, two-sided: 3.74.
+    CHECK(std::abs(traced.mean - exact) <= 3.74 * traced.error);
+    // Light is even over the sheets, and all rays between them meet: no error but rounding.
+    CHECK(sent(scene, &cache, indirect, view, light).mean == doctest::Approx(exact).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("a translucent yarn by itself sends away of even light what the albedo of its wall is made for") {
+  // 1 - (1 - a)^(1 + gain t^2), in three colours; neighbours 40 mm away fill 1/80 of what it sees.
+  StitchPattern pattern{"alone", {4, 40}, {}};
+  Yarn yarn;
+  yarn.radius_mm = 0.5;
+  yarn.albedo = {0.1F, 0.4F, 0.8F};
+  yarn.transmission = 0.7;
+  yarn.segments = {{V3d(0, 2, 0), V3d(1, 2, 0), V3d(3, 2, 0), V3d(4, 2, 0)}};
+  pattern.yarns = {yarn};
+  const RayScene scene = scene_of(need(mesh_stitch(pattern, {240})));
+  const PathTracer tracer(scene, unlimited_bounces);
+  constexpr std::uint32_t count = 1 << 15;
+  V3d sum(0, 0, 0);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    // Even light on its surface: a path from anywhere on it.
+    PathSampler sampler(i, 3);
+    const V2d at = sampler.next();
+    const double angle = 2 * pi * at.y;
+    const V3d out(0, std::cos(angle), std::sin(angle));
+    SurfacePoint point;
+    REQUIRE(scene.trace(V3d(4 * at.x, 2, 0.5) + out * 0.6, -out, point));
+    V3d throughput(1, 1, 1);
+    V3d towards = cosine_direction(V3d(point.face_normal), sampler.next());
+    for (int depth = 0;; ++depth) {
+      const auto next = tracer.reflect(point, towards, depth, sampler, throughput);
+      if (!next) break;
+      towards = -*next;
+      if (scene.trace(scene.leave(point, *next), *next, point)) continue;
+      sum += throughput / count;
+      break;
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    const double exact = 1 - std::pow(1 - static_cast<double>(yarn.albedo[c]),
+                                      1 + ply_gain * yarn.transmission * yarn.transmission);
+    // Weights in [0, 1] but for roulette: 4 standard errors of at most 1/2; and what neighbours send back.
+    CHECK(std::abs(sum[c] - exact) < 4 * 0.5 / std::sqrt(count) + exact / 80);
+  }
+}
+
+TEST_CASE(
+    "the albedo of a wall grows with the yarn's, from black to white, and is the yarn's if it is opaque") {
+  CHECK(wall_albedo(0.3, 0) == 0.3);
+  for (const double t : {1e-6, 0.2, 0.5, 0.8, 1.0}) {
+    CHECK(wall_albedo(0.0, t) == 0);
+    CHECK(wall_albedo(1.0, t) == doctest::Approx(1).epsilon(1e-12));
+    for (int i = 1; i <= 10; ++i) CHECK(wall_albedo(0.1 * i, t) > wall_albedo(0.1 * i - 0.1, t));
+  }
+  CHECK(wall_albedo(0.3, 1e-9) == doctest::Approx(0.3).epsilon(1e-6));
+}
+
+TEST_CASE("plies that let light through are white in a white furnace, from both sides") {
+  const RayScene scene = scene_of(plies(0.4, {1, 1, 1}));
+  CHECK_FALSE(scene.is_open());
+  const PathTracer tracer(scene, unlimited_bounces);
+  constexpr std::uint32_t count = 1 << 16;
+  for (const V3d& view : {V3d(0.3, 0.1, 0.9), V3d(-0.6, 0.5, 0.4), V3d(0.2, -0.3, -0.8)}) {
+    const V3d v = view.normalized();
+    double sum = 0;
+    double square = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      PathSampler sampler(i, 5);
+      const V2d at = sampler.next() * scene.period();
+      const double w = sky_seen(scene, tracer, V3d(at.x, at.y, 0) + v * 40.0, -v, sampler);
+      sum += w;
+      square += w * (w - 1);
+    }
+    // Only Russian roulette makes noise: the variance is the mean of w^2 - w. The normal quantile at
+    // 1e-3 / 3, two-sided, is 3.6. Roulette spares less than one path in 50 at each step.
+    CHECK(std::abs(sum / count - 1) < 3.6 * std::sqrt(square) / count);
+    CHECK(square / count < 1);
+  }
+}
+
+TEST_CASE("plies are reciprocal on one side and across both") {
+  const RayScene scene = scene_of(plies(0.4, {0.7F, 0.7F, 0.7F}));
+  const std::vector<V3f> directions{V3f(0.3F, 0.2F, 0.8F).normalized(), V3f(-0.6F, 0.3F, 0.5F).normalized(),
+                                    V3f(0.5F, 0.4F, -0.6F).normalized()};
+  for (const auto& [a, b] : {std::pair(0, 1), std::pair(0, 2), std::pair(1, 2)}) {
+    const auto there = sent(scene, nullptr, {}, directions[a], directions[b]);
+    const auto back = sent(scene, nullptr, {}, directions[b], directions[a]);
+    // alpha f |v_z|, the same both ways: f has the light's cosine in it.
+    CAPTURE(there.mean);
+    CAPTURE(back.mean);
+    CHECK(there.error < 0.02 * there.mean);
+    // t with 47 degrees of freedom at 1e-3 / 3, two-sided: 3.85.
+    CHECK(std::abs(there.mean - back.mean) <= 3.85 * std::hypot(there.error, back.error));
+  }
+}
+
+TEST_CASE("cached light of translucent plies is that of their paths, from before and behind") {
+  const RayScene scene = scene_of(plies(0.4, {0.7F, 0.7F, 0.7F}));
+  auto cache = need(IrradianceCache::build(scene, 1));
+  const V3f view = V3f(0.3F, 0.2F, 0.8F).normalized();
+  for (const V3f& light : {V3f(-0.6F, 0.3F, 0.5F).normalized(), V3f(0.5F, 0.4F, -0.6F).normalized()}) {
+    const std::vector<float> indirect = cache.solve(scene, {&light, 1}, unlimited_bounces);
+    const Estimate cached = sent(scene, &cache, indirect, view, light);
+    const Estimate traced = sent(scene, nullptr, {}, view, light);
+    CAPTURE(cached.mean);
+    CAPTURE(traced.mean);
+    // t with 47 degrees of freedom at 1e-3 / 2, two-sided: 3.74; and 1 % of bias, as the cache has.
+    CHECK(std::abs(cached.mean - traced.mean) <=
+          3.74 * std::hypot(cached.error, traced.error) + 0.01 * traced.mean);
+  }
+}
