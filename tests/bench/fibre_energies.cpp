@@ -1,0 +1,155 @@
+// selvedge-fibre-energies STITCH KIND [TRANSMISSION] [FIBRES] [PATHS]: where light goes that falls on cloth,
+// by tubes, by the translucent walls of plies, and by explicit fibres, over the yarn's albedo. Shares of the
+// light, straight from above and from all around above: sent back, let through (holes left out), absorbed;
+// and through holes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <string>
+
+#include "converter/bake/setup.h"
+#include "converter/light/fibre_tracer.h"
+#include "converter/stitch/fibres.h"
+#include "converter/stitch/library.h"
+#include "converter/stitch/yarn_mesh.h"
+#include "format/base/guard.h"
+#include "format/base/option_text.h"
+#include "format/base/parallel.h"
+
+using namespace selvedge;
+
+namespace {
+
+// Three at a time, as colours.
+std::vector<V3d> albedos{V3d(0.05, 0.2, 0.4), V3d(0.6, 0.8, 0.95)};
+
+struct Energies {
+  V3d back{0, 0, 0};
+  V3d through{0, 0, 0};
+  double holes = 0;
+};
+
+/// The mean over paths; `trace(origin, direction, sampler)` follows one, and says whether it met anything.
+struct End {
+  bool met = false;
+  V3d direction{0, 0, -1};
+  V3d throughput{1, 1, 1};
+};
+template <class Trace>
+Energies energies(const V2d& period, double above, bool diffuse, int paths, const Trace& trace) {
+  constexpr int blocks = 64;
+  std::array<Energies, blocks> sums;
+  const int each = paths / blocks;
+  parallel_for(0, blocks, [&](int block) {
+    for (int k = 0; k < each; ++k) {
+      PathSampler sampler(static_cast<std::uint32_t>(block * each + k), 7);
+      const V2d at = sampler.next() * period;
+      const V3d down = diffuse ? cosine_direction({0, 0, -1}, sampler.next()) : V3d(0, 0, -1);
+      const End end = trace(V3d(at.x, at.y, above), down, sampler);
+      Energies& sum = sums[static_cast<std::size_t>(block)];
+      if (!end.met) {
+        sum.holes += 1;
+      } else {
+        (end.direction.z > 0 ? sum.back : sum.through) += end.throughput;
+      }
+    }
+  });
+  Energies all;
+  const double count = blocks * each;
+  for (const Energies& sum : sums) {
+    all.back += sum.back / count;
+    all.through += sum.through / count;
+    all.holes += sum.holes / count;
+  }
+  return all;
+}
+
+void print(const std::string& model, const char* light, const V3d& albedo, const Energies& e) {
+  for (int c = 0; c < 3; ++c) {
+    fmt::print("| {} | {} | {:.2f} | {:.4f} | {:.4f} | {:.4f} | {:.4f} |\n", model, light, albedo[c],
+               e.back[c], e.through[c], 1 - e.holes - e.back[c] - e.through[c], e.holes);
+  }
+  std::fflush(stdout);
+}
+
+StitchPattern pattern_of(const std::string& stitch, int kind, const V3d& albedo, double transmission) {
+  StitchSettings settings{{"colour", {albedo.x, albedo.y, albedo.z}}};
+  if (kind > 0) settings["yarn"] = {static_cast<double>(kind)};
+  auto found = must(find_stitch(stitch, settings));
+  for (Yarn& yarn : found.pattern.yarns) yarn.transmission = std::max(0.0, transmission);
+  return found.pattern;
+}
+
+Energies of_surface(const StitchPattern& pattern, bool diffuse, int paths) {
+  const auto cell = must(trace_cell(must(mesh_stitch(pattern)), pattern.name, {}));
+  const PathTracer tracer(cell.scene, unlimited_bounces);
+  const double above = static_cast<double>(cell.scene.bounds().max.z) + 1;
+  return energies(cell.scene.period(), above, diffuse, paths,
+                  [&](const V3d& origin, const V3d& direction, PathSampler& sampler) {
+                    End end;
+                    SurfacePoint at;
+                    end.direction = direction;
+                    V3d from = origin;
+                    for (int depth = 0; cell.scene.trace(from, end.direction, at); ++depth) {
+                      end.met = true;
+                      const auto next = tracer.reflect(at, -end.direction, depth, sampler, end.throughput);
+                      if (!next) return End{true, {0, 0, -1}, {0, 0, 0}};
+                      end.direction = *next;
+                      from = cell.scene.leave(at, *next);
+                    }
+                    return end;
+                  });
+}
+
+Energies of_fibres(const StitchPattern& pattern, int each_ply, bool diffuse, int paths) {
+  const auto fibres = must(lay_fibres(pattern, must(mesh_stitch(pattern)), {each_ply}));
+  const auto scene = must(FibreScene::create(fibres, pattern.name));
+  const FibreTracer tracer(scene, fibres.yarns, unlimited_bounces);
+  return energies(scene.period(), scene.high() + 1, diffuse, paths,
+                  [&](const V3d& origin, const V3d& direction, PathSampler& sampler) {
+                    FibrePoint at;
+                    if (!scene.trace(origin, direction, at)) return End{};
+                    std::uint64_t rays = 0;
+                    const auto escape = tracer.follow(at, {}, sampler, {}, rays);
+                    return End{true, escape.direction, escape.throughput};
+                  });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const auto work = [&]() -> Result<int> {
+    const auto argument = [&](int k, double otherwise) { return argc > k ? std::atof(argv[k]) : otherwise; };
+    const std::string stitch = argc > 1 ? argv[1] : "plain-knit";
+    const auto kind = find_yarn_kind(argc > 2 ? argv[2] : "wool");
+    if (!kind) return fail(Code::option_out_of_range, "", "KIND", "is one of " + yarn_kind_names());
+    const double transmission = argument(3, yarn_kinds()[*kind].transmission);
+    const int each_ply = static_cast<int>(argument(4, 0));
+    const int paths = static_cast<int>(argument(5, 65536));
+    if (argc > 6) {
+      const auto given = parse_numbers(argv[6], ',', 3, 300);
+      albedos.clear();
+      for (std::size_t k = 0; given && k + 2 < given->size(); k += 3) {
+        albedos.emplace_back((*given)[k], (*given)[k + 1], (*given)[k + 2]);
+      }
+    }
+    fmt::print(
+        "| model | light | albedo | back | through | absorbed | holes |\n|---|---|---|---|---|---|---|\n");
+    for (const bool diffuse : {false, true}) {
+      const char* light = diffuse ? "around" : "above";
+      for (const V3d& albedo : albedos) {
+        const StitchPattern spun = pattern_of(stitch, *kind, albedo, transmission);
+        if (transmission >= 0) print("ply", light, albedo, of_surface(spun, diffuse, 4 * paths));
+        if (each_ply >= 0) print("fibres", light, albedo, of_fibres(spun, each_ply, diffuse, paths));
+        if (each_ply >= 0)
+          print("tube", light, albedo, of_surface(pattern_of(stitch, 0, albedo, 0), diffuse, paths));
+      }
+    }
+    return 0;
+  };
+  const auto result = guarded("fibre-energies", work);
+  if (!result) fmt::print(stderr, "{}\n", to_line(result.error()));
+  return result ? 0 : 1;
+}
