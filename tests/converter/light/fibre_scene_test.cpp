@@ -37,13 +37,13 @@ TEST_CASE("rays meet round fibres in every cell, where they are met from outside
     constexpr int side = 100;
     int met = 0;
     for (int i = 0; i < side * side; ++i) {
-      const V3d at((i % side + 0.5) / side + 3, (i / side + 0.5) / side - 2, 1);
+      const int row = i / side;
+      const double y = (row + 0.5) / side;
       FibrePoint point;
-      if (!scene.trace(at, {0, 0, -1}, point)) continue;
+      if (!scene.trace({(i % side + 0.5) / side + 3, y - 2, 1}, {0, 0, -1}, point)) continue;
       ++met;
-      const double y = (i / side + 0.5) / side - 0.5;
       CHECK(std::abs(point.along.x) == doctest::Approx(1));
-      CHECK(std::abs(point.offset) == doctest::Approx(std::abs(y) / 0.1).epsilon(1e-4));
+      CHECK(std::abs(point.offset) == doctest::Approx(std::abs(y - 0.5) / 0.1).epsilon(1e-4));
       CHECK(point.axis.y == doctest::Approx(0.5));
       // Out of it again, any way: nothing is near.
       CHECK_FALSE(scene.occluded(FibreScene::leave(point, {0, 0, -1}), {0, 0, -1}));
