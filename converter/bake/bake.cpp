@@ -183,7 +183,7 @@ Result<BakeJournal> bake_units(const CellMesh& given, const std::string& name, B
 
   std::optional<IrradianceCache> cache;
   if (o.indirect == IndirectLight::cached) {
-    cache = IrradianceCache::build(cell->scene, seed_of(o.seed, stream_cache, 0));
+    cache = IrradianceCache::build(cell->scene, seed_of(o.seed, stream_cache, 0), o.both_sides);
     if (!cache) {
       o.indirect = IndirectLight::traced;
       report.remarks.push_back(

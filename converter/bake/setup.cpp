@@ -139,6 +139,7 @@ std::string digest_of(const CellMesh& mesh) {
     append_bytes(bytes, mesh.places);
     append_bytes(bytes, std::vector<std::uint64_t>{mesh.seed});
   }
+  append_bytes(bytes, mesh.transmission);
   append_bytes(bytes, mesh.hairs.points);
   append_bytes(bytes, mesh.hairs.roots);
   append_bytes(bytes, mesh.hairs.radius);

@@ -1,6 +1,8 @@
 #include "converter/bake/yarn_light.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -136,16 +138,27 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
     });
     for (int side = 0; side < sides; ++side) {
       constexpr int columns = 3 * light_functions_of_yarn;
-      double largest = 0;
+      std::array<double, 3> largest{};
       for (const auto& values : solved) {
-        largest = std::max(largest, values.middleCols(side * columns, columns).cwiseAbs().maxCoeff());
+        for (int k = 0; k < columns; ++k) {
+          largest[k % 3] = std::max(largest[k % 3], values.col(side * columns + k).cwiseAbs().maxCoeff());
+        }
       }
-      const double step = largest > 0 ? std::exp2(std::ceil(std::log2(largest / 127))) : 1;
+      const double brightest = *std::max_element(largest.begin(), largest.end());
+      // Of all colours 8 bits, and at least 6 of each: a red that is a hundred times as bright as the blue
+      // would leave it nothing.
+      std::array<double, 3> step{1, 1, 1};
+      for (int colour = 0; colour < 3; ++colour) {
+        const double own = largest[colour] > 0 ? largest[colour] / 31 : brightest;
+        const double wanted = std::min(brightest / 127, own);
+        if (wanted > 0) step[colour] = std::exp2(std::ceil(std::log2(wanted)));
+      }
       float* out = &(side == 0 ? data.light : data.through)[first * light_values_per_station];
       for (const auto& values : solved) {
         for (int i = 0; i < angle_functions; ++i) {
           for (int k = 0; k < columns; ++k) {
-            *out++ = static_cast<float>(std::round(values(i, side * columns + k) / step) * step);
+            *out++ =
+                static_cast<float>(std::round(values(i, side * columns + k) / step[k % 3]) * step[k % 3]);
           }
         }
       }

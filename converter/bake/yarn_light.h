@@ -15,8 +15,8 @@ struct YarnLightOptions {
 
 /// Gives the curves their indirect light, and all light from below if that is wanted, traced in the cell that
 /// they are the yarn of: heights of `data` are above its lowest point. Places that other yarn covers count
-/// for next to nothing. Values are whole multiples of a power of two a curve, 8 bits. The same for any number
-/// of threads.
+/// for next to nothing. Values are whole multiples of a power of two a curve and colour, 6 to 8 bits. The
+/// same for any number of threads.
 void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, YarnData& data);
 
 }  // namespace selvedge

@@ -50,10 +50,11 @@ std::vector<float> light_column(const std::vector<float>& irradiance, std::size_
   return column;
 }
 
-std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std::uint64_t seed) {
+std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std::uint64_t seed,
+                                                      bool from_below) {
   IrradianceCache t;
   t.triangles_ = scene.mesh().triangles;
-  t.sides_ = scene.is_translucent() || shows_backs(scene, 3, false) ? 2 : 1;
+  t.sides_ = scene.is_translucent() || shows_backs(scene, 3, from_below) ? 2 : 1;
   t.place_points(scene);
   if (t.points() > max_cache_points) return std::nullopt;
   t.order_points(scene);

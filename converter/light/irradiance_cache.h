@@ -30,7 +30,9 @@ struct CacheTaps {
 class IrradianceCache {
  public:
   /// Nothing if the mesh needs more than max_cache_points; it is left to the path tracer.
-  static std::optional<IrradianceCache> build(const RayScene& scene, std::uint64_t seed);
+  /// `from_below`: views and lights come from below as well.
+  static std::optional<IrradianceCache> build(const RayScene& scene, std::uint64_t seed,
+                                              bool from_below = false);
 
   int points() const { return static_cast<int>(position_.size()); }
   /// Rays of build() and solve() so far.
