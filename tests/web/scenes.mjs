@@ -23,6 +23,13 @@ const VIEWS = {
   'all holes': { ...SHEETS, distance: 0.6, width: 80, height: 80 },
   behind: { ...SHEETS, distance: 0.6, azimuth: 160, width: 80, height: 80 },
 };
+// Cloth of both sides: against the light, and its inside.
+const CURTAIN = { file: 'curtain.gltf', look_at: [0, 0, 0], azimuth: 20, elevation: 15, distance: 0.25, width: 80, height: 80 };
+const BEHIND = [[0.3, 0.5, -1, 1], [-0.5, 0.2, -0.7, 0.5]];
+VIEWS.curtain = { ...CURTAIN, lights: BEHIND };
+VIEWS['curtain, yarn'] = { ...CURTAIN, distance: 0.04, lights: BEHIND };
+VIEWS.inside = { ...CURTAIN, azimuth: 160, lights: BEHIND };
+VIEWS['inside, against the light'] = { ...CURTAIN, azimuth: 160, distance: 0.04 };
 for (const name of ['yarn', 'near', 'whole']) VIEWS[`${name}, environment`] = { ...VIEWS[name], environment: 'sky.hdr' };
 VIEWS['holes, environment'] = { ...VIEWS.holes, environment: 'sky.hdr' };
 for (const name of ['near', 'whole']) VIEWS[`${name}, shaded`] = { ...VIEWS[name], environment: 'sky.hdr', shades: true };
@@ -63,13 +70,14 @@ function psnr(ours, theirs) {
 }
 
 run('selvedge', 'make', 'plain-knit', '-o', path('knit.fabric.exr'), '--quiet');
+run('selvedge', 'make', 'plain-knit', '-o', path('both.fabric.exr'), '--sides', 'both', '--quiet');
 run('selvedge-samples', 'sweater', '-o', path('plain.glb'));
 run('selvedge', 'dress', path('plain.glb'), path('knit.fabric.exr'), '-o', path('sweater.glb'), '--all', '--quiet');
 
-/** Sheets of cloth, one behind the other, the nearest first and the second turned over; none reaches as far as the last. */
-function sheets() {
+/** Sheets of cloth at these depths, the nearest first and the second turned over; none reaches as far as the last. */
+function sheets(depths) {
   const vertices = [], corners = [], SIDE = 12;
-  for (const [n, z] of [0, -0.03, -0.06].entries()) {
+  for (const [n, z] of depths.entries()) {
     const first = vertices.length, side = 0.2 + 0.05 * n;
     for (let i = 0; i <= SIDE; ++i) {
       for (let j = 0; j <= SIDE; ++j) {
@@ -86,7 +94,8 @@ function sheets() {
   return { vertices, corners };
 }
 const see_through = { doubleSided: true, alphaMode: 'BLEND' };
-writeFileSync(path('sheets.gltf'), garment_of(['knit.fabric.exr'], { surface: sheets(), material: see_through }));
+writeFileSync(path('sheets.gltf'), garment_of(['knit.fabric.exr'], { surface: sheets([0, -0.03, -0.06]), material: see_through }));
+writeFileSync(path('curtain.gltf'), garment_of(['both.fabric.exr'], { surface: sheets([0]), material: see_through }));
 
 /** A blue sky over a brown ground with a sun, as Radiance has it. */
 function write_environment(file, width = 128, height = 64) {
@@ -104,17 +113,17 @@ function write_environment(file, width = 128, height = 64) {
 }
 write_environment(path('sky.hdr'));
 await in_browser(package_folder, { made: folder }, async ({ page, errors }) => {
-  for (const [name, { file = 'sweater.glb', environment, shades = false, ...view }] of Object.entries(VIEWS)) {
+  for (const [name, { file = 'sweater.glb', environment, shades = false, lights = LIGHTS, ...view }] of Object.entries(VIEWS)) {
     const { look_at, distance, azimuth, elevation, width, height } = view;
     const around = environment && ['--environment', path(environment), '--environment-turn', TURN,
       '--environment-strength', STRENGTH];
     run('selvedge-view', 'render', path(file), '-o', path(`${name}.exr`), '--size', `${width}x${height}`,
       '--look-at', look_at.join(','), '--distance', distance, '--azimuth', azimuth, '--elevation', elevation,
-      ...around ?? LIGHTS.flatMap((light) => ['--light', light.join(',')]), ...shades ? [] : ['--no-shadows'], '--quiet');
+      ...around ?? lights.flatMap((light) => ['--light', light.join(',')]), ...shades ? [] : ['--no-shadows'], '--quiet');
     const { pixels, ms, shows } = await page.evaluate(async (query) => {
       const { drawn } = await import('/test/scene_page.js');
       return drawn(...query);
-    }, [`/made/${file}`, { ...view, fov: 30 }, environment ? [] : LIGHTS,
+    }, [`/made/${file}`, { ...view, fov: 30 }, environment ? [] : lights,
       environment && { file: `/made/${environment}`, turn: TURN, strength: STRENGTH, shades }]);
     assert.deepEqual([...new Set(shows)], ['fabric']);
     const floats = new Float32Array(Uint8Array.from(Buffer.from(pixels, 'base64')).buffer);

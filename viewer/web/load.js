@@ -18,6 +18,9 @@ const layers_from = ({layers}, first) => Object.entries(layers).flatMap(([layer,
   return levels.filter((level) => level >= first).map((level) => [layer, level]);
 });
 
+/** The sides of a fabric, for fetch_layers(): it knows the places of all parts of the file. */
+const sides_of = (fabric) => [fabric, ...Object.values(fabric.sides).map((side) => ({...side, file: fabric.file}))];
+
 /**
  * Gives { words, yarn, levels, mm_per_repeat } of a fabric, once or twice: first without yarn and the finest levels where
  * they are many bytes. `source`: an ArrayBuffer, or what fetch_fabric() takes; or { words } of a fabric, of which it gives
@@ -31,10 +34,12 @@ export async function* load_words(source) {
   const is_here = source instanceof ArrayBuffer;
   const fabric = is_here ? open_fabric(new Uint8Array(source)) : await fetch_fabric(source);
   const {levels} = fabric, mm_per_repeat = fabric.mmPerRepeat.map(Number);
+  const bytes_from = (first) =>
+    sides_of(fabric).reduce((sum, side) => sum + bytes_to_fetch(side, layers_from(side, first)), 0);
   let first = 0;
-  while (first + 1 < levels && bytes_to_fetch(fabric, layers_from(fabric, first)) > FIRST_PICTURE) ++first;
+  while (first + 1 < levels && bytes_from(first) > FIRST_PICTURE) ++first;
   for (const from of first > 0 ? [first, 0] : [0]) {
-    await fetch_layers(fabric, layers_from(fabric, from));
+    for (const side of sides_of(fabric)) await fetch_layers(side, layers_from(side, from));
     yield {...pack_fabric(fabric, from), levels, mm_per_repeat};
   }
 }

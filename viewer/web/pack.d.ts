@@ -4,7 +4,7 @@ import {Fabric} from './reader/index.js';
 export const AT: Record<string, number>;
 
 /**
- * The words that the shaders read; yarn: whether the fabric has any. From a first level above 0 they are those of a partial
+ * The words that the shaders read, of all sides; yarn: whether the fabric has any. From a first level above 0 they are those of a partial
  * fabric, without yarn. Throws an Issue where a layer is broken.
  */
 export function pack_fabric(fabric: Fabric, first?: number): {words: Uint32Array; yarn: boolean};

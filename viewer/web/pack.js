@@ -13,6 +13,7 @@ import {
   read_layer,
   yarns_of
 } from './reader/index.js';
+import {yarn_count} from './reader/yarns.js';
 import {cells_of} from './yarn_cells.js';
 
 /** The places of words by their names in word_layout.glsl, which C++ and GLSL include. */
@@ -101,7 +102,8 @@ function lobe_channels(values, count) {
       (parameter) => values.get(`lobes.${j}.${parameter}.${colour}`))).flat()]);
 }
 
-function add_level(words, fabric, k) {
+/** `seen`: the side that is seen, whose opacity counts. */
+function add_level(words, fabric, seen, k) {
   const {texels, views, lights, layers} = fabric;
   const level = words.room(AT.level_words);
   const set = (name, value) => {
@@ -110,7 +112,7 @@ function add_level(words, fabric, k) {
   const read = (layer) => read_layer(fabric, layer, k);
   set('level_width', level_size(texels[0], k));
   set('level_height', level_size(texels[1], k));
-  const lobes = read('lobes'), frame = read('frame'), table = read('table'), opacity = read('opacity');
+  const lobes = read('lobes'), frame = read('frame'), table = read('table'), opacity = read_layer(seen, 'opacity', k);
   const light = read('light'), products = read('products');
   if (lobes) {
     set('level_lobe_count', layers.lobes.lobes);
@@ -161,9 +163,36 @@ function add_segment(words, {curve, start, along, length, tangents, across, befo
   words.words[at + AT.segment_curve] = index;
 }
 
-function add_yarns(words, fabric) {
-  const yarns = yarns_of(fabric, {yarns: read_layer(fabric, 'yarns', 0), indirect: read_layer(fabric, 'indirect', 0)});
-  const {period, curves, segments, stations, light, top, bottom} = yarns;
+/**
+ * Yarn from above, and turned over (format/fabric/yarn_values.cpp), as yarns_of() gives it; `through` being the light from
+ * below, where that is known.
+ */
+function yarns_of_sides(fabric, through) {
+  const {texels: [w, h], layers: {yarns: {curves, nodes}}} = fabric, texels = w * h;
+  const yarns = read_layer(fabric, 'yarns', 0), indirect = read_layer(fabric, 'indirect', 0);
+  const above = yarns_of(fabric, {yarns, indirect});
+  const below = through?.layers.indirect && yarns_of(fabric, {yarns, indirect: read_layer(through, 'indirect', 0)}).light;
+  const odd = above.curves.flatMap((curve) => {
+    const {tangents: [first]} = above.segments.find((segment) => segment.curve === curve);
+    return Array(curve.stations).fill(Math.abs(first[2]) >= 0.9 ? 2 : 1);
+  });
+  const mirrored = (light) => (station, j, k, c) =>
+    (j === 4 || j === odd[station] ? -1 : 1) * light(station, j, k, c);
+  const copy = new Map([...yarns].map(([name, numbers]) => [name, Float32Array.from(numbers)]));
+  const change = (i, how) => {
+    const numbers = copy.get(`yarns.${Math.floor(i / texels)}`);
+    numbers[i % texels] = how(numbers[i % texels]);
+  };
+  const heights = yarn_count({curves, nodes: 0}) + 2 * nodes, slopes = yarn_count({curves, nodes: 0}) - curves;
+  for (let c = 0; c < curves; ++c) change(slopes + c, (slope) => -slope);
+  for (let n = 0; n < nodes; ++n) change(heights + n, (z) => Math.fround(fabric.thickness) - z);
+  const turned = yarns_of(fabric, {yarns: copy, indirect});
+  return [{...above, through: below},
+          {...turned, ...below ? {light: mirrored(below), through: mirrored(above.light)} : {}}];
+}
+
+function add_yarns(words, yarns) {
+  const {period, curves, segments, stations, light, through, top, bottom} = yarns;
   const {columns, rows, size, cells} = cells_of(yarns);
   const yarn = words.room(AT.yarn_words);
   const set = (name, value) => {
@@ -202,13 +231,15 @@ function add_yarns(words, fabric) {
     words.set_numbers(at + AT.curve_roughness, curve.roughness);
     words.set_numbers(at + AT.curve_slope, curve.slope);
   }
-  const place = words.room(3 * ANGLES * LIGHTS * stations);
-  set('yarn_light', place);
-  let at = place;
-  for (let station = 0; station < stations; ++station)
-    for (let j = 0; j < ANGLES; ++j)
-      for (let k = 0; k < LIGHTS; ++k)
-        for (let c = 0; c < 3; ++c) words.floats[at++] = light(station, j, k, c);
+  for (const [name, of] of [['yarn_light', light], ['yarn_through', through]]) {
+    if (!of) continue;
+    let at = words.room(3 * ANGLES * LIGHTS * stations);
+    set(name, at);
+    for (let station = 0; station < stations; ++station)
+      for (let j = 0; j < ANGLES; ++j)
+        for (let k = 0; k < LIGHTS; ++k)
+          for (let c = 0; c < 3; ++c) words.floats[at++] = of(station, j, k, c);
+  }
   return {place: yarn, thickest: curves.reduce((most, {radius}) => Math.max(most, radius), 0)};
 }
 
@@ -221,16 +252,9 @@ function largest_yarn_pixel({mmPerRepeat, texels, levels, whole}, thickest) {
   return size;
 }
 
-/**
- * The words of a fabric of open_fabric, in the layout of word_layout.glsl: { words, yarn }, yarn telling whether it has
- * any. From a `first` level above 0 they are those of a partial fabric, without yarn. Throws an Issue where a layer is
- * broken.
- */
-export function pack_fabric(fabric, first = 0) {
+/** Appends a side of a fabric, with the opacity of the side that is `seen`, and yarn or null, and returns its place. */
+function add_fabric(words, fabric, seen, yarns, first) {
   const {texels, levels, views, lights, layers, whole, radianceScale = 1} = fabric;
-  const yarn = Boolean(layers.yarns) && first === 0;
-  const words = new Words();
-  words.words[words.room(1)] = 1;
   const place = words.room(AT.fabric_level_places + levels - first);
   const set = (name, value) => {
     words.words[place + AT[name]] = value;
@@ -250,14 +274,37 @@ export function pack_fabric(fabric, first = 0) {
     set('fabric_view_basis', words.numbers(of_views));
     set('fabric_light_basis', words.numbers(of_lights));
   }
-  if (yarn) {
-    const {place: yarns, thickest} = add_yarns(words, fabric);
-    set('fabric_yarns', yarns);
+  if (yarns) {
+    const {place: at, thickest} = add_yarns(words, yarns);
+    set('fabric_yarns', at);
     words.set_numbers(place + AT.fabric_largest_yarn_pixel, largest_yarn_pixel(fabric, thickest));
   }
   for (let k = first; k < levels; ++k) {
-    const level = add_level(words, fabric, k);
+    const level = add_level(words, fabric, seen, k);
     words.words[place + AT.fabric_level_places + k - first] = level;
   }
+  return place;
+}
+
+/**
+ * The words of a fabric of open_fabric, all its sides included, in the layout of word_layout.glsl: { words, yarn }, yarn
+ * telling whether it has any. From a `first` level above 0 they are those of a partial fabric, without yarn. Throws an
+ * Issue where a layer is broken.
+ */
+export function pack_fabric(fabric, first = 0) {
+  const {back, through, 'back.through': back_through} = fabric.sides;
+  const yarn = Boolean(fabric.layers.yarns) && first === 0;
+  const words = new Words();
+  words.words[words.room(1)] = 1;
+  const [above, turned] = yarn ? yarns_of_sides(fabric, through) : [null, null];
+  const add = (side, seen, yarns, of, name) => {
+    const place = add_fabric(words, side, seen, yarns, first);
+    if (name) words.words[of + AT[name]] = place;
+    return place;
+  };
+  const front = add(fabric, fabric, above);
+  if (through) add(through, fabric, null, front, 'fabric_through');
+  const behind = back && add(back, back, turned, front, 'fabric_turned'), other = back_through ?? through;
+  if (back && other) add(other, back, null, behind, 'fabric_through');
   return {words: words.words.slice(0, words.length), yarn};
 }

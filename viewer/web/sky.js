@@ -30,8 +30,8 @@ function taps_of(columns, rows, [x, y, z]) {
 const lifted = ([x, y, z]) => unit([x, y, max(z, MIN_RISE)]);
 
 /** Integrals of psi_b, the cosine and the functions of smooth light: [b][function][colour]. */
-function integrals({words, floats}) {
-  const fabric = words[0], basis = words[fabric + AT.fabric_light_basis];
+function integrals({words, floats}, fabric) {
+  const basis = fabric === 0 ? 0 : words[fabric + AT.fabric_light_basis];
   if (basis === 0) return new Float32Array(0);
   let functions = 0;
   for (let k = 0; k < words[fabric + AT.fabric_level_count]; ++k) {
@@ -172,8 +172,8 @@ function frame_at(floats, segments, station) {
 }
 
 /** Factors of the yarn's stations and angles, laid out as its indirect light. */
-function sky_of_yarn(of) {
-  const {words, floats} = of, yarn = words[words[0] + AT.fabric_yarns];
+function sky_of_yarn(of, fabric) {
+  const {words, floats} = of, yarn = fabric === 0 ? 0 : words[fabric + AT.fabric_yarns];
   if (yarn === 0) return new Float32Array(0);
   const [first_segment, curves, table] =
     ['yarn_segments', 'yarn_curves', 'yarn_light'].map((name) => words[yarn + AT[name]]);
@@ -182,6 +182,7 @@ function sky_of_yarn(of) {
     const curve = words[s + AT.segment_curve];
     of_curve.set(curve, [...of_curve.get(curve) ?? [], s]);
   }
+  const from_below = words[yarn + AT.yarn_through];
   const rays = new YarnRays(of, yarn), upper = upper_products(), glosses = new Map();
   const lights = directions_of(...SKY).map((l) => {
     const toward = lifted(l), part = 2 * PI / (SKY[0] * SKY[1]) * min(1, l[2] / MIN_RISE);
@@ -202,6 +203,12 @@ function sky_of_yarn(of) {
           for (let k = 0; k < LIGHTS; ++k)
             for (let colour = 0; colour < 3; ++colour)
               sums[(i * LIGHTS + k) * 3 + colour] += floats[indirect + (i * LIGHTS + j) * 3 + colour] * upper[j][k];
+      for (let at = 0; from_below !== 0 && at < sums.length * LIGHTS; ++at) {
+        const colour = at % 3, k = floor(at / 3) % LIGHTS, j = floor(at / 3 / LIGHTS) % LIGHTS, i = floor(at / 3 / LIGHTS ** 2);
+        const through = floats[from_below - table + indirect + (i * LIGHTS + j) * 3 + colour];
+        // Mirrored lights: functions 3, 5 and 6 are odd in z.
+        sums[(i * LIGHTS + k) * 3 + colour] += through * upper[j][k] * (k === 3 || k === 5 || k === 6 ? -1 : 1);
+      }
       const {position, tangent, across, radius} = frame_at(floats, of_curve.get(c), number), beside = cross(tangent, across);
       for (let a = 0; a < AROUND_YARN; ++a) {
         const angle = 2 * PI * a / AROUND_YARN, x = cos(angle), y = sin(angle);
@@ -230,9 +237,16 @@ function sky_of_yarn(of) {
 /** Words to be appended to those of a fabric, as around.glsl has them. */
 export function sky_of(words) {
   const of = {words, floats: new Float32Array(words.buffer, words.byteOffset, words.length)};
-  const parts = [integrals(of), sky_of_yarn(of)], places = [words.length + 2, words.length + 2 + parts[0].length];
-  const sky = new Uint32Array(2 + parts[0].length + parts[1].length), floats = new Float32Array(sky.buffer);
-  sky.set(places);
-  parts.forEach((part, i) => floats.set(part, places[i] - words.length));
+  const place_in = (fabric, name) => fabric === 0 ? 0 : words[fabric + AT[name]];
+  const parts = [words[0], place_in(words[0], 'fabric_turned')].flatMap(
+    (seen) => [integrals(of, seen), sky_of_yarn(of, seen), integrals(of, place_in(seen, 'fabric_through'))]);
+  const sky = new Uint32Array(parts.reduce((sum, part) => sum + part.length, parts.length));
+  const floats = new Float32Array(sky.buffer);
+  let at = parts.length;
+  parts.forEach((part, i) => {
+    sky[i] = words.length + at;
+    floats.set(part, at);
+    at += part.length;
+  });
   return sky;
 }

@@ -31,6 +31,8 @@ export interface Fabric {
   whole?: {texels: [number, number]; level: number; levels?: number};
   provenance: object;
   layers: Partial<Record<LayerName, Layer>>;
+  /** The other sides of the cloth, as fabrics that read_layer() reads; of the front alone. */
+  sides: Partial<Record<'back' | 'through' | 'back.through', Fabric>>;
 }
 
 /** Reads headers and text; no pixel is touched. Throws an Issue. */

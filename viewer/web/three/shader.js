@@ -41,6 +41,17 @@ const VERTEX_BODY = `
   fabric_along_u = (modelViewMatrix * vec4(fabric_along_u, 0.0)).xyz;
 `;
 
+// three.js lifts the cloth off its shadow along its normal, into it where the light comes from behind.
+const SHADOWS = ShaderChunk.shadowmap_vertex.replace(
+  /shadowWorldNormal \* (directional|spot)LightShadows\[ i \]/g,
+  (text, kind) => `side_of_light( ${kind}${kind === 'spot' ? 'Light' : 'Shadow'}Matrix[ i ], worldPosition, shadowWorldNormal ) * ${text}`);
+const SIDE_OF_LIGHT = `
+float side_of_light(mat4 shadow, vec4 place, vec3 normal) {
+  vec4 at = shadow * place, along = shadow * vec4(normal, 0.0);
+  return along.z * at.w - at.z * along.w > 0.0 ? -1.0 : 1.0;
+}
+`;
+
 /**
  * three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. `tangents`: the name of an attribute;
  * `has_vertex_light`: whether light from all around is that of surroundings.js.
@@ -48,7 +59,8 @@ const VERTEX_BODY = `
 export const vertex_shader = (of_three, uv_set, tangents, has_vertex_light) => `#define FABRIC_UV_SET ${uv_set}
 #define fabric_tangent ${tangents}
 ${of_three
-    .replace('void main() {', `${VERTEX_NAMES}${has_vertex_light ? LIGHT_NAMES : ''}\nvoid main() {${has_vertex_light ? LIGHT_BODY : ''}`)
+    .replace('void main() {', `${VERTEX_NAMES}${SIDE_OF_LIGHT}${has_vertex_light ? LIGHT_NAMES : ''}\nvoid main() {${has_vertex_light ? LIGHT_BODY : ''}`)
+    .replace('#include <shadowmap_vertex>', SHADOWS)
     .replace('#include <project_vertex>', `#include <project_vertex>\n${VERTEX_BODY}`)}`;
 
 // three.js has sun lights since r187.
@@ -147,6 +159,11 @@ void main() {
   vec3 y = cross(normal, tangent);
   mat3 frame = mat3(tangent, dot(y, along_v) > 0.0 ? -y : y, normal);
 
+  float fabric_side = gl_FrontFacing ? 1.0 : -1.0;
+#ifdef FLIP_SIDED
+  fabric_side = -fabric_side;  // three.js turns the winding over to draw back sides alone
+#endif
+  uint seen = seen_from(fabric_side, 0u);
   NoMaterial material;
   ReflectedLight reflectedLight = ReflectedLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
   #include <lights_fragment_begin>
@@ -165,10 +182,10 @@ void main() {
 #endif
   }
   turn_around_into(from_view * frame);
-  sky = uint(fabric_sky);
+  sky = uint(fabric_sky) + (seen == 0u ? 0u : sky_of_turned);
 #endif
 
-  vec4 sum = shade_fabric(0u, fabric_uv - floor(fabric_uv), right, up, view * frame, frame);
+  vec4 sum = shade_fabric(seen, fabric_uv - floor(fabric_uv), right, up, view * frame, frame);
 #ifdef FABRIC_KEEPS_OPACITY
   if (!(sum.a > 0.0)) discard;
   diffuseColor.a = min(sum.a, 1.0);
