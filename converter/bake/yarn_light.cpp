@@ -145,11 +145,12 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
         }
       }
       const double brightest = *std::max_element(largest.begin(), largest.end());
-      // Of all colours 8 bits, and at least 6 of each: a red that is a hundred times as bright as the blue
-      // would leave it nothing.
+      // Of all colours 8 bits, and of light that comes through at least 6 of each: a red that is a hundred
+      // times as bright as the blue would leave it nothing.
       std::array<double, 3> step{1, 1, 1};
       for (int colour = 0; colour < 3; ++colour) {
-        const double own = largest[colour] > 0 ? largest[colour] / 31 : brightest;
+        const bool fine = largest[colour] > 0 && (side == 1 || cell.scene.is_translucent());
+        const double own = fine ? largest[colour] / 31 : brightest;
         const double wanted = std::min(brightest / 127, own);
         if (wanted > 0) step[colour] = std::exp2(std::ceil(std::log2(wanted)));
       }
