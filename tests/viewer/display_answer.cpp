@@ -96,7 +96,8 @@ Shading shade_yarn(const PackedFabric& packed, const FabricQuery& query, const E
 nlohmann::json answer(const nlohmann::json& line) {
   const EnvironmentQuery query = environment_query_from(line).value();
   const Fabric fabric = read_fabric(line["file"].get<std::string>()).value();
-  const PackedFabric packed = pack(fabric);
+  const bool turns = query.place.behind && fabric.side_of(Side::back) != nullptr;
+  const PackedFabric packed = pack(turns ? turned_over(fabric) : fabric);
   const EnvironmentLight light = divide(picture_of(query.environment));
   const auto at = [&](int level) {
     return level < 0 ? shade_yarn(packed, query.place, light)
