@@ -26,10 +26,9 @@ async function load(file) {
 /** The picture of an equirectangular texture of three.js, for Surroundings. */
 function picture_of({ image: { data, width, height } }) {
   const radiance = new Float32Array(3 * width * height);
-  for (let i = 0; i < width * height; ++i) {
-    const from = (height - 1 - Math.floor(i / width)) * width + i % width;
-    for (let c = 0; c < 3; ++c) radiance[3 * i + c] = DataUtils.fromHalfFloat(data[4 * from + c]);
-  }
+  // HDRLoader's first row is the highest.
+  for (let i = 0; i < width * height; ++i)
+    for (let c = 0; c < 3; ++c) radiance[3 * i + c] = DataUtils.fromHalfFloat(data[4 * i + c]);
   return { width, height, radiance };
 }
 

@@ -32,12 +32,13 @@ VIEWS.inside = { ...CURTAIN, azimuth: 160, lights: BEHIND };
 VIEWS['inside, against the light'] = { ...CURTAIN, azimuth: 160, distance: 0.04 };
 for (const name of ['yarn', 'near', 'whole']) VIEWS[`${name}, environment`] = { ...VIEWS[name], environment: 'sky.hdr' };
 VIEWS['holes, environment'] = { ...VIEWS.holes, environment: 'sky.hdr' };
-for (const name of ['near', 'whole']) VIEWS[`${name}, shaded`] = { ...VIEWS[name], environment: 'sky.hdr', shades: true };
+VIEWS.sunny = { ...VIEWS.whole, azimuth: 200 };
+for (const name of ['near', 'whole', 'sunny']) VIEWS[`${name}, shaded`] = { ...VIEWS[name], environment: 'sky.hdr', shades: true };
 /** The environment is turned by so many degrees, and so many times as bright. */
 const TURN = 40, STRENGTH = 1.5;
 const MOST_LEFT_OUT = 0.01, OFF_EDGES = 45, OVER_ALL = 36;
 /** Shadow maps of three.js have other filters, and nothing to do with the fabric. */
-const SHADED = 34;
+const SHADED = 38;
 const EXPOSURE = Math.PI, BACKGROUND = 0.18;
 
 rmSync(folder, { recursive: true, force: true });
