@@ -118,4 +118,19 @@ test_reports_and_plots_are_refused_before_the_work() {
   holds "r.levels.every(l => l.heldOut === null && l.training.psnr > 0)"
 }
 
+test_explicit_fibres_are_traced_the_same_for_any_threads_and_refused_where_there_are_none() {
+  swatch() { selvedge swatch --truth plain-knit --size 32x24 --samples 4 --quiet "$@"; }
+  swatch -o plies.exr
+  swatch --fibres=12 -o a.exr --threads 1
+  swatch --fibres=12 -o b.exr --threads 3
+  same a.exr b.exr
+  differ plies.exr a.exr
+  refuses OPTION_OUT_OF_RANGE transmission selvedge swatch --truth plain-knit --set transmission=1.5 -o a.png
+  selvedge stitch plain-knit -o k.ply --quiet
+  refuses OPTION_OUT_OF_RANGE fibres selvedge swatch --truth k.ply --fibres -o a.png
+  exits 2 selvedge swatch any.fabric.exr --fibres -o a.png
+  exits 2 selvedge swatch --truth plain-knit --fibres=many -o a.png
+  exits 2 selvedge swatch --truth plain-knit --fibres --ground 0.5 -o a.png
+}
+
 "$2"

@@ -25,10 +25,6 @@ test_a_traced_swatch_has_the_same_bytes_for_any_threads_and_others_for_another_s
   same a.exr b.exr
   swatch -o c.exr --seed 2
   differ a.exr c.exr
-  swatch --fibres=12 -o d.exr --threads 1
-  swatch --fibres=12 -o e.exr --threads 3
-  same d.exr e.exr
-  differ a.exr d.exr
 }
 
 test_a_swatch_refuses_what_it_cannot_draw() {
@@ -36,12 +32,6 @@ test_a_swatch_refuses_what_it_cannot_draw() {
   refuses STITCH_UNKNOWN papier selvedge swatch --truth papier -o a.png
   refuses OPTION_OUT_OF_RANGE samples selvedge swatch --truth plain-knit --samples 1 -o a.png
   refuses FILE_UNWRITABLE nowhere selvedge swatch --truth plain-knit -o nowhere/a.png
-  refuses OPTION_OUT_OF_RANGE transmission selvedge swatch --truth plain-knit --set transmission=1.5 -o a.png
-  selvedge stitch plain-knit -o k.ply --quiet
-  refuses OPTION_OUT_OF_RANGE fibres selvedge swatch --truth k.ply --fibres -o a.png
-  exits 2 selvedge swatch plain.fabric.exr --fibres -o a.png
-  exits 2 selvedge swatch --truth plain-knit --fibres=many -o a.png
-  exits 2 selvedge swatch --truth plain-knit --fibres --ground 0.5 -o a.png
   exits 2 selvedge swatch --truth plain-knit -o a.jpg
   exits 2 selvedge swatch --truth plain-knit -o a.png --place far-away
   exits 2 selvedge swatch --truth plain-knit -o a.png --size 500x100

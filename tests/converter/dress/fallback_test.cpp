@@ -1,0 +1,137 @@
+#include "converter/dress/fallback.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "converter/dress/dress.h"
+#include "format/fabric/evaluate.h"
+#include "format/gltf/access.h"
+#include "format/gltf/document.h"
+#include "format/gltf/read_scene.h"
+#include "format/picture/image.h"
+#include "tests/converter/fabrics.h"
+#include "tests/converter/workshop.h"
+#include "tests/format/yarn_data.h"
+#include "tests/require.h"
+
+using namespace selvedge;
+using test::Workshop;
+
+namespace {
+
+const DressOptions everything{.all = true};
+
+}  // namespace
+
+TEST_CASE("fallback: a Lambert fabric's base colour is its albedo, and it has no sheen") {
+  const Fallback fallback = bake_fallback(test::lambert_fabric(V2d(5, 5), 4, V3f(0.5F, 0.25F, 0.1F)));
+  CHECK(fallback.base_color.pixels[0] == doctest::Approx(0.5).epsilon(1e-5));  // floats
+  CHECK(fallback.base_color.pixels[1] == doctest::Approx(0.25).epsilon(1e-5));
+  CHECK(fallback.base_color.pixels[3] == 1);
+  CHECK_FALSE(fallback.holes);
+  CHECK_FALSE(fallback.normal.has_value());
+  CHECK(fallback.sheen_color == V3f(0, 0, 0));
+}
+
+TEST_CASE("fallback: a Lambert sheet that transmits keeps both its colours") {
+  // 0.5, 0.25, 0.1 come back and 0.2, 0.1, 0.05 go through: by the extension, base colour times 1 - t and
+  // colour times t.
+  Fabric fabric = test::lambert_fabric(V2d(5, 5), 4, V3f(0.5F, 0.25F, 0.1F));
+  Fabric through = test::lambert_fabric(V2d(5, 5), 4, V3f(0.2F, 0.1F, 0.05F));
+  through.side = Side::through;
+  fabric.add_side(std::move(through));
+  const Fallback fallback = bake_fallback(fabric);
+  CHECK(fallback.transmission == doctest::Approx(0.2).epsilon(0.01));
+  const V3f base = mean_color(fallback.base_color);
+  const std::array<V3f, 2> expected{V3f(0.5F, 0.25F, 0.1F), V3f(0.2F, 0.1F, 0.05F)};
+  for (int c = 0; c < 3; ++c) {
+    CHECK(base[c] * (1 - fallback.transmission) == doctest::Approx(expected[0][c]).epsilon(0.01));
+    CHECK(fallback.transmission_color[c] * fallback.transmission ==
+          doctest::Approx(expected[1][c]).epsilon(0.01));
+  }
+  fabric.sides = {};
+  CHECK(bake_fallback(fabric).transmission == 0);
+}
+
+TEST_CASE("fallback: a lobe's base colour is the nearest Lambertian one, in closed form") {
+  // f = l.z (Cz l.z v.z)^n darkens towards the rim. The base colour b with the least integral of
+  // v.z (b l.z / pi - f)^2 over both hemispheres is 6 pi Cz^n / ((n + 2) (n + 3)).
+  Fabric fabric = test::lambert_fabric(V2d(5, 5), 1, V3f(0, 0, 0));
+  fabric.levels[0].set(LayerKind::lobes, {15, {0, 0, 0, 0.6F, 2, 0, 0, 0, 0.5F, 3, 0, 0, 0, 0.4F, 4}});
+  const Fallback fallback = bake_fallback(fabric);
+  const double pi = std::numbers::pi;
+  CHECK(fallback.sheen_color == V3f(0, 0, 0));
+  // The integrals are sums over 36 directions of equal solid angle.
+  CHECK(fallback.base_color.pixels[0] == doctest::Approx(6 * pi * 0.36 / 20).epsilon(1e-2));
+  CHECK(fallback.base_color.pixels[1] == doctest::Approx(6 * pi * 0.125 / 30).epsilon(1e-2));
+  CHECK(fallback.base_color.pixels[2] == doctest::Approx(6 * pi * 0.0256 / 42).epsilon(1e-2));
+}
+
+TEST_CASE("dress: the picture of the fallback holds its colour sRGB-encoded, and the opacity as it is") {
+  const Workshop workshop;
+  REQUIRE(workshop.dress(everything));
+  const Scene scene = test::need(read_scene(workshop.output));
+  const SceneMaterial& material = scene.materials[0];
+  CHECK(material.alpha_mode == AlphaMode::mask);
+  CHECK(material.alpha_cutoff == 0.5F);
+  const SceneImage& encoded = scene.images[material.base_color_texture.image];
+  const Image stored = test::need(decode_image(encoded.bytes, "stored", Transfer::keep));
+  const Fallback fallback = bake_fallback(test::net_fabric(V2d(5, 4)));
+  const Image& linear = fallback.base_color;
+  REQUIRE(stored.pixels.size() == linear.pixels.size());
+  for (std::size_t i = 0; i < linear.pixels.size(); ++i) {
+    // IEC 61966-2-1, written out.
+    const double value = linear.pixels[i];
+    const double srgb = value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
+    CHECK(std::abs(stored.pixels[i] - (i % 4 == 3 ? value : srgb)) <= 0.5 / 255 + 1e-6);  // rounded to 8 bits
+  }
+}
+
+TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of that colour") {
+  Fabric fabric = test::lambert_fabric(V2d(5, 5), 4, V3f(0.2F, 0.2F, 0.2F));
+  fabric.views = grid_of(64);
+  const std::vector<V3f> views = directions_of(fabric.views);
+  for (FabricLevel& level : fabric.levels) {
+    level.add(LayerKind::table, 3 * 64, 1);
+    for (std::size_t i = 0; i < level.view_table().size(); ++i) {
+      level.view_table()[i].x += 1.0F - views[i % 64].z;
+    }
+  }
+  const Fallback fallback = bake_fallback(fabric);
+  // Green has none of its own: the sheen gives back what red's takes from its base.
+  CHECK(fallback.sheen_color.x > 0.05F);
+  CHECK(fallback.sheen_color.y < 0.1F * fallback.sheen_color.x);
+}
+
+TEST_CASE("fallback: the picture is that of the yarn where the fabric has it, in the colour of the levels") {
+  const Fabric fabric = test::with_yarn(test::lambert_fabric(V2d(5, 5), 4, V3f(0.2F, 0.3F, 0.4F)), 1);
+  const Image image = bake_fallback(fabric).base_color;
+  REQUIRE(image.width == 64);
+  std::size_t differing = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const V2d uv((x + 0.5) / image.width, (y + 0.5) / image.height);
+      const float alpha = evaluate(fabric, -1.0, uv, V3f(0, 0, 1), V3f(0, 0, 1)).alpha;
+      if (image.pixels[4 * (y * image.width + x) + 3] != alpha) ++differing;
+    }
+  }
+  CHECK(differing == 0);
+  CHECK(mean_color(image).x == doctest::Approx(0.2).epsilon(0.02));  // clamped where the yarn is bright
+  CHECK(mean_color(image).y == doctest::Approx(0.3).epsilon(0.02));
+}
+
+TEST_CASE("fallback: holes take the mean colour and normals point up in green") {
+  Fabric fabric = test::net_fabric(V2d(5, 4), 16);
+  for (TexelFrame& frame : fabric.levels[0].frame()) frame = {V3f(0, 0.6F, 0.8F), V3f(1, 0, 0)};
+  const Fallback fallback = bake_fallback(fabric);
+  CHECK(fallback.holes);
+  CHECK(fallback.base_color.pixels[3] == 0);
+  CHECK(fallback.base_color.pixels[0] > 0.05F);
+  REQUIRE(fallback.normal);
+  CHECK(fallback.normal->pixels[0] == doctest::Approx(0.5));
+  CHECK(fallback.normal->pixels[1] == doctest::Approx(0.8));
+  CHECK(fallback.normal->pixels[2] == doctest::Approx(0.9));
+}
