@@ -131,7 +131,8 @@ void Fabric::add_side(Fabric other) {
       base.set(LayerKind::indirect, spread(indirect_values(yarns->data(), true), base.texels()));
     }
   }
-  sides[index_of(other.side) - 1] = std::make_shared<const Fabric>(std::move(other));
+  auto& place = sides[index_of(other.side) - 1];
+  place = std::make_shared<const Fabric>(std::move(other));
 }
 
 Fabric turned_over(const Fabric& fabric) {

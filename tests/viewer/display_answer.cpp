@@ -97,7 +97,8 @@ nlohmann::json answer(const nlohmann::json& line) {
   const EnvironmentQuery query = environment_query_from(line).value();
   const Fabric fabric = read_fabric(line["file"].get<std::string>()).value();
   const bool turns = query.place.behind && fabric.side_of(Side::back) != nullptr;
-  const PackedFabric packed = pack(turns ? turned_over(fabric) : fabric);
+  const Fabric seen = turns ? turned_over(fabric) : fabric;
+  const PackedFabric packed = pack(seen);
   const EnvironmentLight light = divide(picture_of(query.environment));
   const auto at = [&](int level) {
     return level < 0 ? shade_yarn(packed, query.place, light)

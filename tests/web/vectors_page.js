@@ -9,7 +9,7 @@ void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2
 const FRAGMENT = `#version 300 es
 precision highp float;
 precision highp int;
-uniform highp sampler2D queries;  // row 0: view, level; 1: light, whether a texel is asked for; 2: texel or (u, v)
+uniform highp sampler2D queries;  // row 0: view, level; 1: light, whether a texel is asked for; 2: texel or (u, v), whether from behind
 out vec4 result;
 vec4 query(int row) { return texelFetch(queries, ivec2(int(gl_FragCoord.x), row), 0); }
 uint light_count() { return 1u; }
@@ -21,12 +21,20 @@ ${word_layout}${fabric_words}${evaluate}${yarn}${footprint}
 void main() {
   vec4 view_level = query(0);
   vec4 place = query(2);
-  uint fabric = word(0u);
+  uint turned = word(0u) + fabric_turned;
+  uint seen = place.z == 1.0 && word(turned) != 0u ? turned : 0u;
+  uint fabric = word(seen);
+  // What lights texels: light from the other side, mirrored, that which comes through.
+  uint lit = seen;
+  if (query(1).z < 0.0 && word(fabric + fabric_through) != 0u) {
+    lit = fabric + fabric_through;
+    lit_side = -1.0;
+  }
   vec4 sum = vec4(0.0);
   if (query(1).w == 1.0) {
     uint level = uint(view_level.w);
     uint width = word(word(fabric + fabric_level_places + level) + level_width);
-    shade_texel(0u, level, uint(place.y) * width + uint(place.x), view_level.xyz, mat3(1.0), 1.0, sum);
+    shade_texel(lit, level, uint(place.y) * width + uint(place.x), view_level.xyz, mat3(1.0), 1.0, sum);
   } else {
     float least = word(fabric + fabric_yarns) != 0u ? -1.0 : 0.0;
     float level = clamp(view_level.w, least, float(word(fabric + fabric_level_count)) - 1.0);
@@ -41,7 +49,7 @@ void main() {
       uint of_level = word(fabric + fabric_level_places + uint(at));
       ivec2 size = ivec2(int(word(of_level + level_width)), int(word(of_level + level_height)));
       ivec2 texel = min(ivec2(fract(place.xy) * vec2(size)), size - 1);
-      shade_texel(0u, uint(at), uint(texel.y * size.x + texel.x), view_level.xyz, mat3(1.0), share, sum);
+      shade_texel(lit, uint(at), uint(texel.y * size.x + texel.x), view_level.xyz, mat3(1.0), share, sum);
     }
   }
   result = sum;
@@ -89,10 +97,10 @@ export async function evaluated(file, queries) {
   const rows = Math.ceil(words.length / 2048), padded = new Uint32Array(2048 * rows);
   padded.set(words);
   const n = queries.length, data = new Float32Array(12 * n);
-  queries.forEach(({ view, light, level, texel, uv }, i) => {
+  queries.forEach(({ view, light, level, texel, uv, behind }, i) => {
     data.set([...view, level], 4 * i);
     data.set([...light, texel ? 1 : 0], 4 * (n + i));
-    data.set(texel ?? uv, 4 * (2 * n + i));
+    data.set([...texel ?? uv, behind ? 1 : 0], 4 * (2 * n + i));
   });
   const textures = [
     texture(0, gl.R32UI, 2048, rows, gl.RED_INTEGER, gl.UNSIGNED_INT, padded),
