@@ -148,8 +148,10 @@ Fabric turned_over(const Fabric& fabric) {
   if (const auto& yarns = fabric.levels.front().yarns()) {
     base.set_yarns(std::make_shared<const Yarns>(turned_over(*yarns, fabric.thickness_mm), yarns->period()));
   }
-  const Fabric* const through = fabric.side_of(Side::through);
+  const Fabric* through = fabric.side_of(Side::through);
   const Fabric* const back_through = fabric.side_of(Side::back_through);
+  // The opacity that it gets is that of other views.
+  if (through != nullptr && through->views != turned.views) through = nullptr;
   turned.sides = {};
   if (back_through != nullptr || through != nullptr) {
     turned.add_side(pick(back_through, through, Side::through));

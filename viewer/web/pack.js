@@ -304,7 +304,10 @@ export function pack_fabric(fabric, first = 0) {
   };
   const front = add(fabric, fabric, above);
   if (through) add(through, fabric, null, front, 'fabric_through');
-  const behind = back && add(back, back, turned, front, 'fabric_turned'), other = back_through ?? through;
+  const behind = back && add(back, back, turned, front, 'fabric_turned');
+  // Light that comes through the front goes for the back where its opacity is of the same views.
+  const same = back && back.views.columns === fabric.views.columns && back.views.rows === fabric.views.rows;
+  const other = back_through ?? (same ? through : null);
   if (back && other) add(other, back, null, behind, 'fabric_through');
   return {words: words.words.slice(0, words.length), yarn};
 }

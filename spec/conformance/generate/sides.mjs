@@ -33,6 +33,12 @@ export const sides = [
     sides: {back: {layers: ['lobes', 'opacity']}, through: {layers: ['lobes', 'table']}},
   },
   {
+    name: 'sides-back-of-other-views',
+    about: 'a back of other views than the front, to which nothing comes through',
+    layers: ['lobes', 'opacity'],
+    sides: {back: {layers: ['lobes', 'opacity'], grid: [1, 3]}, through: {layers: ['lobes', 'table']}},
+  },
+  {
     ...crossing,
     name: 'sides-yarns',
     about: 'yarn turned over, with light from both sides',

@@ -43,7 +43,9 @@ function turned_yarns(fabric, through) {
  */
 export function seen_from(fabric, behind) {
   const {back, through, 'back.through': back_through} = fabric.sides;
-  const seen = behind && back ? back : fabric, other = behind && back ? back_through ?? through : through;
+  const same = (a, b) => a.columns === b.columns && a.rows === b.rows;
+  const from_front = back && through && same(back.views, fabric.views) ? through : undefined;
+  const seen = behind && back ? back : fabric, other = behind && back ? back_through ?? from_front : through;
   const kept = new Map();
   const keep = (name, k, make) => {
     const key = `${name} ${k}`;

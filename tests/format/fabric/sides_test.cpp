@@ -99,6 +99,20 @@ TEST_CASE("a fabric turned over shows its back, and turned again its front") {
     CHECK((again.nodes[n] - yarn.nodes[n]).length() < 1e-6F);
 }
 
+TEST_CASE("light through the front goes for the back where the views are the same") {
+  Fabric fabric = test::four_sides();
+  fabric.sides[index_of(Side::back_through) - 1] = nullptr;
+  CHECK(turned_over(fabric).side_of(Side::through) == nullptr);  // 3 x 3 views, the front has 2 x 3
+  Fabric back = test::random_fabric(6, 4, fabric.views, 1, 9);
+  back.side = Side::back;
+  fabric.add_side(std::move(back));
+  const Fabric behind = turned_over(fabric);
+  REQUIRE(behind.side_of(Side::through) != nullptr);
+  CHECK(behind.side_of(Side::through)->levels[0][LayerKind::opacity] == behind.levels[0][LayerKind::opacity]);
+  CHECK(behind.side_of(Side::through)->levels[0][LayerKind::lobes] ==
+        fabric.side_of(Side::through)->levels[0][LayerKind::lobes]);
+}
+
 TEST_CASE("a place on yarn has the same light whichever side the yarn is known from") {
   // By the directions of frames alone: a normal is mirrored, and its angle follows from the turned frame.
   YarnData data = test::four_sides().levels.front().yarns()->data();
