@@ -105,16 +105,17 @@ class Checker {
     const auto give_opacity = [&](Side from, Side to) {
       levels[index_of(to)].set(LayerKind::opacity, levels[index_of(from)][LayerKind::opacity]);
     };
-    const bool back = header_->side_of(Side::back) != nullptr;
+    const FabricHeader* const back = header_->side_of(Side::back);
     give_opacity(Side::front, Side::through);
-    give_opacity(back ? Side::back : Side::front, Side::back_through);
+    give_opacity(back != nullptr ? Side::back : Side::front, Side::back_through);
     for_each_side(*header_, [&](const FabricHeader& side) {
       warn_of_peaks(levels[index_of(side.side)], side.side, k, half_lobes(side.side), sink_);
     });
     // Light in front goes on to a viewer behind, and the other way round.
     const Side behind = header_->side_of(Side::back_through) != nullptr ? Side::back_through : Side::through;
-    warn_of_energy(lit(Side::front), lit(behind), k, sink_);
-    if (back) warn_of_energy(lit(Side::back), lit(Side::through), k, sink_);
+    const bool known = behind == Side::back_through || back == nullptr || back->views == header_->views;
+    warn_of_energy(lit(Side::front), known ? lit(behind) : LitSide(), k, sink_);
+    if (back != nullptr) warn_of_energy(lit(Side::back), lit(Side::through), k, sink_);
   }
 
   void check_pixels(const ExrPart& part, const ExrPixels& pixels, const PartLayer& layer, int k,

@@ -239,7 +239,8 @@ function check_light(fabric, numbers, k, warn) {
     if (levels[side].lobes) check_lobes(levels[side], place, half, warn);
   }
   const {front, back, through, 'back.through': back_through} = levels;
-  const behind = back_through ?? (through && {...through, opacity: (back ?? front).opacity});
+  const {views} = back ?? front, same = views.columns === front.views.columns && views.rows === front.views.rows;
+  const behind = back_through ?? (through && same ? {...through, opacity: (back ?? front).opacity} : undefined);
   check_energy(front, behind, `level ${k}`, warn);
   if (back) check_energy(back, through, `back level ${k}`, warn);
 }
