@@ -58,9 +58,8 @@ SmallBake bake_small(const CellMesh& mesh, const BakeOptions& o, const TracedCel
   all.height = o.height;
   all.pairs = pairs;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const std::vector<float> pair_indirect = light_column(indirect, pairs.size(), p);
-    const PairSamples truth = baker.bake_pair(pairs[p], {{&pairs[p].light, 1}, pair_indirect, false},
-                                              o.truth_samples, mix(~p), ignored);
+    const LitBy lit{{&pairs[p].light, 1}, indirect, false, pairs.size(), p};
+    const PairSamples truth = baker.bake_pair(pairs[p], lit, o.truth_samples, mix(~p), ignored);
     all.alpha.insert(all.alpha.end(), truth.alpha.begin(), truth.alpha.end());
     all.alpha_noise.insert(all.alpha_noise.end(), truth.alpha_noise.begin(), truth.alpha_noise.end());
     all.radiance.insert(all.radiance.end(), truth.radiance.begin(), truth.radiance.end());

@@ -233,22 +233,21 @@ void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights
   if (!cache_->taps(point, taps)) return;
   const DiffuseShares shares = diffuse_shares(scene_, point);
   const std::size_t n = lights.directions.size();
+  const std::size_t solved = lights.solved > 0 ? lights.solved : n;
   const auto add = [&](std::size_t k, int cached, const V3f& albedo) {
-    const float* row = &lights.indirect[static_cast<std::size_t>(cached) * 3 * n];
+    const float* row = &lights.indirect[static_cast<std::size_t>(cached) * 3 * solved + lights.first];
     for (std::size_t c = 0; c < 3; ++c) {
       const float weight = taps.weight[k] * albedo[static_cast<int>(c)] / static_cast<float>(pi);
       if (n == 1) {  // a pair has one light: nine calls would cost more than their work
-        gather.recent[c] += weight * row[c];
+        gather.recent[c] += weight * row[c * solved];
       } else {
-        add_row(row + c * n, weight, n, &gather.recent[c * n]);
+        add_row(row + c * solved, weight, n, &gather.recent[c * n]);
       }
     }
   };
   for (std::size_t k = 0; k < 3; ++k) {
     add(k, taps.point[k], shares.back);
-    if (scene_.is_translucent()) {
-      add(k, IrradianceCache::other_side_of(taps.point[k]), shares.through);
-    }
+    if (scene_.is_translucent()) add(k, taps.other_side[k], shares.through);
   }
 }
 

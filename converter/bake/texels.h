@@ -15,9 +15,12 @@ namespace selvedge {
 /// The lights of a view, and their indirect irradiance on the mesh.
 struct LitBy {
   std::span<const V3f> directions;
-  /// The result of IrradianceCache::solve() for these lights; empty: paths are traced.
+  /// The result of IrradianceCache::solve(); empty: paths are traced.
   std::span<const float> indirect;
   bool normals = true;  ///< whether to compute the visible normals
+  /// How many lights were solved for, and which of them is the first of these; 0: these alone.
+  std::size_t solved = 0;
+  std::size_t first = 0;
 };
 
 /// Noise of sample means, summed over texels, lights and channels: `error2` estimates the squared error of

@@ -68,11 +68,11 @@ class SwatchTracer {
     return rays;
   }
 
-  V3d irradiance_at(const CacheTaps& taps) const {
+  V3d irradiance_at(const std::array<int, 3>& points, const CacheTaps& taps) const {
     V3d sum(0, 0, 0);
     const std::size_t n = lights_.size();
     for (std::size_t k = 0; k < 3; ++k) {
-      const float* row = &irradiance_of_points_[taps.point[k] * 3 * n];
+      const float* row = &irradiance_of_points_[points[k] * 3 * n];
       for (std::size_t l = 0; l < n; ++l) {
         sum += irradiance_[l] * V3d(V3f(row[l], row[n + l], row[2 * n + l])) *
                static_cast<double>(taps.weight[k]);
@@ -85,10 +85,9 @@ class SwatchTracer {
     CacheTaps taps;
     if (!cache_->taps(point, taps)) return V3d(0, 0, 0);
     const DiffuseShares shares = diffuse_shares(scene_, point);
-    const V3d sum = V3d(shares.back) * std::numbers::inv_pi * irradiance_at(taps);
+    const V3d sum = V3d(shares.back) * std::numbers::inv_pi * irradiance_at(taps.point, taps);
     if (!scene_.is_translucent()) return sum;
-    for (int& cached : taps.point) cached = IrradianceCache::other_side_of(cached);
-    return sum + V3d(shares.through) * std::numbers::inv_pi * irradiance_at(taps);
+    return sum + V3d(shares.through) * std::numbers::inv_pi * irradiance_at(taps.other_side, taps);
   }
 
   const RayScene& scene_;

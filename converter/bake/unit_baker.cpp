@@ -122,24 +122,27 @@ ViewSamples UnitBaker::bake_view(std::size_t index, int samples, NoiseSum& noise
 
 PairSamples UnitBaker::bake_pair(PairKind kind, std::size_t index, int samples, NoiseSum& noise) {
   const DirectionPair& pair = header_.pairs[index_of(kind)][index];
-  const std::vector<float> irradiance = cache_ ? irradiance_for_pair(kind, index) : std::vector<float>();
-  return baker_.bake_pair(pair, {{&pair.light, 1}, irradiance, false}, samples,
-                          seed_of(options_.seed, stream_of(kind), index), noise);
+  LitBy lit{{&pair.light, 1}, {}, false};
+  if (cache_) {
+    solve_for_pairs(kind, index);
+    lit.indirect = pair_irradiance_;
+    lit.solved = pair_irradiance_.size() / (3 * static_cast<std::size_t>(cache_->points()));
+    lit.first = index - solved_first_;
+  }
+  return baker_.bake_pair(pair, lit, samples, seed_of(options_.seed, stream_of(kind), index), noise);
 }
 
-std::vector<float> UnitBaker::irradiance_for_pair(PairKind kind, std::size_t index) {
+void UnitBaker::solve_for_pairs(PairKind kind, std::size_t index) {
   constexpr std::size_t at_once = 64;
   const auto& pairs = header_.pairs[index_of(kind)];
   const std::size_t first = index / at_once * at_once;
-  const std::size_t count = std::min(at_once, pairs.size() - first);
-  if (pair_irradiance_.empty() || solved_kind_ != kind || solved_first_ != first) {
-    std::vector<V3f> lights;
-    for (std::size_t p = first; p < first + count; ++p) lights.push_back(pairs[p].light);
-    pair_irradiance_ = cache_->solve(cell_.scene, lights, options_.bounces);
-    solved_kind_ = kind;
-    solved_first_ = first;
-  }
-  return light_column(pair_irradiance_, count, index - first);
+  if (!pair_irradiance_.empty() && solved_kind_ == kind && solved_first_ == first) return;
+  std::vector<V3f> lights;
+  for (std::size_t p = first; p < std::min(first + at_once, pairs.size()); ++p)
+    lights.push_back(pairs[p].light);
+  pair_irradiance_ = cache_->solve(cell_.scene, lights, options_.bounces);
+  solved_kind_ = kind;
+  solved_first_ = first;
 }
 
 }  // namespace selvedge

@@ -57,7 +57,7 @@ class UnitBaker {
   std::uint64_t rays() const { return baker_.rays() + (cache_ ? cache_->rays() : 0); }
 
  private:
-  std::vector<float> irradiance_for_pair(PairKind kind, std::size_t index);
+  void solve_for_pairs(PairKind kind, std::size_t index);
 
   const TracedCell& cell_;
   const YarnData& yarns_;

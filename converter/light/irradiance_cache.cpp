@@ -19,10 +19,7 @@ namespace {
 /// Directions per point: side x side. More make no visible difference, as the errors of neighbouring points
 /// average out.
 constexpr int side = 8;
-constexpr double patches_per_period = 20;
-/// Smallest cosine between a vertex's normal and a triangle's for which the vertex may stand for the
-/// triangle.
-constexpr float smooth = 0.8F;
+constexpr int max_places = 8;  ///< from which a shared point sends 16 of them
 
 /// target = sum of weight[k] * source[column[k]], vectors of `width` numbers; those that are all 0 are not
 /// marked in `marked`. Element by element, so the result does not depend on the width of vector registers.
@@ -37,18 +34,7 @@ SELVEDGE_WIDE void sum_rows(const float* source, const char* marked, const int* 
   }
 }
 
-std::size_t lattice_size(int parts) { return (parts + 1) * (parts + 2) / 2; }
-
-/// Row j of a lattice has parts + 1 - j points.
-int lattice_index(int parts, int i, int j) { return j * (parts + 1) - j * (j - 1) / 2 + i; }
-
 }  // namespace
-
-std::vector<float> light_column(const std::vector<float>& irradiance, std::size_t lights, std::size_t light) {
-  std::vector<float> column(lights > 0 ? irradiance.size() / lights : 0);
-  for (std::size_t i = 0; i < column.size(); ++i) column[i] = irradiance[i * lights + light];
-  return column;
-}
 
 std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std::uint64_t seed,
                                                       bool from_below) {
@@ -62,133 +48,37 @@ std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std
   return t;
 }
 
-void IrradianceCache::place_points(const RayScene& scene) {
-  const CellMesh& mesh = scene.mesh();
-  const double longest = std::max(mesh.period.x, mesh.period.y) / patches_per_period;
-  std::vector<SurfacePoint> points;  // points at which albedo and gloss are taken
-  std::vector<V3f> normals;
-  std::vector<V3f> positions;
-  const auto corner_of = [&](std::size_t t, int k) { return triangles_[t][k]; };
-
-  patches_.resize(triangles_.size());
-  // Vertices first; small triangles need no further points.
-  points.resize(mesh.positions.size());
-  normals = mesh.normals;
-  positions = mesh.positions;
-  for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    for (int k = 0; k < 3; ++k) {
-      SurfacePoint& point = points[corner_of(t, k)];
-      point.triangle = static_cast<int>(t);
-      point.u = k == 1 ? 1.0F : 0.0F;
-      point.v = k == 2 ? 1.0F : 0.0F;
-    }
-  }
-  for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    const V3f& a = mesh.positions[corner_of(t, 0)];
-    const V3f& b = mesh.positions[corner_of(t, 1)];
-    const V3f& c = mesh.positions[corner_of(t, 2)];
-    const double edge = static_cast<double>(std::max({(b - a).length(), (c - b).length(), (a - c).length()}));
-    const V3f normal = (b - a).cross(c - a).normalized();
-    const int parts = static_cast<int>(std::clamp(std::ceil(edge / longest - 1e-3), 1.0, 1e3));
-    bool needs_points = parts > 1;
-    // A vertex where yarns touch has the normal of one yarn and triangles of both.
-    for (int k = 0; k < 3; ++k) needs_points |= std::abs(normal.dot(mesh.normals[corner_of(t, k)])) < smooth;
-    if (!needs_points) continue;
-    patches_[t] = {static_cast<int>(positions.size()), parts};
-    if (positions.size() + lattice_size(parts) > max_cache_points) {
-      position_.resize(max_cache_points + 1);  // too many
-      return;
-    }
-    for (int j = 0; j <= parts; ++j) {
-      for (int i = 0; i + j <= parts; ++i) {
-        SurfacePoint point;
-        point.triangle = static_cast<int>(t);
-        point.u = static_cast<float>(i) / static_cast<float>(parts);
-        point.v = static_cast<float>(j) / static_cast<float>(parts);
-        point.face_normal = normal;
-        points.push_back(point);
-        normals.push_back(normal);
-        // Slightly inwards: a point on the edge may lie in the wall of the next triangle.
-        const float inwards = 0.1F / static_cast<float>(parts);
-        const float u = point.u * (1 - inwards) + inwards / 3;
-        const float v = point.v * (1 - inwards) + inwards / 3;
-        positions.push_back(a * (1 - u - v) + b * u + c * v);
-      }
-    }
-  }
-  for (std::size_t p = 0; p < positions.size(); ++p) {
-    for (int face = 0; face < sides_; ++face) {
-      position_.push_back(positions[p]);
-      const V3f outward = normals[p].normalized();
-      normal_.push_back(face == 0 ? outward : -outward);
-      points[p].face_normal = outward;
-      points[p].back = face == 1 && scene.is_translucent();
-      const YarnSurface surface = surface_at(scene, points[p]);
-      const auto w = static_cast<double>(surface.gloss.weight);
-      const double reflected = w > 0 ? w * mean_gloss_albedo(surface.gloss.roughness) : 0;
-      if (scene.is_translucent()) {
-        const DiffuseShares shares = diffuse_shares(surface);
-        albedo_.push_back(shares.back);
-        through_.push_back(shares.through);
-      } else {
-        albedo_.emplace_back(surface.albedo * (1 - w) + V3d(reflected));
-      }
-    }
-  }
-}
-
-bool IrradianceCache::taps(const SurfacePoint& point, CacheTaps& taps) const {
-  if (point.back && sides_ == 1) return false;
-  const std::size_t t = point.triangle;
-  const Patch& patch = patches_[t];
-  if (patch.first < 0) {
-    taps.point = {triangles_[t].x, triangles_[t].y, triangles_[t].z};
-    taps.weight = {1 - point.u - point.v, point.u, point.v};
-  } else {
-    const int n = patch.parts;
-    const float u = std::max(0.0F, point.u) * static_cast<float>(n);
-    const float v = std::max(0.0F, point.v) * static_cast<float>(n);
-    const int j = std::min(static_cast<int>(v), n - 1);
-    const int i = std::min(static_cast<int>(u), n - 1 - j);
-    const float fu = std::min(u - static_cast<float>(i), 1.0F);
-    const float fv = std::min(v - static_cast<float>(j), 1.0F);
-    const bool far = fu + fv > 1 && i + j + 2 <= n;
-    const auto index = [&](int x, int y) { return patch.first + lattice_index(n, x, y); };
-    if (far) {
-      taps.point = {index(i + 1, j + 1), index(i, j + 1), index(i + 1, j)};
-      taps.weight = {fu + fv - 1, 1 - fu, 1 - fv};
-    } else {
-      taps.point = {index(i, j), index(i + 1, j), index(i, j + 1)};
-      taps.weight = {std::max(0.0F, 1 - fu - fv), fu, fv};
-    }
-  }
-  if (sides_ == 2) {
-    for (int& p : taps.point) p = 2 * p + (point.back ? 1 : 0);
-  }
-  return true;
-}
-
 void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
   // Blocks of 4 x 4 neighbouring directions form a packet; each direction is jittered in its cell.
   const std::size_t count = points();
   std::vector<std::vector<std::pair<int, float>>> rows(count);
+  std::atomic<std::uint64_t> rays{0};
   parallel_for(0, points(), [&](int p) {
-    const std::size_t row = p;
-    SurfacePoint origin;
-    origin.position = position_[row];
-    origin.face_normal = normal_[row];
-    if (origin.face_normal == V3f(0, 0, 0)) return;
-    Random random(seed, row);
+    Random random(seed, p);
+    std::uint64_t traced = 0;
     std::vector<std::pair<int, float>> entries;
-    const float share = 1.0F / static_cast<float>(side * side);
-    for (int block = 0; block < side * side / 16; ++block) {
+    const auto front_count = static_cast<int>(behind_.size());
+    const bool inside = sides_ == 2 && p >= front_count;
+    const auto fronts = inside ? fronts_of(p) : std::span<const int>();
+    // A block of directions for each of several fronts, or all of them from one place.
+    const bool spread = fronts.size() > 1;
+    const int blocks = spread ? std::min(max_places, static_cast<int>(fronts.size())) : side * side / 16;
+    const int per_row = spread ? 4 : side;
+    for (int block = 0; block < blocks; ++block) {
+      const std::size_t place = spread ? fronts[block * fronts.size() / blocks] : p;
+      SurfacePoint origin;
+      origin.position = position_[place];
+      origin.face_normal = spread ? -normal_[place] : normal_[place];
+      if (origin.face_normal == V3f(0, 0, 0)) continue;
+      traced += 16;
+      const float share = 1.0F / static_cast<float>(16 * blocks);
       std::array<V3d, packet_size> directions;
       for (int k = 0; k < 16; ++k) {
-        const int x = block % (side / 4) * 4 + k % 4;
-        const int y = block / (side / 4) * 4 + k / 4;
+        const int x = (spread ? 0 : block % (side / 4) * 4) + k % 4;
+        const int y = (spread ? 0 : block / (side / 4) * 4) + k / 4;
         const double dx = random.uniform();
         directions[k] =
-            cosine_direction(V3d(origin.face_normal), {(x + dx) / side, (y + random.uniform()) / side});
+            cosine_direction(V3d(origin.face_normal), {(x + dx) / per_row, (y + random.uniform()) / per_row});
       }
       PointPacket met;
       for (std::uint32_t remaining = scene.trace(scene.leave(origin), directions, met); remaining != 0;
@@ -198,8 +88,9 @@ void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
         for (std::size_t k = 0; k < 3; ++k) entries.emplace_back(sent.point[k], sent.weight[k] * share);
       }
     }
+    rays += traced;
     std::sort(entries.begin(), entries.end());
-    auto& merged = rows[row];
+    auto& merged = rows[p];
     for (const auto& [point, weight] : entries) {
       if (!merged.empty() && merged.back().first == point) {
         merged.back().second += weight;
@@ -209,7 +100,7 @@ void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
     }
     merged.shrink_to_fit();
   });
-  rays_ += count * side * side;
+  rays_ += rays;
   row_start_.assign(1, 0);
   for (const auto& row : rows) {
     for (const auto& [point, weight] : row) {
@@ -218,27 +109,6 @@ void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
     }
     row_start_.push_back(column_.size());
   }
-}
-
-void IrradianceCache::order_points(const RayScene& scene) {
-  // Ten bits of each coordinate, interleaved: neighbours on the curve are neighbours in space.
-  const V2d period = scene.period();
-  const V3d size(period.x, period.y, std::max(period.x, period.y));
-  const auto curve = [&](std::size_t p) {
-    std::uint64_t key = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double share = static_cast<double>(position_[p][axis]) / size[axis];
-      const auto cell = static_cast<std::uint64_t>(std::clamp(share, 0.0, 1.0) * 1023);
-      for (int bit = 0; bit < 10; ++bit) key |= (cell >> bit & 1U) << (3 * bit + axis);
-      // Points with similar normals see the same lights.
-      key |= (normal_[p][axis] < 0 ? std::uint64_t{1} : 0) << (30 + axis);
-    }
-    return key;
-  };
-  std::vector<std::pair<std::uint64_t, int>> keys;
-  for (int p = 0; p < points(); ++p) keys.emplace_back(curve(p), p);
-  std::sort(keys.begin(), keys.end());
-  for (const auto& [key, point] : keys) order_.push_back(point);
 }
 
 /// Cosine towards the light, 0 where it is occluded: [point][light].
@@ -261,7 +131,8 @@ std::vector<float> IrradianceCache::light_directly(const RayScene& scene, std::s
       std::uint32_t lit = 0;
       for (std::size_t i = 0; i < size; ++i) {
         // Light reaches the inside of closed yarn only through its wall.
-        const bool hidden = scene.is_translucent() && !scene.is_open() && indices[i] % 2 == 1;
+        const bool hidden =
+            scene.is_translucent() && !scene.is_open() && indices[i] >= static_cast<int>(behind_.size());
         lit |= (!hidden && points[i].face_normal.dot(lights[l]) > 0 ? 1U : 0U) << i;
       }
       traced += static_cast<std::uint64_t>(std::popcount(lit));
@@ -320,19 +191,25 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
   for (int round = 0; round < rounds; ++round) {
     parallel_for(0, points(), [&](int p) {
       const std::size_t point = p;
-      float largest = 0;
-      for (std::size_t c = 0; c < 3; ++c) {
-        for (std::size_t l = 0; l < n; ++l) {
-          const std::size_t i = point * width + c * n + l;
-          sent[i] = albedo_[point][static_cast<int>(c)] * (direct[point * n + l] + total[i]);
-          if (!through_.empty()) {
-            const std::size_t other = other_side_of(p);
-            sent[i] += through_[point][static_cast<int>(c)] *
-                       (direct[other * n + l] + total[other * width + c * n + l]);
+      float* const out = &sent[point * width];
+      /// Adds shares of the light on a point.
+      const auto add = [&](std::size_t from, const V3f& share) {
+        for (std::size_t c = 0; c < 3; ++c) {
+          for (std::size_t l = 0; l < n; ++l) {
+            out[c * n + l] +=
+                share[static_cast<int>(c)] * (direct[from * n + l] + total[from * width + c * n + l]);
           }
-          largest = std::max(largest, sent[i]);
         }
+      };
+      std::fill(out, out + width, 0.0F);
+      add(point, albedo_[point]);
+      if (!through_.empty() && point < behind_.size()) {
+        add(behind_[point], through_[point]);
+      } else if (!through_.empty()) {
+        const auto fronts = fronts_of(p);
+        for (const int front : fronts) add(front, through_[point] / static_cast<float>(fronts.size()));
       }
+      const float largest = *std::max_element(out, out + width);
       sends[point] = largest > 0 ? 1 : 0;
     });
     parallel_for(0, points(), [&](int p) {

@@ -6,7 +6,8 @@
 // creases, get additional points inside. From each point 64 cosine-distributed rays meet other points, which
 // gives a matrix W; with the direct irradiance E0 and the albedo a, the irradiance after k + 1 reflections is
 // S = W a (E0 + S) with the S after k. Where light passes through walls, each point has one on the other
-// side, and sends the share of that one's light, too, that comes through.
+// side, and sends the share of that one's light, too, that comes through. Inside of closed yarn, where light
+// is even, neighbouring points share one.
 //
 // Approximations: irradiance and reflected light are linear between the points, and reflection is Lambertian,
 // the share of a gloss included. Rays that meet the inside of closed opaque yarn count as dark. docs/bake.md
@@ -24,6 +25,7 @@ namespace selvedge {
 /// Three points and their weights (sum 1).
 struct CacheTaps {
   std::array<int, 3> point{0, 0, 0};
+  std::array<int, 3> other_side{0, 0, 0};  ///< the points behind these, if the scene is translucent
   std::array<float, 3> weight{0, 0, 0};
 };
 
@@ -41,9 +43,6 @@ class IrradianceCache {
   /// The points around `point` and their weights; false on the inside of closed opaque yarn, where there is
   /// no light.
   bool taps(const SurfacePoint& point, CacheTaps& taps) const;
-  /// The point on the other side of the surface. Precondition: the scene is translucent.
-  static int other_side_of(int point) { return point ^ 1; }
-
   /// Indirect irradiance of all points per unit perpendicular irradiance of each light, after 1 to `bounces`
   /// reflections (or until convergence): [point][channel][light].
   std::vector<float> solve(const RayScene& scene, std::span<const V3f> lights, int bounces);
@@ -54,6 +53,8 @@ class IrradianceCache {
     int parts = 1;   ///< per edge
   };
   void place_points(const RayScene& scene);
+  void add_shares(const RayScene& scene, const SurfacePoint& point);
+  std::span<const int> fronts_of(int back) const;
   void order_points(const RayScene& scene);
   void gather(const RayScene& scene, std::uint64_t seed);
   std::vector<float> solve_block(const RayScene& scene, std::span<const V3f> lights, int bounces);
@@ -61,11 +62,14 @@ class IrradianceCache {
 
   std::vector<V3i> triangles_;
   std::vector<Patch> patches_;  ///< per triangle
-  int sides_ = 1;  ///< 2: points on both sides of the triangles, each front's followed by its back's
+  int sides_ = 1;               ///< 2: points on both sides of the triangles, those of the fronts first
+  std::vector<int> behind_;     ///< the back of each front; empty: there are none
+  std::vector<int> fronts_;     ///< of the backs, one after the other
+  std::vector<int> first_front_;
   std::vector<V3f> position_;
   std::vector<V3f> normal_;
   std::vector<V3f> albedo_;   ///< of what goes back, gloss included
-  std::vector<V3f> through_;  ///< of what goes to the other side; empty: the yarn is opaque
+  std::vector<V3f> through_;  ///< of the light on the other side; empty: the yarn is opaque
   std::vector<int> order_;    ///< permutation of the points that keeps neighbours in space together
   // W in compressed rows.
   std::vector<std::size_t> row_start_;
@@ -76,8 +80,5 @@ class IrradianceCache {
 
 /// Limit of memory.
 inline constexpr int max_cache_points = 50000;
-
-/// The irradiance of one of `lights` lights from the result of solve(): [point][channel].
-std::vector<float> light_column(const std::vector<float>& irradiance, std::size_t lights, std::size_t light);
 
 }  // namespace selvedge

@@ -64,10 +64,10 @@ Estimate sent(const RayScene& scene, const IrradianceCache* cache, std::span<con
       } else if (cache->taps(point, taps)) {
         const DiffuseShares shares = diffuse_shares(scene, point);
         for (std::size_t k = 0; k < 3; ++k) {
-          const int other = IrradianceCache::other_side_of(taps.point[k]);
-          radiance.x += static_cast<double>(taps.weight[k] * (shares.back.x * indirect[3 * taps.point[k]] +
-                                                              shares.through.x * indirect[3 * other])) /
-                        pi;
+          radiance.x +=
+              static_cast<double>(taps.weight[k] * (shares.back.x * indirect[3 * taps.point[k]] +
+                                                    shares.through.x * indirect[3 * taps.other_side[k]])) /
+              pi;
         }
       }
       mean += radiance.x / count;
