@@ -16,14 +16,14 @@
 namespace selvedge {
 namespace {
 
-/// Uses the number of texels that the stitch demands by default, and refuses fewer.
+/// Uses as many texels for each repeat, and those that the stitch demands, by default; refuses fewer.
 Result<void> ensure_texels(const Cell& cell, const std::string& input, bool given, BakeOptions& options) {
   constexpr int max_texels = 4096;
   if (!cell.stitch) return {};
   const V2i min_texels = cell.stitch->min_texels;
   if (!given) {
-    options.width = std::max(options.width, min_texels.x);
-    options.height = std::max(options.height, min_texels.y);
+    options.width = std::max(options.width * cell.stitch->repeats, min_texels.x);
+    options.height = std::max(options.height * cell.stitch->repeats, min_texels.y);
   }
   if (options.width >= min_texels.x && options.height >= min_texels.y &&
       std::max(min_texels.x, min_texels.y) <= max_texels) {

@@ -79,6 +79,6 @@ class IrradianceCache {
 };
 
 /// Limit of memory.
-inline constexpr int max_cache_points = 50000;
+inline constexpr int max_cache_points = 120000;
 
 }  // namespace selvedge

@@ -36,7 +36,9 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
   if (options.import.period) {
     return fail(Code::option_out_of_range, name_or_path, "--period", "a stitch has its own period");
   }
-  auto mesh = mesh_stitch(stitch->pattern, options.mesh);
+  MeshOptions mesh_options = options.mesh;
+  mesh_options.repeats = stitch->repeats;
+  auto mesh = mesh_stitch(stitch->pattern, mesh_options);
   if (!mesh) {
     mesh.error().file = name_or_path;
     return tl::unexpected(mesh.error());

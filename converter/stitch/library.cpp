@@ -10,6 +10,7 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/knit.h"
 #include "converter/stitch/pattern_json.h"
+#include "converter/stitch/repeat.h"
 #include "converter/stitch/weave.h"
 #include "converter/stitch/wif.h"
 #include "converter/stitch/yarn_relax.h"
@@ -184,7 +185,15 @@ Result<void> set_seed(const StitchValues& values, const std::string& name, Stitc
   return validate(pattern, name);
 }
 
-Result<StitchPattern> relaxed(const BuiltIn& stitch, const StitchSettings& settings) {
+/// Lays the repeats that a cell is to hold; refuses more yarn than a pattern may have.
+Result<void> lay_repeats(const StitchValues& values, const std::string& name, FoundStitch& found) {
+  found.repeats = static_cast<int>(values.number("repeats"));
+  found.pattern = repeated(found.pattern, found.repeats);
+  found.min_texels *= found.repeats;
+  return validate(found.pattern, name);
+}
+
+Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& settings) {
   const auto values = StitchValues::create(stitch.info.name, stitch.info.parameters, settings);
   if (!values) return tl::unexpected(values.error());
   StitchPattern drawn = stitch.draw(*values);
@@ -201,7 +210,9 @@ Result<StitchPattern> relaxed(const BuiltIn& stitch, const StitchSettings& setti
             "the yarns are too thick for their gauge and slack: there is room for {:.2f} of their radius",
             result.part));
   }
-  return std::move(result.pattern);
+  FoundStitch found{.pattern = std::move(result.pattern)};
+  if (auto ok = lay_repeats(*values, stitch.info.name, found); !ok) return tl::unexpected(ok.error());
+  return found;
 }
 
 /// A draft has colours, but neither plies nor twist nor gloss.
@@ -260,6 +271,7 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
         fmt::format("yarns thinned to {:.2f} of the draft's thickness: round ones have no more room",
                     found.thickness_share));
   }
+  if (auto ok = lay_repeats(*values, path, found); !ok) return tl::unexpected(ok.error());
   return found;
 }
 
@@ -276,9 +288,7 @@ Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSet
   for (const BuiltIn& stitch : library()) {
     names += (names.empty() ? "" : ", ") + stitch.info.name;
     if (stitch.info.name != name_or_path) continue;
-    auto pattern = relaxed(stitch, settings);
-    if (!pattern) return tl::unexpected(pattern.error());
-    return FoundStitch{.pattern = std::move(*pattern)};
+    return relaxed(stitch, settings);
   }
   std::error_code ignored;
   if (!std::filesystem::exists(name_or_path, ignored)) {
@@ -303,6 +313,7 @@ Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSet
     found.remarks.push_back(
         fmt::format("yarns overlap by {:.2f} of their radius: more than {} shows", overlap, much));
   }
+  if (auto ok = lay_repeats(*values, name_or_path, found); !ok) return tl::unexpected(ok.error());
   return found;
 }
 

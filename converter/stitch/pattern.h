@@ -45,6 +45,7 @@ struct Yarn {
 };
 
 constexpr double max_seed = 4294967295.0;
+constexpr double max_repeats = 16;
 
 /// Lengths of hairs are exponential up to this multiple of their mean.
 constexpr double max_hair = 3;

@@ -39,18 +39,18 @@ double thinnest_of(const StitchPattern& pattern) {
 }
 
 /// The rule of MeshOptions::cells_across.
-int cells_across_for(const StitchPattern& pattern) {
+int cells_across_for(const StitchPattern& pattern, int repeats) {
   constexpr double triangles_per_square = 2.9;  // of marching cubes, for surfaces of all orientations
   constexpr double triangles = 29000;
-  const double longer = std::max(pattern.period_mm.x, pattern.period_mm.y);
+  const double longer = std::max(pattern.period_mm.x, pattern.period_mm.y) / repeats;
   const double thinnest = thinnest_of(pattern);
   double surface = 0;
-  for (const Yarn& yarn : pattern.yarns) surface += surface_of(yarn);
+  for (const Yarn& yarn : pattern.yarns) surface += surface_of(yarn) / (repeats * repeats);
   const double step =
       std::max(std::min(longer / 40, thinnest / 4),
                std::min(std::sqrt(surface * triangles_per_square / triangles), thinnest / 1.25));
-  return static_cast<int>(
-      std::clamp(std::ceil(longer / step), static_cast<double>(min_across), static_cast<double>(max_across)));
+  return static_cast<int>(std::clamp(repeats * std::ceil(longer / step), static_cast<double>(min_across),
+                                     static_cast<double>(max_across)));
 }
 
 /// The direction of the fibres: along the yarn, turned by its twist at the surface.
@@ -127,7 +127,8 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
   const auto laid = lay_plies(described, described.name);
   if (!laid) return tl::unexpected(laid.error());
   const StitchPattern& pattern = *laid;
-  const int cells_across = options.cells_across ? *options.cells_across : cells_across_for(pattern);
+  const int cells_across =
+      options.cells_across ? *options.cells_across : cells_across_for(pattern, options.repeats);
   if (cells_across < min_across || cells_across > max_across) {
     return fail(Code::option_out_of_range, pattern.name, "--grid",
                 fmt::format("must lie in {} to {}, are {}", min_across, max_across, cells_across));

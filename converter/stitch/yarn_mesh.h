@@ -15,6 +15,8 @@ struct MeshOptions {
   /// thinnest yarn (or ply) has 4 cubes; fewer, down to 1.25 cubes, if the mesh would have more than about
   /// 29,000 triangles.
   std::optional<int> cells_across{};
+  int repeats =
+      1;  ///< each way, that the pattern holds: by default, each gets as many triangles as one alone
 };
 
 /// The surface of the yarns in one cell, cut exactly at its walls: a vertex on the wall x = period.x has the

@@ -52,7 +52,8 @@ std::vector<StitchParameter> common_parameters() {
   return {
       kind_parameter(""),
       {colour_parameter, {0.5, 0.5, 0.5}, 0, 1, false, "of all yarns: #rrggbb, or linear red, green, blue"},
-      {"seed", {1}, 0, max_seed, true, "of fibres, hairs and irregularity"}};
+      {"seed", {1}, 0, max_seed, true, "of fibres, hairs and irregularity"},
+      {"repeats", {1}, 1, max_repeats, true, "in each direction that one cell holds, for yarn that varies"}};
 }
 
 std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn) {

@@ -15,7 +15,7 @@ double twist_for(double degrees, double radius_mm);
 /// Spins a yarn of this kind's fibre, with its gloss and transmission; 0 (tube): only takes the fibre away.
 void set_fibre(int kind, Yarn& yarn);
 
-/// Settings of all yarns of a stitch: `yarn`, `colour`, `seed`.
+/// Settings of a whole stitch: `yarn`, `colour`, `seed`, `repeats`.
 std::vector<StitchParameter> common_parameters();
 
 /// Parameters of one yarn, without its radius and its kind: `albedo` with this prefix, and so on.

@@ -1,0 +1,53 @@
+#include "converter/stitch/repeat.h"
+
+#include <doctest/doctest.h>
+
+#include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/library.h"
+#include "format/base/random.h"
+#include "tests/require.h"
+
+using namespace selvedge;
+
+TEST_CASE("several repeats of a stitch are the same cloth, of yarns as long") {
+  for (const char* name : {"plain-knit", "rib", "satin", "lace"}) {
+    const StitchPattern one = test::need(find_stitch(name)).pattern;
+    for (const int count : {2, 3}) {
+      CAPTURE(name);
+      CAPTURE(count);
+      const StitchPattern many = repeated(one, count);
+      CHECK(validate(many, name).has_value());
+      CHECK(many.period_mm == one.period_mm * count);
+      std::size_t segments = 0;
+      for (const Yarn& yarn : one.yarns) segments += yarn.segments.size();
+      std::size_t of_many = 0;
+      for (const Yarn& yarn : many.yarns) of_many += yarn.segments.size();
+      CHECK(of_many == segments * count * count);
+      const auto surface = test::need(ImplicitSurface::build(one, 0.5, name));
+      const auto repeated_surface = test::need(ImplicitSurface::build(many, 0.5, name));
+      Random random(1);
+      for (int i = 0; i < 500; ++i) {
+        const V3d at(random.uniform() * many.period_mm.x, random.uniform() * many.period_mm.y,
+                     surface.low() + random.uniform() * (surface.high() - surface.low()));
+        CHECK(repeated_surface.distance(at) == doctest::Approx(surface.distance(at)).epsilon(1e-9));
+      }
+    }
+  }
+}
+
+TEST_CASE("a yarn that runs aside from repeat to repeat closes after as many as it needs") {
+  StitchPattern slanted;
+  slanted.period_mm = {1, 1};
+  Yarn yarn;
+  yarn.radius_mm = 0.1;
+  const V3d way(2, 1, 0);
+  yarn.segments = {{V3d(0, 0, 0), way / 3.0, way * (2.0 / 3), way}};
+  slanted.yarns = {yarn};
+  for (const int count : {1, 2, 3, 4}) {
+    const StitchPattern many = repeated(slanted, count);
+    CHECK(validate(many, "slanted").has_value());
+    // A chain of `count` passes goes through as many of the count^2 repeats.
+    CHECK(many.yarns.size() == static_cast<std::size_t>(count));
+    for (const Yarn& chain : many.yarns) CHECK(turns_of(chain, many.period_mm) == V2i(2, 1));
+  }
+}
