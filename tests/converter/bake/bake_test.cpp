@@ -272,9 +272,9 @@ TEST_CASE("the same seed gives the same bytes for any number of threads, another
 }
 
 TEST_CASE("a mesh with too many points for cached light is traced, and the report and the file say so") {
-  // A floor of small squares, 50,176 vertices.
+  // A floor of small squares, 120,409 vertices.
   CellMesh mesh;
-  constexpr int squares = 223;
+  constexpr int squares = 346;
   for (int y = 0; y <= squares; ++y) {
     for (int x = 0; x <= squares; ++x) {
       mesh.positions.emplace_back(static_cast<float>(x) / squares, static_cast<float>(y) / squares, 0.0F);
@@ -294,7 +294,7 @@ TEST_CASE("a mesh with too many points for cached light is traced, and the repor
   const auto large = test::need(bake(mesh, "test", o, "{}", folder / "large.exr"));
   CHECK(large.indirect == IndirectLight::traced);
   REQUIRE(large.remarks.size() == 1);
-  CHECK(large.remarks.front().find("50000 points") != std::string::npos);
+  CHECK(large.remarks.front().find("120000 points") != std::string::npos);
   const auto reader = test::need(SamplesReader::open(folder / "large.exr"));
   CHECK(nlohmann::json::parse(reader.header().provenance)["bake"]["indirect"] == "traced");
 
