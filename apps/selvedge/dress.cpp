@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
+#include "apps/selvedge/uv_report.h"
 
 namespace selvedge {
 namespace {
@@ -27,6 +30,19 @@ void declare(Options& options, DressCommand& command) {
   options.flag("--all", dress.all, "Every material");
   options.vector("--repeats", dress.repeats, "U,V",
                  "Repeats per unit of the texture coordinates, instead of the physical size");
+  options.vector("--mm-per-repeat", dress.mm_per_repeat, "W,H",
+                 "Size of a repeat, instead of the fabric's own");
+  options.number("--scale", dress.scale, "F", "Size of the stitches: 2 shows them twice as large");
+  options.number("--rotate", dress.rotation, "DEG",
+                 "Turn the cloth, counter-clockwise; by right angles unless its repeat is a square");
+  options.vector("--offset", dress.offset, "U,V", "Move the cloth, in repeats");
+  static constexpr std::array<std::string_view, 3> units{"m", "cm", "mm"};
+  const Option unit = options.choice("--unit", units, "Unit of the garment's lengths, where it is not metres",
+                                     [&dress](std::size_t i) {
+                                       dress.unit = std::array{1.0, 0.01, 0.001}[i];
+                                     });
+  options.number("--height", dress.height, "METRES", "Height of the garment, instead of --unit")
+      .excludes(unit);
   options.number("--texcoord", dress.tex_coord, "N", "Set of texture coordinates").in(0, 1);
   const Option embed =
       options.set_flag("--embed", dress.embed, true, "Embed the fabric in the glTF (default for .glb)");
@@ -54,17 +70,14 @@ Result<int> run(const DressCommand& command) {
   Json materials = Json::array();
   std::string text;
   for (const DressedMaterial& m : dressed.materials) {
-    materials.push_back({{"index", m.index},
-                         {"name", m.name},
-                         {"primitives", m.primitives},
-                         {"metresPerUv", {m.metres_per_uv.x, m.metres_per_uv.y}},
-                         {"repeats", {m.repeats.x, m.repeats.y}},
-                         {"spread", {m.spread.x, m.spread.y}}});
-    text += fmt::format(
-        "#{} {}: {} primitives, {:.4g} x {:.4g} m per unit of uv, {:.5g} x {:.5g} repeats, spread {:.1f} % x "
-        "{:.1f} %\n",
-        m.index, m.name, m.primitives, m.metres_per_uv.x, m.metres_per_uv.y, m.repeats.x, m.repeats.y,
-        100 * m.spread.x, 100 * m.spread.y);
+    Json entry = uv_json(m.size);
+    entry.update({{"index", m.index},
+                  {"name", m.name},
+                  {"primitives", m.primitives},
+                  {"repeats", {m.repeats.x, m.repeats.y}}});
+    materials.push_back(entry);
+    text += fmt::format("#{} {}: {} primitives, {:.5g} x {:.5g} repeats; {}\n", m.index, m.name, m.primitives,
+                        m.repeats.x, m.repeats.y, uv_text(m.size));
   }
   text += fmt::format("fabric {}, tangents added to {} primitives -> {} ({} bytes)\n",
                       dressed.embedded ? "embedded" : "beside", dressed.tangents_added, command.output,
@@ -73,6 +86,7 @@ Result<int> run(const DressCommand& command) {
   report(command.common, "dress",
          {{"output", command.output},
           {"bytes", dressed.bytes},
+          {"bounds", bounds_json(dressed.bounds)},
           {"embedded", dressed.embedded},
           {"usd", dressed.usd_files},
           {"tangentsAdded", dressed.tangents_added},

@@ -1,11 +1,13 @@
 // info: the contents of a file, as a table or as JSON.
-#include <Imath/ImathBox.h>
 #include <fmt/format.h>
+
+#include <set>
 
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
 #include "apps/selvedge/fit_report.h"
+#include "apps/selvedge/uv_report.h"
 #include "format/fabric/file.h"
 #include "format/gltf/read_scene.h"
 #include "format/samples/samples.h"
@@ -27,12 +29,13 @@ void declare(Options& options, InfoCommand& command) {
 
 struct Info {
   Json content;
-  Json yarn;  ///< yarn_json() of a fabric
+  Json yarn;                     ///< yarn_json() of a fabric
+  std::vector<std::string> uvs;  ///< uv_text() of each material of a garment, or nothing
 };
 
 Info fabric_info(const std::string& path, const SceneLimits& limits) {
   const auto reader = must(FabricReader::open(path, {.memory = limits.document.memory}));
-  return {Json::parse(reader.text()), yarn_json(reader)};
+  return {Json::parse(reader.text()), yarn_json(reader), {}};
 }
 
 Info samples_info(const std::string& path) {
@@ -53,23 +56,28 @@ Info samples_info(const std::string& path) {
                {"truthSamples", h.truth_samples},
                {"pairs", pairs},
                {"provenance", Json::parse(h.provenance)}},
-              nullptr};
+              nullptr,
+              {}};
 }
 
 Info gltf_info(const std::string& path, const SceneLimits& limits) {
   const auto scene = must(read_scene(path, limits));
   std::size_t triangles = 0;
-  Imath::Box3d bounds;
-  for (const SceneInstance& instance : scene.instances) {
-    const ScenePrimitive& primitive = scene.primitives[instance.primitive];
-    triangles += primitive.indices.size() / 3;
-    for (const std::uint32_t index : primitive.indices)
-      bounds.extendBy(V3d(primitive.positions[index]) * instance.world);
-  }
-  const auto numbers = [](const V3d& v) { return Json{v.x, v.y, v.z}; };
+  for (const SceneInstance& instance : scene.instances)
+    triangles += scene.primitives[instance.primitive].indices.size() / 3;
+  const Imath::Box3d bounds = bounds_of(scene);
   Json materials = Json::array();
-  for (const SceneMaterial& m : scene.materials) {
+  std::vector<std::string> uvs;
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    const SceneMaterial& m = scene.materials[i];
     Json entry = {{"name", m.name}};
+    std::set<int> primitives;
+    for (std::size_t p = 0; p < scene.primitives.size(); ++p) {
+      if (scene.primitives[p].material == static_cast<int>(i)) primitives.insert(static_cast<int>(p));
+    }
+    const UvSize size = measure_uv(scene, primitives, m.fabric ? m.fabric->tex_coord : 0);
+    if (size.primitives > 0) entry.update(uv_json(size));
+    uvs.push_back(size.primitives > 0 ? uv_text(size) : "");
     if (m.fabric) {
       entry["fabric"] = m.fabric->fabric;
       entry["repeats"] = {m.fabric->transform.scale.x, m.fabric->transform.scale.y};
@@ -83,11 +91,12 @@ Info gltf_info(const std::string& path, const SceneLimits& limits) {
   return Info{{{"primitives", scene.primitives.size()},
                {"instances", scene.instances.size()},
                {"triangles", triangles},
-               {"bounds", bounds.isEmpty() ? Json() : Json{numbers(bounds.min), numbers(bounds.max)}},
+               {"bounds", bounds_json(bounds)},
                {"materials", materials},
                {"fabrics", fabrics},
                {"remarks", scene.remarks}},
-              nullptr};
+              nullptr,
+              uvs};
 }
 
 /// Maximum number of lines of a list, so that the table fits a screen; further lines are only counted.
@@ -186,7 +195,7 @@ std::string list_table(const char* name, const Json& list, Line line_of) {
   return text;
 }
 
-std::string gltf_table(const Json& content) {
+std::string gltf_table(const Json& content, const std::vector<std::string>& uvs) {
   std::string text = line(
       "geometry", fmt::format("{} triangles, {} primitives, {} instances", text_at(content, "/triangles"),
                               text_at(content, "/primitives"), text_at(content, "/instances")));
@@ -203,6 +212,9 @@ std::string gltf_table(const Json& content) {
                                               text_at(m, "/fabric"), pair_at(m, "/repeats"))
                                 : text_at(m, "/name");
   });
+  for (std::size_t i = 0; i < std::min(uvs.size(), max_lines); ++i) {
+    if (!uvs[i].empty()) text += line(fmt::format("size of {}", i).c_str(), uvs[i]);
+  }
   text += list_table("fabric", content["fabrics"], [](const Json& f) {
     return fmt::format(
         "{}, {}", text_at(f, "/name"),
@@ -220,7 +232,7 @@ Result<int> run(const InfoCommand& command) {
   std::string text = line(name_of(kind), fmt::format("{}, {} bytes", command.file, bytes));
   text += kind == FileKind::fabric    ? fabric_table(info.content, info.yarn)
           : kind == FileKind::samples ? samples_table(info.content)
-                                      : gltf_table(info.content);
+                                      : gltf_table(info.content, info.uvs);
   Json json = {{"file", command.file}, {"kind", name_of(kind)}, {"bytes", bytes}, {"content", info.content}};
   if (!info.yarn.is_null()) json["yarn"] = info.yarn;
   report(command.common, "info", json, text);

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <set>
 
 #include "converter/dress/add_tangents.h"
@@ -15,7 +16,6 @@
 #include "converter/dress/fallback.h"
 #include "converter/dress/fallback_material.h"
 #include "converter/dress/usd.h"
-#include "converter/dress/uv_scale.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/fabric/file.h"
@@ -95,6 +95,9 @@ class Dresser {
     const std::vector<int> chosen = must(choose(document_, options_));
     const Scene scene = must(read_scene(document_, options_.limits));
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
+    report_.bounds = bounds_of(scene);
+    if (const std::string remark = judge_size(report_.bounds); !remark.empty())
+      report_.warnings.push_back(remark);
     uses_ = uses_of(document_.json);
     const int index = must(add_fabric(document_, source));
     std::optional<Error> left_out;
@@ -137,29 +140,36 @@ class Dresser {
     }
     const UvSize size = measure_uv(scene, primitives, options_.tex_coord);
     dressed.primitives = size.primitives;
-    dressed.metres_per_uv = size.metres;
+    dressed.size = size;
+    const V2d period = options_.mm_per_repeat.value_or(V2d(fabric_.period_mm)) * options_.scale;
+    // A cloth that lies on its side has its courses along v.
+    const bool on_side = std::lround(options_.rotation / 90) % 2 != 0;
     for (int c = 0; c < 2; ++c) {
-      if (size.metres[c] > 0) dressed.spread[c] = (size.largest[c] - size.smallest[c]) / size.metres[c];
       dressed.repeats[c] =
-          options_.repeats ? (*options_.repeats)[c] : size.metres[c] * 1000.0 / fabric_.period_mm[c];
+          options_.repeats ? (*options_.repeats)[c] : size.metres[c] * 1000.0 / period[on_side ? 1 - c : c];
     }
     if (!(dressed.repeats.x > 0) || !(dressed.repeats.y > 0)) {
       return fail(Code::garment_no_uvs, document_.file, fmt::format("/materials/{}", material),
                   fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name));
     }
-    if (std::max(dressed.spread.x, dressed.spread.y) > 0.1 && !options_.repeats) {
-      report_.warnings.push_back(fmt::format(
-          "{}: its primitives disagree on the size of the texture by {:.0f} % along u and {:.0f} % "
-          "along v",
-          where, dressed.spread.x * 100, dressed.spread.y * 100));
-    }
+    warn_of_uvs(where, size);
     FabricReference reference{fabric, options_.tex_coord, {}};
-    reference.transform.scale = dressed.repeats;
+    reference.transform = {options_.offset, options_.rotation * std::numbers::pi / 180, dressed.repeats};
     set_fabric_reference(document_, material, reference);
     if (options_.fallback) write_fallback(material, reference, places);
     complete_mirror(document_, material, digest_);
     report_.materials.push_back(std::move(dressed));
     return {};
+  }
+
+  void warn_of_uvs(const std::string& where, const UvSize& size) {
+    constexpr double much = 0.02;  // of the area
+    const auto warn = [&](double share, const std::string& what) {
+      if (share > much)
+        report_.warnings.push_back(fmt::format("{}: {:.0f} % of its area {}", where, 100 * share, what));
+    };
+    warn(size.stretched, fmt::format("shows cloth stretched more than {} times one way", max_stretch));
+    warn(size.without, "has texture coordinates that cover none, and will show streaks");
   }
 
   void write_fallback(int material, const FabricReference& reference, const std::set<Place>& places) {
@@ -185,19 +195,53 @@ class Dresser {
   DressReport report_;
 };
 
-Result<void> check_options(const DressOptions& options) {
+/// `shape`: mm of a repeat.
+Result<void> check_options(const DressOptions& options, const V2d& shape) {
   if (options.tex_coord < 0 || options.tex_coord > 1) {
     return fail(Code::option_out_of_range, "", "tex_coord", "only the UV sets 0 and 1 are read");
   }
-  if (options.repeats) {
-    for (int c = 0; c < 2; ++c) {
-      const double value = (*options.repeats)[c];
-      if (!(value > 0) || !std::isfinite(value)) {
-        return fail(Code::option_out_of_range, "", "repeats", fmt::format("{} is not positive", value));
-      }
-    }
+  const V2d one(1, 1);
+  const V2d repeats = options.repeats.value_or(one);
+  const V2d period = options.mm_per_repeat.value_or(one);
+  for (const auto& [name, value] :
+       {std::pair("repeats", repeats.x), std::pair("repeats", repeats.y),
+        std::pair("mm_per_repeat", period.x), std::pair("mm_per_repeat", period.y),
+        std::pair("scale", options.scale), std::pair("unit", options.unit),
+        std::pair("height", options.height.value_or(1))}) {
+    if (!(value > 0) || !std::isfinite(value))
+      return fail(Code::option_out_of_range, "", name, fmt::format("{} is not positive", value));
+  }
+  if (std::remainder(options.rotation, 90) != 0 && shape.x != shape.y) {
+    return fail(
+        Code::option_out_of_range, "", "rotation",
+        fmt::format("only right angles: the repeat is {:.5g} x {:.5g} mm, not a square", shape.x, shape.y));
   }
   return {};
+}
+
+/// Puts a node that scales by `factor` above all that scenes show: skins follow, as their joints lie below.
+void scale_scenes(GltfDocument& document, double factor) {
+  Json& json = document.json;
+  for (Json& scene : json["scenes"]) {
+    if (!scene.contains("nodes")) continue;
+    json["nodes"].push_back(
+        Json{{"name", "true size"}, {"scale", {factor, factor, factor}}, {"children", scene["nodes"]}});
+    scene["nodes"] = Json::array({json["nodes"].size() - 1});
+  }
+}
+
+/// Gives the garment its true size.
+void size_garment(GltfDocument& document, const DressOptions& options) {
+  double factor = options.unit;
+  if (options.height) {
+    const Imath::Box3d bounds = bounds_of(must(read_scene(document, options.limits)));
+    const double height = bounds.isEmpty() ? 0 : bounds.size().y;
+    // A flat cloth that lies down has none but rounding.
+    if (!(height > 1e-3 * bounds.size().length()))
+      must(Result<void>(fail(Code::option_out_of_range, document.file, "height", "the garment has none")));
+    factor = *options.height / height;
+  }
+  if (factor != 1) scale_scenes(document, factor);
 }
 
 /// The files of the USD layer, staged; empty if no layer is wanted.
@@ -218,13 +262,14 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     FabricReader reader = must(FabricReader::open(fabric_path, {.memory = limits.document.memory}));
     const Fabric fabric = must(reader.read());
     limits.document.memory -= reader.memory_of(0, reader.header().levels - 1);
-    must(check_options(options));
+    must(check_options(options, options.mm_per_repeat.value_or(V2d(fabric.period_mm))));
     GltfDocument document = must(load_gltf(garment_path, limits.document));
     const FabricSource source =
         must(source_of(fabric_path, output_path, options.embed.value_or(has_ending(output_path, ".glb"))));
     const std::string digest = must(digest_of_fabric(fabric_path));
     // Moved first, so that the fabric's URI and the existing ones are relative to the same folder.
     move_document(document, std::filesystem::path(output_path).parent_path().string());
+    size_garment(document, options);
     DressReport report = Dresser(document, fabric, options).dress(source, digest);
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));

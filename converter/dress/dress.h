@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "converter/dress/uv_scale.h"
 #include "format/base/vec.h"
 #include "format/fabric/fabric.h"
 #include "format/gltf/limits.h"
@@ -26,7 +27,14 @@ struct DressOptions {
   std::vector<std::string> materials = {};  ///< names (every material of that name) or "#index"
   bool all = false;                         ///< every material; triangles without one get a material "fabric"
   std::optional<V2d> repeats = {};          ///< per unit of the raw UVs, instead of the physical size
-  std::optional<bool> embed = {};  ///< the fabric goes into the glTF; default: yes for .glb, no for .gltf
+  std::optional<V2d> mm_per_repeat = {};    ///< instead of the fabric's own
+  double scale = 1;                         ///< of the cloth: 2 shows stitches of twice the size
+  double rotation =
+      0;             ///< degrees, counter-clockwise on the cloth's face; by right angles unless it is square
+  V2d offset{0, 0};  ///< in repeats
+  double unit = 1;   ///< metres for each unit of the garment's lengths, which glTF takes for metres
+  std::optional<double> height = {};  ///< metres, of the garment from top to bottom, instead of `unit`
+  std::optional<bool> embed = {};     ///< the fabric goes into the glTF; default: yes for .glb, no for .gltf
   bool fallback = true;
   int tex_coord = 0;        ///< 0 or 1
   SceneLimits limits = {};  ///< of the garment
@@ -36,14 +44,14 @@ struct DressOptions {
 struct DressedMaterial {
   int index = 0;
   std::string name;
-  int primitives = 0;       ///< in the scene with this material (or with it in a variant)
-  V2d metres_per_uv{0, 0};  ///< world metres along u and v for one unit of raw UV; area-weighted medians
-  V2d repeats{0, 0};        ///< the scale that was written
-  V2d spread{0, 0};         ///< (largest - smallest) / metres_per_uv over the primitives' own medians
+  int primitives = 0;  ///< in the scene with this material (or with it in a variant)
+  V2d repeats{0, 0};   ///< the scale that was written
+  UvSize size;
 };
 
 struct DressReport {
   std::vector<DressedMaterial> materials;
+  Imath::Box3d bounds;  ///< of the garment, metres, in its true size
   bool embedded = false;
   int tangents_added = 0;              ///< primitives
   std::uint64_t bytes = 0;             ///< of the glTF, including an embedded fabric

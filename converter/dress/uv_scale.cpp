@@ -1,40 +1,59 @@
 #include "converter/dress/uv_scale.h"
 
 #include <Imath/ImathMatrix.h>
+#include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace selvedge {
 namespace {
 
+/// dP/du and dP/dv of a triangle, and its area (twice, m^2); not finite where its UVs cover none.
 struct Sample {
-  double length;
-  double weight;
+  V3d along_u;
+  V3d along_v;
+  double area;
 };
 
-double median(std::vector<Sample>& samples) {
-  std::sort(samples.begin(), samples.end(),
-            [](const Sample& a, const Sample& b) { return a.length < b.length; });
+/// The lengths that the shares of the area stay below.
+std::array<double, 3> quantiles(const std::vector<Sample>& samples, V3d Sample::*along,
+                                const std::array<double, 3>& shares) {
+  std::vector<std::pair<double, double>> lengths;
   double total = 0;
-  for (const Sample& sample : samples) total += sample.weight;
-  double sum = 0;
   for (const Sample& sample : samples) {
-    sum += sample.weight;
-    if (sum >= total / 2) return sample.length;
+    lengths.emplace_back((sample.*along).length(), sample.area);
+    total += sample.area;
   }
-  return 0;
+  std::sort(lengths.begin(), lengths.end());
+  std::array<double, 3> found{};
+  double sum = 0;
+  std::size_t next = 0;
+  for (const auto& [length, area] : lengths) {
+    sum += area;
+    for (; next < shares.size() && sum >= shares[next] * total; ++next) found[next] = length;
+  }
+  return found;
 }
 
-struct Samples {
-  std::vector<Sample> u;
-  std::vector<Sample> v;
-};
+constexpr std::array<double, 3> wanted{0.05, 0.5, 0.95};
 
-Samples measure(const ScenePrimitive& primitive, const M44d& world, int tex_coord) {
-  Samples samples;
+/// Whether cloth of this size is too long or too short one way: by the singular values of its stretch.
+bool is_stretched(const Sample& sample, const V2d& metres) {
+  const V3d u = sample.along_u / metres.x;
+  const V3d v = sample.along_v / metres.y;
+  const double sum = u.length2() + v.length2();
+  const double root = std::hypot(u.length2() - v.length2(), 2 * u.dot(v));
+  const double longest = std::sqrt((sum + root) / 2);
+  const double shortest = std::sqrt(std::max(0.0, (sum - root) / 2));
+  return longest > max_stretch || shortest < 1 / max_stretch;
+}
+
+/// Adds the samples of a primitive, and the area of triangles that have none.
+void measure(const ScenePrimitive& primitive, const M44d& world, int tex_coord, std::vector<Sample>& samples,
+             double& without) {
   const std::vector<V2d>& uvs = primitive.tex_coords[tex_coord];
-  if (uvs.empty()) return samples;
   for (std::size_t t = 0; t + 2 < primitive.indices.size(); t += 3) {
     const std::size_t a = primitive.indices[t];
     const std::size_t b = primitive.indices[t + 1];
@@ -42,39 +61,74 @@ Samples measure(const ScenePrimitive& primitive, const M44d& world, int tex_coor
     const V3d origin = V3d(primitive.positions[a]) * world;
     const V3d e1 = V3d(primitive.positions[b]) * world - origin;
     const V3d e2 = V3d(primitive.positions[c]) * world - origin;
-    const V2d d1 = uvs[b] - uvs[a];
-    const V2d d2 = uvs[c] - uvs[a];
-    const double determinant = d1.x * d2.y - d1.y * d2.x;
     const double area = e1.cross(e2).length();
-    const double u = (e1 * d2.y - e2 * d1.y).length() / std::abs(determinant);
-    const double v = (e2 * d1.x - e1 * d2.x).length() / std::abs(determinant);
-    if (!(area > 0) || !std::isfinite(u) || !std::isfinite(v)) continue;
-    samples.u.push_back({u, area});
-    samples.v.push_back({v, area});
+    if (!(area > 0)) continue;
+    const V2d d1 = uvs.empty() ? V2d(0, 0) : uvs[b] - uvs[a];
+    const V2d d2 = uvs.empty() ? V2d(0, 0) : uvs[c] - uvs[a];
+    const double determinant = d1.x * d2.y - d1.y * d2.x;
+    const Sample sample{(e1 * d2.y - e2 * d1.y) / determinant, (e2 * d1.x - e1 * d2.x) / determinant, area};
+    if (std::isfinite(sample.along_u.length()) && std::isfinite(sample.along_v.length())) {
+      samples.push_back(sample);
+    } else {
+      without += area;
+    }
   }
-  return samples;
 }
 
 }  // namespace
 
 UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord) {
   UvSize size;
-  Samples all;
+  std::vector<Sample> all;
+  double without = 0;
   for (const SceneInstance& instance : scene.instances) {
     if (!chosen.contains(instance.primitive)) continue;
-    Samples samples = measure(scene.primitives[instance.primitive], instance.world, tex_coord);
-    if (samples.u.empty()) continue;
-    all.u.insert(all.u.end(), samples.u.begin(), samples.u.end());
-    all.v.insert(all.v.end(), samples.v.begin(), samples.v.end());
-    const V2d medians(median(samples.u), median(samples.v));
-    for (int c = 0; c < 2; ++c) {
-      size.smallest[c] = size.primitives == 0 ? medians[c] : std::min(size.smallest[c], medians[c]);
-      size.largest[c] = size.primitives == 0 ? medians[c] : std::max(size.largest[c], medians[c]);
-    }
+    std::vector<Sample> samples;
+    measure(scene.primitives[instance.primitive], instance.world, tex_coord, samples, without);
+    if (samples.empty()) continue;
     ++size.primitives;
+    all.insert(all.end(), samples.begin(), samples.end());
   }
-  size.metres = V2d(median(all.u), median(all.v));
+  const auto u = quantiles(all, &Sample::along_u, wanted);
+  const auto v = quantiles(all, &Sample::along_v, wanted);
+  size.low = V2d(u[0], v[0]);
+  size.metres = V2d(u[1], v[1]);
+  size.high = V2d(u[2], v[2]);
+  double area = without;
+  for (const Sample& sample : all) {
+    area += sample.area;
+    if (is_stretched(sample, size.metres)) size.stretched += sample.area;
+  }
+  if (area > 0) {
+    size.stretched /= area;
+    size.without = without / area;
+  }
   return size;
+}
+
+Imath::Box3d bounds_of(const Scene& scene) {
+  Imath::Box3d bounds;
+  for (const SceneInstance& instance : scene.instances) {
+    const ScenePrimitive& primitive = scene.primitives[instance.primitive];
+    for (const std::uint32_t index : primitive.indices)
+      bounds.extendBy(V3d(primitive.positions[index]) * instance.world);
+  }
+  return bounds;
+}
+
+std::string judge_size(const Imath::Box3d& bounds) {
+  // From a doll's dress to a curtain of two storeys.
+  constexpr double least = 0.1;
+  constexpr double most = 6;
+  const V3d size = bounds.isEmpty() ? V3d(0, 0, 0) : bounds.size();
+  const double longest = std::max({size.x, size.y, size.z});
+  if (longest == 0 || (longest >= least && longest <= most)) return {};
+  for (const auto& [unit, metres] : {std::pair("cm", 0.01), std::pair("mm", 0.001)}) {
+    const double mended = longest * metres;
+    if (mended < least || mended > most) continue;
+    return fmt::format("the garment is {:.3g} m long; --unit {} makes that {:.3g} m", longest, unit, mended);
+  }
+  return fmt::format("the garment is {:.3g} m long; --height METRES tells how tall it is", longest);
 }
 
 }  // namespace selvedge

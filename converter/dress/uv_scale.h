@@ -1,8 +1,10 @@
 // Measures a garment's texture coordinates: metres of cloth per unit of UV.
 #pragma once
 
+#include <Imath/ImathBox.h>
+
 #include <set>
-#include <utility>
+#include <string>
 #include <vector>
 
 #include "format/scene/scene.h"
@@ -10,15 +12,28 @@
 namespace selvedge {
 
 struct UvSize {
-  V2d metres{0, 0};    ///< along u and v, per unit of UV
-  V2d smallest{0, 0};  ///< of the primitives' own medians
-  V2d largest{0, 0};
-  int primitives = 0;  ///< instances with area in space and in UV
+  V2d metres{0, 0};      ///< along u and v, per unit of UV: the medians over the area
+  V2d low{0, 0};         ///< a twentieth of the area has less
+  V2d high{0, 0};        ///< a twentieth of the area has more
+  double stretched = 0;  ///< share of the area where cloth is more than max_stretch longer or shorter one way
+  double without = 0;    ///< share of the area whose UVs cover none
+  int primitives = 0;    ///< instances with area in space and in UV
 };
 
-/// Medians of |dP/du| and |dP/dv| over all triangles of the given primitives in world space (with node
-/// scales), weighted by area. Medians are robust against slivers with nearly no UV area, which would dominate
-/// a mean. `chosen` holds indices into scene.primitives.
+/// Cloth that is stretched by more than this one way shows it.
+constexpr double max_stretch = 1.5;
+
+/// |dP/du| and |dP/dv| over all triangles of the given primitives in world space (with node scales), weighted
+/// by area. Medians are robust against slivers with nearly no UV area, which would dominate a mean. Cloth of
+/// the median size is stretched where a singular value of dP/d(u, v), in medians, is beyond max_stretch or
+/// its inverse. `chosen` holds indices into scene.primitives.
 UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord);
+
+/// What the scene's triangles reach, metres; empty without any.
+Imath::Box3d bounds_of(const Scene& scene);
+
+/// What to do about a garment that is too large or too small to be worn, sat on or laid on a table, as one
+/// sentence; empty where nothing is.
+std::string judge_size(const Imath::Box3d& bounds);
 
 }  // namespace selvedge

@@ -43,8 +43,8 @@ TEST_CASE("dress: one metre of 5 x 4 mm takes 200 x 250 repeats, and twice that 
     REQUIRE(report->materials.size() == 1);
     CHECK(report->materials[0].repeats.x == doctest::Approx(200 * scale).epsilon(1e-12));
     CHECK(report->materials[0].repeats.y == doctest::Approx(250 * scale).epsilon(1e-12));
-    CHECK(report->materials[0].metres_per_uv.x == doctest::Approx(scale));
-    CHECK(report->materials[0].spread == V2d(0, 0));
+    CHECK(report->materials[0].size.metres.x == doctest::Approx(scale));
+    CHECK(report->materials[0].size.stretched == 0);
     CHECK(report->warnings.empty());
     CHECK(report->bytes == fs::file_size(workshop.output));
     const Scene scene = test::need(read_scene(workshop.output));
@@ -60,10 +60,67 @@ TEST_CASE("dress: repeats that are given win over the physical size") {
   const Workshop workshop;
   const DressReport report = test::need(workshop.dress({.all = true, .repeats = V2d(7, 9)}));
   CHECK(report.materials[0].repeats == V2d(7, 9));
-  CHECK(report.materials[0].metres_per_uv.x == doctest::Approx(1));
+  CHECK(report.materials[0].size.metres.x == doctest::Approx(1));
 }
 
-TEST_CASE("dress: primitives that disagree on the size are reported with their spread") {
+TEST_CASE("dress: a garment in centimetres, or of a known height, gets its true size") {
+  for (const bool by_height : {false, true}) {
+    Workshop workshop;
+    workshop.edit([&](Json& json) { json["nodes"][0]["scale"] = {100, 100, 100}; });
+    const DressReport lost = test::need(workshop.dress(everything));
+    REQUIRE(lost.warnings.size() == 1);
+    CHECK(lost.warnings[0].find("--unit cm") != std::string::npos);
+    DressOptions options = everything;
+    if (by_height) {
+      options.height = 1;
+    } else {
+      options.unit = 0.01;
+    }
+    const DressReport report = test::need(workshop.dress(options));
+    CHECK(report.warnings.empty());
+    CHECK(report.bounds.size().y == doctest::Approx(1));
+    CHECK(report.materials[0].repeats.x == doctest::Approx(200).epsilon(1e-6));
+    const Scene scene = test::need(read_scene(workshop.output));
+    CHECK(bounds_of(scene).size().y == doctest::Approx(1));
+  }
+}
+
+TEST_CASE("dress: the cloth is scaled, turned and moved") {
+  const Workshop workshop;
+  DressOptions options = everything;
+  options.scale = 2;
+  options.offset = V2d(0.25, 0.5);
+  options.rotation = 90;
+  REQUIRE(workshop.dress(options));
+  const UvTransform transform = test::need(read_scene(workshop.output)).materials[0].fabric.value().transform;
+  // Repeats of 5 x 4 mm lie on their side: 4 mm along u.
+  CHECK(transform.scale.x == doctest::Approx(125));
+  CHECK(transform.scale.y == doctest::Approx(100));
+  CHECK(transform.rotation == doctest::Approx(1.5707963267948966));
+  CHECK(transform.offset == V2d(0.25, 0.5));
+  // A metre along u is a metre of courses.
+  CHECK(std::abs(transform.apply_linear({1, 0}).y) == doctest::Approx(125));
+  options.rotation = 30;
+  CHECK(test::error_of(workshop.dress(options)).code == Code::option_out_of_range);
+  options.mm_per_repeat = V2d(5, 5);
+  CHECK(workshop.dress(options).has_value());
+}
+
+TEST_CASE("dress: stretched cloth is told by its share of the area") {
+  const UvSize even = test::need(Workshop().dress(everything)).materials[0].size;
+  CHECK(even.stretched == 0);
+  CHECK(even.low == even.high);
+  Garment sheared = square(1);
+  for (V2f& uv : sheared.primitives[0].tex_coords) uv.x += uv.y;
+  // u' = u + v: both axes are as long as their medians, but the diagonals 1.31 and 0.54 of them.
+  const Workshop leaning(sheared);
+  const DressReport report = test::need(leaning.dress(everything));
+  CHECK(report.materials[0].size.stretched == doctest::Approx(1));
+  REQUIRE(report.warnings.size() == 1);
+  CHECK(report.warnings[0].find("100 % of its area") != std::string::npos);
+}
+
+TEST_CASE("dress: primitives that disagree on the size are reported") {
   Garment garment = square(2);
   garment.primitives[1].material = 0;
   for (V2f& uv : garment.primitives[1].tex_coords) uv *= 0.5F;  // two metres per unit
@@ -71,8 +128,10 @@ TEST_CASE("dress: primitives that disagree on the size are reported with their s
   const Result<DressReport> report = workshop.dress({.materials = {"cloth 0"}});
   REQUIRE(report);
   CHECK(report->materials[0].primitives == 2);
-  // (2 - 1) over the median, which is 1 or 2.
-  CHECK(report->materials[0].spread.x >= 0.5);
+  const UvSize& size = report->materials[0].size;
+  CHECK(size.low == V2d(1, 1));
+  CHECK(size.high == V2d(2, 2));
+  CHECK(size.stretched == doctest::Approx(0.5));
   CHECK(report->warnings.size() == 1);
 }
 
@@ -271,7 +330,7 @@ TEST_CASE("dress: the garments of the field can be dressed, each at its own size
     const Result<DressReport> report = workshop.dress({.materials = {item.material}});
     REQUIRE_MESSAGE(report.has_value(), to_line(report.error()));
     const DressedMaterial& material = report->materials[0];
-    CHECK(material.repeats.x == doctest::Approx(material.metres_per_uv.x * 200));
+    CHECK(material.repeats.x == doctest::Approx(material.size.metres.x * 200));
     CHECK(read_scene(workshop.output).has_value());
   }
 }
