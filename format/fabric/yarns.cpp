@@ -42,6 +42,22 @@ bool in(float value, float low, float high) { return value >= low && value <= hi
 /// Yarns reach no further from the origin, in periods of the axis; heights, in those of the longer.
 constexpr float max_reach = 64;
 constexpr float max_radius = 2;  ///< in the shorter period
+constexpr int max_plies = 8;
+constexpr int max_divisions = 64;
+constexpr int max_shift = 4096;
+
+Result<void> check_plies(const YarnPlies& p, const std::string& place) {
+  if (p.count < 1 || p.count > max_plies) return refuse(place, fmt::format("is of 1 to {} plies", max_plies));
+  if (p.divisions < 1 || p.divisions > (p.count == 1 ? 1 : max_divisions))
+    return refuse(place, "has divisions out of range");
+  if (std::abs(p.shift) > max_shift) return refuse(place, "has plies that turn too often");
+  if (!in(p.phase, -std::numbers::pi_v<float>, std::numbers::pi_v<float>))
+    return refuse(place, "has a phase out of range");
+  for (int k = 0; k < 3; ++k) {
+    if (!in(p.groove[k], -1, 1)) return refuse(place, "has a groove outside of [-1, 1]");
+  }
+  return {};
+}
 
 Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& place) {
   if (c.nodes < 2) return refuse(place, fmt::format("has {} nodes; needs 2", c.nodes));
@@ -56,7 +72,7 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
   if (!std::isfinite(c.fibre_slope)) return refuse(place, "has a slope that is not finite");
   if (std::max(std::abs(c.turns.x), std::abs(c.turns.y)) > static_cast<int>(max_reach))
     return refuse(place, "turns too often");
-  return {};
+  return check_plies(c.plies, place);
 }
 
 }  // namespace

@@ -20,7 +20,19 @@
 
 namespace selvedge {
 
-/// One yarn or ply: a closed chain of nodes, joined by segments with round ends; from the last node it runs
+/// The plies of a yarn, which follow from its axis.
+struct YarnPlies {
+  int count = 1;      ///< 1 to 8; 1: none, the yarn is round
+  int divisions = 1;  ///< parts of a segment of the axis, each with a node of every ply; 1 to 64
+  /// At its end, ply j runs on as ply j + shift: they turn shift/count times about the axis, right-handed.
+  int shift = 0;
+  float phase = 0;  ///< angle of ply 0 at node 0, in [-pi, pi]
+  /// Indirect light is 1 + groove times the normal's share in the way out of the axis as bright.
+  V3f groove{0, 0, 0};
+  bool operator==(const YarnPlies&) const = default;
+};
+
+/// One yarn: a closed chain of nodes, joined by segments with round ends; from the last node it runs
 /// on to the first of the repeat that lies `turns` away.
 struct YarnCurve {
   int nodes = 0;        ///< >= 2
@@ -32,6 +44,7 @@ struct YarnCurve {
   /// Tangent of the angle from the yarn's axis to the fibres at its surface: a right-handed screw is
   /// positive.
   float fibre_slope = 0;
+  YarnPlies plies;
   bool operator==(const YarnCurve&) const = default;
 };
 
@@ -63,11 +76,12 @@ struct YarnData {
 YarnCounts counts_of(const YarnData& data);
 
 /// The values of a file's layer `yarns`: the curves' nodes, then their stations, and so on in the order of
-/// the members of YarnCurve; x, y, z of the nodes. `indirect`: every value over all stations.
-inline constexpr int values_per_curve = 11;
+/// the members of YarnCurve up to its slope; x, y, z of the nodes; the other fields of the curves.
+/// `indirect`: every value over all stations.
+inline constexpr int fields_with_plies = 18;
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
-  return values_per_curve * counts.curves + values_per_node * counts.nodes;
+  return counts.fields * counts.curves + values_per_node * counts.nodes;
 }
 std::vector<float> curve_values(const YarnData& data);
 /// Of light from above, or of light that comes `through`; empty where that is unknown.

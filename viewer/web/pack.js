@@ -13,7 +13,7 @@ import {
   read_layer,
   yarns_of
 } from './reader/index.js';
-import {yarn_count} from './reader/yarns.js';
+import {axis_place, field_place} from './reader/yarns.js';
 import {cells_of} from './yarn_cells.js';
 
 /** The places of words by their names in word_layout.glsl, which C++ and GLSL include. */
@@ -168,7 +168,7 @@ function add_segment(words, {curve, start, along, length, tangents, across, befo
  * below, where that is known.
  */
 function yarns_of_sides(fabric, through) {
-  const {texels: [w, h], layers: {yarns: {curves, nodes}}} = fabric, texels = w * h;
+  const {texels: [w, h], layers: {yarns: counts}} = fabric, texels = w * h;
   const yarns = read_layer(fabric, 'yarns', 0), indirect = read_layer(fabric, 'indirect', 0);
   const above = yarns_of(fabric, {yarns, indirect});
   const below = through?.layers.indirect && yarns_of(fabric, {yarns, indirect: read_layer(through, 'indirect', 0)}).light;
@@ -183,9 +183,8 @@ function yarns_of_sides(fabric, through) {
     const numbers = copy.get(`yarns.${Math.floor(i / texels)}`);
     numbers[i % texels] = how(numbers[i % texels]);
   };
-  const heights = yarn_count({curves, nodes: 0}) + 2 * nodes, slopes = yarn_count({curves, nodes: 0}) - curves;
-  for (let c = 0; c < curves; ++c) change(slopes + c, (slope) => -slope);
-  for (let n = 0; n < nodes; ++n) change(heights + n, (z) => Math.fround(fabric.thickness) - z);
+  for (let c = 0; c < counts.curves; ++c) change(field_place(counts, 10) + c, (slope) => -slope);
+  for (let n = 0; n < counts.nodes; ++n) change(axis_place(counts, 2) + n, (z) => Math.fround(fabric.thickness) - z);
   const turned = yarns_of(fabric, {yarns: copy, indirect});
   return [{...above, through: below},
           {...turned, ...below ? {light: mirrored(below), through: mirrored(above.light)} : {}}];

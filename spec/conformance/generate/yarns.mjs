@@ -12,6 +12,10 @@ const STRAIGHT = {
   nodes: [[0.25, -0.5, 0.5], [1.5, -0.5, 0.5]],
 };
 
+/** A curve without plies. */
+const ROUND = {count: 1, divisions: 1, shift: 0, phase: 0, groove: [0, 0, 0]};
+const FIELDS = 11;
+
 /** Column after column of a table. */
 const by_column = (rows) => rows[0].flatMap((_, i) => rows.map((row) => row[i]));
 
@@ -21,7 +25,8 @@ export function of_curves(curves, [w, h] = [3, 2]) {
   const fields = curves.map(
     ({nodes: own, stations, turns, radius, albedo, gloss, roughness, slope}) =>
       [own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope]);
-  const numbers = [...by_column(fields), ...by_column(nodes)];
+  const later = curves.some(({plies}) => plies) ? curves.map(({plies}) => Object.values({...ROUND, ...plies}).flat()) : [];
+  const numbers = [...by_column(fields), ...by_column(nodes), ...later.length ? by_column(later) : []];
   return {
     texels: [w, h],
     layers: LAYERS,
@@ -29,6 +34,7 @@ export function of_curves(curves, [w, h] = [3, 2]) {
       curves: curves.length,
       nodes: nodes.length,
       stations: curves.reduce((sum, {stations}) => sum + stations, 0),
+      ...later.length && {fields: FIELDS + later[0].length},
     },
     value: {yarns: (level, channel, t) => numbers[Number(channel.split('.')[1]) * w * h + t]},
   };

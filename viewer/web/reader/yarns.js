@@ -7,32 +7,45 @@ import {Issue} from './issue.js';
 import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
 const {abs, atan2, cos, floor, hypot, max, min, sin} = Math;
-/** Numbers of a curve, of a node and of a station. */
-const FIELDS = 11, AXES = 3;
+/** Numbers of a curve before the nodes, those that may follow the nodes (where they do not: these), and of a node. */
+const FIELDS = 11, LATER_FIELDS = [1, 1, 0, 0, 0, 0, 0], AXES = 3;
 /** Functions of the angle, and of the light, that indirect light has coefficients of. */
 export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
 const REACH = 64, MOST_RADIUS = 2, LEAST_LENGTH = 1e-3;
+/** Limits of plies: their number, the parts of a segment, and the shift of one over the chain. */
+const MOST_PLIES = 8, MOST_DIVISIONS = 64, MOST_SHIFT = 4096;
 
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
 
 /** How many numbers the layers have. */
-export const yarn_count = ({curves, nodes}) => FIELDS * curves + AXES * nodes;
+export const yarn_count = ({curves, nodes, fields = FIELDS}) => fields * curves + AXES * nodes;
+/** Where a number of curve 0 is: of a field, and of an axis of a node. */
+export const field_place = ({curves, nodes}, field) => field * curves + (field < FIELDS ? 0 : AXES * nodes);
+export const axis_place = ({curves, nodes}, axis) => FIELDS * curves + axis * nodes;
 export const indirect_count = ({stations}) => 3 * ANGLES * LIGHTS * stations;
 
-function curves_of({curves, nodes}, number) {
-  const point = (n) => [0, 1, 2].map((axis) => number(FIELDS * curves + axis * nodes + n));
+function curves_of(counts, number, point) {
+  const {curves, nodes, fields = FIELDS} = counts;
   let first = 0;
   return Array.from({length: curves}, (_, c) => {
-    const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope] =
-      Array.from({length: FIELDS}, (__, field) => number(field * curves + c));
+    const field = (f) => f < fields ? number(field_place(counts, f) + c) : LATER_FIELDS[f - FIELDS];
+    const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope, ...later] =
+      Array.from({length: FIELDS + LATER_FIELDS.length}, (__, f) => field(f));
+    const [count, divisions, shift, phase, ...groove] = later;
     const points = Array.from({length: max(0, min(own, nodes - first)) | 0}, (__, n) => point(first + n));
     first += own;
     const albedo = [red, green, blue], turns = [X, Y];
-    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope};
+    const plies = {count, divisions, shift, phase, groove};
+    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope, plies};
   });
 }
+
+const is_whole = (x, low, high) => Number.isInteger(x) && x >= low && x <= high;
+const are_plies = ({count, divisions, shift, phase, groove}) => is_whole(count, 1, MOST_PLIES) &&
+  is_whole(divisions, 1, count > 1 ? MOST_DIVISIONS : 1) && is_whole(shift, -MOST_SHIFT, MOST_SHIFT) &&
+  abs(phase) <= Math.fround(Math.PI) && groove.every((x) => abs(x) <= 1);
 
 /** The place of the first curve, node or count that a reader must refuse, and why; null where there is none. */
 function fault_of({period, curves, counts, point}) {
@@ -45,7 +58,7 @@ function fault_of({period, curves, counts, point}) {
     const {nodes, first, points, turns, radius, roughness} = curve;
     const good = Number.isInteger(nodes) && nodes >= 2 && Number.isInteger(curve.stations) && curve.stations >= 1 &&
       radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(share) &&
-      roughness > 0 && turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
+      roughness > 0 && are_plies(curve.plies) && turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
     if (!good) return [`curve ${c}`, 'has a value out of range'];
     if (points.length < nodes) return [`curve ${c}`, 'has nodes beyond the last'];
     const short = ways_of(curve, period).findIndex((way) => hypot(...way) < LEAST_LENGTH * radius);
@@ -104,8 +117,8 @@ export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight},
     return (i) => channels[floor(i / (w * h))][i % (w * h)];
   };
   const of_yarns = number('yarns'), of_light = number('indirect');
-  const curves = curves_of(counts, of_yarns);
-  const point = (n) => [0, 1, 2].map((axis) => of_yarns(FIELDS * counts.curves + axis * counts.nodes + n));
+  const point = (n) => [0, 1, 2].map((axis) => of_yarns(axis_place(counts, axis) + n));
+  const curves = curves_of(counts, of_yarns, point);
   const fault = fault_of({period, curves, counts, point});
   if (fault) throw new Issue('FABRIC_MALFORMED', `yarns/${fault[0]}`, fault[1]);
   let first_station = 0;
