@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "format/fabric/yarns.h"
 
@@ -95,15 +96,19 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
   for (V3f& node : turned.nodes) node.z = thickness - node.z;
   const bool known = !turned.through.empty();
   if (known) std::swap(turned.light, turned.through);
-  const auto inside = yarns.inside();
-  std::size_t node = 0;
   std::size_t station = 0;
-  for (YarnCurve& curve : turned.curves) {
+  for_each_curve(yarns.data(), [&](std::size_t index, const YarnCurve& own, std::span<const V3f> nodes) {
+    YarnCurve& curve = turned.curves[index];
     curve.fibre_slope = -curve.fibre_slope;
     // Angles run the other way round; the direction that they count from is mirrored where it is sideways,
     // and is opposite to the mirrored one where it is upwards. Without light from below the upper side keeps
     // the angles, as in a mirror.
-    const bool sideways = counts_from_the_side(inside.segments[node].tangent[0]);
+    const bool sideways = counts_from_the_side(own, nodes, yarns.period());
+    constexpr float half_turn = std::numbers::pi_v<float>;
+    curve.plies.shift = -curve.plies.shift;
+    if (curve.plies.count > 1)
+      curve.plies.phase =
+          sideways ? -curve.plies.phase : std::copysign(half_turn, curve.plies.phase) - curve.plies.phase;
     for (int s = 0; known && s < curve.stations; ++s, ++station) {
       for (auto* light : {&turned.light, &turned.through}) {
         float* c = &(*light)[station * light_values_per_station];
@@ -115,8 +120,7 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
         }
       }
     }
-    node += curve.nodes;
-  }
+  });
   return turned;
 }
 

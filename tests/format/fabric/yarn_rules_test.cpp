@@ -43,6 +43,25 @@ TEST_CASE("refuses yarn that cannot be traced") {
   CHECK(place([](YarnData& d) { d.light[7] = std::numeric_limits<float>::infinity(); }) == "light");
 }
 
+TEST_CASE("refuses plies of more nodes than a file may have, and plies that stand still") {
+  YarnData data = straight(2, 0.5F);
+  data.curves[0].nodes = 4096;
+  data.nodes.clear();
+  for (int i = 0; i < 4096; ++i) data.nodes.emplace_back(static_cast<float>(i) / 2048, 1, 0.5F);
+  data.curves[0].plies = {4, 64, 0, 0, {0, 0, 0}};
+  CHECK(validate(data, {2, 2}));
+  data.curves[0].plies.count = 5;
+  CHECK(validate(data, {2, 2}).error().place == "nodes");
+  // A ring as narrow as the way from its axis to a ply in the middle.
+  data.curves[0].turns = {0, 0};
+  data.curves[0].nodes = 4;
+  data.curves[0].plies = {2, 1, 0, 0, {0, 0, 0}};
+  data.nodes = {{1.25F, 1, 0.5F}, {1, 1.25F, 0.5F}, {0.75F, 1, 0.5F}, {1, 0.75F, 0.5F}};
+  CHECK(validate(data, {2, 2}));
+  data.curves[0].plies.phase = 1.57079637F;
+  CHECK(validate(data, {2, 2}).error().place == "curve 0");
+}
+
 TEST_CASE("values of yarn have the fields that it needs, and fewer or more are read") {
   const V2f period(2, 2);
   YarnData data = straight(2, 0.5F);

@@ -101,9 +101,17 @@ const plies = [
   ['phase-of-a-turn', 'a phase above pi', 14, 6.25],
   ['groove-too-deep', 'a groove above 1', 16, 1.5],
 ].map(([what, about, f, number]) => broken('FABRIC_MALFORMED', `yarn-${what}`, about, 'yarns/curve 1', {
-  before: written('yarns', field(f) + 3 * NODES, number),
+  before: written('yarns', field(f) + (f < FIELDS ? 0 : 3 * NODES), number),
   evaluate: ask(0),
 }, {...sound, ...plied, value: {...plied.value, lobes: lobe({rho: 0.1})}}));
+
+/** A ring so narrow that a ply in its middle stands still; the phase decides which. */
+const ring = {...curve, turns: [0, 0], radius: 0.5, nodes: [[1.25, -1, 0.5], [1, -0.75, 0.5], [0.75, -1, 0.5], [1, -1.25, 0.5]]};
+const narrow = of_curves([curve, {...ring, plies: {count: 2}}]);
+const still = broken(
+  'FABRIC_MALFORMED', 'yarn-ply-at-one-place', 'all nodes of a ply are at one place', 'yarns/curve 1',
+  {before: written('yarns', field(14) + 3 * 6, -1.5707963705062866)},
+  {...sound, ...narrow, value: {...narrow.value, lobes: sound.value.lobes}});
 
 /** A node more than the curves have, which there are values for. */
 const one_more = of_curves([curve, {...curve, nodes: [...curve.nodes, [2, -1, 0.5]]}]);
@@ -112,4 +120,4 @@ const counts = broken(
   {before: written('yarns', field(0), 2)},
   {...sound, ...one_more, value: {...one_more.value, lobes: sound.value.lobes}});
 
-export const broken_yarns = [...members, ...channels, ...values, ...plies, counts];
+export const broken_yarns = [...members, ...channels, ...values, ...plies, still, counts];
