@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "converter/light/path_tracer.h"
@@ -74,6 +75,7 @@ struct Place {
   double radius;  ///< mm
   Eigen::Matrix<double, 1, angle_functions> row;
   double outward;
+  double seen = 1;  ///< roughly the share of views that it is seen from
   double weight = covered_weight;
   Eigen::RowVectorXd light;  ///< [side][function][colour]
 };
@@ -82,18 +84,21 @@ std::vector<Place> places_about(const Yarns& yarns, int curve, int station) {
   const YarnCurve& own = yarns.data().curves[curve];
   const int plies = own.plies.count;
   const int around = plies == 1 ? angles : angles_of_plies / plies;
+  // Plies touch their neighbours so far from their outermost line; what lies beyond is inside of the yarn.
+  const double reach = pi / 2 + pi / plies;
   std::vector<Place> places;
   for (int ply = 0; ply < plies; ++ply) {
     const YarnFrame frame = yarns.frame_at(curve, station, ply);
     const V3d tangent(frame.tangent);
     const V3d from(plies == 1 ? frame.across : frame.out);
     for (int a = 0; a < around; ++a) {
-      const double angle = 2 * pi * a / around;
+      const double angle = plies == 1 ? 2 * pi * a / around : reach * (2 * (a + 0.5) / around - 1);
       Place place;
       place.normal = from * std::cos(angle) + tangent.cross(from) * std::sin(angle);
       place.radius = static_cast<double>(radius_of_plies(own));
       place.above = V3d(frame.position) + place.normal * (1.15 * place.radius);
       place.outward = place.normal.dot(V3d(frame.out));
+      if (plies > 1) place.seen = (std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach));
       const auto basis = angle_basis(static_cast<float>(place.normal.dot(V3d(frame.across))),
                                      static_cast<float>(place.normal.dot(tangent.cross(V3d(frame.across)))));
       for (int i = 0; i < angle_functions; ++i) place.row[i] = static_cast<double>(basis[i]);
@@ -111,9 +116,6 @@ bool is_open(const TracedCell& cell, const Place& place, SurfacePoint& point) {
   for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / period[k]) * period[k];
   return std::abs(off.length() - 0.15 * place.radius) < 0.1 * place.radius;
 }
-
-/// Deep between plies little is seen of them.
-double weight_of(double outward) { return std::max(0.1, 0.5 * (1 + outward)); }
 
 /// The coefficients, [function of the angle][light of Place], that fit the places best.
 Eigen::MatrixXd solved_for(const std::vector<Place>& places, const V3f& groove) {
@@ -134,28 +136,36 @@ Eigen::MatrixXd solved_for(const std::vector<Place>& places, const V3f& groove) 
   return result;
 }
 
-/// What fits the light from above, found in turns with the coefficients.
-V3f groove_of(const std::vector<std::vector<Place>>& stations) {
-  V3f groove(0, 0, 0);
-  for (int turn = 0; turn < 12; ++turn) {
-    V3d over(0, 0, 0);
-    V3d under(0, 0, 0);
+/// What fits the light from above best, of each colour. `by_light`: the functions of lights,
+/// [light][function].
+V3f groove_of(const std::vector<std::vector<Place>>& stations, const Eigen::MatrixXd& by_light) {
+  constexpr int parts = 16;
+  const Eigen::MatrixXd weights = by_light.transpose() * by_light;
+  V3f best(0, 0, 0);
+  V3d least(std::numeric_limits<double>::max());
+  for (int step = -1 * parts; step <= 4 * parts; ++step) {
+    const V3f groove(static_cast<float>(step) / parts);
+    V3d error(0, 0, 0);
     for (const auto& places : stations) {
       const Eigen::MatrixXd solved = solved_for(places, groove);
       for (const Place& place : places) {
-        const Eigen::RowVectorXd flat = place.row * solved;
-        for (int k = 0; k < columns; ++k) {
-          over[k % 3] += place.weight * place.outward * flat[k] * (place.light[k] - flat[k]);
-          under[k % 3] += place.weight * std::pow(place.outward * flat[k], 2);
+        const double factor = 1 + static_cast<double>(groove.x) * place.outward;
+        const Eigen::RowVectorXd off =
+            place.light.head(columns) - (factor * place.row * solved).leftCols(columns);
+        for (int k = 0; k < 3; ++k) {
+          Eigen::RowVectorXd of_colour(light_functions_of_yarn);
+          for (int i = 0; i < light_functions_of_yarn; ++i) of_colour[i] = off[3 * i + k];
+          error[k] += place.weight * of_colour.dot(of_colour * weights);
         }
       }
     }
     for (int k = 0; k < 3; ++k) {
-      const double best = under[k] > 0 ? std::clamp(over[k] / under[k], -0.9, 0.9) : 0;
-      groove[k] = static_cast<float>(std::round(best * 64) / 64);
+      if (error[k] >= least[k]) continue;
+      least[k] = error[k];
+      best[k] = groove[k];
     }
   }
-  return groove;
+  return best;
 }
 
 }  // namespace
@@ -191,7 +201,7 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
         at.light = Eigen::RowVectorXd::Zero(sides * columns);
         SurfacePoint point;
         if (!is_open(cell, at, point)) continue;
-        at.weight = weight_of(at.outward);
+        at.weight = std::max(covered_weight, at.seen);
         const std::uint64_t place =
             seed_of(options.seed, 201, (first + station) * places[station].size() + a);
         const auto add = [&](const SurfacePoint& on, const V3f& share, std::uint64_t stream) {
@@ -209,7 +219,7 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
         }
       }
     });
-    if (curve.plies.count > 1) curve.plies.groove = groove_of(places);
+    if (curve.plies.count > 1) curve.plies.groove = groove_of(places, by_light);
     std::vector<Eigen::MatrixXd> solved(curve.stations);
     parallel_for(0, curve.stations,
                  [&](int station) { solved[station] = solved_for(places[station], curve.plies.groove); });

@@ -36,7 +36,7 @@ Result<void> check_plies(const YarnPlies& p, const std::string& place) {
   if (!in(p.phase, -std::numbers::pi_v<float>, std::numbers::pi_v<float>))
     return refuse(place, "has a phase out of range");
   for (int k = 0; k < 3; ++k) {
-    if (!in(p.groove[k], -1, 1)) return refuse(place, "has a groove outside of [-1, 1]");
+    if (!in(p.groove[k], -4, 4)) return refuse(place, "has a groove outside of [-4, 4]");
   }
   return {};
 }

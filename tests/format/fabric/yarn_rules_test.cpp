@@ -33,7 +33,7 @@ TEST_CASE("refuses yarn that cannot be traced") {
   CHECK(place([](YarnData& d) { d.curves[0].plies.divisions = 2; }) == "curve 0");
   CHECK(place([](YarnData& d) { d.curves[0].plies.shift = -4097; }) == "curve 0");
   CHECK(place([](YarnData& d) { d.curves[0].plies.phase = std::nanf(""); }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].plies.groove.y = -1.01F; }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].plies.groove.y = -4.1F; }) == "curve 0");
   CHECK(place([](YarnData& d) { d.curves[0].nodes = 5; }) == "curve 0");
   CHECK(place([](YarnData& d) { d.curves[0].nodes = 3; }) == "nodes");
   CHECK(place([](YarnData& d) { d.curves[0].stations = 2; }) == "light");
@@ -44,7 +44,7 @@ TEST_CASE("refuses yarn that cannot be traced") {
 }
 
 TEST_CASE("refuses plies of more nodes than a file may have, and plies that stand still") {
-  YarnData data = straight(2, 0.5F);
+  YarnData data = straight(2, 0.25F);
   data.curves[0].nodes = 4096;
   data.nodes.clear();
   for (int i = 0; i < 4096; ++i) data.nodes.emplace_back(static_cast<float>(i) / 2048, 1, 0.5F);
@@ -54,6 +54,7 @@ TEST_CASE("refuses plies of more nodes than a file may have, and plies that stan
   CHECK(validate(data, {2, 2}).error().place == "nodes");
   // A ring as narrow as the way from its axis to a ply in the middle.
   data.curves[0].turns = {0, 0};
+  data.curves[0].radius = 0.5F;
   data.curves[0].nodes = 4;
   data.curves[0].plies = {2, 1, 0, 0, {0, 0, 0}};
   data.nodes = {{1.25F, 1, 0.5F}, {1, 1.25F, 0.5F}, {0.75F, 1, 0.5F}, {1, 0.75F, 0.5F}};

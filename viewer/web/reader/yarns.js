@@ -13,8 +13,11 @@ const FIELDS = 11, LATER_FIELDS = [1, 1, 0, 0, 0, 0, 0], AXES = 3;
 export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
 const REACH = 64, MOST_RADIUS = 2, LEAST_LENGTH = 1e-3;
-/** Limits of plies: their number, the parts of a segment, the shift of one over the chain, and the nodes of all. */
-const MOST_PLIES = 8, MOST_DIVISIONS = 64, MOST_SHIFT = 4096, MOST_NODES = 2 ** 20;
+/**
+ * Limits of plies: their number, the parts of a segment, the shift of one over the chain, the nodes of all, and the
+ * groove.
+ */
+const MOST_PLIES = 8, MOST_DIVISIONS = 64, MOST_SHIFT = 4096, MOST_NODES = 2 ** 20, MOST_GROOVE = 4;
 
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
@@ -45,7 +48,7 @@ function curves_of(counts, number, point) {
 const is_whole = (x, low, high) => Number.isInteger(x) && x >= low && x <= high;
 const are_plies = ({count, divisions, shift, phase, groove}) => is_whole(count, 1, MOST_PLIES) &&
   is_whole(divisions, 1, count > 1 ? MOST_DIVISIONS : 1) && is_whole(shift, -MOST_SHIFT, MOST_SHIFT) &&
-  abs(phase) <= fround(Math.PI) && groove.every((x) => abs(x) <= 1);
+  abs(phase) <= fround(Math.PI) && groove.every((x) => abs(x) <= MOST_GROOVE);
 
 /** The place of the first curve, node or count that a reader must refuse, and why; null where there is none. */
 function fault_of({period, curves, counts, point}) {

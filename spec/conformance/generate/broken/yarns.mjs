@@ -99,7 +99,7 @@ const plies = [
   ['shift-fraction', 'plies that shift by half a ply', 13, 0.5],
   ['shift-too-many', 'plies that shift by 4097 plies', 13, -4097],
   ['phase-of-a-turn', 'a phase above pi', 14, 6.25],
-  ['groove-too-deep', 'a groove above 1', 16, 1.5],
+  ['groove-too-deep', 'a groove above 4', 16, 4.5],
 ].map(([what, about, f, number]) => broken('FABRIC_MALFORMED', `yarn-${what}`, about, 'yarns/curve 1', {
   before: written('yarns', field(f) + (f < FIELDS ? 0 : 3 * NODES), number),
   evaluate: ask(0),
