@@ -17,7 +17,7 @@ using std::numbers::pi;
 
 /// Places around a station: of a round yarn, and of all its plies.
 constexpr int angles = 16;
-constexpr int angles_of_plies = 32;
+constexpr int angles_of_plies = 48;
 constexpr int columns = 3 * light_functions_of_yarn;
 constexpr std::uint64_t stream_inside = mix(202);
 constexpr int light_count = 64;

@@ -75,7 +75,9 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
     const double around = 2 * std::numbers::pi * yarn.radius_mm;
     curve.fibre_slope = static_cast<float>(
         yarn.plies > 1 ? std::tan(lean_in_plies(yarn) * std::numbers::pi / 180) : around * yarn.twist_per_mm);
-    append_chain(curve, dense_points(yarn, 0.04 * yarn.radius_mm), yarn.radius_mm, options, data);
+    YarnChainOptions own = options;
+    if (yarn.plies > 1) own.station /= 2;  // a ply is about half as thick
+    append_chain(curve, dense_points(yarn, 0.04 * yarn.radius_mm), yarn.radius_mm, own, data);
     if (yarn.plies == 1 || give_plies(yarn, V2f(pattern.period_mm), options, data)) continue;
     // Each ply as a chain.
     data.nodes.resize(data.nodes.size() - data.curves.back().nodes);

@@ -46,8 +46,9 @@ TEST_CASE("refuses yarn that cannot be traced") {
 TEST_CASE("refuses plies of more nodes than a file may have, and plies that stand still") {
   YarnData data = straight(2, 0.25F);
   data.curves[0].nodes = 4096;
+  data.curves[0].turns = {64, 0};
   data.nodes.clear();
-  for (int i = 0; i < 4096; ++i) data.nodes.emplace_back(static_cast<float>(i) / 2048, 1, 0.5F);
+  for (int i = 0; i < 4096; ++i) data.nodes.emplace_back(static_cast<float>(i) / 32, 1, 0.5F);
   data.curves[0].plies = {4, 64, 0, 0, {0, 0, 0}};
   CHECK(validate(data, {2, 2}));
   data.curves[0].plies.count = 5;
