@@ -125,7 +125,8 @@ std::vector<float> sky_of(const Yarns& yarns) {
           const float share = of_angle[i] * static_cast<float>(i == 0 ? 1 : 2) / angles;
           for (int k = 0; k < smooth_functions; ++k) {
             for (int colour = 0; colour < 3; ++colour)
-              to[(i * smooth_functions + k) * 3 + colour] += share * seen[k] * reflectance[colour] / outermost;
+              to[(i * smooth_functions + k) * 3 + colour] +=
+                  share * seen[k] * reflectance[colour] / outermost;
           }
         }
       }
