@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "converter/light/path_tracer.h"
@@ -14,7 +15,10 @@ namespace {
 
 using std::numbers::pi;
 
+/// Places around a station: of a round yarn, and of all its plies.
 constexpr int angles = 16;
+constexpr int angles_of_plies = 48;
+constexpr int columns = 3 * light_functions_of_yarn;
 constexpr std::uint64_t stream_inside = mix(202);
 constexpr int light_count = 64;
 /// Weight of a place that other yarn covers, where nothing is known: keeps the sums solvable.
@@ -64,6 +68,106 @@ Eigen::MatrixX3d irradiance_at(const TracedCell& cell, const SurfacePoint& point
   return result;
 }
 
+/// A place of the surface about a station, and the light that it reflects.
+struct Place {
+  V3d above;  ///< mm, in front of it; what a ray from there meets too early is other yarn
+  V3d normal;
+  double radius;  ///< mm
+  Eigen::Matrix<double, 1, angle_functions> row;
+  double outward;
+  double seen = 1;  ///< roughly the share of views that it is seen from
+  double weight = covered_weight;
+  Eigen::RowVectorXd light;  ///< [side][function][colour]
+};
+
+std::vector<Place> places_about(const Yarns& yarns, int curve, int station) {
+  const YarnCurve& own = yarns.data().curves[curve];
+  const int plies = own.plies.count;
+  const int around = plies == 1 ? angles : angles_of_plies / plies;
+  // Plies touch their neighbours so far from their outermost line; what lies beyond is inside of the yarn.
+  const double reach = pi / 2 + pi / plies;
+  std::vector<Place> places;
+  for (int ply = 0; ply < plies; ++ply) {
+    const YarnFrame frame = yarns.frame_at(curve, station, ply);
+    const V3d tangent(frame.tangent);
+    const V3d from(plies == 1 ? frame.across : frame.out);
+    for (int a = 0; a < around; ++a) {
+      const double angle = plies == 1 ? 2 * pi * a / around : reach * (2 * (a + 0.5) / around - 1);
+      Place place;
+      place.normal = from * std::cos(angle) + tangent.cross(from) * std::sin(angle);
+      place.radius = static_cast<double>(radius_of_plies(own));
+      place.above = V3d(frame.position) + place.normal * (1.15 * place.radius);
+      place.outward = place.normal.dot(V3d(frame.out));
+      if (plies > 1) place.seen = (std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach));
+      const auto basis = angle_basis(static_cast<float>(place.normal.dot(V3d(frame.across))),
+                                     static_cast<float>(place.normal.dot(tangent.cross(V3d(frame.across)))));
+      for (int i = 0; i < angle_functions; ++i) place.row[i] = static_cast<double>(basis[i]);
+      places.push_back(place);
+    }
+  }
+  return places;
+}
+
+/// Whether a ray from above the place meets its own surface.
+bool is_open(const TracedCell& cell, const Place& place, SurfacePoint& point) {
+  if (!cell.scene.trace(place.above / cell.mm, -place.normal, point) || point.back) return false;
+  V3d off = V3d(point.position) * cell.mm - place.above;
+  const V2d period = cell.scene.period() * cell.mm;
+  for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / period[k]) * period[k];
+  return std::abs(off.length() - 0.15 * place.radius) < 0.1 * place.radius;
+}
+
+/// The coefficients, [function of the angle][light of Place], that fit the places best.
+Eigen::MatrixXd solved_for(const std::vector<Place>& places, const V3f& groove) {
+  Eigen::MatrixXd result(angle_functions, places.front().light.size());
+  for (int colour = 0; colour < 3; ++colour) {
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(angle_functions, angle_functions);
+    Eigen::MatrixXd right = Eigen::MatrixXd::Zero(angle_functions, result.cols() / 3);
+    for (int i = 1; i < angle_functions; ++i) normal(i, i) = smoothing * (i < 3 ? 1 : 4);
+    for (const Place& place : places) {
+      const auto row = place.row * (1 + static_cast<double>(groove[colour]) * place.outward);
+      normal += place.weight * row.transpose() * row;
+      for (int k = 0; k < right.cols(); ++k)
+        right.col(k) += place.weight * row.transpose() * place.light[3 * k + colour];
+    }
+    const Eigen::MatrixXd solved = normal.ldlt().solve(right);
+    for (int k = 0; k < right.cols(); ++k) result.col(3 * k + colour) = solved.col(k);
+  }
+  return result;
+}
+
+/// What fits the light from above best, of each colour. `by_light`: the functions of lights,
+/// [light][function].
+V3f groove_of(const std::vector<std::vector<Place>>& stations, const Eigen::MatrixXd& by_light) {
+  constexpr int parts = 16;
+  const Eigen::MatrixXd weights = by_light.transpose() * by_light;
+  V3f best(0, 0, 0);
+  V3d least(std::numeric_limits<double>::max());
+  for (int step = -1 * parts; step <= 4 * parts; ++step) {
+    const V3f groove(static_cast<float>(step) / parts);
+    V3d error(0, 0, 0);
+    for (const auto& places : stations) {
+      const Eigen::MatrixXd solved = solved_for(places, groove);
+      for (const Place& place : places) {
+        const double factor = 1 + static_cast<double>(groove.x) * place.outward;
+        const Eigen::RowVectorXd off =
+            place.light.head(columns) - (factor * place.row * solved).leftCols(columns);
+        for (int k = 0; k < 3; ++k) {
+          Eigen::RowVectorXd of_colour(light_functions_of_yarn);
+          for (int i = 0; i < light_functions_of_yarn; ++i) of_colour[i] = off[3 * i + k];
+          error[k] += place.weight * of_colour.dot(of_colour * weights);
+        }
+      }
+    }
+    for (int k = 0; k < 3; ++k) {
+      if (error[k] >= least[k]) continue;
+      least[k] = error[k];
+      best[k] = groove[k];
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, YarnData& data) {
@@ -82,50 +186,30 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
   for (const YarnCurve& curve : data.curves) stations += curve.stations;
   data.light.assign(stations * light_values_per_station, 0);
   data.through.assign(options.both_sides ? data.light.size() : 0, 0);
-  const V2d period = cell.scene.period() * cell.mm;
-  const Yarns yarns(data, V2f(period));
+  const Yarns yarns(data, V2f(cell.scene.period() * cell.mm));
   std::size_t first = 0;
   for (std::size_t c = 0; c < data.curves.size(); ++c) {
-    const YarnCurve& curve = data.curves[c];
-    const auto radius = static_cast<double>(curve.radius);
+    YarnCurve& curve = data.curves[c];
     const V3f reflected =
         curve.albedo * (1 - curve.gloss.weight) +
         V3f(curve.gloss.weight * static_cast<float>(mean_gloss_albedo(curve.gloss.roughness)));
-    std::vector<Eigen::MatrixXd> solved(curve.stations);
+    std::vector<std::vector<Place>> places(curve.stations);
     parallel_for(0, curve.stations, [&](int station) {
-      Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(angle_functions, angle_functions);
-      constexpr int columns = 3 * light_functions_of_yarn;
-      Eigen::MatrixXd right = Eigen::MatrixXd::Zero(angle_functions, sides * columns);
-      for (int i = 1; i < angle_functions; ++i) normal(i, i) = smoothing * (i < 3 ? 1 : 4);
-      const YarnFrame frame = yarns.frame_at(static_cast<int>(c), station);
-      for (int a = 0; a < angles; ++a) {
-        const double angle = 2 * pi * a / angles;
-        const V3d out =
-            V3d(frame.across) * std::cos(angle) + V3d(frame.tangent.cross(frame.across)) * std::sin(angle);
-        const auto basis =
-            angle_basis(static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)));
-        Eigen::Matrix<double, angle_functions, 1> row;
-        for (int i = 0; i < angle_functions; ++i) row[i] = static_cast<double>(basis[i]);
+      places[station] = places_about(yarns, static_cast<int>(c), station);
+      for (std::size_t a = 0; a < places[station].size(); ++a) {
+        Place& at = places[station][a];
+        at.light = Eigen::RowVectorXd::Zero(sides * columns);
         SurfacePoint point;
-        // From a little above the surface: what is met too early is other yarn.
-        const V3d above = V3d(frame.position) + out * (1.15 * radius);
-        bool open = cell.scene.trace(above / cell.mm, -out, point) && !point.back;
-        if (open) {
-          V3d off = V3d(point.position) * cell.mm - above;
-          for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / period[k]) * period[k];
-          open = std::abs(off.length() - 0.15 * radius) < 0.1 * radius;
-        }
-        normal += (open ? 1 : covered_weight) * row * row.transpose();
-        if (!open) continue;
-        const std::uint64_t place = seed_of(options.seed, 201, (first + station) * angles + a);
+        if (!is_open(cell, at, point)) continue;
+        at.weight = std::max(covered_weight, at.seen);
+        const std::uint64_t place =
+            seed_of(options.seed, 201, (first + station) * places[station].size() + a);
         const auto add = [&](const SurfacePoint& on, const V3f& share, std::uint64_t stream) {
           const Eigen::MatrixX3d irradiance = irradiance_at(cell, on, lights, options, place ^ stream);
           for (int side = 0; side < sides; ++side) {
             const Eigen::MatrixXd values = project * irradiance.middleRows(side * light_count, light_count);
-            for (int k = 0; k < columns; ++k) {
-              const double part = static_cast<double>(share[k % 3]) / pi;
-              right.col(side * columns + k) += row * (values(k / 3, k % 3) * part);
-            }
+            for (int k = 0; k < columns; ++k)
+              at.light[side * columns + k] += values(k / 3, k % 3) * static_cast<double>(share[k % 3]) / pi;
           }
         };
         add(point, reflected, 0);
@@ -134,10 +218,12 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
           add(inside, diffuse_shares(cell.scene, inside).through, stream_inside);
         }
       }
-      solved[station] = normal.ldlt().solve(right);
     });
+    if (curve.plies.count > 1) curve.plies.groove = groove_of(places, by_light);
+    std::vector<Eigen::MatrixXd> solved(curve.stations);
+    parallel_for(0, curve.stations,
+                 [&](int station) { solved[station] = solved_for(places[station], curve.plies.groove); });
     for (int side = 0; side < sides; ++side) {
-      constexpr int columns = 3 * light_functions_of_yarn;
       std::array<double, 3> largest{};
       for (const auto& values : solved) {
         for (int k = 0; k < columns; ++k) {

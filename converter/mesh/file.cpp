@@ -11,6 +11,7 @@
 
 #include "converter/mesh/raw_mesh.h"
 #include "format/base/atomic_file.h"
+#include "format/fabric/fabric.h"
 
 namespace selvedge {
 namespace {
@@ -209,7 +210,12 @@ Result<void> add_yarns(RawMesh& raw, const MeshChoices& choices, const std::stri
   if (counts.curves == 0) return {};
   constexpr double max_stations = 1 << 20;
   double stations = 0;  // the second value of each curve
-  const bool whole = raw.yarn_values.size() == static_cast<std::size_t>(curve_value_count(counts));
+  const auto of_curves =
+      static_cast<std::int64_t>(raw.yarn_values.size()) - std::int64_t{values_per_node} * counts.nodes;
+  const std::int64_t fields = of_curves / counts.curves;
+  const bool whole = fields >= fields_of_round_yarn && fields <= FabricLimits{}.fields &&
+                     fields * counts.curves == of_curves;
+  if (whole) counts.fields = static_cast<int>(fields);
   for (int c = 0; whole && c < counts.curves; ++c)
     stations += static_cast<double>(raw.yarn_values[counts.curves + c]);
   if (!whole || !(stations >= 1 && stations <= max_stations)) {

@@ -7,8 +7,9 @@
 
 namespace selvedge {
 
-/// Curves, nodes and counts of stations (append_chain()); no light yet. Heights are the pattern's own.
-/// Precondition: a valid pattern, its plies laid (lay_plies()).
-YarnData yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options = {});
+/// Curves, nodes and counts of stations (append_chain()); no light yet. Heights are the pattern's own. Yarns
+/// of several plies are one curve, or one a ply where the plies turn more often than a file can say or pass a
+/// bend so close that they stand still. Refuses what lay_plies() does. Precondition: a valid pattern.
+Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options = {});
 
 }  // namespace selvedge

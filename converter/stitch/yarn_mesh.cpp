@@ -147,7 +147,9 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
   CellMesh mesh;
   mesh.period = pattern.period_mm;
   mesh.triangles = marched.triangles;
-  mesh.yarns = yarn_curves_of(pattern);
+  auto curves = yarn_curves_of(described);
+  if (!curves) return tl::unexpected(curves.error());
+  mesh.yarns = std::move(*curves);
   mesh.positions.reserve(marched.positions.size());
   const auto any = [&](const auto& test) {
     return std::any_of(pattern.yarns.begin(), pattern.yarns.end(), test);

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <numeric>
 
-#include "converter/stitch/yarn_frames.h"
 #include "converter/stitch/yarn_settings.h"
+#include "format/fabric/yarns.h"
 
 namespace selvedge {
 namespace {
@@ -19,12 +19,9 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm) {
   const int n = yarn.plies;
   const double radius = yarn.radius_mm * ply_radius(n);
   const double offset = yarn.radius_mm - radius;
-  // At least 12 steps per turn, none longer than a ply is thick.
-  const double step = std::min(radius, 1 / (12 * std::max(std::abs(yarn.twist_per_mm), 1e-9)));
-  const auto frames = frames_of(yarn, step);
+  const auto [frames, places] = course_of_plies(yarn);
   const auto& stations = frames.stations;
   const double length = stations.back().length;
-  const auto places = static_cast<int>(std::lround(yarn.twist_per_mm * length * n));
   const double turn = 2 * pi * places / n - frames.turned;
 
   const V2i turns = turns_of(yarn, period_mm);
@@ -44,14 +41,12 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm) {
   };
   std::vector<Yarn> plies;
   const int chains = std::gcd(places, n);
-  // Fibres of a ply lean to the other side than the plies of the yarn.
-  const double lean = yarn.twist_per_mm > 0 ? 0 - yarn.fibre_degrees : yarn.fibre_degrees;
   double length_of_plies = 0;
   for (int k = 0; k < chains; ++k) {
     Yarn ply = yarn;
     ply.name = fmt::format("{}{}ply {}", yarn.name, yarn.name.empty() ? "" : ", ", k + 1);
     ply.plies = 1;
-    ply.twist_per_mm = twist_for(lean, radius);
+    ply.twist_per_mm = twist_for(lean_in_plies(yarn), radius);
     ply.radius_mm = radius;
     ply.segments.clear();
     for (long i = 0; i < count * (n / chains); ++i) {
@@ -68,9 +63,19 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm) {
 
 }  // namespace
 
-double ply_radius(int plies) {
-  const double sine = std::sin(pi / plies);
-  return plies == 1 ? 1 : sine / (1 + sine);
+PlyCourse course_of_plies(const Yarn& yarn) {
+  // At least 12 steps per turn, none longer than a ply is thick.
+  const double step = std::min(yarn.radius_mm * ply_radius(yarn.plies),
+                               1 / (12 * std::max(std::abs(yarn.twist_per_mm), 1e-9)));
+  PlyCourse course{frames_of(yarn, step)};
+  const double length = course.frames.stations.back().length;
+  course.shift = static_cast<int>(std::lround(yarn.twist_per_mm * length * yarn.plies));
+  return course;
+}
+
+double lean_in_plies(const Yarn& yarn) {
+  // Fibres of a ply lean to the other side than the plies of the yarn.
+  return yarn.twist_per_mm > 0 ? 0 - yarn.fibre_degrees : yarn.fibre_degrees;
 }
 
 Result<StitchPattern> lay_plies(const StitchPattern& pattern, const std::string& file) {

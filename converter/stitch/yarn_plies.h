@@ -1,12 +1,20 @@
 // Replaces yarns of several plies by the plies as thinner yarns.
 #pragma once
 
-#include "converter/stitch/pattern.h"
+#include "converter/stitch/yarn_frames.h"
 
 namespace selvedge {
 
-/// Radius of each of `plies` equal circles that touch each other in a ring within a circle of radius 1.
-double ply_radius(int plies);
+/// How a yarn's plies turn about it.
+struct PlyCourse {
+  YarnFrames frames;
+  int shift = 0;  ///< plies by which a ply moves on over a repeat
+};
+/// Precondition: a valid yarn of several plies.
+PlyCourse course_of_plies(const Yarn& yarn);
+
+/// Degrees by which the fibres of a ply lean to it, right-handed.
+double lean_in_plies(const Yarn& yarn);
 
 /// The pattern with each yarn of n > 1 plies replaced by n helices about its curve, as thick as the yarn
 /// allows; yarns of one ply stay as they are. Helices follow a rotation-minimising frame; its rotation after

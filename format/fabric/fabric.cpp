@@ -167,7 +167,7 @@ float largest_yarn_pixel(const Fabric& fabric) {
   if (fabric.levels.empty() || !fabric.levels.front().yarns()) return 0;
   float radius = 0;
   for (const YarnCurve& curve : fabric.levels.front().yarns()->data().curves)
-    radius = std::max(radius, curve.radius);
+    radius = std::max(radius, radius_of_plies(curve));
   const V2f texel = fabric.period_mm / V2f(whole_texels(fabric));
   const float limit = 1.3F * radius / std::sqrt(texel.x * texel.y);
   float size = std::ldexp(0.84F, fabric.first_level());

@@ -175,6 +175,7 @@ struct FabricLimits {
   int curves = 1 << 16;  ///< of yarn
   int nodes = 1 << 20;
   int stations = 1 << 18;
+  int fields = 64;  ///< of a curve of yarn
   /// Bytes that the levels which are read together may take, with what reading them takes.
   std::uint64_t memory = default_memory;
 };

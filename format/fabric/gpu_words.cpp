@@ -117,6 +117,7 @@ void add_segment(const Yarns::Segment& segment, std::vector<uint>& result) {
   for (uint end = 0; end < 2; ++end) {
     words.set(segment_tangents + 3 * end, segment.tangent[end]);
     words.set(segment_across + 3 * end, segment.across[end]);
+    words.set(segment_out + 3 * end, segment.out[end]);
   }
   words.set(segment_station, segment.station);
   words.set(segment_stations, segment.stations);
@@ -148,6 +149,7 @@ void add_yarns(const Yarns& yarns, std::vector<uint>& result) {
     curve.set(curve_gloss, curves[i].gloss.weight);
     curve.set(curve_roughness, curves[i].gloss.roughness);
     curve.set(curve_slope, curves[i].fibre_slope);
+    curve.set(curve_groove, curves[i].plies.groove);
   }
   words.set(yarn_light, yarns.data().light);
   words.set(yarn_through, yarns.data().through);

@@ -48,8 +48,11 @@ void for_each_side(const FabricHeader& header, const Visit& visit) {
 /// The header of a fabric's file but for its layers and other sides. Precondition: the fabric has a level.
 FabricHeader header_without_layers(const Fabric& fabric);
 
-/// Minor version of the file: 1 with other sides than the front.
-inline int minor_version(const FabricHeader& header) { return header.sides.empty() ? 0 : 1; }
+/// Minor version of the file: 1 with other sides than the front, 2 with more than round yarn.
+inline int minor_version(const FabricHeader& header) {
+  if (header.shape.yarns.fields > fields_of_round_yarn) return 2;
+  return header.sides.empty() ? 0 : 1;
+}
 
 /// Number of levels of the whole fabric; if it is unknown, up to the last level of the file.
 int whole_levels(const FabricHeader& header);

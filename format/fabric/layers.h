@@ -82,11 +82,15 @@ struct Layer {
   bool operator==(const Layer&) const = default;
 };
 
+/// Numbers of a curve without the member `fields`.
+inline constexpr int fields_of_round_yarn = 11;
+
 /// How much yarn a fabric holds (yarns.h); 0: none.
 struct YarnCounts {
   int curves = 0;
   int nodes = 0;
-  int stations = 0;  ///< of indirect light
+  int stations = 0;                   ///< of indirect light
+  int fields = fields_of_round_yarn;  ///< numbers of a curve; a file of more needs version 3.2
   bool operator==(const YarnCounts&) const = default;
 };
 

@@ -89,6 +89,8 @@ void read_own_members(LayerKind kind, const Member& layer, const FabricLimits& l
     shape.yarns = {number(layer, member::curves, 1, limits.curves),
                    number(layer, member::nodes, 2, limits.nodes),
                    number(layer, member::stations, 1, limits.stations)};
+    if (layer.has(member::fields))
+      shape.yarns.fields = number(layer, member::fields, fields_of_round_yarn, limits.fields);
   }
   constexpr LayerSet of_level_0{LayerKind::bases, LayerKind::yarns, LayerKind::indirect};
   if (of_level_0.contains(kind) && result.levels != std::vector{0}) {
@@ -117,8 +119,10 @@ json own_members(LayerKind kind, const LayerHeader& layer, const LayerShape& sha
       return {{member::functions,
                {{member::views, shape.view_functions}, {member::lights, shape.light_functions}}}};
     case LayerKind::yarns: {
-      const auto& [curves, nodes, stations] = shape.yarns;
-      return {{member::curves, curves}, {member::nodes, nodes}, {member::stations, stations}};
+      const auto& [curves, nodes, stations, fields] = shape.yarns;
+      json own{{member::curves, curves}, {member::nodes, nodes}, {member::stations, stations}};
+      if (fields > fields_of_round_yarn) own[member::fields] = fields;
+      return own;
     }
     default:
       return json::object();
@@ -168,6 +172,7 @@ std::optional<LayerHeader> layer_from(LayerKind kind, const Member& layers, cons
   LayerHeader result;
   result.levels = levels_from(layer.require_array(member::levels), header.levels);
   std::vector<const char*> known{member::levels, member::precision, member::optional};
+  if (kind == LayerKind::yarns) known.push_back(member::fields);
   const json own = own_members(kind, {}, {});
   for (const auto& item : own.items()) known.push_back(item.key().c_str());
   layer.warn_of_unknown_members(known);

@@ -7,7 +7,7 @@
 namespace selvedge::names {
 
 inline constexpr int fabric_version_major = 3;
-inline constexpr int fabric_version_minor = 1;
+inline constexpr int fabric_version_minor = 2;
 inline constexpr int samples_version = 2;
 
 // Parts of a fabric file, in the file's order.
@@ -78,6 +78,7 @@ inline constexpr const char* functions = "functions";
 inline constexpr const char* curves = "curves";
 inline constexpr const char* nodes = "nodes";
 inline constexpr const char* stations = "stations";
+inline constexpr const char* fields = "fields";
 inline constexpr const char* precision = "precision";
 inline constexpr const char* optional = "optional";
 inline constexpr const char* digests = "digests";

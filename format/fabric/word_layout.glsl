@@ -73,10 +73,11 @@ const uint segment_start = 4u;     // x, y, z, mm, of its node
 const uint segment_radius = 7u;    // mm
 const uint segment_tangents = 8u;  // x, y, z of that at its start, then of that at its end
 const uint segment_across = 14u;   // x, y, z, likewise: where the angles about the axis count from
-const uint segment_station = 20u;   // at its start
-const uint segment_stations = 21u; // over its length
-const uint segment_curve = 22u;
-const uint segment_words = 23u;
+const uint segment_out = 20u;       // x, y, z, likewise: from the yarn's axis to that of its ply; 0 without plies
+const uint segment_station = 26u;   // at its start
+const uint segment_stations = 27u; // over its length
+const uint segment_curve = 28u;
+const uint segment_words = 29u;
 
 // Words of a curve.
 const uint curve_first_station = 0u;
@@ -85,4 +86,5 @@ const uint curve_albedo = 2u;  // red, green, blue
 const uint curve_gloss = 5u;   // weight of the gloss
 const uint curve_roughness = 6u;
 const uint curve_slope = 7u;
-const uint curve_words = 8u;
+const uint curve_groove = 8u;  // red, green, blue
+const uint curve_words = 11u;

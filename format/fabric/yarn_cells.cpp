@@ -40,24 +40,23 @@ double memory_of(const YarnData& data, const V2f& period) {
   constexpr double bytes_per_node = 512;
   constexpr double bytes_per_cell = 512;   // with a block that is not full
   constexpr double bytes_per_entry = 256;  // with the time that sorting takes: 16 million in 4 GiB
-  const auto count = static_cast<double>(data.nodes.size());
+  double count = 0;
   double radius = 0;
-  for (const YarnCurve& c : data.curves) radius += c.nodes * static_cast<double>(c.radius) / count;
+  for (const YarnCurve& c : data.curves) {
+    count += static_cast<double>(segment_count(c));
+    radius += static_cast<double>(segment_count(c)) * static_cast<double>(radius_of_plies(c));
+  }
+  radius /= count;
   const Grid grid = grid_of(radius, period);
   double entries = 0;
-  std::size_t first = 0;
-  for (const YarnCurve& c : data.curves) {
-    const std::size_t end = first + c.nodes;
-    const double around = reach_of(c.radius, grid.beside) + 2 * grid.half_diagonal;
-    for (std::size_t n = first; n < end; ++n) {
-      const V3f turns(static_cast<float>(c.turns.x) * period.x, static_cast<float>(c.turns.y) * period.y, 0);
-      const V3f along = (n + 1 == end ? data.nodes[first] + turns : data.nodes[n + 1]) - data.nodes[n];
+  for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
+    for (const Yarns::Segment& s : segments_of(curve, nodes, period)) {
+      const double around = reach_of(s.radius, grid.beside) + 2 * grid.half_diagonal;
       // The cells whose middles are near enough lie within these bounds about the segment.
-      const double area = around * (2 * V2d(along.x, along.y).length() + std::numbers::pi * around);
+      const double area = around * (2 * V2d(s.along.x, s.along.y).length() + std::numbers::pi * around);
       entries += area / (grid.cell.x * grid.cell.y);
     }
-    first = end;
-  }
+  });
   return bytes_per_node * count + bytes_per_cell * grid.cells.x * grid.cells.y + bytes_per_entry * entries;
 }
 

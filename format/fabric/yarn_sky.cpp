@@ -69,6 +69,13 @@ SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std
   return factors;
 }
 
+/// What indirect light in the mean over the surface of plies is of that with the factor of the sky.
+V3f groove_of_sky(const YarnCurve& curve) {
+  constexpr float mean_outward = 0.6F;
+  if (curve.plies.count == 1) return V3f(1);
+  return (V3f(1) + curve.plies.groove * mean_outward) / (1 + sky_groove * mean_outward);
+}
+
 }  // namespace
 
 std::vector<float> sky_of(const Yarns& yarns) {
@@ -80,10 +87,12 @@ std::vector<float> sky_of(const Yarns& yarns) {
   for (int c = 0; c < static_cast<int>(data.curves.size()); ++c) {
     const YarnCurve& curve = data.curves[c];
     const float weight = curve.gloss.weight;
+    const float outermost = curve.plies.count > 1 ? 1 + sky_groove : 1;
     const V3f reflectance =
         (curve.albedo * (1 - weight) + V3f(weight > 0 ? weight * mean_gloss(curve.gloss.roughness) : 0)) *
         std::numbers::inv_pi_v<float>;
     parallel_for(0, curve.stations, [&](int number) {
+      const V3f groove = groove_of_sky(curve);
       const std::size_t first = (station + number) * light_values_per_station;
       float* to = &result[first];
       const float* indirect = &data.light[first];
@@ -97,6 +106,7 @@ std::vector<float> sky_of(const Yarns& yarns) {
             for (int j = 0; through != nullptr && j < smooth_functions; ++j)
               sum +=
                   through[(i * smooth_functions + j) * 3 + colour] * upper[j][k] * (is_odd_in_z(k) ? -1 : 1);
+            sum *= groove[colour];
           }
         }
       }
@@ -115,7 +125,8 @@ std::vector<float> sky_of(const Yarns& yarns) {
           const float share = of_angle[i] * static_cast<float>(i == 0 ? 1 : 2) / angles;
           for (int k = 0; k < smooth_functions; ++k) {
             for (int colour = 0; colour < 3; ++colour)
-              to[(i * smooth_functions + k) * 3 + colour] += share * seen[k] * reflectance[colour];
+              to[(i * smooth_functions + k) * 3 + colour] +=
+                  share * seen[k] * reflectance[colour] / outermost;
           }
         }
       }

@@ -8,10 +8,14 @@
 
 namespace selvedge {
 
+/// What of plies reflects of it is 1 + this times the normal's share in the way out of the yarn.
+inline constexpr float sky_groove = 0.5F;
+
 /// For the yarn's stations and angles, factors of the functions of the light:
 /// radiance = sum over i, k of c_ik A_i(angle) L_k, L in the fabric's axes; laid out as YarnData::light.
 /// Direct light with what yarn hides of it, that by way of other yarn, and what comes through from below.
-/// Gloss reflects its mean, whatever the view. Traced from points at the stations: milliseconds.
+/// Of plies, without that factor. Gloss reflects its mean, whatever the view. Traced from points at the
+/// stations: milliseconds.
 std::vector<float> sky_of(const Yarns& yarns);
 
 static_assert(smooth_functions == light_functions_of_yarn);

@@ -2,15 +2,17 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "format/fabric/yarns.h"
 
 namespace selvedge {
 namespace {
 
-using CurveValues = std::array<float, values_per_curve>;
+constexpr int known_fields = fields_with_plies;
 
-CurveValues values_of(const YarnCurve& c) {
+std::array<float, known_fields> values_of(const YarnCurve& c) {
+  const YarnPlies& p = c.plies;
   return {static_cast<float>(c.nodes),
           static_cast<float>(c.stations),
           static_cast<float>(c.turns.x),
@@ -21,30 +23,51 @@ CurveValues values_of(const YarnCurve& c) {
           c.albedo.z,
           c.gloss.weight,
           c.gloss.roughness,
-          c.fibre_slope};
+          c.fibre_slope,
+          static_cast<float>(p.count),
+          static_cast<float>(p.divisions),
+          static_cast<float>(p.shift),
+          p.phase,
+          p.groove.x,
+          p.groove.y,
+          p.groove.z};
 }
 
-/// A whole number that a float holds; -1 for any other value.
-int whole(float value, float min, float max) {
-  return value >= min && value <= max && std::floor(value) == value ? static_cast<int>(value) : -1;
+/// How many fields say all of the curve.
+int fields_of(const YarnCurve& curve) {
+  return curve.plies == YarnPlies() ? fields_of_round_yarn : fields_with_plies;
+}
+
+/// A whole number that a float holds; min - 1 for any other value.
+int whole(float value, int min, int max) {
+  return value >= static_cast<float>(min) && value <= static_cast<float>(max) && std::floor(value) == value
+             ? static_cast<int>(value)
+             : min - 1;
 }
 
 }  // namespace
 
 YarnCounts counts_of(const YarnData& data) {
   YarnCounts counts{static_cast<int>(data.curves.size()), static_cast<int>(data.nodes.size()), 0};
-  for (const YarnCurve& curve : data.curves) counts.stations += curve.stations;
+  for (const YarnCurve& curve : data.curves) {
+    counts.stations += curve.stations;
+    counts.fields = std::max(counts.fields, fields_of(curve));
+  }
   return counts;
 }
 
 std::vector<float> curve_values(const YarnData& data) {
   std::vector<float> values;
-  for (int field = 0; field < values_per_curve; ++field) {
-    for (const YarnCurve& curve : data.curves) values.push_back(values_of(curve)[field]);
-  }
+  const auto add = [&](int first, int end) {
+    for (int field = first; field < end; ++field) {
+      for (const YarnCurve& curve : data.curves) values.push_back(values_of(curve)[field]);
+    }
+  };
+  add(0, fields_of_round_yarn);
   for (int axis = 0; axis < values_per_node; ++axis) {
     for (const V3f& node : data.nodes) values.push_back(node[axis]);
   }
+  add(fields_of_round_yarn, counts_of(data).fields);
   return values;
 }
 
@@ -73,15 +96,19 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
   for (V3f& node : turned.nodes) node.z = thickness - node.z;
   const bool known = !turned.through.empty();
   if (known) std::swap(turned.light, turned.through);
-  const auto inside = yarns.inside();
-  std::size_t node = 0;
   std::size_t station = 0;
-  for (YarnCurve& curve : turned.curves) {
+  for_each_curve(yarns.data(), [&](std::size_t index, const YarnCurve& own, std::span<const V3f> nodes) {
+    YarnCurve& curve = turned.curves[index];
     curve.fibre_slope = -curve.fibre_slope;
     // Angles run the other way round; the direction that they count from is mirrored where it is sideways,
     // and is opposite to the mirrored one where it is upwards. Without light from below the upper side keeps
     // the angles, as in a mirror.
-    const bool sideways = counts_from_the_side(inside.segments[node].tangent[0]);
+    const bool sideways = counts_from_the_side(own, nodes, yarns.period());
+    constexpr float half_turn = std::numbers::pi_v<float>;
+    curve.plies.shift = -curve.plies.shift;
+    if (curve.plies.count > 1)
+      curve.plies.phase =
+          sideways ? -curve.plies.phase : std::copysign(half_turn, curve.plies.phase) - curve.plies.phase;
     for (int s = 0; known && s < curve.stations; ++s, ++station) {
       for (auto* light : {&turned.light, &turned.through}) {
         float* c = &(*light)[station * light_values_per_station];
@@ -93,31 +120,37 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
         }
       }
     }
-    node += curve.nodes;
-  }
+  });
   return turned;
 }
 
 Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
                                    const YarnCounts& counts, const V2f& period) {
   YarnData data;
-  const float many = 1 << 24;
+  constexpr int many = 1 << 24;
+  const std::array<float, known_fields> plain = values_of({});
   for (int c = 0; c < counts.curves; ++c) {
-    const auto value = [&](int field) { return curves[field * counts.curves + c]; };
+    // Fields that follow the nodes may be missing; others that follow are of later versions.
+    const auto value = [&](int field) {
+      const int before = field < fields_of_round_yarn ? 0 : values_per_node * counts.nodes;
+      return field < counts.fields ? curves[before + field * counts.curves + c] : plain[field];
+    };
     YarnCurve curve;
     curve.nodes = whole(value(0), 0, many);
     curve.stations = whole(value(1), 0, many);
-    // Turns may be negative: moved into the range of whole().
-    const float offset = 1024;
-    curve.turns = {whole(value(2) + offset, 0, 2 * offset) - 1024,
-                   whole(value(3) + offset, 0, 2 * offset) - 1024};
+    curve.turns = {whole(value(2), -1024, 1024), whole(value(3), -1024, 1024)};
     curve.radius = value(4);
     curve.albedo = {value(5), value(6), value(7)};
     curve.gloss = {value(8), value(9)};
     curve.fibre_slope = value(10);
+    curve.plies = {whole(value(11), 0, many),
+                   whole(value(12), 0, many),
+                   whole(value(13), -many, many),
+                   value(14),
+                   {value(15), value(16), value(17)}};
     data.curves.push_back(curve);
   }
-  const std::span<const float> nodes = curves.subspan(values_per_curve * counts.curves);
+  const std::span<const float> nodes = curves.subspan(fields_of_round_yarn * counts.curves);
   for (int n = 0; n < counts.nodes; ++n) {
     data.nodes.emplace_back(nodes[n], nodes[counts.nodes + n], nodes[2 * counts.nodes + n]);
   }

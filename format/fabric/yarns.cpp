@@ -12,25 +12,6 @@
 namespace selvedge {
 namespace {
 
-/// `across` of one node carried to the next by two reflections (Wang et al. 2008): the least turn about the
-/// chain.
-V3d carried(const V3d& across, const V3d& way, const V3d& tangent, const V3d& next_tangent) {
-  const double way2 = way.length2();
-  const V3d reflected = across - way * (2 * way.dot(across) / way2);
-  const V3d turn = next_tangent - (tangent - way * (2 * way.dot(tangent) / way2));
-  const double turn2 = turn.length2();
-  return turn2 == 0 ? reflected : reflected - turn * (2 * turn.dot(reflected) / turn2);
-}
-
-V3d any_across(const V3d& tangent) {
-  const V3d axis = counts_from_the_side(V3f(tangent)) ? V3d(1, 0, 0) : V3d(0, 0, 1);
-  return (axis - tangent * axis.dot(tangent)).normalized();
-}
-
-V3d rotated(const V3d& d, const V3d& unit_axis, double angle) {
-  return d * std::cos(angle) + unit_axis.cross(d) * std::sin(angle);
-}
-
 V3f mix(const V3f& a, const V3f& b, float share) { return a + (b - a) * share; }
 
 tl::unexpected<Error> refuse(const std::string& place, std::string why) {
@@ -42,6 +23,23 @@ bool in(float value, float low, float high) { return value >= low && value <= hi
 /// Yarns reach no further from the origin, in periods of the axis; heights, in those of the longer.
 constexpr float max_reach = 64;
 constexpr float max_radius = 2;  ///< in the shorter period
+constexpr int max_plies = 8;
+constexpr int max_divisions = 64;
+constexpr int max_shift = 4096;
+constexpr int max_nodes = 1 << 20;  ///< of all plies
+
+Result<void> check_plies(const YarnPlies& p, const std::string& place) {
+  if (p.count < 1 || p.count > max_plies) return refuse(place, fmt::format("is of 1 to {} plies", max_plies));
+  if (p.divisions < 1 || p.divisions > (p.count == 1 ? 1 : max_divisions))
+    return refuse(place, "has divisions out of range");
+  if (std::abs(p.shift) > max_shift) return refuse(place, "has plies that turn too often");
+  if (!in(p.phase, -std::numbers::pi_v<float>, std::numbers::pi_v<float>))
+    return refuse(place, "has a phase out of range");
+  for (int k = 0; k < 3; ++k) {
+    if (!in(p.groove[k], -4, 4)) return refuse(place, "has a groove outside of [-4, 4]");
+  }
+  return {};
+}
 
 Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& place) {
   if (c.nodes < 2) return refuse(place, fmt::format("has {} nodes; needs 2", c.nodes));
@@ -56,7 +54,25 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
   if (!std::isfinite(c.fibre_slope)) return refuse(place, "has a slope that is not finite");
   if (std::max(std::abs(c.turns.x), std::abs(c.turns.y)) > static_cast<int>(max_reach))
     return refuse(place, "turns too often");
-  return {};
+  return check_plies(c.plies, place);
+}
+
+/// Precondition: the nodes of axes are where they may be.
+Result<void> check_lengths_of_plies(const YarnData& data, const V2f& period) {
+  std::int64_t nodes = 0;
+  for (const YarnCurve& c : data.curves) nodes += segment_count(c);
+  if (nodes > max_nodes) return refuse("nodes", fmt::format("the plies have more than {}", max_nodes));
+  Result<void> result;
+  for_each_curve(data, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> own) {
+    if (curve.plies.count == 1 || !result) return;
+    for (const Yarns::Segment& s : segments_of(curve, own, period)) {
+      if (!(s.along.length() >= 1e-3F * s.radius)) {
+        result = refuse(fmt::format("curve {}", c), "has a ply of which a node lies where the next does");
+        return;
+      }
+    }
+  });
+  return result;
 }
 
 }  // namespace
@@ -92,6 +108,7 @@ Result<void> validate(const YarnData& data, const V2f& period) {
     stations += curve.stations;
   }
   if (first != data.nodes.size()) return refuse("nodes", "there are more than the curves have");
+  if (auto ok = check_lengths_of_plies(data, period); !ok) return ok;
   for (const auto* light : {&data.light, &data.through}) {
     if (light->empty() && light == &data.through) continue;
     if (light->size() != stations * light_values_per_station)
@@ -117,61 +134,6 @@ std::array<float, light_functions_of_yarn> light_basis(const V3f& l) {
 Yarns::Yarns(YarnData data, const V2f& period) : data_(std::move(data)), period_(period) {
   derive_segments();
   place_in_cells();
-}
-
-void Yarns::derive_segments() {
-  low_ = std::numeric_limits<float>::max();
-  high_ = std::numeric_limits<float>::lowest();
-  int first = 0;
-  int station = 0;
-  for (std::size_t c = 0; c < data_.curves.size(); ++c) {
-    const YarnCurve& curve = data_.curves[c];
-    const int count = curve.nodes;
-    const V3d turns(curve.turns.x * static_cast<double>(period_.x),
-                    curve.turns.y * static_cast<double>(period_.y), 0);
-    const auto node = [&](int i) {  // -1 <= i <= count + 1
-      const int repeat = i < 0 ? -1 : i / count;
-      return V3d(data_.nodes[first + i - repeat * count]) + turns * static_cast<double>(repeat);
-    };
-    const auto tangent = [&](int i) {
-      const V3d before = node(i) - node(i - 1);
-      const V3d after = node(i + 1) - node(i);
-      const V3d sum = before * after.length2() + after * before.length2();
-      // A chain that turns straight back has no tangent there.
-      return sum.length2() > 0 ? sum.normalized() : after.normalized();
-    };
-    std::vector<V3d> across{any_across(tangent(0))};
-    std::vector<double> length{0};
-    for (int i = 0; i < count; ++i) {
-      const V3d way = node(i + 1) - node(i);
-      across.push_back(carried(across[i], way, tangent(i), tangent(i + 1)));
-      length.push_back(length[i] + way.length());
-    }
-    const double turned =
-        std::atan2(across[0].cross(across[count]).dot(tangent(0)), across[0].dot(across[count]));
-    const double per_mm = curve.stations / length[count];
-    for (int i = 0; i <= count; ++i) {
-      across[i] = rotated(across[i], tangent(i), -turned * length[i] / length[count]);
-    }
-    for (int i = 0; i < count; ++i) {
-      Segment s;
-      s.start = V3f(node(i));
-      s.along = V3f(node(i + 1) - node(i));
-      s.tangent = {V3f(tangent(i)), V3f(tangent(i + 1))};
-      s.across = {V3f(across[i]), V3f(across[i + 1])};
-      s.inverse_length2 = 1 / s.along.length2();
-      s.station = static_cast<float>(length[i] * per_mm);
-      s.stations = static_cast<float>((length[i + 1] - length[i]) * per_mm);
-      s.radius = curve.radius;
-      s.curve = static_cast<int>(c);
-      segments_.push_back(s);
-      low_ = std::min(low_, s.start.z - curve.radius);
-      high_ = std::max(high_, s.start.z + curve.radius);
-    }
-    first_station_.push_back(station);
-    first += count;
-    station += curve.stations;
-  }
 }
 
 YarnPoint Yarns::point_at(const YarnHit& hit) const {
@@ -207,22 +169,8 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   const float norm = std::hypot(cosine, sine);
   point.cosine = norm > 0 ? cosine / norm : 1;
   point.sine = norm > 0 ? sine / norm : 0;
+  point.outward = point.normal.dot(mix(s.out[0], s.out[1], share));
   return point;
-}
-
-YarnFrame Yarns::frame_at(int curve, int station) const {
-  const auto at = static_cast<float>(station);
-  std::size_t i = 0;
-  while (segments_[i].curve != curve) ++i;
-  while (i + 1 < segments_.size() && segments_[i + 1].curve == curve && segments_[i + 1].station <= at) ++i;
-  const Segment& s = segments_[i];
-  const float share = std::clamp((at - s.station) / s.stations, 0.0F, 1.0F);
-  YarnFrame frame;
-  frame.position = s.start + s.along * share;
-  frame.tangent = mix(s.tangent[0], s.tangent[1], share).normalized();
-  const V3f across = mix(s.across[0], s.across[1], share);
-  frame.across = (across - frame.tangent * frame.tangent.dot(across)).normalized();
-  return frame;
 }
 
 V3f Yarns::direct(const YarnPoint& point, const V3f& light, const V3f& view) const {
@@ -262,6 +210,8 @@ LightTransfer Yarns::transfer_at(const YarnPoint& point, bool through) const {
     here += transfer.size();
     next += transfer.size();
   }
+  for (std::size_t i = 0; i < transfer.size(); ++i)
+    transfer[i] *= 1 + curve.plies.groove[static_cast<int>(i % 3)] * point.outward;
   return transfer;
 }
 

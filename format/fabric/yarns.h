@@ -20,7 +20,19 @@
 
 namespace selvedge {
 
-/// One yarn or ply: a closed chain of nodes, joined by segments with round ends; from the last node it runs
+/// The plies of a yarn, which follow from its axis.
+struct YarnPlies {
+  int count = 1;      ///< 1 to 8; 1: none, the yarn is round
+  int divisions = 1;  ///< parts of a segment of the axis, each with a node of every ply; 1 to 64
+  /// At its end, ply j runs on as ply j + shift: they turn shift/count times about the axis, right-handed.
+  int shift = 0;
+  float phase = 0;  ///< angle of ply 0 at node 0, in [-pi, pi]
+  /// Indirect light is 1 + groove times the normal's share in the way out of the axis as bright.
+  V3f groove{0, 0, 0};
+  bool operator==(const YarnPlies&) const = default;
+};
+
+/// One yarn: a closed chain of nodes, joined by segments with round ends; from the last node it runs
 /// on to the first of the repeat that lies `turns` away.
 struct YarnCurve {
   int nodes = 0;        ///< >= 2
@@ -32,8 +44,14 @@ struct YarnCurve {
   /// Tangent of the angle from the yarn's axis to the fibres at its surface: a right-handed screw is
   /// positive.
   float fibre_slope = 0;
+  YarnPlies plies;
   bool operator==(const YarnCurve&) const = default;
 };
+
+/// Radius of each of `plies` equal circles that touch each other in a ring within a circle of radius 1.
+double ply_radius(int plies);
+/// Of the plies, or of the yarn where it has none.
+float radius_of_plies(const YarnCurve& curve);
 
 /// Indirect light of a station: for the angle a about the axis and the light l
 ///   f(a, l) = max(0, l_z sum over i, k of c_ik A_i(a) B_k(l)) in 1/sr, A = 1, cos a, sin a, cos 2a, sin 2a,
@@ -63,11 +81,12 @@ struct YarnData {
 YarnCounts counts_of(const YarnData& data);
 
 /// The values of a file's layer `yarns`: the curves' nodes, then their stations, and so on in the order of
-/// the members of YarnCurve; x, y, z of the nodes. `indirect`: every value over all stations.
-inline constexpr int values_per_curve = 11;
+/// the members of YarnCurve up to its slope; x, y, z of the nodes; the other fields of the curves.
+/// `indirect`: every value over all stations.
+inline constexpr int fields_with_plies = 18;
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
-  return values_per_curve * counts.curves + values_per_node * counts.nodes;
+  return counts.fields * counts.curves + values_per_node * counts.nodes;
 }
 std::vector<float> curve_values(const YarnData& data);
 /// Of light from above, or of light that comes `through`; empty where that is unknown.
@@ -99,6 +118,8 @@ struct YarnPoint {
   V3f fibre{1, 0, 0};   ///< unit, perpendicular to the normal
   float cosine = 1;     ///< of the angle about the axis
   float sine = 0;
+  /// Share of the normal in the way from the yarn's axis to that of its ply; 0 without plies.
+  float outward = 0;
   float station = 0;  ///< in [0, stations of its curve]
   int curve = 0;
 };
@@ -113,6 +134,7 @@ struct YarnFrame {
   V3f position{0, 0, 0};  ///< mm
   V3f tangent{1, 0, 0};   ///< unit
   V3f across{0, 0, 1};    ///< unit; angle 0, and tangent x across is a right angle
+  V3f out{0, 0, 0};       ///< of a ply: unit, across it, away from the yarn's axis
 };
 
 /// Segments that are tested together.
@@ -154,6 +176,7 @@ class Yarns {
   YarnPoint point_at(const YarnHit& hit) const;
   /// Precondition: the curve has the station.
   YarnFrame frame_at(int curve, int station) const;
+  YarnFrame frame_at(int curve, int station, int ply) const;
   /// Whether yarn lies between the point and unit `light`, which is lifted like a view.
   bool occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const;
   /// The same for rays in the bits of `lanes`, through uv + (x, y) of `beside`; fast where they are close
@@ -174,8 +197,9 @@ class Yarns {
   /// Between two nodes, mm; the frames at both. Only members of 4 bytes, so that lanes can fetch them.
   struct Segment {
     V3f start, along;
-    std::array<V3f, 2> tangent, across;
-    float inverse_length2 = 0;  ///< 1 / mm^2
+    std::array<V3f, 2> tangent, across;                  ///< across: of the yarn's axis
+    std::array<V3f, 2> out{V3f(0, 0, 0), V3f(0, 0, 0)};  ///< unit, from that to the ply's; 0 without plies
+    float inverse_length2 = 0;                           ///< 1 / mm^2
     float station = 0;
     float stations = 0;  ///< over its length
     float radius = 0;
@@ -204,7 +228,7 @@ class Yarns {
     float beside;                        ///< mm; the grid's lists hold also what lies so far beside cells
     std::span<const Cell> grid;          ///< [row][column]
     std::span<const Block> blocks;       ///< those of the cells
-    std::span<const Segment> segments;   ///< one for each node
+    std::span<const Segment> segments;   ///< one for each node of a yarn or ply
     std::span<const int> first_station;  ///< of each curve
   };
   Inside inside() const {
@@ -220,6 +244,7 @@ class Yarns {
   float low_ = 0;  ///< mm, of the lowest point
   float high_ = 0;
   std::vector<Segment> segments_;
+  std::vector<int> first_segment_;  ///< of each curve; those of a ply follow each other
   std::vector<int> first_station_;  ///< of each curve
   V2i cells_{1, 1};
   V2f cell_size_{1, 1};
@@ -227,6 +252,25 @@ class Yarns {
   std::vector<Cell> grid_;
   std::vector<Block> blocks_;
 };
+
+inline std::int64_t segment_count(const YarnCurve& curve) {
+  return std::int64_t{1} * curve.nodes * curve.plies.count * curve.plies.divisions;
+}
+/// Of one curve and its own nodes: from node to node, ply after ply. Precondition: validate() holds of all
+/// but the lengths of plies.
+std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const V3f> nodes,
+                                        const V2f& period);
+/// Calls visit(index, curve, its nodes) for all curves.
+template <class Visit>
+void for_each_curve(const YarnData& data, const Visit& visit) {
+  std::span<const V3f> rest = data.nodes;
+  for (std::size_t c = 0; c < data.curves.size(); ++c) {
+    visit(c, data.curves[c], rest.first(data.curves[c].nodes));
+    rest = rest.subspan(data.curves[c].nodes);
+  }
+}
+/// Whether angles about the curve count from the x axis.
+bool counts_from_the_side(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period);
 
 /// The yarn of the cell turned over: heights are `thickness` (mm) less what they were, and light from above
 /// is that from below. Where that is unknown, the upper side keeps the light that the other had.

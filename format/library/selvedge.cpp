@@ -66,7 +66,12 @@ std::vector<FabricYarnCurve> curves_of(const YarnData& data) {
                       {c.albedo.x, c.albedo.y, c.albedo.z},
                       c.gloss.weight,
                       c.gloss.roughness,
-                      c.fibre_slope});
+                      c.fibre_slope,
+                      c.plies.count,
+                      c.plies.divisions,
+                      c.plies.shift,
+                      c.plies.phase,
+                      {c.plies.groove.x, c.plies.groove.y, c.plies.groove.z}});
   }
   return curves;
 }

@@ -79,8 +79,8 @@ struct FabricLevelData {
   std::span<const float> light_basis;  ///< b, light, rgb
 };
 
-/// One yarn or ply: a closed chain of nodes, joined by round segments; from the last node it runs on to the
-/// first of the repeat that lies `turns` away (brdf.md, "Yarn").
+/// One yarn: a closed chain of nodes, joined by round segments; from the last node it runs on to the first of
+/// the repeat that lies `turns` away (brdf.md, "Yarn"). Of several plies it is their axis.
 struct FabricYarnCurve {
   int nodes = 0;                  ///< >= 2
   int stations = 0;               ///< >= 1: places, evenly spaced along it, where indirect light is known
@@ -90,6 +90,11 @@ struct FabricYarnCurve {
   float gloss = 0;                ///< weight, 0 to 1
   float roughness = 0;            ///< of the gloss, above 0, at most 1
   float fibre_slope = 0;          ///< tangent of the angle from axis to fibres, of a right-handed screw
+  int plies = 1;                  ///< 1 to 8; 1: none
+  int divisions = 1;              ///< parts of a segment, each with a node of every ply
+  int shift = 0;                  ///< at the chain's end ply j runs on as ply j + shift
+  float phase = 0;                ///< radians, of ply 0 at node 0
+  std::array<float, 3> groove{};  ///< change of indirect light where the normal points out of the yarn
 };
 
 /// The yarn itself. x runs along growing u, y along falling v, z is above the cell's lowest point; a point

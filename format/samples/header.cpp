@@ -69,8 +69,12 @@ int count_from(const json& text, const char* name, int max) {
 
 YarnCounts yarns_from(const json& text) {
   const FabricLimits limits;
-  return {count_from(text, member::curves, limits.curves), count_from(text, member::nodes, limits.nodes),
-          count_from(text, member::stations, limits.stations)};
+  YarnCounts counts{count_from(text, member::curves, limits.curves),
+                    count_from(text, member::nodes, limits.nodes),
+                    count_from(text, member::stations, limits.stations)};
+  if (text.contains(member::fields)) counts.fields = count_from(text, member::fields, limits.fields);
+  if (counts.fields < fields_of_round_yarn) throw std::runtime_error("fields: too few");
+  return counts;
 }
 
 /// Throws if a member breaks a rule; the caller converts the exception to an error.
@@ -157,6 +161,8 @@ std::string samples_header_to_json(const SamplesHeader& header) {
     text[names::part_yarns] = {{member::curves, header.yarns.curves},
                                {member::nodes, header.yarns.nodes},
                                {member::stations, header.yarns.stations}};
+    if (header.yarns.fields > fields_of_round_yarn)
+      text[names::part_yarns][member::fields] = header.yarns.fields;
   }
   if (header.both_sides) text[member::sides] = member::both;
   if (header.whole) text[member::whole] = whole_json(*header.whole);

@@ -55,6 +55,16 @@ inline YarnData tangle(Random& random, const V2f& period, int curves) {
   return data;
 }
 
+/// The same yarns, but for every second of plies, which meet themselves as others and turn in both senses.
+inline YarnData plied(YarnData data) {
+  for (std::size_t c = 0; c < data.curves.size(); c += 2) {
+    const auto count = static_cast<int>(2 + c);
+    const int shift = c % 4 == 0 ? 3 : -5;
+    data.curves[c].plies = {count, 4, shift, 0.5F * static_cast<float>(c + 1), {-0.5F, 0.25F, 0.75F}};
+  }
+  return data;
+}
+
 /// The fabric with yarn, which 16 bits of light hold exactly.
 inline Fabric with_yarn(Fabric fabric, std::uint64_t seed) {
   Random random(seed);

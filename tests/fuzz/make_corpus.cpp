@@ -58,9 +58,13 @@ Fabric without(Fabric fabric, bool table, bool frame, std::size_t levels) {
 
 void make_fabrics(const fs::path& path) {
   const Fabric whole = test::random_fabric(3, 2, {1, 2}, 1, 1);
+  Fabric plies = test::with_yarn(test::lambert_fabric(2, 2, {0.5F, 0.5F, 0.5F}), 2);
+  plies.levels.front().set_yarns(
+      std::make_shared<const Yarns>(test::plied(plies.levels.front().yarns()->data()), plies.period_mm));
   const std::map<std::string, std::pair<Fabric, FabricWriteOptions>> fabrics{
       {"all-layers.exr", {whole, {}}},
       {"sides.exr", {test::four_sides(), {}}},
+      {"plies.exr", {plies, {}}},
       {"products.exr", {test::random_product_fabric(2, 1, {1, 2}, 1, 8), {}}},
       {"all-float.exr", {whole, {.half = {}}}},
       {"half-lobes.exr", {test::random_fabric(2, 1, {1, 1}, 1, 2), {.half = LayerSet::all()}}},

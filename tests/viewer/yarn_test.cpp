@@ -20,7 +20,7 @@ namespace {
 Fabric yarn_fabric(int texels) {
   Fabric fabric = random_fabric(texels, texels, {4, 4}, 1, 5);
   Random random(11);
-  YarnData data = tangle(random, fabric.period_mm, 5);
+  YarnData data = plied(tangle(random, fabric.period_mm, 5));
   for (YarnCurve& curve : data.curves) curve.gloss = {0.3F, 0.4F};
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(data), fabric.period_mm));
   return fabric;

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "format/fabric/lifted.h"
+#include "format/fabric/yarn_sky.h"
 #include "viewer/hybrid/fetch.h"
 
 namespace selvedge {
@@ -34,29 +35,30 @@ SELVEDGE_INLINE WideVec3<N> unit(const WideVec3<N>& v) {
 /// What a segment's lanes are fetched as: groups of four floats, the members in their order.
 static_assert(offsetof(Yarns::Segment, start) == 0 && offsetof(Yarns::Segment, along) == 12 &&
               offsetof(Yarns::Segment, tangent) == 24 && offsetof(Yarns::Segment, across) == 48 &&
-              offsetof(Yarns::Segment, inverse_length2) == 72 && offsetof(Yarns::Segment, station) == 76 &&
-              offsetof(Yarns::Segment, stations) == 80 && offsetof(Yarns::Segment, radius) == 84 &&
-              sizeof(Yarns::Segment) >= 88);
+              offsetof(Yarns::Segment, out) == 72 && offsetof(Yarns::Segment, inverse_length2) == 96 &&
+              offsetof(Yarns::Segment, station) == 100 && offsetof(Yarns::Segment, stations) == 104 &&
+              offsetof(Yarns::Segment, radius) == 108 && sizeof(Yarns::Segment) >= 112);
 
 template <std::size_t N>
 struct SegmentLanes {
   SELVEDGE_INLINE explicit SegmentLanes(const Group* const* from) {
-    WideFloat<N> rows[24];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in registers
-    for (std::size_t group = 0; group < 6; ++group) fetch<N>(from, group, rows + 4 * group);
+    WideFloat<N> rows[28];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in registers
+    for (std::size_t group = 0; group < 7; ++group) fetch<N>(from, group, rows + 4 * group);
     const auto vector = [&](std::size_t row) { return WideVec3<N>{rows[row], rows[row + 1], rows[row + 2]}; };
     start = vector(0);
     along = vector(3);
     for (std::size_t end = 0; end < 2; ++end) {
       tangent[end] = vector(6 + 3 * end);
       across[end] = vector(12 + 3 * end);
+      out[end] = vector(18 + 3 * end);
     }
-    inverse_length2 = rows[18];
-    station = rows[19];
-    stations = rows[20];
-    radius = rows[21];
+    inverse_length2 = rows[24];
+    station = rows[25];
+    stations = rows[26];
+    radius = rows[27];
   }
   WideVec3<N> start, along;
-  WideVec3<N> tangent[2], across[2];  // NOLINT(modernize-avoid-c-arrays)
+  WideVec3<N> tangent[2], across[2], out[2];  // NOLINT(modernize-avoid-c-arrays)
   WideFloat<N> inverse_length2, station, stations, radius;
 };
 
@@ -124,6 +126,7 @@ SELVEDGE_INLINE void place_surface(const Group* const* segments, const CurveLane
     store(unit(at.tangent + around * Wide::load(&curves.slope[i])), surface.fibre, i);
     if_greater(norm2, zero, cosine * scale, Wide(1)).store(&surface.cosine[i]);
     if_greater(norm2, zero, sine * scale, zero).store(&surface.sine[i]);
+    normal.dot(s.out[0] + (s.out[1] - s.out[0]) * at.share).store(&surface.outward[i]);
   }
 }
 SELVEDGE_THREE_BODIES(place_surface,
@@ -131,10 +134,10 @@ SELVEDGE_THREE_BODIES(place_surface,
                        YarnSurface& surface, Floats& station),
                       (segments, curves, from_start, surface, station))
 
-/// Adds the two stations that lanes lie between, by the lanes' weights.
+/// Adds the two stations that lanes lie between, by the lanes' weights; times 1 + groove x outward.
 template <std::size_t N>
 SELVEDGE_INLINE void add_stations(const float* here, const float* next, const Floats& here_weight,
-                                  const Floats& next_weight, const YarnSurface& surface,
+                                  const Floats& next_weight, const V3f& groove, const YarnSurface& surface,
                                   YarnSurface::Factors& factors) {
   constexpr std::size_t width = N;
   using Wide = WideFloat<width>;
@@ -151,18 +154,22 @@ SELVEDGE_INLINE void add_stations(const float* here, const float* next, const Fl
       of_here[k] = a * angle[k];
       of_next[k] = b * angle[k];
     }
+    const Wide outward = Wide::load(&surface.outward[i]);
+    const Wide scale[3] = {Wide(1) + Wide(groove.x) * outward, Wide(1) + Wide(groove.y) * outward,  // NOLINT
+                           Wide(1) + Wide(groove.z) * outward};
     for (std::size_t j = 0; j < count; ++j) {
-      Wide sum = Wide::load(&factors[j][i]);
+      Wide sum(0);
       for (int k = 0; k < angle_functions; ++k)
         sum += of_here[k] * Wide(here[k * count + j]) + of_next[k] * Wide(next[k * count + j]);
-      sum.store(&factors[j][i]);
+      (Wide::load(&factors[j][i]) + scale[j % 3] * sum).store(&factors[j][i]);
     }
   }
 }
 SELVEDGE_THREE_BODIES(add_stations,
                       (const float* here, const float* next, const Floats& here_weight,
-                       const Floats& next_weight, const YarnSurface& surface, YarnSurface::Factors& factors),
-                      (here, next, here_weight, next_weight, surface, factors))
+                       const Floats& next_weight, const V3f& groove, const YarnSurface& surface,
+                       YarnSurface::Factors& factors),
+                      (here, next, here_weight, next_weight, groove, surface, factors))
 
 /// Gloss of width r along x and 1 along y (yarn_reflectance.h), without its weight; 0 below the horizon.
 template <std::size_t N>
@@ -311,9 +318,11 @@ void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits
     };
     const std::size_t a = place_of(whole[lead]);
     const std::size_t b = place_of(whole[lead] + 1);
-    add(&data.light[a], &data.light[b], here, next, surface, surface.transfer);
-    if (!data.through.empty()) add(&data.through[a], &data.through[b], here, next, surface, surface.through);
-    if (!sky.empty()) add(&sky[a], &sky[b], here, next, surface, surface.sky);
+    const V3f& groove = data.curves[of_curve[lead]].plies.groove;
+    add(&data.light[a], &data.light[b], here, next, groove, surface, surface.transfer);
+    if (!data.through.empty())
+      add(&data.through[a], &data.through[b], here, next, groove, surface, surface.through);
+    if (!sky.empty()) add(&sky[a], &sky[b], here, next, V3f(sky_groove), surface, surface.sky);
   }
 }
 

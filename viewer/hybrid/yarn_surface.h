@@ -13,6 +13,7 @@ struct YarnSurface {
   YarnLanes fibre;
   YarnLanes leave;                      ///< where light leaves it; mm, of any repeat
   alignas(64) Floats cosine{}, sine{};  ///< of the angle about the axis
+  alignas(64) Floats outward{};         ///< YarnPoint::outward
   alignas(64) Floats gloss{}, roughness{};
   YarnLanes matt;  ///< f of the yarn without its gloss, 1/sr
   bool has_gloss = false;

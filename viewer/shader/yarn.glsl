@@ -13,6 +13,7 @@ struct YarnPoint {
   vec3 normal;
   vec3 fibre;
   vec2 angle;  // about the axis: cosine, sine
+  float outward;  // share of the normal in the way from the yarn's axis to that of its ply
   float station;
   uint curve;  // place
 };
@@ -177,6 +178,8 @@ YarnPoint yarn_point_at(uint yarn, YarnHit hit) {
   vec2 angle = vec2(dot(point.normal, across), -dot(around, across));
   float norm = length(angle);
   point.angle = norm > 0.0 ? angle / norm : vec2(1.0, 0.0);
+  vec3 out_of_axis = mix(vector_at(hit.segment + segment_out), vector_at(hit.segment + segment_out + 3u), share);
+  point.outward = dot(point.normal, out_of_axis);
   return point;
 }
 
@@ -212,7 +215,7 @@ vec3 direct_light(YarnPoint point, vec3 light, vec3 view) {
   return f * (cosine * min(1.0, light.z * 32.0));
 }
 // Coefficients at a point, for each function of the light; `table`: those of all stations, of indirect light or of the sky.
-void coefficients_at(uint table, YarnPoint point, out vec3 of_light[9]) {
+void coefficients_at(uint table, YarnPoint point, vec3 groove, out vec3 of_light[9]) {
   uint stations = word(point.curve + curve_stations);
   float c = point.angle.x;
   float s = point.angle.y;
@@ -228,6 +231,7 @@ void coefficients_at(uint table, YarnPoint point, out vec3 of_light[9]) {
       for (int k = 0; k < 9; ++k) of_light[k] += vector_at(at + uint(27 * i + 3 * k)) * weight;
     }
   }
+  for (int k = 0; k < 9; ++k) of_light[k] *= 1.0 + groove * point.outward;
 }
 
 // Adds the yarn at (u, v) of the reference plane under all lights.
@@ -241,7 +245,7 @@ void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float weight, inout
   vec3 of_light[9];
   vec3 radiance = vec3(0.0);
 #ifdef AROUND
-  coefficients_at(word(sky + 1u), point, of_light);
+  coefficients_at(word(sky + 1u), point, vec3(0.5), of_light);  // sky_groove
   for (int k = 0; k < 9; ++k) radiance += of_light[k] * around[k];
   radiance = max(radiance, vec3(0.0));
 #endif
@@ -249,7 +253,7 @@ void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float weight, inout
   for (int pass = 0; pass < 2; ++pass) {
     uint table = word(yarn + (pass == 0 ? yarn_light : yarn_through));
     if (table == 0u) break;
-    coefficients_at(table, point, of_light);
+    coefficients_at(table, point, vector_at(point.curve + curve_groove), of_light);
     for (uint i = 0u; i < light_count(); ++i) {
       vec3 direction;
       vec3 irradiance;

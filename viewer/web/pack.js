@@ -13,7 +13,6 @@ import {
   read_layer,
   yarns_of
 } from './reader/index.js';
-import {yarn_count} from './reader/yarns.js';
 import {cells_of} from './yarn_cells.js';
 
 /** The places of words by their names in word_layout.glsl, which C++ and GLSL include. */
@@ -148,18 +147,18 @@ function base_numbers(fabric) {
   return [numbers.subarray(0, of_views), numbers.subarray(of_views, all)];
 }
 
-function add_segment(words, {curve, start, along, length, tangents, across, before}, index) {
+function add_segment(words, {start, along, length, radius, tangents, across, out, stations}, index) {
   const at = words.room(AT.segment_words);
   const set = (name, ...values) => words.set_numbers(at + AT[name], ...values);
   set('segment_axis', ...along.map((x) => x / length));
   set('segment_length', length);
   set('segment_start', ...start);
-  set('segment_radius', curve.radius);
+  set('segment_radius', radius);
   set('segment_tangents', ...tangents.flat());
   set('segment_across', ...across.flat());
-  const per_mm = curve.stations / curve.length;
-  set('segment_station', before * per_mm);
-  set('segment_stations', length * per_mm);
+  set('segment_out', ...out.flat());
+  set('segment_station', stations[0]);
+  set('segment_stations', stations[1] - stations[0]);
   words.words[at + AT.segment_curve] = index;
 }
 
@@ -168,25 +167,12 @@ function add_segment(words, {curve, start, along, length, tangents, across, befo
  * below, where that is known.
  */
 function yarns_of_sides(fabric, through) {
-  const {texels: [w, h], layers: {yarns: {curves, nodes}}} = fabric, texels = w * h;
   const yarns = read_layer(fabric, 'yarns', 0), indirect = read_layer(fabric, 'indirect', 0);
-  const above = yarns_of(fabric, {yarns, indirect});
+  const above = yarns_of(fabric, {yarns, indirect}), turned = yarns_of(fabric, {yarns, indirect}, true);
   const below = through?.layers.indirect && yarns_of(fabric, {yarns, indirect: read_layer(through, 'indirect', 0)}).light;
-  const odd = above.curves.flatMap((curve) => {
-    const {tangents: [first]} = above.segments.find((segment) => segment.curve === curve);
-    return Array(curve.stations).fill(Math.abs(first[2]) >= 0.9 ? 2 : 1);
-  });
+  const odd = turned.curves.flatMap(({stations, sideways}) => Array(stations).fill(sideways ? 2 : 1));
   const mirrored = (light) => (station, j, k, c) =>
     (j === 4 || j === odd[station] ? -1 : 1) * light(station, j, k, c);
-  const copy = new Map([...yarns].map(([name, numbers]) => [name, Float32Array.from(numbers)]));
-  const change = (i, how) => {
-    const numbers = copy.get(`yarns.${Math.floor(i / texels)}`);
-    numbers[i % texels] = how(numbers[i % texels]);
-  };
-  const heights = yarn_count({curves, nodes: 0}) + 2 * nodes, slopes = yarn_count({curves, nodes: 0}) - curves;
-  for (let c = 0; c < curves; ++c) change(slopes + c, (slope) => -slope);
-  for (let n = 0; n < nodes; ++n) change(heights + n, (z) => Math.fround(fabric.thickness) - z);
-  const turned = yarns_of(fabric, {yarns: copy, indirect});
   return [{...above, through: below},
           {...turned, ...below ? {light: mirrored(below), through: mirrored(above.light)} : {}}];
 }
@@ -230,6 +216,7 @@ function add_yarns(words, yarns) {
     words.set_numbers(at + AT.curve_gloss, curve.gloss);
     words.set_numbers(at + AT.curve_roughness, curve.roughness);
     words.set_numbers(at + AT.curve_slope, curve.slope);
+    words.set_numbers(at + AT.curve_groove, ...curve.plies.groove);
   }
   for (const [name, of] of [['yarn_light', light], ['yarn_through', through]]) {
     if (!of) continue;
@@ -240,7 +227,7 @@ function add_yarns(words, yarns) {
         for (let k = 0; k < LIGHTS; ++k)
           for (let c = 0; c < 3; ++c) words.floats[at++] = of(station, j, k, c);
   }
-  return {place: yarn, thickest: curves.reduce((most, {radius}) => Math.max(most, radius), 0)};
+  return {place: yarn, thickest: segments.reduce((most, {radius}) => Math.max(most, radius), 0)};
 }
 
 /** Width of the largest pixel that shows the yarn, in texels of level 0 of the whole (spec/brdf.md, "The viewer"). */

@@ -9,6 +9,8 @@ const {PI, abs, cos, floor, hypot, max, min, sin, sqrt} = Math;
 /** Directions that integrals of products are made of, and those of yarn at so many angles about it. */
 const FINE = 32, SKY = [8, 12], AROUND_YARN = 12;
 const MIN_RISE = 1 / 32, LEAVE_RADII = 1 / 64, NOWHERE = 1e30;
+/** Of plies, as the shader has it: how the sky darkens between them; and the mean share of their normals outwards. */
+const SKY_GROOVE = 0.5, MEAN_OUTWARD = 0.6;
 
 /** The directions of a grid over the hemisphere (format/fabric/directions.h). */
 const directions_of = (columns, rows) => Array.from({length: columns * rows}, (_, cell) => {
@@ -155,19 +157,27 @@ function mean_gloss(roughness) {
   return min(1, sum * part * part / PI);
 }
 
-/** Place, tangent and the direction that angles count from, at a station of a curve that has these segments. */
+/** Place, tangent, the direction that angles count from and thickness at a station of a curve that has these segments. */
 function frame_at(floats, segments, station) {
-  const after = segments.findIndex((segment) => floats[segment + AT.segment_station] > station);
-  const s = segments[after < 0 ? segments.length - 1 : after - 1];
+  const ends = segments.filter((_, i) => {
+    // The first segment of the yarn, or of a ply, follows the last.
+    const from = floats[segments[i] + AT.segment_station], next = floats[segments[i + 1] + AT.segment_station];
+    return from <= station && !(next > from && next <= station);
+  });
   const vector = (at) => [floats[at], floats[at + 1], floats[at + 2]];
-  const share = min(max((station - floats[s + AT.segment_station]) / floats[s + AT.segment_stations], 0), 1);
-  const mixed = (name) => plus(times(vector(s + AT[name]), 1 - share), vector(s + AT[name] + 3), share);
-  const tangent = unit(mixed('segment_tangents')), across = mixed('segment_across');
+  const mean = (of) => times(ends.map(of).reduce((sum, v) => plus(sum, v)), 1 / ends.length);
+  const share = (s) => min(max((station - floats[s + AT.segment_station]) / floats[s + AT.segment_stations], 0), 1);
+  const mixed = (name) =>
+    mean((s) => plus(times(vector(s + AT[name]), 1 - share(s)), vector(s + AT[name] + 3), share(s)));
+  const place = (s) =>
+    plus(vector(s + AT.segment_start), vector(s + AT.segment_axis), share(s) * floats[s + AT.segment_length]);
+  const tangent = unit(mixed('segment_tangents')), across = mixed('segment_across'), position = mean(place);
   return {
-    position: plus(vector(s + AT.segment_start), vector(s + AT.segment_axis), share * floats[s + AT.segment_length]),
+    position,
     tangent,
     across: unit(minus(across, times(tangent, dot(tangent, across)))),
-    radius: floats[s + AT.segment_radius],
+    radius: floats[ends[0] + AT.segment_radius] + hypot(...minus(place(ends[0]), position)),
+    plied: ends.length > 1,
   };
 }
 
@@ -209,7 +219,13 @@ function sky_of_yarn(of, fabric) {
         // Mirrored lights: functions 3, 5 and 6 are odd in z.
         sums[(i * LIGHTS + k) * 3 + colour] += through * upper[j][k] * (k === 3 || k === 5 || k === 6 ? -1 : 1);
       }
-      const {position, tangent, across, radius} = frame_at(floats, of_curve.get(c), number), beside = cross(tangent, across);
+      const {position, tangent, across, radius, plied} = frame_at(floats, of_curve.get(c), number);
+      const beside = cross(tangent, across), outermost = plied ? 1 + SKY_GROOVE : 1;
+      if (plied)
+        sums.forEach((sum, i) => {
+          const groove = floats[curve + AT.curve_groove + i % 3];
+          sums[i] = sum * (1 + groove * MEAN_OUTWARD) / (1 + SKY_GROOVE * MEAN_OUTWARD);
+        });
       for (let a = 0; a < AROUND_YARN; ++a) {
         const angle = 2 * PI * a / AROUND_YARN, x = cos(angle), y = sin(angle);
         const normal = plus(times(across, x), beside, y), from = plus(position, normal, radius * (1 + LEAVE_RADII));
@@ -223,7 +239,7 @@ function sky_of_yarn(of, fabric) {
           const share = of_angle * (i === 0 ? 1 : 2) / AROUND_YARN;
           for (let k = 0; k < LIGHTS; ++k)
             for (let colour = 0; colour < 3; ++colour)
-              sums[(i * LIGHTS + k) * 3 + colour] += share * seen[k] * reflectance[colour];
+              sums[(i * LIGHTS + k) * 3 + colour] += share * seen[k] * reflectance[colour] / outermost;
         });
       }
       values.push(sums);

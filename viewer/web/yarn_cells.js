@@ -11,12 +11,12 @@ const SPARE = 1.001;
  * seen from the middle of the cell at height 0; the highest first. Lengths in mm.
  */
 export function cells_of({period, segments}) {
-  const mean = segments.reduce((sum, {curve}) => sum + curve.radius, 0) / segments.length;
+  const mean = segments.reduce((sum, {radius}) => sum + radius, 0) / segments.length;
   const side = max(mean, sqrt(period[0] * period[1] / MOST_CELLS), period[0] / MOST_IN_A_ROW, period[1] / MOST_IN_A_ROW);
   const [columns, rows] = period.map((length) => max(1, floor(length / side)));
   const size = [period[0] / columns, period[1] / rows], half_diagonal = SPARE * hypot(...size) / 2;
   const cells = Array.from({length: columns * rows}, () => ({low: Infinity, high: -Infinity, references: []}));
-  segments.forEach(({curve: {radius}, start, along}, segment) => {
+  segments.forEach(({radius, start, along}, segment) => {
     const reach = SPARE * radius;
     const [low, high] = [[0, 1].map((axis) => floor((start[axis] + min(0, along[axis]) - reach) / size[axis])),
                          [0, 1].map((axis) => floor((start[axis] + max(0, along[axis]) + reach) / size[axis]))];

@@ -137,7 +137,7 @@ export function file_of(fixture) {
     const {sides: _, text: __, value: ___, ...shared} = fixture;
     const other = add_side(fabric_of({...shared, ...own, name: `${fixture.name} ${side}`}), side);
     parts.push(...other.parts);
-    text.version = [3, 1];
+    text.version[1] ||= 1;
     (text.sides ??= {})[side] = other.text;
   }
   fixture.text?.(text);

@@ -26,13 +26,13 @@ function turned(d, [x, y]) {
 }
 
 /** The most that the terms of a curve's indirect light of a colour come to. */
-function size_of({light}, {first_station, stations}, c) {
+function size_of({light}, {first_station, stations, plies}, c) {
   const of_station = (s) => {
     let sum = 0;
     for (let term = 0; term < TERMS; ++term) sum += abs(light(s, Math.floor(term / LIGHTS), term % LIGHTS, c));
     return sum;
   };
-  return max(...Array.from({length: stations}, (_, s) => of_station(first_station + s)));
+  return (1 + abs(plies.groove[c])) * max(...Array.from({length: stations}, (_, s) => of_station(first_station + s)));
 }
 
 /** { rgb, alpha, errors } at a point of the plane, errors being those of rgb; null where rounding decides. */

@@ -1,5 +1,5 @@
 // The valid fabrics with more sides than the front; in the form of fabrics.mjs.
-import {crossing} from './yarns.mjs';
+import {crossing, plied} from './yarns.mjs';
 
 const PAPER = ['lobes', 'frame', 'table', 'opacity'];
 
@@ -42,6 +42,12 @@ export const sides = [
     ...crossing,
     name: 'sides-yarns',
     about: 'yarn turned over, with light from both sides',
+    sides: {back: {layers: ['lobes']}, through: {layers: ['lobes', 'yarns', 'indirect']}},
+  },
+  {
+    ...plied,
+    name: 'sides-yarns-plies',
+    about: 'plies turned over, one of an axis that begins upright',
     sides: {back: {layers: ['lobes']}, through: {layers: ['lobes', 'yarns', 'indirect']}},
   },
   {

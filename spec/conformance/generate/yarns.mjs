@@ -12,6 +12,10 @@ const STRAIGHT = {
   nodes: [[0.25, -0.5, 0.5], [1.5, -0.5, 0.5]],
 };
 
+/** A curve without plies. */
+const ROUND = {count: 1, divisions: 1, shift: 0, phase: 0, groove: [0, 0, 0]};
+const FIELDS = 11;
+
 /** Column after column of a table. */
 const by_column = (rows) => rows[0].flatMap((_, i) => rows.map((row) => row[i]));
 
@@ -21,7 +25,8 @@ export function of_curves(curves, [w, h] = [3, 2]) {
   const fields = curves.map(
     ({nodes: own, stations, turns, radius, albedo, gloss, roughness, slope}) =>
       [own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope]);
-  const numbers = [...by_column(fields), ...by_column(nodes)];
+  const later = curves.some(({plies}) => plies) ? curves.map(({plies}) => Object.values({...ROUND, ...plies}).flat()) : [];
+  const numbers = [...by_column(fields), ...by_column(nodes), ...later.length ? by_column(later) : []];
   return {
     texels: [w, h],
     layers: LAYERS,
@@ -29,6 +34,7 @@ export function of_curves(curves, [w, h] = [3, 2]) {
       curves: curves.length,
       nodes: nodes.length,
       stations: curves.reduce((sum, {stations}) => sum + stations, 0),
+      ...later.length && {fields: FIELDS + later[0].length},
     },
     value: {yarns: (level, channel, t) => numbers[Number(channel.split('.')[1]) * w * h + t]},
   };
@@ -76,8 +82,29 @@ const loop = {
   nodes: [[0.2, -0.5, 0.3], [0.2, -0.5, 0.7], [0.6, -0.4, 1], [1, -0.4, 0.6], [0.6, -0.5, 0.2], [0.3, -0.55, 0.1]],
 };
 
+/** Plies that meet themselves as others, and that turn the other way. */
+const three = {...weft, plies: {count: 3, divisions: 6, shift: 4, phase: 0.5, groove: [-0.5, 0.25, 0.125]}};
+const two = {...warp, radius: 0.25, plies: {count: 2, divisions: 5, shift: -3, phase: -2.5, groove: [0.5, 0.5, 1]}};
+const five = {...loop, plies: {count: 5, divisions: 3, shift: -7, phase: 3, groove: [-1, -0.25, 0]}};
+
 /** Yarn of every kind: three that cross, and one upright. */
 export const crossing = {...of_curves([weft, warp, ring, loop]), thickness: 1.125};
+export const plied = {...of_curves([three, ring, five]), thickness: 1.125};
+
+/** What of_curves() gives, with a field more of `curves` curves. */
+const with_field = (of, curves) => {
+  const last = (fields) => fields * curves + 3 * of.yarns.nodes;
+  return {
+    ...of,
+    yarns: {...of.yarns, fields: of.yarns.fields + 1},
+    value: {
+      yarns: (level, channel, t) => {
+        const i = Number(channel.split('.')[1]) * of.texels[0] * of.texels[1] + t;
+        return i < last(of.yarns.fields) ? of.value.yarns(level, channel, t) : i < last(of.yarns.fields + 1) ? 7 : 0;
+      },
+    },
+  };
+};
 
 export const yarns = [
   {name: 'yarns-straight', about: 'a straight yarn without gloss, with one station', ...of_curves([STRAIGHT])},
@@ -97,6 +124,25 @@ export const yarns = [
     ...of_curves([{...weft, radius: 1.5, stations: 2, turns: [-2, 1], nodes: [[0, 0, 1.5], [-1.5, 0.75, 1.75]]}]),
     mmPerRepeat: [1.5, 1],
     layers: {table: {}, opacity: {}, yarns: {}, indirect: {precision: 'float'}},
+  },
+  {
+    name: 'yarns-plies',
+    about: 'yarns of three and of two plies beside a round one; plies that go on as others, and in both senses',
+    ...of_curves([three, two, ring]),
+  },
+  {
+    name: 'yarns-plies-upright',
+    about: 'five plies about an axis that begins upright; light in single precision',
+    ...of_curves([five]),
+    layers: {table: {}, opacity: {}, yarns: {}, indirect: {precision: 'float'}},
+  },
+  {
+    name: 'yarns-later-fields',
+    about: 'version 3.9, and a field of curves that a reader does not know',
+    ...with_field(of_curves([three, two]), 2),
+    text: (text) => {
+      text.version = [3, 9];
+    },
   },
   {
     name: 'yarns-partial',

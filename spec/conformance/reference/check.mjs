@@ -29,10 +29,10 @@ const OWN_MEMBERS = {
   lobes: ['lobes'],
   products: ['pairs'],
   bases: ['functions'],
-  yarns: ['curves', 'nodes', 'stations']
+  yarns: ['curves', 'nodes', 'stations', 'fields']
 };
 const SIDE_MEMBERS = ['radianceScale', 'views', 'lights', 'layers', 'digests', 'provenance'];
-const MINOR_VERSION = 1;
+const MINOR_VERSION = 2;
 const PREVIEW_CHANNELS = ['R', 'G', 'B', 'A'];
 const LARGE_EXPONENT = 102.4;  // from here on halves cost a lobe's peak some per cent
 const LARGEST_HALF = 65504;

@@ -101,7 +101,7 @@ export function fabric_text(fabric, parts) {
   const entries = (make) => Object.fromEntries(
     used.map((name) => [name, make(fabric.layers[name], parts.find((p) => p.name === name))]));
   return {
-    version: [3, 0],
+    version: [3, fabric.layers.yarns?.fields ? 2 : 0],
     model: model_of(fabric),
     texels,
     levels,
@@ -145,7 +145,7 @@ export function add_side(fabric, side) {
 export function seal(parts, text, fabric) {
   const value = attribute.string(text);
   const mirrors = {
-    'selvedge.version': attribute.string(/"version":\[3,1\]/.test(text) ? '3.1' : '3.0'),
+    'selvedge.version': attribute.string(`3.${/"version":\[3,([12])\]/.exec(text)?.[1] ?? 0}`),
     'selvedge.model': attribute.string(model_of(fabric)),
     'selvedge.mmPerRepeat': attribute.v2f(...fabric.mmPerRepeat),
     'selvedge.referenceHeight': attribute.float(fabric.referenceHeight),

@@ -2,8 +2,6 @@
 import {read_fabric_level} from './level.mjs';
 import {LIGHTS, read_layer, yarns_of} from './reader.mjs';
 
-const FIELDS = 11;
-
 /** The numbers of a spread layer, Map from channels to arrays, as one list, and back. */
 const flat = (values, layer) => Array.from({length: values.size}, (_, i) => [...values.get(`${layer}.${i}`)]).flat();
 const spread = (list, layer, texels) =>
@@ -12,19 +10,12 @@ const spread = (list, layer, texels) =>
 /** The yarn turned over; `through` are the numbers of through.indirect, or null. */
 function turned_yarns(fabric, through) {
   const own = {yarns: read_layer(fabric, 'yarns', 0), indirect: read_layer(fabric, 'indirect', 0)};
-  const {curves, nodes, stations} = fabric.layers.yarns, texels = fabric.texels[0] * fabric.texels[1];
-  const upright = yarns_of(fabric, own), thickness = Math.fround(fabric.thickness);
-  const yarn = flat(own.yarns, 'yarns');
-  for (let c = 0; c < curves; ++c) yarn[(FIELDS - 1) * curves + c] *= -1;
-  for (let n = 0; n < nodes; ++n) {
-    const at = FIELDS * curves + 2 * nodes + n;
-    yarn[at] = Math.fround(thickness - yarn[at]);
-  }
+  const {stations} = fabric.layers.yarns, texels = fabric.texels[0] * fabric.texels[1];
+  const over = yarns_of(fabric, own, true);
   const turned = (values) => {
     const light = flat(values, 'indirect');
-    for (const {curve, before, tangents} of upright.segments) {
-      if (before > 0) continue;
-      const odd = [Math.abs(tangents[0][2]) >= 0.9 ? 2 : 1, 4];
+    for (const curve of over.curves) {
+      const odd = [curve.sideways ? 2 : 1, 4];
       for (const j of odd)
         for (let k = 0; k < 3 * LIGHTS; ++k)
           for (let s = 0; s < curve.stations; ++s)
@@ -32,8 +23,7 @@ function turned_yarns(fabric, through) {
     }
     return spread(light, 'indirect', texels);
   };
-  const yarns = spread(yarn, 'yarns', texels);
-  const of = (indirect) => yarns_of(fabric, {yarns, indirect});
+  const of = (indirect) => yarns_of(fabric, {yarns: own.yarns, indirect}, true);
   return {front: of(through ? turned(through) : own.indirect), through: through && of(turned(own.indirect))};
 }
 

@@ -10,7 +10,7 @@ const lifted = ([x, y, z]) => unit([x, y, max(z, LEAST_Z)]);
  * How far along a ray from o, given from the segment's start, it enters the segment's side or the ball about its
  * start; Infinity if neither. The ball about its end is the next segment's.
  */
-function entry({along, length, curve: {radius}}, o, d) {
+function entry({along, length, radius}, o, d) {
   const off = across(o, d), under = radius ** 2 - dot(off, off);
   const ball = under < 0 ? Infinity : -dot(o, d) - sqrt(under);
   const axis = times(along, 1 / length), m = across(o, axis), e = across(d, axis), a = dot(e, e);
@@ -27,7 +27,7 @@ function entry({along, length, curve: {radius}}, o, d) {
 function for_each_near({segments, period}, o, d, way, visit) {
   const to = plus(o, d, way);
   for (const segment of segments) {
-    const {start, along, length, curve: {radius}} = segment;
+    const {start, along, length, radius} = segment;
     const copies = [0, 1].map((axis) => {
       const from = start[axis], end = from + along[axis];
       const low = min(from, end) - radius, high = max(from, end) + radius;
@@ -59,9 +59,9 @@ export function trace(yarns, [u, v], view) {
   return hit;
 }
 
-/** The surface at a hit: { N, F, cos_a, sin_a, x }, x in stations. */
+/** The surface at a hit: { N, F, cos_a, sin_a, x, b }, x in stations. */
 export function surface({segment, from_start: P}) {
-  const {curve, along, length, tangents: [t_0, t_1], across: [A_0, A_1], before} = segment;
+  const {curve, along, length, tangents: [t_0, t_1], across: [A_0, A_1], out: [E_0, E_1], stations: [x_0, x_1]} = segment;
   const clamp = (x) => min(max(x, -0.25), 1.25);
   const C = (s) => plus(
     times(along, 3 * s * s - 2 * s ** 3), plus(times(t_0, s - 2 * s * s + s ** 3), t_1, s ** 3 - s * s), length);
@@ -71,16 +71,16 @@ export function surface({segment, from_start: P}) {
   const s = clamp(s_0 + dot(minus(P, C(s_0)), way) / dot(way, way));
   const T = unit(slope(s)), N = unit(across(minus(P, C(s)), T));
   const A = plus(times(A_0, 1 - s), A_1, s), [c, e] = [dot(N, A), dot(N, cross(T, A))];
-  const x = curve.stations * (before + s * length) / curve.length;
+  const x = x_0 + s * (x_1 - x_0), b = dot(N, plus(times(E_0, 1 - s), E_1, s));
   const F = unit(plus(T, cross(T, N), curve.slope));
-  return {N, F, cos_a: c / hypot(c, e), sin_a: e / hypot(c, e), x: x < 0 ? x + curve.stations : x};
+  return {N, F, cos_a: c / hypot(c, e), sin_a: e / hypot(c, e), x: x < 0 ? x + curve.stations : x, b};
 }
 
 /** Whether yarn hides the light from a point. */
 function is_hidden(yarns, point, L) {
   let hidden = false;
   for_each_near(yarns, point, L, max(0, (yarns.top - point[2]) / L[2]), (segment, from) => {
-    const {along, length, curve: {radius}} = segment;
+    const {along, length, radius} = segment;
     const s = min(max(dot(from, along) / length ** 2, 0), 1), t = entry(segment, from, L);
     hidden ||= hypot(...plus(from, along, -s)) < radius || (t >= 0 && t < Infinity);
   });
@@ -100,9 +100,9 @@ function glossy(N, F, along, L, V) {
 export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, view)) {
   const dark = {rgb: [0, 0, 0], alpha: hit ? 1 : 0, hit, hidden: false};
   if (!hit || light[2] <= 0 || view[2] <= 0) return dark;
-  const {radius, albedo, gloss, roughness, stations, first_station} = hit.segment.curve;
+  const {radius} = hit.segment, {albedo, gloss, roughness, stations, first_station, plies} = hit.segment.curve;
   if (yarns.dark) return dark;
-  const {N, F, cos_a, sin_a, x} = surface(hit);
+  const {N, F, cos_a, sin_a, x, b: outward} = surface(hit);
   const L = lifted(light), V = lifted(view), facing = dot(N, L);
   // The coefficients of light from below hold direct light as well.
   const hidden = yarns.by_light || is_hidden(yarns, plus(hit.point, N, OFF_THE_YARN * radius), L);
@@ -120,7 +120,7 @@ export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, vi
     A.forEach((a, j) => B.forEach((b, k) => {
       indirect += a * b * ((1 - x + place) * yarns.light(here, j, k, c) + (x - place) * yarns.light(next, j, k, c));
     }));
-    return direct + max(0, l_z * indirect);
+    return direct + max(0, l_z * indirect * (1 + plies.groove[c] * outward));
   });
   return {...dark, rgb, hidden};
 }

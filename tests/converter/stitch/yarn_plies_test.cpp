@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "converter/stitch/library.h"
+#include "converter/stitch/yarn_curves.h"
+#include "format/fabric/yarns.h"
 #include "tests/converter/cells.h"
 #include "tests/require.h"
 
@@ -109,6 +111,42 @@ TEST_CASE("plies of bent yarns close up over the repeat and stay within their ya
       }
       CHECK(nearest == doctest::Approx(offset).epsilon(0.01));
     }
+  }
+}
+
+TEST_CASE("plies that a file derives from their axis lie where the mesh has them") {
+  for (const char* name : {"plain-knit", "rib", "lace", "twill", "plain-weave"}) {
+    CAPTURE(name);
+    StitchPattern pattern = find_stitch(name)->pattern;
+    for (Yarn& yarn : pattern.yarns) {
+      yarn.plies = 3;
+      yarn.twist_per_mm = 0.1 / yarn.radius_mm;
+    }
+    const YarnData data = test::need(yarn_curves_of(pattern));
+    REQUIRE(data.curves.size() == pattern.yarns.size());  // none had to be laid as chains
+    const StitchPattern plies = laid(pattern);
+    std::vector<V3d> points;
+    for (const Yarn& ply : plies.yarns) {
+      for (const BezierSegment& segment : ply.segments) {
+        for (int k = 0; k < 40; ++k) points.push_back(point_at(segment, k / 40.0));
+      }
+    }
+    double worst = 0;
+    for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
+      const auto segments = segments_of(curve, nodes, V2f(pattern.period_mm));
+      for (std::size_t i = 0; i < segments.size(); i += 7) {
+        double nearest = 1e9;
+        for (const V3d& point : points) {
+          V3d off = point - V3d(segments[i].start);
+          for (int k = 0; k < 2; ++k)
+            off[k] -= std::round(off[k] / pattern.period_mm[k]) * pattern.period_mm[k];
+          nearest = std::min(nearest, off.length() / static_cast<double>(segments[i].radius));
+        }
+        worst = std::max(worst, nearest);
+      }
+    });
+    MESSAGE(std::string(name), ": ", worst);
+    CHECK(worst < 0.03);
   }
 }
 

@@ -37,6 +37,8 @@ TEST_CASE("yarn takes no more than is reckoned of its nodes") {
       Random random(seed);
       const YarnData data = test::tangle(random, period, 4);
       CHECK(taken(Yarns(data, period)) <= memory_of(data, period));
+      const YarnData plies = test::plied(data);
+      CHECK(taken(Yarns(plies, period)) <= memory_of(plies, period));
     }
     CHECK(taken(Yarns(far_and_wide(period), period)) <= memory_of(far_and_wide(period), period));
   }

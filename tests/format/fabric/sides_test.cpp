@@ -156,6 +156,27 @@ TEST_CASE("a place on yarn has the same light whichever side the yarn is known f
   }
 }
 
+TEST_CASE("plies turned over are mirrored, about axes that begin upright and others") {
+  YarnData data = test::plied(test::four_sides().levels.front().yarns()->data());
+  data.nodes[1] = data.nodes[0] + V3f(0, 0, 0.5F);
+  data.nodes[11] = data.nodes[0] + V3f(5, 0, -0.5F);
+  const V2f period(5, 4);
+  REQUIRE(counts_from_the_side(data.curves[0], std::span<const V3f>(data.nodes).first(12), period));
+  const Yarns yarns(data, period);
+  const Yarns turned(turned_over(yarns, 2.5F), period);
+  for (int curve = 0; curve < static_cast<int>(data.curves.size()); ++curve) {
+    const int plies = data.curves[curve].plies.count;
+    for (int ply = 0; ply < plies; ++ply) {
+      for (int station = 0; station < data.curves[curve].stations; ++station) {
+        const YarnFrame here = yarns.frame_at(curve, station, ply);
+        const YarnFrame there = turned.frame_at(curve, station, (plies - ply) % plies);
+        CHECK((there.position - mirrored(here.position) - V3f(0, 0, 2.5F)).length() < 1e-4F);
+        CHECK((there.out - mirrored(here.out)).length() < 1e-4F);
+      }
+    }
+  }
+}
+
 TEST_CASE("sides that do not fit the front are refused") {
   Fabric fabric = test::four_sides();
   Fabric other = test::random_fabric(5, 4, {2, 2}, 1, 9);

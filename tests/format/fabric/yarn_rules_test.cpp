@@ -3,8 +3,13 @@
 #include <cmath>
 #include <limits>
 
+#include "format/fabric/file.h"
+#include "format/fabric/header.h"
 #include "format/fabric/yarns.h"
+#include "tests/format/fabrics.h"
+#include "tests/format/files.h"
 #include "tests/format/yarn_data.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::test;
@@ -24,6 +29,11 @@ TEST_CASE("refuses yarn that cannot be traced") {
   CHECK(place([](YarnData& d) { d.curves[0].albedo.y = 1.1F; }) == "curve 0");
   CHECK(place([](YarnData& d) { d.curves[0].gloss.roughness = 0; }) == "curve 0");
   CHECK(place([](YarnData& d) { d.curves[0].turns.x = 65; }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].plies.count = 9; }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].plies.divisions = 2; }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].plies.shift = -4097; }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].plies.phase = std::nanf(""); }) == "curve 0");
+  CHECK(place([](YarnData& d) { d.curves[0].plies.groove.y = -4.1F; }) == "curve 0");
   CHECK(place([](YarnData& d) { d.curves[0].nodes = 5; }) == "curve 0");
   CHECK(place([](YarnData& d) { d.curves[0].nodes = 3; }) == "nodes");
   CHECK(place([](YarnData& d) { d.curves[0].stations = 2; }) == "light");
@@ -31,4 +41,59 @@ TEST_CASE("refuses yarn that cannot be traced") {
   CHECK(place([](YarnData& d) { d.nodes[3].z = std::nanf(""); }) == "node 3");
   CHECK(place([](YarnData& d) { d.nodes[3].x = 200; }) == "node 3");
   CHECK(place([](YarnData& d) { d.light[7] = std::numeric_limits<float>::infinity(); }) == "light");
+}
+
+TEST_CASE("refuses plies of more nodes than a file may have, and plies that stand still") {
+  YarnData data = straight(2, 0.25F);
+  data.curves[0].nodes = 4096;
+  data.curves[0].turns = {64, 0};
+  data.nodes.clear();
+  for (int i = 0; i < 4096; ++i) data.nodes.emplace_back(static_cast<float>(i) / 32, 1, 0.5F);
+  data.curves[0].plies = {4, 64, 0, 0, {0, 0, 0}};
+  CHECK(validate(data, {2, 2}));
+  data.curves[0].plies.count = 5;
+  CHECK(validate(data, {2, 2}).error().place == "nodes");
+  // A ring as narrow as the way from its axis to a ply in the middle.
+  data.curves[0].turns = {0, 0};
+  data.curves[0].radius = 0.5F;
+  data.curves[0].nodes = 4;
+  data.curves[0].plies = {2, 1, 0, 0, {0, 0, 0}};
+  data.nodes = {{1.25F, 1, 0.5F}, {1, 1.25F, 0.5F}, {0.75F, 1, 0.5F}, {1, 0.75F, 0.5F}};
+  CHECK(validate(data, {2, 2}));
+  data.curves[0].plies.phase = 1.57079637F;
+  CHECK(validate(data, {2, 2}).error().place == "curve 0");
+}
+
+TEST_CASE("values of yarn have the fields that it needs, and fewer or more are read") {
+  const V2f period(2, 2);
+  YarnData data = straight(2, 0.5F);
+  CHECK(counts_of(data).fields == 11);
+  data.curves[0].plies = {3, 8, -7, 0.75F, {0.5F, 0.25F, -0.125F}};
+  const YarnCounts counts = counts_of(data);
+  CHECK(counts.fields == 18);
+  const auto read = [&](const std::vector<float>& curves, YarnCounts of) {
+    return need(yarns_from_values(curves, indirect_values(data), of, period));
+  };
+  std::vector<float> values = curve_values(data);
+  CHECK(values.size() == static_cast<std::size_t>(curve_value_count(counts)));
+  CHECK(std::vector(values.end() - 7, values.end()) ==
+        std::vector{3.0F, 8.0F, -7.0F, 0.75F, 0.5F, 0.25F, -0.125F});
+  CHECK(read(values, counts) == data);
+  values.push_back(9);
+  CHECK(read(values, {counts.curves, counts.nodes, counts.stations, 19}) == data);
+  CHECK(read(values, {counts.curves, counts.nodes, counts.stations, 14}).curves[0].plies.shift == -7);
+  CHECK(read(values, {counts.curves, counts.nodes, counts.stations}).curves[0].plies == YarnPlies());
+}
+
+TEST_CASE("a file of plies is of version 3.2, and is read as it was written") {
+  const Folder folder;
+  Fabric fabric = random_fabric(8, 8, {2, 2}, 1, 3);
+  YarnData data = straight(2, 0.5F);
+  data.curves[0].plies = {2, 4, 1, -0.5F, {0.5F, 0.5F, 0.5F}};
+  fabric.period_mm = {2, 2};
+  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(data, fabric.period_mm));
+  need(write_fabric(folder / "f.exr", fabric));
+  FabricReader reader = need(FabricReader::open(folder / "f.exr"));
+  CHECK(minor_version(reader.header()) == 2);
+  CHECK(need(reader.read()).levels.front().yarns()->data() == data);
 }

@@ -87,7 +87,9 @@ TEST_CASE("the library gives every layer of a fabric of products, as it was writ
 
 TEST_CASE("the library gives the yarn as it was written, and shows it at level -1") {
   const Folder folder;
-  const Fabric fabric = with_yarn(random_fabric(6, 5, {2, 3}, 1, 7), 2);
+  Fabric fabric = with_yarn(random_fabric(6, 5, {2, 3}, 1, 7), 2);
+  fabric.levels[0].set_yarns(
+      std::make_shared<const Yarns>(plied(fabric.levels[0].yarns()->data()), fabric.period_mm));
   REQUIRE(write_fabric(folder / "f.exr", fabric, {.half = LayerSet{}}));
   const auto file = test::need(FabricFile::open(folder / "f.exr"));
   const YarnData& data = fabric.levels[0].yarns()->data();
@@ -104,6 +106,11 @@ TEST_CASE("the library gives the yarn as it was written, and shows it at level -
     CHECK(given.gloss == curve.gloss.weight);
     CHECK(given.roughness == curve.gloss.roughness);
     CHECK(given.fibre_slope == curve.fibre_slope);
+    CHECK(YarnPlies{given.plies,
+                    given.divisions,
+                    given.shift,
+                    given.phase,
+                    {given.groove[0], given.groove[1], given.groove[2]}} == curve.plies);
   }
   REQUIRE(yarns.nodes.size() == 3 * data.nodes.size());
   for (std::size_t i = 0; i < yarns.nodes.size(); ++i) {

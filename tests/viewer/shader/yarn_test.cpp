@@ -29,6 +29,7 @@ YarnData waves(float period, int curves) {
     curve.albedo = {0.7F, 0.5F, 0.3F};
     curve.gloss = {0.2F, 0.4F};
     curve.fibre_slope = 0.5F;
+    if (c >= 2) curve.plies = {c, 3, 2 * c + 1, 0.5F, {-0.5F, 0.25F, 0.75F}};
     data.curves.push_back(curve);
     const float side = (static_cast<float>(c / 2) + 0.5F) / static_cast<float>((curves + 1) / 2);
     for (int i = 0; i < nodes; ++i) {

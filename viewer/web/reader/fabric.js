@@ -28,6 +28,7 @@ export const LIMITS = {
   curves: 2 ** 16,
   nodes: 2 ** 20,
   stations: 2 ** 18,
+  fields: 64,
   nesting: 64
 };
 const LARGEST_INTEGER = 2 ** 31 - 1;
@@ -89,6 +90,8 @@ const OWN_MEMBERS = {
     [integer_of('curves', 1, LIMITS.curves), integer_of('nodes', 2, LIMITS.nodes),
      integer_of('stations', 1, LIMITS.stations)],
 };
+/** Those of them that may be missing. */
+const OPTIONAL_MEMBERS = {yarns: [integer_of('fields', 11, LIMITS.fields)]};
 
 /** The members of the text: types and ranges. The result has only members that were good. */
 function check_members(text, report) {
@@ -164,6 +167,8 @@ function check_members(text, report) {
       fine = member(layer, at, 'optional', (x) => typeof x === 'boolean', 'a boolean') && fine;
     for (const [own, test, what] of OWN_MEMBERS[name]?.(fine ? layer.levels.length : null) ?? [])
       fine = member(layer, at, own, test, what) && fine;
+    for (const [own, test, what] of OPTIONAL_MEMBERS[name] ?? [])
+      if (Object.hasOwn(layer, own)) fine = member(layer, at, own, test, what) && fine;
     if (SPREAD.includes(name) && fine && String(layer.levels) !== '0')
       fine = report('FABRIC_MEMBER', `${at}/levels`, 'is not level 0 alone');
     const digests = (x) => Array.isArray(x) &&

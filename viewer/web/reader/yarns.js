@@ -1,38 +1,54 @@
 // The yarn itself (spec/brdf.md, Yarn; spec/fabric.md, Yarn) from its layers.
 //
 // Yarns, as yarns_of gives them: { period, plane, curves, segments, top, bottom, thinnest, stations,
-// light(station, j, k, colour) }; lengths in mm. A segment: { curve, start, along, length, tangents: [t_i, t_(i+1)],
-// across: [A_i, A_(i+1)], before }, before being the length of its chain up to its start.
+// light(station, j, k, colour) }; lengths in mm. A segment: { curve, radius, start, along, length, tangents: [t_i,
+// t_(i+1)], and of both ends across: A, out: E, and stations: the place along the curve }.
 import {Issue} from './issue.js';
 import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
-const {abs, atan2, cos, floor, hypot, max, min, sin} = Math;
-/** Numbers of a curve, of a node and of a station. */
-const FIELDS = 11, AXES = 3;
+const {abs, atan2, cos, floor, fround, hypot, max, min, sin} = Math;
+/** Numbers of a curve before the nodes, those that may follow the nodes (where they do not: these), and of a node. */
+const FIELDS = 11, LATER_FIELDS = [1, 1, 0, 0, 0, 0, 0], AXES = 3;
 /** Functions of the angle, and of the light, that indirect light has coefficients of. */
 export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
 const REACH = 64, MOST_RADIUS = 2, LEAST_LENGTH = 1e-3;
+/**
+ * Limits of plies: their number, the parts of a segment, the shift of one over the chain, the nodes of all, and the
+ * groove.
+ */
+const MOST_PLIES = 8, MOST_DIVISIONS = 64, MOST_SHIFT = 4096, MOST_NODES = 2 ** 20, MOST_GROOVE = 4;
 
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
 
 /** How many numbers the layers have. */
-export const yarn_count = ({curves, nodes}) => FIELDS * curves + AXES * nodes;
+export const yarn_count = ({curves, nodes, fields = FIELDS}) => fields * curves + AXES * nodes;
+/** Where a number of curve 0 is: of a field, and of an axis of a node. */
+const field_place = ({curves, nodes}, field) => field * curves + (field < FIELDS ? 0 : AXES * nodes);
+const axis_place = ({curves, nodes}, axis) => FIELDS * curves + axis * nodes;
 export const indirect_count = ({stations}) => 3 * ANGLES * LIGHTS * stations;
 
-function curves_of({curves, nodes}, number) {
-  const point = (n) => [0, 1, 2].map((axis) => number(FIELDS * curves + axis * nodes + n));
+function curves_of(counts, number, point) {
+  const {curves, nodes, fields = FIELDS} = counts;
   let first = 0;
   return Array.from({length: curves}, (_, c) => {
-    const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope] =
-      Array.from({length: FIELDS}, (__, field) => number(field * curves + c));
+    const field = (f) => f < fields ? number(field_place(counts, f) + c) : LATER_FIELDS[f - FIELDS];
+    const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope, ...later] =
+      Array.from({length: FIELDS + LATER_FIELDS.length}, (__, f) => field(f));
+    const [count, divisions, shift, phase, ...groove] = later;
     const points = Array.from({length: max(0, min(own, nodes - first)) | 0}, (__, n) => point(first + n));
     first += own;
     const albedo = [red, green, blue], turns = [X, Y];
-    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope};
+    const plies = {count, divisions, shift, phase, groove};
+    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope, plies};
   });
 }
+
+const is_whole = (x, low, high) => Number.isInteger(x) && x >= low && x <= high;
+const are_plies = ({count, divisions, shift, phase, groove}) => is_whole(count, 1, MOST_PLIES) &&
+  is_whole(divisions, 1, count > 1 ? MOST_DIVISIONS : 1) && is_whole(shift, -MOST_SHIFT, MOST_SHIFT) &&
+  abs(phase) <= fround(Math.PI) && groove.every((x) => abs(x) <= MOST_GROOVE);
 
 /** The place of the first curve, node or count that a reader must refuse, and why; null where there is none. */
 function fault_of({period, curves, counts, point}) {
@@ -45,7 +61,7 @@ function fault_of({period, curves, counts, point}) {
     const {nodes, first, points, turns, radius, roughness} = curve;
     const good = Number.isInteger(nodes) && nodes >= 2 && Number.isInteger(curve.stations) && curve.stations >= 1 &&
       radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(share) &&
-      roughness > 0 && turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
+      roughness > 0 && are_plies(curve.plies) && turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
     if (!good) return [`curve ${c}`, 'has a value out of range'];
     if (points.length < nodes) return [`curve ${c}`, 'has nodes beyond the last'];
     const short = ways_of(curve, period).findIndex((way) => hypot(...way) < LEAST_LENGTH * radius);
@@ -54,6 +70,12 @@ function fault_of({period, curves, counts, point}) {
     stations += curve.stations;
   }
   if (end !== counts.nodes) return ['nodes', 'there are more than the curves have'];
+  if (curves.reduce((sum, {nodes, plies}) => sum + nodes * plies.count * plies.divisions, 0) > MOST_NODES)
+    return ['nodes', 'the plies have too many'];
+  for (const [c, curve] of curves.entries()) {
+    if (curve.plies.count > 1 && segments_of(curve, period).some(({length, radius}) => length < LEAST_LENGTH * radius))
+      return [`curve ${c}`, 'has a ply of which a node lies where the next does'];
+  }
   return stations === counts.stations ? null : ['light', 'the stations are not those of the curves'];
 }
 
@@ -62,15 +84,20 @@ function ways_of({points, turns: [X, Y]}, [P_x, P_y]) {
   return points.map((p, i) => minus(points[i + 1] ?? plus(points[0], [X * P_x, Y * P_y, 0]), p));
 }
 
-/** The segments of a curve. */
-function segments_of(curve, period) {
-  const ways = ways_of(curve, period), n = ways.length, lengths = ways.map((way) => hypot(...way));
-  const tangents = ways.map((way, i) => {
-    const last = (i + n - 1) % n;
-    const sum = plus(times(ways[last], lengths[i] ** 2), times(way, lengths[last] ** 2));
+/** The directions at nodes 0 to n of nodes -1 to n + 1. */
+function tangents_at(nodes) {
+  return nodes.slice(2).map((next, i) => {
+    const back = minus(nodes[i + 1], nodes[i]), way = minus(next, nodes[i + 1]);
+    const sum = plus(times(back, dot(way, way)), times(way, dot(back, back)));
     return unit(hypot(...sum) > 0 ? sum : way);
   });
-  tangents.push(tangents[0]);
+}
+
+/** Per node of a curve, and for where it begins again: { p, tangent, across, share }, share being that of the chain before it. */
+function axis_of(curve, period) {
+  const ways = ways_of(curve, period), n = ways.length, lengths = ways.map((way) => hypot(...way));
+  const end = plus(curve.points[n - 1], ways[n - 1]), nodes = [...curve.points, end];
+  const tangents = tangents_at([minus(nodes[0], ways[n - 1]), ...nodes, plus(end, ways[0])]);
   const frames = [unit(across(abs(tangents[0][2]) >= 0.9 ? [1, 0, 0] : [0, 0, 1], tangents[0]))];
   ways.forEach((way, i) => {
     const turn = minus(tangents[i + 1], reflected(tangents[i], way)), first = reflected(frames[i], way);
@@ -79,51 +106,113 @@ function segments_of(curve, period) {
   const before = [0];
   for (const length of lengths) before.push(before.at(-1) + length);
   const g = atan2(dot(cross(frames[0], frames[n]), tangents[0]), dot(frames[0], frames[n]));
-  const angles = frames.map((A, i) => turned(A, tangents[i], -g * before[i] / before[n]));
-  curve.length = before[n];
-  return ways.map(
-    (along, i) => ({
+  return nodes.map((p, i) => {
+    const share = before[i] / before[n];
+    return {p, tangent: tangents[i], across: turned(frames[i], tangents[i], -g * share), share};
+  });
+}
+
+/** The segments of a chain: of nodes -1 to n + 1, and what nodes 0 to n have. */
+function chained(curve, nodes, ends, radius) {
+  const tangents = tangents_at(nodes);
+  return ends.slice(1).map((end, i) => {
+    const along = minus(nodes[i + 2], nodes[i + 1]), both = [ends[i], end];
+    return {
       curve,
-      start: curve.points[i],
+      radius,
+      start: nodes[i + 1],
       along,
-      length: lengths[i],
+      length: hypot(...along),
       tangents: [tangents[i], tangents[i + 1]],
-      across: [angles[i], angles[i + 1]],
-      before: before[i],
-    }));
+      across: both.map((of) => of.across),
+      out: both.map((of) => of.out),
+      stations: both.map(({share}) => curve.stations * share),
+    };
+  });
+}
+
+/** Where the plies of an axis have nodes, up to its end: { p, across, beside, share }. */
+function places_on(axis, divisions) {
+  return axis.slice(1).flatMap((next, i) => Array.from({length: divisions}, (_, k) => {
+    const s = k / divisions, {p, tangent, across: A, share} = axis[i], d = minus(next.p, p), length = hypot(...d);
+    const cubic = (of_d, of_first, of_second) =>
+      plus(times(d, of_d), plus(times(tangent, of_first), next.tangent, of_second), length);
+    const way = cubic(6 * s - 6 * s * s, 1 - 4 * s + 3 * s * s, 3 * s * s - 2 * s);
+    const T = hypot(...way) > 0 ? unit(way) : tangent, own = unit(across(plus(times(A, 1 - s), next.across, s), T));
+    return {
+      p: plus(p, cubic(3 * s * s - 2 * s ** 3, s - 2 * s * s + s ** 3, s ** 3 - s * s)),
+      across: own,
+      beside: cross(T, own),
+      share: share + s * (next.share - share),
+    };
+  }));
+}
+
+/** The segments of a curve, or of its plies one after the other. */
+function segments_of(curve, period) {
+  const {radius, plies: {count, divisions, shift, phase}, turns: [X, Y]} = curve, axis = axis_of(curve, period);
+  const repeat = [X * period[0], Y * period[1], 0], none = [0, 0, 0];
+  if (count === 1) {
+    const nodes = axis.map(({p}) => p);
+    return chained(
+      curve, [minus(nodes.at(-2), repeat), ...nodes, plus(nodes[1], repeat)],
+      axis.map((node) => ({...node, out: none})), radius);
+  }
+  const own = radius * sin(Math.PI / count) / (1 + sin(Math.PI / count));
+  const places = places_on(axis, divisions), n = places.length;
+  return Array.from({length: count}, (_, ply) => {
+    const ends = Array.from({length: n + 3}, (__, i) => {
+      const times_round = floor((i - 1) / n), place = places[i - 1 - times_round * n], share = place.share + times_round;
+      const angle = phase + 2 * Math.PI * (ply + shift * share) / count;
+      const out = plus(times(place.across, cos(angle)), place.beside, sin(angle));
+      return {p: plus(plus(place.p, repeat, times_round), out, radius - own), across: place.across, out, share};
+    });
+    return chained(curve, ends.map(({p}) => p), ends.slice(1, -1), own);
+  }).flat();
+}
+
+/** The curve turned over (brdf.md, Sides). */
+function turn_over(curve, period, thickness) {
+  const {count, phase} = curve.plies, sideways = abs(axis_of(curve, period)[0].tangent[2]) >= 0.9;
+  const points = curve.points.map(([x, y, z]) => [x, y, fround(thickness - z)]);
+  const own = sideways ? -phase : (phase < 0 ? -Math.PI : Math.PI) - phase;
+  const plies = {...curve.plies, shift: -curve.plies.shift, phase: count > 1 ? fround(own) : phase};
+  return {...curve, points, slope: -curve.slope, plies, sideways};
 }
 
 /**
  * The yarns of a fabric from the numbers of its layers, Maps from channels to arrays. `text` has the members of
- * the attribute text. An Issue where they are none.
+ * the attribute text. An Issue where they are none. `over`: turned over, but for the light; `sideways` of a curve says
+ * whether its angles then counted from the x axis.
  */
-export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight}, layer) {
-  const counts = layers.yarns, period = mmPerRepeat.map(Math.fround);
+export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight, thickness}, layer, over = false) {
+  const counts = layers.yarns, period = mmPerRepeat.map(fround);
   const number = (name) => {
     const channels = Array.from({length: layer[name].size}, (_, i) => layer[name].get(`${name}.${i}`));
     return (i) => channels[floor(i / (w * h))][i % (w * h)];
   };
   const of_yarns = number('yarns'), of_light = number('indirect');
-  const curves = curves_of(counts, of_yarns);
-  const point = (n) => [0, 1, 2].map((axis) => of_yarns(FIELDS * counts.curves + axis * counts.nodes + n));
-  const fault = fault_of({period, curves, counts, point});
+  const point = (n) => [0, 1, 2].map((axis) => of_yarns(axis_place(counts, axis) + n));
+  const given = curves_of(counts, of_yarns, point);
+  const fault = fault_of({period, curves: given, counts, point});
   if (fault) throw new Issue('FABRIC_MALFORMED', `yarns/${fault[0]}`, fault[1]);
+  const curves = over ? given.map((curve) => turn_over(curve, period, fround(thickness))) : given;
   let first_station = 0;
   for (const curve of curves) {
     curve.first_station = first_station;
     first_station += curve.stations;
   }
   const segments = curves.flatMap((curve) => segments_of(curve, period));
-  const end_of = (sign) => segments.map(({start, curve}) => start[2] + sign * curve.radius);
+  const end_of = (sign) => segments.map(({start, radius}) => start[2] + sign * radius);
   return {
     period,
-    plane: Math.fround(referenceHeight),
+    plane: fround(referenceHeight),
     curves,
     segments,
     stations: counts.stations,
     top: end_of(1).reduce((a, b) => max(a, b)),
     bottom: end_of(-1).reduce((a, b) => min(a, b)),
-    thinnest: curves.reduce((least, {radius}) => min(least, radius), Infinity),
+    thinnest: segments.reduce((least, {radius}) => min(least, radius), Infinity),
     light: (station, j, k, c) => of_light(((j * LIGHTS + k) * 3 + c) * counts.stations + station),
   };
 }

@@ -31,6 +31,8 @@ const members = [
     member(`yarns-${name}-none`, `${YARNS}/${name}`, 0),
     member(`yarns-${name}-too-many`, `${YARNS}/${name}`, 2 ** 20 + 1),
   ]),
+  member('yarns-fields-too-few', `${YARNS}/fields`, 10),
+  member('yarns-fields-too-many', `${YARNS}/fields`, 65),
   member('yarns-one-node', `${YARNS}/nodes`, 1),
   member('yarns-of-level-1-alone', `${YARNS}/levels`, [1]),
   member('indirect-of-level-1-alone', `${INDIRECT}/levels`, [1]),
@@ -86,6 +88,31 @@ const values = [
             [of_node(3, 0), 2.75], [of_node(3, 2), 0.5]),
 ];
 
+/** Two plies on curve 1: [what, about, field, number]. */
+const plied = of_curves([curve, {...curve, plies: {count: 2, divisions: 4}, nodes: [[0.25, -1, 0.5], [1.25, -1, 0.75]]}]);
+const plies = [
+  ['plies-none', 'a yarn of no plies', 11, 0],
+  ['plies-too-many', 'a yarn of nine plies', 11, 9],
+  ['plies-fraction', 'a yarn of 2.5 plies', 11, 2.5],
+  ['divisions-none', 'segments in no parts', 12, 0],
+  ['divisions-too-many', 'segments in 65 parts', 12, 65],
+  ['shift-fraction', 'plies that shift by half a ply', 13, 0.5],
+  ['shift-too-many', 'plies that shift by 4097 plies', 13, -4097],
+  ['phase-of-a-turn', 'a phase above pi', 14, 6.25],
+  ['groove-too-deep', 'a groove above 4', 16, 4.5],
+].map(([what, about, f, number]) => broken('FABRIC_MALFORMED', `yarn-${what}`, about, 'yarns/curve 1', {
+  before: written('yarns', field(f) + (f < FIELDS ? 0 : 3 * NODES), number),
+  evaluate: ask(0),
+}, {...sound, ...plied, value: {...plied.value, lobes: lobe({rho: 0.1})}}));
+
+/** A ring so narrow that a ply in its middle stands still; the phase decides which. */
+const ring = {...curve, turns: [0, 0], radius: 0.5, nodes: [[1.25, -1, 0.5], [1, -0.75, 0.5], [0.75, -1, 0.5], [1, -1.25, 0.5]]};
+const narrow = of_curves([curve, {...ring, plies: {count: 2}}]);
+const still = broken(
+  'FABRIC_MALFORMED', 'yarn-ply-at-one-place', 'all nodes of a ply are at one place', 'yarns/curve 1',
+  {before: written('yarns', field(14) + 3 * 6, -1.5707963705062866)},
+  {...sound, ...narrow, value: {...narrow.value, lobes: sound.value.lobes}});
+
 /** A node more than the curves have, which there are values for. */
 const one_more = of_curves([curve, {...curve, nodes: [...curve.nodes, [2, -1, 0.5]]}]);
 const counts = broken(
@@ -93,4 +120,4 @@ const counts = broken(
   {before: written('yarns', field(0), 2)},
   {...sound, ...one_more, value: {...one_more.value, lobes: sound.value.lobes}});
 
-export const broken_yarns = [...members, ...channels, ...values, counts];
+export const broken_yarns = [...members, ...channels, ...values, ...plies, still, counts];

@@ -1,0 +1,235 @@
+// The segments of yarn, or of the plies that follow from its axis (spec/brdf.md, "Curves" and "Plies").
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "format/fabric/yarns.h"
+
+namespace selvedge {
+namespace {
+
+/// `across` of one node carried to the next by two reflections (Wang et al. 2008): the least turn about the
+/// chain.
+V3d carried(const V3d& across, const V3d& way, const V3d& tangent, const V3d& next_tangent) {
+  const double way2 = way.length2();
+  const V3d reflected = across - way * (2 * way.dot(across) / way2);
+  const V3d turn = next_tangent - (tangent - way * (2 * way.dot(tangent) / way2));
+  const double turn2 = turn.length2();
+  return turn2 == 0 ? reflected : reflected - turn * (2 * turn.dot(reflected) / turn2);
+}
+
+V3d any_across(const V3d& tangent) {
+  const V3d axis = counts_from_the_side(V3f(tangent)) ? V3d(1, 0, 0) : V3d(0, 0, 1);
+  return (axis - tangent * axis.dot(tangent)).normalized();
+}
+
+V3d rotated(const V3d& d, const V3d& unit_axis, double angle) {
+  return d * std::cos(angle) + unit_axis.cross(d) * std::sin(angle);
+}
+
+/// The direction at node i of those from one before the first to one behind the last.
+V3d tangent_at(std::span<const V3d> nodes, int i) {
+  const V3d before = nodes[i + 1] - nodes[i];
+  const V3d after = nodes[i + 2] - nodes[i + 1];
+  const V3d sum = before * after.length2() + after * before.length2();
+  // A chain that turns straight back has no tangent there.
+  return sum.length2() > 0 ? sum.normalized() : after.normalized();
+}
+
+/// The axis of a yarn: its nodes with one before and two behind them, and per node what follows from them.
+struct Axis {
+  std::vector<V3d> nodes, tangent, across;
+  std::vector<double> length;  ///< up to the node, by straight lines
+  V3d turns;
+};
+
+Axis axis_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period) {
+  const int count = curve.nodes;
+  Axis axis;
+  axis.turns =
+      V3d(curve.turns.x * static_cast<double>(period.x), curve.turns.y * static_cast<double>(period.y), 0);
+  for (int i = -1; i <= count + 1; ++i) {
+    const int repeat = i < 0 ? -1 : i / count;
+    axis.nodes.push_back(V3d(nodes[i - repeat * count]) + axis.turns * static_cast<double>(repeat));
+  }
+  for (int i = 0; i <= count; ++i) axis.tangent.push_back(tangent_at(axis.nodes, i));
+  axis.across.push_back(any_across(axis.tangent[0]));
+  axis.length.push_back(0);
+  for (int i = 0; i < count; ++i) {
+    const V3d way = axis.nodes[i + 2] - axis.nodes[i + 1];
+    axis.across.push_back(carried(axis.across[i], way, axis.tangent[i], axis.tangent[i + 1]));
+    axis.length.push_back(axis.length[i] + way.length());
+  }
+  const double turned = std::atan2(axis.across[0].cross(axis.across[count]).dot(axis.tangent[0]),
+                                   axis.across[0].dot(axis.across[count]));
+  for (int i = 0; i <= count; ++i) {
+    axis.across[i] = rotated(axis.across[i], axis.tangent[i], -turned * axis.length[i] / axis.length[count]);
+  }
+  return axis;
+}
+
+/// A place of the axis where its plies have nodes.
+struct AxisPlace {
+  V3d position, across, beside;  ///< both unit, perpendicular to the axis
+  double share = 0;              ///< of the chain's length
+};
+
+/// Place k of `divisions` on segment i.
+AxisPlace place_on(const Axis& axis, int i, int k, int divisions) {
+  const double s = static_cast<double>(k) / divisions;
+  const double rest = 1 - s;
+  const V3d along = axis.nodes[i + 2] - axis.nodes[i + 1];
+  const double length = along.length();
+  const V3d first = axis.tangent[i] * length;
+  const V3d second = axis.tangent[i + 1] * length;
+  const V3d slope = along * (6 * s * rest) + first * (rest * (1 - 3 * s)) + second * (s * (3 * s - 2));
+  const V3d tangent = slope.length2() > 0 ? slope.normalized() : axis.tangent[i];
+  const V3d across = axis.across[i] * rest + axis.across[i + 1] * s;
+  AxisPlace place;
+  place.position =
+      axis.nodes[i + 1] + along * (s * s * (3 - 2 * s)) + first * (s * rest * rest) - second * (s * s * rest);
+  place.across = (across - tangent * tangent.dot(across)).normalized();
+  place.beside = tangent.cross(place.across);
+  place.share = (axis.length[i] + s * length) / axis.length.back();
+  return place;
+}
+
+/// What the ends of a ply's or yarn's segments are.
+struct ChainNodes {
+  std::vector<V3d> nodes;  ///< with one before and two behind them
+  std::vector<V3d> across, out;
+  std::vector<double> share;
+};
+
+void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vector<Yarns::Segment>& segments) {
+  const auto count = static_cast<int>(chain.nodes.size()) - 3;
+  for (int i = 0; i < count; ++i) {
+    Yarns::Segment s;
+    s.start = V3f(chain.nodes[i + 1]);
+    s.along = V3f(chain.nodes[i + 2] - chain.nodes[i + 1]);
+    s.tangent = {V3f(tangent_at(chain.nodes, i)), V3f(tangent_at(chain.nodes, i + 1))};
+    s.across = {V3f(chain.across[i]), V3f(chain.across[i + 1])};
+    if (!chain.out.empty()) s.out = {V3f(chain.out[i]), V3f(chain.out[i + 1])};
+    s.inverse_length2 = 1 / s.along.length2();
+    s.station = static_cast<float>(chain.share[i] * curve.stations);
+    s.stations = static_cast<float>((chain.share[i + 1] - chain.share[i]) * curve.stations);
+    s.radius = radius_of_plies(curve);
+    segments.push_back(s);
+  }
+}
+
+void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::Segment>& segments) {
+  const auto& [plies, divisions, shift, phase, groove] = curve.plies;
+  const int count = curve.nodes * divisions;
+  std::vector<AxisPlace> places;
+  for (int i = 0; i < count; ++i) places.push_back(place_on(axis, i / divisions, i % divisions, divisions));
+  const double offset = static_cast<double>(curve.radius) * (1 - ply_radius(plies));
+  for (int ply = 0; ply < plies; ++ply) {
+    ChainNodes chain;
+    for (int i = -1; i <= count + 1; ++i) {
+      const int repeat = i < 0 ? -1 : i / count;
+      const AxisPlace& place = places[i - repeat * count];
+      const double share = place.share + repeat;
+      const double angle = static_cast<double>(phase) + 2 * std::numbers::pi * (ply + shift * share) / plies;
+      const V3d out = place.across * std::cos(angle) + place.beside * std::sin(angle);
+      chain.nodes.push_back(place.position + axis.turns * static_cast<double>(repeat) + out * offset);
+      if (i < 0 || i > count) continue;
+      chain.across.push_back(place.across);
+      chain.out.push_back(out);
+      chain.share.push_back(share);
+    }
+    append_segments(chain, curve, segments);
+  }
+}
+
+V3f mix(const V3f& a, const V3f& b, float share) { return a + (b - a) * share; }
+
+V3f across_of(const V3f& d, const V3f& unit_axis) {
+  const V3f across = d - unit_axis * unit_axis.dot(d);
+  return across.length2() > 0 ? across.normalized() : across;
+}
+
+}  // namespace
+
+double ply_radius(int plies) {
+  const double sine = std::sin(std::numbers::pi / plies);
+  return plies == 1 ? 1 : sine / (1 + sine);
+}
+
+float radius_of_plies(const YarnCurve& curve) {
+  return static_cast<float>(static_cast<double>(curve.radius) * ply_radius(curve.plies.count));
+}
+
+std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const V3f> nodes,
+                                        const V2f& period) {
+  const Axis axis = axis_of(curve, nodes, period);
+  std::vector<Yarns::Segment> segments;
+  if (curve.plies.count > 1) {
+    append_plies(axis, curve, segments);
+  } else {
+    ChainNodes chain{axis.nodes, axis.across, {}, axis.length};
+    for (double& share : chain.share) share /= axis.length.back();
+    append_segments(chain, curve, segments);
+  }
+  return segments;
+}
+
+bool counts_from_the_side(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period) {
+  return counts_from_the_side(V3f(axis_of(curve, nodes, period).tangent[0]));
+}
+
+void Yarns::derive_segments() {
+  low_ = std::numeric_limits<float>::max();
+  high_ = std::numeric_limits<float>::lowest();
+  int station = 0;
+  for_each_curve(data_, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> nodes) {
+    first_segment_.push_back(static_cast<int>(segments_.size()));
+    for (Segment& s : segments_of(curve, nodes, period_)) {
+      s.curve = static_cast<int>(c);
+      segments_.push_back(s);
+      low_ = std::min(low_, s.start.z - s.radius);
+      high_ = std::max(high_, s.start.z + s.radius);
+    }
+    first_station_.push_back(station);
+    station += curve.stations;
+  });
+}
+
+YarnFrame Yarns::frame_at(int curve, int station, int ply) const {
+  const auto at = static_cast<float>(station);
+  const YarnPlies& plies = data_.curves[curve].plies;
+  const int count = data_.curves[curve].nodes * plies.divisions;
+  const Segment* const first = &segments_[first_segment_[curve] + ply * count];
+  int i = 0;
+  while (i + 1 < count && first[i + 1].station <= at) ++i;
+  const Segment& s = first[i];
+  const float share = std::clamp((at - s.station) / s.stations, 0.0F, 1.0F);
+  YarnFrame frame;
+  frame.position = s.start + s.along * share;
+  frame.tangent = mix(s.tangent[0], s.tangent[1], share).normalized();
+  frame.across = across_of(mix(s.across[0], s.across[1], share), frame.tangent);
+  frame.out = across_of(mix(s.out[0], s.out[1], share), frame.tangent);
+  return frame;
+}
+
+YarnFrame Yarns::frame_at(int curve, int station) const {
+  const int plies = data_.curves[curve].plies.count;
+  YarnFrame sum = frame_at(curve, station, 0);
+  // The plies lie evenly about the axis.
+  V3f off(0, 0, 0);
+  V3f tangent = sum.tangent;
+  V3f across = sum.across;
+  for (int ply = 1; ply < plies; ++ply) {
+    const YarnFrame frame = frame_at(curve, station, ply);
+    off += frame.position - sum.position;
+    tangent += frame.tangent;
+    across += frame.across;
+  }
+  sum.position += off / static_cast<float>(plies);
+  sum.tangent = tangent.normalized();
+  sum.across = across_of(across, sum.tangent);
+  sum.out = V3f(0, 0, 0);
+  return sum;
+}
+
+}  // namespace selvedge
