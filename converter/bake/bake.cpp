@@ -154,7 +154,12 @@ Result<void> bake_missing(UnitBaker& baker, BakeJournal& journal, const BakeShar
 YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
   constexpr double min_share = 0.9;
   constexpr double share_without_remark = 0.99;
-  if (!mesh.yarns.curves.empty()) return mesh.yarns;
+  if (!mesh.yarns.curves.empty()) {
+    YarnData yarns = mesh.yarns;
+    for (std::size_t c = 0; c < yarns.curves.size() && yarns.curves.size() == mesh.skins.size(); ++c)
+      yarns.curves[c].strands = strands_of(mesh, static_cast<int>(c));
+    return yarns;
+  }
   FoundYarns found = find_yarns(mesh);
   YarnData lit = found.yarns;
   lit.light.resize(std::size_t{light_values_per_station} * counts_of(lit).stations);

@@ -74,7 +74,7 @@ YarnSkin skin_of(const Yarn& yarn, double length) {
   const double width = std::max(1e-3 * yarn_kinds()[yarn.fibre].diameter_um, min_strand * yarn.radius_mm);
   skin.strands = std::max(6, static_cast<int>(std::lround(2 * std::numbers::pi * yarn.radius_mm / width)));
   skin.lays = static_cast<int>(std::lround(length * yarn.twist_per_mm));
-  skin.pieces = std::max(1, static_cast<int>(std::lround(length / (strand_length * yarn.radius_mm))));
+  skin.pieces = std::max(2, static_cast<int>(std::lround(length / (strand_length * yarn.radius_mm))));
   return skin;
 }
 

@@ -13,7 +13,7 @@ import {
   read_layer,
   yarns_of
 } from './reader/index.js';
-import {axis_place, field_place} from './reader/yarns.js';
+import {STRANDS, axis_place, field_place} from './reader/yarns.js';
 import {cells_of} from './yarn_cells.js';
 
 /** The places of words by their names in word_layout.glsl, which C++ and GLSL include. */
@@ -48,6 +48,13 @@ class Words {
     this.floats.set(values, place);
     return place;
   }
+}
+
+/** format/fabric/yarn_strands.h */
+function strand_hash(x) {
+  x = Math.imul(x ^ x >>> 16, 0x7feb352d);
+  x = Math.imul(x ^ x >>> 15, 0x846ca68b);
+  return (x ^ x >>> 16) >>> 0;
 }
 
 /** The values of channels by texel: [texel][channel]. */
@@ -183,11 +190,28 @@ function yarns_of_sides(fabric, through) {
     const numbers = copy.get(`yarns.${Math.floor(i / texels)}`);
     numbers[i % texels] = how(numbers[i % texels]);
   };
-  for (let c = 0; c < counts.curves; ++c) change(field_place(counts, 10) + c, (slope) => -slope);
+  for (let c = 0; c < counts.curves; ++c) {
+    change(field_place(counts, 10) + c, (slope) => -slope);
+    if (counts.fields > STRANDS) change(field_place(counts, STRANDS) + c, (count) => -count);
+  }
   for (let n = 0; n < counts.nodes; ++n) change(axis_place(counts, 2) + n, (z) => Math.fround(fabric.thickness) - z);
   const turned = yarns_of(fabric, {yarns: copy, indirect});
   return [{...above, through: below},
           {...turned, ...below ? {light: mirrored(below), through: mirrored(above.light)} : {}}];
+}
+
+function set_strands({words, floats}, at, {strands: {count, pieces, shift, seed, irregularity, swells}, tangent}) {
+  const strands = Math.abs(count), upright = Math.abs(tangent[2]) >= 0.9;
+  words[at + AT.curve_strands] = strands;
+  if (strands > 0) {
+    words[at + AT.curve_strand_shift] = (shift % strands + strands) % strands;
+    floats[at + AT.curve_lays] = shift / strands;
+  }
+  words[at + AT.curve_pieces] = pieces;
+  words[at + AT.curve_seed] = strand_hash(seed);
+  floats.set(count >= 0 ? [1, 1] : upright ? [1, -1] : [-1, 1], at + AT.curve_strand_sense);
+  floats[at + AT.curve_irregularity] = irregularity;
+  words[at + AT.curve_swells] = swells;
 }
 
 function add_yarns(words, yarns) {
@@ -229,6 +253,7 @@ function add_yarns(words, yarns) {
     words.set_numbers(at + AT.curve_gloss, curve.gloss);
     words.set_numbers(at + AT.curve_roughness, curve.roughness);
     words.set_numbers(at + AT.curve_slope, curve.slope);
+    set_strands(words, at, curve);
   }
   for (const [name, of] of [['yarn_light', light], ['yarn_through', through]]) {
     if (!of) continue;

@@ -2,7 +2,7 @@
 import {read_fabric_level} from './level.mjs';
 import {LIGHTS, read_layer, yarns_of} from './reader.mjs';
 
-const FIELDS = 11;
+const FIELDS = 11, STRANDS = 18;
 
 /** The numbers of a spread layer, Map from channels to arrays, as one list, and back. */
 const flat = (values, layer) => Array.from({length: values.size}, (_, i) => [...values.get(`${layer}.${i}`)]).flat();
@@ -12,10 +12,11 @@ const spread = (list, layer, texels) =>
 /** The yarn turned over; `through` are the numbers of through.indirect, or null. */
 function turned_yarns(fabric, through) {
   const own = {yarns: read_layer(fabric, 'yarns', 0), indirect: read_layer(fabric, 'indirect', 0)};
-  const {curves, nodes, stations} = fabric.layers.yarns, texels = fabric.texels[0] * fabric.texels[1];
+  const {curves, nodes, stations, fields = FIELDS} = fabric.layers.yarns, texels = fabric.texels[0] * fabric.texels[1];
   const upright = yarns_of(fabric, own), thickness = Math.fround(fabric.thickness);
   const yarn = flat(own.yarns, 'yarns');
   for (let c = 0; c < curves; ++c) yarn[(FIELDS - 1) * curves + c] *= -1;
+  for (let c = 0; c < curves && fields > STRANDS; ++c) yarn[STRANDS * curves + 3 * nodes + c] *= -1;
   for (let n = 0; n < nodes; ++n) {
     const at = FIELDS * curves + 2 * nodes + n;
     yarn[at] = Math.fround(thickness - yarn[at]);

@@ -8,13 +8,17 @@ import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
 const {abs, atan2, cos, floor, hypot, max, min, sin} = Math;
 /** Numbers of a curve before the nodes, those that may follow the nodes (where they do not: these), and of a node. */
-const FIELDS = 11, LATER_FIELDS = [1, 1, 0, 0, 0, 0, 0], AXES = 3;
+const FIELDS = 11, LATER_FIELDS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1], AXES = 3;
 /** Functions of the angle, and of the light, that indirect light has coefficients of. */
 export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
 const REACH = 64, MOST_RADIUS = 2, LEAST_LENGTH = 1e-3;
 /** Limits of plies: their number, the parts of a segment, and the shift of one over the chain. */
 const MOST_PLIES = 8, MOST_DIVISIONS = 64, MOST_SHIFT = 4096;
+
+/** The field that has the number of strands; limits of it, of pieces, shift and swells. */
+export const STRANDS = 18;
+const MOST_STRANDS = 1024, MOST_PIECES = 32768;
 
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
@@ -33,12 +37,13 @@ function curves_of(counts, number, point) {
     const field = (f) => f < fields ? number(field_place(counts, f) + c) : LATER_FIELDS[f - FIELDS];
     const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope, ...later] =
       Array.from({length: FIELDS + LATER_FIELDS.length}, (__, f) => field(f));
-    const [count, divisions, shift, phase, ...groove] = later;
+    const [count, divisions, shift, phase, r, g, b, ...of_strands] = later, groove = [r, g, b];
+    const strands = strands_of(of_strands);
     const points = Array.from({length: max(0, min(own, nodes - first)) | 0}, (__, n) => point(first + n));
     first += own;
     const albedo = [red, green, blue], turns = [X, Y];
     const plies = {count, divisions, shift, phase, groove};
-    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope, plies};
+    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope, plies, strands};
   });
 }
 
@@ -46,6 +51,13 @@ const is_whole = (x, low, high) => Number.isInteger(x) && x >= low && x <= high;
 const are_plies = ({count, divisions, shift, phase, groove}) => is_whole(count, 1, MOST_PLIES) &&
   is_whole(divisions, 1, count > 1 ? MOST_DIVISIONS : 1) && is_whole(shift, -MOST_SHIFT, MOST_SHIFT) &&
   abs(phase) <= Math.fround(Math.PI) && groove.every((x) => abs(x) <= 1);
+
+const strands_of = ([count, pieces, shift, seed, irregularity, swells]) =>
+  ({count, pieces, shift, seed, irregularity, swells});
+const are_strands = ({count, pieces, shift, seed, irregularity, swells}) =>
+  is_whole(count, -MOST_STRANDS, MOST_STRANDS) && is_whole(pieces, 2, MOST_PIECES) &&
+  is_whole(shift, -MOST_PIECES, MOST_PIECES) && is_whole(seed, 0, 2 ** 24 - 1) && irregularity >= 0 &&
+  irregularity <= Math.fround(0.3) && is_whole(swells, 1, MOST_PIECES);
 
 /** The place of the first curve, node or count that a reader must refuse, and why; null where there is none. */
 function fault_of({period, curves, counts, point}) {
@@ -58,7 +70,8 @@ function fault_of({period, curves, counts, point}) {
     const {nodes, first, points, turns, radius, roughness} = curve;
     const good = Number.isInteger(nodes) && nodes >= 2 && Number.isInteger(curve.stations) && curve.stations >= 1 &&
       radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(share) &&
-      roughness > 0 && are_plies(curve.plies) && turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
+      roughness > 0 && are_plies(curve.plies) && are_strands(curve.strands) &&
+      turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
     if (!good) return [`curve ${c}`, 'has a value out of range'];
     if (points.length < nodes) return [`curve ${c}`, 'has nodes beyond the last'];
     const short = ways_of(curve, period).findIndex((way) => hypot(...way) < LEAST_LENGTH * radius);
@@ -94,6 +107,7 @@ function segments_of(curve, period) {
   const g = atan2(dot(cross(frames[0], frames[n]), tangents[0]), dot(frames[0], frames[n]));
   const angles = frames.map((A, i) => turned(A, tangents[i], -g * before[i] / before[n]));
   curve.length = before[n];
+  curve.tangent = tangents[0];
   return ways.map(
     (along, i) => ({
       curve,
