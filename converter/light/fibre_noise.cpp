@@ -4,22 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "converter/mesh/yarn_noise.h"
+#include "format/fabric/yarn_strands.h"
 
 namespace selvedge {
 namespace {
-
-// Root mean squares, but for the first; by eye, against traced fibres.
-constexpr double roundness = 0.5;  ///< slope of the surface at a strand's edges
-constexpr double tilt = 0.22;      ///< slope across the fibre
-constexpr double lift = 0.12;      ///< slope along the fibre
-constexpr double sway = 0.16;      ///< turn of the fibre in the surface, radians
-constexpr double shade = 0.12;     ///< relative change of the albedo
-constexpr double min_cosine = 0.05;
-
-// Independent rows of noise.
-constexpr std::uint64_t stream_strands = 21;
-constexpr std::uint64_t stream_colour = 25;
 
 /// Place of a point, from those of the corners that lie on the same yarn as the nearest one.
 YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
@@ -53,40 +41,13 @@ void add_fibre_noise(const CellMesh& mesh, const SurfacePoint& point, YarnSurfac
   if (mesh.places.empty() || point.hair >= 0 || point.view == V3f(0, 0, 0)) return;
   const YarnPlace place = place_at(mesh, point);
   if (place.skin < 0) return;
-  const YarnSkin& skin = mesh.skins[place.skin];
-  const std::uint64_t seed = mix(mesh.seed ^ mix(static_cast<std::uint64_t>(place.skin)));
-  const auto along = static_cast<double>(place.along);
-  double brightness = 1;
-  if (skin.irregularity > 0) {
-    brightness +=
-        static_cast<double>(skin.irregularity) *
-        closed_noise(seed, static_cast<std::int64_t>(stream_colour), skin.swells, along * skin.swells);
-  }
+  const auto change = strand_change(strands_of(mesh, place.skin), static_cast<double>(place.around),
+                                    static_cast<double>(place.along));
   // Strands lie on the outside of a translucent wall; its colour is that of both sides.
   const bool inside = point.back && !mesh.transmission.empty();
-  if (skin.strands > 0) {
-    const double strand = (static_cast<double>(place.around) - skin.lays * along) * skin.strands;
-    const double first = std::floor(strand);
-    const auto index = static_cast<std::int64_t>(first - std::floor(first / skin.strands) * skin.strands);
-    // Pieces of neighbouring strands begin at different places.
-    const double piece = along * skin.pieces + lattice_noise(seed, index, -1);
-    const auto noise = [&](std::uint64_t row) {
-      return closed_noise(seed ^ mix(stream_strands + row), index, skin.pieces, piece);
-    };
-    const V3d across = surface.normal.cross(surface.fibre);
-    const double slope = roundness * (2 * (strand - first) - 1) + tilt * noise(0);
-    V3d normal = (surface.normal + across * slope + surface.fibre * (lift * noise(1))).normalized();
-    const V3d view(point.view);
-    const double cosine = normal.dot(view);
-    if (cosine < min_cosine) normal = (normal + view * (min_cosine - cosine)).normalized();
-    const V3d fibre = surface.fibre + across * (sway * noise(2));
-    if (!inside) {
-      surface.normal = normal;
-      surface.fibre = (fibre - normal * fibre.dot(normal)).normalized();
-    }
-    brightness *= 1 + shade * noise(3);
-  }
-  for (int c = 0; c < 3; ++c) surface.albedo[c] = std::clamp(surface.albedo[c] * brightness, 0.0, 1.0);
+  if (mesh.skins[place.skin].strands > 0 && !inside)
+    turn_to_strand(change, V3d(point.view), surface.normal, surface.fibre);
+  for (int c = 0; c < 3; ++c) surface.albedo[c] = std::clamp(surface.albedo[c] * change.brightness, 0.0, 1.0);
 }
 
 }  // namespace selvedge

@@ -5,12 +5,30 @@
 #include <algorithm>
 #include <cmath>
 
+#include "format/base/random.h"
+
 namespace selvedge {
 namespace {
 
 bool is_finite(const V3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 }  // namespace
+
+YarnStrands strands_of(const CellMesh& mesh, int skin) {
+  const YarnSkin& of = mesh.skins[skin];
+  YarnStrands strands;
+  strands.count = std::min(of.strands, max_strands);
+  strands.pieces = std::clamp(of.pieces, 2, max_pieces);
+  // In whole turns, also where there are more than a file holds.
+  if (strands.count > 0) {
+    const int most = max_pieces / strands.count;
+    strands.shift = strands.count * std::clamp(of.lays, -most, most);
+  }
+  strands.seed = static_cast<int>(mix(mesh.seed ^ mix(static_cast<std::uint64_t>(skin))) & max_strand_seed);
+  strands.irregularity = std::min(of.irregularity, max_irregularity);
+  strands.swells = std::clamp(of.swells, 1, max_pieces);
+  return strands;
+}
 
 Box bounds_of(const CellMesh& mesh) {
   const auto position = [&](int v) -> const V3f& { return mesh.positions[v]; };

@@ -55,6 +55,9 @@ struct CellMesh {
   YarnData yarns;              ///< that the surface is of, without its light; empty: not known (find_yarns())
 };
 
+/// The strands of a skin, as a fabric file has them.
+YarnStrands strands_of(const CellMesh& mesh, int skin);
+
 struct Box {
   V3f min{0, 0, 0};
   V3f max{0, 0, 0};

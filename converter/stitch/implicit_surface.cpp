@@ -17,7 +17,7 @@ constexpr double span_length_radii = 0.5;
 constexpr double span_sag_radii = 0.02;
 
 /// Limits of the index, about 200 MB.
-constexpr double max_pieces = 1e6;
+constexpr double max_curve_pieces = 1e6;
 constexpr std::size_t max_entries = 1 << 24;
 constexpr int max_bins_per_axis = 96;
 
@@ -64,10 +64,10 @@ Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, dou
       estimate += 1 + polygon_length(segment) / (span_length_radii * yarn.radius_mm);
     }
   }
-  if (estimate > max_pieces) {
+  if (estimate > max_curve_pieces) {
     return fail(Code::mesh_invalid, file, "/yarns",
                 fmt::format("the yarns are too long for their radius: about {:.0f} pieces, at most {:.0f}",
-                            estimate, max_pieces));
+                            estimate, max_curve_pieces));
   }
   ImplicitSurface surface;
   surface.period_ = pattern.period_mm;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/hairs.h"
@@ -74,7 +75,7 @@ YarnSkin skin_of(const Yarn& yarn, double length) {
   const double width = std::max(1e-3 * yarn_kinds()[yarn.fibre].diameter_um, min_strand * yarn.radius_mm);
   skin.strands = std::max(6, static_cast<int>(std::lround(2 * std::numbers::pi * yarn.radius_mm / width)));
   skin.lays = static_cast<int>(std::lround(length * yarn.twist_per_mm));
-  skin.pieces = std::max(1, static_cast<int>(std::lround(length / (strand_length * yarn.radius_mm))));
+  skin.pieces = std::max(2, static_cast<int>(std::lround(length / (strand_length * yarn.radius_mm))));
   return skin;
 }
 
@@ -91,6 +92,40 @@ YarnPlace place_of(const YarnFrames& frames, const SurfaceSample& sample) {
   // The frame's rotation over the repeat is spread along it, so that angles meet there.
   const double turns = (angle + frames.turned * sample.along) / (2 * std::numbers::pi);
   return {sample.yarn, static_cast<float>(sample.along), static_cast<float>(turns - std::round(turns))};
+}
+
+/// Gives the curves of a mesh the strands of its skins. Those of plies are numbered by the plies' course
+/// about their yarn's axis, so that they are others than the mesh's, of the same kind.
+void give_strands(const StitchPattern& described, CellMesh& mesh) {
+  std::vector<YarnCurve>& curves = mesh.yarns.curves;
+  if (curves.size() == mesh.skins.size()) {
+    for (std::size_t c = 0; c < curves.size(); ++c) curves[c].strands = strands_of(mesh, static_cast<int>(c));
+    return;
+  }
+  if (curves.size() != described.yarns.size()) return;  // a mixture of both: smooth
+  int skin = 0;
+  for (std::size_t c = 0; c < curves.size(); ++c) {
+    const YarnPlies& plies = curves[c].plies;
+    YarnStrands& strands = curves[c].strands;
+    strands = strands_of(mesh, skin);
+    const int chains = std::gcd(plies.shift, plies.count);
+    skin += chains;
+    if (plies.count == 1) continue;
+    const int passes = plies.count / chains;
+    strands.pieces = std::max(2, strands.pieces / passes);
+    strands.swells = std::max(2, strands.swells / passes);
+    const PlyCourse course = course_of_plies(described.yarns[c]);
+    const double length = course.frames.stations.back().length;
+    const double turns = static_cast<double>(plies.shift) / plies.count;
+    const double ply = static_cast<double>(radius_of_plies(curves[c]));
+    const double climb =
+        2 * std::numbers::pi * turns * (static_cast<double>(curves[c].radius) - ply) / length;
+    const double lean = static_cast<double>(curves[c].fibre_slope) * length / (2 * std::numbers::pi * ply);
+    // The frame of the axis turns about a ply by what the ply's course falls short of a flat circle.
+    const double lays = lean * std::hypot(1, climb) + turns * (1 - 1 / std::hypot(1, climb));
+    strands.shift =
+        static_cast<int>(std::lround(std::clamp(lays * strands.count, -1.0 * max_pieces, 1.0 * max_pieces)));
+  }
 }
 
 Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cells_across, double low, double high) {
@@ -190,6 +225,7 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
     if (varied) mesh.places.push_back(place_of(frames[sample.yarn], sample));
   }
   if (varied) {
+    give_strands(described, mesh);
     auto hairs = grow_hairs(pattern, mesh);
     if (!hairs) return tl::unexpected(hairs.error());
     mesh.hairs = std::move(*hairs);

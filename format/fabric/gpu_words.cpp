@@ -122,6 +122,23 @@ void add_segment(const Yarns::Segment& segment, std::vector<uint>& result) {
   words.set(segment_station, segment.station);
   words.set(segment_stations, segment.stations);
   words.set(segment_curve, segment.curve);
+  words.set(segment_rows, segment.rows.first);
+  words.set(segment_rows + 1, segment.rows.later);
+}
+
+void add_strands(const YarnStrands& strands, const V2f& sense, Words& curve) {
+  const int count = std::abs(strands.count);
+  curve.set(curve_strands, count);
+  if (count > 0) {
+    curve[curve_strand_shift] = shift_within_turn(strands);
+    curve.set(curve_lays, static_cast<float>(strands.shift) / static_cast<float>(count));
+  }
+  curve.set(curve_pieces, strands.pieces);
+  curve[curve_seed] = strand_hash(static_cast<uint>(strands.seed));
+  curve.set(curve_strand_sense, sense.x);
+  curve.set(curve_strand_sense + 1, sense.y);
+  curve.set(curve_irregularity, strands.irregularity);
+  curve.set(curve_swells, strands.swells);
 }
 
 void add_yarns(const Yarns& yarns, std::vector<uint>& result) {
@@ -150,6 +167,7 @@ void add_yarns(const Yarns& yarns, std::vector<uint>& result) {
     curve.set(curve_roughness, curves[i].gloss.roughness);
     curve.set(curve_slope, curves[i].fibre_slope);
     curve.set(curve_groove, curves[i].plies.groove);
+    add_strands(curves[i].strands, inside.strand_sense[i], curve);
   }
   words.set(yarn_light, yarns.data().light);
   words.set(yarn_through, yarns.data().through);

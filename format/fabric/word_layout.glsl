@@ -77,7 +77,8 @@ const uint segment_out = 20u;       // x, y, z, likewise: from the yarn's axis t
 const uint segment_station = 26u;   // at its start
 const uint segment_stations = 27u; // over its length
 const uint segment_curve = 28u;
-const uint segment_words = 29u;
+const uint segment_rows = 29u;  // of the noise of strands: its ply's first, and that of the ply which it goes on as
+const uint segment_words = 31u;
 
 // Words of a curve.
 const uint curve_first_station = 0u;
@@ -87,4 +88,12 @@ const uint curve_gloss = 5u;   // weight of the gloss
 const uint curve_roughness = 6u;
 const uint curve_slope = 7u;
 const uint curve_groove = 8u;  // red, green, blue
-const uint curve_words = 11u;
+const uint curve_strands = 11u;  // around it; 0: smooth
+const uint curve_strand_shift = 12u;  // without whole turns
+const uint curve_lays = 13u;          // turns of the strands
+const uint curve_pieces = 14u;
+const uint curve_seed = 15u;          // hashed
+const uint curve_strand_sense = 16u;  // x, y
+const uint curve_irregularity = 18u;
+const uint curve_swells = 19u;
+const uint curve_words = 20u;

@@ -99,6 +99,7 @@ struct ChainNodes {
   std::vector<V3d> nodes;  ///< with one before and two behind them
   std::vector<V3d> across, out;
   std::vector<double> share;
+  StrandRows rows;
 };
 
 void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vector<Yarns::Segment>& segments) {
@@ -114,6 +115,7 @@ void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vecto
     s.station = static_cast<float>(chain.share[i] * curve.stations);
     s.stations = static_cast<float>((chain.share[i + 1] - chain.share[i]) * curve.stations);
     s.radius = radius_of_plies(curve);
+    s.rows = chain.rows;
     segments.push_back(s);
   }
 }
@@ -124,8 +126,13 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
   std::vector<AxisPlace> places;
   for (int i = 0; i < count; ++i) places.push_back(place_on(axis, i / divisions, i % divisions, divisions));
   const double offset = static_cast<double>(curve.radius) * (1 - ply_radius(plies));
+  // Yarn turned over counts its plies the other way round; its strands know what it was.
+  const int strands = std::abs(curve.strands.count);
+  const int sense = curve.strands.count < 0 ? -1 : 1;
+  const auto row = [&](int ply) { return strands * ((sense * ply % plies + plies) % plies); };
   for (int ply = 0; ply < plies; ++ply) {
     ChainNodes chain;
+    chain.rows = {row(ply), row(ply + shift)};
     for (int i = -1; i <= count + 1; ++i) {
       const int repeat = i < 0 ? -1 : i / count;
       const AxisPlace& place = places[i - repeat * count];
@@ -167,7 +174,7 @@ std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const 
   if (curve.plies.count > 1) {
     append_plies(axis, curve, segments);
   } else {
-    ChainNodes chain{axis.nodes, axis.across, {}, axis.length};
+    ChainNodes chain{axis.nodes, axis.across, {}, axis.length, {}};
     for (double& share : chain.share) share /= axis.length.back();
     append_segments(chain, curve, segments);
   }
@@ -190,6 +197,8 @@ void Yarns::derive_segments() {
       low_ = std::min(low_, s.start.z - s.radius);
       high_ = std::max(high_, s.start.z + s.radius);
     }
+    const bool sideways = counts_from_the_side(curve, nodes, period_);
+    strand_sense_.push_back(curve.strands.count >= 0 ? V2f(1, 1) : sideways ? V2f(1, -1) : V2f(-1, 1));
     first_station_.push_back(station);
     station += curve.stations;
   });

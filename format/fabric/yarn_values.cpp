@@ -9,10 +9,11 @@
 namespace selvedge {
 namespace {
 
-constexpr int known_fields = fields_with_plies;
+constexpr int known_fields = fields_with_strands;
 
 std::array<float, known_fields> values_of(const YarnCurve& c) {
   const YarnPlies& p = c.plies;
+  const YarnStrands& s = c.strands;
   return {static_cast<float>(c.nodes),
           static_cast<float>(c.stations),
           static_cast<float>(c.turns.x),
@@ -30,11 +31,18 @@ std::array<float, known_fields> values_of(const YarnCurve& c) {
           p.phase,
           p.groove.x,
           p.groove.y,
-          p.groove.z};
+          p.groove.z,
+          static_cast<float>(s.count),
+          static_cast<float>(s.pieces),
+          static_cast<float>(s.shift),
+          static_cast<float>(s.seed),
+          s.irregularity,
+          static_cast<float>(s.swells)};
 }
 
 /// How many fields say all of the curve.
 int fields_of(const YarnCurve& curve) {
+  if (curve.strands != YarnStrands()) return fields_with_strands;
   return curve.plies == YarnPlies() ? fields_of_round_yarn : fields_with_plies;
 }
 
@@ -100,6 +108,7 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
   for_each_curve(yarns.data(), [&](std::size_t index, const YarnCurve& own, std::span<const V3f> nodes) {
     YarnCurve& curve = turned.curves[index];
     curve.fibre_slope = -curve.fibre_slope;
+    curve.strands.count = -curve.strands.count;
     // Angles run the other way round; the direction that they count from is mirrored where it is sideways,
     // and is opposite to the mirrored one where it is upwards. Without light from below the upper side keeps
     // the angles, as in a mirror.
@@ -148,6 +157,12 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
                    whole(value(13), -many, many),
                    value(14),
                    {value(15), value(16), value(17)}};
+    curve.strands = {whole(value(18), -many, many),
+                     whole(value(19), 0, many),
+                     whole(value(20), -many, many),
+                     whole(value(21), 0, many),
+                     value(22),
+                     whole(value(23), 0, many)};
     data.curves.push_back(curve);
   }
   const std::span<const float> nodes = curves.subspan(fields_of_round_yarn * counts.curves);

@@ -41,6 +41,16 @@ Result<void> check_plies(const YarnPlies& p, const std::string& place) {
   return {};
 }
 
+Result<void> check_strands(const YarnStrands& s, const std::string& place) {
+  if (std::abs(s.count) > max_strands) return refuse(place, "has too many strands");
+  if (s.pieces < 2 || s.pieces > max_pieces || s.swells < 1 || s.swells > max_pieces)
+    return refuse(place, "has pieces or swells out of range");
+  if (std::abs(s.shift) > max_pieces) return refuse(place, "has strands that turn too often");
+  if (s.seed < 0 || s.seed > max_strand_seed) return refuse(place, "has a seed out of range");
+  if (!in(s.irregularity, 0, max_irregularity)) return refuse(place, "has an irregularity out of range");
+  return {};
+}
+
 Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& place) {
   if (c.nodes < 2) return refuse(place, fmt::format("has {} nodes; needs 2", c.nodes));
   if (c.stations < 1) return refuse(place, "has no station");
@@ -54,7 +64,8 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
   if (!std::isfinite(c.fibre_slope)) return refuse(place, "has a slope that is not finite");
   if (std::max(std::abs(c.turns.x), std::abs(c.turns.y)) > static_cast<int>(max_reach))
     return refuse(place, "turns too often");
-  return check_plies(c.plies, place);
+  if (auto ok = check_plies(c.plies, place); !ok) return ok;
+  return check_strands(c.strands, place);
 }
 
 /// Precondition: the nodes of axes are where they may be.
@@ -161,6 +172,7 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   point.station = s.station + share * s.stations;
   if (point.station < 0) point.station += static_cast<float>(curve.stations);
   point.normal = (out - tangent * tangent.dot(out)).normalized();
+  point.strand = point.normal;
   const V3f around = tangent.cross(point.normal);
   point.fibre = (tangent + around * curve.fibre_slope).normalized();
   const V3f across = mix(s.across[0], s.across[1], share);
@@ -170,21 +182,37 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   point.cosine = norm > 0 ? cosine / norm : 1;
   point.sine = norm > 0 ? sine / norm : 0;
   point.outward = point.normal.dot(mix(s.out[0], s.out[1], share));
+  point.rows = s.rows;
   return point;
+}
+
+void Yarns::add_strands(YarnPoint& point, const V3f& view) const {
+  const YarnCurve& curve = data_.curves[point.curve];
+  if (!curve.strands.varies()) return;
+  const V2f& sense = strand_sense_[point.curve];
+  const float around =
+      std::atan2(sense.y * point.sine, sense.x * point.cosine) / (2 * std::numbers::pi_v<float>);
+  const float share = point.station / static_cast<float>(curve.stations);
+  const StrandChange<float> change = strand_change(curve.strands, around, share, point.rows);
+  point.brightness = change.brightness;
+  if (curve.strands.count != 0) turn_to_strand(change, lifted(view), point.strand, point.fibre);
 }
 
 V3f Yarns::direct(const YarnPoint& point, const V3f& light, const V3f& view) const {
   const YarnCurve& curve = data_.curves[point.curve];
   const V3f l = lifted(light);
-  const float cosine = point.normal.dot(l);
+  const V3f& normal = point.strand;
+  const float cosine = normal.dot(l);
   if (!(cosine > 0)) return {0, 0, 0};
-  V3f f = curve.albedo * ((1 - curve.gloss.weight) * std::numbers::inv_pi_v<float>);
+  V3f f = curve.albedo * point.brightness;
+  for (int c = 0; c < 3; ++c) f[c] = std::min(f[c], 1.0F);
+  f *= (1 - curve.gloss.weight) * std::numbers::inv_pi_v<float>;
   if (curve.gloss.weight > 0) {
     V3f v = lifted(view);
-    v = (v + point.normal * std::max(0.0F, min_facing - point.normal.dot(v))).normalized();
-    const V3f across = point.normal.cross(point.fibre);
+    v = (v + normal * std::max(0.0F, min_facing - normal.dot(v))).normalized();
+    const V3f across = normal.cross(point.fibre);
     const V3f local_light(l.dot(point.fibre), l.dot(across), cosine);
-    const V3f local_view(v.dot(point.fibre), v.dot(across), v.dot(point.normal));
+    const V3f local_view(v.dot(point.fibre), v.dot(across), v.dot(normal));
     f += V3f(curve.gloss.weight * gloss_reflectance(local_light, local_view, curve.gloss.roughness));
   }
   // No step where the light sets.
@@ -232,12 +260,13 @@ Shading Yarns::shade(const V2d& uv, float plane, const V3f& light, const V3f& vi
   if (!hit) return shading;
   shading.alpha = 1;
   if (light.z == 0 || !(view.z > 0)) return shading;
-  const YarnPoint point = point_at(*hit);
+  YarnPoint point = point_at(*hit);
+  add_strands(point, view);
   if (light.z < 0) {
-    shading.radiance = indirect_light(transfer_at(point, true), mirrored(light));
+    shading.radiance = indirect_light(transfer_at(point, true), mirrored(light)) * point.brightness;
     return shading;
   }
-  shading.radiance = indirect_light(transfer_at(point), light);
+  shading.radiance = indirect_light(transfer_at(point), light) * point.brightness;
   const V3f lit = direct(point, light, view);
   if (lit != V3f(0, 0, 0) && !occluded(*hit, point, light)) shading.radiance += lit;
   return shading;

@@ -17,6 +17,7 @@
 #include "format/fabric/layers.h"
 #include "format/fabric/shading.h"
 #include "format/fabric/yarn_reflectance.h"
+#include "format/fabric/yarn_strands.h"
 
 namespace selvedge {
 
@@ -45,6 +46,7 @@ struct YarnCurve {
   /// positive.
   float fibre_slope = 0;
   YarnPlies plies;
+  YarnStrands strands;
   bool operator==(const YarnCurve&) const = default;
 };
 
@@ -84,6 +86,7 @@ YarnCounts counts_of(const YarnData& data);
 /// the members of YarnCurve up to its slope; x, y, z of the nodes; the other fields of the curves.
 /// `indirect`: every value over all stations.
 inline constexpr int fields_with_plies = 18;
+inline constexpr int fields_with_strands = 24;
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
   return counts.fields * counts.curves + values_per_node * counts.nodes;
@@ -122,6 +125,9 @@ struct YarnPoint {
   float outward = 0;
   float station = 0;  ///< in [0, stations of its curve]
   int curve = 0;
+  StrandRows rows;
+  V3f strand{0, 0, 1};   ///< normal of the strand that is seen; that of the yarn where it is smooth
+  float brightness = 1;  ///< factor of all light but the gloss
 };
 
 /// Indirect light of a point for any light: the factors of the functions of the light, [function][colour].
@@ -173,7 +179,10 @@ class Yarns {
   /// The first yarn that the ray from the viewer meets which passes the plane z = `plane` at (u, v). Rays
   /// rise by at least 1/32 a unit of way in the plane: a lower `view` counts as one that does.
   std::optional<YarnHit> trace(const V2d& uv, float plane, const V3f& view) const;
+  /// Without strands.
   YarnPoint point_at(const YarnHit& hit) const;
+  /// Turns fibre and normal to those of the strand that is seen from unit `view`.
+  void add_strands(YarnPoint& point, const V3f& view) const;
   /// Precondition: the curve has the station.
   YarnFrame frame_at(int curve, int station) const;
   YarnFrame frame_at(int curve, int station, int ply) const;
@@ -204,6 +213,7 @@ class Yarns {
     float stations = 0;  ///< over its length
     float radius = 0;
     int curve = 0;
+    StrandRows rows;
   };
   /// Segments for the lanes, relative to the middle of a cell at z = 0. Those that are not there
   /// have radius 0.
@@ -230,9 +240,12 @@ class Yarns {
     std::span<const Block> blocks;       ///< those of the cells
     std::span<const Segment> segments;   ///< one for each node of a yarn or ply
     std::span<const int> first_station;  ///< of each curve
+    /// Of each curve, factors of cosine and sine: of yarn turned over, strands count from the mirrored angle.
+    std::span<const V2f> strand_sense;
   };
   Inside inside() const {
-    return {low_, high_, cells_, cell_size_, beside_, grid_, blocks_, segments_, first_station_};
+    return {low_,  high_,   cells_,    cell_size_,     beside_,
+            grid_, blocks_, segments_, first_station_, strand_sense_};
   }
 
  private:
@@ -246,6 +259,7 @@ class Yarns {
   std::vector<Segment> segments_;
   std::vector<int> first_segment_;  ///< of each curve; those of a ply follow each other
   std::vector<int> first_station_;  ///< of each curve
+  std::vector<V2f> strand_sense_;
   V2i cells_{1, 1};
   V2f cell_size_{1, 1};
   float beside_ = 0;  ///< mm; the cells' lists hold also what lies so far beside them

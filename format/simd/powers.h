@@ -18,6 +18,7 @@ struct Lanes {
   static constexpr std::size_t count = Count;
   typedef float Floats __attribute__((vector_size(4 * Count)));
   typedef std::int32_t Ints __attribute__((vector_size(4 * Count)));
+  typedef std::uint32_t Bits __attribute__((vector_size(4 * Count)));
 
   static constexpr float rounder = 12582912.0F;
   static constexpr std::int32_t rounder_bits = 0x4b400000;

@@ -45,7 +45,7 @@ void time_stages(const Fabric& fabric, std::vector<Points>& all, Seconds& sum) {
   const double traced = cpu_seconds();
   for (Points& p : all) {
     if (p.met == 0) continue;
-    find_surface(yarns, {}, p.hits, p.met, p.surface);
+    find_surface(yarns, {}, p.hits, p.met, p.view, {}, p.surface);
     reflect(p.surface, p.light, p.view, p.reflection);
   }
   const double reflected = cpu_seconds();

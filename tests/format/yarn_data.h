@@ -73,4 +73,15 @@ inline Fabric with_yarn(Fabric fabric, std::uint64_t seed) {
   return fabric;
 }
 
+/// Its yarn but for the first curve gets strands, which shift, and changes of colour.
+inline Fabric with_strands(Fabric fabric) {
+  YarnData data = fabric.levels.front().yarns()->data();
+  for (std::size_t c = 1; c < data.curves.size(); ++c) {
+    const int number = static_cast<int>(c);
+    data.curves[c].strands = {5 + 7 * number, 4 + number, 8 - 19 * number, 77 * number, 0.25F, 2 + number};
+  }
+  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(data), fabric.period_mm));
+  return fabric;
+}
+
 }  // namespace selvedge::test

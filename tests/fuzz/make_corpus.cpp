@@ -65,6 +65,7 @@ void make_fabrics(const fs::path& path) {
       {"all-layers.exr", {whole, {}}},
       {"sides.exr", {test::four_sides(), {}}},
       {"plies.exr", {plies, {}}},
+      {"strands.exr", {test::with_strands(test::with_yarn(test::random_fabric(2, 2, {1, 1}, 1, 7), 3)), {}}},
       {"products.exr", {test::random_product_fabric(2, 1, {1, 2}, 1, 8), {}}},
       {"all-float.exr", {whole, {.half = {}}}},
       {"half-lobes.exr", {test::random_fabric(2, 1, {1, 1}, 1, 2), {.half = LayerSet::all()}}},

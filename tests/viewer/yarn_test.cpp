@@ -65,7 +65,7 @@ TEST_CASE("the hybrid path draws yarn, its blend with level 0 and light from beh
 }
 
 TEST_CASE("a file keeps yarn to the bit, and a part of it without level 0 has none") {
-  const Fabric fabric = yarn_fabric(8);
+  const Fabric fabric = with_strands(yarn_fabric(8));
   const Folder folder;
   need(write_fabric(folder / "f.exr", fabric));
   auto reader = need(FabricReader::open(folder / "f.exr"));

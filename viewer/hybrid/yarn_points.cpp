@@ -23,9 +23,21 @@ V3f direction_of(const LaneDirections& d, std::size_t lane) { return {d.x[lane],
 
 constexpr std::uint32_t none = ~0U;
 
+/// Width of a pixel across the view, from its change of place, mm: of the ellipse on the plane, the shorter
+/// axis.
+float spacing_of(const V2f& right, const V2f& up) {
+  const float e = right.x * right.x + up.x * up.x;
+  const float f = right.x * right.y + up.x * up.y;
+  const float g = right.y * right.y + up.y * up.y;
+  const float long2 = 0.5F * (e + g) + std::sqrt(0.25F * (e - g) * (e - g) + f * f);
+  return std::abs(right.x * up.y - right.y * up.x) / std::sqrt(std::max(long2, 1e-30F));
+}
+
 YarnPixels pixels_of(const ShadingScene& scene, std::span<const ShadedBlock> blocks,
                      const PackedFabric& fabric) {
   YarnPixels result;
+  const V2f period = fabric.fabric->levels.front().yarns()->period();
+  const auto points = static_cast<float>(scene.points);
   for (const Light& light : scene.lights) result.irradiance.push_back(light.irradiance);
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
     const PixelPlaces& of = blocks[b].places;
@@ -33,7 +45,8 @@ YarnPixels pixels_of(const ShadingScene& scene, std::span<const ShadedBlock> blo
       if (!(of.yarn[lane] > 0) || seen_fabric(scene, of, lane) != &fabric) continue;
       result.pixels.push_back({b, lane, V2i(of.x[lane], of.y[lane]), of.uv(lane), of.uv_right(lane),
                                of.uv_up(lane), direction_of(blocks[b].frames.view, lane), of.surface[lane],
-                               of.side[lane]});
+                               of.side[lane],
+                               spacing_of(of.uv_right(lane) * period, of.uv_up(lane) * period) / points});
       for (const LaneLight& light : blocks[b].lights)
         result.lights.push_back({direction_of(light.direction, lane), light.share[lane]});
       if (scene.around == nullptr) continue;

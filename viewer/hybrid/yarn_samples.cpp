@@ -41,7 +41,9 @@ void SampleShader::find(std::span<const std::uint32_t> packet) {
   for (std::size_t i = 0; i < packet.size(); ++i) {
     const YarnSample& s = samples_[packet[i]];
     a_.set(i, V3f(s.uv.x, s.uv.y, 0));
-    view_.set(i, of_.pixels[s.pixel].view);
+    const YarnPixel& pixel = of_.pixels[s.pixel];
+    view_.set(i, pixel.view);
+    spacing_[i] = pixel.spacing;
   }
   const std::uint32_t met = yarns_.trace(V2d(0, 0), a_, plane_, view_, (1U << packet.size()) - 1, hits_);
   std::uint32_t seen = 0;
@@ -51,7 +53,7 @@ void SampleShader::find(std::span<const std::uint32_t> packet) {
     seen |= static_cast<std::uint32_t>(view_.z[i] > 0) << i;
   }
   if (seen == 0) return;
-  find_surface(yarns_, sky_, hits_, seen, surface_);
+  find_surface(yarns_, sky_, hits_, seen, view_, spacing_, surface_);
   for (std::size_t i = 0; i < packet.size(); ++i) leave_[packet[i]] = surface_.leave.at(i);
   if (!sky_.empty()) reflect_around(packet, seen);
   for (std::size_t number = 0; number < of_.irradiance.size(); ++number) {

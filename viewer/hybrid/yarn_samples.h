@@ -20,6 +20,7 @@ struct YarnPixel {
   V3f view{0, 0, 1};
   std::uint32_t surface = 0;
   float side = 1;
+  float spacing = 0;  ///< of its points, across the view, mm
   /// The place so many pixels to the right and up of its centre, by its own surface.
   V2f place(float to_right, float upwards) const { return uv + right * to_right + up * upwards; }
 };
@@ -79,6 +80,7 @@ class SampleShader {
   YarnLanes a_;              ///< where rays come from
   YarnLanes view_;
   YarnLanes direction_;  ///< to a light
+  alignas(64) YarnSurface::Floats spacing_{};
   YarnHits hits_;
   YarnSurface surface_;
   YarnReflection reflection_;

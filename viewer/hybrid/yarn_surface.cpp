@@ -9,6 +9,7 @@
 #include "format/fabric/lifted.h"
 #include "format/fabric/yarn_sky.h"
 #include "viewer/hybrid/fetch.h"
+#include "viewer/hybrid/strand_lanes.h"
 
 namespace selvedge {
 namespace {
@@ -30,6 +31,11 @@ SELVEDGE_INLINE void store(const WideVec3<N>& v, YarnLanes& to, std::size_t firs
 template <std::size_t N>
 SELVEDGE_INLINE WideVec3<N> unit(const WideVec3<N>& v) {
   return v * (WideFloat<N>(1) / sqrt(v.dot(v)));
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> lifted_lanes(const WideVec3<N>& d) {
+  return unit(WideVec3<N>{d.x, d.y, max(d.z, WideFloat<N>(min_rise))});
 }
 
 /// What a segment's lanes are fetched as: groups of four floats, the members in their order.
@@ -134,6 +140,55 @@ SELVEDGE_THREE_BODIES(place_surface,
                        YarnSurface& surface, Floats& station),
                       (segments, curves, from_start, surface, station))
 
+/// Turns normals and fibres to those of the strands that are seen, and changes the albedo; the indirect light
+/// has the same change.
+template <std::size_t N>
+SELVEDGE_INLINE void turn_to_strands(const StrandCurves& strands, const CurveLanes& curves,
+                                     const Floats& station, const YarnLanes& view, const Floats& spacing,
+                                     YarnSurface& surface, Floats& brightness) {
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  const Wide zero(0);
+  const Wide one(1);
+  for (std::size_t i = 0; i < yarn_lanes; i += N) {
+    const auto load_at = [&](const Floats& of) { return Wide::load(&of[i]); };
+    const auto change = strand_change_lanes<N>(strands, i, load_at(surface.cosine), load_at(surface.sine),
+                                               load_at(station) / load_at(curves.stations));
+    const Vec smooth = load<N>(surface.normal, i);
+    const Wide some = abs(load_at(strands.sense_x));
+    const Wide shown = if_greater(
+        some, zero, min(one, load_at(strands.width) / max(load_at(spacing) * Wide(2), Wide(1e-9F))), one);
+    const Wide hidden = one - shown * shown;
+    const Wide roughness = load_at(surface.roughness);
+    sqrt(roughness * roughness + hidden * Wide(hidden_roughness2)).store(&surface.roughness[i]);
+    const Vec fibre = load<N>(surface.fibre, i);
+    const Vec across = fibre.cross(smooth);
+    const Vec v = lifted_lanes(load<N>(view, i));
+    Vec normal = unit(smooth + across * (change.across * shown) + fibre * (change.along * shown));
+    normal = unit(normal + v * (shown * max(zero, Wide(min_strand_facing) - normal.dot(v))));
+    const Vec turned = fibre + across * (change.turn * shown);
+    const Vec along = unit(turned - normal * turned.dot(normal));
+    const auto store_where = [&](const Vec& with, const Vec& without, YarnLanes& to) {
+      store(Vec{if_greater(some, zero, with.x, without.x), if_greater(some, zero, with.y, without.y),
+                if_greater(some, zero, with.z, without.z)},
+            to, i);
+    };
+    store_where(normal, smooth, surface.normal);
+    store_where(along, fibre, surface.fibre);
+    const Wide bright = change.colour * (one + change.shade * shown);
+    bright.store(&brightness[i]);
+    const Wide most = (one - load_at(surface.gloss)) * Wide(std::numbers::inv_pi_v<float>);
+    const Vec matt = load<N>(surface.matt, i) * bright;
+    const Wide less = one - hidden * Wide(hidden_loss);
+    store(Vec{min(matt.x, most), min(matt.y, most), min(matt.z, most)} * less, surface.matt, i);
+  }
+}
+SELVEDGE_THREE_BODIES(turn_to_strands,
+                      (const StrandCurves& strands, const CurveLanes& curves, const Floats& station,
+                       const YarnLanes& view, const Floats& spacing, YarnSurface& surface,
+                       Floats& brightness),
+                      (strands, curves, station, view, spacing, surface, brightness))
+
 /// Adds the two stations that lanes lie between, by the lanes' weights; times 1 + groove x outward.
 template <std::size_t N>
 SELVEDGE_INLINE void add_stations(const float* here, const float* next, const Floats& here_weight,
@@ -186,11 +241,6 @@ SELVEDGE_INLINE WideFloat<N> gloss_of(const WideVec3<N>& l, const WideVec3<N>& v
   const Wide q = (h.x * h.x / r2 + h.y * h.y + h.z * h.z) / h.dot(h);
   return one /
          (Wide(4 * std::numbers::pi_v<float>) * r * q * q * (one + masking(l) + masking(v)) * l.z * v.z);
-}
-
-template <std::size_t N>
-SELVEDGE_INLINE WideVec3<N> lifted_lanes(const WideVec3<N>& d) {
-  return unit(WideVec3<N>{d.x, d.y, max(d.z, WideFloat<N>(min_rise))});
 }
 
 /// Indirect light of lanes i ..., by factors of the functions of the light d.
@@ -271,8 +321,9 @@ SELVEDGE_THREE_BODIES(through_lanes, (const YarnSurface& surface, const YarnLane
 }  // namespace
 
 void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits& hits, std::uint32_t lanes,
-                  YarnSurface& surface) {
+                  const YarnLanes& view, const YarnSurface::Floats& spacing, YarnSurface& surface) {
   static const auto place = place_surface_for_this_processor();
+  static const auto turn = turn_to_strands_for_this_processor();
   static const auto add = add_stations_for_this_processor();
   const Yarns::Inside inside = yarns.inside();
   const YarnData& data = yarns.data();
@@ -280,6 +331,8 @@ void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits
   std::array<const Group*, yarn_lanes> segments;
   std::array<int, yarn_lanes> of_curve;
   CurveLanes curves;
+  StrandCurves strands;
+  bool varies = false;
   surface.has_gloss = false;
   for (std::size_t i = 0; i < yarn_lanes; ++i) {
     const Yarns::Segment& s = inside.segments[hits.segment[(lanes >> i & 1) != 0 ? i : first]];
@@ -292,9 +345,17 @@ void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits
     surface.gloss[i] = curve.gloss.weight;
     surface.roughness[i] = curve.gloss.roughness;
     surface.has_gloss |= curve.gloss.weight > 0;
+    varies |= curve.strands.varies();
   }
   alignas(64) Floats station;
   place(segments.data(), curves, hits.from_start, surface, station);
+  alignas(64) Floats brightness;
+  brightness.fill(1);
+  for (std::size_t i = 0; varies && i < yarn_lanes; ++i) {
+    strands.set(i, data.curves[of_curve[i]], inside.strand_sense[of_curve[i]],
+                *reinterpret_cast<const Yarns::Segment*>(segments[i]));
+  }
+  if (varies) turn(strands, curves, station, view, spacing, surface, brightness);
   // Lanes between the same two stations have the same coefficients.
   surface.transfer = {};
   if (!data.through.empty()) surface.through = {};
@@ -309,7 +370,8 @@ void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits
     for (std::size_t i = lead; i < yarn_lanes; ++i) {
       if (of_curve[i] != of_curve[lead] || whole[i] != whole[lead]) continue;
       next[i] = station[i] - static_cast<float>(whole[i]);
-      here[i] = 1 - next[i];
+      here[i] = brightness[i] * (1 - next[i]);
+      next[i] *= brightness[i];
       left &= ~(1U << i);
     }
     const auto place_of = [&](int number) {

@@ -9,7 +9,7 @@ namespace selvedge {
 struct YarnSurface {
   using Floats = std::array<float, yarn_lanes>;
   using Factors = std::array<Floats, 3 * light_functions_of_yarn>;  ///< [function][colour]
-  YarnLanes normal;
+  YarnLanes normal;                                                 ///< of the strand that is seen
   YarnLanes fibre;
   YarnLanes leave;                      ///< where light leaves it; mm, of any repeat
   alignas(64) Floats cosine{}, sine{};  ///< of the angle about the axis
@@ -23,9 +23,10 @@ struct YarnSurface {
 };
 
 /// The surface at the hits of `lanes`; of other lanes it is undefined. At least one lane. `sky`: that of the
-/// yarn, or empty where it is not wanted.
+/// yarn, or empty where it is not wanted. `spacing`: width of what a point stands for, mm;
+/// strands much thinner than that are not seen apart.
 void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits& hits, std::uint32_t lanes,
-                  YarnSurface& surface);
+                  const YarnLanes& view, const YarnSurface::Floats& spacing, YarnSurface& surface);
 
 /// f of one light, 1/sr.
 struct YarnReflection {

@@ -99,10 +99,13 @@ vec4 shade_fabric(uint index, vec2 uv, vec2 right, vec2 up, vec3 view, mat3 fram
 #ifdef YARN
   if (word(fabric + fabric_yarns) != 0u && forced_level < 0) {
     of_texels -= yarn_share(pixel_width, number(fabric + fabric_largest_yarn_pixel) * max(0.5, float(points - 1)), blend_levels != 0);
+    uint yarn = word(fabric + fabric_yarns);
+    vec2 period = vec2(number(yarn + yarn_period), number(yarn + yarn_period + 1u));
+    float spacing = width_across_view(right * period, up * period) / float(points);
     float of_point = (1.0 - of_texels) / float(points * points);
     for (int i = 0; of_point > 0.0 && i < points * points; ++i) {
       vec2 at = (vec2(float(i % points), float(i / points)) + 0.5) / float(points) - 0.5;
-      shade_yarn(fabric, uv - floor(uv) + right * at.x + up * at.y, view, frame, of_point, sum);
+      shade_yarn(fabric, uv - floor(uv) + right * at.x + up * at.y, view, frame, spacing, of_point, sum);
     }
   }
 #endif

@@ -14,6 +14,15 @@ float pixel_size(vec2 right, vec2 up) {
   return sqrt(max(max(area, long2 / max_elongation), 1e-24));
 }
 
+// Of the ellipse on the plane that a pixel is, the shorter axis.
+float width_across_view(vec2 right, vec2 up) {
+  float e = right.x * right.x + up.x * up.x;
+  float f = right.x * right.y + up.x * up.y;
+  float g = right.y * right.y + up.y * up.y;
+  float long2 = (e + g) * 0.5 + sqrt((e - g) * (e - g) * 0.25 + f * f);
+  return abs(right.x * up.y - right.y * up.x) * inversesqrt(max(long2, 1e-30));
+}
+
 struct PixelBox {
   mat2 into_pixel;  // from texels to the pixel's coordinates, -1/2 to 1/2 within it
   vec2 texel;       // size of a texel in these coordinates

@@ -15,7 +15,11 @@ struct YarnPoint {
   vec2 angle;  // about the axis: cosine, sine
   float outward;  // share of the normal in the way from the yarn's axis to that of its ply
   float station;
-  uint curve;  // place
+  uint curve;        // place
+  vec3 strand;       // normal of the strand that is seen
+  float brightness;  // factor of all light but the gloss
+  float roughness;   // with that of strands which are not seen apart,
+  float matt;        // and what they leave of the diffuse light
 };
 
 vec3 lifted(vec3 d) { return normalize(vec3(d.xy, max(d.z, 1.0 / 32.0))); }
@@ -172,6 +176,10 @@ YarnPoint yarn_point_at(uint yarn, YarnHit hit) {
   point.station = number(hit.segment + segment_station) + share * number(hit.segment + segment_stations);
   if (point.station < 0.0) point.station += float(word(point.curve + curve_stations));
   point.normal = normalize(off - tangent * dot(tangent, off));
+  point.strand = point.normal;
+  point.brightness = 1.0;
+  point.matt = 1.0;
+  point.roughness = number(point.curve + curve_roughness);
   vec3 around = cross(tangent, point.normal);
   point.fibre = normalize(tangent + around * number(point.curve + curve_slope));
   vec3 across = mix(vector_at(hit.segment + segment_across), vector_at(hit.segment + segment_across + 3u), share);
@@ -191,6 +199,71 @@ bool is_yarn_hidden(uint yarn, YarnHit hit, vec3 normal, vec3 light) {
   return march_yarn(yarn, vec3(wrapped(at.xy, period), at.z), lifted(light), true, ignored);
 }
 
+// format/fabric/yarn_strands.h
+uint strand_bits(uint seed, uint row, uint place) {
+  uint x = seed ^ (row << 16u | place);
+  x = (x ^ x >> 16u) * 0x7feb352du;
+  x = (x ^ x >> 15u) * 0x846ca68bu;
+  return x ^ x >> 16u;
+}
+// Four numbers of unit variance, and a share of the way from one place of the lattice to the next.
+vec4 strand_noise(uint a, uint b, float part) {
+  float smooth_part = part * part * (3.0 - 2.0 * part);
+  vec2 weight = vec2(1.0 - smooth_part, smooth_part);
+  const uvec4 bytes = uvec4(0u, 8u, 16u, 24u);
+  return (weight.x * (vec4(uvec4(a) >> bytes & 255u) - 127.5) + weight.y * (vec4(uvec4(b) >> bytes & 255u) - 127.5)) *
+         (0.013531648 / length(weight));
+}
+float strand_offset(uint seed, uint row) { return float(strand_bits(seed, row, 0xffffu) >> 9u) * exp2(-23.0); }
+// Turns to what is seen of a strand; `spacing`: width of what the point stands for, mm.
+void add_strands(inout YarnPoint point, vec3 view, uint segment, float spacing) {
+  float radius = number(segment + segment_radius);
+  uint curve = point.curve;
+  uint strands = word(curve + curve_strands);
+  float irregularity = number(curve + curve_irregularity);
+  if (strands == 0u && !(irregularity > 0.0)) return;
+  uint seed = word(curve + curve_seed);
+  float share = fract(point.station / float(word(curve + curve_stations)));
+  uint swells = word(curve + curve_swells);
+  float swell = share * float(swells);
+  uint swell_here = min(uint(swell), swells - 1u);
+  uint swell_next = swell_here + 1u == swells ? 0u : swell_here + 1u;
+  float brightness = 1.0 + irregularity * strand_noise(strand_bits(seed, 0xffffu, swell_here),
+                                                       strand_bits(seed, 0xffffu, swell_next),
+                                                       swell - float(swell_here)).w;
+  if (strands > 0u) {
+    // viewer/hybrid/strand_lanes.h
+    float detail = min(1.0, 3.14159265358979324 * radius / (float(strands) * max(spacing, 5e-10)));
+    float hidden = 1.0 - detail * detail;
+    point.matt = 1.0 - 0.06 * hidden;
+    point.roughness = sqrt(point.roughness * point.roughness + 0.05 * hidden);
+    vec2 sense = vec2(number(curve + curve_strand_sense), number(curve + curve_strand_sense + 1u));
+    vec2 angle = sense * point.angle;
+    float turns = fract(atan(angle.y, angle.x) * 0.159154943091895336 - number(curve + curve_lays) * share);
+    float strand = turns * float(strands);
+    uint own = min(uint(strand), strands - 1u);
+    uint row = own + word(segment + segment_rows);
+    uint later = (own + word(curve + curve_strand_shift)) % strands + word(segment + segment_rows + 1u);
+    uint pieces = word(curve + curve_pieces);
+    float offset = strand_offset(seed, row);
+    float place = share * float(pieces) + offset + share * (strand_offset(seed, later) - offset);
+    uint here = uint(place);
+    uint next = here + 1u;
+    vec4 noise = strand_noise(here < pieces ? strand_bits(seed, row, here) : strand_bits(seed, later, here - pieces),
+                              next < pieces ? strand_bits(seed, row, next) : strand_bits(seed, later, next - pieces),
+                              place - float(here));
+    brightness *= 1.0 + detail * 0.12 * noise.w;
+    vec3 across = cross(point.fibre, point.normal) * (sense.x * sense.y * detail);
+    vec3 fibre = point.fibre + across * (0.16 * noise.z);
+    vec3 normal = normalize(point.normal + across * (strand - float(own) - 0.5 + 0.22 * noise.x) +
+                            point.fibre * (detail * 0.12 * noise.y));
+    vec3 v = lifted(view);
+    point.strand = normalize(normal + v * (detail * max(0.0, 0.05 - dot(normal, v))));
+    point.fibre = normalize(fibre - point.strand * dot(fibre, point.strand));
+  }
+  point.brightness = brightness;
+}
+
 // format/fabric/yarn_reflectance.h
 float smith_lambda(vec3 d, float r) { return (sqrt(1.0 + (r * r * d.x * d.x + d.y * d.y) / (d.z * d.z)) - 1.0) / 2.0; }
 float gloss_reflectance(vec3 l, vec3 v, float roughness) {
@@ -202,15 +275,16 @@ float gloss_reflectance(vec3 l, vec3 v, float roughness) {
 }
 vec3 direct_light(YarnPoint point, vec3 light, vec3 view) {
   vec3 l = lifted(light);
-  float cosine = dot(point.normal, l);
+  float cosine = dot(point.strand, l);
   if (!(cosine > 0.0)) return vec3(0.0);
   float gloss = number(point.curve + curve_gloss);
-  vec3 f = vector_at(point.curve + curve_albedo) * ((1.0 - gloss) * 0.318309886183790672);
+  vec3 f = min(vector_at(point.curve + curve_albedo) * point.brightness, vec3(1.0)) *
+           (point.matt * (1.0 - gloss) * 0.318309886183790672);
   if (gloss > 0.0) {
     vec3 v = lifted(view);
-    v = normalize(v + point.normal * max(0.0, 0.01 - dot(point.normal, v)));
-    mat3 local = mat3(point.fibre, cross(point.normal, point.fibre), point.normal);
-    f += gloss * gloss_reflectance(vec3((l * local).xy, cosine), v * local, number(point.curve + curve_roughness));
+    v = normalize(v + point.strand * max(0.0, 0.01 - dot(point.strand, v)));
+    mat3 local = mat3(point.fibre, cross(point.strand, point.fibre), point.strand);
+    f += gloss * gloss_reflectance(vec3((l * local).xy, cosine), v * local, point.roughness);
   }
   return f * (cosine * min(1.0, light.z * 32.0));
 }
@@ -235,19 +309,21 @@ void coefficients_at(uint table, YarnPoint point, vec3 groove, out vec3 of_light
 }
 
 // Adds the yarn at (u, v) of the reference plane under all lights.
-void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float weight, inout vec4 sum) {
+// `spacing`: width of what a point stands for, across the view, mm.
+void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float spacing, float weight, inout vec4 sum) {
   YarnHit hit;
   if (!trace_yarn(fabric, uv, view, hit)) return;
   sum.a += weight;
   if (!(view.z > 0.0)) return;
   uint yarn = word(fabric + fabric_yarns);
   YarnPoint point = yarn_point_at(yarn, hit);
+  add_strands(point, view, hit.segment, spacing);
   vec3 of_light[9];
   vec3 radiance = vec3(0.0);
 #ifdef AROUND
   coefficients_at(word(sky + 1u), point, vec3(0.5), of_light);  // sky_groove
   for (int k = 0; k < 9; ++k) radiance += of_light[k] * around[k];
-  radiance = max(radiance, vec3(0.0));
+  radiance = max(radiance, vec3(0.0)) * point.brightness;
 #endif
   // Lights above, then those below, mirrored.
   for (int pass = 0; pass < 2; ++pass) {
@@ -263,7 +339,7 @@ void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float weight, inout
       vec3 f = of_light[0] + of_light[1] * l.x + of_light[2] * l.y + of_light[3] * l.z + of_light[4] * (l.x * l.y) +
                of_light[5] * (l.x * l.z) + of_light[6] * (l.y * l.z) + of_light[7] * (l.x * l.x - l.y * l.y) +
                of_light[8] * (3.0 * l.z * l.z - 1.0);
-      f = max(vec3(0.0), f * l.z);
+      f = max(vec3(0.0), f * l.z) * point.brightness;
       vec3 lit = pass == 0 ? direct_light(point, l, view) : vec3(0.0);
       if (lit != vec3(0.0) && !is_yarn_hidden(yarn, hit, point.normal, l)) f += lit;
       radiance += f * irradiance;

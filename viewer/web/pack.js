@@ -49,6 +49,13 @@ class Words {
   }
 }
 
+/** format/fabric/yarn_strands.h */
+function strand_hash(x) {
+  x = Math.imul(x ^ x >>> 16, 0x7feb352d);
+  x = Math.imul(x ^ x >>> 15, 0x846ca68b);
+  return (x ^ x >>> 16) >>> 0;
+}
+
 /** The values of channels by texel: [texel][channel]. */
 function interleaved(channels) {
   const count = channels.length, texels = channels[0]?.length ?? 0, values = new Float32Array(count * texels);
@@ -147,7 +154,7 @@ function base_numbers(fabric) {
   return [numbers.subarray(0, of_views), numbers.subarray(of_views, all)];
 }
 
-function add_segment(words, {start, along, length, radius, tangents, across, out, stations}, index) {
+function add_segment(words, {start, along, length, radius, tangents, across, out, stations, rows}, index) {
   const at = words.room(AT.segment_words);
   const set = (name, ...values) => words.set_numbers(at + AT[name], ...values);
   set('segment_axis', ...along.map((x) => x / length));
@@ -160,6 +167,7 @@ function add_segment(words, {start, along, length, radius, tangents, across, out
   set('segment_station', stations[0]);
   set('segment_stations', stations[1] - stations[0]);
   words.words[at + AT.segment_curve] = index;
+  words.words.set(rows, at + AT.segment_rows);
 }
 
 /**
@@ -175,6 +183,20 @@ function yarns_of_sides(fabric, through) {
     (j === 4 || j === odd[station] ? -1 : 1) * light(station, j, k, c);
   return [{...above, through: below},
           {...turned, ...below ? {light: mirrored(below), through: mirrored(above.light)} : {}}];
+}
+
+function set_strands({words, floats}, at, {strands: {count, pieces, shift, seed, irregularity, swells}, tangent}) {
+  const strands = Math.abs(count), upright = Math.abs(tangent[2]) >= 0.9;
+  words[at + AT.curve_strands] = strands;
+  if (strands > 0) {
+    words[at + AT.curve_strand_shift] = (shift % strands + strands) % strands;
+    floats[at + AT.curve_lays] = shift / strands;
+  }
+  words[at + AT.curve_pieces] = pieces;
+  words[at + AT.curve_seed] = strand_hash(seed);
+  floats.set(count >= 0 ? [1, 1] : upright ? [1, -1] : [-1, 1], at + AT.curve_strand_sense);
+  floats[at + AT.curve_irregularity] = irregularity;
+  words[at + AT.curve_swells] = swells;
 }
 
 function add_yarns(words, yarns) {
@@ -217,6 +239,7 @@ function add_yarns(words, yarns) {
     words.set_numbers(at + AT.curve_roughness, curve.roughness);
     words.set_numbers(at + AT.curve_slope, curve.slope);
     words.set_numbers(at + AT.curve_groove, ...curve.plies.groove);
+    set_strands(words, at, curve);
   }
   for (const [name, of] of [['yarn_light', light], ['yarn_through', through]]) {
     if (!of) continue;

@@ -48,7 +48,8 @@ export function yarn_changes(yarns, uv, light, view, U) {
     shifted.push(evaluate_yarns(yarns, uv, light, view[2] > 0 ? turned(view, small(d)) : view));
   }
   const lit = light[2] > 0 && view[2] > 0;
-  const agrees = ({hit: other, hidden}) => other?.segment === hit?.segment && (!lit || hidden === here.hidden);
+  const agrees = ({hit: other, hidden, strand}) =>
+    other?.segment === hit?.segment && (!lit || (hidden === here.hidden && strand === here.strand));
   if (!shifted.every(agrees)) return null;
   if (!hit || !lit) return {rgb, alpha, errors: [0, 0, 0]};
 

@@ -1,5 +1,5 @@
 // The valid fabrics with more sides than the front; in the form of fabrics.mjs.
-import {crossing, plied} from './yarns.mjs';
+import {crossing, crossing_strands, plied} from './yarns.mjs';
 
 const PAPER = ['lobes', 'frame', 'table', 'opacity'];
 
@@ -55,5 +55,11 @@ export const sides = [
     name: 'sides-yarns-dark',
     about: 'yarn turned over, of which no light through it is known',
     sides: {back: {layers: ['lobes']}, through: {layers: ['lobes']}},
+  },
+  {
+    ...crossing_strands,
+    name: 'sides-yarns-strands',
+    about: 'yarn of strands turned over, lying and upright',
+    sides: {back: {layers: ['lobes']}, through: {layers: ['lobes', 'yarns', 'indirect']}},
   },
 ];

@@ -14,6 +14,8 @@ const STRAIGHT = {
 
 /** A curve without plies. */
 const ROUND = {count: 1, divisions: 1, shift: 0, phase: 0, groove: [0, 0, 0]};
+/** A curve without strands. */
+const SMOOTH = {count: 0, pieces: 2, shift: 0, seed: 0, irregularity: 0, swells: 1};
 const FIELDS = 11;
 
 /** Column after column of a table. */
@@ -25,7 +27,11 @@ export function of_curves(curves, [w, h] = [3, 2]) {
   const fields = curves.map(
     ({nodes: own, stations, turns, radius, albedo, gloss, roughness, slope}) =>
       [own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope]);
-  const later = curves.some(({plies}) => plies) ? curves.map(({plies}) => Object.values({...ROUND, ...plies}).flat()) : [];
+  const members = [['strands', SMOOTH], ['plies', ROUND]];
+  const used = members.slice(members.findIndex(([name]) => curves.some((curve) => curve[name]))).reverse();
+  const is_later = curves.some((curve) => curve.plies || curve.strands);
+  const later = !is_later ? [] : curves.map(
+    (curve) => used.flatMap(([name, plain]) => Object.values({...plain, ...curve[name]}).flat()));
   const numbers = [...by_column(fields), ...by_column(nodes), ...later.length ? by_column(later) : []];
   return {
     texels: [w, h],
@@ -106,6 +112,12 @@ const with_field = (of, curves) => {
   };
 };
 
+const strands = {count: 15, pieces: 6, shift: 22, seed: 4711, irregularity: 0.125, swells: 3};
+export const crossing_strands = {
+  ...of_curves([weft, warp, ring, loop].map((curve) => ({...curve, strands}))),
+  thickness: crossing.thickness,
+};
+
 export const yarns = [
   {name: 'yarns-straight', about: 'a straight yarn without gloss, with one station', ...of_curves([STRAIGHT])},
   {
@@ -117,6 +129,15 @@ export const yarns = [
     name: 'yarns-upright',
     about: 'a loop that begins upright, with less roughness than counts; one texel, so every number has a channel',
     ...of_curves([loop], [1, 1]),
+  },
+  {
+    name: 'yarns-strands',
+    about: 'strands of fibres that shift, one piece to a segment and many, and changes of colour',
+    ...of_curves([
+      {...weft, strands: {count: 20, pieces: 5, shift: -27, seed: 4711, irregularity: 0.25, swells: 3}},
+      {...warp, strands: {count: 7, pieces: 300, shift: 14, seed: 2 ** 24 - 1, irregularity: 0.0625, swells: 1}},
+      {...ring, strands: {irregularity: 0.125, swells: 40}},
+    ]),
   },
   {
     name: 'yarns-thick',

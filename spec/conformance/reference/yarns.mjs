@@ -1,7 +1,8 @@
 // What is seen of the yarn itself (spec/brdf.md, Yarn): of what yarns_of of the reader gives.
 import {across, cross, dot, minus, plus, times, unit} from './reader.mjs';
+import {strand_at} from './strands.mjs';
 
-const {ceil, floor, hypot, max, min, sqrt, PI} = Math;
+const {abs, ceil, floor, hypot, max, min, sqrt, PI} = Math;
 const LEAST_Z = 1 / 32, MOST_RADII = 2 ** 13, LEAST_FACING = 0.01, LEAST_WIDTH = 0.01, OFF_THE_YARN = 1 / 64;
 
 const lifted = ([x, y, z]) => unit([x, y, max(z, LEAST_Z)]);
@@ -96,16 +97,19 @@ function glossy(N, F, along, L, V) {
   return D / (1 + lambda(local(L)) + lambda(local(V))) / (4 * dot(N, L) * dot(N, V));
 }
 
-/** { rgb, alpha, hit, hidden } at (u, v) of the reference plane, or of a hit; hidden: yarn hides the light. */
+/** { rgb, alpha, hit, hidden, strand } at (u, v) of the reference plane, or of a hit; hidden: yarn hides the light. */
 export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, view)) {
-  const dark = {rgb: [0, 0, 0], alpha: hit ? 1 : 0, hit, hidden: false};
+  const dark = {rgb: [0, 0, 0], alpha: hit ? 1 : 0, hit, hidden: false, strand: 0};
   if (!hit || light[2] <= 0 || view[2] <= 0) return dark;
-  const {radius} = hit.segment, {albedo, gloss, roughness, stations, first_station, plies} = hit.segment.curve;
+  const {radius, rows} = hit.segment;
+  const {albedo, gloss, roughness, stations, first_station, strands, plies, tangent} = hit.segment.curve;
   if (yarns.dark) return dark;
-  const {N, F, cos_a, sin_a, x, b: outward} = surface(hit);
-  const L = lifted(light), V = lifted(view), facing = dot(N, L);
+  const smooth = surface(hit), {cos_a, sin_a, x, b: outward} = smooth, L = lifted(light), V = lifted(view);
   // The coefficients of light from below hold direct light as well.
-  const hidden = yarns.by_light || is_hidden(yarns, plus(hit.point, N, OFF_THE_YARN * radius), L);
+  const hidden = yarns.by_light || is_hidden(yarns, plus(hit.point, smooth.N, OFF_THE_YARN * radius), L);
+  const upright = abs(tangent[2]) >= 0.9;
+  const {N, F, b, strand} = strand_at(strands, {...smooth, angle: [cos_a, sin_a], t: x / stations, upright, rows}, V);
+  const facing = dot(N, L);
   const V_raised = unit(plus(V, N, max(0, LEAST_FACING - dot(N, V))));
   const [l_x, l_y, l_z] = light;
   const A = [1, cos_a, sin_a, cos_a ** 2 - sin_a ** 2, 2 * cos_a * sin_a];
@@ -115,12 +119,12 @@ export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, vi
     let direct = 0, indirect = 0;
     if (facing > 0 && !hidden) {
       const shine = gloss > 0 ? gloss * glossy(N, F, max(LEAST_WIDTH, roughness), L, V_raised) : 0;
-      direct = min(1, 32 * l_z) * facing * ((1 - gloss) * colour / PI + shine);
+      direct = min(1, 32 * l_z) * facing * ((1 - gloss) * min(1, b * colour) / PI + shine);
     }
-    A.forEach((a, j) => B.forEach((b, k) => {
-      indirect += a * b * ((1 - x + place) * yarns.light(here, j, k, c) + (x - place) * yarns.light(next, j, k, c));
+    A.forEach((a, j) => B.forEach((of_light, k) => {
+      indirect += a * of_light * ((1 - x + place) * yarns.light(here, j, k, c) + (x - place) * yarns.light(next, j, k, c));
     }));
-    return direct + max(0, l_z * indirect * (1 + plies.groove[c] * outward));
+    return direct + b * max(0, l_z * indirect * (1 + plies.groove[c] * outward));
   });
-  return {...dark, rgb, hidden};
+  return {...dark, rgb, hidden, strand};
 }

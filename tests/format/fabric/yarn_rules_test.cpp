@@ -79,10 +79,30 @@ TEST_CASE("values of yarn have the fields that it needs, and fewer or more are r
   CHECK(std::vector(values.end() - 7, values.end()) ==
         std::vector{3.0F, 8.0F, -7.0F, 0.75F, 0.5F, 0.25F, -0.125F});
   CHECK(read(values, counts) == data);
-  values.push_back(9);
-  CHECK(read(values, {counts.curves, counts.nodes, counts.stations, 19}) == data);
+  values.insert(values.end(), {0, 2, 0, 0, 0, 1, 9});
+  CHECK(read(values, {counts.curves, counts.nodes, counts.stations, 25}) == data);
   CHECK(read(values, {counts.curves, counts.nodes, counts.stations, 14}).curves[0].plies.shift == -7);
   CHECK(read(values, {counts.curves, counts.nodes, counts.stations}).curves[0].plies == YarnPlies());
+  data.curves[0].strands = {-45, 6, 135, 77, 0.25F, 3};
+  CHECK(counts_of(data).fields == 24);
+  CHECK(read(curve_values(data), counts_of(data)) == data);
+}
+
+TEST_CASE("refuses strands out of their ranges") {
+  const auto refused = [](const YarnStrands& strands) {
+    YarnData data = straight(2, 0.5F);
+    data.curves[0].strands = strands;
+    const auto ok = validate(data, {2, 2});
+    return !ok && ok.error().place == "curve 0";
+  };
+  CHECK_FALSE(refused({-1024, 32768, -32768, (1 << 24) - 1, 0.3F, 32768}));
+  CHECK(refused({1025, 2, 0, 0, 0, 1}));
+  CHECK(refused({9, 1, 0, 0, 0, 1}));
+  CHECK(refused({9, 2, 32769, 0, 0, 1}));
+  CHECK(refused({9, 2, 0, -1, 0, 1}));
+  CHECK(refused({9, 2, 0, 0, 0.31F, 1}));
+  CHECK(refused({9, 2, 0, 0, std::nanf(""), 1}));
+  CHECK(refused({9, 2, 0, 0, 0, 0}));
 }
 
 TEST_CASE("a file of plies is of version 3.2, and is read as it was written") {

@@ -2,13 +2,13 @@
 //
 // Yarns, as yarns_of gives them: { period, plane, curves, segments, top, bottom, thinnest, stations,
 // light(station, j, k, colour) }; lengths in mm. A segment: { curve, radius, start, along, length, tangents: [t_i,
-// t_(i+1)], and of both ends across: A, out: E, and stations: the place along the curve }.
+// t_(i+1)], and of both ends across: A, out: E, and stations: the place along the curve; rows: of the noise of strands }.
 import {Issue} from './issue.js';
 import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
 const {abs, atan2, cos, floor, fround, hypot, max, min, sin} = Math;
 /** Numbers of a curve before the nodes, those that may follow the nodes (where they do not: these), and of a node. */
-const FIELDS = 11, LATER_FIELDS = [1, 1, 0, 0, 0, 0, 0], AXES = 3;
+const FIELDS = 11, LATER_FIELDS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1], AXES = 3;
 /** Functions of the angle, and of the light, that indirect light has coefficients of. */
 export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
@@ -18,6 +18,10 @@ const REACH = 64, MOST_RADIUS = 2, LEAST_LENGTH = 1e-3;
  * groove.
  */
 const MOST_PLIES = 8, MOST_DIVISIONS = 64, MOST_SHIFT = 4096, MOST_NODES = 2 ** 20, MOST_GROOVE = 4;
+
+/** The field that has the number of strands; limits of it, of pieces, shift and swells. */
+const STRANDS = 18;
+const MOST_STRANDS = 1024, MOST_PIECES = 32768;
 
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
@@ -36,12 +40,13 @@ function curves_of(counts, number, point) {
     const field = (f) => f < fields ? number(field_place(counts, f) + c) : LATER_FIELDS[f - FIELDS];
     const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope, ...later] =
       Array.from({length: FIELDS + LATER_FIELDS.length}, (__, f) => field(f));
-    const [count, divisions, shift, phase, ...groove] = later;
+    const [count, divisions, shift, phase, r, g, b, ...of_strands] = later, groove = [r, g, b];
+    const strands = strands_of(of_strands);
     const points = Array.from({length: max(0, min(own, nodes - first)) | 0}, (__, n) => point(first + n));
     first += own;
     const albedo = [red, green, blue], turns = [X, Y];
     const plies = {count, divisions, shift, phase, groove};
-    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope, plies};
+    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope, plies, strands};
   });
 }
 
@@ -49,6 +54,13 @@ const is_whole = (x, low, high) => Number.isInteger(x) && x >= low && x <= high;
 const are_plies = ({count, divisions, shift, phase, groove}) => is_whole(count, 1, MOST_PLIES) &&
   is_whole(divisions, 1, count > 1 ? MOST_DIVISIONS : 1) && is_whole(shift, -MOST_SHIFT, MOST_SHIFT) &&
   abs(phase) <= fround(Math.PI) && groove.every((x) => abs(x) <= MOST_GROOVE);
+
+const strands_of = ([count, pieces, shift, seed, irregularity, swells]) =>
+  ({count, pieces, shift, seed, irregularity, swells});
+const are_strands = ({count, pieces, shift, seed, irregularity, swells}) =>
+  is_whole(count, -MOST_STRANDS, MOST_STRANDS) && is_whole(pieces, 2, MOST_PIECES) &&
+  is_whole(shift, -MOST_PIECES, MOST_PIECES) && is_whole(seed, 0, 2 ** 24 - 1) && irregularity >= 0 &&
+  irregularity <= Math.fround(0.3) && is_whole(swells, 1, MOST_PIECES);
 
 /** The place of the first curve, node or count that a reader must refuse, and why; null where there is none. */
 function fault_of({period, curves, counts, point}) {
@@ -61,7 +73,8 @@ function fault_of({period, curves, counts, point}) {
     const {nodes, first, points, turns, radius, roughness} = curve;
     const good = Number.isInteger(nodes) && nodes >= 2 && Number.isInteger(curve.stations) && curve.stations >= 1 &&
       radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(share) &&
-      roughness > 0 && are_plies(curve.plies) && turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
+      roughness > 0 && are_plies(curve.plies) && are_strands(curve.strands) &&
+      turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
     if (!good) return [`curve ${c}`, 'has a value out of range'];
     if (points.length < nodes) return [`curve ${c}`, 'has nodes beyond the last'];
     const short = ways_of(curve, period).findIndex((way) => hypot(...way) < LEAST_LENGTH * radius);
@@ -106,14 +119,18 @@ function axis_of(curve, period) {
   const before = [0];
   for (const length of lengths) before.push(before.at(-1) + length);
   const g = atan2(dot(cross(frames[0], frames[n]), tangents[0]), dot(frames[0], frames[n]));
+  curve.tangent = tangents[0];
   return nodes.map((p, i) => {
     const share = before[i] / before[n];
     return {p, tangent: tangents[i], across: turned(frames[i], tangents[i], -g * share), share};
   });
 }
 
-/** The segments of a chain: of nodes -1 to n + 1, and what nodes 0 to n have. */
-function chained(curve, nodes, ends, radius) {
+/**
+ * The segments of a chain: of nodes -1 to n + 1, and what nodes 0 to n have; rows: of the noise, that of its first strand,
+ * and of the first on what the chain goes on as.
+ */
+function chained(curve, nodes, ends, radius, rows = [0, 0]) {
   const tangents = tangents_at(nodes);
   return ends.slice(1).map((end, i) => {
     const along = minus(nodes[i + 2], nodes[i + 1]), both = [ends[i], end];
@@ -127,6 +144,7 @@ function chained(curve, nodes, ends, radius) {
       across: both.map((of) => of.across),
       out: both.map((of) => of.out),
       stations: both.map(({share}) => curve.stations * share),
+      rows,
     };
   });
 }
@@ -160,6 +178,9 @@ function segments_of(curve, period) {
   }
   const own = radius * sin(Math.PI / count) / (1 + sin(Math.PI / count));
   const places = places_on(axis, divisions), n = places.length;
+  // Yarn turned over counts its plies the other way round; its strands know what it was.
+  const strands = abs(curve.strands.count), sense = curve.strands.count < 0 ? -1 : 1;
+  const row = (ply) => strands * ((sense * ply % count + count) % count);
   return Array.from({length: count}, (_, ply) => {
     const ends = Array.from({length: n + 3}, (__, i) => {
       const times_round = floor((i - 1) / n), place = places[i - 1 - times_round * n], share = place.share + times_round;
@@ -167,7 +188,7 @@ function segments_of(curve, period) {
       const out = plus(times(place.across, cos(angle)), place.beside, sin(angle));
       return {p: plus(plus(place.p, repeat, times_round), out, radius - own), across: place.across, out, share};
     });
-    return chained(curve, ends.map(({p}) => p), ends.slice(1, -1), own);
+    return chained(curve, ends.map(({p}) => p), ends.slice(1, -1), own, [row(ply), row(ply + shift)]);
   }).flat();
 }
 
@@ -177,7 +198,8 @@ function turn_over(curve, period, thickness) {
   const points = curve.points.map(([x, y, z]) => [x, y, fround(thickness - z)]);
   const own = sideways ? -phase : (phase < 0 ? -Math.PI : Math.PI) - phase;
   const plies = {...curve.plies, shift: -curve.plies.shift, phase: count > 1 ? fround(own) : phase};
-  return {...curve, points, slope: -curve.slope, plies, sideways};
+  const strands = {...curve.strands, count: -curve.strands.count};
+  return {...curve, points, slope: -curve.slope, plies, strands, sideways};
 }
 
 /**

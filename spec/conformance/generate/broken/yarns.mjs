@@ -112,6 +112,23 @@ const still = broken(
   'FABRIC_MALFORMED', 'yarn-ply-at-one-place', 'all nodes of a ply are at one place', 'yarns/curve 1',
   {before: written('yarns', field(14) + 3 * 6, -1.5707963705062866)},
   {...sound, ...narrow, value: {...narrow.value, lobes: sound.value.lobes}});
+/** Strands on curve 1, likewise. */
+const stranded = of_curves([curve, {...curve, strands: {count: 9}, nodes: [[0.25, -1, 0.5], [1.25, -1, 0.75]]}]);
+const strands = [
+  ['strands-too-many', 'a yarn of 1025 strands', 18, -1025],
+  ['strands-fraction', 'a yarn of 2.5 strands', 18, 2.5],
+  ['one-piece', 'strands of one piece', 19, 1],
+  ['pieces-too-many', 'strands of 32769 pieces', 19, 32769],
+  ['strands-shift-fraction', 'strands that shift by half a strand', 20, 0.5],
+  ['strands-shift-too-many', 'strands that shift by 32769 strands', 20, 32769],
+  ['seed-negative', 'a negative seed', 21, -1],
+  ['seed-too-large', 'a seed of 25 bits', 21, 2 ** 24],
+  ['irregularity-too-large', 'a yarn that changes its colour by half', 22, 0.5],
+  ['swells-none', 'no swell', 23, 0],
+].map(([what, about, f, number]) => broken('FABRIC_MALFORMED', `yarn-${what}`, about, 'yarns/curve 1', {
+  before: written('yarns', field(f) + 3 * NODES, number),
+  evaluate: ask(0),
+}, {...sound, ...stranded, value: {...stranded.value, lobes: lobe({rho: 0.1})}}));
 
 /** A node more than the curves have, which there are values for. */
 const one_more = of_curves([curve, {...curve, nodes: [...curve.nodes, [2, -1, 0.5]]}]);
@@ -120,4 +137,4 @@ const counts = broken(
   {before: written('yarns', field(0), 2)},
   {...sound, ...one_more, value: {...one_more.value, lobes: sound.value.lobes}});
 
-export const broken_yarns = [...members, ...channels, ...values, ...plies, still, counts];
+export const broken_yarns = [...members, ...channels, ...values, ...plies, still, ...strands, counts];

@@ -1,0 +1,163 @@
+// Strands of fibres at the surface of a yarn or ply, and its changes of colour (spec/brdf.md, "Strands"): one
+// formula for the bake, which calls it where rays meet the mesh, and for level -1 of a fabric.
+//
+// The noise is made of 32-bit integers, which shaders and JavaScript have as well; it is periodic with the
+// chain.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <numbers>
+
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+/// What a file says of a curve's strands.
+struct YarnStrands {
+  /// Side by side around a yarn or ply; 0: it is smooth. Negative: of yarn turned over, a mirrored one.
+  int count = 0;
+  int pieces = 2;  ///< parts of the chain over which a strand changes; >= 2
+  /// At the chain's end, strand i runs on as strand i + shift: they take shift / count turns about the yarn,
+  /// right-handed.
+  int shift = 0;
+  int seed = 0;
+  float irregularity = 0;  ///< root mean square of the change of colour along the yarn, relative
+  int swells = 1;          ///< parts of the chain over which that changes
+  bool operator==(const YarnStrands&) const = default;
+  /// Whether the surface differs from that of a smooth yarn.
+  bool varies() const { return count != 0 || irregularity > 0; }
+};
+
+inline constexpr int max_strands = 1024;
+inline constexpr int max_pieces = 32768;  ///< and swells, and shift
+inline constexpr float max_irregularity = 0.3F;
+inline constexpr int max_strand_seed = (1 << 24) - 1;
+
+/// How strands differ: root mean squares, but for the first; by eye, against traced fibres.
+inline constexpr float strand_roundness = 0.5F;  ///< slope of the surface at a strand's edges
+inline constexpr float strand_tilt = 0.22F;      ///< slope across the fibre
+inline constexpr float strand_lift = 0.12F;      ///< slope along the fibre
+inline constexpr float strand_sway = 0.16F;      ///< turn of the fibre in the surface, radians
+inline constexpr float strand_shade = 0.12F;     ///< relative change of the albedo
+/// Normals of strands face the viewer at least so much.
+inline constexpr float min_strand_facing = 0.05F;
+
+/// A hash of 32 bits: lowbias32 of Chris Wellons' hash prospector (2018, public domain).
+constexpr std::uint32_t strand_hash(std::uint32_t x) {
+  x = (x ^ x >> 16) * 0x7feb352dU;
+  x = (x ^ x >> 15) * 0x846ca68bU;
+  return x ^ x >> 16;
+}
+
+/// Rows of the lattice are strands; one more is the yarn's, and one more place has a strand's offset.
+inline constexpr std::uint32_t row_of_yarn = 0xffff;
+inline constexpr std::uint32_t place_of_offset = 0xffff;
+constexpr std::uint32_t strand_bits(std::uint32_t hashed_seed, std::uint32_t row, std::uint32_t place) {
+  return strand_hash(hashed_seed ^ (row << 16 | place));
+}
+
+/// A share of [0, 1] of the way from one place of the lattice to the next.
+template <class T>
+struct StrandBlend {
+  T here, next;  ///< weights, whose squares sum to 1: they keep the variance between the places
+  explicit StrandBlend(T part) {
+    const T smooth = part * part * (3 - 2 * part);
+    const T scale = 1 / std::sqrt(smooth * smooth + (1 - smooth) * (1 - smooth));
+    here = (1 - smooth) * scale;
+    next = smooth * scale;
+  }
+  /// Noise of unit variance, from byte k of either place's bits.
+  T noise(std::uint32_t a, std::uint32_t b, int k) const {
+    constexpr T scale = static_cast<T>(0.013531648);  // sqrt(12 / (256^2 - 1))
+    const auto value = [&](std::uint32_t bits) {
+      return (static_cast<T>(bits >> 8 * k & 255U) - static_cast<T>(127.5)) * scale;
+    };
+    return here * value(a) + next * value(b);
+  }
+};
+
+/// What a strand changes at a point of it.
+template <class T>
+struct StrandChange {
+  T across = 0;      ///< slope of the surface across the fibre
+  T along = 0;       ///< and along it
+  T turn = 0;        ///< of the fibre in the surface, radians
+  T brightness = 1;  ///< factor of the albedo
+};
+
+/// The shift without whole turns, in [0, count). Precondition: there are strands.
+inline std::uint32_t shift_within_turn(const YarnStrands& y) {
+  const int count = std::abs(y.count);
+  return static_cast<std::uint32_t>((y.shift % count + count) % count);
+}
+
+/// Rows of the lattice that a yarn or ply has its strands from: its first, and that of the ply which it goes
+/// on as at the chain's end.
+struct StrandRows {
+  int first = 0;
+  int later = 0;
+};
+
+/// At `around` turns about the yarn or ply; `share` of the chain's length. For yarn turned over, `around` is
+/// that of the yarn that it was.
+template <class T>
+StrandChange<T> strand_change(const YarnStrands& y, T around, T share, const StrandRows& rows = {}) {
+  StrandChange<T> change;
+  const std::uint32_t seed = strand_hash(static_cast<std::uint32_t>(y.seed));
+  share -= std::floor(share);
+  if (y.irregularity > 0) {
+    const T place = share * static_cast<T>(y.swells);
+    const auto here = std::min(static_cast<std::uint32_t>(place), static_cast<std::uint32_t>(y.swells - 1));
+    const std::uint32_t next = here + 1 == static_cast<std::uint32_t>(y.swells) ? 0 : here + 1;
+    const StrandBlend<T> blend(place - static_cast<T>(here));
+    change.brightness +=
+        static_cast<T>(y.irregularity) *
+        blend.noise(strand_bits(seed, row_of_yarn, here), strand_bits(seed, row_of_yarn, next), 3);
+  }
+  if (y.count == 0) return change;
+  const auto count = static_cast<std::uint32_t>(std::abs(y.count));
+  T turns = around - static_cast<T>(y.shift) / static_cast<T>(count) * share;
+  turns -= std::floor(turns);
+  const T strand = turns * static_cast<T>(count);
+  const std::uint32_t own = std::min(static_cast<std::uint32_t>(strand), count - 1);
+  const std::uint32_t row = own + static_cast<std::uint32_t>(rows.first);
+  const std::uint32_t later = (own + shift_within_turn(y)) % count + static_cast<std::uint32_t>(rows.later);
+  const auto offset = [&](std::uint32_t of) {
+    return static_cast<T>(strand_bits(seed, of, place_of_offset) >> 9U) * static_cast<T>(0x1p-23);
+  };
+  // Pieces of neighbouring strands begin at different places.
+  const T place = share * static_cast<T>(y.pieces) + offset(row) + share * (offset(later) - offset(row));
+  const auto here = static_cast<std::uint32_t>(place);
+  const auto bits = [&](std::uint32_t at) {
+    const auto pieces = static_cast<std::uint32_t>(y.pieces);
+    return at < pieces ? strand_bits(seed, row, at) : strand_bits(seed, later, at - pieces);
+  };
+  const StrandBlend<T> blend(place - static_cast<T>(here));
+  const std::uint32_t a = bits(here);
+  const std::uint32_t b = bits(here + 1);
+  const T slope = static_cast<T>(strand_roundness) * (2 * (strand - static_cast<T>(own)) - 1) +
+                  static_cast<T>(strand_tilt) * blend.noise(a, b, 0);
+  const T sway = static_cast<T>(strand_sway) * blend.noise(a, b, 2);
+  change.across = y.count < 0 ? -slope : slope;
+  change.turn = y.count < 0 ? -sway : sway;
+  change.along = static_cast<T>(strand_lift) * blend.noise(a, b, 1);
+  change.brightness *= 1 + static_cast<T>(strand_shade) * blend.noise(a, b, 3);
+  return change;
+}
+
+/// Turns unit normal and fibre, which are perpendicular, to those of the strand. `view`: unit.
+template <class T>
+void turn_to_strand(const StrandChange<T>& change, const Imath::Vec3<T>& view, Imath::Vec3<T>& normal,
+                    Imath::Vec3<T>& fibre) {
+  const Imath::Vec3<T> across = fibre.cross(normal);
+  normal = (normal + across * change.across + fibre * change.along).normalized();
+  const T short_of = static_cast<T>(min_strand_facing) - normal.dot(view);
+  if (short_of > 0) normal = (normal + view * short_of).normalized();
+  fibre += across * change.turn;
+  fibre = (fibre - normal * fibre.dot(normal)).normalized();
+}
+
+}  // namespace selvedge
