@@ -51,7 +51,7 @@ export const unwise_fabrics = [
   }),
   warning('FABRIC_LEVELS', 'chain', 'two of four levels', '/levels', {texels: [8, 4], levels: 2}),
   warning('FABRIC_LEVELS', 'part', 'level 2 of 13 x 9 texels and coarser ones', '/whole', {
-    texels: [3, 3],
+    texels: [3, 2],
     whole: {texels: [13, 9], level: 2, levels: 4},
   }),
   warning('FABRIC_LEVELS', 'part-of-unknown-levels', 'the same, and nothing said of coarser levels', '/whole', {
@@ -89,7 +89,7 @@ export const unwise_fabrics = [
   member('unknown-member-of-views', '/views/colour', 'grey'),
   member('digests-of-no-layer', '/digests/seams', ['0'.repeat(32)]),
   member('unknown-layer-that-is-optional', '/layers/back.lobes', {levels: [0], optional: true}),
-  member('minor-version', '/version', [3, 2]),
+  member('minor-version', '/version', [3, 3]),
   member('model-missing', '/model', undefined),
   member('model-number', '/model', 1),
   member('layer-precision-missing', '/layers/opacity/precision', undefined),
