@@ -43,6 +43,8 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
   const CellMesh* mesh = &cell.mesh;
   BakeOptions options = command.bake;
   must(ensure_texels(cell, command.input, command.texels_given, options));
+  // The hue of yarn that scatters inside comes from many bounces.
+  if (!command.bounces_given && !mesh->transmission.empty()) options.bounces = unlimited_bounces;
   if (!command.pairs.empty()) options.pairs = must(read_pairs(command.pairs));
   if (command.demand) {
     const double texel_mm = command.demand->min_mm * std::exp2(command.demand->bias);
@@ -126,6 +128,7 @@ void declare(Options& options, BakeCommand& command) {
   options.check([&options, &command] {
     command.texels_given = options.given("--texels");
     command.sides_given = options.given("--sides");
+    command.bounces_given = options.given("--bounces");
     MakeOptions make;
     make.bake = command.bake;
     apply_quality(options, command.quality, make);

@@ -75,6 +75,7 @@ void declare(Options& options, MakeCommand& command) {
   options.check([&options, &command] {
     command.texels_given = options.given("--texels");
     command.sides_given = options.given("--sides");
+    command.bounces_given = options.given("--bounces");
   });
 }
 

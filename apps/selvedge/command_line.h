@@ -28,6 +28,7 @@ struct BakeCommand {
   std::optional<BakeShard> shard;
   bool texels_given = false;          ///< if not, the stitch may raise the default
   bool sides_given = false;           ///< if not, a plan decides
+  bool bounces_given = false;         ///< if not, yarn that lets light through takes as many as there are
   std::optional<TexelDemand> demand;  ///< of make: only what this demand needs of the whole is baked
   bool chooses = false;               ///< the fit selects layers by the validation pairs
 };
@@ -50,6 +51,7 @@ struct MakeCommand {
   std::string pairs;                                    ///< file of pairs; empty: random ones
   bool texels_given = false;                            ///< if not, the stitch may raise the default
   bool sides_given = false;                             ///< if not, a plan decides
+  bool bounces_given = false;                           ///< if not, translucent yarn takes all
   std::string samples;                                  ///< file to keep them in; empty: none
   std::string report;                                   ///< .json, .md or .txt; empty: none
   std::string plan;  ///< file of a plan, which limits the fabric to what it needs; empty: whole fabric

@@ -27,6 +27,7 @@ MadeFabric make_fabric(const MakeCommand& command) {
   bake.pairs = command.pairs;
   bake.texels_given = command.texels_given;
   bake.sides_given = command.sides_given;
+  bake.bounces_given = command.bounces_given;
   FitCommand fit;
   fit.common = command.common;
   fit.options = command.options;

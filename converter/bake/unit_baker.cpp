@@ -102,11 +102,8 @@ UnitSamples UnitBaker::bake(const BakeUnit& unit, int samples, NoiseSum& noise) 
   irradiance_ = {};  // not needed after the views: frees its memory
   if (unit.kind == BakeUnit::Kind::pair) return bake_pair(unit.pairs, unit.index, samples, noise);
   YarnData yarns = yarns_;
-  // Plies have several times the stations of a yarn, and where there are strands of fibres, the noise of this
-  // light is finer than what the strands change.
-  const bool varied = !cell_.scene.mesh().places.empty();
-  const int paths = varied ? std::max(1, options_.yarn_paths * 3 / 8) : options_.yarn_paths;
-  trace_yarn_light(cell_, {paths, options_.bounces, options_.seed, options_.both_sides}, yarns);
+  const YarnLightOptions light{options_.yarn_paths, options_.bounces, options_.seed, options_.both_sides};
+  trace_yarn_light(cell_, light, cache_ ? &*cache_ : nullptr, yarns);
   return YarnSamples{curve_values(yarns), indirect_values(yarns), indirect_values(yarns, true)};
 }
 

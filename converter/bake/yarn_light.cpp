@@ -38,17 +38,36 @@ std::vector<V3f> spiral_lights() {
   return lights;
 }
 
+/// Light of the cache under the lights: the result of solve(), or nothing without a cache.
+struct CachedLight {
+  const IrradianceCache* cache;
+  std::vector<float> irradiance;
+};
+
 /// Irradiance, [light](colour), of a point of the surface by way of others; from lights below, directly as
 /// well.
 Eigen::MatrixX3d irradiance_at(const TracedCell& cell, const SurfacePoint& point, std::span<const V3f> lights,
-                               const YarnLightOptions& options, std::uint64_t place) {
+                               const YarnLightOptions& options, const CachedLight& cached,
+                               std::uint64_t place) {
   const RayScene& scene = cell.scene;
+  Eigen::MatrixX3d result = Eigen::MatrixX3d::Zero(static_cast<int>(lights.size()), 3);
   const PathTracer tracer(scene, options.bounces);
   std::uint64_t rays = 0;
   std::vector<V3d> sum(lights.size(), V3d(0, 0, 0));
   for (std::size_t l = 0; l < lights.size(); ++l) {
     const double cosine = lights[l].z < 0 ? static_cast<double>(point.face_normal.dot(lights[l])) : 0;
-    if (cosine > 0 && !scene.occluded(point, lights[l])) sum[l] = V3d(cosine * options.paths / pi);
+    if (cosine > 0 && !scene.occluded(point, lights[l])) result.row(static_cast<int>(l)).fill(cosine);
+  }
+  if (cached.cache != nullptr) {
+    CacheTaps taps;
+    if (!cached.cache->taps(point, taps)) return result;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float* row = &cached.irradiance[3 * lights.size() * taps.point[k]];
+      for (int c = 0; c < 3; ++c) {
+        for (int l = 0; l < result.rows(); ++l) result(l, c) += static_cast<double>(taps.weight[k] * *row++);
+      }
+    }
+    return result;
   }
   for (int path = 0; path < options.paths; ++path) {
     PathSampler sampler(static_cast<std::uint32_t>(path), place);
@@ -61,9 +80,8 @@ Eigen::MatrixX3d irradiance_at(const TracedCell& cell, const SurfacePoint& point
     }
     tracer.add_indirect(at, -direction, lights, sampler, sum);
   }
-  Eigen::MatrixX3d result(lights.size(), 3);
   for (std::size_t l = 0; l < lights.size(); ++l) {
-    for (int c = 0; c < 3; ++c) result(static_cast<int>(l), c) = sum[l][c] * pi / options.paths;
+    for (int c = 0; c < 3; ++c) result(static_cast<int>(l), c) += sum[l][c] * pi / options.paths;
   }
   return result;
 }
@@ -170,7 +188,8 @@ V3f groove_of(const std::vector<std::vector<Place>>& stations, const Eigen::Matr
 
 }  // namespace
 
-void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, YarnData& data) {
+void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, IrradianceCache* cache,
+                      YarnData& data) {
   std::vector<V3f> lights = spiral_lights();
   Eigen::MatrixXd by_light(light_count, light_functions_of_yarn);
   for (int l = 0; l < light_count; ++l) {
@@ -181,6 +200,9 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
 
   const int sides = options.both_sides ? 2 : 1;
   for (int l = 0; options.both_sides && l < light_count; ++l) lights.push_back(mirrored(lights[l]));
+
+  CachedLight cached{cache, {}};
+  if (cache != nullptr) cached.irradiance = cache->solve(cell.scene, lights, options.bounces);
 
   std::size_t stations = 0;
   for (const YarnCurve& curve : data.curves) stations += curve.stations;
@@ -205,7 +227,8 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
         const std::uint64_t place =
             seed_of(options.seed, 201, (first + station) * places[station].size() + a);
         const auto add = [&](const SurfacePoint& on, const V3f& share, std::uint64_t stream) {
-          const Eigen::MatrixX3d irradiance = irradiance_at(cell, on, lights, options, place ^ stream);
+          const Eigen::MatrixX3d irradiance =
+              irradiance_at(cell, on, lights, options, cached, place ^ stream);
           for (int side = 0; side < sides; ++side) {
             const Eigen::MatrixXd values = project * irradiance.middleRows(side * light_count, light_count);
             for (int k = 0; k < columns; ++k)
@@ -231,12 +254,12 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, Y
         }
       }
       const double brightest = *std::max_element(largest.begin(), largest.end());
-      // Of all colours 8 bits, and of light that comes through at least 6 of each: a red that is a hundred
+      // The brightest colour has 8 bits, and of light that comes through each has: a red that is a hundred
       // times as bright as the blue would leave it nothing.
       std::array<double, 3> step{1, 1, 1};
       for (int colour = 0; colour < 3; ++colour) {
         const bool fine = largest[colour] > 0 && (side == 1 || cell.scene.is_translucent());
-        const double own = fine ? largest[colour] / 31 : brightest;
+        const double own = fine ? largest[colour] / 127 : brightest;
         const double wanted = std::min(brightest / 127, own);
         if (wanted > 0) step[colour] = std::exp2(std::ceil(std::log2(wanted)));
       }

@@ -121,7 +121,7 @@ TEST_CASE("a yarn that lies alone has no light but its own") {
   const TracedCell cell = need(trace_cell(mesh, "alone", {}));
   YarnData data = mesh.yarns;
   for (V3f& node : data.nodes) node.z -= bounds_of(mesh).min.z;
-  trace_yarn_light(cell, {}, data);
+  trace_yarn_light(cell, {}, nullptr, data);
   // Copies 40 mm away fill 1/80 of what either flank sees: 0.002 of albedo 0.5 twice; and noise.
   const Yarns yarns(data, {4, 40});
   YarnPoint point;
