@@ -177,17 +177,23 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
   std::vector<char> sends(count);
   std::vector<float> next(count * width);
 
-  // Converged if a further reflection adds less than this share.
-  constexpr double min_change = 1e-4;
+  // Converged if a further reflection adds less than this share. Without an end, what is left then is taken
+  // for a geometric series: by then each colour falls by the same factor from reflection to reflection.
+  const bool endless = bounces == unlimited_bounces;
+  const double min_change = endless ? 1e-2 : 1e-4;
   constexpr int max_rounds = 1000;
+  constexpr double max_factor = 0.98;
   constexpr std::size_t block_size = 256;
   const std::size_t blocks = (count + block_size - 1) / block_size;
   struct Sums {
-    std::vector<double> changed, all;
+    std::vector<double> changed, all;  ///< [colour][light]
   };
   std::vector<Sums> sums(blocks);
   std::vector<char> done(n, 0);
-  const int rounds = bounces == unlimited_bounces ? max_rounds : bounces;
+  std::vector<double> before(width, 0);  ///< what the reflection before changed
+  std::vector<float> rest(width,
+                          0.0F);  ///< of the last change: what follows it, of lights that have converged
+  const int rounds = endless ? max_rounds : bounces;
   for (int round = 0; round < rounds; ++round) {
     parallel_for(0, points(), [&](int p) {
       const std::size_t point = p;
@@ -219,30 +225,52 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
                row_start_[point + 1] - start, width, &next[point * width]);
     });
     // Each light converges by itself, so that its result does not depend on the other lights.
-    parallel_for(0, static_cast<int>(blocks), [&](int block) {
-      Sums& sum = sums[block];
-      sum.changed.assign(n, 0);
-      sum.all.assign(n, 0);
+    const auto each_value = [&](std::size_t block, const auto& visit) {
       const std::size_t first = block * block_size;
-      for (std::size_t row = 3 * first; row < 3 * std::min(first + block_size, count); ++row) {
-        for (std::size_t l = 0; l < n; ++l) {
-          if (done[l] != 0) continue;
-          const float value = next[row * n + l];
-          sum.changed[l] += std::abs(static_cast<double>(value) - static_cast<double>(total[row * n + l]));
-          sum.all[l] += static_cast<double>(value);
-          total[row * n + l] = value;
+      for (std::size_t point = first; point < std::min(first + block_size, count); ++point) {
+        for (std::size_t i = 0; i < width; ++i) {
+          if (done[i % n] == 0) visit(i, point * width + i);
         }
       }
+    };
+    parallel_for(0, static_cast<int>(blocks), [&](int block) {
+      Sums& sum = sums[block];
+      sum.changed.assign(width, 0);
+      sum.all.assign(width, 0);
+      each_value(block, [&](std::size_t i, std::size_t at) {
+        const float change = next[at] - total[at];
+        sum.changed[i] += std::abs(static_cast<double>(change));
+        sum.all[i] += static_cast<double>(next[at]);
+        total[at] = next[at];
+        next[at] = change;
+      });
     });
+    std::vector<char> ends(n, 0);
     for (std::size_t l = 0; l < n; ++l) {
-      double changed = 0;
+      if (done[l] != 0) continue;
+      double all_changed = 0;
       double all = 0;
-      for (const Sums& sum : sums) {
-        changed += sum.changed[l];
-        all += sum.all[l];
+      for (std::size_t i = l; i < width; i += n) {
+        double changed = 0;
+        for (const Sums& sum : sums) {
+          changed += sum.changed[i];
+          all += sum.all[i];
+        }
+        const double factor = before[i] > 0 ? std::min(max_factor, changed / before[i]) : 0;
+        rest[i] = static_cast<float>(endless ? factor / (1 - factor) : 0);
+        before[i] = changed;
+        all_changed += changed;
       }
-      if (done[l] == 0) done[l] = changed <= min_change * all ? 1 : 0;
+      ends[l] = all_changed <= min_change * all ? 1 : 0;
     }
+    if (endless && std::find(ends.begin(), ends.end(), 1) != ends.end()) {
+      parallel_for(0, static_cast<int>(blocks), [&](int block) {
+        each_value(block, [&](std::size_t i, std::size_t at) {
+          if (ends[i % n] != 0) total[at] += rest[i] * next[at];
+        });
+      });
+    }
+    for (std::size_t l = 0; l < n; ++l) done[l] = static_cast<char>(done[l] | ends[l]);
     if (std::find(done.begin(), done.end(), 0) == done.end()) break;
   }
   return total;
