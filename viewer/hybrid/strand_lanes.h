@@ -19,8 +19,10 @@ struct StrandCurves {
   alignas(64) Floats width;                                ///< of a strand, mm
   alignas(64) Floats sense_x, sense_y;                     ///< Yarns::Inside::strand_sense; 0: no strands
   alignas(64) std::array<std::uint32_t, yarn_lanes> seed;  ///< hashed
-  void set(std::size_t lane, const YarnCurve& curve, const V2f& sense, const Yarns::Segment& segment) {
-    const YarnStrands& of = curve.strands;
+  void set(std::size_t lane, const YarnData& data, const Yarns::Inside& inside,
+           const Yarns::Segment& segment) {
+    const YarnStrands& of = data.curves[segment.curve].strands;
+    const V2f& sense = inside.strand_sense[segment.curve];
     const bool some = of.count != 0;
     strands[lane] = static_cast<float>(some ? std::abs(of.count) : 1);
     shift[lane] = some ? static_cast<float>(shift_within_turn(of)) : 0;

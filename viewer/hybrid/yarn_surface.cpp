@@ -351,10 +351,8 @@ void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits
   place(segments.data(), curves, hits.from_start, surface, station);
   alignas(64) Floats brightness;
   brightness.fill(1);
-  for (std::size_t i = 0; varies && i < yarn_lanes; ++i) {
-    strands.set(i, data.curves[of_curve[i]], inside.strand_sense[of_curve[i]],
-                *reinterpret_cast<const Yarns::Segment*>(segments[i]));
-  }
+  for (std::size_t i = 0; varies && i < yarn_lanes; ++i)
+    strands.set(i, data, inside, reinterpret_cast<const Yarns::Segment&>(*segments[i]));
   if (varies) turn(strands, curves, station, view, spacing, surface, brightness);
   // Lanes between the same two stations have the same coefficients.
   surface.transfer = {};
