@@ -87,7 +87,7 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
     const auto laid = lay_plies(alone, pattern.name);
     if (!laid) return tl::unexpected(laid.error());
     const auto plies = yarn_curves_of(*laid, options);
-    if (!plies) return plies;
+    if (!plies) return tl::unexpected(plies.error());
     data.curves.insert(data.curves.end(), plies->curves.begin(), plies->curves.end());
     data.nodes.insert(data.nodes.end(), plies->nodes.begin(), plies->nodes.end());
   }

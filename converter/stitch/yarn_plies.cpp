@@ -19,7 +19,9 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm) {
   const int n = yarn.plies;
   const double radius = yarn.radius_mm * ply_radius(n);
   const double offset = yarn.radius_mm - radius;
-  const auto [frames, places] = course_of_plies(yarn);
+  const PlyCourse course = course_of_plies(yarn);
+  const YarnFrames& frames = course.frames;
+  const int places = course.shift;
   const auto& stations = frames.stations;
   const double length = stations.back().length;
   const double turn = 2 * pi * places / n - frames.turned;

@@ -121,7 +121,10 @@ void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vecto
 }
 
 void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::Segment>& segments) {
-  const auto& [plies, divisions, shift, phase, groove] = curve.plies;
+  const int plies = curve.plies.count;
+  const int divisions = curve.plies.divisions;
+  const int shift = curve.plies.shift;
+  const auto phase = static_cast<double>(curve.plies.phase);
   const int count = curve.nodes * divisions;
   std::vector<AxisPlace> places;
   for (int i = 0; i < count; ++i) places.push_back(place_on(axis, i / divisions, i % divisions, divisions));
@@ -137,7 +140,7 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
       const int repeat = i < 0 ? -1 : i / count;
       const AxisPlace& place = places[i - repeat * count];
       const double share = place.share + repeat;
-      const double angle = static_cast<double>(phase) + 2 * std::numbers::pi * (ply + shift * share) / plies;
+      const double angle = phase + 2 * std::numbers::pi * (ply + shift * share) / plies;
       const V3d out = place.across * std::cos(angle) + place.beside * std::sin(angle);
       chain.nodes.push_back(place.position + axis.turns * static_cast<double>(repeat) + out * offset);
       if (i < 0 || i > count) continue;
