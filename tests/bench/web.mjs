@@ -14,7 +14,7 @@ const TICKS = 100;  // a second, of /proc
 mkdirSync(folder, { recursive: true });
 const path = (name) => `${folder}/${name}`;
 const run = (program, ...options) => execFileSync(`${bin}/${program}`, options, { encoding: 'utf8' });
-run('selvedge', 'make', 'plain-knit', '-o', path('knit.fabric.exr'), '--quiet');
+run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('knit.fabric.exr'), '--quiet');
 run('selvedge-samples', 'sweater', '-o', path('plain.glb'));
 run('selvedge', 'dress', path('plain.glb'), path('knit.fabric.exr'), '-o', path('sweater.glb'), '--all', '--quiet');
 

@@ -75,7 +75,7 @@ test_refuses_files_of_the_wrong_kind() {
 
 test_refuses_a_fabric_of_another_cell_in_compare() {
   make_plane_fabric
-  selvedge bake plain-knit -o knit.samples.exr --quiet "${small[@]:2}" --texels 4
+  selvedge bake plain-knit --set yarn=tube -o knit.samples.exr --quiet "${small[@]:2}" --texels 4
   refuses FABRIC_MISMATCH plane.fabric.exr selvedge compare plane.fabric.exr knit.samples.exr
 }
 
@@ -95,8 +95,8 @@ test_refuses_a_garment_cut_short() {
 }
 
 test_refuses_a_mesh_cut_short() {
-  selvedge stitch plain-weave --grid 8 -o whole.obj --quiet
-  selvedge stitch plain-weave --grid 8 -o whole.ply --quiet
+  selvedge stitch plain-weave --set yarn=tube --grid 8 -o whole.obj --quiet
+  selvedge stitch plain-weave --set yarn=tube --grid 8 -o whole.ply --quiet
   # In the middle of a vertex and of a face: an OBJ that ends with a line is whole.
   sed -n '1,/^v /p' whole.obj | head -c -4 | sed '$s/ [^ ]*$//' >short.obj
   refuses FILE_DAMAGED short.obj selvedge bake short.obj --period 2x2 -o o.exr
@@ -225,7 +225,7 @@ test_refuses_a_pattern_without_yarn() {
 }
 
 test_refuses_a_stitch_description_cut_short() {
-  selvedge stitch plain-knit -o knit.json --quiet
+  selvedge stitch plain-knit --set yarn=tube -o knit.json --quiet
   cut_short knit.json short.json
   refuses JSON_MALFORMED short.json selvedge bake short.json -o o.exr
   grep -q 'line [0-9]*, column' "$scratch/err"

@@ -6,9 +6,9 @@ test_a_killed_bake_goes_on_where_it_was() {
   # A second's work for any machine, in 25 pieces: the last is the yarn.
   local sizes=(--texels 12 --views 16 --lights 16 --samples 4096 --held-out-pairs 4 --validation-pairs 2
     --rim-pairs 2 --truth-samples 64) kills=0 pid
-  selvedge bake plain-knit -o whole.exr "${sizes[@]}" --quiet
+  selvedge bake plain-knit --set yarn=tube -o whole.exr "${sizes[@]}" --quiet
   while [ $kills -lt 3 ]; do
-    selvedge bake plain-knit -o killed.exr "${sizes[@]}" --quiet &
+    selvedge bake plain-knit --set yarn=tube -o killed.exr "${sizes[@]}" --quiet &
     pid=$!
     for _ in $(seq 2000); do
       # Something new is in the journal.
@@ -23,14 +23,14 @@ test_a_killed_bake_goes_on_where_it_was() {
     [ ! -e killed.exr ] || break
   done
   [ $kills -gt 0 ] || fail "was never killed"
-  exits 0 selvedge bake plain-knit -o killed.exr "${sizes[@]}" --json
+  exits 0 selvedge bake plain-knit --set yarn=tube -o killed.exr "${sizes[@]}" --json
   holds "r.resumed + r.units === 25 && (r.resumed > 0 || $kills === 0)"
   same whole.exr killed.exr
   [ "$(echo killed.exr*)" = killed.exr ] || fail "left behind: $(echo killed.exr*)"
 }
 
 test_what_a_bake_left_that_was_killed_before_its_first_view_is_gone_after_the_next() {
-  selvedge bake plain-knit -o k.exr --texels 64 --views 16 --lights 16 --samples 16384 --quiet &
+  selvedge bake plain-knit --set yarn=tube -o k.exr --texels 64 --views 16 --lights 16 --samples 16384 --quiet &
   local pid=$!
   for _ in $(seq 2000); do
     [ -z "$(find . -name 'k.exr.journal.part-*')" ] || break
@@ -39,13 +39,13 @@ test_what_a_bake_left_that_was_killed_before_its_first_view_is_gone_after_the_ne
   kill -KILL $pid
   wait $pid 2>/dev/null || true
   [ -n "$(find . -name 'k.exr.journal.part-*')" ] || fail "was not killed before its first view"
-  exits 0 selvedge bake plain-knit -o k.exr "${small[@]}" --quiet
+  exits 0 selvedge bake plain-knit --set yarn=tube -o k.exr "${small[@]}" --quiet
   [ "$(echo k.exr*)" = k.exr ] || fail "left behind: $(echo k.exr*)"
 }
 
 test_a_journal_survives_ctrl_c_and_sigterm() {
   set -m
-  selvedge bake plain-knit -o k.exr --texels 12 --views 64 --lights 16 --samples 4096 --quiet &
+  selvedge bake plain-knit --set yarn=tube -o k.exr --texels 12 --views 64 --lights 16 --samples 4096 --quiet &
   local pid=$!
   for _ in $(seq 2000); do
     [ ! -e k.exr.journal ] || break
@@ -59,9 +59,9 @@ test_a_journal_survives_ctrl_c_and_sigterm() {
 }
 
 test_shards_merge_to_the_bytes_of_the_whole() {
-  selvedge bake plain-weave -o whole.exr "${small[@]}" --quiet
+  selvedge bake plain-weave --set yarn=tube -o whole.exr "${small[@]}" --quiet
   for i in 1 0; do
-    exits 0 selvedge bake plain-weave -o "$i.shard" --shard "$i/2" "${small[@]}" --json
+    exits 0 selvedge bake plain-weave --set yarn=tube -o "$i.shard" --shard "$i/2" "${small[@]}" --json
     holds "r.units === $((17 - i))"
   done
   exits 0 selvedge merge 0.shard 1.shard -o merged.exr --json
@@ -75,9 +75,9 @@ test_shards_merge_to_the_bytes_of_the_whole() {
 
 test_bake_aims_at_noise_or_time() {
   local some=(--texels 8 --views 16 --lights 16 --held-out-pairs 0 --validation-pairs 0 --rim-pairs 0)
-  exits 0 selvedge bake plain-knit -o n.exr --noise 0.1 "${some[@]}" --json
+  exits 0 selvedge bake plain-knit --set yarn=tube -o n.exr --noise 0.1 "${some[@]}" --json
   holds "r.noise < 0.12 && r.samples >= 2"
-  exits 0 selvedge bake plain-knit -o t.exr --time-budget 0.5 "${some[@]}" --json
+  exits 0 selvedge bake plain-knit --set yarn=tube -o t.exr --time-budget 0.5 "${some[@]}" --json
   holds "r.samples >= 1"
   exits 0 selvedge info t.exr --json
   holds "r.content.provenance.bake.samples === r.content.samplesPerTexel"
@@ -88,20 +88,22 @@ test_bake_aims_at_noise_or_time() {
 }
 
 test_bake_takes_light_ground_and_plane() {
-  selvedge bake plain-knit -o black.exr "${small[@]}" --bounces unlimited --reference-height mean --quiet
-  selvedge bake plain-knit -o white.exr "${small[@]}" --bounces unlimited --reference-height mean --ground 1 --quiet
+  selvedge bake plain-knit --set yarn=tube -o black.exr "${small[@]}" --bounces unlimited --reference-height mean \
+    --quiet
+  selvedge bake plain-knit --set yarn=tube -o white.exr "${small[@]}" --bounces unlimited --reference-height mean \
+    --ground 1 --quiet
   differ black.exr white.exr
   exits 0 selvedge info white.exr --json
   holds "r.content.provenance.bake.bounces === 'unlimited' && r.content.provenance.bake.ground === 1"
   holds "r.content.provenance.bake.referencePlane === 'mean' && r.content.referenceHeight < r.content.thickness"
-  exits 0 selvedge bake plain-knit -o traced.exr "${small[@]}" --indirect traced --json
+  exits 0 selvedge bake plain-knit --set yarn=tube -o traced.exr "${small[@]}" --indirect traced --json
   holds "r.rays > 0"
 }
 
 test_pairs_come_from_a_file() {
   echo '{"held-out": [{"light": [0, 0.6, 0.8], "view": [0, 0, 1]}]}' >pairs.json
   local some=(--texels 8 --views 4 --lights 4)
-  selvedge bake plain-knit -o k.exr --pairs pairs.json "${some[@]}" --quiet
+  selvedge bake plain-knit --set yarn=tube -o k.exr --pairs pairs.json "${some[@]}" --quiet
   exits 0 selvedge info k.exr --json
   holds "r.content.pairs['held-out'] === 1 && r.content.pairs.rim === 0"
   echo '{"views": []}' >pairs.json

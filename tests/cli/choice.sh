@@ -4,43 +4,48 @@
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
-  exits 0 selvedge make plain-knit --quality draft -o a.fabric.exr --json
+  exits 0 selvedge make plain-knit --set yarn=tube --quality draft -o a.fabric.exr --json
   holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.levels[0].layers === "1 lobe x table"'
-  selvedge make plain-knit --quality paper --texels 8 --views 36 --lights 36 --samples 2 --lobes 1 --half-lobes --yarns on -o b.fabric.exr --quiet
+  selvedge make plain-knit --set yarn=tube --quality paper --texels 8 --views 36 --lights 36 --samples 2 --lobes 1 \
+    --half-lobes --yarns on -o b.fabric.exr --quiet
   same a.fabric.exr b.fabric.exr
-  exits 0 selvedge make plain-knit --quality standard --texels 8 --budget 20000 --views 16 --lights 16 -o c.fabric.exr --json
+  exits 0 selvedge make plain-knit --set yarn=tube --quality standard --texels 8 --budget 20000 --views 16 \
+    --lights 16 -o c.fabric.exr --json
   holds 'r.bake.samples === 8 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes - r.fit.yarn.bytes - 4000 <= 20000'
   local few=(--texels 8 --views 16 --lights 16)
-  selvedge make plain-knit --quality standard --budget 30000 "${few[@]}" -o d.fabric.exr --quiet
-  selvedge make plain-knit --quality paper --samples 8 --budget 30000 --yarns on "${few[@]}" -o e.fabric.exr --quiet
+  selvedge make plain-knit --set yarn=tube --quality standard --budget 30000 "${few[@]}" -o d.fabric.exr --quiet
+  selvedge make plain-knit --set yarn=tube --quality paper --samples 8 --budget 30000 --yarns on "${few[@]}" \
+    -o e.fabric.exr --quiet
   same d.fabric.exr e.fabric.exr
   # More texels have more bytes, a size that was given is kept.
   few=(--views 16 --lights 16 --quality standard --texels 32)
-  exits 0 selvedge make plain-knit "${few[@]}" -o h.fabric.exr --json
+  exits 0 selvedge make plain-knit --set yarn=tube "${few[@]}" -o h.fabric.exr --json
   holds 'r.fit.bytes > 40000 && r.fit.bytes <= 400000'
-  exits 0 selvedge make plain-knit "${few[@]}" --budget 32K -o h.fabric.exr --json
+  exits 0 selvedge make plain-knit --set yarn=tube "${few[@]}" --budget 32K -o h.fabric.exr --json
   holds 'r.fit.bytes <= 32768 + 8192'
   exits 2 selvedge make plain-knit --quality best -o d.fabric.exr
   exits 2 selvedge-view render a.fabric.exr --place near -o x.png --quality best
 }
 
 test_a_make_without_a_quality_is_the_standard_one() {
-  exits 0 selvedge make plain-knit -o a.fabric.exr --json
+  exits 0 selvedge make plain-knit --set yarn=tube -o a.fabric.exr --json
   holds 'r.bake.samples === 8 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 32768 && r.fit.yarn.curves === 1'
-  selvedge make plain-knit --quality standard -o b.fabric.exr --quiet
+  selvedge make plain-knit --set yarn=tube --quality standard -o b.fabric.exr --quiet
   same a.fabric.exr b.fabric.exr
   # Layers that are named are those that are made, of every preset.
   for quality in standard high paper; do
-    exits 0 selvedge make plain-knit "${small[@]}" --quality $quality --no-table --lobes 1 -o l.fabric.exr --json
+    exits 0 selvedge make plain-knit --set yarn=tube "${small[@]}" --quality $quality --no-table --lobes 1 \
+      -o l.fabric.exr --json
     holds 'r.fit.levels[0].layers === "1 lobe"'
   done
   # Bake and fit by themselves make the same, of every quality.
   for quality in "" "--quality paper"; do
     # shellcheck disable=SC2086
     {
-      selvedge bake plain-knit $quality "${small[@]}" -o s.samples.exr --quiet
+      selvedge bake plain-knit --set yarn=tube $quality "${small[@]}" -o s.samples.exr --quiet
       selvedge fit s.samples.exr $quality -o c.fabric.exr --quiet
-      selvedge make plain-knit $quality "${small[@]}" --keep-samples t.samples.exr -o d.fabric.exr --quiet
+      selvedge make plain-knit --set yarn=tube $quality "${small[@]}" --keep-samples t.samples.exr -o d.fabric.exr \
+        --quiet
     }
     same s.samples.exr t.samples.exr
     same c.fabric.exr d.fabric.exr
@@ -48,7 +53,7 @@ test_a_make_without_a_quality_is_the_standard_one() {
 }
 
 test_make_within_limits_never_writes_over_its_input() {
-  selvedge stitch plain-weave -o weave.ply --quiet
+  selvedge stitch plain-weave --set yarn=tube -o weave.ply --quiet
   cp weave.ply before.ply
   exits 1 selvedge make weave.ply --max-bytes 12K -o weave.ply --quiet
   same weave.ply before.ply
@@ -58,17 +63,17 @@ test_make_within_limits_never_writes_over_its_input() {
 }
 
 test_make_within_limits_keeps_them_or_names_the_nearest() {
-  exits 0 selvedge make plain-knit --max-bytes 16K --max-seconds 600 -o k.fabric.exr --json
+  exits 0 selvedge make plain-knit --set yarn=tube --max-bytes 16K --max-seconds 600 -o k.fabric.exr --json
   holds 'r.made.bytes <= 16384 && r.made.seconds <= 600 && r.expected.bytes > 0 && r.options.startsWith("--quality paper --") &&
     r.tried.some(t => t.options === r.options)'
   [ "$(stat -c %s k.fabric.exr)" -le 16384 ]
   exits 0 selvedge check k.fabric.exr
   # All three figures are reported, whichever were limited.
-  exits 0 selvedge make plain-weave --max-bytes 16K -o w.fabric.exr --json
+  exits 0 selvedge make plain-weave --set yarn=tube --max-bytes 16K -o w.fabric.exr --json
   holds 'r.made.bytes <= 16384 && r.made.seconds > 0'
   node -p 'const made = JSON.parse(require("fs").readFileSync(process.argv[1], "utf8")); made.made.heldOut' "$scratch/out" >alone
   # By the same directions as where quality is limited.
-  exits 0 selvedge make plain-weave --max-bytes 16K --min-db 1 -o v.fabric.exr --json
+  exits 0 selvedge make plain-weave --set yarn=tube --max-bytes 16K --min-db 1 -o v.fabric.exr --json
   if cmp -s v.fabric.exr w.fabric.exr; then holds "r.made.heldOut === $(cat alone)"; fi
   holds "Math.abs(r.made.heldOut - $(cat alone)) < 2"
   write_plane plane.obj
@@ -76,21 +81,21 @@ test_make_within_limits_keeps_them_or_names_the_nearest() {
   holds 'r.tried.length === 1 && r.made.heldOut >= 30'
   # Nothing is as small as that.
   refuses OPTION_OUT_OF_RANGE 'the smallest fabric found has' \
-    selvedge make plain-knit --max-bytes 100 -o none.fabric.exr --quiet
+    selvedge make plain-knit --set yarn=tube --max-bytes 100 -o none.fabric.exr --quiet
   exits 2 selvedge make plain-knit --max-bytes 60K --texels 8 -o x.fabric.exr
   exits 2 selvedge make plain-knit --min-db 20 --quality draft -o x.fabric.exr
 }
 
 test_limits_of_cost_are_met_where_quality_is_not_to_be_had() {
   refuses OPTION_OUT_OF_RANGE 'are met by none of 2 settings made; the nearest is --quality paper' \
-    selvedge make plain-weave --min-db 100 --max-bytes 12K -o none.fabric.exr --quiet
+    selvedge make plain-weave --set yarn=tube --min-db 100 --max-bytes 12K -o none.fabric.exr --quiet
   local made options
   made=$(sed -nE 's/.*: ([0-9]+) bytes.*/\1/p' "$scratch/err")
   [ "$made" -le 12288 ] || fail "$(cat "$scratch/err")"
   # What it names can be made, and is as small as it says.
   options=$(sed -E 's/.*nearest is (.*): [0-9]+ bytes.*/\1/' "$scratch/err")
   # shellcheck disable=SC2086 # several words
-  selvedge make plain-weave $options -o nearest.fabric.exr --quiet
+  selvedge make plain-weave --set yarn=tube $options -o nearest.fabric.exr --quiet
   [ "$(stat -c %s nearest.fabric.exr)" = "$made" ]
 }
 
@@ -120,7 +125,7 @@ test_a_name_that_is_too_long_is_told_as_it_was_given() {
 }
 
 test_make_within_limits_chooses_layers_within_a_size_that_nobody_measured() {
-  exits 0 selvedge make plain-knit --max-bytes 20K -o k.fabric.exr --json
+  exits 0 selvedge make plain-knit --set yarn=tube --max-bytes 20K -o k.fabric.exr --json
   holds 'r.made.bytes <= 20480 && r.made.bytes > 12000 && /--budget 20480/.test(r.options)'
   exits 0 selvedge check k.fabric.exr
 }
@@ -133,7 +138,7 @@ test_the_options_of_a_choice_make_the_same_bytes_in_the_place_of_the_limits() {
       -o remade.fabric.exr --quiet
     same kept.fabric.exr remade.fabric.exr
   }
-  local others=(--set warp_albedo=0.3,0.2,0.1 --set weft_radius_mm=0.28 --seed 5 --grid 40 --held-out-pairs 4
+  local others=(--set yarn=tube --set warp_albedo=0.3,0.2,0.1 --set weft_radius_mm=0.28 --seed 5 --grid 40 --held-out-pairs 4
     --validation-pairs 16 --reference-height 80%)
   exits 0 selvedge make plain-weave --max-bytes 12K "${others[@]}" --threads 1 -o kept.fabric.exr --json
   remade plain-weave "${others[@]}"
@@ -146,7 +151,7 @@ test_the_options_of_a_choice_make_the_same_bytes_in_the_place_of_the_limits() {
 # Lace and satin repeat after many yarns; of a weaving draft with twice as many, eight texels are too few.
 test_a_draft_and_a_size_are_to_be_had_for_stitches_of_many_yarns() {
   for stitch in lace satin; do
-    exits 0 selvedge make $stitch --quality draft -o $stitch.fabric.exr --quiet
+    exits 0 selvedge make $stitch --set yarn=tube --quality draft -o $stitch.fabric.exr --quiet
     exits 0 selvedge check $stitch.fabric.exr
   done
   {
@@ -157,9 +162,9 @@ test_a_draft_and_a_size_are_to_be_had_for_stitches_of_many_yarns() {
     echo '[LIFTPLAN]'
     for i in 1 2 3 4 5 6 7 8; do echo "$i=$(((i - 1) % 4 + 1)),$((i % 4 + 1))"; done
   } >twill.wif
-  exits 0 selvedge make twill.wif --quality draft -o draft.fabric.exr --json
+  exits 0 selvedge make twill.wif --set yarn=tube --quality draft -o draft.fabric.exr --json
   holds 'r.fit.levels[0].texels[0] === 16'
-  exits 0 selvedge make twill.wif --max-bytes 16K -o small.fabric.exr --json
+  exits 0 selvedge make twill.wif --set yarn=tube --max-bytes 16K -o small.fabric.exr --json
   holds 'r.fit.levels[0].texels[0] === 16 && r.made.bytes <= 16384'
   refuses OPTION_OUT_OF_RANGE 'its yarns need 16x16 texels' \
     selvedge make twill.wif --quality draft --texels 8 -o none.fabric.exr --quiet

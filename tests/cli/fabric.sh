@@ -2,7 +2,7 @@
 # Fabric files written again, and questions asked of them.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-make_knit_fabric() { selvedge make --quality paper plain-knit -o k.fabric.exr --quiet "${small[@]}"; }
+make_knit_fabric() { selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr --quiet "${small[@]}"; }
 
 # says FILE EXPRESSION: prints a part of the attribute text, `t`.
 says() {
@@ -143,7 +143,7 @@ test_answer_checks_files_of_every_kind() {
 
 test_yarn_goes_from_the_stitch_into_the_fabric() {
   local few=(--texels 8 --views 4 --lights 4 --samples 1 --lobes 1 --quiet)
-  exits 0 selvedge make plain-knit --yarns on "${few[@]}" --report y.md -o y.fabric.exr
+  exits 0 selvedge make plain-knit --set yarn=tube --yarns on "${few[@]}" --report y.md -o y.fabric.exr
   grep -qE '^Yarn: [0-9]+ curves?, [0-9]+ nodes, [0-9]+ bytes\.$' y.md || fail "$(cat y.md)"
   # Its bytes are of no level.
   if grep -q '^| bytes at level .*yarns' y.md; then fail "$(cat y.md)"; fi
@@ -168,7 +168,7 @@ test_yarn_goes_from_the_stitch_into_the_fabric() {
   selvedge fit s.exr --lobes 1 --quiet -o f.fabric.exr
   exits 0 selvedge evaluate f.fabric.exr --level -1 --uv 0.3,0.4
   # In a mesh from a file they are found; a sheet has none.
-  selvedge stitch plain-knit -o knit.obj --quiet
+  selvedge stitch plain-knit --set yarn=tube -o knit.obj --quiet
   exits 0 selvedge make knit.obj --period 5x3.8 --yarns on "${few[@]}" -o k.fabric.exr
   exits 0 selvedge evaluate k.fabric.exr --level -1 --uv 0.3,0.4 --json
   holds 'r.alpha === 1 && r.rgb[0] > 0'
@@ -179,10 +179,11 @@ test_yarn_goes_from_the_stitch_into_the_fabric() {
 
 test_both_sides_go_from_the_bake_into_the_fabric() {
   local few=(--texels 8 --views 16 --lights 16 --samples 2 --lobes 1 --yarns on --quiet)
-  exits 0 selvedge make plain-knit "${few[@]}" --sides both --keep-samples b.samples.exr -o b.fabric.exr --json
+  exits 0 selvedge make plain-knit --set yarn=tube "${few[@]}" --sides both --keep-samples b.samples.exr \
+    -o b.fabric.exr --json
   holds 'const s = r.fit.sides; ["back", "through", "back.through"].every(side => s[side].length === 4 &&
     s[side].every(level => level.heldOut.psnr > 10 && level.bytes > 0))'
-  exits 0 selvedge make plain-knit "${few[@]}" -o f.fabric.exr
+  exits 0 selvedge make plain-knit --set yarn=tube "${few[@]}" -o f.fabric.exr
   [ "$(digests_of f.fabric.exr)" = "$(digests_of b.fabric.exr)" ] || fail "the front is another"
   exits 0 selvedge check b.fabric.exr b.samples.exr
   exits 0 selvedge info b.fabric.exr
@@ -205,7 +206,7 @@ test_both_sides_go_from_the_bake_into_the_fabric() {
   done
   exits 0 selvedge evaluate f.fabric.exr --level 3 --texel 0,0 --light=0,0.6,-0.8 --json
   holds 'r.rgb.every(x => x === 0)'
-  exits 1 selvedge make plain-knit "${few[@]}" --sides both --ground 0.5 -o g.fabric.exr
+  exits 1 selvedge make plain-knit --set yarn=tube "${few[@]}" --sides both --ground 0.5 -o g.fabric.exr
   [ ! -e g.fabric.exr ]
 }
 

@@ -9,7 +9,7 @@ installed() { cmake --install "$build" --prefix "$scratch/prefix" --component li
 
 test_a_program_outside_of_the_tree_reads_a_fabric_through_the_installed_library() {
   installed
-  selvedge make --quality paper plain-weave --yarns on "${small[@]}" -o f.exr --quiet
+  selvedge make --quality paper plain-weave --set yarn=tube --yarns on "${small[@]}" -o f.exr --quiet
   cmake -S "$root/samples/reader" -B reader -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/out"
   cmake --build reader >"$scratch/out"
   reader/fabric-reader f.exr >read.txt
@@ -36,7 +36,7 @@ test_a_program_outside_of_the_tree_reads_a_fabric_through_the_installed_library(
 
 test_a_program_outside_of_the_tree_draws_a_fabric_with_the_installed_shader() {
   installed
-  selvedge make plain-weave "${small[@]}" -o f.exr --quiet
+  selvedge make plain-weave --set yarn=tube "${small[@]}" -o f.exr --quiet
   cmake -S "$root/samples/reader" -B reader -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/out"
   cmake --build reader --target fabric-picture >"$scratch/out"
   reader/fabric-picture f.exr drawn.ppm

@@ -28,21 +28,22 @@ leaves_nothing() {
 }
 
 test_bake_leaves_no_half_file_after_ctrl_c() {
-  leaves_nothing INT 130 selvedge bake plain-knit -o k.samples.exr "${large[@]}"
+  leaves_nothing INT 130 selvedge bake plain-knit --set yarn=tube -o k.samples.exr "${large[@]}"
 }
 
 test_bake_leaves_no_half_file_after_sigterm() {
-  leaves_nothing TERM 143 selvedge bake plain-knit -o k.samples.exr "${large[@]}"
+  leaves_nothing TERM 143 selvedge bake plain-knit --set yarn=tube -o k.samples.exr "${large[@]}"
 }
 
 test_make_leaves_no_half_file_after_ctrl_c() {
-  leaves_nothing INT 130 selvedge make --quality paper plain-knit -o k.fabric.exr "${large[@]}"
-  leaves_nothing TERM 143 selvedge make --quality paper plain-knit -o k.fabric.exr --keep-samples k.samples.exr "${large[@]}"
+  leaves_nothing INT 130 selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr "${large[@]}"
+  leaves_nothing TERM 143 selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr \
+    --keep-samples k.samples.exr "${large[@]}"
 }
 
 test_bake_leaves_the_old_file_after_ctrl_c() {
   echo old >k.samples.exr
-  leaves_nothing INT 130 selvedge bake plain-knit -o k.samples.exr "${large[@]}"
+  leaves_nothing INT 130 selvedge bake plain-knit --set yarn=tube -o k.samples.exr "${large[@]}"
   [ "$(cat k.samples.exr)" = old ]
 }
 

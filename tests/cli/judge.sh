@@ -2,7 +2,7 @@
 # How good a fabric is: reports of fits as files, what the fabric says of itself, and pictures of comparisons.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-make_samples() { selvedge bake plain-knit -o k.samples.exr --quiet --yarns off "${small[@]}"; }
+make_samples() { selvedge bake plain-knit --set yarn=tube -o k.samples.exr --quiet --yarns off "${small[@]}"; }
 
 test_a_fit_reports_into_a_file_what_compare_finds_and_the_fabric_says() {
   make_samples
@@ -31,7 +31,8 @@ test_a_report_with_another_ending_is_a_table() {
   grep -q '^No warnings' k.md
   [ "$(stat -c %s k.fabric.exr)" -le 20480 ]
   grep -q "^\`k.fabric.exr\`: $(stat -c %s k.fabric.exr) bytes" k.md
-  exits 0 selvedge make --quality paper plain-knit -o m.fabric.exr --report m.txt --quiet --texels 8 --views 1 --lights 16 --samples 4
+  exits 0 selvedge make --quality paper plain-knit --set yarn=tube -o m.fabric.exr --report m.txt --quiet --texels 8 \
+    --views 1 --lights 16 --samples 4
   grep -q 'SAMPLES_SPARSE' m.txt
   exits 0 selvedge info m.fabric.exr --json
   holds "r.content.provenance.fit.warnings[0].code === 'SAMPLES_SPARSE'"
@@ -111,7 +112,8 @@ test_reports_and_plots_are_refused_before_the_work() {
   exits 2 selvedge compare k.fabric.exr k.fabric.exr k.samples.exr --plot k.svg
   refuses FILE_UNWRITABLE absent/k.json selvedge fit k.samples.exr -o o.exr --report absent/k.json
   refuses FILE_UNWRITABLE absent/k.svg selvedge compare k.fabric.exr k.samples.exr --plot absent/k.svg
-  selvedge bake plain-knit -o bare.samples.exr --quiet --texels 8 --views 16 --lights 16 --samples 4 --held-out-pairs 0
+  selvedge bake plain-knit --set yarn=tube -o bare.samples.exr --quiet --texels 8 --views 16 --lights 16 --samples 4 \
+    --held-out-pairs 0
   refuses SAMPLES_MALFORMED held-out selvedge compare k.fabric.exr bare.samples.exr --plot k.svg
   # Without held-out pairs the fit still says how it did on its own samples.
   exits 0 selvedge fit bare.samples.exr -o bare.exr --json
@@ -119,14 +121,14 @@ test_reports_and_plots_are_refused_before_the_work() {
 }
 
 test_explicit_fibres_are_traced_the_same_for_any_threads_and_refused_where_there_are_none() {
-  swatch() { selvedge swatch --truth plain-knit --size 32x24 --samples 4 --quiet "$@"; }
+  swatch() { selvedge swatch --truth plain-knit --set yarn=tube --size 32x24 --samples 4 --quiet "$@"; }
   swatch -o plies.exr
   swatch --fibres=12 -o a.exr --threads 1
   swatch --fibres=12 -o b.exr --threads 3
   same a.exr b.exr
   differ plies.exr a.exr
   refuses OPTION_OUT_OF_RANGE transmission selvedge swatch --truth plain-knit --set transmission=1.5 -o a.png
-  selvedge stitch plain-knit -o k.ply --quiet
+  selvedge stitch plain-knit --set yarn=tube -o k.ply --quiet
   refuses OPTION_OUT_OF_RANGE fibres selvedge swatch --truth k.ply --fibres -o a.png
   exits 2 selvedge swatch any.fabric.exr --fibres -o a.png
   exits 2 selvedge swatch --truth plain-knit --fibres=many -o a.png

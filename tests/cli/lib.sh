@@ -104,7 +104,7 @@ write_quad() {
 
 # make_scene: a fabric, and a square that wears it.
 make_scene() {
-  selvedge make --quality paper plain-knit -o k.fabric.exr --quiet "${small[@]}" >/dev/null
+  selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr --quiet "${small[@]}" >/dev/null
   write_quad quad.gltf
   selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
 }

@@ -56,7 +56,7 @@ test_page_holds_garments_and_fabrics_and_needs_a_garment() {
 test_the_gallery_has_a_picture_and_a_page_of_each_garment() {
   [ -e "$bin/../share/selvedge/page.html" ] || exit 77
   mkdir gallery
-  selvedge make plain-weave "${small[@]}" -o gallery/plain-weave.fabric.exr --quiet
+  selvedge make plain-weave --set yarn=tube "${small[@]}" -o gallery/plain-weave.fabric.exr --quiet
   B=$bin "$root/docs/gallery/make" --stitches plain-weave gallery >"$scratch/out"
   local file count=0
   for file in $(grep -oE '(href|src)="[^"#]+"' gallery/index.html | cut -d'"' -f2); do

@@ -7,7 +7,7 @@ knit=(--texels 16 --views 16 --lights 16 --samples 4 --held-out-pairs 8 --valida
 
 # A square of 0.1 m in a knit of 16 x 16 texels, a repeat every 5 x 3.8 mm: texels of 0.31 x 0.24 mm.
 make_cloth() {
-  selvedge make --quality paper plain-knit -o k.fabric.exr --quiet "${knit[@]}"
+  selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr --quiet "${knit[@]}"
   write_quad quad.gltf
   selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
 }
@@ -120,7 +120,8 @@ test_holes_are_those_of_the_fabric() {
 test_a_fabric_for_a_plan_is_a_small_one_and_shows_the_same() {
   make_cloth
   selvedge plan quad.glb "${far_view[@]}" -o plan.json --quiet
-  exits 0 selvedge make --quality paper plain-knit -o part.fabric.exr --for plan.json "${knit[@]}" --json
+  exits 0 selvedge make --quality paper plain-knit --set yarn=tube -o part.fabric.exr --for plan.json "${knit[@]}" \
+    --json
   holds 'r.fit.levels.length === 2 && r.fit.levels[0].texels[0] === 4'
   exits 0 selvedge info part.fabric.exr --json
   holds 'r.content.texels.join() === "4,4" && r.content.levels === 2'
@@ -158,10 +159,10 @@ test_repacking_a_part_counts_from_the_whole() {
 test_a_fabric_for_a_plan_is_as_open_as_the_whole() {
   write_quad quad.gltf
   local small=(--texels 16 --views 16 --lights 16 --held-out-pairs 8 --validation-pairs 4)
-  selvedge make --quality paper twill -o whole.fabric.exr "${small[@]}" --quiet
+  selvedge make --quality paper twill --set yarn=tube -o whole.fabric.exr "${small[@]}" --quiet
   selvedge dress quad.gltf whole.fabric.exr -o whole.glb --all --quiet
   selvedge plan whole.glb --distance 1 --fov 45 --size 200x200 -o plan.json --quiet
-  selvedge make --quality paper twill --for plan.json -o part.fabric.exr "${small[@]}" --quiet
+  selvedge make --quality paper twill --set yarn=tube --for plan.json -o part.fabric.exr "${small[@]}" --quiet
   selvedge dress quad.gltf part.fabric.exr -o part.glb --all --quiet
   for glb in whole part; do
     selvedge-view render $glb.glb -o $glb.png --distance 1 --fov 45 --size 200x200 --background 1,1,1
@@ -242,7 +243,8 @@ test_what_is_seen_from_near_alone_needs_no_coarser_levels() {
   make_cloth
   # 0.3 mm a pixel of 0.31 x 0.24 mm texels, straight on: levels 0 and 1 of 5.
   selvedge plan quad.glb --distance 0.14 --fov 45 --size 400x400 -o plan.json --quiet
-  exits 0 selvedge make --quality paper plain-knit -o near.fabric.exr --for plan.json "${knit[@]}" --json
+  exits 0 selvedge make --quality paper plain-knit --set yarn=tube -o near.fabric.exr --for plan.json "${knit[@]}" \
+    --json
   holds 'r.fit.levels.length < 5 && r.fit.levels[0].texels[0] === 16'
   exits 0 selvedge info near.fabric.exr --json
   holds 'r.content.whole.level === 0 && r.content.whole.levels === 5 && r.content.whole.texels.join() === "16,16"'
@@ -253,7 +255,8 @@ test_what_is_seen_from_near_alone_needs_no_coarser_levels() {
 test_samples_of_a_part_make_a_part() {
   make_cloth
   selvedge plan quad.glb --distance 1.5 3 --fov 45 --size 400x400 -o plan.json --quiet
-  selvedge make --quality paper plain-knit -o one.exr --for plan.json --keep-samples s.exr "${knit[@]}" --quiet
+  selvedge make --quality paper plain-knit --set yarn=tube -o one.exr --for plan.json \
+    --keep-samples s.exr "${knit[@]}" --quiet
   selvedge fit s.exr --quality paper -o two.exr --quiet
   same one.exr two.exr
 }
@@ -266,11 +269,11 @@ test_materials_of_a_plan_are_chosen_by_name() {
     fs.writeFileSync("two.json", JSON.stringify(r));'
   for choice in '--material close' '--material #7' '--material cloth --material close' ''; do
     # shellcheck disable=SC2086 # several words
-    selvedge make --quality paper plain-knit -o k.exr --for two.json $choice "${knit[@]}" --quiet
+    selvedge make --quality paper plain-knit --set yarn=tube -o k.exr --for two.json $choice "${knit[@]}" --quiet
     exits 0 selvedge info k.exr --json
     holds 'r.content.texels.join() === "16,16" && r.content.whole === undefined'
   done
-  selvedge make --quality paper plain-knit -o k.exr --for two.json --material cloth "${knit[@]}" --quiet
+  selvedge make --quality paper plain-knit --set yarn=tube -o k.exr --for two.json --material cloth "${knit[@]}" --quiet
   exits 0 selvedge info k.exr --json
   holds 'r.content.texels.join() === "4,4"'
 }
@@ -279,10 +282,10 @@ test_a_fabric_that_no_frame_sees_has_one_texel_and_a_line_says_so() {
   make_cloth
   selvedge plan quad.glb "${far_view[@]}" --look-at 0,9,0 -o plan.json --quiet
   holds '!r.materials[0].seen' plan.json
-  exits 0 selvedge make --quality paper plain-knit -o k.exr --for plan.json "${knit[@]}"
+  exits 0 selvedge make --quality paper plain-knit --set yarn=tube -o k.exr --for plan.json "${knit[@]}"
   grep -qx 'selvedge: plain-knit: no frame of the plan sees its materials: the coarsest level alone is made' "$scratch/err" ||
     fail "$(cat "$scratch/err")"
-  exits 0 selvedge make --quality paper plain-knit -o k.exr --for plan.json "${knit[@]}" --json
+  exits 0 selvedge make --quality paper plain-knit --set yarn=tube -o k.exr --for plan.json "${knit[@]}" --json
   holds 'r.bake.remarks.some((line) => line.startsWith("no frame of the plan sees")) && r.fit.levels.length === 1'
   exits 0 selvedge info k.exr --json
   holds 'r.content.texels.join() === "1,1" && r.content.whole.level === 4'
@@ -290,7 +293,7 @@ test_a_fabric_that_no_frame_sees_has_one_texel_and_a_line_says_so() {
   node -e 'const fs = require("fs"), r = JSON.parse(fs.readFileSync("plan.json"));
     r.materials.push({...r.materials[0], name: "close", index: 7, seen: true, levels: [0, 4], pixelMm: [0.1, null]});
     fs.writeFileSync("two.json", JSON.stringify(r));'
-  exits 0 selvedge make --quality paper plain-knit -o k.exr --for two.json "${knit[@]}" --json
+  exits 0 selvedge make --quality paper plain-knit --set yarn=tube -o k.exr --for two.json "${knit[@]}" --json
   holds '!r.bake.remarks.some((line) => line.startsWith("no frame of the plan sees"))'
   exits 0 selvedge info k.exr --json
   holds 'r.content.texels.join() === "16,16"'
@@ -299,7 +302,7 @@ test_a_fabric_that_no_frame_sees_has_one_texel_and_a_line_says_so() {
 test_what_is_no_plan_is_refused() {
   make_cloth
   selvedge plan quad.glb "${far_view[@]}" -o plan.json --quiet
-  make_for=(selvedge make --quality paper plain-knit -o out.exr "${knit[@]}" --for)
+  make_for=(selvedge make --quality paper plain-knit --set yarn=tube -o out.exr "${knit[@]}" --for)
   refuses FILE_MISSING nowhere.json "${make_for[@]}" nowhere.json
   refuses MATERIAL_MISSING silk "${make_for[@]}" plan.json --material silk
   exits 2 selvedge make plain-knit -o out.exr --material cloth

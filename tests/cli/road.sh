@@ -7,18 +7,20 @@ digests_of() { selvedge info "$1" --json | node -p 'JSON.stringify(JSON.parse(re
 
 test_same_seed_same_bytes_and_another_seed_other_bytes() {
   for run in a b; do
-    selvedge make --quality paper plain-knit -o $run.fabric.exr --keep-samples $run.samples.exr --seed 7 --quiet "${small[@]}"
+    selvedge make --quality paper plain-knit --set yarn=tube -o $run.fabric.exr --keep-samples $run.samples.exr \
+      --seed 7 --quiet "${small[@]}"
   done
   same a.samples.exr b.samples.exr
   same a.fabric.exr b.fabric.exr
-  selvedge make --quality paper plain-knit -o c.fabric.exr --keep-samples c.samples.exr --seed 8 --quiet "${small[@]}"
+  selvedge make --quality paper plain-knit --set yarn=tube -o c.fabric.exr --keep-samples c.samples.exr --seed 8 \
+    --quiet "${small[@]}"
   differ a.samples.exr c.samples.exr
   [ "$(digests_of a.fabric.exr)" != "$(digests_of c.fabric.exr)" ]
 }
 
 test_bytes_are_the_same_for_any_number_of_threads() {
   for n in 1 2 3; do
-    selvedge bake plain-knit -o $n.samples.exr --threads $n --quiet "${small[@]}"
+    selvedge bake plain-knit --set yarn=tube -o $n.samples.exr --threads $n --quiet "${small[@]}"
     selvedge fit $n.samples.exr -o $n.fabric.exr --threads $n --quiet
     selvedge-view render $n.fabric.exr -o $n.exr --repeats 7x5 --view 0.3,0.2,1 --threads $n --quiet
   done
@@ -30,14 +32,16 @@ test_bytes_are_the_same_for_any_number_of_threads() {
 }
 
 test_make_is_bake_and_fit() {
-  selvedge bake plain-weave --quality paper -o two.samples.exr --seed 3 --quiet "${small[@]}"
+  selvedge bake plain-weave --set yarn=tube --quality paper -o two.samples.exr --seed 3 --quiet "${small[@]}"
   selvedge fit two.samples.exr --quality paper -o two.fabric.exr --lobes 1 --half-lobes --quiet
-  selvedge make --quality paper plain-weave -o one.fabric.exr --keep-samples one.samples.exr --seed 3 --lobes 1 --half-lobes --quiet \
+  selvedge make --quality paper plain-weave --set yarn=tube -o one.fabric.exr --keep-samples one.samples.exr \
+    --seed 3 --lobes 1 --half-lobes --quiet \
     "${small[@]}"
   same one.samples.exr two.samples.exr
   same one.fabric.exr two.fabric.exr
   mkdir bare
-  selvedge make --quality paper plain-weave -o bare/one.fabric.exr --seed 3 --lobes 1 --half-lobes --quiet "${small[@]}"
+  selvedge make --quality paper plain-weave --set yarn=tube -o bare/one.fabric.exr --seed 3 --lobes 1 --half-lobes \
+    --quiet "${small[@]}"
   same bare/one.fabric.exr two.fabric.exr
   [ "$(ls -A bare)" = one.fabric.exr ] || fail "make leaves more than the fabric: $(ls -A bare)"
 }
@@ -60,9 +64,9 @@ test_stitch_description_is_as_good_as_the_built_in_name() {
 }
 
 test_mesh_of_a_stitch_is_as_good_as_the_stitch() {
-  selvedge stitch plain-knit -o k.ply --json >k.json
+  selvedge stitch plain-knit --set yarn=tube -o k.ply --json >k.json
   selvedge bake k.ply --period 5x3.8 -o k.samples.exr --json "${small[@]}" >mesh.json
-  selvedge bake plain-knit -o n.samples.exr --json "${small[@]}" >name.json
+  selvedge bake plain-knit --set yarn=tube -o n.samples.exr --json "${small[@]}" >name.json
   # PLY holds the same floats, so the same rays meet the same yarn.
   [ "$(node -p 'JSON.parse(require("fs").readFileSync("mesh.json")).coverage')" = \
     "$(node -p 'JSON.parse(require("fs").readFileSync("name.json")).coverage')" ]
@@ -232,7 +236,7 @@ test_dress_writes_usd_with_its_files_beside() {
 }
 
 test_dressed_tablecloth_renders_the_same_for_any_number_of_threads() {
-  selvedge make --quality paper plain-weave -o w.fabric.exr --quiet "${small[@]}"
+  selvedge make --quality paper plain-weave --set yarn=tube -o w.fabric.exr --quiet "${small[@]}"
   selvedge-samples tablecloth -o plain.glb
   selvedge dress plain.glb w.fabric.exr -o dressed.glb --material tablecloth --quiet
   exits 0 selvedge check plain.glb dressed.glb
@@ -271,7 +275,8 @@ test_compare_prints_a_table_for_each_fabric() {
 
 # What the model is for: each part of it brings the fabric closer to directions it has never seen.
 test_lobes_beat_a_diffuse_colour_and_the_table_beats_lobes() {
-  selvedge bake plain-knit --yarns off -o k.samples.exr --texels 16 --samples 8 --truth-samples 16 --held-out-pairs 48 --quiet
+  selvedge bake plain-knit --set yarn=tube --yarns off -o k.samples.exr --texels 16 --samples 8 --truth-samples 16 \
+    --held-out-pairs 48 --quiet
   selvedge fit k.samples.exr -o diffuse.exr --no-table --lobes 0 --quiet
   selvedge fit k.samples.exr -o lobes.exr --no-table --quiet
   selvedge fit k.samples.exr --quality paper -o table.exr --quiet

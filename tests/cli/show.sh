@@ -14,7 +14,7 @@ need_screen() {
 
 # A textured square of 0.1 m that fills the window, one level without blending: every pixel sees one texel.
 make_cloth() {
-  selvedge make --quality paper plain-knit -o k.fabric.exr --quiet "${small[@]}" >/dev/null
+  selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr --quiet "${small[@]}" >/dev/null
   write_quad quad.gltf
   selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
 }

@@ -19,7 +19,7 @@ test_a_swatch_of_a_lambert_plane_is_the_same_traced_fitted_and_drawn() {
 }
 
 test_a_traced_swatch_has_the_same_bytes_for_any_threads_and_others_for_another_seed() {
-  swatch() { selvedge swatch --truth plain-knit --size 32x24 --samples 4 --quiet "$@"; }
+  swatch() { selvedge swatch --truth plain-knit --set yarn=tube --size 32x24 --samples 4 --quiet "$@"; }
   swatch -o a.exr --threads 1
   swatch -o b.exr --threads 3
   same a.exr b.exr
@@ -40,7 +40,8 @@ test_a_swatch_refuses_what_it_cannot_draw() {
 
 grid='{"centre": {"texels": 8, "directions": 16, "samples": 2}, "vary": {"lobes": [1], "texels": [4]}}'
 sweep() {
-  selvedge trade plain-knit -o sweep --grid grid.json --repeats 1 --size 32x24 --truth-samples 4 --held-out-pairs 4 \
+  selvedge trade plain-knit --set yarn=tube -o sweep --grid grid.json --repeats 1 --size 32x24 --truth-samples 4 \
+    --held-out-pairs 4 \
     --held-out-samples 4 "$@"
 }
 # edited STATEMENT: of JavaScript, over `r`, the record of the sweep.
@@ -87,7 +88,8 @@ test_both_programs_tell_a_terminal_how_far_a_sweep_is_and_what_is_left() {
   echo '{"centre": {"texels": 8, "directions": 16, "samples": 2}}' >grid.json
   # util-linux's script is a terminal; a machine without pseudo-terminals has none to try.
   script -qec true /dev/null >/dev/null 2>&1 </dev/null || exit 77
-  script -qec "selvedge trade plain-knit -o sweep --grid grid.json --repeats 1 --size 64x48 --held-out-samples 4" \
+  script -qec "selvedge trade plain-knit --set yarn=tube -o sweep --grid grid.json --repeats 1 --size 64x48 \
+    --held-out-samples 4" \
     /dev/null >terminal.txt </dev/null
   grep -qE $'\r\033\\[Ktrade +[0-9]+ %  [0-9]+ s, [0-9]+ s left  .' terminal.txt || fail "no progress: $(cat terminal.txt)"
   script -qec "selvedge-view trade sweep --repeats 1 --size 160x120" /dev/null >terminal.txt </dev/null
@@ -190,7 +192,7 @@ test_a_folder_keeps_to_one_sweep() {
   echo "$grid" >grid.json
   sweep --quiet
   refuses OPTION_OUT_OF_RANGE seed sweep --seed 7
-  refuses OPTION_OUT_OF_RANGE repeats selvedge trade plain-knit -o sweep --grid grid.json
+  refuses OPTION_OUT_OF_RANGE repeats selvedge trade plain-knit --set yarn=tube -o sweep --grid grid.json
   echo '{"centre": {"texels": 7.5}}' >grid.json
   refuses OPTION_OUT_OF_RANGE /centre/texels sweep
   printf '{\n  "centre":' >grid.json
@@ -210,7 +212,8 @@ test_a_folder_belongs_to_the_sweep_that_began_in_it() {
   refuses FILE_DAMAGED sweep/trade.json selvedge trade plain-knit -o sweep --grid grid.json --quiet
   # Whatever is there when it is broken off, the folder says whose it is.
   rm sweep/trade.json
-  (timeout -s KILL 2 selvedge trade plain-knit -o sweep --grid grid.json --truth-samples 4000 --quiet || true) 2>"$scratch/err"
+  (timeout -s KILL 2 selvedge trade plain-knit --set yarn=tube -o sweep --grid grid.json --truth-samples 4000 \
+    --quiet || true) 2>"$scratch/err"
   refuses OPTION_OUT_OF_RANGE sweep/trade.json selvedge trade plain-weave -o sweep --grid grid.json --quiet
 }
 
@@ -226,7 +229,8 @@ test_what_is_damaged_in_a_sweep_is_measured_again() {
   rm sweep/truth/middle.png
   cp sweep/pictures/truth.png sweep/truth/far.exr
   # Another size is another picture.
-  selvedge swatch --truth plain-knit --place grazing --size 24x24 --samples 2 -o sweep/truth/grazing.exr --quiet
+  selvedge swatch --truth plain-knit --set yarn=tube --place grazing --size 24x24 --samples 2 \
+    -o sweep/truth/grazing.exr --quiet
   cut_short sweep/truth/held-out.samples.exr short && cp short sweep/truth/held-out.samples.exr
   rm sweep/fabrics/t4-*
   exits 0 sweep --json
@@ -369,7 +373,8 @@ test_the_table_of_a_sweep_without_noise_says_so() {
 
 test_a_sweep_leaves_nothing_of_one_that_was_killed() {
   printf '{"centre":{"texels":8,"directions":64,"samples":200}}' >grid.json
-  local begin=(selvedge trade plain-knit -o sweep --grid grid.json --repeats 1 --size 22x22 --truth-samples 4
+  local begin=(selvedge trade plain-knit --set yarn=tube -o sweep --grid grid.json --repeats 1 --size 22x22
+    --truth-samples 4
     --held-out-pairs 1 --held-out-samples 2 --quiet)
   # Killed as soon as its bake has begun. No function here: $! would be the shell around the program.
   "${begin[@]}" &

@@ -9,7 +9,8 @@ examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\
 
 # The files that the examples speak of.
 make_example_files() {
-  selvedge make --quality paper plain-knit -o k.fabric.exr --keep-samples k.samples.exr --quiet "${small[@]}"
+  selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr --keep-samples k.samples.exr \
+    --quiet "${small[@]}"
   write_quad quad.gltf
   sed 's/"cloth"/"Cotton"/' quad.gltf >shirt.gltf
   selvedge dress shirt.gltf k.fabric.exr -o dressed.glb --all --quiet
@@ -78,7 +79,7 @@ test_show_prints_a_description_that_is_read_again_and_set_moves_it() {
   same "$scratch/out" twill.json
   exits 0 selvedge stitch twill --list --json
   holds "r.parameters.some(p => p.name === 'warp_plies' && p.value[0] === 1 && p.range[1] === 8)"
-  exits 0 selvedge stitch plain-knit --set wale_mm=2.5 --json --grid 20
+  exits 0 selvedge stitch plain-knit --set yarn=tube --set wale_mm=2.5 --json --grid 20
   holds "r.periodMm[0] === 2.5 && Math.abs(r.clearanceMm) < 0.012"
   exits 2 selvedge stitch twill --set warp_plies
   exits 2 selvedge stitch --show
@@ -100,12 +101,12 @@ test_a_weaving_draft_is_a_stitch() {
   write_twill twill.wif 8
   exits 0 selvedge stitch twill.wif --json
   holds "r.periodMm[0] === 4 && r.yarns === 8 && r.remarks[0] === '8 x 8 yarns, smallest repeat 4 x 4'"
-  exits 0 selvedge make --quality paper twill.wif -o t.fabric.exr --quiet --texels 16 "${small[@]:2}"
+  exits 0 selvedge make --quality paper twill.wif --set yarn=tube -o t.fabric.exr --quiet --texels 16 "${small[@]:2}"
   exits 0 selvedge info t.fabric.exr --json
   refuses OPTION_OUT_OF_RANGE 'its yarns need 16x16 texels' selvedge bake twill.wif -o o.exr "${small[@]}"
   # Not asked for a number, it takes what the narrowest yarn needs.
   printf '[WARP SPACING]\n1=0.03\n5=0.03\n' >>twill.wif
-  exits 0 selvedge bake twill.wif -o t.samples.exr --quiet --views 4 --lights 4 --samples 1 --held-out-pairs 0 \
+  exits 0 selvedge bake twill.wif --set yarn=tube -o t.samples.exr --quiet --views 4 --lights 4 --samples 1 --held-out-pairs 0 \
     --validation-pairs 0 --rim-pairs 0
   exits 0 selvedge info t.samples.exr --json
   holds "JSON.stringify(r).includes('[44,16]')"
@@ -133,13 +134,13 @@ reports() {
 test_report_of_every_verb_is_json() {
   reports selvedge stitch selvedge stitch --list
   holds "r.stitches.some(s => s.name === 'plain-knit')"
-  reports selvedge stitch selvedge stitch plain-knit -o k.ply
+  reports selvedge stitch selvedge stitch plain-knit --set yarn=tube -o k.ply
   holds "r.triangles > 100 && r.periodMm[0] === 5"
-  reports selvedge bake selvedge bake plain-knit -o k.samples.exr "${small[@]}"
+  reports selvedge bake selvedge bake plain-knit --set yarn=tube -o k.samples.exr "${small[@]}"
   holds "r.bytes === $(stat -c %s k.samples.exr) && r.rays > 0 && r.coverage > 0.5 && r.coverage <= 1"
   reports selvedge fit selvedge fit k.samples.exr -o k.fabric.exr
   holds "r.bytes === $(stat -c %s k.fabric.exr) && r.levels.length === 4"
-  reports selvedge make selvedge make --quality paper plain-weave -o w.fabric.exr "${small[@]}"
+  reports selvedge make selvedge make --quality paper plain-weave --set yarn=tube -o w.fabric.exr "${small[@]}"
   holds "r.bake.rays > 0 && r.fit.output === 'w.fabric.exr'"
   write_quad quad.gltf
   reports selvedge dress selvedge dress quad.gltf k.fabric.exr -o quad.glb --material cloth
@@ -282,7 +283,8 @@ test_manual_page_and_completion_have_every_verb_and_option() {
 }
 
 test_info_is_a_table_that_fits_a_screen() {
-  selvedge make plain-knit -o k.fabric.exr --quality standard --keep-samples k.samples.exr --quiet "${small[@]}"
+  selvedge make plain-knit --set yarn=tube -o k.fabric.exr --quality standard --keep-samples k.samples.exr \
+    --quiet "${small[@]}"
   write_quad quad.gltf
   selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
   local file
@@ -314,15 +316,17 @@ test_options_that_count_for_nothing_are_usage_errors() {
 }
 
 test_progress_is_for_terminals_only() {
-  selvedge make --quality paper plain-knit -o k.fabric.exr "${small[@]}" >out.txt 2>err.txt
+  selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr "${small[@]}" >out.txt 2>err.txt
   [ ! -s err.txt ] || fail "says without a terminal: $(cat err.txt)"
   if grep -q $'\r' out.txt; then fail "a carriage return on standard output"; fi
   grep -q 'fitted in' out.txt
   # The same on a terminal, which util-linux's script is; a machine without pseudo-terminals has none to try.
   script -qec true /dev/null >/dev/null 2>&1 </dev/null || exit 77
-  script -qec "selvedge make --quality paper plain-knit -o k.fabric.exr ${small[*]}" /dev/null >terminal.txt </dev/null
+  script -qec "selvedge make --quality paper plain-knit --set yarn=tube \
+    -o k.fabric.exr ${small[*]}" /dev/null >terminal.txt </dev/null
   grep -q $'\r\033\[K' terminal.txt || fail "no progress on a terminal"
-  script -qec "selvedge make --quality paper plain-knit -o k.fabric.exr --quiet ${small[*]}" /dev/null >quiet.txt </dev/null
+  script -qec "selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr \
+    --quiet ${small[*]}" /dev/null >quiet.txt </dev/null
   [ ! -s quiet.txt ] || fail "--quiet says: $(cat quiet.txt)"
 }
 

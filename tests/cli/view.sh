@@ -168,7 +168,7 @@ test_render_quality_is_a_set_of_options_and_those_given_beside_it_stay() {
   draw reference --quality reference
   draw as-reference "${best[@]}" --supersample 3
   same reference.exr as-reference.exr
-  selvedge make plain-knit "${small[@]}" -o yarn.fabric.exr --quiet
+  selvedge make plain-knit --set yarn=tube "${small[@]}" -o yarn.fabric.exr --quiet
   for points in 1 3; do
     selvedge-view render yarn.fabric.exr --place near --size 64x48 --quality high --points $points -o "$points.exr"
   done
@@ -327,7 +327,8 @@ test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {
   selvedge-view render quad.glb -o hybrid.png --size 60x40 --filter nearest
   differ paper.png hybrid.png
   refuses OPTION_OUT_OF_RANGE --filter selvedge-view render quad.glb -o x.png --path paper --filter area
-  selvedge make --quality paper plain-knit -o lit.fabric.exr --light-table --quiet "${small[@]}" >/dev/null
+  selvedge make --quality paper plain-knit --set yarn=tube -o lit.fabric.exr --light-table \
+    --quiet "${small[@]}" >/dev/null
   refuses OPTION_OUT_OF_RANGE 'paper: the fabric has a light table' selvedge-view render lit.fabric.exr -o x.png --path paper
   refuses OPTION_OUT_OF_RANGE '--path hybrid draws it' selvedge-view render quad.gltf -o x.png --path paper
 }

@@ -1,19 +1,28 @@
-// Cells and stitches with their defaults, in one call. Shared by tests and benchmarks.
+// Cells and stitches of smooth tubes, in one call: their surface and light have closed forms, and they are
+// quick to bake. Shared by tests and benchmarks.
 #pragma once
 
 #include "converter/stitch/find_cell.h"
 
 namespace selvedge {
 
+/// The settings, of tubes unless they say otherwise.
+inline StitchSettings of_tubes(StitchSettings settings = {}) {
+  settings.emplace("yarn", std::vector<double>{0});
+  return settings;
+}
+
 /// The mesh alone.
 inline Result<CellMesh> load_cell(const std::string& name_or_path, const MeshOptions& mesh = {},
                                   const MeshImportOptions& import = {}) {
-  auto cell = find_cell(name_or_path, {mesh, import, {}});
+  bool built_in = false;
+  for (const StitchInfo& info : built_in_stitches()) built_in = built_in || info.name == name_or_path;
+  auto cell = find_cell(name_or_path, {mesh, import, built_in ? of_tubes() : StitchSettings()});
   if (!cell) return tl::unexpected(cell.error());
   return std::move(cell->mesh);
 }
 
-inline StitchPattern plain_knit() { return find_stitch("plain-knit").value().pattern; }
-inline StitchPattern plain_weave() { return find_stitch("plain-weave").value().pattern; }
+inline StitchPattern plain_knit() { return find_stitch("plain-knit", of_tubes()).value().pattern; }
+inline StitchPattern plain_weave() { return find_stitch("plain-weave", of_tubes()).value().pattern; }
 
 }  // namespace selvedge

@@ -19,7 +19,7 @@ const selvedge = join(programs, 'selvedge');
 mkdirSync(folder, { recursive: true });
 const file = join(folder, 'made.fabric.exr');
 const options = '--quality paper --texels 12x8 --views 16 --lights 16 --threads 1 --quiet'.split(' ');
-execFileSync(selvedge, ['make', 'plain-knit', ...options, '-o', file]);
+execFileSync(selvedge, ['make', 'plain-knit', '--set', 'yarn=tube', ...options, '-o', file]);
 
 const bytes = readFileSync(file);
 // Its chunks once more, packed by OpenEXR's own PIZ.

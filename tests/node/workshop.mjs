@@ -49,7 +49,7 @@ export function json_of(file) {
 /** A knit of few texels: knit.fabric.exr. */
 export function make_fabric() {
   const small = '--texels 16 --views 16 --lights 16 --samples 4 --truth-samples 2'.split(' ');
-  run('selvedge', 'make', 'plain-knit', '--quality', 'paper', ...small, '-o', path('knit.fabric.exr'), '--quiet');
+  run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '--quality', 'paper', ...small, '-o', path('knit.fabric.exr'), '--quiet');
   return path('knit.fabric.exr');
 }
 

@@ -18,8 +18,8 @@ const path = (name) => join(folder, name);
 const run = (program, ...options) => execFileSync(`${bin}/${program}`, options, { stdio: ['ignore', 'ignore', 'inherit'] });
 
 const small = '--texels 16 --views 16 --lights 16 --samples 4 --truth-samples 2'.split(' ');
-run('selvedge', 'make', 'plain-knit', '-o', path('knit.fabric.exr'), '--quiet');
-run('selvedge', 'make', 'twill', '--quality', 'paper', ...small, '-o', path('twill.fabric.exr'), '--quiet');
+run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('knit.fabric.exr'), '--quiet');
+run('selvedge', 'make', 'twill', '--set', 'yarn=tube', '--quality', 'paper', ...small, '-o', path('twill.fabric.exr'), '--quiet');
 run('selvedge-samples', 'tablecloth', '-o', path('plain.glb'));
 // A .gltf beside its fabric: the page takes both.
 run('selvedge', 'dress', path('plain.glb'), path('twill.fabric.exr'), '-o', path('cloth.gltf'), '--all', '--quiet');

@@ -20,7 +20,7 @@ mkdirSync(folder, { recursive: true });
 process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
 const path = (name) => join(folder, name);
 const run = (program, ...options) => execFileSync(`${bin}/${program}`, options, { stdio: ['ignore', 'ignore', 'inherit'] });
-run('selvedge', 'make', 'plain-knit', '-o', path('standard.exr'), '--quiet');
+run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('standard.exr'), '--quiet');
 run('selvedge', 'repack', path('standard.exr'), '-o', path('large.exr'), '--codec', 'none', '--float-tables', '--quiet');
 for (const name of ['standard', 'large', 'none']) writeFileSync(path(`${name}.gltf`), garment_of([`${name}.exr`]));
 const bytes_of = (name) => new Uint8Array(readFileSync(path(`${name}.exr`)));

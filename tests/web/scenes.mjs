@@ -70,8 +70,8 @@ function psnr(ours, theirs) {
   return { off_edges: decibels(errors.subarray(0, Math.ceil((1 - MOST_LEFT_OUT) * pixels))), over_all: decibels(errors) };
 }
 
-run('selvedge', 'make', 'plain-knit', '-o', path('knit.fabric.exr'), '--quiet');
-run('selvedge', 'make', 'plain-knit', '-o', path('both.fabric.exr'), '--sides', 'both', '--quiet');
+run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('knit.fabric.exr'), '--quiet');
+run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('both.fabric.exr'), '--sides', 'both', '--quiet');
 run('selvedge-samples', 'sweater', '-o', path('plain.glb'));
 run('selvedge', 'dress', path('plain.glb'), path('knit.fabric.exr'), '-o', path('sweater.glb'), '--all', '--quiet');
 

@@ -6,6 +6,7 @@
 
 #include "converter/stitch/find_cell.h"
 #include "format/samples/pool.h"
+#include "tests/converter/load_cell.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 
@@ -72,7 +73,7 @@ TEST_CASE("as many levels are fitted as are asked for") {
 
 TEST_CASE("what a coarser level sees is what the finer texels see together") {
   const test::Folder folder;
-  const auto cell = test::need(find_cell("plain-knit", {}));
+  const auto cell = test::need(find_cell("plain-knit", {{}, {}, of_tubes()}));
   BakeOptions options;
   options.width = options.height = 16;
   options.views = 9;

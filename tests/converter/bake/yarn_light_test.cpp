@@ -8,6 +8,7 @@
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "format/samples/samples.h"
+#include "tests/converter/load_cell.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 
@@ -30,7 +31,7 @@ struct BakedYarn {
 };
 
 BakedYarn bake_stitch(const std::string& stitch, const StitchSettings& settings = {}) {
-  const auto found = need(find_stitch(stitch, settings));
+  const auto found = need(find_stitch(stitch, of_tubes(settings)));
   double radius = found.pattern.yarns.front().radius_mm;
   for (const Yarn& yarn : found.pattern.yarns) radius = std::min(radius, yarn.radius_mm);
   const double longer = std::max(found.pattern.period_mm.x, found.pattern.period_mm.y);

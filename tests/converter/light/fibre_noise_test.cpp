@@ -7,6 +7,7 @@
 #include "converter/light/sobol.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
+#include "tests/converter/load_cell.h"
 #include "tests/require.h"
 
 using namespace selvedge;
@@ -14,7 +15,7 @@ using namespace selvedge;
 namespace {
 
 CellMesh knit(const StitchSettings& settings) {
-  return test::need(mesh_stitch(test::need(find_stitch("plain-knit", settings)).pattern));
+  return test::need(mesh_stitch(test::need(find_stitch("plain-knit", of_tubes(settings))).pattern));
 }
 
 /// Calls visit(point) where rays from straight above meet the cell.

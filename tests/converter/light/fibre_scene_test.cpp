@@ -7,6 +7,7 @@
 #include "converter/light/fibre_tracer.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
+#include "tests/converter/load_cell.h"
 #include "tests/require.h"
 
 using namespace selvedge;
@@ -25,7 +26,7 @@ Fibres one_fibre(float x, float radius) {
 }
 
 Fibres fibres_of(const StitchSettings& settings, int each_ply) {
-  const auto found = test::need(find_stitch("plain-knit", settings));
+  const auto found = test::need(find_stitch("plain-knit", of_tubes(settings)));
   return test::need(lay_fibres(found.pattern, test::need(mesh_stitch(found.pattern)), {each_ply}));
 }
 

@@ -11,6 +11,7 @@
 #include "converter/stitch/yarn_mesh.h"
 #include "format/base/random.h"
 #include "tests/converter/bake_cells.h"
+#include "tests/converter/load_cell.h"
 #include "tests/converter/sky_seen.h"
 #include "tests/require.h"
 
@@ -25,7 +26,7 @@ RayScene scene_of(const CellMesh& mesh) { return need(RayScene::create(mesh, "te
 
 /// Plies without gloss, fibres and hairs.
 CellMesh plies(double transmission, const V3f& albedo) {
-  auto found = need(find_stitch("plain-knit", {{"plies", {3}}, {"twist_per_mm", {-0.3}}}));
+  auto found = need(find_stitch("plain-knit", of_tubes({{"plies", {3}}, {"twist_per_mm", {-0.3}}})));
   for (Yarn& yarn : found.pattern.yarns) {
     yarn.transmission = transmission;
     yarn.albedo = albedo;

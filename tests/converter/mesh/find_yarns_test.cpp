@@ -108,7 +108,7 @@ CellMesh mesh_with(const StitchPattern& pattern, double cubes, YarnData& truth) 
 }
 
 StitchPattern pattern_of(const std::string& name, const StitchSettings& settings = {}) {
-  return test::need(find_stitch(name, settings)).pattern;
+  return test::need(find_stitch(name, of_tubes(settings))).pattern;
 }
 
 /// What a file without normals gives: area-weighted means over the faces.

@@ -8,6 +8,7 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
+#include "tests/converter/load_cell.h"
 #include "tests/require.h"
 
 using namespace selvedge;
@@ -21,7 +22,7 @@ struct Laid {
 };
 
 Laid lay(const char* stitch, const StitchSettings& settings, const FibreLayout& layout) {
-  auto pattern = test::need(find_stitch(stitch, settings)).pattern;
+  auto pattern = test::need(find_stitch(stitch, of_tubes(settings))).pattern;
   auto mesh = test::need(mesh_stitch(pattern));
   auto fibres = test::need(lay_fibres(pattern, mesh, layout));
   return {std::move(pattern), std::move(mesh), std::move(fibres)};

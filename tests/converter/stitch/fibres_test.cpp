@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "converter/stitch/library.h"
-#include "converter/stitch/pattern_json.h"
 #include "tests/require.h"
 
 using namespace selvedge;
@@ -24,11 +23,6 @@ TEST_CASE("kinds of yarn are known by their names, and a tube is what there was 
   CHECK(find_yarn_kind("tube") == 0);
   CHECK_FALSE(find_yarn_kind("wolo"));
   CHECK(yarn_kind_names() == "tube, cotton, wool, silk, linen, viscose, polyester");
-  for (const char* stitch : {"plain-knit", "satin"}) {
-    CAPTURE(stitch);
-    CHECK(to_json(test::need(find_stitch(stitch, {{"yarn", {0}}})).pattern) ==
-          to_json(test::need(find_stitch(stitch)).pattern));
-  }
 }
 
 TEST_CASE("a kind of yarn fits every stitch that it is named for") {

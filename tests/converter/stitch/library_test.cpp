@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "converter/stitch/fibres.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/pattern_json.h"
 #include "format/base/atomic_file.h"
@@ -18,8 +19,7 @@ using namespace selvedge::testing;
 namespace {
 
 StitchPattern found(const std::string& name, const StitchSettings& settings = {}) {
-  const auto stitch = test::need(find_stitch(name, settings));
-  return stitch.pattern;
+  return test::need(find_stitch(name, of_tubes(settings))).pattern;
 }
 
 double min_radius(const StitchPattern& pattern) {
@@ -249,6 +249,32 @@ TEST_CASE("parameters move what they name") {
   CHECK(weave.yarns[0].plies == 1);
   CHECK(weave.yarns[4].plies == 2);
   CHECK(weave.yarns[4].albedo == V3f(1, 0, 0));
+}
+
+TEST_CASE("built-in stitches are made of the yarn that such cloth has, and their parameters say so") {
+  const std::map<std::string, std::string> others{{"plain-weave", "cotton"},
+                                                  {"twill", "cotton"},
+                                                  {"denim", "cotton"},
+                                                  {"satin", "silk"},
+                                                  {"basket", "linen"}};
+  for (const StitchInfo& info : built_in_stitches()) {
+    CAPTURE(info.name);
+    const auto kind = find_yarn_kind(others.contains(info.name) ? others.at(info.name) : "wool");
+    const StitchPattern pattern = test::need(find_stitch(info.name)).pattern;
+    for (const Yarn& yarn : pattern.yarns) CHECK(yarn.fibre == kind);
+    StitchSettings listed;
+    for (const StitchParameter& p : info.parameters) {
+      if (p.name != "colour" && !p.name.ends_with("radius_mm")) listed[p.name] = p.value;
+    }
+    const StitchPattern same = test::need(find_stitch(info.name, listed)).pattern;
+    REQUIRE(same.yarns.size() == pattern.yarns.size());
+    for (std::size_t y = 0; y < same.yarns.size(); ++y) {
+      CHECK(same.yarns[y].plies == pattern.yarns[y].plies);
+      CHECK(same.yarns[y].hair_mm == pattern.yarns[y].hair_mm);
+      CHECK(same.yarns[y].twist_per_mm == doctest::Approx(pattern.yarns[y].twist_per_mm).epsilon(1e-9));
+      CHECK(same.yarns[y].gloss.roughness == pattern.yarns[y].gloss.roughness);
+    }
+  }
 }
 
 TEST_CASE("yarn and colour are set for all yarns, and for one, of every stitch") {

@@ -5,13 +5,14 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
 #include "format/base/random.h"
+#include "tests/converter/load_cell.h"
 #include "tests/require.h"
 
 using namespace selvedge;
 
 TEST_CASE("several repeats of a stitch are the same cloth, of yarns as long") {
   for (const char* name : {"plain-knit", "rib", "satin", "lace"}) {
-    const StitchPattern one = test::need(find_stitch(name)).pattern;
+    const StitchPattern one = test::need(find_stitch(name, of_tubes())).pattern;
     for (const int count : {2, 3}) {
       CAPTURE(name);
       CAPTURE(count);

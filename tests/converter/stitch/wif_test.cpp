@@ -11,6 +11,7 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
 #include "format/base/atomic_file.h"
+#include "tests/converter/load_cell.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 #include "tests/shared_data.h"
@@ -280,7 +281,7 @@ TEST_CASE("a draft becomes a weave whose yarns touch, as thick as there is room 
   const test::Folder folder;
   test::write_bytes(folder / "twill.wif", with("Thickness=0.06", "Thickness=0.3", good));
   const auto stitch =
-      test::need(find_stitch(folder / "twill.wif", {{"warp_plies", {2}}, {"weft_gloss", {0.5}}}));
+      test::need(find_stitch(folder / "twill.wif", of_tubes({{"warp_plies", {2}}, {"weft_gloss", {0.5}}})));
   CHECK(stitch.min_texels == V2i(16, 16));
   CHECK(stitch.pattern.name == "twill");
   CHECK(stitch.pattern.period_mm.y == doctest::Approx(8));
@@ -302,7 +303,7 @@ TEST_CASE("a draft becomes a weave whose yarns touch, as thick as there is room 
 TEST_CASE("a draft with room for its yarns keeps their thickness, and nothing is said of it") {
   const test::Folder folder;
   test::write_bytes(folder / "loose.wif", with("Thickness=0.06", "Thickness=0.03", good));
-  const auto stitch = test::need(find_stitch(folder / "loose.wif"));
+  const auto stitch = test::need(find_stitch(folder / "loose.wif", of_tubes()));
   CHECK(stitch.thickness_share == 1);
   CHECK(stitch.pattern.yarns[0].radius_mm == doctest::Approx(0.15));
   for (const std::string& remark : stitch.remarks) CHECK(remark.find("thinned") == std::string::npos);
@@ -325,7 +326,7 @@ TEST_CASE("the real drafts become weaves") {
     MESSAGE(entry.path().filename().string(), ": ", read->remarks[0], ", ", texels.x, " x ", texels.y,
             " texels");
     if (read->weave.warp_is_over.size() > 200) continue;  // takes seconds: those are made by hand
-    const auto stitch = test::need(find_stitch(path));
+    const auto stitch = test::need(find_stitch(path, of_tubes()));
     double least = 1e9;
     for (const Yarn& yarn : stitch.pattern.yarns) least = std::min(least, yarn.radius_mm);
     CHECK(*minimum_clearance(stitch.pattern, path) > -touching_overlap * least);

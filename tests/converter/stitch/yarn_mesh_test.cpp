@@ -178,7 +178,7 @@ TEST_CASE(
     "sizes at the default grid are those of the paper, for every built-in stitch, and more on request") {
   for (const StitchInfo& info : built_in_stitches()) {
     CAPTURE(info.name);
-    const StitchPattern pattern = find_stitch(info.name)->pattern;
+    const StitchPattern pattern = find_stitch(info.name, of_tubes())->pattern;
     const auto mesh = test::need(mesh_stitch(pattern));
     MESSAGE(info.name, ": ", mesh.positions.size(), " vertices, ", mesh.triangles.size(), " triangles");
     // Daubert et al. 2001, section 7: 1,300 to 23,000 vertices, 2,400 to 31,000 triangles.

@@ -9,6 +9,7 @@
 #include "converter/stitch/yarn_curves.h"
 #include "format/fabric/yarns.h"
 #include "tests/converter/cells.h"
+#include "tests/converter/load_cell.h"
 #include "tests/require.h"
 
 using namespace selvedge;
@@ -90,7 +91,7 @@ TEST_CASE("turns are rounded so that every ply runs on into a ply of the next re
 TEST_CASE("plies of bent yarns close up over the repeat and stay within their yarn") {
   for (const char* name : {"plain-knit", "rib", "twill"}) {
     CAPTURE(name);
-    StitchPattern pattern = find_stitch(name)->pattern;
+    StitchPattern pattern = find_stitch(name, of_tubes())->pattern;
     for (Yarn& yarn : pattern.yarns) {
       yarn.plies = 3;
       yarn.twist_per_mm = 0.15 / yarn.radius_mm;
@@ -117,7 +118,7 @@ TEST_CASE("plies of bent yarns close up over the repeat and stay within their ya
 TEST_CASE("plies that a file derives from their axis lie where the mesh has them") {
   for (const char* name : {"plain-knit", "rib", "lace", "twill", "plain-weave"}) {
     CAPTURE(name);
-    StitchPattern pattern = find_stitch(name)->pattern;
+    StitchPattern pattern = find_stitch(name, of_tubes())->pattern;
     for (Yarn& yarn : pattern.yarns) {
       yarn.plies = 3;
       yarn.twist_per_mm = 0.1 / yarn.radius_mm;
