@@ -52,7 +52,8 @@ Result<int> list_parameters(const StitchCommand& command, const StitchInfo& info
   for (const StitchParameter& p : info.parameters) {
     list.push_back({{"name", p.name}, {"value", p.value}, {"range", {p.min, p.max}}, {"meaning", p.meaning}});
     if (p.name.ends_with(yarn_parameter)) {
-      text += fmt::format("  {:20} {:>16}  {}\n", p.name, yarn_kinds()[0].name, p.meaning);
+      text += fmt::format("  {:20} {:>16}  {}\n", p.name,
+                          yarn_kinds()[static_cast<std::size_t>(p.value.front())].name, p.meaning);
       continue;
     }
     text +=

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "converter/stitch/fibres.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/knit.h"
 #include "converter/stitch/pattern_json.h"
@@ -52,11 +53,19 @@ double radius_for(const StitchValues& values, const std::string& name, double ga
   return values.number(name) * (values.is_set(name) ? 1 : gauge);
 }
 
-Yarn coloured(const V3f& albedo, const Gloss& gloss = {}) {
+Yarn coloured(const V3f& albedo, double radius_mm, const Gloss& gloss = {}) {
   Yarn yarn;
   yarn.albedo = albedo;
+  yarn.radius_mm = radius_mm;
   yarn.gloss = gloss;
   return yarn;
+}
+
+/// The parameters of one yarn beside its radius; their defaults are those of its kind.
+void append_yarn(std::vector<StitchParameter>& parameters, const std::string& prefix, int kind,
+                 double shorter_mm, Yarn yarn) {
+  set_kind(kind, prefix, shorter_mm, yarn);
+  append(parameters, yarn_parameters(prefix, yarn));
 }
 
 /// A knit of one yarn, or of two that alternate by course.
@@ -69,22 +78,23 @@ BuiltIn knit(const char* name, const char* description, std::vector<std::string>
                 length("course_mm", course_mm, "height of one course"),
                 length("radius_mm", radius_mm, "of the yarn; not set, it follows the gauge"),
                 slack_parameter()};
-  append(parameters, common_parameters());
+  const int kind = find_yarn_kind("wool").value();
+  append(parameters, common_parameters(kind));
   const auto prefix_of = [](std::size_t k) { return k == 0 ? std::string() : std::string("second_"); };
+  const auto shorter = [=, wales = rows.front().size(), courses = rows.size()](double wale, double course) {
+    return std::min(wale * static_cast<double>(wales), course * static_cast<double>(courses));
+  };
   for (std::size_t k = 0; k < albedo.size(); ++k) {
-    if (k > 0) parameters.push_back(kind_parameter(prefix_of(k)));
-    append(parameters, yarn_parameters(prefix_of(k), coloured(albedo[k])));
+    if (k > 0) parameters.push_back(kind_parameter(prefix_of(k), kind));
+    append_yarn(parameters, prefix_of(k), kind, shorter(wale_mm, course_mm), coloured(albedo[k], radius_mm));
   }
   stitch.radii = "radius_mm";
   stitch.draw = [=, rows = std::move(rows), albedo = std::move(albedo)](const StitchValues& values) {
     KnitChart chart{rows, values.number("wale_mm"), values.number("course_mm"), {}};
     const double gauge = std::min(chart.wale_mm / wale_mm, chart.course_mm / course_mm);
-    const double shorter_mm = std::min(chart.wale_mm * static_cast<double>(rows.front().size()),
-                                       chart.course_mm * static_cast<double>(rows.size()));
     for (std::size_t k = 0; k < albedo.size(); ++k) {
-      Yarn yarn = coloured(albedo[k]);
-      yarn.radius_mm = radius_for(values, "radius_mm", gauge);
-      apply_settings(values, prefix_of(k), shorter_mm, yarn);
+      Yarn yarn = coloured(albedo[k], radius_for(values, "radius_mm", gauge));
+      apply_settings(values, prefix_of(k), shorter(chart.wale_mm, chart.course_mm), yarn);
       chart.yarns.push_back(yarn);
     }
     return draw_knit(chart, name);
@@ -99,9 +109,9 @@ struct System {
   V3f albedo;
 };
 
-/// `rows`: of the drawdown, from the top; #: warp over weft.
-BuiltIn weave(const char* name, const char* description, std::vector<std::string> rows, const System& warp,
-              const System& weft, const Gloss& gloss = {}) {
+/// `kind`: of its yarns; `rows`: of the drawdown, from the top; #: warp over weft.
+BuiltIn weave(const char* name, const char* description, const char* kind_name, std::vector<std::string> rows,
+              const System& warp, const System& weft, const Gloss& gloss = {}) {
   BuiltIn stitch;
   stitch.info = {name, description, {}};
   auto& parameters = stitch.info.parameters;
@@ -110,10 +120,15 @@ BuiltIn weave(const char* name, const char* description, std::vector<std::string
                 length("warp_radius_mm", warp.radius_mm, "of a warp yarn; not set, it follows the gauge"),
                 length("weft_radius_mm", weft.radius_mm, "of a weft yarn; not set, it follows the gauge"),
                 slack_parameter()};
-  append(parameters, common_parameters());
+  const int kind = find_yarn_kind(kind_name).value();
+  append(parameters, common_parameters(kind));
+  const auto shorter = [columns = rows.front().size(), count = rows.size()](double warp_mm, double weft_mm) {
+    return std::min(warp_mm * static_cast<double>(columns), weft_mm * static_cast<double>(count));
+  };
   for (const auto& [prefix, system] : {std::pair("warp_", warp), std::pair("weft_", weft)}) {
-    parameters.push_back(kind_parameter(prefix));
-    append(parameters, yarn_parameters(prefix, coloured(system.albedo, gloss)));
+    parameters.push_back(kind_parameter(prefix, kind));
+    append_yarn(parameters, prefix, kind, shorter(warp.spacing_mm, weft.spacing_mm),
+                coloured(system.albedo, system.radius_mm, gloss));
   }
   stitch.max_thickness = woven_thickness;
   stitch.hold = woven_hold;
@@ -122,12 +137,9 @@ BuiltIn weave(const char* name, const char* description, std::vector<std::string
     const double warp_spacing = values.number("warp_spacing_mm");
     const double weft_spacing = values.number("weft_spacing_mm");
     const double gauge = std::min(warp_spacing / warp.spacing_mm, weft_spacing / weft.spacing_mm);
-    const double shorter_mm = std::min(warp_spacing * static_cast<double>(rows.front().size()),
-                                       weft_spacing * static_cast<double>(rows.size()));
     const auto yarns = [&](const std::string& prefix, const System& system, std::size_t count) {
-      Yarn yarn = coloured(system.albedo, gloss);
-      yarn.radius_mm = radius_for(values, prefix + "_radius_mm", gauge);
-      apply_settings(values, prefix + "_", shorter_mm, yarn);
+      Yarn yarn = coloured(system.albedo, radius_for(values, prefix + "_radius_mm", gauge), gloss);
+      apply_settings(values, prefix + "_", shorter(warp_spacing, weft_spacing), yarn);
       std::vector<Yarn> all(count, yarn);
       for (std::size_t i = 0; i < count; ++i) all[i].name = fmt::format("{} {}", prefix, i + 1);
       return all;
@@ -161,20 +173,20 @@ const std::vector<BuiltIn>& library() {
            {{0.62F, 0.56F, 0.45F}, {0.06F, 0.11F, 0.26F}}),
       knit("lace", "eyelets: yarn overs and decreases in every second course, set off by turns",
            {"kkkk", "ko/k", "kkkk", "/kko"}, 5, 3.8, 0.6, {{0.47F, 0.17F, 0.25F}}),
-      weave("plain-weave", "over and under by turns, off-white warp and blue weft", {"-#", "#-"},
+      weave("plain-weave", "over and under by turns, off-white warp and blue weft", "cotton", {"-#", "#-"},
             {1, 0.3, {0.62F, 0.58F, 0.50F}}, {1, 0.3, {0.09F, 0.17F, 0.38F}}),
-      weave("twill", "2/2 twill, dark warp and light weft", {"#--#", "--##", "-##-", "##--"},
+      weave("twill", "2/2 twill, dark warp and light weft", "cotton", {"#--#", "--##", "-##-", "##--"},
             {1, 0.35, {0.07F, 0.08F, 0.13F}}, {1, 0.35, {0.55F, 0.48F, 0.37F}}),
-      weave("herringbone", "2/2 twill that turns every four warps, grey warp and light weft",
+      weave("herringbone", "2/2 twill that turns every four warps, grey warp and light weft", "wool",
             {"#--#-##-", "--##--##", "-##-#--#", "##--##--"}, {1, 0.35, {0.12F, 0.11F, 0.10F}},
             {1, 0.35, {0.52F, 0.49F, 0.43F}}),
-      weave("denim", "3/1 twill from its warp face, dense indigo warp and off-white weft",
+      weave("denim", "3/1 twill from its warp face, dense indigo warp and off-white weft", "cotton",
             {"###-", "##-#", "#-##", "-###"}, {0.75, 0.35, {0.030F, 0.050F, 0.120F}},
             {1.05, 0.29, {0.62F, 0.58F, 0.50F}}),
-      weave("satin", "5-end satin from its warp face, dense glossy warp",
+      weave("satin", "5-end satin from its warp face, dense glossy warp", "silk",
             {"####-", "##-##", "-####", "###-#", "#-###"}, {0.5, 0.29, {0.60F, 0.42F, 0.20F}},
             {1, 0.22, {0.45F, 0.29F, 0.12F}}, {0.2F, 0.25F}),
-      weave("basket", "2x2 basket weave in two shades of linen", {"##--", "##--", "--##", "--##"},
+      weave("basket", "2x2 basket weave in two shades of linen", "linen", {"##--", "##--", "--##", "--##"},
             {1, 0.39, {0.52F, 0.42F, 0.28F}}, {1, 0.39, {0.36F, 0.25F, 0.14F}})};
   return stitches;
 }
@@ -218,10 +230,11 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& setting
 /// A draft has colours, but neither plies nor twist nor gloss.
 std::vector<StitchParameter> draft_parameters() {
   std::vector<StitchParameter> parameters{slack_parameter()};
-  append(parameters, common_parameters());
+  const int kind = find_yarn_kind("cotton").value();
+  append(parameters, common_parameters(kind));
   for (const char* prefix : {"warp_", "weft_"}) {
-    parameters.push_back(kind_parameter(prefix));
-    append(parameters, yarn_parameters(prefix, {}));
+    parameters.push_back(kind_parameter(prefix, kind));
+    append_yarn(parameters, prefix, kind, 10, {});
   }
   return parameters;
 }

@@ -11,9 +11,13 @@ namespace {
 
 constexpr const char* colour_parameter = "colour";
 
-/// `single`: not plied; what is woven mostly is not.
-void set_kind(int index, bool single, double shorter_mm, Yarn& yarn) {
+bool woven(const std::string& prefix) { return prefix == "warp_" || prefix == "weft_"; }
+
+}  // namespace
+
+void set_kind(int index, const std::string& prefix, double shorter_mm, Yarn& yarn) {
   const YarnKind& kind = yarn_kinds()[index];
+  const bool single = woven(prefix);
   set_fibre(index, yarn);
   yarn.plies = single ? 1 : kind.plies;
   yarn.twist_per_mm = twist_for(single ? kind.fibre_degrees : kind.twist_degrees, yarn.radius_mm);
@@ -24,8 +28,6 @@ void set_kind(int index, bool single, double shorter_mm, Yarn& yarn) {
   yarn.hair_loops = kind.hair_loops;
   yarn.irregularity = kind.irregularity;
 }
-
-}  // namespace
 
 double twist_for(double degrees, double radius_mm) {
   return std::tan(degrees * std::numbers::pi / 180) / (2 * std::numbers::pi * radius_mm);
@@ -39,18 +41,18 @@ void set_fibre(int kind, Yarn& yarn) {
   yarn.transmission = yarn_kinds()[kind].transmission;
 }
 
-StitchParameter kind_parameter(const std::string& prefix) {
+StitchParameter kind_parameter(const std::string& prefix, int kind) {
   return {prefix + yarn_parameter,
-          {0},
+          {static_cast<double>(kind)},
           0,
           static_cast<double>(yarn_kinds().size() - 1),
           true,
           "what it is made of: " + yarn_kind_names()};
 }
 
-std::vector<StitchParameter> common_parameters() {
+std::vector<StitchParameter> common_parameters(int kind) {
   return {
-      kind_parameter(""),
+      kind_parameter("", kind),
       {colour_parameter, {0.5, 0.5, 0.5}, 0, 1, false, "of all yarns: #rrggbb, or linear red, green, blue"},
       {"seed", {1}, 0, max_seed, true, "of fibres, hairs and irregularity"},
       {"repeats", {1}, 1, max_repeats, true, "in each direction that one cell holds, for yarn that varies"}};
@@ -83,12 +85,9 @@ std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Ya
 }
 
 void apply_settings(const StitchValues& values, const std::string& prefix, double shorter_mm, Yarn& yarn) {
-  for (const std::string& name : {prefix + yarn_parameter, std::string(yarn_parameter)}) {
-    if (!values.is_set(name)) continue;
-    const bool woven = prefix == "warp_" || prefix == "weft_";
-    set_kind(static_cast<int>(values.number(name)), woven, shorter_mm, yarn);
-    break;
-  }
+  const bool of_its_own = values.is_set(prefix + yarn_parameter);
+  const auto kind = static_cast<int>(values.number(of_its_own ? prefix + yarn_parameter : yarn_parameter));
+  if (of_its_own || values.is_set(yarn_parameter) || kind != 0) set_kind(kind, prefix, shorter_mm, yarn);
   for (const std::string& name : {prefix + "albedo", std::string(colour_parameter)}) {
     if (!values.is_set(name)) continue;
     const auto& albedo = values.numbers(name);
