@@ -5,6 +5,7 @@
 
 #include "converter/dress/check.h"
 #include "format/base/input_file.h"
+#include "format/base/option_text.h"
 #include "format/check/fabric.h"
 #include "format/check/gltf.h"
 #include "format/exr/exr.h"
@@ -51,10 +52,11 @@ Result<FileKind> kind_of(const std::string& path) {
   if (!file) return tl::unexpected(file.error());
   std::array<std::uint8_t, 4> start{};
   if (!file->read(0, start)) return fail(Code::file_damaged, path, {}, "shorter than 4 bytes");
+  if (has_ending(path, ".obj")) return FileKind::gltf;
   const std::string_view magic(reinterpret_cast<const char*>(start.data()), start.size());
   if (magic == "glTF" || magic.find('{') != std::string_view::npos) return FileKind::gltf;
   if (magic != std::string_view("\x76\x2f\x31\x01", 4)) {
-    return fail(Code::file_unreadable, path, {}, "is neither OpenEXR nor glTF");
+    return fail(Code::file_unreadable, path, {}, "is neither OpenEXR nor glTF nor OBJ");
   }
   const auto reader = ExrReader::open(path);
   if (!reader) return tl::unexpected(reader.error());

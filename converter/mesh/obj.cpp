@@ -1,54 +1,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <span>
 
 #include "converter/mesh/raw_mesh.h"
-#include "converter/mesh/words.h"
+#include "format/base/words.h"
 
 namespace selvedge {
 namespace {
 
-/// The text without byte order mark and comments, line ends as \n, continued lines joined; empty lines after
-/// them keep the line numbers.
-std::string plain_text(std::string_view text) {
-  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
-  std::string plain;
-  std::string pending_ends;  // line ends of continued lines
-  bool comment = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    char c = text[i];
-    if (c == '\r' && i + 1 < text.size() && text[i + 1] == '\n') continue;
-    if (c == '\r') c = '\n';
-    if (c == '\n' && plain.ends_with('\\') && !comment) {
-      plain.back() = ' ';
-      pending_ends += '\n';
-      continue;
-    }
-    if (c == '#') comment = true;
-    if (c == '\n') {
-      comment = false;
-      plain += pending_ends;
-      pending_ends.clear();
-    }
-    if (!comment) plain += c;
-  }
-  return plain + pending_ends;
-}
-
 constexpr int absent = -1;
-
-/// Index from 0 of a corner's vertex or normal, of which `count` have been read: OBJ counts from 1, or
-/// backwards from -1. False if it is not a number.
-bool to_index(std::string_view word, std::size_t count, int& index) {
-  const char* end = word.data() + word.size();
-  int number = 0;
-  const auto result = std::from_chars(word.data(), end, number);
-  if (result.ec == std::errc::invalid_argument || result.ptr != end) return false;
-  index = number > 0 ? number - 1 : (number < 0 ? static_cast<int>(count) + number : absent);
-  return true;
-}
 
 class ObjReader {
  public:
@@ -107,10 +68,10 @@ class ObjReader {
       const std::size_t second = std::min(word.find('/', slash + 1), word.size());
       int vertex = absent;
       int normal = absent;
-      if (!to_index(word.substr(0, slash), mesh_.positions.size(), vertex)) {
+      if (!to_obj_index(word.substr(0, slash), mesh_.positions.size(), vertex)) {
         return damaged(number, fmt::format("\"{}\" is not a corner of a face", word));
       }
-      if (second < word.size()) to_index(word.substr(second + 1), normals_.size(), normal);
+      if (second < word.size()) to_obj_index(word.substr(second + 1), normals_.size(), normal);
       face.push_back(vertex);
       set_normal(vertex, normal);
     }
@@ -146,7 +107,7 @@ class ObjReader {
 
 std::vector<std::string> material_files(const std::string& bytes) {
   std::vector<std::string> files;
-  (void)for_each_line(plain_text(bytes), [&](const Words& words, int) -> Result<void> {
+  (void)for_each_line(obj_text(bytes), [&](const Words& words, int) -> Result<void> {
     if (words[0] == "mtllib") files.emplace_back(rest_of(words));
     return {};
   });
@@ -155,7 +116,7 @@ std::vector<std::string> material_files(const std::string& bytes) {
 
 void read_materials(const std::string& text, MaterialColours& colours) {
   std::string name;
-  (void)for_each_line(plain_text(text), [&](const Words& words, int) -> Result<void> {
+  (void)for_each_line(obj_text(text), [&](const Words& words, int) -> Result<void> {
     if (words[0] == "newmtl") name = rest_of(words);
     if (words[0] != "Kd" || words.size() < 4) return {};
     V3d colour;
@@ -171,7 +132,7 @@ Result<RawMesh> read_obj(const std::string& bytes, const std::string& file,
                          const MaterialColours& materials) {
   ObjReader reader(file, materials);
   const auto read_line = [&](const Words& words, int number) { return reader.read_line(words, number); };
-  if (auto ok = for_each_line(plain_text(bytes), read_line); !ok) return tl::unexpected(ok.error());
+  if (auto ok = for_each_line(obj_text(bytes), read_line); !ok) return tl::unexpected(ok.error());
   return reader.finish();
 }
 

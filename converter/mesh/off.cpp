@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "converter/mesh/raw_mesh.h"
-#include "converter/mesh/words.h"
+#include "format/base/words.h"
 
 namespace selvedge {
 namespace {

@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "converter/mesh/raw_mesh.h"
-#include "converter/mesh/words.h"
+#include "format/base/words.h"
 
 namespace selvedge {
 namespace {

@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "converter/mesh/raw_mesh.h"
-#include "converter/mesh/words.h"
+#include "format/base/words.h"
 
 namespace selvedge {
 namespace {

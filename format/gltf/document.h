@@ -34,7 +34,7 @@ struct GltfDocument {
   std::uint64_t taken = 0;  ///< bytes of memory that it takes, reckoned as in memory.h
 };
 
-/// Loads .gltf (with external or data URIs) or .glb, distinguished by content. Missing pictures are no error.
+/// Loads .gltf (with external or data URIs) or .glb, distinguished by content, or .obj (load_obj()). Missing pictures are no error.
 /// KHR_draco_mesh_compression and EXT_meshopt_compression are expanded and their names removed. Refused are
 /// truncated files, versions other than 2.x, required extensions that change the geometry and are not read,
 /// and root members that are not arrays of objects where glTF has arrays; and with GLTF_REFERENCE a URI of a

@@ -1,4 +1,4 @@
-#include "converter/mesh/words.h"
+#include "format/base/words.h"
 
 #include <fmt/format.h>
 
@@ -19,9 +19,9 @@ void split_words(std::string_view line, Words& words) {
   }
 }
 
-std::string_view rest_of(const Words& words) {
-  if (words.size() < 2) return {};
-  const char* begin = words[1].data();
+std::string_view rest_of(const Words& words, std::size_t first) {
+  if (words.size() <= first) return {};
+  const char* begin = words[first].data();
   return {begin, static_cast<std::size_t>(words.back().data() + words.back().size() - begin)};
 }
 
@@ -47,6 +47,40 @@ Result<V3d> position_at(const Words& words, std::size_t first, const std::string
     value += 0.0;  // -0 and 0 become the same bits
   }
   return point;
+}
+
+std::string obj_text(std::string_view text) {
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  std::string plain;
+  std::string pending_ends;  // line ends of continued lines
+  bool comment = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    char c = text[i];
+    if (c == '\r' && i + 1 < text.size() && text[i + 1] == '\n') continue;
+    if (c == '\r') c = '\n';
+    if (c == '\n' && plain.ends_with('\\') && !comment) {
+      plain.back() = ' ';
+      pending_ends += '\n';
+      continue;
+    }
+    if (c == '#') comment = true;
+    if (c == '\n') {
+      comment = false;
+      plain += pending_ends;
+      pending_ends.clear();
+    }
+    if (!comment) plain += c;
+  }
+  return plain + pending_ends;
+}
+
+bool to_obj_index(std::string_view word, std::size_t count, int& index) {
+  const char* end = word.data() + word.size();
+  int number = 0;
+  const auto result = std::from_chars(word.data(), end, number);
+  if (result.ec == std::errc::invalid_argument || result.ptr != end) return false;
+  index = number > 0 ? number - 1 : (number < 0 ? static_cast<int>(count) + number : -1);
+  return true;
 }
 
 }  // namespace selvedge
