@@ -43,12 +43,11 @@ void add_fibre_noise(const CellMesh& mesh, const SurfacePoint& point, YarnSurfac
   if (place.skin < 0) return;
   YarnStrands strands = strands_of(mesh, place.skin);
   if (point.hair >= 0) strands.count = 0;
-  const auto change = strand_change(strands, static_cast<double>(place.around),
-                                    static_cast<double>(place.along));
+  const auto change =
+      strand_change(strands, static_cast<double>(place.around), static_cast<double>(place.along));
   // Strands lie on the outside of a translucent wall; its colour is that of both sides.
   const bool inside = point.back && !mesh.transmission.empty();
-  if (strands.count > 0 && !inside)
-    turn_to_strand(change, V3d(point.view), surface.normal, surface.fibre);
+  if (strands.count > 0 && !inside) turn_to_strand(change, V3d(point.view), surface.normal, surface.fibre);
   for (int c = 0; c < 3; ++c) surface.albedo[c] = std::clamp(surface.albedo[c] * change.brightness, 0.0, 1.0);
 }
 

@@ -11,18 +11,20 @@ namespace {
 class Triangles {
  public:
   explicit Triangles(const CellMesh& mesh) : period_(mesh.period) {
-    const double side = std::sqrt(period_.x * period_.y / (1 + static_cast<double>(mesh.triangles.size()) / 32));
+    const double side =
+        std::sqrt(period_.x * period_.y / (1 + static_cast<double>(mesh.triangles.size()) / 32));
     for (int i = 0; i < 2; ++i) count_[i] = std::max(1, static_cast<int>(period_[i] / side));
     squares_.resize(static_cast<std::size_t>(count_.x) * count_.y);
     for (const V3i& t : mesh.triangles) {
-      middles_.push_back(
-          (V3d(mesh.positions[t.x]) + V3d(mesh.positions[t.y]) + V3d(mesh.positions[t.z])) / 3.0);
+      middles_.push_back((V3d(mesh.positions[t.x]) + V3d(mesh.positions[t.y]) + V3d(mesh.positions[t.z])) /
+                         3.0);
       const V2i at = square_at(middles_.back());
       square(at.x, at.y).push_back(static_cast<int>(middles_.size()) - 1);
     }
   }
 
-  /// The one whose middle is nearest: within a square's width for sure, or of all where there is none so near.
+  /// The one whose middle is nearest: within a square's width for sure, or of all where there is none so
+  /// near.
   int nearest(const V3d& point) const {
     int best = -1;
     double least = std::numeric_limits<double>::max();

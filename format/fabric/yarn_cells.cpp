@@ -59,7 +59,8 @@ double memory_of(const YarnData& data, const V2f& period) {
       entries += area / (grid.cell.x * grid.cell.y);
     }
   });
-  return bytes_per_node * (count + hairs) + bytes_per_cell * grid.cells.x * grid.cells.y + bytes_per_entry * entries;
+  return bytes_per_node * (count + hairs) + bytes_per_cell * grid.cells.x * grid.cells.y +
+         bytes_per_entry * entries;
 }
 
 void Yarns::place_in_cells() {

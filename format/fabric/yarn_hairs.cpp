@@ -99,8 +99,8 @@ std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> node
         own.begin() + 1, own.end(), station,
         [](double at, const Yarns::Segment& s) { return at < static_cast<double>(s.station); });
     const Yarns::Segment& s = *(next - 1);
-    const double part = std::clamp(
-        (station - static_cast<double>(s.station)) / static_cast<double>(s.stations), 0.0, 1.0);
+    const double part =
+        std::clamp((station - static_cast<double>(s.station)) / static_cast<double>(s.stations), 0.0, 1.0);
     const auto [position, tangent] = on_chain(s, part);
     const double angle = 2 * pi * number(seed, h, at_angle);
     const V2d turned(sense.x * std::cos(angle), sense.y * std::sin(angle));

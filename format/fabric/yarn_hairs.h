@@ -1,5 +1,5 @@
-// Hairs that stand off yarn (spec/brdf.md, "Hairs"): one formula for the bake, which gives them to its mesh, and
-// for level -1 of a fabric.
+// Hairs that stand off yarn (spec/brdf.md, "Hairs"): one formula for the bake, which gives them to its mesh,
+// and for level -1 of a fabric.
 #pragma once
 
 #include <array>

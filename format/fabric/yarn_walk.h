@@ -147,8 +147,8 @@ SELVEDGE_INLINE void walk_yarns(const Yarns::Inside& yarns, const V2f& period, c
       for (std::uint32_t b = cell.first; b < cell.first + cell.blocks; ++b) {
         const Yarns::Block& block = yarns.blocks[b];
         const float reached = origin.z + direction.z * std::min(left, far);
-        if (block.low > std::max(from, reached) + beyond ||
-            block.high < std::min(from, reached) - beyond || packet.width >= block.empty_for)
+        if (block.low > std::max(from, reached) + beyond || block.high < std::min(from, reached) - beyond ||
+            packet.width >= block.empty_for)
           continue;
         std::uint32_t near =
             near_segments<N>(block.start[0].data(), at, direction, packet.beside,

@@ -84,8 +84,7 @@ Result<void> check_lengths_of_plies(const YarnData& data, const V2f& period) {
   std::int64_t nodes = 0;
   for (const YarnCurve& c : data.curves)
     nodes += segment_count(c) + std::int64_t{hair_points} * std::abs(c.hairs.count);
-  if (nodes > max_nodes)
-    return refuse("nodes", fmt::format("plies and hairs have more than {}", max_nodes));
+  if (nodes > max_nodes) return refuse("nodes", fmt::format("plies and hairs have more than {}", max_nodes));
   Result<void> result;
   for_each_curve(data, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> own) {
     if (curve.plies.count == 1 || !result) return;
@@ -210,8 +209,8 @@ void Yarns::add_strands(YarnPoint& point, const V3f& view) const {
   const YarnCurve& curve = data_.curves[point.curve];
   if (!curve.strands.varies()) return;
   if (point.hair) {
-    point.brightness = strand_swell(curve.strands, point.station / static_cast<float>(curve.stations),
-                                    byte_of_colour);
+    point.brightness =
+        strand_swell(curve.strands, point.station / static_cast<float>(curve.stations), byte_of_colour);
     return;
   }
   const V2f& sense = strand_sense_[point.curve];
