@@ -113,7 +113,7 @@ std::vector<Place> places_about(const Yarns& yarns, int curve, int station) {
       const double angle = plies == 1 ? 2 * pi * a / around : reach * (2 * (a + 0.5) / around - 1);
       Place place;
       place.normal = from * std::cos(angle) + tangent.cross(from) * std::sin(angle);
-      place.radius = static_cast<double>(radius_of_plies(own));
+      place.radius = static_cast<double>(frame.radius);
       place.above = V3d(frame.position) + place.normal * (1.15 * place.radius);
       place.outward = place.normal.dot(V3d(frame.out));
       if (plies > 1) place.seen = (std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach));

@@ -38,15 +38,16 @@ YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
 }  // namespace
 
 void add_fibre_noise(const CellMesh& mesh, const SurfacePoint& point, YarnSurface& surface) {
-  if (mesh.places.empty() || point.hair >= 0 || point.view == V3f(0, 0, 0)) return;
+  if (mesh.places.empty() || point.view == V3f(0, 0, 0)) return;
   const YarnPlace place = place_at(mesh, point);
   if (place.skin < 0) return;
-  const auto change = strand_change(strands_of(mesh, place.skin), static_cast<double>(place.around),
-                                    static_cast<double>(place.along));
+  YarnStrands strands = strands_of(mesh, place.skin);
+  if (point.hair >= 0) strands.count = 0;
+  const auto change =
+      strand_change(strands, static_cast<double>(place.around), static_cast<double>(place.along));
   // Strands lie on the outside of a translucent wall; its colour is that of both sides.
   const bool inside = point.back && !mesh.transmission.empty();
-  if (mesh.skins[place.skin].strands > 0 && !inside)
-    turn_to_strand(change, V3d(point.view), surface.normal, surface.fibre);
+  if (strands.count > 0 && !inside) turn_to_strand(change, V3d(point.view), surface.normal, surface.fibre);
   for (int c = 0; c < 3; ++c) surface.albedo[c] = std::clamp(surface.albedo[c] * change.brightness, 0.0, 1.0);
 }
 

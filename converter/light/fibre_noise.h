@@ -10,8 +10,8 @@
 namespace selvedge {
 
 /// Turns the normal and the fibre of a surface to those of the strand that is met, and changes its albedo;
-/// its mean over the yarn stays. The normal stays on the ray's side. Hairs, surfaces that lie on no yarn, and
-/// points that no ray met, stay as they are.
+/// its mean over the yarn stays. The normal stays on the ray's side. Of a hair only the albedo changes, with
+/// that of its yarn. Surfaces that lie on no yarn, and points that no ray met, stay as they are.
 void add_fibre_noise(const CellMesh& mesh, const SurfacePoint& point, YarnSurface& surface);
 
 }  // namespace selvedge

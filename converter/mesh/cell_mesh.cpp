@@ -14,6 +14,10 @@ bool is_finite(const V3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) &
 
 }  // namespace
 
+int strand_seed(std::uint64_t seed, int skin) {
+  return static_cast<int>(mix(seed ^ mix(static_cast<std::uint64_t>(skin))) & max_strand_seed);
+}
+
 YarnStrands strands_of(const CellMesh& mesh, int skin) {
   const YarnSkin& of = mesh.skins[skin];
   YarnStrands strands;
@@ -24,7 +28,7 @@ YarnStrands strands_of(const CellMesh& mesh, int skin) {
     const int most = max_pieces / strands.count;
     strands.shift = strands.count * std::clamp(of.lays, -most, most);
   }
-  strands.seed = static_cast<int>(mix(mesh.seed ^ mix(static_cast<std::uint64_t>(skin))) & max_strand_seed);
+  strands.seed = strand_seed(mesh.seed, skin);
   strands.irregularity = std::min(of.irregularity, max_irregularity);
   strands.swells = std::clamp(of.swells, 1, max_pieces);
   return strands;

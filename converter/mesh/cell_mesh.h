@@ -32,7 +32,7 @@ struct YarnPlace {
 
 /// Hairs that stand off the yarns: round, each a line of points_each points. They may leave the cell.
 struct Hairs {
-  static constexpr int points_each = 8;
+  static constexpr int points_each = hair_points;
   std::vector<V3f> points;    ///< mm, hair by hair
   std::vector<int> roots;     ///< of each, the triangle that it grows from: it has its albedo and gloss
   std::vector<float> radius;  ///< of each, mm
@@ -55,6 +55,8 @@ struct CellMesh {
   YarnData yarns;              ///< that the surface is of, without its light; empty: not known (find_yarns())
 };
 
+/// Of the noise of yarn or ply number `skin`.
+int strand_seed(std::uint64_t seed, int skin);
 /// The strands of a skin, as a fabric file has them.
 YarnStrands strands_of(const CellMesh& mesh, int skin);
 

@@ -76,7 +76,7 @@ void lay_ply(const Yarn& ply, int index, const Section& section, std::uint64_t s
       };
       V2d at(r * std::cos(angle) + noise(0), r * std::sin(angle) + noise(1));
       if (at.length() > room) at *= room / at.length();
-      at *= swelling(seed, index, ply, length, s.length);
+      at *= strand_swell(ply.swells, share * ply.passes, byte_of_thickness);
       const double turned = turn * share;
       const V2d placed(at.x * std::cos(turned) - at.y * std::sin(turned),
                        at.x * std::sin(turned) + at.y * std::cos(turned));

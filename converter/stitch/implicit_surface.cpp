@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "converter/mesh/yarn_chain.h"
-#include "converter/mesh/yarn_noise.h"
 
 namespace selvedge {
 namespace {
@@ -38,21 +37,7 @@ std::pair<int, int> bins_touched(double low, double high, double size, int count
   return {clamped(low), clamped(high)};
 }
 
-/// Of irregularity: independent of what else is drawn from the pattern's seed.
-constexpr std::uint64_t stream_thickness = 11;
-
 }  // namespace
-
-int swells_of(double length, double radius_mm) {
-  return std::max(2, static_cast<int>(std::lround(length / (12 * radius_mm))));
-}
-
-double swelling(std::uint64_t seed, int index, const Yarn& yarn, double length, double along) {
-  if (yarn.irregularity == 0) return 1;
-  const int cells = swells_of(length, yarn.radius_mm);
-  return 1 +
-         yarn.irregularity * closed_noise(mix(seed ^ stream_thickness), index, cells, along / length * cells);
-}
 
 Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, double reach,
                                                const std::string& file) {
@@ -96,7 +81,7 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
     }
     yarn_length_.push_back(length);
     const auto radius_at = [&](double along) {
-      return yarn.radius_mm * swelling(pattern.seed, static_cast<int>(y), yarn, length, along);
+      return yarn.radius_mm * strand_swell(yarn.swells, along / length * yarn.passes, byte_of_thickness);
     };
     for (std::size_t p = first; p < pieces_.size(); ++p) {
       Piece& piece = pieces_[p];

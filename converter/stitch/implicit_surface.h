@@ -83,13 +83,6 @@ class ImplicitSurface {
   std::vector<double> yarn_length_;
 };
 
-/// Changes of thickness and colour along a yarn: one every 12 radii.
-int swells_of(double length, double radius_mm);
-
-/// The thickness of yarn `index` of this length, `along` mm from its start, as a multiple of what it is on
-/// average. `seed`: of the pattern.
-double swelling(std::uint64_t seed, int index, const Yarn& yarn, double length, double along);
-
 /// The minimum distance between yarn surfaces, mm: that of the centre lines minus both radii, negative if
 /// yarns overlap, at most the largest radius. Covers all pairs, copies in other cells included, except parts
 /// of one yarn less than pi radii apart along it: a yarn bent no tighter than its own radius does not touch

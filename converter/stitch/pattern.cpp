@@ -7,6 +7,8 @@
 
 #include "converter/stitch/fibres.h"
 
+#include "format/fabric/yarn_hairs.h"
+
 namespace selvedge {
 namespace {
 

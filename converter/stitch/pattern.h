@@ -13,6 +13,7 @@
 #include "converter/stitch/bezier.h"
 #include "format/base/error.h"
 #include "format/base/vec.h"
+#include "format/fabric/yarn_strands.h"
 
 namespace selvedge {
 
@@ -40,15 +41,16 @@ struct Yarn {
   double irregularity = 0;
   /// Share of the diffuse light that goes through the wall of a ply rather than back, in [0, 1].
   double transmission = 0;
+  /// Its thick and thin places, as lay_plies() numbers them: of a ply, those of its yarn, which it passes so
+  /// many times. Without them it is as thick everywhere.
+  YarnStrands swells{};
+  int passes = 1;
 
   bool operator==(const Yarn&) const = default;
 };
 
 constexpr double max_seed = 4294967295.0;
 constexpr double max_repeats = 16;
-
-/// Lengths of hairs are exponential up to this multiple of their mean.
-constexpr double max_hair = 3;
 
 struct StitchPattern {
   std::string name;

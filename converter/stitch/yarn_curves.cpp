@@ -1,11 +1,17 @@
 #include "converter/stitch/yarn_curves.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <optional>
 
 #include "converter/mesh/wall_albedo.h"
+#include "converter/stitch/fibres.h"
 #include "converter/stitch/yarn_plies.h"
+#include "format/base/random.h"
 
 namespace selvedge {
 namespace {
@@ -61,12 +67,44 @@ bool give_plies(const Yarn& yarn, const V2f& period, const YarnChainOptions& opt
   return validate(alone, period).has_value();
 }
 
+constexpr std::uint64_t stream_hairs = 31;
+
+/// As many hairs as the yarn's hairiness asks for, in the mean over seeds. Refuses more than a file holds.
+Result<YarnHairs> hairs_for(const StitchPattern& pattern, std::size_t index) {
+  const Yarn& yarn = pattern.yarns[index];
+  YarnHairs hairs;
+  if (yarn.hairiness == 0) return hairs;
+  double length = 0;
+  for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
+  // The mean of what is left of an exponential distribution.
+  const double mean = 1 - max_hair / std::expm1(max_hair);
+  const double expected = yarn.hairiness * length / (mean * yarn.hair_mm);
+  if (expected >= max_hairs) {
+    return fail(Code::mesh_invalid, pattern.name, fmt::format("/yarns/{}/hairiness", index),
+                fmt::format("the repeat would have more than {} hairs", max_hairs));
+  }
+  const YarnKind fibre = fibre_of(yarn.fibre);
+  hairs.count = static_cast<int>(expected + Random(mix(pattern.seed ^ mix(stream_hairs)), index).uniform());
+  if (hairs.count == 0) return hairs;
+  hairs.length = static_cast<float>(yarn.hair_mm);
+  hairs.loops = static_cast<float>(yarn.hair_loops);
+  hairs.radius = static_cast<float>(0.5e-3 * fibre.diameter_um);
+  hairs.kept = static_cast<float>(1 - forward_share(fibre.refraction));
+  return hairs;
+}
+
 }  // namespace
 
 Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options) {
   YarnData data;
-  for (const Yarn& yarn : pattern.yarns) {
+  std::optional<StitchPattern> laid;
+  std::size_t first_ply = 0;
+  for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
+    const Yarn& yarn = pattern.yarns[y];
+    const auto hairs = hairs_for(pattern, y);
+    if (!hairs) return tl::unexpected(hairs.error());
     YarnCurve curve;
+    curve.hairs = *hairs;
     curve.turns = turns_of(yarn, pattern.period_mm);
     curve.radius = static_cast<float>(yarn.radius_mm);
     // Of the light that falls on it; what comes through the wall is part of its indirect light.
@@ -78,18 +116,25 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
     YarnChainOptions own = options;
     if (yarn.plies > 1) own.station /= 2;  // a ply is about half as thick
     append_chain(curve, dense_points(yarn, 0.04 * yarn.radius_mm), yarn.radius_mm, own, data);
+    const std::size_t own_plies = first_ply;
+    const int plies = yarn.plies == 1 ? 1 : std::gcd(course_of_plies(yarn).shift, yarn.plies);
+    first_ply += plies;
     if (yarn.plies == 1 || give_plies(yarn, V2f(pattern.period_mm), options, data)) continue;
     // Each ply as a chain.
     data.nodes.resize(data.nodes.size() - data.curves.back().nodes);
     data.curves.pop_back();
+    if (!laid) {
+      auto all = lay_plies(pattern, pattern.name);
+      if (!all) return tl::unexpected(all.error());
+      laid = std::move(*all);
+    }
     StitchPattern alone = pattern;
-    alone.yarns = {yarn};
-    const auto laid = lay_plies(alone, pattern.name);
-    if (!laid) return tl::unexpected(laid.error());
-    const auto plies = yarn_curves_of(*laid, options);
-    if (!plies) return tl::unexpected(plies.error());
-    data.curves.insert(data.curves.end(), plies->curves.begin(), plies->curves.end());
-    data.nodes.insert(data.nodes.end(), plies->nodes.begin(), plies->nodes.end());
+    const auto from = laid->yarns.begin() + static_cast<std::ptrdiff_t>(own_plies);
+    alone.yarns = {from, from + plies};
+    const auto chains = yarn_curves_of(alone, options);
+    if (!chains) return tl::unexpected(chains.error());
+    data.curves.insert(data.curves.end(), chains->curves.begin(), chains->curves.end());
+    data.nodes.insert(data.nodes.end(), chains->nodes.begin(), chains->nodes.end());
   }
   return data;
 }

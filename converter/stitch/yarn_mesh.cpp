@@ -96,31 +96,31 @@ YarnPlace place_of(const YarnFrames& frames, const SurfaceSample& sample) {
 
 /// Gives the curves of a mesh the strands of its skins. Those of plies are numbered by the plies' course
 /// about their yarn's axis, so that they are others than the mesh's, of the same kind.
-void give_strands(const StitchPattern& described, CellMesh& mesh) {
-  std::vector<YarnCurve>& curves = mesh.yarns.curves;
-  if (curves.size() == mesh.skins.size()) {
-    for (std::size_t c = 0; c < curves.size(); ++c) curves[c].strands = strands_of(mesh, static_cast<int>(c));
-    return;
-  }
-  if (curves.size() != described.yarns.size()) return;  // a mixture of both: smooth
+void give_strands(const StitchPattern& described, const StitchPattern& laid, CellMesh& mesh) {
+  std::size_t c = 0;
   int skin = 0;
-  for (std::size_t c = 0; c < curves.size(); ++c) {
-    const YarnPlies& plies = curves[c].plies;
-    YarnStrands& strands = curves[c].strands;
-    strands = strands_of(mesh, skin);
+  for (const Yarn& yarn : described.yarns) {
+    if (yarn.plies == 1 || mesh.yarns.curves[c].plies.count == 1) {
+      const int chains = yarn.plies == 1 ? 1 : std::gcd(course_of_plies(yarn).shift, yarn.plies);
+      for (int k = 0; k < chains; ++k) mesh.yarns.curves[c++].strands = strands_of(mesh, skin++);
+      continue;
+    }
+    YarnCurve& curve = mesh.yarns.curves[c++];
+    const YarnPlies& plies = curve.plies;
     const int chains = std::gcd(plies.shift, plies.count);
-    skin += chains;
-    if (plies.count == 1) continue;
     const int passes = plies.count / chains;
+    YarnStrands& strands = curve.strands;
+    strands = strands_of(mesh, skin);
     strands.pieces = std::max(2, strands.pieces / passes);
-    strands.swells = std::max(2, strands.swells / passes);
-    const PlyCourse course = course_of_plies(described.yarns[c]);
+    strands.swells =
+        strands.irregularity > 0 ? laid.yarns[skin].swells.swells : std::max(2, strands.swells / passes);
+    skin += chains;
+    const PlyCourse course = course_of_plies(yarn);
     const double length = course.frames.stations.back().length;
     const double turns = static_cast<double>(plies.shift) / plies.count;
-    const double ply = static_cast<double>(radius_of_plies(curves[c]));
-    const double climb =
-        2 * std::numbers::pi * turns * (static_cast<double>(curves[c].radius) - ply) / length;
-    const double lean = static_cast<double>(curves[c].fibre_slope) * length / (2 * std::numbers::pi * ply);
+    const double ply = static_cast<double>(radius_of_plies(curve));
+    const double climb = 2 * std::numbers::pi * turns * (static_cast<double>(curve.radius) - ply) / length;
+    const double lean = static_cast<double>(curve.fibre_slope) * length / (2 * std::numbers::pi * ply);
     // The frame of the axis turns about a ply by what the ply's course falls short of a flat circle.
     const double lays = lean * std::hypot(1, climb) + turns * (1 - 1 / std::hypot(1, climb));
     strands.shift =
@@ -225,10 +225,8 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
     if (varied) mesh.places.push_back(place_of(frames[sample.yarn], sample));
   }
   if (varied) {
-    give_strands(described, mesh);
-    auto hairs = grow_hairs(pattern, mesh);
-    if (!hairs) return tl::unexpected(hairs.error());
-    mesh.hairs = std::move(*hairs);
+    give_strands(described, pattern, mesh);
+    mesh.hairs = grow_hairs(mesh);
   }
   return mesh;
 }

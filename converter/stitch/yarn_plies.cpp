@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "converter/mesh/cell_mesh.h"
 #include "converter/stitch/yarn_settings.h"
 #include "format/fabric/yarns.h"
 
@@ -15,7 +16,7 @@ namespace {
 
 using std::numbers::pi;
 
-std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm) {
+std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm, YarnStrands swells) {
   const int n = yarn.plies;
   const double radius = yarn.radius_mm * ply_radius(n);
   const double offset = yarn.radius_mm - radius;
@@ -25,6 +26,7 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm) {
   const auto& stations = frames.stations;
   const double length = stations.back().length;
   const double turn = 2 * pi * places / n - frames.turned;
+  swells.swells = swells_of(length, radius);
 
   const V2i turns = turns_of(yarn, period_mm);
   const V3d way(turns.x * period_mm.x, turns.y * period_mm.y, 0);
@@ -36,7 +38,8 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm) {
     const double start = static_cast<double>(k + repeat * places) / n;
     const double angle = 2 * pi * start + turn * s.length / length;
     const V3d direction = s.across * std::cos(angle) + s.tangent.cross(s.across) * std::sin(angle);
-    return s.position + way * static_cast<double>(repeat) + direction * offset;
+    const double orbit = offset * strand_swell(swells, s.length / length, byte_of_thickness);
+    return s.position + way * static_cast<double>(repeat) + direction * orbit;
   };
   const auto slope = [&](int k, long i) {  // per station, of fourth order
     return (point(k, i + 1) - point(k, i - 1)) * (2.0 / 3) - (point(k, i + 2) - point(k, i - 2)) * (1.0 / 12);
@@ -50,6 +53,8 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm) {
     ply.plies = 1;
     ply.twist_per_mm = twist_for(lean_in_plies(yarn), radius);
     ply.radius_mm = radius;
+    if (swells.irregularity > 0) ply.swells = swells;
+    ply.passes = n / chains;
     ply.segments.clear();
     for (long i = 0; i < count * (n / chains); ++i) {
       const V3d a = point(k, i);
@@ -64,6 +69,10 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm) {
 }
 
 }  // namespace
+
+int swells_of(double length, double radius_mm) {
+  return std::max(2, static_cast<int>(std::lround(length / (12 * radius_mm))));
+}
 
 PlyCourse course_of_plies(const Yarn& yarn) {
   // At least 12 steps per turn, none longer than a ply is thick.
@@ -84,11 +93,17 @@ Result<StitchPattern> lay_plies(const StitchPattern& pattern, const std::string&
   StitchPattern laid = pattern;
   laid.yarns.clear();
   for (const Yarn& yarn : pattern.yarns) {
+    YarnStrands swells;
+    swells.seed = strand_seed(pattern.seed, static_cast<int>(laid.yarns.size()));
+    swells.irregularity = std::min(static_cast<float>(yarn.irregularity), max_irregularity);
     if (yarn.plies == 1) {
       laid.yarns.push_back(yarn);
+      if (yarn.irregularity == 0) continue;
+      swells.swells = swells_of(frames_of(yarn, 0.5 * yarn.radius_mm).stations.back().length, yarn.radius_mm);
+      laid.yarns.back().swells = swells;
       continue;
     }
-    for (Yarn& ply : plies_of(yarn, pattern.period_mm)) laid.yarns.push_back(std::move(ply));
+    for (Yarn& ply : plies_of(yarn, pattern.period_mm, swells)) laid.yarns.push_back(std::move(ply));
   }
   // Plies of a rising yarn may reach slightly higher than the yarn.
   StitchLimits limits;

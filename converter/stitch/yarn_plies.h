@@ -13,6 +13,9 @@ struct PlyCourse {
 /// Precondition: a valid yarn of several plies.
 PlyCourse course_of_plies(const Yarn& yarn);
 
+/// Changes of thickness and colour along a yarn: one every 12 radii.
+int swells_of(double length, double radius_mm);
+
 /// Degrees by which the fibres of a ply lean to it, right-handed.
 double lean_in_plies(const Yarn& yarn);
 
@@ -20,7 +23,8 @@ double lean_in_plies(const Yarn& yarn);
 /// allows; yarns of one ply stay as they are. Helices follow a rotation-minimising frame; its rotation after
 /// a repeat is spread over the whole length, and turns are rounded to 1/n, so that every ply continues in a
 /// ply of the next repeat. Plies that change places between repeats form one chain over several repeats. The
-/// fibres of a ply lean to it by fibre_degrees; hairs are shared out over the plies. Refuses (stitch_invalid)
+/// fibres of a ply lean to it by fibre_degrees; hairs are shared out over the plies. Yarns that are
+/// irregular get their thick and thin places, in which plies also lie further out. Refuses (stitch_invalid)
 /// plies beyond the limits of a pattern. Precondition: a valid pattern.
 Result<StitchPattern> lay_plies(const StitchPattern& pattern, const std::string& file);
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "converter/stitch/fibres.h"
+#include "format/fabric/yarn_hairs.h"
 
 namespace selvedge {
 namespace {

@@ -83,7 +83,7 @@ bool reaches_cell(const Yarns::Block& block, std::size_t k, const V2f& cell_size
   const V2f along = V2f(block.axis[0][k], block.axis[1][k]) * block.length[k];
   const float length2 = along.length2();
   const float share = length2 > 0 ? std::clamp(-start.dot(along) / length2, 0.0F, 1.0F) : 0;
-  return (start + along * share).length() <= 1.001F * (block.radius[k] + 0.5F * cell_size.length());
+  return (start + along * share).length() <= 1.001F * (block.reach[k] + 0.5F * cell_size.length());
 }
 
 void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
@@ -92,13 +92,23 @@ void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
   for (std::size_t i = 0; i < inside.grid.size(); ++i) {
     const Yarns::Cell& cell = inside.grid[i];
     const std::size_t place = result.size();
+    std::vector<std::pair<const Yarns::Block*, std::size_t>> near;
     for (const Yarns::Block& block : inside.blocks.subspan(cell.first, cell.blocks)) {
-      for (std::size_t k = 0; k < yarn_block && block.radius[k] > 0; ++k) {
-        if (!reaches_cell(block, k, inside.cell_size)) continue;
-        Words reference(result, reference_words);
-        reference.set(reference_start, V3f(block.start[0][k], block.start[1][k], block.start[2][k]));
-        reference.set(reference_segment, block.segment[k]);
+      for (std::size_t k = 0; k < yarn_block && block.reach[k] > 0; ++k) {
+        if (reaches_cell(block, k, inside.cell_size)) near.emplace_back(&block, k);
       }
+    }
+    // Hairs that vanish first are the last.
+    std::stable_sort(near.begin(), near.end(), [&](const auto& a, const auto& b) {
+      const auto lasts = [&](const auto& of) {
+        return empty_for(inside.segments[of.first->segment[of.second]]);
+      };
+      return lasts(a) > lasts(b);
+    });
+    for (const auto& [block, k] : near) {
+      Words reference(result, reference_words);
+      reference.set(reference_start, V3f(block->start[0][k], block->start[1][k], block->start[2][k]));
+      reference.set(reference_segment, block->segment[k]);
     }
     uint* words = &result[first + i * cell_words];
     words[cell_first] = static_cast<uint>(place);
@@ -124,6 +134,8 @@ void add_segment(const Yarns::Segment& segment, std::vector<uint>& result) {
   words.set(segment_curve, segment.curve);
   words.set(segment_rows, segment.rows.first);
   words.set(segment_rows + 1, segment.rows.later);
+  words.set(segment_reach, segment.reach);
+  words.set(segment_rank, segment.rank);
 }
 
 void add_strands(const YarnStrands& strands, const V2f& sense, Words& curve) {

@@ -7,7 +7,7 @@
 namespace selvedge::names {
 
 inline constexpr int fabric_version_major = 3;
-inline constexpr int fabric_version_minor = 2;
+inline constexpr int fabric_version_minor = 3;
 inline constexpr int samples_version = 2;
 
 // Parts of a fabric file, in the file's order.

@@ -72,13 +72,16 @@ const uint segment_length = 3u;    // mm
 const uint segment_start = 4u;     // x, y, z, mm, of its node
 const uint segment_radius = 7u;    // mm
 const uint segment_tangents = 8u;  // x, y, z of that at its start, then of that at its end
-const uint segment_across = 14u;   // x, y, z, likewise: where the angles about the axis count from
+const uint segment_across = 14u;   // x, y, z, likewise: where the angles about the axis count from; of a hair: cosine,
+                                   // sine and share outwards of its root
 const uint segment_out = 20u;       // x, y, z, likewise: from the yarn's axis to that of its ply; 0 without plies
 const uint segment_station = 26u;   // at its start
-const uint segment_stations = 27u; // over its length
+const uint segment_stations = 27u; // over its length; 0: a hair
 const uint segment_curve = 28u;
 const uint segment_rows = 29u;  // of the noise of strands: its ply's first, and that of the ply which it goes on as
-const uint segment_words = 31u;
+const uint segment_reach = 31u;  // mm, of the ball about its start; of a hair, the largest radius
+const uint segment_rank = 32u;   // of a hair; else 0
+const uint segment_words = 33u;
 
 // Words of a curve.
 const uint curve_first_station = 0u;

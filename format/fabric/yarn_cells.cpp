@@ -19,7 +19,7 @@ struct Grid {
   double half_diagonal;
 };
 
-/// Cells are as large as the yarn is thick, in the mean over its segments.
+/// Cells are as large as the yarn is thick, in the mean over its segments but hairs.
 Grid grid_of(double radius, const V2f& period_mm) {
   constexpr double max_cells = 1 << 20;
   const V2d period(period_mm);
@@ -41,29 +41,37 @@ double memory_of(const YarnData& data, const V2f& period) {
   constexpr double bytes_per_cell = 512;   // with a block that is not full
   constexpr double bytes_per_entry = 256;  // with the time that sorting takes: 16 million in 4 GiB
   double count = 0;
+  double hairs = 0;
   double radius = 0;
   for (const YarnCurve& c : data.curves) {
     count += static_cast<double>(segment_count(c));
+    hairs += static_cast<double>(std::abs(c.hairs.count)) * (hair_points - 1);
     radius += static_cast<double>(segment_count(c)) * static_cast<double>(radius_of_plies(c));
   }
   radius /= count;
   const Grid grid = grid_of(radius, period);
   double entries = 0;
   for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
-    for (const Yarns::Segment& s : segments_of(curve, nodes, period)) {
-      const double around = reach_of(s.radius, grid.beside) + 2 * grid.half_diagonal;
+    for (const Yarns::Segment& s : segments_with_hairs(curve, nodes, period)) {
+      const double around = reach_of(s.reach, grid.beside) + 2 * grid.half_diagonal;
       // The cells whose middles are near enough lie within these bounds about the segment.
       const double area = around * (2 * V2d(s.along.x, s.along.y).length() + std::numbers::pi * around);
       entries += area / (grid.cell.x * grid.cell.y);
     }
   });
-  return bytes_per_node * count + bytes_per_cell * grid.cells.x * grid.cells.y + bytes_per_entry * entries;
+  return bytes_per_node * (count + hairs) + bytes_per_cell * grid.cells.x * grid.cells.y +
+         bytes_per_entry * entries;
 }
 
 void Yarns::place_in_cells() {
-  double radius = 0;  // mean over the segments
-  for (const Segment& s : segments_) radius += static_cast<double>(s.radius);
-  radius /= static_cast<double>(segments_.size());
+  double radius = 0;  // mean over the segments but hairs
+  double count = 0;
+  for (const Segment& s : segments_) {
+    if (s.rank > 0) continue;
+    radius += static_cast<double>(s.radius);
+    ++count;
+  }
+  radius /= count;
   const auto [cells, cell, beside, half_diagonal] = grid_of(radius, period_);
   const V2d period(period_);
   cells_ = cells;
@@ -79,7 +87,7 @@ void Yarns::place_in_cells() {
     const Segment& s = segments_[i];
     const V2d a(s.start.x, s.start.y);
     const V2d along(s.along.x, s.along.y);
-    const double reach = reach_of(s.radius, static_cast<double>(beside_));
+    const double reach = reach_of(s.reach, static_cast<double>(beside_));
     const V2d low = V2d(std::min(a.x, a.x + along.x), std::min(a.y, a.y + along.y)) - V2d(reach);
     const V2d high = V2d(std::max(a.x, a.x + along.x), std::max(a.y, a.y + along.y)) + V2d(reach);
     for (int y = static_cast<int>(std::floor(low.y / cell.y));
@@ -113,12 +121,14 @@ void Yarns::place_in_cells() {
   for (int y = 0; y < cells_.y; ++y) {
     for (int x = 0; x < cells_.x; ++x) {
       auto& list = lists[static_cast<std::size_t>(y) * cells_.x + x];
-      // Blocks of a few heights each, the highest first: rays pass many of them by.
+      // Blocks of a few heights each, the highest first, and of hairs that vanish together: rays pass many of
+      // them by.
       std::stable_sort(list.begin(), list.end(), [&](const Copy& a, const Copy& b) {
-        const auto height = [&](const Copy& c) {
-          return 2 * segments_[c.segment].start.z + segments_[c.segment].along.z;
+        const auto key = [&](const Copy& c) {
+          const Segment& s = segments_[c.segment];
+          return std::pair(s.rank > 0 ? std::max(-3, std::ilogb(s.rank)) : -4, -2 * s.start.z - s.along.z);
         };
-        return height(a) > height(b);
+        return key(a) < key(b);
       });
       Cell placed{static_cast<std::uint32_t>(blocks_.size()), 0, std::numeric_limits<float>::max(),
                   std::numeric_limits<float>::lowest()};
@@ -131,7 +141,7 @@ void Yarns::place_in_cells() {
         }
         Block& block = blocks_.back();
         const Segment& s = segments_[list[i].segment];
-        const float r = s.radius;
+        const float r = s.reach;
         const V3f axis = s.along.normalized();
         const V3f start(static_cast<float>(static_cast<double>(s.start.x) +
                                            static_cast<double>(list[i].shift.x) - middle.x),
@@ -143,8 +153,11 @@ void Yarns::place_in_cells() {
           block.axis[k][i % yarn_block] = axis[k];
         }
         block.length[i % yarn_block] = s.along.length();
-        block.radius[i % yarn_block] = r;
+        block.reach[i % yarn_block] = r;
+        block.radius[i % yarn_block] = s.radius;
+        block.rank[i % yarn_block] = s.rank;
         block.segment[i % yarn_block] = list[i].segment;
+        block.empty_for = std::max(block.empty_for, empty_for(s));
         block.low = std::min(block.low, std::min(s.start.z, s.start.z + s.along.z) - r);
         block.high = std::max(block.high, std::max(s.start.z, s.start.z + s.along.z) + r);
         placed.low = std::min(placed.low, block.low);

@@ -11,9 +11,32 @@ struct Rays {
   const YarnLanes& from;       ///< view rays: offsets from `uv`, in repeats; others: mm
   const YarnLanes& direction;  ///< towards the viewer or the light
   std::uint32_t lanes;
+  const YarnWidths& widths;
   V2d uv{0, 0};
   float plane = 0;
 };
+
+/// Squares of a segment's radii for rays of these lanes: of its side, and of the ball about its start.
+template <std::size_t N>
+struct Radii {
+  WideFloat<N> side2, ball2;
+  SELVEDGE_INLINE Radii(const Yarns::Block& block, std::size_t k, const float* widths)
+      : side2(block.radius[k] * block.radius[k]), ball2(block.reach[k] * block.reach[k]) {
+    if (!(block.rank[k] > 0)) return;
+    // A hair, which may stand for others.
+    const WideFloat<N> own(block.radius[k]);
+    const WideFloat<N> r =
+        min(max(WideFloat<N>::load(widths) * WideFloat<N>(0.5F), own), WideFloat<N>(block.reach[k]));
+    side2 = ball2 = if_greater(own, r * WideFloat<N>(block.rank[k]), r * r, WideFloat<N>(-1));
+  }
+};
+
+float least_width(const YarnWidths& widths, std::uint32_t lanes) {
+  float least = no_yarn;
+  for (std::size_t i = 0; i < yarn_lanes; ++i)
+    if ((lanes >> i & 1) != 0) least = std::min(least, widths[i]);
+  return least;
+}
 
 /// What the bodies of kernels return: the lanes that meet yarn, unless rays were too far apart.
 struct Found {
@@ -142,6 +165,7 @@ SELVEDGE_INLINE void first_hits(const Yarns::Inside& yarns, const V2f& period, c
     off(rays.from.y, packet.slope_y, repeats.y).store(&packet.y[i]);
   }
   packet.height = above - yarns.low;
+  packet.width = least_width(rays.widths, rays.lanes);
   found.too_wide = find_middle<N>(yarns, period, base, above, rays.lanes, packet);
   if (found.too_wide != 0) return;
   alignas(64) YarnFloats nearest;
@@ -153,9 +177,9 @@ SELVEDGE_INLINE void first_hits(const Yarns::Inside& yarns, const V2f& period, c
     const V3f to_middle = at - V3f(block.start[0][k], block.start[1][k], block.start[2][k]);
     const Wide zero(0);
     const Wide nothing(no_yarn);
-    const Wide r2(block.radius[k] * block.radius[k]);
     bool nearer = false;
     for (std::size_t i = 0; i < yarn_lanes; i += width) {
+      const Radii<width> radii(block, k, &rays.widths[i]);
       const Vec d{Wide::load(&packet.slope_x[i]), Wide::load(&packet.slope_y[i]), Wide(packet.rises)};
       const Vec beside{Wide::load(&packet.x[i]), Wide::load(&packet.y[i]), zero};
       const Vec d_beside{d.x - Wide(packet.slope.x), d.y - Wide(packet.slope.y), zero};
@@ -169,7 +193,7 @@ SELVEDGE_INLINE void first_hits(const Yarns::Inside& yarns, const V2f& period, c
       const Vec normal = d.cross(axis);
       const Wide a = normal.dot(normal);
       const Wide gap = from.dot(normal);
-      const Wide h = a * r2 - gap * gap;
+      const Wide h = a * radii.side2 - gap * gap;
       const Wide side = (along * slope - back - sqrt(max(h, zero))) / a;
       const Wide where = along + side * slope;
       Wide entry = if_greater(h, zero, side, nothing);
@@ -179,7 +203,7 @@ SELVEDGE_INLINE void first_hits(const Yarns::Inside& yarns, const V2f& period, c
       // The round end. The other end is the next segment's.
       const Vec off = from.cross(d);
       const Wide d2 = d.dot(d);
-      const Wide g = d2 * r2 - off.dot(off);
+      const Wide g = d2 * radii.ball2 - off.dot(off);
       Wide end = if_greater(g, zero, (-back - sqrt(max(g, zero))) * Wide::load(&packet.per_d2[i]), nothing);
       end = if_greater(end, start, end, nothing);
       entry = min(entry, end);
@@ -237,6 +261,7 @@ SELVEDGE_INLINE void hidden(const Yarns::Inside& yarns, const V2f& period, const
     start.store(&packet.start[i]);
   }
   packet.height = std::max(0.0F, yarns.high - lowest);
+  packet.width = least_width(rays.widths, rays.lanes);
   found.too_wide =
       find_middle<N>(yarns, period, V2d(rays.from.x[one], rays.from.y[one]), lowest, rays.lanes, packet);
   if (found.too_wide != 0) return;
@@ -272,8 +297,8 @@ SELVEDGE_INLINE void hidden(const Yarns::Inside& yarns, const V2f& period, const
       const WideFloat<N> way = max(zero, (nearest * slope - back) * WideFloat<N>::load(&packet.per_d2[i]));
       const WideFloat<N> place = max(zero, min(length, along + way * slope));
       const WideVec3<N> off = from + d * way - axis * place;
-      max(WideFloat<N>(block.radius[k] * block.radius[k]) - off.dot(off), WideFloat<N>::load(&depth[i]))
-          .store(&depth[i]);
+      const Radii<N> radii(block, k, &rays.widths[i]);
+      max(radii.side2 - off.dot(off), WideFloat<N>::load(&depth[i])).store(&depth[i]);
     }
   };
   const auto tested = [&] {
@@ -300,17 +325,18 @@ std::uint32_t find_in_packets(Rays rays, const Find& find) {
 }  // namespace
 
 std::uint32_t Yarns::trace(const V2d& uv, const YarnLanes& beside, float plane, const YarnLanes& view,
-                           std::uint32_t lanes, YarnHits& hits) const {
+                           std::uint32_t lanes, YarnHits& hits, const YarnWidths& widths) const {
   static const auto first = first_hits_for_this_processor();
   const Inside inside = this->inside();
-  return find_in_packets({beside, view, lanes, uv, plane},
+  return find_in_packets({beside, view, lanes, widths, uv, plane},
                          [&](const Rays& rays, Found& found) { first(inside, period_, rays, hits, found); });
 }
 
-std::uint32_t Yarns::occluded(const YarnLanes& from, const YarnLanes& light, std::uint32_t lanes) const {
+std::uint32_t Yarns::occluded(const YarnLanes& from, const YarnLanes& light, std::uint32_t lanes,
+                              const YarnWidths& widths) const {
   static const auto find_hidden = hidden_for_this_processor();
   const Inside inside = this->inside();
-  return find_in_packets({from, light, lanes},
+  return find_in_packets({from, light, lanes, widths},
                          [&](const Rays& rays, Found& found) { find_hidden(inside, period_, rays, found); });
 }
 

@@ -114,9 +114,17 @@ void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vecto
     s.inverse_length2 = 1 / s.along.length2();
     s.station = static_cast<float>(chain.share[i] * curve.stations);
     s.stations = static_cast<float>((chain.share[i + 1] - chain.share[i]) * curve.stations);
-    s.radius = radius_of_plies(curve);
+    s.radius = static_cast<float>(
+        static_cast<double>(radius_of_plies(curve)) *
+        strand_swell(curve.strands, (chain.share[i] + chain.share[i + 1]) / 2, byte_of_thickness));
     s.rows = chain.rows;
     segments.push_back(s);
+  }
+  // All plies are as thick at a place: so is that which this one runs on from.
+  float before = segments.back().radius;
+  for (auto s = segments.end() - count; s != segments.end(); ++s) {
+    s->reach = std::max(before, s->radius);
+    before = s->radius;
   }
 }
 
@@ -142,7 +150,8 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
       const double share = place.share + repeat;
       const double angle = phase + 2 * std::numbers::pi * (ply + shift * share) / plies;
       const V3d out = place.across * std::cos(angle) + place.beside * std::sin(angle);
-      chain.nodes.push_back(place.position + axis.turns * static_cast<double>(repeat) + out * offset);
+      const double orbit = offset * strand_swell(curve.strands, share, byte_of_thickness);
+      chain.nodes.push_back(place.position + axis.turns * static_cast<double>(repeat) + out * orbit);
       if (i < 0 || i > count) continue;
       chain.across.push_back(place.across);
       chain.out.push_back(out);
@@ -194,11 +203,13 @@ void Yarns::derive_segments() {
   int station = 0;
   for_each_curve(data_, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> nodes) {
     first_segment_.push_back(static_cast<int>(segments_.size()));
-    for (Segment& s : segments_of(curve, nodes, period_)) {
+    for (Segment& s : segments_with_hairs(curve, nodes, period_)) {
       s.curve = static_cast<int>(c);
       segments_.push_back(s);
-      low_ = std::min(low_, s.start.z - s.radius);
-      high_ = std::max(high_, s.start.z + s.radius);
+      // Chains end where others begin, hairs do not.
+      const float to = s.rank > 0 ? s.start.z + s.along.z : s.start.z;
+      low_ = std::min(low_, std::min(s.start.z, to) - s.reach);
+      high_ = std::max(high_, std::max(s.start.z, to) + s.reach);
     }
     const bool sideways = counts_from_the_side(curve, nodes, period_);
     strand_sense_.push_back(curve.strands.count >= 0 ? V2f(1, 1) : sideways ? V2f(1, -1) : V2f(-1, 1));
@@ -221,6 +232,7 @@ YarnFrame Yarns::frame_at(int curve, int station, int ply) const {
   frame.tangent = mix(s.tangent[0], s.tangent[1], share).normalized();
   frame.across = across_of(mix(s.across[0], s.across[1], share), frame.tangent);
   frame.out = across_of(mix(s.out[0], s.out[1], share), frame.tangent);
+  frame.radius = std::max(s.reach, first[(i + 1) % count].reach);
   return frame;
 }
 
@@ -241,6 +253,7 @@ YarnFrame Yarns::frame_at(int curve, int station) const {
   sum.tangent = tangent.normalized();
   sum.across = across_of(across, sum.tangent);
   sum.out = V3f(0, 0, 0);
+  sum.radius = data_.curves[curve].radius * (sum.radius / radius_of_plies(data_.curves[curve]));
   return sum;
 }
 

@@ -118,7 +118,7 @@ std::vector<float> sky_of(const Yarns& yarns) {
         const float sine = std::sin(angle);
         const V3f normal = frame.across * cosine + beside * sine;
         const SkyFactors seen =
-            seen_sky(yarns, frame.position + normal * (curve.radius * (1 + leave_radii)), normal, lights);
+            seen_sky(yarns, frame.position + normal * (frame.radius * (1 + leave_radii)), normal, lights);
         // The angles are even: the functions are orthogonal over them.
         const auto of_angle = angle_basis(cosine, sine);
         for (int i = 0; i < angle_functions; ++i) {

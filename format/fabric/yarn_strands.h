@@ -1,5 +1,5 @@
-// Strands of fibres at the surface of a yarn or ply, and its changes of colour (spec/brdf.md, "Strands"): one
-// formula for the bake, which calls it where rays meet the mesh, and for level -1 of a fabric.
+// Strands of fibres at the surface of a yarn or ply, and its changes of colour and thickness (spec/brdf.md,
+// "Strands" and "Thickness"): one formula for the bake and for level -1 of a fabric.
 //
 // The noise is made of 32-bit integers, which shaders and JavaScript have as well; it is periodic with the
 // chain.
@@ -24,8 +24,9 @@ struct YarnStrands {
   /// right-handed.
   int shift = 0;
   int seed = 0;
-  float irregularity = 0;  ///< root mean square of the change of colour along the yarn, relative
-  int swells = 1;          ///< parts of the chain over which that changes
+  /// Root mean square of the changes of colour and of thickness along the yarn, relative.
+  float irregularity = 0;
+  int swells = 1;  ///< parts of the chain over which these change
   bool operator==(const YarnStrands&) const = default;
   /// Whether the surface differs from that of a smooth yarn.
   bool varies() const { return count != 0 || irregularity > 0; }
@@ -101,6 +102,25 @@ struct StrandRows {
   int later = 0;
 };
 
+/// Bytes of the row of the yarn: a place that is thick is not always bright.
+inline constexpr int byte_of_thickness = 0;
+inline constexpr int byte_of_colour = 3;
+
+/// A change along the yarn, as a multiple of what it is in the mean; `share` of the chain's length, of any
+/// repeat.
+template <class T>
+T strand_swell(const YarnStrands& y, T share, int byte) {
+  if (!(y.irregularity > 0)) return 1;
+  share -= std::floor(share);
+  const std::uint32_t seed = strand_hash(static_cast<std::uint32_t>(y.seed));
+  const T place = share * static_cast<T>(y.swells);
+  const auto here = std::min(static_cast<std::uint32_t>(place), static_cast<std::uint32_t>(y.swells - 1));
+  const std::uint32_t next = here + 1 == static_cast<std::uint32_t>(y.swells) ? 0 : here + 1;
+  const StrandBlend<T> blend(place - static_cast<T>(here));
+  return 1 + static_cast<T>(y.irregularity) * blend.noise(strand_bits(seed, row_of_yarn, here),
+                                                          strand_bits(seed, row_of_yarn, next), byte);
+}
+
 /// At `around` turns about the yarn or ply; `share` of the chain's length. For yarn turned over, `around` is
 /// that of the yarn that it was.
 template <class T>
@@ -108,15 +128,7 @@ StrandChange<T> strand_change(const YarnStrands& y, T around, T share, const Str
   StrandChange<T> change;
   const std::uint32_t seed = strand_hash(static_cast<std::uint32_t>(y.seed));
   share -= std::floor(share);
-  if (y.irregularity > 0) {
-    const T place = share * static_cast<T>(y.swells);
-    const auto here = std::min(static_cast<std::uint32_t>(place), static_cast<std::uint32_t>(y.swells - 1));
-    const std::uint32_t next = here + 1 == static_cast<std::uint32_t>(y.swells) ? 0 : here + 1;
-    const StrandBlend<T> blend(place - static_cast<T>(here));
-    change.brightness +=
-        static_cast<T>(y.irregularity) *
-        blend.noise(strand_bits(seed, row_of_yarn, here), strand_bits(seed, row_of_yarn, next), 3);
-  }
+  change.brightness = strand_swell(y, share, byte_of_colour);
   if (y.count == 0) return change;
   const auto count = static_cast<std::uint32_t>(std::abs(y.count));
   T turns = around - static_cast<T>(y.shift) / static_cast<T>(count) * share;

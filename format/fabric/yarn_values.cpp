@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-constexpr int known_fields = fields_with_strands;
+constexpr int known_fields = fields_with_hairs;
 
 std::array<float, known_fields> values_of(const YarnCurve& c) {
   const YarnPlies& p = c.plies;
@@ -37,11 +37,18 @@ std::array<float, known_fields> values_of(const YarnCurve& c) {
           static_cast<float>(s.shift),
           static_cast<float>(s.seed),
           s.irregularity,
-          static_cast<float>(s.swells)};
+          static_cast<float>(s.swells),
+          1,  // of a version to come
+          static_cast<float>(c.hairs.count),
+          c.hairs.length,
+          c.hairs.loops,
+          c.hairs.radius,
+          c.hairs.kept};
 }
 
 /// How many fields say all of the curve.
 int fields_of(const YarnCurve& curve) {
+  if (curve.hairs != YarnHairs()) return fields_with_hairs;
   if (curve.strands != YarnStrands()) return fields_with_strands;
   return curve.plies == YarnPlies() ? fields_of_round_yarn : fields_with_plies;
 }
@@ -109,6 +116,7 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
     YarnCurve& curve = turned.curves[index];
     curve.fibre_slope = -curve.fibre_slope;
     curve.strands.count = -curve.strands.count;
+    curve.hairs.count = -curve.hairs.count;
     // Angles run the other way round; the direction that they count from is mirrored where it is sideways,
     // and is opposite to the mirrored one where it is upwards. Without light from below the upper side keeps
     // the angles, as in a mirror.
@@ -163,6 +171,7 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
                      whole(value(21), 0, many),
                      value(22),
                      whole(value(23), 0, many)};
+    curve.hairs = {whole(value(25), -many, many), value(26), value(27), value(28), value(29)};
     data.curves.push_back(curve);
   }
   const std::span<const float> nodes = curves.subspan(fields_of_round_yarn * counts.curves);

@@ -31,6 +31,7 @@ struct YarnPacket {
   float rises = 1;      ///< -1: the rays come from above
   float height = 0;     ///< to travel
   float beside = 0;     ///< no ray is further from the line in a level plane, mm
+  float width = 0;      ///< the least of YarnWidths
   alignas(64) YarnFloats x, y, slope_x, slope_y;
   alignas(64) YarnFloats per_d2;  ///< 1 / |(slope_x, slope_y, rises)|^2
   alignas(64) YarnFloats start;   ///< of shadow rays: what one meets before has no effect
@@ -59,7 +60,7 @@ SELVEDGE_INLINE std::uint32_t near_segments(const float* block, const V3f& from_
     const Vec from{Wide(from_point.x) - lane(0), Wide(from_point.y) - lane(1), Wide(from_point.z) - lane(2)};
     const Vec axis{lane(3), lane(4), lane(5)};
     const Wide length = lane(6);
-    const Wide radius = lane(7);
+    const Wide radius = lane(7);  // the largest
     const Wide r = radius * Wide(1 + yarn_slack) + Wide(beside);
     const Wide along = axis.dot(from);
     const Wide slope = axis.dot(d);
@@ -146,7 +147,8 @@ SELVEDGE_INLINE void walk_yarns(const Yarns::Inside& yarns, const V2f& period, c
       for (std::uint32_t b = cell.first; b < cell.first + cell.blocks; ++b) {
         const Yarns::Block& block = yarns.blocks[b];
         const float reached = origin.z + direction.z * std::min(left, far);
-        if (block.low > std::max(from, reached) + beyond || block.high < std::min(from, reached) - beyond)
+        if (block.low > std::max(from, reached) + beyond || block.high < std::min(from, reached) - beyond ||
+            packet.width >= block.empty_for)
           continue;
         std::uint32_t near =
             near_segments<N>(block.start[0].data(), at, direction, packet.beside,

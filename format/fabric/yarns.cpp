@@ -26,7 +26,7 @@ constexpr float max_radius = 2;  ///< in the shorter period
 constexpr int max_plies = 8;
 constexpr int max_divisions = 64;
 constexpr int max_shift = 4096;
-constexpr int max_nodes = 1 << 20;  ///< of all plies
+constexpr int max_nodes = 1 << 20;  ///< of all plies and hairs
 
 Result<void> check_plies(const YarnPlies& p, const std::string& place) {
   if (p.count < 1 || p.count > max_plies) return refuse(place, fmt::format("is of 1 to {} plies", max_plies));
@@ -51,6 +51,16 @@ Result<void> check_strands(const YarnStrands& s, const std::string& place) {
   return {};
 }
 
+Result<void> check_hairs(const YarnHairs& h, float shorter, const std::string& place) {
+  if (std::abs(h.count) > max_hairs) return refuse(place, "has too many hairs");
+  if (!in(h.length, 0, max_radius * shorter) || !in(h.radius, 0, max_radius * shorter))
+    return refuse(place, "has hairs whose length or radius is out of range");
+  if (!in(h.loops, 0, 1) || !in(h.kept, 0, 1)) return refuse(place, "has a share outside of [0, 1]");
+  if (h.count != 0 && !(h.length > 0 && h.radius * h.kept > 0))
+    return refuse(place, "has hairs without length or radius");
+  return {};
+}
+
 Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& place) {
   if (c.nodes < 2) return refuse(place, fmt::format("has {} nodes; needs 2", c.nodes));
   if (c.stations < 1) return refuse(place, "has no station");
@@ -65,14 +75,16 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
   if (std::max(std::abs(c.turns.x), std::abs(c.turns.y)) > static_cast<int>(max_reach))
     return refuse(place, "turns too often");
   if (auto ok = check_plies(c.plies, place); !ok) return ok;
-  return check_strands(c.strands, place);
+  if (auto ok = check_strands(c.strands, place); !ok) return ok;
+  return check_hairs(c.hairs, shorter, place);
 }
 
 /// Precondition: the nodes of axes are where they may be.
 Result<void> check_lengths_of_plies(const YarnData& data, const V2f& period) {
   std::int64_t nodes = 0;
-  for (const YarnCurve& c : data.curves) nodes += segment_count(c);
-  if (nodes > max_nodes) return refuse("nodes", fmt::format("the plies have more than {}", max_nodes));
+  for (const YarnCurve& c : data.curves)
+    nodes += segment_count(c) + std::int64_t{hair_points} * std::abs(c.hairs.count);
+  if (nodes > max_nodes) return refuse("nodes", fmt::format("plies and hairs have more than {}", max_nodes));
   Result<void> result;
   for_each_curve(data, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> own) {
     if (curve.plies.count == 1 || !result) return;
@@ -152,6 +164,7 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   const YarnCurve& curve = data_.curves[s.curve];
   YarnPoint point;
   point.curve = s.curve;
+  point.hair = s.rank > 0;
   // The nearest point of the cubic curve through the nodes with these tangents, by a step of Newton's method
   // from that of the straight line: the surface is as smooth as the curve.
   const float length = std::sqrt(1 / s.inverse_length2);
@@ -174,7 +187,13 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   point.normal = (out - tangent * tangent.dot(out)).normalized();
   point.strand = point.normal;
   const V3f around = tangent.cross(point.normal);
-  point.fibre = (tangent + around * curve.fibre_slope).normalized();
+  point.fibre = point.hair ? tangent : (tangent + around * curve.fibre_slope).normalized();
+  if (point.hair) {
+    point.cosine = s.across[0].x;
+    point.sine = s.across[0].y;
+    point.outward = s.across[0].z;
+    return point;
+  }
   const V3f across = mix(s.across[0], s.across[1], share);
   const float cosine = point.normal.dot(across);
   const float sine = -around.dot(across);
@@ -189,6 +208,11 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
 void Yarns::add_strands(YarnPoint& point, const V3f& view) const {
   const YarnCurve& curve = data_.curves[point.curve];
   if (!curve.strands.varies()) return;
+  if (point.hair) {
+    point.brightness =
+        strand_swell(curve.strands, point.station / static_cast<float>(curve.stations), byte_of_colour);
+    return;
+  }
   const V2f& sense = strand_sense_[point.curve];
   const float around =
       std::atan2(sense.y * point.sine, sense.x * point.cosine) / (2 * std::numbers::pi_v<float>);

@@ -16,6 +16,7 @@
 #include "format/base/vec.h"
 #include "format/fabric/layers.h"
 #include "format/fabric/shading.h"
+#include "format/fabric/yarn_hairs.h"
 #include "format/fabric/yarn_reflectance.h"
 #include "format/fabric/yarn_strands.h"
 
@@ -47,6 +48,7 @@ struct YarnCurve {
   float fibre_slope = 0;
   YarnPlies plies;
   YarnStrands strands;
+  YarnHairs hairs;
   bool operator==(const YarnCurve&) const = default;
 };
 
@@ -87,6 +89,7 @@ YarnCounts counts_of(const YarnData& data);
 /// `indirect`: every value over all stations.
 inline constexpr int fields_with_plies = 18;
 inline constexpr int fields_with_strands = 24;
+inline constexpr int fields_with_hairs = 30;  ///< the first of them, 24, is of a version to come
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
   return counts.fields * counts.curves + values_per_node * counts.nodes;
@@ -125,6 +128,7 @@ struct YarnPoint {
   float outward = 0;
   float station = 0;  ///< in [0, stations of its curve]
   int curve = 0;
+  bool hair = false;  ///< angle, station and outward are those of its root
   StrandRows rows;
   V3f strand{0, 0, 1};   ///< normal of the strand that is seen; that of the yarn where it is smooth
   float brightness = 1;  ///< factor of all light but the gloss
@@ -141,6 +145,7 @@ struct YarnFrame {
   V3f tangent{1, 0, 0};   ///< unit
   V3f across{0, 0, 1};    ///< unit; angle 0, and tangent x across is a right angle
   V3f out{0, 0, 0};       ///< of a ply: unit, across it, away from the yarn's axis
+  float radius = 0;       ///< mm, the largest of the segments there
 };
 
 /// Segments that are tested together.
@@ -157,6 +162,10 @@ struct YarnLanes {
     z[lane] = v.z;
   }
 };
+
+/// Widths of what rays stand for, mm: of hairs thinner than it only a share is met, and these are as much
+/// wider (spec/brdf.md, "Over a surface"). 0: all hairs as they are.
+using YarnWidths = std::array<float, yarn_lanes>;
 
 /// YarnHit of each lane.
 struct YarnHits {
@@ -191,9 +200,10 @@ class Yarns {
   /// The same for rays in the bits of `lanes`, through uv + (x, y) of `beside`; fast where they are close
   /// together. Returns the bits of those that meet yarn; hits of others are undefined.
   std::uint32_t trace(const V2d& uv, const YarnLanes& beside, float plane, const YarnLanes& view,
-                      std::uint32_t lanes, YarnHits& hits) const;
+                      std::uint32_t lanes, YarnHits& hits, const YarnWidths& widths = {}) const;
   /// The lanes in which yarn hides the light from points, mm, of any repeats.
-  std::uint32_t occluded(const YarnLanes& from, const YarnLanes& light, std::uint32_t lanes) const;
+  std::uint32_t occluded(const YarnLanes& from, const YarnLanes& light, std::uint32_t lanes,
+                         const YarnWidths& widths = {}) const;
   /// f(l, v) of the point by direct light, whether or not yarn hides it.
   V3f direct(const YarnPoint& point, const V3f& light, const V3f& view) const;
   /// Of light from above, or of light that comes `through`, if that is known.
@@ -203,25 +213,31 @@ class Yarns {
   /// Directions are unit; where the view lies below the horizon, f is 0, and alpha that of the rim.
   Shading shade(const V2d& uv, float plane, const V3f& light, const V3f& view) const;
 
-  /// Between two nodes, mm; the frames at both. Only members of 4 bytes, so that lanes can fetch them.
+  /// Between two nodes, or a piece of a hair, mm; the frames at both ends. Only members of 4 bytes, so that
+  /// lanes can fetch them.
   struct Segment {
     V3f start, along;
-    std::array<V3f, 2> tangent, across;                  ///< across: of the yarn's axis
+    /// across: of the yarn's axis. Of a hair, the first has cosine, sine and YarnPoint::outward of its root.
+    std::array<V3f, 2> tangent, across;
     std::array<V3f, 2> out{V3f(0, 0, 0), V3f(0, 0, 0)};  ///< unit, from that to the ply's; 0 without plies
     float inverse_length2 = 0;                           ///< 1 / mm^2
     float station = 0;
-    float stations = 0;  ///< over its length
+    float stations = 0;  ///< over its length; 0: a hair, which has the light of its root
     float radius = 0;
+    /// Radius of the ball about its start: that of the thicker segment there. Of a hair, its largest radius.
+    float reach = 0;
+    float rank = 0;  ///< of a hair, in (0, 1): it is met where that is less than the share of hairs; else 0
     int curve = 0;
     StrandRows rows;
   };
   /// Segments for the lanes, relative to the middle of a cell at z = 0. Those that are not there
-  /// have radius 0.
+  /// have radius and reach 0.
   struct Block {
     std::array<std::array<float, yarn_block>, 3> start, axis;  ///< axis: unit
-    std::array<float, yarn_block> length, radius;
+    std::array<float, yarn_block> length, reach, radius, rank;
     std::array<int, yarn_block> segment;
     float low, high;  ///< mm, of what its segments reach
+    float empty_for;  ///< mm; rays of at least this width meet none of them
   };
   struct Cell {
     std::uint32_t first = 0;
@@ -270,6 +286,8 @@ class Yarns {
 inline std::int64_t segment_count(const YarnCurve& curve) {
   return std::int64_t{1} * curve.nodes * curve.plies.count * curve.plies.divisions;
 }
+/// The width of rays from which on none meets the segment; infinite for all but most hairs.
+float empty_for(const Yarns::Segment& segment);
 /// Of one curve and its own nodes: from node to node, ply after ply. Precondition: validate() holds of all
 /// but the lengths of plies.
 std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const V3f> nodes,
@@ -283,6 +301,12 @@ void for_each_curve(const YarnData& data, const Visit& visit) {
     rest = rest.subspan(data.curves[c].nodes);
   }
 }
+/// The same, followed by the pieces of its hairs.
+std::vector<Yarns::Segment> segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nodes,
+                                                const V2f& period);
+/// Hairs of a curve that has segments_of() `chain`.
+std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
+                               std::span<const Yarns::Segment> chain);
 /// Whether angles about the curve count from the x axis.
 bool counts_from_the_side(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period);
 

@@ -23,7 +23,7 @@ struct StrandCurves {
            const Yarns::Segment& segment) {
     const YarnStrands& of = data.curves[segment.curve].strands;
     const V2f& sense = inside.strand_sense[segment.curve];
-    const bool some = of.count != 0;
+    const bool some = of.count != 0 && !(segment.rank > 0);
     strands[lane] = static_cast<float>(some ? std::abs(of.count) : 1);
     shift[lane] = some ? static_cast<float>(shift_within_turn(of)) : 0;
     lays[lane] = static_cast<float>(of.shift) / strands[lane];

@@ -45,7 +45,8 @@ void SampleShader::find(std::span<const std::uint32_t> packet) {
     view_.set(i, pixel.view);
     spacing_[i] = pixel.spacing;
   }
-  const std::uint32_t met = yarns_.trace(V2d(0, 0), a_, plane_, view_, (1U << packet.size()) - 1, hits_);
+  const std::uint32_t met =
+      yarns_.trace(V2d(0, 0), a_, plane_, view_, (1U << packet.size()) - 1, hits_, spacing_);
   std::uint32_t seen = 0;
   for (std::size_t i = 0; i < packet.size(); ++i) {
     if ((met >> i & 1) == 0) continue;
@@ -125,8 +126,9 @@ void SampleShader::cast_shadows(std::size_t number) {
     for (std::size_t i = 0; i < packet.size(); ++i) {
       a_.set(i, leave_[packet[i]]);
       direction_.set(i, light_of(samples_[packet[i]], number).direction);
+      spacing_[i] = of_.pixels[samples_[packet[i]].pixel].spacing;
     }
-    const std::uint32_t hidden = yarns_.occluded(a_, direction_, (1U << packet.size()) - 1);
+    const std::uint32_t hidden = yarns_.occluded(a_, direction_, (1U << packet.size()) - 1, spacing_);
     for (std::size_t i = 0; i < packet.size(); ++i) {
       if ((hidden >> i & 1) != 0) continue;
       samples_[packet[i]].radiance += direct[packet[i]];

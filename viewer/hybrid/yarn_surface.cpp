@@ -110,13 +110,12 @@ SELVEDGE_INLINE OnCurve<N> nearest_on_curve(const SegmentLanes<N>& s, const Wide
 template <std::size_t N>
 SELVEDGE_INLINE void place_surface(const Group* const* segments, const CurveLanes& curves,
                                    const YarnLanes& from_start, YarnSurface& surface, Floats& station) {
-  constexpr std::size_t width = N;
-  using Wide = WideFloat<width>;
-  using Vec = WideVec3<width>;
-  for (std::size_t i = 0; i < yarn_lanes; i += width) {
-    const SegmentLanes<width> s(segments + i);
-    const Vec off = load<width>(from_start, i);
-    const OnCurve<width> at = nearest_on_curve<width>(s, off);
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  for (std::size_t i = 0; i < yarn_lanes; i += N) {
+    const SegmentLanes<N> s(segments + i);
+    const Vec off = load<N>(from_start, i);
+    const OnCurve<N> at = nearest_on_curve<N>(s, off);
     const Wide zero(0);
     const Wide along = s.station + at.share * s.stations;
     if_greater(zero, along, along + Wide::load(&curves.stations[i]), along).store(&station[i]);
@@ -126,13 +125,16 @@ SELVEDGE_INLINE void place_surface(const Group* const* segments, const CurveLane
     const Wide cosine = normal.dot(across);
     const Wide sine = -around.dot(across);
     const Wide norm2 = cosine * cosine + sine * sine;
+    // A hair has what it has at its root.
+    const auto or_root = [&](const Wide& a, const Wide& b) { return if_greater(s.stations, zero, a, b); };
     const Wide scale = Wide(1) / sqrt(norm2);
     store(normal, surface.normal, i);
     store(s.start + off + normal * (s.radius * Wide(leave_radii)), surface.leave, i);
-    store(unit(at.tangent + around * Wide::load(&curves.slope[i])), surface.fibre, i);
-    if_greater(norm2, zero, cosine * scale, Wide(1)).store(&surface.cosine[i]);
-    if_greater(norm2, zero, sine * scale, zero).store(&surface.sine[i]);
-    normal.dot(s.out[0] + (s.out[1] - s.out[0]) * at.share).store(&surface.outward[i]);
+    store(unit(at.tangent + around * or_root(Wide::load(&curves.slope[i]), zero)), surface.fibre, i);
+    or_root(if_greater(norm2, zero, cosine * scale, Wide(1)), s.across[0].x).store(&surface.cosine[i]);
+    or_root(if_greater(norm2, zero, sine * scale, zero), s.across[0].y).store(&surface.sine[i]);
+    or_root(normal.dot(s.out[0] + (s.out[1] - s.out[0]) * at.share), s.across[0].z)
+        .store(&surface.outward[i]);
   }
 }
 SELVEDGE_THREE_BODIES(place_surface,
@@ -194,10 +196,9 @@ template <std::size_t N>
 SELVEDGE_INLINE void add_stations(const float* here, const float* next, const Floats& here_weight,
                                   const Floats& next_weight, const V3f& groove, const YarnSurface& surface,
                                   YarnSurface::Factors& factors) {
-  constexpr std::size_t width = N;
-  using Wide = WideFloat<width>;
+  using Wide = WideFloat<N>;
   constexpr std::size_t count = std::tuple_size_v<LightTransfer>;
-  for (std::size_t i = 0; i < yarn_lanes; i += width) {
+  for (std::size_t i = 0; i < yarn_lanes; i += N) {
     const Wide c = Wide::load(&surface.cosine[i]);
     const Wide s = Wide::load(&surface.sine[i]);
     const Wide a = Wide::load(&here_weight[i]);
@@ -266,24 +267,23 @@ SELVEDGE_INLINE void store_indirect(const YarnSurface::Factors& factors, const W
 template <std::size_t N>
 SELVEDGE_INLINE void reflect_lanes(const YarnSurface& surface, const YarnLanes& light, const YarnLanes& view,
                                    YarnReflection& result) {
-  constexpr std::size_t width = N;
-  using Wide = WideFloat<width>;
-  using Vec = WideVec3<width>;
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
   alignas(64) Floats sums;
-  for (std::size_t i = 0; i < yarn_lanes; i += width) {
-    const Vec d = load<width>(light, i);
+  for (std::size_t i = 0; i < yarn_lanes; i += N) {
+    const Vec d = load<N>(light, i);
     const Wide zero(0);
     const Wide one(1);
-    store_indirect<width>(surface.transfer, d, i, result.indirect);
+    store_indirect<N>(surface.transfer, d, i, result.indirect);
 
-    const Vec normal = load<width>(surface.normal, i);
+    const Vec normal = load<N>(surface.normal, i);
     const Vec l = lifted_lanes(d);
     const Wide cosine = normal.dot(l);
-    Vec f = load<width>(surface.matt, i);
+    Vec f = load<N>(surface.matt, i);
     if (surface.has_gloss) {
-      Vec v = lifted_lanes(load<width>(view, i));
+      Vec v = lifted_lanes(load<N>(view, i));
       v = unit(v + normal * max(zero, Wide(min_facing) - normal.dot(v)));
-      const Vec fibre = load<width>(surface.fibre, i);
+      const Vec fibre = load<N>(surface.fibre, i);
       const Vec across = normal.cross(fibre);
       const Vec local_light{l.dot(fibre), l.dot(across), cosine};
       const Vec local_view{v.dot(fibre), v.dot(across), v.dot(normal)};

@@ -62,13 +62,13 @@ int advance(inout YarnWalk walk) {
 
 // The distance, above `start`, at which a ray enters the side of a segment or its first end, else `nowhere`. The other
 // end is the next segment's. `from`: the ray's origin from the segment's start.
-float enter_segment(vec3 from, vec3 direction, uint segment, float start) {
+// `radii`: of the side and of the ball.
+float enter_segment(vec3 from, vec3 direction, uint segment, float start, vec2 radii) {
   vec3 axis = vector_at(segment + segment_axis);
-  float radius = number(segment + segment_radius);
-  float r2 = radius * radius;
+  vec2 r2 = radii * radii;
   float back = dot(direction, from);
   vec3 off = cross(from, direction);
-  float g = r2 - dot(off, off);
+  float g = r2.y - dot(off, off);
   float entry = nowhere;
   if (g > 0.0) {
     float end = -back - sqrt(g);
@@ -78,7 +78,7 @@ float enter_segment(vec3 from, vec3 direction, uint segment, float start) {
   vec3 normal = cross(direction, axis);
   float a = dot(normal, normal);
   float gap = dot(from, normal);
-  float h = a * r2 - gap * gap;
+  float h = a * r2.x - gap * gap;
   if (h > 0.0) {
     float along = dot(axis, from);
     float slope = dot(axis, direction);
@@ -88,16 +88,26 @@ float enter_segment(vec3 from, vec3 direction, uint segment, float start) {
   }
   return entry;
 }
-bool is_in_segment(vec3 from, uint segment) {
+bool is_in_segment(vec3 from, uint segment, float radius) {
   vec3 axis = vector_at(segment + segment_axis);
-  float radius = number(segment + segment_radius);
   vec3 off = from - axis * clamp(dot(axis, from), 0.0, number(segment + segment_length));
   return radius * radius > dot(off, off);
 }
 
+// Radii of a segment's side and of the ball about its start, for rays that stand for so much, mm; of a hair that is
+// left out for these, and of all that follow it in a list, 0.
+vec2 radii_of(uint segment, float width) {
+  float radius = number(segment + segment_radius);
+  float reach = number(segment + segment_reach);
+  float rank = number(segment + segment_rank);
+  if (!(rank > 0.0)) return vec2(radius, reach);
+  float wide = min(max(0.5 * width, radius), reach);
+  return vec2(wide * rank < radius ? wide : 0.0);
+}
+
 // Finds the first segment that a ray enters; with `any`, whether it enters one or begins in one. Origin: mm, within the
 // period; the direction is unit and not level.
-bool march_yarn(uint yarn, vec3 origin, vec3 direction, bool any, out YarnHit hit) {
+bool march_yarn(uint yarn, vec3 origin, vec3 direction, bool any, float width, out YarnHit hit) {
   vec2 size = vec2(number(yarn + yarn_cell_size), number(yarn + yarn_cell_size + 1u));
   vec2 period = vec2(number(yarn + yarn_period), number(yarn + yarn_period + 1u));
   YarnWalk x = yarn_walk(origin.x, direction.x, size.x, int(word(yarn + yarn_columns)));
@@ -119,8 +129,10 @@ bool march_yarn(uint yarn, vec3 origin, vec3 direction, bool any, out YarnHit hi
       for (uint reference = first; reference < last; reference += reference_words) {
         vec3 off = local - vector_at(reference + reference_start);
         uint segment = word(yarn + yarn_segments) + segment_words * word(reference + reference_segment);
-        if (any && visited == 0 && is_in_segment(off, segment)) return true;
-        float entry = enter_segment(off, direction, segment, -entered);
+        vec2 radii = radii_of(segment, width);
+        if (radii.x == 0.0) break;
+        if (any && visited == 0 && is_in_segment(off, segment, radii.x)) return true;
+        float entry = enter_segment(off, direction, segment, -entered, radii);
         if (!(entry < nearest - entered)) continue;
         if (any) return true;
         nearest = entered + entry;
@@ -139,7 +151,7 @@ bool march_yarn(uint yarn, vec3 origin, vec3 direction, bool any, out YarnHit hi
   return nearest < nowhere;
 }
 
-bool trace_yarn(uint fabric, vec2 uv, vec3 view, out YarnHit hit) {
+bool trace_yarn(uint fabric, vec2 uv, vec3 view, float width, out YarnHit hit) {
   uint yarn = word(fabric + fabric_yarns);
   vec3 up = lifted(view);
   float high = number(yarn + yarn_high);
@@ -148,7 +160,7 @@ bool trace_yarn(uint fabric, vec2 uv, vec3 view, out YarnHit hit) {
   float rise = (above - number(fabric + fabric_reference_height)) / up.z;
   vec2 period = vec2(number(yarn + yarn_period), number(yarn + yarn_period + 1u));
   vec2 at = wrapped(vec2(uv.x, -uv.y) * period + rise * up.xy, period);
-  return march_yarn(yarn, vec3(at, above), -up, false, hit);
+  return march_yarn(yarn, vec3(at, above), -up, false, width, hit);
 }
 
 YarnPoint yarn_point_at(uint yarn, YarnHit hit) {
@@ -188,15 +200,22 @@ YarnPoint yarn_point_at(uint yarn, YarnHit hit) {
   point.angle = norm > 0.0 ? angle / norm : vec2(1.0, 0.0);
   vec3 out_of_axis = mix(vector_at(hit.segment + segment_out), vector_at(hit.segment + segment_out + 3u), share);
   point.outward = dot(point.normal, out_of_axis);
+  if (number(hit.segment + segment_rank) > 0.0) {
+    // A hair, which has the light of its root.
+    vec3 root = vector_at(hit.segment + segment_across);
+    point.angle = root.xy;
+    point.outward = root.z;
+    point.fibre = tangent;
+  }
   return point;
 }
 
-bool is_yarn_hidden(uint yarn, YarnHit hit, vec3 normal, vec3 light) {
+bool is_yarn_hidden(uint yarn, YarnHit hit, vec3 normal, vec3 light, float width) {
   vec3 at = vector_at(hit.segment + segment_start) + hit.from_start +
             normal * (number(hit.segment + segment_radius) / 64.0);
   vec2 period = vec2(number(yarn + yarn_period), number(yarn + yarn_period + 1u));
   YarnHit ignored;
-  return march_yarn(yarn, vec3(wrapped(at.xy, period), at.z), lifted(light), true, ignored);
+  return march_yarn(yarn, vec3(wrapped(at.xy, period), at.z), lifted(light), true, width, ignored);
 }
 
 // format/fabric/yarn_strands.h
@@ -231,7 +250,7 @@ void add_strands(inout YarnPoint point, vec3 view, uint segment, float spacing) 
   float brightness = 1.0 + irregularity * strand_noise(strand_bits(seed, 0xffffu, swell_here),
                                                        strand_bits(seed, 0xffffu, swell_next),
                                                        swell - float(swell_here)).w;
-  if (strands > 0u) {
+  if (strands > 0u && !(number(segment + segment_rank) > 0.0)) {
     // viewer/hybrid/strand_lanes.h
     float detail = min(1.0, 3.14159265358979324 * radius / (float(strands) * max(spacing, 5e-10)));
     float hidden = 1.0 - detail * detail;
@@ -312,7 +331,7 @@ void coefficients_at(uint table, YarnPoint point, vec3 groove, out vec3 of_light
 // `spacing`: width of what a point stands for, across the view, mm.
 void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float spacing, float weight, inout vec4 sum) {
   YarnHit hit;
-  if (!trace_yarn(fabric, uv, view, hit)) return;
+  if (!trace_yarn(fabric, uv, view, spacing, hit)) return;
   sum.a += weight;
   if (!(view.z > 0.0)) return;
   uint yarn = word(fabric + fabric_yarns);
@@ -341,7 +360,7 @@ void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float spacing, floa
                of_light[8] * (3.0 * l.z * l.z - 1.0);
       f = max(vec3(0.0), f * l.z) * point.brightness;
       vec3 lit = pass == 0 ? direct_light(point, l, view) : vec3(0.0);
-      if (lit != vec3(0.0) && !is_yarn_hidden(yarn, hit, point.normal, l)) f += lit;
+      if (lit != vec3(0.0) && !is_yarn_hidden(yarn, hit, point.normal, l, spacing)) f += lit;
       radiance += f * irradiance;
     }
   }

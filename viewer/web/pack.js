@@ -9,6 +9,7 @@ import {
   base_count,
   direction_name,
   grid_size,
+  hash,
   level_size,
   read_layer,
   yarns_of
@@ -47,13 +48,6 @@ class Words {
     this.floats.set(values, place);
     return place;
   }
-}
-
-/** format/fabric/yarn_strands.h */
-function strand_hash(x) {
-  x = Math.imul(x ^ x >>> 16, 0x7feb352d);
-  x = Math.imul(x ^ x >>> 15, 0x846ca68b);
-  return (x ^ x >>> 16) >>> 0;
 }
 
 /** The values of channels by texel: [texel][channel]. */
@@ -154,7 +148,7 @@ function base_numbers(fabric) {
   return [numbers.subarray(0, of_views), numbers.subarray(of_views, all)];
 }
 
-function add_segment(words, {start, along, length, radius, tangents, across, out, stations, rows}, index) {
+function add_segment(words, {start, along, length, radius, tangents, across, out, stations, rows, reach, rank}, index) {
   const at = words.room(AT.segment_words);
   const set = (name, ...values) => words.set_numbers(at + AT[name], ...values);
   set('segment_axis', ...along.map((x) => x / length));
@@ -168,6 +162,8 @@ function add_segment(words, {start, along, length, radius, tangents, across, out
   set('segment_stations', stations[1] - stations[0]);
   words.words[at + AT.segment_curve] = index;
   words.words.set(rows, at + AT.segment_rows);
+  set('segment_reach', reach);
+  set('segment_rank', rank);
 }
 
 /**
@@ -193,7 +189,7 @@ function set_strands({words, floats}, at, {strands: {count, pieces, shift, seed,
     floats[at + AT.curve_lays] = shift / strands;
   }
   words[at + AT.curve_pieces] = pieces;
-  words[at + AT.curve_seed] = strand_hash(seed);
+  words[at + AT.curve_seed] = hash(seed);
   floats.set(count >= 0 ? [1, 1] : upright ? [1, -1] : [-1, 1], at + AT.curve_strand_sense);
   floats[at + AT.curve_irregularity] = irregularity;
   words[at + AT.curve_swells] = swells;
@@ -250,7 +246,7 @@ function add_yarns(words, yarns) {
         for (let k = 0; k < LIGHTS; ++k)
           for (let c = 0; c < 3; ++c) words.floats[at++] = of(station, j, k, c);
   }
-  return {place: yarn, thickest: segments.reduce((most, {radius}) => Math.max(most, radius), 0)};
+  return {place: yarn, thickest: curves.reduce((most, {ply_radius}) => Math.max(most, ply_radius), 0)};
 }
 
 /** Width of the largest pixel that shows the yarn, in texels of level 0 of the whole (spec/brdf.md, "The viewer"). */

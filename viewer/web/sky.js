@@ -90,12 +90,13 @@ class YarnRays {
   #enters(segment, x, y, z, [dx, dy, dz], start, begins) {
     const {floats} = this, axis = segment + AT.segment_axis, ax = floats[axis], ay = floats[axis + 1], az = floats[axis + 2];
     const radius = floats[segment + AT.segment_radius], length = floats[segment + AT.segment_length], r2 = radius * radius;
+    const ball = floats[segment + AT.segment_rank] > 0 ? radius : floats[segment + AT.segment_reach];
     const along = ax * x + ay * y + az * z, back = dx * x + dy * y + dz * z;
     if (begins) {
       const share = min(max(along, 0), length);
       if (r2 > (x - ax * share) ** 2 + (y - ay * share) ** 2 + (z - az * share) ** 2) return true;
     }
-    const g = r2 - (x * x + y * y + z * z - back * back);
+    const g = ball * ball - (x * x + y * y + z * z - back * back);
     if (g > 0 && -back - sqrt(g) > start) return true;
     const nx = dy * az - dz * ay, ny = dz * ax - dx * az, nz = dx * ay - dy * ax;
     const a = nx * nx + ny * ny + nz * nz, gap = x * nx + y * ny + z * nz, h = a * r2 - gap * gap;
@@ -176,7 +177,7 @@ function frame_at(floats, segments, station) {
     position,
     tangent,
     across: unit(minus(across, times(tangent, dot(tangent, across)))),
-    radius: floats[ends[0] + AT.segment_radius] + hypot(...minus(place(ends[0]), position)),
+    radius: floats[ends[0] + AT.segment_reach] + hypot(...minus(place(ends[0]), position)),
     plied: ends.length > 1,
   };
 }
@@ -189,6 +190,7 @@ function sky_of_yarn(of, fabric) {
     ['yarn_segments', 'yarn_curves', 'yarn_light'].map((name) => words[yarn + AT[name]]);
   const of_curve = new Map();
   for (let s = first_segment; s < curves; s += AT.segment_words) {
+    if (floats[s + AT.segment_rank] > 0) continue;
     const curve = words[s + AT.segment_curve];
     of_curve.set(curve, [...of_curve.get(curve) ?? [], s]);
   }

@@ -101,6 +101,12 @@ export function* yarn_queries(fixture, {yarns}) {
     const lights = Array.from({length: 40}, () => direction());
     yield at('the brightest of some lights', lights.reduce((a, b) => value(b) > value(a) ? b : a), view, -1, uv);
   }
+  for (let n = 0, hairs = 0; n < 4000 && hairs < 16; ++n) {
+    const uv = [next(), next()], view = direction(0.1);
+    if (!(trace(yarns, uv, view)?.segment.rank > 0)) continue;
+    yield at('a hair', direction(), view, -1, uv);
+    ++hairs;
+  }
   for (let n = 0, misses = 0; n < 400 && misses < 3; ++n) {
     const uv = [next(), next()], view = direction();
     if (trace(yarns, uv, view)) continue;

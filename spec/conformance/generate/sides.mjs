@@ -1,5 +1,5 @@
 // The valid fabrics with more sides than the front; in the form of fabrics.mjs.
-import {crossing, crossing_strands, plied} from './yarns.mjs';
+import {crossing, crossing_hairs, crossing_strands, plied} from './yarns.mjs';
 
 const PAPER = ['lobes', 'frame', 'table', 'opacity'];
 
@@ -55,6 +55,12 @@ export const sides = [
     name: 'sides-yarns-dark',
     about: 'yarn turned over, of which no light through it is known',
     sides: {back: {layers: ['lobes']}, through: {layers: ['lobes']}},
+  },
+  {
+    ...crossing_hairs,
+    name: 'sides-yarns-hairs',
+    about: 'hairs and thick places of yarn turned over, lying and upright, with plies and without',
+    sides: {back: {layers: ['lobes']}, through: {layers: ['lobes', 'yarns', 'indirect']}},
   },
   {
     ...crossing_strands,

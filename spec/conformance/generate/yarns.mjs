@@ -16,6 +16,8 @@ const STRAIGHT = {
 const ROUND = {count: 1, divisions: 1, shift: 0, phase: 0, groove: [0, 0, 0]};
 /** A curve without strands. */
 const SMOOTH = {count: 0, pieces: 2, shift: 0, seed: 0, irregularity: 0, swells: 1};
+/** A curve without hairs, and the field before them, which is of a version to come. */
+const BALD = {later: 1, count: 0, length: 0, loops: 0, radius: 0, kept: 1};
 const FIELDS = 11;
 
 /** Column after column of a table. */
@@ -27,9 +29,9 @@ export function of_curves(curves, [w, h] = [3, 2]) {
   const fields = curves.map(
     ({nodes: own, stations, turns, radius, albedo, gloss, roughness, slope}) =>
       [own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope]);
-  const members = [['strands', SMOOTH], ['plies', ROUND]];
+  const members = [['hairs', BALD], ['strands', SMOOTH], ['plies', ROUND]];
   const used = members.slice(members.findIndex(([name]) => curves.some((curve) => curve[name]))).reverse();
-  const is_later = curves.some((curve) => curve.plies || curve.strands);
+  const is_later = curves.some((curve) => curve.plies || curve.strands || curve.hairs);
   const later = !is_later ? [] : curves.map(
     (curve) => used.flatMap(([name, plain]) => Object.values({...plain, ...curve[name]}).flat()));
   const numbers = [...by_column(fields), ...by_column(nodes), ...later.length ? by_column(later) : []];
@@ -112,9 +114,22 @@ const with_field = (of, curves) => {
   };
 };
 
+const hairs = {count: 40, length: 0.3, loops: 0.25, radius: 0.04, kept: 0.75};
+const uneven = {irregularity: 0.125, swells: 4, seed: 99};
+
 const strands = {count: 15, pieces: 6, shift: 22, seed: 4711, irregularity: 0.125, swells: 3};
 export const crossing_strands = {
   ...of_curves([weft, warp, ring, loop].map((curve) => ({...curve, strands}))),
+  thickness: crossing.thickness,
+};
+
+export const crossing_hairs = {
+  ...of_curves([
+    {...weft, hairs, strands: uneven},
+    {...loop, hairs, strands: uneven},
+    {...three, hairs, strands},
+    {...five, hairs: {...hairs, loops: 0.75}, strands: {...strands, ...uneven}},
+  ]),
   thickness: crossing.thickness,
 };
 
@@ -140,6 +155,24 @@ export const yarns = [
     ]),
   },
   {
+    name: 'yarns-hairs',
+    about: 'hairs on a yarn and on plies: most with a free end, loops, and none that is thinned; bends and slopes',
+    ...of_curves([
+      {...weft, hairs, strands: {count: 20, pieces: 5, shift: -27, seed: 4711, irregularity: 0.25, swells: 3}},
+      {...two, hairs: {...hairs, count: 90, loops: 1, kept: 1}},
+      {...loop, hairs: {...hairs, loops: 0, length: 0.5}},
+    ]),
+  },
+  {
+    name: 'yarns-uneven',
+    about: 'thick and thin places of a yarn, and of plies, which also lie further out there',
+    ...of_curves([
+      {...weft, strands: {irregularity: Math.fround(0.3), swells: 3, seed: 5}},
+      {...two, strands: {...uneven, count: 12, pieces: 9}},
+      {...ring, strands: uneven},
+    ]),
+  },
+  {
     name: 'yarns-thick',
     about: 'yarn thicker than the repeat, which goes round twice; light in single precision',
     ...of_curves([{...weft, radius: 1.5, stations: 2, turns: [-2, 1], nodes: [[0, 0, 1.5], [-1.5, 0.75, 1.75]]}]),
@@ -160,7 +193,7 @@ export const yarns = [
   {
     name: 'yarns-later-fields',
     about: 'version 3.9, and a field of curves that a reader does not know',
-    ...with_field(of_curves([three, two]), 2),
+    ...with_field(of_curves([{...three, hairs}, two]), 2),
     text: (text) => {
       text.version = [3, 9];
     },

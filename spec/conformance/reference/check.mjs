@@ -32,7 +32,7 @@ const OWN_MEMBERS = {
   yarns: ['curves', 'nodes', 'stations', 'fields']
 };
 const SIDE_MEMBERS = ['radianceScale', 'views', 'lights', 'layers', 'digests', 'provenance'];
-const MINOR_VERSION = 2;
+const MINOR_VERSION = 3;
 const PREVIEW_CHANNELS = ['R', 'G', 'B', 'A'];
 const LARGE_EXPONENT = 102.4;  // from here on halves cost a lobe's peak some per cent
 const LARGEST_HALF = 65504;

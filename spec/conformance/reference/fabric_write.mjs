@@ -101,7 +101,7 @@ export function fabric_text(fabric, parts) {
   const entries = (make) => Object.fromEntries(
     used.map((name) => [name, make(fabric.layers[name], parts.find((p) => p.name === name))]));
   return {
-    version: [3, fabric.layers.yarns?.fields ? 2 : 0],
+    version: [3, fabric.layers.yarns?.fields > 24 ? 3 : fabric.layers.yarns?.fields ? 2 : 0],
     model: model_of(fabric),
     texels,
     levels,

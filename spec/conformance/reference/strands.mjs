@@ -1,21 +1,9 @@
 // Strands of fibres (spec/brdf.md, Strands).
-import {cross, dot, minus, plus, times, unit} from './reader.mjs';
+import {cross, dot, hash, minus, noise, plus, swell, times, unit} from './reader.mjs';
 
-const {abs, atan2, floor, max, min, sqrt, PI} = Math;
-const ROW_OF_YARN = 65535, PLACE_OF_OFFSET = 65535;
+const {abs, atan2, floor, max, min, PI} = Math;
+const PLACE_OF_OFFSET = 65535, OF_COLOUR = 3;
 const LEAST_FACING = 0.05;
-
-const mixed = (k, shift, factor) => Math.imul(k ^ k >>> shift, factor);
-function hash(k) {
-  const mixed_twice = mixed(mixed(k, 16, 0x7feb352d), 15, 0x846ca68b);
-  return (mixed_twice ^ mixed_twice >>> 16) >>> 0;
-}
-const value = (bits, k) => ((bits >>> 8 * k & 255) - 127.5) * sqrt(12 / 65535);
-/** Noise k a share p of the way from one place of the lattice to the next. */
-function noise(p, a, b, k) {
-  const q = p * p * (3 - 2 * p);
-  return ((1 - q) * value(a, k) + q * value(b, k)) / sqrt((1 - q) ** 2 + q * q);
-}
 
 /**
  * { N, F, b, strand } of a point of a curve that has the normal N and the fibre F, seen from V; angle: (cos a, sin a), t:
@@ -25,9 +13,7 @@ function noise(p, a, b, k) {
 export function strand_at({count, pieces, shift, seed, irregularity, swells}, {N, F, angle, t: way, upright, rows}, V) {
   const n = abs(count), t = way - floor(way), hashed = hash(seed);
   const bits = (row, place) => hash(hashed ^ (row << 16 | place));
-  const swell = min(floor(t * swells), swells - 1);
-  const cells = [swell, (swell + 1) % swells].map((cell) => bits(ROW_OF_YARN, cell));
-  const b = 1 + irregularity * noise(t * swells - swell, ...cells, 3);
+  const b = swell({seed, irregularity, swells}, way, OF_COLOUR);
   if (n === 0) return {N, F, b, strand: 0};
   const [cos_a, sin_a] = count > 0 ? angle : upright ? [angle[0], -angle[1]] : [-angle[0], angle[1]];
   const turns = atan2(sin_a, cos_a) / (2 * PI) - t * shift / n, y = n * (turns - floor(turns));

@@ -11,8 +11,8 @@ const lifted = ([x, y, z]) => unit([x, y, max(z, LEAST_Z)]);
  * How far along a ray from o, given from the segment's start, it enters the segment's side or the ball about its
  * start; Infinity if neither. The ball about its end is the next segment's.
  */
-function entry({along, length, radius}, o, d) {
-  const off = across(o, d), under = radius ** 2 - dot(off, off);
+function entry({along, length, radius, ball: about}, o, d) {
+  const off = across(o, d), under = about ** 2 - dot(off, off);
   const ball = under < 0 ? Infinity : -dot(o, d) - sqrt(under);
   const axis = times(along, 1 / length), m = across(o, axis), e = across(d, axis), a = dot(e, e);
   let side = Infinity;
@@ -28,7 +28,7 @@ function entry({along, length, radius}, o, d) {
 function for_each_near({segments, period}, o, d, way, visit) {
   const to = plus(o, d, way);
   for (const segment of segments) {
-    const {start, along, length, radius} = segment;
+    const {start, along, length, ball: radius} = segment;
     const copies = [0, 1].map((axis) => {
       const from = start[axis], end = from + along[axis];
       const low = min(from, end) - radius, high = max(from, end) + radius;
@@ -62,6 +62,10 @@ export function trace(yarns, [u, v], view) {
 
 /** The surface at a hit: { N, F, cos_a, sin_a, x, b }, x in stations. */
 export function surface({segment, from_start: P}) {
+  if (segment.rank > 0) {
+    const F = segment.tangents[0], [cos_a, sin_a, b] = segment.across[0];
+    return {N: unit(across(P, F)), F, cos_a, sin_a, x: segment.stations[0], b};
+  }
   const {curve, along, length, tangents: [t_0, t_1], across: [A_0, A_1], out: [E_0, E_1], stations: [x_0, x_1]} = segment;
   const clamp = (x) => min(max(x, -0.25), 1.25);
   const C = (s) => plus(
@@ -82,7 +86,10 @@ function is_hidden(yarns, point, L) {
   let hidden = false;
   for_each_near(yarns, point, L, max(0, (yarns.top - point[2]) / L[2]), (segment, from) => {
     const {along, length, radius} = segment;
-    const s = min(max(dot(from, along) / length ** 2, 0), 1), t = entry(segment, from, L);
+    const s = min(max(dot(from, along) / length ** 2, 0), 1);
+    // The tip of a hair as well, which is no other segment's.
+    const tip = {...segment, along: times(along, -1)};
+    const t = min(entry(segment, from, L), entry(tip, minus(from, along), L));
     hidden ||= hypot(...plus(from, along, -s)) < radius || (t >= 0 && t < Infinity);
   });
   return hidden;
@@ -101,14 +108,15 @@ function glossy(N, F, along, L, V) {
 export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, view)) {
   const dark = {rgb: [0, 0, 0], alpha: hit ? 1 : 0, hit, hidden: false, strand: 0};
   if (!hit || light[2] <= 0 || view[2] <= 0) return dark;
-  const {radius, rows} = hit.segment;
+  const {radius, rows, rank} = hit.segment;
   const {albedo, gloss, roughness, stations, first_station, strands, plies, tangent} = hit.segment.curve;
   if (yarns.dark) return dark;
   const smooth = surface(hit), {cos_a, sin_a, x, b: outward} = smooth, L = lifted(light), V = lifted(view);
   // The coefficients of light from below hold direct light as well.
   const hidden = yarns.by_light || is_hidden(yarns, plus(hit.point, smooth.N, OFF_THE_YARN * radius), L);
   const upright = abs(tangent[2]) >= 0.9;
-  const {N, F, b, strand} = strand_at(strands, {...smooth, angle: [cos_a, sin_a], t: x / stations, upright, rows}, V);
+  const own = rank > 0 ? {...strands, count: 0} : strands;
+  const {N, F, b, strand} = strand_at(own, {...smooth, angle: [cos_a, sin_a], t: x / stations, upright, rows}, V);
   const facing = dot(N, L);
   const V_raised = unit(plus(V, N, max(0, LEAST_FACING - dot(N, V))));
   const [l_x, l_y, l_z] = light;

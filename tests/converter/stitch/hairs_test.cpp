@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "converter/light/ray_scene.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/yarn_mesh.h"
@@ -37,6 +38,62 @@ double length_of(const Hairs& hairs, std::size_t hair) {
 }
 
 }  // namespace
+
+TEST_CASE("rays to the hairs of the mesh meet those of a file's yarn") {
+  // Plies, and thick hairs that let nothing pass, so that a ray to a hair's middle meets it.
+  StitchPattern pattern = hairy(20, 0.4, 0.3);
+  pattern.yarns[0].plies = 2;
+  pattern.yarns[0].twist_per_mm = 0.25;
+  pattern.yarns[0].irregularity = 0.1;
+  CellMesh mesh = test::need(mesh_stitch(pattern, {32}));
+  for (float& radius : mesh.hairs.radius) radius = 0.03F;
+  for (float& passed : mesh.hairs.passed) passed = 0;
+  YarnData data = mesh.yarns;
+  REQUIRE(data.curves.size() == 1);
+  data.curves[0].hairs.radius = 0.03F;
+  data.curves[0].hairs.kept = 1;
+  data.light.assign(std::size_t{light_values_per_station} * data.curves[0].stations, 0);
+  const V2f period(mesh.period);
+  const Yarns yarns(data, period);
+  const auto scene = test::need(RayScene::create(mesh, "hairy"));
+  int met = 0;
+  int same = 0;
+  for (std::size_t h = 0; h < mesh.hairs.roots.size(); ++h) {
+    for (int k = 1; k < Hairs::points_each - 1; ++k) {
+      const V3f* const points = &mesh.hairs.points[h * Hairs::points_each];
+      const V3f aim = (points[k] + points[k + 1]) * 0.5F;
+      SurfacePoint point;
+      if (!scene.trace({aim.x, aim.y, 10}, {0, 0, -1}, point)) continue;
+      if (point.hair < 0) continue;
+      const auto hit = yarns.trace(
+          V2d(static_cast<double>(aim.x / period.x), static_cast<double>(-aim.y / period.y)), 0, {0, 0, 1});
+      ++met;
+      same += hit && yarns.inside().segments[hit->segment].rank > 0 ? 1 : 0;
+    }
+  }
+  MESSAGE(same, " of ", met);
+  CHECK(met > 300);
+  // Ribbons of the mesh are wider and narrower than round hairs, so that some hide others, or yarn does.
+  CHECK(same > 0.97 * met);
+}
+
+TEST_CASE("yarn of a file is as thick as its mesh along its length") {
+  StitchPattern pattern = cylinder(8, 0.5);
+  pattern.yarns[0].irregularity = 0.2;
+  const CellMesh mesh = test::need(mesh_stitch(pattern, {64}));
+  const YarnCurve& curve = mesh.yarns.curves[0];
+  double least = 1;
+  double most = 0;
+  for (const V3f& p : mesh.positions) {
+    const V3d off = V3d(p) - V3d(mesh.yarns.nodes[0]);
+    const double radius = V2d(off.y - 8 * std::round(off.y / 8), off.z).length();
+    const double thick = strand_swell(curve.strands, off.x / 8, byte_of_thickness);
+    CHECK(radius == doctest::Approx(0.5 * thick).epsilon(0.01));
+    least = std::min(least, radius);
+    most = std::max(most, radius);
+  }
+  CHECK(most > 1.1 * least);
+}
 
 TEST_CASE("hairs are as long together as the hairiness says, and exponential up to three times their mean") {
   const Hairs hairs = grown(hairy(90, 0.3, 0));

@@ -12,13 +12,14 @@ namespace {
 
 constexpr V2f period(2.5F, 1.75F);
 
-/// Glossy curves, one turned over.
+/// Glossy curves with hairs and thick places, one turned over.
 YarnData stranded(Random& random) {
   YarnData data = test::tangle(random, period, 6);
   for (std::size_t c = 0; c < data.curves.size(); ++c) {
     YarnCurve& curve = data.curves[c];
     curve.gloss = {0.3F, 0.4F};
     curve.fibre_slope = 0.4F;
+    curve.hairs = {c == 4 ? -60 : 60, 0.4F, 0.3F, 0.02F, 0.9F};
     if (c % 3 == 0) continue;  // smooth
     const int count = static_cast<int>(5 + 7 * c);
     curve.strands = {c == 4 ? -count : count, 5, -17, static_cast<int>(c), 0.2F, 3};
@@ -39,6 +40,7 @@ TEST_CASE("many points of yarn have the strands, direct and indirect light of ea
   Random random(3);
   const Yarns yarns(stranded(random), period);
   int seen = 0;
+  int of_hairs = 0;
   int apart = 0;
   for (int packet = 0; packet < 2000; ++packet) {
     YarnLanes beside;
@@ -66,11 +68,13 @@ TEST_CASE("many points of yarn have the strands, direct and indirect light of ea
                           (reflection.indirect.at(i) - indirect).length() +
                           (surface.normal.at(i) - point.strand).length();
       ++seen;
+      of_hairs += point.hair ? 1 : 0;
       apart += error < 1e-3F ? 0 : 1;
     }
   }
   MESSAGE(apart, " of ", seen);
   CHECK(seen > 5000);
+  CHECK(of_hairs > 500);
   // Rounding takes either of two strands within 10^-4 of their edge.
   CHECK(apart < seen / 1000);
 }

@@ -2,13 +2,18 @@
 //
 // Yarns, as yarns_of gives them: { period, plane, curves, segments, top, bottom, thinnest, stations,
 // light(station, j, k, colour) }; lengths in mm. A segment: { curve, radius, start, along, length, tangents: [t_i,
-// t_(i+1)], and of both ends across: A, out: E, and stations: the place along the curve; rows: of the noise of strands }.
+// t_(i+1)], and of both ends across: A, out: E, and stations: the place along the curve; rows: of the noise of strands;
+// ball: radius of that about its start; rank: of hairs, else 0; reach: the largest radius }. Of a hair, across[0] has
+// cos a, sin a and u of its root.
+import {hairs_of} from './hairs.js';
 import {Issue} from './issue.js';
+import {swell} from './swells.js';
 import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
 const {abs, atan2, cos, floor, fround, hypot, max, min, sin} = Math;
 /** Numbers of a curve before the nodes, those that may follow the nodes (where they do not: these), and of a node. */
-const FIELDS = 11, LATER_FIELDS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1], AXES = 3;
+const FIELDS = 11, LATER_FIELDS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1];
+const AXES = 3;
 /** Functions of the angle, and of the light, that indirect light has coefficients of. */
 export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
@@ -22,6 +27,8 @@ const MOST_PLIES = 8, MOST_DIVISIONS = 64, MOST_SHIFT = 4096, MOST_NODES = 2 ** 
 /** The field that has the number of strands; limits of it, of pieces, shift and swells. */
 const STRANDS = 18;
 const MOST_STRANDS = 1024, MOST_PIECES = 32768;
+/** Hairs of a curve, points of each. */
+const MOST_HAIRS = 100000, HAIR_POINTS = 8;
 
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
@@ -41,12 +48,12 @@ function curves_of(counts, number, point) {
     const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope, ...later] =
       Array.from({length: FIELDS + LATER_FIELDS.length}, (__, f) => field(f));
     const [count, divisions, shift, phase, r, g, b, ...of_strands] = later, groove = [r, g, b];
-    const strands = strands_of(of_strands);
+    const strands = strands_of(of_strands), hairs = hairs_from(of_strands.slice(7));
     const points = Array.from({length: max(0, min(own, nodes - first)) | 0}, (__, n) => point(first + n));
     first += own;
     const albedo = [red, green, blue], turns = [X, Y];
     const plies = {count, divisions, shift, phase, groove};
-    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope, plies, strands};
+    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope, plies, strands, hairs};
   });
 }
 
@@ -62,6 +69,11 @@ const are_strands = ({count, pieces, shift, seed, irregularity, swells}) =>
   is_whole(shift, -MOST_PIECES, MOST_PIECES) && is_whole(seed, 0, 2 ** 24 - 1) && irregularity >= 0 &&
   irregularity <= Math.fround(0.3) && is_whole(swells, 1, MOST_PIECES);
 
+const hairs_from = ([count, length, loops, radius, kept]) => ({count, length, loops, radius, kept});
+const are_hairs = ({count, length, loops, radius, kept}, longest) => is_whole(count, -MOST_HAIRS, MOST_HAIRS) &&
+  [length, radius].every((x) => x >= 0 && x <= longest) && [loops, kept].every((x) => x >= 0 && x <= 1) &&
+  (count === 0 || (length > 0 && radius * kept > 0));
+
 /** The place of the first curve, node or count that a reader must refuse, and why; null where there is none. */
 function fault_of({period, curves, counts, point}) {
   const reach = [...period, max(...period)].map((side) => REACH * side);
@@ -74,6 +86,7 @@ function fault_of({period, curves, counts, point}) {
     const good = Number.isInteger(nodes) && nodes >= 2 && Number.isInteger(curve.stations) && curve.stations >= 1 &&
       radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(share) &&
       roughness > 0 && are_plies(curve.plies) && are_strands(curve.strands) &&
+      are_hairs(curve.hairs, MOST_RADIUS * min(...period)) &&
       turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
     if (!good) return [`curve ${c}`, 'has a value out of range'];
     if (points.length < nodes) return [`curve ${c}`, 'has nodes beyond the last'];
@@ -83,8 +96,9 @@ function fault_of({period, curves, counts, point}) {
     stations += curve.stations;
   }
   if (end !== counts.nodes) return ['nodes', 'there are more than the curves have'];
-  if (curves.reduce((sum, {nodes, plies}) => sum + nodes * plies.count * plies.divisions, 0) > MOST_NODES)
-    return ['nodes', 'the plies have too many'];
+  const size = ({nodes, plies, hairs}) => nodes * plies.count * plies.divisions + HAIR_POINTS * abs(hairs.count);
+  if (curves.reduce((sum, curve) => sum + size(curve), 0) > MOST_NODES)
+    return ['nodes', 'plies and hairs have too many'];
   for (const [c, curve] of curves.entries()) {
     if (curve.plies.count > 1 && segments_of(curve, period).some(({length, radius}) => length < LEAST_LENGTH * radius))
       return [`curve ${c}`, 'has a ply of which a node lies where the next does'];
@@ -132,11 +146,15 @@ function axis_of(curve, period) {
  */
 function chained(curve, nodes, ends, radius, rows = [0, 0]) {
   const tangents = tangents_at(nodes);
+  const radii = ends.slice(1).map(({share}, i) => radius * swell(curve.strands, (ends[i].share + share) / 2));
   return ends.slice(1).map((end, i) => {
-    const along = minus(nodes[i + 2], nodes[i + 1]), both = [ends[i], end];
+    const along = minus(nodes[i + 2], nodes[i + 1]), both = [ends[i], end], ball = max(radii[i], radii.at(i - 1));
     return {
       curve,
-      radius,
+      radius: radii[i],
+      ball,
+      reach: ball,
+      rank: 0,
       start: nodes[i + 1],
       along,
       length: hypot(...along),
@@ -170,6 +188,7 @@ function places_on(axis, divisions) {
 function segments_of(curve, period) {
   const {radius, plies: {count, divisions, shift, phase}, turns: [X, Y]} = curve, axis = axis_of(curve, period);
   const repeat = [X * period[0], Y * period[1], 0], none = [0, 0, 0];
+  curve.ply_radius = radius;
   if (count === 1) {
     const nodes = axis.map(({p}) => p);
     return chained(
@@ -177,6 +196,7 @@ function segments_of(curve, period) {
       axis.map((node) => ({...node, out: none})), radius);
   }
   const own = radius * sin(Math.PI / count) / (1 + sin(Math.PI / count));
+  curve.ply_radius = own;
   const places = places_on(axis, divisions), n = places.length;
   // Yarn turned over counts its plies the other way round; its strands know what it was.
   const strands = abs(curve.strands.count), sense = curve.strands.count < 0 ? -1 : 1;
@@ -186,7 +206,8 @@ function segments_of(curve, period) {
       const times_round = floor((i - 1) / n), place = places[i - 1 - times_round * n], share = place.share + times_round;
       const angle = phase + 2 * Math.PI * (ply + shift * share) / count;
       const out = plus(times(place.across, cos(angle)), place.beside, sin(angle));
-      return {p: plus(plus(place.p, repeat, times_round), out, radius - own), across: place.across, out, share};
+      const orbit = (radius - own) * swell(curve.strands, share);
+      return {p: plus(plus(place.p, repeat, times_round), out, orbit), across: place.across, out, share};
     });
     return chained(curve, ends.map(({p}) => p), ends.slice(1, -1), own, [row(ply), row(ply + shift)]);
   }).flat();
@@ -199,7 +220,8 @@ function turn_over(curve, period, thickness) {
   const own = sideways ? -phase : (phase < 0 ? -Math.PI : Math.PI) - phase;
   const plies = {...curve.plies, shift: -curve.plies.shift, phase: count > 1 ? fround(own) : phase};
   const strands = {...curve.strands, count: -curve.strands.count};
-  return {...curve, points, slope: -curve.slope, plies, strands, sideways};
+  const hairs = {...curve.hairs, count: -curve.hairs.count};
+  return {...curve, points, slope: -curve.slope, plies, strands, hairs, sideways};
 }
 
 /**
@@ -224,8 +246,14 @@ export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight, 
     curve.first_station = first_station;
     first_station += curve.stations;
   }
-  const segments = curves.flatMap((curve) => segments_of(curve, period));
-  const end_of = (sign) => segments.map(({start, radius}) => start[2] + sign * radius);
+  const chains = curves.map((curve) => segments_of(curve, period));
+  const segments = curves.flatMap((curve, c) => {
+    const hairs = hairs_of(curve, chains[c], abs(curve.tangent[2]) >= 0.9);
+    return hairs.length > 0 ? chains[c].concat(hairs) : chains[c];
+  });
+  // Chains end where others begin, hairs do not.
+  const end_of = (sign) => segments.flatMap(
+    ({start, along, rank, reach}) => [start[2], start[2] + (rank > 0 ? along[2] : 0)].map((z) => z + sign * reach));
   return {
     period,
     plane: fround(referenceHeight),
@@ -234,7 +262,7 @@ export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight, 
     stations: counts.stations,
     top: end_of(1).reduce((a, b) => max(a, b)),
     bottom: end_of(-1).reduce((a, b) => min(a, b)),
-    thinnest: segments.reduce((least, {radius}) => min(least, radius), Infinity),
+    thinnest: chains.flat().reduce((least, {radius}) => min(least, radius), Infinity),
     light: (station, j, k, c) => of_light(((j * LIGHTS + k) * 3 + c) * counts.stations + station),
   };
 }

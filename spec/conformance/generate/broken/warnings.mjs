@@ -89,7 +89,7 @@ export const unwise_fabrics = [
   member('unknown-member-of-views', '/views/colour', 'grey'),
   member('digests-of-no-layer', '/digests/seams', ['0'.repeat(32)]),
   member('unknown-layer-that-is-optional', '/layers/back.lobes', {levels: [0], optional: true}),
-  member('minor-version', '/version', [3, 3]),
+  member('minor-version', '/version', [3, 4]),
   member('model-missing', '/model', undefined),
   member('model-number', '/model', 1),
   member('layer-precision-missing', '/layers/opacity/precision', undefined),

@@ -130,6 +130,24 @@ const strands = [
   evaluate: ask(0),
 }, {...sound, ...stranded, value: {...stranded.value, lobes: lobe({rho: 0.1})}}));
 
+/** Hairs on curve 1, likewise. */
+const hairy = of_curves([
+  curve,
+  {...curve, hairs: {count: 3, length: 0.25, radius: 0.01}, nodes: [[0.25, -1, 0.5], [1.25, -1, 0.75]]},
+]);
+const hairs = [
+  ['hairs-too-many', '100,001 hairs', 25, 100001],
+  ['hairs-fraction', 'half a hair', 25, 0.5],
+  ['hairs-negative-length', 'hairs of a negative length', 26, -0.25],
+  ['hairs-without-length', 'hairs without length', 26, 0],
+  ['loops-too-many', 'more loops than hairs', 27, 1.5],
+  ['hairs-without-radius', 'hairs without a radius', 28, 0],
+  ['hairs-kept-too-much', 'hairs that stop more than the light on them', 29, 1.25],
+].map(([what, about, f, number]) => broken('FABRIC_MALFORMED', `yarn-${what}`, about, 'yarns/curve 1', {
+  before: written('yarns', field(f) + 3 * NODES, number),
+  evaluate: ask(0),
+}, {...sound, ...hairy, value: {...hairy.value, lobes: lobe({rho: 0.1})}}));
+
 /** A node more than the curves have, which there are values for. */
 const one_more = of_curves([curve, {...curve, nodes: [...curve.nodes, [2, -1, 0.5]]}]);
 const counts = broken(
@@ -137,4 +155,4 @@ const counts = broken(
   {before: written('yarns', field(0), 2)},
   {...sound, ...one_more, value: {...one_more.value, lobes: sound.value.lobes}});
 
-export const broken_yarns = [...members, ...channels, ...values, ...plies, still, ...strands, counts];
+export const broken_yarns = [...members, ...channels, ...values, ...plies, still, ...strands, ...hairs, counts];

@@ -1,0 +1,154 @@
+#include "format/fabric/yarn_hairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "format/fabric/yarns.h"
+
+namespace selvedge {
+namespace {
+
+using std::numbers::pi;
+
+constexpr int pieces = hair_points - 1;
+/// What the numbers of a hair are for; their places in its formula.
+enum Drawn { at_share, at_ply, at_angle, of_length, of_loop, a, b, c, d, e, f };
+
+/// Number k of a hair, in (0, 1).
+double number(std::uint32_t hashed_seed, int hair, Drawn k) {
+  const std::uint32_t place = 0x80000000U + 16U * static_cast<std::uint32_t>(hair) + k;
+  return ((strand_hash(hashed_seed ^ place) >> 8U) + 0.5) * 0x1p-24;
+}
+
+/// The point and the direction of a chain's segment at a share of it.
+struct OnChain {
+  V3d position, tangent;
+};
+
+OnChain on_chain(const Yarns::Segment& s, double share) {
+  const V3d along(s.along);
+  const double rest = 1 - share;
+  const V3d first = V3d(s.tangent[0]) * along.length();
+  const V3d second = V3d(s.tangent[1]) * along.length();
+  return {V3d(s.start) + along * (share * share * (3 - 2 * share)) + first * (share * rest * rest) -
+              second * (share * share * rest),
+          (along * (6 * share * rest) + first * (rest * (1 - 3 * share)) + second * (share * (3 * share - 2)))
+              .normalized()};
+}
+
+V3d mix(const std::array<V3f, 2>& ends, double share) {
+  return V3d(ends[0]) * (1 - share) + V3d(ends[1]) * share;
+}
+
+}  // namespace
+
+std::array<V3d, hair_points> hair_shape(const YarnHairs& hairs, std::uint32_t hashed_seed, int hair) {
+  const auto drawn = [&](Drawn k) { return number(hashed_seed, hair, k); };
+  const double length =
+      -static_cast<double>(hairs.length) * std::log1p(drawn(of_length) * std::expm1(-max_hair));
+  std::array<V3d, hair_points> points;
+  points.fill(V3d(0, 0, 0));
+  if (drawn(of_loop) < static_cast<double>(hairs.loops)) {
+    // A bow with both ends on the surface: half an ellipse of this width and height is about as long.
+    const double lean = (drawn(a) - 0.5) * pi / 2;
+    const double width = length * (0.3 + 0.2 * drawn(b));
+    const double height = 0.4 * std::sqrt(length * length - width * width);
+    for (int k = 1; k <= pieces; ++k) {
+      const double angle = pi * k / pieces;
+      const double up = height * std::sin(angle);
+      points[k] = {0.5 * width * (1 - std::cos(angle)), up * std::sin(lean), up * std::cos(lean)};
+    }
+    return points;
+  }
+  // A free end leaves at a slant, mostly along the fibres, either way, and bends in a plane.
+  const double slant = (15 + 55 * drawn(a)) * pi / 180;  // from the normal
+  const double azimuth = 0.5 * pi * (drawn(b) + drawn(c) - 1) + (drawn(d) < 0.5 ? pi : 0);
+  const double plane = 2 * pi * drawn(e);
+  const double turn = (0.3 + 1.5 * drawn(f)) / pieces;
+  const V3d level(std::cos(azimuth), std::sin(azimuth), 0);
+  const V3d way = level * std::sin(slant) + V3d(0, 0, std::cos(slant));
+  const V3d bend = (level * std::cos(slant) - V3d(0, 0, std::sin(slant))) * std::cos(plane) +
+                   V3d(-level.y, level.x, 0) * std::sin(plane);
+  for (int k = 1; k <= pieces; ++k)
+    points[k] = points[k - 1] + (way * std::cos(k * turn) + bend * std::sin(k * turn)) * (length / pieces);
+  return points;
+}
+
+std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
+                               std::span<const Yarns::Segment> chain) {
+  std::vector<YarnHair> hairs;
+  const int count = std::abs(curve.hairs.count);
+  if (count == 0) return hairs;
+  const int plies = curve.plies.count;
+  const std::size_t each = chain.size() / plies;
+  const std::uint32_t seed = strand_hash(static_cast<std::uint32_t>(curve.strands.seed));
+  // Yarn turned over has the hairs that it had, in a mirror: its plies count the other way round, and angles
+  // count from the mirrored direction.
+  const bool over = curve.hairs.count < 0;
+  const bool sideways = over && counts_from_the_side(curve, nodes, period);
+  const V2d sense(over && !sideways ? -1 : 1, over && sideways ? -1 : 1);
+  hairs.reserve(count);
+  for (int h = 0; h < count; ++h) {
+    const double share = number(seed, h, at_share);
+    const int drawn = static_cast<int>(plies * number(seed, h, at_ply));
+    const auto own = chain.subspan(each * (over ? (plies - drawn) % plies : drawn), each);
+    const double station = share * curve.stations;
+    const auto next = std::upper_bound(
+        own.begin() + 1, own.end(), station,
+        [](double at, const Yarns::Segment& s) { return at < static_cast<double>(s.station); });
+    const Yarns::Segment& s = *(next - 1);
+    const double part =
+        std::clamp((station - static_cast<double>(s.station)) / static_cast<double>(s.stations), 0.0, 1.0);
+    const auto [position, tangent] = on_chain(s, part);
+    const double angle = 2 * pi * number(seed, h, at_angle);
+    const V2d turned(sense.x * std::cos(angle), sense.y * std::sin(angle));
+    V3d across = mix(s.across, part);
+    across = (across - tangent * tangent.dot(across)).normalized();
+    YarnHair hair;
+    hair.normal = across * turned.x + tangent.cross(across) * turned.y;
+    hair.station = static_cast<float>(station);
+    hair.light = V3f(V3d(turned.x, turned.y, hair.normal.dot(mix(s.out, part))));
+    const V3d fibre =
+        (tangent + tangent.cross(hair.normal) * static_cast<double>(curve.fibre_slope)).normalized();
+    const V3d beside = hair.normal.cross(fibre) * (sense.x * sense.y);
+    const V3d root = position + hair.normal * (static_cast<double>(radius_of_plies(curve)) *
+                                               strand_swell(curve.strands, share, byte_of_thickness));
+    const auto shape = hair_shape(curve.hairs, seed, h);
+    for (int k = 0; k < hair_points; ++k)
+      hair.points[k] = root + fibre * shape[k].x + beside * shape[k].y + hair.normal * shape[k].z;
+    hairs.push_back(hair);
+  }
+  return hairs;
+}
+
+std::vector<Yarns::Segment> segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nodes,
+                                                const V2f& period) {
+  std::vector<Yarns::Segment> segments = segments_of(curve, nodes, period);
+  const std::vector<YarnHair> hairs = hairs_of(curve, nodes, period, segments);
+  const float radius = curve.hairs.radius * curve.hairs.kept;
+  for (std::size_t h = 0; h < hairs.size(); ++h) {
+    for (int k = 0; k < pieces; ++k) {
+      Yarns::Segment s;
+      s.start = V3f(hairs[h].points[k]);
+      s.along = V3f(hairs[h].points[k + 1] - hairs[h].points[k]);
+      s.tangent.fill(s.along.normalized());
+      s.across = {hairs[h].light, V3f(0, 0, 0)};
+      s.inverse_length2 = 1 / s.along.length2();
+      s.station = hairs[h].station;
+      s.radius = radius;
+      s.reach = std::max(radius, widest_hair * curve.radius);
+      s.rank = (static_cast<float>(h) + 0.5F) / static_cast<float>(hairs.size());
+      segments.push_back(s);
+    }
+  }
+  return segments;
+}
+
+float empty_for(const Yarns::Segment& s) {
+  const bool vanishes = s.rank > 0 && s.rank * s.reach >= s.radius;
+  return vanishes ? 2 * s.radius / s.rank : std::numeric_limits<float>::infinity();
+}
+
+}  // namespace selvedge

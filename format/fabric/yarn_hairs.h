@@ -1,0 +1,42 @@
+// Hairs that stand off yarn (spec/brdf.md, "Hairs"): one formula for the bake, which gives them to its mesh,
+// and for level -1 of a fabric.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+/// What a file says of a curve's hairs; they follow from its strands' seed.
+struct YarnHairs {
+  /// Over the chain and all plies. Negative: of yarn turned over, mirrored ones.
+  int count = 0;
+  float length = 0;  ///< mm, mean of an exponential distribution, which is cut at max_hair times that
+  float loops = 0;   ///< share of hairs that return into the yarn
+  float radius = 0;  ///< mm
+  float kept = 1;    ///< share of light on a hair that it stops: level -1 draws it as much thinner
+  bool operator==(const YarnHairs&) const = default;
+};
+
+inline constexpr int max_hairs = 100000;  ///< of a curve
+/// Lengths of hairs are exponential up to this multiple of their mean.
+inline constexpr double max_hair = 3;
+inline constexpr int hair_points = 8;
+/// The largest radius that a hair takes for others that are not drawn, in radii of the yarn.
+inline constexpr float widest_hair = 1.0F / 8;
+
+struct YarnHair {
+  std::array<V3d, hair_points> points;  ///< mm, the first at the surface
+  V3d normal{0, 0, 1};                  ///< of the yarn or ply at its root, unit
+  float station = 0;                    ///< of its root
+  V3f light{1, 0, 0};                   ///< cosine and sine of the root's angle about the axis, and outward
+};
+
+/// Points of a hair as seen from its root: x along the fibres there, y across them, z out of the yarn.
+/// `hashed_seed`: strand_hash() of the seed.
+std::array<V3d, hair_points> hair_shape(const YarnHairs& hairs, std::uint32_t hashed_seed, int hair);
+
+}  // namespace selvedge
