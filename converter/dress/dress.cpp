@@ -41,7 +41,8 @@ class Dresser {
 
   DressReport dress(const FabricSource& source, const std::string& digest) {
     digest_ = digest;
-    const ChosenMaterials chosen = must(choose_materials(document_, options_));
+    const ChosenMaterials chosen =
+        must(choose_materials(document_, {options_.materials, options_.all, options_.except}));
     report_.warnings = chosen.left_alone;
     std::set<int> textures = textures_in_use(document_.json);
     const Scene scene = must(read_scene(document_, options_.limits));
@@ -118,7 +119,7 @@ class Dresser {
     if (!options_.keep.base_color && is_print(scene, material) && !scene.materials[material].fabric) {
       parts.warnings.push_back(
           fmt::format("the picture \"{}\" of its base colour is a print: --keep base-colour shows it",
-                      scene.images[scene.materials[material].base_color_texture.image].name));
+                      picture_name(scene, scene.materials[material])));
     }
     for (const std::string& warning : parts.warnings) report_.warnings.push_back(where + ": " + warning);
     dressed.kept = std::move(parts.kept);

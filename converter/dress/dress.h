@@ -17,7 +17,6 @@
 #include <string>
 #include <vector>
 
-#include "converter/dress/choose_materials.h"
 #include "converter/dress/garment_parts.h"
 #include "converter/dress/uv_scale.h"
 #include "format/base/vec.h"
@@ -26,7 +25,10 @@
 
 namespace selvedge {
 
-struct DressOptions : MaterialChoice {
+struct DressOptions {
+  std::vector<std::string> materials = {};  ///< these three as in MaterialChoice
+  bool all = false;
+  std::vector<std::string> except = {};
   KeepOptions keep = {};
   std::optional<V2d> repeats = {};        ///< per unit of the raw UVs, instead of the physical size
   std::optional<V2d> mm_per_repeat = {};  ///< instead of the fabric's own

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "format/base/guard.h"
 #include "format/gltf/access.h"
@@ -63,7 +64,8 @@ class Keeper {
     const V4f& color = material_.base_color;
     const bool textured = material_.base_color_texture.image >= 0;
     if (!options_.base_color) {
-      if (textured) parts_.replaced.push_back(fmt::format("baseColorTexture \"{}\"", picture_name()));
+      if (textured)
+        parts_.replaced.push_back(fmt::format("baseColorTexture \"{}\"", picture_name(scene_, material_)));
       if (color != V4f(1, 1, 1, 1))
         parts_.replaced.push_back(
             fmt::format("baseColorFactor {:.3g} {:.3g} {:.3g}", color.x, color.y, color.z));
@@ -73,8 +75,6 @@ class Keeper {
     if (V3f(color.x, color.y, color.z) != V3f(1, 1, 1)) own()[tint_factor] = {color.x, color.y, color.z};
     if (textured) parts_.kept.emplace_back(tint_texture);
   }
-
-  std::string picture_name() const { return scene_.images[material_.base_color_texture.image].name; }
 
   void keep_mask() {
     const int picture = material_.base_color_texture.image;
@@ -155,6 +155,12 @@ Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& 
   } catch (const Failure& failure) {
     return tl::unexpected(failure.error);
   }
+}
+
+std::string picture_name(const Scene& scene, const SceneMaterial& material) {
+  const int picture = material.base_color_texture.image;
+  const std::string& name = scene.images[picture].name;
+  return name.empty() ? fmt::format("#{}", picture) : std::filesystem::path(name).filename().string();
 }
 
 bool is_print(const Scene& scene, int material) {

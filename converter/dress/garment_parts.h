@@ -31,6 +31,9 @@ struct KeptParts {
 Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& scene,
                              const KeepOptions& options);
 
+/// What messages call the picture of a material's base colour. Precondition: it has one.
+std::string picture_name(const Scene& scene, const SceneMaterial& material);
+
 /// Whether the picture is more than one colour with light and shade, at the vertices that have the material.
 bool is_print(const Scene& scene, int material);
 

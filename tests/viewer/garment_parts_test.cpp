@@ -1,5 +1,4 @@
 // What a garment keeps beside its fabric, beside closed forms, and the two paths beside each other.
-#include <Imath/half.h>
 #include <doctest/doctest.h>
 
 #include <functional>
@@ -25,9 +24,6 @@ SceneImage picture(int side, const std::function<std::array<int, 4>(int x, int y
   }
   return {"picture", "image/png", test::need(encode_png(image, Transfer::keep))};
 }
-/// As OpenGL keeps pictures.
-float half_of(double x) { return Imath::half(static_cast<float>(x)); }
-
 SceneImage plain_picture(const std::array<int, 4>& bytes) {
   return picture(4, [&](int, int) { return bytes; });
 }
@@ -89,7 +85,7 @@ TEST_CASE("a mask that grows along u cuts a square along a straight line, from i
 TEST_CASE("a normal texture of one tilt shows the fabric as a square with that normal does") {
   const std::array bytes{204, 90, 220, 255};
   V3d tilt;
-  for (int c = 0; c < 3; ++c) tilt[c] = 2.0 * static_cast<double>(half_of(bytes[c] / 255.0)) - 1;
+  for (int c = 0; c < 3; ++c) tilt[c] = bytes[c] / 255.0 * 2 - 1;
   const auto transformed = [](double rotation, const V2d& scale) {
     UvTransform transform;
     transform.rotation = rotation;
@@ -126,8 +122,8 @@ TEST_CASE("a normal texture of one tilt shows the fabric as a square with that n
           for (int c = 0; c < 4; ++c) apart = std::max(apart, std::abs(a.pixels[i][c] - b.pixels[i][c]));
         }
         CHECK(brightest > 0.02F);
-        // The slope is kept in steps of 1/32767.
-        CHECK(apart < 1e-3F * (1 + brightest));
+        // OSMesa reads a picture to 1e-3, and lobes have exponents up to 8.
+        CHECK(apart < 8 * 1e-3F * brightest);
       }
     }
   }
@@ -143,14 +139,14 @@ TEST_CASE("a tint is a factor on the albedo of matt cloth") {
     kept.tint = factor;
     if (textured) kept.tint_texture.image = 0;
     V3f tinted = albedo * factor;
-    for (int c = 0; c < 3 && textured; ++c)
-      tinted[c] *= half_of(srgb_to_linear(static_cast<float>(bytes[c]) / 255));
+    for (int c = 0; c < 3 && textured; ++c) tinted[c] *= srgb_to_linear(static_cast<float>(bytes[c]) / 255);
     const test::Setting plain = curtain(test::lambert_fabric(2, tinted), {});
     for (const RenderPath path : paths) {
       const V4f seen = middle_of(setting, path);
       const V4f wanted = middle_of(plain, path);
       CHECK(wanted.y > 0.05F);
-      for (int c = 0; c < 4; ++c) CHECK(seen[c] == doctest::Approx(wanted[c]).epsilon(1e-5));
+      for (int c = 0; c < 4; ++c)
+        CHECK(seen[c] == doctest::Approx(wanted[c]).epsilon(textured ? 1e-3 : 1e-5));
     }
   }
 }
@@ -212,13 +208,13 @@ TEST_CASE("hybrid and shader agree on cloth with mask, normals, tint, occlusion 
 
 TEST_CASE("the shadow of a masked square ends where its mask does") {
   // A lamp from the left casts the shadow of the square's left half on a wall behind it.
-  const SceneImage half = picture(64, [](int x, int) { return std::array{0, 0, 0, x < 32 ? 255 : 0}; });
+  const SceneImage left_half = picture(64, [](int x, int) { return std::array{0, 0, 0, x < 32 ? 255 : 0}; });
   test::Setting setting;
   SceneMaterial material = test::material(0);
   test::add(setting.scene, test::square(1), material);
   test::add(setting.scene, test::square(4, -1), test::material(1));
   for (V3f& p : setting.scene.primitives[1].positions) p = V3f(4 * p.x, 4 * p.y, p.z);
-  setting.scene.images = {half};
+  setting.scene.images = {left_half};
   setting.scene.fabrics.resize(2);
   setting.fabrics = {test::lambert_fabric(2, V3f(0.5F)), test::lambert_fabric(2, V3f(0.5F))};
   setting.options.width = setting.options.height = 128;
