@@ -159,8 +159,8 @@ Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& 
 
 std::string picture_name(const Scene& scene, const SceneMaterial& material) {
   const int picture = material.base_color_texture.image;
-  const std::string& name = scene.images[picture].name;
-  return name.empty() ? fmt::format("#{}", picture) : std::filesystem::path(name).filename().string();
+  const std::string& given = scene.images[picture].name;
+  return given.empty() ? fmt::format("#{}", picture) : std::filesystem::path(given).filename().string();
 }
 
 bool is_print(const Scene& scene, int material) {
