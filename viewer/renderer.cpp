@@ -31,6 +31,7 @@ struct Renderer::State {
   RenderPath kind = RenderPath::hybrid;
   FrameSize size;
   std::string file;  ///< of the scene
+  std::uint64_t scene_memory = 0;
   PreparedScene scene;
   std::vector<std::string> remarks;
   std::unique_ptr<GraphicsContext> context;  ///< destroyed after all objects that it owns
@@ -113,6 +114,8 @@ struct Renderer::State {
   Result<ShadowPass*> draw_shadows(const DrawOptions& options) {
     if (options.shadows == 0) return nullptr;
     if (!shadows) {
+      if (!textures->leave(ShadowPass::mask_bytes(scene.materials)))
+        return tl::unexpected(beyond_memory(file, "", "the masks that cast shadows", scene_memory));
       auto made = ShadowPass::create(gl, scene.mesh, scene.materials);
       if (!made) return tl::unexpected(made.error());
       shadows = std::move(*made);
@@ -152,6 +155,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
   State& s = *state;
   s.kind = options.path;
   s.file = scene.file;
+  s.scene_memory = scene.memory_left;
   s.size = options;
   // Coordinates relative to the scene's centre keep their precision in float.
   Imath::Box3d bounds;

@@ -2,12 +2,14 @@
 #include "converter/dress/dress.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/uv_report.h"
+#include "converter/stitch/parameters.h"
 
 namespace selvedge {
 namespace {
@@ -27,7 +29,17 @@ void declare(Options& options, DressCommand& command) {
   options.output(command.output, "The dressed garment (.gltf .glb)", ".glb", {".gltf", ".glb"}).required();
   DressOptions& dress = command.dress;
   options.list("--material", dress.materials, "NAME", "Name of a material, or #index; may be repeated");
-  options.flag("--all", dress.all, "Every material");
+  options.flag("--all", dress.all, "Every material but what calls itself a button, a zip, skin and the like");
+  options.list("--except", dress.except, "NAME", "A material that stays as it is; may be repeated");
+  static constexpr std::array<std::string_view, 1> parts{"base-colour"};
+  options.choice("--keep", parts, "The base colour tints the fabric, as a print",
+                 [&dress](std::size_t) { dress.keep.base_color = true; });
+  options.text("--tint", "#RRGGBB", "Colour that tints the fabric, instead of that of the base colour",
+               [&dress](const std::string& text) {
+                 const std::optional<V3d> tint = linear_of(text);
+                 if (!tint) refuse("--tint", "must be of the form #rrggbb");
+                 dress.keep.tint = V3f(*tint);
+               });
   options.vector("--repeats", dress.repeats, "U,V",
                  "Repeats per unit of the texture coordinates, instead of the physical size");
   options.vector("--mm-per-repeat", dress.mm_per_repeat, "W,H",
@@ -56,6 +68,7 @@ void declare(Options& options, DressCommand& command) {
       .ends_in({".usda"});
   add_limits(options, dress.limits);
   options.check([&options, &dress] {
+    dress.keep.memory = dress.limits.document.memory;
     if (dress.materials.empty() && !dress.all) refuse("dress", "--material or --all is required");
     options.refuse_if(options.piped_output() != nullptr, "has no place beside standard output",
                       {"--external"});
@@ -74,10 +87,14 @@ Result<int> run(const DressCommand& command) {
     entry.update({{"index", m.index},
                   {"name", m.name},
                   {"primitives", m.primitives},
-                  {"repeats", {m.repeats.x, m.repeats.y}}});
+                  {"repeats", {m.repeats.x, m.repeats.y}},
+                  {"kept", m.kept},
+                  {"replaced", m.replaced}});
     materials.push_back(entry);
     text += fmt::format("#{} {}: {} primitives, {:.5g} x {:.5g} repeats; {}\n", m.index, m.name, m.primitives,
                         m.repeats.x, m.repeats.y, uv_text(m.size));
+    if (!m.kept.empty()) text += fmt::format("   keeps {}\n", fmt::join(m.kept, ", "));
+    for (const std::string& what : m.replaced) text += fmt::format("   replaces {}\n", what);
   }
   text += fmt::format("fabric {}, tangents added to {} primitives -> {} ({} bytes)\n",
                       dressed.embedded ? "embedded" : "beside", dressed.tangents_added, command.output,

@@ -65,15 +65,17 @@ class DressedCheck {
  private:
   void check_color(const SceneMaterial& material, const FabricFacts& fabric, const std::string& place) {
     const int index = material.base_color_texture.image;
-    if (index < 0) return;
+    // What tints it is beyond the fabric's mean.
+    if (index < 0 || material.kept.tint_texture.image >= 0) return;
     const auto [mean, fresh] = means_.try_emplace(index);
     if (fresh) mean->second = mean_of(scene_.images[index]);
     if (!mean->second) return;
     const V4f& factor = material.base_color;
     const V3f shown = *mean->second * V3f(factor.x, factor.y, factor.z);
+    V3f albedo = fabric.albedo * material.kept.tint;
+    for (int c = 0; c < 3; ++c) albedo[c] = std::min(albedo[c], 1.0F);
     for (int c = 0; c < 3; ++c) {
-      if (std::abs(shown[c] - fabric.albedo[c]) <= color_tolerance) continue;
-      const V3f& albedo = fabric.albedo;
+      if (std::abs(shown[c] - albedo[c]) <= color_tolerance) continue;
       issues_.push_back(
           {Code::gltf_fallback, scene_.file, place + "/pbrMetallicRoughness/baseColorTexture",
            fmt::format("its mean colour is {:.3f} {:.3f} {:.3f}, the fabric's {:.3f} {:.3f} {:.3f}", shown.x,

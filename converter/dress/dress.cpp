@@ -1,20 +1,20 @@
 #include "converter/dress/dress.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
 #include <set>
 
 #include "converter/dress/add_tangents.h"
+#include "converter/dress/choose_materials.h"
 #include "converter/dress/extras_mirror.h"
 #include "converter/dress/fabric_source.h"
 #include "converter/dress/fallback.h"
 #include "converter/dress/fallback_material.h"
+#include "converter/dress/garment_parts.h"
 #include "converter/dress/usd.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
@@ -26,64 +26,13 @@
 #include "format/gltf/material_uses.h"
 #include "format/gltf/names.h"
 #include "format/gltf/read_scene.h"
+#include "format/gltf/unused_pictures.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {
 
 std::string name_of(const Json& material) { return string_of(member(material, "name")); }
-
-/// Triangles without a material get a new one.
-void add_missing_material(GltfDocument& document) {
-  const Uses uses = uses_of(document.json);
-  const auto bare = uses.find(-1);
-  if (bare == uses.end()) return;
-  const auto primitive_at = [&](const Place& place) -> Json& {
-    return document.json["meshes"][place.first]["primitives"][place.second];
-  };
-  std::vector<Place> places(bare->second.begin(), bare->second.end());
-  std::erase_if(places, [&](const Place& place) {
-    return !member(primitive_at(place), "material").is_null();  // present, but not an index
-  });
-  if (places.empty()) return;
-  document.json["materials"].push_back(Json{{"name", "fabric"}});
-  for (const Place& place : places) primitive_at(place)["material"] = document.json["materials"].size() - 1;
-}
-
-Result<std::vector<int>> choose(GltfDocument& document, const DressOptions& options) {
-  if (options.all) add_missing_material(document);
-  const Json& materials = member(document.json, "materials");
-  const int count = materials.is_array() ? static_cast<int>(materials.size()) : 0;
-  std::set<int> chosen;
-  for (int i = 0; options.all && i < count; ++i) chosen.insert(i);
-  for (const std::string& selector : options.materials) {
-    int number = -1;
-    if (selector.starts_with('#')) {
-      const char* end = selector.data() + selector.size();
-      if (std::from_chars(selector.data() + 1, end, number).ptr != end) number = -1;
-    }
-    bool found = number >= 0 && number < count;
-    if (found) chosen.insert(number);
-    for (int i = 0; i < count; ++i) {
-      if (name_of(materials[i]) != selector) continue;
-      chosen.insert(i);
-      found = true;
-    }
-    if (found) continue;
-    std::vector<std::string> names;
-    for (int i = 0; i < count; ++i) {
-      names.push_back(fmt::format("#{} \"{}\"", i, name_of(materials[i])));
-    }
-    return fail(Code::material_missing, document.file, "/materials",
-                fmt::format("no material \"{}\"; there are: {}", selector,
-                            names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
-  }
-  if (chosen.empty()) {
-    return fail(Code::material_missing, document.file, "/materials",
-                options.all ? "there are no triangles to dress" : "no material is named");
-  }
-  return std::vector<int>(chosen.begin(), chosen.end());
-}
 
 class Dresser {
  public:
@@ -92,7 +41,10 @@ class Dresser {
 
   DressReport dress(const FabricSource& source, const std::string& digest) {
     digest_ = digest;
-    const std::vector<int> chosen = must(choose(document_, options_));
+    const ChosenMaterials chosen =
+        must(choose_materials(document_, {options_.materials, options_.all, options_.except}));
+    report_.warnings = chosen.left_alone;
+    std::set<int> textures = textures_in_use(document_.json);
     const Scene scene = must(read_scene(document_, options_.limits));
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
     report_.bounds = bounds_of(scene);
@@ -101,7 +53,7 @@ class Dresser {
     uses_ = uses_of(document_.json);
     const int index = must(add_fabric(document_, source));
     std::optional<Error> left_out;
-    for (const int material : chosen) {
+    for (const int material : chosen.materials) {
       try {
         must(dress(material, index, scene));
       } catch (const Failure& failure) {
@@ -115,6 +67,14 @@ class Dresser {
     if (report_.materials.empty()) {
       throw Failure{left_out.value_or(
           Error{Code::garment_empty, document_.file, "/materials", "the materials are on no triangles"})};
+    }
+    if (textures_) {
+      textures.insert(textures_->base_color);
+      if (textures_->normal >= 0) textures.insert(textures_->normal);
+    }
+    if (const std::string unknown = drop_unused_pictures(document_, textures); !unknown.empty()) {
+      report_.warnings.push_back(
+          fmt::format("pictures that nothing uses any more stay in the file: {} may refer to them", unknown));
     }
     report_.embedded = source.uri.empty();
     return std::move(report_);
@@ -155,6 +115,15 @@ class Dresser {
     warn_of_uvs(where, size);
     FabricReference reference{fabric, options_.tex_coord, {}};
     reference.transform = {options_.offset, options_.rotation * std::numbers::pi / 180, dressed.repeats};
+    KeptParts parts = must(keep_parts(document_, material, scene, options_.keep));
+    if (!options_.keep.base_color && is_print(scene, material) && !scene.materials[material].fabric) {
+      parts.warnings.push_back(
+          fmt::format("the picture \"{}\" of its base colour is a print: --keep base-colour shows it",
+                      picture_name(scene, scene.materials[material])));
+    }
+    for (const std::string& warning : parts.warnings) report_.warnings.push_back(where + ": " + warning);
+    dressed.kept = std::move(parts.kept);
+    if (options_.fallback) dressed.replaced = std::move(parts.replaced);
     set_fabric_reference(document_, material, reference);
     if (options_.fallback) write_fallback(material, reference, places);
     complete_mirror(document_, material, digest_);
@@ -179,12 +148,14 @@ class Dresser {
     const Json& set = member(normal, names::gltf::tex_coord);
     const bool stale = (set.is_number_integer() ? set.get<int>() : 0) != options_.tex_coord;
     set_fallback(document_, material, *textures_, reference);
-    if (textures_->normal < 0) return;
+    if (textures_->normal < 0 || keeps(names::gltf::normal_texture, material)) return;
     for (const auto& [mesh, primitive] : places) {
       if (stale) drop_tangents(document_, mesh, primitive);
       if (must(add_tangents(document_, mesh, primitive, options_.tex_coord))) ++report_.tangents_added;
     }
   }
+
+  bool keeps(const char* part, int material) const { return part_of(document_, material, part).is_object(); }
 
   GltfDocument& document_;
   const Fabric& fabric_;

@@ -6,16 +6,18 @@
 //
 // By default the core material becomes a fallback for viewers that do not know the extension (fallback.h):
 // base colour and normal textures with the same transform and UV set, roughness 1, metallic 0, sheen, alpha
-// mode. The fallback replaces the old base colour, metallic-roughness and normal textures, and every
-// KHR_materials_* lobe but KHR_materials_emissive_strength. Emission, occlusion, doubleSided, extras and
-// other extensions stay, as do unreferenced textures, which other extensions may use. Primitives without
-// TANGENT get it for the normal texture.
+// mode. The fallback replaces the old base colour and metallic-roughness, and every KHR_materials_* lobe but
+// KHR_materials_emissive_strength. The garment's mask and normal texture, and where it is asked for its base
+// colour, become members of the extension (garment_parts.h), which the fallback shows as far as it can.
+// Emission, occlusion, doubleSided, extras and other extensions stay. Pictures that nothing uses any more
+// leave the file. Primitives without TANGENT get it for the normal texture of the fabric.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "converter/dress/garment_parts.h"
 #include "converter/dress/uv_scale.h"
 #include "format/base/vec.h"
 #include "format/fabric/fabric.h"
@@ -24,11 +26,13 @@
 namespace selvedge {
 
 struct DressOptions {
-  std::vector<std::string> materials = {};  ///< names (every material of that name) or "#index"
-  bool all = false;                         ///< every material; triangles without one get a material "fabric"
-  std::optional<V2d> repeats = {};          ///< per unit of the raw UVs, instead of the physical size
-  std::optional<V2d> mm_per_repeat = {};    ///< instead of the fabric's own
-  double scale = 1;                         ///< of the cloth: 2 shows stitches of twice the size
+  std::vector<std::string> materials = {};  ///< these three as in MaterialChoice
+  bool all = false;
+  std::vector<std::string> except = {};
+  KeepOptions keep = {};
+  std::optional<V2d> repeats = {};        ///< per unit of the raw UVs, instead of the physical size
+  std::optional<V2d> mm_per_repeat = {};  ///< instead of the fabric's own
+  double scale = 1;                       ///< of the cloth: 2 shows stitches of twice the size
   double rotation =
       0;             ///< degrees, counter-clockwise on the cloth's face; by right angles unless it is square
   V2d offset{0, 0};  ///< in repeats
@@ -47,6 +51,8 @@ struct DressedMaterial {
   int primitives = 0;  ///< in the scene with this material (or with it in a variant)
   V2d repeats{0, 0};   ///< the scale that was written
   UvSize size;
+  std::vector<std::string> kept;  ///< of the garment's material
+  std::vector<std::string> replaced;
 };
 
 struct DressReport {

@@ -42,9 +42,35 @@ void complete_mirror(GltfDocument& document, int material, const std::string& di
   if (member(member(json, "extras"), fabric_extension).is_null()) return;
   Json& mirror = json["extras"][fabric_extension];
   mirror[digest] = digest_of_file;
+  for (const char* part : {mask_cutoff, tint_factor}) {
+    if (const Json& value = part_of(document, material, part); !value.is_null()) mirror[part] = value;
+  }
+  for (const char* part : {mask_texture, normal_texture, tint_texture}) {
+    if (part_of(document, material, part).is_object()) mirror[kept].push_back(part);
+  }
   if (base && same(*base, placement_of(mirror))) return;
   mirror[base_color_texture] = base ? texture_info(0, base->tex_coord, base->transform) : Json();
   if (base) mirror[base_color_texture].erase(index);
+}
+
+std::vector<std::string> restore_parts(GltfDocument& document, int material, const Mirror& mirror) {
+  Json& json = document.json["materials"][material];
+  Json& extension = json["extensions"][fabric_extension];
+  std::vector<std::string> gone;
+  for (const auto& [part, value] : mirror.parts.items()) {
+    if (part != kept) extension[part] = value;
+  }
+  for (const Json& name_of_part : array_of(mirror.parts, kept)) {
+    const std::string part = string_of(name_of_part);
+    const Json info = part == normal_texture
+                          ? member(json, normal_texture)
+                          : member(member(json, "pbrMetallicRoughness"), base_color_texture);
+    if (info.is_object())
+      extension[part] = info;
+    else
+      gone.push_back(part);
+  }
+  return gone;
 }
 
 Result<std::optional<Mirror>> read_mirror(const GltfDocument& document, int material) {
@@ -67,6 +93,15 @@ Result<std::optional<Mirror>> read_mirror(const GltfDocument& document, int mate
     return fail(Code::gltf_extension, document.file, place, "names no fabric");
   }
   mirror.fabric = placement_of(stored);
+  mirror.parts = Json::object();
+  for (const char* part : {mask_cutoff, tint_factor}) {
+    if (stored.contains(part)) mirror.parts[part] = stored[part];
+  }
+  for (const Json& part : array_of(stored, kept)) {
+    for (const char* known : {mask_texture, normal_texture, tint_texture}) {
+      if (part == known) mirror.parts[kept].push_back(known);
+    }
+  }
   if (!stored.contains(base_color_texture)) {
     mirror.base_color = mirror.fabric;
   } else if (stored[base_color_texture].is_object()) {

@@ -23,15 +23,20 @@ struct Mirror {
   std::string name;    ///< of the fabric's entry; may be empty
   std::string uri;     ///< relative to the glTF; empty if the fabric was embedded
   std::string digest;  ///< see digest_of_fabric; empty if unknown
+  Json parts;          ///< an object: `maskCutoff`, `tintFactor` and `kept`, as far as there are such
 };
 
-/// Completes the mirror that set_fabric_reference wrote: adds the fabric's digest, and the placement of the
-/// base colour texture if it differs from the fabric's. Precondition: the core material is complete. Extras
-/// that are not an object have no mirror and stay as they are.
+/// Completes the mirror that set_fabric_reference wrote: adds the fabric's digest, what of the garment the
+/// extension has, and the placement of the base colour texture if it differs from the fabric's. Precondition:
+/// the core material is complete. Extras that are not an object have no mirror and stay as they are.
 void complete_mirror(GltfDocument& document, int material, const std::string& digest);
 
 /// The material's mirror, or nothing. GLTF_EXTENSION if it is malformed.
 Result<std::optional<Mirror>> read_mirror(const GltfDocument& document, int material);
+
+/// Writes what of the garment the mirror remembers to the material's extension, textures from the core
+/// material. Returns the names of those that are gone.
+std::vector<std::string> restore_parts(GltfDocument& document, int material, const Mirror& mirror);
 
 /// The placement of the material's base colour texture, if it has one.
 std::optional<Placement> base_color_placement(const GltfDocument& document, int material);

@@ -4,8 +4,12 @@
 
 #include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
+#include "format/gltf/names.h"
 
 namespace selvedge {
+
+using namespace names::gltf;
+
 namespace {
 
 constexpr const char* sheen = "KHR_materials_sheen";
@@ -85,6 +89,7 @@ Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fal
         document.json, "textures",
         Json{{"sampler", sampler}, {"source", find_or_add_image(document, *normal, "fabric normals")}});
   }
+  textures.mean = mean_color(fallback.base_color);
   textures.holes = fallback.holes;
   textures.sheen_color = fallback.sheen_color;
   textures.sheen_roughness = fallback.sheen_roughness;
@@ -95,24 +100,39 @@ Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fal
 
 void set_fallback(GltfDocument& document, int material, const FallbackTextures& textures,
                   const FabricReference& reference) {
+  const auto part = [&](const char* name) -> const Json& { return part_of(document, material, name); };
   Json& json = document.json["materials"][material];
   drop_lobes(document, json);
   Json& core = json["pbrMetallicRoughness"];
   for (const char* key : {"baseColorFactor", "metallicRoughnessTexture"}) {
     if (core.contains(key)) core.erase(key);
   }
-  core["baseColorTexture"] = texture_info(textures.base_color, reference.tex_coord, reference.transform);
+  V3f tint(1, 1, 1);
+  for (std::size_t c = 0; c < 3 && part(tint_factor).is_array() && c < part(tint_factor).size(); ++c)
+    tint[static_cast<int>(c)] = static_cast<float>(number_of(part(tint_factor)[c], 1));
+  const bool masked = part(mask_texture).is_object();
+  const Json& own = part(tint_texture).is_object() ? part(tint_texture) : part(mask_texture);
+  const V3f factor = own.is_object() ? textures.mean * tint : tint;
+  if (factor != V3f(1, 1, 1)) {
+    const auto most_one = [](float x) { return std::min(x, 1.0F); };
+    core["baseColorFactor"] = {most_one(factor.x), most_one(factor.y), most_one(factor.z), 1};
+  }
+  core["baseColorTexture"] =
+      own.is_object() ? own : texture_info(textures.base_color, reference.tex_coord, reference.transform);
   core["metallicFactor"] = 0;
   core["roughnessFactor"] = 1;
   for (const char* key : {"normalTexture", "alphaMode", "alphaCutoff"}) {
     if (json.contains(key)) json.erase(key);
   }
-  if (textures.normal >= 0) {
+  if (part(normal_texture).is_object()) {
+    json["normalTexture"] = part(normal_texture);
+  } else if (textures.normal >= 0) {
     json["normalTexture"] = texture_info(textures.normal, reference.tex_coord, reference.transform);
   }
-  if (textures.holes) {
+  if (textures.holes || masked) {
     json["alphaMode"] = "MASK";
-    json["alphaCutoff"] = 0.5;
+    // The alpha of a tint is none of the cloth's.
+    json["alphaCutoff"] = masked ? number_of(part(mask_cutoff), 0.5) : own.is_object() ? 0.0 : 0.5;
   }
   json["extensions"][specular] = {{"specularFactor", 0}};
   use_extension(document.json, specular);
@@ -123,10 +143,11 @@ void set_fallback(GltfDocument& document, int material, const FallbackTextures& 
         {"diffuseTransmissionColorFactor", {through.x, through.y, through.z}}};
     use_extension(document.json, transmission);
   }
-  const V3f& color = textures.sheen_color;
+  const V3f color = textures.sheen_color * tint;
   if (color == V3f(0, 0, 0)) return;
-  json["extensions"][sheen] = {{"sheenColorFactor", {color.x, color.y, color.z}},
-                               {"sheenRoughnessFactor", textures.sheen_roughness}};
+  json["extensions"][sheen] = {
+      {"sheenColorFactor", {std::min(color.x, 1.0F), std::min(color.y, 1.0F), std::min(color.z, 1.0F)}},
+      {"sheenRoughnessFactor", textures.sheen_roughness}};
   use_extension(document.json, sheen);
 }
 

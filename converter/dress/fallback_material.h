@@ -10,7 +10,8 @@ namespace selvedge {
 /// Textures in the document, and the factors beside them.
 struct FallbackTextures {
   int base_color = -1;
-  int normal = -1;  ///< -1: the fabric has no normals
+  V3f mean{1, 1, 1};  ///< colour of the base colour texture
+  int normal = -1;    ///< -1: the fabric has no normals
   bool holes = false;
   V3f sheen_color{0, 0, 0};
   float sheen_roughness = 0;
@@ -22,8 +23,10 @@ struct FallbackTextures {
 /// textures in the document (after dressing twice) are reused.
 Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fallback& fallback);
 
-/// Rewrites the core part of the material (dress.h says which members stay). All textures get the reference's
-/// UV set and transform.
+/// Rewrites the core part of the material (dress.h says which members stay). The fabric's textures get the
+/// reference's UV set and transform. Where the extension has a tint texture or a mask, that is the base
+/// colour texture, times the fabric's mean colour; its normal texture is that of the fallback; its tint is a
+/// factor.
 void set_fallback(GltfDocument& document, int material, const FallbackTextures& textures,
                   const FabricReference& reference);
 

@@ -169,6 +169,8 @@ class Restorer {
       must(check_uvs(document_, places->second, placement->tex_coord));
     }
     set_fabric_reference(document_, lost.material, {fabric, placement->tex_coord, placement->transform});
+    for (const std::string& part : restore_parts(document_, lost.material, lost.mirror))
+      report_.warnings.push_back(fmt::format("{}: its {} is gone from the core material", label, part));
     complete_mirror(document_, lost.material, lost.entry >= 0 ? lost.mirror.digest : digests_.at(lost.file));
     report_.materials.push_back({lost.material, name, lost.entry >= 0 ? lost.mirror.name : lost.file,
                                  placement->tex_coord, placement->transform});

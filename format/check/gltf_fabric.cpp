@@ -158,37 +158,82 @@ class FabricCheck {
     }
     const std::optional<FabricReference>& reference = scene_.materials[number].fabric;
     if (!reference) return;
-    check_primitives(material, number, reference->tex_coord);
+    check_parts(material["extensions"][fabric_extension], number, place);
+    if (!uses_.contains(number)) issues_.add(Code::gltf_advice, place, "is on no triangles");
+    check_coordinates(number, reference->tex_coord, "the fabric");
+    each_without("NORMAL", number, [&](const std::string& where) {
+      issues_.add(Code::gltf_advice, where, "no NORMAL: the fabric is seen on flat triangles");
+    });
     if (member(material, "doubleSided") != true) {
       issues_.add(Code::gltf_advice, place + "/doubleSided", "is not true: the cloth's back is not drawn");
     }
     check_fallback(material, place, *reference);
+    // Tangents of a normal texture that was baked from the fabric; garments rarely bring those of their own.
+    if (material.contains(normal_texture) && !own(material, normal_texture).is_object()) {
+      each_without("TANGENT", number, [&](const std::string& where) {
+        issues_.add(Code::gltf_advice, where,
+                    "no TANGENT for the fallback's normalTexture: viewers make their own");
+      });
+    }
     check_mirror(material, place, *reference);
     if (const Entry& facts = entries_[reference->fabric]) check_alpha(material, place, facts->holes);
   }
 
-  void check_primitives(const Json& material, int number, int set) {
+  /// Calls missing(place) for the primitives of a material without an attribute.
+  template <class F>
+  void each_without(const std::string& attribute, int number, const F& missing) {
     const auto uses = uses_.find(number);
-    if (uses == uses_.end()) {
-      return issues_.add(Code::gltf_advice, fmt::format("/materials/{}", number), "is on no triangles");
-    }
-    const std::string semantic = fmt::format("TEXCOORD_{}", set);
+    if (uses == uses_.end()) return;
     for (const auto& [m, p] : uses->second) {
       const Json& attributes = member(root_["meshes"][m]["primitives"][p], "attributes");
-      const std::string place = fmt::format("/meshes/{}/primitives/{}/attributes", m, p);
-      const auto has = [&](const char* attribute) { return !member(attributes, attribute).is_null(); };
-      if (!has(semantic.c_str())) {
-        issues_.add(Code::garment_no_uvs, place,
-                    fmt::format("no {} for the fabric of material {}", semantic, number));
-      }
-      if (!has("NORMAL")) {
-        issues_.add(Code::gltf_advice, place, "no NORMAL: the fabric is seen on flat triangles");
-      }
-      if (material.contains("normalTexture") && !has("TANGENT")) {
-        issues_.add(Code::gltf_advice, place,
-                    "no TANGENT for the fallback's normalTexture: viewers make their own");
-      }
+      if (member(attributes, attribute.c_str()).is_null())
+        missing(fmt::format("/meshes/{}/primitives/{}/attributes", m, p));
     }
+  }
+
+  void check_coordinates(int number, int set, const char* user) {
+    const std::string semantic = fmt::format("TEXCOORD_{}", set);
+    each_without(semantic, number, [&](const std::string& place) {
+      issues_.add(Code::garment_no_uvs, place,
+                  fmt::format("no {} for {} of material {}", semantic, user, number));
+    });
+  }
+
+  /// What the garment brings: its textures, mask and tint.
+  void check_parts(const Json& extension, int number, const std::string& place) {
+    const std::string within = fmt::format("{}/extensions/{}/", place, fabric_extension);
+    for (const char* part : {mask_texture, normal_texture, tint_texture}) {
+      const Json& info = member(extension, part);
+      if (info.is_null()) continue;
+      if (entry_of(document_, "textures", index_of(member(info, index))).is_null()) {
+        wrong(within + part, "is no texture of the file");
+        continue;
+      }
+      int set = std::max(0, index_of(member(info, tex_coord)));
+      read_uv_transform(info, set);
+      check_coordinates(number, set, "the garment's textures");
+    }
+    const Json& cutoff = member(extension, mask_cutoff);
+    if (!cutoff.is_null() && !(number_of(cutoff, -1) >= 0))
+      wrong(within + mask_cutoff, "is no number from 0 on");
+    const Json& tint = member(extension, tint_factor);
+    const bool in_range =
+        tint.is_array() && tint.size() == 3 && std::all_of(tint.begin(), tint.end(), [](const Json& c) {
+          const double value = number_of(c, -1);
+          return value >= 0 && value <= max_tint;
+        });
+    if (!tint.is_null() && !in_range)
+      wrong(within + tint_factor, fmt::format("has not three numbers from 0 to {}", max_tint));
+  }
+
+  static const Json& own(const Json& material, const char* part) {
+    return member(material["extensions"][fabric_extension], part);
+  }
+
+  /// The picture of the garment that is the fallback's base colour; null if that is the fabric's.
+  static const Json& own_base(const Json& material) {
+    const Json& tint = own(material, tint_texture);
+    return tint.is_null() ? own(material, mask_texture) : tint;
   }
 
   void check_fallback(const Json& material, const std::string& place, const FabricReference& reference) {
@@ -205,24 +250,34 @@ class FabricCheck {
     for_each_texture(material, place, [&](const Json& info, const std::string& where) {
       // These two are drawn beside the fabric; they do not belong to the fallback.
       if (where == place + "/emissiveTexture" || where == place + "/occlusionTexture") return;
-      check_layout(info, where, reference);
+      const Json& of_garment = where == place + "/pbrMetallicRoughness/baseColorTexture" ? own_base(material)
+                               : where == place + "/normalTexture" ? own(material, normal_texture)
+                                                                   : Json();
+      if (of_garment.is_object()) {
+        int set = std::max(0, index_of(member(of_garment, tex_coord)));
+        const UvTransform transform = read_uv_transform(of_garment, set);
+        check_layout(info, where, "the extension's texture", set, transform);
+        if (member(info, index) != member(of_garment, index))
+          issues_.add(Code::gltf_fallback, where, "is another texture than that of the extension");
+        return;
+      }
+      check_layout(info, where, "the fabric", reference.tex_coord, reference.transform);
       check_wrap(info, where);
     });
   }
 
-  void check_layout(const Json& info, const std::string& place, const FabricReference& reference) {
+  void check_layout(const Json& info, const std::string& place, const char* other, int other_set,
+                    const UvTransform& wanted) {
     int set = std::max(0, index_of(member(info, tex_coord)));
     const UvTransform transform = read_uv_transform(info, set);
-    if (set != reference.tex_coord) {
+    if (set != other_set) {
       issues_.add(Code::gltf_transform, place,
-                  fmt::format("is on UV set {}, the fabric on {}", set, reference.tex_coord));
+                  fmt::format("is on UV set {}, {} on {}", set, other, other_set));
     }
-    if (!close(transform, reference.transform)) {
-      issues_.add(
-          Code::gltf_transform, place,
-          fmt::format("has a scale of {} x {}, the fabric one of {} x {}, or another offset or rotation",
-                      transform.scale.x, transform.scale.y, reference.transform.scale.x,
-                      reference.transform.scale.y));
+    if (!close(transform, wanted)) {
+      issues_.add(Code::gltf_transform, place,
+                  fmt::format("has a scale of {} x {}, {} one of {} x {}, or another offset or rotation",
+                              transform.scale.x, transform.scale.y, other, wanted.scale.x, wanted.scale.y));
     }
   }
 
@@ -276,10 +331,16 @@ class FabricCheck {
       issues_.add(Code::gltf_fallback, where,
                   "is BLEND: other viewers draw layers of cloth in a wrong order");
     }
+    const bool masked = own(material, mask_texture).is_object();
+    if (masked && mode != "MASK")
+      issues_.add(Code::gltf_fallback, where,
+                  "is not MASK: other viewers do not show the outline of the garment");
     const double cutoff = number_of(member(material, "alphaCutoff"), 0.5);
-    if (mode == "MASK" && cutoff != 0.5) {
+    const double wanted = masked ? number_of(own(material, mask_cutoff), 0.5) : 0.5;
+    const bool any = !masked && own_base(material).is_object();
+    if (mode == "MASK" && !any && !close(cutoff, wanted)) {
       issues_.add(Code::gltf_fallback, place + "/alphaCutoff",
-                  fmt::format("is {}: the fallback's holes are drawn for 0.5", cutoff));
+                  fmt::format("is {}: the fallback's holes are drawn for {}", cutoff, wanted));
     }
   }
 

@@ -42,6 +42,11 @@ UvTransform read_uv_transform(const Json& texture_info, int& set) {
   return transform;
 }
 
+const Json& part_of(const GltfDocument& document, int material, const char* part) {
+  const Json& json = entry_of(document, "materials", material);
+  return member(member(member(json, "extensions"), fabric_extension), part);
+}
+
 std::optional<TransformFault> range_fault_of(const UvTransform& transform) {
   using Limits = std::numeric_limits<float>;
   const auto largest = [](const V2d& pair) { return std::max(std::abs(pair.x), std::abs(pair.y)); };

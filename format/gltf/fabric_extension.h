@@ -37,6 +37,12 @@ Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument&
 /// overridden if the transform names one.
 UvTransform read_uv_transform(const Json& texture_info, int& tex_coord);
 
+/// Largest component of a tintFactor; cloth brighter than white is no cloth.
+inline constexpr double max_tint = 16;
+
+/// A member of the material's extension; null without it.
+const Json& part_of(const GltfDocument& document, int material, const char* name);
+
 /// The member of a transform that makes it unusable for a fabric, and the reason.
 struct TransformFault {
   const char* member;

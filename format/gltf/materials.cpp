@@ -66,12 +66,27 @@ class Reader {
                                             : AlphaMode::opaque;
     material.alpha_cutoff = float_of(member(json, "alphaCutoff"), 0.5);
     material.double_sided = member(json, "doubleSided") == true;
+    material.kept = read_kept(member(extensions, names::gltf::fabric_extension));
     return material;
   }
 
  private:
-  /// The texture that a member of the material, or of its pbrMetallicRoughness, refers to.
-  TextureReference read_texture(const Json& owner, const char* name, const char* within = "") {
+  GarmentParts read_kept(const Json& extension) {
+    using namespace names::gltf;
+    const std::string within = fmt::format("/extensions/{}", fabric_extension);
+    GarmentParts kept;
+    kept.mask = read_texture(extension, mask_texture, within);
+    kept.mask_cutoff = float_of(member(extension, mask_cutoff), 0.5);
+    kept.normal = read_texture(extension, normal_texture, within);
+    kept.normal_scale = float_of(member(member(extension, normal_texture), scale), 1);
+    read_factor(member(extension, tint_factor), kept.tint);
+    for (int c = 0; c < 3; ++c) kept.tint[c] = std::clamp(kept.tint[c], 0.0F, static_cast<float>(max_tint));
+    kept.tint_texture = read_texture(extension, tint_texture, within);
+    return kept;
+  }
+
+  /// The texture that a member of the material, or of an object in it, refers to.
+  TextureReference read_texture(const Json& owner, const char* name, const std::string& within = "") {
     const Json& info = member(owner, name);
     TextureReference texture;
     if (info.is_null()) return texture;

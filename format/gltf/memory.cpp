@@ -24,6 +24,9 @@ std::set<std::pair<int, bool>> drawn_pictures(const Scene& scene) {
     add(material.emissive_texture, true);
     // Drawn without a fabric, and compared with it by the checker.
     add(material.base_color_texture, true);
+    add(material.kept.mask, true);
+    add(material.kept.tint_texture, true);
+    add(material.kept.normal, false);
     if (material.fabric) continue;
     add(material.metallic_roughness_texture, false);
     add(material.normal_texture, false);

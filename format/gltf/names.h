@@ -6,6 +6,12 @@ namespace selvedge::names::gltf {
 inline constexpr const char* fabric_extension = "SELVEDGE_materials_fabric";
 inline constexpr const char* fabrics = "fabrics";  ///< root array of fabric files
 inline constexpr const char* fabric = "fabric";    ///< a material's reference, shaped like a textureInfo
+inline constexpr const char* mask_texture = "maskTexture";  ///< these, to tintTexture: beside `fabric`
+inline constexpr const char* mask_cutoff = "maskCutoff";
+inline constexpr const char* normal_texture = "normalTexture";  ///< core glTF's name, too
+inline constexpr const char* tint_factor = "tintFactor";
+inline constexpr const char* tint_texture = "tintTexture";
+inline constexpr const char* kept = "kept";  ///< in the mirror: names of these textures
 inline constexpr const char* name = "name";
 inline constexpr const char* mime_type = "mimeType";
 inline constexpr const char* uri = "uri";

@@ -43,6 +43,16 @@ struct FabricReference {
   UvTransform transform;
 };
 
+/// What of the garment shows beside its fabric: members of the extension.
+struct GarmentParts {
+  TextureReference mask;     ///< in alpha
+  float mask_cutoff = 0.5F;  ///< the surface is not there where the mask is less
+  TextureReference normal;   ///< linear, bends the fabric's frame
+  float normal_scale = 1;
+  V3f tint{1, 1, 1};  ///< linear factor on the fabric's reflectance, times the texture
+  TextureReference tint_texture;
+};
+
 enum class AlphaMode { opaque, mask, blend };
 
 /// glTF's core material and the fabric of the extension. Factors multiply the textures.
@@ -64,6 +74,7 @@ struct SceneMaterial {
   float alpha_cutoff = 0.5F;
   bool double_sided = false;
   std::optional<FabricReference> fabric;
+  GarmentParts kept;  ///< with a fabric
 };
 
 /// Triangles with one material, in the mesh's coordinates, or for a skinned mesh in the world's. Morph

@@ -5,6 +5,10 @@ import {
 
 const NAME = 'SELVEDGE_materials_fabric';
 const TRANSFORM = 'KHR_texture_transform';
+/** What the garment brings: textures, and numbers with their defaults. */
+const TEXTURES = ['maskTexture', 'normalTexture', 'tintTexture'];
+const NUMBERS = { maskCutoff: 0.5, normalScale: 1, tintFactor: [1, 1, 1] };
+const is_same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 
 /**
  * A fabric file: its bytes, or the URI where it is, or both.
@@ -49,7 +53,33 @@ export class FabricReference extends ExtensionProperty {
     return Object.assign(super.getDefaults(), {
       fabricTexture: null,
       fabricTextureInfo: new TextureInfo(this.graph, 'fabricTextureInfo'),
+      ...Object.fromEntries(TEXTURES.flatMap((name) => [
+        [name, null], [`${name}Info`, new TextureInfo(this.graph, `${name}Info`)],
+      ])),
+      ...NUMBERS,
     });
+  }
+
+  /** `name`: maskTexture, normalTexture or tintTexture. */
+  getTexture(name) {
+    return this.getRef(name);
+  }
+
+  setTexture(name, texture) {
+    return this.setRef(name, texture);
+  }
+
+  getTextureInfo(name) {
+    return this.getTexture(name) ? this.getRef(`${name}Info`) : null;
+  }
+
+  /** `name`: maskCutoff, normalScale or tintFactor. */
+  getNumber(name) {
+    return this.get(name);
+  }
+
+  setNumber(name, value) {
+    return this.set(name, value);
   }
 
   getFabric() {
@@ -98,6 +128,7 @@ export class MaterialsFabric extends Extension {
         this.document.getLogger().warn(`${NAME}: without ${TRANSFORM} the repeats of material ${index} are lost`);
       }
       context.textureInfos.set(info, def.fabric);
+      this.#readParts(context, def, reference);
       context.materials[index].setExtension(NAME, reference);
     });
     return this;
@@ -105,6 +136,17 @@ export class MaterialsFabric extends Extension {
 
   read() {
     return this;
+  }
+
+  #readParts(context, def, reference) {
+    for (const name of TEXTURES) {
+      if (def[name] === undefined) continue;
+      const { source } = context.jsonDoc.json.textures[def[name].index];
+      reference.setTexture(name, context.textures[source]);
+      context.setTextureInfo(reference.getTextureInfo(name), def[name]);
+    }
+    const numbers = { ...def, normalScale: def.normalTexture?.scale };
+    for (const [name, otherwise] of Object.entries(NUMBERS)) reference.setNumber(name, numbers[name] ?? otherwise);
   }
 
   #readFile(context, def) {
@@ -152,10 +194,25 @@ export class MaterialsFabric extends Extension {
       if (info.getTexCoord() !== 0) def.texCoord = info.getTexCoord();
       if (Object.keys(info.getExtras()).length > 0) def.extras = info.getExtras();
       const materialDef = context.jsonDoc.json.materials[context.materialIndexMap.get(material)];
-      const extension = { ...context.createPropertyDef(reference), fabric: def };
+      const extension = { ...context.createPropertyDef(reference), fabric: def, ...this.#partsOf(context, reference) };
       materialDef.extensions = { ...materialDef.extensions, [NAME]: extension };
       context.textureInfoDefMap.set(info, def);
     }
+  }
+
+  #partsOf(context, reference) {
+    const parts = {};
+    for (const name of TEXTURES) {
+      const texture = reference.getTexture(name);
+      if (texture) parts[name] = context.createTextureInfoDef(texture, reference.getTextureInfo(name));
+    }
+    for (const [name, otherwise] of Object.entries(NUMBERS)) {
+      const number = reference.getNumber(name);
+      if (is_same(number, otherwise)) continue;
+      if (name !== 'normalScale') parts[name] = number;
+      else if (parts.normalTexture) parts.normalTexture.scale = number;
+    }
+    return parts;
   }
 
   write(context) {
@@ -175,9 +232,10 @@ export class MaterialsFabric extends Extension {
 
   /** The mirror in extras follows the reference; what else it holds, such as the digest, stays. */
   #writeMirror(materialDef, fabrics) {
-    const { index, texCoord, extensions } = materialDef.extensions[NAME].fabric;
-    const { name, uri } = fabrics[index];
-    const mirror = { ...materialDef.extras?.[NAME], index, texCoord, extensions, name, uri };
+    const { fabric: { index, texCoord, extensions }, maskCutoff, tintFactor, ...others } = materialDef.extensions[NAME];
+    const { name, uri } = fabrics[index], textures = TEXTURES.filter((texture) => others[texture]);
+    const kept = textures.length > 0 ? textures : undefined;
+    const mirror = { ...materialDef.extras?.[NAME], index, texCoord, extensions, name, uri, maskCutoff, tintFactor, kept };
     const base = materialDef.pbrMetallicRoughness?.baseColorTexture;
     const place = base ? { texCoord: base.texCoord, extensions: base.extensions } : null;
     mirror.baseColorTexture = JSON.stringify(place) === JSON.stringify({ texCoord, extensions }) ? undefined : place;

@@ -24,6 +24,9 @@ const fabrics_of = (document) => document.getRoot().listMaterials().map((materia
   const transform = reference.getFabricInfo().getExtension('KHR_texture_transform');
   return {
     name: file.getName(), uri: file.getURI(), mimeType: file.getMimeType(), embedded: file.getImage() && Buffer.from(file.getImage()).equals(bytes),
+    kept: ['maskTexture', 'normalTexture', 'tintTexture'].map((name) => [
+      name, reference.getTexture(name)?.getImage()?.length, reference.getTextureInfo(name)?.getTexCoord()]),
+    numbers: ['maskCutoff', 'normalScale', 'tintFactor'].map((name) => reference.getNumber(name)),
     texCoord: reference.getFabricInfo().getTexCoord(), scale: transform.getScale(), offset: transform.getOffset(), rotation: transform.getRotation(),
   };
 });

@@ -11,9 +11,10 @@ const SQUARE = {
 /**
  * The text of a .gltf. `fabrics`: the uris of its fabrics; `references`: those of its materials, each on a surface of its
  * own, one beside the other; or, as `variants`, on the same one. A vertex has place, normal and both sets of coordinates.
+ * `parts`: further members of the extension, whose textures are `pictures`, URIs.
  */
 export function garment_of(
-  fabrics, { surface: { vertices, corners } = SQUARE, references = [{ index: 0 }], variants = false, material = {} } = {}) {
+  fabrics, { surface: { vertices, corners } = SQUARE, references = [{ index: 0 }], variants = false, material = {}, parts = {}, pictures = [] } = {}) {
   const arrays = [Float32Array.from(vertices.flat()), Uint16Array.from(corners)];
   const bytes = arrays.flatMap(({ buffer }) => [...new Uint8Array(buffer)]), begin = 40 * vertices.length;
   const text = bytes.map((byte) => String.fromCharCode(byte)).join('');
@@ -37,11 +38,12 @@ export function garment_of(
       { buffer: 0, byteLength: begin, byteStride: 40 }, { buffer: 0, byteOffset: begin, byteLength: bytes.length - begin },
     ],
     buffers: [{ byteLength: bytes.length, uri: `data:application/octet-stream;base64,${btoa(text)}` }],
-    extensionsUsed: [FABRIC, VARIANTS],
+    extensionsUsed: [FABRIC, VARIANTS, 'KHR_texture_transform'],
     extensions: {
       [FABRIC]: { fabrics: fabrics.map((uri) => ({ mimeType: 'image/x-exr', uri })) },
       [VARIANTS]: { variants: mappings.map((_, i) => ({ name: `variant ${i}` })) },
     },
-    materials: references.map((fabric) => ({ ...material, extensions: { [FABRIC]: { fabric } } })),
+    materials: references.map((fabric) => ({ ...material, extensions: { [FABRIC]: { fabric, ...parts } } })),
+    ...pictures.length > 0 && { images: pictures.map((uri) => ({ uri })), textures: pictures.map((_, source) => ({ source })) },
   });
 }

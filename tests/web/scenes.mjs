@@ -5,6 +5,8 @@
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { deflateSync } from 'node:zlib';
+import { crc } from '../../spec/conformance/generate/garment.mjs';
 import { channel_values, read_headers, read_level } from '../../viewer/web/reader/index.js';
 import { in_browser } from './browser.mjs';
 import { garment_of } from './garment.mjs';
@@ -32,6 +34,11 @@ VIEWS.inside = { ...CURTAIN, azimuth: 160, lights: BEHIND };
 VIEWS['inside, against the light'] = { ...CURTAIN, azimuth: 160, distance: 0.04 };
 for (const name of ['yarn', 'near', 'whole']) VIEWS[`${name}, environment`] = { ...VIEWS[name], environment: 'sky.hdr' };
 VIEWS['holes, environment'] = { ...VIEWS.holes, environment: 'sky.hdr' };
+// A mask, normals, a tint and occlusion of the garment's own.
+const PARTS = { ...SHEETS, file: 'parts.gltf', distance: 0.5, width: 80, height: 80 };
+VIEWS.parts = PARTS;
+VIEWS['parts, behind'] = { ...PARTS, azimuth: 160, lights: BEHIND };
+VIEWS['parts, environment'] = { ...PARTS, environment: 'sky.hdr' };
 VIEWS.sunny = { ...VIEWS.whole, azimuth: 200 };
 for (const name of ['near', 'whole', 'sunny']) VIEWS[`${name}, shaded`] = { ...VIEWS[name], environment: 'sky.hdr', shades: true };
 /** The environment is turned by so many degrees, and so many times as bright. */
@@ -97,6 +104,36 @@ function sheets(depths) {
 const see_through = { doubleSided: true, alphaMode: 'BLEND' };
 writeFileSync(path('sheets.gltf'), garment_of(['knit.fabric.exr'], { surface: sheets([0, -0.03, -0.06]), material: see_through }));
 writeFileSync(path('curtain.gltf'), garment_of(['both.fabric.exr'], { surface: sheets([0]), material: see_through }));
+
+/** A picture of 32 x 32 pixels as a data URI. */
+function picture_of(texel) {
+  const SIDE = 32, rows = [];
+  for (let y = 0; y < SIDE; ++y) rows.push(0, ...Array.from({ length: SIDE }, (_, x) => texel(x / SIDE, y / SIDE)).flat());
+  const chunk = (type, data) => {
+    const body = Buffer.concat([Buffer.from(type), data]), ends = Buffer.alloc(8);
+    ends.writeUInt32BE(data.length, 0);
+    ends.writeUInt32BE(crc(body), 4);
+    return Buffer.concat([ends.subarray(0, 4), body, ends.subarray(4)]);
+  };
+  const head = Buffer.from([0, 0, 0, SIDE, 0, 0, 0, SIDE, 8, 6, 0, 0, 0]), start = [0x89, 0x50, 0x4E, 0x47, 0x0D, 0x0A, 0x1A, 0x0A];
+  const png = [Buffer.from(start), chunk('IHDR', head), chunk('IDAT', deflateSync(Buffer.from(rows))), chunk('IEND', Buffer.alloc(0))];
+  return `data:image/png;base64,${Buffer.concat(png).toString('base64')}`;
+}
+const wave = (x, y, step) => Math.round(140 + 90 * Math.sin(2 * Math.PI * (x + step)) * Math.cos(2 * Math.PI * (y - step)));
+const laid = (index, rotation, scale) =>
+  ({ index, extensions: { KHR_texture_transform: { rotation, scale: [scale, scale] } } });
+writeFileSync(path('parts.gltf'), garment_of(['knit.fabric.exr'], {
+  surface: sheets([0, -0.03]),
+  material: { ...see_through, alphaMode: 'MASK', alphaCutoff: 0.4, occlusionTexture: laid(0, 0, 0.05) },
+  parts: {
+    maskTexture: laid(0, 0.4, 0.1), maskCutoff: 0.4, normalTexture: { ...laid(1, 0.7, 0.2), scale: 0.8 }, tintFactor: [0.9, 1.2, 0.8],
+    tintTexture: laid(0, 0, 0.07),
+  },
+  pictures: [
+    picture_of((x, y) => [0, 0.1, 0.2, 0.3].map((step) => wave(x, y, step))),
+    picture_of((x, y) => [wave(x, y, 0.5) / 3 + 80, wave(x, y, 0.7) / 3 + 80, 240, 255].map(Math.round)),
+  ],
+}));
 
 /** A blue sky over a brown ground with a sun, as Radiance has it. */
 function write_environment(file, width = 128, height = 64) {

@@ -5,6 +5,7 @@
 
 #include "format/scene/footprint.h"
 #include "viewer/hybrid/fetch.h"
+#include "viewer/hybrid/pbr_shading.h"
 #include "viewer/hybrid/texel_lists.h"
 
 namespace selvedge {
@@ -154,6 +155,19 @@ SELVEDGE_THREE_BODIES(interpolate_lanes,
                        TexelInputs& texels),
                       (corners, options, block, texels))
 
+/// The slopes of normal textures that bend fabrics.
+void find_slopes(const IndexScene& scene, PixelPlaces& block) {
+  block.bent = false;
+  block.slope_x = block.slope_y = {};
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    if (!scene.materials[block.surface[lane]].bends) continue;
+    const V2f slope = pbr_values(block.pbr[lane]).slope;
+    block.bent = true;
+    block.slope_x[lane] = slope.x;
+    block.slope_y[lane] = slope.y;
+  }
+}
+
 }  // namespace
 
 void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlock& block) {
@@ -214,6 +228,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
     corners.largest_yarn_pixel[lane] = lane < pixels.count ? yarn : 0;
   }
 
+  if (pixels.has_pbr) find_slopes(scene, block);
   interpolate(corners, scene.levels, block, texels);
   block.shows_yarn = false;
   for (std::size_t lane = 0; lane < pixels.count; ++lane) {

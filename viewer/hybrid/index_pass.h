@@ -48,6 +48,8 @@ struct PixelPlaces {
   alignas(64) LaneFloats handedness{};     ///< of the tangents (surfaces.h)
   alignas(64) LaneFloats side{};           ///< 1 where the front is seen, -1 where the back is
   std::array<PbrPixel, lane_count> pbr{};
+  bool bent = false;  ///< by the slopes, which are 0 where SurfaceMaterial::bends is false
+  alignas(64) LaneFloats slope_x{}, slope_y{};
   /// Weight of the yarn itself, beside the texels; texture coordinates without whole repeats, and their
   /// change per pixel to the right and up.
   bool shows_yarn = false;

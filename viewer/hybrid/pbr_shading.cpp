@@ -120,6 +120,26 @@ V3f mean_radiance(const Factor& factor, const V3f& n) {
   return {std::max(sum.x, 0.0F), std::max(sum.y, 0.0F), std::max(sum.z, 0.0F)};
 }
 
+/// A direction of a frame's axes in the world's.
+V3f in_world(const LaneFrames& frames, std::size_t lane, const V3f& d) {
+  const auto along = [&](const LaneFloats& x, const LaneFloats& y, const LaneFloats& z) {
+    return x[lane] * d.x + y[lane] * d.y + z[lane] * d.z;
+  };
+  return {along(frames.tangent.x, frames.up.x, frames.normal.x),
+          along(frames.tangent.y, frames.up.y, frames.normal.y),
+          along(frames.tangent.z, frames.up.z, frames.normal.z)};
+}
+
+/// mean_radiance() of what reaches a pixel.
+V3f seen_around(const ShadedBlock& block, std::size_t lane, const V3f& d) {
+  return mean_radiance(
+      [&](std::size_t k) {
+        const LaneColours& c = block.around.factors[k];
+        return V3f(c[0][lane], c[1][lane], c[2][lane]);
+      },
+      d);
+}
+
 /// Sets what comes from around. An environment is its mean and its mirror image; its lamps, which the mirror
 /// image has, add to the mean alone. An occlusion texture and what the vertices do not see tell of the same
 /// mesh: the darker one counts, towards the normal for the mean, towards the mirrored view for the mirror
@@ -139,33 +159,12 @@ void set_around(PbrLanes& lanes, std::size_t lane, const ShadingScene& scene, co
   V3f mirrored(0, 0, 0);
   if (scene.around != nullptr) {
     const V3f towards = mirrored_view(normal, view, values.roughness);
-    const auto in_world = [&](const V3f& d) {
-      const auto along = [&](const LaneFloats& x, const LaneFloats& y, const LaneFloats& z) {
-        return x[lane] * d.x + y[lane] * d.y + z[lane] * d.z;
-      };
-      return V3f(along(frames.tangent.x, frames.up.x, frames.normal.x),
-                 along(frames.tangent.y, frames.up.y, frames.normal.y),
-                 along(frames.tangent.z, frames.up.z, frames.normal.z));
-    };
-    const auto seen = [&](const V3f& d) {
-      return mean_radiance(
-          [&](std::size_t k) {
-            const LaneColours& c = shaded.around.factors[k];
-            return V3f(c[0][lane], c[1][lane], c[2][lane]);
-          },
-          d);
-    };
-    const auto all = [&](const V3f& d) {
-      return mean_radiance([&](std::size_t k) { return scene.around->factors[k]; }, in_world(d));
-    };
-    const auto visible = [&](const V3f& d) {
-      return scene.around_vertices.empty() ? 1.0F : visible_share(seen(d), all(d));
-    };
-    mean = seen(normal) * std::min(1.0F, occlusion / std::max(visible(normal), 1e-3F));
+    const float visible = share_around(scene, shaded, lane, normal);
+    mean = seen_around(shaded, lane, normal) * std::min(1.0F, occlusion / std::max(visible, 1e-3F));
     mirrored = V3f(scene.ambient * std::numbers::inv_pi_v<float>);
     if (scene.reflections != nullptr)
-      mirrored += scene.reflections->at(V3d(in_world(towards)).normalized(), values.roughness);
-    mirrored *= std::min(visible(towards), of_mirrored);
+      mirrored += scene.reflections->at(V3d(in_world(frames, lane, towards)).normalized(), values.roughness);
+    mirrored *= std::min(share_around(scene, shaded, lane, towards), of_mirrored);
   }
   for (int c = 0; c < 3; ++c) {
     lanes.mean[static_cast<std::size_t>(c)][lane] = mean[c];
@@ -203,6 +202,13 @@ PbrValues pbr_values(const PbrPixel& pixel) {
   values.emission = V3f(half_number(words[2]), half_number(words[2] >> 16U), half_number(words[3]));
   values.occlusion = half_number(words[3] >> 16U);
   return values;
+}
+
+float share_around(const ShadingScene& scene, const ShadedBlock& block, std::size_t lane, const V3f& normal) {
+  if (scene.around_vertices.empty()) return 1;
+  const V3f all = mean_radiance([&](std::size_t k) { return scene.around->factors[k]; },
+                                in_world(block.frames, lane, normal));
+  return visible_share(seen_around(block, lane, normal), all);
 }
 
 void shade_pbr(const ShadingScene& scene, const ShadedBlock& shaded, LaneShading& result) {

@@ -48,6 +48,19 @@ SELVEDGE_INLINE WideVec3<N> unit_or(const WideVec3<N>& v, const WideVec3<N>& oth
   return choose(usable, Wide(1e-36F), v * (Wide(1) / sqrt(length2)), otherwise);
 }
 
+/// `t` perpendicular to the normal. The fixed axis replaces it where it has no direction: x, or y if the
+/// normal is along x (tangent_of()).
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> across(const WideVec3<N>& normal, const WideVec3<N>& t) {
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  const Wide zero(0);
+  const Vec axis =
+      choose(Wide(1) - normal.x * normal.x, Wide(1e-6F), Vec{Wide(1), zero, zero}, Vec{zero, Wide(1), zero});
+  const Vec fixed = unit_or(axis - normal * normal.dot(axis), axis);
+  return unit_or(t - normal * normal.dot(t), fixed);
+}
+
 template <std::size_t N>
 SELVEDGE_INLINE void frames(const ViewRays& rays, const PixelPlaces& block, LaneFrames& result) {
   using Wide = WideFloat<N>;
@@ -57,18 +70,22 @@ SELVEDGE_INLINE void frames(const ViewRays& rays, const PixelPlaces& block, Lane
                     wide<N>(rays.up) * Wide::load(&block.from_middle_y[first]);
     const Vec view = ray * (Wide(1) / sqrt(ray.dot(ray)));
     const Wide side = Wide::load(&block.side[first]);
+    const Wide turned = side * Wide::load(&block.handedness[first]);
+    const Vec t = load<N>(block.tangent, first);
     Vec normal = unit_or(load<N>(block.normal, first), view * side) * side;
+    if (block.bent) {
+      const Wide x = Wide::load(&block.slope_x[first]);
+      const Wide y = Wide::load(&block.slope_y[first]);
+      const Vec along = across(normal, t);
+      normal = along * (x * side) + normal.cross(along) * (y * side * turned) +
+               normal * sqrt(max(Wide(1) - x * x - y * y, Wide(0)));
+      normal = unit_or(normal, view);
+    }
     const Wide cosine = normal.dot(view);
     const Wide min_cosine(horizon);
     normal = choose(min_cosine, cosine, unit_or(normal + view * (min_cosine - cosine), view), normal);
-    // The fixed axis: x, or y if the normal is along x (tangent_of()).
-    const Wide zero(0);
-    const Vec axis = choose(Wide(1) - normal.x * normal.x, Wide(1e-6F), Vec{Wide(1), zero, zero},
-                            Vec{zero, Wide(1), zero});
-    const Vec fixed = unit_or(axis - normal * normal.dot(axis), axis);
-    const Vec t = load<N>(block.tangent, first);
-    const Vec tangent = unit_or(t - normal * normal.dot(t), fixed);
-    const Vec up = normal.cross(tangent) * (side * Wide::load(&block.handedness[first]));
+    const Vec tangent = across(normal, t);
+    const Vec up = normal.cross(tangent) * turned;
     store(tangent, result.tangent, first);
     store(up, result.up, first);
     store(normal, result.normal, first);
@@ -143,6 +160,24 @@ void set(LaneShading& shading, std::size_t lane, const V3f& colour, float alpha)
 /// Whether the material of a fabric has emission.
 bool has_emission(const ShadingScene& scene, std::uint32_t surface) {
   return surface < scene.pbr.size() && scene.pbr[surface].emissive != V3f(0, 0, 0);
+}
+
+/// Dims what reaches fabrics from all around by their occlusion textures.
+void occlude(const ShadingScene& scene, ShadedBlock& shaded) {
+  const PixelPlaces& block = shaded.places;
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    if (!scene.materials[block.surface[lane]].occluded) continue;
+    const float occlusion = pbr_values(block.pbr[lane]).occlusion;
+    for (LaneLight& light : shaded.lights) {
+      if (light.of_environment && scene.shadows.empty()) light.share[lane] *= occlusion;
+    }
+    if (scene.around == nullptr) continue;
+    const float left =
+        std::min(1.0F, occlusion / std::max(share_around(scene, shaded, lane, V3f(0, 0, 1)), 1e-3F));
+    for (LaneColours& factor : shaded.around.factors) {
+      for (LaneFloats& colour : factor) colour[lane] *= left;
+    }
+  }
 }
 
 bool is_one_surface(const PixelPlaces& block) {
@@ -278,6 +313,7 @@ void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScr
     gather_around(scene, block, result.around);
     turn(frames, result.around);
   }
+  occlude(scene, result);
   const LaneSmoothLight* around = scene.around != nullptr ? &result.around : nullptr;
   LaneShading& light = result.light;
   light = {};
@@ -311,7 +347,9 @@ void finish_light(const ShadingScene& scene, ShadedBlock& shaded) {
       keeps_opacity[lane] = material_of(lane).keeps_opacity ? 1.0F : 0.0F;
   }
   finish(keeps_opacity, light);
-  if (one_surface && material_of(0).fabric >= 0 && !has_emission(scene, block.surface[0])) return;
+  if (one_surface && material_of(0).fabric >= 0 && !material_of(0).tinted &&
+      !has_emission(scene, block.surface[0]))
+    return;
   LaneShading pbr;
   bool any_pbr = false;
   for (std::size_t lane = 0; lane < block.count; ++lane) any_pbr |= material_of(lane).fabric < 0;
@@ -320,10 +358,13 @@ void finish_light(const ShadingScene& scene, ShadedBlock& shaded) {
     if (material_of(lane).fabric < 0) {
       const float alpha = std::clamp(block.pbr[lane].colour.w, 0.0F, 1.0F);
       set(light, lane, V3f(pbr.red[lane], pbr.green[lane], pbr.blue[lane]) * alpha, alpha);
-    } else if (has_emission(scene, block.surface[lane])) {
-      const V3f radiance(light.red[lane], light.green[lane], light.blue[lane]);
-      set(light, lane, radiance + pbr_values(block.pbr[lane]).emission * light.alpha[lane],
-          light.alpha[lane]);
+    } else {
+      V3f radiance(light.red[lane], light.green[lane], light.blue[lane]);
+      const V4f& tint = block.pbr[lane].colour;
+      if (material_of(lane).tinted) radiance *= V3f(tint.x, tint.y, tint.z);
+      if (has_emission(scene, block.surface[lane]))
+        radiance += pbr_values(block.pbr[lane]).emission * light.alpha[lane];
+      set(light, lane, radiance, light.alpha[lane]);
     }
   }
 }

@@ -86,18 +86,24 @@ vec3 reflection_at(vec3 d, float roughness) {
   return mix(reflection_level(level, d), reflection_level(level + 1, d), place - float(level));
 }
 
-// What white reflects that faces along n.
-vec3 mean_of(vec3 factors[9], vec3 n) {
-  float basis[9] = smooth_basis(n);
-  vec3 sum = vec3(0.0);
-  for (int k = 0; k < 9; ++k) sum += factors[k] * (basis[k] * (k == 0 ? 1.0 : k < 4 ? 2.0 / 3.0 : 0.25));
-  return max(sum, vec3(0.0));
-}
-float visible_share(vec3 seen, vec3 all) {
-  float sum = all.x + all.y + all.z;
-  return sum > 0.0 ? clamp((seen.x + seen.y + seen.z) / sum, 0.0, 1.0) : 1.0;
+// The share that the scene leaves of light from all around: along a normal of the frame, which is `n` in the world.
+float share_around(vec3 in_frame, vec3 n) {
+  if (around_stride == 0) return 1.0;
+  vec3 all_factors[9];
+  for (int k = 0; k < 9; ++k) all_factors[k] = around_factor(0, k);
+  return visible_share(mean_of(around, in_frame), mean_of(all_factors, n));
 }
 #endif
+// Dims what reaches a fabric from all around.
+void occlude(float occlusion, vec3 normal) {
+#ifndef SHADOWS
+  share_of_lamps = occlusion;
+#endif
+#ifdef AROUND
+  float left = min(1.0, occlusion / max(share_around(vec3(0.0, 0.0, 1.0), normal), 1e-3));
+  for (int k = 0; k < 9; ++k) around[k] *= left;
+#endif
+}
 
 vec3 pbr_light(vec3 base, uvec4 words, bool unlit, float ambient, mat3 frame, float side, vec3 view) {
   const float pi = 3.14159265358979324;
@@ -118,19 +124,10 @@ vec3 pbr_light(vec3 base, uvec4 words, bool unlit, float ambient, mat3 frame, fl
 #ifdef AROUND
   float alpha = metal.y * metal.y;
   vec3 towards = normalize(mix(reflect(-view, n), n, alpha * alpha));
-  vec3 seen = mean_of(around, n * frame);
-  float visible = 1.0;
-  float visible_mirrored = 1.0;
-  if (around_stride != 0) {
-    vec3 all[9];
-    for (int k = 0; k < 9; ++k) all[k] = around_factor(0, k);
-    visible = visible_share(seen, mean_of(all, n));
-    visible_mirrored = visible_share(mean_of(around, towards * frame), mean_of(all, towards));
-  }
-  mean = seen * min(1.0, occlusion / max(visible, 1e-3));
+  mean = mean_of(around, n * frame) * min(1.0, occlusion / max(share_around(n * frame, n), 1e-3));
   mirrored = vec3(ambient);
   if (last_reflection > 0) mirrored += reflection_at(towards, metal.y);
-  mirrored *= min(visible_mirrored, of_mirrored);
+  mirrored *= min(share_around(towards * frame, towards), of_mirrored);
 #endif
   vec3 sum = pbr_emission(words);
   for (uint i = 0u; i < light_count(); ++i) {

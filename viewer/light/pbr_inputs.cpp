@@ -20,7 +20,7 @@ enum Uniform : GLint {
   factors,
   emission,
 };
-enum Attribute : GLuint { more_uv = 3, vertex_colour = 7 };
+enum Attribute : GLuint { more_uv = 3, vertex_colour = 15 };
 constexpr GLuint first_unit = 3;
 constexpr int no_mapping = 15;
 
@@ -113,6 +113,7 @@ void PbrInputs::use(std::size_t surface) const {
     gl_.BindTextureUnit(unit, texture);
     gl_.BindSampler(unit, samplers_[sampler_of(one.wrap_u, one.wrap_v, one.nearest)]);
   }
+  mappings |= pbr.normal_frame << (4 * all.size());
   gl_.Uniform1i(is_pbr, material.fabric < 0 ? 1 : 0);
   gl_.Uniform4f(base_color, material.base_color.x, material.base_color.y, material.base_color.z,
                 material.base_color.w);

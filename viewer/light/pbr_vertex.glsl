@@ -5,7 +5,7 @@ layout(location = 3) in vec2 more_uv[MAPPINGS - 1];
 out vec2 surface_more_uv[MAPPINGS - 1];
 #endif
 #ifdef VERTEX_COLOURS
-layout(location = 7) in vec4 vertex_colour;
+layout(location = 15) in vec4 vertex_colour;
 out vec4 surface_colour;
 #endif
 void pass_pbr() {

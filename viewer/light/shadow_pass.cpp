@@ -1,14 +1,42 @@
 #include "viewer/light/shadow_pass.h"
 
 #include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
 
+#include "format/gltf/memory.h"
+#include "format/picture/image.h"
 #include "viewer/gl/glsl.h"
 
 namespace selvedge {
 namespace {
 
-// Locations in shadow_vertex.glsl.
-enum Uniform : GLint { row_x, row_y, row_z, row_w, map_size };
+// Locations in shadow_vertex.glsl and shadow_fragment.glsl.
+enum Uniform : GLint { row_x, row_y, row_z, row_w, map_size, cutoff };
+constexpr GLuint mask_unit = 0;
+
+/// Surfaces whose fabric has a mask.
+bool has_mask(const Materials& materials, std::size_t surface) {
+  const int image = materials.pbr[surface].metallic_roughness.image;
+  return materials.surfaces[surface].fabric >= 0 && image >= 0 && materials.pictures[image].bytes;
+}
+
+/// Halvings of a mask.
+int halvings_of(const MaterialPicture& picture) {
+  constexpr int largest = 1024;
+  int halvings = 0;
+  while (std::max(picture.size.x, picture.size.y) >> halvings > largest) ++halvings;
+  return halvings;
+}
+
+/// Masks of one kind share a texture: its picture and how it goes on.
+using MaskKind = std::tuple<int, Wrap, Wrap>;
+MaskKind kind_of(const MaterialTexture& mask) { return {mask.image, mask.wrap_u, mask.wrap_v}; }
+
+GLint gl_wrap(Wrap wrap) {
+  return wrap == Wrap::repeat ? GL_REPEAT : wrap == Wrap::mirror ? GL_MIRRORED_REPEAT : GL_CLAMP_TO_EDGE;
+}
 
 }  // namespace
 
@@ -23,10 +51,12 @@ Result<std::unique_ptr<ShadowPass>> ShadowPass::create(const GlFunctions& gl, co
   for (const MergedTriangle& triangle : mesh.triangles) {
     const SurfaceMaterial& material = materials.surfaces[triangle.surface];
     if (material.fabric < 0 && material.keeps_opacity) continue;
+    if (has_mask(materials, triangle.surface)) continue;
     indices.insert(indices.end(), triangle.corners.begin(), triangle.corners.end());
   }
   pass->triangles_ = indices.size() / 3;
   pass->array_ = pass->objects_.vertex_array();
+  if (const auto good = pass->add_masks(mesh, materials, indices); !good) return tl::unexpected(good.error());
   add_attribute(gl, pass->array_, {0, pass->objects_.buffer(mesh.positions), 3, 0, sizeof(V3f)});
   gl.VertexArrayElementBuffer(pass->array_, pass->objects_.buffer(indices));
   pass->framebuffer_ = pass->objects_.framebuffer();
@@ -34,6 +64,71 @@ Result<std::unique_ptr<ShadowPass>> ShadowPass::create(const GlFunctions& gl, co
   gl.NamedFramebufferReadBuffer(pass->framebuffer_, GL_NONE);
   if (const auto good = check_errors(gl, "shadow maps"); !good) return tl::unexpected(good.error());
   return pass;
+}
+
+std::uint64_t ShadowPass::mask_bytes(const Materials& materials) {
+  std::uint64_t pixels = 0;
+  std::set<MaskKind> known;
+  for (std::size_t i = 0; i < materials.surfaces.size(); ++i) {
+    if (!has_mask(materials, i) || !known.insert(kind_of(materials.pbr[i].metallic_roughness)).second)
+      continue;
+    const MaterialPicture& picture = materials.pictures[materials.pbr[i].metallic_roughness.image];
+    const int halvings = halvings_of(picture);
+    pixels += std::uint64_t{1} * static_cast<std::uint64_t>(halved_size(picture.size.x, halvings)) *
+              static_cast<std::uint64_t>(halved_size(picture.size.y, halvings));
+  }
+  return pixels * memory_price::pixel;
+}
+
+/// The triangles of surfaces with a mask, and what their drawing needs.
+Result<void> ShadowPass::add_masks(const MergedSurfaces& mesh, const Materials& materials,
+                                   std::vector<std::uint32_t>& indices) {
+  std::vector<V2f> uvs;
+  std::map<MaskKind, GLuint> textures;
+  for (const TriangleSpan& span : spans_of(mesh)) {
+    if (!has_mask(materials, span.surface)) continue;
+    const MaterialTexture& mask = materials.pbr[span.surface].metallic_roughness;
+    const MaterialPicture& picture = materials.pictures[mask.image];
+    const auto [texture, fresh] = textures.try_emplace(kind_of(mask), 0);
+    if (fresh) {
+      const Result<Image> image =
+          decode_image(*picture.bytes, picture.name, picture.transfer, {}, halvings_of(picture));
+      // Without its picture, of which frames tell, a surface is whole.
+      texture->second =
+          objects_.keep_texture(make_colour_texture(gl_, image ? *image : Image{1, 1, 4, {1, 1, 1, 1}}));
+      gl_.TextureParameteri(texture->second, GL_TEXTURE_WRAP_S, gl_wrap(mask.wrap_u));
+      gl_.TextureParameteri(texture->second, GL_TEXTURE_WRAP_T, gl_wrap(mask.wrap_v));
+    }
+    uvs.resize(mesh.positions.size(), V2f(0, 0));
+    const std::size_t first = indices.size() / 3;
+    for (std::size_t t = span.first; t < span.end; ++t) {
+      for (const std::uint32_t corner : mesh.triangles[t].corners) {
+        const auto& [normal_u, tangent_v] = mesh.attributes[corner];
+        uvs[corner] =
+            mask.mapping > 0 ? mesh.more_uvs[mask.mapping - 1][corner] : V2f(normal_u[3], tangent_v[3]);
+        indices.push_back(corner);
+      }
+    }
+    masked_.push_back(
+        {first, indices.size() / 3, texture->second, materials.surfaces[span.surface].opaque_from});
+  }
+  if (masked_.empty()) return {};
+  constexpr const char* define = "#define MASKED\n";
+  const Result<GLuint> program = objects_.program(shader_text(define, {glsl::shadow_vertex}),
+                                                  shader_text(define, {glsl::shadow_fragment}));
+  if (!program) return tl::unexpected(program.error());
+  masked_program_ = *program;
+  add_attribute(gl_, array_, {1, objects_.buffer(uvs), 2, 0, sizeof(V2f)});
+  return {};
+}
+
+void ShadowPass::project(GLuint program, const ShadowView& view) const {
+  gl_.UseProgram(program);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const V4f& row = view.rows[k];
+    gl_.Uniform4f(static_cast<GLint>(k), row.x, row.y, row.z, row.w);
+  }
+  gl_.Uniform1f(map_size, static_cast<GLfloat>(view.size));
 }
 
 Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
@@ -58,7 +153,6 @@ Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
   gl_.Enable(GL_DEPTH_CLAMP);
   gl_.DepthFunc(GL_LESS);
   gl_.Viewport(0, 0, size, size);
-  gl_.UseProgram(program_);
   gl_.BindVertexArray(array_);
   std::vector<V4f> words;
   constexpr GLfloat farthest = 1;
@@ -67,14 +161,17 @@ Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
     if (gl_.CheckNamedFramebufferStatus(framebuffer_, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
       return fail(Code::graphics_unavailable, "", "shadow map", "OpenGL refuses it");
     gl_.ClearNamedFramebufferfv(framebuffer_, GL_DEPTH, 0, &farthest);
-    for (std::size_t k = 0; k < 4; ++k) {
-      const V4f& row = views[i].rows[k];
-      gl_.Uniform4f(static_cast<GLint>(k), row.x, row.y, row.z, row.w);
-      words.push_back(row);
-    }
+    words.insert(words.end(), views[i].rows.begin(), views[i].rows.end());
     words.emplace_back(static_cast<float>(size), views[i].texel, 0.0F, 0.0F);
-    gl_.Uniform1f(map_size, static_cast<GLfloat>(size));
+    project(program_, views[i]);
     draw_triangles(gl_, 0, triangles_);
+    if (!masked_.empty()) project(masked_program_, views[i]);
+    for (const Masked& masked : masked_) {
+      gl_.BindTextureUnit(mask_unit, masked.texture);
+      gl_.BindSampler(mask_unit, 0);
+      gl_.Uniform1f(cutoff, masked.cutoff);
+      draw_triangles(gl_, masked.first, masked.end);
+    }
   }
   gl_.Disable(GL_DEPTH_CLAMP);
   buffer_ = maps_objects_.buffer(words);

@@ -14,11 +14,14 @@ namespace selvedge {
 
 class ShadowPass {
  public:
-  /// All surfaces cast shadows except glTF materials with alpha mode BLEND; holes of fabrics and masks are
-  /// ignored. The context of `gl` must be current whenever a function of this class is called, the destructor
-  /// included. GRAPHICS_UNAVAILABLE.
+  /// All surfaces cast shadows except glTF materials with alpha mode BLEND; holes of fabrics, and masks of
+  /// materials without one, are ignored. The masks of garments are decoded, at most 1024 pixels wide and
+  /// high, so that shadows are the same from wherever they are seen. The context of `gl` must be current
+  /// whenever a function of this class is called, the destructor included. GRAPHICS_UNAVAILABLE.
   static Result<std::unique_ptr<ShadowPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                     const Materials& materials);
+  /// What the masks of garments take of --max-memory.
+  static std::uint64_t mask_bytes(const Materials& materials);
 
   /// Draws maps for these views, all of one size; does nothing if they are those of the last call.
   Result<void> draw(std::span<const ShadowView> views);
@@ -32,14 +35,27 @@ class ShadowPass {
   std::span<const ShadowMap> read();
 
  private:
+  /// Triangles with a mask, after those without.
+  struct Masked {
+    std::size_t first = 0;
+    std::size_t end = 0;
+    GLuint texture = 0;
+    float cutoff = 0;
+  };
+
   explicit ShadowPass(const GlFunctions& gl) : gl_(gl), objects_(gl), maps_objects_(gl) {}
+  Result<void> add_masks(const MergedSurfaces& mesh, const Materials& materials,
+                         std::vector<std::uint32_t>& indices);
+  void project(GLuint program, const ShadowView& view) const;
 
   const GlFunctions& gl_;
   GlObjects objects_;
   GlObjects maps_objects_;  ///< sized for the current views
   GLuint program_ = 0;
   GLuint array_ = 0;
-  std::size_t triangles_ = 0;
+  std::size_t triangles_ = 0;  ///< without a mask
+  GLuint masked_program_ = 0;
+  std::vector<Masked> masked_;
   GLuint framebuffer_ = 0;
   GLuint texture_ = 0;
   GLuint buffer_ = 0;

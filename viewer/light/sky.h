@@ -16,7 +16,8 @@ struct SkyVisibility {
   std::vector<std::uint8_t> shares;  ///< [vertex][direction], of 255
 };
 
-/// Draws shadow maps towards the directions. Holes of fabrics and masks are ignored, as they are for lamps.
+/// Draws shadow maps towards the directions. Holes of fabrics are ignored, as they are for lamps, and masks
+/// are not.
 Result<SkyVisibility> sky_visibility(const GlFunctions& gl, const MergedSurfaces& mesh,
                                      const Materials& materials);
 

@@ -52,9 +52,11 @@ Result<PaperKinds> paper_kinds(const Scene& scene, const std::vector<Surface>& s
     result.of_surfaces.push_back(static_cast<int>(found - result.kinds.begin()));
     if (found == result.kinds.end()) result.kinds.push_back(kind);
     const PbrMaterial& pbr = materials.pbr[i];
-    const std::string line = fmt::format("{}: {}: --path paper draws neither its occlusion nor its emission",
-                                         scene.file, material_name(surfaces[i]));
-    const bool has_more = pbr.occlusion.image >= 0 || pbr.emissive != V3f(0, 0, 0);
+    const std::string line = fmt::format(
+        "{}: {}: --path paper draws neither its occlusion, its emission, nor its mask, normals or tint",
+        scene.file, material_name(surfaces[i]));
+    const bool has_more = pbr.occlusion.image >= 0 || pbr.emissive != V3f(0, 0, 0) || material.tinted ||
+                          material.bends || pbr.metallic_roughness.image >= 0;
     if (has_more && std::find(remarks.begin(), remarks.end(), line) == remarks.end()) remarks.push_back(line);
   }
   if (result.kinds.size() > static_cast<std::size_t>(paper_kind_limit)) {

@@ -13,9 +13,12 @@ namespace selvedge {
 struct SurfaceMaterial {
   int fabric = -1;  ///< index into the fabrics; -1: a core material
   V4f base_color{1, 1, 1, 1};
-  float opaque_from = 0;       ///< nothing is drawn if the base colour's opacity is less
+  float opaque_from = 0;  ///< nothing is drawn if the opacity of the base colour, or of the mask, is less
   bool keeps_opacity = false;  ///< else base colour and fabric count as opaque
   bool culls_back = false;
+  bool tinted = false;    ///< the base colour is a factor on the fabric's light
+  bool bends = false;     ///< a normal texture bends the fabric's frame
+  bool occluded = false;  ///< an occlusion texture dims what reaches the fabric from all around
 };
 
 /// A picture on a surface.
@@ -27,15 +30,17 @@ struct MaterialTexture {
   bool nearest = false;
 };
 
-/// glTF's core material of a surface. With a fabric, only occlusion and emission are used. The base colour is
-/// the product of `SurfaceMaterial::base_color`, the texture here and Surface::colors.
+/// glTF's core material of a surface. The base colour is the product of `SurfaceMaterial::base_color`, the
+/// texture here and Surface::colors. With a fabric there are occlusion, emission, and what the garment keeps
+/// (GarmentParts): the tint as base colour, without Surface::colors, the normal texture, and the mask.
 struct PbrMaterial {
   MaterialTexture base_color;
   float metallic = 1;
   float roughness = 1;
-  MaterialTexture metallic_roughness;  ///< linear; roughness in green, metal in blue
+  MaterialTexture metallic_roughness;  ///< linear; roughness in green, metal in blue; or the mask, in alpha
   MaterialTexture normal;              ///< linear, (n + 1) / 2
   float normal_scale = 1;
+  int normal_frame = 0;       ///< Mappings::normal_frame
   MaterialTexture occlusion;  ///< linear, in red
   float occlusion_strength = 1;
   V3f emissive{0, 0, 0};  ///< linear radiance
@@ -48,10 +53,11 @@ inline std::array<const MaterialTexture*, 5> textures_of(const PbrMaterial& pbr)
   return {&pbr.base_color, &pbr.metallic_roughness, &pbr.normal, &pbr.occlusion, &pbr.emissive_texture};
 }
 
-/// The core material at a pixel, textures and factors multiplied; with a fabric, only emission and occlusion.
+/// The core material at a pixel, textures and factors multiplied; with a fabric, emission, occlusion, tint
+/// and normal.
 struct PbrPixel {
   V4f colour{0, 0, 0, 0};  ///< linear base colour and opacity
-  /// Pairs of 16 bits, the first of each pair in the lower half: the normal in the frame of the garment, x
+  /// Pairs of 16 bits, the first of each pair in the lower half: the normal in the frame of the surface, x
   /// and y (signed, 32767 is 1); metal and roughness (65535 is 1); emission red and green (half); blue,
   /// occlusion.
   std::array<std::uint32_t, 4> words{};

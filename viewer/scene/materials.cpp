@@ -52,7 +52,10 @@ int take_picture(const Scene& scene, int index, Transfer transfer, Known& known,
 
 bool Materials::needs_pbr() const {
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    if (surfaces[i].fabric < 0 || pbr[i].emissive != V3f(0, 0, 0)) return true;
+    const SurfaceMaterial& s = surfaces[i];
+    const bool plain =
+        s.fabric >= 0 && !s.tinted && !s.bends && !s.occluded && pbr[i].emissive == V3f(0, 0, 0);
+    if (!plain || pbr[i].metallic_roughness.image >= 0) return true;
   }
   return false;
 }
@@ -85,6 +88,18 @@ Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& s
                     fmt::format("fabric {} does not exist", drawn.fabric));
       }
       drawn.keeps_opacity = material.alpha_mode != AlphaMode::opaque;
+      const GarmentParts& kept = material.kept;
+      drawn.base_color = V4f(kept.tint.x, kept.tint.y, kept.tint.z, 1);
+      pbr.base_color = texture(kept.tint_texture, Transfer::srgb);
+      drawn.tinted = pbr.base_color.image >= 0 || kept.tint != V3f(1, 1, 1);
+      // Its alpha is the same as that of a tint of the same picture.
+      pbr.metallic_roughness = texture(kept.mask, Transfer::srgb);
+      if (pbr.metallic_roughness.image >= 0) drawn.opaque_from = kept.mask_cutoff;
+      pbr.normal = texture(kept.normal, Transfer::keep);
+      pbr.normal_scale = kept.normal_scale;
+      pbr.normal_frame = mappings.normal_frame;
+      drawn.bends = pbr.normal.image >= 0;
+      drawn.occluded = pbr.occlusion.image >= 0;
     } else {
       drawn.base_color = material.base_color;
       pbr.base_color = texture(material.base_color_texture, Transfer::srgb);

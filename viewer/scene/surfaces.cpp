@@ -168,6 +168,48 @@ const std::vector<V2d>* tangent_coordinates(const SceneMaterial& material, const
   return &uvs[mapping];
 }
 
+/// The vertex of the file that a vertex is, or is a copy of.
+std::size_t source_of(std::size_t vertex, std::size_t given, const Tangents& tangents) {
+  return vertex < given ? vertex : tangents.copy_of[vertex - given];
+}
+
+/// Mappings::normal_frame of vertices with the tangents of a fabric. Where the normal texture is mirrored on
+/// one side of a vertex alone, `tangents` gets one more copy of it.
+std::array<std::vector<V2f>, 2> turn_normals(const Placed& placed, const std::vector<V2d>& uvs,
+                                             Tangents& tangents) {
+  std::array<std::vector<V2f>, 2> directions;
+  if (uvs.empty()) return directions;
+  const std::size_t given = placed.position.size();
+  const std::size_t count = tangents.tangents.size();
+  std::vector<V3d> position;
+  std::vector<V3d> normal;
+  std::vector<V2d> uv;
+  for (std::size_t v = 0; v < count; ++v) {
+    const std::size_t source = source_of(v, given, tangents);
+    position.push_back(placed.position[source]);
+    normal.push_back(placed.normal[source]);
+    uv.push_back(uvs[source]);
+  }
+  Tangents of_texture = compute_tangents(position, normal, uv, tangents.indices, Facing::normals);
+  tangents.indices = std::move(of_texture.indices);
+  for (const std::uint32_t v : of_texture.copy_of) {
+    tangents.copy_of.push_back(static_cast<std::uint32_t>(source_of(v, given, tangents)));
+    tangents.tangents.push_back(V4f(tangents.tangents[v]));
+    normal.push_back(V3d(normal[v]));
+  }
+  for (std::size_t v = 0; v < tangents.tangents.size(); ++v) {
+    const auto axes = [&](const V4f& t) {
+      const V3d x(t.x, t.y, t.z);
+      return std::pair(x, normal[v].cross(x) * static_cast<double>(t.w));
+    };
+    const auto [x, y] = axes(tangents.tangents[v]);
+    const auto [along, up] = axes(of_texture.tangents[v]);
+    directions[0].emplace_back(V2d(along.dot(x), along.dot(y)));
+    directions[1].emplace_back(V2d(up.dot(x), up.dot(y)));
+  }
+  return directions;
+}
+
 Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, const Mappings& mappings,
                const Placed& placed, const std::vector<std::vector<V2d>>& uvs) {
   Tangents tangents;
@@ -183,11 +225,18 @@ Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, c
 
   Surface surface;
   surface.material = primitive.material;
+  std::array<std::vector<V2f>, 2> directions;
+  if (mappings.normal_frame > 0) {
+    const int mapping = mappings.number_of(mapping_of(material.kept.normal));
+    directions = turn_normals(placed, uvs[mapping], tangents);
+  }
   surface.indices = std::move(tangents.indices);
   surface.vertices.reserve(tangents.tangents.size());
   surface.more_uvs.resize(uvs.empty() ? 0 : uvs.size() - 1);
+  if (mappings.normal_frame > 0)
+    surface.more_uvs.insert(surface.more_uvs.end(), directions.begin(), directions.end());
   for (std::size_t v = 0; v < tangents.tangents.size(); ++v) {
-    const std::size_t source = v < placed.position.size() ? v : tangents.copy_of[v - placed.position.size()];
+    const std::size_t source = source_of(v, placed.position.size(), tangents);
     const V2f uv = uvs.empty() || uvs[0].empty() ? V2f(0, 0) : V2f(uvs[0][source]);
     surface.vertices.push_back(
         {V3f(placed.position[source]), V3f(placed.normal[source]), tangents.tangents[v], uv});
@@ -227,7 +276,16 @@ Mappings mappings_of(const SceneMaterial& material) {
     if (texture.image >= 0) add(mapping_of(texture));
   };
   if (material.fabric) {
-    add({material.fabric->tex_coord, material.fabric->transform, Wrap::repeat, Wrap::repeat});
+    const FabricReference& fabric = *material.fabric;
+    const TextureReference& normal = material.kept.normal;
+    add({fabric.tex_coord, fabric.transform, Wrap::repeat, Wrap::repeat});
+    add_texture(material.kept.tint_texture);
+    add_texture(material.kept.mask);
+    add_texture(normal);
+    const V2d signs = fabric.transform.scale * normal.transform.scale;
+    const bool same_axes = fabric.tex_coord == normal.tex_coord && fabric.transform.rotation == 0 &&
+                           normal.transform.rotation == 0 && signs.x > 0 && signs.y > 0;
+    if (normal.image >= 0 && !same_axes) mappings.normal_frame = 1;  // its number follows
   } else {
     add_texture(material.base_color_texture);
     add_texture(material.metallic_roughness_texture);
@@ -235,6 +293,7 @@ Mappings mappings_of(const SceneMaterial& material) {
   }
   add_texture(material.occlusion_texture);  // occlusion and emission apply to fabrics, too
   add_texture(material.emissive_texture);
+  if (mappings.normal_frame > 0) mappings.normal_frame = static_cast<int>(mappings.list.size());
   return mappings;
 }
 

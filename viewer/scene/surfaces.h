@@ -34,6 +34,10 @@ struct Mapping {
 /// SurfaceVertex::uv; then those of the other textures. `number_of` returns the index of a mapping.
 struct Mappings {
   std::vector<Mapping> list;
+  /// Not 0: two more follow the list, from this number on. They hold the directions of growing u and of
+  /// falling v of the normal texture in the plane of the fabric's frame, which are its x and y if there are
+  /// none.
+  int normal_frame = 0;
   int number_of(const Mapping& mapping) const;
 };
 Mapping mapping_of(const TextureReference& texture);
@@ -44,8 +48,9 @@ struct Surface {
   int material = -1;  ///< index into Scene::materials; -1: the default material of glTF
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;
-  std::vector<std::vector<V2f>> more_uvs;  ///< of mappings 1, 2 ..., per vertex; empty without coordinates
-  std::vector<V4f> colors;                 ///< linear factors on the base colour; empty: white
+  /// Of mappings 1, 2 ..., and Mappings::normal_frame; per vertex; empty without coordinates.
+  std::vector<std::vector<V2f>> more_uvs;
+  std::vector<V4f> colors;  ///< linear factors on the base colour; empty: white
 };
 
 /// All instances. Tangents are those of compute_tangents, in world space after the texture transform; a

@@ -32,6 +32,18 @@ void turn_around_into(mat3 frame) {
   around[8] = 0.5 * along_axis(frame[2], of_z);
 }
 
+// What white reflects that faces along n.
+vec3 mean_of(vec3 factors[9], vec3 n) {
+  float basis[9] = smooth_basis(n);
+  vec3 sum = vec3(0.0);
+  for (int k = 0; k < 9; ++k) sum += factors[k] * (basis[k] * (k == 0 ? 1.0 : k < 4 ? 2.0 / 3.0 : 0.25));
+  return max(sum, vec3(0.0));
+}
+float visible_share(vec3 seen, vec3 all) {
+  float sum = all.x + all.y + all.z;
+  return sum > 0.0 ? clamp((seen.x + seen.y + seen.z) / sum, 0.0, 1.0) : 1.0;
+}
+
 // The same light as twelve lamps at fixed directions of the frame: for what has no integrals.
 const uint around_lamps = 12u;
 void around_lamp(uint i, out vec3 direction, out vec3 irradiance) {

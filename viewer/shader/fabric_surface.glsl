@@ -19,6 +19,13 @@ vec3 tangent_across(vec3 normal, vec3 along_u) {
   return unit_or(along_u - normal * dot(normal, along_u), fixed_axis);
 }
 
+// A front's normal bent by the slope of a normal texture in the frame of a fabric, as seen from a side.
+vec3 bent_normal(vec3 normal, vec3 along_u, vec2 slope, float side, float handedness) {
+  vec3 tangent = tangent_across(normal, along_u);
+  vec3 up = cross(normal, tangent) * (side * handedness);
+  return side * (tangent * slope.x + up * slope.y) + normal * sqrt(max(1.0 - dot(slope, slope), 0.0));
+}
+
 ivec2 size_of(uint fabric, uint level) {
   uint place = word(fabric + fabric_level_places + level);
   return ivec2(int(word(place + level_width)), int(word(place + level_height)));

@@ -5,6 +5,7 @@
 layout(std430, binding = 4) readonly buffer Lights { vec4 lights[]; };
 layout(location = 5) uniform int lights_in_use;
 
+float share_of_lamps = 1.0;  // of an environment, that a texture leaves a fabric
 vec3 surface_point;  // relative to the origin of the vertices
 uint light_count() { return uint(lights_in_use); }
 bool is_of_environment(uint i) { return lights[4u * i + 3u].z != 0.0; }
@@ -51,6 +52,7 @@ float shadow_shares[16];
 #endif
 void light_at(uint i, out vec3 direction, out vec3 irradiance) {
   open_light_at(i, direction, irradiance);
+  if (is_of_environment(i)) irradiance *= share_of_lamps;
 #ifdef SHADOWS
   int map = int(lights[4u * i + 3u].y);
   if (map > 0) irradiance *= shadow_shares[map - 1];

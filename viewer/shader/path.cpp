@@ -48,7 +48,14 @@ enum Binding : GLuint { fabrics, vertices, triangles, surfaces, lights, shadows,
 }  // namespace shading
 
 /// Of a surface.
-enum SurfaceFlag : std::int32_t { keeps_opacity_flag = 1, unlit_flag = 2, shines_flag = 4 };
+enum SurfaceFlag : std::int32_t {
+  keeps_opacity_flag = 1,
+  unlit_flag = 2,
+  shines_flag = 4,
+  tinted_flag = 8,
+  bends_flag = 16,
+  occluded_flag = 32
+};
 
 constexpr std::uint32_t highest_bit = 0x80000000U;
 
@@ -114,9 +121,11 @@ Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
   for (std::size_t i = 0; i < scene_.materials.surfaces.size(); ++i) {
     const SurfaceMaterial& material = scene_.materials.surfaces[i];
     const PbrMaterial& pbr = scene_.materials.pbr[i];
-    surfaces.push_back({material.fabric, (material.keeps_opacity ? keeps_opacity_flag : 0) |
-                                             (pbr.unlit ? unlit_flag : 0) |
-                                             (pbr.emissive != V3f(0, 0, 0) ? shines_flag : 0)});
+    surfaces.push_back(
+        {material.fabric, (material.keeps_opacity ? keeps_opacity_flag : 0) | (pbr.unlit ? unlit_flag : 0) |
+                              (pbr.emissive != V3f(0, 0, 0) ? shines_flag : 0) |
+                              (material.tinted ? tinted_flag : 0) | (material.bends ? bends_flag : 0) |
+                              (material.occluded ? occluded_flag : 0)});
   }
 
   GLint64 max_bytes = 0;

@@ -11,7 +11,8 @@ layout(binding = 2) uniform usampler2D pbr_words;
 layout(std430, binding = 1) readonly buffer Vertices { vec4 vertices[]; };
 // Corners; surface, with the highest bit set if the tangents are left-handed.
 layout(std430, binding = 2) readonly buffer Triangles { uvec4 triangles[]; };
-// Number of the fabric or -1; flags: 1 keeps its opacity, 2 unlit, 4 emission.
+// Number of the fabric or -1; flags: 1 keeps its opacity, 2 unlit, 4 emission; of a fabric: 8 tinted, 16 bent by a normal
+// texture, 32 occluded by a texture.
 layout(std430, binding = 3) readonly buffer Surfaces { ivec2 surfaces[]; };
 layout(location = 0) uniform mat4 to_clip;
 layout(location = 1) uniform vec2 frame_size;
@@ -82,7 +83,14 @@ void main() {
   vec3 view = ray * inversesqrt(dot(ray, ray));
   vec3 normal = normal_v[0].xyz + within.at.x * (normal_v[1] - normal_v[0]).xyz +
                 within.at.y * (normal_v[2] - normal_v[0]).xyz;
-  normal = facing_normal(unit_or(normal, view * side) * side, view);
+  normal = unit_or(normal, view * side) * side;
+  vec3 t = tangent_of[0].xyz + within.at.x * (tangent_of[1] - tangent_of[0]).xyz +
+           within.at.y * (tangent_of[2] - tangent_of[0]).xyz;
+#ifdef PBR
+  uvec4 pbr = texelFetch(pbr_words, ivec2(gl_FragCoord.xy), 0);
+  if ((surface.y & 16) != 0) normal = unit_or(bent_normal(normal, t, unpackSnorm2x16(pbr.x), side, handedness), view);
+#endif
+  normal = facing_normal(normal, view);
 
   uint index = surface.x < 0 ? 0u : seen_from(side, uint(surface.x));
 #ifdef SHADOWS
@@ -98,8 +106,6 @@ void main() {
     shadow_shares[map - 1] = shadow_share(uint(map - 1), surface_point, leaving, direction);
   }
 #endif
-  vec3 t = tangent_of[0].xyz + within.at.x * (tangent_of[1] - tangent_of[0]).xyz +
-           within.at.y * (tangent_of[2] - tangent_of[0]).xyz;
   vec3 tangent = tangent_across(normal, t);
   vec3 upwards = cross(normal, tangent) * (side * handedness);
   mat3 frame = mat3(tangent, upwards, normal);
@@ -115,7 +121,6 @@ void main() {
   turn_around_into(frame);
 #endif
 #ifdef PBR
-  uvec4 pbr = texelFetch(pbr_words, ivec2(gl_FragCoord.xy), 0);
   if (surface.x < 0) {
     vec4 colour = texelFetch(pbr_colours, ivec2(gl_FragCoord.xy), 0);
     vec3 light = pbr_light(colour.rgb, pbr, (surface.y & 2) != 0, ambient / 3.14159265358979324, frame, side, view);
@@ -127,6 +132,9 @@ void main() {
   }
 #endif
 
+#ifdef PBR
+  if ((surface.y & 32) != 0) occlude(unpackHalf2x16(pbr.w).y, normal);
+#endif
   vec3 v = vec3(normal_v[0].w, normal_v[1].w, normal_v[2].w);
   vec2 uv = vec2(u.x - floor(u.x) + along(within.at, u.x, u.y, u.z),
                  v.x - floor(v.x) + along(within.at, v.x, v.y, v.z));
@@ -140,6 +148,7 @@ void main() {
   if ((surface.y & 1) == 0) sum = sum.a > 0.0 ? sum / sum.a : vec4(0.0, 0.0, 0.0, 1.0);
   sum.a = min(sum.a, 1.0);
 #ifdef PBR
+  if ((surface.y & 8) != 0) sum.rgb *= texelFetch(pbr_colours, ivec2(gl_FragCoord.xy), 0).rgb;
   if ((surface.y & 4) != 0) sum.rgb += pbr_emission(pbr) * sum.a;
 #endif
   out_colour = sum;

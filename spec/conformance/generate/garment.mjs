@@ -21,7 +21,8 @@ export const ALMOST_CLOSED = of_opacity('almost closed cloth', 1 - 2 ** -11);
 export const BROKEN = file_of({...sound, name: 'broken cloth', value: {lobes: () => -1}});
 export const data_uri = (type, bytes) => `data:${type};base64,${bytes.toString('base64')}`;
 
-function crc(bytes) {
+/** The checksum of PNG. */
+export function crc(bytes) {
   let sum = 0xFFFFFFFF;
   for (const byte of bytes) {
     sum ^= byte;

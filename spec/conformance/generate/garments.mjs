@@ -49,6 +49,23 @@ function quantized(g) {
   g.extensionsRequired = ['KHR_mesh_quantization'];
 }
 
+/** Mask, normals and tint of the garment, on its second UV set. */
+export function with_parts(g) {
+  const [material] = g.materials, own = () => ({index: 1, texCoord: 1});
+  g.meshes[0].primitives[0].attributes.TEXCOORD_1 = 2;
+  g.textures.push({source: 0});
+  Object.assign(material.extensions[NAME], {
+    maskTexture: own(), maskCutoff: 0.25, normalTexture: {index: 1, texCoord: 1, scale: 0.5}, tintFactor: [0.5, 1, 1.5],
+    tintTexture: own(),
+  });
+  Object.assign(material, {alphaMode: 'MASK', alphaCutoff: 0.25, normalTexture: {index: 1, texCoord: 1, scale: 0.5}});
+  Object.assign(material.pbrMetallicRoughness, {baseColorTexture: own(), baseColorFactor: [0.2, 0.39, 0.59, 1]});
+  Object.assign(material.extras[NAME], {
+    maskCutoff: 0.25, tintFactor: [0.5, 1, 1.5], kept: ['maskTexture', 'normalTexture', 'tintTexture'],
+    baseColorTexture: {texCoord: 1},
+  });
+}
+
 /** Garments without any issue. */
 export const valid_garments = [
   fixture('', 'beside', 'a sound garment, its fabric in a file beside it', '', () => {}),
@@ -68,6 +85,7 @@ export const valid_garments = [
     '', 'almost-closed', 'alphaMode OPAQUE over a fabric of which less than 1/2000 is open', '', () => {},
     {fabric: ALMOST_CLOSED}),
   fixture('', 'uv-set-1', 'the fabric on the second UV set', '', on_set_1),
+  fixture('', 'parts', 'a sound garment with mask, normals and tint of its own', '', with_parts),
   fixture('', 'variant', 'a variant with the same fabric, laid otherwise', '', with_variant),
   fixture('', 'quantized', 'texture coordinates of KHR_mesh_quantization', '', quantized),
   fixture(

@@ -78,14 +78,19 @@ function primitives_of(gltf, material) {
   return found;
 }
 
+const PARTS = ['maskTexture', 'normalTexture', 'tintTexture'];
+const MOST_TINT = 16;
+
 function check_primitives(gltf, material, i, set, report) {
-  const primitives = primitives_of(gltf, i);
+  const primitives = primitives_of(gltf, i), extension = material.extensions[NAME];
+  const parts = PARTS.map((part) => extension[part]).filter(is_object).map((info) => transform_of(info).set);
   if (primitives.length === 0) report('GLTF_ADVICE', `/materials/${i}`, 'is on no triangles');
   for (const [{attributes = {}}, place] of primitives) {
-    if (attributes[`TEXCOORD_${set}`] === undefined)
-      report('GARMENT_NO_UVS', place, `no TEXCOORD_${set}, which the fabric is laid by`);
+    for (const needed of new Set([set, ...parts]))
+      if (attributes[`TEXCOORD_${needed}`] === undefined)
+        report('GARMENT_NO_UVS', place, `no TEXCOORD_${needed}, which the fabric or a texture is laid by`);
     if (attributes.NORMAL === undefined) report('GLTF_ADVICE', place, 'no NORMAL: flat triangles');
-    if (material.normalTexture && attributes.TANGENT === undefined)
+    if (material.normalTexture && !extension.normalTexture && attributes.TANGENT === undefined)
       report('GLTF_ADVICE', place, 'no TANGENT for the normalTexture of the fallback');
   }
 }
@@ -105,13 +110,28 @@ function transform_fault(reference) {
   return scale.some((x) => Math.abs(x) < 2 ** -126) ? ['scale', 'is no scale'] : null;
 }
 
-/** The fallback repeats as the fabric does. */
+/** What the garment brings: textures of the file, a cutoff and a tint. */
+function check_parts(gltf, extension, at, wrong) {
+  for (const part of PARTS) {
+    const info = extension[part];
+    if (info !== undefined && !(is_index(info?.index) && is_object(gltf.textures?.[info.index])))
+      wrong(`${at}/${part}`, 'is no texture of the file');
+  }
+  const {maskCutoff = 0, tintFactor = [1, 1, 1]} = extension;
+  if (!(Number.isFinite(maskCutoff) && maskCutoff >= 0)) wrong(`${at}/maskCutoff`, 'is no number from 0 on');
+  const in_range = (c) => Number.isFinite(c) && c >= 0 && c <= MOST_TINT;
+  if (!(Array.isArray(tintFactor) && tintFactor.length === 3 && tintFactor.every(in_range)))
+    wrong(`${at}/tintFactor`, `has not three numbers from 0 to ${MOST_TINT}`);
+}
+
+/** The fallback repeats as the fabric does, but for pictures of the garment. */
 function check_wrapping(gltf, material, place, report) {
   const {baseColorTexture, metallicRoughnessTexture} = material.pbrMetallicRoughness ?? {};
+  const {maskTexture, normalTexture, tintTexture} = material.extensions[NAME];
   const textures = {
-    'pbrMetallicRoughness/baseColorTexture': baseColorTexture,
+    'pbrMetallicRoughness/baseColorTexture': tintTexture ?? maskTexture ? undefined : baseColorTexture,
     'pbrMetallicRoughness/metallicRoughnessTexture': metallicRoughnessTexture,
-    normalTexture: material.normalTexture,
+    normalTexture: normalTexture ? undefined : material.normalTexture,
   };
   for (const [at, info] of Object.entries(textures)) {
     const {wrapS = 10497, wrapT = 10497} = gltf.samplers?.[gltf.textures?.[info?.index]?.sampler] ?? {};
@@ -126,11 +146,19 @@ function check_fallback(material, reference, place, report) {
   if (!baseColorTexture)
     warn('pbrMetallicRoughness', 'no baseColorTexture: other viewers show none of the fabric');
   if (metallicFactor !== 0) warn('pbrMetallicRoughness/metallicFactor', 'other viewers show metal');
-  if (material.alphaMode === 'MASK' && (material.alphaCutoff ?? 0.5) !== 0.5)
-    warn('alphaCutoff', 'is not 0.5');
-  for (const texture of [baseColorTexture, material.normalTexture]) {
-    if (texture && !same(transform_of(texture), transform_of(reference)))
+  const {maskTexture, maskCutoff = 0.5, normalTexture, tintTexture} = material.extensions[NAME];
+  const cutoff = maskTexture ? maskCutoff : tintTexture ? null : 0.5;
+  if (maskTexture && material.alphaMode !== 'MASK') warn('alphaMode', 'is not MASK, so that the mask is not seen');
+  if (material.alphaMode === 'MASK' && cutoff !== null && (material.alphaCutoff ?? 0.5) !== cutoff)
+    warn('alphaCutoff', `is not ${cutoff}`);
+  const pairs = [
+    ['pbrMetallicRoughness/baseColorTexture', baseColorTexture, tintTexture ?? maskTexture],
+    ['normalTexture', material.normalTexture, normalTexture],
+  ];
+  for (const [at, texture, of_garment] of pairs) {
+    if (texture && !same(transform_of(texture), transform_of(of_garment ?? reference)))
       report('GLTF_TRANSFORM', place, 'fallback and fabric do not lie alike');
+    if (texture && of_garment && texture.index !== of_garment.index) warn(at, 'is another texture than that of the extension');
   }
 }
 
@@ -173,6 +201,7 @@ function check_material(gltf, material, i, fabrics, items, report) {
   const fault = transform_fault(reference);
   if (fault) return wrong(`${at}/fabric/extensions/KHR_texture_transform/${fault[0]}`, fault[1]);
   const fabric = fabrics[reference.index];
+  check_parts(gltf, extension, at, wrong);
   if (material.doubleSided !== true)
     report('GLTF_ADVICE', `${place}/doubleSided`, 'the back of the cloth is not drawn');
   check_wrapping(gltf, material, place, report);

@@ -40,9 +40,22 @@ export interface Lay {
 }
 export const plain_lay: Lay;
 
+/** What a garment brings beside its fabric; colours are linear. */
+export interface GarmentParts {
+  mask: Texture | null;
+  mask_cutoff: number;
+  normal: Texture | null;
+  normal_scale: number;
+  tint: [number, number, number];
+  tint_texture: Texture | null;
+}
+
 /** Shows a fabric once it is loaded, and its fallback before that, and where it is broken. */
 export class FabricMaterial extends MeshPhysicalMaterial {
-  constructor(parameters?: {fallback?: Material; fabric?: LoadedFabric; lay?: Lay; keeps_opacity?: boolean});
+  constructor(parameters?: {
+    fallback?: Material; fabric?: LoadedFabric; lay?: Lay; keeps_opacity?: boolean; parts?: GarmentParts;
+  });
+  readonly parts: GarmentParts;
   readonly isFabricMaterial: true;
   readonly fabric: LoadedFabric | null;
   readonly lay: Lay;

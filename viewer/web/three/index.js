@@ -6,6 +6,7 @@ import {use_worker} from '../background.js';
 import {issue_of} from '../load.js';
 import {Issue} from '../reader/index.js';
 import {LoadedFabric} from './fabric.js';
+import {load_parts} from './garment_parts.js';
 import {FabricMaterial, plain_lay} from './material.js';
 import {Surroundings} from './surroundings.js';
 import {add_tangents} from './tangents.js';
@@ -84,7 +85,7 @@ export class SelvedgeFabric {
     if (extension === undefined) return null;
     // Excluded beside a fabric: a renderer ignores it.
     delete definition.extensions.KHR_materials_unlit;
-    return this.parser.loadMaterial(index).then((fallback) => {
+    return Promise.all([this.parser.loadMaterial(index), load_parts(this.parser, extension)]).then(([fallback, parts]) => {
       try {
         const place = `/materials/${index}/extensions/${NAME}`, reference = is_object(extension) ? extension.fabric : null;
         if (!is_object(reference) || !is_index(reference.index)) refuse(place, 'refers to no fabric');
@@ -94,6 +95,7 @@ export class SelvedgeFabric {
           fabric: this.fabric(reference.index),
           lay: lay_of(reference, `${place}/fabric`),
           keeps_opacity: alphaMode !== 'OPAQUE',
+          parts,
         });
         this.parser.associations.set(material, this.parser.associations.get(fallback));
         return material;

@@ -1,6 +1,7 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
 import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
 import {around_uniforms, set_around} from './environment.js';
+import {key_of_parts, no_parts, part_uniforms, set_parts} from './garment_parts.js';
 import {sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {VERTEX_LIGHT} from './surroundings.js';
@@ -20,13 +21,16 @@ export class FabricMaterial extends MeshPhysicalMaterial {
    * fabric         a LoadedFabric
    * lay            { uv_set, offset, rotation, scale }
    * keeps_opacity  whether the holes of the fabric are open: alphaMode MASK or BLEND
+   * parts          what the garment brings: garment_parts.js
    */
-  constructor({fallback = null, fabric = null, lay = plain_lay, keeps_opacity = false} = {}) {
+  constructor({fallback = null, fabric = null, lay = plain_lay, keeps_opacity = false, parts = no_parts} = {}) {
     super();
     this.isFabricMaterial = true;
     this.fabric = fabric;
     this.lay = lay;
     this.keeps_opacity = keeps_opacity;
+    this.parts = parts;
+    this.part_uniforms = part_uniforms();
     this.fabric_uniforms = {
       fabric_words: {value: null},
       fabric_transform: {value: matrix_of(lay)},
@@ -85,7 +89,8 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       fabric_words.value = this.fabric.texture;
       this.transparent = this.keeps_opacity && !this.alphaToCoverage;
       this.depthWrite = true;
-      this.alphaTest = 0;
+      // Of the fallback's picture, which has the mask, for shadow maps: the fabric's shader knows no such test.
+      this.alphaTest = this.parts.mask ? this.of_fallback.alphaTest : 0;
     } else {
       Object.assign(this, this.of_fallback);
     }
@@ -112,17 +117,20 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   }
   onBeforeCompile(shader) {
     // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
-    Object.assign(shader.uniforms, this.fabric_uniforms, this.around_uniforms);
+    set_parts(this.part_uniforms, this.parts);
+    Object.assign(shader.uniforms, this.fabric_uniforms, this.around_uniforms, this.part_uniforms);
     if (this.shows !== 'fabric') return;
-    shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set, tangents_name(this.lay), this.has_vertex_light);
-    const {keeps_opacity, is_lit_around, has_vertex_light} = this;
+    const {keeps_opacity, is_lit_around, has_vertex_light, parts} = this;
+    shader.vertexShader =
+        vertex_shader(shader.vertexShader, this.lay.uv_set, tangents_name(this.lay), has_vertex_light, parts);
     shader.fragmentShader =
-        fragment_shader({has_yarn: this.fabric.has_yarn, keeps_opacity, is_lit_around, has_vertex_light});
+        fragment_shader({has_yarn: this.fabric.has_yarn, keeps_opacity, is_lit_around, has_vertex_light, parts});
   }
   customProgramCacheKey() {
     if (this.shows !== 'fabric') return 'selvedge fallback';
-    const {keeps_opacity, is_lit_around, has_vertex_light} = this;
-    return ['selvedge', tangents_name(this.lay), this.fabric.has_yarn, keeps_opacity, is_lit_around, has_vertex_light].join(' ');
+    const {keeps_opacity, is_lit_around, has_vertex_light, parts} = this;
+    return ['selvedge', tangents_name(this.lay), this.fabric.has_yarn, keeps_opacity, is_lit_around, has_vertex_light,
+      key_of_parts(parts)].join(' ');
   }
   copy(source) {
     super.copy(source);
@@ -130,6 +138,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.fabric = source.fabric;
     this.lay = source.lay;
     this.keeps_opacity = source.keeps_opacity;
+    this.parts = source.parts;
     this.wants_fabric = source.wants_fabric;
     this.of_fallback = {...source.of_fallback};
     Object.assign(this, this.of_fallback);

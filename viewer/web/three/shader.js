@@ -2,14 +2,17 @@
 // shader that lights the fabric by three.js's lights, shadows, tone mapping and fog.
 import {ShaderChunk} from 'three';
 import {MOST_LAMPS} from '../environment.js';
+import {part_fragment, part_vertex} from './garment_parts.js';
 import {VERTEX_LIGHT} from './surroundings.js';
 import {around, evaluate, fabric_surface, fabric_words, footprint, word_layout, yarn} from '../glsl.js';
 
 const VERTEX_NAMES = `
-#if FABRIC_UV_SET == 1
+#if FABRIC_UV_SET == 1 || defined(KEPT_UV1)
   #ifndef USE_UV1
     attribute vec2 uv1;
   #endif
+#endif
+#if FABRIC_UV_SET == 1
   #define fabric_coordinates uv1
 #else
   #define fabric_coordinates uv
@@ -54,14 +57,18 @@ float side_of_light(mat4 shadow, vec4 place, vec3 normal) {
 
 /**
  * three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. `tangents`: the name of an attribute;
- * `has_vertex_light`: whether light from all around is that of surroundings.js.
+ * `has_vertex_light`: whether light from all around is that of surroundings.js; `parts`: garment_parts.js.
  */
-export const vertex_shader = (of_three, uv_set, tangents, has_vertex_light) => `#define FABRIC_UV_SET ${uv_set}
+export function vertex_shader(of_three, uv_set, tangents, has_vertex_light, parts) {
+  const kept = part_vertex(parts);
+  const names = `${VERTEX_NAMES}${kept.names}${SIDE_OF_LIGHT}${has_vertex_light ? LIGHT_NAMES : ''}`;
+  return `#define FABRIC_UV_SET ${uv_set}
 #define fabric_tangent ${tangents}
-${of_three
-    .replace('void main() {', `${VERTEX_NAMES}${SIDE_OF_LIGHT}${has_vertex_light ? LIGHT_NAMES : ''}\nvoid main() {${has_vertex_light ? LIGHT_BODY : ''}`)
+${kept.defines}${of_three
+    .replace('void main() {', `${names}\nvoid main() {${has_vertex_light ? LIGHT_BODY : ''}`)
     .replace('#include <shadowmap_vertex>', SHADOWS)
-    .replace('#include <project_vertex>', `#include <project_vertex>\n${VERTEX_BODY}`)}`;
+    .replace('#include <project_vertex>', `#include <project_vertex>\n${VERTEX_BODY}${kept.body}`)}`;
+}
 
 // three.js has sun lights since r187.
 const SUN_LIGHTS = ShaderChunk.lights_pars_begin.includes('NUM_SUN_LIGHTS') ? ' + NUM_SUN_LIGHTS' : '';
@@ -80,6 +87,7 @@ uniform vec3 emissive;
 #include <dithering_pars_fragment>
 #include <uv_pars_fragment>
 #include <emissivemap_pars_fragment>
+#include <aomap_pars_fragment>
 #include <fog_pars_fragment>
 #include <lights_pars_begin>
 #include <normal_pars_fragment>
@@ -136,6 +144,17 @@ void light_at(uint i, out vec3 direction, out vec3 irradiance) {
 `;
 
 const FRAGMENT_BODY = `
+// The frame of coordinates that change so much per pixel, and the surface with them; \`known\`: dP/du, or zero.
+mat3 frame_of(vec3 normal, vec2 right, vec2 up, vec3 to_right, vec3 to_top, vec3 known) {
+  float turn = right.x * up.y - right.y * up.x < 0.0 ? -1.0 : 1.0;
+  vec3 along_u = (to_right * up.y - to_top * right.y) * turn;
+  vec3 along_v = (to_top * right.x - to_right * up.x) * turn;
+  bool is_known = dot(known, known) > 0.0;
+  vec3 tangent = tangent_across(normal, is_known ? known : along_u * inversesqrt(max(dot(along_u, along_u), 1e-36)));
+  vec3 y = cross(normal, tangent);
+  return mat3(tangent, dot(y, along_v) > 0.0 ? -y : y, normal);
+}
+
 void main() {
   vec4 diffuseColor = vec4(0.0, 0.0, 0.0, 1.0);
   #include <clipping_planes_fragment>
@@ -149,20 +168,34 @@ void main() {
   vec3 upwards_of_pixel = -dFdy(vViewPosition);
   vec3 view = isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(vViewPosition);
   #include <normal_fragment_begin>
-  normal = facing_normal(unit_or(normal, view), view);
-  float turn = right.x * up.y - right.y * up.x < 0.0 ? -1.0 : 1.0;
-  vec3 along_u = (to_right * up.y - upwards_of_pixel * right.y) * turn;
-  vec3 along_v = (upwards_of_pixel * right.x - to_right * up.x) * turn;
-  bool is_known = dot(fabric_along_u, fabric_along_u) > 0.0;
-  vec3 tangent = tangent_across(
-    normal, is_known ? fabric_along_u : along_u * inversesqrt(max(dot(along_u, along_u), 1e-36)));
-  vec3 y = cross(normal, tangent);
-  mat3 frame = mat3(tangent, dot(y, along_v) > 0.0 ? -y : y, normal);
-
   float fabric_side = gl_FrontFacing ? 1.0 : -1.0;
 #ifdef FLIP_SIDED
   fabric_side = -fabric_side;  // three.js turns the winding over to draw back sides alone
 #endif
+  normal = unit_or(normal, view);
+#ifdef KEPT_NORMAL
+  vec3 bent = texture2D(kept_normal, kept_normal_uv).xyz * 2.0 - 1.0;
+  bent.xy *= kept_normal_scale * fabric_side;
+  mat3 of_texture =
+    frame_of(normal, dFdx(kept_normal_uv), dFdy(kept_normal_uv), to_right, upwards_of_pixel, vec3(0.0));
+  normal = unit_or(of_texture * bent, normal);
+#endif
+  normal = facing_normal(normal, view);
+  mat3 frame = frame_of(normal, right, up, to_right, upwards_of_pixel, fabric_along_u);
+  vec3 tint = kept_tint;
+#ifdef KEPT_TINT_TEXTURE
+  tint *= texture2D(kept_tint_texture, kept_tint_texture_uv).rgb;
+#endif
+#ifdef USE_AOMAP
+  float occlusion = 1.0 + aoMapIntensity * (texture2D(aoMap, vAoMapUv).r - 1.0);
+#else
+  float occlusion = 1.0;
+#endif
+#ifdef KEPT_MASK
+  // Where all that takes derivatives is done.
+  if (texture2D(kept_mask, kept_mask_uv).a < kept_mask_cutoff) discard;
+#endif
+
   uint seen = seen_from(fabric_side, 0u);
   NoMaterial material;
   ReflectedLight reflectedLight = ReflectedLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
@@ -171,7 +204,7 @@ void main() {
   mat3 from_view = around_from_world * transpose(mat3(viewMatrix));
   for (int i = 0; i < around_lamp_count; ++i) {
     light_directions[lights_kept] = around_lamp_directions[i] * from_view;
-    light_irradiances[lights_kept] = around_lamp_irradiances[i];
+    light_irradiances[lights_kept] = around_lamp_irradiances[i] * occlusion;
     ++lights_kept;
   }
   for (int k = 0; k < 9; ++k) {
@@ -182,6 +215,11 @@ void main() {
 #endif
   }
   turn_around_into(from_view * frame);
+  float visible = 1.0;
+#ifdef VERTEX_LIGHT
+  visible = visible_share(mean_of(around, vec3(0.0, 0.0, 1.0)), mean_of(around_factors, from_view * normal) * around_strength);
+#endif
+  for (int k = 0; k < 9; ++k) around[k] *= min(1.0, occlusion / max(visible, 1e-3));
   sky = uint(fabric_sky) + (seen == 0u ? 0u : sky_of_turned);
 #endif
 
@@ -190,7 +228,7 @@ void main() {
   if (!(sum.a > 0.0)) discard;
   diffuseColor.a = min(sum.a, 1.0);
 #endif
-  vec3 outgoingLight = (sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0)) + totalEmissiveRadiance;
+  vec3 outgoingLight = (sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0)) * tint + totalEmissiveRadiance;
   #include <opaque_fragment>
   #include <tonemapping_fragment>
   #include <colorspace_fragment>
@@ -201,8 +239,8 @@ void main() {
 `;
 
 /** The fragment shader of a fabric. */
-export const fragment_shader = ({has_yarn, keeps_opacity, is_lit_around, has_vertex_light}) => [
+export const fragment_shader = ({has_yarn, keeps_opacity, is_lit_around, has_vertex_light, parts}) => [
   is_lit_around ? '#define AROUND\n' : '', has_vertex_light ? '#define VERTEX_LIGHT\n' : '', has_yarn ? '#define YARN\n' : '',
-  keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', FRAGMENT_NAMES, word_layout, fabric_words,
+  keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', part_fragment(parts), FRAGMENT_NAMES, word_layout, fabric_words,
   is_lit_around ? around : '', evaluate, has_yarn ? yarn : '', footprint, fabric_surface, FRAGMENT_BODY
 ].join('');

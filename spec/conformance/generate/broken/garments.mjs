@@ -1,4 +1,5 @@
 // Garments that use the extension against its rules, or unwisely.
+import {broken_parts, unwise_parts} from './garment_parts.mjs';
 import {
   BROKEN,
   FABRIC,
@@ -29,6 +30,7 @@ const transform_all = (g, change) => {
 };
 
 export const broken_garments = [
+  ...broken_parts,
   extension(
     'required', 'the extension is listed in extensionsRequired', '/extensionsRequired',
     (g) => {
@@ -244,6 +246,7 @@ export const broken_garments = [
 ];
 
 export const unwise_garments = [
+  ...unwise_parts,
   fixture(
     'GLTF_FALLBACK', 'no-texture', 'a material with no baseColorTexture', '/materials/0',
     (g) => {

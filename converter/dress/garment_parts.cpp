@@ -1,0 +1,200 @@
+#include "converter/dress/garment_parts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "format/base/guard.h"
+#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
+#include "format/gltf/fabric_extension.h"
+#include "format/gltf/names.h"
+#include "format/gltf/picture_type.h"
+#include "format/picture/image.h"
+
+namespace selvedge {
+
+using namespace names::gltf;
+
+namespace {
+
+/// Bytes for a pixel that is decoded and encoded again.
+constexpr std::uint64_t pixel_price = 32;
+
+ImageLimits limits_of(std::uint64_t memory) {
+  return {.pixels = static_cast<std::int64_t>(std::min<std::uint64_t>(memory / pixel_price, 1U << 28U))};
+}
+
+class Keeper {
+ public:
+  Keeper(GltfDocument& document, int number, const Scene& scene, const KeepOptions& options)
+      : document_(document),
+        scene_(scene),
+        material_(scene.materials[number]),
+        options_(options),
+        json_(document.json["materials"][number]) {}
+
+  KeptParts keep() {
+    const Json& extension = member(member(json_, "extensions"), fabric_extension);
+    if (extension.is_object()) {
+      for (const char* part : {mask_texture, normal_texture, tint_texture}) {
+        if (extension.contains(part)) parts_.kept.emplace_back(part);
+      }
+    } else {
+      keep_base_color();
+      keep_mask();
+      keep_normals();
+      name_replaced();
+      for (const char* part : {"occlusionTexture", "emissiveTexture"}) {
+        if (json_.contains(part)) parts_.kept.emplace_back(part);
+      }
+    }
+    if (options_.tint) own()[tint_factor] = {options_.tint->x, options_.tint->y, options_.tint->z};
+    return std::move(parts_);
+  }
+
+ private:
+  Json& own() { return json_["extensions"][fabric_extension]; }
+
+  const Json& base_info() const { return member(member(json_, "pbrMetallicRoughness"), base_color_texture); }
+
+  void keep_base_color() {
+    const V4f& color = material_.base_color;
+    const bool textured = material_.base_color_texture.image >= 0;
+    if (!options_.base_color) {
+      if (textured)
+        parts_.replaced.push_back(fmt::format("baseColorTexture \"{}\"", picture_name(scene_, material_)));
+      if (color != V4f(1, 1, 1, 1))
+        parts_.replaced.push_back(
+            fmt::format("baseColorFactor {:.3g} {:.3g} {:.3g}", color.x, color.y, color.z));
+      return;
+    }
+    if (textured) own()[tint_texture] = base_info();
+    if (V3f(color.x, color.y, color.z) != V3f(1, 1, 1)) own()[tint_factor] = {color.x, color.y, color.z};
+    if (textured) parts_.kept.emplace_back(tint_texture);
+  }
+
+  void keep_mask() {
+    const int picture = material_.base_color_texture.image;
+    const bool blend = material_.alpha_mode == AlphaMode::blend;
+    const float opacity = material_.base_color.w;
+    if (blend && picture < 0) parts_.replaced.push_back(fmt::format("alphaMode BLEND of {:.3g}", opacity));
+    if (material_.alpha_mode == AlphaMode::opaque || picture < 0 || !(opacity > 0)) return;
+    const float cutoff = blend ? 0.5F : material_.alpha_cutoff / opacity;
+    const SceneImage& encoded = scene_.images[picture];
+    const Result<Image> image =
+        decode_image(encoded.bytes, encoded.name, Transfer::keep, limits_of(options_.memory));
+    if (!image) {
+      parts_.warnings.push_back(to_line(image.error()) + "; the mask is lost");
+      return;
+    }
+    Image alpha{image->width, image->height, 2, {}};
+    bool cuts = false;
+    for (std::size_t i = 3; i < image->pixels.size(); i += 4) {
+      alpha.pixels.insert(alpha.pixels.end(), {1, image->pixels[i]});
+      cuts |= image->pixels[i] < cutoff;
+    }
+    if (!cuts) return;
+    own()[mask_texture] = options_.base_color ? base_info() : alone(alpha);
+    if (cutoff != 0.5F) own()[mask_cutoff] = cutoff;
+    parts_.kept.emplace_back(mask_texture);
+    if (blend)
+      parts_.replaced.emplace_back("alphaMode BLEND: it is cut where the picture's alpha is below 0.5");
+  }
+
+  /// The base colour texture with another picture.
+  Json alone(const Image& alpha) {
+    Json info = base_info();
+    Json texture = document_.json["textures"][index_of(member(info, index))];
+    const int view = append_view(document_, must(encode_png(alpha, Transfer::keep)));
+    const int image =
+        append(document_.json["images"], {{name, "mask"}, {mime_type, "image/png"}, {buffer_view, view}});
+    texture["source"] = image;
+    texture.erase("extensions");
+    info[index] = append(document_.json["textures"], texture);
+    return info;
+  }
+
+  static int append(Json& array, Json entry) {
+    array.push_back(std::move(entry));
+    return static_cast<int>(array.size()) - 1;
+  }
+
+  void keep_normals() {
+    if (!json_.contains(normal_texture)) return;
+    own()[normal_texture] = json_[normal_texture];
+    parts_.kept.emplace_back(normal_texture);
+  }
+
+  void name_replaced() {
+    if (member(json_, "pbrMetallicRoughness").contains("metallicRoughnessTexture"))
+      parts_.replaced.emplace_back("metallicRoughnessTexture");
+    const Json& extensions = member(json_, "extensions");
+    for (auto it = extensions.begin(); extensions.is_object() && it != extensions.end(); ++it) {
+      if (it.key().starts_with("KHR_materials_") && it.key() != "KHR_materials_emissive_strength")
+        parts_.replaced.push_back(it.key());
+    }
+  }
+
+  GltfDocument& document_;
+  const Scene& scene_;
+  const SceneMaterial& material_;
+  const KeepOptions& options_;
+  Json& json_;
+  KeptParts parts_;
+};
+
+}  // namespace
+
+Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& scene,
+                             const KeepOptions& options) {
+  try {
+    return Keeper(document, material, scene, options).keep();
+  } catch (const Failure& failure) {
+    return tl::unexpected(failure.error);
+  }
+}
+
+std::string picture_name(const Scene& scene, const SceneMaterial& material) {
+  const int picture = material.base_color_texture.image;
+  const std::string& given = scene.images[picture].name;
+  return given.empty() ? fmt::format("#{}", picture) : std::filesystem::path(given).filename().string();
+}
+
+bool is_print(const Scene& scene, int material) {
+  constexpr double many_colours =
+      0.12;  // root of the mean squared distance from the mean colour, as displayed
+  constexpr int side = 256;
+  const TextureReference& texture = scene.materials[material].base_color_texture;
+  if (texture.image < 0 || texture.tex_coord > 1) return false;
+  const SceneImage& encoded = scene.images[texture.image];
+  const auto size = picture_size(encoded.bytes);
+  int halvings = 0;
+  while (std::max(size.x, size.y) >> halvings > side) ++halvings;
+  const Result<Image> image =
+      decode_image(encoded.bytes, encoded.name, Transfer::keep, limits_of(scene.memory_left), halvings);
+  if (!image) return false;
+  V3d sum(0, 0, 0);
+  double squares = 0;
+  double count = 0;
+  for (const ScenePrimitive& primitive : scene.primitives) {
+    if (primitive.material != material) continue;
+    for (const V2d& uv : primitive.tex_coords[texture.tex_coord]) {
+      const V2d at = texture.transform.apply(uv);
+      const auto place = [](double x, int texels) {
+        return std::clamp(static_cast<int>((x - std::floor(x)) * texels), 0, texels - 1);
+      };
+      const float* pixel = &image->pixels[std::size_t{4} * (place(at.y, image->height) * image->width +
+                                                            place(at.x, image->width))];
+      const V3d color(pixel[0], pixel[1], pixel[2]);
+      sum += color;
+      squares += color.length2();
+      ++count;
+    }
+  }
+  return count > 0 && squares / count - (sum / count).length2() > many_colours * many_colours;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,137 @@
+#include "format/gltf/unused_pictures.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "format/gltf/access.h"
+#include "format/gltf/names.h"
+
+namespace selvedge {
+namespace {
+
+/// Calls visit(index, a number) for every reference to a texture.
+template <class F>
+void each_texture(Json& json, const F& visit) {
+  if (!json.is_structured()) return;
+  for (auto it = json.begin(); it != json.end(); ++it) {
+    const std::string key = json.is_object() ? it.key() : std::string();
+    if (key == "extras") continue;
+    if (key.ends_with("Texture") && index_of(member(*it, names::gltf::index)) >= 0)
+      visit((*it)[names::gltf::index]);
+    each_texture(*it, visit);
+  }
+}
+
+/// The same of pictures: sources of textures, also in their extensions, and lights of EXT_lights_image_based.
+template <class F>
+void each_image(Json& root, const F& visit) {
+  const auto visit_source = [&](Json& owner) {
+    if (index_of(member(owner, "source")) >= 0) visit(owner["source"]);
+  };
+  if (root.contains("textures")) {
+    for (Json& texture : root["textures"]) {
+      visit_source(texture);
+      if (!member(texture, "extensions").is_object()) continue;
+      for (Json& extension : texture["extensions"]) visit_source(extension);
+    }
+  }
+  const Json& lit = member(member(root, "extensions"), "EXT_lights_image_based");
+  if (!member(lit, "lights").is_array()) return;
+  for (Json& light : root["extensions"]["EXT_lights_image_based"]["lights"]) {
+    if (!member(light, "specularImages").is_array()) continue;
+    for (Json& level : light["specularImages"]) {
+      for (Json& image : level) visit(image);
+    }
+  }
+}
+
+template <class F>
+void each_sampler(Json& root, const F& visit) {
+  if (!root.contains("textures")) return;
+  for (Json& texture : root["textures"]) {
+    if (index_of(member(texture, "sampler")) >= 0) visit(texture["sampler"]);
+  }
+}
+
+template <class F>
+void each_view(Json& json, const F& visit) {
+  if (!json.is_structured()) return;
+  for (auto it = json.begin(); it != json.end(); ++it) {
+    if (json.is_object() && it.key() == "extras") continue;
+    if (json.is_object() && it.key() == names::gltf::buffer_view && index_of(*it) >= 0)
+      visit(*it);
+    else
+      each_view(*it, visit);
+  }
+}
+
+template <class Each>
+std::set<int> used_by(Json& root, const Each& each) {
+  std::set<int> used;
+  each(root, [&](const Json& index) { used.insert(index_of(index)); });
+  return used;
+}
+
+/// Removes entries of a root array and counts all references anew.
+template <class Each>
+void drop(Json& root, const char* array, const std::set<int>& dropped, const Each& each) {
+  if (dropped.empty()) return;
+  each(root, [&](Json& index) {
+    const int before = index_of(index);
+    const auto gone = std::distance(dropped.begin(), dropped.lower_bound(before));
+    if (!dropped.contains(before)) index = before - static_cast<int>(gone);
+  });
+  Json rest = Json::array();
+  for (std::size_t i = 0; i < root[array].size(); ++i) {
+    if (!dropped.contains(static_cast<int>(i))) rest.push_back(std::move(root[array][i]));
+  }
+  if (rest.empty())
+    root.erase(array);
+  else
+    root[array] = std::move(rest);
+}
+
+std::set<int> without(const std::set<int>& all, const std::set<int>& others) {
+  std::set<int> rest;
+  std::set_difference(all.begin(), all.end(), others.begin(), others.end(), std::inserter(rest, rest.end()));
+  return rest;
+}
+
+bool is_known(std::string_view extension) {
+  constexpr std::array<std::string_view, 8> known{
+      "EXT_texture_webp",       "EXT_texture_avif", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing",
+      "EXT_lights_image_based", "EXT_lights_ies",   "MSFT_texture_dds",        names::gltf::fabric_extension};
+  return extension.starts_with("KHR_") || std::find(known.begin(), known.end(), extension) != known.end();
+}
+
+}  // namespace
+
+std::set<int> textures_in_use(const Json& json) {
+  Json copy = json;  // the visitor may write
+  return used_by(copy, [](Json& root, const auto& visit) { each_texture(root, visit); });
+}
+
+std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& used) {
+  Json& root = document.json;
+  for (const Json& extension : array_of(root, "extensionsUsed")) {
+    if (!is_known(string_of(extension))) return string_of(extension);
+  }
+  const auto textures = [](Json& of, const auto& visit) { each_texture(of, visit); };
+  const auto images = [](Json& of, const auto& visit) { each_image(of, visit); };
+  const auto samplers = [](Json& of, const auto& visit) { each_sampler(of, visit); };
+  const auto views = [](Json& of, const auto& visit) { each_view(of, visit); };
+  const std::set<int> images_before = used_by(root, images);
+  const std::set<int> samplers_before = used_by(root, samplers);
+  const std::set<int> unused = without(used, used_by(root, textures));
+  drop(root, "textures", unused, textures);
+  drop(root, "samplers", without(samplers_before, used_by(root, samplers)), samplers);
+  const std::set<int> images_unused = without(images_before, used_by(root, images));
+  const std::set<int> views_before = used_by(root, views);
+  drop(root, "images", images_unused, images);
+  drop(root, "bufferViews", without(views_before, used_by(root, views)), views);
+  return "";
+}
+
+}  // namespace selvedge

@@ -1,0 +1,19 @@
+// Removing pictures that an edit has left without use.
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "format/gltf/document.h"
+
+namespace selvedge {
+
+/// The textures that something refers to: an object named "...Texture" with an index, extras left out.
+std::set<int> textures_in_use(const Json& json);
+
+/// Removes the textures that were `used` and are not any more, the pictures and samplers that nothing but
+/// these used, and the views of these pictures. Returns an extension of the document that may refer to
+/// textures or pictures in ways of its own, and then removes nothing; else "".
+std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& used);
+
+}  // namespace selvedge

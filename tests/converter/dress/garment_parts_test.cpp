@@ -1,0 +1,218 @@
+#include "converter/dress/garment_parts.h"
+
+#include <doctest/doctest.h>
+
+#include <filesystem>
+
+#include "converter/dress/check.h"
+#include "converter/dress/choose_materials.h"
+#include "converter/dress/fallback.h"
+#include "converter/dress/reattach.h"
+#include "format/check/gltf.h"
+#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
+#include "format/gltf/fabric_extension.h"
+#include "format/gltf/read_scene.h"
+#include "format/picture/image.h"
+#include "tests/converter/workshop.h"
+#include "tests/require.h"
+#include "tests/shared_data.h"
+
+using namespace selvedge;
+using test::Workshop;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Red and green stripes; the left half has an alpha of 1/5.
+Image stripes(int side) {
+  Image image{side, side, 4, {}};
+  for (int i = 0; i < side * side; ++i) {
+    const bool red = i / side % 2 == 0;
+    image.pixels.insert(image.pixels.end(),
+                        {red ? 1.0F : 0, red ? 0 : 1.0F, 0, i % side < side / 2 ? 0.2F : 1});
+  }
+  return image;
+}
+
+int add_texture(GltfDocument& document, const Image& image) {
+  const int view = append_view(document, test::need(encode_png(image, Transfer::keep)));
+  document.json["images"].push_back({{"name", "stripes"}, {"mimeType", "image/png"}, {"bufferView", view}});
+  document.json["textures"].push_back({{"source", document.json["images"].size() - 1}});
+  return static_cast<int>(document.json["textures"].size()) - 1;
+}
+
+/// A square with a picture, a mask and normals.
+struct Worn : Workshop {
+  explicit Worn(const char* mode = "MASK") {
+    GltfDocument document = test::need(load_gltf(garment));
+    const int picture = add_texture(document, stripes(64));
+    const int normals = add_texture(document, Image{4, 4, 3, std::vector<float>(48, 0.7F)});
+    Json& material = document.json["materials"][0];
+    material["pbrMetallicRoughness"] = {
+        {"baseColorTexture",
+         {{"index", picture}, {"extensions", {{"KHR_texture_transform", {{"scale", {2, 1}}}}}}}},
+        {"baseColorFactor", {0.5, 0.25, 1, 1}},
+        {"metallicRoughnessTexture", {{"index", picture}}}};
+    material["normalTexture"] = {{"index", normals}, {"scale", 0.5}};
+    material["occlusionTexture"] = {{"index", normals}};
+    material["alphaMode"] = mode;
+    if (std::string(mode) == "MASK") material["alphaCutoff"] = 0.25;
+    document.json["extensionsUsed"].push_back("KHR_texture_transform");
+    REQUIRE(save_gltf(document, garment));
+  }
+
+  /// The scene of the dressed garment, in which `check` finds nothing.
+  Scene checked(const DressOptions& options) const {
+    test::need(dress(options));
+    Scene scene;
+    for (const Error& issue : check_gltf(output, {}, &scene)) FAIL_CHECK(to_line(issue));
+    for (const Error& issue : check_dressed(scene)) FAIL_CHECK(to_line(issue));
+    return scene;
+  }
+};
+
+DressOptions all() { return {.all = true}; }
+
+V3f color_of(const SceneMaterial& material) {
+  return {material.base_color.x, material.base_color.y, material.base_color.z};
+}
+
+}  // namespace
+
+TEST_CASE("dress: mask, normals and occlusion of a garment stay, and its colours leave the file") {
+  const Worn worn;
+  const Scene scene = worn.checked(all());
+  const SceneMaterial& material = scene.materials[0];
+  const GarmentParts& kept = material.kept;
+  REQUIRE(kept.mask.image >= 0);
+  CHECK(kept.mask_cutoff == 0.25F);
+  CHECK(kept.mask.transform.scale == V2d(2, 1));
+  CHECK(kept.tint == V3f(1, 1, 1));
+  CHECK(kept.tint_texture.image == -1);
+  CHECK(kept.normal_scale == 0.5F);
+  const Image mask = test::need(decode_image(scene.images[kept.mask.image].bytes, "mask", Transfer::keep));
+  const Image before = stripes(64);
+  REQUIRE(mask.pixels.size() == before.pixels.size());
+  for (std::size_t i = 3; i < mask.pixels.size(); i += 4)
+    CHECK(mask.pixels[i] == doctest::Approx(before.pixels[i]).epsilon(1e-6));
+  // The fallback has the same outline in the colour of the cloth, and the same normals.
+  CHECK(material.base_color_texture.image == kept.mask.image);
+  CHECK(material.alpha_mode == AlphaMode::mask);
+  CHECK(material.alpha_cutoff == 0.25F);
+  const V3f mean = mean_color(bake_fallback(test::net_fabric(V2d(5, 4))).base_color);
+  for (int c = 0; c < 3; ++c) CHECK(color_of(material)[c] == doctest::Approx(mean[c]).epsilon(0.02));
+  CHECK(material.normal_texture.image == kept.normal.image);
+  CHECK(material.occlusion_texture.image == kept.normal.image);
+  // The stripes are gone, and so is what the fallback would have had of the fabric.
+  CHECK(scene.images.size() == 2);
+  const Json json = test::need(load_gltf(worn.output)).json;
+  CHECK(json["images"].size() == 2);
+  CHECK(json["textures"].size() == 2);
+  CHECK(fs::file_size(worn.output) <= fs::file_size(worn.garment) + fs::file_size(worn.fabric) + 2000);
+}
+
+TEST_CASE("dress: the base colour stays as a tint where it is asked for, and a colour can take its place") {
+  const Worn worn;
+  DressOptions options = all();
+  options.keep.base_color = true;
+  const SceneMaterial printed = worn.checked(options).materials[0];
+  CHECK(printed.kept.tint_texture.image >= 0);
+  CHECK(printed.kept.tint_texture.image == printed.kept.mask.image);
+  CHECK(printed.kept.tint == V3f(0.5F, 0.25F, 1));
+  CHECK(printed.base_color_texture.image == printed.kept.tint_texture.image);
+  options = all();
+  options.keep.tint = V3f(2, 0.5F, 0.25F);
+  const SceneMaterial dyed = worn.checked(options).materials[0];
+  CHECK(dyed.kept.tint == V3f(2, 0.5F, 0.25F));
+  const V3f mean = mean_color(bake_fallback(test::net_fabric(V2d(5, 4))).base_color);
+  CHECK(color_of(dyed).y == doctest::Approx(mean.y * 0.5F).epsilon(0.02));
+}
+
+TEST_CASE("dress: what is kept and what is replaced is said, a print with the option that shows it") {
+  const DressReport report = test::need(Worn().dress(all()));
+  CHECK(report.materials[0].kept ==
+        std::vector<std::string>{"maskTexture", "normalTexture", "occlusionTexture"});
+  CHECK(report.materials[0].replaced == std::vector<std::string>{"baseColorTexture \"stripes\"",
+                                                                 "baseColorFactor 0.5 0.25 1",
+                                                                 "metallicRoughnessTexture"});
+  // All four corners of the square lie in one texel of the repeated picture.
+  CHECK(report.warnings.empty());
+  Workshop plain;
+  const DressReport bare = test::need(plain.dress(all()));
+  CHECK(bare.materials[0].kept.empty());
+  CHECK(bare.materials[0].replaced == std::vector<std::string>{"baseColorFactor 0.8 0.8 0.8"});
+}
+
+TEST_CASE("dress: an opaque material has no mask, and a blended one is cut in the middle") {
+  CHECK(Worn("OPAQUE").checked(all()).materials[0].kept.mask.image == -1);
+  const Worn sheer("BLEND");
+  const SceneMaterial material = sheer.checked(all()).materials[0];
+  CHECK(material.kept.mask.image >= 0);
+  CHECK(material.kept.mask_cutoff == 0.5F);
+  CHECK(test::need(sheer.dress(all())).materials[0].replaced[2].starts_with("alphaMode BLEND"));
+}
+
+TEST_CASE("dress: a dressed garment that is dressed again keeps its parts") {
+  const Worn worn;
+  const Scene once = worn.checked(all());
+  Worn again;
+  fs::copy_file(worn.output, again.garment, fs::copy_options::overwrite_existing);
+  const Scene twice = again.checked(all());
+  CHECK(twice.materials[0].kept.mask_cutoff == once.materials[0].kept.mask_cutoff);
+  CHECK(twice.images[twice.materials[0].kept.mask.image].bytes ==
+        once.images[once.materials[0].kept.mask.image].bytes);
+  CHECK(twice.images.size() == once.images.size());
+}
+
+TEST_CASE("reattach: mask, normals and tint come back with the fabric") {
+  const Worn worn;
+  DressOptions options = all();
+  options.keep.tint = V3f(0.5F, 1, 1);
+  const Scene before = worn.checked(options);
+  GltfDocument document = test::need(load_gltf(worn.output));
+  erase_extension(document.json["materials"][0], "SELVEDGE_materials_fabric");
+  erase_extension(document.json, "SELVEDGE_materials_fabric");
+  const std::string packed = worn.folder / "packed.glb";
+  const std::string restored = worn.folder / "restored.glb";
+  REQUIRE(save_gltf(document, packed));
+  REQUIRE(reattach(packed, restored, {.fabrics = {worn.fabric}}));
+  const GarmentParts kept = test::need(read_scene(restored)).materials[0].kept;
+  CHECK(kept.mask.image >= 0);
+  CHECK(kept.mask.transform.scale == V2d(2, 1));
+  CHECK(kept.mask_cutoff == 0.25F);
+  CHECK(kept.normal.image >= 0);
+  CHECK(kept.normal_scale == 0.5F);
+  CHECK(kept.tint == V3f(0.5F, 1, 1));
+}
+
+TEST_CASE("dress --all leaves alone what calls itself no cloth, but not what only sounds like it") {
+  struct Case {
+    const char* name;
+    bool cloth;
+  };
+  for (const Case& c : {Case{"Buttons", false}, Case{"metalZip_02", false}, Case{"shoe sole", false},
+                        Case{"Std_Eyelash", false}, Case{"leftEyes", false}, Case{"HAIR", false},
+                        Case{"skin.001", false}, Case{"console", true}, Case{"Skinny jeans", true},
+                        Case{"unzipped", true}, Case{"chair cover", true}, Case{"", true}}) {
+    CAPTURE(c.name);
+    GltfDocument document;
+    document.json = {{"materials", {{{"name", "cotton"}}, {{"name", c.name}}}}};
+    const ChosenMaterials chosen = test::need(choose_materials(document, {.all = true}));
+    CHECK(chosen.materials.size() == (c.cloth ? 2 : 1));
+    CHECK(chosen.left_alone.size() == (c.cloth ? 0 : 1));
+    // Its mesh may say so where the material does not.
+    document.json["materials"][1].erase("name");
+    document.json["meshes"] = {{{"name", c.name}, {"primitives", {{{"material", 1}}}}}};
+    CHECK(test::need(choose_materials(document, {.all = true})).materials.size() == (c.cloth ? 2 : 1));
+    CHECK(test::need(choose_materials(document, {.materials = {"#1"}})).materials == std::vector<int>{1});
+  }
+  GltfDocument document;
+  document.json = {{"materials", {{{"name", "a"}}, {{"name", "b"}}}}};
+  CHECK(test::need(choose_materials(document, {.all = true, .except = {"a"}})).materials ==
+        std::vector<int>{1});
+  CHECK(test::error_of(choose_materials(document, {.all = true, .except = {"c"}})).code ==
+        Code::material_missing);
+  CHECK(test::error_of(choose_materials(document, {.all = true, .except = {"a", "b"}})).code ==
+        Code::material_missing);
+}
