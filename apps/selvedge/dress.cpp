@@ -24,7 +24,8 @@ struct DressCommand {
 
 void declare(Options& options, DressCommand& command) {
   options.common(command.common);
-  options.text("garment", command.garment, "FILE", "A glTF file (.gltf .glb), or OBJ with its materials").required();
+  options.text("garment", command.garment, "FILE", "A glTF file (.gltf .glb), or OBJ with its materials")
+      .required();
   options.text("fabric", command.fabric, "FILE", "The fabric file").required();
   options.output(command.output, "The dressed garment (.gltf .glb)", ".glb", {".gltf", ".glb"}).required();
   DressOptions& dress = command.dress;

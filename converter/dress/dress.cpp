@@ -235,6 +235,7 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     limits.document.memory -= reader.memory_of(0, reader.header().levels - 1);
     must(check_options(options, options.mm_per_repeat.value_or(V2d(fabric.period_mm))));
     GltfDocument document = must(load_gltf(garment_path, limits.document));
+    const std::vector<std::string> missing = drop_missing_pictures(document);
     const FabricSource source =
         must(source_of(fabric_path, output_path, options.embed.value_or(has_ending(output_path, ".glb"))));
     const std::string digest = must(digest_of_fabric(fabric_path));
@@ -242,6 +243,8 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     move_document(document, std::filesystem::path(output_path).parent_path().string());
     size_garment(document, options);
     DressReport report = Dresser(document, fabric, options).dress(source, digest);
+    for (const std::string& file : missing)
+      report.warnings.push_back(file + " is not there, and is left out");
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));
     std::vector<AtomicFile> usd = stage_usd(document, options.usd, limits, report);

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <string_view>
 #include <vector>
 
 #include "format/gltf/access.h"
 #include "format/gltf/names.h"
+#include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {
@@ -106,6 +108,24 @@ bool is_known(std::string_view extension) {
   return extension.starts_with("KHR_") || std::find(known.begin(), known.end(), extension) != known.end();
 }
 
+/// Removes the members that refer to one of the textures.
+void erase_references(Json& json, const std::set<int>& textures) {
+  if (!json.is_structured()) return;
+  for (auto it = json.begin(); it != json.end();) {
+    const bool gone = json.is_object() && it.key().ends_with("Texture") &&
+                      textures.contains(index_of(member(*it, names::gltf::index)));
+    if (!gone && !(json.is_object() && it.key() == "extras")) erase_references(*it, textures);
+    it = gone ? json.erase(it) : std::next(it);
+  }
+}
+
+bool is_missing(const GltfDocument& document, const std::string& uri) {
+  if (uri.empty() || uri.starts_with("data:")) return false;
+  const Result<std::string> path = resolve_uri(document, uri, "/images");
+  std::error_code ignored;
+  return path && !std::filesystem::exists(*path, ignored);
+}
+
 }  // namespace
 
 std::set<int> textures_in_use(const Json& json) {
@@ -132,6 +152,27 @@ std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& us
   drop(root, "images", images_unused, images);
   drop(root, "bufferViews", without(views_before, used_by(root, views)), views);
   return "";
+}
+
+std::vector<std::string> drop_missing_pictures(GltfDocument& document) {
+  std::set<int> images;
+  std::vector<std::string> files;
+  const Json& all = array_of(document.json, "images");
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const std::string uri = string_of(member(all[i], "uri"));
+    if (!is_missing(document, uri)) continue;
+    images.insert(static_cast<int>(i));
+    files.push_back(uri);
+  }
+  if (images.empty()) return files;
+  std::set<int> textures;
+  const Json& entries = array_of(document.json, "textures");
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (images.contains(index_of(member(entries[i], "source")))) textures.insert(static_cast<int>(i));
+  }
+  erase_references(document.json, textures);
+  drop_unused_pictures(document, textures);
+  return files;
 }
 
 }  // namespace selvedge

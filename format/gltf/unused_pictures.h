@@ -1,8 +1,9 @@
-// Removing pictures that an edit has left without use.
+// Removing pictures that an edit has left without use, and those that are not there.
 #pragma once
 
 #include <set>
 #include <string>
+#include <vector>
 
 #include "format/gltf/document.h"
 
@@ -15,5 +16,9 @@ std::set<int> textures_in_use(const Json& json);
 /// these used, and the views of these pictures. Returns an extension of the document that may refer to
 /// textures or pictures in ways of its own, and then removes nothing; else "".
 std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& used);
+
+/// Removes the textures whose picture is a file that does not exist, from what refers to them as well;
+/// returns the URIs of these files.
+std::vector<std::string> drop_missing_pictures(GltfDocument& document);
 
 }  // namespace selvedge

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "converter/mesh/file.h"
+#include "format/gltf/document.h"
 #include "format/gltf/read_scene.h"
 #include "tests/fuzz/target.h"
 

@@ -216,3 +216,26 @@ TEST_CASE("dress --all leaves alone what calls itself no cloth, but not what onl
   CHECK(test::error_of(choose_materials(document, {.all = true, .except = {"a", "b"}})).code ==
         Code::material_missing);
 }
+
+TEST_CASE(
+    "pictures that are not there are left out of the garment, with a remark, and what has them goes on "
+    "without") {
+  const Worn worn;
+  GltfDocument document = test::need(load_gltf(worn.garment));
+  document.json["images"].push_back({{"uri", "no%20such.png"}});
+  document.json["textures"].push_back({{"source", document.json["images"].size() - 1}});
+  const int texture = static_cast<int>(document.json["textures"].size()) - 1;
+  document.json["materials"][0]["emissiveTexture"] = {{"index", texture}};
+  document.json["materials"][0]["emissiveFactor"] = {1, 0, 0};
+  document.json["materials"].push_back({{"name", "spare"}, {"normalTexture", {{"index", texture}}}});
+  REQUIRE(save_gltf(document, worn.garment));
+  const Scene scene = worn.checked(all());
+  CHECK(scene.materials[0].emissive == V3f(1, 0, 0));
+  const DressReport report = test::need(worn.dress(all()));
+  CHECK(std::ranges::count(report.warnings, "no%20such.png is not there, and is left out") == 1);
+  const GltfDocument dressed = test::need(load_gltf(worn.output));
+  for (const Json& material : dressed.json["materials"]) {
+    CHECK_FALSE(material.contains("emissiveTexture"));
+    CHECK(material.contains("normalTexture") == (string_of(material["name"]) != "spare"));
+  }
+}

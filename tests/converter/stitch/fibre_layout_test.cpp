@@ -38,7 +38,8 @@ TEST_CASE("fibres lie within their plies, as many as are asked for, and go on in
   const int laid = f.count() - static_cast<int>(wool.mesh.hairs.roots.size());
   CHECK(laid == 25 * static_cast<int>(f.yarns.size()));
   REQUIRE(f.first.size() == static_cast<std::size_t>(f.count()) + 1);
-  const auto surface = test::need(ImplicitSurface::build(test::need(lay_plies(wool.pattern, "wool")), 0.7, "wool"));
+  const auto surface =
+      test::need(ImplicitSurface::build(test::need(lay_plies(wool.pattern, "wool")), 0.7, "wool"));
   double outermost = -1;
   for (int k = 0; k < laid; ++k) {
     const V3d way = V3d(f.points[f.first[k + 1] - 1]) - V3d(f.points[f.first[k]]);
