@@ -69,7 +69,6 @@ void declare(Options& options, DressCommand& command) {
       .ends_in({".usda"});
   add_limits(options, dress.limits);
   options.check([&options, &dress] {
-    dress.keep.memory = dress.limits.document.memory;
     if (dress.materials.empty() && !dress.all) refuse("dress", "--material or --all is required");
     options.refuse_if(options.piped_output() != nullptr, "has no place beside standard output",
                       {"--external"});

@@ -72,8 +72,14 @@ class DressedCheck {
     if (!mean->second) return;
     const V4f& factor = material.base_color;
     const V3f shown = *mean->second * V3f(factor.x, factor.y, factor.z);
-    V3f albedo = fabric.albedo * material.kept.tint;
-    for (int c = 0; c < 3; ++c) albedo[c] = std::min(albedo[c], 1.0F);
+    // A factor of glTF is at most 1: of the tint on the fabric's own picture, or of both on a mask.
+    const bool own_picture = material.kept.mask.image < 0;
+    V3f albedo;
+    for (int c = 0; c < 3; ++c) {
+      const float tint = material.kept.tint[c];
+      albedo[c] =
+          own_picture ? fabric.albedo[c] * std::min(tint, 1.0F) : std::min(fabric.albedo[c] * tint, 1.0F);
+    }
     for (int c = 0; c < 3; ++c) {
       if (std::abs(shown[c] - albedo[c]) <= color_tolerance) continue;
       issues_.push_back(

@@ -115,7 +115,7 @@ class Dresser {
     warn_of_uvs(where, size);
     FabricReference reference{fabric, options_.tex_coord, {}};
     reference.transform = {options_.offset, options_.rotation * std::numbers::pi / 180, dressed.repeats};
-    KeptParts parts = must(keep_parts(document_, material, scene, options_.keep));
+    KeptParts parts = must(keep_parts(document_, material, scene, places, masks_, options_.keep));
     if (!options_.keep.base_color && is_print(scene, material) && !scene.materials[material].fabric) {
       parts.warnings.push_back(
           fmt::format("the picture \"{}\" of its base colour is a print: --keep base-colour shows it",
@@ -162,6 +162,7 @@ class Dresser {
   const DressOptions& options_;
   std::string digest_;
   Uses uses_;
+  MaskTextures masks_;
   std::optional<FallbackTextures> textures_;
   DressReport report_;
 };

@@ -113,9 +113,12 @@ void set_fallback(GltfDocument& document, int material, const FallbackTextures& 
   const bool masked = part(mask_texture).is_object();
   const Json& own = part(tint_texture).is_object() ? part(tint_texture) : part(mask_texture);
   const V3f factor = own.is_object() ? textures.mean * tint : tint;
+  const auto most_one = [](const V3f& x) {
+    return Json::array({std::min(x.x, 1.0F), std::min(x.y, 1.0F), std::min(x.z, 1.0F)});
+  };
   if (factor != V3f(1, 1, 1)) {
-    const auto most_one = [](float x) { return std::min(x, 1.0F); };
-    core["baseColorFactor"] = {most_one(factor.x), most_one(factor.y), most_one(factor.z), 1};
+    core["baseColorFactor"] = most_one(factor);
+    core["baseColorFactor"].push_back(1);
   }
   core["baseColorTexture"] =
       own.is_object() ? own : texture_info(textures.base_color, reference.tex_coord, reference.transform);
@@ -137,17 +140,15 @@ void set_fallback(GltfDocument& document, int material, const FallbackTextures& 
   json["extensions"][specular] = {{"specularFactor", 0}};
   use_extension(document.json, specular);
   if (textures.transmission > 0) {
-    const V3f& through = textures.transmission_color;
     json["extensions"][transmission] = {
         {"diffuseTransmissionFactor", textures.transmission},
-        {"diffuseTransmissionColorFactor", {through.x, through.y, through.z}}};
+        {"diffuseTransmissionColorFactor", most_one(textures.transmission_color * tint)}};
     use_extension(document.json, transmission);
   }
   const V3f color = textures.sheen_color * tint;
   if (color == V3f(0, 0, 0)) return;
-  json["extensions"][sheen] = {
-      {"sheenColorFactor", {std::min(color.x, 1.0F), std::min(color.y, 1.0F), std::min(color.z, 1.0F)}},
-      {"sheenRoughnessFactor", textures.sheen_roughness}};
+  json["extensions"][sheen] = {{"sheenColorFactor", most_one(color)},
+                               {"sheenRoughnessFactor", textures.sheen_roughness}};
   use_extension(document.json, sheen);
 }
 

@@ -29,10 +29,13 @@ ImageLimits limits_of(std::uint64_t memory) {
 
 class Keeper {
  public:
-  Keeper(GltfDocument& document, int number, const Scene& scene, const KeepOptions& options)
+  Keeper(GltfDocument& document, int number, const Scene& scene, const std::set<Place>& places,
+         MaskTextures& masks, const KeepOptions& options)
       : document_(document),
         scene_(scene),
         material_(scene.materials[number]),
+        places_(places),
+        masks_(masks),
         options_(options),
         json_(document.json["materials"][number]) {}
 
@@ -71,9 +74,34 @@ class Keeper {
             fmt::format("baseColorFactor {:.3g} {:.3g} {:.3g}", color.x, color.y, color.z));
       return;
     }
-    if (textured) own()[tint_texture] = base_info();
-    if (V3f(color.x, color.y, color.z) != V3f(1, 1, 1)) own()[tint_factor] = {color.x, color.y, color.z};
-    if (textured) parts_.kept.emplace_back(tint_texture);
+    V3f tint(color.x, color.y, color.z);
+    for (int c = 0; c < 3; ++c) tint[c] = std::clamp(tint[c], 0.0F, static_cast<float>(max_tint));
+    if (tint != V3f(1, 1, 1)) own()[tint_factor] = {tint.x, tint.y, tint.z};
+    if (!textured || !base_fits()) return;
+    const Json info = base_info();
+    own()[tint_texture] = info;
+    parts_.kept.emplace_back(tint_texture);
+  }
+
+  /// Whether the texture can be a member of the extension; if not, there is a warning.
+  bool fits(const Json& info, const char* what) {
+    int set = std::max(0, index_of(member(info, tex_coord)));
+    read_uv_transform(info, set);
+    std::string why;
+    if (entry_of(document_, "textures", index_of(member(info, index))).is_null()) {
+      why = "is no texture of the file";
+    } else if (set > 1) {
+      why = fmt::format("is on TEXCOORD_{}, and only the sets 0 and 1 are read", set);
+    } else if (!check_uvs(document_, places_, set)) {
+      why = fmt::format("is on TEXCOORD_{}, which triangles of the material lack", set);
+    }
+    if (!why.empty()) parts_.warnings.push_back(fmt::format("{} {}: it is left out", what, why));
+    return why.empty();
+  }
+
+  bool base_fits() {
+    if (!base_fits_) base_fits_ = fits(base_info(), base_color_texture);
+    return *base_fits_;
   }
 
   void keep_mask() {
@@ -85,19 +113,21 @@ class Keeper {
     const float cutoff = blend ? 0.5F : material_.alpha_cutoff / opacity;
     const SceneImage& encoded = scene_.images[picture];
     const Result<Image> image =
-        decode_image(encoded.bytes, encoded.name, Transfer::keep, limits_of(options_.memory));
+        decode_image(encoded.bytes, encoded.name, Transfer::keep, limits_of(scene_.memory_left));
     if (!image) {
       parts_.warnings.push_back(to_line(image.error()) + "; the mask is lost");
       return;
     }
     Image alpha{image->width, image->height, 2, {}};
+    alpha.pixels.reserve(image->pixels.size() / 2);
     bool cuts = false;
     for (std::size_t i = 3; i < image->pixels.size(); i += 4) {
       alpha.pixels.insert(alpha.pixels.end(), {1, image->pixels[i]});
       cuts |= image->pixels[i] < cutoff;
     }
-    if (!cuts) return;
-    own()[mask_texture] = options_.base_color ? base_info() : alone(alpha);
+    if (!cuts || !base_fits()) return;
+    const Json info = options_.base_color ? base_info() : alone(alpha);
+    own()[mask_texture] = info;
     if (cutoff != 0.5F) own()[mask_cutoff] = cutoff;
     parts_.kept.emplace_back(mask_texture);
     if (blend)
@@ -107,13 +137,19 @@ class Keeper {
   /// The base colour texture with another picture.
   Json alone(const Image& alpha) {
     Json info = base_info();
-    Json texture = document_.json["textures"][index_of(member(info, index))];
+    const int base = index_of(member(info, index));
+    if (const auto known = masks_.find(base); known != masks_.end()) {
+      info[index] = known->second;
+      return info;
+    }
+    Json texture = document_.json["textures"][base];
     const int view = append_view(document_, must(encode_png(alpha, Transfer::keep)));
     const int image =
         append(document_.json["images"], {{name, "mask"}, {mime_type, "image/png"}, {buffer_view, view}});
     texture["source"] = image;
     texture.erase("extensions");
-    info[index] = append(document_.json["textures"], texture);
+    masks_[base] = append(document_.json["textures"], texture);
+    info[index] = masks_[base];
     return info;
   }
 
@@ -123,8 +159,9 @@ class Keeper {
   }
 
   void keep_normals() {
-    if (!json_.contains(normal_texture)) return;
-    own()[normal_texture] = json_[normal_texture];
+    if (!json_.contains(normal_texture) || !fits(json_[normal_texture], normal_texture)) return;
+    const Json info = json_[normal_texture];
+    own()[normal_texture] = info;
     parts_.kept.emplace_back(normal_texture);
   }
 
@@ -141,17 +178,20 @@ class Keeper {
   GltfDocument& document_;
   const Scene& scene_;
   const SceneMaterial& material_;
+  const std::set<Place>& places_;
+  MaskTextures& masks_;
   const KeepOptions& options_;
   Json& json_;
   KeptParts parts_;
+  std::optional<bool> base_fits_;
 };
 
 }  // namespace
 
 Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& scene,
-                             const KeepOptions& options) {
+                             const std::set<Place>& places, MaskTextures& masks, const KeepOptions& options) {
   try {
-    return Keeper(document, material, scene, options).keep();
+    return Keeper(document, material, scene, places, masks, options).keep();
   } catch (const Failure& failure) {
     return tl::unexpected(failure.error);
   }

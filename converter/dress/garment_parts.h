@@ -1,12 +1,15 @@
 // What a garment's material keeps when it gets a fabric, and what it loses.
 #pragma once
 
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "format/base/vec.h"
 #include "format/gltf/document.h"
+#include "format/gltf/material_uses.h"
 #include "format/scene/scene.h"
 
 namespace selvedge {
@@ -14,7 +17,6 @@ namespace selvedge {
 struct KeepOptions {
   bool base_color = false;       ///< the base colour tints the fabric
   std::optional<V3f> tint = {};  ///< linear, instead of that of the base colour
-  std::uint64_t memory = default_memory;
 };
 
 /// One line each, such as "normalTexture".
@@ -24,12 +26,16 @@ struct KeptParts {
   std::vector<std::string> warnings;
 };
 
+/// The textures of alpha alone, by the textures that they were made of.
+using MaskTextures = std::map<int, int>;
+
 /// Writes the members of the extension beside `fabric` to a material that is about to be dressed: the mask of
 /// a picture with alpha, as a picture of alpha alone unless the base colour is kept, the normal texture, and
-/// the tint. Of a material with a fabric they stay, as its core is a fallback, but for a tint that is given.
-/// `scene`: as the document was read.
+/// the tint. Textures that are broken or on UV sets that the `places` of the material lack are left out, with
+/// a warning. Of a material with a fabric they stay, as its core is a fallback, but for a tint that is given.
+/// `scene`: as the document was read; `masks`: of the materials before, of the same document.
 Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& scene,
-                             const KeepOptions& options);
+                             const std::set<Place>& places, MaskTextures& masks, const KeepOptions& options);
 
 /// What messages call the picture of a material's base colour. Precondition: it has one.
 std::string picture_name(const Scene& scene, const SceneMaterial& material);

@@ -63,14 +63,16 @@ bool give_plies(const Yarn& yarn, const V2f& period, const YarnChainOptions& opt
   curve.plies.phase = static_cast<float>(std::atan2(out.dot(beside), out.dot(across)));
   curve.plies.divisions = divisions_for(curve, nodes, period, options);
   YarnData alone{{curve}, {nodes.begin(), nodes.end()}, {}, {}};
+  alone.curves[0].hairs = {};
   alone.light.assign(std::size_t{light_values_per_station} * curve.stations, 0);
   return validate(alone, period).has_value();
 }
 
 constexpr std::uint64_t stream_hairs = 31;
 
-/// As many hairs as the yarn's hairiness asks for, in the mean over seeds. Refuses more than a file holds.
-Result<YarnHairs> hairs_for(const StitchPattern& pattern, std::size_t index) {
+/// As many hairs as the yarn's hairiness asks for, in the mean over seeds. Refuses more than there is `room`
+/// for.
+Result<YarnHairs> hairs_for(const StitchPattern& pattern, std::size_t index, int room) {
   const Yarn& yarn = pattern.yarns[index];
   YarnHairs hairs;
   if (yarn.hairiness == 0) return hairs;
@@ -79,7 +81,7 @@ Result<YarnHairs> hairs_for(const StitchPattern& pattern, std::size_t index) {
   // The mean of what is left of an exponential distribution.
   const double mean = 1 - max_hair / std::expm1(max_hair);
   const double expected = yarn.hairiness * length / (mean * yarn.hair_mm);
-  if (expected >= max_hairs) {
+  if (expected >= room) {
     return fail(Code::mesh_invalid, pattern.name, fmt::format("/yarns/{}/hairiness", index),
                 fmt::format("the repeat would have more than {} hairs", max_hairs));
   }
@@ -99,10 +101,12 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
   YarnData data;
   std::optional<StitchPattern> laid;
   std::size_t first_ply = 0;
+  int room = max_hairs;
   for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
     const Yarn& yarn = pattern.yarns[y];
-    const auto hairs = hairs_for(pattern, y);
+    const auto hairs = hairs_for(pattern, y, room);
     if (!hairs) return tl::unexpected(hairs.error());
+    room -= hairs->count;
     YarnCurve curve;
     curve.hairs = *hairs;
     curve.turns = turns_of(yarn, pattern.period_mm);

@@ -133,6 +133,8 @@ std::vector<Yarns::Segment> segments_with_hairs(const YarnCurve& curve, std::spa
       Yarns::Segment s;
       s.start = V3f(hairs[h].points[k]);
       s.along = V3f(hairs[h].points[k + 1] - hairs[h].points[k]);
+      // A piece without a direction in single precision cannot be met.
+      if (!std::isfinite(1 / s.along.length2())) continue;
       s.tangent.fill(s.along.normalized());
       s.across = {hairs[h].light, V3f(0, 0, 0)};
       s.inverse_length2 = 1 / s.along.length2();

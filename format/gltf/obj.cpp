@@ -9,6 +9,7 @@
 #include <unordered_map>
 
 #include "format/base/atomic_file.h"
+#include "format/base/printable.h"
 #include "format/base/words.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/memory.h"
@@ -34,6 +35,9 @@ struct CornerHash {
 
 /// A corner with its share of the maps and buffers that are made of it.
 constexpr std::uint64_t corner_price = 128;
+/// A byte of text with its share of the lines and values that are read from it.
+constexpr std::uint64_t obj_price = 24;
+constexpr std::uint64_t mtl_price = 64;
 /// JSON values of a primitive with its accessors, views and material.
 constexpr std::uint64_t values_of_part = 128;
 
@@ -198,7 +202,7 @@ class MaterialReader {
     if (!path) return tl::unexpected(path.error());
     const auto text = read_file(*path, std::min(limits.file_bytes, limits.memory));
     if (!text) return {};
-    if (!account.take(text->size(), 16))
+    if (!account.take(text->size(), mtl_price))
       return tl::unexpected(beyond_memory(*path, "", "its text", limits.memory));
     return for_each_line(obj_text(*text), [&](const Words& words, int) { return read_line(words); });
   }
@@ -208,7 +212,7 @@ class MaterialReader {
     const auto [entry, is_new] = used_.try_emplace(name, static_cast<int>(used_.size()));
     if (is_new) {
       Json material = materials_.contains(name) ? materials_.at(name) : Json::object();
-      material["name"] = name.empty() ? "cloth" : name;
+      material["name"] = name.empty() ? "cloth" : as_utf8(name);  // JSON strings are UTF-8
       material["doubleSided"] = true;
       material["pbrMetallicRoughness"]["metallicFactor"] = 0;
       document_.json["materials"].push_back(material);
@@ -246,8 +250,10 @@ class MaterialReader {
     } else if (words[0] == "map_Kd") {
       return set_picture(words, base["baseColorTexture"]);
     } else if (words[0] == "map_Ke") {
-      if (!material.contains("emissiveFactor")) material["emissiveFactor"] = Json::array({1, 1, 1});
-      return set_picture(words, material["emissiveTexture"]);
+      if (auto ok = set_picture(words, material["emissiveTexture"]); !ok) return ok;
+      // A texture alone shows nothing, as the factor of glTF is 0 by default.
+      if (!material["emissiveTexture"].is_null() && !material.contains("emissiveFactor"))
+        material["emissiveFactor"] = Json::array({1, 1, 1});
     } else if (words[0] == "norm" || is_normal_map(words)) {
       return set_picture(words, material["normalTexture"]);
     } else if (words[0] == "map_d") {
@@ -309,7 +315,7 @@ void drop_empty(Json& material) {
 
 Result<GltfDocument> load_obj(std::string_view text, const std::string& path, const GltfLimits& limits) {
   MemoryAccount account(limits.memory);
-  if (!account.take(text.size(), 8))
+  if (!account.take(text.size(), obj_price))
     return tl::unexpected(beyond_memory(path, "", "its text", limits.memory));
   ObjReader reader(path, account);
   const auto read_line = [&](const Words& words, int number) { return reader.read_line(words, number); };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <map>
 #include <string_view>
 #include <vector>
 
@@ -108,15 +109,26 @@ bool is_known(std::string_view extension) {
   return extension.starts_with("KHR_") || std::find(known.begin(), known.end(), extension) != known.end();
 }
 
-/// Removes the members that refer to one of the textures.
+/// An extension that may refer to textures or pictures in ways of its own; "" without one.
+std::string unknown_extension(const Json& root) {
+  for (const Json& extension : array_of(root, "extensionsUsed")) {
+    if (!is_known(string_of(extension))) return string_of(extension);
+  }
+  return "";
+}
+
+/// Removes the members that refer to one of the textures. What glowed by a texture glows no more.
 void erase_references(Json& json, const std::set<int>& textures) {
   if (!json.is_structured()) return;
+  bool dark = false;
   for (auto it = json.begin(); it != json.end();) {
     const bool gone = json.is_object() && it.key().ends_with("Texture") &&
                       textures.contains(index_of(member(*it, names::gltf::index)));
     if (!gone && !(json.is_object() && it.key() == "extras")) erase_references(*it, textures);
+    dark |= gone && it.key() == "emissiveTexture";
     it = gone ? json.erase(it) : std::next(it);
   }
+  if (dark) json.erase("emissiveFactor");
 }
 
 bool is_missing(const GltfDocument& document, const std::string& uri) {
@@ -124,6 +136,32 @@ bool is_missing(const GltfDocument& document, const std::string& uri) {
   const Result<std::string> path = resolve_uri(document, uri, "/images");
   std::error_code ignored;
   return path && !std::filesystem::exists(*path, ignored);
+}
+
+/// Whether an extension of the texture, such as EXT_texture_webp, names a picture.
+bool has_other_source(const Json& texture) {
+  const Json& extensions = member(texture, "extensions");
+  return extensions.is_object() &&
+         std::any_of(extensions.begin(), extensions.end(),
+                     [](const Json& extension) { return index_of(member(extension, "source")) >= 0; });
+}
+
+/// Removes those of the textures and of the pictures that nothing uses, with the pictures, samplers and views
+/// that only these used. Returns the pictures that were removed.
+std::set<int> drop_without_use(Json& root, const std::set<int>& of_textures, std::set<int> of_images) {
+  const auto textures = [](Json& of, const auto& visit) { each_texture(of, visit); };
+  const auto images = [](Json& of, const auto& visit) { each_image(of, visit); };
+  const auto samplers = [](Json& of, const auto& visit) { each_sampler(of, visit); };
+  const auto views = [](Json& of, const auto& visit) { each_view(of, visit); };
+  of_images.merge(used_by(root, images));
+  const std::set<int> samplers_before = used_by(root, samplers);
+  drop(root, "textures", without(of_textures, used_by(root, textures)), textures);
+  drop(root, "samplers", without(samplers_before, used_by(root, samplers)), samplers);
+  std::set<int> images_unused = without(of_images, used_by(root, images));
+  const std::set<int> views_before = used_by(root, views);
+  drop(root, "images", images_unused, images);
+  drop(root, "bufferViews", without(views_before, used_by(root, views)), views);
+  return images_unused;
 }
 
 }  // namespace
@@ -134,44 +172,34 @@ std::set<int> textures_in_use(const Json& json) {
 }
 
 std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& used) {
-  Json& root = document.json;
-  for (const Json& extension : array_of(root, "extensionsUsed")) {
-    if (!is_known(string_of(extension))) return string_of(extension);
-  }
-  const auto textures = [](Json& of, const auto& visit) { each_texture(of, visit); };
-  const auto images = [](Json& of, const auto& visit) { each_image(of, visit); };
-  const auto samplers = [](Json& of, const auto& visit) { each_sampler(of, visit); };
-  const auto views = [](Json& of, const auto& visit) { each_view(of, visit); };
-  const std::set<int> images_before = used_by(root, images);
-  const std::set<int> samplers_before = used_by(root, samplers);
-  const std::set<int> unused = without(used, used_by(root, textures));
-  drop(root, "textures", unused, textures);
-  drop(root, "samplers", without(samplers_before, used_by(root, samplers)), samplers);
-  const std::set<int> images_unused = without(images_before, used_by(root, images));
-  const std::set<int> views_before = used_by(root, views);
-  drop(root, "images", images_unused, images);
-  drop(root, "bufferViews", without(views_before, used_by(root, views)), views);
-  return "";
+  std::string unknown = unknown_extension(document.json);
+  if (unknown.empty()) drop_without_use(document.json, used, {});
+  return unknown;
 }
 
 std::vector<std::string> drop_missing_pictures(GltfDocument& document) {
+  if (!unknown_extension(document.json).empty()) return {};
+  std::map<int, std::string> uris;  // by picture
   std::set<int> images;
-  std::vector<std::string> files;
   const Json& all = array_of(document.json, "images");
   for (std::size_t i = 0; i < all.size(); ++i) {
     const std::string uri = string_of(member(all[i], "uri"));
     if (!is_missing(document, uri)) continue;
     images.insert(static_cast<int>(i));
-    files.push_back(uri);
+    uris[static_cast<int>(i)] = uri;
   }
-  if (images.empty()) return files;
+  if (images.empty()) return {};
   std::set<int> textures;
   const Json& entries = array_of(document.json, "textures");
   for (std::size_t i = 0; i < entries.size(); ++i) {
-    if (images.contains(index_of(member(entries[i], "source")))) textures.insert(static_cast<int>(i));
+    if (images.contains(index_of(member(entries[i], "source"))) && !has_other_source(entries[i]))
+      textures.insert(static_cast<int>(i));
   }
   erase_references(document.json, textures);
-  drop_unused_pictures(document, textures);
+  std::vector<std::string> files;
+  for (const int image : drop_without_use(document.json, textures, images)) {
+    if (uris.contains(image)) files.push_back(uris[image]);
+  }
   return files;
 }
 

@@ -17,8 +17,10 @@ std::set<int> textures_in_use(const Json& json);
 /// textures or pictures in ways of its own, and then removes nothing; else "".
 std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& used);
 
-/// Removes the textures whose picture is a file that does not exist, from what refers to them as well;
-/// returns the URIs of these files.
+/// Removes pictures whose file does not exist, and their textures, from what refers to them as well; what had
+/// such an emissiveTexture does not glow. Pictures of textures that an extension gives another one stay, and
+/// those of lights. Returns the URIs of the files that were removed; removes nothing where
+/// drop_unused_pictures() would not.
 std::vector<std::string> drop_missing_pictures(GltfDocument& document);
 
 }  // namespace selvedge

@@ -68,7 +68,8 @@ test_refuses_files_of_the_wrong_kind() {
   refuses FABRIC_MALFORMED plane.samples.exr selvedge evaluate plane.samples.exr --uv 0,0
   refuses FABRIC_MALFORMED plane.samples.exr selvedge dress quad.gltf plane.samples.exr -o o.glb --all
   refuses '.*' quad.gltf selvedge fit quad.gltf -o o.exr
-  refuses '.*' plane.obj selvedge check plane.obj --quiet
+  echo words >words.txt
+  refuses '.*' words.txt selvedge check words.txt --quiet
   refuses '.*' plane.fabric.exr selvedge dress plane.fabric.exr plane.fabric.exr -o o.glb --all
   refuses '.*' plane.fabric.exr selvedge bake plane.fabric.exr -o o.exr
 }

@@ -16,6 +16,11 @@ ajv.addSchema(property, 'glTFProperty.schema.json');
 ajv.addSchema({ ...property, properties: { ...property.properties, name: { type: 'string' } } }, 'glTFChildOfRootProperty.schema.json');
 ajv.addSchema(index, 'glTFid.schema.json');
 ajv.addSchema({ ...property, properties: { ...property.properties, index, texCoord: index }, required: ['index'] }, 'textureInfo.schema.json');
+ajv.addSchema({
+  ...property,
+  properties: { ...property.properties, index, texCoord: index, scale: { type: 'number' } },
+  required: ['index'],
+}, 'material.normalTextureInfo.schema.json');
 const files = readdirSync(new URL('schema/', folder));
 for (const file of files) ajv.addSchema(JSON.parse(readFileSync(new URL(`schema/${file}`, folder), 'utf8')));
 const valid = (schema, json) => {

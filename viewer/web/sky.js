@@ -172,12 +172,14 @@ function frame_at(floats, segments, station) {
     mean((s) => plus(times(vector(s + AT[name]), 1 - share(s)), vector(s + AT[name] + 3), share(s)));
   const place = (s) =>
     plus(vector(s + AT.segment_start), vector(s + AT.segment_axis), share(s) * floats[s + AT.segment_length]);
+  // Of the segment and of that behind it, which follows in the list or is the first.
+  const thickest = (s) => max(...[s, segments[(segments.indexOf(s) + 1) % segments.length]].map((at) => floats[at + AT.segment_reach]));
   const tangent = unit(mixed('segment_tangents')), across = mixed('segment_across'), position = mean(place);
   return {
     position,
     tangent,
     across: unit(minus(across, times(tangent, dot(tangent, across)))),
-    radius: floats[ends[0] + AT.segment_reach] + hypot(...minus(place(ends[0]), position)),
+    radius: thickest(ends[0]) + hypot(...minus(place(ends[0]), position)),
     plied: ends.length > 1,
   };
 }

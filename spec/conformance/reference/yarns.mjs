@@ -88,7 +88,7 @@ function is_hidden(yarns, point, L) {
     const {along, length, radius} = segment;
     const s = min(max(dot(from, along) / length ** 2, 0), 1);
     // The tip of a hair as well, which is no other segment's.
-    const tip = {...segment, along: times(along, -1)};
+    const tip = {...segment, ball: radius, along: times(along, -1)};
     const t = min(entry(segment, from, L), entry(tip, minus(from, along), L));
     hidden ||= hypot(...plus(from, along, -s)) < radius || (t >= 0 && t < Infinity);
   });

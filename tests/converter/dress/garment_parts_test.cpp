@@ -13,6 +13,7 @@
 #include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/read_scene.h"
+#include "format/gltf/unused_pictures.h"
 #include "format/picture/image.h"
 #include "tests/converter/workshop.h"
 #include "tests/require.h"
@@ -146,6 +147,9 @@ TEST_CASE("dress: what is kept and what is replaced is said, a print with the op
 
 TEST_CASE("dress: an opaque material has no mask, and a blended one is cut in the middle") {
   CHECK(Worn("OPAQUE").checked(all()).materials[0].kept.mask.image == -1);
+  DressOptions bright = all();
+  bright.keep.tint = V3f(2, 0.5F, 16);
+  CHECK(color_of(Worn("OPAQUE").checked(bright).materials[0]) == V3f(1, 0.5F, 1));
   const Worn sheer("BLEND");
   const SceneMaterial material = sheer.checked(all()).materials[0];
   CHECK(material.kept.mask.image >= 0);
@@ -230,12 +234,67 @@ TEST_CASE(
   document.json["materials"].push_back({{"name", "spare"}, {"normalTexture", {{"index", texture}}}});
   REQUIRE(save_gltf(document, worn.garment));
   const Scene scene = worn.checked(all());
-  CHECK(scene.materials[0].emissive == V3f(1, 0, 0));
+  CHECK(scene.materials[0].emissive == V3f(0, 0, 0));  // else it would glow without a picture
   const DressReport report = test::need(worn.dress(all()));
   CHECK(std::ranges::count(report.warnings, "no%20such.png is not there, and is left out") == 1);
   const GltfDocument dressed = test::need(load_gltf(worn.output));
   for (const Json& material : dressed.json["materials"]) {
     CHECK_FALSE(material.contains("emissiveTexture"));
+    CHECK_FALSE(material.contains("emissiveFactor"));
     CHECK(material.contains("normalTexture") == (string_of(material["name"]) != "spare"));
   }
+}
+
+TEST_CASE("pictures that are not there stay where an extension has another, or may refer to them") {
+  const Worn worn;
+  GltfDocument document = test::need(load_gltf(worn.garment));
+  Json& json = document.json;
+  const Json before = json;
+  const std::size_t image = json["images"].size();
+  json["images"].push_back({{"uri", "none.png"}});
+  json["images"].push_back({{"uri", "unused.png"}});
+  json["textures"].push_back({{"source", image}, {"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}});
+  json["materials"][0]["emissiveTexture"] = {{"index", json["textures"].size() - 1}};
+  const Json given = json;
+  CHECK(drop_missing_pictures(document) == std::vector<std::string>{"unused.png"});
+  CHECK(json["textures"] == given["textures"]);
+  CHECK(json["materials"] == given["materials"]);
+  json = given;
+  json["textures"].back().erase("extensions");
+  json["extensionsUsed"].push_back("ACME_pictures");
+  const Json unknown = json;
+  CHECK(drop_missing_pictures(document).empty());
+  CHECK(json == unknown);
+  json["extensionsUsed"] = before["extensionsUsed"];
+  CHECK(drop_missing_pictures(document) == std::vector<std::string>{"none.png", "unused.png"});
+  CHECK(json == before);
+}
+
+TEST_CASE("dress: materials on one picture share its mask, and textures on other UV sets are left out") {
+  Worn worn;
+  worn.edit([](Json& json) {
+    const Json material = json["materials"][0];
+    Json primitive = json["meshes"][0]["primitives"][0];
+    primitive["material"] = json["materials"].size();
+    json["meshes"][0]["primitives"].push_back(primitive);
+    json["materials"].push_back(material);
+    json["materials"].back()["normalTexture"]["texCoord"] = 2;
+    json["materials"].back()["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 1};
+  });
+  const DressReport report = test::need(worn.dress(all()));
+  const Json json = test::need(load_gltf(worn.output)).json;
+  CHECK(std::ranges::count_if(json["images"], [](const Json& image) {
+          return string_of(member(image, "name")) == "mask";
+        }) == 1);
+  const auto own = [&](std::size_t material) -> const Json& {
+    return json["materials"][material]["extensions"]["SELVEDGE_materials_fabric"];
+  };
+  const std::size_t other = json["materials"].size() - 1;
+  CHECK(own(0)["maskTexture"]["index"] == own(other)["maskTexture"]["index"]);
+  CHECK(own(0).contains("normalTexture"));
+  CHECK_FALSE(own(other).contains("normalTexture"));
+  CHECK(std::ranges::count_if(report.warnings, [](const std::string& line) {
+          return line.ends_with(
+              "normalTexture is on TEXCOORD_2, and only the sets 0 and 1 are read: it is left out");
+        }) == 1);
 }

@@ -123,7 +123,7 @@ TEST_CASE("reattach: what comes back is what dress has written, if only the exte
 TEST_CASE("reattach: where the base colour lies otherwise, the fabric follows its change") {
   Workshop workshop;
   workshop.edit([](Json& json) {
-    json["images"] = Json::array({Json{{"uri", "none.png"}}});
+    json["images"] = Json::array({Json{{"uri", "data:image/png;base64,iVBORw0KGgo="}}});
     json["textures"] = Json::array({Json{{"source", 0}}});
     json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {
         {"index", 0},

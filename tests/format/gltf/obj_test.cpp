@@ -46,6 +46,7 @@ TEST_CASE("a garment of OBJ has a primitive for each material, v upside down and
   CHECK(picture(red["pbrMetallicRoughness"]["baseColorTexture"]) == "the%20red.png");
   CHECK(picture(red["normalTexture"]) == "red_Normal.png");
   CHECK_FALSE(red.contains("emissiveTexture"));  // is not there
+  CHECK_FALSE(red.contains("emissiveFactor"));
   const Scene scene = scene_of(document);
   REQUIRE(scene.primitives.size() == 2);
   const bool first = !scene.primitives[0].tex_coords[0].empty();
@@ -71,6 +72,20 @@ TEST_CASE("a garment of OBJ keeps the normals and vertices that its corners name
   CHECK(scene.primitives[0].normals[0] == V3f(0, 0, 1));
   CHECK(scene.primitives[0].normals[1] == V3f(0, 1, 0));
   CHECK(scene.primitives[0].tex_coords[0][0] == V2d(0.5, 1));
+}
+
+TEST_CASE("a garment of OBJ glows by its picture, and names in Latin-1 can be saved") {
+  const Folder folder;
+  test::write_bytes(folder / "m.mtl", "newmtl caf\xE9\nKd 1 0 0\nmap_Ke glow.png\n");
+  test::write_bytes(folder / "glow.png", "png");
+  const std::string text = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl caf\xE9\nf 1 2 3\n";
+  const GltfDocument document = test::need(load_obj(text, folder / "g.obj", {}));
+  const Json& material = document.json["materials"][0];
+  CHECK(string_of(material["name"]) == "caf\\xE9");
+  CHECK(material["pbrMetallicRoughness"]["baseColorFactor"] == Json::array({1.0, 0.0, 0.0, 1}));
+  CHECK(material["emissiveFactor"] == Json::array({1, 1, 1}));
+  CHECK(material.contains("emissiveTexture"));
+  CHECK(save_gltf(document, folder / "g.gltf"));
 }
 
 TEST_CASE("damaged garments of OBJ are refused with the line, and files outside are not opened") {

@@ -37,7 +37,11 @@ export function hairs_of(curve, chain, sideways) {
     const u = (k) => ((hash(seed ^ (0x80000000 + 16 * h + k)) >>> 8) + 0.5) / 2 ** 24;
     const ply = Math.floor(plies.count * u(1)), own = each * (over ? (plies.count - ply) % plies.count : ply);
     let i = own;
-    while (i + 1 < own + each && fround(chain[i + 1].stations[0]) <= u(0) * stations) ++i;
+    for (let end = own + each; end - i > 1;) {
+      const middle = (i + end) >> 1;
+      if (fround(chain[middle].stations[0]) <= u(0) * stations) i = middle;
+      else end = middle;
+    }
     const {start, along, length, tangents: [t_0, t_1], across: [A_0, A_1], out: [E_0, E_1], stations: x} = chain[i];
     const s = min(max((u(0) * stations - x[0]) / (x[1] - x[0]), 0), 1), mix = (a, b) => plus(times(a, 1 - s), b, s);
     const C = plus(plus(start, along, 3 * s * s - 2 * s ** 3),
@@ -64,6 +68,7 @@ export function hairs_of(curve, chain, sideways) {
         reach: max(radius, WIDEST * curve.radius),
         rank: (h + 0.5) / n,
       };
-    });
+      // A piece without a direction in single precision cannot be met.
+    }).filter(({along}) => Number.isFinite(fround(1 / fround(dot(along, along)))));
   }).flat();
 }

@@ -72,7 +72,7 @@ const are_strands = ({count, pieces, shift, seed, irregularity, swells}) =>
 const hairs_from = ([count, length, loops, radius, kept]) => ({count, length, loops, radius, kept});
 const are_hairs = ({count, length, loops, radius, kept}, longest) => is_whole(count, -MOST_HAIRS, MOST_HAIRS) &&
   [length, radius].every((x) => x >= 0 && x <= longest) && [loops, kept].every((x) => x >= 0 && x <= 1) &&
-  (count === 0 || (length > 0 && radius * kept > 0));
+  (count === 0 || (length > 0 && fround(radius * kept) > 0));
 
 /** The place of the first curve, node or count that a reader must refuse, and why; null where there is none. */
 function fault_of({period, curves, counts, point}) {

@@ -3,15 +3,25 @@ import {Matrix3, SRGBColorSpace, Vector3} from 'three';
 
 const TEXTURES = {mask: 'maskTexture', normal: 'normalTexture', tint_texture: 'tintTexture'};
 
+const MAX_TINT = 16;
+
 /** What a material without such members has; GarmentParts in index.d.ts. */
 export const no_parts = {
   mask: null, mask_cutoff: 0.5, normal: null, normal_scale: 1, tint: [1, 1, 1], tint_texture: null,
 };
 
+const number_or = (x, otherwise) => Number.isFinite(Math.fround(x)) && typeof x === 'number' ? x : otherwise;
+const are_numbers = (x, n) => Array.isArray(x) && x.length === n && x.every((a) => number_or(a, null) !== null);
+
 /** The parts that an extension describes; those whose texture cannot be loaded are left out. */
 export async function load_parts(parser, extension) {
-  const {maskCutoff: mask_cutoff = 0.5, normalTexture, tintFactor: tint = [1, 1, 1]} = extension ?? {};
-  const parts = {...no_parts, mask_cutoff, normal_scale: normalTexture?.scale ?? 1, tint};
+  const {maskCutoff, normalTexture, tintFactor} = extension ?? {};
+  const parts = {
+    ...no_parts,
+    mask_cutoff: number_or(maskCutoff, no_parts.mask_cutoff),
+    normal_scale: number_or(normalTexture?.scale, no_parts.normal_scale),
+    tint: (are_numbers(tintFactor, 3) ? tintFactor : no_parts.tint).map((c) => Math.min(Math.max(c, 0), MAX_TINT)),
+  };
   await Promise.all(Object.entries(TEXTURES).map(async ([name, member]) => {
     const info = extension?.[member];
     if (!info) return;
