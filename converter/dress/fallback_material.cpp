@@ -100,7 +100,7 @@ Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fal
 
 void set_fallback(GltfDocument& document, int material, const FallbackTextures& textures,
                   const FabricReference& reference) {
-  const auto part = [&](const char* name) -> const Json& { return part_of(document, material, name); };
+  const auto part = [&](const char* member) -> const Json& { return part_of(document, material, member); };
   Json& json = document.json["materials"][material];
   drop_lobes(document, json);
   Json& core = json["pbrMetallicRoughness"];
