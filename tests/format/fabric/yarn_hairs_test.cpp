@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "format/base/random.h"
 #include "format/fabric/header.h"
 #include "tests/format/yarn_data.h"
 
@@ -240,4 +241,27 @@ TEST_CASE("a file of hairs has 30 fields and is of version 3.3, and hairs out of
   CHECK(refused({1, 1, 0, 0, 1}));
   CHECK(refused({1, 1, 0, 0.01F, 0}));
   CHECK(refused({1, 1, 0, 0.01F, 1.5F}));
+}
+
+TEST_CASE("hairs too short for a direction are not there, however they are looked at") {
+  for (const float length : {1e-6F, 1e-18F, 1e-22F, 1e-38F}) {
+    CAPTURE(length);
+    const YarnData data = hairy(2, {200, length, 0.5F, 0.05F, 1});
+    REQUIRE(validate(data, period));
+    const Yarns yarns(data, period);
+    for (const Yarns::Segment& s : yarns.inside().segments) CHECK(std::isfinite(s.inverse_length2));
+    Random random(1);
+    int seen = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const V3f view =
+          V3f(V3d(random.uniform() - 0.5, random.uniform() - 0.5, random.uniform())).normalized();
+      const auto hit = yarns.trace({random.uniform(), random.uniform()}, 1, view);
+      if (!hit) continue;
+      const YarnPoint point = yarns.point_at(*hit);
+      ++seen;
+      CHECK((point.station >= 0 && point.station <= 5 && std::isfinite(point.normal.length())));
+      CHECK(std::isfinite(yarns.shade({0, 0}, 1, view, view).radiance.x));
+    }
+    CHECK(seen > 100);
+  }
 }
