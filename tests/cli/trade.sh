@@ -41,8 +41,7 @@ test_a_swatch_refuses_what_it_cannot_draw() {
 grid='{"centre": {"texels": 8, "directions": 16, "samples": 2}, "vary": {"lobes": [1], "texels": [4]}}'
 sweep() {
   selvedge trade plain-knit --set yarn=tube -o sweep --grid grid.json --repeats 1 --size 32x24 --truth-samples 4 \
-    --held-out-pairs 4 \
-    --held-out-samples 4 "$@"
+    --held-out-pairs 4 --held-out-samples 4 "$@"
 }
 # edited STATEMENT: of JavaScript, over `r`, the record of the sweep.
 edited() {
@@ -89,8 +88,7 @@ test_both_programs_tell_a_terminal_how_far_a_sweep_is_and_what_is_left() {
   # util-linux's script is a terminal; a machine without pseudo-terminals has none to try.
   script -qec true /dev/null >/dev/null 2>&1 </dev/null || exit 77
   script -qec "selvedge trade plain-knit --set yarn=tube -o sweep --grid grid.json --repeats 1 --size 64x48 \
-    --held-out-samples 4" \
-    /dev/null >terminal.txt </dev/null
+    --held-out-samples 4" /dev/null >terminal.txt </dev/null
   grep -qE $'\r\033\\[Ktrade +[0-9]+ %  [0-9]+ s, [0-9]+ s left  .' terminal.txt || fail "no progress: $(cat terminal.txt)"
   script -qec "selvedge-view trade sweep --repeats 1 --size 160x120" /dev/null >terminal.txt </dev/null
   # The settings by name, as they are measured.
@@ -374,8 +372,7 @@ test_the_table_of_a_sweep_without_noise_says_so() {
 test_a_sweep_leaves_nothing_of_one_that_was_killed() {
   printf '{"centre":{"texels":8,"directions":64,"samples":200}}' >grid.json
   local begin=(selvedge trade plain-knit --set yarn=tube -o sweep --grid grid.json --repeats 1 --size 22x22
-    --truth-samples 4
-    --held-out-pairs 1 --held-out-samples 2 --quiet)
+    --truth-samples 4 --held-out-pairs 1 --held-out-samples 2 --quiet)
   # Killed as soon as its bake has begun. No function here: $! would be the shell around the program.
   "${begin[@]}" &
   for _ in $(seq 1200); do
