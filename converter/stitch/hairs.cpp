@@ -19,7 +19,7 @@ class Triangles {
       middles_.push_back((V3d(mesh.positions[t.x]) + V3d(mesh.positions[t.y]) + V3d(mesh.positions[t.z])) /
                          3.0);
       const V2i at = square_at(middles_.back());
-      square(at.x, at.y).push_back(static_cast<int>(middles_.size()) - 1);
+      squares_[square(at.x, at.y)].push_back(static_cast<int>(middles_.size()) - 1);
     }
   }
 
@@ -32,7 +32,7 @@ class Triangles {
     for (int reach = 1; best < 0; reach *= 4) {
       for (int y = at.y - reach; y <= at.y + reach; ++y) {
         for (int x = at.x - reach; x <= at.x + reach; ++x) {
-          for (const int t : const_cast<Triangles*>(this)->square(x, y)) {
+          for (const int t : squares_[square(x, y)]) {
             V3d off = middles_[t] - point;
             for (int i = 0; i < 2; ++i) off[i] -= std::round(off[i] / period_[i]) * period_[i];
             if (off.length2() >= least) continue;
@@ -51,9 +51,10 @@ class Triangles {
     for (int i = 0; i < 2; ++i) at[i] = static_cast<int>(std::floor(point[i] / period_[i] * count_[i]));
     return at;
   }
-  std::vector<int>& square(int x, int y) {
+  /// Index of a square, which repeats with the cell.
+  std::size_t square(int x, int y) const {
     const auto wrapped = [](int a, int n) { return (a % n + n) % n; };
-    return squares_[static_cast<std::size_t>(wrapped(y, count_.y)) * count_.x + wrapped(x, count_.x)];
+    return static_cast<std::size_t>(wrapped(y, count_.y)) * count_.x + wrapped(x, count_.x);
   }
 
   V2d period_;

@@ -48,12 +48,9 @@ void for_each_side(const FabricHeader& header, const Visit& visit) {
 /// The header of a fabric's file but for its layers and other sides. Precondition: the fabric has a level.
 FabricHeader header_without_layers(const Fabric& fabric);
 
-/// Numbers of a curve that a file of version 3.2 may have.
-inline constexpr int fields_before_hairs = 24;
-
 /// Minor version of the file: 1 with other sides than the front, 2 with more than round yarn, 3 with hairs.
 inline int minor_version(const FabricHeader& header) {
-  if (header.shape.yarns.fields > fields_before_hairs) return 3;
+  if (header.shape.yarns.fields > fields_with_strands) return 3;
   if (header.shape.yarns.fields > fields_of_round_yarn) return 2;
   return header.sides.empty() ? 0 : 1;
 }

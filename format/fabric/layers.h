@@ -82,15 +82,18 @@ struct Layer {
   bool operator==(const Layer&) const = default;
 };
 
-/// Numbers of a curve without the member `fields`.
+/// Numbers of a curve: without the member `fields`, which more need; up to version 3.2; and now.
 inline constexpr int fields_of_round_yarn = 11;
+inline constexpr int fields_with_plies = 18;
+inline constexpr int fields_with_strands = 24;
+inline constexpr int fields_with_hairs = 30;  ///< the first of them, 24, is of a version to come
 
 /// How much yarn a fabric holds (yarns.h); 0: none.
 struct YarnCounts {
   int curves = 0;
   int nodes = 0;
   int stations = 0;                   ///< of indirect light
-  int fields = fields_of_round_yarn;  ///< numbers of a curve; a file of more needs version 3.2
+  int fields = fields_of_round_yarn;  ///< numbers of a curve
   bool operator==(const YarnCounts&) const = default;
 };
 

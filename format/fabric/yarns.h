@@ -87,9 +87,6 @@ YarnCounts counts_of(const YarnData& data);
 /// The values of a file's layer `yarns`: the curves' nodes, then their stations, and so on in the order of
 /// the members of YarnCurve up to its slope; x, y, z of the nodes; the other fields of the curves.
 /// `indirect`: every value over all stations.
-inline constexpr int fields_with_plies = 18;
-inline constexpr int fields_with_strands = 24;
-inline constexpr int fields_with_hairs = 30;  ///< the first of them, 24, is of a version to come
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
   return counts.fields * counts.curves + values_per_node * counts.nodes;
