@@ -9,17 +9,18 @@ large=(--texels 128 --views 256 --lights 256 --samples 64)
 
 # leaves_nothing SIGNAL STATUS COMMAND...: sends the signal once the command has begun its file.
 leaves_nothing() {
-  local signal=$1 wanted=$2 status=0 pid before
+  local signal=$1 wanted=$2 status=0 pid before began=
   shift 2
   before=$(snapshot)
   "$@" >"$scratch/out" 2>"$scratch/err" &
   pid=$!
   for _ in $(seq 600); do
-    [ -z "$(find . -name '*.part-*' -print -quit)" ] || break
+    began=$(find . -name '*.part-*' -print -quit)
+    [ -z "$began" ] || break
     kill -0 $pid 2>/dev/null || fail "ended by itself: $*: $(cat "$scratch/err")"
     sleep 0.05
   done
-  [ -n "$(find . -name '*.part-*' -print -quit)" ] || fail "began no file: $*"
+  [ -n "$began" ] || fail "began no file: $*"
   sleep 0.2
   kill "-$signal" $pid
   wait $pid || status=$?
