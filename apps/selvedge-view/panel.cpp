@@ -16,6 +16,8 @@ namespace {
 
 constexpr float panel_width = 330;
 
+constexpr std::array<std::string_view, 4> quarter_turns{"0 deg", "90 deg", "180 deg", "270 deg"};
+
 V3f each(const V3f& v, float (*function)(float)) { return {function(v.x), function(v.y), function(v.z)}; }
 
 void set_style() {
@@ -42,6 +44,11 @@ void set_style() {
 
 }  // namespace
 
+V2i picture_size(const V2i& window) {
+  constexpr int width = static_cast<int>(panel_width);
+  return {window.x > 2 * width ? window.x - width : window.x, window.y};
+}
+
 Panel::Panel(const Window& window) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
@@ -57,6 +64,8 @@ Panel::~Panel() {
   ImGui_ImplGlfw_Shutdown();
   ImGui::DestroyContext();
 }
+
+void Panel::copy(const std::string& text) { ImGui::SetClipboardText(text.c_str()); }
 
 void Panel::begin() {
   ImGui_ImplOpenGL3_NewFrame();
@@ -115,27 +124,32 @@ void Panel::handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& r
   if (pressed('H')) shown_ = !shown_;
   if (pressed('R')) request.resets_camera = true;
   if (pressed('P')) state.probes = !state.probes;
-  const auto fabrics = static_cast<int>(info.picture.fabrics().size());
+  const auto fabrics = static_cast<int>(info.picture.fabric_names.size());
   if (pressed('F')) raise(request.change, next_fabrics(fabrics, state), Change::scene);
-  if (pressed('E')) {
-    state.texel_edges = !state.texel_edges;
+  for (const auto& [key, overlay] : {std::pair('E', Overlay::texels), std::pair('W', Overlay::triangles)}) {
+    if (!pressed(key)) continue;
+    const auto wanted = static_cast<int>(overlay);
+    state.overlay = state.overlay == wanted ? 0 : wanted;
     raise(request.change, true, Change::frame);
   }
+  if (pressed('C')) raise(request.change, show_core(state), Change::scene);
+  request.saves = request.saves || pressed('S');
 }
 
 void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   label("path");
   raise(request.change, choose("##path", path_names, state.path), Change::scene);
-  std::size_t levels = 1;
-  for (const Fabric& fabric : info.picture.fabrics())
-    levels = std::max(levels, static_cast<std::size_t>(fabric.first_level()) + fabric.levels.size());
   const std::string shown = state.levels.forced < 0 ? "by footprint" : fmt::format("{}", state.levels.forced);
-  slider(request.change, "level", state.levels.forced, -1, static_cast<int>(levels) - 1, shown.c_str());
+  slider(request.change, "level", state.levels.forced, -1, info.picture.levels - 1, shown.c_str());
   box(request.change, "blend two levels", state.levels.blend);
   slider(request.change, "layers", state.layers, 1, max_layers);
-  box(request.change, "texel edges (E)", state.texel_edges);
-  ImGui::SameLine();
+  label("lines");
+  raise(request.change, choose("##lines", overlay_names, state.overlay), Change::frame);
   if (ImGui::Button("first view (R)")) request.resets_camera = true;
+  ImGui::SameLine();
+  if (ImGui::Button("save picture (S)")) request.saves = true;
+  ImGui::SameLine();
+  if (ImGui::Button("copy command")) request.copies = true;
 }
 
 void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& request) {
@@ -202,25 +216,42 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& re
   if (box(request.change, "shadows", casts)) state.shadows = casts ? default_shadow_size : 0;
   label("");
   bool follows = state.lights_in_camera_frame;
-  if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(info.picture.camera(), state);
+  if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(info.picture.camera, state);
 }
 
 void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& request) {
-  const std::vector<SceneMaterial>& materials = info.picture.scene().materials;
-  for (std::size_t i = 0; i < materials.size(); ++i) {
-    if (!materials[i].fabric) continue;
+  const std::vector<std::string>& materials = info.picture.materials;
+  // For a moment the picture may be of another scene than the state.
+  for (std::size_t i = 0; i < std::min(materials.size(), state.fabrics.size()); ++i) {
+    if (materials[i].empty()) continue;
     ImGui::PushID(static_cast<int>(i));
-    label(materials[i].name.empty() ? "material" : materials[i].name.c_str());
-    raise(request.change,
-          choose("##fabric", info.picture.fabric_names(), state.fabrics[i], "(core material)"),
+    label(materials[i].c_str());
+    raise(request.change, choose("##fabric", info.picture.fabric_names, state.fabrics[i], "(core material)"),
           Change::scene);
+    FabricFit& fit = state.fits[i];
+    label("size, turn");
+    auto size = static_cast<float>(fit.size);
+    ImGui::SetNextItemWidth(-80);
+    raise(request.change,
+          ImGui::SliderFloat("##size", &size, 0.1F, 10, "%.2f x", ImGuiSliderFlags_Logarithmic),
+          Change::scene);
+    fit.size = std::max(static_cast<double>(size), 1e-3);
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(-1);
+    raise(request.change, choose("##turn", quarter_turns, fit.quarter_turns), Change::scene);
+    label("tint");
+    V3f tint = each(fit.tint, linear_to_srgb);
+    if (ImGui::ColorEdit3("##tint", &tint.x, ImGuiColorEditFlags_DisplayHex)) {
+      fit.tint = each(tint, srgb_to_linear);
+      raise(request.change, true, Change::scene);
+    }
     ImGui::PopID();
   }
   label("another");
-  if (ImGui::InputTextWithHint("##path", "fabric file, Enter", &path_,
+  if (ImGui::InputTextWithHint("##path", "fabric, garment or environment", &path_,
                                ImGuiInputTextFlags_EnterReturnsTrue) &&
       !path_.empty()) {
-    request.add_fabric = path_;
+    request.add_file = path_;
     path_.clear();
   }
 }
@@ -239,7 +270,7 @@ PanelRequest Panel::edit(const PanelInfo& info, ShowState& state) {
                    ImGuiWindowFlags_NoMove);
   ImGui::PushStyleColor(ImGuiCol_Text, ImVec4(1, 0.55F, 0.4F, 1));
   if (!info.message.empty()) ImGui::TextWrapped("%s", info.message.c_str());
-  for (const Error& warning : info.picture.warnings()) ImGui::TextWrapped("%s", to_line(warning).c_str());
+  for (const Error& warning : info.picture.warnings) ImGui::TextWrapped("%s", to_line(warning).c_str());
   ImGui::PopStyleColor();
   const auto opens = [](const char* title, bool open) {
     return ImGui::CollapsingHeader(title, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);

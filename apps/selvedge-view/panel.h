@@ -7,16 +7,15 @@
 #include <vector>
 
 #include "apps/selvedge-view/window.h"
-#include "viewer/show/picture.h"
+#include "viewer/show/background.h"
 
 namespace selvedge {
 
 /// Data that the panel displays.
 struct PanelInfo {
-  const ShowPicture& picture;
+  const ShownPicture& picture;
   const std::optional<PixelProbe>& probe;
   double window_seconds = 0;  ///< time for panel and window in the last frame
-  int divisor = 1;            ///< the window's size over the picture's
   std::string keys;           ///< pressed keys (window.h)
   std::string message;        ///< the last error, or empty
 };
@@ -26,8 +25,13 @@ struct PanelRequest {
   Change change = Change::none;
   bool close = false;
   bool resets_camera = false;
-  std::string add_fabric;  ///< path, or empty
+  bool saves = false;    ///< the picture
+  bool copies = false;   ///< the command line that draws it
+  std::string add_file;  ///< path, or empty
 };
+
+/// The size of the picture beside the panel, before a window of `window` pixels has one.
+V2i picture_size(const V2i& window);
 
 class Panel {
  public:
@@ -49,6 +53,8 @@ class Panel {
   bool holds() const;
   /// Lays the panel out, if it is shown, and edits `state`.
   PanelRequest edit(const PanelInfo& info, ShowState& state);
+  /// Puts text on the clipboard.
+  static void copy(const std::string& text);
   /// Draws the picture's texture, an overlay unless that is 0, then the panel.
   void end(unsigned picture, unsigned overlay);
 

@@ -116,6 +116,8 @@ bool Window::wait_for_events(double seconds) {
   return glfwGetTime() - start < seconds;
 }
 
+void Window::wake() { glfwPostEmptyEvent(); }
+
 void Window::swap() { glfwSwapBuffers(handle_); }
 
 }  // namespace selvedge

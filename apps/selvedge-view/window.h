@@ -37,6 +37,8 @@ class Window {
   void close();
   /// Waits for events, at most `seconds`, and handles them. Returns whether there were any.
   bool wait_for_events(double seconds);
+  /// Ends that wait; from any thread.
+  static void wake();
   void swap();
   /// The keys pressed since the last call: upper case letters and escape_key. Includes keys already released.
   std::string poll_keys();

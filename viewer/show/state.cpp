@@ -1,7 +1,9 @@
 #include "viewer/show/state.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "viewer/orbit.h"
 
@@ -70,6 +72,16 @@ bool next_fabrics(int count, ShowState& state) {
     if (fabric >= 0) fabric = (fabric + 1) % count;
   }
   return state.fabrics != before;
+}
+
+bool show_core(ShowState& state) {
+  if (!state.hidden.empty()) {
+    state.fabrics = std::exchange(state.hidden, {});
+    return true;
+  }
+  state.hidden = state.fabrics;
+  std::ranges::fill(state.fabrics, -1);
+  return state.fabrics != state.hidden;
 }
 
 void switch_light_frame(const Camera& camera, ShowState& state) {
