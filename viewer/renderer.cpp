@@ -227,7 +227,7 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
   watch.add_to(stats.prepare);
   if (auto good = s.path->draw({camera, options, *shadows, *around, reflections}, frame, stats); !good)
     return good;
-  if (!options.environment || options.backdrop < 0) return {};
+  if (!options.environment || options.backdrop < 0 || options.ends()) return {};
   add_backdrop(
       camera,
       [&](const V3d& d) {

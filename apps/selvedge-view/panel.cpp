@@ -152,7 +152,7 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& req
   if (ImGui::Button("copy command")) request.copies = true;
 }
 
-void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& request) {
+void Panel::edit_light(ShowState& state, PanelRequest& request) {
   const float usual = usual_exposure(state);
   float stops = std::log2(state.display.exposure / usual);
   label("exposure");
@@ -192,7 +192,8 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& re
     ImGui::PopID();
   }
   std::vector<std::string> names;
-  for (const auto& environment : state.environments) names.push_back(environment->name);
+  for (const auto& environment : state.environments)
+    names.push_back(environment->name.substr(environment->name.find_last_of('/') + 1));
   label("environment");
   if (choose("##environment", names, state.environment, "none")) {
     state.display.exposure *= usual_exposure(state) / usual;
@@ -216,7 +217,7 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& re
   if (box(request.change, "shadows", casts)) state.shadows = casts ? default_shadow_size : 0;
   label("");
   bool follows = state.lights_in_camera_frame;
-  if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(info.picture.camera, state);
+  if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(state);
 }
 
 void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& request) {
@@ -276,7 +277,7 @@ PanelRequest Panel::edit(const PanelInfo& info, ShowState& state) {
     return ImGui::CollapsingHeader(title, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
   };
   if (opens("Picture", true)) edit_view(info, state, request);
-  if (opens("Light", true)) edit_light(info, state, request);
+  if (opens("Light", true)) edit_light(state, request);
   if (opens("Fabric", true)) edit_fabrics(info, state, request);
   if (opens("Probe", true)) {
     ImGui::Checkbox("follow the mouse (P)", &state.probes);

@@ -60,7 +60,7 @@ class Panel {
 
  private:
   void edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request);
-  void edit_light(const PanelInfo& info, ShowState& state, PanelRequest& request);
+  void edit_light(ShowState& state, PanelRequest& request);
   void edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& request);
   void handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& request);
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -90,7 +91,8 @@ class Show {
         window_(window),
         background_(background),
         gl_(gl),
-        first_(state),
+        input_(command.picture.input),
+        first_camera_(state.camera),
         state_(state),
         panel_(window),
         shown_(gl),
@@ -102,12 +104,12 @@ class Show {
       window_size_ = window_.size();
       if (window_size_.x == 0 || window_size_.y == 0) {
         window_.wait_for_events(idle);
-        closing = window_.wants_to_close();
+        closing = closes_ || window_.wants_to_close();
         continue;
       }
       const Result<bool> closes = step();
       if (!closes) return tl::unexpected(closes.error());
-      closing = *closes || window_.wants_to_close();
+      closing = *closes;
       if (closing && !command_.screenshot.empty()) {
         if (auto good = write_window(gl_, window_size_, command_.screenshot); !good) return good;
       }
@@ -121,7 +123,7 @@ class Show {
 
   Json to_json() const {
     const V3d look_at = state_.camera.look_at.value_or(V3d(0, 0, 0));
-    Json all = {{"input", command_.picture.input},
+    Json all = {{"input", input_},
                 {"window", {window_size_.x, window_size_.y}},
                 {"width", picture_->width},
                 {"height", picture_->height},
@@ -171,7 +173,7 @@ class Show {
     ShowInput input = panel_.input(window_.poll_drags());
     const std::optional<V2d> cursor = panel_.cursor();
     // Steps of the wheel move towards the point under the cursor, which stays there.
-    if (input.wheel > 0 && cursor && cursor == probed_ && probe_) input.seen = probe_->position;
+    if (input.wheel > 0 && cursor && cursor == aimed_) input.seen = aim_;
     const double aspect = static_cast<double>(size.x) / size.y;
     Change change = std::max(pending_, apply(input, aspect, picture_->size, state_));
     pending_ = Change::none;
@@ -180,16 +182,21 @@ class Show {
     const PanelRequest request = panel_.edit(info, state_);
     change = std::max(change, request.change);
     if (request.resets_camera) {
-      state_.camera = first_.camera;
+      state_.camera = first_camera_;
       change = std::max(change, Change::frame);
     }
     if (request.saves) save();
     if (request.copies) {
       panel_.copy(command());
-      message_ = "copied; `selvedge dress` sets fabrics, sizes and tints";
+      message_ = command().empty() ? "`render` draws flat swatches by other options"
+                                   : "copied; `selvedge dress` sets fabrics, sizes and tints";
     }
-    if (!request.add_file.empty()) background_.add_file(request.add_file);
-    for (const std::string& path : window_.poll_drops()) background_.add_file(path);
+    std::vector<std::string> files = window_.poll_drops();
+    if (!request.add_file.empty()) files.push_back(request.add_file);
+    for (const std::string& path : files) background_.add_file(path);
+    if (!files.empty()) finished_ = false;
+    // Steps of the wheel leave the point under the cursor where it is; nothing else does.
+    if (change >= Change::frame && input.wheel == 0) aimed_.reset();
     // The last probe stays while the mouse is on the panel or turns the view.
     const std::optional<V2d> probed = cursor && !panel_.holds() ? cursor : wished_probe_;
     if (change != Change::none || size != wished_size_ || probed != wished_probe_) wish(change, size, probed);
@@ -202,29 +209,30 @@ class Show {
     window_seconds_ = seconds_since(start);
     longest_step_ = std::max(longest_step_, window_seconds_);
     // What came before the wish to close is shown first.
-    if (request.close) closes_ = true;
+    if (request.close || window_.wants_to_close()) closes_ = true;
     if (closes_ && !closes_after_ && (finished_ || !tells_the_end())) closes_after_ = 1;
     return closes_after_ && (*closes_after_)-- == 0;
   }
 
-  std::string command() const { return command_of(command_.picture.input, first_, state_, wished_size_); }
+  /// Empty for a fabric.
+  std::string command() const {
+    if (has_ending(input_, ".exr")) return {};
+    return command_of(input_, picture_->own_lights, state_, wished_size_);
+  }
 
   /// Writes the picture to the first of NAME-1.png, NAME-2.png ... in this folder that is not there yet.
   void save() {
-    const std::string stem = std::filesystem::path(command_.picture.input).stem().string();
+    const std::string stem = std::filesystem::path(input_).stem().string();
     std::string path;
-    for (int i = 1; path.empty() || std::filesystem::exists(path); ++i)
+    std::error_code unknown;
+    for (int i = 1; path.empty() || std::filesystem::exists(path, unknown); ++i)
       path = fmt::format("{}-{}.png", stem, i);
-    Image image{picture_->width, picture_->height, 3, {}};
-    for (std::size_t i = 0; i < picture_->bytes.size(); ++i) {
-      if (i % 4 != 3) image.pixels.push_back(static_cast<float>(picture_->bytes[i]) / 255);
-    }
-    const auto good = write_png(path, image, Transfer::keep);
-    message_ = good ? "saved " + path : to_line(good.error());
+    background_.save(path);
+    finished_ = false;
   }
 
   void wish(Change change, const V2i& size, const std::optional<V2d>& probed) {
-    background_.set_wish({state_, change, size, probed, era_});
+    wish_number_ = background_.set_wish({state_, change, size, probed, era_});
     wished_size_ = size;
     wished_probe_ = probed;
     finished_ = false;
@@ -234,20 +242,30 @@ class Show {
   Result<void> receive() {
     PictureNews news = background_.poll();
     if (news.failure) return tl::unexpected(*news.failure);
-    if (news.message) message_ = *news.message;
-    if (news.environment) {
-      state_.environments.push_back(news.environment);
+    if (!news.messages.empty()) message_ = fmt::format("{}", fmt::join(news.messages, "\n"));
+    for (const auto& environment : news.environments) {
+      state_.environments.push_back(environment);
       state_.environment = static_cast<int>(state_.environments.size()) - 1;
       pending_ = Change::frame;
     }
-    if (news.state) {
-      state_ = *news.state;
-      first_.camera = era_ == news.era ? first_.camera : state_.camera;
+    if (news.state) state_ = *news.state;
+    if (news.garment) {
+      input_ = news.garment->path;
+      first_camera_ = state_.camera = news.garment->camera;
+      state_.fabrics = news.garment->fabrics;
+      state_.fits = news.garment->fits;
+      state_.hidden.clear();
+    }
+    if (news.state || news.garment) {
       pending_ = Change::frame;
+      aimed_.reset();
     }
     era_ = news.era;
-    probed_ = news.probed;
     probe_ = news.probe;
+    if (news.probe && news.probe_wish == wish_number_) {
+      aimed_ = news.probed;
+      aim_ = news.probe->position;
+    }
     finished_ = news.finished && pending_ == Change::none;
     if (!news.picture) return {};
     picture_ = news.picture;
@@ -261,7 +279,8 @@ class Show {
   Window& window_;
   BackgroundPicture& background_;
   const GlFunctions& gl_;
-  ShowState first_;
+  std::string input_;  ///< the garment or fabric that is shown
+  CameraOptions first_camera_;
   ShowState state_;
   Panel panel_;
   ScreenTexture shown_;
@@ -278,8 +297,10 @@ class Show {
   int settling_ = frames_to_settle;
   bool closes_ = false;
   std::optional<int> closes_after_;  ///< so many frames
-  std::optional<V2d> probed_;
   std::optional<PixelProbe> probe_;
+  std::uint64_t wish_number_ = 0;
+  std::optional<V2d> aimed_;  ///< where the mouse was ...
+  V3d aim_{0, 0, 0};          ///< ... over this point, world, m
   const std::optional<PixelProbe> no_probe_;
   std::string message_;
 };

@@ -2,14 +2,16 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "viewer/show/state.h"
 
 namespace selvedge {
 
-/// `input` is a garment; `first` the state that the window began with, whose lights need no options. What the
-/// panel did to fabrics, their size and tint is not part of it: `selvedge dress` does that.
-std::string command_of(const std::string& input, const ShowState& first, const ShowState& state,
+/// `input` is a garment, `own` are the lights of its file. Lights that the panel or options changed become
+/// white ones, spots points. What the panel did to fabrics, their size and tint is not part of it: `selvedge
+/// dress` does that.
+std::string command_of(const std::string& input, const std::vector<Light>& own, const ShowState& state,
                        const V2i& size);
 
 }  // namespace selvedge

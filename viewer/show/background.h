@@ -41,7 +41,16 @@ struct ShownPicture {
   int levels = 1;  ///< the most that a fabric has, coarser than any that the file leaves out
   std::uint64_t bytes_read = 0;
   std::uint64_t file_bytes = 0;
-  double size = 1;  ///< diagonal of the scene, m
+  double size = 1;                ///< diagonal of the scene, m
+  std::vector<Light> own_lights;  ///< of the scene's file
+};
+
+/// What the window takes over of another garment.
+struct ShownGarment {
+  std::string path;
+  CameraOptions camera;
+  std::vector<int> fabrics;
+  std::vector<FabricFit> fits;
 };
 
 /// What happened since the last look.
@@ -50,13 +59,15 @@ struct PictureNews {
   /// What lies at the last point that was probed, PictureWish::probed.
   std::optional<V2d> probed;
   std::optional<PixelProbe> probe;
-  /// The state that the window must go on from: of a new scene, or the last good one where another could not
-  /// be drawn.
+  std::uint64_t probe_wish = 0;  ///< the number of its wish
+  /// The window goes on from another garment, of which `picture` is, too, or from the last good state, as the
+  /// wish could not be drawn. Wishes of the era before are dropped.
+  std::optional<ShownGarment> garment;
   std::optional<ShowState> state;
-  int era = 0;                                      ///< the number of such states so far
-  std::shared_ptr<const Surroundings> environment;  ///< that was added; null: none
-  std::optional<std::string> message;               ///< an error in one line, or empty: a file was added
-  std::optional<Error> failure;                     ///< nothing can be drawn any more
+  int era = 0;
+  std::vector<std::shared_ptr<const Surroundings>> environments;  ///< that were added
+  std::vector<std::string> messages;  ///< errors and remarks, a line each; an empty one: a file was added
+  std::optional<Error> failure;       ///< nothing can be drawn any more
   /// The last wish has its picture in full size, and its probe.
   bool finished = false;
 };
@@ -72,9 +83,12 @@ class BackgroundPicture {
   BackgroundPicture& operator=(const BackgroundPicture&) = delete;
 
   /// Replaces the wish before; a change ends what is being drawn for that, except its small first picture.
-  void set_wish(PictureWish wish);
+  /// Returns the wish's number.
+  std::uint64_t set_wish(PictureWish wish);
   /// Adds a fabric or an environment to choose from, or shows another garment.
   void add_file(const std::string& path);
+  /// Writes the picture as PNG once it has all samples.
+  void save(const std::string& path);
   PictureNews poll();
 
  private:
@@ -84,11 +98,15 @@ class BackgroundPicture {
   void run();
   void take(PictureWish wish);
   Result<void> step();
-  Result<void> draw(Change change, int divisor, const std::atomic<bool>* interrupted);
-  Result<void> probe();
-  void add(const std::string& path);
-  Result<void> show_garment(const std::string& path);
-  void show();
+  Result<void> draw_first();
+  void draw_in_full();
+  void add_samples();
+  void probe();
+  Result<std::string> add(const std::string& path);
+  Result<std::string> show_garment(const std::string& path);
+  void write(const std::string& path);
+  void show(const std::optional<ShownGarment>& garment = {});
+  void tell_message(const std::string& message);
   template <class Change>
   void tell(Change change);
 
@@ -96,16 +114,20 @@ class BackgroundPicture {
   std::mutex mutex_;
   std::condition_variable there_is_work_;
   std::optional<PictureWish> next_;
+  std::uint64_t wishes_ = 0;
   std::vector<std::string> files_;
+  std::vector<std::string> saves_;
   PictureNews news_;
-  bool closes_ = false;
-  std::atomic<bool> interrupted_{false};
+  std::atomic<bool> closes_{false};
+  std::atomic<bool> interrupted_{false};  ///< what is drawn in full is not wanted any more
+  std::atomic<bool> asked_{false};        ///< there is a wish
 
   // Of the thread alone.
   std::unique_ptr<ShowPicture> picture_;
   SceneLimits limits_;
   std::function<void()> wake_;
   PictureWish wish_;
+  std::uint64_t number_ = 0;      ///< of the wish
   Change change_ = Change::none;  ///< since the last picture
   int divisor_ = 1;               ///< of the last picture
   int era_ = 0;

@@ -188,7 +188,7 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   refined_ = 0;
   overlay_.clear();
   overlay_seconds_ = 0;
-  if (state.overlay == 0) return {};
+  if (state.overlay == 0 || options_.ends()) return {};
   const Clock::time_point overlay_start = Clock::now();
   auto good = renderer_->overlay(static_cast<Overlay>(state.overlay), camera_, options_, overlay_);
   overlay_seconds_ = seconds_since(overlay_start);

@@ -67,6 +67,7 @@ void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state) {
 }
 
 bool next_fabrics(int count, ShowState& state) {
+  if (count < 1) return false;
   const std::vector<int> before = state.fabrics;
   for (int& fabric : state.fabrics) {
     if (fabric >= 0) fabric = (fabric + 1) % count;
@@ -84,7 +85,8 @@ bool show_core(ShowState& state) {
   return state.fabrics != state.hidden;
 }
 
-void switch_light_frame(const Camera& camera, ShowState& state) {
+void switch_light_frame(ShowState& state) {
+  const Camera camera = axes_of(state.camera);
   for (Light& light : state.lights) {
     if (light.kind != LightKind::directional) continue;
     light.direction = state.lights_in_camera_frame ? from_camera_frame(camera, light.direction)

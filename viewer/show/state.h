@@ -76,7 +76,7 @@ bool next_fabrics(int count, ShowState& state);
 bool show_core(ShowState& state);
 
 /// Converts the lights' directions to the other axes; the picture does not change.
-void switch_light_frame(const Camera& camera, ShowState& state);
+void switch_light_frame(ShowState& state);
 
 /// The exposure that shows white as white in the chosen light: 1 in an environment, else pi.
 float usual_exposure(const ShowState& state);

@@ -47,8 +47,12 @@ class Listener {
       REQUIRE_FALSE(now.failure.has_value());
       if (now.picture) picture = now.picture;
       if (now.state) state = *now.state;
-      if (now.message) message = *now.message;
-      if (now.environment) environment = now.environment;
+      if (now.garment) {
+        state.camera = now.garment->camera;
+        state.fabrics = now.garment->fabrics;
+        state.fits = now.garment->fits;
+      }
+      for (const std::string& line : now.messages) message = line;
       era = now.era;
       finished = now.finished;
       probe = now.probe;
@@ -65,7 +69,6 @@ class Listener {
 
   ShowState state;
   std::shared_ptr<const ShownPicture> picture;
-  std::shared_ptr<const Surroundings> environment;
   std::optional<PixelProbe> probe;
   std::string message;
   int era = 0;
