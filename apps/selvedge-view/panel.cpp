@@ -20,7 +20,7 @@ constexpr std::array<std::string_view, 4> quarter_turns{"0 deg", "90 deg", "180 
 
 V3f each(const V3f& v, float (*function)(float)) { return {function(v.x), function(v.y), function(v.z)}; }
 
-void set_style() {
+void set_style(float scale) {
   ImGui::StyleColorsDark();
   ImGuiStyle& style = ImGui::GetStyle();
   style.WindowRounding = 0;
@@ -35,18 +35,23 @@ void set_style() {
   style.Colors[ImGuiCol_HeaderHovered] = ImVec4(0.26F, 0.29F, 0.33F, 1);
   style.Colors[ImGuiCol_FrameBg] = ImVec4(0.19F, 0.20F, 0.22F, 1);
   style.Colors[ImGuiCol_TextDisabled] = ImVec4(0.62F, 0.64F, 0.67F, 1);
+  style.ScaleAllSizes(scale);
   // Easier to read than the built-in font, if installed.
   constexpr const char* font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
-  constexpr float font_size = 14;
   std::error_code missing;
-  if (std::filesystem::exists(font, missing)) ImGui::GetIO().Fonts->AddFontFromFileTTF(font, font_size);
+  if (std::filesystem::exists(font, missing)) {
+    ImGui::GetIO().Fonts->AddFontFromFileTTF(font, font_size * scale);
+  } else {
+    ImGui::GetIO().FontGlobalScale = scale;
+  }
 }
 
 }  // namespace
 
-V2i picture_size(const V2i& window) {
-  constexpr int width = static_cast<int>(panel_width);
-  return {window.x > 2 * width ? window.x - width : window.x, window.y};
+V2i picture_size(const Window& window) {
+  const V2i size = window.size();
+  const auto panel = static_cast<int>(panel_width * window.scale());
+  return {size.x > 2 * panel ? size.x - panel : std::max(size.x, 1), std::max(size.y, 1)};
 }
 
 Panel::Panel(const Window& window) {
@@ -54,7 +59,7 @@ Panel::Panel(const Window& window) {
   ImGui::CreateContext();
   // ImGui's settings file would appear beside the garment.
   ImGui::GetIO().IniFilename = nullptr;
-  set_style();
+  set_style(window.scale());
   ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);
   ImGui_ImplOpenGL3_Init("#version 450 core");
 }
@@ -74,7 +79,8 @@ void Panel::begin() {
 }
 
 float Panel::width() const {
-  return shown_ && ImGui::GetIO().DisplaySize.x > 2 * panel_width ? panel_width : 0;
+  const float wanted = scaled(panel_width);
+  return shown_ && ImGui::GetIO().DisplaySize.x > 2 * wanted ? wanted : 0;
 }
 
 V2i Panel::picture_size(const V2i& window) const {
@@ -147,7 +153,7 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& req
   raise(request.change, choose("##lines", overlay_names, state.overlay), Change::frame);
   if (ImGui::Button("first view (R)")) request.resets_camera = true;
   ImGui::SameLine();
-  if (ImGui::Button("save picture (S)")) request.saves = true;
+  if (ImGui::Button("save (S)")) request.saves = true;
   ImGui::SameLine();
   if (ImGui::Button("copy command")) request.copies = true;
 }
@@ -181,7 +187,7 @@ void Panel::edit_light(ShowState& state, PanelRequest& request) {
       ImGui::SetTooltip("%s", light.kind == LightKind::directional
                                   ? "the light that drags turn"
                                   : "stands in the scene: drags do not turn it");
-    ImGui::SameLine(label_width);
+    ImGui::SameLine(label_width());
     ImGui::SetNextItemWidth(-1);
     float strength = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});
     const V3f colour = strength > 0 ? light.irradiance / strength : V3f(1, 1, 1);
@@ -232,7 +238,7 @@ void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& 
     FabricFit& fit = state.fits[i];
     label("size, turn");
     auto size = static_cast<float>(fit.size);
-    ImGui::SetNextItemWidth(-80);
+    ImGui::SetNextItemWidth(-scaled(80));
     raise(request.change,
           ImGui::SliderFloat("##size", &size, 0.1F, 10, "%.2f x", ImGuiSliderFlags_Logarithmic),
           Change::scene);
@@ -262,10 +268,10 @@ PanelRequest Panel::edit(const PanelInfo& info, ShowState& state) {
   handle_keys(info, state, request);
   if (!shown_) return request;
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  constexpr float ball = 30;
+  const float ball = scaled(30);
   draw_lights(info, state, ImVec2(ball + 14, size.y - ball - 14), ball);
-  ImGui::SetNextWindowPos(ImVec2(size.x - panel_width, 0));
-  ImGui::SetNextWindowSize(ImVec2(panel_width, size.y));
+  ImGui::SetNextWindowPos(ImVec2(size.x - scaled(panel_width), 0));
+  ImGui::SetNextWindowSize(ImVec2(scaled(panel_width), size.y));
   ImGui::Begin("panel", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
                    ImGuiWindowFlags_NoMove);

@@ -30,8 +30,8 @@ struct PanelRequest {
   std::string add_file;  ///< path, or empty
 };
 
-/// The size of the picture beside the panel, before a window of `window` pixels has one.
-V2i picture_size(const V2i& window);
+/// The size of the picture beside the panel, before the window has one.
+V2i picture_size(const Window& window);
 
 class Panel {
  public:

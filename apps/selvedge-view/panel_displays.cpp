@@ -48,7 +48,7 @@ void show_times(const PanelInfo& info) {
   for (const auto& [name, seconds] : parts) {
     if (seconds <= 0) continue;
     ImGui::TextDisabled("%s", name);
-    ImGui::SameLine(label_width);
+    ImGui::SameLine(label_width());
     ImGui::ProgressBar(static_cast<float>(seconds / std::max(all, 1e-9)),
                        ImVec2(-1, ImGui::GetTextLineHeight()),
                        fmt::format("{:.1f} ms", 1e3 * seconds).c_str());

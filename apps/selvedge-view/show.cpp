@@ -305,9 +305,9 @@ class Show {
   std::string message_;
 };
 
-Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& picture) {
+Result<ShowState> first_state(const ShowCommand& command, const Window& window, const ShowPicture& picture) {
   // Beside the panel.
-  const V2i size = picture_size(command.size);
+  const V2i size = picture_size(window);
   const double aspect = static_cast<double>(size.x) / size.y;
   Result<ShowState> state = picture.first_state(command.picture.camera, aspect);
   if (!state) return state;
@@ -361,7 +361,7 @@ Result<int> run(const ShowCommand& command) {
   for (const std::string& path : command.fabrics) {
     if (const auto good = (*picture)->add_fabric(path); !good) return tl::unexpected(good.error());
   }
-  const Result<ShowState> state = first_state(command, **picture);
+  const Result<ShowState> state = first_state(command, **window, **picture);
   if (!state) return tl::unexpected(state.error());
   BackgroundPicture background(std::move(*picture), command.picture.limits, [] { Window::wake(); });
   Show show(command, **window, background, *gl, *state);

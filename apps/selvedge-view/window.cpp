@@ -3,6 +3,7 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace selvedge {
@@ -101,6 +102,17 @@ V2i Window::size() const {
   V2i size(0, 0);
   glfwGetFramebufferSize(handle_, &size.x, &size.y);
   return size;
+}
+
+float Window::scale() const {
+  V2f content(1, 1);
+  glfwGetWindowContentScale(handle_, &content.x, &content.y);
+  V2i window(0, 0);
+  glfwGetWindowSize(handle_, &window.x, &window.y);
+  // Where the units are larger than pixels, they are scaled already.
+  const int pixels = size().y;
+  if (window.y <= 0 || pixels <= 0) return 1;
+  return std::max(content.y * static_cast<float>(window.y) / static_cast<float>(pixels), 0.5F);
 }
 
 bool Window::wants_to_close() const { return glfwWindowShouldClose(handle_) != 0; }
