@@ -227,7 +227,7 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
   watch.add_to(stats.prepare);
   if (auto good = s.path->draw({camera, options, *shadows, *around, reflections}, frame, stats); !good)
     return good;
-  if (!options.environment || options.backdrop < 0) return {};
+  if (!options.environment || options.backdrop < 0 || options.ends()) return {};
   add_backdrop(
       camera,
       [&](const V3d& d) {
@@ -259,13 +259,13 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Dr
   return (*hybrid)->probe({camera, options, *shadows, *around, state_->reflect(options)}, pixel);
 }
 
-Result<void> Renderer::texel_edges(const Camera& camera, const DrawOptions& options,
-                                   std::vector<OverlayPixel>& overlay) {
+Result<void> Renderer::overlay(Overlay kind, const Camera& camera, const DrawOptions& options,
+                               std::vector<OverlayPixel>& overlay) {
   if (auto good = state_->context->make_current(); !good) return good;
   if (auto good = state_->make_textures(camera); !good) return good;
   const Result<HybridPath*> hybrid = state_->hybrid();
   if (!hybrid) return tl::unexpected(hybrid.error());
-  return (*hybrid)->texel_edges({camera, options}, overlay);
+  return (*hybrid)->overlay(kind, {camera, options}, overlay);
 }
 
 Result<Frame> render(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,

@@ -16,9 +16,11 @@ namespace {
 
 constexpr float panel_width = 330;
 
+constexpr std::array<std::string_view, 4> quarter_turns{"0 deg", "90 deg", "180 deg", "270 deg"};
+
 V3f each(const V3f& v, float (*function)(float)) { return {function(v.x), function(v.y), function(v.z)}; }
 
-void set_style() {
+void set_style(float scale) {
   ImGui::StyleColorsDark();
   ImGuiStyle& style = ImGui::GetStyle();
   style.WindowRounding = 0;
@@ -33,21 +35,31 @@ void set_style() {
   style.Colors[ImGuiCol_HeaderHovered] = ImVec4(0.26F, 0.29F, 0.33F, 1);
   style.Colors[ImGuiCol_FrameBg] = ImVec4(0.19F, 0.20F, 0.22F, 1);
   style.Colors[ImGuiCol_TextDisabled] = ImVec4(0.62F, 0.64F, 0.67F, 1);
+  style.ScaleAllSizes(scale);
   // Easier to read than the built-in font, if installed.
   constexpr const char* font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
-  constexpr float font_size = 14;
   std::error_code missing;
-  if (std::filesystem::exists(font, missing)) ImGui::GetIO().Fonts->AddFontFromFileTTF(font, font_size);
+  if (std::filesystem::exists(font, missing)) {
+    ImGui::GetIO().Fonts->AddFontFromFileTTF(font, font_size * scale);
+  } else {
+    ImGui::GetIO().FontGlobalScale = scale;
+  }
 }
 
 }  // namespace
+
+V2i picture_size(const Window& window) {
+  const V2i size = window.size();
+  const auto panel = static_cast<int>(panel_width * window.scale());
+  return {size.x > 2 * panel ? size.x - panel : std::max(size.x, 1), std::max(size.y, 1)};
+}
 
 Panel::Panel(const Window& window) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
   // ImGui's settings file would appear beside the garment.
   ImGui::GetIO().IniFilename = nullptr;
-  set_style();
+  set_style(window.scale());
   ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);
   ImGui_ImplOpenGL3_Init("#version 450 core");
 }
@@ -58,6 +70,8 @@ Panel::~Panel() {
   ImGui::DestroyContext();
 }
 
+void Panel::copy(const std::string& text) { ImGui::SetClipboardText(text.c_str()); }
+
 void Panel::begin() {
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
@@ -65,7 +79,8 @@ void Panel::begin() {
 }
 
 float Panel::width() const {
-  return shown_ && ImGui::GetIO().DisplaySize.x > 2 * panel_width ? panel_width : 0;
+  const float wanted = scaled(panel_width);
+  return shown_ && ImGui::GetIO().DisplaySize.x > 2 * wanted ? wanted : 0;
 }
 
 V2i Panel::picture_size(const V2i& window) const {
@@ -115,30 +130,35 @@ void Panel::handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& r
   if (pressed('H')) shown_ = !shown_;
   if (pressed('R')) request.resets_camera = true;
   if (pressed('P')) state.probes = !state.probes;
-  const auto fabrics = static_cast<int>(info.picture.fabrics().size());
+  const auto fabrics = static_cast<int>(info.picture.fabric_names.size());
   if (pressed('F')) raise(request.change, next_fabrics(fabrics, state), Change::scene);
-  if (pressed('E')) {
-    state.texel_edges = !state.texel_edges;
+  for (const auto& [key, overlay] : {std::pair('E', Overlay::texels), std::pair('W', Overlay::triangles)}) {
+    if (!pressed(key)) continue;
+    const auto wanted = static_cast<int>(overlay);
+    state.overlay = state.overlay == wanted ? 0 : wanted;
     raise(request.change, true, Change::frame);
   }
+  if (pressed('C')) raise(request.change, show_core(state), Change::scene);
+  request.saves = request.saves || pressed('S');
 }
 
 void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   label("path");
   raise(request.change, choose("##path", path_names, state.path), Change::scene);
-  std::size_t levels = 1;
-  for (const Fabric& fabric : info.picture.fabrics())
-    levels = std::max(levels, static_cast<std::size_t>(fabric.first_level()) + fabric.levels.size());
   const std::string shown = state.levels.forced < 0 ? "by footprint" : fmt::format("{}", state.levels.forced);
-  slider(request.change, "level", state.levels.forced, -1, static_cast<int>(levels) - 1, shown.c_str());
+  slider(request.change, "level", state.levels.forced, -1, info.picture.levels - 1, shown.c_str());
   box(request.change, "blend two levels", state.levels.blend);
   slider(request.change, "layers", state.layers, 1, max_layers);
-  box(request.change, "texel edges (E)", state.texel_edges);
-  ImGui::SameLine();
+  label("lines");
+  raise(request.change, choose("##lines", overlay_names, state.overlay), Change::frame);
   if (ImGui::Button("first view (R)")) request.resets_camera = true;
+  ImGui::SameLine();
+  if (ImGui::Button("save (S)")) request.saves = true;
+  ImGui::SameLine();
+  if (ImGui::Button("copy command")) request.copies = true;
 }
 
-void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& request) {
+void Panel::edit_light(ShowState& state, PanelRequest& request) {
   const float usual = usual_exposure(state);
   float stops = std::log2(state.display.exposure / usual);
   label("exposure");
@@ -167,7 +187,7 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& re
       ImGui::SetTooltip("%s", light.kind == LightKind::directional
                                   ? "the light that drags turn"
                                   : "stands in the scene: drags do not turn it");
-    ImGui::SameLine(label_width);
+    ImGui::SameLine(label_width());
     ImGui::SetNextItemWidth(-1);
     float strength = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});
     const V3f colour = strength > 0 ? light.irradiance / strength : V3f(1, 1, 1);
@@ -178,7 +198,8 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& re
     ImGui::PopID();
   }
   std::vector<std::string> names;
-  for (const auto& environment : state.environments) names.push_back(environment->name);
+  for (const auto& environment : state.environments)
+    names.push_back(environment->name.substr(environment->name.find_last_of('/') + 1));
   label("environment");
   if (choose("##environment", names, state.environment, "none")) {
     state.display.exposure *= usual_exposure(state) / usual;
@@ -202,25 +223,42 @@ void Panel::edit_light(const PanelInfo& info, ShowState& state, PanelRequest& re
   if (box(request.change, "shadows", casts)) state.shadows = casts ? default_shadow_size : 0;
   label("");
   bool follows = state.lights_in_camera_frame;
-  if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(info.picture.camera(), state);
+  if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(state);
 }
 
 void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& request) {
-  const std::vector<SceneMaterial>& materials = info.picture.scene().materials;
-  for (std::size_t i = 0; i < materials.size(); ++i) {
-    if (!materials[i].fabric) continue;
+  const std::vector<std::string>& materials = info.picture.materials;
+  // For a moment the picture may be of another scene than the state.
+  for (std::size_t i = 0; i < std::min(materials.size(), state.fabrics.size()); ++i) {
+    if (materials[i].empty()) continue;
     ImGui::PushID(static_cast<int>(i));
-    label(materials[i].name.empty() ? "material" : materials[i].name.c_str());
-    raise(request.change,
-          choose("##fabric", info.picture.fabric_names(), state.fabrics[i], "(core material)"),
+    label(materials[i].c_str());
+    raise(request.change, choose("##fabric", info.picture.fabric_names, state.fabrics[i], "(core material)"),
           Change::scene);
+    FabricFit& fit = state.fits[i];
+    label("size, turn");
+    auto size = static_cast<float>(fit.size);
+    ImGui::SetNextItemWidth(-scaled(80));
+    raise(request.change,
+          ImGui::SliderFloat("##size", &size, 0.1F, 10, "%.2f x", ImGuiSliderFlags_Logarithmic),
+          Change::scene);
+    fit.size = std::max(static_cast<double>(size), 1e-3);
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(-1);
+    raise(request.change, choose("##turn", quarter_turns, fit.quarter_turns), Change::scene);
+    label("tint");
+    V3f tint = each(fit.tint, linear_to_srgb);
+    if (ImGui::ColorEdit3("##tint", &tint.x, ImGuiColorEditFlags_DisplayHex)) {
+      fit.tint = each(tint, srgb_to_linear);
+      raise(request.change, true, Change::scene);
+    }
     ImGui::PopID();
   }
   label("another");
-  if (ImGui::InputTextWithHint("##path", "fabric file, Enter", &path_,
+  if (ImGui::InputTextWithHint("##path", "fabric, garment or environment", &path_,
                                ImGuiInputTextFlags_EnterReturnsTrue) &&
       !path_.empty()) {
-    request.add_fabric = path_;
+    request.add_file = path_;
     path_.clear();
   }
 }
@@ -230,22 +268,22 @@ PanelRequest Panel::edit(const PanelInfo& info, ShowState& state) {
   handle_keys(info, state, request);
   if (!shown_) return request;
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  constexpr float ball = 30;
+  const float ball = scaled(30);
   draw_lights(info, state, ImVec2(ball + 14, size.y - ball - 14), ball);
-  ImGui::SetNextWindowPos(ImVec2(size.x - panel_width, 0));
-  ImGui::SetNextWindowSize(ImVec2(panel_width, size.y));
+  ImGui::SetNextWindowPos(ImVec2(size.x - scaled(panel_width), 0));
+  ImGui::SetNextWindowSize(ImVec2(scaled(panel_width), size.y));
   ImGui::Begin("panel", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
                    ImGuiWindowFlags_NoMove);
   ImGui::PushStyleColor(ImGuiCol_Text, ImVec4(1, 0.55F, 0.4F, 1));
   if (!info.message.empty()) ImGui::TextWrapped("%s", info.message.c_str());
-  for (const Error& warning : info.picture.warnings()) ImGui::TextWrapped("%s", to_line(warning).c_str());
+  for (const Error& warning : info.picture.warnings) ImGui::TextWrapped("%s", to_line(warning).c_str());
   ImGui::PopStyleColor();
   const auto opens = [](const char* title, bool open) {
     return ImGui::CollapsingHeader(title, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
   };
   if (opens("Picture", true)) edit_view(info, state, request);
-  if (opens("Light", true)) edit_light(info, state, request);
+  if (opens("Light", true)) edit_light(state, request);
   if (opens("Fabric", true)) edit_fabrics(info, state, request);
   if (opens("Probe", true)) {
     ImGui::Checkbox("follow the mouse (P)", &state.probes);

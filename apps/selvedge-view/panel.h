@@ -7,16 +7,15 @@
 #include <vector>
 
 #include "apps/selvedge-view/window.h"
-#include "viewer/show/picture.h"
+#include "viewer/show/background.h"
 
 namespace selvedge {
 
 /// Data that the panel displays.
 struct PanelInfo {
-  const ShowPicture& picture;
+  const ShownPicture& picture;
   const std::optional<PixelProbe>& probe;
   double window_seconds = 0;  ///< time for panel and window in the last frame
-  int divisor = 1;            ///< the window's size over the picture's
   std::string keys;           ///< pressed keys (window.h)
   std::string message;        ///< the last error, or empty
 };
@@ -26,8 +25,13 @@ struct PanelRequest {
   Change change = Change::none;
   bool close = false;
   bool resets_camera = false;
-  std::string add_fabric;  ///< path, or empty
+  bool saves = false;    ///< the picture
+  bool copies = false;   ///< the command line that draws it
+  std::string add_file;  ///< path, or empty
 };
+
+/// The size of the picture beside the panel, before the window has one.
+V2i picture_size(const Window& window);
 
 class Panel {
  public:
@@ -49,12 +53,14 @@ class Panel {
   bool holds() const;
   /// Lays the panel out, if it is shown, and edits `state`.
   PanelRequest edit(const PanelInfo& info, ShowState& state);
+  /// Puts text on the clipboard.
+  static void copy(const std::string& text);
   /// Draws the picture's texture, an overlay unless that is 0, then the panel.
   void end(unsigned picture, unsigned overlay);
 
  private:
   void edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request);
-  void edit_light(const PanelInfo& info, ShowState& state, PanelRequest& request);
+  void edit_light(ShowState& state, PanelRequest& request);
   void edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& request);
   void handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& request);
 

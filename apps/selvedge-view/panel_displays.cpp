@@ -15,7 +15,7 @@ void show_probe(const PanelInfo& info) {
   const PixelProbe& p = *info.probe;
   row("pixel", "{}, {}{}", p.pixel.x, p.pixel.y, p.back ? "  (back of the cloth)" : "");
   if (p.fabric >= 0) {
-    row("fabric", "{}", info.picture.fabric_names()[p.fabric]);
+    row("fabric", "{}", info.picture.fabric_names[p.fabric]);
     row("u, v", "{:.5f}, {:.5f}", p.uv.x, p.uv.y);
     constexpr std::size_t max_rows = 4;
     for (std::size_t i = 0; i < std::min(max_rows, p.texels.size()); ++i) {
@@ -34,21 +34,21 @@ void show_probe(const PanelInfo& info) {
 }
 
 void show_times(const PanelInfo& info) {
-  const RenderStats& s = info.picture.stats();
-  const double frame = info.picture.draw_seconds();
-  row("frame", "{:.1f} ms, {} x {}{}", 1e3 * frame, info.picture.frame().width, info.picture.frame().height,
-      info.divisor > 1 ? " (moving)" : "");
+  const RenderStats& s = info.picture.stats;
+  const double frame = info.picture.draw_seconds;
+  row("frame", "{:.1f} ms, {} x {}{}", 1e3 * frame, info.picture.width, info.picture.height,
+      info.picture.divisor > 1 ? " (first)" : "");
   const std::initializer_list<std::pair<const char*, double>> parts{
       {"project", s.project},          {"shadows", s.shadows},
       {"geometry", s.geometry},        {"read back", s.read_back},
-      {"evaluation", s.evaluation},    {"texel edges", info.picture.overlay_seconds()},
-      {"window", info.window_seconds}, {"display", info.picture.display_seconds()}};
+      {"evaluation", s.evaluation},    {"texel edges", info.picture.overlay_seconds},
+      {"window", info.window_seconds}, {"display", info.picture.display_seconds}};
   const double all =
-      frame + info.picture.overlay_seconds() + info.picture.display_seconds() + info.window_seconds;
+      frame + info.picture.overlay_seconds + info.picture.display_seconds + info.window_seconds;
   for (const auto& [name, seconds] : parts) {
     if (seconds <= 0) continue;
     ImGui::TextDisabled("%s", name);
-    ImGui::SameLine(label_width);
+    ImGui::SameLine(label_width());
     ImGui::ProgressBar(static_cast<float>(seconds / std::max(all, 1e-9)),
                        ImVec2(-1, ImGui::GetTextLineHeight()),
                        fmt::format("{:.1f} ms", 1e3 * seconds).c_str());
@@ -62,8 +62,8 @@ void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& ce
   ImDrawList& draw = *ImGui::GetForegroundDrawList();
   draw.AddCircleFilled(centre, radius, IM_COL32(0, 0, 0, 90));
   draw.AddCircle(centre, radius, IM_COL32(255, 255, 255, 110));
-  const Camera& camera = info.picture.camera();
-  const std::vector<Light>& lights = info.picture.lights();
+  const Camera& camera = info.picture.camera;
+  const std::vector<Light>& lights = info.picture.lights;
   for (std::size_t i = 0; i < lights.size(); ++i) {
     // A point or spot light, seen from the centre of the orbit.
     const V3d towards = lights[i].kind == LightKind::directional
@@ -83,7 +83,9 @@ void show_help() {
   row("middle drag", "move it (or Shift + left)");
   row("right drag", "turn the light or environment (Ctrl + left)");
   row("wheel", "nearer, further");
-  row("E  P", "texel edges, probe");
+  row("E  W  P", "texel edges, wireframe, probe");
+  row("C", "without fabrics, as other viewers see it");
+  row("S", "save the picture");
   row("F", "next fabric on everything");
   row("R  H", "first view, hide this panel");
   row("Escape", "close");

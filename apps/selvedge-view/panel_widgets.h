@@ -11,13 +11,17 @@
 
 namespace selvedge {
 
-inline constexpr float label_width = 92;
+/// Lengths of the panel on a screen of 1 x, and on this one.
+inline constexpr float font_size = 14;
+inline float scaled(float length) { return length * ImGui::GetFontSize() / font_size; }
+
+inline float label_width() { return scaled(92); }
 
 /// One line of a list: a grey label on the left, its value beside it.
 template <class... Arguments>
 void row(const char* name, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
   ImGui::TextDisabled("%s", name);
-  ImGui::SameLine(label_width);
+  ImGui::SameLine(label_width());
   ImGui::TextUnformatted(fmt::format(format, std::forward<Arguments>(arguments)...).c_str());
 }
 
@@ -25,7 +29,7 @@ void row(const char* name, fmt::format_string<Arguments...> format, Arguments&&.
 inline void label(const char* name) {
   ImGui::AlignTextToFramePadding();
   ImGui::TextDisabled("%s", name);
-  ImGui::SameLine(label_width);
+  ImGui::SameLine(label_width());
   ImGui::SetNextItemWidth(-1);
 }
 

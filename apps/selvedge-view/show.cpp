@@ -1,7 +1,9 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 
 #include "apps/common/shared_options.h"
 #include "apps/selvedge-view/commands.h"
@@ -9,22 +11,21 @@
 #include "apps/selvedge-view/picture_options.h"
 #include "apps/selvedge-view/screen_texture.h"
 #include "apps/selvedge-view/show_report.h"
+#include "apps/selvedge-view/shown_command.h"
 #include "format/base/option_text.h"
 #include "format/base/parallel.h"
 #include "format/base/printable.h"
 #include "format/fabric/file.h"
+#include "format/picture/image.h"
 #include "format/picture/studio.h"
 #include "viewer/load.h"
+#include "viewer/show/background.h"
 
 namespace selvedge {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Seconds above which a frame is drawn smaller while the view moves.
-constexpr double moving_budget = 0.05;
-/// Seconds without movement after which the picture is drawn in full again.
-constexpr double still_after = 0.15;
 /// Seconds that the window sleeps without events.
 constexpr double idle = 0.5;
 /// Frames that the panel needs to settle after an event.
@@ -81,18 +82,18 @@ void offer(const std::string& name, const Environment& environment, ShowState& s
       std::make_shared<const Surroundings>(Surroundings{name, environment, divide(environment)}));
 }
 
-/// The loop of `show`: state, picture and window, from event to event.
+/// The loop of `show`: from the events to a wish, from the newest picture to the window.
 class Show {
  public:
-  Show(const ShowCommand& command, Window& window, ShowPicture& picture, const GlFunctions& gl,
+  Show(const ShowCommand& command, Window& window, BackgroundPicture& background, const GlFunctions& gl,
        const ShowState& state)
       : command_(command),
         window_(window),
-        picture_(picture),
+        background_(background),
         gl_(gl),
-        first_(state),
+        input_(command.picture.input),
+        first_camera_(state.camera),
         state_(state),
-        good_(state),
         panel_(window),
         shown_(gl),
         overlay_(gl) {}
@@ -103,32 +104,30 @@ class Show {
       window_size_ = window_.size();
       if (window_size_.x == 0 || window_size_.y == 0) {
         window_.wait_for_events(idle);
-        closing = window_.wants_to_close();
+        closing = closes_ || window_.wants_to_close();
         continue;
       }
       const Result<bool> closes = step();
       if (!closes) return tl::unexpected(closes.error());
-      closing = *closes || window_.wants_to_close();
+      closing = *closes;
       if (closing && !command_.screenshot.empty()) {
         if (auto good = write_window(gl_, window_size_, command_.screenshot); !good) return good;
       }
       window_.swap();
       if (closing) break;
-      const double wait = divisor_ > 1 ? still_after / 3 : idle;
       if (settling_ > 0) --settling_;
-      if (window_.wait_for_events(settling_ > 0 || refining_ || closes_after_ ? 0 : wait))
-        settling_ = frames_to_settle;
+      if (window_.wait_for_events(settling_ > 0 || closes_after_ ? 0 : idle)) settling_ = frames_to_settle;
     }
     return {};
   }
 
   Json to_json() const {
     const V3d look_at = state_.camera.look_at.value_or(V3d(0, 0, 0));
-    Json all = {{"input", command_.picture.input},
+    Json all = {{"input", input_},
                 {"window", {window_size_.x, window_size_.y}},
-                {"width", picture_.frame().width},
-                {"height", picture_.frame().height},
-                {"frames", frames_},
+                {"width", picture_->width},
+                {"height", picture_->height},
+                {"frames", picture_->frames},
                 {"threads", thread_count()},
                 {"camera",
                  {{"azimuth", state_.camera.azimuth},
@@ -139,179 +138,177 @@ class Show {
                 {"path", path_names[state_.path]},
                 {"levels", {{"forced", state_.levels.forced}, {"blend", state_.levels.blend}}},
                 {"fabrics", state_.fabrics},
-                {"fabricBytes", {{"read", picture_.bytes_read()}, {"inFiles", picture_.file_bytes()}}},
+                {"fabricBytes", {{"read", picture_->bytes_read}, {"inFiles", picture_->file_bytes}}},
+                {"command", command()},
                 {"message", message_}};
     all["warnings"] = Json::array();
-    for (const Error& warning : picture_.warnings()) all["warnings"].push_back(to_line(warning));
+    for (const Error& warning : picture_->warnings) all["warnings"].push_back(to_line(warning));
     all["lights"] = Json::array();
-    for (const Light& light : picture_.lights()) all["lights"].push_back(json_of(light));
-    all["probe"] = probe_ ? json_of(*probe_, picture_) : Json();
-    const RenderStats& s = picture_.stats();
+    for (const Light& light : picture_->lights) all["lights"].push_back(json_of(light));
+    all["probe"] = probe_ ? json_of(*probe_, picture_->fabric_names) : Json();
+    const RenderStats& s = picture_->stats;
     all["seconds"] = {{"prepare", s.prepare},
                       {"project", s.project},
                       {"shadows", s.shadows},
                       {"geometry", s.geometry},
                       {"readBack", s.read_back},
                       {"evaluation", s.evaluation},
-                      {"frame", picture_.draw_seconds()},
-                      {"display", picture_.display_seconds()},
-                      {"window", window_seconds_}};
+                      {"frame", picture_->draw_seconds},
+                      {"display", picture_->display_seconds},
+                      {"window", window_seconds_},
+                      {"longestStep", longest_step_}};
     return all;
   }
 
  private:
+  /// Whether what is written at the end needs the picture and the probe of the last events.
+  bool tells_the_end() const { return command_.common.json || !command_.screenshot.empty(); }
+
   /// One frame of the window without its swap. Returns whether the user wants to close it.
   Result<bool> step() {
-    panel_.begin();
-    size_ = panel_.picture_size(window_size_);
-    ShowInput input = panel_.input(window_.poll_drags());
-    if (const auto good = aim(input); !good) return tl::unexpected(good.error());
-    const double aspect = static_cast<double>(size_.x) / size_.y;
-    Change change = std::max(pending_, apply(input, aspect, picture_.size(), state_));
-    pending_ = Change::none;
-    if (input.moves()) moved_ = Clock::now();
-    if (seconds_since(moved_) > still_after) {
-      divisor_ = 1;
-    } else if (input.moves()) {
-      divisor_ = size_divisor(full_seconds_, moving_budget);
-    }
-    if (divisor_ != drawn_divisor_ || size_ != drawn_size_) change = std::max(change, Change::frame);
-    if (const auto good = draw(change); !good) return tl::unexpected(good.error());
-    if (const auto good = look(change); !good) return tl::unexpected(good.error());
-    if (const auto good = refine(change); !good) return tl::unexpected(good.error());
     const Clock::time_point start = Clock::now();
-    const PanelInfo info{picture_, probe_, window_seconds_, divisor_, window_.poll_keys(), message_};
+    if (const auto good = receive(); !good) return tl::unexpected(good.error());
+    panel_.begin();
+    const V2i size = panel_.picture_size(window_size_);
+    ShowInput input = panel_.input(window_.poll_drags());
+    const std::optional<V2d> cursor = panel_.cursor();
+    // Steps of the wheel move towards the point under the cursor, which stays there.
+    if (input.wheel > 0 && cursor && cursor == aimed_) input.seen = aim_;
+    const double aspect = static_cast<double>(size.x) / size.y;
+    Change change = std::max(pending_, apply(input, aspect, picture_->size, state_));
+    pending_ = Change::none;
+    const PanelInfo info{*picture_, state_.probes ? probe_ : no_probe_, window_seconds_, window_.poll_keys(),
+                         message_};
     const PanelRequest request = panel_.edit(info, state_);
-    handle(request);
+    change = std::max(change, request.change);
+    if (request.resets_camera) {
+      state_.camera = first_camera_;
+      change = std::max(change, Change::frame);
+    }
+    if (request.saves) save();
+    if (request.copies) {
+      panel_.copy(command());
+      message_ = command().empty() ? "`render` draws flat swatches by other options"
+                                   : "copied; `selvedge dress` sets fabrics, sizes and tints";
+    }
+    std::vector<std::string> files = window_.poll_drops();
+    if (!request.add_file.empty()) files.push_back(request.add_file);
+    for (const std::string& path : files) background_.add_file(path);
+    if (!files.empty()) finished_ = false;
+    // Steps of the wheel leave the point under the cursor where it is; nothing else does.
+    if (change >= Change::frame && input.wheel == 0) aimed_.reset();
+    // The last probe stays while the mouse is on the panel or turns the view.
+    const std::optional<V2d> probed = cursor && !panel_.holds() ? cursor : wished_probe_;
+    if (change != Change::none || size != wished_size_ || probed != wished_probe_) wish(change, size, probed);
+    if (change != Change::none) settling_ = frames_to_settle;
     constexpr std::array<GLfloat, 4> black{0, 0, 0, 1};
     gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
     gl_.ClearNamedFramebufferfv(0, GL_COLOR, 0, black.data());
-    panel_.end(shown_.name(), picture_.overlay().empty() ? 0 : overlay_.name());
+    panel_.end(shown_.name(), picture_->overlay.empty() ? 0 : overlay_.name());
     gl_.Finish();
     window_seconds_ = seconds_since(start);
+    longest_step_ = std::max(longest_step_, window_seconds_);
     // What came before the wish to close is shown first.
-    if (request.close && !closes_after_) closes_after_ = 2;
+    if (request.close || window_.wants_to_close()) closes_ = true;
+    if (closes_ && !closes_after_ && (finished_ || !tells_the_end())) closes_after_ = 1;
     return closes_after_ && (*closes_after_)-- == 0;
   }
 
-  /// Steps of the wheel move towards the point under the cursor.
-  Result<void> aim(ShowInput& input) {
-    const std::optional<V2d> cursor = input.wheel > 0 ? panel_.cursor() : std::nullopt;
-    if (!cursor) return {};
-    const auto probe = picture_.probe(*cursor);
-    if (!probe) return tl::unexpected(probe.error());
-    if (*probe) input.seen = (*probe)->position;
+  /// Empty for a fabric.
+  std::string command() const {
+    if (has_ending(input_, ".exr")) return {};
+    return command_of(input_, picture_->own_lights, state_, wished_size_);
+  }
+
+  /// Writes the picture to the first of NAME-1.png, NAME-2.png ... in this folder that is not there yet.
+  void save() {
+    const std::string stem = std::filesystem::path(input_).stem().string();
+    std::string path;
+    std::error_code unknown;
+    for (int i = 1; path.empty() || std::filesystem::exists(path, unknown); ++i)
+      path = fmt::format("{}-{}.png", stem, i);
+    background_.save(path);
+    finished_ = false;
+  }
+
+  void wish(Change change, const V2i& size, const std::optional<V2d>& probed) {
+    wish_number_ = background_.set_wish({state_, change, size, probed, era_});
+    wished_size_ = size;
+    wished_probe_ = probed;
+    finished_ = false;
+  }
+
+  /// What the thread of the picture has to tell.
+  Result<void> receive() {
+    PictureNews news = background_.poll();
+    if (news.failure) return tl::unexpected(*news.failure);
+    if (!news.messages.empty()) message_ = fmt::format("{}", fmt::join(news.messages, "\n"));
+    for (const auto& environment : news.environments) {
+      state_.environments.push_back(environment);
+      state_.environment = static_cast<int>(state_.environments.size()) - 1;
+      pending_ = Change::frame;
+    }
+    if (news.state) state_ = *news.state;
+    if (news.garment) {
+      input_ = news.garment->path;
+      first_camera_ = state_.camera = news.garment->camera;
+      state_.fabrics = news.garment->fabrics;
+      state_.fits = news.garment->fits;
+      state_.hidden.clear();
+    }
+    if (news.state || news.garment) {
+      pending_ = Change::frame;
+      aimed_.reset();
+    }
+    era_ = news.era;
+    probe_ = news.probe;
+    if (news.probe && news.probe_wish == wish_number_) {
+      aimed_ = news.probed;
+      aim_ = news.probe->position;
+    }
+    finished_ = news.finished && pending_ == Change::none;
+    if (!news.picture) return {};
+    picture_ = news.picture;
+    shown_.load(picture_->width, picture_->height, picture_->bytes.data());
+    if (!picture_->overlay.empty())
+      overlay_.load(picture_->width, picture_->height, picture_->overlay.data());
     return {};
-  }
-
-  /// Updates the picture after a change and uploads it.
-  Result<void> draw(Change change) {
-    if (change == Change::none) return {};
-    if (auto good = picture_.update(state_, change, size_, divisor_); !good) {
-      // Back to the last good state, as not every path draws everything.
-      if (frames_ == 0) return good;
-      message_ = to_line(good.error());
-      state_ = good_;
-      if (auto again = picture_.update(state_, Change::scene, size_, divisor_); !again) return again;
-    }
-    good_ = state_;
-    drawn_divisor_ = divisor_;
-    drawn_size_ = size_;
-    ++frames_;
-    if (change >= Change::frame)
-      full_seconds_ = (picture_.draw_seconds() + picture_.overlay_seconds()) * divisor_ * divisor_;
-    const Frame& frame = picture_.frame();
-    shown_.load(frame.width, frame.height, picture_.bytes().data());
-    if (!picture_.overlay().empty()) overlay_.load(frame.width, frame.height, picture_.overlay().data());
-    return {};
-  }
-
-  /// Adds samples to a picture that rests.
-  Result<void> refine(Change change) {
-    refining_ = false;
-    if (change != Change::none || divisor_ > 1 || seconds_since(moved_) <= still_after) return {};
-    const Result<bool> more = picture_.refine(state_);
-    if (!more) return tl::unexpected(more.error());
-    refining_ = *more;
-    if (refining_) shown_.load(drawn_size_.x, drawn_size_.y, picture_.bytes().data());
-    return {};
-  }
-
-  /// Updates the probe if it may have changed.
-  Result<void> look(Change change) {
-    const std::optional<V2d> cursor = state_.probes ? panel_.cursor() : std::nullopt;
-    // The last probe stays while the mouse is on the panel.
-    if (!cursor || panel_.holds() || (cursor == probed_ && change < Change::frame)) return {};
-    probed_ = cursor;
-    const auto probe = picture_.probe(*cursor);
-    if (!probe) return tl::unexpected(probe.error());
-    probe_ = *probe;
-    return {};
-  }
-
-  void handle(const PanelRequest& request) {
-    pending_ = request.change;
-    if (request.resets_camera) {
-      state_.camera = first_.camera;
-      pending_ = std::max(pending_, Change::frame);
-    }
-    if (!request.add_fabric.empty()) {
-      const auto added = picture_.add_fabric(request.add_fabric);
-      message_ = added ? "" : to_line(added.error());
-      if (added) pending_ = Change::scene;
-    }
-    for (const std::string& path : window_.poll_drops()) add_dropped(path);
-    if (pending_ != Change::none) settling_ = frames_to_settle;
-  }
-
-  /// A fabric to choose from, or an environment, which is shown.
-  void add_dropped(const std::string& path) {
-    const auto fabric = picture_.add_fabric(path);
-    message_ = "";
-    if (fabric) {
-      pending_ = Change::scene;
-      return;
-    }
-    const auto environment = read_environment(path);
-    if (!environment) {
-      message_ = to_line((has_ending(path, ".exr") ? fabric.error() : environment.error()));
-      return;
-    }
-    offer(path.substr(path.find_last_of('/') + 1), *environment, state_);
-    state_.environment = static_cast<int>(state_.environments.size()) - 1;
-    pending_ = std::max(pending_, Change::frame);
   }
 
   const ShowCommand& command_;
   Window& window_;
-  ShowPicture& picture_;
+  BackgroundPicture& background_;
   const GlFunctions& gl_;
-  ShowState first_;
+  std::string input_;  ///< the garment or fabric that is shown
+  CameraOptions first_camera_;
   ShowState state_;
-  ShowState good_;  ///< the last state that could be drawn
   Panel panel_;
   ScreenTexture shown_;
   ScreenTexture overlay_;
+  std::shared_ptr<const ShownPicture> picture_ = std::make_shared<const ShownPicture>();
   V2i window_size_{0, 0};
-  V2i size_{0, 0};  ///< of the picture
-  V2i drawn_size_{0, 0};
-  int divisor_ = 1;
-  int drawn_divisor_ = 0;
   Change pending_ = Change::scene;
-  Clock::time_point moved_{};
-  double full_seconds_ = 0;
+  V2i wished_size_{0, 0};
+  std::optional<V2d> wished_probe_;
+  int era_ = 0;
+  bool finished_ = false;  ///< the picture and the probe are those of the last wish
   double window_seconds_ = 0;
+  double longest_step_ = 0;  ///< seconds from events to the window that shows them
   int settling_ = frames_to_settle;
-  bool refining_ = false;            ///< samples of the picture are still to come
+  bool closes_ = false;
   std::optional<int> closes_after_;  ///< so many frames
-  std::optional<V2d> probed_;
   std::optional<PixelProbe> probe_;
+  std::uint64_t wish_number_ = 0;
+  std::optional<V2d> aimed_;  ///< where the mouse was ...
+  V3d aim_{0, 0, 0};          ///< ... over this point, world, m
+  const std::optional<PixelProbe> no_probe_;
   std::string message_;
-  std::int64_t frames_ = 0;
 };
 
-Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& picture) {
-  const double aspect = static_cast<double>(command.size.x) / command.size.y;
+Result<ShowState> first_state(const ShowCommand& command, const Window& window, const ShowPicture& picture) {
+  // Beside the panel.
+  const V2i size = picture_size(window);
+  const double aspect = static_cast<double>(size.x) / size.y;
   Result<ShowState> state = picture.first_state(command.picture.camera, aspect);
   if (!state) return state;
   PictureOptions plain = command.picture;
@@ -334,7 +331,7 @@ Result<ShowState> first_state(const ShowCommand& command, const ShowPicture& pic
   state->shadows = look->shadows;
   state->levels = command.picture.levels;
   state->layers = command.picture.layers;
-  state->texel_edges = command.texel_edges;
+  if (command.texel_edges) state->overlay = static_cast<int>(Overlay::texels);
   // The first directional light, which drags can turn.
   const auto found = std::ranges::find(state->lights, LightKind::directional, &Light::kind);
   if (found != state->lights.end()) state->held_light = found - state->lights.begin();
@@ -357,17 +354,17 @@ Result<int> run(const ShowCommand& command) {
   if (!window) return tl::unexpected(window.error());
   const Result<GlFunctions> gl = load_gl_functions(*(*window)->context());
   if (!gl) return tl::unexpected(gl.error());
-  const auto context = [&] { return (*window)->context(); };
   Result<std::unique_ptr<ShowPicture>> picture =
-      is_fabric ? ShowPicture::create(std::move(swatch->scene), std::move(swatch->fabrics), context)
-                : ShowPicture::create(std::move(*scene), context);
+      is_fabric ? ShowPicture::create(std::move(swatch->scene), std::move(swatch->fabrics))
+                : ShowPicture::create(std::move(*scene));
   if (!picture) return tl::unexpected(picture.error());
   for (const std::string& path : command.fabrics) {
     if (const auto good = (*picture)->add_fabric(path); !good) return tl::unexpected(good.error());
   }
-  const Result<ShowState> state = first_state(command, **picture);
+  const Result<ShowState> state = first_state(command, **window, **picture);
   if (!state) return tl::unexpected(state.error());
-  Show show(command, **window, **picture, *gl, *state);
+  BackgroundPicture background(std::move(*picture), command.picture.limits, [] { Window::wake(); });
+  Show show(command, **window, background, *gl, *state);
   if (const auto good = show.run(); !good) return tl::unexpected(good.error());
   report(command.common, "show", show.to_json(), "");
   return 0;
@@ -381,8 +378,9 @@ void add_show_verb(Program& program) {
        "selvedge-view show sweater.glb\n"
        "selvedge-view show sweater.glb --fabric rib.fabric.exr --azimuth 30",
        "Mouse: left drag turns around the garment, middle drag (or Shift + left) moves it, right drag (or\n"
-       "Ctrl + left) turns the light, the wheel comes nearer. Keys: E texel edges, P probe, F next\n"
-       "fabric, R first view, H panel, Escape closes. Without a display the exit status is 1.\n"},
+       "Ctrl + left) turns the light, the wheel comes nearer. Keys: E texel edges, W triangles, C without\n"
+       "fabrics, P probe, F next fabric, S saves the picture, R first view, H panel, Escape closes.\n"
+       "Without a display the exit status is 1.\n"},
       declare, run);
 }
 

@@ -14,14 +14,14 @@ Json json_of(const Light& light) {
   return all;
 }
 
-Json json_of(const PixelProbe& probe, const ShowPicture& picture) {
+Json json_of(const PixelProbe& probe, const std::vector<std::string>& fabrics) {
   Json texels = Json::array();
   for (const ProbedTexel& t : probe.texels)
     texels.push_back({{"level", t.level}, {"texel", {t.texel.x, t.texel.y}}, {"weight", t.weight}});
   Json lights = Json::array();
   for (const V3f& light : probe.lights) lights.push_back(json_of(light));
   Json fabric;
-  if (probe.fabric >= 0) fabric = picture.fabric_names()[probe.fabric];
+  if (probe.fabric >= 0) fabric = fabrics[probe.fabric];
   return {{"pixel", {probe.pixel.x, probe.pixel.y}},
           {"back", probe.back},
           {"fabric", fabric},

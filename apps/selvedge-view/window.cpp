@@ -3,6 +3,7 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace selvedge {
@@ -103,6 +104,17 @@ V2i Window::size() const {
   return size;
 }
 
+float Window::scale() const {
+  V2f content(1, 1);
+  glfwGetWindowContentScale(handle_, &content.x, &content.y);
+  V2i window(0, 0);
+  glfwGetWindowSize(handle_, &window.x, &window.y);
+  // Where the units are larger than pixels, they are scaled already.
+  const int pixels = size().y;
+  if (window.y <= 0 || pixels <= 0) return 1;
+  return std::max(content.y * static_cast<float>(window.y) / static_cast<float>(pixels), 0.5F);
+}
+
 bool Window::wants_to_close() const { return glfwWindowShouldClose(handle_) != 0; }
 void Window::close() { glfwSetWindowShouldClose(handle_, GLFW_TRUE); }
 
@@ -115,6 +127,8 @@ bool Window::wait_for_events(double seconds) {
   glfwWaitEventsTimeout(seconds);
   return glfwGetTime() - start < seconds;
 }
+
+void Window::wake() { glfwPostEmptyEvent(); }
 
 void Window::swap() { glfwSwapBuffers(handle_); }
 

@@ -33,10 +33,14 @@ class Window {
 
   /// Size of the drawing area in pixels; 0 while minimised.
   V2i size() const;
+  /// How much larger text must be than on a screen of 1 x, in the units of mouse and panel.
+  float scale() const;
   bool wants_to_close() const;
   void close();
   /// Waits for events, at most `seconds`, and handles them. Returns whether there were any.
   bool wait_for_events(double seconds);
+  /// Ends that wait; from any thread.
+  static void wake();
   void swap();
   /// The keys pressed since the last call: upper case letters and escape_key. Includes keys already released.
   std::string poll_keys();

@@ -178,4 +178,28 @@ test_show_swaps_fabrics() {
   holds 'r.fabrics[0] === 1 && r.probe.fabric === "plane.fabric.exr"' report.json
 }
 
+test_show_saves_the_picture_and_tells_the_command_that_draws_it() {
+  need_screen
+  make_cloth
+  with_window quad.glb -- 'mousemove 200 300' 'mousedown 1' 'mousemove 300 260' 'mouseup 1' 'sleep 2' 'key s'
+  [ -s quad-1.png ] || fail "no picture: $(cat report.json)"
+  holds 'r.message === "saved quad-1.png"' report.json
+  node -e 'console.log(JSON.parse(require("fs").readFileSync("report.json", "utf8")).command)' >command
+  # Rounding moves single samples over an edge of the cloth.
+  bash command
+  selvedge-view compare quad-1.png picture.png --json >compared.json
+  holds 'r.psnr > 45' compared.json
+}
+
+test_show_takes_the_fabrics_away_and_draws_triangles_by_keys() {
+  need_screen
+  make_cloth
+  with_window quad.glb --screenshot plain.png -- 'mousemove 200 300' 'key c'
+  holds 'r.fabrics[0] === -1' report.json
+  with_window quad.glb --screenshot triangles.png -- 'mousemove 200 300' 'key c' 'key w'
+  exits 1 selvedge-view compare plain.png triangles.png --max 0.2
+  with_window quad.glb -- 'mousemove 200 300' 'key c' 'key c'
+  holds 'r.fabrics[0] === 0' report.json
+}
+
 "$2"

@@ -124,14 +124,14 @@ TEST_CASE("lights told in other axes are the same lights") {
   const Camera camera = camera_of(state.camera);
   state.lights = default_lights(Camera{});
   const std::vector<Light> before = lights_in_world(state, camera);
-  switch_light_frame(camera, state);
+  switch_light_frame(state);
   CHECK_FALSE(state.lights_in_camera_frame);
   const std::vector<Light> after = lights_in_world(state, camera);
   for (std::size_t i = 0; i < before.size(); ++i)
     CHECK((before[i].direction - after[i].direction).length() < 1e-12);
   // A drag means the same in both.
   ShowState other = state;
-  switch_light_frame(camera, other);
+  switch_light_frame(other);
   for (ShowState* of : {&state, &other}) {
     const ShowInput drag{ShowInput::Grip::light, V2d(0.1, 0.2), 0, V2d(0, 0)};
     CHECK(apply(drag, aspect, 7, *of) == Change::frame);
@@ -151,7 +151,7 @@ TEST_CASE("a light that stands in the scene is not turned, and knows no axes of 
   lamp.direction = V3d(0, 1, 0);
   state.lights = {lamp};
   turn_held_light(V2d(0.1, 0.2), camera, state);
-  switch_light_frame(camera, state);
+  switch_light_frame(state);
   for (const bool in_camera_frame : {true, false}) {
     state.lights_in_camera_frame = in_camera_frame;
     const Light after = lights_in_world(state, camera)[0];

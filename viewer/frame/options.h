@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -50,6 +51,9 @@ struct DrawOptions {
   float backdrop = -1;
   /// Texels per side of a shadow map, one for each light that can cast shadows (shadows.h); 0: no shadows.
   int shadows = 0;
+  /// Once this is true, drawing ends soon, with a frame of which parts are old. Null: nothing interrupts it.
+  const std::atomic<bool>* interrupted = nullptr;
+  bool ends() const { return interrupted != nullptr && interrupted->load(std::memory_order_relaxed); }
 };
 
 /// Nanoseconds on the GPU; 0 without timer queries.

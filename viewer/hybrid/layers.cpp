@@ -201,6 +201,7 @@ LayerCount shade_band(const IndexScene& index, const ShadingScene& shading,
   std::vector<LayerCount> counts(tasks);
   std::vector<std::vector<DeepPixels::Pixel>> found(tasks);
   parallel_for(0, tasks, [&](int task) {
+    if (shading.ends()) return;
     RowShader rows(index, shading, sides, layers, pixels);
     rows.shade(task * rows_per_task, std::min((task + 1) * rows_per_task, pixels.rows));
     counts[task] = rows.count();
@@ -219,6 +220,7 @@ LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, cons
   const std::size_t tasks = (count + deep_pixels_per_task - 1) / deep_pixels_per_task;
   std::vector<LayerCount> counts(tasks);
   parallel_for(0, static_cast<int>(tasks), [&](int task) {
+    if (shading.ends()) return;
     const std::size_t first = task * deep_pixels_per_task;
     const std::size_t end = std::min(first + deep_pixels_per_task, count);
     LayerCount& count_of_task = counts[task];

@@ -46,6 +46,7 @@ ShadingScene HybridPath::shading(const FrameView& view) const {
   shading.reflections = view.reflections.get();
   shading.power = view.options.power;
   shading.points = view.options.levels.points;
+  shading.options = &view.options;
   return shading;
 }
 
@@ -125,7 +126,7 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
   RenderStats shaded;
   std::future<Result<void>> shading_before;
   const auto finish_before = [&] { return shading_before.valid() ? shading_before.get() : Result<void>(); };
-  for (std::size_t i = 0; i < lists.size(); ++i) {
+  for (std::size_t i = 0; i < lists.size() && !view.options.ends(); ++i) {
     const int first_row = static_cast<int>(i) * bands_.rows;
     Band& band = in_flight_[i % 2];
     const FrameTiles where{first_row, bands_.rows_from(first_row), {}};
@@ -176,7 +177,7 @@ Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const
   return probe_pixel(index(projected, view), shading(view), pixels);
 }
 
-Result<void> HybridPath::texel_edges(const FrameView& view, std::vector<OverlayPixel>& overlay) {
+Result<void> HybridPath::overlay(Overlay kind, const FrameView& view, std::vector<OverlayPixel>& overlay) {
   Stopwatch watch;
   RenderStats unwanted;
   const ProjectedVertices projected = place(view.camera);
@@ -189,7 +190,7 @@ Result<void> HybridPath::texel_edges(const FrameView& view, std::vector<OverlayP
     const int first_row = static_cast<int>(i) * bands_.rows;
     const FrameTiles where{first_row, bands_.rows_from(first_row), {}};
     if (auto good = draw_nearest(std::move(lists[i]), where, sides, watch, unwanted); !good) return good;
-    draw_texel_edges(index, sides, first_row, where.rows, overlay);
+    draw_overlay(kind, index, sides, first_row, where.rows, overlay);
   }
   return {};
 }

@@ -23,9 +23,9 @@ class HybridPath final : public FramePath {
   Result<void> resize(const FrameSize& size) override;
   Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats) override;
 
-  /// As Renderer::probe() and ::texel_edges().
+  /// As Renderer::probe() and ::overlay().
   Result<std::optional<PixelProbe>> probe(const FrameView& view, const V2i& pixel);
-  Result<void> texel_edges(const FrameView& view, std::vector<OverlayPixel>& overlay);
+  Result<void> overlay(Overlay kind, const FrameView& view, std::vector<OverlayPixel>& overlay);
 
  private:
   /// A band in progress: while one is shaded the next is drawn.

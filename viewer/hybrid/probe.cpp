@@ -121,8 +121,8 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
   return probe;
 }
 
-void draw_texel_edges(const IndexScene& index, const std::array<DrawnSide, 2>& sides, int first_row, int rows,
-                      std::vector<OverlayPixel>& overlay) {
+void draw_overlay(Overlay kind, const IndexScene& index, const std::array<DrawnSide, 2>& sides, int first_row,
+                  int rows, std::vector<OverlayPixel>& overlay) {
   const int width = index.projected.width;
   parallel_for(0, rows, [&](int y) {
     OverlayPixel* row =
@@ -140,6 +140,15 @@ void draw_texel_edges(const IndexScene& index, const std::array<DrawnSide, 2>& s
     for (int x = 0; x < width; ++x) {
       const std::size_t i = y * width + x;
       const std::optional<NearestSurface> seen = nearest_surface(sides, i);
+      if (kind == Overlay::triangles) {
+        const auto differs = [&](std::size_t beside) {
+          const std::optional<NearestSurface> other = nearest_surface(sides, beside);
+          return seen.has_value() != other.has_value() || (seen && seen->triangle != other->triangle);
+        };
+        if ((x + 1 < width && differs(i + 1)) || (y + 1 < rows && differs(i + width)))
+          row[x] = {255, 255, 255, 200};
+        continue;
+      }
       if (!seen) continue;
       const std::size_t lane = waiting.count;
       waiting.triangle[lane] = seen->triangle;

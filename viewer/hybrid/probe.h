@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "viewer/hybrid/layers.h"
@@ -48,10 +49,14 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
 /// Red, green, blue and opacity, coded for a display.
 using OverlayPixel = std::array<std::uint8_t, 4>;
 
-/// Draws lines, about a pixel wide, between texels of the finer level at each pixel, in another colour
-/// between repeats. They fade where texels are smaller than a few pixels. Writes all pixels of the band;
-/// `overlay` is the whole frame, top row first.
-void draw_texel_edges(const IndexScene& index, const std::array<DrawnSide, 2>& sides, int first_row, int rows,
-                      std::vector<OverlayPixel>& overlay);
+/// Lines about a pixel wide over the picture: between texels of the finer level at each pixel, in another
+/// colour between repeats, which fade where texels are smaller than a few pixels; or between the triangles
+/// that are seen.
+enum class Overlay { none, texels, triangles };
+inline constexpr std::array<std::string_view, 3> overlay_names{"none", "texel edges (E)", "wireframe (W)"};
+
+/// Writes all pixels of the band; `overlay` is the whole frame, top row first.
+void draw_overlay(Overlay kind, const IndexScene& index, const std::array<DrawnSide, 2>& sides, int first_row,
+                  int rows, std::vector<OverlayPixel>& overlay);
 
 }  // namespace selvedge

@@ -6,6 +6,7 @@
 
 #include "format/scene/camera.h"
 #include "format/scene/lights.h"
+#include "viewer/frame/options.h"
 #include "viewer/hybrid/index_pass.h"
 #include "viewer/light/reflections.h"
 #include "viewer/light/shadows.h"
@@ -41,6 +42,8 @@ struct ShadingScene {
   const Reflections* reflections = nullptr;  ///< of the environment; null: none
   PowerKind power = PowerKind::exact;        ///< of the fabrics' lobes
   int points = 2;                            ///< LevelOptions::points
+  const DrawOptions* options = nullptr;      ///< may interrupt the work; null: nothing does
+  bool ends() const { return options != nullptr && options->ends(); }
 };
 
 /// Frames of a block. An interpolated normal that faces away from the viewer is bent until the view just

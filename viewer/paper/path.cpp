@@ -29,7 +29,7 @@ Result<void> PaperPath::resize(const FrameSize& size) {
 }
 
 Result<void> PaperPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
-  for (int first_row = 0; first_row < bands_.height; first_row += bands_.rows) {
+  for (int first_row = 0; first_row < bands_.height && !view.options.ends(); first_row += bands_.rows) {
     if (auto good = draw_band(view, first_row, frame, stats); !good) return good;
   }
   return {};

@@ -1,6 +1,7 @@
 #include "viewer/scene/change_fabrics.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace selvedge {
 
@@ -29,6 +30,36 @@ Scene change_fabrics(const Scene& scene, std::span<const Fabric> fabrics, std::s
     reference->fabric = choice[i];
   }
   return result;
+}
+
+namespace {
+
+/// The transform that follows `transform` by a quarter turn of the cloth: with the period P, D(1/P) R D(P).
+/// It keeps the form "scale, then rotate", as R D(a, b) = D(b, a) R.
+void turn_quarter(const V2d& period, UvTransform& transform) {
+  const V2d stretch(period.x / period.y, period.y / period.x);
+  const bool on_side = std::lround(transform.rotation / (std::numbers::pi / 2)) % 2 != 0;
+  transform.scale *= on_side ? V2d(stretch.y, stretch.x) : stretch;
+  const V2d offset = transform.offset * stretch;
+  UvTransform quarter;
+  quarter.rotation = std::numbers::pi / 2;
+  transform.offset = quarter.apply_linear(offset);
+  transform.rotation = std::remainder(transform.rotation + quarter.rotation, 2 * std::numbers::pi);
+}
+
+}  // namespace
+
+void fit_fabrics(std::span<const FabricFit> fits, std::span<const Fabric> fabrics, Scene& scene) {
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    SceneMaterial& material = scene.materials[i];
+    if (!material.fabric) continue;
+    UvTransform& transform = material.fabric->transform;
+    transform.offset /= fits[i].size;
+    transform.scale /= fits[i].size;
+    for (int turn = 0; turn < fits[i].quarter_turns; ++turn)
+      turn_quarter(V2d(fabrics[material.fabric->fabric].period_mm), transform);
+    material.kept.tint *= fits[i].tint;
+  }
 }
 
 }  // namespace selvedge

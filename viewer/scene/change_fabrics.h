@@ -19,4 +19,15 @@ std::vector<int> fabrics_of(const Scene& scene);
 /// exist.
 Scene change_fabrics(const Scene& scene, std::span<const Fabric> fabrics, std::span<const int> choice);
 
+/// How a fabric lies on a material, relative to what the file says.
+struct FabricFit {
+  double size = 1;  ///< factor on the stitches' size
+  int quarter_turns = 0;
+  V3f tint{1, 1, 1};  ///< linear; times GarmentParts::tint
+};
+
+/// Fits the fabrics of `scene`; fits[i] is that of material i. Stitches stay as wide and as high as they are
+/// through a quarter turn. Precondition: Scene's references are indices into `fabrics`.
+void fit_fabrics(std::span<const FabricFit> fits, std::span<const Fabric> fabrics, Scene& scene);
+
 }  // namespace selvedge

@@ -361,7 +361,7 @@ Result<void> ShaderPath::draw_rounds(const FrameView& view, RenderStats& stats) 
     for (std::size_t i = 0; i < 2; ++i) gl_.GetQueryObjectui64v(clocks_[i], GL_QUERY_RESULT, &at[i]);
     stage += at[1] - at[0];
   };
-  for (int round = 0; round < size_.layers; ++round) {
+  for (int round = 0; round < size_.layers && !view.options.ends(); ++round) {
     timed(stats.shader.geometry, [&] { draw_round(round, clip); });
     GLuint any = 0;
     gl_.GetQueryObjectuiv(any_, GL_QUERY_RESULT, &any);

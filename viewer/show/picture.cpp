@@ -20,8 +20,7 @@ double seconds_since(Clock::time_point start) {
 
 }  // namespace
 
-Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vector<Fabric> fabrics,
-                                                         MakeContext make_context) {
+Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vector<Fabric> fabrics) {
   const Result<std::vector<V3d>> points = world_points(scene);
   if (!points) return tl::unexpected(points.error());
   std::unique_ptr<ShowPicture> picture(new ShowPicture);
@@ -31,11 +30,10 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vecto
   picture->fabrics_ = std::move(fabrics);
   for (const SceneFabric& fabric : picture->scene_.fabrics) picture->fabric_names_.push_back(fabric.name);
   picture->fabric_names_.resize(picture->fabrics_.size());
-  picture->make_context_ = std::move(make_context);
   return picture;
 }
 
-Result<std::unique_ptr<ShowPicture>> ShowPicture::create(OpenScene open, MakeContext make_context) {
+Result<std::unique_ptr<ShowPicture>> ShowPicture::create(OpenScene open) {
   // The smallest part of each file that is a valid fabric.
   std::vector<LevelRange> coarsest;
   for (const FabricReader& reader : open.readers) {
@@ -44,7 +42,7 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(OpenScene open, MakeCon
   }
   auto fabrics = read_fabrics(open, coarsest);
   if (!fabrics) return tl::unexpected(fabrics.error());
-  auto picture = create(std::move(open.scene), std::move(*fabrics), std::move(make_context));
+  auto picture = create(std::move(open.scene), std::move(*fabrics));
   if (!picture) return picture;
   // The readers refer to the scene's bytes, which do not move with it.
   (*picture)->readers_ = std::move(open.readers);
@@ -65,6 +63,7 @@ Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double 
   if (!orbit) return tl::unexpected(orbit.error());
   state.camera = *orbit;
   state.fabrics = fabrics_of(scene_);
+  state.fits.resize(scene_.materials.size());
   return state;
 }
 
@@ -82,13 +81,13 @@ Result<void> ShowPicture::load(const ShowState& state) {
   renderer_.reset();
   options_.path = static_cast<RenderPath>(state.path);
   dressed_ = change_fabrics(scene_, fabrics_, state.fabrics);
+  fit_fabrics(state.fits, fabrics_, dressed_);
   dressed_.memory_left = memory_.left();
   // Starts from defaults, as the previous state may have been refused.
   options_.levels = state.levels;
   set_light(state);
   options_.lights.clear();
-  Result<std::unique_ptr<Renderer>> renderer =
-      Renderer::create(dressed_, fabrics_, options_, make_context_());
+  Result<std::unique_ptr<Renderer>> renderer = Renderer::create(dressed_, fabrics_, options_);
   if (!renderer) return tl::unexpected(renderer.error());
   renderer_ = std::move(*renderer);
   return {};
@@ -189,15 +188,17 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   refined_ = 0;
   overlay_.clear();
   overlay_seconds_ = 0;
-  if (!state.texel_edges) return {};
+  if (state.overlay == 0 || options_.ends()) return {};
   const Clock::time_point overlay_start = Clock::now();
-  auto good = renderer_->texel_edges(camera_, options_, overlay_);
+  auto good = renderer_->overlay(static_cast<Overlay>(state.overlay), camera_, options_, overlay_);
   overlay_seconds_ = seconds_since(overlay_start);
   return good;
 }
 
-Result<void> ShowPicture::update(const ShowState& state, Change change, const V2i& size, int divisor) {
+Result<void> ShowPicture::update(const ShowState& state, Change change, const V2i& size, int divisor,
+                                 const std::atomic<bool>* interrupted) {
   if (change == Change::none) return {};
+  options_.interrupted = interrupted;
   options_.width = std::max(1, size.x / divisor);
   options_.height = std::max(1, size.y / divisor);
   options_.layers = state.layers;
@@ -210,14 +211,16 @@ Result<void> ShowPicture::update(const ShowState& state, Change change, const V2
   if (change >= Change::frame || frame_.width != options_.width || frame_.height != options_.height) {
     if (auto good = draw(state); !good) return good;
   }
+  if (options_.ends()) return {};
   const Clock::time_point start = Clock::now();
   to_display_bytes(frame_, state.display, bytes_);
   display_seconds_ = seconds_since(start);
   return {};
 }
 
-Result<bool> ShowPicture::refine(const ShowState& state) {
+Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>* interrupted) {
   constexpr int n = samples_at_rest;
+  options_.interrupted = interrupted;
   if (!renderer_ || options_.path != RenderPath::hybrid || refined_ == n * n) return false;
   // Samples are smaller than pixels, and may need finer levels.
   if (refined_ == 0) {
@@ -233,6 +236,7 @@ Result<bool> ShowPicture::refine(const ShowState& state) {
   RenderStats unwanted;
   if (auto good = renderer_->draw(camera, options, sample_, unwanted); !good)
     return tl::unexpected(good.error());
+  if (options_.ends()) return false;
   if (refined_ == 0) {
     first_ = frame_;
     samples_.pixels.assign(frame_.pixels.size(), V4f(0, 0, 0, 0));

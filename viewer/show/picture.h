@@ -1,7 +1,7 @@
 // The picture of `show`, independent of its window: redoes exactly the work that a change requires.
 #pragma once
 
-#include <functional>
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,15 +15,11 @@ namespace selvedge {
 
 class ShowPicture {
  public:
-  using MakeContext = std::function<std::unique_ptr<GraphicsContext>()>;
-
-  /// `fabrics[i]` is scene.fabrics[i]; further ones may follow. `make_context` is called for every new scene;
-  /// it may return null, as for Renderer::create().
-  static Result<std::unique_ptr<ShowPicture>> create(Scene scene, std::vector<Fabric> fabrics,
-                                                     MakeContext make_context);
+  /// `fabrics[i]` is scene.fabrics[i]; further ones may follow.
+  static Result<std::unique_ptr<ShowPicture>> create(Scene scene, std::vector<Fabric> fabrics);
 
   /// Levels of these fabrics are read on first use, and kept.
-  static Result<std::unique_ptr<ShowPicture>> create(OpenScene open, MakeContext make_context);
+  static Result<std::unique_ptr<ShowPicture>> create(OpenScene open);
 
   /// The initial state, with the fabrics of the scene and `options` as an orbit.
   Result<ShowState> first_state(const CameraOptions& options, double aspect) const;
@@ -33,12 +29,16 @@ class ShowPicture {
   Result<void> add_fabric(const std::string& path);
 
   /// Updates the picture after a change, for a window of `size` pixels, drawn smaller by `divisor` per side.
-  Result<void> update(const ShowState& state, Change change, const V2i& size, int divisor);
+  /// Ends soon once
+  /// `*interrupted` is true; the next update must then be Change::frame or more.
+  Result<void> update(const ShowState& state, Change change, const V2i& size, int divisor,
+                      const std::atomic<bool>* interrupted = nullptr);
 
   /// Adds the next of samples_at_rest x samples_at_rest samples of each pixel to the picture of the last
   /// update(), in which they replace the first ones; after the last it is that of so much supersampling.
-  /// Returns whether the picture changed: not if all are there, and on the hybrid path alone.
-  Result<bool> refine(const ShowState& state);
+  /// Returns whether the picture changed: not if all are there or it was interrupted, and on the hybrid path
+  /// alone.
+  Result<bool> refine(const ShowState& state, const std::atomic<bool>* interrupted = nullptr);
   static constexpr int samples_at_rest = 3;
 
   /// The nearest surface at a point of [0, 1)^2, from the top left, of the last picture, if there is one.
@@ -70,7 +70,6 @@ class ShowPicture {
   Result<void> draw(const ShowState& state);
   void set_light(const ShowState& state);
 
-  MakeContext make_context_;
   Scene scene_;
   Scene dressed_;  ///< with the chosen fabrics
   std::vector<Fabric> fabrics_;

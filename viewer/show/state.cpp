@@ -1,7 +1,9 @@
 #include "viewer/show/state.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "viewer/orbit.h"
 
@@ -65,6 +67,7 @@ void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state) {
 }
 
 bool next_fabrics(int count, ShowState& state) {
+  if (count < 1) return false;
   const std::vector<int> before = state.fabrics;
   for (int& fabric : state.fabrics) {
     if (fabric >= 0) fabric = (fabric + 1) % count;
@@ -72,7 +75,18 @@ bool next_fabrics(int count, ShowState& state) {
   return state.fabrics != before;
 }
 
-void switch_light_frame(const Camera& camera, ShowState& state) {
+bool show_core(ShowState& state) {
+  if (!state.hidden.empty()) {
+    state.fabrics = std::exchange(state.hidden, {});
+    return true;
+  }
+  state.hidden = state.fabrics;
+  std::ranges::fill(state.fabrics, -1);
+  return state.fabrics != state.hidden;
+}
+
+void switch_light_frame(ShowState& state) {
+  const Camera camera = axes_of(state.camera);
   for (Light& light : state.lights) {
     if (light.kind != LightKind::directional) continue;
     light.direction = state.lights_in_camera_frame ? from_camera_frame(camera, light.direction)

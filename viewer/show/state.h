@@ -11,6 +11,7 @@
 #include "format/picture/display.h"
 #include "format/scene/lights.h"
 #include "viewer/render.h"
+#include "viewer/scene/change_fabrics.h"
 
 namespace selvedge {
 
@@ -38,9 +39,11 @@ struct ShowState {
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;
-  int path = 0;              ///< a RenderPath
-  std::vector<int> fabrics;  ///< of the materials, index into the fabrics; -1: the core material
-  bool texel_edges = false;
+  int path = 0;                 ///< a RenderPath
+  std::vector<int> fabrics;     ///< of the materials, index into the fabrics; -1: the core material
+  std::vector<FabricFit> fits;  ///< of the materials
+  std::vector<int> hidden;      ///< the fabrics while the core materials are shown, or empty
+  int overlay = 0;              ///< an Overlay
   bool probes = true;
 };
 
@@ -68,8 +71,12 @@ void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state);
 /// Puts the next of `count` fabrics on every material that has one. Returns whether anything changed.
 bool next_fabrics(int count, ShowState& state);
 
+/// Takes the fabrics away, so that the core materials show, or puts them back. Returns whether anything
+/// changed.
+bool show_core(ShowState& state);
+
 /// Converts the lights' directions to the other axes; the picture does not change.
-void switch_light_frame(const Camera& camera, ShowState& state);
+void switch_light_frame(ShowState& state);
 
 /// The exposure that shows white as white in the chosen light: 1 in an environment, else pi.
 float usual_exposure(const ShowState& state);

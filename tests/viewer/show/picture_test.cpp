@@ -27,11 +27,8 @@ Scene two_squares() {
 
 std::vector<Fabric> two_fabrics() { return {test::random_fabric(16, 16, 1), test::random_fabric(8, 8, 2)}; }
 
-/// Null: a context of the renderer's own.
-std::unique_ptr<GraphicsContext> no_context() { return nullptr; }
-
 std::unique_ptr<ShowPicture> picture_of(const Scene& scene, const std::vector<Fabric>& fabrics) {
-  return test::need(ShowPicture::create(scene, fabrics, no_context));
+  return test::need(ShowPicture::create(scene, fabrics));
 }
 
 ShowState state_of(const ShowPicture& picture) {
@@ -259,7 +256,7 @@ TEST_CASE("texel edges are lines a pixel wide, one for each texel of the finer l
   ShowState state = state_of(*picture);
   state.camera.projection = Projection::parallel;
   state.camera.distance = 1 / std::tan(15 * std::numbers::pi / 180);
-  state.texel_edges = true;
+  state.overlay = static_cast<int>(Overlay::texels);
   test::need(picture->update(state, Change::scene, V2i(160, 160), 1));
   REQUIRE(picture->overlay().size() == 160 * 160);
   const auto row = [&](int y, int x) { return picture->overlay()[y * 160 + x]; };
@@ -302,7 +299,7 @@ TEST_CASE("a long zoom reads each level once, and none before it is asked for") 
   scene.fabrics.resize(1);
   open.scene = scene;
   open.readers.push_back(std::move(reader));
-  const auto picture = test::need(ShowPicture::create(std::move(open), no_context));
+  const auto picture = test::need(ShowPicture::create(std::move(open)));
   const Fabric read = test::need(read_fabric(folder / "a.exr"));
   const auto whole = picture_of(scene, {read});
   CameraOptions far;
@@ -330,14 +327,12 @@ TEST_CASE("a long zoom reads each level once, and none before it is asked for") 
   CHECK(readings <= 7);
   CHECK(bytes <= picture->file_bytes());
   // A level that is asked for by its number is counted as in the file.
-  const auto forced = test::need(ShowPicture::create(
-      [&] {
-        OpenScene again;
-        again.scene = scene;
-        again.readers.push_back(std::move(*FabricReader::open(folder / "a.exr")));
-        return again;
-      }(),
-      no_context));
+  const auto forced = test::need(ShowPicture::create([&] {
+    OpenScene again;
+    again.scene = scene;
+    again.readers.push_back(std::move(*FabricReader::open(folder / "a.exr")));
+    return again;
+  }()));
   state.levels.forced = 2;
   test::need(forced->update(state, Change::scene, V2i(60, 60), 1));
   test::need(whole->update(state, Change::frame, V2i(60, 60), 1));
@@ -361,7 +356,7 @@ TEST_CASE("a picture tells when it may ask for a level that a file does not have
   OpenScene open;
   open.scene = scene;
   open.readers.push_back(std::move(*FabricReader::open(folder / "b.exr")));
-  const auto level_by_level = test::need(ShowPicture::create(std::move(open), no_context));
+  const auto level_by_level = test::need(ShowPicture::create(std::move(open)));
   const auto at_once = picture_of(scene, {part});
   for (ShowPicture* picture : {level_by_level.get(), at_once.get()}) {
     auto state = test::need(picture->first_state({}, 1));

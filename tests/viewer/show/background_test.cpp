@@ -1,0 +1,178 @@
+#include "viewer/show/background.h"
+
+#include <doctest/doctest.h>
+
+#include <chrono>
+
+#include "format/picture/studio.h"
+#include "tests/format/files.h"
+#include "tests/format/gltf_fixtures.h"
+#include "tests/require.h"
+#include "tests/viewer/indexed.h"
+
+namespace selvedge {
+namespace {
+
+const V2i size(100, 80);
+
+Scene square() {
+  Scene scene;
+  test::add(scene, test::square(3), test::material(0));
+  scene.fabrics.resize(1);
+  return scene;
+}
+
+std::unique_ptr<ShowPicture> picture_of(const Scene& scene) {
+  return test::need(ShowPicture::create(scene, {test::random_fabric(16, 16, 1)}));
+}
+
+ShowState state_of(const ShowPicture& picture) {
+  ShowState result = test::need(picture.first_state({}, 1.25));
+  result.lights = default_lights(Camera{});
+  return result;
+}
+
+/// The window's side: keeps the last of everything that is told.
+class Listener {
+ public:
+  explicit Listener(std::unique_ptr<ShowPicture> shown)
+      : state(state_of(*shown)), background(std::move(shown), {}, [] {}) {}
+
+  /// Polls until `is_there`, which must be so within a time that only a dead thread takes.
+  template <class Condition>
+  void listen(Condition is_there) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+    do {
+      PictureNews now = background.poll();
+      REQUIRE_FALSE(now.failure.has_value());
+      if (now.picture) picture = now.picture;
+      if (now.state) state = *now.state;
+      if (now.garment) {
+        state.camera = now.garment->camera;
+        state.fabrics = now.garment->fabrics;
+        state.fits = now.garment->fits;
+      }
+      for (const std::string& line : now.messages) message = line;
+      era = now.era;
+      finished = now.finished;
+      probe = now.probe;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      REQUIRE(std::chrono::steady_clock::now() < end);
+    } while (!is_there());
+  }
+  void listen_to_the_end() {
+    listen([&] { return finished; });
+  }
+  void wish(Change change, const std::optional<V2d>& probed = {}) {
+    background.set_wish({state, change, size, probed, era});
+  }
+
+  ShowState state;
+  std::shared_ptr<const ShownPicture> picture;
+  std::optional<PixelProbe> probe;
+  std::string message;
+  int era = 0;
+  bool finished = false;
+  BackgroundPicture background;
+};
+
+/// The picture at rest, made without a thread.
+std::vector<std::uint8_t> bytes_at_rest(const ShowState& state) {
+  const auto picture = picture_of(square());
+  test::need(picture->update(state, Change::scene, size, 1));
+  while (test::need(picture->refine(state))) {
+  }
+  return picture->bytes();
+}
+
+TEST_CASE("a picture made in the background ends as the one at rest, whatever was wished before") {
+  Listener window(picture_of(square()));
+  for (int i = 0; i < 60; ++i) {
+    window.state.camera.azimuth = i;
+    window.state.display.exposure = i % 7 == 0 ? 2 : 1;
+    window.wish(i == 0 ? Change::scene : i % 7 == 0 ? Change::display : Change::frame);
+    if (i % 10 == 0) window.listen([&] { return true; });
+  }
+  const std::vector<std::uint8_t> expected = bytes_at_rest(window.state);
+  window.listen([&] { return window.finished && window.picture->bytes == expected; });
+  CHECK(window.picture->width == size.x);
+  CHECK(window.picture->divisor == 1);
+  // A further probe draws nothing.
+  const std::int64_t frames = window.picture->frames;
+  window.wish(Change::none, V2d(0.5, 0.5));
+  window.listen_to_the_end();
+  REQUIRE(window.probe);
+  CHECK(window.probe->pixel == V2i(50, 40));
+  CHECK(window.picture->frames == frames);
+  window.wish(Change::display);
+  window.listen_to_the_end();
+  CHECK(window.picture->frames == frames);
+}
+
+TEST_CASE("an interrupted picture is drawn again in full") {
+  const auto picture = picture_of(square());
+  ShowState state = state_of(*picture);
+  test::need(picture->update(state, Change::scene, size, 1));
+  const std::vector<std::uint8_t> first = picture->bytes();
+  state.camera.azimuth = 40;
+  const std::atomic<bool> interrupted{true};
+  test::need(picture->update(state, Change::frame, size, 1, &interrupted));
+  CHECK(picture->bytes() == first);
+  CHECK_FALSE(test::need(picture->refine(state, &interrupted)));
+  test::need(picture->update(state, Change::frame, size, 1));
+  while (test::need(picture->refine(state))) {
+  }
+  CHECK(picture->bytes() == bytes_at_rest(state));
+}
+
+TEST_CASE("what cannot be drawn is told, and the window goes back to what could be") {
+  Listener window(picture_of(square()));
+  window.wish(Change::scene);
+  window.listen_to_the_end();
+  const ShowState good = window.state;
+  // More texels of a shadow map than are allowed.
+  window.state.shadows = 1 << 30;
+  window.wish(Change::frame);
+  window.listen([&] { return window.era == 1 && window.finished; });
+  CHECK(window.message.find("OPTION_OUT_OF_RANGE") != std::string::npos);
+  CHECK(window.state.shadows == good.shadows);
+  const std::vector<std::uint8_t> expected = bytes_at_rest(good);
+  window.listen([&] { return window.picture->bytes == expected; });
+  // A wish that was made before the window knew is dropped.
+  ShowState late = good;
+  late.fabrics.clear();
+  window.background.set_wish({late, Change::scene, size, {}, 0});
+  window.wish(Change::none);
+  window.listen([&] { return window.finished && window.picture->bytes == expected; });
+}
+
+TEST_CASE("files that are added are another garment, an environment or an error") {
+  const test::Folder folder;
+  Listener window(picture_of(square()));
+  window.wish(Change::scene);
+  window.listen_to_the_end();
+  const auto first = window.picture;
+  window.background.add_file(folder / "none.glb");
+  window.listen([&] { return !window.message.empty(); });
+  CHECK(window.message.find("none.glb") != std::string::npos);
+  CHECK(window.message.find("FILE_MISSING") != std::string::npos);
+  window.listen_to_the_end();
+  CHECK(window.picture->materials == first->materials);
+  // One triangle of 2 m without a fabric.
+  test::write_bytes(folder / "triangle.gltf",
+                    R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+    "nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[2,2,0]}],
+    "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":
+    "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAQAAAAAAAAAAAAAAAAAAAAEAAAAAA"}]})");
+  window.background.add_file(folder / "triangle.gltf");
+  window.listen([&] { return window.era == 1; });
+  window.wish(Change::frame);
+  window.listen_to_the_end();
+  CHECK(window.message.empty());
+  CHECK(window.picture->size == doctest::Approx(std::sqrt(8.0)));
+  CHECK(window.state.fabrics == std::vector<int>(window.picture->materials.size(), -1));
+}
+
+}  // namespace
+}  // namespace selvedge

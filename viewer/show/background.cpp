@@ -1,0 +1,338 @@
+#include "viewer/show/background.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "format/base/guard.h"
+#include "format/base/option_text.h"
+#include "format/picture/environment.h"
+#include "format/picture/image.h"
+
+namespace selvedge {
+namespace {
+
+/// Seconds above which a picture is drawn smaller first.
+constexpr double first_budget = 0.05;
+/// How long a wish has to stay before its picture is drawn in full, as the mouse may still move.
+constexpr std::chrono::milliseconds still_after{100};
+
+ShownPicture shown(const ShowPicture& picture, int divisor, std::int64_t frames) {
+  ShownPicture result;
+  result.width = picture.frame().width;
+  result.height = picture.frame().height;
+  result.divisor = divisor;
+  result.bytes = picture.bytes();
+  result.overlay = picture.overlay();
+  result.camera = picture.camera();
+  result.lights = picture.lights();
+  result.stats = picture.stats();
+  result.draw_seconds = picture.draw_seconds();
+  result.overlay_seconds = picture.overlay_seconds();
+  result.display_seconds = picture.display_seconds();
+  result.frames = frames;
+  result.warnings = picture.warnings();
+  for (const SceneMaterial& material : picture.scene().materials)
+    result.materials.push_back(!material.fabric ? "" : material.name.empty() ? "material" : material.name);
+  result.fabric_names = picture.fabric_names();
+  for (const Fabric& fabric : picture.fabrics())
+    result.levels = std::max(result.levels, fabric.first_level() + static_cast<int>(fabric.levels.size()));
+  result.bytes_read = picture.bytes_read();
+  result.file_bytes = picture.file_bytes();
+  result.size = picture.size();
+  result.own_lights = lights_of(picture.scene());
+  return result;
+}
+
+}  // namespace
+
+BackgroundPicture::BackgroundPicture(std::unique_ptr<ShowPicture> picture, const SceneLimits& limits,
+                                     std::function<void()> wake)
+    : picture_(std::move(picture)), limits_(limits), wake_(std::move(wake)), thread_([this] { run(); }) {}
+
+BackgroundPicture::~BackgroundPicture() {
+  {
+    const std::lock_guard lock(mutex_);
+    closes_ = true;
+    interrupted_ = true;
+    asked_ = true;
+  }
+  there_is_work_.notify_one();
+  thread_.join();
+}
+
+std::uint64_t BackgroundPicture::set_wish(PictureWish wish) {
+  std::uint64_t number = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    if (next_) wish.change = std::max(wish.change, next_->change);
+    if (wish.change != Change::none) interrupted_ = true;
+    asked_ = true;
+    next_ = std::move(wish);
+    news_.finished = false;
+    number = ++wishes_;
+  }
+  there_is_work_.notify_one();
+  return number;
+}
+
+void BackgroundPicture::add_file(const std::string& path) {
+  {
+    const std::lock_guard lock(mutex_);
+    files_.push_back(path);
+    interrupted_ = true;
+    asked_ = true;
+    news_.finished = false;
+  }
+  there_is_work_.notify_one();
+}
+
+void BackgroundPicture::save(const std::string& path) {
+  {
+    const std::lock_guard lock(mutex_);
+    saves_.push_back(path);
+    news_.finished = false;
+  }
+  there_is_work_.notify_one();
+}
+
+PictureNews BackgroundPicture::poll() {
+  const std::lock_guard lock(mutex_);
+  PictureNews rest;
+  rest.finished = news_.finished;
+  rest.era = news_.era;
+  rest.probed = news_.probed;
+  rest.probe = news_.probe;
+  rest.probe_wish = news_.probe_wish;
+  return std::exchange(news_, std::move(rest));
+}
+
+/// Changes the news under the mutex, then wakes the window.
+template <class Change>
+void BackgroundPicture::tell(Change change) {
+  {
+    const std::lock_guard lock(mutex_);
+    change(news_);
+    news_.finished = !next_ && files_.empty() && saves_.empty() &&
+                     (stage_ == Stage::samples || stage_ == Stage::rest) && !probes_;
+  }
+  wake_();
+}
+
+void BackgroundPicture::tell_message(const std::string& message) {
+  tell([&](PictureNews& news) { news.messages.push_back(message); });
+}
+
+void BackgroundPicture::run() {
+  for (;;) {
+    std::vector<std::string> files;
+    std::vector<std::string> saves;
+    {
+      std::unique_lock lock(mutex_);
+      const auto is_asked = [&] { return closes_ || next_ || !files_.empty(); };
+      if (stage_ == Stage::full) there_is_work_.wait_for(lock, still_after, is_asked);
+      there_is_work_.wait(lock,
+                          [&] { return is_asked() || stage_ != Stage::rest || probes_ || !saves_.empty(); });
+      if (closes_) break;
+      files.swap(files_);
+      interrupted_ = false;
+      asked_ = false;
+      if (next_) {
+        number_ = wishes_;
+        take(*std::exchange(next_, std::nullopt));
+      }
+      if (stage_ == Stage::rest && !probes_) saves.swap(saves_);
+    }
+    for (const std::string& file : files) {
+      const Result<std::string> added = guarded(file, [&] { return add(file); });
+      tell_message(added ? *added : to_line(added.error()));
+    }
+    for (const std::string& path : saves) write(path);
+    if (const auto good = guarded("", [&] { return step(); }); !good) {
+      tell([&](PictureNews& news) { news.failure = good.error(); });
+      break;
+    }
+  }
+  // Objects of OpenGL are deleted by the thread that made them.
+  picture_.reset();
+}
+
+void BackgroundPicture::take(PictureWish wish) {
+  if (wish.era != era_) return;
+  if (wish.size != wish_.size) wish.change = std::max(wish.change, Change::frame);
+  change_ = std::max(change_, wish.change);
+  if (change_ != Change::none) stage_ = Stage::first;
+  probes_ = true;
+  wish_ = std::move(wish);
+}
+
+/// One step of the way from the wish to its best picture.
+Result<void> BackgroundPicture::step() {
+  if (stage_ == Stage::first) return draw_first();
+  if (stage_ == Stage::full) {
+    draw_in_full();
+  } else if (probes_) {
+    probes_ = false;
+    probe();
+  } else if (stage_ == Stage::samples) {
+    add_samples();
+  }
+  return {};
+}
+
+/// The first picture of the wish, which is small where a large one takes long.
+Result<void> BackgroundPicture::draw_first() {
+  const int divisor = change_ == Change::display ? divisor_ : size_divisor(full_seconds_, first_budget);
+  if (auto good = picture_->update(wish_.state, change_, wish_.size, divisor, &closes_); !good) {
+    if (!good_) return good;
+    // Back to the last good state, as not every path draws everything.
+    wish_.state = *good_;
+    ++era_;
+    tell([&](PictureNews& news) {
+      news.messages.push_back(to_line(good.error()));
+      news.state = *good_;
+      news.era = era_;
+    });
+    change_ = Change::scene;
+    if (auto again = picture_->update(wish_.state, change_, wish_.size, divisor, &closes_); !again)
+      return again;
+  }
+  good_ = wish_.state;
+  divisor_ = divisor;
+  if (std::exchange(change_, Change::none) >= Change::frame) {
+    ++frames_;
+    full_seconds_ = (picture_->draw_seconds() + picture_->overlay_seconds()) * divisor * divisor;
+  }
+  stage_ = divisor > 1 ? Stage::full : Stage::samples;
+  show();
+  // The wheel wants to know what is under the mouse; the probe of the full picture follows.
+  if (divisor > 1 && wish_.probed) probe();
+  return {};
+}
+
+void BackgroundPicture::draw_in_full() {
+  const auto good = picture_->update(wish_.state, Change::frame, wish_.size, 1, &interrupted_);
+  // What was drawn in part is of no use, not even for another display of it.
+  if (!good || interrupted_) change_ = std::max(change_, Change::frame);
+  if (!good) {
+    // The small picture stays.
+    stage_ = Stage::rest;
+    tell_message(to_line(good.error()));
+    return;
+  }
+  if (interrupted_) {
+    stage_ = Stage::first;
+    return;
+  }
+  divisor_ = 1;
+  ++frames_;
+  full_seconds_ = picture_->draw_seconds() + picture_->overlay_seconds();
+  stage_ = Stage::samples;
+  show();
+}
+
+void BackgroundPicture::add_samples() {
+  const Result<bool> more = picture_->refine(wish_.state, &asked_);
+  if (more && *more) {
+    show();
+  } else if (!more || !asked_) {
+    stage_ = Stage::rest;
+    tell([&](PictureNews& news) {
+      if (!more) news.messages.push_back(to_line(more.error()));
+    });
+  }
+}
+
+void BackgroundPicture::show(const std::optional<ShownGarment>& garment) {
+  auto picture = std::make_shared<const ShownPicture>(shown(*picture_, divisor_, frames_));
+  tell([&](PictureNews& news) {
+    news.picture = std::move(picture);
+    if (!garment) return;
+    news.garment = garment;
+    news.state.reset();
+    news.era = era_;
+    news.probed.reset();
+    news.probe.reset();
+  });
+}
+
+void BackgroundPicture::probe() {
+  std::optional<PixelProbe> seen;
+  std::string message;
+  if (wish_.probed) {
+    Result<std::optional<PixelProbe>> found = picture_->probe(*wish_.probed);
+    if (found) {
+      seen = std::move(*found);
+    } else {
+      message = to_line(found.error());
+    }
+  }
+  tell([&](PictureNews& news) {
+    news.probed = wish_.probed;
+    news.probe = std::move(seen);
+    news.probe_wish = number_;
+    if (!message.empty()) news.messages.push_back(message);
+  });
+}
+
+/// A fabric to choose from, an environment, or another garment. Returns remarks.
+Result<std::string> BackgroundPicture::add(const std::string& path) {
+  if (has_ending(path, ".glb") || has_ending(path, ".gltf")) return show_garment(path);
+  if (const auto fabric = picture_->add_fabric(path)) {
+    change_ = Change::scene;
+    stage_ = Stage::first;
+  } else if (const auto read = read_environment(path)) {
+    tell([&](PictureNews& news) {
+      news.environments.push_back(
+          std::make_shared<const Surroundings>(Surroundings{path, *read, divide(*read)}));
+    });
+  } else {
+    return tl::unexpected(has_ending(path, ".exr") ? fabric.error() : read.error());
+  }
+  return std::string();
+}
+
+/// The garment before stays until a picture of the other one is there.
+Result<std::string> BackgroundPicture::show_garment(const std::string& path) {
+  Result<OpenScene> scene = open_scene(path, {}, limits_);
+  if (!scene) return tl::unexpected(scene.error());
+  std::string remarks;
+  for (const std::string& remark : scene->scene.remarks) remarks += (remarks.empty() ? "" : "\n") + remark;
+  auto picture = ShowPicture::create(std::move(*scene));
+  if (!picture) return tl::unexpected(picture.error());
+  const double aspect = static_cast<double>(wish_.size.x) / wish_.size.y;
+  const Result<ShowState> first = (*picture)->first_state({}, aspect);
+  if (!first) return tl::unexpected(first.error());
+  ShowState state = wish_.state;
+  state.camera = first->camera;
+  state.fabrics = first->fabrics;
+  state.fits = first->fits;
+  state.hidden.clear();
+  const int divisor = size_divisor(1e9, first_budget);
+  if (auto good = (*picture)->update(state, Change::scene, wish_.size, divisor, &closes_); !good)
+    return tl::unexpected(good.error());
+  picture_ = std::move(*picture);
+  good_ = wish_.state = std::move(state);
+  divisor_ = divisor;
+  change_ = Change::none;
+  stage_ = Stage::full;
+  probes_ = true;
+  ++frames_;
+  ++era_;
+  full_seconds_ = picture_->draw_seconds() * divisor * divisor;
+  show(ShownGarment{path, first->camera, first->fabrics, first->fits});
+  return remarks;
+}
+
+void BackgroundPicture::write(const std::string& path) {
+  const Frame& frame = picture_->frame();
+  Image image{frame.width, frame.height, 3, {}};
+  image.pixels.reserve(frame.pixels.size() * 3);
+  for (std::size_t i = 0; i < picture_->bytes().size(); ++i) {
+    if (i % 4 != 3) image.pixels.push_back(static_cast<float>(picture_->bytes()[i]) / 255);
+  }
+  const auto good = guarded(path, [&] { return write_png(path, image, Transfer::keep); });
+  tell_message(good ? "saved " + path : to_line(good.error()));
+}
+
+}  // namespace selvedge

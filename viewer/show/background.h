@@ -1,0 +1,142 @@
+// The picture of `show`, made on a thread of its own: small at first, then in full, then with more samples,
+// so that the window answers at once however long a frame takes.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "format/gltf/limits.h"
+#include "viewer/show/picture.h"
+
+namespace selvedge {
+
+/// What a window wants to see.
+struct PictureWish {
+  ShowState state;
+  Change change = Change::none;    ///< since the last wish
+  V2i size{1, 1};                  ///< of the picture, pixels
+  std::optional<V2d> probed = {};  ///< a point of it, as in ShowPicture::probe()
+  int era = 0;  ///< PictureNews::era, on which the state is based; a wish of an older one is dropped
+};
+
+/// A picture, and what the panel tells of it and of the scene.
+struct ShownPicture {
+  int width = 0;
+  int height = 0;
+  int divisor = 1;                    ///< it is smaller than the wish by so much per side
+  std::vector<std::uint8_t> bytes;    ///< in display.h's form
+  std::vector<OverlayPixel> overlay;  ///< empty if switched off
+  Camera camera;
+  std::vector<Light> lights;
+  RenderStats stats;
+  double draw_seconds = 0;
+  double overlay_seconds = 0;
+  double display_seconds = 0;
+  std::int64_t frames = 0;  ///< drawn so far, samples of pictures at rest not counted
+  Issues warnings;
+  std::vector<std::string> materials;     ///< names; empty names for those without fabric
+  std::vector<std::string> fabric_names;  ///< to choose from
+  int levels = 1;  ///< the most that a fabric has, coarser than any that the file leaves out
+  std::uint64_t bytes_read = 0;
+  std::uint64_t file_bytes = 0;
+  double size = 1;                ///< diagonal of the scene, m
+  std::vector<Light> own_lights;  ///< of the scene's file
+};
+
+/// What the window takes over of another garment.
+struct ShownGarment {
+  std::string path;
+  CameraOptions camera;
+  std::vector<int> fabrics;
+  std::vector<FabricFit> fits;
+};
+
+/// What happened since the last look.
+struct PictureNews {
+  std::shared_ptr<const ShownPicture> picture;  ///< null: no other than before
+  /// What lies at the last point that was probed, PictureWish::probed.
+  std::optional<V2d> probed;
+  std::optional<PixelProbe> probe;
+  std::uint64_t probe_wish = 0;  ///< the number of its wish
+  /// The window goes on from another garment, of which `picture` is, too, or from the last good state, as the
+  /// wish could not be drawn. Wishes of the era before are dropped.
+  std::optional<ShownGarment> garment;
+  std::optional<ShowState> state;
+  int era = 0;
+  std::vector<std::shared_ptr<const Surroundings>> environments;  ///< that were added
+  std::vector<std::string> messages;  ///< errors and remarks, a line each; an empty one: a file was added
+  std::optional<Error> failure;       ///< nothing can be drawn any more
+  /// The last wish has its picture in full size, and its probe.
+  bool finished = false;
+};
+
+class BackgroundPicture {
+ public:
+  /// Calls `wake` from its thread whenever there is news. `limits` are those of garments that are added.
+  BackgroundPicture(std::unique_ptr<ShowPicture> picture, const SceneLimits& limits,
+                    std::function<void()> wake);
+  /// Ends what is being drawn.
+  ~BackgroundPicture();
+  BackgroundPicture(const BackgroundPicture&) = delete;
+  BackgroundPicture& operator=(const BackgroundPicture&) = delete;
+
+  /// Replaces the wish before; a change ends what is being drawn for that, except its small first picture.
+  /// Returns the wish's number.
+  std::uint64_t set_wish(PictureWish wish);
+  /// Adds a fabric or an environment to choose from, or shows another garment.
+  void add_file(const std::string& path);
+  /// Writes the picture as PNG once it has all samples.
+  void save(const std::string& path);
+  PictureNews poll();
+
+ private:
+  /// What is to be done next for the wish.
+  enum class Stage { first, full, samples, rest };
+
+  void run();
+  void take(PictureWish wish);
+  Result<void> step();
+  Result<void> draw_first();
+  void draw_in_full();
+  void add_samples();
+  void probe();
+  Result<std::string> add(const std::string& path);
+  Result<std::string> show_garment(const std::string& path);
+  void write(const std::string& path);
+  void show(const std::optional<ShownGarment>& garment = {});
+  void tell_message(const std::string& message);
+  template <class Change>
+  void tell(Change change);
+
+  // Of the window and of the thread, under the mutex.
+  std::mutex mutex_;
+  std::condition_variable there_is_work_;
+  std::optional<PictureWish> next_;
+  std::uint64_t wishes_ = 0;
+  std::vector<std::string> files_;
+  std::vector<std::string> saves_;
+  PictureNews news_;
+  std::atomic<bool> closes_{false};
+  std::atomic<bool> interrupted_{false};  ///< what is drawn in full is not wanted any more
+  std::atomic<bool> asked_{false};        ///< there is a wish
+
+  // Of the thread alone.
+  std::unique_ptr<ShowPicture> picture_;
+  SceneLimits limits_;
+  std::function<void()> wake_;
+  PictureWish wish_;
+  std::uint64_t number_ = 0;      ///< of the wish
+  Change change_ = Change::none;  ///< since the last picture
+  int divisor_ = 1;               ///< of the last picture
+  int era_ = 0;
+  Stage stage_ = Stage::rest;
+  bool probes_ = false;            ///< the probe of the wish is still to be made
+  std::optional<ShowState> good_;  ///< the last state that could be drawn
+  double full_seconds_ = 1e9;      ///< for a picture of full size
+  std::int64_t frames_ = 0;
+  std::thread thread_;
+};
+
+}  // namespace selvedge
