@@ -14,6 +14,23 @@
 namespace selvedge {
 namespace {
 
+/// "NAME=#rrggbb" or "NAME=FABRIC".
+Colourway colourway_of(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    refuse("--variant", "must be of the form NAME=#rrggbb or NAME=FILE");
+  Colourway colourway{text.substr(0, equals)};
+  const std::string value = text.substr(equals + 1);
+  if (!value.starts_with('#')) {
+    colourway.fabric = value;
+    return colourway;
+  }
+  const std::optional<V3d> color = linear_of(value);
+  if (!color) refuse("--variant", "the colour must be of the form #rrggbb");
+  colourway.color = V3f(*color);
+  return colourway;
+}
+
 struct DressCommand {
   CommonOptions common;
   std::string garment;
@@ -40,6 +57,11 @@ void declare(Options& options, DressCommand& command) {
                  const std::optional<V3d> tint = linear_of(text);
                  if (!tint) refuse("--tint", "must be of the form #rrggbb");
                  dress.keep.tint = V3f(*tint);
+               });
+  options.list("--variant", "NAME=#RRGGBB|FILE",
+               "A variant of the garment in this colour, or in another fabric; may be repeated",
+               [&dress](const std::vector<std::string>& texts) {
+                 for (const std::string& text : texts) dress.colourways.push_back(colourway_of(text));
                });
   options.vector("--repeats", dress.repeats, "U,V",
                  "Repeats per unit of the texture coordinates, instead of the physical size");
@@ -96,6 +118,17 @@ Result<int> run(const DressCommand& command) {
     if (!m.kept.empty()) text += fmt::format("   keeps {}\n", fmt::join(m.kept, ", "));
     for (const std::string& what : m.replaced) text += fmt::format("   replaces {}\n", what);
   }
+  Json variants = Json::array();
+  for (const VariantMaterial& v : dressed.variants) {
+    Json entry = {
+        {"name", v.variant}, {"index", v.index}, {"of", v.of}, {"repeats", {v.repeats.x, v.repeats.y}}};
+    if (v.tint) entry["tint"] = {v.tint->x, v.tint->y, v.tint->z};
+    variants.push_back(entry);
+    text += fmt::format(
+        "#{} for #{} in variant \"{}\": {:.5g} x {:.5g} repeats{}\n", v.index, v.of, v.variant, v.repeats.x,
+        v.repeats.y,
+        v.tint ? fmt::format(", tinted {:.3g} {:.3g} {:.3g}", v.tint->x, v.tint->y, v.tint->z) : "");
+  }
   text += fmt::format("fabric {}, tangents added to {} primitives -> {} ({} bytes)\n",
                       dressed.embedded ? "embedded" : "beside", dressed.tangents_added, command.output,
                       dressed.bytes);
@@ -108,6 +141,7 @@ Result<int> run(const DressCommand& command) {
           {"usd", dressed.usd_files},
           {"tangentsAdded", dressed.tangents_added},
           {"materials", materials},
+          {"variants", variants},
           {"warnings", dressed.warnings}},
          text);
   return 0;

@@ -94,6 +94,7 @@ Info gltf_info(const std::string& path, const SceneLimits& limits) {
                {"bounds", bounds_json(bounds)},
                {"materials", materials},
                {"fabrics", fabrics},
+               {"variants", scene.variants},
                {"remarks", scene.remarks}},
               nullptr,
               uvs};
@@ -220,6 +221,7 @@ std::string gltf_table(const Json& content, const std::vector<std::string>& uvs)
         "{}, {}", text_at(f, "/name"),
         f["path"] == "" ? text_at(f, "/embeddedBytes") + " bytes embedded" : text_at(f, "/path"));
   });
+  text += list_table("variant", content["variants"], [](const Json& v) { return v.get<std::string>(); });
   return text + list_table("remark", content["remarks"], [](const Json& r) { return r.get<std::string>(); });
 }
 

@@ -127,6 +127,27 @@ test_dressed_square_shows_albedo_over_pi_times_cosine() {
   shows behind.exr 1
 }
 
+test_a_colourway_shows_its_colour_and_another_fabric_its_own() {
+  make_plane_fabric
+  write_quad quad.gltf
+  selvedge make --quality paper plane.obj --period 2x2 --albedo 0.1,0.2,0.3 -o dark.fabric.exr --quiet "${small[@]}"
+  exits 0 selvedge dress quad.gltf dark.fabric.exr -o dressed.glb --all --json --variant orange=#e7aa7c \
+    --variant plane=plane.fabric.exr
+  holds "r.variants.length === 2 && r.variants[0].of === 0 && r.variants[1].index === 3 &&
+    Math.abs(r.variants[0].tint[0] - 8) < 0.08"
+  exits 0 selvedge check dressed.glb
+  # 0.8, 0.4, 0.2 is #e7aa7c: both variants have the same colour, by a factor and by a fabric.
+  for variant in orange plane; do
+    exits 0 selvedge-view render dressed.glb -o v.exr --size 64x64 --light 0,0.6,0.8 --variant $variant --quiet
+    shows v.exr 0.8
+  done
+  refuses OPTION_OUT_OF_RANGE 'the garment has a "plane" already' selvedge dress dressed.glb dark.fabric.exr -o e.glb --all \
+    --variant plane=#ffffff
+  for wrong in red =#ffffff red= red=#fff; do
+    exits 2 selvedge dress quad.gltf dark.fabric.exr -o e.glb --all --variant $wrong
+  done
+}
+
 # with_choices FILE.gltf: a second scene without nodes, two variants, a camera that looks from behind, a point light.
 with_choices() {
   node -e 'const file = process.argv[1], json = JSON.parse(require("fs").readFileSync(file));
