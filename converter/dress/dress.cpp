@@ -28,6 +28,7 @@
 #include "format/gltf/geometry.h"
 #include "format/gltf/material_uses.h"
 #include "format/gltf/memory.h"
+#include "format/gltf/mend.h"
 #include "format/gltf/names.h"
 #include "format/gltf/read_scene.h"
 #include "format/gltf/unused_pictures.h"
@@ -342,13 +343,14 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
         cloths.back() = read_cloth(colourway.fabric, output_path, options, limits);
     }
     GltfDocument document = must(load_gltf(garment_path, limits.document));
-    const std::vector<std::string> missing = drop_missing_pictures(document);
+    const std::vector<std::string> mended = must(mend(document));
+    const std::vector<std::string> missing = must(drop_missing_pictures(document));
     // Moved first, so that the fabric's URI and the existing ones are relative to the same folder.
     move_document(document, std::filesystem::path(output_path).parent_path().string());
     size_garment(document, options);
     DressReport report = Dresser(document, cloths, options).dress();
-    for (const std::string& file : missing)
-      report.warnings.push_back(file + " is not there, and is left out");
+    report.warnings.insert(report.warnings.end(), mended.begin(), mended.end());
+    for (const std::string& fault : missing) report.warnings.push_back(fault + ", and is left out");
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));
     std::vector<AtomicFile> usd = stage_usd(document, options.usd, limits, report);
