@@ -14,6 +14,12 @@
 namespace selvedge {
 namespace {
 
+V3f color_from(const std::string& option, const std::string& text) {
+  const std::optional<V3d> color = linear_of(text);
+  if (!color) refuse(option, "must be of the form #rrggbb");
+  return V3f(*color);
+}
+
 /// "NAME=#rrggbb" or "NAME=FABRIC".
 Colourway colourway_of(const std::string& text) {
   const std::size_t equals = text.find('=');
@@ -21,13 +27,10 @@ Colourway colourway_of(const std::string& text) {
     refuse("--variant", "must be of the form NAME=#rrggbb or NAME=FILE");
   Colourway colourway{text.substr(0, equals)};
   const std::string value = text.substr(equals + 1);
-  if (!value.starts_with('#')) {
+  if (value.starts_with('#'))
+    colourway.color = color_from("--variant", value);
+  else
     colourway.fabric = value;
-    return colourway;
-  }
-  const std::optional<V3d> color = linear_of(value);
-  if (!color) refuse("--variant", "the colour must be of the form #rrggbb");
-  colourway.color = V3f(*color);
   return colourway;
 }
 
@@ -53,11 +56,9 @@ void declare(Options& options, DressCommand& command) {
   options.choice("--keep", parts, "The base colour tints the fabric, as a print",
                  [&dress](std::size_t) { dress.keep.base_color = true; });
   options.text("--tint", "#RRGGBB", "Colour that tints the fabric, instead of that of the base colour",
-               [&dress](const std::string& text) {
-                 const std::optional<V3d> tint = linear_of(text);
-                 if (!tint) refuse("--tint", "must be of the form #rrggbb");
-                 dress.keep.tint = V3f(*tint);
-               });
+               [&dress](const std::string& text) { dress.keep.tint = color_from("--tint", text); });
+  options.text("--backing", "#RRGGBB", "A plain surface of this colour behind the cloth, for solid things",
+               [&dress](const std::string& text) { dress.backing = color_from("--backing", text); });
   options.list("--variant", "NAME=#RRGGBB|FILE",
                "A variant of the garment in this colour, or in another fabric; may be repeated",
                [&dress](const std::vector<std::string>& texts) {
@@ -129,6 +130,7 @@ Result<int> run(const DressCommand& command) {
         v.repeats.y,
         v.tint ? fmt::format(", tinted {:.3g} {:.3g} {:.3g}", v.tint->x, v.tint->y, v.tint->z) : "");
   }
+  if (dressed.backed > 0) text += fmt::format("backing behind {} primitives\n", dressed.backed);
   text += fmt::format("fabric {}, tangents added to {} primitives -> {} ({} bytes)\n",
                       dressed.embedded ? "embedded" : "beside", dressed.tangents_added, command.output,
                       dressed.bytes);
@@ -140,6 +142,7 @@ Result<int> run(const DressCommand& command) {
           {"embedded", dressed.embedded},
           {"usd", dressed.usd_files},
           {"tangentsAdded", dressed.tangents_added},
+          {"backed", dressed.backed},
           {"materials", materials},
           {"variants", variants},
           {"warnings", dressed.warnings}},

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "converter/dress/add_tangents.h"
+#include "converter/dress/backing.h"
 #include "converter/dress/choose_materials.h"
 #include "converter/dress/colourways.h"
 #include "converter/dress/extras_mirror.h"
@@ -17,6 +18,7 @@
 #include "converter/dress/fallback.h"
 #include "converter/dress/fallback_material.h"
 #include "converter/dress/garment_parts.h"
+#include "converter/dress/true_size.h"
 #include "converter/dress/usd.h"
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
@@ -74,11 +76,11 @@ class Dresser {
     std::set<int> textures = textures_in_use(document_.json);
     const Scene scene = must(read_scene(document_, options_.limits));
     memory_ = MemoryAccount(scene.memory_left);
+    uses_ = uses_of(document_.json);
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
     report_.bounds = bounds_of(scene);
     if (const std::string remark = judge_size(report_.bounds); !remark.empty())
       report_.warnings.push_back(remark);
-    uses_ = uses_of(document_.json);
     for (std::optional<Cloth>& cloth : cloths_) {
       if (cloth) cloth->index = must(add_fabric(document_, cloth->source));
     }
@@ -100,6 +102,7 @@ class Dresser {
     }
     for (std::size_t i = 0; i < options_.colourways.size(); ++i)
       add_colourway(options_.colourways[i], cloths_[i + 1] ? *cloths_[i + 1] : cloth_);
+    if (options_.backing) add_backings(scene);
     for (const std::optional<Cloth>& cloth : cloths_) {
       if (!cloth || !cloth->textures) continue;
       textures.insert(cloth->textures->base_color);
@@ -182,6 +185,9 @@ class Dresser {
         report_.warnings.push_back(fmt::format("{}: {:.0f} % of its area {}", where, 100 * share, what));
     };
     warn(size.stretched, fmt::format("shows cloth stretched more than {} times one way", max_stretch));
+    warn(
+        size.shared,
+        "shares its texture coordinates with other parts, which matters for pictures that are painted on it");
     warn(size.without, "has texture coordinates that cover none, and will show streaks");
   }
 
@@ -246,6 +252,15 @@ class Dresser {
                                                            : "it is not reached"));
   }
 
+  void add_backings(const Scene& scene) {
+    constexpr double behind = 0.25;  // of the shorter side of a repeat
+    for (const auto& [material, worn] : worn_) {
+      const V2d mm = worn.size.metres * 1000.0 / worn.reference.transform.scale;
+      const Backing backing{*options_.backing, behind * std::min(mm.x, mm.y) / 1000};
+      report_.backed += must(add_backing(document_, material, uses_[material], scene, backing, memory_));
+    }
+  }
+
   bool keeps(const char* part, int material) const { return part_of(document_, material, part).is_object(); }
 
   GltfDocument& document_;
@@ -296,31 +311,6 @@ Cloth read_cloth(const std::string& path, const std::string& output_path, const 
   return cloth;
 }
 
-/// Puts a node that scales by `factor` above all that scenes show: skins follow, as their joints lie below.
-void scale_scenes(GltfDocument& document, double factor) {
-  Json& json = document.json;
-  for (Json& scene : json["scenes"]) {
-    if (!scene.contains("nodes")) continue;
-    json["nodes"].push_back(
-        Json{{"name", "true size"}, {"scale", {factor, factor, factor}}, {"children", scene["nodes"]}});
-    scene["nodes"] = Json::array({json["nodes"].size() - 1});
-  }
-}
-
-/// Gives the garment its true size.
-void size_garment(GltfDocument& document, const DressOptions& options) {
-  double factor = options.unit;
-  if (options.height) {
-    const Imath::Box3d bounds = bounds_of(must(read_scene(document, options.limits)));
-    const double height = bounds.isEmpty() ? 0 : bounds.size().y;
-    // A flat cloth that lies down has none but rounding.
-    if (!(height > 1e-3 * bounds.size().length()))
-      must(Result<void>(fail(Code::option_out_of_range, document.file, "height", "the garment has none")));
-    factor = *options.height / height;
-  }
-  if (factor != 1) scale_scenes(document, factor);
-}
-
 /// The files of the USD layer, staged; empty if no layer is wanted.
 std::vector<AtomicFile> stage_usd(const GltfDocument& document, const std::string& path,
                                   const SceneLimits& limits, DressReport& report) {
@@ -347,7 +337,7 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     const std::vector<std::string> missing = must(drop_missing_pictures(document));
     // Moved first, so that the fabric's URI and the existing ones are relative to the same folder.
     move_document(document, std::filesystem::path(output_path).parent_path().string());
-    size_garment(document, options);
+    must(size_garment(document, options.unit, options.height, options.limits));
     DressReport report = Dresser(document, cloths, options).dress();
     report.warnings.insert(report.warnings.end(), mended.begin(), mended.end());
     for (const std::string& fault : missing) report.warnings.push_back(fault + ", and is left out");

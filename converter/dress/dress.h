@@ -35,7 +35,8 @@ struct DressOptions {
   std::vector<std::string> except = {};
   KeepOptions keep = {};
   std::vector<Colourway> colourways = {};
-  std::optional<V2d> repeats = {};        ///< per unit of the raw UVs, instead of the physical size
+  std::optional<V3f> backing = {};  ///< linear: a plain surface of this colour behind the cloth (backing.h)
+  std::optional<V2d> repeats = {};  ///< per unit of the raw UVs, instead of the physical size
   std::optional<V2d> mm_per_repeat = {};  ///< instead of the fabric's own
   double scale = 1;                       ///< of the cloth: 2 shows stitches of twice the size
   double rotation =
@@ -75,6 +76,7 @@ struct DressReport {
   Imath::Box3d bounds;  ///< of the garment, metres, in its true size
   bool embedded = false;
   int tangents_added = 0;              ///< primitives
+  int backed = 0;                      ///< primitives
   std::uint64_t bytes = 0;             ///< of the glTF, including an embedded fabric
   std::vector<std::string> usd_files;  ///< files of DressOptions::usd, the layer last
   std::vector<std::string> warnings;
