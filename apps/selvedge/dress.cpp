@@ -44,7 +44,7 @@ struct DressCommand {
 
 void declare(Options& options, DressCommand& command) {
   options.common(command.common);
-  options.text("garment", command.garment, "FILE", "A glTF file (.gltf .glb), or OBJ with its materials")
+  options.text("garment", command.garment, "FILE", "A glTF file (.gltf .glb), OBJ with its materials, or PLY")
       .required();
   options.text("fabric", command.fabric, "FILE", "The fabric file").required();
   options.output(command.output, "The dressed garment (.gltf .glb)", ".glb", {".gltf", ".glb"}).required();
@@ -80,6 +80,7 @@ void declare(Options& options, DressCommand& command) {
   options.number("--height", dress.height, "METRES", "Height of the garment, instead of --unit")
       .excludes(unit);
   options.number("--texcoord", dress.tex_coord, "N", "Set of texture coordinates").in(0, 1);
+  options.flag("--unwrap", dress.unwrap, "Texture coordinates for garments without: charts in true size");
   const Option embed =
       options.set_flag("--embed", dress.embed, true, "Embed the fabric in the glTF (default for .glb)");
   options
@@ -119,6 +120,12 @@ Result<int> run(const DressCommand& command) {
     if (!m.kept.empty()) text += fmt::format("   keeps {}\n", fmt::join(m.kept, ", "));
     for (const std::string& what : m.replaced) text += fmt::format("   replaces {}\n", what);
   }
+  Json unwrapped = Json::array();
+  for (const auto& [material, made] : dressed.unwrapped) {
+    unwrapped.push_back({{"index", material}, {"charts", made.charts}, {"stretch", made.stretch}});
+    text += fmt::format("#{} unwrapped into {} charts, 95 % of its area stretched less than {:.2f} times\n",
+                        material, made.charts, made.stretch);
+  }
   Json variants = Json::array();
   for (const VariantMaterial& v : dressed.variants) {
     Json entry = {
@@ -145,6 +152,7 @@ Result<int> run(const DressCommand& command) {
           {"backed", dressed.backed},
           {"materials", materials},
           {"variants", variants},
+          {"unwrapped", unwrapped},
           {"warnings", dressed.warnings}},
          text);
   return 0;

@@ -19,6 +19,7 @@
 #include "converter/dress/fallback_material.h"
 #include "converter/dress/garment_parts.h"
 #include "converter/dress/true_size.h"
+#include "converter/dress/unwrap.h"
 #include "converter/dress/usd.h"
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
@@ -74,9 +75,13 @@ class Dresser {
         must(choose_materials(document_, {options_.materials, options_.all, options_.except}));
     report_.warnings = chosen.left_alone;
     std::set<int> textures = textures_in_use(document_.json);
-    const Scene scene = must(read_scene(document_, options_.limits));
+    Scene scene = must(read_scene(document_, options_.limits));
     memory_ = MemoryAccount(scene.memory_left);
     uses_ = uses_of(document_.json);
+    if (options_.unwrap) {
+      unwrap_all(chosen.materials, scene);
+      scene = must(read_scene(document_, options_.limits));
+    }
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
     report_.bounds = bounds_of(scene);
     if (const std::string remark = judge_size(report_.bounds); !remark.empty())
@@ -117,6 +122,23 @@ class Dresser {
   }
 
  private:
+  void unwrap_all(const std::vector<int>& materials, const Scene& scene) {
+    std::set<Place> done;
+    for (const int material : materials) {
+      std::set<Place> places;
+      std::set_difference(uses_[material].begin(), uses_[material].end(), done.begin(), done.end(),
+                          std::inserter(places, places.end()));
+      if (places.empty()) continue;
+      const Unwrapped made = must(unwrap(document_, places, options_.tex_coord, scene, memory_));
+      report_.unwrapped.emplace(material, made);
+      if (made.replaced) {
+        report_.warnings.push_back(fmt::format(
+            "material #{}: pictures on its former texture coordinates show in other places now", material));
+      }
+      done.merge(places);
+    }
+  }
+
   Result<void> dress(int material, const Scene& scene) {
     const std::set<Place>& places = uses_[material];
     DressedMaterial dressed;

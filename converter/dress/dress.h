@@ -16,12 +16,14 @@
 // stay.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "converter/dress/colourways.h"
 #include "converter/dress/garment_parts.h"
+#include "converter/dress/unwrap.h"
 #include "converter/dress/uv_scale.h"
 #include "format/base/vec.h"
 #include "format/fabric/fabric.h"
@@ -38,6 +40,7 @@ struct DressOptions {
   std::optional<V3f> backing = {};  ///< linear: a plain surface of this colour behind the cloth (backing.h)
   std::optional<V2d> repeats = {};  ///< per unit of the raw UVs, instead of the physical size
   std::optional<V2d> mm_per_repeat = {};  ///< instead of the fabric's own
+  bool unwrap = false;                    ///< texture coordinates of our own (unwrap.h)
   double scale = 1;                       ///< of the cloth: 2 shows stitches of twice the size
   double rotation =
       0;             ///< degrees, counter-clockwise on the cloth's face; by right angles unless it is square
@@ -73,7 +76,8 @@ struct VariantMaterial {
 struct DressReport {
   std::vector<DressedMaterial> materials;
   std::vector<VariantMaterial> variants;
-  Imath::Box3d bounds;  ///< of the garment, metres, in its true size
+  std::map<int, Unwrapped> unwrapped;  ///< by material
+  Imath::Box3d bounds;                 ///< of the garment, metres, in its true size
   bool embedded = false;
   int tangents_added = 0;              ///< primitives
   int backed = 0;                      ///< primitives

@@ -11,4 +11,8 @@ for (const garment of ['sweater', 'tablecloth']) {
     expect(report.errors + report.warnings === 0, 'no errors and no warnings', JSON.stringify(report.messages.slice(0, 8)));
   }
 }
+for (const garment of ['sweater', 'tablecloth']) {
+  const report = await validate(dress(garment, 'glb', '--unwrap', '--backing', '#202020'));
+  expect(report.errors + report.warnings === 0, `${garment}: unwrapped and backed`, JSON.stringify(report.messages.slice(0, 8)));
+}
 finish();
