@@ -176,6 +176,27 @@ test_info_measures_the_set_that_it_is_told_and_names_what_a_garment_brings() {
   refuses GARMENT_NO_UVS TEXCOORD_1 selvedge dress quad.gltf plane.fabric.exr -o e.glb --all --texcoord 1
 }
 
+test_a_garment_of_ply_is_dressed_with_its_coordinates_and_unwrapped_without() {
+  make_plane_fabric
+  local head=(ply 'format ascii 1.0' 'element vertex 4' 'property float x' 'property float y' 'property float z')
+  local faces=('element face 1' 'property list uchar int vertex_indices' end_header)
+  printf '%s\n' "${head[@]}" 'property float s' 'property float t' "${faces[@]}" '0 0 0 0 0' '0.1 0 0 1 0' '0.1 0.1 0 1 1' \
+    '0 0.1 0 0 1' '4 0 1 2 3' >uv.ply
+  printf '%s\n' "${head[@]}" "${faces[@]}" '0 0 0' '0.1 0 0' '0.1 0.1 0' '0 0.1 0' '4 0 1 2 3' >plain.ply
+  exits 0 selvedge info uv.ply --json
+  holds "r.kind === 'gltf' && r.content.triangles === 2 && Math.abs(r.content.materials[0].metresPerUv[0] - 0.1) < 1e-6"
+  exits 0 selvedge dress uv.ply plane.fabric.exr -o uv.glb --all --json
+  holds "r.materials[0].repeats.every(n => Math.abs(n - 50) < 0.001)"
+  refuses GARMENT_NO_UVS plain.ply selvedge dress plain.ply plane.fabric.exr -o o.glb --all
+  exits 0 selvedge dress plain.ply plane.fabric.exr -o plain.glb --all --unwrap --json
+  holds "r.unwrapped[0].charts === 1 && Math.abs(r.unwrapped[0].stretch - 1) < 1e-4 && Math.abs(r.materials[0].repeats[0] - 500) < 0.05"
+  for name in uv plain; do
+    exits 0 selvedge check $name.glb
+    selvedge-view render $name.glb -o $name.exr --size 64x64 --light 0,0.6,0.8 --quiet
+    shows $name.exr 0.8
+  done
+}
+
 # lets_through FILE.exr: how many pixels of its middle show the background.
 lets_through() {
   oiiotool --dumpdata "$1" | awk -F '[(,) ]+' '/Pixel/ && $3 >= 16 && $3 < 48 && $4 >= 16 && $4 < 48 && $NF < 0.9 { ++n }
