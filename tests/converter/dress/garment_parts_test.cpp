@@ -246,7 +246,8 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("pictures that are not there leave textures that have another, and are refused where they have to stay") {
+TEST_CASE(
+    "pictures that are not there leave textures that have another, and are refused where they have to stay") {
   const Worn worn;
   GltfDocument document = test::need(load_gltf(worn.garment));
   Json& json = document.json;
