@@ -32,14 +32,13 @@ TEST_CASE("mend: what says nothing is left out, one line for each kind, and the 
     "nodes":[{},{"extras":{"name":3,"list":[]}}],
     "extensions":{"ACME_things":{"name":3,"list":[]}},
     "meshes":[{"name":"square","primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1,"_OWN":2}}]}]})"));
-  CHECK(lines ==
-        std::vector<std::string>{"left out: /scenes, which has no items, and 3 more like it",
-                                 "left out: /meshes/0/primitives/0/attributes/TEXCOORD_01, which is no "
-                                 "attribute of glTF, and 2 more "
-                                 "like it",
-                                 "left out: /asset/generator, which is no string, and 1 more like it",
-                                 "left out: /nodes/1/camera, which is null",
-                                 "left out: /animations/0, which moves nothing"});
+  const std::string attribute = "/meshes/0/primitives/0/attributes/TEXCOORD_01";
+  CHECK(lines == std::vector<std::string>{
+                     "left out: /scenes, which has no items, and 3 more like it",
+                     "left out: " + attribute + ", which is no attribute of glTF, and 2 more like it",
+                     "left out: /asset/generator, which is no string, and 1 more like it",
+                     "left out: /nodes/1/camera, which is null",
+                     "left out: /animations/0, which moves nothing"});
   CHECK(test::need(mend(document)).empty());
 }
 
