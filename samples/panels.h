@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "format/scene/flatten.h"
 #include "samples/assembly.h"
-#include "samples/flatten.h"
 #include "samples/surface.h"
 
 namespace selvedge::samples {

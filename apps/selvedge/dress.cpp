@@ -14,6 +14,26 @@
 namespace selvedge {
 namespace {
 
+V3f color_from(const std::string& option, const std::string& text) {
+  const std::optional<V3d> color = linear_of(text);
+  if (!color) refuse(option, "must be of the form #rrggbb");
+  return V3f(*color);
+}
+
+/// "NAME=#rrggbb" or "NAME=FABRIC".
+Colourway colourway_of(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    refuse("--variant", "must be of the form NAME=#rrggbb or NAME=FILE");
+  Colourway colourway{text.substr(0, equals)};
+  const std::string value = text.substr(equals + 1);
+  if (value.starts_with('#'))
+    colourway.color = color_from("--variant", value);
+  else
+    colourway.fabric = value;
+  return colourway;
+}
+
 struct DressCommand {
   CommonOptions common;
   std::string garment;
@@ -24,7 +44,7 @@ struct DressCommand {
 
 void declare(Options& options, DressCommand& command) {
   options.common(command.common);
-  options.text("garment", command.garment, "FILE", "A glTF file (.gltf .glb), or OBJ with its materials")
+  options.text("garment", command.garment, "FILE", "A glTF file (.gltf .glb), OBJ with its materials, or PLY")
       .required();
   options.text("fabric", command.fabric, "FILE", "The fabric file").required();
   options.output(command.output, "The dressed garment (.gltf .glb)", ".glb", {".gltf", ".glb"}).required();
@@ -36,10 +56,13 @@ void declare(Options& options, DressCommand& command) {
   options.choice("--keep", parts, "The base colour tints the fabric, as a print",
                  [&dress](std::size_t) { dress.keep.base_color = true; });
   options.text("--tint", "#RRGGBB", "Colour that tints the fabric, instead of that of the base colour",
-               [&dress](const std::string& text) {
-                 const std::optional<V3d> tint = linear_of(text);
-                 if (!tint) refuse("--tint", "must be of the form #rrggbb");
-                 dress.keep.tint = V3f(*tint);
+               [&dress](const std::string& text) { dress.keep.tint = color_from("--tint", text); });
+  options.text("--backing", "#RRGGBB", "A plain surface of this colour behind the cloth, for solid things",
+               [&dress](const std::string& text) { dress.backing = color_from("--backing", text); });
+  options.list("--variant", "NAME=#RRGGBB|FILE",
+               "A variant of the garment in this colour, or in another fabric; may be repeated",
+               [&dress](const std::vector<std::string>& texts) {
+                 for (const std::string& text : texts) dress.colourways.push_back(colourway_of(text));
                });
   options.vector("--repeats", dress.repeats, "U,V",
                  "Repeats per unit of the texture coordinates, instead of the physical size");
@@ -57,6 +80,7 @@ void declare(Options& options, DressCommand& command) {
   options.number("--height", dress.height, "METRES", "Height of the garment, instead of --unit")
       .excludes(unit);
   options.number("--texcoord", dress.tex_coord, "N", "Set of texture coordinates").in(0, 1);
+  options.flag("--unwrap", dress.unwrap, "Texture coordinates for garments without: charts in true size");
   const Option embed =
       options.set_flag("--embed", dress.embed, true, "Embed the fabric in the glTF (default for .glb)");
   options
@@ -96,6 +120,24 @@ Result<int> run(const DressCommand& command) {
     if (!m.kept.empty()) text += fmt::format("   keeps {}\n", fmt::join(m.kept, ", "));
     for (const std::string& what : m.replaced) text += fmt::format("   replaces {}\n", what);
   }
+  Json unwrapped = Json::array();
+  for (const auto& [material, made] : dressed.unwrapped) {
+    unwrapped.push_back({{"index", material}, {"charts", made.charts}, {"stretch", made.stretch}});
+    text += fmt::format("#{} unwrapped into {} charts, 95 % of its area stretched less than {:.2f} times\n",
+                        material, made.charts, made.stretch);
+  }
+  Json variants = Json::array();
+  for (const VariantMaterial& v : dressed.variants) {
+    Json entry = {
+        {"name", v.variant}, {"index", v.index}, {"of", v.of}, {"repeats", {v.repeats.x, v.repeats.y}}};
+    if (v.tint) entry["tint"] = {v.tint->x, v.tint->y, v.tint->z};
+    variants.push_back(entry);
+    text += fmt::format(
+        "#{} for #{} in variant \"{}\": {:.5g} x {:.5g} repeats{}\n", v.index, v.of, v.variant, v.repeats.x,
+        v.repeats.y,
+        v.tint ? fmt::format(", tinted {:.3g} {:.3g} {:.3g}", v.tint->x, v.tint->y, v.tint->z) : "");
+  }
+  if (dressed.backed > 0) text += fmt::format("backing behind {} primitives\n", dressed.backed);
   text += fmt::format("fabric {}, tangents added to {} primitives -> {} ({} bytes)\n",
                       dressed.embedded ? "embedded" : "beside", dressed.tangents_added, command.output,
                       dressed.bytes);
@@ -107,7 +149,10 @@ Result<int> run(const DressCommand& command) {
           {"embedded", dressed.embedded},
           {"usd", dressed.usd_files},
           {"tangentsAdded", dressed.tangents_added},
+          {"backed", dressed.backed},
           {"materials", materials},
+          {"variants", variants},
+          {"unwrapped", unwrapped},
           {"warnings", dressed.warnings}},
          text);
   return 0;

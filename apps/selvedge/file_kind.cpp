@@ -54,9 +54,10 @@ Result<FileKind> kind_of(const std::string& path) {
   if (!file->read(0, start)) return fail(Code::file_damaged, path, {}, "shorter than 4 bytes");
   if (has_ending(path, ".obj")) return FileKind::gltf;
   const std::string_view magic(reinterpret_cast<const char*>(start.data()), start.size());
-  if (magic == "glTF" || magic.find('{') != std::string_view::npos) return FileKind::gltf;
+  if (magic == "glTF" || magic == "ply\n" || magic == "ply\r" || magic.find('{') != std::string_view::npos)
+    return FileKind::gltf;
   if (magic != std::string_view("\x76\x2f\x31\x01", 4)) {
-    return fail(Code::file_unreadable, path, {}, "is neither OpenEXR nor glTF nor OBJ");
+    return fail(Code::file_unreadable, path, {}, "is neither OpenEXR nor glTF nor OBJ nor PLY");
   }
   const auto reader = ExrReader::open(path);
   if (!reader) return tl::unexpected(reader.error());

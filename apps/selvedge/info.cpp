@@ -18,12 +18,17 @@ namespace {
 struct InfoCommand {
   CommonOptions common;
   std::string file;
+  int tex_coord = 0;
   SceneLimits limits;
 };
 
 void declare(Options& options, InfoCommand& command) {
   options.common(command.common);
   options.text("file", command.file, "FILE", "A fabric, samples or glTF file").required();
+  options
+      .number("--texcoord", command.tex_coord, "N",
+              "Set of texture coordinates in which materials without a fabric are measured")
+      .in(0, 1);
   add_limits(options, command.limits);
 }
 
@@ -60,7 +65,19 @@ Info samples_info(const std::string& path) {
               {}};
 }
 
-Info gltf_info(const std::string& path, const SceneLimits& limits) {
+/// What the garment brings beside a fabric, as far as there is such.
+Json brings_json(const GarmentParts& parts) {
+  Json brings = Json::object();
+  if (parts.mask.image >= 0)
+    brings["mask"] = {{"texCoord", parts.mask.tex_coord}, {"cutoff", parts.mask_cutoff}};
+  if (parts.normal.image >= 0)
+    brings["normals"] = {{"texCoord", parts.normal.tex_coord}, {"scale", parts.normal_scale}};
+  if (parts.tint_texture.image >= 0) brings["tintTexture"] = {{"texCoord", parts.tint_texture.tex_coord}};
+  if (parts.tint != V3f(1, 1, 1)) brings["tint"] = {parts.tint.x, parts.tint.y, parts.tint.z};
+  return brings;
+}
+
+Info gltf_info(const std::string& path, const SceneLimits& limits, int tex_coord) {
   const auto scene = must(read_scene(path, limits));
   std::size_t triangles = 0;
   for (const SceneInstance& instance : scene.instances)
@@ -75,12 +92,14 @@ Info gltf_info(const std::string& path, const SceneLimits& limits) {
     for (std::size_t p = 0; p < scene.primitives.size(); ++p) {
       if (scene.primitives[p].material == static_cast<int>(i)) primitives.insert(static_cast<int>(p));
     }
-    const UvSize size = measure_uv(scene, primitives, m.fabric ? m.fabric->tex_coord : 0);
+    const UvSize size = measure_uv(scene, primitives, m.fabric ? m.fabric->tex_coord : tex_coord);
     if (size.primitives > 0) entry.update(uv_json(size));
     uvs.push_back(size.primitives > 0 ? uv_text(size) : "");
     if (m.fabric) {
       entry["fabric"] = m.fabric->fabric;
       entry["repeats"] = {m.fabric->transform.scale.x, m.fabric->transform.scale.y};
+      entry["texCoord"] = m.fabric->tex_coord;
+      entry["brings"] = brings_json(m.kept);
     }
     materials.push_back(entry);
   }
@@ -94,6 +113,7 @@ Info gltf_info(const std::string& path, const SceneLimits& limits) {
                {"bounds", bounds_json(bounds)},
                {"materials", materials},
                {"fabrics", fabrics},
+               {"variants", scene.variants},
                {"remarks", scene.remarks}},
               nullptr,
               uvs};
@@ -208,9 +228,16 @@ std::string gltf_table(const Json& content, const std::vector<std::string>& uvs)
     }
   }
   text += list_table("material", content["materials"], [](const Json& m) {
-    return m.contains("fabric") ? fmt::format("{}: fabric {}, {} repeats", text_at(m, "/name"),
-                                              text_at(m, "/fabric"), pair_at(m, "/repeats"))
-                                : text_at(m, "/name");
+    if (!m.contains("fabric")) return text_at(m, "/name");
+    std::string worn = fmt::format("{}: fabric {}, {} repeats", text_at(m, "/name"), text_at(m, "/fabric"),
+                                   pair_at(m, "/repeats"));
+    if (m["texCoord"] != 0) worn += fmt::format(" on set {}", text_at(m, "/texCoord"));
+    for (const auto& [part, value] : m["brings"].items()) {
+      worn += ", " + part;
+      for (const Json& channel : part == "tint" ? value : Json::array())
+        worn += fmt::format(" {:.3g}", channel.get<double>());
+    }
+    return worn;
   });
   for (std::size_t i = 0; i < std::min(uvs.size(), max_lines); ++i) {
     if (!uvs[i].empty()) text += line(fmt::format("size of {}", i).c_str(), uvs[i]);
@@ -220,6 +247,7 @@ std::string gltf_table(const Json& content, const std::vector<std::string>& uvs)
         "{}, {}", text_at(f, "/name"),
         f["path"] == "" ? text_at(f, "/embeddedBytes") + " bytes embedded" : text_at(f, "/path"));
   });
+  text += list_table("variant", content["variants"], [](const Json& v) { return v.get<std::string>(); });
   return text + list_table("remark", content["remarks"], [](const Json& r) { return r.get<std::string>(); });
 }
 
@@ -227,7 +255,7 @@ Result<int> run(const InfoCommand& command) {
   const auto kind = must(kind_of(command.file));
   const Info info = kind == FileKind::fabric    ? fabric_info(command.file, command.limits)
                     : kind == FileKind::samples ? samples_info(command.file)
-                                                : gltf_info(command.file, command.limits);
+                                                : gltf_info(command.file, command.limits, command.tex_coord);
   const std::uint64_t bytes = size_of_file(command.file);
   std::string text = line(name_of(kind), fmt::format("{}, {} bytes", command.file, bytes));
   text += kind == FileKind::fabric    ? fabric_table(info.content, info.yarn)

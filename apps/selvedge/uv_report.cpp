@@ -6,18 +6,17 @@ namespace selvedge {
 
 Json uv_json(const UvSize& size) {
   const auto pair = [](const V2d& v) { return Json{v.x, v.y}; };
-  return {{"metresPerUv", pair(size.metres)},
-          {"metresPerUvLow", pair(size.low)},
-          {"metresPerUvHigh", pair(size.high)},
-          {"stretched", size.stretched},
-          {"withoutUvs", size.without}};
+  return {{"metresPerUv", pair(size.metres)},   {"metresPerUvLow", pair(size.low)},
+          {"metresPerUvHigh", pair(size.high)}, {"stretched", size.stretched},
+          {"withoutUvs", size.without},         {"sharedUvs", size.shared}};
 }
 
 std::string uv_text(const UvSize& size) {
   return fmt::format(
-      "{:.3g} x {:.3g} m a unit of uv ({:.3g} x {:.3g} to {:.3g} x {:.3g}), {:.0f} % stretched{}",
+      "{:.3g} x {:.3g} m a unit of uv ({:.3g} x {:.3g} to {:.3g} x {:.3g}), {:.0f} % stretched{}{}",
       size.metres.x, size.metres.y, size.low.x, size.low.y, size.high.x, size.high.y, 100 * size.stretched,
-      size.without > 0 ? fmt::format(", {:.1g} % without uv", 100 * size.without) : "");
+      size.without > 0 ? fmt::format(", {:.1g} % without uv", 100 * size.without) : "",
+      size.shared > 0 ? fmt::format(", {:.0f} % of shared uv", 100 * size.shared) : "");
 }
 
 Json bounds_json(const Imath::Box3d& bounds) {

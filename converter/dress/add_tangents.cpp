@@ -4,6 +4,7 @@
 
 #include <numeric>
 
+#include "converter/dress/gather_vertices.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"
 #include "format/scene/tangents.h"
@@ -15,42 +16,6 @@ template <class V>
 std::span<const float> floats(const std::vector<V>& values) {
   static_assert(sizeof(V) == V::dimensions() * sizeof(float));
   return {reinterpret_cast<const float*>(values.data()), values.size() * V::dimensions()};
-}
-
-/// A new accessor whose element i is element sources[i] of the old one; -1 after a fault.
-int gather(GltfDocument& document, GltfReader& reader, int accessor,
-           const std::vector<std::uint32_t>& sources, const std::string& place) {
-  AccessorShape shape = reader.accessor_shape(accessor, place);
-  const std::vector<std::uint8_t> elements = reader.elements(accessor, place);
-  const std::size_t size = shape.element_size();
-  std::vector<std::uint8_t> gathered;
-  gathered.reserve(sources.size() * size);
-  for (const std::uint32_t source : sources) {
-    if (source >= shape.count)
-      reader.fail(Code::gltf_malformed, place, fmt::format("there is no element {}", source));
-    if (reader.fault) return -1;
-    const auto first = elements.begin() + static_cast<std::ptrdiff_t>(source * size);
-    gathered.insert(gathered.end(), first, first + static_cast<std::ptrdiff_t>(size));
-  }
-  shape.count = sources.size();
-  Json json = document.json["accessors"][accessor];
-  json.erase("byteOffset");
-  json.erase("sparse");
-  json["bufferView"] = append_attribute_view(document, shape, gathered);
-  json["count"] = shape.count;
-  if (json.contains("min") || json.contains("max")) {
-    set_bounds(json, to_floats(gathered, shape.component_type, false), shape.components);
-  }
-  document.json["accessors"].push_back(std::move(json));
-  return static_cast<int>(document.json["accessors"].size()) - 1;
-}
-
-void gather_all(GltfDocument& document, GltfReader& reader, Json& attributes,
-                const std::vector<std::uint32_t>& sources, const std::string& place) {
-  for (const auto& [semantic, accessor] : attributes.items()) {
-    accessor = gather(document, reader, index_of(accessor), sources, place + "/" + semantic);
-    if (reader.fault) return;
-  }
 }
 
 }  // namespace
@@ -103,10 +68,7 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
       sources.push_back(sources[copied]);
       vertices.normals.push_back(vertices.normals[copied]);
     }
-    gather_all(document, reader, json["attributes"], sources, place + "/attributes");
-    if (json.contains("targets")) {
-      for (Json& target : json["targets"]) gather_all(document, reader, target, sources, place + "/targets");
-    }
+    gather_vertices(document, reader, json, sources, place);
     if (reader.fault) return reader.result(false);
     json["indices"] = append_index_accessor(document, tangents.indices);
     json.erase("mode");

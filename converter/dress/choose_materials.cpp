@@ -18,9 +18,9 @@ namespace selvedge {
 namespace {
 
 /// Words that name no cloth, in the singular.
-constexpr std::array<std::string_view, 16> no_cloth{
-    "button",  "zip",     "zipper", "sole",  "skin",   "hair",  "eye",    "eyelash",
-    "eyebrow", "eyeball", "tooth",  "teeth", "buckle", "rivet", "eyelet", "fingernail"};
+constexpr std::array<std::string_view, 17> no_cloth{
+    "button",  "zip",   "zipper", "sole",   "skin",  "hair",   "eye",        "eyelash", "eyebrow",
+    "eyeball", "tooth", "teeth",  "buckle", "rivet", "eyelet", "fingernail", "backing"};
 
 /// The first word of a name that says that it is no cloth; empty if none does. Words end where letters do,
 /// and before a capital letter after a small one.

@@ -11,13 +11,19 @@
 // colour, become members of the extension (garment_parts.h), which the fallback shows as far as it can.
 // Emission, occlusion, doubleSided, extras and other extensions stay. Pictures that nothing uses any more
 // leave the file. Primitives without TANGENT get it for the normal texture of the fabric.
+//
+// Colourways are copies of the dressed materials under the names of variants, of which the garment's own
+// stay.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "converter/dress/colourways.h"
 #include "converter/dress/garment_parts.h"
+#include "converter/dress/unwrap.h"
 #include "converter/dress/uv_scale.h"
 #include "format/base/vec.h"
 #include "format/fabric/fabric.h"
@@ -30,8 +36,11 @@ struct DressOptions {
   bool all = false;
   std::vector<std::string> except = {};
   KeepOptions keep = {};
-  std::optional<V2d> repeats = {};        ///< per unit of the raw UVs, instead of the physical size
+  std::vector<Colourway> colourways = {};
+  std::optional<V3f> backing = {};  ///< linear: a plain surface of this colour behind the cloth (backing.h)
+  std::optional<V2d> repeats = {};  ///< per unit of the raw UVs, instead of the physical size
   std::optional<V2d> mm_per_repeat = {};  ///< instead of the fabric's own
+  bool unwrap = false;                    ///< texture coordinates of our own (unwrap.h)
   double scale = 1;                       ///< of the cloth: 2 shows stitches of twice the size
   double rotation =
       0;             ///< degrees, counter-clockwise on the cloth's face; by right angles unless it is square
@@ -55,11 +64,23 @@ struct DressedMaterial {
   std::vector<std::string> replaced;
 };
 
+/// A copy of a dressed material for a colourway.
+struct VariantMaterial {
+  std::string variant;
+  int index = 0;
+  int of = 0;  ///< the material that it is a copy of
+  V2d repeats{0, 0};
+  std::optional<V3f> tint = {};  ///< of a colourway by colour
+};
+
 struct DressReport {
   std::vector<DressedMaterial> materials;
-  Imath::Box3d bounds;  ///< of the garment, metres, in its true size
+  std::vector<VariantMaterial> variants;
+  std::map<int, Unwrapped> unwrapped;  ///< by material
+  Imath::Box3d bounds;                 ///< of the garment, metres, in its true size
   bool embedded = false;
   int tangents_added = 0;              ///< primitives
+  int backed = 0;                      ///< primitives
   std::uint64_t bytes = 0;             ///< of the glTF, including an embedded fabric
   std::vector<std::string> usd_files;  ///< files of DressOptions::usd, the layer last
   std::vector<std::string> warnings;

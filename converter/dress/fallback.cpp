@@ -213,6 +213,7 @@ Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
   const FabricLevel& source = fabric.levels[level];
   Fallback fallback;
   fallback.base_color = base_picture(fabric, level, options);
+  fallback.albedo = mean_color(fallback.base_color);
   fallback.holes = has_holes(fabric, level);
   fit_transmission(fabric, fallback);
   // What is let through is taken from the base colour by the extension.

@@ -17,6 +17,8 @@ struct Fallback {
   /// times one factor a channel, so that its mean is the fitted colour, clamped to 1; holes have the mean
   /// colour, so that coarser mip levels have no dark rims. Alpha: alpha(z).
   Image base_color;
+  /// The mean of that albedo over the cloth, as the fabric has it.
+  V3f albedo{0, 0, 0};
   /// Data (not sRGB), RGB = (n + 1) / 2: x along growing u, y up in the picture, as in glTF's normal
   /// textures. Nothing if the fabric stores no frames.
   std::optional<Image> normal;

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "converter/dress/uv_overlap.h"
+
 namespace selvedge {
 namespace {
 
@@ -53,7 +55,8 @@ bool is_stretched(const Sample& sample, const V2d& metres) {
 /// Adds the samples of a primitive, and the area of triangles that have none.
 void measure(const ScenePrimitive& primitive, const M44d& world, int tex_coord, std::vector<Sample>& samples,
              double& without) {
-  const std::vector<V2d>& uvs = primitive.tex_coords[tex_coord];
+  static const std::vector<V2d> none;
+  const std::vector<V2d>& uvs = tex_coord < 0 || tex_coord > 1 ? none : primitive.tex_coords[tex_coord];
   for (std::size_t t = 0; t + 2 < primitive.indices.size(); t += 3) {
     const std::size_t a = primitive.indices[t];
     const std::size_t b = primitive.indices[t + 1];
@@ -103,6 +106,7 @@ UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord
     size.stretched /= area;
     size.without = without / area;
   }
+  size.shared = overlap_of(scene, chosen, tex_coord);
   return size;
 }
 

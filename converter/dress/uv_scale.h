@@ -17,6 +17,7 @@ struct UvSize {
   V2d high{0, 0};        ///< a twentieth of the area has more
   double stretched = 0;  ///< share of the area where cloth is more than max_stretch longer or shorter one way
   double without = 0;    ///< share of the area whose UVs cover none
+  double shared = 0;     ///< share of the area whose UVs other triangles have as well (uv_overlap.h)
   int primitives = 0;    ///< instances with area in space and in UV
 };
 
@@ -26,7 +27,7 @@ constexpr double max_stretch = 1.5;
 /// |dP/du| and |dP/dv| over all triangles of the given primitives in world space (with node scales), weighted
 /// by area. Medians are robust against slivers with nearly no UV area, which would dominate a mean. Cloth of
 /// the median size is stretched where a singular value of dP/d(u, v), in medians, is beyond max_stretch or
-/// its inverse. `chosen` holds indices into scene.primitives.
+/// its inverse. `chosen` holds indices into scene.primitives; sets that are not read cover nothing.
 UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord);
 
 /// What the scene's triangles reach, metres; empty without any.

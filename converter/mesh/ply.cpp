@@ -2,164 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <map>
-#include <optional>
-#include <sstream>
 #include <string_view>
 
 #include "converter/mesh/raw_mesh.h"
-#include "format/base/words.h"
+#include "format/base/ply.h"
 
 namespace selvedge {
 namespace {
-
-struct Type {
-  std::size_t size;
-  char kind;  ///< 'i' signed, 'u' unsigned, 'f' floating
-};
-
-std::optional<Type> type_named(const std::string& name) {
-  static const std::map<std::string, Type> types{
-      {"char", {1, 'i'}},  {"int8", {1, 'i'}},    {"uchar", {1, 'u'}},  {"uint8", {1, 'u'}},
-      {"short", {2, 'i'}}, {"int16", {2, 'i'}},   {"ushort", {2, 'u'}}, {"uint16", {2, 'u'}},
-      {"int", {4, 'i'}},   {"int32", {4, 'i'}},   {"uint", {4, 'u'}},   {"uint32", {4, 'u'}},
-      {"float", {4, 'f'}}, {"float32", {4, 'f'}}, {"double", {8, 'f'}}, {"float64", {8, 'f'}}};
-  const auto found = types.find(name);
-  return found == types.end() ? std::nullopt : std::optional(found->second);
-}
-
-struct Property {
-  std::string name;
-  Type type{};
-  std::optional<Type> length;  ///< of a list
-};
-
-struct Element {
-  std::string name;
-  std::uint64_t count = 0;
-  std::vector<Property> properties;
-};
-
-enum class Form { ascii, little, big };
-
-struct Header {
-  Form form = Form::ascii;
-  std::vector<Element> elements;
-  std::size_t size = 0;  ///< bytes up to the body
-};
-
-/// Reads one line of the header; returns the fault, or nothing.
-std::string read_header_line(const std::string& line, Header& header, bool& has_format) {
-  std::istringstream words(line);
-  std::string keyword;
-  words >> keyword;
-  if (keyword.empty() || keyword == "comment" || keyword == "obj_info") return "";
-  if (keyword == "format") {
-    std::string form;
-    words >> form;
-    has_format = true;
-    header.form = form == "ascii" ? Form::ascii : (form == "binary_big_endian" ? Form::big : Form::little);
-    const bool known = header.form != Form::little || form == "binary_little_endian";
-    return known ? "" : "unknown format";
-  }
-  if (keyword == "element") {
-    Element element;
-    words >> element.name >> element.count;
-    if (words.fail()) return "an element needs a name and a count";
-    header.elements.push_back(element);
-    return "";
-  }
-  if (keyword != "property") return "unknown keyword";
-  if (header.elements.empty()) return "a property before any element";
-  Property property;
-  std::string type;
-  words >> type;
-  if (type == "list") {
-    std::string length;
-    words >> length >> type;
-    property.length = type_named(length);
-    if (!property.length || property.length->kind == 'f') return "unknown type of a list's length";
-  }
-  words >> property.name;
-  const auto known = type_named(type);
-  if (!known || property.name.empty()) return "a property needs a known type and a name";
-  property.type = *known;
-  header.elements.back().properties.push_back(property);
-  return "";
-}
-
-Result<Header> header_of(const std::string& bytes, const std::string& file) {
-  Header header;
-  bool has_format = false;
-  for (int number = 1;; ++number) {
-    const auto refuse = [&](std::string why) {
-      return fail(Code::file_damaged, file, fmt::format("line {}", number), std::move(why));
-    };
-    const std::size_t end = bytes.find('\n', header.size);
-    if (end == std::string::npos) return refuse("the header has no end");
-    std::string line = bytes.substr(header.size, end - header.size);
-    if (line.ends_with('\r')) line.pop_back();
-    header.size = end + 1;
-    if (number == 1) {
-      if (line != "ply") return refuse("is not a PLY file");
-      continue;
-    }
-    if (line == "end_header") break;
-    if (std::string why = read_header_line(line, header, has_format); !why.empty())
-      return refuse(std::move(why));
-  }
-  if (!has_format) return fail(Code::file_damaged, file, "", "the header names no format");
-  return header;
-}
-
-/// Reads the numbers of the body in order.
-class Body {
- public:
-  Body(std::string_view bytes, Form form) : bytes_(bytes), form_(form) {}
-
-  std::size_t bytes_left() const { return bytes_.size(); }
-
-  /// False at the end of the file, and if the next word is not a number.
-  bool read(Type type, double& value) {
-    return form_ == Form::ascii ? read_text(value) : read_binary(type, value);
-  }
-
- private:
-  bool read_text(double& value) {
-    constexpr std::string_view blanks = " \t\r\n";
-    bytes_.remove_prefix(std::min(bytes_.find_first_not_of(blanks), bytes_.size()));
-    const std::string_view word = bytes_.substr(0, bytes_.find_first_of(blanks));
-    bytes_.remove_prefix(word.size());
-    return to_number(word, value);
-  }
-
-  bool read_binary(Type type, double& value) {
-    if (bytes_.size() < type.size) return false;
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < type.size; ++i) {
-      const std::size_t byte = form_ == Form::little ? type.size - 1 - i : i;
-      bits = bits << 8 | static_cast<std::uint8_t>(bytes_[byte]);
-    }
-    bytes_.remove_prefix(type.size);
-    if (type.kind == 'u') {
-      value = static_cast<double>(bits);
-    } else if (type.kind == 'i') {
-      const auto unused = 64 - 8 * type.size;  // sign extension
-      value = static_cast<double>(static_cast<std::int64_t>(bits << unused) >> unused);
-    } else {
-      value = type.size == 8 ? std::bit_cast<double>(bits)
-                             : static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
-    }
-    return true;
-  }
-
-  std::string_view bytes_;
-  Form form_;
-};
 
 /// The slot of a property: 0 to 2 position, 3 to 5 normal, 6 to 8 colour, then what Selvedge writes; -1:
 /// ignored.
@@ -206,7 +58,7 @@ bool has_slots(unsigned seen, int first, int count) {
 }
 
 /// The largest colour of this type.
-double full_scale(Type type) {
+double full_scale(PlyType type) {
   if (type.kind == 'f') return 1;
   const auto bits = static_cast<int>(8 * type.size) - (type.kind == 'i' ? 1 : 0);
   return static_cast<double>((std::uint64_t{1} << bits) - 1);
@@ -220,12 +72,12 @@ V3f vector_at(const Slots& values, std::size_t first) {
   return V3f(V3d(values[first], values[first + 1], values[first + 2]));
 }
 
-bool read_element(const Element& element, Body& body, RawMesh& mesh) {
+bool read_element(const PlyElement& element, PlyBody& body, RawMesh& mesh) {
   const bool vertices = element.name == "vertex";
   const bool faces = element.name == "face";
   unsigned seen = 0;
   std::vector<int> slots;
-  for (const Property& property : element.properties) {
+  for (const PlyProperty& property : element.properties) {
     int slot = (vertices || faces) && !property.length ? slot_of(property.name) : -1;
     if (faces && (slot < first_of_colour || slot >= first_of_yarn)) slot = -1;
     slots.push_back(slot);
@@ -246,7 +98,7 @@ bool read_element(const Element& element, Body& body, RawMesh& mesh) {
   for (std::uint64_t i = 0; i < element.count; ++i) {
     Slots values{};
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
-      const Property& property = element.properties[p];
+      const PlyProperty& property = element.properties[p];
       double number = 0;
       if (!property.length) {
         if (!body.read(property.type, number)) return false;
@@ -284,9 +136,9 @@ bool read_element(const Element& element, Body& body, RawMesh& mesh) {
 }
 
 /// One item of an element: its numbers in order, those of lists without their length.
-bool read_numbers(const Element& element, Body& body, std::vector<double>& numbers) {
+bool read_numbers(const PlyElement& element, PlyBody& body, std::vector<double>& numbers) {
   numbers.clear();
-  for (const Property& property : element.properties) {
+  for (const PlyProperty& property : element.properties) {
     double count = 1;
     if (property.length && !body.read(*property.length, count)) return false;
     if (!(count >= 0) || count > static_cast<double>(body.bytes_left())) return false;
@@ -300,7 +152,7 @@ bool read_numbers(const Element& element, Body& body, std::vector<double>& numbe
 }
 
 /// Elements that Selvedge writes beside vertices and faces.
-bool read_yarn_element(const Element& element, Body& body, RawMesh& mesh) {
+bool read_yarn_element(const PlyElement& element, PlyBody& body, RawMesh& mesh) {
   std::vector<double> n;
   for (std::uint64_t i = 0; i < element.count; ++i) {
     if (!read_numbers(element, body, n)) return false;
@@ -329,11 +181,11 @@ bool read_yarn_element(const Element& element, Body& body, RawMesh& mesh) {
 }  // namespace
 
 Result<RawMesh> read_ply(const std::string& bytes, const std::string& file) {
-  const auto header = header_of(bytes, file);
+  const auto header = read_ply_header(bytes, file);
   if (!header) return tl::unexpected(header.error());
-  Body body(std::string_view(bytes).substr(header->size), header->form);
+  PlyBody body(std::string_view(bytes).substr(header->size), header->form);
   RawMesh mesh;
-  for (const Element& element : header->elements) {
+  for (const PlyElement& element : header->elements) {
     if (element.properties.empty()) continue;
     // Each takes at least a byte: a larger count must be damaged.
     const bool of_yarns =

@@ -313,6 +313,18 @@ class FabricCheck {
     const Json& address = member(mirrored, uri);
     if (mirror.contains(name) && mirror[name] != member(mirrored, name)) differs(name);
     if (member(mirror, uri) != address && !string_of(address).starts_with("data:")) differs(uri);
+    const Json& extension = material["extensions"][fabric_extension];
+    if (number_of(member(mirror, mask_cutoff), 0.5) != number_of(member(extension, mask_cutoff), 0.5))
+      differs(mask_cutoff);
+    const auto tint_of = [](const Json& owner) {
+      return owner.contains(tint_factor) ? owner[tint_factor] : Json{1, 1, 1};
+    };
+    if (tint_of(mirror) != tint_of(extension)) differs(tint_factor);
+    const Json& parts = array_of(mirror, kept);
+    for (const char* part : {mask_texture, normal_texture, tint_texture}) {
+      const bool remembered = std::find(parts.begin(), parts.end(), part) != parts.end();
+      if (remembered != extension.contains(part)) differs(kept);
+    }
     const Entry& facts = entries_[reference.fabric];
     if (facts && mirror.contains(digest) && mirror[digest] != facts->digest) {
       issues_.add(Code::gltf_mirror, where + "/" + digest, "is that of another fabric");

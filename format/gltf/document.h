@@ -34,12 +34,12 @@ struct GltfDocument {
   std::uint64_t taken = 0;  ///< bytes of memory that it takes, reckoned as in memory.h
 };
 
-/// Loads .gltf (with external or data URIs) or .glb, distinguished by content, or .obj (load_obj()). Missing
-/// pictures are no error. KHR_draco_mesh_compression and EXT_meshopt_compression are expanded and their names
-/// removed. Refused are truncated files, versions other than 2.x, required extensions that change the
-/// geometry and are not read, and root members that are not arrays of objects where glTF has arrays; and with
-/// GLTF_REFERENCE a URI of a buffer, a picture, a fabric or a mirror that leads out of the document's folder,
-/// whether or not it is read.
+/// Loads .gltf (with external or data URIs), .glb or PLY (load_ply()), distinguished by content, or .obj
+/// (load_obj()). Missing pictures are no error. KHR_draco_mesh_compression and EXT_meshopt_compression are
+/// expanded and their names removed. Refused are truncated files, versions other than 2.x, required
+/// extensions that change the geometry and are not read, and root members that are not arrays of objects
+/// where glTF has arrays; and with GLTF_REFERENCE a URI of a buffer, a picture, a fabric or a mirror that
+/// leads out of the document's folder, whether or not it is read.
 Result<GltfDocument> load_gltf(const std::string& path, const GltfLimits& limits = {});
 /// From memory; messages name `path`, and relative URIs are relative to its folder.
 Result<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const std::string& path,

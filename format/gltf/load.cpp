@@ -17,6 +17,7 @@
 #include "format/gltf/meshopt.h"
 #include "format/gltf/names.h"
 #include "format/gltf/obj.h"
+#include "format/gltf/ply.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {
@@ -232,6 +233,10 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
     issues.add(Code::file_too_large, "", fmt::format("larger than {} bytes", limits.file_bytes));
   } else if (has_ending(path, ".obj")) {
     Result<GltfDocument> read = load_obj(text, path, limits);
+    if (read) return std::move(*read);
+    issues.add(std::move(read.error()));
+  } else if (is_ply(text)) {
+    Result<GltfDocument> read = load_ply(text, path, limits);
     if (read) return std::move(*read);
     issues.add(std::move(read.error()));
   } else if (text.starts_with("glTF")) {

@@ -6,56 +6,22 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <unordered_map>
 
 #include "format/base/atomic_file.h"
 #include "format/base/printable.h"
 #include "format/base/words.h"
-#include "format/gltf/edit.h"
 #include "format/gltf/memory.h"
+#include "format/gltf/mesh_corners.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {
 
-/// What a corner of a face names; negative: nothing.
-struct Corner {
-  int position = -1;
-  int uv = -1;
-  int normal = -1;
-  bool operator==(const Corner&) const = default;
-};
-
-struct CornerHash {
-  std::size_t operator()(const Corner& c) const {
-    const auto word = [](int i) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)); };
-    return (word(c.position) << 32 ^ word(c.uv) << 12 ^ word(c.normal)) * 0x9E3779B97F4A7C15U;
-  }
-};
-
-/// A corner with its share of the maps and buffers that are made of it.
-constexpr std::uint64_t corner_price = 128;
 /// A byte of text with its share of the lines and values that are read from it.
 constexpr std::uint64_t obj_price = 24;
 constexpr std::uint64_t mtl_price = 64;
-/// JSON values of a primitive with its accessors, views and material.
-constexpr std::uint64_t values_of_part = 128;
-
-/// A primitive: the triangles of one material, with or without texture coordinates.
-struct Part {
-  std::string material;
-  bool has_uvs = false;
-  bool operator<(const Part& other) const {
-    return std::tie(material, has_uvs) < std::tie(other.material, other.has_uvs);
-  }
-};
-
 /// The lines of an OBJ text.
-struct ObjLines {
-  std::vector<V3d> positions;
-  std::vector<V3f> normals;
-  std::vector<V2f> uvs;
-  std::map<Part, std::vector<Corner>> parts;  ///< three corners a triangle
+struct ObjLines : MeshCorners {
   std::vector<std::string> material_files;
 };
 
@@ -101,22 +67,22 @@ class ObjReader {
     if (words.size() < 4) return damaged(number, "a face needs three corners");
     if (!account_.take(3 * (words.size() - 3), corner_price))
       return tl::unexpected(beyond_memory(file_, fmt::format("line {}", number), "faces", account_.limit()));
-    std::vector<Corner> face;
+    std::vector<MeshCorner> face;
     for (std::size_t i = 1; i < words.size(); ++i) {
       const auto corner = corner_of(words[i], number);
       if (!corner) return tl::unexpected(corner.error());
       face.push_back(*corner);
     }
     const bool has_uvs =
-        std::all_of(face.begin(), face.end(), [](const Corner& corner) { return corner.uv >= 0; });
+        std::all_of(face.begin(), face.end(), [](const MeshCorner& corner) { return corner.uv >= 0; });
     if (!has_uvs) {
-      for (Corner& corner : face) corner.uv = -1;
+      for (MeshCorner& corner : face) corner.uv = -1;
     }
     const auto [part, is_new] = lines.parts.try_emplace({material_, has_uvs});
     if (is_new && !account_.take(values_of_part, memory_price::json_value))
       return tl::unexpected(
           beyond_memory(file_, fmt::format("line {}", number), "materials", account_.limit()));
-    std::vector<Corner>& corners = part->second;
+    std::vector<MeshCorner>& corners = part->second;
     for (std::size_t i = 2; i < face.size(); ++i) {
       for (const std::size_t k : {std::size_t{0}, i - 1, i}) corners.push_back(face[k]);
     }
@@ -124,10 +90,10 @@ class ObjReader {
   }
 
   /// vertex, vertex/texture, vertex//normal or vertex/texture/normal.
-  Result<Corner> corner_of(std::string_view word, int number) const {
+  Result<MeshCorner> corner_of(std::string_view word, int number) const {
     const std::size_t slash = std::min(word.find('/'), word.size());
     const std::size_t second = std::min(word.find('/', slash + 1), word.size());
-    Corner corner;
+    MeshCorner corner;
     const auto read = [](std::string_view part, std::size_t count, int& index) {
       return to_obj_index(part, count, index) && index >= 0 && static_cast<std::size_t>(index) < count;
     };
@@ -148,48 +114,6 @@ class ObjReader {
   MemoryAccount& account_;
   std::string material_;
 };
-
-/// Sums of the faces' normals by area, at each position.
-std::vector<V3d> mean_normals(const ObjLines& lines) {
-  std::vector<V3d> sums(lines.positions.size(), V3d(0, 0, 0));
-  for (const auto& [part, corners] : lines.parts) {
-    for (std::size_t t = 0; t < corners.size(); t += 3) {
-      const V3d& a = lines.positions[corners[t].position];
-      const V3d normal =
-          (lines.positions[corners[t + 1].position] - a).cross(lines.positions[corners[t + 2].position] - a);
-      for (std::size_t k = 0; k < 3; ++k) sums[corners[t + k].position] += normal;
-    }
-  }
-  return sums;
-}
-
-/// Appends the vertices of a part and returns the primitive, without its material.
-Json primitive_of(GltfDocument& document, const ObjLines& lines, const std::vector<V3d>& sums, bool has_uvs,
-                  const std::vector<Corner>& corners) {
-  std::unordered_map<Corner, std::uint32_t, CornerHash> index_of_corner;
-  std::vector<float> positions;
-  std::vector<float> normals;
-  std::vector<float> uvs;
-  std::vector<std::uint32_t> indices;
-  for (const Corner& corner : corners) {
-    const auto [entry, is_new] =
-        index_of_corner.try_emplace(corner, static_cast<std::uint32_t>(index_of_corner.size()));
-    indices.push_back(entry->second);
-    if (!is_new) continue;
-    const V3f position(lines.positions[corner.position]);
-    const V3d& sum = sums[corner.position];
-    const V3f normal = corner.normal >= 0  ? lines.normals[corner.normal]
-                       : sum.length2() > 0 ? V3f(sum.normalized())
-                                           : V3f(0, 0, 1);
-    positions.insert(positions.end(), {position.x, position.y, position.z});
-    normals.insert(normals.end(), {normal.x, normal.y, normal.z});
-    if (has_uvs) uvs.insert(uvs.end(), {lines.uvs[corner.uv].x, lines.uvs[corner.uv].y});
-  }
-  Json attributes{{"POSITION", append_float_accessor(document, positions, 3, true)},
-                  {"NORMAL", append_float_accessor(document, normals, 3, false)}};
-  if (has_uvs) attributes["TEXCOORD_0"] = append_float_accessor(document, uvs, 2, false);
-  return {{"attributes", attributes}, {"indices", append_index_accessor(document, indices)}};
-}
 
 /// Materials of MTL files, as glTF has them, by name.
 class MaterialReader {
@@ -323,12 +247,7 @@ Result<GltfDocument> load_obj(std::string_view text, const std::string& path, co
   const ObjLines& lines = reader.lines;
   if (lines.parts.empty()) return fail(Code::gltf_malformed, path, "", "has no faces");
 
-  GltfDocument document;
-  document.file = path;
-  document.folder = std::filesystem::path(path).parent_path().string();
-  document.other_files = limits.other_files;
-  document.json = Json::parse(R"({"asset": {"version": "2.0", "generator": "selvedge"}, "scene": 0,
-    "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [{"primitives": []}]})");
+  GltfDocument document = document_of_mesh(path, limits);
   MaterialReader materials(document);
   for (const std::string& name : lines.material_files) {
     if (auto ok = materials.read(name, limits, account); !ok) {
@@ -337,12 +256,7 @@ Result<GltfDocument> load_obj(std::string_view text, const std::string& path, co
       return tl::unexpected(error);
     }
   }
-  const std::vector<V3d> sums = mean_normals(lines);
-  for (const auto& [part, corners] : lines.parts) {
-    Json primitive = primitive_of(document, lines, sums, part.has_uvs, corners);
-    primitive["material"] = materials.use(part.material);
-    document.json["meshes"][0]["primitives"].push_back(primitive);
-  }
+  append_parts(document, lines, [&](const std::string& name) { return materials.use(name); });
   for (Json& material : document.json["materials"]) drop_empty(material);
   document.taken = limits.memory - account.left();
   return document;

@@ -42,6 +42,8 @@ class Reader {
     const Json& extension = member(member(document_.json, "extensions"), names::gltf::variants);
     variant_ = choose("--variant", choice.variant, array_of(extension, "variants"));
     if (issues_.has_error()) return {};
+    for (const Json& variant : array_of(extension, "variants"))
+      scene_.variants.push_back(string_of(member(variant, "name")));
     read_materials(document_, limits_.image_bytes, memory_.left(), scene_, issues_);
     std::uint64_t held = 0;
     for (const SceneImage& image : scene_.images) held += image.bytes.size();
@@ -177,12 +179,21 @@ class Reader {
 
   void check_variants(const Json& primitive, const std::string& place) {
     const Json& mappings = mappings_of(primitive);
+    std::set<int> mapped;
     for (std::size_t i = 0; i < mappings.size(); ++i) {
+      const std::string where = fmt::format("{}/extensions/{}/mappings/{}", place, names::gltf::variants, i);
       const int material = index_of(member(mappings[i], "material"));
-      if (material >= 0 && static_cast<std::size_t>(material) < scene_.materials.size()) continue;
-      add(Code::gltf_accessor,
-          fmt::format("{}/extensions/{}/mappings/{}/material", place, names::gltf::variants, i),
-          fmt::format("there is no material {}", material));
+      if (material < 0 || static_cast<std::size_t>(material) >= scene_.materials.size())
+        add(Code::gltf_accessor, where + "/material", fmt::format("there is no material {}", material));
+      const Json& variants = array_of(mappings[i], "variants");
+      for (std::size_t v = 0; v < variants.size(); ++v) {
+        const int variant = index_of(variants[v]);
+        const std::string at = fmt::format("{}/variants/{}", where, v);
+        if (variant < 0 || static_cast<std::size_t>(variant) >= scene_.variants.size())
+          add(Code::gltf_accessor, at, fmt::format("there is no variant {}", variant));
+        else if (!mapped.insert(variant).second)
+          add(Code::gltf_malformed, at, fmt::format("variant {} has another material here", variant));
+      }
     }
   }
 

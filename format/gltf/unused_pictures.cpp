@@ -1,8 +1,9 @@
 #include "format/gltf/unused_pictures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <map>
 #include <string_view>
 #include <vector>
@@ -131,11 +132,20 @@ void erase_references(Json& json, const std::set<int>& textures) {
   if (dark) json.erase("emissiveFactor");
 }
 
-bool is_missing(const GltfDocument& document, const std::string& uri) {
-  if (uri.empty() || uri.starts_with("data:")) return false;
-  const Result<std::string> path = resolve_uri(document, uri, "/images");
-  std::error_code ignored;
-  return path && !std::filesystem::exists(*path, ignored);
+/// Why a picture cannot be shown; "" if it can, or where nobody here can tell: it lies on the network, or an
+/// extension has it.
+std::string fault_of_picture(const GltfDocument& document, int image) {
+  const Json& entry = entry_of(document, "images", image);
+  if (!entry.contains(names::gltf::uri) && !entry.contains(names::gltf::buffer_view)) return "";
+  const Result<Bytes> bytes = read_image_bytes(document, image);
+  if (bytes || bytes.error().code == Code::gltf_unsupported || bytes.error().code == Code::file_too_large)
+    return "";
+  const std::string address = string_of(member(entry, names::gltf::uri));
+  const bool is_file = !address.empty() && !address.starts_with("data:");
+  const std::string what = is_file ? address.substr(0, 200) : fmt::format("/images/{}", image);
+  return bytes.error().code == Code::file_missing       ? what + " is not there"
+         : bytes.error().code == Code::image_unreadable ? what + " " + bytes.error().message
+                                                        : what + " cannot be read";
 }
 
 /// Whether an extension of the texture, such as EXT_texture_webp, names a picture.
@@ -177,30 +187,42 @@ std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& us
   return unknown;
 }
 
-std::vector<std::string> drop_missing_pictures(GltfDocument& document) {
-  if (!unknown_extension(document.json).empty()) return {};
-  std::map<int, std::string> uris;  // by picture
+Result<std::vector<std::string>> drop_missing_pictures(GltfDocument& document) {
+  std::map<int, std::string> faults;  // by picture
   std::set<int> images;
-  const Json& all = array_of(document.json, "images");
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const std::string uri = string_of(member(all[i], "uri"));
-    if (!is_missing(document, uri)) continue;
-    images.insert(static_cast<int>(i));
-    uris[static_cast<int>(i)] = uri;
+  for (int i = 0; i < static_cast<int>(array_of(document.json, "images").size()); ++i) {
+    const std::string fault = fault_of_picture(document, i);
+    if (fault.empty()) continue;
+    faults[i] = fault;
+    images.insert(i);
   }
-  if (images.empty()) return {};
+  if (images.empty()) return std::vector<std::string>();
+  const std::string unknown = unknown_extension(document.json);
+  if (!unknown.empty()) {
+    return fail(
+        Code::gltf_reference, document.file, fmt::format("/images/{}", *images.begin()),
+        fmt::format("{}, and cannot be left out: {} may refer to it", faults[*images.begin()], unknown));
+  }
   std::set<int> textures;
-  const Json& entries = array_of(document.json, "textures");
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    if (images.contains(index_of(member(entries[i], "source"))) && !has_other_source(entries[i]))
+  for (std::size_t i = 0; i < array_of(document.json, "textures").size(); ++i) {
+    Json& texture = document.json["textures"][i];
+    if (!images.contains(index_of(member(texture, "source")))) continue;
+    if (has_other_source(texture))
+      texture.erase("source");
+    else
       textures.insert(static_cast<int>(i));
   }
   erase_references(document.json, textures);
-  std::vector<std::string> files;
-  for (const int image : drop_without_use(document.json, textures, images)) {
-    if (uris.contains(image)) files.push_back(uris[image]);
+  const std::set<int> dropped = drop_without_use(document.json, textures, images);
+  std::vector<std::string> remarks;
+  for (const auto& [image, fault] : faults) {
+    if (!dropped.contains(image)) {
+      return fail(Code::gltf_reference, document.file, fmt::format("/images/{}", image),
+                  fault + ", and a light needs it");
+    }
+    remarks.push_back(fault);
   }
-  return files;
+  return remarks;
 }
 
 }  // namespace selvedge

@@ -17,10 +17,10 @@ std::set<int> textures_in_use(const Json& json);
 /// textures or pictures in ways of its own, and then removes nothing; else "".
 std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& used);
 
-/// Removes pictures whose file does not exist, and their textures, from what refers to them as well; what had
-/// such an emissiveTexture does not glow. Pictures of textures that an extension gives another one stay, and
-/// those of lights. Returns the URIs of the files that were removed; removes nothing where
-/// drop_unused_pictures() would not.
-std::vector<std::string> drop_missing_pictures(GltfDocument& document);
+/// Removes pictures whose file does not exist, or is no picture, and their textures, from what refers to them
+/// as well; what had such an emissiveTexture does not glow. A texture to which an extension gives another one
+/// stays without. Returns what is wrong with each. GLTF_REFERENCE where such a picture has to stay: for a
+/// light, or for an extension for which drop_unused_pictures() would remove nothing.
+Result<std::vector<std::string>> drop_missing_pictures(GltfDocument& document);
 
 }  // namespace selvedge

@@ -147,6 +147,7 @@ struct Scene {
   std::vector<SceneFabric> fabrics;
   std::vector<SceneLight> lights;
   std::vector<SceneCamera> cameras;
+  std::vector<std::string> variants;           ///< names, one for each of the file
   std::vector<std::string> remarks;            ///< features of the file that are ignored, one line each
   std::uint64_t memory_left = default_memory;  ///< bytes for its fabrics and textures (base/memory.h)
 };

@@ -127,6 +127,96 @@ test_dressed_square_shows_albedo_over_pi_times_cosine() {
   shows behind.exr 1
 }
 
+test_a_colourway_shows_its_colour_and_another_fabric_its_own() {
+  make_plane_fabric
+  write_quad quad.gltf
+  selvedge make --quality paper plane.obj --period 2x2 --albedo 0.1,0.2,0.3 -o dark.fabric.exr --quiet "${small[@]}"
+  exits 0 selvedge dress quad.gltf dark.fabric.exr -o dressed.glb --all --json --variant orange=#e7aa7c \
+    --variant plane=plane.fabric.exr
+  holds "r.variants.length === 2 && r.variants[0].of === 0 && r.variants[1].index === 3 &&
+    Math.abs(r.variants[0].tint[0] - 8) < 0.08"
+  exits 0 selvedge check dressed.glb
+  # 0.8, 0.4, 0.2 is #e7aa7c: both variants have the same colour, by a factor and by a fabric.
+  for variant in orange plane; do
+    exits 0 selvedge-view render dressed.glb -o v.exr --size 64x64 --light 0,0.6,0.8 --variant $variant --quiet
+    shows v.exr 0.8
+  done
+  refuses OPTION_OUT_OF_RANGE 'the garment has a "plane" already' selvedge dress dressed.glb dark.fabric.exr -o e.glb --all \
+    --variant plane=#ffffff
+  for wrong in red =#ffffff red= red=#fff; do
+    exits 2 selvedge dress quad.gltf dark.fabric.exr -o e.glb --all --variant $wrong
+  done
+}
+
+test_info_measures_the_set_that_it_is_told_and_names_what_a_garment_brings() {
+  make_plane_fabric
+  write_quad quad.gltf
+  # Set 1 is half of set 0, so that a unit of it is twice as long.
+  node -e 'const file = process.argv[1], json = JSON.parse(require("fs").readFileSync(file));
+    const uvs = Buffer.from(new Float32Array([0, 0.5, 0.5, 0.5, 0.5, 0, 0, 0]).buffer);
+    json.buffers.push({byteLength: 32, uri: "data:application/octet-stream;base64," + uvs.toString("base64")});
+    json.bufferViews.push({buffer: 1, byteLength: 32, target: 34962});
+    json.accessors.push({bufferView: 4, componentType: 5126, count: 4, type: "VEC2"});
+    json.meshes[0].primitives[0].attributes.TEXCOORD_1 = 4;
+    require("fs").writeFileSync(file, JSON.stringify(json));' quad.gltf
+  local set
+  for set in 0 1; do
+    exits 0 selvedge info quad.gltf --texcoord $set --json
+    holds "r.content.materials[0].metresPerUv.every(m => Math.abs(m - 0.1 * (1 + $set)) < 1e-6) && r.content.materials[0].sharedUvs === 0"
+  done
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o d.glb --all --texcoord 1 --tint '#ff0000' --json
+  holds "r.materials[0].repeats.every(n => Math.abs(n - 100) < 0.001)"
+  exits 0 selvedge info d.glb --json
+  holds "r.content.materials[0].texCoord === 1 && r.content.materials[0].brings.tint.join() === '1,0,0' &&
+    Math.abs(r.content.materials[0].metresPerUv[0] - 0.2) < 1e-6"
+  exits 0 selvedge info d.glb
+  grep -q 'cloth: fabric 0, 100 x 100 repeats on set 1, tint 1 0 0' "$scratch/out" || fail "$(cat "$scratch/out")"
+  exits 2 selvedge info quad.gltf --texcoord 2
+  write_quad quad.gltf
+  refuses GARMENT_NO_UVS TEXCOORD_1 selvedge dress quad.gltf plane.fabric.exr -o e.glb --all --texcoord 1
+}
+
+test_a_garment_of_ply_is_dressed_with_its_coordinates_and_unwrapped_without() {
+  make_plane_fabric
+  local head=(ply 'format ascii 1.0' 'element vertex 4' 'property float x' 'property float y' 'property float z')
+  local faces=('element face 1' 'property list uchar int vertex_indices' end_header)
+  printf '%s\n' "${head[@]}" 'property float s' 'property float t' "${faces[@]}" '0 0 0 0 0' '0.1 0 0 1 0' '0.1 0.1 0 1 1' \
+    '0 0.1 0 0 1' '4 0 1 2 3' >uv.ply
+  printf '%s\n' "${head[@]}" "${faces[@]}" '0 0 0' '0.1 0 0' '0.1 0.1 0' '0 0.1 0' '4 0 1 2 3' >plain.ply
+  exits 0 selvedge info uv.ply --json
+  holds "r.kind === 'gltf' && r.content.triangles === 2 && Math.abs(r.content.materials[0].metresPerUv[0] - 0.1) < 1e-6"
+  exits 0 selvedge dress uv.ply plane.fabric.exr -o uv.glb --all --json
+  holds "r.materials[0].repeats.every(n => Math.abs(n - 50) < 0.001)"
+  refuses GARMENT_NO_UVS plain.ply selvedge dress plain.ply plane.fabric.exr -o o.glb --all
+  exits 0 selvedge dress plain.ply plane.fabric.exr -o plain.glb --all --unwrap --json
+  holds "r.unwrapped[0].charts === 1 && Math.abs(r.unwrapped[0].stretch - 1) < 1e-4 && Math.abs(r.materials[0].repeats[0] - 500) < 0.05"
+  for name in uv plain; do
+    exits 0 selvedge check $name.glb
+    selvedge-view render $name.glb -o $name.exr --size 64x64 --light 0,0.6,0.8 --quiet
+    shows $name.exr 0.8
+  done
+}
+
+# lets_through FILE.exr: how many pixels of its middle show the background.
+lets_through() {
+  oiiotool --dumpdata "$1" | awk -F '[(,) ]+' '/Pixel/ && $3 >= 16 && $3 < 48 && $4 >= 16 && $4 < 48 && $NF < 0.9 { ++n }
+    END { print n + 0 }'
+}
+
+test_a_backing_hides_what_lies_behind_the_holes() {
+  write_quad quad.gltf
+  selvedge make --quality paper lace --set yarn=tube -o lace.fabric.exr --quiet "${small[@]}" >/dev/null
+  local view=(--size 64x64 --light 0,0,1 --quiet) cloth=(quad.gltf lace.fabric.exr --all)
+  exits 0 selvedge dress "${cloth[@]}" -o plain.glb
+  exits 0 selvedge dress "${cloth[@]}" -o backed.glb --backing '#00ff00' --json
+  holds "r.backed === 1"
+  exits 0 selvedge check backed.glb
+  for name in plain backed; do selvedge-view render $name.glb -o $name.exr "${view[@]}"; done
+  [ "$(lets_through plain.exr)" -gt 50 ] || fail "$(lets_through plain.exr) pixels show the background of lace"
+  [ "$(lets_through backed.exr)" = 0 ] || fail "$(lets_through backed.exr) do with a backing"
+  exits 2 selvedge dress "${cloth[@]}" -o e.glb --backing green
+}
+
 # with_choices FILE.gltf: a second scene without nodes, two variants, a camera that looks from behind, a point light.
 with_choices() {
   node -e 'const file = process.argv[1], json = JSON.parse(require("fs").readFileSync(file));

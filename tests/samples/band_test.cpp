@@ -6,7 +6,7 @@
 #include <numbers>
 #include <set>
 
-#include "samples/flatten.h"
+#include "format/scene/flatten.h"
 #include "tests/samples/garment_checks.h"
 
 namespace selvedge::samples {

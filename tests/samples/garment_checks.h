@@ -8,8 +8,8 @@
 #include <set>
 #include <string>
 
+#include "format/scene/flatten.h"
 #include "samples/assembly.h"
-#include "samples/flatten.h"
 
 namespace selvedge::samples {
 

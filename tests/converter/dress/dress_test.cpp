@@ -123,7 +123,8 @@ TEST_CASE("dress: stretched cloth is told by its share of the area") {
 TEST_CASE("dress: primitives that disagree on the size are reported") {
   Garment garment = square(2);
   garment.primitives[1].material = 0;
-  for (V2f& uv : garment.primitives[1].tex_coords) uv *= 0.5F;  // two metres per unit
+  for (V2f& uv : garment.primitives[1].tex_coords)
+    uv = uv * 0.5F + V2f(1, 0);  // two metres per unit, beside the other
   const Workshop workshop(garment);
   const Result<DressReport> report = workshop.dress({.materials = {"cloth 0"}});
   REQUIRE(report);

@@ -1,6 +1,7 @@
 #include "converter/dress/garment_parts.h"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <filesystem>
 
@@ -245,7 +246,8 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("pictures that are not there stay where an extension has another, or may refer to them") {
+TEST_CASE(
+    "pictures that are not there leave textures that have another, and are refused where they have to stay") {
   const Worn worn;
   GltfDocument document = test::need(load_gltf(worn.garment));
   Json& json = document.json;
@@ -256,18 +258,37 @@ TEST_CASE("pictures that are not there stay where an extension has another, or m
   json["textures"].push_back({{"source", image}, {"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}});
   json["materials"][0]["emissiveTexture"] = {{"index", json["textures"].size() - 1}};
   const Json given = json;
-  CHECK(drop_missing_pictures(document) == std::vector<std::string>{"unused.png"});
-  CHECK(json["textures"] == given["textures"]);
+  const auto left_out = [&] { return test::need(drop_missing_pictures(document)); };
+  CHECK(left_out() == std::vector<std::string>{"none.png is not there", "unused.png is not there"});
+  CHECK(json["images"] == before["images"]);
+  CHECK(json["textures"].back() == Json{{"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}});
   CHECK(json["materials"] == given["materials"]);
   json = given;
   json["textures"].back().erase("extensions");
-  json["extensionsUsed"].push_back("ACME_pictures");
-  const Json unknown = json;
-  CHECK(drop_missing_pictures(document).empty());
-  CHECK(json == unknown);
-  json["extensionsUsed"] = before["extensionsUsed"];
-  CHECK(drop_missing_pictures(document) == std::vector<std::string>{"none.png", "unused.png"});
+  const Json plain = json;
+  CHECK(left_out().size() == 2);
   CHECK(json == before);
+  // A file that is no picture, and bytes that are none.
+  json = plain;
+  test::write_bytes(worn.folder / "none.png", "text");
+  json["images"].back() = {{"uri", "data:image/png;base64,AAAA"}};
+  const std::vector<std::string> faults = left_out();
+  REQUIRE(faults.size() == 2);
+  CHECK(faults[0].find("none.png is no picture") == 0);
+  CHECK(faults[1].find(fmt::format("/images/{} is no picture", image + 1)) == 0);
+  CHECK(json == before);
+  const auto refused = [&](const std::string& why) {
+    const Error error = test::error_of(drop_missing_pictures(document));
+    CHECK(error.code == Code::gltf_reference);
+    CHECK(error.message.find(why) != std::string::npos);
+  };
+  json = plain;
+  json["extensionsUsed"].push_back("ACME_pictures");
+  refused("ACME_pictures may refer to it");
+  json = plain;
+  json["extensions"]["EXT_lights_image_based"]["lights"] = Json::parse(R"([{"specularImages":[[0]]}])");
+  json["extensions"]["EXT_lights_image_based"]["lights"][0]["specularImages"][0][0] = image;
+  refused("a light needs it");
 }
 
 TEST_CASE("dress: materials on one picture share its mask, and textures on other UV sets are left out") {

@@ -1,11 +1,11 @@
-#include "samples/flatten.h"
+#include "format/scene/flatten.h"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <numbers>
 
-namespace selvedge::samples {
+namespace selvedge {
 namespace {
 
 /// A grid of triangles over (a, b) in [0, 1]^2, bent by `place`.
@@ -91,4 +91,4 @@ TEST_CASE("the flat panel keeps the outside up") {
 }
 
 }  // namespace
-}  // namespace selvedge::samples
+}  // namespace selvedge

@@ -6,7 +6,7 @@
 
 #include "format/base/vec.h"
 
-namespace selvedge::samples {
+namespace selvedge {
 
 /// One panel: a disc (one boundary loop) of triangles, counter-clockwise seen from outside; metres.
 struct Panel {
@@ -33,4 +33,4 @@ struct Stretch {
 };
 Stretch stretch_of(const std::array<V3d, 3>& corners, const std::array<V2d, 3>& plane);
 
-}  // namespace selvedge::samples
+}  // namespace selvedge

@@ -1,4 +1,4 @@
-#include "samples/flatten.h"
+#include "format/scene/flatten.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-namespace selvedge::samples {
+namespace selvedge {
 namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
@@ -207,4 +207,4 @@ Stretch stretch_of(const std::array<V3d, 3>& corners, const std::array<V2d, 3>& 
   return {std::sqrt(middle + spread), std::sqrt(std::max(0.0, middle - spread))};
 }
 
-}  // namespace selvedge::samples
+}  // namespace selvedge

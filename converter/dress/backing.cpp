@@ -1,0 +1,110 @@
+#include "converter/dress/backing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "converter/dress/places_in_scene.h"
+#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
+#include "format/gltf/geometry.h"
+#include "format/gltf/memory.h"
+
+namespace selvedge {
+namespace {
+
+/// A triangle's normal, as long as twice its area.
+V3d normal_of(const V3f& a, const V3f& b, const V3f& c) { return (V3d(b) - V3d(a)).cross(V3d(c) - V3d(a)); }
+
+/// Unit normals, or zero where there are no triangles: means over the vertices in one point, and where these
+/// cancel out, as of two layers back to back, over the vertex alone.
+std::vector<V3d> normals_of(const std::vector<V3f>& positions, const std::vector<std::uint32_t>& triangles) {
+  std::vector<V3d> own(positions.size(), V3d(0, 0, 0));
+  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+    const V3d normal =
+        normal_of(positions[triangles[t]], positions[triangles[t + 1]], positions[triangles[t + 2]]);
+    for (std::size_t c = 0; c < 3; ++c) own[triangles[t + c]] += normal;
+  }
+  const auto key = [&](std::uint32_t i) {
+    return std::array{positions[i].x, positions[i].y, positions[i].z};
+  };
+  std::vector<std::uint32_t> order(positions.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  std::vector<V3d> normals(positions.size());
+  for (std::size_t begin = 0; begin < order.size();) {
+    std::size_t end = begin;
+    V3d sum(0, 0, 0);
+    double lengths = 0;
+    for (; end < order.size() && key(order[end]) == key(order[begin]); ++end) {
+      sum += own[order[end]];
+      lengths += own[order[end]].length();
+    }
+    for (; begin < end; ++begin) {
+      const V3d& normal = sum.length() > 1e-3 * lengths ? sum : own[order[begin]];
+      normals[order[begin]] = normal.length() > 0 ? normal.normalized() : V3d(0, 0, 0);
+    }
+  }
+  return normals;
+}
+
+void drop_colors(Json& attributes) {
+  for (auto it = attributes.begin(); it != attributes.end();)
+    it = it.key().starts_with("COLOR_") ? attributes.erase(it) : std::next(it);
+}
+
+int append(Json& array, Json entry) {
+  array.push_back(std::move(entry));
+  return static_cast<int>(array.size()) - 1;
+}
+
+}  // namespace
+
+Result<int> add_backing(GltfDocument& document, int material, const std::set<Place>& places,
+                        const Scene& scene, const Backing& backing, MemoryAccount& memory) {
+  const std::map<Place, PlaceInScene> in_scene = places_in(scene);
+  const std::string name = string_of(member(document.json["materials"][material], "name"));
+  const int behind = append(document.json["materials"],
+                            {{"name", name.empty() ? "backing" : name + " backing"},
+                             {"pbrMetallicRoughness",
+                              {{"baseColorFactor", {backing.color.x, backing.color.y, backing.color.z, 1}},
+                               {"metallicFactor", 0},
+                               {"roughnessFactor", 1}}}});
+  int made = 0;
+  for (const auto& [mesh, number] : places) {
+    const auto seen = in_scene.find(Place(mesh, number));
+    if (seen == in_scene.end()) continue;
+    const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, number);
+    Json primitive = document.json["meshes"][mesh]["primitives"][number];
+    GltfReader reader(document);
+    std::vector<V3f> positions =
+        reader.attribute<V3f>(primitive["attributes"], "POSITION", 0, place + "/attributes");
+    const std::vector<std::uint32_t> triangles = read_triangles(reader, primitive, place, positions.size());
+    if (reader.fault) return tl::unexpected<Error>(*reader.fault);
+    if (!memory.take(positions.size(), memory_price::vertex) ||
+        !memory.take(triangles.size(), memory_price::index))
+      return tl::unexpected(beyond_memory(document.file, place, "its backing", memory.limit()));
+    const double local = area_of({positions.begin(), positions.end()}, triangles);
+    if (!(local > 0) || !(seen->second.area > 0)) continue;
+    const double distance = backing.distance / std::sqrt(seen->second.area / local);
+    const std::vector<V3d> normals = normals_of(positions, triangles);
+    for (std::size_t i = 0; i < positions.size(); ++i) positions[i] -= V3f(normals[i] * distance);
+    for (const char* own : {"extensions", "extras"}) primitive.erase(own);
+    drop_colors(primitive["attributes"]);
+    if (primitive.contains("targets")) {
+      for (Json& target : primitive["targets"]) drop_colors(target);
+    }
+    primitive["attributes"]["POSITION"] =
+        append_float_accessor(document, {&positions[0].x, 3 * positions.size()}, 3, true);
+    primitive["material"] = behind;
+    document.json["meshes"][mesh]["primitives"].push_back(std::move(primitive));
+    ++made;
+  }
+  if (made == 0) document.json["materials"].erase(behind);
+  return made;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,56 @@
+#include "converter/dress/colourways.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "format/gltf/access.h"
+#include "format/gltf/edit.h"
+#include "format/gltf/fabric_extension.h"
+#include "format/gltf/names.h"
+
+namespace selvedge {
+
+using namespace names::gltf;
+
+Result<int> add_variant(GltfDocument& document, const std::string& variant) {
+  Json& all = document.json["extensions"][variants]["variants"];
+  for (const Json& present : all) {
+    if (string_of(member(present, name)) != variant) continue;
+    return fail(Code::option_out_of_range, document.file, "variant",
+                fmt::format("the garment has a \"{}\" already", variant));
+  }
+  use_extension(document.json, variants);
+  all.push_back(Json::object({{name, variant}}));
+  return static_cast<int>(all.size()) - 1;
+}
+
+int copy_for_variant(GltfDocument& document, int material, const std::set<Place>& places, int variant) {
+  Json& materials = document.json["materials"];
+  const int copy = static_cast<int>(materials.size());
+  bool worn = false;
+  for (const auto& [mesh, number] : places) {
+    Json& primitive = document.json["meshes"][mesh]["primitives"][number];
+    if (index_of(member(primitive, "material")) != material) continue;
+    primitive["extensions"][variants]["mappings"].push_back({{"material", copy}, {"variants", {variant}}});
+    worn = true;
+  }
+  if (!worn) return -1;
+  Json entry = materials[material];
+  const std::string of_variant =
+      string_of(member(document.json["extensions"][variants]["variants"][variant], name));
+  const std::string own = string_of(member(entry, name));
+  entry[name] = own.empty() ? of_variant : own + " " + of_variant;
+  materials.push_back(std::move(entry));
+  return copy;
+}
+
+V3f tint_towards(const V3f& color, const V3f& albedo) {
+  V3f tint(0, 0, 0);
+  for (int c = 0; c < 3; ++c) {
+    if (color[c] > 0) tint[c] = std::min(color[c] / std::max(albedo[c], 1e-6F), static_cast<float>(max_tint));
+  }
+  return tint;
+}
+
+}  // namespace selvedge

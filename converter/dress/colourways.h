@@ -1,0 +1,32 @@
+// Colourways of a dressed garment: variants of KHR_materials_variants.
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+
+#include "format/base/vec.h"
+#include "format/gltf/document.h"
+#include "format/gltf/material_uses.h"
+
+namespace selvedge {
+
+/// A variant of the garment in which dressed materials have another colour or another fabric.
+struct Colourway {
+  std::string name;
+  std::optional<V3f> color = {};  ///< linear: that of the cloth on average
+  std::string fabric = {};        ///< a file, instead of a colour
+};
+
+/// Adds a variant to the document's and returns its index. OPTION_OUT_OF_RANGE if one has the name already.
+Result<int> add_variant(GltfDocument& document, const std::string& name);
+
+/// Copies a material under the name "<its own> <variant's>" and returns the index of the copy, which those of
+/// the places show in the variant that wear the material without one; -1, and no copy, if none of them does.
+int copy_for_variant(GltfDocument& document, int material, const std::set<Place>& places, int variant);
+
+/// The factor on the reflectance of a fabric that gives it `color` on average, at most max_tint; `albedo` is
+/// its own mean.
+V3f tint_towards(const V3f& color, const V3f& albedo);
+
+}  // namespace selvedge

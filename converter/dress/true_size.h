@@ -1,0 +1,15 @@
+// The true size of a garment whose unit is not the metre.
+#pragma once
+
+#include <optional>
+
+#include "format/gltf/document.h"
+
+namespace selvedge {
+
+/// Puts a node above all that scenes show which scales by `unit` metres for each unit, or so that the default
+/// scene is `height` metres tall. OPTION_OUT_OF_RANGE for a height where there is none.
+Result<void> size_garment(GltfDocument& document, double unit, std::optional<double> height,
+                          const SceneLimits& limits);
+
+}  // namespace selvedge

@@ -1,0 +1,29 @@
+// Texture coordinates for garments that have none.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "format/base/memory.h"
+#include "format/gltf/document.h"
+#include "format/gltf/material_uses.h"
+#include "format/scene/scene.h"
+
+namespace selvedge {
+
+struct Unwrapped {
+  int charts = 0;
+  double stretch = 1;     ///< what nineteen twentieths of the area stay below (ChartStretch::most)
+  bool replaced = false;  ///< there were texture coordinates before
+};
+
+/// Gives the places of a material texture coordinates in metres, in place of those of that set: charts
+/// (charts.h) of each primitive, below each other. Vertices at seams become several, tangents are dropped.
+/// Skins and morph targets are kept: what is laid flat is the mesh without them, in the size that `scene`, of
+/// the same document, has for it. GARMENT_EMPTY without a triangle that has an area, GARMENT_NO_UVS for a set
+/// above one that is missing, FILE_TOO_LARGE for more than `memory` has.
+Result<Unwrapped> unwrap(GltfDocument& document, const std::set<Place>& places, int tex_coord,
+                         const Scene& scene, MemoryAccount& memory);
+
+}  // namespace selvedge

@@ -1,0 +1,149 @@
+#include "converter/dress/colourways.h"
+
+#include <doctest/doctest.h>
+
+#include <filesystem>
+
+#include "converter/dress/check.h"
+#include "format/check/gltf.h"
+#include "format/gltf/read_scene.h"
+#include "tests/converter/workshop.h"
+#include "tests/require.h"
+
+using namespace selvedge;
+using test::Workshop;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* variants = "KHR_materials_variants";
+
+/// Squares in a flat matt fabric, whose mean colour is its albedo.
+struct Pale : Workshop {
+  explicit Pale(int primitives = 1) : Workshop(test::square(primitives)) {
+    REQUIRE(write_fabric(fabric, test::lambert_fabric(V2d(5, 4), 8, V3f(0.5F, 0.25F, 0.125F))));
+  }
+
+  /// The dressed garment in a variant.
+  SceneMaterial worn_in(const std::string& variant, std::size_t primitive = 0) const {
+    const Scene scene = test::need(read_scene(output, {}, {.scene = "", .variant = variant}));
+    return scene.materials[scene.primitives[primitive].material];
+  }
+
+  void check() const {
+    Scene scene;
+    for (const Error& issue : check_gltf(output, {}, &scene)) FAIL_CHECK(to_line(issue));
+    for (const Error& issue : check_dressed(scene)) FAIL_CHECK(to_line(issue));
+  }
+};
+
+void check_near(const V3f& color, const V3f& wanted) {
+  for (int c = 0; c < 3; ++c) CHECK(color[c] == doctest::Approx(wanted[c]).epsilon(0.01));
+}
+
+}  // namespace
+
+TEST_CASE("dress: a colourway gives the cloth a mean colour, as the factor on the fabric's own") {
+  const Pale pale;
+  const DressReport report =
+      test::need(pale.dress({.all = true, .colourways = {{"dusk", V3f(0.25F, 0.0625F, 0)}}}));
+  pale.check();
+  REQUIRE(report.variants.size() == 1);
+  CHECK(report.variants[0].of == 0);
+  CHECK(report.variants[0].index == 1);
+  CHECK(report.warnings.empty());
+  check_near(report.variants[0].tint.value(), V3f(0.5F, 0.25F, 0));
+  const SceneMaterial dusk = pale.worn_in("dusk");
+  CHECK(dusk.name == "cloth 0 dusk");
+  check_near(dusk.kept.tint, V3f(0.5F, 0.25F, 0));
+  // The fallback is the fabric's picture times the same factor.
+  check_near(V3f(dusk.base_color.x, dusk.base_color.y, dusk.base_color.z), V3f(0.5F, 0.25F, 0));
+  CHECK(dusk.base_color_texture.transform.scale == V2d(200, 250));
+  const SceneMaterial plain = pale.worn_in("");
+  CHECK(plain.name == "cloth 0");
+  CHECK(plain.kept.tint == V3f(1, 1, 1));
+  CHECK(plain.base_color_texture.image == dusk.base_color_texture.image);
+}
+
+TEST_CASE("dress: a colourway that is brighter than the fabric is told, and has a largest factor") {
+  const Pale pale;
+  const DressReport bright = test::need(pale.dress({.all = true, .colourways = {{"white", V3f(1, 1, 1)}}}));
+  pale.check();
+  check_near(pale.worn_in("white").kept.tint, V3f(2, 4, 8));
+  CHECK(pale.worn_in("white").base_color.z == 1);
+  REQUIRE(bright.warnings.size() == 1);
+  CHECK(bright.warnings[0].find("variant \"white\" is brighter than the fabric") == 0);
+  CHECK(tint_towards(V3f(1, 0.5F, 0), V3f(0, 1, 0)) == V3f(16, 0.5F, 0));
+}
+
+TEST_CASE("dress: a colourway in another fabric has its repeats, its fallback and its mirror") {
+  const Pale pale;
+  const std::string other = pale.folder / "other.exr";
+  REQUIRE(write_fabric(other, test::net_fabric(V2d(10, 8))));
+  const DressReport report = test::need(pale.dress({.all = true, .colourways = {{"net", {}, other}}}));
+  pale.check();
+  CHECK(report.variants[0].repeats == V2d(100, 125));
+  CHECK(report.tangents_added == 1);
+  const Scene scene = test::need(read_scene(pale.output));
+  REQUIRE(scene.fabrics.size() == 2);
+  CHECK(scene.fabrics[1].bytes.size() == fs::file_size(other));
+  const SceneMaterial net = pale.worn_in("net");
+  CHECK(net.fabric.value().fabric == 1);
+  CHECK(net.fabric.value().transform.scale == V2d(100, 125));
+  CHECK(net.normal_texture.image >= 0);
+  CHECK(pale.worn_in("").normal_texture.image == -1);
+  const Json json = test::need(load_gltf(pale.output)).json;
+  CHECK(json["materials"][1]["extras"]["SELVEDGE_materials_fabric"]["name"] == "other");
+  CHECK(json["materials"][1]["extras"]["SELVEDGE_materials_fabric"]["digest"] !=
+        json["materials"][0]["extras"]["SELVEDGE_materials_fabric"]["digest"]);
+}
+
+TEST_CASE("dress: the garment's own variants stay, and a name that is taken is an error") {
+  Pale pale(2);
+  pale.edit([](Json& json) {
+    json["extensionsUsed"] = {variants};
+    json["extensions"][variants]["variants"] = {{{"name", "day"}}, {{"name", "night"}}};
+    json["meshes"][0]["primitives"][0]["extensions"][variants]["mappings"] = {
+        {{"material", 1}, {"variants", {1}}}};
+  });
+  test::need(pale.dress({.materials = {"cloth 0"}, .colourways = {{"dusk", V3f(0, 0, 0)}}}));
+  pale.check();
+  CHECK(test::need(read_scene(pale.output)).variants == std::vector<std::string>{"day", "night", "dusk"});
+  CHECK(pale.worn_in("day").name == "cloth 0");
+  CHECK(pale.worn_in("night").name == "cloth 1");
+  CHECK(pale.worn_in("dusk").name == "cloth 0 dusk");
+  CHECK(pale.worn_in("dusk", 1).name == "cloth 1");
+  fs::remove(pale.output);
+  const Colourway night{"night", V3f(0, 0, 0)};
+  const Colourway noon{"noon", V3f(0, 0, 0)};
+  for (const std::vector<Colourway>& taken : {std::vector{night}, std::vector{noon, noon}}) {
+    const Error error = test::error_of(pale.dress({.all = true, .colourways = taken}));
+    CHECK(error.code == Code::option_out_of_range);
+    CHECK(error.message == "the garment has a \"" + taken[0].name + "\" already");
+    CHECK_FALSE(fs::exists(pale.output));
+  }
+}
+
+TEST_CASE("dress: a material that only variants of the garment wear has no colourways") {
+  Pale pale(2);
+  pale.edit([](Json& json) {
+    json["extensionsUsed"] = {variants};
+    json["extensions"][variants]["variants"] = {{{"name", "night"}}};
+    json["meshes"][0]["primitives"].erase(1);
+    json["meshes"][0]["primitives"][0]["extensions"][variants]["mappings"] = {
+        {{"material", 1}, {"variants", {0}}}};
+  });
+  const DressReport report =
+      test::need(pale.dress({.materials = {"cloth 1"}, .colourways = {{"dusk", V3f(0, 0, 0)}}}));
+  CHECK(report.variants.empty());
+  CHECK(report.warnings.back().find("variant \"dusk\" changes nothing") == 0);
+}
+
+TEST_CASE("dress: the copies of many colourways count as memory") {
+  const Pale pale;
+  std::vector<Colourway> many;
+  for (int i = 0; i < 2000; ++i) many.push_back({"v" + std::to_string(i), V3f(0, 0, 0)});
+  DressOptions options{.all = true, .colourways = many};
+  options.limits.document.memory = 1 << 20;
+  CHECK(test::error_of(pale.dress(options)).code == Code::file_too_large);
+}

@@ -1,0 +1,218 @@
+#include "converter/dress/unwrap.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "converter/dress/charts.h"
+#include "converter/dress/check.h"
+#include "converter/dress/uv_overlap.h"
+#include "format/check/gltf.h"
+#include "format/gltf/read_scene.h"
+#include "tests/converter/workshop.h"
+#include "tests/require.h"
+#include "tests/shared_data.h"
+
+using namespace selvedge;
+using test::Workshop;
+
+namespace {
+
+struct Surface {
+  std::vector<V3d> positions;
+  std::vector<std::uint32_t> triangles;
+};
+
+/// A grid of squares over [0, 1]^2, each of two triangles, whose last column lies on the first in space.
+template <class Place>
+Surface grid(int columns, int rows, const Place& place) {
+  Surface surface;
+  for (int j = 0; j <= rows; ++j) {
+    for (int i = 0; i <= columns; ++i)
+      surface.positions.push_back(
+          place(static_cast<double>(i % columns) / columns, static_cast<double>(j) / rows));
+  }
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const auto a = static_cast<std::uint32_t>(j * (columns + 1) + i);
+      const auto b = a + static_cast<std::uint32_t>(columns) + 1;
+      surface.triangles.insert(surface.triangles.end(), {a, a + 1, b + 1, a, b + 1, b});
+    }
+  }
+  return surface;
+}
+
+/// An open tube about the y axis, from y = 0 up.
+Surface tube(double radius, double height) {
+  return grid(48, 10, [&](double u, double v) {
+    const double angle = -2 * std::numbers::pi * u;
+    return V3d(radius * std::cos(angle), height * v, radius * std::sin(angle));
+  });
+}
+
+Surface sphere(double radius) {
+  return grid(64, 32, [&](double u, double v) {
+    const double around = -2 * std::numbers::pi * u;
+    const double up = std::numbers::pi * v;
+    return radius * V3d(std::sin(up) * std::cos(around), -std::cos(up), std::sin(up) * std::sin(around));
+  });
+}
+
+Charts charts_of(const Surface& surface) {
+  double top = 0;
+  return cut_into_charts(surface.positions, surface.triangles, V3d(0, -1, 0), top);
+}
+
+/// Of all triangles in the plane, m^2. Those that are turned over count as negative.
+double flat_area(const Charts& charts) {
+  double sum = 0;
+  for (std::size_t t = 0; t < charts.indices.size(); t += 3) {
+    const V2d& a = charts.uvs[charts.indices[t]];
+    sum -= (charts.uvs[charts.indices[t + 1]] - a) % (charts.uvs[charts.indices[t + 2]] - a) / 2;
+  }
+  return sum;
+}
+
+/// How much of the charts other triangles cover.
+double overlap(const Charts& charts) {
+  Scene scene;
+  scene.primitives.resize(1);
+  ScenePrimitive& p = scene.primitives[0];
+  p.tex_coords[0] = charts.uvs;
+  for (const V2d& uv : charts.uvs)
+    p.positions.emplace_back(static_cast<float>(uv.x), static_cast<float>(uv.y), 0);
+  p.indices = charts.indices;
+  scene.instances.push_back({0, M44d()});
+  return overlap_of(scene, {0}, 0);
+}
+
+Garment garment_of(const Surface& surface) {
+  Garment garment = test::square();
+  GarmentPrimitive& p = garment.primitives[0];
+  p.positions.clear();
+  for (const V3d& position : surface.positions) p.positions.emplace_back(position);
+  p.normals.assign(p.positions.size(), V3f(0, 0, 1));
+  p.tex_coords.assign(p.positions.size(), V2f(0, 0));
+  p.indices = surface.triangles;
+  return garment;
+}
+
+}  // namespace
+
+TEST_CASE("charts: a tube lies flat in its true size, upright, in four strips") {
+  const Surface surface = tube(0.1, 0.5);
+  const Charts charts = charts_of(surface);
+  CHECK(charts.count == 4);
+  CHECK(stretch_below(charts.stretch, 1) < 1 + 1e-6);  // its facets bend along straight lines
+  const double around = 48 * 0.2 * std::sin(std::numbers::pi / 48);
+  CHECK(flat_area(charts) == doctest::Approx(around * 0.5).epsilon(1e-6));
+  CHECK(overlap(charts) == 0);
+  CHECK(charts.indices.size() == surface.triangles.size());
+  for (std::size_t i = 0; i < charts.indices.size(); ++i)
+    CHECK(surface.positions[charts.sources[charts.indices[i]]] == surface.positions[surface.triangles[i]]);
+  // A metre down is a metre along v.
+  for (std::size_t t = 0; t < charts.indices.size(); t += 3) {
+    const std::uint32_t a = charts.indices[t];
+    const std::uint32_t c = charts.indices[t + 2];
+    CHECK(charts.uvs[c].y - charts.uvs[a].y ==
+          doctest::Approx(surface.positions[charts.sources[a]].y - surface.positions[charts.sources[c]].y)
+              .epsilon(1e-6));
+  }
+}
+
+TEST_CASE("charts: a sphere is six pieces of which none is turned over") {
+  const Charts charts = charts_of(sphere(0.5));
+  CHECK(charts.count == 6);
+  CHECK(stretch_below(charts.stretch, 0.95) < 1.2);
+  // Two flat maps of the same piece differ, but by a few hundredths in area.
+  CHECK(flat_area(charts) == doctest::Approx(std::numbers::pi).epsilon(0.03));
+  CHECK(overlap(charts) < 0.001);
+}
+
+TEST_CASE("charts: a sheet with creases is one, and what has no area is left out") {
+  Surface sheet = grid(20, 20, [](double u, double v) { return V3d(u, v, 0.002 * std::sin(40 * v)); });
+  // The last column of the grid lies on the first; without its cells the sheet is open.
+  std::vector<std::uint32_t> open;
+  for (std::size_t t = 0; t < sheet.triangles.size(); t += 6) {
+    if (t / 6 % 20 == 19) continue;
+    open.insert(open.end(), sheet.triangles.begin() + static_cast<std::ptrdiff_t>(t),
+                sheet.triangles.begin() + static_cast<std::ptrdiff_t>(t + 6));
+  }
+  sheet.triangles = open;
+  sheet.triangles.insert(sheet.triangles.end(), {0, 0, 1, 5, 5, 5});
+  const Charts charts = charts_of(sheet);
+  CHECK(charts.count == 1);
+  CHECK(charts.indices.size() == open.size());
+  CHECK(stretch_below(charts.stretch, 1) < 1.001);
+  CHECK(charts_of({{V3d(0, 0, 0), V3d(1, 0, 0)}, {0, 1, 1}}).count == 0);
+  CHECK(charts_of({}).count == 0);
+}
+
+TEST_CASE("dress: a garment without texture coordinates gets them in metres, whatever its unit") {
+  for (const double unit : {1.0, 0.01}) {
+    Workshop workshop(garment_of(tube(0.1 / unit, 0.5 / unit)));
+    workshop.edit([&](Json& json) {
+      json["nodes"][0]["scale"] = {unit, unit, unit};
+      json["meshes"][0]["primitives"][0]["attributes"].erase("TEXCOORD_0");
+    });
+    CHECK(test::error_of(workshop.dress({.materials = {"#0"}})).code == Code::garment_no_uvs);
+    const DressReport report = test::need(workshop.dress({.materials = {"#0"}, .unwrap = true}));
+    CHECK(report.unwrapped.at(0).charts == 4);
+    CHECK(report.unwrapped.at(0).stretch == doctest::Approx(1).epsilon(1e-4));
+    CHECK_FALSE(report.unwrapped.at(0).replaced);
+    CHECK(report.materials[0].repeats.x == doctest::Approx(200).epsilon(1e-4));
+    CHECK(report.materials[0].repeats.y == doctest::Approx(250).epsilon(1e-4));
+    CHECK(report.warnings.empty());
+    Scene scene;
+    for (const Error& issue : check_gltf(workshop.output, {}, &scene)) FAIL_CHECK(to_line(issue));
+    for (const Error& issue : check_dressed(scene)) FAIL_CHECK(to_line(issue));
+  }
+}
+
+TEST_CASE("dress: unwrapping replaces coordinates with a remark, counts as memory, and needs an area") {
+  const Workshop workshop(garment_of(tube(0.1, 0.5)));
+  const DressReport report = test::need(workshop.dress({.all = true, .unwrap = true}));
+  CHECK(report.unwrapped.at(0).replaced);
+  CHECK(report.warnings.size() == 1);
+  // The charts on a set of their own: the first stays.
+  const DressReport second = test::need(workshop.dress({.all = true, .unwrap = true, .tex_coord = 1}));
+  CHECK_FALSE(second.unwrapped.at(0).replaced);
+  CHECK(test::need(read_scene(workshop.output)).primitives[0].tex_coords[0].front() == V2d(0, 0));
+  GltfDocument document = test::need(load_gltf(workshop.garment));
+  const Scene scene = test::need(read_scene(document));
+  MemoryAccount little(1000);
+  CHECK(test::error_of(unwrap(document, {{0, 0}}, 0, scene, little)).code == Code::file_too_large);
+  const Workshop flat(garment_of({{V3d(0, 0, 0), V3d(1, 0, 0), V3d(2, 0, 0)}, {0, 1, 2}}));
+  CHECK(test::error_of(flat.dress({.all = true, .unwrap = true})).code == Code::garment_empty);
+}
+
+TEST_CASE("dress: garments of the field are unwrapped with little stretch, skins and morph targets too") {
+  const std::string data = test::shared_data("garments/khronos/");
+  if (data.empty()) return;
+  for (const char* file :
+       {"Corset/glTF/Corset.gltf", "RiggedFigure/glTF/RiggedFigure.gltf", "Fox/glTF/Fox.gltf",
+        "SheenCloth/glTF/SheenCloth.gltf", "AnimatedMorphCube/glTF/AnimatedMorphCube.gltf"}) {
+    CAPTURE(file);
+    if (!std::filesystem::exists(data + file)) continue;
+    Workshop workshop;
+    workshop.garment = data + file;
+    const DressReport report = test::need(workshop.dress({.materials = {"#0"}, .unwrap = true}));
+    const Unwrapped& made = report.unwrapped.at(0);
+    CHECK(made.stretch < 1.5);
+    const UvSize& size = report.materials[0].size;
+    CHECK(size.shared < 0.05);  // what curls lies on itself
+    CHECK(size.without == 0);
+    CHECK(size.metres.x == doctest::Approx(1).epsilon(0.1));
+    CHECK(size.metres.y == doctest::Approx(1).epsilon(0.1));
+    // The surface is where it was.
+    const Imath::Box3d before = bounds_of(test::need(read_scene(workshop.garment)));
+    const Imath::Box3d after = bounds_of(test::need(read_scene(workshop.output)));
+    CHECK((before.min - after.min).length() + (before.max - after.max).length() <
+          1e-6 * before.size().length());
+    for (const Error& issue : check_gltf(workshop.output, {})) {
+      if (issue.code != Code::gltf_advice) FAIL_CHECK(to_line(issue));
+    }
+  }
+}
