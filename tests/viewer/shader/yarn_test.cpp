@@ -29,6 +29,7 @@ YarnData waves(float period, int curves, bool strands) {
     curve.albedo = {0.7F, 0.5F, 0.3F};
     curve.gloss = {0.2F, 0.4F};
     curve.fibre_slope = 0.5F;
+    if (c % 2 == 1) curve.flattening = 0.6F;  // one round and one of plies
     if (c >= 2) curve.plies = {c, 3, 2 * c + 1, 0.5F, {-0.5F, 0.25F, 0.75F}};
     // Three quarters have strands: wide and thin ones, one as of yarn turned over.
     if (strands && c % 4 > 0)
