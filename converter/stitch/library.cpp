@@ -26,10 +26,12 @@ namespace {
 /// Maximum thickness of woven cloth, in radii; a crossing of two yarns takes 4.
 constexpr double woven_thickness = 5.5;
 constexpr double woven_hold = 0.05;
+/// Of drafts, whose yarns have no room: flat yarns push each other less aside, and so held make more room.
+constexpr double flat_draft_hold = 0.015;
 
-/// How woven yarn gets flat by default: the denser of warp and weft keeps its area and gets wider, no wider than
-/// its lane, while the other gets thinner and shows no more of itself than round yarn, or is round; both get
-/// thinner; none is flat.
+/// How woven yarn gets flat by default: the denser of warp and weft keeps its area and gets wider, no wider
+/// than its lane, while the other gets thinner and shows no more of itself than round yarn, or is round; both
+/// get thinner; none is flat.
 enum class Flat { wide, wide_by_round, thin, none };
 
 struct BuiltIn {
@@ -109,8 +111,8 @@ BuiltIn knit(const char* name, const char* description, std::vector<std::string>
   return stitch;
 }
 
-/// Makes the section of woven yarn flat that has the radius of round yarn. `dense`: its system is no less dense
-/// than the other.
+/// Makes the section of woven yarn flat that has the radius of round yarn. `dense`: its system is no less
+/// dense than the other.
 void flatten(const StitchValues& values, const std::string& prefix, double lane_mm, bool dense, Flat flat,
              Yarn& yarn) {
   apply_flattening(values, prefix, yarn);
@@ -168,8 +170,8 @@ BuiltIn weave(const char* name, const char* description, const char* kind_name, 
     const auto yarns = [&](const std::string& prefix, const System& system, double lane_mm, bool dense,
                            std::size_t count) {
       Yarn yarn = coloured(system.albedo, radius_for(values, prefix + "_radius_mm", gauge), gloss);
-      flatten(values, prefix + "_", lane_mm, dense, flat, yarn);
       apply_settings(values, prefix + "_", shorter(warp_spacing, weft_spacing), yarn);
+      flatten(values, prefix + "_", lane_mm, dense, flat, yarn);
       std::vector<Yarn> all(count, yarn);
       for (std::size_t i = 0; i < count; ++i) all[i].name = fmt::format("{} {}", prefix, i + 1);
       return all;
@@ -256,7 +258,8 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& setting
     if (auto ok = set_seed(*values, stitch.info.name, drawn); !ok) return tl::unexpected(ok.error());
     result = relax(drawn, options);
     fits = result.part >= 1 - touching_overlap;
-    // Wide yarn may be scaled down, as long as it covers no less than round yarn, and thin yarn that is asked for.
+    // Wide yarn may be scaled down, as long as it covers no less than round yarn, and thin yarn that is asked
+    // for.
     if (!fits && !given && flat == Flat::thin) fits = said;
     if (!fits && !given && flat == Flat::wide) {
       fits = true;
@@ -320,6 +323,7 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
     for (Yarn& yarn : *yarns) {
       apply_flattening(*values, prefix, yarn);
       yarn.radius_mm *= std::sqrt(yarn.flattening);
+      if (yarn.flattening < 1) options.hold = flat_draft_hold;
     }
   }
   Relaxed result = relax(draw_weave(draft->weave, name), options);

@@ -84,7 +84,8 @@ bool reaches_cell(const Yarns::Block& block, std::size_t k, const Yarns::Segment
   const V2f along(segment.along.x, segment.along.y);
   const float length2 = along.length2();
   const float share = length2 > 0 ? std::clamp(-start.dot(along) / length2, 0.0F, 1.0F) : 0;
-  return (start + along * share).length() <= 1.001F * (segment.wide(block.reach[k]) + 0.5F * cell_size.length());
+  return (start + along * share).length() <=
+         1.001F * (segment.wide(block.reach[k]) + 0.5F * cell_size.length());
 }
 
 void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {

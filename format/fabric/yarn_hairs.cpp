@@ -22,8 +22,8 @@ double number(std::uint32_t hashed_seed, int hair, Drawn k) {
   return ((strand_hash(hashed_seed ^ place) >> 8U) + 0.5) * 0x1p-24;
 }
 
-/// The point of a chain's segment at a share of it, seen from its start, and the direction there: those of the
-/// round section.
+/// The point of a chain's segment at a share of it, seen from its start, and the direction there: those of
+/// the round section.
 struct OnChain {
   V3d off, tangent;
 };
@@ -118,8 +118,8 @@ std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> node
         stretched(tangent + tangent.cross(round) * static_cast<double>(curve.fibre_slope), squeeze)
             .normalized();
     const V3d beside = hair.normal.cross(fibre) * (sense.x * sense.y);
-    const double radius = static_cast<double>(radius_of_plies(curve)) *
-                          strand_swell(curve.strands, share, byte_of_thickness);
+    const double radius =
+        static_cast<double>(radius_of_plies(curve)) * strand_swell(curve.strands, share, byte_of_thickness);
     const V3d root = V3d(s.start) + stretched(off + round * thin_radius(radius, squeeze), squeeze);
     const auto shape = hair_shape(curve.hairs, seed, h);
     for (int k = 0; k < hair_points; ++k)

@@ -111,8 +111,7 @@ SELVEDGE_INLINE void place_surface(const Group* const* segments, const CurveLane
     store(unit(curves.flat ? s.stretched(fibre) : fibre), surface.fibre, i);
     or_root(if_greater(norm2, zero, cosine * scale, Wide(1)), s.across[0].x).store(&surface.cosine[i]);
     or_root(if_greater(norm2, zero, sine * scale, zero), s.across[0].y).store(&surface.sine[i]);
-    or_root(round.dot(s.out[0] + (s.out[1] - s.out[0]) * at.share), s.across[0].z)
-        .store(&surface.outward[i]);
+    or_root(round.dot(s.out[0] + (s.out[1] - s.out[0]) * at.share), s.across[0].z).store(&surface.outward[i]);
   }
 }
 SELVEDGE_THREE_BODIES(place_surface,

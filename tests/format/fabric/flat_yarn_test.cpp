@@ -159,7 +159,8 @@ TEST_CASE("hairs of a flat yarn begin on its ellipse, in the direction of its no
     CHECK(std::pow(root.x / a, 2) + std::pow(root.y / b, 2) == doctest::Approx(1).epsilon(1e-4));
     const V2d normal = V2d(root.x / (a * a), root.y / (b * b)).normalized();
     CHECK((across_and_up(hair.normal) - normal).length() < 1e-4);
-    // A free end leaves at no more than 70 degrees from the normal, and its first piece turns by at most 1.8 / 7.
+    // A free end leaves at no more than 70 degrees from the normal, and its first piece turns by at most 1.8
+    // / 7.
     CHECK((hair.points[1] - hair.points[0]).normalized().dot(hair.normal) > std::cos(1.49));
   }
 }
@@ -207,7 +208,8 @@ TEST_CASE("a file of flat yarn is of version 3.3, has a field more, and is read 
   // A field before those of hairs.
   YarnData hairy = aslant(0.7F);
   hairy.curves[0].hairs = {3, 0.2F, 0, 0.01F, 1};
-  CHECK(need(yarns_from_values(curve_values(hairy), indirect_values(hairy), counts_of(hairy), {2, 2})) == hairy);
+  CHECK(need(yarns_from_values(curve_values(hairy), indirect_values(hairy), counts_of(hairy), {2, 2})) ==
+        hairy);
   fabric.period_mm = {2, 2};
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(data, fabric.period_mm));
   need(write_fabric(folder / "f.exr", fabric));
