@@ -51,9 +51,9 @@ export function hairs_of(curve, chain, sideways) {
                         plus(times(t_0, 1 - 4 * s + 3 * s * s), t_1, 3 * s * s - 2 * s), length));
     const A = unit(across(mix(A_0, A_1), T)), angle = 2 * PI * u(2);
     const light = [sense[0] * cos(angle), sense[1] * sin(angle)];
-    const n = plus(times(A, light[0]), cross(T, A), light[1]), N = unit(squeezed(n, g));
-    const F = unit(stretched(plus(T, cross(T, n), slope), g)), G = times(cross(N, F), sense[0] * sense[1]);
-    const root = plus(start, stretched(plus(off, n, thin(curve.ply_radius * swell(strands, u(0)), g)), g));
+    const round_normal = plus(times(A, light[0]), cross(T, A), light[1]), N = unit(squeezed(round_normal, g));
+    const F = unit(stretched(plus(T, cross(T, round_normal), slope), g)), G = times(cross(N, F), sense[0] * sense[1]);
+    const root = plus(start, stretched(plus(off, round_normal, thin(curve.ply_radius * swell(strands, u(0)), g)), g));
     const place = ([a, b, c]) => plus(plus(plus(root, F, a), G, b), N, c);
     const points = [root, ...shape_of(hairs, u).map(place)];
     return points.slice(1).map((end, k) => {
@@ -62,7 +62,7 @@ export function hairs_of(curve, chain, sideways) {
         ...of,
         length: hypot(...way),
         tangents: [unit(way), unit(way)],
-        across: [[...light, dot(n, mix(E_0, E_1))], [0, 0, 0]],
+        across: [[...light, dot(round_normal, mix(E_0, E_1))], [0, 0, 0]],
         out: [[0, 0, 0], [0, 0, 0]],
         stations: [u(0) * stations, u(0) * stations],
         rows: [0, 0],
