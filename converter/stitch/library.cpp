@@ -29,11 +29,6 @@ constexpr double woven_hold = 0.05;
 /// Of drafts, whose yarns have no room: flat yarns push each other less aside, and so held make more room.
 constexpr double flat_draft_hold = 0.015;
 
-/// How woven yarn gets flat by default: the denser of warp and weft keeps its area and gets wider, no wider
-/// than its lane, while the other gets thinner and shows no more of itself than round yarn, or is round; both
-/// get thinner; none is flat.
-enum class Flat { wide, wide_by_round, thin, none };
-
 struct BuiltIn {
   StitchInfo info;
   /// The yarns as drawn, before relaxation.
@@ -109,25 +104,6 @@ BuiltIn knit(const char* name, const char* description, std::vector<std::string>
     return draw_knit(chart, name);
   };
   return stitch;
-}
-
-/// Makes the section of woven yarn flat that has the radius of round yarn. `dense`: its system is no less
-/// dense than the other.
-void flatten(const StitchValues& values, const std::string& prefix, double lane_mm, bool dense, Flat flat,
-             Yarn& yarn) {
-  apply_flattening(values, prefix, yarn);
-  const bool said = values.is_set(prefix + "flattening") || values.is_set("flattening");
-  const double round = yarn.radius_mm;
-  const double lane = std::max(round, 0.5 * lane_mm);
-  const bool wide = dense && (flat == Flat::wide || flat == Flat::wide_by_round);
-  if (!said && wide) {
-    yarn.flattening = std::max(yarn.flattening, std::pow(round / lane, 2));
-  } else if (!said && (flat != Flat::thin && flat != Flat::wide)) {
-    yarn.flattening = 1;
-  } else if (!values.is_set(prefix + "radius_mm")) {
-    const double thin = std::sqrt(yarn.flattening);
-    yarn.radius_mm = wide ? std::min(round, lane * thin) : round * thin;
-  }
 }
 
 /// The warp or the weft of a weave.
@@ -237,6 +213,12 @@ Result<void> lay_repeats(const StitchValues& values, const std::string& name, Fo
   return validate(found.pattern, name);
 }
 
+double thinnest_of(const StitchPattern& pattern) {
+  double thinnest = pattern.yarns.front().radius_mm;
+  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, yarn.radius_mm);
+  return thinnest;
+}
+
 Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& settings) {
   const auto values = StitchValues::create(stitch.info.name, stitch.info.parameters, settings);
   if (!values) return tl::unexpected(values.error());
@@ -276,6 +258,14 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& setting
             result.part));
   }
   FoundStitch found{.pattern = std::move(result.pattern)};
+  if (!given && stitch.hold > 0) {
+    // Steep sections turn along a piece of the simulation, and may overlap by more than touching_overlap.
+    const auto clearance = minimum_clearance(found.pattern, stitch.info.name);
+    if (!clearance) return tl::unexpected(clearance.error());
+    const double overlap = -*clearance / thinnest_of(found.pattern);
+    if (overlap > touching_overlap)
+      for (Yarn& yarn : found.pattern.yarns) yarn.radius_mm *= 1 - 0.5 * overlap;
+  }
   if (auto ok = lay_repeats(*values, stitch.info.name, found); !ok) return tl::unexpected(ok.error());
   return found;
 }
@@ -290,12 +280,6 @@ std::vector<StitchParameter> draft_parameters() {
     append_yarn(parameters, prefix, kind, 10, {});
   }
   return parameters;
-}
-
-double thinnest_of(const StitchPattern& pattern) {
-  double thinnest = pattern.yarns.front().radius_mm;
-  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, yarn.radius_mm);
-  return thinnest;
 }
 
 double shorter_period(const StitchPattern& pattern) {
