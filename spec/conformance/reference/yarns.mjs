@@ -82,18 +82,19 @@ export function surface({segment, from_start}) {
   return {N, F, cos_a: c / hypot(c, e), sin_a: e / hypot(c, e), x: x < 0 ? x + curve.stations : x, b};
 }
 
-/** Whether yarn hides the light from a point. */
+/** Whether yarn hides the light from a point; 'by a tip': only the ball at the end of a segment does, perhaps a hair's. */
 function is_hidden(yarns, point, L) {
-  let hidden = false;
+  let hidden = false, by_tip = false;
   for_each_near(yarns, point, L, max(0, (yarns.top - point[2]) / L[2]), (segment, from) => {
     const {round, length, radius, squeeze} = segment, off = squeezed(from, squeeze);
     const s = min(max(dot(off, round) / length ** 2, 0), 1);
     // The tip of a hair as well, which is no other segment's.
     const tip = {...segment, ball: radius, round: times(round, -1)};
-    const t = min(entry(segment, from, L), entry(tip, minus(from, segment.along), L));
-    hidden ||= hypot(...plus(off, round, -s)) < radius || (t >= 0 && t < Infinity);
+    const is_met = (t) => t >= 0 && t < Infinity;
+    by_tip ||= is_met(entry(tip, minus(from, segment.along), L));
+    hidden ||= hypot(...plus(off, round, -s)) < radius || is_met(entry(segment, from, L));
   });
-  return hidden;
+  return hidden || (by_tip && 'by a tip');
 }
 
 /** D M / (4 N.L N.V) of the fibres: GGX of width `along` along F and 1 along N x F. */
