@@ -112,13 +112,16 @@ std::vector<Place> places_about(const Yarns& yarns, int curve, int station) {
     for (int a = 0; a < around; ++a) {
       const double angle = plies == 1 ? 2 * pi * a / around : reach * (2 * (a + 0.5) / around - 1);
       Place place;
-      place.normal = from * std::cos(angle) + tangent.cross(from) * std::sin(angle);
+      const V3d round = from * std::cos(angle) + tangent.cross(from) * std::sin(angle);
+      const V2d squeeze(frame.squeeze);
+      place.normal = squeezed(round, squeeze).normalized();
       place.radius = static_cast<double>(frame.radius);
-      place.above = V3d(frame.position) + place.normal * (1.15 * place.radius);
-      place.outward = place.normal.dot(V3d(frame.out));
+      place.above = V3d(frame.position) + stretched(round, squeeze) * place.radius +
+                    place.normal * (0.15 * place.radius);
+      place.outward = round.dot(V3d(frame.out));
       if (plies > 1) place.seen = (std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach));
-      const auto basis = angle_basis(static_cast<float>(place.normal.dot(V3d(frame.across))),
-                                     static_cast<float>(place.normal.dot(tangent.cross(V3d(frame.across)))));
+      const auto basis = angle_basis(static_cast<float>(round.dot(V3d(frame.across))),
+                                     static_cast<float>(round.dot(tangent.cross(V3d(frame.across)))));
       for (int i = 0; i < angle_functions; ++i) place.row[i] = static_cast<double>(basis[i]);
       places.push_back(place);
     }

@@ -8,6 +8,7 @@
 
 #include "converter/mesh/yarn_noise.h"
 #include "converter/stitch/fibres.h"
+#include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/hairs.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/yarn_frames.h"
@@ -80,7 +81,8 @@ void lay_ply(const Yarn& ply, int index, const Section& section, std::uint64_t s
       const double turned = turn * share;
       const V2d placed(at.x * std::cos(turned) - at.y * std::sin(turned),
                        at.x * std::sin(turned) + at.y * std::cos(turned));
-      fibres.points.emplace_back(s.position + s.across * placed.x + s.tangent.cross(s.across) * placed.y);
+      const V3d off = s.across * placed.x + s.tangent.cross(s.across) * placed.y;
+      fibres.points.emplace_back(s.position + stretched(off, s.squeeze) * thin_radius(1.0, s.squeeze));
     }
   }
 }

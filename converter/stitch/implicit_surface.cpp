@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "converter/mesh/yarn_chain.h"
+#include "converter/stitch/flat_yarn.h"
 
 namespace selvedge {
 namespace {
@@ -72,11 +73,18 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
     const Yarn& yarn = pattern.yarns[y];
     double length = 0;
     const std::size_t first = pieces_.size();
-    for (const BezierSegment& segment : yarn.segments) {
+    for (std::size_t i = 0; i < yarn.segments.size(); ++i) {
+      const BezierSegment& segment = yarn.segments[i];
       for (const CurveSpan& span :
            spans_of(segment, span_length_radii * yarn.radius_mm, span_sag_radii * yarn.radius_mm)) {
         pieces_.push_back({segment, span, yarn.radius_mm, static_cast<int>(y), length});
-        length += pieces_.back().length();
+        Piece& piece = pieces_.back();
+        length += piece.length();
+        if (yarn.flattening == 1) continue;
+        piece.start_squeeze = selvedge::squeeze_at(yarn, i, span.t0);
+        piece.end_squeeze = selvedge::squeeze_at(yarn, i, span.t1);
+        piece.least_share = 1 - std::max(piece.start_squeeze.length2(), piece.end_squeeze.length2());
+        if (!yarn.squeezes.empty()) piece.search_squeeze = piece.squeeze_at(0.5 * (span.t0 + span.t1));
       }
     }
     yarn_length_.push_back(length);
@@ -87,8 +95,11 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
       Piece& piece = pieces_[p];
       piece.start_radius = radius_at(piece.start_length);
       piece.end_radius = radius_at(piece.start_length + piece.length());
-      piece.radius = std::max(piece.start_radius, piece.end_radius);
-      const double margin = piece.radius + piece.span.sag;
+      const double larger = std::max(piece.start_radius, piece.end_radius);
+      piece.radius = larger / std::sqrt(piece.least_share);
+      const double thickest =
+          std::max(thin_radius(larger, piece.start_squeeze), thin_radius(larger, piece.end_squeeze));
+      const double margin = thickest + piece.span.sag;
       low_ = std::min(low_, std::min(piece.span.start.z, piece.span.end.z) - margin);
       high_ = std::max(high_, std::max(piece.span.start.z, piece.span.end.z) + margin);
     }
@@ -161,6 +172,20 @@ bool ImplicitSurface::index(double size) {
   return true;
 }
 
+V2d ImplicitSurface::Piece::squeeze_at(double t) const {
+  if (!flat()) return {0, 0};
+  const V2d between = start_squeeze + (end_squeeze - start_squeeze) * part(t);
+  const double length = start_squeeze.length() + (end_squeeze.length() - start_squeeze.length()) * part(t);
+  return between.length2() > 0 ? between * (length / between.length()) : between;
+}
+
+double ImplicitSurface::Piece::nearest_to(const V3d& point) const {
+  if (search_squeeze == V2d(0, 0)) return nearest_parameter(segment, span.t0, span.t1, point);
+  BezierSegment round = segment;
+  for (V3d& p : round) p = squeezed(p, search_squeeze);
+  return nearest_parameter(round, span.t0, span.t1, squeezed(point, search_squeeze));
+}
+
 V3d ImplicitSurface::wrap(const V3d& point) const {
   return {wrap_into(point.x, period_.x), wrap_into(point.y, period_.y), point.z};
 }
@@ -184,20 +209,24 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
     const Piece& piece = pieces_[entry.piece];
     const V3d local = wrapped - V3d(entry.shift_x * period_.x, entry.shift_y * period_.y, 0);
     const double bound = chord_distance(local, piece.span.start, piece.span.end) - piece.span.sag;
-    if (bound - piece.radius >= best.distance) continue;
-    const double t = nearest_parameter(piece.segment, piece.span.t0, piece.span.t1, local);
-    const V3d offset = local - point_at(piece.segment, t);
+    const double beyond = bound - piece.radius;
+    if (std::min(beyond, beyond * piece.least_share) >= best.distance) continue;
+    const double t = piece.nearest_to(local);
+    const V2d squeeze = piece.squeeze_at(t);
+    const V3d offset = squeezed(local - point_at(piece.segment, t), squeeze);
     const double length = offset.length();
-    const double radius = piece.radius_at(t);
+    const double radius = thin_radius(piece.radius_at(t), squeeze);
     if (length - radius < best.distance) {
       best.distance = length - radius;
-      best.gradient = length > 0 ? offset / length : V3d(0, 0, 0);
+      best.round = length > 0 ? offset / length : V3d(0, 0, 0);
+      best.squeeze = squeeze;
       best.yarn = piece.yarn;
       nearest = &piece;
       parameter = t;
     }
   }
   if (nearest == nullptr) return best;
+  best.gradient = nearest->flat() ? squeezed(best.round, best.squeeze).normalized() : best.round;
   best.tangent = derivative_at(nearest->segment, parameter).normalized();
   const double length = nearest->length();
   best.along = (nearest->start_length + nearest->part(parameter) * length) / yarn_length_[best.yarn];
@@ -207,7 +236,7 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
 
 Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file) {
   double largest = 0;
-  for (const Yarn& yarn : pattern.yarns) largest = std::max(largest, yarn.radius_mm);
+  for (const Yarn& yarn : pattern.yarns) largest = std::max(largest, wide_of(yarn));
   // The reach counts from a centre line, so it is one radius larger.
   auto built = ImplicitSurface::build(pattern, 2 * largest, file);
   if (!built) return tl::unexpected(built.error());
@@ -253,9 +282,17 @@ Result<double> minimum_clearance(const StitchPattern& pattern, const std::string
             wrapped - V3d(entry.shift_x * surface.period_.x, entry.shift_y * surface.period_.y, 0);
         const double radii = a.radius + b.radius;
         if (chord_distance(local, b.span.start, b.span.end) - b.span.sag - radii >= smallest) continue;
-        const double tb = nearest_parameter(b.segment, b.span.t0, b.span.t1, local);
+        const double tb = b.nearest_to(local);
         if (adjacent(a, ta, b, tb, V2i(entry.shift_x, entry.shift_y) + cell)) continue;
-        smallest = std::min(smallest, (local - point_at(b.segment, tb)).length() - radii);
+        const V3d apart = local - point_at(b.segment, tb);
+        if (apart.length2() == 0 || !(a.flat() || b.flat())) {
+          smallest = std::min(smallest, apart.length() - radii);
+          continue;
+        }
+        const Section of_a{a.radius_at(ta), a.squeeze_at(ta)};
+        const Section of_b{b.radius_at(tb), b.squeeze_at(tb)};
+        const V3d d = direction_between(apart, of_a, of_b);
+        smallest = std::min(smallest, apart.dot(d) - support_of(of_a, d) - support_of(of_b, d));
       }
     }
   }

@@ -4,7 +4,9 @@
 //   f(p) = minimum over all yarns and their copies of ( distance from p to the yarn's curve - its radius
 //   there )
 //
-// in millimetres, negative inside. The distance is to the cubic curve itself, not to a polyline.
+// in millimetres, negative inside. The distance is to the cubic curve itself, not to a polyline. Of flat yarn
+// it is that in its round section (format/fabric/yarn_section.h): no more than the distance, and no less than
+// its flattening times it.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +20,8 @@ namespace selvedge {
 struct SurfaceSample {
   double distance = 0;    ///< f, mm
   V3d gradient{0, 0, 0};  ///< unit, away from the nearest skeleton; zero on the skeleton and beyond the reach
+  V3d round{0, 0, 0};     ///< the gradient in the round section, unit
+  V2d squeeze{0, 0};      ///< of the section
   V3d tangent{0, 0, 0};   ///< unit, along the nearest yarn; zero beyond the reach
   int yarn = -1;          ///< index of the nearest yarn; -1 beyond the reach
   double along = 0;       ///< place on the nearest yarn's chain, as a share of its length
@@ -45,15 +49,24 @@ class ImplicitSurface {
   struct Piece {
     BezierSegment segment;
     CurveSpan span;
-    double radius = 0;  ///< the larger one of both ends
+    double radius = 0;  ///< half the width, the larger one of both ends
     int yarn = 0;
     double start_length = 0;  ///< along the yarn's chain, by chords, mm
     double start_radius = 0;
     double end_radius = 0;
+    V2d start_squeeze{0, 0};
+    V2d end_squeeze{0, 0};
+    double least_share = 1;  ///< of thickness in width
+    /// The nearest point is sought in the section of a ply's middle; across a yarn it is the nearest of all.
+    V2d search_squeeze{0, 0};
     /// Share of the way from start to end.
     double part(double t) const { return (t - span.t0) / (span.t1 - span.t0); }
     double length() const { return (span.end - span.start).length(); }
     double radius_at(double t) const { return start_radius + part(t) * (end_radius - start_radius); }
+    bool flat() const { return least_share < 1; }
+    /// As flat as between both ends, also where the yarn turns.
+    V2d squeeze_at(double t) const;
+    double nearest_to(const V3d& point) const;
   };
   struct Entry {
     std::int32_t piece;
@@ -83,11 +96,12 @@ class ImplicitSurface {
   std::vector<double> yarn_length_;
 };
 
-/// The minimum distance between yarn surfaces, mm: that of the centre lines minus both radii, negative if
-/// yarns overlap, at most the largest radius. Covers all pairs, copies in other cells included, except parts
-/// of one yarn less than pi radii apart along it: a yarn bent no tighter than its own radius does not touch
-/// itself there (Schur's comparison theorem). Sampled at points 1/16 radius apart along the yarns: too large
-/// by at most 1e-3 radii where yarns cross. Precondition: validate(pattern) holds.
+/// The minimum distance between yarn surfaces, mm: that of the centre lines minus both radii (of flat yarn,
+/// that of sections in the direction in which there is most room), negative if yarns overlap, at most the
+/// largest radius. Covers all pairs, copies in other cells included, except parts of one yarn less than pi
+/// radii apart along it: a yarn bent no tighter than its own radius does not touch itself there (Schur's
+/// comparison theorem). Sampled at points 1/16 radius apart along the yarns: too large by at most 1e-3 radii
+/// where yarns cross. Precondition: validate(pattern) holds.
 Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file);
 
 }  // namespace selvedge

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "converter/stitch/fibres.h"
+#include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/knit.h"
 #include "converter/stitch/pattern_json.h"
@@ -25,11 +26,13 @@ namespace {
 /// Maximum thickness of woven cloth, in radii; a crossing of two yarns takes 4.
 constexpr double woven_thickness = 5.5;
 constexpr double woven_hold = 0.05;
+/// Of drafts, whose yarns have no room: flat yarns push each other less aside, and so held make more room.
+constexpr double flat_draft_hold = 0.015;
 
 struct BuiltIn {
   StitchInfo info;
   /// The yarns as drawn, before relaxation.
-  std::function<StitchPattern(const StitchValues&)> draw;
+  std::function<StitchPattern(const StitchValues&, Flat)> draw;
   double max_thickness = 0;  ///< RelaxOptions
   double hold = 0;
   /// The names of the parameters that are radii, for a message.
@@ -85,15 +88,16 @@ BuiltIn knit(const char* name, const char* description, std::vector<std::string>
     return std::min(wale * static_cast<double>(wales), course * static_cast<double>(courses));
   };
   for (std::size_t k = 0; k < albedo.size(); ++k) {
-    if (k > 0) parameters.push_back(kind_parameter(prefix_of(k), kind));
+    if (k > 0) append(parameters, shared_parameters(prefix_of(k), kind));
     append_yarn(parameters, prefix_of(k), kind, shorter(wale_mm, course_mm), coloured(albedo[k], radius_mm));
   }
   stitch.radii = "radius_mm";
-  stitch.draw = [=, rows = std::move(rows), albedo = std::move(albedo)](const StitchValues& values) {
+  stitch.draw = [=, rows = std::move(rows), albedo = std::move(albedo)](const StitchValues& values, Flat) {
     KnitChart chart{rows, values.number("wale_mm"), values.number("course_mm"), {}};
     const double gauge = std::min(chart.wale_mm / wale_mm, chart.course_mm / course_mm);
     for (std::size_t k = 0; k < albedo.size(); ++k) {
       Yarn yarn = coloured(albedo[k], radius_for(values, "radius_mm", gauge));
+      apply_flattening(values, prefix_of(k), yarn);
       apply_settings(values, prefix_of(k), shorter(chart.wale_mm, chart.course_mm), yarn);
       chart.yarns.push_back(yarn);
     }
@@ -126,27 +130,31 @@ BuiltIn weave(const char* name, const char* description, const char* kind_name, 
     return std::min(warp_mm * static_cast<double>(columns), weft_mm * static_cast<double>(count));
   };
   for (const auto& [prefix, system] : {std::pair("warp_", warp), std::pair("weft_", weft)}) {
-    parameters.push_back(kind_parameter(prefix, kind));
+    append(parameters, shared_parameters(prefix, kind));
     append_yarn(parameters, prefix, kind, shorter(warp.spacing_mm, weft.spacing_mm),
                 coloured(system.albedo, system.radius_mm, gloss));
   }
   stitch.max_thickness = woven_thickness;
   stitch.hold = woven_hold;
   stitch.radii = "warp_radius_mm, weft_radius_mm";
-  stitch.draw = [=, rows = std::move(rows)](const StitchValues& values) {
+  stitch.draw = [=, rows = std::move(rows)](const StitchValues& values, Flat flat) {
     const double warp_spacing = values.number("warp_spacing_mm");
     const double weft_spacing = values.number("weft_spacing_mm");
     const double gauge = std::min(warp_spacing / warp.spacing_mm, weft_spacing / weft.spacing_mm);
-    const auto yarns = [&](const std::string& prefix, const System& system, std::size_t count) {
+    const double warp_density = radius_for(values, "warp_radius_mm", gauge) / warp_spacing;
+    const double weft_density = radius_for(values, "weft_radius_mm", gauge) / weft_spacing;
+    const auto yarns = [&](const std::string& prefix, const System& system, double lane_mm, bool dense,
+                           std::size_t count) {
       Yarn yarn = coloured(system.albedo, radius_for(values, prefix + "_radius_mm", gauge), gloss);
       apply_settings(values, prefix + "_", shorter(warp_spacing, weft_spacing), yarn);
+      flatten(values, prefix + "_", lane_mm, dense, flat, yarn);
       std::vector<Yarn> all(count, yarn);
       for (std::size_t i = 0; i < count; ++i) all[i].name = fmt::format("{} {}", prefix, i + 1);
       return all;
     };
     const std::size_t columns = rows.front().size();
-    Weave weave{yarns("warp", warp, columns),
-                yarns("weft", weft, rows.size()),
+    Weave weave{yarns("warp", warp, warp_spacing, warp_density >= weft_density, columns),
+                yarns("weft", weft, weft_spacing, weft_density >= warp_density, rows.size()),
                 std::vector<double>(columns, warp_spacing),
                 std::vector<double>(rows.size(), weft_spacing),
                 {}};
@@ -205,17 +213,44 @@ Result<void> lay_repeats(const StitchValues& values, const std::string& name, Fo
   return validate(found.pattern, name);
 }
 
+double thinnest_of(const StitchPattern& pattern) {
+  double thinnest = pattern.yarns.front().radius_mm;
+  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, yarn.radius_mm);
+  return thinnest;
+}
+
 Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& settings) {
   const auto values = StitchValues::create(stitch.info.name, stitch.info.parameters, settings);
   if (!values) return tl::unexpected(values.error());
-  StitchPattern drawn = stitch.draw(*values);
-  if (auto sound = set_seed(*values, stitch.info.name, drawn); !sound) return tl::unexpected(sound.error());
   RelaxOptions options;
   options.gap = values->number("slack");
   options.max_thickness = stitch.max_thickness;
   options.hold = stitch.hold;
-  Relaxed result = relax(drawn, options);
-  if (result.part < 1 - touching_overlap) {
+  const bool given =
+      values->is_set("radius_mm") || values->is_set("warp_radius_mm") || values->is_set("weft_radius_mm");
+  const bool said =
+      values->is_set("flattening") || values->is_set("warp_flattening") || values->is_set("weft_flattening");
+  const std::vector<Yarn> thin = stitch.draw(*values, Flat::thin).yarns;
+  std::vector<Yarn> tried;
+  Relaxed result;
+  bool fits = false;
+  for (const Flat flat : {Flat::wide, Flat::wide_by_round, Flat::thin, Flat::none}) {
+    StitchPattern drawn = stitch.draw(*values, flat);
+    if (fits || drawn.yarns == tried || (given && flat == Flat::thin)) continue;
+    if (auto ok = set_seed(*values, stitch.info.name, drawn); !ok) return tl::unexpected(ok.error());
+    result = relax(drawn, options);
+    fits = result.part >= 1 - touching_overlap;
+    // Wide yarn may be scaled down, as long as it covers no less than round yarn, and thin yarn that is asked
+    // for.
+    if (!fits && !given && flat == Flat::thin) fits = said;
+    if (!fits && !given && flat == Flat::wide) {
+      fits = true;
+      for (std::size_t y = 0; y < thin.size(); ++y)
+        fits &= result.part * wide_of(drawn.yarns[y]) >= (1 - touching_overlap) * wide_of(thin[y]);
+    }
+    tried = std::move(drawn.yarns);
+  }
+  if (!fits) {
     return fail(
         Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii,
         fmt::format(
@@ -223,6 +258,14 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& setting
             result.part));
   }
   FoundStitch found{.pattern = std::move(result.pattern)};
+  if (!given && stitch.hold > 0) {
+    // Steep sections turn along a piece of the simulation, and may overlap by more than touching_overlap.
+    const auto clearance = minimum_clearance(found.pattern, stitch.info.name);
+    if (!clearance) return tl::unexpected(clearance.error());
+    const double overlap = -*clearance / thinnest_of(found.pattern);
+    if (overlap > touching_overlap)
+      for (Yarn& yarn : found.pattern.yarns) yarn.radius_mm *= 1 - 0.5 * overlap;
+  }
   if (auto ok = lay_repeats(*values, stitch.info.name, found); !ok) return tl::unexpected(ok.error());
   return found;
 }
@@ -233,16 +276,10 @@ std::vector<StitchParameter> draft_parameters() {
   const int kind = find_yarn_kind("cotton").value();
   append(parameters, common_parameters(kind));
   for (const char* prefix : {"warp_", "weft_"}) {
-    parameters.push_back(kind_parameter(prefix, kind));
+    append(parameters, shared_parameters(prefix, kind));
     append_yarn(parameters, prefix, kind, 10, {});
   }
   return parameters;
-}
-
-double thinnest_of(const StitchPattern& pattern) {
-  double thinnest = pattern.yarns.front().radius_mm;
-  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, yarn.radius_mm);
-  return thinnest;
 }
 
 double shorter_period(const StitchPattern& pattern) {
@@ -264,6 +301,15 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   options.gap = values->number("slack");
   options.max_thickness = woven_thickness;
   options.hold = woven_hold;
+  // A draft's thickness is the width that its yarns show.
+  for (auto [prefix, yarns] :
+       {std::pair("warp_", &draft->weave.warp), std::pair("weft_", &draft->weave.weft)}) {
+    for (Yarn& yarn : *yarns) {
+      apply_flattening(*values, prefix, yarn);
+      yarn.radius_mm *= std::sqrt(yarn.flattening);
+      if (yarn.flattening < 1) options.hold = flat_draft_hold;
+    }
+  }
   Relaxed result = relax(draw_weave(draft->weave, name), options);
   found.pattern = std::move(result.pattern);
   if (auto sound = validate(found.pattern, path); !sound) return tl::unexpected(sound.error());
@@ -280,9 +326,8 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   if (auto sound = set_seed(*values, path, found.pattern); !sound) return tl::unexpected(sound.error());
   found.thickness_share = result.part * thinner;
   if (found.thickness_share < 0.995) {
-    found.remarks.push_back(
-        fmt::format("yarns thinned to {:.2f} of the draft's thickness: round ones have no more room",
-                    found.thickness_share));
+    found.remarks.push_back(fmt::format(
+        "yarns thinned to {:.2f} of the draft's thickness: there is no more room", found.thickness_share));
   }
   if (auto ok = lay_repeats(*values, path, found); !ok) return tl::unexpected(ok.error());
   return found;
@@ -313,7 +358,10 @@ Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSet
   if (!pattern) return tl::unexpected(pattern.error());
   const auto values = StitchValues::create(name_or_path, common_parameters(), settings);
   if (!values) return tl::unexpected(values.error());
-  for (Yarn& yarn : pattern->yarns) apply_settings(*values, "", shorter_period(*pattern), yarn);
+  for (Yarn& yarn : pattern->yarns) {
+    apply_flattening(*values, "", yarn);
+    apply_settings(*values, "", shorter_period(*pattern), yarn);
+  }
   if (values->is_set("seed")) {
     if (auto ok = set_seed(*values, name_or_path, *pattern); !ok) return tl::unexpected(ok.error());
   }

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "converter/stitch/fibres.h"
+#include "converter/stitch/parameters.h"
+#include "format/fabric/yarn_section.h"
 
 #include "format/fabric/yarn_hairs.h"
 
@@ -68,6 +70,10 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
     if (r.value >= 0 && r.value <= r.max) continue;
     return refuse(fmt::format("/{}", r.name),
                   fmt::format("{} must lie in [0, {}], is {}", r.name, r.max, r.value));
+  }
+  if (!(yarn.flattening >= shortest(min_flattening) && yarn.flattening <= 1)) {
+    return refuse("/flattening", fmt::format("flattening must lie in [{}, 1], is {}",
+                                             shortest(min_flattening), yarn.flattening));
   }
   if (yarn.hairiness > 0 && !(yarn.hair_mm > 0 && max_hair * yarn.hair_mm <= shorter)) {
     return refuse("/hair_mm", fmt::format("hairs of {} mm on average, the longest {} times as long, must be "

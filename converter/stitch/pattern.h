@@ -21,7 +21,7 @@ namespace selvedge {
 /// start of the first plus whole periods (the yarn runs on into the next cell), or exactly there (a ring).
 struct Yarn {
   std::string name;
-  double radius_mm = 0.5;
+  double radius_mm = 0.5;        ///< of a round yarn with the same area
   V3f albedo{0.5F, 0.5F, 0.5F};  ///< linear, in [0, 1]
   std::vector<BezierSegment> segments;
   Gloss gloss{};
@@ -41,6 +41,11 @@ struct Yarn {
   double irregularity = 0;
   /// Share of the diffuse light that goes through the wall of a ply rather than back, in [0, 1].
   double transmission = 0;
+  /// Thickness over width of its section where it lies level, min_flattening to 1 (round).
+  double flattening = 1;
+  /// Of a ply: the squeeze (yarn_section.h) of its yarn's section where each segment starts; empty: the
+  /// section follows the yarn's own course.
+  std::vector<V2d> squeezes{};
   /// Its thick and thin places, as lay_plies() numbers them: of a ply, those of its yarn, which it passes so
   /// many times. Without them it is as thick everywhere.
   YarnStrands swells{};

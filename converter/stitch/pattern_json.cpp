@@ -100,6 +100,7 @@ Yarn yarn_of(const Json& json, const std::string& place) {
   yarn.hair_loops = optional("hair_loops", yarn.hair_loops);
   yarn.irregularity = optional("irregularity", yarn.irregularity);
   yarn.transmission = optional("transmission", yarn.transmission);
+  yarn.flattening = optional("flattening", yarn.flattening);
   const Json& segments = array_of(member(json, place, "segments"), place + "/segments", 0);
   for (std::size_t s = 0; s < segments.size(); ++s) {
     const std::string at = fmt::format("{}/segments/{}", place, s);
@@ -187,6 +188,7 @@ std::string to_json(const StitchPattern& pattern) {
     }
     if (yarn.irregularity != 0) out["irregularity"] = yarn.irregularity;
     if (yarn.transmission != 0 || yarn.fibre != 0) out["transmission"] = yarn.transmission;
+    if (yarn.flattening != 1) out["flattening"] = yarn.flattening;
     out["segments"] = OrderedJson::array();
     for (const BezierSegment& segment : yarn.segments) {
       OrderedJson points = OrderedJson::array();

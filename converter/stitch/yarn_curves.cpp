@@ -109,6 +109,7 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
     room -= hairs->count;
     YarnCurve curve;
     curve.hairs = *hairs;
+    curve.flattening = static_cast<float>(yarn.flattening);
     curve.turns = turns_of(yarn, pattern.period_mm);
     curve.radius = static_cast<float>(yarn.radius_mm);
     // Of the light that falls on it; what comes through the wall is part of its indirect light.

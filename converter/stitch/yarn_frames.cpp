@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "converter/stitch/flat_yarn.h"
+
 namespace selvedge {
 namespace {
 
@@ -28,11 +30,13 @@ V3d any_across(const V3d& tangent) {
 YarnFrames frames_of(const Yarn& yarn, double step) {
   std::vector<YarnStation> stations;
   double length = 0;
-  for (const BezierSegment& segment : yarn.segments) {
+  for (std::size_t i = 0; i < yarn.segments.size(); ++i) {
+    const BezierSegment& segment = yarn.segments[i];
     const auto count = static_cast<int>(std::ceil(polygon_length(segment) / step));
     for (int k = 0; k < count; ++k) {
       const double t = static_cast<double>(k) / count;
-      YarnStation s{point_at(segment, t), derivative_at(segment, t).normalized(), V3d(0), 0};
+      YarnStation s{point_at(segment, t), derivative_at(segment, t).normalized(), V3d(0), 0,
+                    squeeze_at(yarn, i, t)};
       if (!stations.empty()) length += (s.position - stations.back().position).length();
       s.length = length;
       stations.push_back(s);

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "converter/stitch/fibres.h"
+#include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/hairs.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/marching_cubes.h"
@@ -34,8 +35,8 @@ double surface_of(const Yarn& yarn) {
 }
 
 double thinnest_of(const StitchPattern& pattern) {
-  double thinnest = pattern.yarns.front().radius_mm;
-  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, yarn.radius_mm);
+  double thinnest = thin_of(pattern.yarns.front());
+  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, thin_of(yarn));
   return thinnest;
 }
 
@@ -57,7 +58,10 @@ int cells_across_for(const StitchPattern& pattern, int repeats) {
 /// The direction of the fibres: along the yarn, turned by its twist at the surface.
 V3d fibre_of(const Yarn& yarn, const SurfaceSample& sample) {
   const double slope = 2 * std::numbers::pi * yarn.radius_mm * yarn.twist_per_mm;
-  return (sample.tangent + sample.tangent.cross(sample.gradient) * slope).normalized();
+  if (yarn.flattening == 1)
+    return (sample.tangent + sample.tangent.cross(sample.gradient) * slope).normalized();
+  const V3d tangent = squeezed(sample.tangent, sample.squeeze).normalized();
+  return stretched(tangent + tangent.cross(sample.round) * slope, sample.squeeze).normalized();
 }
 
 /// Strands of fibres are not drawn finer than this, in radii: what is finer is not seen apart.
@@ -87,8 +91,7 @@ YarnPlace place_of(const YarnFrames& frames, const SurfaceSample& sample) {
   const auto before = next - 1;
   const double part = std::clamp((length - before->length) / (next->length - before->length), 0.0, 1.0);
   const V3d across = before->across * (1 - part) + next->across * part;
-  const double angle =
-      std::atan2(sample.gradient.dot(sample.tangent.cross(across)), sample.gradient.dot(across));
+  const double angle = std::atan2(sample.round.dot(sample.tangent.cross(across)), sample.round.dot(across));
   // The frame's rotation over the repeat is spread along it, so that angles meet there.
   const double turns = (angle + frames.turned * sample.along) / (2 * std::numbers::pi);
   return {sample.yarn, static_cast<float>(sample.along), static_cast<float>(turns - std::round(turns))};

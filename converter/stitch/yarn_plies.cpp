@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "converter/mesh/cell_mesh.h"
+#include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/yarn_settings.h"
 #include "format/fabric/yarns.h"
 
@@ -39,7 +40,8 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm, YarnStrands s
     const double angle = 2 * pi * start + turn * s.length / length;
     const V3d direction = s.across * std::cos(angle) + s.tangent.cross(s.across) * std::sin(angle);
     const double orbit = offset * strand_swell(swells, s.length / length, byte_of_thickness);
-    return s.position + way * static_cast<double>(repeat) + direction * orbit;
+    return s.position + way * static_cast<double>(repeat) +
+           stretched(direction, s.squeeze) * thin_radius(orbit, s.squeeze);
   };
   const auto slope = [&](int k, long i) {  // per station, of fourth order
     return (point(k, i + 1) - point(k, i - 1)) * (2.0 / 3) - (point(k, i + 2) - point(k, i - 2)) * (1.0 / 12);
@@ -59,6 +61,7 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm, YarnStrands s
     for (long i = 0; i < count * (n / chains); ++i) {
       const V3d a = point(k, i);
       const V3d b = point(k, i + 1);
+      if (yarn.flattening != 1) ply.squeezes.push_back(stations[i % count].squeeze);
       ply.segments.push_back({a, a + slope(k, i) / 3.0, b - slope(k, i + 1) / 3.0, b});
       length_of_plies += (b - a).length();
     }

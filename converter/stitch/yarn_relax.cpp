@@ -5,6 +5,9 @@
 #include <limits>
 #include <numbers>
 
+#include "converter/stitch/flat_yarn.h"
+#include "converter/stitch/straight_pieces.h"
+
 namespace selvedge {
 namespace {
 
@@ -29,6 +32,9 @@ struct Chain {
   V3d across{0, 0, 0};  ///< unit, in the plane, perpendicular to `way`; zero for a ring
   double drawn = 0;     ///< its drawn position along `across`
   double radius = 0;
+  double flattening = 1;
+  double wide = 0;        ///< half the width of its section, mm
+  double thin = 0;        ///< and half the thickness
   std::size_t begin = 0;  ///< index of its first point among those of all chains
   double spacing = 0;     ///< of its points, mm, within a factor of two of each
   double length() const {
@@ -99,28 +105,6 @@ struct Contact {
   V3d shift;
 };
 
-struct Nearest {
-  double s, t;  ///< along either piece, 0 to 1
-};
-
-/// Nearest points of two straight pieces.
-Nearest nearest_of(const V3d& a, const V3d& along_a, const V3d& b, const V3d& along_b) {
-  const V3d between = a - b;
-  const double aa = std::max(along_a.length2(), 1e-300);
-  const double bb = std::max(along_b.length2(), 1e-300);
-  const double ab = along_a.dot(along_b);
-  const double ca = along_a.dot(between);
-  const double cb = along_b.dot(between);
-  const double parallel = aa * bb - ab * ab;
-  double s = parallel > 1e-9 * aa * bb ? std::clamp((ab * cb - ca * bb) / parallel, 0.0, 1.0) : 0.5;
-  double t = (ab * s + cb) / bb;
-  if (t < 0 || t > 1) {
-    t = std::clamp(t, 0.0, 1.0);
-    s = std::clamp((ab * t - ca) / aa, 0.0, 1.0);
-  }
-  return {s, t};
-}
-
 class Relaxation {
  public:
   Relaxation(const StitchPattern& pattern, const RelaxOptions& options)
@@ -128,6 +112,9 @@ class Relaxation {
     for (const Yarn& yarn : pattern.yarns) {
       Chain chain;
       chain.radius = yarn.radius_mm;
+      chain.flattening = yarn.flattening;
+      chain.wide = wide_of(yarn);
+      chain.thin = thin_of(yarn);
       const V2i turns = turns_of(yarn, pattern.period_mm);
       chain.way = {turns.x * period_.x, turns.y * period_.y, 0};
       constexpr int fine = 32;
@@ -138,7 +125,8 @@ class Relaxation {
       for (const V3d& p : chain.points)
         chain.drawn += p.dot(chain.across) / static_cast<double>(chain.points.size());
       chains_.push_back(chain);
-      thickest_ = std::max(thickest_, yarn.radius_mm);
+      thickest_ = std::max(thickest_, chain.thin);
+      widest_ = std::max(widest_, chain.wide);
     }
     distribute();
   }
@@ -206,8 +194,8 @@ class Relaxation {
     double high = std::numeric_limits<double>::lowest();
     for (const Chain& chain : chains_) {
       for (const V3d& p : chain.points) {
-        low = std::min(low, p.z - chain.radius);
-        high = std::max(high, p.z + chain.radius);
+        low = std::min(low, p.z - chain.thin);
+        high = std::max(high, p.z + chain.thin);
       }
     }
     for (Chain& chain : chains_) {
@@ -237,10 +225,13 @@ class Relaxation {
     search();
   }
 
-  double min_distance_of(const Contact& c) const {
-    const double a = chains_[c.chain_a].radius;
-    const double b = chains_[c.chain_b].radius;
-    return grown_ * (a + b + options_.gap * std::max(a, b));
+  double distance_of(const Contact& c, double reach) const {
+    return grown_ * (reach + options_.gap * std::max(chains_[c.chain_a].radius, chains_[c.chain_b].radius));
+  }
+
+  static Section section_of(const Chain& chain, const V3d& along) {
+    const bool flat = chain.flattening < 1 && along.length2() > 0;
+    return {chain.radius, flat ? squeeze_of(chain.flattening, along.normalized()) : V2d(0, 0)};
   }
 
   /// Whether the pieces are so close along one chain that they do not count as a contact.
@@ -259,12 +250,12 @@ class Relaxation {
       if ((c.shift - chain.way * turns).length2() > 1e-12 * way2) return false;
       along = std::abs(along + turns * n);
     }
-    return along * chain.length() / n < (pi + piece_radii) * chain.radius;
+    return along * chain.length() / n < (pi + piece_radii) * chain.wide;
   }
 
   void search() {
     contacts_.clear();
-    const double reach = thickest_ * (2 + options_.gap + piece_radii + search_margin);
+    const double reach = widest_ * (2 + options_.gap + piece_radii + search_margin);
     const int nx = std::max(1, static_cast<int>(period_.x / reach));
     const int ny = std::max(1, static_cast<int>(period_.y / reach));
     struct Place {
@@ -314,8 +305,8 @@ class Relaxation {
     // Each pair once.
     if (chain_b < chain_a || (chain_b == chain_a && piece_b < piece_a)) return;
     if (chain_b == chain_a && piece_b == piece_a && (shift.x < 0 || (shift.x == 0 && shift.y <= 0))) return;
-    const double radii = chains_[chain_a].radius + chains_[chain_b].radius;
-    const double reach = radii + thickest_ * (options_.gap + piece_radii + search_margin);
+    const double radii = chains_[chain_a].wide + chains_[chain_b].wide;
+    const double reach = radii + widest_ * (options_.gap + piece_radii + search_margin);
     if (between.length2() > reach * reach) return;
     const Contact contact{chain_a, piece_a, chain_b, piece_b, shift};
     if (!follow(contact)) contacts_.push_back(contact);
@@ -334,13 +325,22 @@ class Relaxation {
       const V3d b = chain_b.points[c.piece_b] + c.shift;
       const V3d along_a = chain_a.next(c.piece_a) - a;
       const V3d along_b = chain_b.next(c.piece_b) + c.shift - b;
-      const double min_distance = min_distance_of(c);
+      double min_distance = distance_of(c, chain_a.wide + chain_b.wide);
       const double far = min_distance + chain_a.spacing + chain_b.spacing;
       if ((a + along_a * 0.5 - b - along_b * 0.5).length2() > far * far) continue;
       const Nearest n = nearest_of(a, along_a, b, along_b);
-      const V3d apart = a + along_a * n.s - b - along_b * n.t;
-      const double distance = apart.length();
+      V3d apart = a + along_a * n.s - b - along_b * n.t;
+      double distance = apart.length();
       if (distance >= min_distance || distance == 0) continue;
+      if (chain_a.flattening < 1 || chain_b.flattening < 1) {
+        const Section section_a = section_of(chain_a, along_a);
+        const Section section_b = section_of(chain_b, along_b);
+        const V3d direction = direction_between(apart, section_a, section_b);
+        distance = apart.dot(direction);
+        apart = direction * distance;
+        min_distance = distance_of(c, support_of(section_a, direction) + support_of(section_b, direction));
+        if (distance >= min_distance) continue;
+      }
       largest =
           std::max(largest, (min_distance - distance) / (grown_ * std::min(chain_a.radius, chain_b.radius)));
       const double parts[4] = {1 - n.s, n.s, 1 - n.t, n.t};
@@ -369,7 +369,7 @@ class Relaxation {
   void limit_thickness() {
     if (options_.max_thickness == 0) return;
     for (Chain& chain : chains_) {
-      const double max_z = grown_ * std::max(0.0, 0.5 * options_.max_thickness * thickest_ - chain.radius);
+      const double max_z = grown_ * std::max(0.0, 0.5 * options_.max_thickness * thickest_ - chain.thin);
       for (V3d& p : chain.points) p.z = std::clamp(p.z, -max_z, max_z);
     }
   }
@@ -380,7 +380,7 @@ class Relaxation {
   std::vector<Contact> contacts_;
   std::vector<V3d> moves_;
   std::vector<double> weights_;
-  double thickest_ = 0;
+  double thickest_ = 0, widest_ = 0;  ///< the most of half the thickness and of half the width
   double grown_ = 0;
 };
 

@@ -16,8 +16,8 @@ struct RelaxOptions {
   double bending = 3;  ///< stiffness: the length over which yarns bend, in radii
   double gap = 0;      ///< between neighbouring yarns, in radii of the thicker one; 0: they touch
   double start = 0.2;  ///< share of its radius that a yarn begins with
-  /// Maximum thickness of the cloth, in radii of the thickest yarn; 0: no limit. Without it, yarns with too
-  /// little room beside each other climb onto each other.
+  /// Maximum thickness of the cloth, in radii (half thicknesses) of the thickest yarn; 0: no limit. Without
+  /// it, yarns with too little room beside each other climb onto each other.
   double max_thickness = 0;
   /// Share of the displacement in the plane, across their direction, that each step takes back: 0 for knits,
   /// whose loops hold themselves; the yarns of a weave would wander without it (reed and beat hold them).
@@ -33,8 +33,9 @@ struct Relaxed {
   double part = 1;  ///< share of the given radii
 };
 
-/// Neighbouring yarns of the result touch: they overlap by less than 1/50 of a radius. Deterministic to the
-/// bit. Precondition: a valid pattern whose yarns, at `start` of their radius, do not overlap.
+/// Neighbouring yarns of the result touch: they overlap by less than 1/50 of a radius. Sections of flat yarns
+/// are apart in the direction in which there is most room. Deterministic to the bit. Precondition: a valid
+/// pattern whose yarns, at `start` of their radius, do not overlap.
 Relaxed relax(const StitchPattern& pattern, const RelaxOptions& options = {});
 
 }  // namespace selvedge

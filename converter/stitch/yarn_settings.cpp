@@ -11,8 +11,14 @@ namespace selvedge {
 namespace {
 
 constexpr const char* colour_parameter = "colour";
+constexpr const char* flattening_parameter = "flattening";
 
 bool woven(const std::string& prefix) { return prefix == "warp_" || prefix == "weft_"; }
+
+int kind_of(const StitchValues& values, const std::string& prefix) {
+  const std::string own = prefix + yarn_parameter;
+  return static_cast<int>(values.number(values.is_set(own) ? own : yarn_parameter));
+}
 
 }  // namespace
 
@@ -42,21 +48,38 @@ void set_fibre(int kind, Yarn& yarn) {
   yarn.transmission = yarn_kinds()[kind].transmission;
 }
 
-StitchParameter kind_parameter(const std::string& prefix, int kind) {
-  return {prefix + yarn_parameter,
-          {static_cast<double>(kind)},
-          0,
-          static_cast<double>(yarn_kinds().size() - 1),
-          true,
-          "what it is made of: " + yarn_kind_names()};
+std::vector<StitchParameter> shared_parameters(const std::string& prefix, int kind) {
+  return {{prefix + yarn_parameter,
+           {static_cast<double>(kind)},
+           0,
+           static_cast<double>(yarn_kinds().size() - 1),
+           true,
+           "what it is made of: " + yarn_kind_names()},
+          {prefix + flattening_parameter,
+           {1},
+           shortest(min_flattening),
+           1,
+           false,
+           "thickness over width of its section, 1: round; that of woven yarn follows what it is made of"}};
+}
+
+void apply_flattening(const StitchValues& values, const std::string& prefix, Yarn& yarn) {
+  for (const std::string& name : {prefix + flattening_parameter, std::string(flattening_parameter)}) {
+    if (!values.is_set(name)) continue;
+    yarn.flattening = values.number(name);
+    return;
+  }
+  if (woven(prefix)) yarn.flattening = yarn_kinds()[kind_of(values, prefix)].flattening;
 }
 
 std::vector<StitchParameter> common_parameters(int kind) {
-  return {
-      kind_parameter("", kind),
+  std::vector<StitchParameter> parameters = shared_parameters("", kind);
+  const std::vector<StitchParameter> others{
       {colour_parameter, {0.5, 0.5, 0.5}, 0, 1, false, "of all yarns: #rrggbb, or linear red, green, blue"},
       {"seed", {1}, 0, max_seed, true, "of fibres, hairs and irregularity"},
       {"repeats", {1}, 1, max_repeats, true, "in each direction that one cell holds, for yarn that varies"}};
+  parameters.insert(parameters.end(), others.begin(), others.end());
+  return parameters;
 }
 
 std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn) {
@@ -87,7 +110,7 @@ std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Ya
 
 void apply_settings(const StitchValues& values, const std::string& prefix, double shorter_mm, Yarn& yarn) {
   const bool of_its_own = values.is_set(prefix + yarn_parameter);
-  const auto kind = static_cast<int>(values.number(of_its_own ? prefix + yarn_parameter : yarn_parameter));
+  const int kind = kind_of(values, prefix);
   if (of_its_own || values.is_set(yarn_parameter) || kind != 0) set_kind(kind, prefix, shorter_mm, yarn);
   for (const std::string& name : {prefix + "albedo", std::string(colour_parameter)}) {
     if (!values.is_set(name)) continue;

@@ -19,13 +19,16 @@ void set_fibre(int kind, Yarn& yarn);
 /// `yarn` has its radius; `shorter_mm` is the shorter period: hairs of a kind fit into it.
 void set_kind(int kind, const std::string& prefix, double shorter_mm, Yarn& yarn);
 
-/// Settings of a whole stitch: `yarn`, by default of this kind, `colour`, `seed`, `repeats`.
+/// Settings of a whole stitch: `yarn`, by default of this kind, `flattening`, `colour`, `seed`, `repeats`.
 std::vector<StitchParameter> common_parameters(int kind = 0);
 
 /// Parameters of one yarn, without its radius and its kind: `albedo` with this prefix, and so on.
 std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn);
-/// The kind of yarn with this prefix: of stitches of several yarns, beside `yarn` for all.
-StitchParameter kind_parameter(const std::string& prefix, int kind);
+/// Kind and flattening of the yarn with this prefix: of stitches of several yarns, beside those for all.
+std::vector<StitchParameter> shared_parameters(const std::string& prefix, int kind);
+
+/// Flattening, of what is set, else of the kind of what is woven.
+void apply_flattening(const StitchValues& values, const std::string& prefix, Yarn& yarn);
 
 /// Applies the settings with the prefix, and those of all yarns where these are not set. What the kind of
 /// yarn says comes first (set_kind()).

@@ -78,12 +78,14 @@ void add_level(const FabricLevel& level, std::vector<uint>& result) {
 
 /// Whether a ray that walks alone can meet the segment in its cell, the middle of which is the origin: the
 /// lists also hold what lies beside the cell.
-bool reaches_cell(const Yarns::Block& block, std::size_t k, const V2f& cell_size) {
+bool reaches_cell(const Yarns::Block& block, std::size_t k, const Yarns::Segment& segment,
+                  const V2f& cell_size) {
   const V2f start(block.start[0][k], block.start[1][k]);
-  const V2f along = V2f(block.axis[0][k], block.axis[1][k]) * block.length[k];
+  const V2f along(segment.along.x, segment.along.y);
   const float length2 = along.length2();
   const float share = length2 > 0 ? std::clamp(-start.dot(along) / length2, 0.0F, 1.0F) : 0;
-  return (start + along * share).length() <= 1.001F * (block.reach[k] + 0.5F * cell_size.length());
+  return (start + along * share).length() <=
+         1.001F * (segment.wide(block.reach[k]) + 0.5F * cell_size.length());
 }
 
 void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
@@ -95,7 +97,8 @@ void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
     std::vector<std::pair<const Yarns::Block*, std::size_t>> near;
     for (const Yarns::Block& block : inside.blocks.subspan(cell.first, cell.blocks)) {
       for (std::size_t k = 0; k < yarn_block && block.reach[k] > 0; ++k) {
-        if (reaches_cell(block, k, inside.cell_size)) near.emplace_back(&block, k);
+        if (reaches_cell(block, k, inside.segments[block.segment[k]], inside.cell_size))
+          near.emplace_back(&block, k);
       }
     }
     // Hairs that vanish first are the last.
@@ -120,12 +123,15 @@ void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
 
 void add_segment(const Yarns::Segment& segment, std::vector<uint>& result) {
   Words words(result, segment_words);
-  words.set(segment_axis, segment.along.normalized());
-  words.set(segment_length, segment.along.length());
+  const V3f along = squeezed(segment.along, segment.squeeze);
+  words.set(segment_axis, along.normalized());
+  words.set(segment_length, along.length());
   words.set(segment_start, segment.start);
   words.set(segment_radius, segment.radius);
+  words.set(segment_squeeze, segment.squeeze.x);
+  words.set(segment_squeeze + 1, segment.squeeze.y);
   for (uint end = 0; end < 2; ++end) {
-    words.set(segment_tangents + 3 * end, segment.tangent[end]);
+    words.set(segment_tangents + 3 * end, squeezed(segment.tangent[end], segment.squeeze));
     words.set(segment_across + 3 * end, segment.across[end]);
     words.set(segment_out + 3 * end, segment.out[end]);
   }

@@ -48,7 +48,8 @@ void for_each_side(const FabricHeader& header, const Visit& visit) {
 /// The header of a fabric's file but for its layers and other sides. Precondition: the fabric has a level.
 FabricHeader header_without_layers(const Fabric& fabric);
 
-/// Minor version of the file: 1 with other sides than the front, 2 with more than round yarn, 3 with hairs.
+/// Minor version of the file: 1 with other sides than the front, 2 with more than round yarn, 3 with flat
+/// sections or hairs.
 inline int minor_version(const FabricHeader& header) {
   if (header.shape.yarns.fields > fields_with_strands) return 3;
   if (header.shape.yarns.fields > fields_of_round_yarn) return 2;

@@ -86,7 +86,8 @@ struct Layer {
 inline constexpr int fields_of_round_yarn = 11;
 inline constexpr int fields_with_plies = 18;
 inline constexpr int fields_with_strands = 24;
-inline constexpr int fields_with_hairs = 30;  ///< the first of them, 24, is of a version to come
+inline constexpr int fields_with_flattening = 25;
+inline constexpr int fields_with_hairs = 30;
 
 /// How much yarn a fabric holds (yarns.h); 0: none.
 struct YarnCounts {

@@ -66,7 +66,8 @@ const uint reference_start = 0u;  // x, y, z, mm; x and y count from the middle 
 const uint reference_segment = 3u;
 const uint reference_words = 4u;
 
-// Words of a segment, which reaches from a node to the next.
+// Words of a segment, which reaches from a node to the next. Axis, length, radius and tangents are those of its round
+// section (yarn_section.h).
 const uint segment_axis = 0u;      // x, y, z, unit
 const uint segment_length = 3u;    // mm
 const uint segment_start = 4u;     // x, y, z, mm, of its node
@@ -81,7 +82,8 @@ const uint segment_curve = 28u;
 const uint segment_rows = 29u;  // of the noise of strands: its ply's first, and that of the ply which it goes on as
 const uint segment_reach = 31u;  // mm, of the ball about its start; of a hair, the largest radius
 const uint segment_rank = 32u;   // of a hair; else 0
-const uint segment_words = 33u;
+const uint segment_squeeze = 33u;  // x, y
+const uint segment_words = 35u;
 
 // Words of a curve.
 const uint curve_first_station = 0u;

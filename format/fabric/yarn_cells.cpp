@@ -31,8 +31,12 @@ Grid grid_of(double radius, const V2f& period_mm) {
   return {cells, cell, beside_share * std::min(cell.x, cell.y), 0.5 * cell.length() * 1.001};
 }
 
-/// How far from its axis a segment is listed in cells that it touches.
-double reach_of(float radius, double beside) { return 1.001 * (static_cast<double>(radius) + beside); }
+/// How far from its axis a segment is listed in cells that it touches. Rays count as thick in round sections,
+/// so thicker across flat ones.
+double reach_of(const Yarns::Segment& s, double beside) {
+  const double share = 1 - static_cast<double>(s.squeeze.length2());
+  return 1.001 * (static_cast<double>(s.reach) + beside) / share;
+}
 
 }  // namespace
 
@@ -53,7 +57,7 @@ double memory_of(const YarnData& data, const V2f& period) {
   double entries = 0;
   for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
     for (const Yarns::Segment& s : segments_with_hairs(curve, nodes, period)) {
-      const double around = reach_of(s.reach, grid.beside) + 2 * grid.half_diagonal;
+      const double around = reach_of(s, grid.beside) + 2 * grid.half_diagonal;
       // The cells whose middles are near enough lie within these bounds about the segment.
       const double area = around * (2 * V2d(s.along.x, s.along.y).length() + std::numbers::pi * around);
       entries += area / (grid.cell.x * grid.cell.y);
@@ -68,7 +72,8 @@ void Yarns::place_in_cells() {
   double count = 0;
   for (const Segment& s : segments_) {
     if (s.rank > 0) continue;
-    radius += static_cast<double>(s.radius);
+    // Of flat yarn, as memory_of() has it: of the round one with the same area.
+    radius += std::sqrt(static_cast<double>(s.radius) * static_cast<double>(s.wide(s.radius)));
     ++count;
   }
   radius /= count;
@@ -87,7 +92,7 @@ void Yarns::place_in_cells() {
     const Segment& s = segments_[i];
     const V2d a(s.start.x, s.start.y);
     const V2d along(s.along.x, s.along.y);
-    const double reach = reach_of(s.reach, static_cast<double>(beside_));
+    const double reach = reach_of(s, static_cast<double>(beside_));
     const V2d low = V2d(std::min(a.x, a.x + along.x), std::min(a.y, a.y + along.y)) - V2d(reach);
     const V2d high = V2d(std::max(a.x, a.x + along.x), std::max(a.y, a.y + along.y)) + V2d(reach);
     for (int y = static_cast<int>(std::floor(low.y / cell.y));
@@ -142,7 +147,8 @@ void Yarns::place_in_cells() {
         Block& block = blocks_.back();
         const Segment& s = segments_[list[i].segment];
         const float r = s.reach;
-        const V3f axis = s.along.normalized();
+        const V3f along = squeezed(s.along, s.squeeze);
+        const V3f axis = along.normalized();
         const V3f start(static_cast<float>(static_cast<double>(s.start.x) +
                                            static_cast<double>(list[i].shift.x) - middle.x),
                         static_cast<float>(static_cast<double>(s.start.y) +
@@ -152,12 +158,15 @@ void Yarns::place_in_cells() {
           block.start[k][i % yarn_block] = start[k];
           block.axis[k][i % yarn_block] = axis[k];
         }
-        block.length[i % yarn_block] = s.along.length();
+        block.length[i % yarn_block] = along.length();
         block.reach[i % yarn_block] = r;
         block.radius[i % yarn_block] = s.radius;
         block.rank[i % yarn_block] = s.rank;
         block.segment[i % yarn_block] = list[i].segment;
         block.empty_for = std::max(block.empty_for, empty_for(s));
+        block.squeeze[0][i % yarn_block] = s.squeeze.x;
+        block.squeeze[1][i % yarn_block] = s.squeeze.y;
+        block.flat |= s.squeeze != V2f(0, 0);
         block.low = std::min(block.low, std::min(s.start.z, s.start.z + s.along.z) - r);
         block.high = std::max(block.high, std::max(s.start.z, s.start.z + s.along.z) + r);
         placed.low = std::min(placed.low, block.low);

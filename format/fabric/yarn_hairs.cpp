@@ -22,17 +22,19 @@ double number(std::uint32_t hashed_seed, int hair, Drawn k) {
   return ((strand_hash(hashed_seed ^ place) >> 8U) + 0.5) * 0x1p-24;
 }
 
-/// The point and the direction of a chain's segment at a share of it.
+/// The point of a chain's segment at a share of it, seen from its start, and the direction there: those of
+/// the round section.
 struct OnChain {
-  V3d position, tangent;
+  V3d off, tangent;
 };
 
 OnChain on_chain(const Yarns::Segment& s, double share) {
-  const V3d along(s.along);
+  const V2d squeeze(s.squeeze);
+  const V3d along = squeezed(V3d(s.along), squeeze);
   const double rest = 1 - share;
-  const V3d first = V3d(s.tangent[0]) * along.length();
-  const V3d second = V3d(s.tangent[1]) * along.length();
-  return {V3d(s.start) + along * (share * share * (3 - 2 * share)) + first * (share * rest * rest) -
+  const V3d first = squeezed(V3d(s.tangent[0]), squeeze) * along.length();
+  const V3d second = squeezed(V3d(s.tangent[1]), squeeze) * along.length();
+  return {along * (share * share * (3 - 2 * share)) + first * (share * rest * rest) -
               second * (share * share * rest),
           (along * (6 * share * rest) + first * (rest * (1 - 3 * share)) + second * (share * (3 * share - 2)))
               .normalized()};
@@ -101,20 +103,24 @@ std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> node
     const Yarns::Segment& s = *(next - 1);
     const double part =
         std::clamp((station - static_cast<double>(s.station)) / static_cast<double>(s.stations), 0.0, 1.0);
-    const auto [position, tangent] = on_chain(s, part);
+    const auto [off, tangent] = on_chain(s, part);
     const double angle = 2 * pi * number(seed, h, at_angle);
     const V2d turned(sense.x * std::cos(angle), sense.y * std::sin(angle));
     V3d across = mix(s.across, part);
     across = (across - tangent * tangent.dot(across)).normalized();
     YarnHair hair;
-    hair.normal = across * turned.x + tangent.cross(across) * turned.y;
+    const V3d round = across * turned.x + tangent.cross(across) * turned.y;
+    const V2d squeeze(s.squeeze);
+    hair.normal = squeezed(round, squeeze).normalized();
     hair.station = static_cast<float>(station);
-    hair.light = V3f(V3d(turned.x, turned.y, hair.normal.dot(mix(s.out, part))));
+    hair.light = V3f(V3d(turned.x, turned.y, round.dot(mix(s.out, part))));
     const V3d fibre =
-        (tangent + tangent.cross(hair.normal) * static_cast<double>(curve.fibre_slope)).normalized();
+        stretched(tangent + tangent.cross(round) * static_cast<double>(curve.fibre_slope), squeeze)
+            .normalized();
     const V3d beside = hair.normal.cross(fibre) * (sense.x * sense.y);
-    const V3d root = position + hair.normal * (static_cast<double>(radius_of_plies(curve)) *
-                                               strand_swell(curve.strands, share, byte_of_thickness));
+    const double radius =
+        static_cast<double>(radius_of_plies(curve)) * strand_swell(curve.strands, share, byte_of_thickness);
+    const V3d root = V3d(s.start) + stretched(off + round * thin_radius(radius, squeeze), squeeze);
     const auto shape = hair_shape(curve.hairs, seed, h);
     for (int k = 0; k < hair_points; ++k)
       hair.points[k] = root + fibre * shape[k].x + beside * shape[k].y + hair.normal * shape[k].z;

@@ -177,14 +177,24 @@ SELVEDGE_INLINE void first_hits(const Yarns::Inside& yarns, const V2f& period, c
     const V3f to_middle = at - V3f(block.start[0][k], block.start[1][k], block.start[2][k]);
     const Wide zero(0);
     const Wide nothing(no_yarn);
+    const V2f squeeze(block.squeeze[0][k], block.squeeze[1][k]);
+    const bool flat = squeeze != V2f(0, 0);
     bool nearer = false;
     for (std::size_t i = 0; i < yarn_lanes; i += width) {
       const Radii<width> radii(block, k, &rays.widths[i]);
-      const Vec d{Wide::load(&packet.slope_x[i]), Wide::load(&packet.slope_y[i]), Wide(packet.rises)};
+      const Vec way{Wide::load(&packet.slope_x[i]), Wide::load(&packet.slope_y[i]), Wide(packet.rises)};
       const Vec beside{Wide::load(&packet.x[i]), Wide::load(&packet.y[i]), zero};
-      const Vec d_beside{d.x - Wide(packet.slope.x), d.y - Wide(packet.slope.y), zero};
-      const Vec from =
+      const Vec d_beside{way.x - Wide(packet.slope.x), way.y - Wide(packet.slope.y), zero};
+      const Vec begin =
           Vec{Wide(to_middle.x), Wide(to_middle.y), Wide(to_middle.z)} + (beside + d_beside * Wide(entered));
+      Vec d = way;
+      Vec from = begin;
+      Wide per_d2 = Wide::load(&packet.per_d2[i]);
+      if (flat) {
+        d = squeezed_lanes(way, Wide(squeeze.x), Wide(squeeze.y));
+        from = squeezed_lanes(begin, Wide(squeeze.x), Wide(squeeze.y));
+        per_d2 = Wide(1) / d.dot(d);
+      }
       const Wide along = axis.dot(from);
       const Wide slope = axis.dot(d);
       const Wide back = d.dot(from);
@@ -204,7 +214,7 @@ SELVEDGE_INLINE void first_hits(const Yarns::Inside& yarns, const V2f& period, c
       const Vec off = from.cross(d);
       const Wide d2 = d.dot(d);
       const Wide g = d2 * radii.ball2 - off.dot(off);
-      Wide end = if_greater(g, zero, (-back - sqrt(max(g, zero))) * Wide::load(&packet.per_d2[i]), nothing);
+      Wide end = if_greater(g, zero, (-back - sqrt(max(g, zero))) * per_d2, nothing);
       end = if_greater(end, start, end, nothing);
       entry = min(entry, end);
       const Wide before = Wide::load(&nearest[i]);
@@ -212,7 +222,7 @@ SELVEDGE_INLINE void first_hits(const Yarns::Inside& yarns, const V2f& period, c
       const Wide distance = entry + Wide(entered);
       if (!any_greater(before, distance)) continue;
       nearer = true;
-      const Vec off_start = from + d * entry;
+      const Vec off_start = begin + way * entry;
       const auto keep = [&](const Wide& value, float* to) {
         if_greater(before, distance, value, Wide::load(to)).store(to);
       };
@@ -276,17 +286,25 @@ SELVEDGE_INLINE void hidden(const Yarns::Inside& yarns, const V2f& period, const
     const V3f to_middle = at - V3f(block.start[0][k], block.start[1][k], block.start[2][k]);
     const WideFloat<N> zero(0);
     const WideFloat<N> length(block.length[k]);
+    const V2f squeeze(block.squeeze[0][k], block.squeeze[1][k]);
+    const bool flat = squeeze != V2f(0, 0);
     for (std::size_t i = 0; i < yarn_lanes; i += N) {
-      const WideVec3<N> d{WideFloat<N>::load(&packet.slope_x[i]), WideFloat<N>::load(&packet.slope_y[i]),
-                          WideFloat<N>(packet.rises)};
+      WideVec3<N> d{WideFloat<N>::load(&packet.slope_x[i]), WideFloat<N>::load(&packet.slope_y[i]),
+                    WideFloat<N>(packet.rises)};
       const WideFloat<N> start = WideFloat<N>::load(&packet.start[i]) - WideFloat<N>(entered);
       const WideVec3<N> beside{WideFloat<N>::load(&packet.x[i]), WideFloat<N>::load(&packet.y[i]), zero};
       const WideVec3<N> d_beside{d.x - WideFloat<N>(packet.slope.x), d.y - WideFloat<N>(packet.slope.y),
                                  zero};
       // From where the ray begins.
-      const WideVec3<N> from =
+      WideVec3<N> from =
           WideVec3<N>{WideFloat<N>(to_middle.x), WideFloat<N>(to_middle.y), WideFloat<N>(to_middle.z)} +
           (beside + d_beside * WideFloat<N>(entered)) + d * start;
+      WideFloat<N> per_d2 = WideFloat<N>::load(&packet.per_d2[i]);
+      if (flat) {
+        d = squeezed_lanes(d, WideFloat<N>(squeeze.x), WideFloat<N>(squeeze.y));
+        from = squeezed_lanes(from, WideFloat<N>(squeeze.x), WideFloat<N>(squeeze.y));
+        per_d2 = WideFloat<N>(1) / d.dot(d);
+      }
       const WideFloat<N> along = axis.dot(from);
       const WideFloat<N> slope = axis.dot(d);
       const WideFloat<N> back = d.dot(from);
@@ -294,7 +312,7 @@ SELVEDGE_INLINE void hidden(const Yarns::Inside& yarns, const V2f& period, const
       const WideVec3<N> normal = d.cross(axis);
       // The nearest points of line and segment; then, of the part that belongs to the ray.
       const WideFloat<N> nearest = max(zero, min(length, (along * d2 - back * slope) / normal.dot(normal)));
-      const WideFloat<N> way = max(zero, (nearest * slope - back) * WideFloat<N>::load(&packet.per_d2[i]));
+      const WideFloat<N> way = max(zero, (nearest * slope - back) * per_d2);
       const WideFloat<N> place = max(zero, min(length, along + way * slope));
       const WideVec3<N> off = from + d * way - axis * place;
       const Radii<N> radii(block, k, &rays.widths[i]);

@@ -72,11 +72,12 @@ Axis axis_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& peri
 struct AxisPlace {
   V3d position, across, beside;  ///< both unit, perpendicular to the axis
   double share = 0;              ///< of the chain's length
+  V2d squeeze;
 };
 
-/// Place k of `divisions` on segment i.
-AxisPlace place_on(const Axis& axis, int i, int k, int divisions) {
-  const double s = static_cast<double>(k) / divisions;
+/// Place k of the divisions on segment i.
+AxisPlace place_on(const Axis& axis, const YarnCurve& curve, int i, int k) {
+  const double s = static_cast<double>(k) / curve.plies.divisions;
   const double rest = 1 - s;
   const V3d along = axis.nodes[i + 2] - axis.nodes[i + 1];
   const double length = along.length();
@@ -90,6 +91,8 @@ AxisPlace place_on(const Axis& axis, int i, int k, int divisions) {
       axis.nodes[i + 1] + along * (s * s * (3 - 2 * s)) + first * (s * rest * rest) - second * (s * s * rest);
   place.across = (across - tangent * tangent.dot(across)).normalized();
   place.beside = tangent.cross(place.across);
+  place.squeeze =
+      curve.flattening == 1 ? V2d(0, 0) : squeeze_of(static_cast<double>(curve.flattening), tangent);
   place.share = (axis.length[i] + s * length) / axis.length.back();
   return place;
 }
@@ -99,8 +102,16 @@ struct ChainNodes {
   std::vector<V3d> nodes;  ///< with one before and two behind them
   std::vector<V3d> across, out;
   std::vector<double> share;
+  std::vector<V2d> squeeze;  ///< of the segments
   StrandRows rows;
 };
+
+/// Of the part of the axis from one place to another.
+V2d squeeze_between(const YarnCurve& curve, const V3d& from, const V3d& to) {
+  const V3d way = to - from;
+  if (curve.flattening == 1 || way.length2() == 0) return {0, 0};
+  return squeeze_of(static_cast<double>(curve.flattening), way.normalized());
+}
 
 void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vector<Yarns::Segment>& segments) {
   const auto count = static_cast<int>(chain.nodes.size()) - 3;
@@ -111,12 +122,14 @@ void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vecto
     s.tangent = {V3f(tangent_at(chain.nodes, i)), V3f(tangent_at(chain.nodes, i + 1))};
     s.across = {V3f(chain.across[i]), V3f(chain.across[i + 1])};
     if (!chain.out.empty()) s.out = {V3f(chain.out[i]), V3f(chain.out[i + 1])};
-    s.inverse_length2 = 1 / s.along.length2();
+    s.squeeze = V2f(chain.squeeze[i]);
+    s.inverse_length2 = 1 / squeezed(s.along, s.squeeze).length2();
     s.station = static_cast<float>(chain.share[i] * curve.stations);
     s.stations = static_cast<float>((chain.share[i + 1] - chain.share[i]) * curve.stations);
-    s.radius = static_cast<float>(
+    const double round_radius =
         static_cast<double>(radius_of_plies(curve)) *
-        strand_swell(curve.strands, (chain.share[i] + chain.share[i + 1]) / 2, byte_of_thickness));
+        strand_swell(curve.strands, (chain.share[i] + chain.share[i + 1]) / 2, byte_of_thickness);
+    s.radius = static_cast<float>(thin_radius(round_radius, chain.squeeze[i]));
     s.rows = chain.rows;
     segments.push_back(s);
   }
@@ -135,7 +148,7 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
   const auto phase = static_cast<double>(curve.plies.phase);
   const int count = curve.nodes * divisions;
   std::vector<AxisPlace> places;
-  for (int i = 0; i < count; ++i) places.push_back(place_on(axis, i / divisions, i % divisions, divisions));
+  for (int i = 0; i < count; ++i) places.push_back(place_on(axis, curve, i / divisions, i % divisions));
   const double offset = static_cast<double>(curve.radius) * (1 - ply_radius(plies));
   // Yarn turned over counts its plies the other way round; its strands know what it was.
   const int strands = std::abs(curve.strands.count);
@@ -144,6 +157,7 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
   for (int ply = 0; ply < plies; ++ply) {
     ChainNodes chain;
     chain.rows = {row(ply), row(ply + shift)};
+    V3d before(0, 0, 0);
     for (int i = -1; i <= count + 1; ++i) {
       const int repeat = i < 0 ? -1 : i / count;
       const AxisPlace& place = places[i - repeat * count];
@@ -151,7 +165,10 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
       const double angle = phase + 2 * std::numbers::pi * (ply + shift * share) / plies;
       const V3d out = place.across * std::cos(angle) + place.beside * std::sin(angle);
       const double orbit = offset * strand_swell(curve.strands, share, byte_of_thickness);
-      chain.nodes.push_back(place.position + axis.turns * static_cast<double>(repeat) + out * orbit);
+      const V3d middle = place.position + axis.turns * static_cast<double>(repeat);
+      chain.nodes.push_back(middle + stretched(out, place.squeeze) * thin_radius(orbit, place.squeeze));
+      if (i > 0 && i <= count) chain.squeeze.push_back(squeeze_between(curve, before, middle));
+      before = middle;
       if (i < 0 || i > count) continue;
       chain.across.push_back(place.across);
       chain.out.push_back(out);
@@ -186,7 +203,9 @@ std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const 
   if (curve.plies.count > 1) {
     append_plies(axis, curve, segments);
   } else {
-    ChainNodes chain{axis.nodes, axis.across, {}, axis.length, {}};
+    ChainNodes chain{axis.nodes, axis.across, {}, axis.length, {}, {}};
+    for (int i = 0; i < curve.nodes; ++i)
+      chain.squeeze.push_back(squeeze_between(curve, axis.nodes[i + 1], axis.nodes[i + 2]));
     for (double& share : chain.share) share /= axis.length.back();
     append_segments(chain, curve, segments);
   }
@@ -232,6 +251,7 @@ YarnFrame Yarns::frame_at(int curve, int station, int ply) const {
   frame.tangent = mix(s.tangent[0], s.tangent[1], share).normalized();
   frame.across = across_of(mix(s.across[0], s.across[1], share), frame.tangent);
   frame.out = across_of(mix(s.out[0], s.out[1], share), frame.tangent);
+  frame.squeeze = s.squeeze;
   frame.radius = std::max(s.reach, first[(i + 1) % count].reach);
   return frame;
 }

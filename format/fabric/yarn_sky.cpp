@@ -116,9 +116,10 @@ std::vector<float> sky_of(const Yarns& yarns) {
         const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(a) / angles;
         const float cosine = std::cos(angle);
         const float sine = std::sin(angle);
-        const V3f normal = frame.across * cosine + beside * sine;
-        const SkyFactors seen =
-            seen_sky(yarns, frame.position + normal * (frame.radius * (1 + leave_radii)), normal, lights);
+        const V3f round = frame.across * cosine + beside * sine;
+        const V3f normal = frame.normal_of(round);
+        const V3f above = frame.place_of(round) + normal * (frame.radius * leave_radii);
+        const SkyFactors seen = seen_sky(yarns, above, normal, lights);
         // The angles are even: the functions are orthogonal over them.
         const auto of_angle = angle_basis(cosine, sine);
         for (int i = 0; i < angle_functions; ++i) {

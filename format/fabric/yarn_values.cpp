@@ -38,7 +38,7 @@ std::array<float, known_fields> values_of(const YarnCurve& c) {
           static_cast<float>(s.seed),
           s.irregularity,
           static_cast<float>(s.swells),
-          1,  // of a version to come
+          c.flattening,
           static_cast<float>(c.hairs.count),
           c.hairs.length,
           c.hairs.loops,
@@ -49,6 +49,7 @@ std::array<float, known_fields> values_of(const YarnCurve& c) {
 /// How many fields say all of the curve.
 int fields_of(const YarnCurve& curve) {
   if (curve.hairs != YarnHairs()) return fields_with_hairs;
+  if (curve.flattening != 1) return fields_with_flattening;
   if (curve.strands != YarnStrands()) return fields_with_strands;
   return curve.plies == YarnPlies() ? fields_of_round_yarn : fields_with_plies;
 }
@@ -171,6 +172,7 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
                      whole(value(21), 0, many),
                      value(22),
                      whole(value(23), 0, many)};
+    curve.flattening = value(24);
     curve.hairs = {whole(value(25), -many, many), value(26), value(27), value(28), value(29)};
     data.curves.push_back(curve);
   }

@@ -37,27 +37,47 @@ struct YarnPacket {
   alignas(64) YarnFloats start;   ///< of shadow rays: what one meets before has no effect
 };
 
-/// The segments of a block, as bits, that a line through `from` meets if it is thick by `beside`: it enters
-/// them within the range, at `entries`, and has not left them before `start`.
+/// squeezed() of yarn_section.h.
 template <std::size_t N>
-SELVEDGE_INLINE std::uint32_t near_segments(const float* block, const V3f& from_point, const V3f& direction,
-                                            float beside, const V2f& entry_range, float start,
-                                            float* entries) {
+SELVEDGE_INLINE WideVec3<N> squeezed_lanes(const WideVec3<N>& p, const WideFloat<N>& x,
+                                           const WideFloat<N>& y) {
+  const WideFloat<N> part = x * p.x + y * p.y;
+  return {p.x - x * part, p.y - y * part, p.z};
+}
+
+/// The segments of a block, as bits, that a line through `from` meets if it is thick by `beside`: it enters
+/// them within the range, at `entries`, and has not left them before `start`. What lies beside the line does
+/// not lie further beside it in a round section.
+template <std::size_t N, bool flat>
+SELVEDGE_INLINE std::uint32_t near_segments(const Yarns::Block& block, const V3f& from_point,
+                                            const V3f& direction, float beside, const V2f& entry_range,
+                                            float start, float* entries) {
   // GCC 12 takes comparisons of 16 numbers apart.
   constexpr std::size_t width = std::min(N, yarn_block);
   using Wide = WideFloat<width>;
   using Vec = WideVec3<width>;
   const float length2 = direction.length2();
-  const Vec d{Wide(direction.x), Wide(direction.y), Wide(direction.z)};
-  const Wide d2(length2);
-  const Wide per_d2(1 / length2);
-  const Wide per_d(1 / std::sqrt(length2));
+  Vec d{Wide(direction.x), Wide(direction.y), Wide(direction.z)};
+  Wide d2(length2);
+  Wide per_d2(1 / length2);
+  Wide per_d(1 / std::sqrt(length2));
   const Wide zero(0);
   const Wide nothing(no_yarn);
   std::uint32_t found = 0;
   for (std::size_t i = 0; i < yarn_block; i += width) {
-    const auto lane = [&](std::size_t row) { return Wide::load(block + yarn_block * row + i); };
-    const Vec from{Wide(from_point.x) - lane(0), Wide(from_point.y) - lane(1), Wide(from_point.z) - lane(2)};
+    const auto lane = [&](std::size_t row) {
+      return Wide::load(block.start[0].data() + yarn_block * row + i);
+    };
+    Vec from{Wide(from_point.x) - lane(0), Wide(from_point.y) - lane(1), Wide(from_point.z) - lane(2)};
+    if constexpr (flat) {
+      const Wide x = Wide::load(&block.squeeze[0][i]);
+      const Wide y = Wide::load(&block.squeeze[1][i]);
+      from = squeezed_lanes(from, x, y);
+      d = squeezed_lanes(Vec{Wide(direction.x), Wide(direction.y), Wide(direction.z)}, x, y);
+      d2 = d.dot(d);
+      per_d2 = Wide(1) / d2;
+      per_d = sqrt(per_d2);
+    }
     const Vec axis{lane(3), lane(4), lane(5)};
     const Wide length = lane(6);
     const Wide radius = lane(7);  // the largest
@@ -150,9 +170,11 @@ SELVEDGE_INLINE void walk_yarns(const Yarns::Inside& yarns, const V2f& period, c
         if (block.low > std::max(from, reached) + beyond || block.high < std::min(from, reached) - beyond ||
             packet.width >= block.empty_for)
           continue;
-        std::uint32_t near =
-            near_segments<N>(block.start[0].data(), at, direction, packet.beside,
-                             V2f(first, std::min(left, far) - entered), -entered, entries.data());
+        const V2f range(first, std::min(left, far) - entered);
+        std::uint32_t near = block.flat ? near_segments<N, true>(block, at, direction, packet.beside, range,
+                                                                 -entered, entries.data())
+                                        : near_segments<N, false>(block, at, direction, packet.beside, range,
+                                                                  -entered, entries.data());
         const bool any = near != 0;
         while (near != 0) {
           auto k = static_cast<std::size_t>(std::countr_zero(near));

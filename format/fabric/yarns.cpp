@@ -74,6 +74,7 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
   if (!std::isfinite(c.fibre_slope)) return refuse(place, "has a slope that is not finite");
   if (std::max(std::abs(c.turns.x), std::abs(c.turns.y)) > static_cast<int>(max_reach))
     return refuse(place, "turns too often");
+  if (!in(c.flattening, min_flattening, 1)) return refuse(place, "has a flattening out of range");
   if (auto ok = check_plies(c.plies, place); !ok) return ok;
   if (auto ok = check_strands(c.strands, place); !ok) return ok;
   return check_hairs(c.hairs, shorter, place);
@@ -168,32 +169,37 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   // The nearest point of the cubic curve through the nodes with these tangents, by a step of Newton's method
   // from that of the straight line: the surface is as smooth as the curve.
   const float length = std::sqrt(1 / s.inverse_length2);
+  const V3f from_start = squeezed(hit.from_start, s.squeeze);
+  const V3f along = squeezed(s.along, s.squeeze);
+  const V3f first = squeezed(s.tangent[0], s.squeeze) * length;
+  const V3f second = squeezed(s.tangent[1], s.squeeze) * length;
   float share = 0;
   V3f out(0, 0, 0);
   V3f tangent(0, 0, 0);
   for (int step = 0; step < 2; ++step) {
-    const float next = step == 0 ? hit.from_start.dot(s.along) * s.inverse_length2
-                                 : share + out.dot(tangent) / tangent.length2();
+    const float next =
+        step == 0 ? from_start.dot(along) * s.inverse_length2 : share + out.dot(tangent) / tangent.length2();
     share = std::clamp(next, -0.25F, 1.25F);
     const float rest = 1 - share;
-    tangent = s.along * (6 * share * rest) +
-              (s.tangent[0] * (rest * (1 - 3 * share)) + s.tangent[1] * (share * (3 * share - 2))) * length;
-    out = hit.from_start - s.along * (share * share * (3 - 2 * share)) -
-          (s.tangent[0] * (share * rest * rest) - s.tangent[1] * (share * share * rest)) * length;
+    tangent =
+        along * (6 * share * rest) + first * (rest * (1 - 3 * share)) + second * (share * (3 * share - 2));
+    out = from_start - along * (share * share * (3 - 2 * share)) - first * (share * rest * rest) +
+          second * (share * share * rest);
   }
   tangent.normalize();
   point.station = s.station + share * s.stations;
   if (point.station < 0) point.station += static_cast<float>(curve.stations);
   point.normal = (out - tangent * tangent.dot(out)).normalized();
-  point.strand = point.normal;
   const V3f around = tangent.cross(point.normal);
-  point.fibre = point.hair ? tangent : (tangent + around * curve.fibre_slope).normalized();
   if (point.hair) {
+    point.fibre = tangent;
     point.cosine = s.across[0].x;
     point.sine = s.across[0].y;
     point.outward = s.across[0].z;
+    point.strand = point.normal;
     return point;
   }
+  point.fibre = stretched(tangent + around * curve.fibre_slope, s.squeeze).normalized();
   const V3f across = mix(s.across[0], s.across[1], share);
   const float cosine = point.normal.dot(across);
   const float sine = -around.dot(across);
@@ -201,6 +207,8 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   point.cosine = norm > 0 ? cosine / norm : 1;
   point.sine = norm > 0 ? sine / norm : 0;
   point.outward = point.normal.dot(mix(s.out[0], s.out[1], share));
+  point.normal = squeezed(point.normal, s.squeeze).normalized();
+  point.strand = point.normal;
   point.rows = s.rows;
   return point;
 }

@@ -18,6 +18,7 @@
 #include "format/fabric/shading.h"
 #include "format/fabric/yarn_hairs.h"
 #include "format/fabric/yarn_reflectance.h"
+#include "format/fabric/yarn_section.h"
 #include "format/fabric/yarn_strands.h"
 
 namespace selvedge {
@@ -40,7 +41,7 @@ struct YarnCurve {
   int nodes = 0;        ///< >= 2
   int stations = 0;     ///< places, evenly spaced along it, where indirect light is known; >= 1
   V2i turns{0, 0};      ///< in periods along x and y; (0, 0) is a ring
-  float radius = 0.5F;  ///< mm, > 0
+  float radius = 0.5F;  ///< mm, > 0; of a round yarn with the same area
   V3f albedo{0.5F, 0.5F, 0.5F};
   Gloss gloss;
   /// Tangent of the angle from the yarn's axis to the fibres at its surface: a right-handed screw is
@@ -48,6 +49,7 @@ struct YarnCurve {
   float fibre_slope = 0;
   YarnPlies plies;
   YarnStrands strands;
+  float flattening = 1;  ///< thickness over width of its section, min_flattening to 1 (round)
   YarnHairs hairs;
   bool operator==(const YarnCurve&) const = default;
 };
@@ -142,7 +144,11 @@ struct YarnFrame {
   V3f tangent{1, 0, 0};   ///< unit
   V3f across{0, 0, 1};    ///< unit; angle 0, and tangent x across is a right angle
   V3f out{0, 0, 0};       ///< of a ply: unit, across it, away from the yarn's axis
-  float radius = 0;       ///< mm, the largest of the segments there
+  V2f squeeze{0, 0};      ///< of its section (yarn_section.h): angles are those of the round one
+  float radius = 0;       ///< mm, of the round section, the largest of the segments there
+  /// Normal and place of the surface where the round section has this unit normal.
+  V3f normal_of(const V3f& round) const { return squeezed(round, squeeze).normalized(); }
+  V3f place_of(const V3f& round) const { return position + stretched(round, squeeze) * radius; }
 };
 
 /// Segments that are tested together.
@@ -217,24 +223,29 @@ class Yarns {
     /// across: of the yarn's axis. Of a hair, the first has cosine, sine and YarnPoint::outward of its root.
     std::array<V3f, 2> tangent, across;
     std::array<V3f, 2> out{V3f(0, 0, 0), V3f(0, 0, 0)};  ///< unit, from that to the ply's; 0 without plies
-    float inverse_length2 = 0;                           ///< 1 / mm^2
+    float inverse_length2 = 0;                           ///< 1 / mm^2; in the round section
     float station = 0;
     float stations = 0;  ///< over its length; 0: a hair, which has the light of its root
-    float radius = 0;
+    float radius = 0;    ///< of the round section
     /// Radius of the ball about its start: that of the thicker segment there. Of a hair, its largest radius.
     float reach = 0;
     float rank = 0;  ///< of a hair, in (0, 1): it is met where that is less than the share of hairs; else 0
+    V2f squeeze{0, 0};
     int curve = 0;
     StrandRows rows;
+    /// Half the width of the section where half the thickness is `thin`.
+    float wide(float thin) const { return thin / (1 - squeeze.length2()); }
   };
   /// Segments for the lanes, relative to the middle of a cell at z = 0. Those that are not there
   /// have radius and reach 0.
   struct Block {
-    std::array<std::array<float, yarn_block>, 3> start, axis;  ///< axis: unit
-    std::array<float, yarn_block> length, reach, radius, rank;
+    std::array<std::array<float, yarn_block>, 3> start, axis;   ///< axis: unit, in the round section
+    std::array<float, yarn_block> length, reach, radius, rank;  ///< likewise
     std::array<int, yarn_block> segment;
     float low, high;  ///< mm, of what its segments reach
     float empty_for;  ///< mm; rays of at least this width meet none of them
+    bool flat;        ///< whether one of them is
+    std::array<std::array<float, yarn_block>, 2> squeeze;
   };
   struct Cell {
     std::uint32_t first = 0;

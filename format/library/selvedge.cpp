@@ -71,7 +71,8 @@ std::vector<FabricYarnCurve> curves_of(const YarnData& data) {
                       c.plies.divisions,
                       c.plies.shift,
                       c.plies.phase,
-                      {c.plies.groove.x, c.plies.groove.y, c.plies.groove.z}});
+                      {c.plies.groove.x, c.plies.groove.y, c.plies.groove.z},
+                      c.flattening});
   }
   return curves;
 }

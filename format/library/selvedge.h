@@ -79,7 +79,7 @@ struct FabricLevelData {
   std::span<const float> light_basis;  ///< b, light, rgb
 };
 
-/// One yarn: a closed chain of nodes, joined by round segments; from the last node it runs on to the first of
+/// One yarn: a closed chain of nodes, joined by segments; from the last node it runs on to the first of
 /// the repeat that lies `turns` away (brdf.md, "Yarn"). Of several plies it is their axis.
 struct FabricYarnCurve {
   int nodes = 0;                  ///< >= 2
@@ -95,6 +95,7 @@ struct FabricYarnCurve {
   int shift = 0;                  ///< at the chain's end ply j runs on as ply j + shift
   float phase = 0;                ///< radians, of ply 0 at node 0
   std::array<float, 3> groove{};  ///< change of indirect light where the normal points out of the yarn
+  float flattening = 1;           ///< thickness over width of its section where it lies level; 1: round
 };
 
 /// The yarn itself. x runs along growing u, y along falling v, z is above the cell's lowest point; a point

@@ -59,8 +59,8 @@ Fabric without(Fabric fabric, bool table, bool frame, std::size_t levels) {
 void make_fabrics(const fs::path& path) {
   const Fabric whole = test::random_fabric(3, 2, {1, 2}, 1, 1);
   Fabric plies = test::with_yarn(test::lambert_fabric(2, 2, {0.5F, 0.5F, 0.5F}), 2);
-  plies.levels.front().set_yarns(
-      std::make_shared<const Yarns>(test::plied(plies.levels.front().yarns()->data()), plies.period_mm));
+  plies.levels.front().set_yarns(std::make_shared<const Yarns>(
+      test::flattened(test::plied(plies.levels.front().yarns()->data())), plies.period_mm));
   const std::map<std::string, std::pair<Fabric, FabricWriteOptions>> fabrics{
       {"all-layers.exr", {whole, {}}},
       {"sides.exr", {test::four_sides(), {}}},

@@ -30,7 +30,7 @@ struct StrandCurves {
     pieces[lane] = static_cast<float>(of.pieces);
     first_row[lane] = static_cast<float>(segment.rows.first);
     later_row[lane] = static_cast<float>(segment.rows.later);
-    width[lane] = 2 * std::numbers::pi_v<float> * segment.radius / strands[lane];
+    width[lane] = 2 * std::numbers::pi_v<float> * segment.wide(segment.radius) / strands[lane];
     irregularity[lane] = of.irregularity;
     swells[lane] = static_cast<float>(of.swells);
     sense_x[lane] = some ? sense.x : 0;

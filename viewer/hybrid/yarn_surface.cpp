@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstddef>
 #include <numbers>
 
 #include "format/fabric/lifted.h"
 #include "format/fabric/yarn_sky.h"
-#include "viewer/hybrid/fetch.h"
+#include "viewer/hybrid/segment_lanes.h"
 #include "viewer/hybrid/strand_lanes.h"
 
 namespace selvedge {
@@ -38,39 +37,10 @@ SELVEDGE_INLINE WideVec3<N> lifted_lanes(const WideVec3<N>& d) {
   return unit(WideVec3<N>{d.x, d.y, max(d.z, WideFloat<N>(min_rise))});
 }
 
-/// What a segment's lanes are fetched as: groups of four floats, the members in their order.
-static_assert(offsetof(Yarns::Segment, start) == 0 && offsetof(Yarns::Segment, along) == 12 &&
-              offsetof(Yarns::Segment, tangent) == 24 && offsetof(Yarns::Segment, across) == 48 &&
-              offsetof(Yarns::Segment, out) == 72 && offsetof(Yarns::Segment, inverse_length2) == 96 &&
-              offsetof(Yarns::Segment, station) == 100 && offsetof(Yarns::Segment, stations) == 104 &&
-              offsetof(Yarns::Segment, radius) == 108 && sizeof(Yarns::Segment) >= 112);
-
-template <std::size_t N>
-struct SegmentLanes {
-  SELVEDGE_INLINE explicit SegmentLanes(const Group* const* from) {
-    WideFloat<N> rows[28];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in registers
-    for (std::size_t group = 0; group < 7; ++group) fetch<N>(from, group, rows + 4 * group);
-    const auto vector = [&](std::size_t row) { return WideVec3<N>{rows[row], rows[row + 1], rows[row + 2]}; };
-    start = vector(0);
-    along = vector(3);
-    for (std::size_t end = 0; end < 2; ++end) {
-      tangent[end] = vector(6 + 3 * end);
-      across[end] = vector(12 + 3 * end);
-      out[end] = vector(18 + 3 * end);
-    }
-    inverse_length2 = rows[24];
-    station = rows[25];
-    stations = rows[26];
-    radius = rows[27];
-  }
-  WideVec3<N> start, along;
-  WideVec3<N> tangent[2], across[2], out[2];  // NOLINT(modernize-avoid-c-arrays)
-  WideFloat<N> inverse_length2, station, stations, radius;
-};
-
 /// Of the curves of the lanes.
 struct CurveLanes {
   alignas(64) Floats slope, stations;
+  bool flat = false;  ///< whether one of them is
 };
 
 /// A place on the curve's axis, its direction there, and the way from it to the hit.
@@ -113,28 +83,35 @@ SELVEDGE_INLINE void place_surface(const Group* const* segments, const CurveLane
   using Wide = WideFloat<N>;
   using Vec = WideVec3<N>;
   for (std::size_t i = 0; i < yarn_lanes; i += N) {
-    const SegmentLanes<N> s(segments + i);
+    SegmentLanes<N> s(segments + i, curves.flat);
     const Vec off = load<N>(from_start, i);
-    const OnCurve<N> at = nearest_on_curve<N>(s, off);
+    Vec round_off = off;
+    if (curves.flat) {
+      round_off = s.squeezed(off);
+      s.along = s.squeezed(s.along);
+      for (Vec& tangent : s.tangent) tangent = s.squeezed(tangent);
+    }
+    const OnCurve<N> at = nearest_on_curve<N>(s, round_off);
     const Wide zero(0);
     const Wide along = s.station + at.share * s.stations;
     if_greater(zero, along, along + Wide::load(&curves.stations[i]), along).store(&station[i]);
-    const Vec normal = unit(at.out - at.tangent * at.tangent.dot(at.out));
-    const Vec around = at.tangent.cross(normal);
+    const Vec round = unit(at.out - at.tangent * at.tangent.dot(at.out));
+    const Vec around = at.tangent.cross(round);
     const Vec across = s.across[0] + (s.across[1] - s.across[0]) * at.share;
-    const Wide cosine = normal.dot(across);
+    const Wide cosine = round.dot(across);
     const Wide sine = -around.dot(across);
     const Wide norm2 = cosine * cosine + sine * sine;
     // A hair has what it has at its root.
     const auto or_root = [&](const Wide& a, const Wide& b) { return if_greater(s.stations, zero, a, b); };
     const Wide scale = Wide(1) / sqrt(norm2);
+    const Vec fibre = at.tangent + around * or_root(Wide::load(&curves.slope[i]), zero);
+    const Vec normal = curves.flat ? unit(s.squeezed(round)) : round;
     store(normal, surface.normal, i);
     store(s.start + off + normal * (s.radius * Wide(leave_radii)), surface.leave, i);
-    store(unit(at.tangent + around * or_root(Wide::load(&curves.slope[i]), zero)), surface.fibre, i);
+    store(unit(curves.flat ? s.stretched(fibre) : fibre), surface.fibre, i);
     or_root(if_greater(norm2, zero, cosine * scale, Wide(1)), s.across[0].x).store(&surface.cosine[i]);
     or_root(if_greater(norm2, zero, sine * scale, zero), s.across[0].y).store(&surface.sine[i]);
-    or_root(normal.dot(s.out[0] + (s.out[1] - s.out[0]) * at.share), s.across[0].z)
-        .store(&surface.outward[i]);
+    or_root(round.dot(s.out[0] + (s.out[1] - s.out[0]) * at.share), s.across[0].z).store(&surface.outward[i]);
   }
 }
 SELVEDGE_THREE_BODIES(place_surface,
@@ -340,6 +317,7 @@ void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits
     of_curve[i] = s.curve;
     const YarnCurve& curve = data.curves[s.curve];
     curves.slope[i] = curve.fibre_slope;
+    curves.flat |= curve.flattening != 1;
     curves.stations[i] = static_cast<float>(curve.stations);
     surface.matt.set(i, curve.albedo * ((1 - curve.gloss.weight) * std::numbers::inv_pi_v<float>));
     surface.gloss[i] = curve.gloss.weight;

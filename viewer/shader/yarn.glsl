@@ -60,18 +60,34 @@ int advance(inout YarnWalk walk) {
   return walk.forward;
 }
 
+// format/fabric/yarn_section.h; the squeeze of a segment.
+vec2 squeeze_of(uint segment) {
+  return vec2(number(segment + segment_squeeze), number(segment + segment_squeeze + 1u));
+}
+vec3 squeezed(vec3 p, vec2 squeeze) { return vec3(p.xy - squeeze * dot(squeeze, p.xy), p.z); }
+vec3 stretched(vec3 p, vec2 squeeze) {
+  return vec3(p.xy + squeeze * (dot(squeeze, p.xy) / (1.0 - dot(squeeze, squeeze))), p.z);
+}
+
 // The distance, above `start`, at which a ray enters the side of a segment or its first end, else `nowhere`. The other
 // end is the next segment's. `from`: the ray's origin from the segment's start.
 // `radii`: of the side and of the ball.
 float enter_segment(vec3 from, vec3 direction, uint segment, float start, vec2 radii) {
+  vec2 squeeze = squeeze_of(segment);
+  float d2 = 1.0;
+  if (squeeze != vec2(0.0)) {
+    from = squeezed(from, squeeze);
+    direction = squeezed(direction, squeeze);
+    d2 = dot(direction, direction);
+  }
   vec3 axis = vector_at(segment + segment_axis);
   vec2 r2 = radii * radii;
   float back = dot(direction, from);
   vec3 off = cross(from, direction);
-  float g = r2.y - dot(off, off);
+  float g = d2 * r2.y - dot(off, off);
   float entry = nowhere;
   if (g > 0.0) {
-    float end = -back - sqrt(g);
+    float end = (-back - sqrt(g)) / d2;
     if (end > start) entry = end;
   }
   // The side: between the lines lie |gap| / |normal|.
@@ -90,6 +106,7 @@ float enter_segment(vec3 from, vec3 direction, uint segment, float start, vec2 r
 }
 bool is_in_segment(vec3 from, uint segment, float radius) {
   vec3 axis = vector_at(segment + segment_axis);
+  from = squeezed(from, squeeze_of(segment));
   vec3 off = from - axis * clamp(dot(axis, from), 0.0, number(segment + segment_length));
   return radius * radius > dot(off, off);
 }
@@ -165,6 +182,8 @@ bool trace_yarn(uint fabric, vec2 uv, vec3 view, float width, out YarnHit hit) {
 
 YarnPoint yarn_point_at(uint yarn, YarnHit hit) {
   float reach = number(hit.segment + segment_length);
+  vec2 squeeze = squeeze_of(hit.segment);
+  vec3 from_start = squeezed(hit.from_start, squeeze);
   vec3 along = vector_at(hit.segment + segment_axis) * reach;
   vec3 first_tangent = vector_at(hit.segment + segment_tangents);
   vec3 second_tangent = vector_at(hit.segment + segment_tangents + 3u);
@@ -173,13 +192,13 @@ YarnPoint yarn_point_at(uint yarn, YarnHit hit) {
   vec3 tangent = vec3(0.0);
   // A step of Newton's method from the straight line's nearest point to that of the smooth curve.
   for (int i = 0; i < 2; ++i) {
-    float next = i == 0 ? dot(hit.from_start, along) / (reach * reach)
+    float next = i == 0 ? dot(from_start, along) / (reach * reach)
                         : share + dot(off, tangent) / dot(tangent, tangent);
     share = clamp(next, -0.25, 1.25);
     float rest = 1.0 - share;
     tangent = along * (6.0 * share * rest) +
               (first_tangent * (rest * (1.0 - 3.0 * share)) + second_tangent * (share * (3.0 * share - 2.0))) * reach;
-    off = hit.from_start - along * (share * share * (3.0 - 2.0 * share)) -
+    off = from_start - along * (share * share * (3.0 - 2.0 * share)) -
           (first_tangent * (share * rest * rest) - second_tangent * (share * share * rest)) * reach;
   }
   tangent = normalize(tangent);
@@ -187,19 +206,20 @@ YarnPoint yarn_point_at(uint yarn, YarnHit hit) {
   point.curve = word(yarn + yarn_curves) + curve_words * word(hit.segment + segment_curve);
   point.station = number(hit.segment + segment_station) + share * number(hit.segment + segment_stations);
   if (point.station < 0.0) point.station += float(word(point.curve + curve_stations));
-  point.normal = normalize(off - tangent * dot(tangent, off));
+  vec3 normal = normalize(off - tangent * dot(tangent, off));  // of the round section
+  point.normal = normalize(squeezed(normal, squeeze));
   point.strand = point.normal;
   point.brightness = 1.0;
   point.matt = 1.0;
   point.roughness = number(point.curve + curve_roughness);
-  vec3 around = cross(tangent, point.normal);
-  point.fibre = normalize(tangent + around * number(point.curve + curve_slope));
+  vec3 around = cross(tangent, normal);
+  point.fibre = normalize(stretched(tangent + around * number(point.curve + curve_slope), squeeze));
   vec3 across = mix(vector_at(hit.segment + segment_across), vector_at(hit.segment + segment_across + 3u), share);
-  vec2 angle = vec2(dot(point.normal, across), -dot(around, across));
+  vec2 angle = vec2(dot(normal, across), -dot(around, across));
   float norm = length(angle);
   point.angle = norm > 0.0 ? angle / norm : vec2(1.0, 0.0);
   vec3 out_of_axis = mix(vector_at(hit.segment + segment_out), vector_at(hit.segment + segment_out + 3u), share);
-  point.outward = dot(point.normal, out_of_axis);
+  point.outward = dot(normal, out_of_axis);
   if (number(hit.segment + segment_rank) > 0.0) {
     // A hair, which has the light of its root.
     vec3 root = vector_at(hit.segment + segment_across);
@@ -236,7 +256,8 @@ vec4 strand_noise(uint a, uint b, float part) {
 float strand_offset(uint seed, uint row) { return float(strand_bits(seed, row, 0xffffu) >> 9u) * exp2(-23.0); }
 // Turns to what is seen of a strand; `spacing`: width of what the point stands for, mm.
 void add_strands(inout YarnPoint point, vec3 view, uint segment, float spacing) {
-  float radius = number(segment + segment_radius);
+  vec2 squeeze = squeeze_of(segment);
+  float wide = number(segment + segment_radius) / (1.0 - dot(squeeze, squeeze));
   uint curve = point.curve;
   uint strands = word(curve + curve_strands);
   float irregularity = number(curve + curve_irregularity);
@@ -252,7 +273,7 @@ void add_strands(inout YarnPoint point, vec3 view, uint segment, float spacing) 
                                                        swell - float(swell_here)).w;
   if (strands > 0u && !(number(segment + segment_rank) > 0.0)) {
     // viewer/hybrid/strand_lanes.h
-    float detail = min(1.0, 3.14159265358979324 * radius / (float(strands) * max(spacing, 5e-10)));
+    float detail = min(1.0, 3.14159265358979324 * wide / (float(strands) * max(spacing, 5e-10)));
     float hidden = 1.0 - detail * detail;
     point.matt = 1.0 - 0.06 * hidden;
     point.roughness = sqrt(point.roughness * point.roughness + 0.05 * hidden);

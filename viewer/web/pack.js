@@ -148,13 +148,14 @@ function base_numbers(fabric) {
   return [numbers.subarray(0, of_views), numbers.subarray(of_views, all)];
 }
 
-function add_segment(words, {start, along, length, radius, tangents, across, out, stations, rows, reach, rank}, index) {
+function add_segment(words, {start, round, length, radius, squeeze, tangents, across, out, stations, rows, reach, rank}, index) {
   const at = words.room(AT.segment_words);
   const set = (name, ...values) => words.set_numbers(at + AT[name], ...values);
-  set('segment_axis', ...along.map((x) => x / length));
+  set('segment_axis', ...round.map((x) => x / length));
   set('segment_length', length);
   set('segment_start', ...start);
   set('segment_radius', radius);
+  set('segment_squeeze', squeeze[0], squeeze[1]);
   set('segment_tangents', ...tangents.flat());
   set('segment_across', ...across.flat());
   set('segment_out', ...out.flat());

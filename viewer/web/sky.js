@@ -2,6 +2,7 @@
 // viewer/scene/packed_fabric.cpp and of format/fabric/yarn_sky.cpp.
 import {smooth_basis} from './environment.js';
 import {AT} from './pack.js';
+import {squeezed, stretched} from './reader/sections.js';
 import {ANGLES, LIGHTS} from './reader/yarns.js';
 import {cross, dot, minus, plus, times, unit} from './reader/vector.js';
 
@@ -88,7 +89,13 @@ class YarnRays {
     this.size = two('yarn_cell_size');
   }
   #enters(segment, x, y, z, [dx, dy, dz], start, begins) {
-    const {floats} = this, axis = segment + AT.segment_axis, ax = floats[axis], ay = floats[axis + 1], az = floats[axis + 2];
+    const {floats} = this, gx = floats[segment + AT.segment_squeeze], gy = floats[segment + AT.segment_squeeze + 1];
+    let d2 = 1;
+    if (gx !== 0 || gy !== 0) {
+      [[x, y], [dx, dy]] = [[x, y, z], [dx, dy, dz]].map((v) => squeezed(v, [gx, gy, 0]));
+      d2 = dx * dx + dy * dy + dz * dz;
+    }
+    const axis = segment + AT.segment_axis, ax = floats[axis], ay = floats[axis + 1], az = floats[axis + 2];
     const radius = floats[segment + AT.segment_radius], length = floats[segment + AT.segment_length], r2 = radius * radius;
     const ball = floats[segment + AT.segment_rank] > 0 ? radius : floats[segment + AT.segment_reach];
     const along = ax * x + ay * y + az * z, back = dx * x + dy * y + dz * z;
@@ -96,8 +103,8 @@ class YarnRays {
       const share = min(max(along, 0), length);
       if (r2 > (x - ax * share) ** 2 + (y - ay * share) ** 2 + (z - az * share) ** 2) return true;
     }
-    const g = ball * ball - (x * x + y * y + z * z - back * back);
-    if (g > 0 && -back - sqrt(g) > start) return true;
+    const g = d2 * ball * ball - (d2 * (x * x + y * y + z * z) - back * back);
+    if (g > 0 && (-back - sqrt(g)) / d2 > start) return true;
     const nx = dy * az - dz * ay, ny = dz * ax - dx * az, nz = dx * ay - dy * ax;
     const a = nx * nx + ny * ny + nz * nz, gap = x * nx + y * ny + z * nz, h = a * r2 - gap * gap;
     if (!(h > 0)) return false;
@@ -158,7 +165,7 @@ function mean_gloss(roughness) {
   return min(1, sum * part * part / PI);
 }
 
-/** Place, tangent, the direction that angles count from and thickness at a station of a curve that has these segments. */
+/** Place, tangent, the direction that angles count from, squeeze and thickness at a station of a curve of these segments. */
 function frame_at(floats, segments, station) {
   const ends = segments.filter((_, i) => {
     // The first segment of the yarn, or of a ply, follows the last.
@@ -168,18 +175,21 @@ function frame_at(floats, segments, station) {
   const vector = (at) => [floats[at], floats[at + 1], floats[at + 2]];
   const mean = (of) => times(ends.map(of).reduce((sum, v) => plus(sum, v)), 1 / ends.length);
   const share = (s) => min(max((station - floats[s + AT.segment_station]) / floats[s + AT.segment_stations], 0), 1);
-  const mixed = (name) =>
-    mean((s) => plus(times(vector(s + AT[name]), 1 - share(s)), vector(s + AT[name] + 3), share(s)));
-  const place = (s) =>
-    plus(vector(s + AT.segment_start), vector(s + AT.segment_axis), share(s) * floats[s + AT.segment_length]);
   // Of the segment and of that behind it, which follows in the list or is the first.
   const thickest = (s) => max(...[s, segments[(segments.indexOf(s) + 1) % segments.length]].map((at) => floats[at + AT.segment_reach]));
-  const tangent = unit(mixed('segment_tangents')), across = mixed('segment_across'), position = mean(place);
+  const mixed = (name, of = (_, v) => v) =>
+    mean((s) => of(s, plus(times(vector(s + AT[name]), 1 - share(s)), vector(s + AT[name] + 3), share(s))));
+  const squeeze = (s) => [floats[s + AT.segment_squeeze], floats[s + AT.segment_squeeze + 1], 0];
+  const back = (s, v) => stretched(v, squeeze(s));
+  const place = (s) => plus(
+    vector(s + AT.segment_start), back(s, vector(s + AT.segment_axis)), share(s) * floats[s + AT.segment_length]);
+  const tangent = unit(mixed('segment_tangents', back)), across = mixed('segment_across'), position = mean(place);
   return {
     position,
     tangent,
     across: unit(minus(across, times(tangent, dot(tangent, across)))),
-    radius: thickest(ends[0]) + hypot(...minus(place(ends[0]), position)),
+    squeeze: squeeze(ends[0]),
+    radius: thickest(ends[0]) + hypot(...squeezed(minus(place(ends[0]), position), squeeze(ends[0]))),
     plied: ends.length > 1,
   };
 }
@@ -223,7 +233,7 @@ function sky_of_yarn(of, fabric) {
         // Mirrored lights: functions 3, 5 and 6 are odd in z.
         sums[(i * LIGHTS + k) * 3 + colour] += through * upper[j][k] * (k === 3 || k === 5 || k === 6 ? -1 : 1);
       }
-      const {position, tangent, across, radius, plied} = frame_at(floats, of_curve.get(c), number);
+      const {position, tangent, across, squeeze, radius, plied} = frame_at(floats, of_curve.get(c), number);
       const beside = cross(tangent, across), outermost = plied ? 1 + SKY_GROOVE : 1;
       if (plied)
         sums.forEach((sum, i) => {
@@ -232,7 +242,8 @@ function sky_of_yarn(of, fabric) {
         });
       for (let a = 0; a < AROUND_YARN; ++a) {
         const angle = 2 * PI * a / AROUND_YARN, x = cos(angle), y = sin(angle);
-        const normal = plus(times(across, x), beside, y), from = plus(position, normal, radius * (1 + LEAVE_RADII));
+        const round = plus(times(across, x), beside, y), normal = unit(squeezed(round, squeeze));
+        const from = plus(plus(position, stretched(round, squeeze), radius), normal, radius * LEAVE_RADII);
         const seen = new Float64Array(LIGHTS);
         for (const {toward, basis} of lights) {
           const cosine = dot(normal, toward);

@@ -1,5 +1,6 @@
 // The cells that rays through yarn are marched along: the twin of format/fabric/yarn_cells.cpp, without the room that
 // its bundles of rays need.
+import {wide} from './reader/sections.js';
 
 const {floor, hypot, max, min, sqrt} = Math;
 const MOST_CELLS = 2 ** 20, MOST_IN_A_ROW = 4096;
@@ -12,13 +13,13 @@ const SPARE = 1.001;
  */
 export function cells_of({period, segments}) {
   const of_chains = segments.filter(({rank}) => rank === 0);
-  const mean = of_chains.reduce((sum, {radius}) => sum + radius, 0) / of_chains.length;
+  const mean = of_chains.reduce((sum, {radius, squeeze}) => sum + sqrt(radius * wide(radius, squeeze)), 0) / of_chains.length;
   const side = max(mean, sqrt(period[0] * period[1] / MOST_CELLS), period[0] / MOST_IN_A_ROW, period[1] / MOST_IN_A_ROW);
   const [columns, rows] = period.map((length) => max(1, floor(length / side)));
   const size = [period[0] / columns, period[1] / rows], half_diagonal = SPARE * hypot(...size) / 2;
   const cells = Array.from({length: columns * rows}, () => ({low: Infinity, high: -Infinity, references: []}));
-  segments.forEach(({radius, start, along, reach: widest, rank}, segment) => {
-    const reach = SPARE * widest;
+  segments.forEach(({radius, start, along, reach: widest, rank, squeeze}, segment) => {
+    const reach = SPARE * wide(widest, squeeze);
     const [low, high] = [[0, 1].map((axis) => floor((start[axis] + min(0, along[axis]) - reach) / size[axis])),
                          [0, 1].map((axis) => floor((start[axis] + max(0, along[axis]) + reach) / size[axis]))];
     const length2 = along[0] ** 2 + along[1] ** 2;

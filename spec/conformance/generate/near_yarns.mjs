@@ -50,7 +50,8 @@ export function yarn_changes(yarns, uv, light, view, U) {
   const lit = light[2] > 0 && view[2] > 0;
   const agrees = ({hit: other, hidden, strand}) =>
     other?.segment === hit?.segment && (!lit || (hidden === here.hidden && strand === here.strand));
-  if (!shifted.every(agrees)) return null;
+  // The ball about the end of a hair may hide light or not.
+  if (!shifted.every(agrees) || here.hidden === 'by a tip') return null;
   if (!hit || !lit) return {rgb, alpha, errors: [0, 0, 0]};
 
   const way = (top - hit.point[2]) / max(unit(view)[2], 1 / 32);

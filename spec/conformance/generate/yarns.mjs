@@ -16,8 +16,9 @@ const STRAIGHT = {
 const ROUND = {count: 1, divisions: 1, shift: 0, phase: 0, groove: [0, 0, 0]};
 /** A curve without strands. */
 const SMOOTH = {count: 0, pieces: 2, shift: 0, seed: 0, irregularity: 0, swells: 1};
-/** A curve without hairs, and the field before them, which is of a version to come. */
-const BALD = {later: 1, count: 0, length: 0, loops: 0, radius: 0, kept: 1};
+/** A curve without hairs, and a round section. */
+const BALD = {count: 0, length: 0, loops: 0, radius: 0, kept: 1};
+const PLAIN = {flattening: 1};
 const FIELDS = 11;
 
 /** Column after column of a table. */
@@ -29,9 +30,9 @@ export function of_curves(curves, [w, h] = [3, 2]) {
   const fields = curves.map(
     ({nodes: own, stations, turns, radius, albedo, gloss, roughness, slope}) =>
       [own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope]);
-  const members = [['hairs', BALD], ['strands', SMOOTH], ['plies', ROUND]];
+  const members = [['hairs', BALD], ['section', PLAIN], ['strands', SMOOTH], ['plies', ROUND]];
   const used = members.slice(members.findIndex(([name]) => curves.some((curve) => curve[name]))).reverse();
-  const is_later = curves.some((curve) => curve.plies || curve.strands || curve.hairs);
+  const is_later = curves.some((curve) => members.some(([name]) => curve[name]));
   const later = !is_later ? [] : curves.map(
     (curve) => used.flatMap(([name, plain]) => Object.values({...plain, ...curve[name]}).flat()));
   const numbers = [...by_column(fields), ...by_column(nodes), ...later.length ? by_column(later) : []];
@@ -188,6 +189,22 @@ export const yarns = [
     name: 'yarns-plies-upright',
     about: 'five plies about an axis that begins upright; light in single precision',
     ...of_curves([five]),
+    layers: {table: {}, opacity: {}, yarns: {}, indirect: {precision: 'float'}},
+  },
+  {
+    name: 'yarns-flat',
+    about: 'flat yarns that cross, a ring, a loop that is less flat where it stands steeply; strands, hairs, thick places',
+    ...of_curves([
+      {...weft, section: {flattening: 0.625}, strands: {count: 20, pieces: 5, shift: -27, seed: 4711}},
+      {...warp, section: {flattening: 0.3125}},
+      {...ring, section: {flattening: 0.5}, hairs, strands: uneven},
+      {...loop, section: {flattening: 0.375}, hairs: {...hairs, loops: 0.75}},
+    ]),
+  },
+  {
+    name: 'yarns-flat-plies',
+    about: 'plies about flat axes, of which one has hairs, beside a round yarn; light in single precision',
+    ...of_curves([{...three, section: {flattening: 0.5}, hairs, strands: uneven}, {...five, section: {flattening: 0.75}}, warp]),
     layers: {table: {}, opacity: {}, yarns: {}, indirect: {precision: 'float'}},
   },
   {

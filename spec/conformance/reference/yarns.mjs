@@ -1,5 +1,5 @@
 // What is seen of the yarn itself (spec/brdf.md, Yarn): of what yarns_of of the reader gives.
-import {across, cross, dot, minus, plus, times, unit} from './reader.mjs';
+import {across, cross, dot, minus, plus, squeezed, stretched, times, unit, wide} from './reader.mjs';
 import {strand_at} from './strands.mjs';
 
 const {abs, ceil, floor, hypot, max, min, sqrt, PI} = Math;
@@ -11,27 +11,28 @@ const lifted = ([x, y, z]) => unit([x, y, max(z, LEAST_Z)]);
  * How far along a ray from o, given from the segment's start, it enters the segment's side or the ball about its
  * start; Infinity if neither. The ball about its end is the next segment's.
  */
-function entry({along, length, radius, ball: about}, o, d) {
+function entry({round, length, radius, ball: about, squeeze}, from, way) {
+  const o = squeezed(from, squeeze), to = squeezed(way, squeeze), size = hypot(...to), d = times(to, 1 / size);
   const off = across(o, d), under = about ** 2 - dot(off, off);
   const ball = under < 0 ? Infinity : -dot(o, d) - sqrt(under);
-  const axis = times(along, 1 / length), m = across(o, axis), e = across(d, axis), a = dot(e, e);
+  const axis = times(round, 1 / length), m = across(o, axis), e = across(d, axis), a = dot(e, e);
   let side = Infinity;
   const D = dot(m, e) ** 2 - a * (dot(m, m) - radius ** 2);
   if (a > 1e-24 && D >= 0) {
     const t = (-dot(m, e) - sqrt(D)) / a, at = dot(plus(o, d, t), axis);
     if (at >= 0 && at <= length) side = t;
   }
-  return min(side, ball);
+  return min(side, ball) / size;
 }
 
 /** Calls visit(segment, the origin as seen from the start of its copy) for all that a ray's way may touch. */
 function for_each_near({segments, period}, o, d, way, visit) {
   const to = plus(o, d, way);
   for (const segment of segments) {
-    const {start, along, length, ball: radius} = segment;
+    const {start, along, ball, squeeze} = segment, around = wide(ball, squeeze);
     const copies = [0, 1].map((axis) => {
       const from = start[axis], end = from + along[axis];
-      const low = min(from, end) - radius, high = max(from, end) + radius;
+      const low = min(from, end) - around, high = max(from, end) + around;
       const ends = [min(o[axis], to[axis]) - high, max(o[axis], to[axis]) - low].map((x) => x / period[axis]);
       return [ceil(ends[0]), floor(ends[1])];
     });
@@ -39,7 +40,7 @@ function for_each_near({segments, period}, o, d, way, visit) {
       for (let Y = copies[1][0]; Y <= copies[1][1]; ++Y) {
         const from = minus(o, plus(start, [X * period[0], Y * period[1], 0]));
         const centre = across(plus(from, along, -0.5), d);
-        if (dot(centre, centre) <= (length / 2 + radius) ** 2) visit(segment, from);
+        if (dot(centre, centre) <= (hypot(...along) / 2 + around) ** 2) visit(segment, from);
       }
     }
   }
@@ -61,38 +62,39 @@ export function trace(yarns, [u, v], view) {
 }
 
 /** The surface at a hit: { N, F, cos_a, sin_a, x, b }, x in stations. */
-export function surface({segment, from_start: P}) {
+export function surface({segment, from_start}) {
   if (segment.rank > 0) {
     const F = segment.tangents[0], [cos_a, sin_a, b] = segment.across[0];
-    return {N: unit(across(P, F)), F, cos_a, sin_a, x: segment.stations[0], b};
+    return {N: unit(across(from_start, F)), F, cos_a, sin_a, x: segment.stations[0], b};
   }
-  const {curve, along, length, tangents: [t_0, t_1], across: [A_0, A_1], out: [E_0, E_1], stations: [x_0, x_1]} = segment;
-  const clamp = (x) => min(max(x, -0.25), 1.25);
+  const {curve, squeeze, round: along, length, tangents: [t_0, t_1], across: [A_0, A_1], out: [E_0, E_1]} = segment;
+  const P = squeezed(from_start, squeeze), [x_0, x_1] = segment.stations, clamp = (x) => min(max(x, -0.25), 1.25);
   const C = (s) => plus(
     times(along, 3 * s * s - 2 * s ** 3), plus(times(t_0, s - 2 * s * s + s ** 3), t_1, s ** 3 - s * s), length);
   const slope = (s) =>
     plus(times(along, 6 * s - 6 * s * s), plus(times(t_0, 1 - 4 * s + 3 * s * s), t_1, 3 * s * s - 2 * s), length);
   const s_0 = clamp(dot(P, along) / length ** 2), way = slope(s_0);
   const s = clamp(s_0 + dot(minus(P, C(s_0)), way) / dot(way, way));
-  const T = unit(slope(s)), N = unit(across(minus(P, C(s)), T));
-  const A = plus(times(A_0, 1 - s), A_1, s), [c, e] = [dot(N, A), dot(N, cross(T, A))];
-  const x = x_0 + s * (x_1 - x_0), b = dot(N, plus(times(E_0, 1 - s), E_1, s));
-  const F = unit(plus(T, cross(T, N), curve.slope));
+  const T = unit(slope(s)), n = unit(across(minus(P, C(s)), T));
+  const A = plus(times(A_0, 1 - s), A_1, s), [c, e] = [dot(n, A), dot(n, cross(T, A))];
+  const x = x_0 + s * (x_1 - x_0), b = dot(n, plus(times(E_0, 1 - s), E_1, s));
+  const F = unit(stretched(plus(T, cross(T, n), curve.slope), squeeze)), N = unit(squeezed(n, squeeze));
   return {N, F, cos_a: c / hypot(c, e), sin_a: e / hypot(c, e), x: x < 0 ? x + curve.stations : x, b};
 }
 
-/** Whether yarn hides the light from a point. */
+/** Whether yarn hides the light from a point; 'by a tip': only the ball at the end of a segment does, perhaps a hair's. */
 function is_hidden(yarns, point, L) {
-  let hidden = false;
+  let hidden = false, by_tip = false;
   for_each_near(yarns, point, L, max(0, (yarns.top - point[2]) / L[2]), (segment, from) => {
-    const {along, length, radius} = segment;
-    const s = min(max(dot(from, along) / length ** 2, 0), 1);
+    const {round, length, radius, squeeze} = segment, off = squeezed(from, squeeze);
+    const s = min(max(dot(off, round) / length ** 2, 0), 1);
     // The tip of a hair as well, which is no other segment's.
-    const tip = {...segment, ball: radius, along: times(along, -1)};
-    const t = min(entry(segment, from, L), entry(tip, minus(from, along), L));
-    hidden ||= hypot(...plus(from, along, -s)) < radius || (t >= 0 && t < Infinity);
+    const tip = {...segment, ball: radius, round: times(round, -1)};
+    const is_met = (t) => t >= 0 && t < Infinity;
+    by_tip ||= is_met(entry(tip, minus(from, segment.along), L));
+    hidden ||= hypot(...plus(off, round, -s)) < radius || is_met(entry(segment, from, L));
   });
-  return hidden;
+  return hidden || (by_tip && 'by a tip');
 }
 
 /** D M / (4 N.L N.V) of the fibres: GGX of width `along` along F and 1 along N x F. */

@@ -70,6 +70,7 @@ TEST_CASE("a pattern written and read again is the same to the bit") {
   odd.yarns[0].hair_loops = 0.7;
   odd.yarns[0].irregularity = 0.01;
   odd.yarns[0].transmission = 1.0 / 3;
+  odd.yarns[0].flattening = 2.0 / 3;
   for (const StitchPattern& pattern : {plain_knit(), plain_weave(), odd})
     CHECK(test::need(read_stitch(to_json(pattern), "again")) == pattern);
 }

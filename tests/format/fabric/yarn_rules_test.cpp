@@ -79,8 +79,8 @@ TEST_CASE("values of yarn have the fields that it needs, and fewer or more are r
   CHECK(std::vector(values.end() - 7, values.end()) ==
         std::vector{3.0F, 8.0F, -7.0F, 0.75F, 0.5F, 0.25F, -0.125F});
   CHECK(read(values, counts) == data);
-  values.insert(values.end(), {0, 2, 0, 0, 0, 1, 9});
-  CHECK(read(values, {counts.curves, counts.nodes, counts.stations, 25}) == data);
+  values.insert(values.end(), {0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 9});
+  CHECK(read(values, {counts.curves, counts.nodes, counts.stations, 31}) == data);
   CHECK(read(values, {counts.curves, counts.nodes, counts.stations, 14}).curves[0].plies.shift == -7);
   CHECK(read(values, {counts.curves, counts.nodes, counts.stations}).curves[0].plies == YarnPlies());
   data.curves[0].strands = {-45, 6, 135, 77, 0.25F, 3};

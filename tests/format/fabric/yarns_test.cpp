@@ -204,7 +204,7 @@ Sixteen close_rays(Random& random, float apart, double least_z, float spread) {
 TEST_CASE("rays that are traced together meet what each meets alone, near or far apart, any lanes of them") {
   Random random(13);
   const V2f period(2.5F, 1.75F);
-  const Yarns yarns(tangle(random, period, 5), period);
+  const Yarns yarns(flattened(tangle(random, period, 5)), period);
   int met = 0;
   int differ = 0;
   int hidden = 0;

@@ -20,6 +20,7 @@ YarnData stranded(Random& random) {
     curve.gloss = {0.3F, 0.4F};
     curve.fibre_slope = 0.4F;
     curve.hairs = {c == 4 ? -60 : 60, 0.4F, 0.3F, 0.02F, 0.9F};
+    if (c % 2 == 1) curve.flattening = 0.5F;
     if (c % 3 == 0) continue;  // smooth
     const int count = static_cast<int>(5 + 7 * c);
     curve.strands = {c == 4 ? -count : count, 5, -17, static_cast<int>(c), 0.2F, 3};

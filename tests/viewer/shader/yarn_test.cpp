@@ -17,7 +17,9 @@ namespace {
 
 /// Waves along x and, half a wave higher, along y; glossy, twisted, and lit by other yarn at random.
 YarnData waves(float period, int curves, bool strands) {
-  constexpr int nodes = 16;
+  // As close as those of fabrics: flat sections change from segment to segment, and the hybrid path does not
+  // look for such edges in a pixel.
+  constexpr int nodes = 48;
   YarnData data;
   Random random(3);
   for (int c = 0; c < curves; ++c) {
@@ -29,6 +31,7 @@ YarnData waves(float period, int curves, bool strands) {
     curve.albedo = {0.7F, 0.5F, 0.3F};
     curve.gloss = {0.2F, 0.4F};
     curve.fibre_slope = 0.5F;
+    if (c % 2 == 1) curve.flattening = 0.6F;  // one round and one of plies
     if (c >= 2) curve.plies = {c, 3, 2 * c + 1, 0.5F, {-0.5F, 0.25F, 0.75F}};
     // Three quarters have strands: wide and thin ones, one as of yarn turned over.
     if (strands && c % 4 > 0)

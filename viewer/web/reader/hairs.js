@@ -1,4 +1,5 @@
 // Hairs that stand off yarn (spec/brdf.md, Hairs), as segments of yarns.js.
+import {squeezed, stretched, thin} from './sections.js';
 import {hash, swell} from './swells.js';
 import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
@@ -42,26 +43,26 @@ export function hairs_of(curve, chain, sideways) {
       if (fround(chain[middle].stations[0]) <= u(0) * stations) i = middle;
       else end = middle;
     }
-    const {start, along, length, tangents: [t_0, t_1], across: [A_0, A_1], out: [E_0, E_1], stations: x} = chain[i];
+    const {start, round, length, squeeze: g, tangents: [t_0, t_1], across: [A_0, A_1], out: [E_0, E_1], stations: x} = chain[i];
     const s = min(max((u(0) * stations - x[0]) / (x[1] - x[0]), 0), 1), mix = (a, b) => plus(times(a, 1 - s), b, s);
-    const C = plus(plus(start, along, 3 * s * s - 2 * s ** 3),
-                   plus(times(t_0, s - 2 * s * s + s ** 3), t_1, s ** 3 - s * s), length);
-    const T = unit(plus(times(along, 6 * s - 6 * s * s),
+    const off = plus(times(round, 3 * s * s - 2 * s ** 3),
+                     plus(times(t_0, s - 2 * s * s + s ** 3), t_1, s ** 3 - s * s), length);
+    const T = unit(plus(times(round, 6 * s - 6 * s * s),
                         plus(times(t_0, 1 - 4 * s + 3 * s * s), t_1, 3 * s * s - 2 * s), length));
     const A = unit(across(mix(A_0, A_1), T)), angle = 2 * PI * u(2);
     const light = [sense[0] * cos(angle), sense[1] * sin(angle)];
-    const N = plus(times(A, light[0]), cross(T, A), light[1]), F = unit(plus(T, cross(T, N), slope));
-    const G = times(cross(N, F), sense[0] * sense[1]);
-    const root = plus(C, N, curve.ply_radius * swell(strands, u(0)));
+    const round_normal = plus(times(A, light[0]), cross(T, A), light[1]), N = unit(squeezed(round_normal, g));
+    const F = unit(stretched(plus(T, cross(T, round_normal), slope), g)), G = times(cross(N, F), sense[0] * sense[1]);
+    const root = plus(start, stretched(plus(off, round_normal, thin(curve.ply_radius * swell(strands, u(0)), g)), g));
     const place = ([a, b, c]) => plus(plus(plus(root, F, a), G, b), N, c);
     const points = [root, ...shape_of(hairs, u).map(place)];
     return points.slice(1).map((end, k) => {
-      const way = minus(end, points[k]), of = {curve, radius, ball: radius, start: points[k], along: way};
+      const way = minus(end, points[k]), of = {curve, radius, ball: radius, start: points[k], along: way, round: way, squeeze: [0, 0, 0]};
       return {
         ...of,
         length: hypot(...way),
         tangents: [unit(way), unit(way)],
-        across: [[...light, dot(N, mix(E_0, E_1))], [0, 0, 0]],
+        across: [[...light, dot(round_normal, mix(E_0, E_1))], [0, 0, 0]],
         out: [[0, 0, 0], [0, 0, 0]],
         stations: [u(0) * stations, u(0) * stations],
         rows: [0, 0],

@@ -38,5 +38,6 @@ export {bytes_to_fetch, fetch_fabric, fetch_layers} from './remote.js';
 export {LONG_RUN, LONG_RUN_LEAST, WORDS, canonical_codes, each_word, planes_of, wavelets} from './piz.js';
 export {across, cross, dot, minus, plus, times, unit} from './vector.js';
 export {hash, noise, swell} from './swells.js';
+export {squeezed, stretched, wide} from './sections.js';
 export {ANGLES, LIGHTS, yarns_of} from './yarns.js';
 export {xxh3_128} from './xxh3.js';

@@ -3,9 +3,11 @@
 // Yarns, as yarns_of gives them: { period, plane, curves, segments, top, bottom, thinnest, stations,
 // light(station, j, k, colour) }; lengths in mm. A segment: { curve, radius, start, along, length, tangents: [t_i,
 // t_(i+1)], and of both ends across: A, out: E, and stations: the place along the curve; rows: of the noise of strands;
-// ball: radius of that about its start; rank: of hairs, else 0; reach: the largest radius }. Of a hair, across[0] has
-// cos a, sin a and u of its root.
+// ball: radius of that about its start; rank: of hairs, else 0; reach: the largest radius; squeeze: g of flat yarn }. Its
+// radii, length, tangents and `round`, which is along, are those of the round section. Of a hair, across[0] has cos a,
+// sin a and u of its root.
 import {hairs_of} from './hairs.js';
+import {squeeze_of, squeezed, stretched, thin} from './sections.js';
 import {Issue} from './issue.js';
 import {swell} from './swells.js';
 import {across, cross, dot, minus, plus, times, unit} from './vector.js';
@@ -30,6 +32,9 @@ const MOST_STRANDS = 1024, MOST_PIECES = 32768;
 /** Hairs of a curve, points of each. */
 const MOST_HAIRS = 100000, HAIR_POINTS = 8;
 
+/** Of thickness over width. */
+const LEAST_FLATTENING = fround(0.3);
+
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
 
@@ -48,12 +53,13 @@ function curves_of(counts, number, point) {
     const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope, ...later] =
       Array.from({length: FIELDS + LATER_FIELDS.length}, (__, f) => field(f));
     const [count, divisions, shift, phase, r, g, b, ...of_strands] = later, groove = [r, g, b];
-    const strands = strands_of(of_strands), hairs = hairs_from(of_strands.slice(7));
+    const strands = strands_of(of_strands), flattening = of_strands[6], hairs = hairs_from(of_strands.slice(7));
     const points = Array.from({length: max(0, min(own, nodes - first)) | 0}, (__, n) => point(first + n));
     first += own;
     const albedo = [red, green, blue], turns = [X, Y];
     const plies = {count, divisions, shift, phase, groove};
-    return {nodes: own, first: first - own, points, stations, turns, radius, albedo, gloss, roughness, slope, plies, strands, hairs};
+    const light = {albedo, gloss, roughness, slope};
+    return {nodes: own, first: first - own, points, stations, turns, radius, flattening, ...light, plies, strands, hairs};
   });
 }
 
@@ -86,7 +92,7 @@ function fault_of({period, curves, counts, point}) {
     const good = Number.isInteger(nodes) && nodes >= 2 && Number.isInteger(curve.stations) && curve.stations >= 1 &&
       radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(share) &&
       roughness > 0 && are_plies(curve.plies) && are_strands(curve.strands) &&
-      are_hairs(curve.hairs, MOST_RADIUS * min(...period)) &&
+      curve.flattening >= LEAST_FLATTENING && curve.flattening <= 1 && are_hairs(curve.hairs, MOST_RADIUS * min(...period)) &&
       turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
     if (!good) return [`curve ${c}`, 'has a value out of range'];
     if (points.length < nodes) return [`curve ${c}`, 'has nodes beyond the last'];
@@ -100,7 +106,7 @@ function fault_of({period, curves, counts, point}) {
   if (curves.reduce((sum, curve) => sum + size(curve), 0) > MOST_NODES)
     return ['nodes', 'plies and hairs have too many'];
   for (const [c, curve] of curves.entries()) {
-    if (curve.plies.count > 1 && segments_of(curve, period).some(({length, radius}) => length < LEAST_LENGTH * radius))
+    if (curve.plies.count > 1 && segments_of(curve, period).some(({along, radius}) => hypot(...along) < LEAST_LENGTH * radius))
       return [`curve ${c}`, 'has a ply of which a node lies where the next does'];
   }
   return stations === counts.stations ? null : ['light', 'the stations are not those of the curves'];
@@ -141,24 +147,29 @@ function axis_of(curve, period) {
 }
 
 /**
- * The segments of a chain: of nodes -1 to n + 1, and what nodes 0 to n have; rows: of the noise, that of its first strand,
- * and of the first on what the chain goes on as.
+ * The segments of a chain: of nodes -1 to n + 1, and what nodes 0 to n have, `middle` being a place on the yarn's axis;
+ * rows: of the noise, that of its first strand, and of the first on what the chain goes on as.
  */
 function chained(curve, nodes, ends, radius, rows = [0, 0]) {
   const tangents = tangents_at(nodes);
-  const radii = ends.slice(1).map(({share}, i) => radius * swell(curve.strands, (ends[i].share + share) / 2));
+  const squeezes = ends.slice(1).map(({middle}, i) => squeeze_of(curve, minus(middle, ends[i].middle)));
+  const radii = ends.slice(1).map(
+    ({share}, i) => thin(radius * swell(curve.strands, (ends[i].share + share) / 2), squeezes[i]));
   return ends.slice(1).map((end, i) => {
-    const along = minus(nodes[i + 2], nodes[i + 1]), both = [ends[i], end], ball = max(radii[i], radii.at(i - 1));
+    const along = minus(nodes[i + 2], nodes[i + 1]), both = [ends[i], end], g = squeezes[i], round = squeezed(along, g);
+    const ball = max(radii[i], radii.at(i - 1));
     return {
       curve,
       radius: radii[i],
       ball,
       reach: ball,
       rank: 0,
+      squeeze: g,
       start: nodes[i + 1],
       along,
-      length: hypot(...along),
-      tangents: [tangents[i], tangents[i + 1]],
+      round,
+      length: hypot(...round),
+      tangents: [tangents[i], tangents[i + 1]].map((t) => squeezed(t, g)),
       across: both.map((of) => of.across),
       out: both.map((of) => of.out),
       stations: both.map(({share}) => curve.stations * share),
@@ -167,8 +178,9 @@ function chained(curve, nodes, ends, radius, rows = [0, 0]) {
   });
 }
 
-/** Where the plies of an axis have nodes, up to its end: { p, across, beside, share }. */
-function places_on(axis, divisions) {
+/** Where the plies of an axis have nodes, up to its end: { p, squeeze, across, beside, share }. */
+function places_on(axis, curve) {
+  const {divisions} = curve.plies;
   return axis.slice(1).flatMap((next, i) => Array.from({length: divisions}, (_, k) => {
     const s = k / divisions, {p, tangent, across: A, share} = axis[i], d = minus(next.p, p), length = hypot(...d);
     const cubic = (of_d, of_first, of_second) =>
@@ -177,6 +189,7 @@ function places_on(axis, divisions) {
     const T = hypot(...way) > 0 ? unit(way) : tangent, own = unit(across(plus(times(A, 1 - s), next.across, s), T));
     return {
       p: plus(p, cubic(3 * s * s - 2 * s ** 3, s - 2 * s * s + s ** 3, s ** 3 - s * s)),
+      squeeze: squeeze_of(curve, T),
       across: own,
       beside: cross(T, own),
       share: share + s * (next.share - share),
@@ -186,18 +199,18 @@ function places_on(axis, divisions) {
 
 /** The segments of a curve, or of its plies one after the other. */
 function segments_of(curve, period) {
-  const {radius, plies: {count, divisions, shift, phase}, turns: [X, Y]} = curve, axis = axis_of(curve, period);
+  const {radius, plies: {count, shift, phase}, turns: [X, Y]} = curve, axis = axis_of(curve, period);
   const repeat = [X * period[0], Y * period[1], 0], none = [0, 0, 0];
   curve.ply_radius = radius;
   if (count === 1) {
     const nodes = axis.map(({p}) => p);
     return chained(
       curve, [minus(nodes.at(-2), repeat), ...nodes, plus(nodes[1], repeat)],
-      axis.map((node) => ({...node, out: none})), radius);
+      axis.map((node) => ({...node, middle: node.p, out: none})), radius);
   }
   const own = radius * sin(Math.PI / count) / (1 + sin(Math.PI / count));
   curve.ply_radius = own;
-  const places = places_on(axis, divisions), n = places.length;
+  const places = places_on(axis, curve), n = places.length;
   // Yarn turned over counts its plies the other way round; its strands know what it was.
   const strands = abs(curve.strands.count), sense = curve.strands.count < 0 ? -1 : 1;
   const row = (ply) => strands * ((sense * ply % count + count) % count);
@@ -206,8 +219,9 @@ function segments_of(curve, period) {
       const times_round = floor((i - 1) / n), place = places[i - 1 - times_round * n], share = place.share + times_round;
       const angle = phase + 2 * Math.PI * (ply + shift * share) / count;
       const out = plus(times(place.across, cos(angle)), place.beside, sin(angle));
-      const orbit = (radius - own) * swell(curve.strands, share);
-      return {p: plus(plus(place.p, repeat, times_round), out, orbit), across: place.across, out, share};
+      const middle = plus(place.p, repeat, times_round), g = place.squeeze;
+      const p = plus(middle, stretched(out, g), thin((radius - own) * swell(curve.strands, share), g));
+      return {middle, p, across: place.across, out, share};
     });
     return chained(curve, ends.map(({p}) => p), ends.slice(1, -1), own, [row(ply), row(ply + shift)]);
   }).flat();

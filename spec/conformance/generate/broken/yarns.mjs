@@ -147,6 +147,15 @@ const hairs = [
   before: written('yarns', field(f) + 3 * NODES, number),
   evaluate: ask(0),
 }, {...sound, ...hairy, value: {...hairy.value, lobes: lobe({rho: 0.1})}}));
+/** Flat yarn on curve 1, likewise. */
+const flat = of_curves([curve, {...curve, section: {flattening: 0.5}, nodes: [[0.25, -1, 0.5], [1.25, -1, 0.75]]}]);
+const sections = [
+  ['flattening-too-small', 'a yarn four times as wide as thick', 24, 0.25],
+  ['flattening-above-1', 'a yarn that is thicker than wide', 24, 1.5],
+].map(([what, about, f, number]) => broken('FABRIC_MALFORMED', `yarn-${what}`, about, 'yarns/curve 1', {
+  before: written('yarns', field(f) + 3 * NODES, number),
+  evaluate: ask(0),
+}, {...sound, ...flat, value: {...flat.value, lobes: lobe({rho: 0.1})}}));
 
 /** A node more than the curves have, which there are values for. */
 const one_more = of_curves([curve, {...curve, nodes: [...curve.nodes, [2, -1, 0.5]]}]);
@@ -155,4 +164,4 @@ const counts = broken(
   {before: written('yarns', field(0), 2)},
   {...sound, ...one_more, value: {...one_more.value, lobes: sound.value.lobes}});
 
-export const broken_yarns = [...members, ...channels, ...values, ...plies, still, ...strands, ...hairs, counts];
+export const broken_yarns = [...members, ...channels, ...values, ...plies, still, ...strands, ...sections, ...hairs, counts];

@@ -1,0 +1,69 @@
+#include "converter/stitch/flat_yarn.h"
+
+#include <algorithm>
+
+#include "converter/stitch/yarn_settings.h"
+
+namespace selvedge {
+
+V2d squeeze_at(const Yarn& yarn, std::size_t segment, double t) {
+  if (yarn.flattening == 1) return {0, 0};
+  if (yarn.squeezes.empty())
+    return squeeze_of(yarn.flattening, derivative_at(yarn.segments[segment], t).normalized());
+  return yarn.squeezes[segment] * (1 - t) + yarn.squeezes[(segment + 1) % yarn.squeezes.size()] * t;
+}
+
+double support_of(const Section& section, const V3d& direction) {
+  const double thin = 1 - section.squeeze.length2();
+  const double part = section.squeeze.x * direction.x + section.squeeze.y * direction.y;
+  return section.radius * std::sqrt(thin + part * part * (1 + thin) / thin);
+}
+
+V3d direction_between(const V3d& apart, const Section& a, const Section& b) {
+  V3d direction = apart.normalized();
+  if (a.squeeze == V2d(0, 0) && b.squeeze == V2d(0, 0)) return direction;
+  // Where the distance is largest, its gradient is along the direction: with supports h = sqrt(d.S d),
+  // apart is a multiple of (S_a / h_a + S_b / h_b) d. Sections alike need one step; any direction is safe.
+  constexpr int steps = 4;
+  for (int step = 0; step < steps; ++step) {
+    double up = 0;
+    double xx = 0;
+    double xy = 0;
+    double yy = 0;
+    for (const Section* s : {&a, &b}) {
+      const double thin = 1 - s->squeeze.length2();
+      const double scale = s->radius * s->radius / support_of(*s, direction);
+      const double wide = scale * (1 + thin) / thin;
+      up += scale * thin;
+      xx += wide * s->squeeze.x * s->squeeze.x;
+      xy += wide * s->squeeze.x * s->squeeze.y;
+      yy += wide * s->squeeze.y * s->squeeze.y;
+    }
+    xx += up;
+    yy += up;
+    const double per_area = 1 / (xx * yy - xy * xy);
+    direction =
+        V3d((yy * apart.x - xy * apart.y) * per_area, (xx * apart.y - xy * apart.x) * per_area, apart.z / up)
+            .normalized();
+  }
+  return direction;
+}
+
+void flatten(const StitchValues& values, const std::string& prefix, double lane_mm, bool dense, Flat flat,
+             Yarn& yarn) {
+  apply_flattening(values, prefix, yarn);
+  const bool said = values.is_set(prefix + "flattening") || values.is_set("flattening");
+  const double round = yarn.radius_mm;
+  const double lane = std::max(round, 0.5 * lane_mm);
+  const bool wide = dense && (flat == Flat::wide || flat == Flat::wide_by_round);
+  if (!said && wide) {
+    yarn.flattening = std::max(yarn.flattening, std::pow(round / lane, 2));
+  } else if (!said && (flat != Flat::thin && flat != Flat::wide)) {
+    yarn.flattening = 1;
+  } else if (!values.is_set(prefix + "radius_mm")) {
+    const double thin = std::sqrt(yarn.flattening);
+    yarn.radius_mm = wide ? std::min(round, lane * thin) : round * thin;
+  }
+}
+
+}  // namespace selvedge

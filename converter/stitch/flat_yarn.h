@@ -1,0 +1,42 @@
+// Flat sections of a stitch's yarns (format/fabric/yarn_section.h).
+#pragma once
+
+#include <cmath>
+
+#include "converter/stitch/parameters.h"
+#include "converter/stitch/pattern.h"
+#include "format/fabric/yarn_section.h"
+
+namespace selvedge {
+
+/// Squeeze of the yarn's section at t of a segment. Precondition: a valid yarn.
+V2d squeeze_at(const Yarn& yarn, std::size_t segment, double t);
+
+struct Section {
+  double radius = 0;  ///< mm, of the round one with its area
+  V2d squeeze{0, 0};
+};
+
+/// How far a section reaches in a unit direction, mm: that of the ellipsoid of which it is the widest
+/// section.
+double support_of(const Section& section, const V3d& direction);
+
+/// The unit direction from b to a in which there is most room between them, or least overlap, a lying
+/// `apart` (not 0) from b: apart.direction less what both reach is their distance.
+V3d direction_between(const V3d& apart, const Section& a, const Section& b);
+
+/// Half the width and half the thickness, mm, where the yarn lies level.
+inline double wide_of(const Yarn& yarn) { return yarn.radius_mm / std::sqrt(yarn.flattening); }
+inline double thin_of(const Yarn& yarn) { return yarn.radius_mm * std::sqrt(yarn.flattening); }
+
+/// How woven yarn gets flat by default: the denser of warp and weft keeps its area and gets wider, no wider
+/// than its lane, while the other gets thinner and shows no more of itself than round yarn, or is round; both
+/// get thinner; none is flat.
+enum class Flat { wide, wide_by_round, thin, none };
+
+/// Makes the section of woven yarn flat that has the radius of round yarn. `dense`: its system is no less
+/// dense than the other.
+void flatten(const StitchValues& values, const std::string& prefix, double lane_mm, bool dense, Flat flat,
+             Yarn& yarn);
+
+}  // namespace selvedge

@@ -1,0 +1,42 @@
+// Flat sections of yarn (spec/brdf.md, "Flat yarn"). A linear map p - g (g.p) makes the section round: what
+// is said of round yarn holds there, and normals and fibres are mapped back.
+#pragma once
+
+#include <cmath>
+
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+/// Thickness over width of a yarn's section where it lies level.
+inline constexpr float min_flattening = 0.3F;
+
+/// g: level and across the yarn; |g|^2 = 1 - thickness over width, which fades where the yarn stands steeply.
+/// `way`: unit, along the yarn's axis, not along its plies.
+template <class T>
+Imath::Vec2<T> squeeze_of(T flattening, const Imath::Vec3<T>& way) {
+  const T scale = std::sqrt((1 - flattening) * (1 + way.z * way.z));
+  return {way.y * scale, -way.x * scale};
+}
+
+/// p - g (g.p): an offset from the axis, as it is in the round section. Normals are mapped back by it.
+template <class T>
+Imath::Vec3<T> squeezed(const Imath::Vec3<T>& p, const Imath::Vec2<T>& squeeze) {
+  const T part = squeeze.x * p.x + squeeze.y * p.y;
+  return {p.x - squeeze.x * part, p.y - squeeze.y * part, p.z};
+}
+
+/// The inverse: offsets and directions along the surface are mapped back by it.
+template <class T>
+Imath::Vec3<T> stretched(const Imath::Vec3<T>& p, const Imath::Vec2<T>& squeeze) {
+  const T part = (squeeze.x * p.x + squeeze.y * p.y) / (1 - squeeze.length2());
+  return {p.x + squeeze.x * part, p.y + squeeze.y * part, p.z};
+}
+
+/// Radius of the round section, which is half the thickness: the area is that of a circle of `radius`.
+template <class T>
+T thin_radius(T radius, const Imath::Vec2<T>& squeeze) {
+  return radius * std::sqrt(1 - squeeze.length2());
+}
+
+}  // namespace selvedge

@@ -1,0 +1,223 @@
+#include "converter/stitch/flat_yarn.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/library.h"
+#include "converter/stitch/weave.h"
+#include "converter/stitch/yarn_curves.h"
+#include "converter/stitch/yarn_mesh.h"
+#include "converter/stitch/yarn_relax.h"
+#include "tests/converter/cells.h"
+#include "tests/require.h"
+
+using namespace selvedge;
+using namespace selvedge::testing;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+CellMesh mesh_of(StitchPattern pattern, double flattening, int cells) {
+  for (Yarn& yarn : pattern.yarns) yarn.flattening = flattening;
+  return test::need(mesh_stitch(pattern, {cells}));
+}
+
+/// Of an ellipse of the semi-axes a and b: the arithmetic-geometric mean (Gauss; Abramowitz and Stegun
+/// 17.6).
+double perimeter_of(double a, double b) {
+  double sum = 0.5 * (a * a + b * b);
+  double power = 0.5;
+  while (a - b > 1e-15) {
+    const double c = 0.5 * (a - b);
+    const double mean = 0.5 * (a + b);
+    b = std::sqrt(a * b);
+    a = mean;
+    power *= 2;
+    sum -= power * c * c;
+  }
+  return 2 * pi * sum / a;
+}
+
+StitchPattern woven(double radius, double flattening) {
+  Yarn yarn;
+  yarn.radius_mm = radius;
+  yarn.flattening = flattening;
+  return draw_weave({{yarn, yarn}, {yarn, yarn}, {1, 1}, {1, 1}, {true, false, false, true}}, "woven");
+}
+
+/// The least of the other yarns' surfaces' distance from points of every yarn's section, which are placed by
+/// the ellipse's own parameters.
+double least_between(const StitchPattern& pattern) {
+  double least = 1e9;
+  for (std::size_t own = 0; own < pattern.yarns.size(); ++own) {
+    StitchPattern others = pattern;
+    others.yarns.erase(others.yarns.begin() + static_cast<long>(own));
+    const auto surface = test::need(ImplicitSurface::build(others, 0.5, ""));
+    const Yarn& yarn = pattern.yarns[own];
+    for (const BezierSegment& segment : yarn.segments) {
+      const V3d tangent = derivative_at(segment, 0.5).normalized();
+      const V3d level = V3d(tangent.y, -tangent.x, 0).normalized();
+      const V3d up = level.cross(tangent);
+      const double share = 1 - (1 - yarn.flattening) * (1 - std::pow(tangent.z, 4));
+      for (int k = 0; k < 64; ++k) {
+        const double angle = 2 * pi * k / 64;
+        const V3d off =
+            level * (std::cos(angle) / std::sqrt(share)) + up * (std::sin(angle) * std::sqrt(share));
+        least = std::min(least, surface.distance(point_at(segment, 0.5) + off * yarn.radius_mm));
+      }
+    }
+  }
+  return least;
+}
+
+}  // namespace
+
+TEST_CASE("the mesh of a straight flat yarn has the ellipse's width, thickness, area and perimeter") {
+  for (const double q : {0.35, 0.7}) {
+    const double a = 0.6 / std::sqrt(q);
+    const double b = 0.6 * std::sqrt(q);
+    const CellMesh mesh = mesh_of(cylinder(4, 0.6), q, 96);
+    const Box box = bounds_of(mesh);
+    CHECK(static_cast<double>(box.max.y - box.min.y) == doctest::Approx(2 * a).epsilon(2e-3));
+    CHECK(static_cast<double>(box.max.z - box.min.z) == doctest::Approx(2 * b).epsilon(2e-3));
+    CHECK(volume_of(mesh) == doctest::Approx(4 * pi * 0.36).epsilon(5e-3));
+    CHECK(area_of(mesh) == doctest::Approx(4 * perimeter_of(a, b)).epsilon(3e-3));
+  }
+}
+
+TEST_CASE("the mesh of a flat ring has the area and volume of Pappus' theorems, and normals of its surface") {
+  const double q = 0.5;
+  const double a = 0.4 / std::sqrt(q);
+  const double b = 0.4 * std::sqrt(q);
+  const CellMesh mesh = mesh_of(ring(4, 1.2, 0.4), q, 96);
+  CHECK(volume_of(mesh) == doctest::Approx(2 * pi * 1.2 * pi * 0.16).epsilon(0.01));
+  CHECK(area_of(mesh) == doctest::Approx(2 * pi * 1.2 * perimeter_of(a, b)).epsilon(5e-3));
+  double worst = 0;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const V3d p = V3d(mesh.positions[v]) - V3d(2, 2, 0);
+    const V3d out = V3d(p.x, p.y, 0).normalized();
+    const double across = std::hypot(p.x, p.y) - 1.2;
+    CHECK(std::pow(across / a, 2) + std::pow(p.z / b, 2) == doctest::Approx(1).epsilon(0.01));
+    const V3d normal = (out * (across / (a * a)) + V3d(0, 0, p.z / (b * b))).normalized();
+    worst = std::max(worst, (V3d(mesh.normals[v]) - normal).length());
+  }
+  CHECK(worst < 0.02);
+}
+
+TEST_CASE("mesh and level -1 have the same flat yarn: rays meet both at the same height") {
+  for (const int plies : {1, 3}) {
+    CAPTURE(plies);
+    StitchPattern pattern = test::need(find_stitch("twill", {{"flattening", {0.6}}, {"yarn", {0}}})).pattern;
+    for (Yarn& yarn : pattern.yarns) {
+      yarn.plies = plies;
+      yarn.twist_per_mm = 0.1 / yarn.radius_mm;
+      yarn.radius_mm *= 0.8;  // where yarns touch, the mesh bridges the gap between them
+    }
+    const CellMesh mesh = test::need(mesh_stitch(pattern, {120}));
+    for (const double part : {1.0, 0.5}) {
+      CAPTURE(part);
+      // Nodes as a fabric has them, and half as far apart: the section of a segment does not change along it.
+      YarnData data = test::need(yarn_curves_of(pattern, {0.005 * part * part, part}));
+      const float up = mesh.yarns.nodes[0].z - data.nodes[0].z;
+      for (V3f& node : data.nodes) node.z += up;
+      int stations = 0;
+      for (const YarnCurve& curve : data.curves) stations += curve.stations;
+      data.light.assign(std::size_t{light_values_per_station} * stations, 0);
+      const Yarns yarns(std::move(data), V2f(mesh.period));
+      std::vector<float> apart;
+      std::vector<float> turned;
+      for (std::size_t v = 0; v < mesh.positions.size(); v += 3) {
+        if (!(mesh.normals[v].z > 0.5F)) continue;
+        const V3f& at = mesh.positions[v];
+        const auto hit = yarns.trace({at.x / mesh.period.x, -at.y / mesh.period.y}, 0, {0, 0, 1});
+        REQUIRE(hit);
+        const float above = yarns.inside().segments[hit->segment].start.z + hit->from_start.z - at.z;
+        if (above > 0.1F) continue;  // another yarn lies above
+        apart.push_back(std::abs(above));
+        turned.push_back((yarns.point_at(*hit).normal - mesh.normals[v]).length());
+      }
+      REQUIRE(apart.size() > 2000);
+      std::sort(apart.begin(), apart.end());
+      std::sort(turned.begin(), turned.end());
+      const auto of_share = [](const std::vector<float>& sorted, double share) {
+        return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size()))];
+      };
+      MESSAGE(plies, " plies: apart ", of_share(apart, 0.97), ", turned ", of_share(turned, 0.5), " ",
+              of_share(turned, 0.97));
+      CHECK(of_share(apart, 0.97) < 0.012 * part);
+      CHECK(of_share(turned, 0.5) < 0.005);
+      // Neither normal has how the width a changes along the yarn, and this slope, (1 - q) 2 u^3 a / (1 - (1
+      // - q) (1 - u^4)) of the bend's curvature, is 0.2 where yarn of this twill rises at 45 degrees (u =
+      // 0.7).
+      CHECK(of_share(turned, 0.97) < 0.2);
+    }
+  }
+}
+
+TEST_CASE("relaxed flat yarns lie on each other and do not overlap") {
+  for (const double q : {0.4, 0.7}) {
+    CAPTURE(q);
+    const StitchPattern relaxed = relax(woven(0.25, q)).pattern;
+    const double thin = relaxed.yarns[0].radius_mm * std::sqrt(q);
+    for (std::size_t i = 0; i < 2; ++i) {
+      for (const Crossing& c : crossings_of(relaxed, relaxed.yarns[i], relaxed.yarns[2]))
+        CHECK(std::abs(c.z_a - c.z_b) == doctest::Approx(2 * thin).epsilon(0.03));
+    }
+    const double least = least_between(relaxed);
+    MESSAGE(q, ": ", least / thin);
+    CHECK(least > -touching_overlap * thin);
+    CHECK(least < 0.1 * thin);
+    CHECK(std::abs(*minimum_clearance(relaxed, "")) < touching_overlap * 0.25);
+  }
+}
+
+TEST_CASE("parallel flat yarns without room end as wide as their lanes") {
+  StitchPattern pattern{"parallel", {4, 2}, {}};
+  for (const double y : {0.5, 1.5}) {
+    pattern.yarns.push_back({"y", 0.5, {0, 0, 0}, {line({0, y, 0}, {4, y, 0})}});
+    pattern.yarns.back().flattening = 0.64;
+  }
+  const Relaxed relaxed = relax(pattern);
+  CHECK(relaxed.part * 0.5 / 0.8 == doctest::Approx(0.5).epsilon(0.02));
+}
+
+TEST_CASE("woven yarn is as flat as its kind where there is room, and covers no less than round yarn") {
+  struct Widths {
+    double warp, weft;
+  };
+  const auto found = [](const char* name, const StitchSettings& settings) {
+    return test::need(find_stitch(name, settings)).pattern.yarns;
+  };
+  const auto widths = [&](const char* name, const StitchSettings& settings) {
+    const auto yarns = found(name, settings);
+    return Widths{wide_of(yarns.front()), wide_of(yarns.back())};
+  };
+  for (const char* name : {"plain-weave", "twill", "denim", "satin"}) {
+    CAPTURE(name);
+    const Widths flat = widths(name, {});
+    const Widths round = widths(name, {{"flattening", {1}}});
+    CHECK(flat.warp >= (1 - touching_overlap) * round.warp);
+    CHECK(flat.weft >= (1 - touching_overlap) * round.weft);
+  }
+  // Yarns of which there is room for all: as much yarn, and wider.
+  CHECK(found("plain-weave", {}).front().radius_mm == doctest::Approx(0.3));
+  CHECK(found("plain-weave", {}).front().flattening == 0.7);
+  CHECK(found("plain-weave", {{"yarn", {0}}}).front().flattening == 1);
+  CHECK(found("plain-weave", {{"warp_yarn", {2}}}).front().flattening == 0.75);
+  CHECK(found("plain-weave", {{"weft_flattening", {0.9}}, {"flattening", {1}}}).front().flattening == 1);
+  // Warp yarns of denim lie 0.75 mm apart and fill that; no more of the weft shows than of a round one.
+  CHECK(widths("denim", {}).warp == doctest::Approx(0.375));
+  CHECK(widths("denim", {}).weft == doctest::Approx(0.29));
+  CHECK(widths("satin", {}).weft == doctest::Approx(0.22));
+  CHECK(found("satin", {}).back().flattening == 0.6);
+  // What is set stays, and knits are round by themselves.
+  CHECK(found("twill", {{"warp_radius_mm", {0.35}}}).front().radius_mm == doctest::Approx(0.35));
+  CHECK(found("plain-knit", {}).front().flattening == 1);
+  CHECK(found("plain-knit", {{"flattening", {0.8}}, {"radius_mm", {0.5}}}).front().flattening == 0.8);
+  CHECK_FALSE(find_stitch("plain-knit", {{"radius_mm", {0.6}}, {"flattening", {0.8}}}));
+}

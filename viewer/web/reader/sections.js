@@ -1,0 +1,17 @@
+// Flat sections of yarn (spec/brdf.md, "Flat yarn"): the twin of format/fabric/yarn_section.h.
+import {dot, minus, plus, times, unit} from './vector.js';
+
+const {hypot, sqrt} = Math;
+
+/** g of flat yarn whose axis runs along a way; 0 of round yarn. */
+export function squeeze_of({flattening}, way) {
+  if (flattening === 1 || hypot(...way) === 0) return [0, 0, 0];
+  const [x, y, z] = unit(way);
+  return times([y, -x, 0], sqrt((1 - flattening) * (1 + z ** 2)));
+}
+/** To the round section, and of offsets and ways along the surface back from it. */
+export const squeezed = (p, g) => minus(p, times(g, dot(g, p)));
+export const stretched = (p, g) => plus(p, g, dot(g, p) / (1 - dot(g, g)));
+/** Half the thickness of a section, and from that half its width. */
+export const thin = (radius, g) => radius * sqrt(1 - dot(g, g));
+export const wide = (radius, g) => radius / (1 - dot(g, g));
