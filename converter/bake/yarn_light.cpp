@@ -91,12 +91,16 @@ struct Place {
   V3d above;  ///< mm, in front of it; what a ray from there meets too early is other yarn
   V3d normal;
   double radius;  ///< mm
+  double lift;    ///< of `above`, in radii
   Eigen::Matrix<double, 1, angle_functions> row;
   double outward;
   double seen = 1;  ///< roughly the share of views that it is seen from
   double weight = covered_weight;
   Eigen::RowVectorXd light;  ///< [side][function][colour]
 };
+
+/// Flat yarn of level -1 goes by steps from segment to segment, further from the mesh than round yarn.
+double lift_of(const V2d& squeeze) { return squeeze == V2d(0, 0) ? 0.15 : 0.3; }
 
 std::vector<Place> places_about(const Yarns& yarns, int curve, int station) {
   const YarnCurve& own = yarns.data().curves[curve];
@@ -117,7 +121,8 @@ std::vector<Place> places_about(const Yarns& yarns, int curve, int station) {
       place.normal = squeezed(round, squeeze).normalized();
       place.radius = static_cast<double>(frame.radius);
       place.above = V3d(frame.position) + stretched(round, squeeze) * place.radius +
-                    place.normal * (0.15 * place.radius);
+                    place.normal * (lift_of(squeeze) * place.radius);
+      place.lift = lift_of(squeeze);
       place.outward = round.dot(V3d(frame.out));
       if (plies > 1) place.seen = (std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach));
       const auto basis = angle_basis(static_cast<float>(round.dot(V3d(frame.across))),
@@ -135,7 +140,7 @@ bool is_open(const TracedCell& cell, const Place& place, SurfacePoint& point) {
   V3d off = V3d(point.position) * cell.mm - place.above;
   const V2d period = cell.scene.period() * cell.mm;
   for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / period[k]) * period[k];
-  return std::abs(off.length() - 0.15 * place.radius) < 0.1 * place.radius;
+  return std::abs(off.length() - place.lift * place.radius) < (place.lift - 0.05) * place.radius;
 }
 
 /// The coefficients, [function of the angle][light of Place], that fit the places best.
