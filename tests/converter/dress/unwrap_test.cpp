@@ -260,3 +260,27 @@ TEST_CASE("dress: what a primitive takes while it is unwrapped is free for the n
   const PlacesInScene in_scene = places_in(test::need(read_scene(document)));
   CHECK(test::need(unwrap(document, places, 0, in_scene, memory)).charts == 40);
 }
+
+TEST_CASE("charts: one with very many holes is projected, as its equations would fill up") {
+  // A sixth of a tube, whose facets at the edges are seen from in front at nearly 30 degrees.
+  constexpr std::uint32_t side = 43;
+  Surface net;
+  for (std::uint32_t j = 0; j <= side; ++j) {
+    for (std::uint32_t i = 0; i <= side; ++i) {
+      const double angle = (static_cast<double>(i) / side - 0.5) * std::numbers::pi / 3;
+      net.positions.emplace_back(std::sin(angle), static_cast<double>(j) / side, std::cos(angle));
+    }
+  }
+  for (std::uint32_t j = 0; j < side; ++j) {
+    for (std::uint32_t i = 0; i < side; ++i) {
+      if (i % 4 == 1 && j % 4 == 1) continue;  // 121 of them, symmetric
+      const std::uint32_t a = j * (side + 1) + i;
+      const std::uint32_t b = a + side + 1;
+      net.triangles.insert(net.triangles.end(), {a, a + 1, b + 1, a, b + 1, b});
+    }
+  }
+  const Charts charts = charts_of(net);
+  CHECK(charts.count == 1);
+  CHECK(stretch_below(charts.stretch, 1) ==
+        doctest::Approx(1 / std::cos((0.5 - 0.5 / side) * std::numbers::pi / 3)));
+}
