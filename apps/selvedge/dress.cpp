@@ -5,11 +5,13 @@
 #include <fmt/ranges.h>
 
 #include <array>
+#include <set>
 
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/uv_report.h"
 #include "converter/stitch/parameters.h"
+#include "format/base/printable.h"
 
 namespace selvedge {
 namespace {
@@ -25,7 +27,7 @@ Colourway colourway_of(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
     refuse("--variant", "must be of the form NAME=#rrggbb or NAME=FILE");
-  Colourway colourway{text.substr(0, equals)};
+  Colourway colourway{as_utf8(text.substr(0, equals))};  // JSON strings are UTF-8
   const std::string value = text.substr(equals + 1);
   if (value.starts_with('#'))
     colourway.color = color_from("--variant", value);
@@ -62,7 +64,12 @@ void declare(Options& options, DressCommand& command) {
   options.list("--variant", "NAME=#RRGGBB|FILE",
                "A variant of the garment in this colour, or in another fabric; may be repeated",
                [&dress](const std::vector<std::string>& texts) {
-                 for (const std::string& text : texts) dress.colourways.push_back(colourway_of(text));
+                 std::set<std::string> names;
+                 for (const std::string& text : texts) {
+                   dress.colourways.push_back(colourway_of(text));
+                   if (!names.insert(dress.colourways.back().name).second)
+                     refuse("--variant", "gives two variants one name");
+                 }
                });
   options.vector("--repeats", dress.repeats, "U,V",
                  "Repeats per unit of the texture coordinates, instead of the physical size");

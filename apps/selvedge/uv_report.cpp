@@ -6,9 +6,13 @@ namespace selvedge {
 
 Json uv_json(const UvSize& size) {
   const auto pair = [](const V2d& v) { return Json{v.x, v.y}; };
-  return {{"metresPerUv", pair(size.metres)},   {"metresPerUvLow", pair(size.low)},
-          {"metresPerUvHigh", pair(size.high)}, {"stretched", size.stretched},
-          {"withoutUvs", size.without},         {"sharedUvs", size.shared}};
+  Json json = {{"metresPerUv", pair(size.metres)},
+               {"metresPerUvLow", pair(size.low)},
+               {"metresPerUvHigh", pair(size.high)},
+               {"stretched", size.stretched},
+               {"withoutUvs", size.without}};
+  if (size.shared) json["sharedUvs"] = *size.shared;
+  return json;
 }
 
 std::string uv_text(const UvSize& size) {
@@ -16,7 +20,7 @@ std::string uv_text(const UvSize& size) {
       "{:.3g} x {:.3g} m a unit of uv ({:.3g} x {:.3g} to {:.3g} x {:.3g}), {:.0f} % stretched{}{}",
       size.metres.x, size.metres.y, size.low.x, size.low.y, size.high.x, size.high.y, 100 * size.stretched,
       size.without > 0 ? fmt::format(", {:.1g} % without uv", 100 * size.without) : "",
-      size.shared > 0 ? fmt::format(", {:.0f} % of shared uv", 100 * size.shared) : "");
+      size.shared.value_or(0) > 0 ? fmt::format(", {:.0f} % of shared uv", 100 * *size.shared) : "");
 }
 
 Json bounds_json(const Imath::Box3d& bounds) {

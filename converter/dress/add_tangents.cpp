@@ -20,14 +20,14 @@ std::span<const float> floats(const std::vector<V>& values) {
 
 }  // namespace
 
-void drop_tangents(GltfDocument& document, int mesh, int primitive) {
-  Json& json = document.json["meshes"][mesh]["primitives"][primitive];
-  json["attributes"].erase("TANGENT");
-  if (!json.contains("targets")) return;
-  for (Json& target : json["targets"]) target.erase("TANGENT");
+void drop_tangents(Json& primitive) {
+  primitive["attributes"].erase("TANGENT");
+  if (!primitive.contains("targets")) return;
+  for (Json& target : primitive["targets"]) target.erase("TANGENT");
 }
 
-Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord) {
+Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord,
+                          MemoryAccount& memory) {
   const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, primitive);
   Json json = document.json["meshes"][mesh]["primitives"][primitive];
   if (!member(member(json, "attributes"), "TANGENT").is_null()) return false;
@@ -57,6 +57,9 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
   std::vector<V3d> normals(vertices.normals.begin(), vertices.normals.end());
   Tangents tangents = compute_tangents(positions, normals, uvs, vertices.indices, Facing::winding);
   for (const std::uint32_t copied : tangents.copy_of) normals.push_back(normals[copied]);
+  if (!memory.take(normals.size(), sizeof(V3f) + sizeof(V4f)) ||
+      !memory.take(tangents.indices.size(), sizeof(std::uint32_t)))
+    return tl::unexpected(beyond_memory(document.file, place, "its tangents", memory.limit()));
   for (std::size_t i = 0; i < normals.size(); ++i) {
     V4f& t = tangents.tangents[i];
     if (t.x != 0 || t.y != 0 || t.z != 0) continue;
@@ -68,7 +71,7 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
       sources.push_back(sources[copied]);
       vertices.normals.push_back(vertices.normals[copied]);
     }
-    gather_vertices(document, reader, json, sources, place);
+    gather_vertices(document, reader, json, sources, place, memory);
     if (reader.fault) return reader.result(false);
     json["indices"] = append_index_accessor(document, tangents.indices);
     json.erase("mode");

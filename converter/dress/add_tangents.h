@@ -1,6 +1,7 @@
 // Adds the TANGENT attribute to primitives of a glTF document.
 #pragma once
 
+#include "format/base/memory.h"
 #include "format/gltf/document.h"
 
 namespace selvedge {
@@ -9,10 +10,11 @@ namespace selvedge {
 /// added, false if the primitive has TANGENT already or is not made of triangles. Where charts of opposite
 /// handedness meet, vertices are duplicated in every attribute and morph target; a primitive without normals
 /// gets flat normals, as glTF prescribes, and separate vertices for each triangle. Accessors that other
-/// primitives may share are not changed.
-Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord);
+/// primitives may share are not changed. FILE_TOO_LARGE for more than `memory` has.
+Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord,
+                          MemoryAccount& memory);
 
 /// Removes TANGENT from a primitive and its morph targets; the accessors stay in the file.
-void drop_tangents(GltfDocument& document, int mesh, int primitive);
+void drop_tangents(Json& primitive);
 
 }  // namespace selvedge

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "converter/dress/places_in_scene.h"
 #include "format/gltf/access.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"
@@ -64,8 +63,7 @@ int append(Json& array, Json entry) {
 }  // namespace
 
 Result<int> add_backing(GltfDocument& document, int material, const std::set<Place>& places,
-                        const Scene& scene, const Backing& backing, MemoryAccount& memory) {
-  const std::map<Place, PlaceInScene> in_scene = places_in(scene);
+                        const PlacesInScene& in_scene, const Backing& backing, MemoryAccount& memory) {
   const std::string name = string_of(member(document.json["materials"][material], "name"));
   const int behind = append(document.json["materials"],
                             {{"name", name.empty() ? "backing" : name + " backing"},

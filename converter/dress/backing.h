@@ -3,11 +3,11 @@
 
 #include <set>
 
+#include "converter/dress/places_in_scene.h"
 #include "format/base/memory.h"
 #include "format/base/vec.h"
 #include "format/gltf/document.h"
 #include "format/gltf/material_uses.h"
-#include "format/scene/scene.h"
 
 namespace selvedge {
 
@@ -19,9 +19,9 @@ struct Backing {
 /// Adds to the meshes of the places copies of their primitives in a plain matt material, moved against the
 /// triangles' normals, which are means where vertices lie in one point, so that nothing gapes at a seam. They
 /// share all vertex data but the positions with the cloth, move with its skins and morph targets, are drawn
-/// from outside alone, and have no variants. A metre is found by the area that `scene`, of the same document,
-/// has for the places. Returns their number. FILE_TOO_LARGE for more than `memory` has.
+/// from outside alone, and have no variants. A metre is found by the area that `in_scene`, of the same
+/// document, has for the places. Returns their number. FILE_TOO_LARGE for more than `memory` has.
 Result<int> add_backing(GltfDocument& document, int material, const std::set<Place>& places,
-                        const Scene& scene, const Backing& backing, MemoryAccount& memory);
+                        const PlacesInScene& in_scene, const Backing& backing, MemoryAccount& memory);
 
 }  // namespace selvedge

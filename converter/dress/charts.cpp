@@ -151,30 +151,49 @@ class Cutter {
     };
     const std::vector<double> of_whole = sum_of(whole);
     std::vector<double> areas = sum_of(chart_of_);
-    std::vector<std::vector<std::size_t>> members(areas.size());
-    for (std::size_t f = 0; f < faces_.size(); ++f) members[chart_of_[f]].push_back(f);
-    std::vector<int> order(areas.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return areas[a] < areas[b]; });
-    for (const int part : order) {
-      if (members[part].empty() || areas[part] >= small * of_whole[whole[members[part].front()]]) continue;
-      std::map<int, double> borders;
-      for (const std::size_t f : members[part]) {
+    // Rounds, in each of which every small part that has a neighbour joins one: half as many are left.
+    std::vector<int> joined(areas.size());  // the part that each has joined, or itself
+    std::iota(joined.begin(), joined.end(), 0);
+    const auto root = [&](int part) {
+      while (joined[part] != part) part = joined[part] = joined[joined[part]];
+      return part;
+    };
+    for (bool again = true; again;) {
+      again = false;
+      std::vector<std::tuple<int, int, double>> borders;  // of small parts, with whom, and how long
+      for (std::size_t f = 0; f < faces_.size(); ++f) {
+        const int part = root(chart_of_[f]);
+        if (areas[part] >= small * of_whole[whole[f]]) continue;
         for (std::size_t k = 0; k < 3; ++k) {
           const int n = neighbours_[f][k];
-          if (n == none || chart_of_[n] == part) continue;
-          borders[chart_of_[n]] += (positions_[faces_[f][(k + 1) % 3]] - positions_[faces_[f][k]]).length();
+          if (n == none || root(chart_of_[n]) == part) continue;
+          borders.emplace_back(part, root(chart_of_[n]),
+                               (positions_[faces_[f][(k + 1) % 3]] - positions_[faces_[f][k]]).length());
         }
       }
-      if (borders.empty()) continue;
-      const int into = std::max_element(borders.begin(), borders.end(), [](const auto& a, const auto& b) {
-                         return a.second < b.second;
-                       })->first;
-      for (const std::size_t f : members[part]) chart_of_[f] = into;
-      members[into].insert(members[into].end(), members[part].begin(), members[part].end());
-      areas[into] += areas[part];
-      members[part].clear();
+      std::sort(borders.begin(), borders.end());
+      for (std::size_t at = 0; at < borders.size();) {
+        const int part = std::get<0>(borders[at]);
+        int into = part;
+        double longest = -1;
+        while (at < borders.size() && std::get<0>(borders[at]) == part) {
+          const int other = std::get<1>(borders[at]);
+          double length = 0;
+          for (; at < borders.size() && std::get<0>(borders[at]) == part && std::get<1>(borders[at]) == other;
+               ++at)
+            length += std::get<2>(borders[at]);
+          if (length > longest) std::tie(into, longest) = std::pair(other, length);
+        }
+        const int from = root(part);
+        const int to = root(into);
+        if (from == to) continue;  // they have joined each other
+        joined[from] = to;
+        areas[to] += areas[from];
+        again = true;
+      }
     }
+    std::vector<std::vector<std::size_t>> members(areas.size());
+    for (std::size_t f = 0; f < faces_.size(); ++f) members[root(chart_of_[f])].push_back(f);
     std::erase_if(members, [](const auto& part) { return part.empty(); });
     members_ = std::move(members);
   }
@@ -195,12 +214,27 @@ class Cutter {
         }
         panel.triangles.push_back(triangle);
       }
-      std::vector<V2d> plane = flatten(panel);
-      if (!is_sound(panel, plane)) plane = projected(panel);
+      std::vector<V2d> plane;
+      if (is_simple(panel)) plane = flatten(panel);
+      if (plane.empty() || !is_sound(panel, plane)) plane = projected(panel);
       for (V2d& p : plane) p.y = -p.y;  // v of glTF grows downwards
       turn(panel, plane);
       add_chart(faces, panel, local, plane);
     }
+  }
+
+  /// Whether the equations of a chart are as sparse as those of a disc, by Euler's number: a hole takes one
+  /// from it and a handle two, and many handles tie everything to everything. One triangle needs none.
+  static bool is_simple(const Panel& panel) {
+    constexpr std::ptrdiff_t most_holes = 64;
+    std::vector<std::pair<int, int>> edges;
+    for (const V3i& t : panel.triangles) {
+      for (int k = 0; k < 3; ++k) edges.push_back(std::minmax(t[k], t[(k + 1) % 3]));
+    }
+    std::sort(edges.begin(), edges.end());
+    const std::ptrdiff_t unique = std::unique(edges.begin(), edges.end()) - edges.begin();
+    return panel.triangles.size() > 1 &&
+           std::ssize(panel.positions) - unique + std::ssize(panel.triangles) >= 1 - most_holes;
   }
 
   static double signed_area(const V3i& t, const std::vector<V2d>& plane) {

@@ -26,10 +26,11 @@ struct Charts {
 /// Charts are parts whose normals, smoothed over some rounds of neighbours, lie nearest to the same half
 /// axis: front, back, sides, top, bottom. A part of less than a hundredth of what it hangs together with
 /// joins the neighbour with the longest common edge. Each is laid flat as rigidly as possible
-/// (format/scene/flatten.h), or projected along its mean normal where that turns a triangle over, and turned
-/// so that `down` is v. Charts stand in rows at v >= `top`, which moves below them. Vertices in one point
-/// count as one; an edge of more than two triangles, or of two that face each other, is a seam. `positions`:
-/// metres; `triangles`: three vertices each, counter-clockwise seen from outside.
+/// (format/scene/flatten.h), or projected along its mean normal where that turns a triangle over or where it
+/// has very many holes and handles, and turned so that `down` is v. Charts stand in rows at v >= `top`, which
+/// moves below them. Vertices in one point count as one; an edge of more than two triangles, or of two that
+/// face each other, is a seam. `positions`: metres; `triangles`: three vertices each, counter-clockwise seen
+/// from outside.
 Charts cut_into_charts(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles,
                        const V3d& down, double& top);
 

@@ -14,15 +14,45 @@ namespace selvedge {
 using namespace names::gltf;
 
 Result<int> add_variant(GltfDocument& document, const std::string& variant) {
+  use_extension(document.json, variants);  // first: a new member of the root moves the others
   Json& all = document.json["extensions"][variants]["variants"];
   for (const Json& present : all) {
     if (string_of(member(present, name)) != variant) continue;
     return fail(Code::option_out_of_range, document.file, "variant",
                 fmt::format("the garment has a \"{}\" already", variant));
   }
-  use_extension(document.json, variants);
   all.push_back(Json::object({{name, variant}}));
   return static_cast<int>(all.size()) - 1;
+}
+
+int drop_dead_variants(GltfDocument& document) {
+  const Json& all = member(member(document.json, "extensions"), variants);
+  const std::size_t count = array_of(all, "variants").size();
+  int dropped = 0;
+  const auto is_dead = [&](const Json& variant) {
+    const bool dead = index_of(variant) < 0 || static_cast<std::size_t>(index_of(variant)) >= count;
+    dropped += dead ? 1 : 0;
+    return dead;
+  };
+  for (std::size_t m = 0; m < array_of(document.json, "meshes").size(); ++m) {
+    Json& mesh = document.json["meshes"][m];
+    for (std::size_t p = 0; p < array_of(mesh, "primitives").size(); ++p) {
+      Json& primitive = mesh["primitives"][p];
+      if (array_of(member(member(primitive, "extensions"), variants), "mappings").empty()) continue;
+      Json alive = Json::array();
+      for (Json& mapping : primitive["extensions"][variants]["mappings"]) {
+        if (!member(mapping, "variants").is_array()) continue;
+        Json& shown = mapping["variants"];
+        shown.erase(std::remove_if(shown.begin(), shown.end(), is_dead), shown.end());
+        if (!shown.empty()) alive.push_back(std::move(mapping));
+      }
+      if (alive.empty())
+        erase_extension(primitive, variants);
+      else
+        primitive["extensions"][variants]["mappings"] = std::move(alive);
+    }
+  }
+  return dropped;
 }
 
 int copy_for_variant(GltfDocument& document, int material, const std::set<Place>& places, int variant) {

@@ -12,19 +12,17 @@
 #include "converter/dress/add_tangents.h"
 #include "converter/dress/backing.h"
 #include "converter/dress/choose_materials.h"
+#include "converter/dress/cloth.h"
 #include "converter/dress/colourways.h"
 #include "converter/dress/extras_mirror.h"
-#include "converter/dress/fabric_source.h"
-#include "converter/dress/fallback.h"
 #include "converter/dress/fallback_material.h"
 #include "converter/dress/garment_parts.h"
 #include "converter/dress/true_size.h"
 #include "converter/dress/unwrap.h"
 #include "converter/dress/usd.h"
+#include "converter/dress/uv_overlap.h"
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
-#include "format/base/option_text.h"
-#include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
 #include "format/gltf/fabric_extension.h"
@@ -42,21 +40,6 @@ namespace {
 
 std::string name_of(const Json& material) { return string_of(member(material, "name")); }
 
-/// A fabric that materials wear; what is made of it is made once.
-struct Cloth {
-  Fabric fabric;
-  FabricSource source;
-  std::string digest;
-  int index = -1;  ///< of its entry in the document
-  std::optional<Fallback> baked = {};
-  std::optional<FallbackTextures> textures = {};
-
-  const Fallback& fallback() {
-    if (!baked) baked = bake_fallback(fabric);
-    return *baked;
-  }
-};
-
 /// A material that has been dressed, for the colourways.
 struct Worn {
   FabricReference reference;
@@ -67,20 +50,28 @@ struct Worn {
 class Dresser {
  public:
   /// `cloths`: that of the materials, and then that of each colourway, or nothing.
-  Dresser(GltfDocument& document, std::vector<std::optional<Cloth>>& cloths, const DressOptions& options)
-      : document_(document), cloth_(*cloths.front()), cloths_(cloths), options_(options) {}
+  Dresser(GltfDocument& document, std::vector<std::optional<Cloth>>& cloths, const DressOptions& options,
+          const SceneLimits& limits)
+      : document_(document), cloth_(*cloths.front()), cloths_(cloths), options_(options), limits_(limits) {}
 
   DressReport dress() {
-    const ChosenMaterials chosen =
+    ChosenMaterials chosen =
         must(choose_materials(document_, {options_.materials, options_.all, options_.except}));
     report_.warnings = chosen.left_alone;
     std::set<int> textures = textures_in_use(document_.json);
-    Scene scene = must(read_scene(document_, options_.limits));
+    drop_dead_mappings();
+    Scene scene = must(read_scene(document_, limits_));
     memory_ = MemoryAccount(scene.memory_left);
     uses_ = uses_of(document_.json);
+    if (options_.unwrap || options_.backing) in_scene_ = places_in(scene);
     if (options_.unwrap) {
-      unwrap_all(chosen.materials, scene);
-      scene = must(read_scene(document_, options_.limits));
+      unwrap_all(chosen.materials);
+      scene = Scene();  // before the next takes its place in memory
+      scene = must(read_scene(document_, limits_));
+      const std::uint64_t kept = memory_.limit() - memory_.left();
+      memory_ = MemoryAccount(scene.memory_left);
+      if (!memory_.take(kept, 1))
+        throw Failure{beyond_memory(document_.file, "/meshes", "their charts", memory_.limit())};
     }
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
     report_.bounds = bounds_of(scene);
@@ -89,25 +80,14 @@ class Dresser {
     for (std::optional<Cloth>& cloth : cloths_) {
       if (cloth) cloth->index = must(add_fabric(document_, cloth->source));
     }
-    std::optional<Error> left_out;
-    for (const int material : chosen.materials) {
-      try {
-        must(dress(material, scene));
-      } catch (const Failure& failure) {
-        // `all` skips materials that cannot be dressed; named ones must be dressed.
-        if (!options_.all || failure.error.code != Code::garment_no_uvs) throw;
-        report_.warnings.push_back(
-            fmt::format("material #{} was left alone: {}", material, failure.error.message));
-        if (!left_out) left_out = failure.error;
-      }
-    }
+    for (const int material : chosen.materials) attempt(material, [&] { must(dress(material, scene)); });
     if (report_.materials.empty()) {
-      throw Failure{left_out.value_or(
+      throw Failure{left_out_.value_or(
           Error{Code::garment_empty, document_.file, "/materials", "the materials are on no triangles"})};
     }
     for (std::size_t i = 0; i < options_.colourways.size(); ++i)
       add_colourway(options_.colourways[i], cloths_[i + 1] ? *cloths_[i + 1] : cloth_);
-    if (options_.backing) add_backings(scene);
+    if (options_.backing) add_backings();
     for (const std::optional<Cloth>& cloth : cloths_) {
       if (!cloth || !cloth->textures) continue;
       textures.insert(cloth->textures->base_color);
@@ -122,21 +102,52 @@ class Dresser {
   }
 
  private:
-  void unwrap_all(const std::vector<int>& materials, const Scene& scene) {
-    std::set<Place> done;
-    for (const int material : materials) {
-      std::set<Place> places;
-      std::set_difference(uses_[material].begin(), uses_[material].end(), done.begin(), done.end(),
-                          std::inserter(places, places.end()));
-      if (places.empty()) continue;
-      const Unwrapped made = must(unwrap(document_, places, options_.tex_coord, scene, memory_));
-      report_.unwrapped.emplace(material, made);
-      if (made.replaced) {
-        report_.warnings.push_back(fmt::format(
-            "material #{}: pictures on its former texture coordinates show in other places now", material));
-      }
-      done.merge(places);
+  /// Whether the work on a material was done: `all` skips those that cannot be dressed, named ones must be.
+  template <class F>
+  bool attempt(int material, const F& work) {
+    try {
+      work();
+      return true;
+    } catch (const Failure& failure) {
+      const Code code = failure.error.code;
+      if (!options_.all || (code != Code::garment_no_uvs && code != Code::garment_empty)) throw;
+      report_.warnings.push_back(
+          fmt::format("material #{} was left alone: {}", material, failure.error.message));
+      if (!left_out_) left_out_ = failure.error;
+      return false;
     }
+  }
+
+  /// What the materials of before have not had.
+  std::set<Place> fresh_places(int material, const std::set<Place>& done) {
+    std::set<Place> places;
+    std::set_difference(uses_[material].begin(), uses_[material].end(), done.begin(), done.end(),
+                        std::inserter(places, places.end()));
+    return places;
+  }
+
+  /// Takes materials that have nothing to lay flat out of the list.
+  void unwrap_all(std::vector<int>& materials) {
+    std::set<Place> done;
+    std::erase_if(materials,
+                  [&](int material) { return !attempt(material, [&] { unwrap_material(material, done); }); });
+  }
+
+  void unwrap_material(int material, std::set<Place>& done) {
+    std::set<Place> places = fresh_places(material, done);
+    if (places.empty()) return;
+    const Unwrapped made = changing_failures(
+        [&] { return must(unwrap(document_, places, options_.tex_coord, in_scene_, memory_)); },
+        [&](Error error) {
+          if (error.place.empty()) error.place = fmt::format("/materials/{}", material);
+          return error;
+        });
+    report_.unwrapped.emplace(material, made);
+    if (made.replaced) {
+      report_.warnings.push_back(fmt::format(
+          "material #{}: pictures on its former texture coordinates show in other places now", material));
+    }
+    done.merge(places);
   }
 
   Result<void> dress(int material, const Scene& scene) {
@@ -156,7 +167,8 @@ class Dresser {
       const ScenePrimitive& primitive = scene.primitives[i];
       if (places.contains(Place(primitive.mesh, primitive.index))) primitives.insert(i);
     }
-    const UvSize size = measure_uv(scene, primitives, options_.tex_coord);
+    UvSize size = measure_uv(scene, primitives, options_.tex_coord);
+    size.shared = overlap_of(scene, primitives, options_.tex_coord, overlap_budget_);
     dressed.primitives = size.primitives;
     dressed.size = size;
     Worn worn{reference_to(cloth_, size), size, has_stale_tangents(material)};
@@ -208,7 +220,7 @@ class Dresser {
     };
     warn(size.stretched, fmt::format("shows cloth stretched more than {} times one way", max_stretch));
     warn(
-        size.shared,
+        size.shared.value_or(0),
         "shares its texture coordinates with other parts, which matters for pictures that are painted on it");
     warn(size.without, "has texture coordinates that cover none, and will show streaks");
   }
@@ -226,9 +238,18 @@ class Dresser {
     for (const Place& place : places) {
       // The tangents of a place are made once: colourways share them.
       if (!with_tangents_.insert(place).second) continue;
-      if (worn.stale_tangents) drop_tangents(document_, place.first, place.second);
-      if (must(add_tangents(document_, place.first, place.second, options_.tex_coord)))
+      if (worn.stale_tangents)
+        drop_tangents(document_.json["meshes"][place.first]["primitives"][place.second]);
+      if (must(add_tangents(document_, place.first, place.second, options_.tex_coord, memory_)))
         ++report_.tangents_added;
+    }
+  }
+
+  void drop_dead_mappings() {
+    if (options_.colourways.empty()) return;
+    if (const int dropped = drop_dead_variants(document_); dropped > 0) {
+      report_.warnings.push_back(
+          fmt::format("left out: {} references to variants that the garment does not have", dropped));
     }
   }
 
@@ -238,7 +259,7 @@ class Dresser {
     for (auto& [material, worn] : worn_) {
       const std::string text = document_.json["materials"][material].dump();
       if (!memory_.take(text.size(), 1) ||
-          !memory_.take(demands_of(text, options_.limits.document.nesting).values, memory_price::json_value))
+          !memory_.take(demands_of(text, limits_.document.nesting).values, memory_price::json_value))
         throw Failure{beyond_memory(document_.file, "/materials", "its variants", memory_.limit())};
       const int copy = copy_for_variant(document_, material, uses_[material], variant);
       if (copy < 0) continue;
@@ -274,12 +295,20 @@ class Dresser {
                                                            : "it is not reached"));
   }
 
-  void add_backings(const Scene& scene) {
+  void add_backings() {
     constexpr double behind = 0.25;  // of the shorter side of a repeat
+    std::set<Place> done;            // a place may wear several materials, by default and in variants
     for (const auto& [material, worn] : worn_) {
+      if (keeps(names::gltf::mask_texture, material)) {
+        report_.warnings.push_back(fmt::format(
+            "material #{} has no backing: it would show where the mask cuts the cloth away", material));
+        continue;
+      }
+      std::set<Place> places = fresh_places(material, done);
       const V2d mm = worn.size.metres * 1000.0 / worn.reference.transform.scale;
       const Backing backing{*options_.backing, behind * std::min(mm.x, mm.y) / 1000};
-      report_.backed += must(add_backing(document_, material, uses_[material], scene, backing, memory_));
+      report_.backed += must(add_backing(document_, material, places, in_scene_, backing, memory_));
+      done.merge(places);
     }
   }
 
@@ -289,49 +318,17 @@ class Dresser {
   Cloth& cloth_;
   std::vector<std::optional<Cloth>>& cloths_;
   const DressOptions& options_;
+  const SceneLimits& limits_;  ///< what the fabrics leave of the options'
   MemoryAccount memory_{0};
   Uses uses_;
-  std::map<int, Worn> worn_;  ///< by material
+  PlacesInScene in_scene_;         ///< where charts or backings are wanted
+  std::optional<Error> left_out_;  ///< why the first material was left alone
+  std::map<int, Worn> worn_;       ///< by material
   std::set<Place> with_tangents_;
   MaskTextures masks_;
+  OverlapBudget overlap_budget_;
   DressReport report_;
 };
-
-/// `shape`: mm of a repeat.
-Result<void> check_options(const DressOptions& options, const V2d& shape) {
-  if (options.tex_coord < 0 || options.tex_coord > 1) {
-    return fail(Code::option_out_of_range, "", "tex_coord", "only the UV sets 0 and 1 are read");
-  }
-  const V2d one(1, 1);
-  const V2d repeats = options.repeats.value_or(one);
-  const V2d period = options.mm_per_repeat.value_or(one);
-  for (const auto& [name, value] :
-       {std::pair("repeats", repeats.x), std::pair("repeats", repeats.y),
-        std::pair("mm_per_repeat", period.x), std::pair("mm_per_repeat", period.y),
-        std::pair("scale", options.scale), std::pair("unit", options.unit),
-        std::pair("height", options.height.value_or(1))}) {
-    if (!(value > 0) || !std::isfinite(value))
-      return fail(Code::option_out_of_range, "", name, fmt::format("{} is not positive", value));
-  }
-  if (std::remainder(options.rotation, 90) != 0 && shape.x != shape.y) {
-    return fail(
-        Code::option_out_of_range, "", "rotation",
-        fmt::format("only right angles: the repeat is {:.5g} x {:.5g} mm, not a square", shape.x, shape.y));
-  }
-  return {};
-}
-
-/// Reads a fabric, and takes its memory from the limit.
-Cloth read_cloth(const std::string& path, const std::string& output_path, const DressOptions& options,
-                 SceneLimits& limits) {
-  FabricReader reader = must(FabricReader::open(path, {.memory = limits.document.memory}));
-  Cloth cloth{must(reader.read()), {}, {}};
-  limits.document.memory -= reader.memory_of(0, reader.header().levels - 1);
-  must(check_options(options, options.mm_per_repeat.value_or(V2d(cloth.fabric.period_mm))));
-  cloth.source = must(source_of(path, output_path, options.embed.value_or(has_ending(output_path, ".glb"))));
-  cloth.digest = must(digest_of_fabric(path));
-  return cloth;
-}
 
 /// The files of the USD layer, staged; empty if no layer is wanted.
 std::vector<AtomicFile> stage_usd(const GltfDocument& document, const std::string& path,
@@ -359,8 +356,8 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     const std::vector<std::string> missing = must(drop_missing_pictures(document));
     // Moved first, so that the fabric's URI and the existing ones are relative to the same folder.
     move_document(document, std::filesystem::path(output_path).parent_path().string());
-    must(size_garment(document, options.unit, options.height, options.limits));
-    DressReport report = Dresser(document, cloths, options).dress();
+    must(size_garment(document, options.unit, options.height, limits));
+    DressReport report = Dresser(document, cloths, options, limits).dress();
     report.warnings.insert(report.warnings.end(), mended.begin(), mended.end());
     for (const std::string& fault : missing) report.warnings.push_back(fault + ", and is left out");
     for (std::string& warning : outside_warnings(document, output_path))

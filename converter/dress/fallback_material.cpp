@@ -111,8 +111,9 @@ void set_fallback(GltfDocument& document, int material, const FallbackTextures& 
   for (std::size_t c = 0; c < 3 && part(tint_factor).is_array() && c < part(tint_factor).size(); ++c)
     tint[static_cast<int>(c)] = static_cast<float>(number_of(part(tint_factor)[c], 1));
   const bool masked = part(mask_texture).is_object();
-  const Json& own = part(tint_texture).is_object() ? part(tint_texture) : part(mask_texture);
-  const V3f factor = own.is_object() ? textures.mean * tint : tint;
+  const char* const own = part(tint_texture).is_object() ? tint_texture : mask_texture;
+  const bool has_own = part(own).is_object();
+  const V3f factor = has_own ? textures.mean * tint : tint;
   const auto most_one = [](const V3f& x) {
     return Json::array({std::min(x.x, 1.0F), std::min(x.y, 1.0F), std::min(x.z, 1.0F)});
   };
@@ -121,7 +122,7 @@ void set_fallback(GltfDocument& document, int material, const FallbackTextures& 
     core["baseColorFactor"].push_back(1);
   }
   core["baseColorTexture"] =
-      own.is_object() ? own : texture_info(textures.base_color, reference.tex_coord, reference.transform);
+      has_own ? part(own) : texture_info(textures.base_color, reference.tex_coord, reference.transform);
   core["metallicFactor"] = 0;
   core["roughnessFactor"] = 1;
   for (const char* key : {"normalTexture", "alphaMode", "alphaCutoff"}) {
@@ -135,7 +136,7 @@ void set_fallback(GltfDocument& document, int material, const FallbackTextures& 
   if (textures.holes || masked) {
     json["alphaMode"] = "MASK";
     // The alpha of a tint is none of the cloth's.
-    json["alphaCutoff"] = masked ? number_of(part(mask_cutoff), 0.5) : own.is_object() ? 0.0 : 0.5;
+    json["alphaCutoff"] = masked ? number_of(part(mask_cutoff), 0.5) : has_own ? 0.0 : 0.5;
   }
   json["extensions"][specular] = {{"specularFactor", 0}};
   use_extension(document.json, specular);

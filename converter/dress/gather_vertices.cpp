@@ -2,54 +2,86 @@
 
 #include <fmt/format.h>
 
+#include <map>
+
 #include "format/gltf/edit.h"
 
 namespace selvedge {
 namespace {
 
-/// A new accessor whose element i is element sources[i] of the old one; -1 after a fault.
-int gather(GltfDocument& document, GltfReader& reader, int accessor,
-           const std::vector<std::uint32_t>& sources, const std::string& place) {
-  AccessorShape shape = reader.accessor_shape(accessor, place);
-  const std::vector<std::uint8_t> elements = reader.elements(accessor, place);
-  const std::size_t size = shape.element_size();
-  std::vector<std::uint8_t> gathered;
-  gathered.reserve(sources.size() * size);
-  for (const std::uint32_t source : sources) {
-    if (source >= shape.count)
-      reader.fail(Code::gltf_malformed, place, fmt::format("there is no element {}", source));
-    if (reader.fault) return -1;
-    const auto first = elements.begin() + static_cast<std::ptrdiff_t>(source * size);
-    gathered.insert(gathered.end(), first, first + static_cast<std::ptrdiff_t>(size));
-  }
-  shape.count = sources.size();
-  Json json = document.json["accessors"][accessor];
-  json.erase("byteOffset");
-  json.erase("sparse");
-  json["bufferView"] = append_attribute_view(document, shape, gathered);
-  json["count"] = shape.count;
-  if (json.contains("min") || json.contains("max")) {
-    set_bounds(json, to_floats(gathered, shape.component_type, false), shape.components);
-  }
-  document.json["accessors"].push_back(std::move(json));
-  return static_cast<int>(document.json["accessors"].size()) - 1;
-}
+class Gatherer {
+ public:
+  Gatherer(GltfDocument& document, GltfReader& reader, const std::vector<std::uint32_t>& sources,
+           MemoryAccount& memory)
+      : document_(document), reader_(reader), sources_(sources), memory_(memory) {}
 
-void gather_all(GltfDocument& document, GltfReader& reader, Json& attributes,
-                const std::vector<std::uint32_t>& sources, const std::string& place) {
-  for (const auto& [semantic, accessor] : attributes.items()) {
-    accessor = gather(document, reader, index_of(accessor), sources, place + "/" + semantic);
-    if (reader.fault) return;
+  void gather_all(Json& attributes, const std::string& place) {
+    for (const auto& [semantic, accessor] : attributes.items()) {
+      const auto [made, fresh] = made_.try_emplace(index_of(accessor), -1);
+      if (fresh) made->second = gather(made->first, place + "/" + semantic);
+      if (reader_.fault) return;
+      accessor = made->second;
+    }
   }
-}
+
+ private:
+  /// A new accessor whose element i is element sources_[i] of the old one; -1 after a fault.
+  int gather(int accessor, const std::string& place) {
+    AccessorShape shape = reader_.accessor_shape(accessor, place);
+    if (reader_.fault) return -1;
+    const std::size_t size = shape.element_size();
+    take(shape, place);
+    const std::vector<std::uint8_t> elements = reader_.elements(accessor, place);
+    std::vector<std::uint8_t> gathered;
+    gathered.reserve(sources_.size() * size);
+    for (const std::uint32_t source : sources_) {
+      if (source >= shape.count)
+        reader_.fail(Code::gltf_malformed, place, fmt::format("there is no element {}", source));
+      if (reader_.fault) return -1;
+      const auto first = elements.begin() + static_cast<std::ptrdiff_t>(source * size);
+      gathered.insert(gathered.end(), first, first + static_cast<std::ptrdiff_t>(size));
+    }
+    shape.count = sources_.size();
+    Json json = document_.json["accessors"][accessor];
+    json.erase("byteOffset");
+    json.erase("sparse");
+    json["bufferView"] = append_attribute_view(document_, shape, gathered);
+    json["count"] = shape.count;
+    if (json.contains("min") || json.contains("max")) {
+      set_bounds(json, to_floats(gathered, shape.component_type, false), shape.components);
+    }
+    document_.json["accessors"].push_back(std::move(json));
+    return static_cast<int>(document_.json["accessors"].size()) - 1;
+  }
+
+  /// What stays in the document, and what making it takes beside that.
+  void take(const AccessorShape& shape, const std::string& place) {
+    const std::size_t stride = (shape.element_size() + 3) / 4 * 4;
+    const bool stays = memory_.take(sources_.size(), stride);
+    MemoryAccount passing(memory_.left());
+    const std::size_t floats = sizeof(float) * static_cast<std::size_t>(shape.components);
+    if (stays && passing.take(shape.count, stride) && passing.take(sources_.size(), 2 * stride + floats))
+      return;
+    const Error error = beyond_memory(document_.file, place, "its copies", memory_.limit());
+    reader_.fail(error.code, error.place, error.message);
+  }
+
+  GltfDocument& document_;
+  GltfReader& reader_;
+  const std::vector<std::uint32_t>& sources_;
+  MemoryAccount& memory_;
+  std::map<int, int> made_;  ///< by the accessor of which it is a copy: many may name one
+};
 
 }  // namespace
 
 void gather_vertices(GltfDocument& document, GltfReader& reader, Json& primitive,
-                     const std::vector<std::uint32_t>& sources, const std::string& place) {
-  gather_all(document, reader, primitive["attributes"], sources, place + "/attributes");
+                     const std::vector<std::uint32_t>& sources, const std::string& place,
+                     MemoryAccount& memory) {
+  Gatherer gatherer(document, reader, sources, memory);
+  gatherer.gather_all(primitive["attributes"], place + "/attributes");
   if (!primitive.contains("targets")) return;
-  for (Json& target : primitive["targets"]) gather_all(document, reader, target, sources, place + "/targets");
+  for (Json& target : primitive["targets"]) gatherer.gather_all(target, place + "/targets");
 }
 
 }  // namespace selvedge

@@ -11,8 +11,8 @@ double area_of(const std::vector<V3d>& positions, const std::vector<std::uint32_
   return sum;
 }
 
-std::map<Place, PlaceInScene> places_in(const Scene& scene) {
-  std::map<Place, PlaceInScene> places;
+PlacesInScene places_in(const Scene& scene) {
+  PlacesInScene places;
   for (const SceneInstance& instance : scene.instances) {
     const ScenePrimitive& p = scene.primitives[instance.primitive];
     const auto [entry, fresh] = places.try_emplace(Place(p.mesh, p.index));

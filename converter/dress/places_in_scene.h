@@ -13,7 +13,9 @@ struct PlaceInScene {
   V3d down{0, -1, 0};  ///< the direction of the mesh's frame that grows towards the ground, of any length
 };
 
-std::map<Place, PlaceInScene> places_in(const Scene& scene);
+using PlacesInScene = std::map<Place, PlaceInScene>;
+
+PlacesInScene places_in(const Scene& scene);
 
 /// Twice the area of the triangles, in the unit of the positions.
 double area_of(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles);

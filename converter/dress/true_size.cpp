@@ -1,20 +1,45 @@
 #include "converter/dress/true_size.h"
 
+#include <set>
+
 #include "converter/dress/uv_scale.h"
+#include "format/gltf/access.h"
 #include "format/gltf/read_scene.h"
 
 namespace selvedge {
 namespace {
 
-/// Puts a node that scales by `factor` above all that scenes show: skins follow, as their joints lie below.
-void scale_scenes(GltfDocument& document, double factor) {
+/// The nodes that are nobody's children: what a document without scenes shows.
+Json roots_of(const Json& nodes) {
+  std::set<int> children;
+  for (const Json& node : nodes) {
+    for (const Json& child : array_of(node, "children")) children.insert(index_of(child));
+  }
+  Json roots = Json::array();
+  for (int i = 0; i < static_cast<int>(nodes.size()); ++i) {
+    if (!children.contains(i)) roots.push_back(i);
+  }
+  return roots;
+}
+
+/// Puts a node that scales by `factor` above all that is shown: skins follow, as their joints lie below.
+Result<void> scale_scenes(GltfDocument& document, double factor) {
   Json& json = document.json;
+  if (array_of(json, "nodes").empty()) return fail(Code::garment_empty, document.file, "/nodes", "are none");
+  Json& nodes = json["nodes"];  // a new member of the root would move the scenes
+  const auto put_above = [&](const Json& children) {
+    nodes.push_back(Json{{"name", "true size"}, {"scale", {factor, factor, factor}}, {"children", children}});
+  };
+  if (!json.contains("scenes")) {
+    put_above(roots_of(nodes));
+    return {};
+  }
   for (Json& scene : json["scenes"]) {
     if (!scene.contains("nodes")) continue;
-    json["nodes"].push_back(
-        Json{{"name", "true size"}, {"scale", {factor, factor, factor}}, {"children", scene["nodes"]}});
-    scene["nodes"] = Json::array({json["nodes"].size() - 1});
+    put_above(scene["nodes"]);
+    scene["nodes"] = Json::array({nodes.size() - 1});
   }
+  return {};
 }
 
 }  // namespace
@@ -32,8 +57,8 @@ Result<void> size_garment(GltfDocument& document, double unit, std::optional<dou
       return fail(Code::option_out_of_range, document.file, "height", "the garment has none");
     factor = *height / present;
   }
-  if (factor != 1) scale_scenes(document, factor);
-  return {};
+  if (factor == 1) return {};
+  return scale_scenes(document, factor);
 }
 
 }  // namespace selvedge

@@ -21,62 +21,91 @@ constexpr std::uint64_t vertex_price = 512;
 
 class Unwrapper {
  public:
-  Unwrapper(GltfDocument& document, int tex_coord, const Scene& scene, MemoryAccount& memory)
+  Unwrapper(GltfDocument& document, int tex_coord, const PlacesInScene& in_scene, MemoryAccount& memory)
       : document_(document),
         set_(tex_coord),
         semantic_(fmt::format("TEXCOORD_{}", tex_coord)),
-        in_scene_(places_in(scene)),
+        in_scene_(in_scene),
         memory_(memory) {}
 
   Unwrapped unwrap(const std::set<Place>& places) {
+    for (const Place& place : places) need_first_set(place);
     for (const Place& place : places) unwrap(place);
     if (result_.charts == 0)
       throw Failure{Error{Code::garment_empty, document_.file, "", "no triangle has an area to lay flat"}};
+    // Nothing of them shows, but one primitive without would keep the material from being dressed.
+    for (const auto& [place, vertices] : without_area_)
+      set_uvs(json_of(place), std::vector<V2d>(vertices, V2d(0, 0)), where_is(place));
     result_.stretch = stretch_below(std::move(stretch_), 0.95);
     return result_;
   }
 
  private:
+  static std::string where_is(const Place& place) {
+    return fmt::format("/meshes/{}/primitives/{}", place.first, place.second);
+  }
+
+  Json& json_of(const Place& place) {
+    return document_.json["meshes"][place.first]["primitives"][place.second];
+  }
+
+  void need_first_set(const Place& place) {
+    if (set_ == 0 || member(json_of(place), "attributes").contains("TEXCOORD_0")) return;
+    throw Failure{Error{Code::garment_no_uvs, document_.file, where_is(place) + "/attributes",
+                        "no TEXCOORD_0, without which there is no " + semantic_}};
+  }
+
+  void take(MemoryAccount& memory, std::size_t count, std::uint64_t price, const std::string& where) const {
+    if (!memory.take(count, price))
+      throw Failure{beyond_memory(document_.file, where, "its charts", memory_.limit())};
+  }
+
+  void set_uvs(Json& json, const std::vector<V2d>& coordinates, const std::string& where) {
+    take(memory_, coordinates.size(), 2 * sizeof(float), where);
+    std::vector<float> uvs;
+    for (const V2d& uv : coordinates)
+      uvs.insert(uvs.end(), {static_cast<float>(uv.x), static_cast<float>(uv.y)});
+    json["attributes"][semantic_] = append_float_accessor(document_, uvs, 2, false);
+  }
+
   void unwrap(const Place& place) {
-    const std::string where = fmt::format("/meshes/{}/primitives/{}", place.first, place.second);
-    drop_tangents(document_, place.first, place.second);
-    Json json = document_.json["meshes"][place.first]["primitives"][place.second];
+    const std::string where = where_is(place);
+    Json json = json_of(place);
     Json& attributes = json["attributes"];
-    if (set_ > 0 && !attributes.contains("TEXCOORD_0")) {
-      throw Failure{Error{Code::garment_no_uvs, document_.file, where + "/attributes",
-                          "no TEXCOORD_0, without which there is no " + semantic_}};
-    }
     GltfReader reader(document_);
-    const auto take = [&](std::size_t count, std::uint64_t price) {
+    const auto need_no_fault = [&] {
       if (reader.fault) throw Failure{*reader.fault};
-      if (!memory_.take(count, price))
-        throw Failure{beyond_memory(document_.file, where, "its charts", memory_.limit())};
     };
-    take(
-        reader.accessor_shape(index_of(member(attributes, "POSITION")), where + "/attributes/POSITION").count,
-        vertex_price);
+    const AccessorShape shape =
+        reader.accessor_shape(index_of(member(attributes, "POSITION")), where + "/attributes/POSITION");
+    need_no_fault();
+    MemoryAccount passing(memory_.left());  // given back after each primitive
+    take(passing, shape.count, vertex_price, where);
     std::vector<V3d> positions = reader.attribute<V3d>(attributes, "POSITION", 0, where + "/attributes");
     const std::vector<std::uint32_t> triangles = read_triangles(reader, json, where, positions.size());
-    take(triangles.size() / 3, triangle_price);
+    need_no_fault();
+    take(passing, triangles.size() / 3, triangle_price, where);
     PlaceInScene seen;
     if (const auto found = in_scene_.find(place); found != in_scene_.end()) seen = found->second;
     const double local = area_of(positions, triangles);
-    if (!(local > 0)) return;
+    const auto leave = [&] {
+      if (!attributes.contains(semantic_)) without_area_.emplace(place, positions.size());
+    };
+    if (!(local > 0)) return leave();
     const double metres = seen.area > 0 ? std::sqrt(seen.area / local) : 1;
     for (V3d& p : positions) p *= metres;
     Charts charts = cut_into_charts(positions, triangles, seen.down, top_);
-    if (charts.count == 0) return;
+    if (charts.count == 0) return leave();
+    drop_tangents(json);
     result_.replaced |= attributes.contains(semantic_);
     attributes.erase(semantic_);
-    gather_vertices(document_, reader, json, charts.sources, where);
-    take(0, 0);
-    std::vector<float> uvs;
-    for (const V2d& uv : charts.uvs)
-      uvs.insert(uvs.end(), {static_cast<float>(uv.x), static_cast<float>(uv.y)});
-    json["attributes"][semantic_] = append_float_accessor(document_, uvs, 2, false);
+    gather_vertices(document_, reader, json, charts.sources, where, memory_);
+    need_no_fault();
+    set_uvs(json, charts.uvs, where);
+    take(memory_, charts.indices.size(), sizeof(std::uint32_t), where);
     json["indices"] = append_index_accessor(document_, charts.indices);
     json.erase("mode");
-    document_.json["meshes"][place.first]["primitives"][place.second] = std::move(json);
+    json_of(place) = std::move(json);
     result_.charts += charts.count;
     stretch_.insert(stretch_.end(), charts.stretch.begin(), charts.stretch.end());
   }
@@ -84,9 +113,10 @@ class Unwrapper {
   GltfDocument& document_;
   int set_;
   std::string semantic_;
-  std::map<Place, PlaceInScene> in_scene_;
+  const PlacesInScene& in_scene_;
   MemoryAccount& memory_;
   double top_ = 0;
+  std::map<Place, std::size_t> without_area_;  ///< and without coordinates: the number of vertices
   Unwrapped result_;
   std::vector<ChartStretch> stretch_;
 };
@@ -94,9 +124,9 @@ class Unwrapper {
 }  // namespace
 
 Result<Unwrapped> unwrap(GltfDocument& document, const std::set<Place>& places, int tex_coord,
-                         const Scene& scene, MemoryAccount& memory) {
+                         const PlacesInScene& in_scene, MemoryAccount& memory) {
   try {
-    return Unwrapper(document, tex_coord, scene, memory).unwrap(places);
+    return Unwrapper(document, tex_coord, in_scene, memory).unwrap(places);
   } catch (const Failure& failure) {
     return tl::unexpected(failure.error);
   }

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "converter/dress/places_in_scene.h"
 #include "format/base/memory.h"
 #include "format/gltf/document.h"
 #include "format/gltf/material_uses.h"
-#include "format/scene/scene.h"
 
 namespace selvedge {
 
@@ -20,10 +20,11 @@ struct Unwrapped {
 
 /// Gives the places of a material texture coordinates in metres, in place of those of that set: charts
 /// (charts.h) of each primitive, below each other. Vertices at seams become several, tangents are dropped.
-/// Skins and morph targets are kept: what is laid flat is the mesh without them, in the size that `scene`, of
-/// the same document, has for it. GARMENT_EMPTY without a triangle that has an area, GARMENT_NO_UVS for a set
-/// above one that is missing, FILE_TOO_LARGE for more than `memory` has.
+/// Skins and morph targets are kept: what is laid flat is the mesh without them, in the size that `in_scene`,
+/// of the same document, has for it. A primitive without an area gets zeros where it has none. GARMENT_EMPTY
+/// without a triangle that has an area, GARMENT_NO_UVS for a set above one that is missing, both of a
+/// document that is as it was; FILE_TOO_LARGE for more than `memory` has.
 Result<Unwrapped> unwrap(GltfDocument& document, const std::set<Place>& places, int tex_coord,
-                         const Scene& scene, MemoryAccount& memory);
+                         const PlacesInScene& in_scene, MemoryAccount& memory);
 
 }  // namespace selvedge

@@ -11,7 +11,8 @@
 namespace selvedge {
 namespace {
 
-constexpr std::uint64_t max_rows = std::uint64_t{1} << 28;
+/// What the cells of a grid take, in rows of a triangle.
+constexpr std::uint64_t grid_price = std::uint64_t{overlap_side} * overlap_side / 16;
 
 using Corners = std::array<V2d, 3>;  ///< in cells
 
@@ -50,47 +51,65 @@ void each_row(const Corners& corners, int side, const F& visit) {
 class Overlap {
  public:
   Overlap(const Scene& scene, const std::set<int>& chosen, int tex_coord)
-      : scene_(scene), chosen_(chosen), tex_coord_(tex_coord) {
+      : scene_(scene), tex_coord_(tex_coord) {
+    // A mesh in two skins is two primitives in the scene, on one chart that it shares with nobody.
+    std::set<std::pair<int, int>> places;
+    for (const int i : chosen) {
+      if (places.emplace(scene.primitives[i].mesh, scene.primitives[i].index).second) chosen_.push_back(i);
+    }
     for (const int i : chosen_) {
+      worlds_[i];
       for (const V2d& uv : uvs_of(i)) bounds_.extendBy(uv);
     }
-    for (const SceneInstance& instance : scene.instances)
-      worlds_[instance.primitive].push_back(&instance.world);
+    for (const SceneInstance& instance : scene.instances) {
+      if (const auto of = worlds_.find(instance.primitive); of != worlds_.end())
+        of->second.push_back(&instance.world);
+    }
     if (!bounds_.isEmpty()) cell_ = std::max(bounds_.size().x, bounds_.size().y) / overlap_side;
   }
 
-  double share() {
+  std::optional<double> share(OverlapBudget& budget) {
     if (!(cell_ > 0) || !std::isfinite(cell_)) return 0;
-    std::uint64_t rows = 0;
+    std::uint64_t rows = grid_price;
     each_triangle([&](int, std::size_t, const Corners& corners) {
       const auto [low, high] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
       rows += 1 + static_cast<std::uint64_t>(high - low);
     });
-    if (rows > max_rows) return 0;
-    std::vector<std::uint8_t> covers(std::size_t{overlap_side} * overlap_side);
+    if (rows > budget.rows) return std::nullopt;
+    budget.rows -= rows;
+    // At first how many more triangles cover a cell than the one before it, and then how many of the cells
+    // before it in its row are covered twice: each row of a triangle is two numbers, however wide it is.
+    constexpr std::size_t stride = overlap_side + 1;
+    std::vector<std::int64_t> cells(stride * overlap_side);
     each_triangle([&](int, std::size_t, const Corners& corners) {
       each_row(corners, overlap_side, [&](int row, int first, int end) {
-        for (int x = first; x < end; ++x) {
-          std::uint8_t& count = covers[std::size_t{overlap_side} * row + x];
-          if (count < 2) ++count;
-        }
+        ++cells[stride * row + first];
+        --cells[stride * row + end];
       });
     });
+    for (std::size_t row = 0; row < overlap_side; ++row) {
+      std::int64_t covers = 0;
+      std::int64_t shared_before = 0;
+      for (std::size_t x = 0; x < stride; ++x) {
+        std::int64_t& cell = cells[stride * row + x];
+        covers += cell;
+        cell = shared_before;
+        if (covers > 1) ++shared_before;
+      }
+    }
     double all = 0;
     double shared = 0;
     each_triangle([&](int primitive, std::size_t triangle, const Corners& corners) {
-      int seen = 0;
-      int twice = 0;
+      std::int64_t seen = 0;
+      std::int64_t twice = 0;
       each_row(corners, overlap_side, [&](int row, int first, int end) {
         seen += end - first;
-        for (int x = first; x < end; ++x) {
-          if (covers[std::size_t{overlap_side} * row + x] > 1) ++twice;
-        }
+        twice += cells[stride * row + end] - cells[stride * row + first];
       });
       if (seen == 0) return;
       const double area = area_of(primitive, triangle);
       all += area;
-      shared += area * twice / seen;
+      shared += area * static_cast<double>(twice) / static_cast<double>(seen);
     });
     return all > 0 ? shared / all : 0;
   }
@@ -117,9 +136,7 @@ class Overlap {
   double area_of(int primitive, std::size_t triangle) const {
     const ScenePrimitive& p = scene_.primitives[primitive];
     double sum = 0;
-    const auto worlds = worlds_.find(primitive);
-    if (worlds == worlds_.end()) return 0;
-    for (const M44d* world : worlds->second) {
+    for (const M44d* world : worlds_.at(primitive)) {
       const V3d origin = V3d(p.positions[p.indices[triangle]]) * *world;
       const V3d e1 = V3d(p.positions[p.indices[triangle + 1]]) * *world - origin;
       const V3d e2 = V3d(p.positions[p.indices[triangle + 2]]) * *world - origin;
@@ -129,7 +146,7 @@ class Overlap {
   }
 
   const Scene& scene_;
-  const std::set<int>& chosen_;
+  std::vector<int> chosen_;
   int tex_coord_;
   Imath::Box2d bounds_;
   double cell_ = 0;
@@ -138,9 +155,10 @@ class Overlap {
 
 }  // namespace
 
-double overlap_of(const Scene& scene, const std::set<int>& chosen, int tex_coord) {
+std::optional<double> overlap_of(const Scene& scene, const std::set<int>& chosen, int tex_coord,
+                                 OverlapBudget& budget) {
   if (tex_coord < 0 || tex_coord > 1) return 0;
-  return Overlap(scene, chosen, tex_coord).share();
+  return Overlap(scene, chosen, tex_coord).share(budget);
 }
 
 }  // namespace selvedge

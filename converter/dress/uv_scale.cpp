@@ -7,8 +7,6 @@
 #include <array>
 #include <cmath>
 
-#include "converter/dress/uv_overlap.h"
-
 namespace selvedge {
 namespace {
 
@@ -106,7 +104,6 @@ UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord
     size.stretched /= area;
     size.without = without / area;
   }
-  size.shared = overlap_of(scene, chosen, tex_coord);
   return size;
 }
 

@@ -3,6 +3,7 @@
 
 #include <Imath/ImathBox.h>
 
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -17,8 +18,8 @@ struct UvSize {
   V2d high{0, 0};        ///< a twentieth of the area has more
   double stretched = 0;  ///< share of the area where cloth is more than max_stretch longer or shorter one way
   double without = 0;    ///< share of the area whose UVs cover none
-  double shared = 0;     ///< share of the area whose UVs other triangles have as well (uv_overlap.h)
-  int primitives = 0;    ///< instances with area in space and in UV
+  std::optional<double> shared = {};  ///< what overlap_of() says, if somebody asked it (uv_overlap.h)
+  int primitives = 0;                 ///< instances with area in space and in UV
 };
 
 /// Cloth that is stretched by more than this one way shows it.

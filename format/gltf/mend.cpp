@@ -59,8 +59,9 @@ class Mender {
 
   void need_items(const Json& owner, const char* list, const std::string& place) const {
     const Json& items = member(owner, list);
-    if (items.is_array() && items.empty())
-      throw Failure{Error{Code::gltf_malformed, document_.file, place + "/" + list, "is empty"}};
+    if (items.is_array() && !items.empty()) return;
+    throw Failure{Error{Code::gltf_malformed, document_.file, place + "/" + list,
+                        items.is_array() ? "is empty" : "is no list"}};
   }
 
   void mend_meshes() {
@@ -68,17 +69,30 @@ class Mender {
       Json& mesh = root_["meshes"][m];
       need_items(mesh, "primitives", fmt::format("/meshes/{}", m));
       for (std::size_t p = 0; p < array_of(mesh, "primitives").size(); ++p) {
-        if (!member(mesh["primitives"][p], "attributes").is_object()) continue;
-        mend_attributes(mesh["primitives"][p]["attributes"],
-                        fmt::format("/meshes/{}/primitives/{}/attributes", m, p));
+        Json& primitive = mesh["primitives"][p];
+        const std::string place = fmt::format("/meshes/{}/primitives/{}", m, p);
+        if (member(primitive, "attributes").is_object())
+          need_no_gap(mend_attributes(primitive["attributes"], place + "/attributes"), place + "/attributes");
+        for (std::size_t t = 0; t < array_of(primitive, "targets").size(); ++t) {
+          if (primitive["targets"][t].is_object())
+            mend_attributes(primitive["targets"][t], fmt::format("{}/targets/{}", place, t));
+        }
       }
     }
   }
 
-  void mend_attributes(Json& attributes, const std::string& place) {
+  using Sets = std::map<std::string, std::set<int>>;  ///< numbers by names such as "TEXCOORD"
+
+  /// Returns what is left of the numbered ones.
+  Sets mend_attributes(Json& attributes, const std::string& place) {
     constexpr std::array<std::string_view, 3> plain{"POSITION", "NORMAL", "TANGENT"};
-    std::map<std::string, std::set<int>> sets;
+    Sets sets;
     for (auto it = attributes.begin(); it != attributes.end();) {
+      if (it->is_null()) {  // gone before gaps are looked for, which it would hide
+        leave_out("is null", pointer_to(place, it.key()));
+        it = attributes.erase(it);
+        continue;
+      }
       const auto semantic = numbered(it.key());
       if (semantic) sets[semantic->first].insert(semantic->second);
       const bool known = semantic || it.key().starts_with('_') ||
@@ -86,6 +100,10 @@ class Mender {
       if (!known) leave_out("is no attribute of glTF", pointer_to(place, it.key()));
       it = known ? std::next(it) : attributes.erase(it);
     }
+    return sets;
+  }
+
+  void need_no_gap(const Sets& sets, const std::string& place) const {
     for (const auto& [set, numbers] : sets) {
       int next = 0;
       for (const int number : numbers) {

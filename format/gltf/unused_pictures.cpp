@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "format/gltf/access.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/names.h"
 #include "format/gltf/uri.h"
 
@@ -137,23 +138,32 @@ void erase_references(Json& json, const std::set<int>& textures) {
 std::string fault_of_picture(const GltfDocument& document, int image) {
   const Json& entry = entry_of(document, "images", image);
   if (!entry.contains(names::gltf::uri) && !entry.contains(names::gltf::buffer_view)) return "";
-  const Result<Bytes> bytes = read_image_bytes(document, image);
-  if (bytes || bytes.error().code == Code::gltf_unsupported || bytes.error().code == Code::file_too_large)
-    return "";
+  const Result<void> good = check_image_bytes(document, image);
+  if (good || good.error().code == Code::gltf_unsupported) return "";
   const std::string address = string_of(member(entry, names::gltf::uri));
   const bool is_file = !address.empty() && !address.starts_with("data:");
   const std::string what = is_file ? address.substr(0, 200) : fmt::format("/images/{}", image);
-  return bytes.error().code == Code::file_missing       ? what + " is not there"
-         : bytes.error().code == Code::image_unreadable ? what + " " + bytes.error().message
-                                                        : what + " cannot be read";
+  return good.error().code == Code::file_missing       ? what + " is not there"
+         : good.error().code == Code::image_unreadable ? what + " " + good.error().message
+                                                       : what + " cannot be read";
 }
 
-/// Whether an extension of the texture, such as EXT_texture_webp, names a picture.
-bool has_other_source(const Json& texture) {
+/// Removes what names one of the pictures from a texture, and extensions such as EXT_texture_webp that do.
+/// Whether there was something, and nothing else names a picture.
+bool lose_sources(Json& texture, const std::set<int>& images) {
+  const auto is_lost = [&](const Json& owner) { return images.contains(index_of(member(owner, "source"))); };
+  std::vector<std::string> lost;
+  bool has_other = false;
   const Json& extensions = member(texture, "extensions");
-  return extensions.is_object() &&
-         std::any_of(extensions.begin(), extensions.end(),
-                     [](const Json& extension) { return index_of(member(extension, "source")) >= 0; });
+  for (auto it = extensions.begin(); extensions.is_object() && it != extensions.end(); ++it) {
+    if (is_lost(*it)) lost.push_back(it.key());
+    has_other |= !is_lost(*it) && index_of(member(*it, "source")) >= 0;
+  }
+  for (const std::string& name : lost) erase_extension(texture, name.c_str());
+  const bool own_is_lost = is_lost(texture);
+  if (own_is_lost) texture.erase("source");
+  has_other |= index_of(member(texture, "source")) >= 0;
+  return (own_is_lost || !lost.empty()) && !has_other;
 }
 
 /// Removes those of the textures and of the pictures that nothing uses, with the pictures, samplers and views
@@ -205,12 +215,7 @@ Result<std::vector<std::string>> drop_missing_pictures(GltfDocument& document) {
   }
   std::set<int> textures;
   for (std::size_t i = 0; i < array_of(document.json, "textures").size(); ++i) {
-    Json& texture = document.json["textures"][i];
-    if (!images.contains(index_of(member(texture, "source")))) continue;
-    if (has_other_source(texture))
-      texture.erase("source");
-    else
-      textures.insert(static_cast<int>(i));
+    if (lose_sources(document.json["textures"][i], images)) textures.insert(static_cast<int>(i));
   }
   erase_references(document.json, textures);
   const std::set<int> dropped = drop_without_use(document.json, textures, images);

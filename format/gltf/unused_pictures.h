@@ -18,9 +18,9 @@ std::set<int> textures_in_use(const Json& json);
 std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& used);
 
 /// Removes pictures whose file does not exist, or is no picture, and their textures, from what refers to them
-/// as well; what had such an emissiveTexture does not glow. A texture to which an extension gives another one
-/// stays without. Returns what is wrong with each. GLTF_REFERENCE where such a picture has to stay: for a
-/// light, or for an extension for which drop_unused_pictures() would remove nothing.
+/// as well; what had such an emissiveTexture does not glow. A texture that has another one, its own or
+/// by an extension, stays with that. Returns what is wrong with each. GLTF_REFERENCE where such a picture has
+/// to stay: for a light, or for an extension for which drop_unused_pictures() would remove nothing.
 Result<std::vector<std::string>> drop_missing_pictures(GltfDocument& document);
 
 }  // namespace selvedge

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "format/base/atomic_file.h"
+#include "format/base/input_file.h"
 #include "format/gltf/names.h"
 #include "format/gltf/picture_type.h"
 
@@ -154,6 +155,15 @@ void name_file(GltfDocument& document, const std::string& uri) {
   if (path) document.named_files.push_back(canonical(*path).string());
 }
 
+namespace {
+
+void need_picture(GltfReader& reader, const Bytes& bytes, const std::string& place) {
+  if (picture_type(bytes).empty())
+    reader.fail(Code::image_unreadable, place, "is no picture (PNG, JPEG, WebP, KTX2, AVIF or DDS)");
+}
+
+}  // namespace
+
 Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& place, std::uint64_t limit) {
   if (uri.starts_with("data:")) {
     const std::size_t comma = uri.find(',');
@@ -178,6 +188,34 @@ Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& pl
   return {};
 }
 
+Result<void> check_image_bytes(const GltfDocument& document, int image) {
+  GltfReader reader(document);
+  const std::string place = fmt::format("/images/{}", image);
+  const Json& json = reader.entry("images", image, place);
+  const std::string uri = string_of(member(json, names::gltf::uri));
+  const std::size_t head = 16;  // no picture's type lies further in
+  Bytes bytes;
+  if (uri.starts_with("data:") || (!uri.empty() && document.other_files == OtherFiles::none)) {
+    bytes = read_uri(reader, uri, place);
+  } else if (!uri.empty()) {
+    const std::string path = reader.take(resolve_uri(document, uri, place));
+    if (reader.fault) return tl::unexpected<Error>(*reader.fault);
+    const Result<InputFile> file = InputFile::open(path);
+    if (!file) return fail(file.error().code, document.file, place, file.error().message);
+    bytes.resize(std::min<std::uint64_t>(head, file->size()));
+    if (!file->read(0, bytes)) return fail(Code::file_unreadable, document.file, place, "cannot be read");
+  } else if (json.contains(names::gltf::uri)) {
+    reader.fail(Code::gltf_malformed, place, "its uri is empty or no string");
+  } else {
+    const auto view = reader.bytes(index_of(member(json, names::gltf::buffer_view)), place);
+    const auto first = view.first(std::min(head, view.size()));
+    bytes.assign(first.begin(), first.end());
+  }
+  if (!reader.fault) need_picture(reader, bytes, place);
+  if (reader.fault) return tl::unexpected<Error>(*reader.fault);
+  return {};
+}
+
 Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uint64_t limit) {
   GltfReader reader(document);
   const std::string place = fmt::format("/images/{}", image);
@@ -193,8 +231,7 @@ Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uin
     bytes.assign(view.begin(), view.end());
   }
   if (bytes.size() > limit) reader.fail(Code::file_too_large, place, "the pictures are too large");
-  if (!reader.fault && picture_type(bytes).empty())
-    reader.fail(Code::image_unreadable, place, "is no picture (PNG, JPEG, WebP, KTX2, AVIF or DDS)");
+  if (!reader.fault) need_picture(reader, bytes, place);
   return reader.result(std::move(bytes));
 }
 

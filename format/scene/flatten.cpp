@@ -75,6 +75,7 @@ std::vector<V2d> conformal(const Panel& panel, const std::vector<FlatTriangle>& 
     if (v != held[0] && v != held[1]) unknown[v] = unknowns++;
   }
   std::vector<Entry> entries;
+  entries.reserve(36 * flat.size());
   Eigen::VectorXd right = Eigen::VectorXd::Zero(2 * unknowns);
   const auto add = [&](std::size_t row, int row_axis, std::size_t column, int column_axis, double value) {
     if (unknown[row] < 0) return;
@@ -105,6 +106,7 @@ std::vector<V2d> conformal(const Panel& panel, const std::vector<FlatTriangle>& 
   }
   Sparse matrix(2 * unknowns, 2 * unknowns);
   matrix.setFromTriplets(entries.begin(), entries.end());
+  std::vector<Entry>().swap(entries);  // the factors need the room
   const Eigen::VectorXd solution = Eigen::SimplicialLDLT<Sparse>(matrix).solve(right);
   for (std::size_t v = 0; v < count; ++v) {
     if (unknown[v] >= 0) plane[v] = V2d(solution[2 * unknown[v]], solution[2 * unknown[v] + 1]);

@@ -146,6 +146,9 @@ test_a_colourway_shows_its_colour_and_another_fabric_its_own() {
   for wrong in red =#ffffff red= red=#fff; do
     exits 2 selvedge dress quad.gltf dark.fabric.exr -o e.glb --all --variant $wrong
   done
+  exits 2 selvedge dress quad.gltf dark.fabric.exr -o e.glb --all --variant red=#ff0000 --variant red=#00ff00
+  exits 0 selvedge dress quad.gltf dark.fabric.exr -o e.glb --all --json --variant $'r\xe9d=#ff0000'
+  holds "r.variants[0].name.endsWith('xE9d')"
 }
 
 test_info_measures_the_set_that_it_is_told_and_names_what_a_garment_brings() {

@@ -9,6 +9,7 @@
 #include "format/gltf/read_scene.h"
 #include "format/scene/tangents.h"
 #include "samples/gltf_writer.h"
+#include "tests/format/garments.h"
 #include "tests/format/gltf_fixtures.h"
 #include "tests/require.h"
 #include "tests/shared_data.h"
@@ -112,9 +113,10 @@ TEST_CASE("tangents: duplicated vertices take every attribute and morph target a
   const int target = append_float_accessor(document, moves, 3, true);
   document.json["meshes"][0]["primitives"][0]["targets"] = Json::array({Json{{"POSITION", target}}});
 
-  const bool added = test::need(add_tangents(document, 0, 0, 0));
+  MemoryAccount memory(default_memory);
+  const bool added = test::need(add_tangents(document, 0, 0, 0, memory));
   CHECK(added);
-  CHECK_FALSE(*add_tangents(document, 0, 0, 0));
+  CHECK_FALSE(*add_tangents(document, 0, 0, 0, memory));
   const Json& json = document.json["meshes"][0]["primitives"][0];
   for (const auto& [semantic, accessor] : json["attributes"].items()) {
     const std::string named = semantic;  // Clang 14 captures no bindings.
@@ -153,4 +155,26 @@ TEST_CASE("tangents: agree with those that a simulated drape was exported with")
   // The exporter weights triangles in another way; most of the cloth is smooth enough not to care.
   CHECK(static_cast<double>(far) < 0.02 * static_cast<double>(cloth.tangents.size()));
   CHECK(flipped == 0);
+}
+
+TEST_CASE("tangents: an accessor that many morph targets name is copied once, and within the memory") {
+  const Folder folder;
+  Garment garment = test::square();
+  REQUIRE(write_garment(folder / "square.glb", garment));
+  GltfDocument document = test::need(load_gltf(folder / "square.glb"));
+  Json& primitive = document.json["meshes"][0]["primitives"][0];
+  primitive["attributes"].erase("NORMAL");  // flat normals need vertices of their own
+  const Json target{{"POSITION", primitive["attributes"]["POSITION"]}};
+  primitive["targets"] = Json::array();
+  for (int i = 0; i < 1000; ++i) primitive["targets"].push_back(target);
+  GltfDocument other = document;
+  const std::size_t accessors = document.json["accessors"].size();
+  MemoryAccount memory(default_memory);
+  CHECK(test::need(add_tangents(document, 0, 0, 0, memory)));
+  // Positions, texture coordinates, indices, normals and tangents.
+  CHECK(document.json["accessors"].size() == accessors + 5);
+  CHECK(document.json["meshes"][0]["primitives"][0]["targets"][999]["POSITION"] ==
+        document.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"]);
+  MemoryAccount little(300);
+  CHECK(test::error_of(add_tangents(other, 0, 0, 0, little)).code == Code::file_too_large);
 }

@@ -102,5 +102,20 @@ TEST_CASE("dress: a backing counts as memory") {
   GltfDocument document = test::need(load_gltf(workshop.garment));
   const Scene scene = test::need(read_scene(document));
   MemoryAccount little(100);
-  CHECK(test::error_of(add_backing(document, 0, {{0, 0}}, scene, {}, little)).code == Code::file_too_large);
+  CHECK(test::error_of(add_backing(document, 0, {{0, 0}}, places_in(scene), {}, little)).code ==
+        Code::file_too_large);
+}
+
+TEST_CASE("dress: a place that wears two dressed materials has one backing") {
+  Workshop workshop(test::square(2));
+  workshop.edit([](Json& json) {
+    json["extensionsUsed"] = {"KHR_materials_variants"};
+    json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "night"}}};
+    json["meshes"][0]["primitives"].erase(1);
+    json["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"] = {
+        {{"material", 1}, {"variants", {0}}}};
+  });
+  const DressReport report = test::need(workshop.dress({.all = true, .backing = V3f(0, 0, 0)}));
+  CHECK(report.materials.size() == 2);
+  CHECK(report.backed == 1);
 }

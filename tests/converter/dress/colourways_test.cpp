@@ -147,3 +147,32 @@ TEST_CASE("dress: the copies of many colourways count as memory") {
   options.limits.document.memory = 1 << 20;
   CHECK(test::error_of(pale.dress(options)).code == Code::file_too_large);
 }
+
+TEST_CASE("dress: what is mapped to variants that are not there does not show in a new one") {
+  Pale pale(2);
+  pale.edit([](Json& json) {
+    json["extensionsUsed"] = {variants};
+    json["extensions"][variants]["variants"] = {{{"name", "night"}}};
+    json["meshes"][0]["primitives"][1]["extensions"][variants]["mappings"] = {
+        {{"material", 0}, {"variants", {1, 2}}}};
+    json["meshes"][0]["primitives"][0]["extensions"][variants]["mappings"] = {
+        {{"material", 1}, {"variants", {0, 1}}}};
+  });
+  const DressReport report =
+      test::need(pale.dress({.materials = {"cloth 0"}, .colourways = {{"dusk", V3f(0, 0, 0)}}}));
+  CHECK(report.warnings[0] == "left out: 3 references to variants that the garment does not have");
+  CHECK(pale.worn_in("night").name == "cloth 1");
+  CHECK(pale.worn_in("dusk").name == "cloth 0 dusk");
+  CHECK(pale.worn_in("dusk", 1).name == "cloth 1");
+}
+
+TEST_CASE("dress: a variant is added to a document whose members are as many as their storage holds") {
+  for (int members = 1; members < 20; ++members) {
+    GltfDocument document;
+    document.json = Json::object();
+    document.json["extensions"][variants]["variants"] = {{{"name", "night"}}};
+    for (int i = 1; i < members; ++i) document.json["member " + std::to_string(i)] = i;
+    CHECK(test::need(add_variant(document, "dusk")) == 1);
+    CHECK(document.json["extensions"][variants]["variants"].size() == 2);
+  }
+}

@@ -268,6 +268,15 @@ TEST_CASE(
   const Json plain = json;
   CHECK(left_out().size() == 2);
   CHECK(json == before);
+  // The extension's picture is the one that is not there.
+  json = given;
+  json["textures"].back() = {{"source", 0}, {"extensions", {{"EXT_texture_webp", {{"source", image}}}}}};
+  CHECK(left_out().size() == 2);
+  CHECK(json["textures"].back() == Json{{"source", 0}});
+  json = given;
+  json["textures"].back() = {{"extensions", {{"EXT_texture_webp", {{"source", image}}}}}};
+  CHECK(left_out().size() == 2);
+  CHECK(json == before);
   // A file that is no picture, and bytes that are none.
   json = plain;
   test::write_bytes(worn.folder / "none.png", "text");
@@ -317,5 +326,30 @@ TEST_CASE("dress: materials on one picture share its mask, and textures on other
   CHECK(std::ranges::count_if(report.warnings, [](const std::string& line) {
           return line.ends_with(
               "normalTexture is on TEXCOORD_2, and only the sets 0 and 1 are read: it is left out");
+        }) == 1);
+}
+
+TEST_CASE("pictures of any size are known by their first bytes") {
+  const Worn worn;
+  GltfDocument document = test::need(load_gltf(worn.garment));
+  const std::string large = worn.folder / "large.png";
+  test::write_bytes(large, "text");
+  fs::resize_file(large, std::uintmax_t{5} << 30);  // a hole
+  const std::size_t before = document.json["images"].size();
+  document.json["images"].push_back({{"uri", "large.png"}});
+  const std::vector<std::string> faults = test::need(drop_missing_pictures(document));
+  REQUIRE(faults.size() == 1);
+  CHECK(faults[0].find("large.png is no picture") == 0);
+  CHECK(document.json["images"].size() == before);
+}
+
+TEST_CASE("dress: what a mask cuts has no backing, which would show beside it") {
+  const Worn worn;
+  DressOptions options = all();
+  options.backing = V3f(0, 0, 0);
+  const DressReport report = test::need(worn.dress(options));
+  CHECK(report.backed == 0);
+  CHECK(std::ranges::count_if(report.warnings, [](const std::string& line) {
+          return line.find("has no backing") != std::string::npos;
         }) == 1);
 }

@@ -19,7 +19,8 @@ double overlap_with(const std::function<V2f(const V2f&)>& change) {
   garment.primitives[1].material = 0;
   const Workshop workshop(garment);
   const Scene scene = test::need(read_scene(workshop.garment));
-  return overlap_of(scene, {0, 1}, 0);
+  OverlapBudget budget;
+  return test::need(overlap_of(scene, {0, 1}, 0, budget));
 }
 
 }  // namespace
@@ -48,9 +49,10 @@ TEST_CASE("uv overlap: of squares that are moved by a part of their side, that p
 TEST_CASE("uv overlap: without texture coordinates, or with all in a point, nothing is shared") {
   CHECK(overlap_with([](const V2f&) { return V2f(0.5F, 0.5F); }) == 0);
   const Scene scene = test::need(read_scene(Workshop().garment));
-  CHECK(overlap_of(scene, {0}, 0) == 0);  // its two triangles share an edge
-  CHECK(overlap_of(scene, {0}, 1) == 0);
-  CHECK(overlap_of(scene, {0}, 7) == 0);
+  OverlapBudget budget;
+  CHECK(overlap_of(scene, {0}, 0, budget) == 0);  // its two triangles share an edge
+  CHECK(overlap_of(scene, {0}, 1, budget) == 0);
+  CHECK(overlap_of(scene, {0}, 7, budget) == 0);
 }
 
 TEST_CASE("dress: shared texture coordinates are told with their share") {
@@ -58,7 +60,31 @@ TEST_CASE("dress: shared texture coordinates are told with their share") {
   garment.primitives[1].material = 0;
   const Workshop workshop(garment);
   const DressReport report = test::need(workshop.dress({.materials = {"#0"}}));
-  CHECK(report.materials[0].size.shared == doctest::Approx(1));
+  CHECK(report.materials[0].size.shared.value() == doctest::Approx(1));
   REQUIRE(report.warnings.size() == 1);
   CHECK(report.warnings[0].find("100 % of its area shares its texture coordinates") != std::string::npos);
+}
+
+TEST_CASE("uv overlap: a mesh in two skins shares nothing with itself") {
+  const Workshop workshop;
+  Scene scene = test::need(read_scene(workshop.garment));
+  scene.primitives.push_back(scene.primitives[0]);
+  scene.instances.push_back({1, scene.instances[0].world});
+  OverlapBudget budget;
+  CHECK(overlap_of(scene, {0, 1}, 0, budget) == 0);
+}
+
+TEST_CASE("uv overlap: the budget is that of all materials, and beyond it nothing is said") {
+  // Triangles over the whole grid: 1024 rows each.
+  Scene scene = test::need(read_scene(Workshop().garment));
+  std::vector<std::uint32_t>& indices = scene.primitives[0].indices;
+  const std::vector<std::uint32_t> square = indices;
+  for (int i = 1; i < 10000; ++i) indices.insert(indices.end(), square.begin(), square.end());
+  OverlapBudget budget;
+  int told = 0;
+  while (const std::optional<double> share = overlap_of(scene, {0}, 0, budget)) {
+    CHECK(*share == doctest::Approx(1));
+    REQUIRE(++told < 10);
+  }
+  CHECK(told == 3);
 }

@@ -51,7 +51,12 @@ TEST_CASE("mend: what has to stay and breaks a rule is refused where it stands")
         std::tuple(R"({"meshes":[{"primitives":[{"attributes":{"COLOR_1":1}}]}]})",
                    "/meshes/0/primitives/0/attributes", "COLOR_1 without COLOR_0"),
         std::tuple(R"({"meshes":[{"primitives":[{"attributes":{"TEXCOORD_2147483647":1}}]}]})",
-                   "/meshes/0/primitives/0/attributes", "TEXCOORD_2147483647 without TEXCOORD_2147483646")}) {
+                   "/meshes/0/primitives/0/attributes", "TEXCOORD_2147483647 without TEXCOORD_2147483646"),
+        std::tuple(R"({"meshes":[{"primitives":null}]})", "/meshes/0/primitives", "is no list"),
+        std::tuple(R"({"meshes":[{"name":"none"}]})", "/meshes/0/primitives", "is no list"),
+        std::tuple(R"({"skins":[{"joints":null}]})", "/skins/0/joints", "is no list"),
+        std::tuple(R"({"meshes":[{"primitives":[{"attributes":{"TEXCOORD_0":null,"TEXCOORD_1":1}}]}]})",
+                   "/meshes/0/primitives/0/attributes", "TEXCOORD_1 without TEXCOORD_0")}) {
     GltfDocument document = document_of(json);
     const Error error = test::error_of(mend(document));
     CHECK(error.code == Code::gltf_malformed);
@@ -67,4 +72,15 @@ TEST_CASE("mend: a hundred texture coordinates without a gap are as they should 
   const Json before = document.json;
   CHECK(test::need(mend(document)).empty());
   CHECK(document.json == before);
+}
+
+TEST_CASE("mend: attributes of morph targets are looked at as well") {
+  GltfDocument document = document_of(R"({"meshes":[{"primitives":[{"attributes":{"POSITION":0},
+    "targets":[{"POSITION":1,"uv":2},{"POSITION":null,"NORMAL":3}]}]}]})");
+  const std::vector<std::string> lines = test::need(mend(document));
+  CHECK(document.json["meshes"][0]["primitives"][0]["targets"] ==
+        Json::parse(R"([{"POSITION":1},{"NORMAL":3}])"));
+  const std::string target = "left out: /meshes/0/primitives/0/targets/";
+  CHECK(lines == std::vector<std::string>{target + "0/uv, which is no attribute of glTF",
+                                          target + "1/POSITION, which is null"});
 }
