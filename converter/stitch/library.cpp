@@ -250,6 +250,8 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& setting
     }
     tried = std::move(drawn.yarns);
   }
+  // Knits are drawn alike for every Flat; flat yarn is thinner than its radius there, too.
+  if (!fits && !given && said) fits = true;
   if (!fits) {
     return fail(
         Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii,

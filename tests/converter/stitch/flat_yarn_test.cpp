@@ -220,4 +220,10 @@ TEST_CASE("woven yarn is as flat as its kind where there is room, and covers no 
   CHECK(found("plain-knit", {}).front().flattening == 1);
   CHECK(found("plain-knit", {{"flattening", {0.8}}, {"radius_mm", {0.5}}}).front().flattening == 0.8);
   CHECK_FALSE(find_stitch("plain-knit", {{"radius_mm", {0.6}}, {"flattening", {0.8}}}));
+  for (const char* name : {"plain-knit", "rib", "garter", "lace"}) {
+    CAPTURE(name);
+    const Yarn yarn = found(name, {{"flattening", {0.8}}}).front();
+    CHECK(yarn.flattening == 0.8);
+    CHECK(thin_of(yarn) < found(name, {}).front().radius_mm);
+  }
 }
