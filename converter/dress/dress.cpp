@@ -160,7 +160,10 @@ class Dresser {
       report_.warnings.push_back(where + " is on no triangles and was left alone");
       return {};
     }
-    if (Result<void> good = check_uvs(document_, places, options_.tex_coord); !good) return good;
+    if (Result<void> good = check_uvs(document_, places, options_.tex_coord); !good) {
+      if (good.error().code == Code::garment_no_uvs) good.error().message += "; --unwrap makes some";
+      return good;
+    }
 
     std::set<int> primitives;
     for (int i = 0; i < static_cast<int>(scene.primitives.size()); ++i) {
