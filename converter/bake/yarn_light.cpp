@@ -21,8 +21,11 @@ constexpr int angles_of_plies = 48;
 constexpr int columns = 3 * light_functions_of_yarn;
 constexpr std::uint64_t stream_inside = mix(202);
 constexpr int light_count = 64;
-/// Weight of a place that other yarn covers, where nothing is known: keeps the sums solvable.
-constexpr double covered_weight = 1e-3;
+/// Weight of a place that other yarn covers: it has the mean of the open ones, lest the functions swing
+/// there.
+constexpr double covered_weight = 0.05;
+/// How far above a place a ray starts that looks for the surface, in radii.
+constexpr double lift = 0.15;
 /// What holds the functions of the double angle against noise.
 constexpr double smoothing = 1e-3;
 
@@ -91,16 +94,13 @@ struct Place {
   V3d above;  ///< mm, in front of it; what a ray from there meets too early is other yarn
   V3d normal;
   double radius;  ///< mm
-  double lift;    ///< of `above`, in radii
   Eigen::Matrix<double, 1, angle_functions> row;
   double outward;
   double seen = 1;  ///< roughly the share of views that it is seen from
+  bool open = false;
   double weight = covered_weight;
   Eigen::RowVectorXd light;  ///< [side][function][colour]
 };
-
-/// Flat yarn of level -1 goes by steps from segment to segment, further from the mesh than round yarn.
-double lift_of(const V2d& squeeze) { return squeeze == V2d(0, 0) ? 0.15 : 0.3; }
 
 std::vector<Place> places_about(const Yarns& yarns, int curve, int station) {
   const YarnCurve& own = yarns.data().curves[curve];
@@ -121,8 +121,7 @@ std::vector<Place> places_about(const Yarns& yarns, int curve, int station) {
       place.normal = squeezed(round, squeeze).normalized();
       place.radius = static_cast<double>(frame.radius);
       place.above = V3d(frame.position) + stretched(round, squeeze) * place.radius +
-                    place.normal * (lift_of(squeeze) * place.radius);
-      place.lift = lift_of(squeeze);
+                    place.normal * (lift * place.radius);
       place.outward = round.dot(V3d(frame.out));
       if (plies > 1) place.seen = (std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach));
       const auto basis = angle_basis(static_cast<float>(round.dot(V3d(frame.across))),
@@ -134,13 +133,49 @@ std::vector<Place> places_about(const Yarns& yarns, int curve, int station) {
   return places;
 }
 
-/// Whether a ray from above the place meets its own surface.
+/// Whether a ray from above the place meets its own surface, past hairs.
 bool is_open(const TracedCell& cell, const Place& place, SurfacePoint& point) {
-  if (!cell.scene.trace(place.above / cell.mm, -place.normal, point) || point.back) return false;
+  constexpr double past = 1e-3;  // radii
+  V3d from = place.above / cell.mm;
+  do {
+    if (!cell.scene.trace(from, -place.normal, point)) return false;
+    from = V3d(point.position) - place.normal * (past * place.radius / cell.mm);
+  } while (point.hair >= 0);
+  if (point.back) return false;
   V3d off = V3d(point.position) * cell.mm - place.above;
   const V2d period = cell.scene.period() * cell.mm;
   for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / period[k]) * period[k];
-  return std::abs(off.length() - place.lift * place.radius) < (place.lift - 0.05) * place.radius;
+  return std::abs(off.length() - lift * place.radius) < 0.1 * place.radius;
+}
+
+/// Gives places that other yarn covers the mean of the station's open ones, or of the nearest stations' that
+/// have any.
+void fill_covered(std::vector<std::vector<Place>>& stations) {
+  const auto count = static_cast<int>(stations.size());
+  std::vector<Eigen::RowVectorXd> means(count);
+  for (int s = 0; s < count; ++s) {
+    double open = 0;
+    for (const Place& place : stations[s]) {
+      if (!place.open) continue;
+      if (open == 0) means[s].setZero(place.light.size());
+      means[s] += place.light * place.weight;
+      open += place.weight;
+    }
+    if (open > 0) means[s] /= open;
+  }
+  for (int s = 0; s < count; ++s) {
+    Eigen::RowVectorXd mean;
+    for (int away = 0; away < count && mean.size() == 0; ++away) {
+      for (const int other : {(s + away) % count, (s - away + count) % count}) {
+        if (means[other].size() == 0) continue;
+        mean = mean.size() == 0 ? means[other] : ((mean + means[other]) / 2).eval();
+      }
+    }
+    if (mean.size() == 0) return;
+    for (Place& place : stations[s]) {
+      if (!place.open) place.light = mean;
+    }
+  }
 }
 
 /// The coefficients, [function of the angle][light of Place], that fit the places best.
@@ -231,6 +266,7 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
         at.light = Eigen::RowVectorXd::Zero(sides * columns);
         SurfacePoint point;
         if (!is_open(cell, at, point)) continue;
+        at.open = true;
         at.weight = std::max(covered_weight, at.seen);
         const std::uint64_t place =
             seed_of(options.seed, 201, (first + station) * places[station].size() + a);
@@ -250,6 +286,7 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
         }
       }
     });
+    fill_covered(places);
     if (curve.plies.count > 1) curve.plies.groove = groove_of(places, by_light);
     std::vector<Eigen::MatrixXd> solved(curve.stations);
     parallel_for(0, curve.stations,

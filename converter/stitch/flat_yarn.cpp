@@ -22,8 +22,9 @@ double support_of(const Section& section, const V3d& direction) {
 V3d direction_between(const V3d& apart, const Section& a, const Section& b) {
   V3d direction = apart.normalized();
   if (a.squeeze == V2d(0, 0) && b.squeeze == V2d(0, 0)) return direction;
-  // Where the distance is largest, its gradient is along the direction: with supports h = sqrt(d.S d),
-  // apart is a multiple of (S_a / h_a + S_b / h_b) d. Sections alike need one step; any direction is safe.
+  // With supports h = sqrt(d.S d), the distance is largest where apart - (S_a / h_a + S_b / h_b) d is along
+  // d. Near contact that is small, so that apart is nearly a multiple of the sum, whose inverse each step
+  // takes: one is enough where the sections are alike. Any direction is safe.
   constexpr int steps = 4;
   for (int step = 0; step < steps; ++step) {
     double up = 0;
@@ -47,6 +48,12 @@ V3d direction_between(const V3d& apart, const Section& a, const Section& b) {
             .normalized();
   }
   return direction;
+}
+
+double thinnest_of(const StitchPattern& pattern) {
+  double thinnest = thin_of(pattern.yarns.front());
+  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, thin_of(yarn));
+  return thinnest;
 }
 
 void flatten(const StitchValues& values, const std::string& prefix, double lane_mm, bool dense, Flat flat,

@@ -29,6 +29,9 @@ V3d direction_between(const V3d& apart, const Section& a, const Section& b);
 inline double wide_of(const Yarn& yarn) { return yarn.radius_mm / std::sqrt(yarn.flattening); }
 inline double thin_of(const Yarn& yarn) { return yarn.radius_mm * std::sqrt(yarn.flattening); }
 
+/// Half the thickness of the thinnest yarn, mm.
+double thinnest_of(const StitchPattern& pattern);
+
 /// How woven yarn gets flat by default: the denser of warp and weft keeps its area and gets wider, no wider
 /// than its lane, while the other gets thinner and shows no more of itself than round yarn, or is round; both
 /// get thinner; none is flat.

@@ -35,6 +35,7 @@ struct BuiltIn {
   std::function<StitchPattern(const StitchValues&, Flat)> draw;
   double max_thickness = 0;  ///< RelaxOptions
   double hold = 0;
+  std::size_t warps = 0;  ///< of a weave: its first yarns, wefts are behind them
   /// The names of the parameters that are radii, for a message.
   std::string radii;
 };
@@ -136,6 +137,7 @@ BuiltIn weave(const char* name, const char* description, const char* kind_name, 
   }
   stitch.max_thickness = woven_thickness;
   stitch.hold = woven_hold;
+  stitch.warps = rows.front().size();
   stitch.radii = "warp_radius_mm, weft_radius_mm";
   stitch.draw = [=, rows = std::move(rows)](const StitchValues& values, Flat flat) {
     const double warp_spacing = values.number("warp_spacing_mm");
@@ -146,7 +148,6 @@ BuiltIn weave(const char* name, const char* description, const char* kind_name, 
     const auto yarns = [&](const std::string& prefix, const System& system, double lane_mm, bool dense,
                            std::size_t count) {
       Yarn yarn = coloured(system.albedo, radius_for(values, prefix + "_radius_mm", gauge), gloss);
-      apply_settings(values, prefix + "_", shorter(warp_spacing, weft_spacing), yarn);
       flatten(values, prefix + "_", lane_mm, dense, flat, yarn);
       std::vector<Yarn> all(count, yarn);
       for (std::size_t i = 0; i < count; ++i) all[i].name = fmt::format("{} {}", prefix, i + 1);
@@ -213,10 +214,26 @@ Result<void> lay_repeats(const StitchValues& values, const std::string& name, Fo
   return validate(found.pattern, name);
 }
 
-double thinnest_of(const StitchPattern& pattern) {
-  double thinnest = pattern.yarns.front().radius_mm;
-  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, yarn.radius_mm);
-  return thinnest;
+double shorter_period(const StitchPattern& pattern) {
+  return std::min(pattern.period_mm.x, pattern.period_mm.y);
+}
+
+/// Scales yarns that overlap by more than touching_overlap down until they touch; returns the factor. Steep
+/// sections of flat yarn turn along a piece of the relaxation, and yarns of different thickness may overlap
+/// by much of the thinner.
+Result<double> thin_to_touch(StitchPattern& pattern, const std::string& name) {
+  const auto clearance = minimum_clearance(pattern, name);
+  if (!clearance) return tl::unexpected(clearance.error());
+  const double overlap = -*clearance / thinnest_of(pattern);
+  if (overlap <= touching_overlap) return 1.0;
+  for (Yarn& yarn : pattern.yarns) yarn.radius_mm *= 1 - 0.5 * overlap;
+  return 1 - 0.5 * overlap;
+}
+
+/// The settings of woven yarn, whose twist and hairs follow its radius.
+void apply_woven_settings(const StitchValues& values, std::size_t warps, StitchPattern& pattern) {
+  for (std::size_t y = 0; y < pattern.yarns.size(); ++y)
+    apply_settings(values, y < warps ? "warp_" : "weft_", shorter_period(pattern), pattern.yarns[y]);
 }
 
 Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& settings) {
@@ -235,8 +252,9 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& setting
   Relaxed result;
   bool fits = false;
   for (const Flat flat : {Flat::wide, Flat::wide_by_round, Flat::thin, Flat::none}) {
+    if (fits) break;
     StitchPattern drawn = stitch.draw(*values, flat);
-    if (fits || drawn.yarns == tried || (given && flat == Flat::thin)) continue;
+    if (drawn.yarns == tried || (given && flat == Flat::thin)) continue;
     if (auto ok = set_seed(*values, stitch.info.name, drawn); !ok) return tl::unexpected(ok.error());
     result = relax(drawn, options);
     fits = result.part >= 1 - touching_overlap;
@@ -260,13 +278,12 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& setting
             result.part));
   }
   FoundStitch found{.pattern = std::move(result.pattern)};
-  if (!given && stitch.hold > 0) {
-    // Steep sections turn along a piece of the simulation, and may overlap by more than touching_overlap.
-    const auto clearance = minimum_clearance(found.pattern, stitch.info.name);
-    if (!clearance) return tl::unexpected(clearance.error());
-    const double overlap = -*clearance / thinnest_of(found.pattern);
-    if (overlap > touching_overlap)
-      for (Yarn& yarn : found.pattern.yarns) yarn.radius_mm *= 1 - 0.5 * overlap;
+  if (stitch.warps > 0) {
+    const auto is_flat = [](const Yarn& yarn) { return yarn.flattening < 1; };
+    if (!given && std::ranges::any_of(found.pattern.yarns, is_flat)) {
+      if (auto ok = thin_to_touch(found.pattern, stitch.info.name); !ok) return tl::unexpected(ok.error());
+    }
+    apply_woven_settings(*values, stitch.warps, found.pattern);
   }
   if (auto ok = lay_repeats(*values, stitch.info.name, found); !ok) return tl::unexpected(ok.error());
   return found;
@@ -282,10 +299,6 @@ std::vector<StitchParameter> draft_parameters() {
     append_yarn(parameters, prefix, kind, 10, {});
   }
   return parameters;
-}
-
-double shorter_period(const StitchPattern& pattern) {
-  return std::min(pattern.period_mm.x, pattern.period_mm.y);
 }
 
 Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& settings) {
@@ -315,18 +328,11 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   Relaxed result = relax(draw_weave(draft->weave, name), options);
   found.pattern = std::move(result.pattern);
   if (auto sound = validate(found.pattern, path); !sound) return tl::unexpected(sound.error());
-  // With yarns of different thickness, overlap may still be large relative to the thinner ones.
-  const auto clearance = minimum_clearance(found.pattern, path);
-  if (!clearance) return tl::unexpected(clearance.error());
-  const double thinner = std::min(1.0, 1 + 0.5 * *clearance / thinnest_of(found.pattern));
-  for (Yarn& yarn : found.pattern.yarns) yarn.radius_mm *= thinner;
-  // Twist and hairs follow the radius that there is room for.
-  for (std::size_t y = 0; y < found.pattern.yarns.size(); ++y) {
-    apply_settings(*values, y < draft->weave.warp.size() ? "warp_" : "weft_", shorter_period(found.pattern),
-                   found.pattern.yarns[y]);
-  }
+  const auto thinner = thin_to_touch(found.pattern, path);
+  if (!thinner) return tl::unexpected(thinner.error());
+  apply_woven_settings(*values, draft->weave.warp.size(), found.pattern);
   if (auto sound = set_seed(*values, path, found.pattern); !sound) return tl::unexpected(sound.error());
-  found.thickness_share = result.part * thinner;
+  found.thickness_share = result.part * *thinner;
   if (found.thickness_share < 0.995) {
     found.remarks.push_back(fmt::format(
         "yarns thinned to {:.2f} of the draft's thickness: there is no more room", found.thickness_share));

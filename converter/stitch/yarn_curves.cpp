@@ -120,6 +120,7 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
         yarn.plies > 1 ? std::tan(lean_in_plies(yarn) * std::numbers::pi / 180) : around * yarn.twist_per_mm);
     YarnChainOptions own = options;
     if (yarn.plies > 1) own.station /= 2;  // a ply is about half as thick
+    if (yarn.flattening < 1) own.max_sag = options.max_flat_sag;
     append_chain(curve, dense_points(yarn, 0.04 * yarn.radius_mm), yarn.radius_mm, own, data);
     const std::size_t own_plies = first_ply;
     const int plies = yarn.plies == 1 ? 1 : std::gcd(course_of_plies(yarn).shift, yarn.plies);

@@ -34,12 +34,6 @@ double surface_of(const Yarn& yarn) {
   return 2 * std::numbers::pi * yarn.radius_mm * length;
 }
 
-double thinnest_of(const StitchPattern& pattern) {
-  double thinnest = thin_of(pattern.yarns.front());
-  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, thin_of(yarn));
-  return thinnest;
-}
-
 /// The rule of MeshOptions::cells_across.
 int cells_across_for(const StitchPattern& pattern, int repeats) {
   constexpr double triangles_per_square = 2.9;  // of marching cubes, for surfaces of all orientations

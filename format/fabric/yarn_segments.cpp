@@ -113,6 +113,9 @@ V2d squeeze_between(const YarnCurve& curve, const V3d& from, const V3d& to) {
   return squeeze_of(static_cast<double>(curve.flattening), way.normalized());
 }
 
+/// Of the circle with the area of its section.
+float round_radius_of(const Yarns::Segment& s) { return s.radius / thin_radius(1.0F, s.squeeze); }
+
 void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vector<Yarns::Segment>& segments) {
   const auto count = static_cast<int>(chain.nodes.size()) - 3;
   for (int i = 0; i < count; ++i) {
@@ -134,10 +137,11 @@ void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vecto
     segments.push_back(s);
   }
   // All plies are as thick at a place: so is that which this one runs on from.
-  float before = segments.back().radius;
+  float before = round_radius_of(segments.back());
   for (auto s = segments.end() - count; s != segments.end(); ++s) {
-    s->reach = std::max(before, s->radius);
-    before = s->radius;
+    const float own = round_radius_of(*s);
+    s->reach = before > own ? thin_radius(before, s->squeeze) : s->radius;
+    before = own;
   }
 }
 
@@ -248,11 +252,12 @@ YarnFrame Yarns::frame_at(int curve, int station, int ply) const {
   const float share = std::clamp((at - s.station) / s.stations, 0.0F, 1.0F);
   YarnFrame frame;
   frame.position = s.start + s.along * share;
-  frame.tangent = mix(s.tangent[0], s.tangent[1], share).normalized();
+  frame.tangent = squeezed(mix(s.tangent[0], s.tangent[1], share), s.squeeze).normalized();
   frame.across = across_of(mix(s.across[0], s.across[1], share), frame.tangent);
   frame.out = across_of(mix(s.out[0], s.out[1], share), frame.tangent);
   frame.squeeze = s.squeeze;
-  frame.radius = std::max(s.reach, first[(i + 1) % count].reach);
+  const Segment& next = first[(i + 1) % count];
+  frame.radius = std::max(s.reach, thin_radius(next.reach / thin_radius(1.0F, next.squeeze), s.squeeze));
   return frame;
 }
 

@@ -141,7 +141,7 @@ V3f indirect_light(const LightTransfer& transfer, const V3f& light);
 /// A place on a curve's axis, and the directions that angles about it count from.
 struct YarnFrame {
   V3f position{0, 0, 0};  ///< mm
-  V3f tangent{1, 0, 0};   ///< unit
+  V3f tangent{1, 0, 0};   ///< unit, in the round section
   V3f across{0, 0, 1};    ///< unit; angle 0, and tangent x across is a right angle
   V3f out{0, 0, 0};       ///< of a ply: unit, across it, away from the yarn's axis
   V2f squeeze{0, 0};      ///< of its section (yarn_section.h): angles are those of the round one

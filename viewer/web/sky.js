@@ -2,7 +2,7 @@
 // viewer/scene/packed_fabric.cpp and of format/fabric/yarn_sky.cpp.
 import {smooth_basis} from './environment.js';
 import {AT} from './pack.js';
-import {squeezed, stretched} from './reader/sections.js';
+import {squeezed, stretched, thin} from './reader/sections.js';
 import {ANGLES, LIGHTS} from './reader/yarns.js';
 import {cross, dot, minus, plus, times, unit} from './reader/vector.js';
 
@@ -175,15 +175,16 @@ function frame_at(floats, segments, station) {
   const vector = (at) => [floats[at], floats[at + 1], floats[at + 2]];
   const mean = (of) => times(ends.map(of).reduce((sum, v) => plus(sum, v)), 1 / ends.length);
   const share = (s) => min(max((station - floats[s + AT.segment_station]) / floats[s + AT.segment_stations], 0), 1);
-  // Of the segment and of that behind it, which follows in the list or is the first.
-  const thickest = (s) => max(...[s, segments[(segments.indexOf(s) + 1) % segments.length]].map((at) => floats[at + AT.segment_reach]));
-  const mixed = (name, of = (_, v) => v) =>
-    mean((s) => of(s, plus(times(vector(s + AT[name]), 1 - share(s)), vector(s + AT[name] + 3), share(s))));
+  const mixed = (name) => mean((s) => plus(times(vector(s + AT[name]), 1 - share(s)), vector(s + AT[name] + 3), share(s)));
   const squeeze = (s) => [floats[s + AT.segment_squeeze], floats[s + AT.segment_squeeze + 1], 0];
-  const back = (s, v) => stretched(v, squeeze(s));
+  // Of the segment and of that behind it, which follows in the list or is the first.
+  const thickest = (s) => {
+    const next = segments[(segments.indexOf(s) + 1) % segments.length], [own, other] = [s, next].map((at) => floats[at + AT.segment_reach]);
+    return max(own, thin(other / thin(1, squeeze(next)), squeeze(s)));
+  };
   const place = (s) => plus(
-    vector(s + AT.segment_start), back(s, vector(s + AT.segment_axis)), share(s) * floats[s + AT.segment_length]);
-  const tangent = unit(mixed('segment_tangents', back)), across = mixed('segment_across'), position = mean(place);
+    vector(s + AT.segment_start), stretched(vector(s + AT.segment_axis), squeeze(s)), share(s) * floats[s + AT.segment_length]);
+  const tangent = unit(mixed('segment_tangents')), across = mixed('segment_across'), position = mean(place);
   return {
     position,
     tangent,

@@ -119,43 +119,37 @@ TEST_CASE("mesh and level -1 have the same flat yarn: rays meet both at the same
       yarn.radius_mm *= 0.8;  // where yarns touch, the mesh bridges the gap between them
     }
     const CellMesh mesh = test::need(mesh_stitch(pattern, {120}));
-    for (const double part : {1.0, 0.5}) {
-      CAPTURE(part);
-      // Nodes as a fabric has them, and half as far apart: the section of a segment does not change along it.
-      YarnData data = test::need(yarn_curves_of(pattern, {0.005 * part * part, part}));
-      const float up = mesh.yarns.nodes[0].z - data.nodes[0].z;
-      for (V3f& node : data.nodes) node.z += up;
-      int stations = 0;
-      for (const YarnCurve& curve : data.curves) stations += curve.stations;
-      data.light.assign(std::size_t{light_values_per_station} * stations, 0);
-      const Yarns yarns(std::move(data), V2f(mesh.period));
-      std::vector<float> apart;
-      std::vector<float> turned;
-      for (std::size_t v = 0; v < mesh.positions.size(); v += 3) {
-        if (!(mesh.normals[v].z > 0.5F)) continue;
-        const V3f& at = mesh.positions[v];
-        const auto hit = yarns.trace({at.x / mesh.period.x, -at.y / mesh.period.y}, 0, {0, 0, 1});
-        REQUIRE(hit);
-        const float above = yarns.inside().segments[hit->segment].start.z + hit->from_start.z - at.z;
-        if (above > 0.1F) continue;  // another yarn lies above
-        apart.push_back(std::abs(above));
-        turned.push_back((yarns.point_at(*hit).normal - mesh.normals[v]).length());
-      }
-      REQUIRE(apart.size() > 2000);
-      std::sort(apart.begin(), apart.end());
-      std::sort(turned.begin(), turned.end());
-      const auto of_share = [](const std::vector<float>& sorted, double share) {
-        return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size()))];
-      };
-      MESSAGE(plies, " plies: apart ", of_share(apart, 0.97), ", turned ", of_share(turned, 0.5), " ",
-              of_share(turned, 0.97));
-      CHECK(of_share(apart, 0.97) < 0.012 * part);
-      CHECK(of_share(turned, 0.5) < 0.005);
-      // Neither normal has how the width a changes along the yarn, and this slope, (1 - q) 2 u^3 a / (1 - (1
-      // - q) (1 - u^4)) of the bend's curvature, is 0.2 where yarn of this twill rises at 45 degrees (u =
-      // 0.7).
-      CHECK(of_share(turned, 0.97) < 0.2);
+    YarnData data = test::need(yarn_curves_of(pattern));
+    const float up = mesh.yarns.nodes[0].z - data.nodes[0].z;
+    for (V3f& node : data.nodes) node.z += up;
+    int stations = 0;
+    for (const YarnCurve& curve : data.curves) stations += curve.stations;
+    data.light.assign(std::size_t{light_values_per_station} * stations, 0);
+    const Yarns yarns(std::move(data), V2f(mesh.period));
+    std::vector<float> apart;
+    std::vector<float> turned;
+    for (std::size_t v = 0; v < mesh.positions.size(); v += 3) {
+      if (!(mesh.normals[v].z > 0.5F)) continue;
+      const V3f& at = mesh.positions[v];
+      const auto hit = yarns.trace({at.x / mesh.period.x, -at.y / mesh.period.y}, 0, {0, 0, 1});
+      REQUIRE(hit);
+      const float above = yarns.inside().segments[hit->segment].start.z + hit->from_start.z - at.z;
+      if (above > 0.1F) continue;  // another yarn lies above
+      apart.push_back(std::abs(above));
+      turned.push_back((yarns.point_at(*hit).normal - mesh.normals[v]).length());
     }
+    REQUIRE(apart.size() > 2000);
+    std::sort(apart.begin(), apart.end());
+    std::sort(turned.begin(), turned.end());
+    const auto of_share = [](const std::vector<float>& sorted, double share) {
+      return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size()))];
+    };
+    MESSAGE(plies, " plies: apart ", of_share(apart, 0.97), ", turned ", of_share(turned, 0.5), " ",
+            of_share(turned, 0.97));
+    CHECK(of_share(apart, 0.97) < 0.004);
+    CHECK(of_share(turned, 0.5) < 0.005);
+    // Of steep places; nodes half as far apart leave it as it is.
+    CHECK(of_share(turned, 0.97) < 0.1);
   }
 }
 

@@ -151,8 +151,8 @@ TEST_CASE("hairs of a flat yarn begin on its ellipse, in the direction of its no
   REQUIRE(validate(data, {2, 2}));
   const double a = static_cast<double>(0.3F) / std::sqrt(0.5);
   const double b = static_cast<double>(0.3F) * std::sqrt(0.5);
-  const YarnCurve& curve = data.curves[0];
-  const auto hairs = hairs_of(curve, data.nodes, {2, 2}, segments_of(curve, data.nodes, {2, 2}));
+  const YarnCurve& own = data.curves[0];
+  const auto hairs = hairs_of(own, data.nodes, {2, 2}, segments_of(own, data.nodes, {2, 2}));
   REQUIRE(hairs.size() == 200);
   for (const YarnHair& hair : hairs) {
     const V2d root = across_and_up(hair.points[0]) - V2d(0, static_cast<double>(0.4F));

@@ -153,14 +153,13 @@ function axis_of(curve, period) {
 function chained(curve, nodes, ends, radius, rows = [0, 0]) {
   const tangents = tangents_at(nodes);
   const squeezes = ends.slice(1).map(({middle}, i) => squeeze_of(curve, minus(middle, ends[i].middle)));
-  const radii = ends.slice(1).map(
-    ({share}, i) => thin(radius * swell(curve.strands, (ends[i].share + share) / 2), squeezes[i]));
+  const radii = ends.slice(1).map(({share}, i) => radius * swell(curve.strands, (ends[i].share + share) / 2));
   return ends.slice(1).map((end, i) => {
     const along = minus(nodes[i + 2], nodes[i + 1]), both = [ends[i], end], g = squeezes[i], round = squeezed(along, g);
-    const ball = max(radii[i], radii.at(i - 1));
+    const ball = thin(max(radii[i], radii.at(i - 1)), g);
     return {
       curve,
-      radius: radii[i],
+      radius: thin(radii[i], g),
       ball,
       reach: ball,
       rank: 0,
