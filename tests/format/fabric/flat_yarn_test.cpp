@@ -151,13 +151,13 @@ TEST_CASE("hairs of a flat yarn begin on its ellipse, in the direction of its no
   REQUIRE(validate(data, {2, 2}));
   const double a = static_cast<double>(0.3F) / std::sqrt(0.5);
   const double b = static_cast<double>(0.3F) * std::sqrt(0.5);
-  const YarnCurve& own = data.curves[0];
-  const auto hairs = hairs_of(own, data.nodes, {2, 2}, segments_of(own, data.nodes, {2, 2}));
+  const YarnCurve& curve = data.curves[0];
+  const auto hairs = hairs_of(curve, data.nodes, {2, 2}, segments_of(curve, data.nodes, {2, 2}));
   REQUIRE(hairs.size() == 200);
   for (const YarnHair& hair : hairs) {
-    const V2d root = across_and_up(hair.points[0]) - V2d(0, static_cast<double>(0.4F));
-    CHECK(std::pow(root.x / a, 2) + std::pow(root.y / b, 2) == doctest::Approx(1).epsilon(1e-4));
-    const V2d normal = V2d(root.x / (a * a), root.y / (b * b)).normalized();
+    const V2d start = across_and_up(hair.points[0]) - V2d(0, static_cast<double>(0.4F));
+    CHECK(std::pow(start.x / a, 2) + std::pow(start.y / b, 2) == doctest::Approx(1).epsilon(1e-4));
+    const V2d normal = V2d(start.x / (a * a), start.y / (b * b)).normalized();
     CHECK((across_and_up(hair.normal) - normal).length() < 1e-4);
     // A free end leaves at no more than 70 degrees from the normal, and its first piece turns by at most 1.8
     // / 7.
