@@ -142,7 +142,8 @@ test_answer_checks_files_of_every_kind() {
 }
 
 test_yarn_goes_from_the_stitch_into_the_fabric() {
-  local few=(--texels 8 --views 4 --lights 4 --samples 1 --lobes 1 --quiet)
+  local pairs=(--held-out-pairs 8 --validation-pairs 4 --rim-pairs 4 --truth-samples 8)
+  local few=(--texels 8 --views 4 --lights 4 --samples 1 --lobes 1 "${pairs[@]}" --quiet)
   exits 0 selvedge make plain-knit --set yarn=tube --yarns on "${few[@]}" --report y.md -o y.fabric.exr
   grep -qE '^Yarn: [0-9]+ curves?, [0-9]+ nodes, [0-9]+ bytes\.$' y.md || fail "$(cat y.md)"
   # Its bytes are of no level.
@@ -159,7 +160,7 @@ test_yarn_goes_from_the_stitch_into_the_fabric() {
   exits 1 selvedge evaluate y.fabric.exr --level -1 --texel 0,0
   exits 1 selvedge evaluate y.fabric.exr --level -1.5 --uv 0,0
   # By way of samples and shards it is the same.
-  local bake=(plain-knit --yarns on --texels 8 --views 4 --lights 4 --samples 1 --quiet)
+  local bake=(plain-knit --yarns on --texels 8 --views 4 --lights 4 --samples 1 "${pairs[@]}" --quiet)
   selvedge bake "${bake[@]}" -o s.exr
   selvedge bake "${bake[@]}" --shard 0/2 -o 0.shard
   selvedge bake "${bake[@]}" --shard 1/2 -o 1.shard

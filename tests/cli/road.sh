@@ -347,11 +347,6 @@ test_dressed_tablecloth_renders_the_same_for_any_number_of_threads() {
   exits 0 selvedge-view compare 1.exr 2.exr --max 0
 }
 
-test_sample_garments_are_the_same_each_time() {
-  for run in a b; do selvedge-samples tablecloth -o $run.glb; done
-  same a.glb b.glb
-}
-
 test_compare_prints_a_table_for_each_fabric() {
   make_plane_fabric
   selvedge fit plane.samples.exr -o second.fabric.exr --lobes 0 --no-table --quiet

@@ -5,6 +5,7 @@
 import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
 import { register } from 'node:module';
+import { sample_garment } from './sample_garment.mjs';
 
 const [bin, folder] = process.argv.slice(2);
 
@@ -53,11 +54,13 @@ export function make_fabric() {
   return path('knit.fabric.exr');
 }
 
+/** The file of a sample garment as it is made. */
+export const plain = (garment) => sample_garment(bin, garment, folder);
+
 /** A sample garment in that fabric: "<garment>.glb" or ".gltf". */
 export function dress(garment, form, ...options) {
-  if (!existsSync(path(`${garment}-plain.glb`))) run('selvedge-samples', garment, '-o', path(`${garment}-plain.glb`));
   const dressed = path(`${garment}.${form}`);
-  run('selvedge', 'dress', path(`${garment}-plain.glb`), path('knit.fabric.exr'), '-o', dressed, '--all', '--quiet', ...options);
+  run('selvedge', 'dress', plain(garment), path('knit.fabric.exr'), '-o', dressed, '--all', '--quiet', ...options);
   return dressed;
 }
 

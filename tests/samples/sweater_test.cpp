@@ -18,8 +18,7 @@ V3d from_axis(const V3d& p, bool sleeve) {
   return p - sleeve_centre((p - joint).dot(sleeve_direction(side)), side);
 }
 
-TEST_CASE("the sweater is one surface with four openings, of the size of a sweater") {
-  const Assembly sweater = make_sweater();
+void check_surface(const Assembly& sweater) {
   CHECK(count_boundary_loops(sweater) == 4);  // hem, neck and two cuffs
 
   V3d low = sweater.points.front();
@@ -59,8 +58,7 @@ TEST_CASE("the sweater is one surface with four openings, of the size of a sweat
   CHECK(static_cast<double>(outwards) > 0.97 * static_cast<double>(counted));
 }
 
-TEST_CASE("the sweater's stitches keep their size") {
-  const Assembly sweater = make_sweater();
+void check_stitches(const Assembly& sweater) {
   const Measured body = measure(sweater, "sweater");
   const Measured trim = measure(sweater, "trim");
   MESSAGE("within 10 %: body " << 100 * body.kept / body.area << " %, trim " << 100 * trim.kept / trim.area
@@ -72,8 +70,7 @@ TEST_CASE("the sweater's stitches keep their size") {
   CHECK(body.kept + trim.kept > 0.95 * (body.area + trim.area));
 }
 
-TEST_CASE("the sweater's wales run down the body and along the sleeves") {
-  const Assembly sweater = make_sweater();
+void check_wales(const Assembly& sweater) {
   for (std::size_t i = 0; i < 4; ++i) {
     const Patch& patch = sweater.patches[i];
     double area = 0;
@@ -100,6 +97,17 @@ TEST_CASE("the sweater's wales run down the body and along the sleeves") {
     MESSAGE("panel " << i << ": mean cosine " << straight / area);
     CHECK(straight / area > 0.966);
   }
+}
+
+// In one test: to drape a sweater is what takes long.
+TEST_CASE(
+    "the sweater is one surface with four openings, of the size of a sweater, its stitches keep theirs, and "
+    "its "
+    "wales run down the body and along the sleeves") {
+  const Assembly sweater = make_sweater();
+  check_surface(sweater);
+  check_stitches(sweater);
+  check_wales(sweater);
 }
 
 TEST_CASE("vertices on a seam have the same position and normal, bit by bit") {

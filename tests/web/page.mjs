@@ -6,6 +6,7 @@ import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { gzipSync } from 'node:zlib';
+import { sample_garment } from '../node/sample_garment.mjs';
 import { from_file } from './browser.mjs';
 
 const [, bin, folder] = process.argv.slice(2);
@@ -20,9 +21,8 @@ const run = (program, ...options) => execFileSync(`${bin}/${program}`, options, 
 const small = '--texels 16 --views 16 --lights 16 --samples 4 --truth-samples 2'.split(' ');
 run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('knit.fabric.exr'), '--quiet');
 run('selvedge', 'make', 'twill', '--set', 'yarn=tube', '--quality', 'paper', ...small, '-o', path('twill.fabric.exr'), '--quiet');
-run('selvedge-samples', 'tablecloth', '-o', path('plain.glb'));
 // A .gltf beside its fabric: the page takes both.
-run('selvedge', 'dress', path('plain.glb'), path('twill.fabric.exr'), '-o', path('cloth.gltf'), '--all', '--quiet');
+run('selvedge', 'dress', sample_garment(bin, 'tablecloth', folder), path('twill.fabric.exr'), '-o', path('cloth.gltf'), '--all', '--quiet');
 run('selvedge-view', 'page', path('cloth.gltf'), path('knit.fabric.exr'), '-o', path('cloth.html'), '--quiet');
 
 await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {

@@ -8,6 +8,7 @@ import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { deflateSync } from 'node:zlib';
 import { crc } from '../../spec/conformance/generate/garment.mjs';
 import { channel_values, read_headers, read_level } from '../../viewer/web/reader/index.js';
+import { sample_garment } from '../node/sample_garment.mjs';
 import { in_browser } from './browser.mjs';
 import { garment_of } from './garment.mjs';
 
@@ -79,8 +80,7 @@ function psnr(ours, theirs) {
 
 run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('knit.fabric.exr'), '--quiet');
 run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('both.fabric.exr'), '--sides', 'both', '--quiet');
-run('selvedge-samples', 'sweater', '-o', path('plain.glb'));
-run('selvedge', 'dress', path('plain.glb'), path('knit.fabric.exr'), '-o', path('sweater.glb'), '--all', '--quiet');
+run('selvedge', 'dress', sample_garment(bin, 'sweater', folder), path('knit.fabric.exr'), '-o', path('sweater.glb'), '--all', '--quiet');
 
 /** Sheets of cloth at these depths, the nearest first and the second turned over; none reaches as far as the last. */
 function sheets(depths) {
