@@ -18,6 +18,7 @@ struct RepackCommand {
   LayerSet to_float;  ///< layers to be stored in 32 bits; all others keep their precision
   LayerSet layers = LayerSet::all();
   std::optional<V2i> levels;  ///< first and last; default: all
+  int sides_from = 0;
   std::string codec = FabricWriteOptions{}.codec;
 };
 
@@ -54,6 +55,10 @@ void declare(Options& options, RepackCommand& command) {
     const auto n = whole_numbers_from("--levels", t, '-', 1, 2, "1-3");
     command.levels = V2i(n.front(), n.back());
   });
+  options.number(
+      "--sides-from", command.sides_from, "K",
+      "Levels of the output before this one leave its back and the light through it out: they show "
+      "the next coarser one's");
   options.text("--layers", "NAMES", "Only these layers: lobes,frame,table,opacity",
                [&command](const std::string& t) { command.layers = layers_from(t); });
 }
@@ -88,7 +93,7 @@ Result<void> write_recorded(const RepackCommand& command, const FabricReader& re
   if (!record) return write_fabric(command.output, fabric, options);
   LayerSet rounded = options.half;
   rounded.erase(reader.half());
-  bool changed = false;
+  bool changed = command.sides_from > 0;
   for (const LayerKind layer : all_layers) {
     const bool was = reader.header().layer(layer).has_value();
     changed = changed || (was && (rounded.contains(layer) || !command.layers.contains(layer)));
@@ -106,7 +111,8 @@ Result<int> run(const RepackCommand& command) {
   options.half = reader.half();
   options.half.insert(command.to_half);
   options.half.erase(command.to_float);
-  const auto fabric = must(reader.read_levels(levels.x, levels.y, command.layers));
+  auto fabric = must(reader.read_levels(levels.x, levels.y, command.layers));
+  leave_sides_out(fabric, command.sides_from);
   must(write_recorded(command, reader, levels, fabric, options));
   const Json warnings = report_warnings(command.common, precision_warnings(command.output, fabric, options));
   const FabricLevel& base = fabric.levels.front();

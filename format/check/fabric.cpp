@@ -100,7 +100,8 @@ class Checker {
   void warn_of_light(int k, std::array<FabricLevel, all_sides.size()>& levels) {
     const auto lit = [&](Side side) {
       const FabricHeader* const header = header_->side_of(side);
-      return header != nullptr ? LitSide{&levels[index_of(side)], header} : LitSide();
+      const bool known = header != nullptr && header->level_of_texels(k) == k;
+      return known ? LitSide{&levels[index_of(side)], header} : LitSide();
     };
     const auto give_opacity = [&](Side from, Side to) {
       levels[index_of(to)].set(LayerKind::opacity, levels[index_of(from)][LayerKind::opacity]);
@@ -115,7 +116,7 @@ class Checker {
     const Side behind = header_->side_of(Side::back_through) != nullptr ? Side::back_through : Side::through;
     const bool known = behind == Side::back_through || back == nullptr || back->views == header_->views;
     warn_of_energy(lit(Side::front), known ? lit(behind) : LitSide(), k, sink_);
-    if (back != nullptr) warn_of_energy(lit(Side::back), lit(Side::through), k, sink_);
+    if (lit(Side::back).level != nullptr) warn_of_energy(lit(Side::back), lit(Side::through), k, sink_);
   }
 
   void check_pixels(const ExrPart& part, const ExrPixels& pixels, const PartLayer& layer, int k,

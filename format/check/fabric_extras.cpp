@@ -86,7 +86,8 @@ void check_layer_levels(const FabricHeader& header, IssueSink& sink) {
     if (!header.layer(layer)) continue;
     int without = 0;
     for (int k = 0; k < header.levels; ++k) {
-      if (!header.has(layer, k) && !header.has(LayerKind::products, k)) ++without;
+      const bool left_out = header.level_of_texels(k) != k;
+      if (!left_out && !header.has(layer, k) && !header.has(LayerKind::products, k)) ++without;
     }
     if (without == 0) continue;
     sink.add(Code::fabric_levels, fmt::format("{}/layers/{}/levels", pointer_of(header), name_of(layer)),

@@ -92,6 +92,27 @@ bool FabricLevel::reflects() const {
   return std::any_of(kinds.begin(), kinds.end(), [&](LayerKind kind) { return has(kind); });
 }
 
+void FabricLevel::take_texels(const FabricLevel& coarser, int steps) {
+  of_coarser = true;
+  pairs = coarser.pairs;
+  bases = coarser.bases;
+  for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::opacity,
+                               LayerKind::light, LayerKind::products}) {
+    const Layer& from = coarser[kind];
+    Layer layer{from.channels, {}};
+    layer.values.reserve(std::size_t{1} * texels() * layer.channels);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const int at = std::min(y >> steps, coarser.height - 1) * coarser.width +
+                       std::min(x >> steps, coarser.width - 1);
+        const auto first = from.values.begin() + std::ptrdiff_t{at} * from.channels;
+        layer.values.insert(layer.values.end(), first, first + from.channels);
+      }
+    }
+    set(kind, std::move(layer));
+  }
+}
+
 void FabricLevel::set(LayerKind kind, Layer layer) { layers_[index_of(kind)] = std::move(layer); }
 
 namespace {
@@ -133,6 +154,16 @@ void Fabric::add_side(Fabric other) {
   }
   auto& place = sides[index_of(other.side) - 1];
   place = std::make_shared<const Fabric>(std::move(other));
+}
+
+void leave_sides_out(Fabric& fabric, int first) {
+  for (const Side side : other_sides) {
+    if (fabric.side_of(side) == nullptr) continue;
+    Fabric other = *fabric.side_of(side);
+    for (int k = std::min(first, static_cast<int>(other.levels.size()) - 1) - 1; k >= 0; --k)
+      other.levels[k].take_texels(other.levels[k + 1], 1);
+    fabric.add_side(std::move(other));
+  }
 }
 
 Fabric turned_over(const Fabric& fabric) {

@@ -50,6 +50,7 @@ struct ProductBases {
 struct FabricLevel {
   int width = 0;
   int height = 0;
+  bool of_coarser = false;                    ///< its texels are those of the next level: take_texels()
   std::vector<V2i> pairs;                     ///< (a, b) of product m
   std::shared_ptr<const ProductBases> bases;  ///< of a level with products; the same in all levels
 
@@ -65,6 +66,8 @@ struct FabricLevel {
   /// Sets a layer of equal values.
   void add(LayerKind kind, int channels, float value = 0);
   void remove(LayerKind kind) { layers_[index_of(kind)] = {}; }
+  /// Gives each texel the values of the one of a level `steps` coarser that it lies in; yarn stays.
+  void take_texels(const FabricLevel& coarser, int steps);
   /// Sets the layers of yarn and its indirect light. Null: removes them.
   void set_yarns(std::shared_ptr<const Yarns> yarns);
 
@@ -160,6 +163,10 @@ void for_each_side(const Fabric& fabric, const Visit& visit) {
     if (other) visit(*other);
   }
 }
+
+/// Leaves the other sides out of the levels before `first`, which show those of the next coarser level. The
+/// last level keeps them.
+void leave_sides_out(Fabric& fabric, int first);
 
 /// The fabric turned over, so that its back is its front: levels of the back, or those of the front where it
 /// has none, and the yarn from below. Precondition: it has a back.

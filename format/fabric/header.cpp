@@ -43,6 +43,15 @@ int FabricHeader::entry(LayerKind kind, int level) const {
   return found == present.end() ? -1 : static_cast<int>(found - present.begin());
 }
 
+int FabricHeader::level_of_texels(int level) const {
+  if (side == Side::front) return level;
+  constexpr std::array reflecting{LayerKind::lobes, LayerKind::table, LayerKind::light, LayerKind::products};
+  for (int k = level; k < levels; ++k) {
+    if (std::ranges::any_of(reflecting, [&](LayerKind kind) { return has(kind, k); })) return k;
+  }
+  return -1;
+}
+
 int whole_levels(const FabricHeader& header) {
   return std::max(header.whole ? header.whole->levels : 0, header.first_level() + header.levels);
 }

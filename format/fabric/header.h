@@ -34,6 +34,9 @@ struct FabricHeader : FabricInfo {
   /// Index of a level in the layer's levels and digests; -1 if the level does not have the layer.
   int entry(LayerKind kind, int level) const;
   bool has(LayerKind kind, int level) const { return entry(kind, level) >= 0; }
+  /// The level whose texels a level shows: itself, or of another side that leaves it out, the next coarser
+  /// one that it has; -1 where there is none.
+  int level_of_texels(int level) const;
   /// This header or one of its sides; null without.
   const FabricHeader* side_of(Side wanted) const;
 };

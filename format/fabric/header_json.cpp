@@ -116,12 +116,11 @@ void read_other_side(const Member& text, Side side, FabricHeader& front, const F
   }
   require_layer(header, LayerKind::indirect, front, LayerKind::yarns, text);
   for (int k = 0; k < header.levels; ++k) {
-    if (header.has(LayerKind::lobes, k) || header.has(LayerKind::table, k) ||
-        header.has(LayerKind::light, k) || header.has(LayerKind::products, k)) {
-      continue;
-    }
-    text.refuse(fmt::format("level {} has no layer of it", k));
-    return;
+    const int shown = header.level_of_texels(k);
+    if (shown == k) continue;
+    if (shown < 0) return text.refuse(fmt::format("level {} has no layer of it, nor has a coarser one", k));
+    if (header.has(LayerKind::frame, k) || header.has(LayerKind::opacity, k))
+      return text.refuse(fmt::format("level {} has a layer of it, but no reflectance", k));
   }
   complete_shape(header);
   front.sides.push_back(std::move(header));

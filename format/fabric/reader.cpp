@@ -85,6 +85,13 @@ Result<FabricLevel> FabricReader::read_level(const FabricHeader& side, int level
     if (!shared) return tl::unexpected(shared.error());
     result.bases = std::move(*shared);
   }
+  if (const int shown = side.level_of_texels(level); shown > level) {
+    LayerSet of_texels = layers;
+    of_texels.erase({LayerKind::indirect});
+    auto coarser = read_level(side, shown, of_texels, room);
+    if (!coarser) return coarser;
+    result.take_texels(*coarser, shown - level);
+  }
   return result;
 }
 

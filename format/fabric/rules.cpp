@@ -134,7 +134,8 @@ std::uint64_t memory_of_levels(const ExrReader& file, const FabricHeader& header
   for_each_side(header, [&](const FabricHeader& side) {
     const auto add = [&](LayerKind kind, int level, std::uint64_t copies) {
       const int part = file.find_part(part_name(kind, side.side));
-      if (part < 0 || !side.has(kind, level)) return;
+      const bool spread = kind == LayerKind::bases || kind == LayerKind::yarns || kind == LayerKind::indirect;
+      if (part < 0 || !side.has(kind, spread ? level : side.level_of_texels(level))) return;
       const std::uint64_t bytes = pixel_memory(file.parts()[part], level);
       kept += copies * bytes;
       largest = std::max(largest, bytes);

@@ -18,6 +18,9 @@ namespace {
 /// Whether the file has the layer at a level; the bases are at level 0.
 bool is_stored(const Fabric& fabric, LayerKind kind, int k) {
   if (!layers_of(fabric.side).contains(kind)) return false;
+  // The last level of a file has no coarser one.
+  const bool left_out = fabric.levels[k].of_coarser && k + 1 < static_cast<int>(fabric.levels.size());
+  if (left_out && kind != LayerKind::bases && kind != LayerKind::indirect) return false;
   return kind == LayerKind::bases ? k == 0 && bases_of(fabric) != nullptr : fabric.levels[k].has(kind);
 }
 
@@ -89,7 +92,7 @@ ExrPixels preview_of(const FabricLevel& level, const FabricInfo& info) {
 /// The pixels of a level of the part, zeros if the fabric does not have the level or layer.
 ExrPixels pixels_at(const Fabric& fabric, LayerKind kind, const LayerShape& shape, int level) {
   const bool bases = kind == LayerKind::bases;
-  if (!bases && level < static_cast<int>(fabric.levels.size())) {
+  if (!bases && level < static_cast<int>(fabric.levels.size()) && is_stored(fabric, kind, level)) {
     return pixels_of(fabric.levels[level], kind, shape);
   }
   FabricLevel stored;

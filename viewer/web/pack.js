@@ -11,6 +11,7 @@ import {
   grid_size,
   hash,
   level_size,
+  pairs_at,
   read_layer,
   yarns_of
 } from './reader/index.js';
@@ -129,7 +130,7 @@ function add_level(words, fabric, seen, k) {
   }
   if (light) set_table(words, level + AT.level_light_table, directions_of(light, 'light', lights));
   if (products) {
-    const pairs = layers.products.pairs[layers.products.levels.indexOf(k)];
+    const pairs = pairs_at(fabric, k);
     set('level_products', pairs.length);
     const place = words.room(2 * pairs.length);
     words.words.set(pairs.flat(), place);

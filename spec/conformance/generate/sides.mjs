@@ -39,6 +39,17 @@ export const sides = [
     sides: {back: {layers: ['lobes', 'opacity'], grid: [1, 3]}, through: {layers: ['lobes', 'table']}},
   },
   {
+    name: 'sides-left-out',
+    about: 'levels that leave a side out, of texels that do not halve',
+    texels: [10, 5],
+    layers: ['lobes', 'opacity'],
+    sides: {
+      'back': {layers: {lobes: {levels: [1, 3]}, opacity: {levels: [1]}}},
+      'through': {layers: {lobes: {levels: [3]}, table: {levels: [2, 3]}}},
+      'back.through': {layers: {products: {levels: [2, 3]}, bases: {}}},
+    },
+  },
+  {
     ...crossing,
     name: 'sides-yarns',
     about: 'yarn turned over, with light from both sides',

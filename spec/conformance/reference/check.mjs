@@ -14,6 +14,7 @@ import {
   is_laid_out,
   latin1,
   layer_channels,
+  level_of_texels,
   open_fabric,
   read_layer,
   read_level,
@@ -163,10 +164,11 @@ function check_levels(fabric, warn) {
     const missing = Array.from({length: all}, (_, k) => k).filter((k) => k < whole.level || k >= beyond);
     warn('FABRIC_LEVELS', '/whole', `the levels ${missing.join(', ')} of ${all} are missing`);
   }
-  for (const [side, {layers}] of [['', fabric], ...Object.entries(fabric.sides)]) {
+  for (const [side, {layers, shown}] of [['', fabric], ...Object.entries(fabric.sides)]) {
     for (const [name, {levels}] of Object.entries(layers)) {
       if (['products', ...SPREAD].includes(name)) continue;
-      const counts = new Set([...levels, ...(layers.products?.levels ?? [])]).size;
+      const left_out = shown?.filter((from, k) => from !== k).length ?? 0;
+      const counts = new Set([...levels, ...(layers.products?.levels ?? [])]).size + left_out;
       const at = `${side && `/sides/${side}`}/layers/${name}/levels`;
       if (counts < fabric.levels) warn('FABRIC_LEVELS', at, 'only some of the levels');
     }
@@ -230,6 +232,7 @@ function check_lobes(level, at, half, warn) {
 function check_light(fabric, numbers, k, warn) {
   const fabrics = {front: fabric, ...fabric.sides}, levels = {};
   for (const [side, of] of Object.entries(fabrics)) {
+    if (level_of_texels(of, 'lobes', k) !== k) continue;
     const own = {...numbers[side]};
     if (side !== 'front' && side !== 'back') own.opacity = numbers[side === 'through' ? 'front' : 'back'].opacity;
     delete own.yarns;
@@ -282,9 +285,10 @@ export function check_fabric(bytes) {
       const note = (code, place, message) => report(code, prefix + place, message);
       for (const name of LAYERS) {
         if (side !== 'front' && name === 'yarns') continue;
-        collect(issues, () => {
-          own[name] = read_layer(of, name, k, note);
-        });
+        if (level_of_texels(of, name, k) === k)
+          collect(issues, () => {
+            own[name] = read_layer(of, name, k, note);
+          });
       }
       if (k === 0) bases[side] = own.bases;
       if (side === 'front' && own.yarns && own.indirect && issues.length === before)

@@ -7,6 +7,7 @@ import {
   direction_name,
   grid_size,
   level_size,
+  pairs_at,
   read_layer,
   yarns_of
 } from './reader.mjs';
@@ -65,7 +66,7 @@ export function make_level(text, level, numbers) {
     const channels = each(bases.size, (n) => bases.get(`bases.${n}`));
     const base = (i) => channels[Math.floor(i / texels_of_0)][i % texels_of_0];
     const V = grid_size(views), L = grid_size(lights);
-    const pairs = layers.products.pairs[layers.products.levels.indexOf(level)];
+    const pairs = pairs_at(text, level);
     result.products = {
       pairs,
       coefficient: (t, m) => products.get(`products.${m}`)[t],

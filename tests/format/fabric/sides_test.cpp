@@ -63,6 +63,44 @@ TEST_CASE("a part of a fabric has the sides of its levels") {
   CHECK(read_fabric(folder / "b.exr").has_value());
 }
 
+TEST_CASE("a level that leaves a side out shows the texels of the next coarser one") {
+  const Folder folder;
+  const Fabric whole = test::four_sides();
+  REQUIRE(whole.levels.size() > 2);
+  Fabric fabric = whole;
+  leave_sides_out(fabric, 2);
+  REQUIRE(write_fabric(folder / "a.exr", fabric));
+  const auto read = test::need(read_fabric(folder / "a.exr"));
+  for (const Side side : other_sides) {
+    const FabricLevel& coarse = whole.side_of(side)->levels[2];
+    for (std::size_t k = 0; k < 2; ++k) {
+      const FabricLevel& fine = read.side_of(side)->levels[k];
+      const int steps = 2 - static_cast<int>(k);
+      for (const LayerKind kind : {LayerKind::lobes, LayerKind::table, LayerKind::products}) {
+        CAPTURE(name_of(kind));
+        REQUIRE(fine[kind].channels == coarse[kind].channels);
+        for (int t = 0; t < fine.texels(); ++t) {
+          const int x = std::min((t % fine.width) >> steps, coarse.width - 1);
+          const int y = std::min((t / fine.width) >> steps, coarse.height - 1);
+          for (int c = 0; c < fine[kind].channels; ++c)
+            CHECK(fine[kind].values[t * fine[kind].channels + c] ==
+                  coarse[kind].values[(y * coarse.width + x) * coarse[kind].channels + c]);
+        }
+      }
+    }
+    check_equal(read.side_of(side)->levels[2], coarse);
+  }
+  const FabricLevel& through = read.side_of(Side::through)->levels[0];
+  CHECK(through[LayerKind::indirect] == whole.side_of(Side::through)->levels[0][LayerKind::indirect]);
+  CHECK(through[LayerKind::opacity] == whole.levels[0][LayerKind::opacity]);
+  // Of the finest level alone, the coarser one is in the file still.
+  const auto finest = test::need(FabricReader::open(folder / "a.exr")->read_levels(0, 0));
+  check_equal(finest.side_of(Side::back)->levels[0], read.side_of(Side::back)->levels[0]);
+  REQUIRE(write_fabric(folder / "b.exr", read));
+  CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
+  for (const Error& issue : check_fabric(folder / "a.exr")) CHECK(issue.code != Code::fabric_levels);
+}
+
 TEST_CASE("light from the other side is that of the side through, mirrored") {
   const Fabric fabric = test::four_sides();
   const Fabric& through = *fabric.side_of(Side::through);

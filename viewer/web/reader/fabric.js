@@ -4,7 +4,7 @@
 // Every function that finds fault calls `report(code, place, message)`. A reader throws there; a checker
 // takes a note and goes on.
 import {joined, latin1, latin1_bytes} from './bytes.js';
-import {LIMITS as EXR_LIMITS, LOSSY, chain_length, read_headers} from './exr.js';
+import {LIMITS as EXR_LIMITS, LOSSY, chain_length, level_size, read_headers} from './exr.js';
 import {channel_values, read_level} from './exr_level.js';
 import {Issue} from './issue.js';
 import {is_number, is_object, parse_json} from './json.js';
@@ -13,6 +13,7 @@ import {
   SPREAD,
   channel_count,
   layer_channels,
+  level_of_texels,
   needs_lights,
   needs_views,
   used_count
@@ -296,9 +297,15 @@ function add_side(front, name, report) {
   if (!seen || (name !== 'back' && !same(text.views, seen.views)))
     return refuse('', 'the views are not those of the side that is seen');
   const has = (k) => ['lobes', 'table', 'light', 'products'].some((layer) => text.layers[layer]?.levels.includes(k));
-  for (let k = 0; k < (text.levels ?? 0); ++k)
-    if (!has(k)) return refuse('', `level ${k} has no layer of it`);
-  front.sides[name] = {file: {...front.file, parts}, raw, ...text};
+  const shown = Array.from({length: text.levels ?? 0}, (_, k) => k);
+  for (const k of [...shown].reverse()) {
+    if (has(k)) continue;
+    if (k === shown.length - 1) return refuse('', `level ${k} has no layer of it, nor has a coarser one`);
+    if (['frame', 'opacity'].some((layer) => text.layers[layer]?.levels.includes(k)))
+      return refuse('', `level ${k} has a layer of it, but no reflectance`);
+    shown[k] = shown[k + 1];
+  }
+  front.sides[name] = {file: {...front.file, parts}, raw, ...text, shown};
 }
 
 /** Headers and text of a fabric file (a Uint8Array); the pixels are not touched. */
@@ -355,11 +362,24 @@ function check_values(fabric, layer, level, values, report) {
   return true;
 }
 
+/** The values of a coarser level, each for the texels of a level that lie on its own. */
+function finer({texels}, values, level, coarser) {
+  const size = (k) => texels.map((n) => level_size(n, k)), [width, height] = size(level), [w, h] = size(coarser);
+  const at = (t) => {
+    const [x, y] = [t % width, Math.floor(t / width)].map((place) => place >> (coarser - level));
+    return Math.min(y, h - 1) * w + Math.min(x, w - 1);
+  };
+  const spread = (list) => Float32Array.from({length: width * height}, (_, t) => list[at(t)]);
+  return values && new Map([...values].map(([name, list]) => [name, spread(list)]));
+}
+
 /**
  * The numbers of a layer at a level, a Map from channel names to Float32Array, after the digest and the
  * values have been checked; null where the level lacks the layer.
  */
 export function read_layer(fabric, layer, level, report = throw_issue) {
+  const shown = level_of_texels(fabric, layer, level);
+  if (shown !== level) return finer(fabric, read_layer(fabric, layer, shown, report), level, shown);
   const entry = fabric.layers[layer]?.levels.indexOf(level) ?? -1;
   if (entry < 0) return null;
   const {part, digests} = fabric.layers[layer];

@@ -31,7 +31,9 @@ export {
   direction_name,
   grid_size,
   layer_channels,
+  level_of_texels,
   needs_lights,
+  pairs_at,
   used_count
 } from './layers.js';
 export {bytes_to_fetch, fetch_fabric, fetch_layers} from './remote.js';

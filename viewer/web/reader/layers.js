@@ -10,6 +10,15 @@ export const SPREAD = ['bases', 'yarns', 'indirect'];
 export const COLOURS = ['red', 'green', 'blue'];
 export const PARAMETERS = ['cx', 'cy', 'cz', 'n'];
 
+/** The level whose texels a level shows: of another side that leaves it out, a coarser one. */
+export const level_of_texels = ({shown}, layer, level) => shown && !SPREAD.includes(layer) ? shown[level] : level;
+
+/** The pairs of the products at a level. */
+export const pairs_at = (fabric, level) => {
+  const {levels, pairs} = fabric.layers.products;
+  return pairs[levels.indexOf(level_of_texels(fabric, 'products', level))];
+};
+
 const each = (n, make) => Array.from({length: n}, (_, i) => make(i));
 export const direction_name = (layer, k, suffix = '') => `${layer}.${String(k).padStart(4, '0')}${suffix}`;
 export const grid_size = (grid) => grid ? grid.columns * grid.rows : 0;

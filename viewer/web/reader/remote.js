@@ -3,6 +3,7 @@
 import {place_chunks, read_headers, read_structure} from './exr.js';
 import {fabric_of} from './fabric.js';
 import {Issue} from './issue.js';
+import {level_of_texels} from './layers.js';
 
 /** Usual bytes of the first request, which hold the headers of most fabrics and all of a small one. */
 const FIRST = 2 ** 15;
@@ -85,7 +86,7 @@ function missing(fabric, wanted) {
   if (!file.remote) return {chunks, ranges: []};
   for (const [layer, level] of wanted) {
     for (const chunk of fabric.layers[layer]?.part.chunks ?? [])
-      if (chunk.level === level && !chunk.packed) chunks.add(chunk);
+      if (chunk.level === level_of_texels(fabric, layer, level) && !chunk.packed) chunks.add(chunk);
   }
   // A chunk says its size itself; it ends before the next one begins.
   if (!file.next) {

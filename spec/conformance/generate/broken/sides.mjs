@@ -47,6 +47,13 @@ export const broken_sides = [
       (text) => {
         text.sides.through.digests.lobes.pop();
       })),
+  member(
+    'side-of-opacity-alone', '/sides/back',
+    all(
+      set('/sides/back/layers/lobes/levels', [1]),
+      (text) => {
+        text.sides.back.digests.lobes.shift();
+      })),
   broken('FABRIC_PART', 'side-without-its-part', 'a part of another name', 'back.lobes', {
     text: (text) => {
       text.sides.back.layers.table = {levels: [0, 1], precision: 'half'};
