@@ -21,7 +21,6 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
   text["fit"] = {{"lobes", options.lobes},
                  {"viewTable", options.view_table},
                  {"lightTable", options.light_table},
-                 {"frames", options.frames},
                  {"starts", options.starts},
                  {"maxIterations", options.max_iterations},
                  {"tolerance", options.tolerance},

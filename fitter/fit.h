@@ -19,7 +19,6 @@ namespace selvedge {
 struct FitOptions {
   int lobes = 2;             ///< 0 to 16
   bool view_table = true;    ///< else T = 1 and the layer is left out
-  bool frames = false;       ///< normals and tangents are fitted, else averaged (frame_fit.h)
   bool light_table = false;  ///< S(l), fitted alternately with the other parameters
   DirectionTableOptions table;
   int starts = 3;           ///< searches per texel and channel; more on levels of at most 16

@@ -9,7 +9,6 @@
 #include <limits>
 #include <mutex>
 
-#include "fitter/lobes/frame_fit.h"
 #include "format/base/parallel.h"
 #include "format/samples/pool.h"
 
@@ -97,7 +96,6 @@ struct RowFit::TexelTotals {
   double error = 0;
   double cost = 0;
   double energy = 0;
-  double averaged_error = 0;  ///< in the frame of the averaged normal
   int iterations = 0;
   bool converged = true;
   std::size_t views = 0;    ///< that see the texel
@@ -178,16 +176,8 @@ RowFit::TexelTotals RowFit::fit_row_texel(const SampleLevel& rows, std::size_t f
   if (level.has(LayerKind::frame)) tangent = in_half_precision(tangent_of(normal));
 
   TexelTotals total;
-  std::array<ChannelFit, 3> fits;
-  if (options_.frames && level.has(LayerKind::frame)) {
-    FrameFit framed = fit_frame(alpha, radiance, directions_, normal, tangent, options);
-    normal = framed.normal;
-    tangent = framed.tangent;
-    total.averaged_error = framed.averaged_error;
-    fits = std::move(framed.fits);
-  }
   const TexelSamples samples = gather_texel(alpha, radiance, directions_, normal, tangent);
-  if (fits[0].parameters.empty()) fits = texel_fit_(samples, options);
+  const std::array<ChannelFit, 3> fits = texel_fit_(samples, options);
   store(fits, texel, level);
   total.error = total.cost = total.energy = samples.energy_below_horizon;
   for (const double w : samples.weight) total.views += w > 0 ? 1 : 0;
@@ -229,18 +219,15 @@ void RowFit::report_texels(std::size_t k, const std::vector<TexelTotals>& totals
     sums.error += total.error;
     sums.cost += total.cost;
     sums.energy += total.energy;
-    sums.averaged_error += total.averaged_error;
     *report.iterations += total.iterations * share;
     *(total.converged ? report.converged : report.at_limit) += 1;
     report.unseen += total.views > 0 ? 0 : 1;
     const std::size_t unknowns = parameter_count(options_.lobes) + (options_.view_table ? total.views : 0) +
-                                 (options_.light_table ? directions_.lights.size() : 0) +
-                                 (options_.frames ? 3 : 0);
+                                 (options_.light_table ? directions_.lights.size() : 0);
     report.one_view += total.views == 1 && views > 1 ? 1 : 0;
     report.sparse += total.views > 0 && total.samples < unknowns ? 1 : 0;
   }
   report.cost = sums.energy > 0 ? sums.cost / sums.energy : 0;
-  report.averaged_error = sums.energy > 0 ? std::sqrt(sums.averaged_error / sums.energy) : 0;
   report.training_error = sums.energy > 0 ? std::sqrt(sums.error / sums.energy) : 0;
 }
 

@@ -30,7 +30,7 @@ void check_limits(const Options& options) {
        "--light-table", "--budget", "--half-lobes", "--float-tables", "--time-budget"});
   // What a plan leaves out is not in the measured sizes and times.
   options.refuse_if(true, "excludes --max-bytes, --min-db and --max-seconds",
-                    {"--quality", "--keep-samples", "--for", "--frames"});
+                    {"--quality", "--keep-samples", "--for"});
 }
 
 /// --max-bytes, --min-db and --max-seconds beside --quality, and the options that they exclude.

@@ -131,7 +131,6 @@ void add_fit(Options& options, MakeOptions& make, std::string& report) {
   options.group("Fit");
   options.number("--lobes", fit.lobes, "N", "Lafortune lobes per texel").in(0, 16);
   options.set_flag("--no-table", fit.view_table, false, "Leave the view table out");
-  options.flag("--frames", fit.frames, "Fit normals and tangents too, rather than average them");
   options.flag("--light-table", fit.light_table, "A table over lights as well, fitted by turns");
   options.number("--starts", fit.starts, "N", "Local minima to compare per texel and channel").in(1, 1000);
   options.number("--iterations", fit.max_iterations, "N", "Maximum number of steps of a search")

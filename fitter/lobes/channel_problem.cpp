@@ -175,7 +175,7 @@ void ChannelProblem::solve_sizes(ChannelState& state) {
     }
     if (inside) break;
   }
-  // The given sizes, of a start or of another frame, may be beyond the bounds.
+  // The given sizes, of a start, may be beyond the bounds.
   for (std::size_t i = 0; i < bases; ++i) {
     state.sizes[i] = std::clamp(state.sizes[i], 0.0, i > 0 ? peak_ : std::numeric_limits<double>::max());
   }

@@ -199,36 +199,6 @@ SearchResult minimise(ChannelProblem& problem, ChannelState& state, double toler
   return end;
 }
 
-ChannelState state_of(const TexelSamples& samples, int channel, const ChannelFit& fit) {
-  const double scale = samples.scale[channel];
-  ChannelState state;
-  state.sizes.push_back(fit.parameters[0] / scale);
-  for (std::size_t i = 1; i + 3 < fit.parameters.size(); i += 4) {
-    const double* p = &fit.parameters[i];
-    const double c = std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
-    LobeShape shape;
-    shape.exponent = p[3];
-    if (c > 0) shape.direction = {p[0] / c, p[1] / c, p[2] / c};
-    state.shapes.push_back(shape);
-    state.sizes.push_back(c > 0 ? std::pow(c, p[3]) / scale : 0);
-  }
-  state.table = fit.table;
-  state.light_table = fit.light_table;
-  return state;
-}
-
-std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& initial,
-                                      const LobeFitOptions& options) {
-  std::array<ChannelFit, 3> fits;
-  for (int c = 0; c < 3; ++c) {
-    ChannelProblem problem(samples, c, options.channel);
-    ChannelState state = state_of(samples, c, initial[c]);
-    const SearchResult end = minimise(problem, state, options.tolerance, options.max_iterations);
-    fits[c] = finish(problem, samples, c, state, options, end);
-  }
-  return fits;
-}
-
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options) {
   std::array<ChannelFit, 3> fits;
   StartSearch search(samples);

@@ -42,14 +42,7 @@ SearchResult minimise(ChannelProblem& problem, ChannelState& state, double toler
 ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
                        const ChannelProblem& problem);
 
-/// The inverse of channel_fit(), except for the directions of lobes of size 0, which are lost.
-ChannelState state_of(const TexelSamples& samples, int channel, const ChannelFit& fit);
-
 /// Fits all three channels. Parameters and tables are finite for any samples.
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options);
-
-/// Fits with one search per channel from `initial`, a fit in a similar frame or without a light table.
-std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& initial,
-                                      const LobeFitOptions& options);
 
 }  // namespace selvedge

@@ -36,7 +36,6 @@ struct LevelReport {
   std::vector<std::pair<std::string, std::uint64_t>> layer_bytes;  ///< in the file, by the layer's name
   // For fits of lobes:
   double training_error = 0;  ///< relative L2 over all samples, weighted by opacity
-  double averaged_error = 0;  ///< training_error before frames were fitted; 0 without fitted frames
   double cost = 0;            ///< the minimised squared error and penalties, as a share of the energy
   int unseen = 0;             ///< texels that are holes from every view
   int one_view = 0;           ///< texels that only one of several views sees
