@@ -57,7 +57,6 @@ float clamp_to_finite(double value) {
 LobeFitOptions lobe_fit_options(const FitOptions& from, int texels_of_level) {
   LobeFitOptions options;
   options.channel.view_table = from.view_table;
-  options.channel.light_table = from.light_table;
   options.channel.table = from.table;
   options.lobes = from.lobes;
   options.starts = from.starts;
@@ -74,7 +73,7 @@ LobeFitOptions lobe_fit_options(const FitOptions& from, int texels_of_level) {
   return options;
 }
 
-/// Stores the parameters and tables of a texel.
+/// Stores the parameters and the table of a texel.
 void store(const std::array<ChannelFit, 3>& fits, std::size_t texel, FabricLevel& level) {
   for (int c = 0; c < 3; ++c) {
     const ChannelFit& fit = fits[c];
@@ -82,9 +81,6 @@ void store(const std::array<ChannelFit, 3>& fits, std::size_t texel, FabricLevel
     std::transform(fit.parameters.begin(), fit.parameters.end(), parameters, clamp_to_finite);
     for (std::size_t v = 0; level.has(LayerKind::table) && v < fit.table.size(); ++v) {
       level.view_table()[texel * fit.table.size() + v][c] = clamp_to_finite(fit.table[v]);
-    }
-    for (std::size_t l = 0; l < fit.light_table.size(); ++l) {
-      level.light_table()[texel * fit.light_table.size() + l][c] = clamp_to_finite(fit.light_table[l]);
     }
   }
 }
@@ -107,13 +103,12 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
     : options_(options),
       progress_(progress),
       texel_fit_(std::move(texel_fit)),
-      directions_{directions_of(header.views), directions_of(header.lights), header.views, header.lights} {
+      directions_{directions_of(header.views), directions_of(header.lights), header.views} {
   Fabric& fabric = result_.fabric;
   fabric.period_mm = header.period_mm;
   fabric.reference_height = header.reference_height;
   fabric.thickness_mm = header.thickness_mm;
   fabric.views = header.views;
-  if (options.light_table) fabric.lights = header.lights;
   const int all = level_count(header.width, header.height);
   const int count = options.levels > 0 ? std::min(options.levels, all) : all;
   levels_.resize(count);
@@ -127,7 +122,6 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
     if (!lets_through(header.side)) level.add(LayerKind::frame, 6);
     level.add(LayerKind::opacity, views);
     if (options.view_table) level.add(LayerKind::table, 3 * views);
-    if (options.light_table) level.add(LayerKind::light, 3 * header.lights.count(), 1);
     texels_ += level.texels();
     LevelReport report;
     report.width = level.width;
@@ -222,8 +216,7 @@ void RowFit::report_texels(std::size_t k, const std::vector<TexelTotals>& totals
     *report.iterations += total.iterations * share;
     *(total.converged ? report.converged : report.at_limit) += 1;
     report.unseen += total.views > 0 ? 0 : 1;
-    const std::size_t unknowns = parameter_count(options_.lobes) + (options_.view_table ? total.views : 0) +
-                                 (options_.light_table ? directions_.lights.size() : 0);
+    const std::size_t unknowns = parameter_count(options_.lobes) + (options_.view_table ? total.views : 0);
     report.one_view += total.views == 1 && views > 1 ? 1 : 0;
     report.sparse += total.views > 0 && total.samples < unknowns ? 1 : 0;
   }

@@ -131,7 +131,6 @@ void add_fit(Options& options, MakeOptions& make, std::string& report) {
   options.group("Fit");
   options.number("--lobes", fit.lobes, "N", "Lafortune lobes per texel").in(0, 16);
   options.set_flag("--no-table", fit.view_table, false, "Leave the view table out");
-  options.flag("--light-table", fit.light_table, "A table over lights as well, fitted by turns");
   options.number("--starts", fit.starts, "N", "Local minima to compare per texel and channel").in(1, 1000);
   options.number("--iterations", fit.max_iterations, "N", "Maximum number of steps of a search")
       .in(1, 100000);
@@ -179,7 +178,7 @@ void apply_quality(const Options& options, const std::string& quality, MakeOptio
     if (given((std::string("--") + knob).c_str())) knobs.erase(knob);
   }
   // Layers go together: who asks for some by name has chosen them.
-  if (given("--no-table") || given("--light-table")) {
+  if (given("--no-table")) {
     knobs.erase("layers");
     knobs.erase("budget");
   }
