@@ -72,18 +72,18 @@ void add_transport(Options& options, const TransportOptions& transport) {
   options.number("--ground", transport.ground, "ALBEDO",
                  "Albedo of a plane that the cloth lies on (default: black)");
   ReferencePlane& reference = transport.reference;
-  options.text("--reference-height", "top|mean|best|P%|MM",
+  options.text("--reference-height", "top|P%|MM",
                "Height of the texels' plane above the cell's lowest point [90% of the thickness]",
                [&reference](const std::string& t) {
                  using Kind = ReferencePlane::Kind;
-                 if (t == "top" || t == "mean" || t == "best") {
-                   reference = {t == "top" ? Kind::top : t == "mean" ? Kind::mean : Kind::best, 0};
+                 if (t == "top") {
+                   reference = {Kind::top, 0};
                    return;
                  }
                  const bool percent = t.ends_with('%');
                  const double value =
                      numbers_from("--reference-height", t.substr(0, t.size() - (percent ? 1 : 0)), ',', 1, 1,
-                                  "best, 90% or 2.5")[0];
+                                  "top, 90% or 2.5")[0];
                  reference = {percent ? Kind::share : Kind::at, percent ? value / 100 : value};
                });
 }
