@@ -67,8 +67,8 @@ Result<void> measure_errors(const Fabric& fabric, const PairSamples& held_out, c
 Result<void> write_fabric(const std::string& path, const Fabric& fabric, FitRecord record,
                           const FabricWriteOptions& options = {});
 
-/// The record in a provenance, if there is one. Members that break the rules of spec/fabric.md are left out
-/// and reported to the sink as FABRIC_ADVICE; `levels` is the number of the fabric's levels.
+/// The record in a provenance, if there is one. One that breaks the rules of spec/fabric.md is left out and
+/// reported to the sink as FABRIC_ADVICE; `levels` is the number of the fabric's levels.
 std::optional<FitRecord> fit_record_of(const std::string& provenance, int levels, IssueSink& sink);
 
 /// The record of levels [first, last]. If `changed`, the values differ from the measured ones, and the errors
