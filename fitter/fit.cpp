@@ -20,8 +20,6 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
   if (!text.is_object()) text = nlohmann::json::object();
   text["fit"] = {{"lobes", options.lobes},
                  {"viewTable", options.view_table},
-                 {"lightTable", options.light_table},
-                 {"frames", options.frames},
                  {"starts", options.starts},
                  {"maxIterations", options.max_iterations},
                  {"tolerance", options.tolerance},

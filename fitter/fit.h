@@ -17,10 +17,8 @@ namespace selvedge {
 /// The bound on a lobe's peak (channel_problem.h) holds before the table is normalised: in the fabric a lobe
 /// may reach its bound times the former mean of the table; T times the lobe is bounded as before.
 struct FitOptions {
-  int lobes = 2;             ///< 0 to 16
-  bool view_table = true;    ///< else T = 1 and the layer is left out
-  bool frames = false;       ///< normals and tangents are fitted, else averaged (frame_fit.h)
-  bool light_table = false;  ///< S(l), fitted alternately with the other parameters
+  int lobes = 2;           ///< 0 to 16
+  bool view_table = true;  ///< else T = 1 and the layer is left out
   DirectionTableOptions table;
   int starts = 3;           ///< searches per texel and channel; more on levels of at most 16
   int max_iterations = 60;  ///< of a search

@@ -9,7 +9,6 @@
 #include <limits>
 #include <mutex>
 
-#include "fitter/lobes/frame_fit.h"
 #include "format/base/parallel.h"
 #include "format/samples/pool.h"
 
@@ -58,7 +57,6 @@ float clamp_to_finite(double value) {
 LobeFitOptions lobe_fit_options(const FitOptions& from, int texels_of_level) {
   LobeFitOptions options;
   options.channel.view_table = from.view_table;
-  options.channel.light_table = from.light_table;
   options.channel.table = from.table;
   options.lobes = from.lobes;
   options.starts = from.starts;
@@ -75,7 +73,7 @@ LobeFitOptions lobe_fit_options(const FitOptions& from, int texels_of_level) {
   return options;
 }
 
-/// Stores the parameters and tables of a texel.
+/// Stores the parameters and the table of a texel.
 void store(const std::array<ChannelFit, 3>& fits, std::size_t texel, FabricLevel& level) {
   for (int c = 0; c < 3; ++c) {
     const ChannelFit& fit = fits[c];
@@ -83,9 +81,6 @@ void store(const std::array<ChannelFit, 3>& fits, std::size_t texel, FabricLevel
     std::transform(fit.parameters.begin(), fit.parameters.end(), parameters, clamp_to_finite);
     for (std::size_t v = 0; level.has(LayerKind::table) && v < fit.table.size(); ++v) {
       level.view_table()[texel * fit.table.size() + v][c] = clamp_to_finite(fit.table[v]);
-    }
-    for (std::size_t l = 0; l < fit.light_table.size(); ++l) {
-      level.light_table()[texel * fit.light_table.size() + l][c] = clamp_to_finite(fit.light_table[l]);
     }
   }
 }
@@ -97,7 +92,6 @@ struct RowFit::TexelTotals {
   double error = 0;
   double cost = 0;
   double energy = 0;
-  double averaged_error = 0;  ///< in the frame of the averaged normal
   int iterations = 0;
   bool converged = true;
   std::size_t views = 0;    ///< that see the texel
@@ -109,13 +103,12 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
     : options_(options),
       progress_(progress),
       texel_fit_(std::move(texel_fit)),
-      directions_{directions_of(header.views), directions_of(header.lights), header.views, header.lights} {
+      directions_{directions_of(header.views), directions_of(header.lights), header.views} {
   Fabric& fabric = result_.fabric;
   fabric.period_mm = header.period_mm;
   fabric.reference_height = header.reference_height;
   fabric.thickness_mm = header.thickness_mm;
   fabric.views = header.views;
-  if (options.light_table) fabric.lights = header.lights;
   const int all = level_count(header.width, header.height);
   const int count = options.levels > 0 ? std::min(options.levels, all) : all;
   levels_.resize(count);
@@ -129,7 +122,6 @@ RowFit::RowFit(const SamplesHeader& header, const FitOptions& options, const Pro
     if (!lets_through(header.side)) level.add(LayerKind::frame, 6);
     level.add(LayerKind::opacity, views);
     if (options.view_table) level.add(LayerKind::table, 3 * views);
-    if (options.light_table) level.add(LayerKind::light, 3 * header.lights.count(), 1);
     texels_ += level.texels();
     LevelReport report;
     report.width = level.width;
@@ -178,16 +170,8 @@ RowFit::TexelTotals RowFit::fit_row_texel(const SampleLevel& rows, std::size_t f
   if (level.has(LayerKind::frame)) tangent = in_half_precision(tangent_of(normal));
 
   TexelTotals total;
-  std::array<ChannelFit, 3> fits;
-  if (options_.frames && level.has(LayerKind::frame)) {
-    FrameFit framed = fit_frame(alpha, radiance, directions_, normal, tangent, options);
-    normal = framed.normal;
-    tangent = framed.tangent;
-    total.averaged_error = framed.averaged_error;
-    fits = std::move(framed.fits);
-  }
   const TexelSamples samples = gather_texel(alpha, radiance, directions_, normal, tangent);
-  if (fits[0].parameters.empty()) fits = texel_fit_(samples, options);
+  const std::array<ChannelFit, 3> fits = texel_fit_(samples, options);
   store(fits, texel, level);
   total.error = total.cost = total.energy = samples.energy_below_horizon;
   for (const double w : samples.weight) total.views += w > 0 ? 1 : 0;
@@ -229,18 +213,14 @@ void RowFit::report_texels(std::size_t k, const std::vector<TexelTotals>& totals
     sums.error += total.error;
     sums.cost += total.cost;
     sums.energy += total.energy;
-    sums.averaged_error += total.averaged_error;
     *report.iterations += total.iterations * share;
     *(total.converged ? report.converged : report.at_limit) += 1;
     report.unseen += total.views > 0 ? 0 : 1;
-    const std::size_t unknowns = parameter_count(options_.lobes) + (options_.view_table ? total.views : 0) +
-                                 (options_.light_table ? directions_.lights.size() : 0) +
-                                 (options_.frames ? 3 : 0);
+    const std::size_t unknowns = parameter_count(options_.lobes) + (options_.view_table ? total.views : 0);
     report.one_view += total.views == 1 && views > 1 ? 1 : 0;
     report.sparse += total.views > 0 && total.samples < unknowns ? 1 : 0;
   }
   report.cost = sums.energy > 0 ? sums.cost / sums.energy : 0;
-  report.averaged_error = sums.energy > 0 ? std::sqrt(sums.averaged_error / sums.energy) : 0;
   report.training_error = sums.energy > 0 ? std::sqrt(sums.error / sums.energy) : 0;
 }
 

@@ -30,10 +30,9 @@ class RowFit {
     SampleLevel waiting;  ///< rows that a coarser row still needs
     int first = 0;        ///< index of the first waiting row
     int next_coarse = 0;  ///< number of rows of the next level so far
-    double error = 0;     ///< this and the next three: sums for the report
+    double error = 0;     ///< this and the next two: sums for the report
     double cost = 0;
     double energy = 0;
-    double averaged_error = 0;
   };
 
   void add(std::size_t k, SampleLevel rows);

@@ -82,12 +82,4 @@ std::uint64_t bytes_read(const OpenScene& open) {
   return sum;
 }
 
-Result<LoadedScene> load_scene(const std::string& path) {
-  Result<OpenScene> open = open_scene(path);
-  if (!open) return tl::unexpected(open.error());
-  Result<std::vector<Fabric>> fabrics = read_fabrics(*open);
-  if (!fabrics) return tl::unexpected(fabrics.error());
-  return LoadedScene{std::move(open->scene), std::move(*fabrics)};
-}
-
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// Loads scenes and their fabrics, whole or only the levels that are needed.
+// Opens scenes, and reads those levels of their fabrics that are needed.
 #pragma once
 
 #include <cstdint>
@@ -35,13 +35,5 @@ Result<Fabric> read_levels_within(FabricReader& reader, const LevelRange& range,
 
 /// Bytes of the fabric files that were read so far.
 std::uint64_t bytes_read(const OpenScene& open);
-
-struct LoadedScene {
-  Scene scene;
-  std::vector<Fabric> fabrics;  ///< those of Scene::fabrics
-};
-
-/// Reads a scene and its fabrics whole.
-Result<LoadedScene> load_scene(const std::string& path);
 
 }  // namespace selvedge

@@ -22,7 +22,7 @@ struct RenderOptions : FrameSize, DrawOptions {
 
 /// `fabrics[i]` is scene.fabrics[i]. Needs no display and no GPU. The frame's bytes do not depend on the
 /// number of threads. Errors: OPTION_OUT_OF_RANGE, GARMENT_EMPTY, GARMENT_NO_UVS, GLTF_REFERENCE (a missing
-/// fabric), FABRIC_MALFORMED (levels of wrong size), GRAPHICS_UNAVAILABLE.
+/// fabric), GRAPHICS_UNAVAILABLE. Preconditions: scene and fabrics are as their readers leave them.
 Result<Frame> render(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
                      const RenderOptions& options, RenderStats* stats = nullptr);
 

@@ -54,22 +54,4 @@ Result<void> check_options(const RenderOptions& options) {
   return check_draw(options.path, options);
 }
 
-Result<void> check_fabrics(const Scene& scene, const std::vector<Fabric>& fabrics) {
-  for (std::size_t i = 0; i < fabrics.size(); ++i) {
-    const std::vector<FabricLevel>& levels = fabrics[i].levels;
-    const std::string name = i < scene.fabrics.size() ? scene.fabrics[i].name : "";
-    if (levels.empty()) return fail(Code::fabric_malformed, name, "", "the fabric has no level");
-    for (std::size_t k = 0; k < levels.size(); ++k) {
-      const auto step = static_cast<int>(k);
-      if (levels[k].width != level_size(levels[0].width, step) ||
-          levels[k].height != level_size(levels[0].height, step))
-        return fail(Code::fabric_malformed, name, fmt::format("level {}", k),
-                    "its size does not follow from level 0");
-    }
-    if (levels.size() > static_cast<std::size_t>(level_count(levels[0].width, levels[0].height)))
-      return fail(Code::fabric_malformed, name, "", "there are more levels than sizes");
-  }
-  return {};
-}
-
 }  // namespace selvedge

@@ -1,7 +1,5 @@
-// Checks of options and fabrics before drawing.
+// Checks of options before drawing.
 #pragma once
-
-#include <vector>
 
 #include "viewer/render.h"
 
@@ -16,8 +14,5 @@ Result<void> check_draw(RenderPath path, const DrawOptions& options);
 
 /// check_size() and check_draw().
 Result<void> check_options(const RenderOptions& options);
-
-/// FABRIC_MALFORMED for a fabric without levels, or with levels whose sizes do not follow from level 0.
-Result<void> check_fabrics(const Scene& scene, const std::vector<Fabric>& fabrics);
 
 }  // namespace selvedge

@@ -147,7 +147,6 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
                                                    std::unique_ptr<GraphicsContext> context) {
   Stopwatch watch;
   if (const auto good = check_options(options); !good) return tl::unexpected(good.error());
-  if (const auto good = check_fabrics(scene, fabrics); !good) return tl::unexpected(good.error());
   const Result<std::vector<V3d>> points = world_points(scene);
   if (!points) return tl::unexpected(points.error());
 

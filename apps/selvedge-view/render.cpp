@@ -59,8 +59,6 @@ void add(const RenderStats& one, RenderStats& sum) {
   sum.read_back += one.read_back;
   sum.evaluation += one.evaluation;
   sum.filter += one.filter;
-  sum.shader.geometry += one.shader.geometry;
-  sum.shader.shading += one.shader.shading;
   sum.triangles = one.triangles;
   sum.covered_pixels += one.covered_pixels;
   sum.evaluated_pixels += one.evaluated_pixels;
@@ -154,15 +152,9 @@ class Series {
 };
 
 Json to_json(const RenderStats& stats) {
-  return {{"prepare", stats.prepare},
-          {"project", stats.project},
-          {"shadows", stats.shadows},
-          {"geometry", stats.geometry},
-          {"readBack", stats.read_back},
-          {"evaluation", stats.evaluation},
-          {"filter", stats.filter},
-          {"shaderGeometry", 1e-9 * static_cast<double>(stats.shader.geometry)},
-          {"shaderShading", 1e-9 * static_cast<double>(stats.shader.shading)}};
+  return {{"prepare", stats.prepare},   {"project", stats.project},    {"shadows", stats.shadows},
+          {"geometry", stats.geometry}, {"readBack", stats.read_back}, {"evaluation", stats.evaluation},
+          {"filter", stats.filter}};
 }
 
 Json to_json(const Subject& subject, const RenderStats& stats) {

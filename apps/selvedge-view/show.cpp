@@ -62,13 +62,17 @@ void declare(Options& options, ShowCommand& command) {
 }
 
 /// A swatch of a fabric as a scene.
-Result<LoadedScene> load_swatch(const ShowCommand& command) {
+struct LoadedSwatch {
+  Scene scene;
+  std::vector<Fabric> fabrics;  ///< those of Scene::fabrics
+};
+Result<LoadedSwatch> load_swatch(const ShowCommand& command) {
   Result<Fabric> fabric =
       read_fabric(command.picture.input, {.memory = command.picture.limits.document.memory});
   if (!fabric) return tl::unexpected(fabric.error());
   Result<Swatch> swatch = make_swatch(*fabric, command.picture.swatch);
   if (!swatch) return tl::unexpected(swatch.error());
-  LoadedScene loaded{std::move(swatch->scene), {}};
+  LoadedSwatch loaded{std::move(swatch->scene), {}};
   SceneFabric source;
   source.name = command.picture.input.substr(command.picture.input.find_last_of('/') + 1);
   loaded.scene.fabrics.push_back(source);
@@ -341,7 +345,7 @@ Result<ShowState> first_state(const ShowCommand& command, const Window& window, 
 Result<int> run(const ShowCommand& command) {
   limit_mesa_threads(command.common.threads);
   const bool is_fabric = has_ending(command.picture.input, ".exr");
-  Result<LoadedScene> swatch = is_fabric ? load_swatch(command) : LoadedScene{};
+  Result<LoadedSwatch> swatch = is_fabric ? load_swatch(command) : LoadedSwatch{};
   if (!swatch) return tl::unexpected(swatch.error());
   Result<OpenScene> scene =
       is_fabric ? OpenScene{} : open_scene(command.picture.input, {}, command.picture.limits);

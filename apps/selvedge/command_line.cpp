@@ -24,13 +24,12 @@ void declare(Options& options, FitCommand& command) {
 
 /// Refuses options that the limits choose or do not know of.
 void check_limits(const Options& options) {
-  options.refuse_if(
-      true, "is chosen by --max-bytes, --min-db and --max-seconds",
-      {"--texels", "--views", "--lights", "--samples", "--noise", "--bounces", "--lobes", "--no-table",
-       "--light-table", "--budget", "--half-lobes", "--float-tables", "--time-budget"});
+  options.refuse_if(true, "is chosen by --max-bytes, --min-db and --max-seconds",
+                    {"--texels", "--views", "--lights", "--samples", "--noise", "--bounces", "--lobes",
+                     "--no-table", "--budget", "--half-lobes", "--float-tables", "--time-budget"});
   // What a plan leaves out is not in the measured sizes and times.
   options.refuse_if(true, "excludes --max-bytes, --min-db and --max-seconds",
-                    {"--quality", "--keep-samples", "--for", "--frames"});
+                    {"--quality", "--keep-samples", "--for"});
 }
 
 /// --max-bytes, --min-db and --max-seconds beside --quality, and the options that they exclude.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "format/base/atomic_file.h"
 #include "format/base/printable.h"
@@ -57,26 +56,12 @@ Json level_json(const LevelReport& level, std::size_t index) {
   if (level.validation) json["validationError"] = *level.validation;
   if (level.iterations) {
     json["trainingError"] = level.training_error;
-    if (level.averaged_error > 0) json["averagedFrameError"] = level.averaged_error;
     json["iterations"] = *level.iterations;
     json["converged"] = *level.converged;
     json["atLimit"] = *level.at_limit;
     json["seconds"] = level.seconds;
   }
   return json;
-}
-
-/// The gain of fitted frames over averaged normals, level by level; empty where frames were not fitted.
-std::string gain_text(const FitOutcome& outcome) {
-  std::string text;
-  for (const LevelReport& level : outcome.record.levels) {
-    if (!(level.averaged_error > 0)) continue;
-    const double gain = level.averaged_error / std::max(level.training_error, 1e-30);
-    text += fmt::format("{}{:+.2f}", text.empty() ? "" : ", ", 20 * std::log10(gain));
-  }
-  if (text.empty()) return text;
-  return fmt::format("frames fitted: the training error is better than with averaged normals by {} dB\n",
-                     text);
 }
 
 /// Sizes of every layer and level.
@@ -145,7 +130,6 @@ FitOutcome read_outcome(const std::string& path, const std::vector<LevelReport>&
     level.height = level_size(header.height, k);
     level.iterations = fitted[k].iterations;  // with all digits
     level.training_error = fitted[k].training_error;
-    level.averaged_error = fitted[k].averaged_error;
     level.seconds = fitted[k].seconds;
     for (const LayerKind layer : all_layers) {
       if (layers_of_no_level.contains(layer) || !header.has(layer, k)) continue;
@@ -202,7 +186,7 @@ std::string fit_text(const FitOutcome& outcome) {
     text += fmt::format("{}: held-out {} dB by level, {} bytes\n", name_of(side), errors, bytes);
   }
   if (!outcome.yarn.is_null()) text += fmt::format("yarn: {}\n", yarn_text(outcome.yarn));
-  return text + gain_text(outcome) +
+  return text +
          fmt::format("fitted in {:.1f} s -> {} ({} bytes)\n", outcome.seconds, outcome.output, outcome.bytes);
 }
 
@@ -230,7 +214,6 @@ std::string fit_markdown(const FitOutcome& outcome) {
   text +=
       "\nConverged: texels all of whose channels met the stop rule; at the limit: the others. Iterations are "
       "evaluations of all samples of a texel and channel.\n\n";
-  if (const std::string gain = gain_text(outcome); !gain.empty()) text += gain + "\n";
   text += bytes_table(outcome);
   std::uint64_t sum = outcome.shared_bytes;
   for (const LevelReport& level : record.levels) sum += level.bytes;

@@ -72,18 +72,18 @@ void add_transport(Options& options, const TransportOptions& transport) {
   options.number("--ground", transport.ground, "ALBEDO",
                  "Albedo of a plane that the cloth lies on (default: black)");
   ReferencePlane& reference = transport.reference;
-  options.text("--reference-height", "top|mean|best|P%|MM",
+  options.text("--reference-height", "top|P%|MM",
                "Height of the texels' plane above the cell's lowest point [90% of the thickness]",
                [&reference](const std::string& t) {
                  using Kind = ReferencePlane::Kind;
-                 if (t == "top" || t == "mean" || t == "best") {
-                   reference = {t == "top" ? Kind::top : t == "mean" ? Kind::mean : Kind::best, 0};
+                 if (t == "top") {
+                   reference = {Kind::top, 0};
                    return;
                  }
                  const bool percent = t.ends_with('%');
                  const double value =
                      numbers_from("--reference-height", t.substr(0, t.size() - (percent ? 1 : 0)), ',', 1, 1,
-                                  "best, 90% or 2.5")[0];
+                                  "top, 90% or 2.5")[0];
                  reference = {percent ? Kind::share : Kind::at, percent ? value / 100 : value};
                });
 }
@@ -131,8 +131,6 @@ void add_fit(Options& options, MakeOptions& make, std::string& report) {
   options.group("Fit");
   options.number("--lobes", fit.lobes, "N", "Lafortune lobes per texel").in(0, 16);
   options.set_flag("--no-table", fit.view_table, false, "Leave the view table out");
-  options.flag("--frames", fit.frames, "Fit normals and tangents too, rather than average them");
-  options.flag("--light-table", fit.light_table, "A table over lights as well, fitted by turns");
   options.number("--starts", fit.starts, "N", "Local minima to compare per texel and channel").in(1, 1000);
   options.number("--iterations", fit.max_iterations, "N", "Maximum number of steps of a search")
       .in(1, 100000);
@@ -180,7 +178,7 @@ void apply_quality(const Options& options, const std::string& quality, MakeOptio
     if (given((std::string("--") + knob).c_str())) knobs.erase(knob);
   }
   // Layers go together: who asks for some by name has chosen them.
-  if (given("--no-table") || given("--light-table")) {
+  if (given("--no-table")) {
     knobs.erase("layers");
     knobs.erase("budget");
   }

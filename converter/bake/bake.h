@@ -36,8 +36,6 @@ const char* name_of(IndirectLight indirect);
 struct ReferencePlane {
   enum class Kind {
     top,    ///< top of the cell's bounding box, as in the paper
-    mean,   ///< mean height of the surface seen from straight above
-    best,   ///< the result of best_reference_height()
     share,  ///< `value` times the thickness
     at      ///< `value` in mm
   };

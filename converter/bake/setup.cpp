@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "converter/bake/reference_height.h"
 #include "format/base/digest.h"
 #include "format/base/random.h"
 #include "format/exr/exr.h"
@@ -23,7 +22,7 @@ void append_bytes(std::string& bytes, const std::vector<T>& values) {
 }
 
 const char* name_of(ReferencePlane::Kind kind) {
-  constexpr std::array<const char*, 5> names{"top", "mean", "best", "share", "at"};
+  constexpr std::array<const char*, 3> names{"top", "share", "at"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -69,20 +68,8 @@ Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name, std
 Result<double> plane_of(const CellMesh& mesh, const TracedCell& cell, const std::string& name,
                         const BakeOptions& o) {
   const double thickness = cell.thickness_mm();
-  double height = o.reference.value;
-  switch (o.reference.kind) {
-    case ReferencePlane::Kind::top:
-      return thickness;
-    case ReferencePlane::Kind::mean:
-      return mean_height(cell.scene) * cell.mm;
-    case ReferencePlane::Kind::best:
-      return best_reference_height(mesh, name, o);
-    case ReferencePlane::Kind::share:
-      height *= thickness;
-      break;
-    case ReferencePlane::Kind::at:
-      break;
-  }
+  if (o.reference.kind == ReferencePlane::Kind::top) return thickness;
+  const double height = o.reference.value * (o.reference.kind == ReferencePlane::Kind::share ? thickness : 1);
   if (std::abs(height) > 4 * (thickness + std::max(mesh.period.x, mesh.period.y))) {
     return fail(Code::option_out_of_range, name, "reference-height",
                 fmt::format("{} mm is far from a cell of {:.3g} mm", height, thickness));

@@ -16,18 +16,15 @@ using Json = nlohmann::json;
 
 struct LayersValue {
   const char* name;
-  bool view_table, light_table, budget;
+  bool view_table, budget;
   const char* option;  ///< of make
 };
-constexpr std::array<LayersValue, 4> layers_values{{{"paper", true, false, false, ""},
-                                                    {"no-table", false, false, false, " --no-table"},
-                                                    {"light-table", true, true, false, " --light-table"},
-                                                    {"products", true, false, true, ""}}};
+constexpr std::array<LayersValue, 3> layers_values{
+    {{"paper", true, false, ""}, {"no-table", false, false, " --no-table"}, {"products", true, true, ""}}};
 
 const LayersValue& layers_of(const MakeOptions& o) {
   return *std::find_if(layers_values.begin(), layers_values.end() - 1, [&](const LayersValue& v) {
-    return v.budget == o.budget.has_value() &&
-           (v.budget || (v.view_table == o.fit.view_table && v.light_table == o.fit.light_table));
+    return v.budget == o.budget.has_value() && (v.budget || v.view_table == o.fit.view_table);
   });
 }
 
@@ -68,7 +65,6 @@ bool set_layers(const Json& value, MakeOptions& o) {
   const auto* layers = named(layers_values, value);
   if (layers == layers_values.end()) return false;
   o.fit.view_table = layers->view_table;
-  o.fit.light_table = layers->light_table;
   if (!layers->budget) o.budget.reset();
   if (layers->budget && !o.budget) o.budget = 0;
   return true;

@@ -32,7 +32,7 @@ struct MakeOptions {
 
 // Knobs are "texels" (along both sides), "views", "lights", "directions" (both), "samples", "bounces" (a
 // number or "unlimited"), "lobes", "layers" ("paper": lobes and a table over views; "no-table";
-// "light-table"; "products", chosen by level within the budget), "budget" (bytes) and "storage"
+// "products", chosen by level within the budget), "budget" (bytes) and "storage"
 // ("mixed", "half", "float"), "yarns" (true or false).
 
 /// Sets options from a JSON object of knobs; a budget is accepted only beside "products" in the

@@ -142,9 +142,6 @@ void LayerFitter::add_candidates(const std::vector<SampleLevel>& pooled, const L
     LevelCandidate candidate;
     candidate.kind = LevelCandidate::Kind::lobes;
     candidate.bytes = opacity + bytes_of_lobes(paper);
-    if (paper.has(LayerKind::light)) {
-      candidate.bytes += bytes_of(paper, LayerKind::light);
-    }
     levels_[k].candidates.push_back(candidate);
     if (!paper.has(LayerKind::table)) continue;
     candidate.kind = LevelCandidate::Kind::lobes_and_table;

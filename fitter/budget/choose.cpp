@@ -37,7 +37,6 @@ double LayerFitter::bytes_of_bases(const Chosen& chosen) const {
   double channels = static_cast<double>(products) + fabric_.views.count();  // and opacity
   if (table) channels += 3 * fabric_.views.count();
   if (lobes) channels += 6 + 3 * parameter_count(base.lobe_count());
-  if (lobes && base.has(LayerKind::light)) channels += 3 * fabric_.lights.count();
   return functions.bytes() + bytes_per_channel * channels;
 }
 

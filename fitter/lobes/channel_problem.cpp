@@ -5,7 +5,6 @@
 #include <limits>
 #include <numeric>
 
-#include "fitter/lobes/light_sums.h"
 #include "fitter/solve/small_solve.h"
 #include "fitter/solve/view_sums.h"
 
@@ -45,12 +44,6 @@ DirectionTableSystem view_table_system(const TexelSamples& samples, double energ
   return {samples.views, samples.grid, options.damping * unit, options.smoothness * unit};
 }
 
-DirectionTableSystem light_table_system(const TexelSamples& samples, double energy,
-                                        const DirectionTableOptions& options) {
-  const double unit = samples.lights.empty() ? 0 : energy / static_cast<double>(samples.lights.size());
-  return {samples.light_count, samples.light_grid, options.damping * unit, options.smoothness * unit};
-}
-
 /// The derivative of the model by an unknown, as a combination of `count` columns of LobeMoments from `first`
 /// on.
 struct Derivative {
@@ -84,10 +77,10 @@ ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, const C
       peak_(peak_of(samples, channel) * options.peak),
       ridge_(peak_ > 0 ? options.ridge * energy_ / (peak_ * peak_) : 0),
       system_(view_table_system(samples, energy_, options.table)),
-      light_system_(light_table_system(samples, energy_, options.table)),
       square_(samples.stride()),
       cross_(samples.stride()),
       weights_(16 * samples.stride()) {
+  for (const V3f& light : samples.lights) cosine_.push_back(light.z);
   factor_[0].assign(samples.stride(), 1);
   for (std::size_t k = 0; k < 3; ++k) factor_[k + 1].assign(samples.view[k].begin(), samples.view[k].end());
 }
@@ -175,7 +168,7 @@ void ChannelProblem::solve_sizes(ChannelState& state) {
     }
     if (inside) break;
   }
-  // The given sizes, of a start or of another frame, may be beyond the bounds.
+  // The given sizes, of a start, may be beyond the bounds.
   for (std::size_t i = 0; i < bases; ++i) {
     state.sizes[i] = std::clamp(state.sizes[i], 0.0, i > 0 ? peak_ : std::numeric_limits<double>::max());
   }
@@ -196,25 +189,7 @@ void ChannelProblem::sum_model(const ChannelState& state) {
   }
 }
 
-void ChannelProblem::set_cosines(const ChannelState& state) {
-  cosine_.clear();
-  for (std::size_t l = 0; l < samples_.lights.size(); ++l) {
-    const double s = state.light_table.empty() ? 1 : state.light_table[samples_.light_index[l]];
-    cosine_.push_back(samples_.lights[l].z * static_cast<float>(s));
-  }
-}
-
-void ChannelProblem::fit_light_table(ChannelState& state) const {
-  const LightSums sums = light_sums(samples_, channel_, state.shapes, state.sizes, state.table);
-  DirectionTableSystem system = light_system_;
-  system.factor(sums.square.data());
-  state.light_table.resize(samples_.light_count);
-  system.solve(sums.cross.data(), state.light_table.data());
-  for (double& s : state.light_table) s = std::max(s, 0.0);
-}
-
 void ChannelProblem::evaluate(ChannelState& state, int turns) {
-  set_cosines(state);
   moments_.compute(samples_, channel_, cosine_, state.shapes);
   gather_bases(state);
   if (!options_.view_table) turns = std::min(turns, 1);
@@ -239,7 +214,6 @@ void ChannelProblem::evaluate(ChannelState& state, int turns) {
   state.cost = state.error;
   state.cost += penalty_of_sizes;
   if (options_.view_table) state.cost += system_.penalty(state.table.data());
-  if (!state.light_table.empty()) state.cost += light_system_.penalty(state.light_table.data());
 }
 
 /// The normal equations for factors of the columns of LobeMoments, each multiplied by its function of the

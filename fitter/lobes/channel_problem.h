@@ -1,10 +1,10 @@
 // The least-squares problem of one colour channel of one texel: lobes and view table together.
 //
-//   f(l, v) = T(v) S(l) l_z ( rho + sum_j size_j max(0, d_j . (l * v))^n_j ),   max |d_j| = 1
+//   f(l, v) = T(v) l_z ( rho + sum_j size_j max(0, d_j . (l * v))^n_j ),   max |d_j| = 1
 //
-// is the paper's model (lafortune.h) with C_j = size_j^(1 / n_j) d_j and an optional table S over lights. For
-// given shapes (d, n) sizes and table are linear least-squares problems; only the shapes are searched
-// (variable projection, Golub & Pereyra 1973).
+// is the paper's model (lafortune.h) with C_j = size_j^(1 / n_j) d_j. For given shapes (d, n) sizes and table
+// are linear least-squares problems; only the shapes are searched (variable projection, Golub & Pereyra
+// 1973).
 #pragma once
 
 #include <array>
@@ -18,8 +18,7 @@
 namespace selvedge {
 
 struct ChannelOptions {
-  bool view_table = true;    ///< else T = 1
-  bool light_table = false;  ///< else S = 1
+  bool view_table = true;  ///< else T = 1
   DirectionTableOptions table;
   double min_exponent = 1;
   double max_exponent = LobeBounds().max_exponent;
@@ -35,11 +34,10 @@ struct ChannelOptions {
 /// A point of the search, in units of the samples' scale.
 struct ChannelState {
   std::vector<LobeShape> shapes;
-  std::vector<double> sizes;        ///< rho, then each lobe's; >= 0
-  std::vector<double> table;        ///< [view]
-  std::vector<double> light_table;  ///< S of all lights; empty: 1
-  double error = 0;                 ///< sum over views and lights of w (f - r)^2
-  double cost = 0;                  ///< error plus penalties, which is minimised
+  std::vector<double> sizes;  ///< rho, then each lobe's; >= 0
+  std::vector<double> table;  ///< [view]
+  double error = 0;           ///< sum over views and lights of w (f - r)^2
+  double cost = 0;            ///< error plus penalties, which is minimised
 };
 
 /// Gauss-Newton's matrix (row by row) and half the gradient of the cost. Unknowns: rho, then a LobeStep each.
@@ -63,14 +61,10 @@ class ChannelProblem {
   /// cost. With `turns` = 0 sizes and table are kept.
   void evaluate(ChannelState& state, int turns);
 
-  /// Sets the light table that is best for the state's lobes and view table; does not update the cost.
-  void fit_light_table(ChannelState& state) const;
-
   /// The normal equations with the table eliminated. Precondition: `state` was evaluated last.
   NormalEquations normal_equations(const ChannelState& state);
 
  private:
-  void set_cosines(const ChannelState& state);
   void gather_bases(const ChannelState& state);
   void solve_sizes(ChannelState& state);
   void sum_model(const ChannelState& state);
@@ -83,8 +77,7 @@ class ChannelProblem {
   double peak_;
   double ridge_;
   DirectionTableSystem system_;
-  DirectionTableSystem light_system_;
-  std::vector<float> cosine_;                  ///< of each light, times S
+  std::vector<float> cosine_;                  ///< of each light
   std::array<std::vector<double>, 4> factor_;  ///< [column % 4][view]: 1, x, y, z
   LobeMoments moments_;
   // Of the shapes evaluated last. Bases: the cosine, then each lobe.

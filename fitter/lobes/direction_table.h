@@ -1,5 +1,5 @@
-// Tables over directions of one channel of a texel, by linear least squares: T over views (Daubert et al.
-// 2001, equation (4), regularised), and S over lights.
+// The table over views of one channel of a texel, by linear least squares (Daubert et al. 2001, equation (4),
+// regularised).
 #pragma once
 
 #include <span>

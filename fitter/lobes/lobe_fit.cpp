@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "fitter/lobes/lobe_starts.h"
 #include "fitter/solve/small_solve.h"
@@ -74,41 +73,6 @@ SearchResult search_lobes(ChannelProblem& problem, StartSearch& search, int chan
   return end;
 }
 
-/// Fits the light table and the other parameters alternately, from a state that was fitted with S = 1. Steps
-/// of the light table are longer than to its own minimum (over-relaxation) as long as that lowers the cost.
-void fit_lights(ChannelProblem& problem, ChannelState& state, const LobeFitOptions& options,
-                SearchResult& end) {
-  constexpr int max_rounds = 60;
-  constexpr double max_step = 4;
-  double step = 1;
-  end.converged = false;
-  for (int round = 0; round < max_rounds && !end.converged; ++round) {
-    ChannelState next = state;
-    problem.fit_light_table(next);
-    for (std::size_t l = 0; l < state.light_table.size(); ++l) {
-      const double from = state.light_table[l];
-      next.light_table[l] = std::max(0.0, from + step * (next.light_table[l] - from));
-    }
-    const SearchResult searched = minimise(problem, next, options.tolerance, options.max_iterations);
-    end.evaluations += searched.evaluations;
-    const double gain = state.cost - next.cost;
-    // The first round is always kept, as its cost has one more penalty.
-    if (round == 0 || gain > 0) state = std::move(next);
-    end.converged = searched.converged && round > 0 && step == 1 && gain <= options.tolerance * state.cost;
-    step = round == 0 || gain > options.tolerance * state.cost ? std::min(1.5 * step, max_step) : 1;
-  }
-}
-
-/// Fits the light table, if the options have one, and returns the result.
-ChannelFit finish(ChannelProblem& problem, const TexelSamples& samples, int channel, ChannelState& state,
-                  const LobeFitOptions& options, SearchResult end) {
-  if (options.channel.light_table) fit_lights(problem, state, options, end);
-  ChannelFit fit = channel_fit(samples, channel, state, problem);
-  fit.iterations = end.evaluations;
-  fit.converged = end.converged;
-  return fit;
-}
-
 }  // namespace
 
 ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
@@ -119,22 +83,15 @@ ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelSt
   fit.cost = state.cost * scale * scale;
   fit.energy = problem.energy() * scale * scale;
   fit.table = state.table;
-  // Scales T and S to mean 1, and lobes by the inverse: their product is unchanged.
+  // Scales T to mean 1, and lobes by the inverse: their product is unchanged.
   double sum = 0;
   double weight = 0;
   for (std::size_t v = 0; v < samples.views; ++v) {
     sum += samples.weight[v] * state.table[v];
     weight += samples.weight[v];
   }
-  double mean = sum > 0 ? sum / weight : 1;
+  const double mean = sum > 0 ? sum / weight : 1;
   for (double& t : fit.table) t /= mean;
-  fit.light_table = state.light_table;
-  const double light_mean = std::accumulate(fit.light_table.begin(), fit.light_table.end(), 0.0) /
-                            std::max(1.0, static_cast<double>(fit.light_table.size()));
-  if (light_mean > 0) {
-    for (double& s : fit.light_table) s /= light_mean;
-    mean *= light_mean;
-  }
   fit.parameters.push_back(state.sizes[0] * mean * scale);
   for (std::size_t j = 0; j < state.shapes.size(); ++j) {
     const LobeShape& shape = state.shapes[j];
@@ -199,36 +156,6 @@ SearchResult minimise(ChannelProblem& problem, ChannelState& state, double toler
   return end;
 }
 
-ChannelState state_of(const TexelSamples& samples, int channel, const ChannelFit& fit) {
-  const double scale = samples.scale[channel];
-  ChannelState state;
-  state.sizes.push_back(fit.parameters[0] / scale);
-  for (std::size_t i = 1; i + 3 < fit.parameters.size(); i += 4) {
-    const double* p = &fit.parameters[i];
-    const double c = std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
-    LobeShape shape;
-    shape.exponent = p[3];
-    if (c > 0) shape.direction = {p[0] / c, p[1] / c, p[2] / c};
-    state.shapes.push_back(shape);
-    state.sizes.push_back(c > 0 ? std::pow(c, p[3]) / scale : 0);
-  }
-  state.table = fit.table;
-  state.light_table = fit.light_table;
-  return state;
-}
-
-std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& initial,
-                                      const LobeFitOptions& options) {
-  std::array<ChannelFit, 3> fits;
-  for (int c = 0; c < 3; ++c) {
-    ChannelProblem problem(samples, c, options.channel);
-    ChannelState state = state_of(samples, c, initial[c]);
-    const SearchResult end = minimise(problem, state, options.tolerance, options.max_iterations);
-    fits[c] = finish(problem, samples, c, state, options, end);
-  }
-  return fits;
-}
-
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options) {
   std::array<ChannelFit, 3> fits;
   StartSearch search(samples);
@@ -241,7 +168,9 @@ std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOp
       end = search_lobes(problem, search, c, options.lobes, options, best);
       ++end.evaluations;
     }
-    fits[c] = finish(problem, samples, c, best, options, end);
+    fits[c] = channel_fit(samples, c, best, problem);
+    fits[c].iterations = end.evaluations;
+    fits[c].converged = end.converged;
   }
   return fits;
 }

@@ -20,12 +20,11 @@ struct LobeFitOptions {
 
 /// Fitted parameters of one channel of a texel.
 struct ChannelFit {
-  std::vector<double> parameters;   ///< as in lafortune.h
-  std::vector<double> table;        ///< [view]; mean 1, weighted by opacity; all 1 without a view table
-  std::vector<double> light_table;  ///< [light]; mean 1; empty without a light table
-  double error = 0;                 ///< sum over views and lights above the horizon of w (f - r)^2
-  double cost = 0;                  ///< error plus penalties
-  double energy = 0;                ///< sum of w r^2
+  std::vector<double> parameters;  ///< as in lafortune.h
+  std::vector<double> table;       ///< [view]; mean 1, weighted by opacity; all 1 without a view table
+  double error = 0;                ///< sum over views and lights above the horizon of w (f - r)^2
+  double cost = 0;                 ///< error plus penalties
+  double energy = 0;               ///< sum of w r^2
   int iterations = 0;
   bool converged = false;
 };
@@ -38,18 +37,11 @@ struct SearchResult {
 /// Levenberg-Marquardt from a state to the nearest minimum.
 SearchResult minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations);
 
-/// Converts a state to parameters of the fabric, unscaled and with normalised tables.
+/// Converts a state to parameters of the fabric, unscaled and with a normalised table.
 ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
                        const ChannelProblem& problem);
 
-/// The inverse of channel_fit(), except for the directions of lobes of size 0, which are lost.
-ChannelState state_of(const TexelSamples& samples, int channel, const ChannelFit& fit);
-
-/// Fits all three channels. Parameters and tables are finite for any samples.
+/// Fits all three channels. Parameters and table are finite for any samples.
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options);
-
-/// Fits with one search per channel from `initial`, a fit in a similar frame or without a light table.
-std::array<ChannelFit, 3> refit_texel(const TexelSamples& samples, const std::array<ChannelFit, 3>& initial,
-                                      const LobeFitOptions& options);
 
 }  // namespace selvedge

@@ -17,8 +17,8 @@ struct LobeShape {
   double exponent = 1;
 };
 
-/// Per view, sums over lights of products of columns. With c the factor of a light (its cosine, times S(l) if
-/// there is a light table) and b = d . (l * v) > 0 the base of lobe j, the columns are:
+/// Per view, sums over lights of products of columns. With c the cosine of a light and b = d . (l * v) > 0
+/// the base of lobe j, the columns are:
 ///   column 0           c
 ///   column 1 + 4 j + k c b^(n-1) l_k,  k = x, y, z;  times n v_k it is the derivative by d_k
 ///   column 4 + 4 j     c b^n ln b,                   the derivative by n

@@ -15,7 +15,6 @@ TexelSamples gather_texel(const float* alpha, const V3f* radiance, const TexelDi
   TexelSamples out;
   out.views = directions.views.size();
   out.grid = directions.grid;
-  out.light_grid = directions.light_grid;
   const std::size_t stride =
       (out.views + TexelSamples::lanes - 1) / TexelSamples::lanes * TexelSamples::lanes;
   out.weight.assign(stride, 0);
@@ -27,7 +26,6 @@ TexelSamples gather_texel(const float* alpha, const V3f* radiance, const TexelDi
   }
 
   const std::size_t all = directions.lights.size();
-  out.light_count = all;
   for (std::size_t l = 0; l < all; ++l) {
     const V3f light = into_frame(directions.lights[l]);
     if (light.z > 0) {

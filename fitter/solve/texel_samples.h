@@ -17,7 +17,6 @@ struct TexelSamples {
 
   std::vector<V3f> lights;                 ///< z > 0
   std::vector<std::uint32_t> light_index;  ///< of each of `lights`, among all lights
-  std::size_t light_count = 0;             ///< of all lights, including those below the horizon
   std::array<std::vector<float>, 3> view;  ///< x, y and z of each view; padded
   /// Opacity per view, padded: a mip texel then has the minimiser of its children.
   std::vector<double> weight;
@@ -26,9 +25,8 @@ struct TexelSamples {
   /// A power of two per channel for which radiance is at most 1, so that single precision does not overflow.
   std::array<double, 3> scale{1, 1, 1};
   std::size_t views = 0;
-  /// Layouts of the views and of all lights, which define neighbours; 0 x 0: no neighbours.
+  /// Layout of the views, which defines neighbours; 0 x 0: no neighbours.
   DirectionGrid grid{0, 0};
-  DirectionGrid light_grid{0, 0};
   double energy_below_horizon = 0;  ///< weighted squared radiance below the horizon, all channels, unscaled
 
   std::size_t stride() const { return weight.size(); }
@@ -38,8 +36,7 @@ struct TexelSamples {
 struct TexelDirections {
   std::vector<V3f> views;
   std::vector<V3f> lights;
-  DirectionGrid grid{0, 0};        ///< of the views, or 0 x 0
-  DirectionGrid light_grid{0, 0};  ///< of the lights
+  DirectionGrid grid{0, 0};  ///< of the views, or 0 x 0
 };
 
 /// `alpha`: [view]; `radiance`: [view * lights + light], both of one texel. `normal` and `tangent` are unit

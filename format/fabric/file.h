@@ -93,7 +93,4 @@ Result<Fabric> read_fabric(const std::string& path, const FabricLimits& limits =
 Result<Fabric> read_fabric(std::span<const std::uint8_t> bytes, const std::string& name,
                            const FabricLimits& limits = {});
 
-/// The JSON of the file's attribute text, indented; checks the headers, reads no pixels.
-Result<std::string> read_fabric_header(const std::string& path);
-
 }  // namespace selvedge

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "format/base/json_text.h"
 #include "format/fabric/file.h"
 #include "format/fabric/level_values.h"
 #include "format/fabric/rules.h"
@@ -161,12 +160,6 @@ Result<Fabric> read_fabric(std::span<const std::uint8_t> bytes, const std::strin
   auto reader = FabricReader::open(bytes, name, limits);
   if (!reader) return tl::unexpected(reader.error());
   return reader->read();
-}
-
-Result<std::string> read_fabric_header(const std::string& path) {
-  const auto reader = FabricReader::open(path);
-  if (!reader) return tl::unexpected(reader.error());
-  return parse_json(reader->text()).dump(2);
 }
 
 }  // namespace selvedge

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <limits>
+#include <stdexcept>
 #include <utility>
 
 #include "format/base/atomic_file.h"
@@ -65,103 +67,48 @@ std::string with_record(const std::string& provenance, const FitRecord& record) 
   return text.dump();
 }
 
-/// Reads members of an object, and reports those that break the rules as FABRIC_ADVICE.
-class RecordMembers {
- public:
-  RecordMembers(const json& object, std::string place, IssueSink& sink)
-      : object_(object), place_(std::move(place)), sink_(sink) {}
+// The readers of a record throw where a member is not as spec/fabric.md has it.
 
-  std::string place_of(const char* key) const { return pointer_to(place_, key); }
-  void advise(const char* key, const char* what) const {
-    sink_.add(Code::fabric_advice, place_of(key), what);
-  }
-
-  /// A member for which `is_right` is true, or null.
-  const json* find(const char* key, bool (*is_right)(const json&), const char* what, bool required) const {
-    const auto found = object_.find(key);
-    if (found == object_.end()) {
-      if (required) advise(key, "is missing");
-      return nullptr;
-    }
-    if (is_right(*found)) return &*found;
-    advise(key, what);
-    return nullptr;
-  }
-  std::optional<double> number(const char* key, bool required = false) const {
-    const json* value = find(
-        key, [](const json& v) { return v.is_number(); }, "is not a number", required);
-    return value ? std::optional(value->get<double>()) : std::nullopt;
-  }
-  std::optional<std::int64_t> count(const char* key, bool required = false) const {
-    const json* value = find(
-        key, [](const json& v) { return v.is_number_integer() && v >= 0 && v <= std::int64_t{1} << 53; },
-        "is not a whole number of 0 or more", required);
-    return value ? std::optional(value->get<std::int64_t>()) : std::nullopt;
-  }
-  std::string text(const char* key) const {
-    const json* value = find(
-        key, [](const json& v) { return v.is_string(); }, "is not a string", true);
-    return value ? value->get<std::string>() : std::string();
-  }
-  const json* array(const char* key) const {
-    return find(
-        key, [](const json& v) { return v.is_array(); }, "is not an array", true);
-  }
-  std::optional<FitError> error(const char* key) const {
-    const json* value = find(
-        key, [](const json& v) { return v.is_object(); }, "is not an object", false);
-    if (value == nullptr) return std::nullopt;
-    const RecordMembers inner(*value, place_of(key), sink_);
-    const auto pairs = inner.count(member::pairs, true);
-    const auto psnr = inner.number(member::psnr, true);
-    const auto relative_l2 = inner.number(member::relative_l2, true);
-    if (!pairs || !psnr || !relative_l2) return std::nullopt;
-    return FitError{static_cast<int>(*pairs), *psnr, *relative_l2};
-  }
-
- private:
-  const json& object_;
-  std::string place_;
-  IssueSink& sink_;
-};
-
-std::optional<int> as_int(std::optional<std::int64_t> count) {
-  return count ? std::optional(static_cast<int>(*count)) : std::nullopt;
+template <class T>
+T whole_number(const json& value) {
+  if (!value.is_number_integer() || value < 0 || value > std::numeric_limits<T>::max())
+    throw std::range_error("not a whole number of 0 or more");
+  return value.get<T>();
 }
 
-LevelReport level_of(const RecordMembers& object) {
+double number(const json& value) { return value.get<double>(); }
+
+FitError error_of(const json& value) {
+  return {whole_number<int>(value.at(member::pairs)), number(value.at(member::psnr)),
+          number(value.at(member::relative_l2))};
+}
+
+/// What `read` makes of a member, if the object has it.
+template <class Read>
+auto optional_member(const json& object, const char* key, const Read& read) {
+  const auto found = object.find(key);
+  return found == object.end() ? std::nullopt : std::optional(read(*found));
+}
+
+LevelReport level_of(const json& object) {
   LevelReport level;
-  level.layers = object.text(member::layers);
-  level.bytes = static_cast<std::uint64_t>(object.count(member::bytes, true).value_or(0));
-  level.held_out = object.error(member::held_out);
-  level.training = object.error(member::training);
-  level.validation = object.number(member::validation_error);
-  level.iterations = object.number(member::iterations);
-  level.converged = as_int(object.count(member::converged));
-  level.at_limit = as_int(object.count(member::at_limit));
+  level.layers = object.at(member::layers).get<std::string>();
+  level.bytes = static_cast<std::uint64_t>(whole_number<std::int64_t>(object.at(member::bytes)));
+  level.held_out = optional_member(object, member::held_out, error_of);
+  level.training = optional_member(object, member::training, error_of);
+  level.validation = optional_member(object, member::validation_error, number);
+  level.iterations = optional_member(object, member::iterations, number);
+  level.converged = optional_member(object, member::converged, whole_number<int>);
+  level.at_limit = optional_member(object, member::at_limit, whole_number<int>);
   return level;
 }
 
-/// The reports of `count` levels; false if there are none of them.
-bool read_levels(const RecordMembers& object, const char* key, int count, IssueSink& sink,
-                 std::vector<LevelReport>& levels) {
-  const json* list = object.array(key);
-  if (list == nullptr) return false;
-  if (std::cmp_not_equal(list->size(), count)) {
-    object.advise(key, "is not of as many levels as the fabric has");
-    return false;
-  }
-  for (std::size_t k = 0; k < list->size(); ++k) {
-    const json& level = (*list)[k];
-    const std::string at = fmt::format("{}/{}", object.place_of(key), k);
-    if (level.is_object()) {
-      levels.push_back(level_of(RecordMembers(level, at, sink)));
-    } else {
-      sink.add(Code::fabric_advice, at, "is not an object");
-      levels.emplace_back();
-    }
-  }
-  return true;
+std::vector<LevelReport> levels_of(const json& list, int count) {
+  if (!list.is_array() || std::cmp_not_equal(list.size(), count))
+    throw std::range_error("not of as many levels as the fabric has");
+  std::vector<LevelReport> levels;
+  for (const json& level : list) levels.push_back(level_of(level));
+  return levels;
 }
 
 std::optional<Code> code_named(const std::string& name) {
@@ -169,6 +116,24 @@ std::optional<Code> code_named(const std::string& name) {
     if (row.name == name) return row.code;
   }
   return std::nullopt;
+}
+
+FitRecord record_of(const json& fit, int levels) {
+  FitRecord record;
+  record.peak = number(fit.at(member::peak));
+  record.levels = levels_of(fit.at(member::levels), levels);
+  const auto sides = fit.value(member::sides, json::object_t());
+  for (const Side side : other_sides) {
+    const auto list = sides.find(name_of(side));
+    if (list != sides.end()) record.sides[index_of(side) - 1] = levels_of(list->second, levels);
+  }
+  for (const json& warning : fit.at(member::warnings).get_ref<const json::array_t&>()) {
+    const auto text = [&](const char* key) { return warning.at(key).get<std::string>(); };
+    const auto code = code_named(text(member::code));
+    if (!code) throw std::range_error("not a known code");
+    record.warnings.push_back({*code, {}, text(member::place), text(member::message)});
+  }
+  return record;
 }
 
 /// Layers and sizes of every level of a file.
@@ -246,35 +211,15 @@ std::optional<FitRecord> fit_record_of(const std::string& provenance, int levels
   const json text = provenance_json(provenance);
   const auto fit = text.find(member::fit);
   if (fit == text.end() || !fit->is_object() || !fit->contains(member::levels)) return std::nullopt;
-  const std::string place = pointer_to(pointer_to({}, member::provenance), member::fit);
-  const RecordMembers object(*fit, place, sink);
-  FitRecord record;
-  record.peak = object.number(member::peak, true).value_or(0);
-  if (!read_levels(object, member::levels, levels, sink, record.levels)) return std::nullopt;
-  if (const json* sides = object.find(
-          member::sides, [](const json& v) { return v.is_object(); }, "is not an object", false)) {
-    const RecordMembers inner(*sides, object.place_of(member::sides), sink);
-    for (const Side side : other_sides) {
-      auto& list = record.sides[index_of(side) - 1];
-      if (sides->contains(name_of(side))) read_levels(inner, name_of(side), levels, sink, list);
-    }
+  std::optional<FitRecord> record;
+  try {
+    record = record_of(*fit, levels);
+  } catch (const json::exception&) {
+  } catch (const std::range_error&) {
   }
-  if (const json* warnings = object.array(member::warnings)) {
-    for (std::size_t i = 0; i < warnings->size(); ++i) {
-      const json& warning = (*warnings)[i];
-      const std::string at = fmt::format("{}/{}", object.place_of(member::warnings), i);
-      if (!warning.is_object()) {
-        sink.add(Code::fabric_advice, at, "is not an object");
-        continue;
-      }
-      const RecordMembers inner(warning, at, sink);
-      const auto code = code_named(inner.text(member::code));
-      if (!code) {
-        inner.advise(member::code, "is not a known code");
-        continue;
-      }
-      record.warnings.push_back({*code, {}, inner.text(member::place), inner.text(member::message)});
-    }
+  if (!record) {
+    sink.add(Code::fabric_advice, pointer_to(pointer_to({}, member::provenance), member::fit),
+             "the record of the fit is not as spec/fabric.md describes it");
   }
   return record;
 }

@@ -36,7 +36,6 @@ struct LevelReport {
   std::vector<std::pair<std::string, std::uint64_t>> layer_bytes;  ///< in the file, by the layer's name
   // For fits of lobes:
   double training_error = 0;  ///< relative L2 over all samples, weighted by opacity
-  double averaged_error = 0;  ///< training_error before frames were fitted; 0 without fitted frames
   double cost = 0;            ///< the minimised squared error and penalties, as a share of the energy
   int unseen = 0;             ///< texels that are holes from every view
   int one_view = 0;           ///< texels that only one of several views sees
@@ -68,8 +67,8 @@ Result<void> measure_errors(const Fabric& fabric, const PairSamples& held_out, c
 Result<void> write_fabric(const std::string& path, const Fabric& fabric, FitRecord record,
                           const FabricWriteOptions& options = {});
 
-/// The record in a provenance, if there is one. Members that break the rules of spec/fabric.md are left out
-/// and reported to the sink as FABRIC_ADVICE; `levels` is the number of the fabric's levels.
+/// The record in a provenance, if there is one. One that breaks the rules of spec/fabric.md is left out and
+/// reported to the sink as FABRIC_ADVICE; `levels` is the number of the fabric's levels.
 std::optional<FitRecord> fit_record_of(const std::string& provenance, int levels, IssueSink& sink);
 
 /// The record of levels [first, last]. If `changed`, the values differ from the measured ones, and the errors

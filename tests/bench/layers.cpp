@@ -293,30 +293,20 @@ std::vector<Table> each(const std::vector<Table>& tables, const std::function<Ta
 /// Ways of the lobes; bytes of a texel in half precision.
 Result<void> add_lobes(Bench& bench) {
   const int views = bench.header().views.count();
-  const int lights = bench.header().lights.count();
   struct Way {
     const char* name;
     int lobes;
     bool table;
-    bool light_table;
-    bool frames;
   };
-  constexpr std::array ways{Way{"1 lobe", 1, false, false, false},
-                            Way{"2 lobes", 2, false, false, false},
-                            Way{"4 lobes", 4, false, false, false},
-                            Way{"2 lobes x T(v): the paper's model", 2, true, false, false},
-                            Way{"2 lobes x T(v) x S(l)", 2, true, true, false},
-                            Way{"2 lobes x T(v), frames fitted", 2, true, false, true}};
+  constexpr std::array ways{Way{"1 lobe", 1, false}, Way{"2 lobes", 2, false}, Way{"4 lobes", 4, false},
+                            Way{"2 lobes x T(v): the paper's model", 2, true}};
   for (const Way& way : ways) {
     FitOptions options;
     options.lobes = way.lobes;
     options.view_table = way.table;
-    options.light_table = way.light_table;
-    options.frames = way.frames;
     const auto result = fit(bench.base(), bench.header(), options);
     if (!result) return tl::unexpected(result.error());
-    const int values = 3 * parameter_count(way.lobes) + 6 + views + (way.table ? 3 * views : 0) +
-                       (way.light_table ? 3 * lights : 0);
+    const int values = 3 * parameter_count(way.lobes) + 6 + views + (way.table ? 3 * views : 0);
     const std::vector<std::string> bytes(result->levels.size(), std::to_string(2 * values));
     if (auto ok = bench.add(way.name, result->fabric, bytes, result->levels); !ok) return ok;
   }

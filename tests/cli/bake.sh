@@ -88,14 +88,14 @@ test_bake_aims_at_noise_or_time() {
 }
 
 test_bake_takes_light_ground_and_plane() {
-  selvedge bake plain-knit --set yarn=tube -o black.exr "${small[@]}" --bounces unlimited --reference-height mean \
+  selvedge bake plain-knit --set yarn=tube -o black.exr "${small[@]}" --bounces unlimited --reference-height 50% \
     --quiet
-  selvedge bake plain-knit --set yarn=tube -o white.exr "${small[@]}" --bounces unlimited --reference-height mean \
+  selvedge bake plain-knit --set yarn=tube -o white.exr "${small[@]}" --bounces unlimited --reference-height 50% \
     --ground 1 --quiet
   differ black.exr white.exr
   exits 0 selvedge info white.exr --json
   holds "r.content.provenance.bake.bounces === 'unlimited' && r.content.provenance.bake.ground === 1"
-  holds "r.content.provenance.bake.referencePlane === 'mean' && r.content.referenceHeight < r.content.thickness"
+  holds "r.content.provenance.bake.referencePlane === 'share' && r.content.referenceHeight < r.content.thickness"
   exits 0 selvedge bake plain-knit --set yarn=tube -o traced.exr "${small[@]}" --indirect traced --json
   holds "r.rays > 0"
 }

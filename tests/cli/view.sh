@@ -327,9 +327,8 @@ test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {
   selvedge-view render quad.glb -o hybrid.png --size 60x40 --filter nearest
   differ paper.png hybrid.png
   refuses OPTION_OUT_OF_RANGE --filter selvedge-view render quad.glb -o x.png --path paper --filter area
-  selvedge make --quality paper plain-knit --set yarn=tube -o lit.fabric.exr --light-table \
-    --quiet "${small[@]}" >/dev/null
-  refuses OPTION_OUT_OF_RANGE 'paper: the fabric has a light table' selvedge-view render lit.fabric.exr -o x.png --path paper
+  selvedge make plain-knit --set yarn=tube -o products.fabric.exr --quiet "${small[@]}" >/dev/null
+  refuses OPTION_OUT_OF_RANGE 'paper: the fabric has products' selvedge-view render products.fabric.exr -o x.png --path paper
   refuses OPTION_OUT_OF_RANGE '--path hybrid draws it' selvedge-view render quad.gltf -o x.png --path paper
 }
 

@@ -62,10 +62,10 @@ DirectionGrid grid_named(const std::string& cell) {
 TEST_CASE("the example of the attribute text is what the described fabric is written with") {
   const Folder folder;
   REQUIRE(write_fabric(folder / "example.exr", example()));
-  const auto header = test::need(read_fabric_header(folder / "example.exr"));
+  const FabricReader reader = test::need(FabricReader::open(folder / "example.exr"));
   const auto blocks = code_blocks(page("fabric.md"), "json");
   REQUIRE(blocks.size() == 1);
-  CHECK(json::parse(blocks[0]) == json::parse(header));
+  CHECK(json::parse(blocks[0]) == json::parse(reader.text()));
 }
 
 TEST_CASE("digests are made of the bytes that the page states") {

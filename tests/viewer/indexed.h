@@ -43,7 +43,7 @@ inline Indexed index_nearest(const Scene& scene, const std::vector<Fabric>& fabr
   const FrameTiles where{first_row, rows == 0 ? height : rows, {}};
   const auto pass = need(VisibilityPass::create(gl, result.mesh, materials, {width, height, where.rows}));
   pass->place(result.projected);
-  const TriangleLists lists = list_triangles(result.mesh, result.projected, result.materials, where);
+  const TriangleLists lists = list_bands(result.mesh, result.projected, result.materials, height).front();
   std::array<DrawnSide, 2> sides;
   sides[0].list = lists.front;
   sides[1].list = lists.back;

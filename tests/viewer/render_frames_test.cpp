@@ -117,9 +117,6 @@ TEST_CASE("render refuses with a code") {
   };
   CHECK(code_of(Scene{}, {}, good) == Code::garment_empty);
   CHECK(code_of(scene, {}, good) == Code::gltf_reference);
-  Fabric odd = fabrics[0];
-  odd.levels[1].width = 3;
-  CHECK(code_of(scene, {odd}, good) == Code::fabric_malformed);
   RenderOptions options = good;
   options.width = 0;
   CHECK(code_of(scene, fabrics, options) == Code::option_out_of_range);

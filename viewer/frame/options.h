@@ -56,12 +56,6 @@ struct DrawOptions {
   bool ends() const { return interrupted != nullptr && interrupted->load(std::memory_order_relaxed); }
 };
 
-/// Nanoseconds on the GPU; 0 without timer queries.
-struct ShaderTimes {
-  std::uint64_t geometry = 0;
-  std::uint64_t shading = 0;
-};
-
 /// Statistics of a rendering; times in seconds. Drawing and evaluation of different bands overlap, so the
 /// times add up to more than the frame's.
 struct RenderStats {
@@ -77,7 +71,6 @@ struct RenderStats {
   std::int64_t covered_pixels = 0;    ///< of the nearest layer, in the supersampled frame
   std::int64_t evaluated_pixels = 0;  ///< over all layers
   int layers = 0;                     ///< largest number in one pixel
-  ShaderTimes shader;                 ///< of the shader path
   std::vector<std::string> remarks;   ///< options and materials that could not be honoured, one line each
 };
 

@@ -21,10 +21,10 @@ struct GlFunctions {
   F(DeleteQueries) F(DeleteSamplers) F(DeleteShader) F(DeleteTextures) F(DeleteVertexArrays) F(DepthFunc) \
   F(Disable) F(DrawArrays) F(DrawElements) F(Enable) F(EnableVertexArrayAttrib) F(EndQuery) F(Finish) \
   F(GenerateTextureMipmap) F(GetError) F(GetInteger64v) F(GetProgramInfoLog) F(GetProgramiv) \
-  F(GetQueryObjectui64v) F(GetQueryObjectuiv) F(GetShaderInfoLog) F(GetShaderiv) F(LinkProgram) \
+  F(GetQueryObjectuiv) F(GetShaderInfoLog) F(GetShaderiv) F(LinkProgram) \
   F(NamedBufferStorage) F(NamedBufferSubData) F(NamedFramebufferDrawBuffers) \
   F(NamedFramebufferReadBuffer) F(NamedFramebufferTexture) F(NamedFramebufferTextureLayer) F(PixelStorei) \
-  F(QueryCounter) F(ReadPixels) F(SamplerParameteri) F(ShaderSource) F(StencilFunc) F(StencilOp) \
+  F(ReadPixels) F(SamplerParameteri) F(ShaderSource) F(StencilFunc) F(StencilOp) \
   F(TextureParameteri) F(TextureStorage2D) F(TextureStorage3D) F(TextureSubImage2D) F(Uniform1f) \
   F(Uniform1i) F(Uniform2f) F(Uniform3f) F(Uniform4f) F(UniformMatrix4fv) F(UseProgram) \
   F(VertexArrayAttribBinding) F(VertexArrayAttribFormat) F(VertexArrayElementBuffer) \

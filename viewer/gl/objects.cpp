@@ -75,6 +75,10 @@ GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int h
   return texture;
 }
 
+GLint gl_wrap(Wrap wrap) {
+  return wrap == Wrap::repeat ? GL_REPEAT : wrap == Wrap::mirror ? GL_MIRRORED_REPEAT : GL_CLAMP_TO_EDGE;
+}
+
 GLuint make_colour_texture(const GlFunctions& gl, const Image& image) {
   GLuint texture = 0;
   gl.CreateTextures(GL_TEXTURE_2D, 1, &texture);

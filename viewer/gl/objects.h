@@ -9,6 +9,7 @@
 
 #include "format/base/vec.h"
 #include "format/picture/image.h"
+#include "format/scene/scene.h"
 #include "viewer/gl/functions.h"
 
 namespace selvedge {
@@ -25,6 +26,8 @@ Result<void> check_errors(const GlFunctions& gl, const char* place);
 
 /// A texture with one level and no filter, as a render target or for texelFetch.
 GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int height);
+
+GLint gl_wrap(Wrap wrap);
 
 /// A linear RGBA picture with all its mip levels, repeating, trilinear. Precondition: four channels.
 GLuint make_colour_texture(const GlFunctions& gl, const Image& image);

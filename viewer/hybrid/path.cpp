@@ -161,7 +161,10 @@ Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const
   FrameTiles where{row, 1, {}};
   where.tiles.resize((bands_.width + tile_side - 1) / tile_side);
   where.tiles[pixel.x / tile_side] = 1;
-  TriangleLists lists = list_triangles(scene_.mesh, projected, scene_.materials.surfaces, where);
+  TriangleLists lists = std::move(
+      list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows)[row / bands_.rows]);
+  for (std::vector<std::uint32_t>* list : {&lists.front, &lists.back})
+    *list = sift_triangles(scene_.mesh, projected, *list, where);
   if (auto good = draw_nearest(std::move(lists), where, sides, watch, unwanted); !good)
     return tl::unexpected(good.error());
   const std::optional<NearestSurface> nearest = nearest_surface(sides, pixel.x);

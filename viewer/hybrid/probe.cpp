@@ -8,45 +8,11 @@
 namespace selvedge {
 namespace {
 
-/// Texture coordinates at a point of the frame (pixels from its bottom left) on a triangle's plane, in
-/// double.
-V2d coordinates(const IndexScene& index, std::uint32_t triangle, const V2d& point) {
-  const MergedTriangle& corners = index.mesh.triangles[triangle];
-  const V2d middle(0.5 * index.projected.width, 0.5 * index.projected.height);
-  std::array<V3d, 3> edge;
-  std::array<V2d, 3> uv;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::uint32_t vertex = corners.corners[k];
-    const Group& screen = index.projected.screen[vertex];
-    const auto w = static_cast<double>(screen[2]);
-    edge[k] = V3d(static_cast<double>(screen[0]) - (point.x - middle.x) * w,
-                  static_cast<double>(screen[1]) - (point.y - middle.y) * w, 0);
-    const auto& attributes = index.mesh.attributes[vertex];
-    uv[k] = V2d(static_cast<double>(attributes[0][3]), static_cast<double>(attributes[1][3]));
-  }
-  V2d sum(0, 0);
-  double weights = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double weight = edge[(k + 1) % 3].cross(edge[(k + 2) % 3]).z;
-    sum += uv[k] * weight;
-    weights += weight;
-  }
-  return weights != 0 ? sum / weights : uv[0];
-}
-
-double fraction(double x) { return x - std::floor(x); }
-
-/// Texture coordinates of a pixel's centre, and their change per pixel along u and v.
-struct PixelCoordinates {
-  V2d uv;
-  V2d slope;
-};
-PixelCoordinates coordinates_of(const IndexScene& index, std::uint32_t triangle, int x, int y) {
-  const V2d centre(x + 0.5, y + 0.5);
-  const V2d uv = coordinates(index, triangle, centre);
-  const V2d right = coordinates(index, triangle, centre + V2d(1, 0)) - uv;
-  const V2d up = coordinates(index, triangle, centre + V2d(0, 1)) - uv;
-  return {V2d(fraction(uv.x), fraction(uv.y)), V2d(std::hypot(right.x, up.x), std::hypot(right.y, up.y))};
+/// Change per pixel of the texture coordinates of a lane, along u and v.
+V2d slope_of(const PixelBlock& block, std::size_t lane) {
+  const V2d right(block.uv_right(lane));
+  const V2d up(block.uv_up(lane));
+  return {std::hypot(right.x, up.x), std::hypot(right.y, up.y)};
 }
 
 /// Pixels per texel at which lines begin to appear, and at which they are opaque.
@@ -62,17 +28,16 @@ double line(double coordinate, double texels_per_pixel) {
   return fade * std::clamp(1 - pixels_away, 0.0, 1.0);
 }
 
-OverlayPixel edge_pixel(const IndexScene& index, const PixelBlock& block, std::size_t lane,
-                        std::uint32_t triangle) {
+OverlayPixel edge_pixel(const IndexScene& index, const PixelBlock& block, std::size_t lane) {
   const int fabric = index.materials[block.surface[lane]].fabric;
   if (fabric < 0) return {};
   const std::size_t level_index = block.texels[0].level[lane];
   const PackedLevel& level = index.fabrics[fabric].levels[level_index];
-  const PixelCoordinates at = coordinates_of(index, triangle, block.x[lane], block.y[lane]);
+  const V2d uv(block.uv(lane));
+  const V2d slope = slope_of(block, lane);
   const V2d size(level.width, level.height);
-  const double texel =
-      std::max(line(at.uv.x * size.x, at.slope.x * size.x), line(at.uv.y * size.y, at.slope.y * size.y));
-  const double repeat = std::max(line(at.uv.x, at.slope.x), line(at.uv.y, at.slope.y));
+  const double texel = std::max(line(uv.x * size.x, slope.x * size.x), line(uv.y * size.y, slope.y * size.y));
+  const double repeat = std::max(line(uv.x, slope.x), line(uv.y, slope.y));
   if (repeat > 0) return {255, 140, 20, static_cast<std::uint8_t>(std::lround(255 * repeat))};
   return {90, 220, 255, static_cast<std::uint8_t>(std::lround(200 * texel))};
 }
@@ -98,9 +63,8 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
   if (probe.fabric >= 0) {
     const std::vector<PackedLevel>& levels = index.fabrics[probe.fabric].levels;
     const int first_level = index.fabrics[probe.fabric].fabric->first_level();
-    const PixelCoordinates at = coordinates_of(index, probe.triangle, block.x[0], block.y[0]);
-    probe.uv = at.uv;
-    probe.texels_per_pixel = at.slope * V2d(whole_texels(*index.fabrics[probe.fabric].fabric));
+    probe.uv = V2d(block.uv(0));
+    probe.texels_per_pixel = slope_of(block, 0) * V2d(whole_texels(*index.fabrics[probe.fabric].fabric));
     for (std::size_t i = 0; i < block.texel_count; ++i) {
       const LaneTexels& texels = block.texels[i];
       if (!(texels.weight[0] > 0)) continue;
@@ -134,7 +98,7 @@ void draw_overlay(Overlay kind, const IndexScene& index, const std::array<DrawnS
       if (waiting.count == 0) return;
       find_texels(index, waiting, block);
       for (std::size_t lane = 0; lane < waiting.count; ++lane)
-        row[waiting.x[lane]] = edge_pixel(index, block, lane, waiting.triangle[lane]);
+        row[waiting.x[lane]] = edge_pixel(index, block, lane);
       waiting.count = 0;
     };
     for (int x = 0; x < width; ++x) {

@@ -24,10 +24,6 @@ enum Attribute : GLuint { more_uv = 3, vertex_colour = 15 };
 constexpr GLuint first_unit = 3;
 constexpr int no_mapping = 15;
 
-GLint gl_wrap(Wrap wrap) {
-  return wrap == Wrap::repeat ? GL_REPEAT : wrap == Wrap::mirror ? GL_MIRRORED_REPEAT : GL_CLAMP_TO_EDGE;
-}
-
 std::size_t sampler_of(Wrap u, Wrap v, bool nearest) {
   return static_cast<std::size_t>(u) + 3 * static_cast<std::size_t>(v) + (nearest ? 9U : 0U);
 }

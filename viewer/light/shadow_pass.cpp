@@ -34,10 +34,6 @@ int halvings_of(const MaterialPicture& picture) {
 using MaskKind = std::tuple<int, Wrap, Wrap>;
 MaskKind kind_of(const MaterialTexture& mask) { return {mask.image, mask.wrap_u, mask.wrap_v}; }
 
-GLint gl_wrap(Wrap wrap) {
-  return wrap == Wrap::repeat ? GL_REPEAT : wrap == Wrap::mirror ? GL_MIRRORED_REPEAT : GL_CLAMP_TO_EDGE;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<ShadowPass>> ShadowPass::create(const GlFunctions& gl, const MergedSurfaces& mesh,

@@ -189,20 +189,6 @@ void append(const TriangleLists& part, TriangleLists& lists) {
 
 }  // namespace
 
-TriangleLists list_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
-                             std::span<const SurfaceMaterial> materials, const FrameTiles& where) {
-  const TriangleSieve sieve(projected, where);
-  std::vector<TriangleLists> parts((mesh.triangles.size() + chunk_size - 1) / chunk_size);
-  in_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) {
-      if (sieve.keeps(mesh.triangles[i])) add_by_side(sieve, mesh, materials, i, std::span(&parts[chunk], 1));
-    }
-  });
-  TriangleLists lists;
-  for (const TriangleLists& part : parts) append(part, lists);
-  return lists;
-}
-
 std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                                       std::span<const SurfaceMaterial> materials, int band_rows) {
   const FrameTiles everywhere{0, projected.height, {}};

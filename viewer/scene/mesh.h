@@ -70,16 +70,12 @@ struct TriangleLists {
   std::vector<std::uint32_t> back;
 };
 
-/// The triangles that may cover the centre of a pixel in the tiles. Triangles without area and culled backs
-/// are on neither list.
-TriangleLists list_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
-                             std::span<const SurfaceMaterial> materials, const FrameTiles& where);
-
-/// The same for bands of `band_rows` rows each, from the bottom of the frame.
+/// The triangles that may cover the centre of a pixel, for bands of `band_rows` rows each, from the bottom of
+/// the frame. Triangles without area and culled backs are on no list.
 std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                                       std::span<const SurfaceMaterial> materials, int band_rows);
 
-/// The triangles of `list` that may cover the centre of a pixel in other tiles.
+/// The triangles of `list` that may cover the centre of a pixel in the tiles.
 std::vector<std::uint32_t> sift_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                                           std::span<const std::uint32_t> list, const FrameTiles& where);
 

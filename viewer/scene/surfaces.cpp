@@ -35,31 +35,12 @@ const std::vector<V2d>* coordinates_of(const ScenePrimitive& primitive, int set)
   return coordinates.empty() ? nullptr : &coordinates;
 }
 
+/// GARMENT_NO_UVS for a primitive without the texture coordinates of its fabric.
 Result<void> check(const Scene& scene, const ScenePrimitive& primitive, const SceneMaterial& material) {
-  const std::size_t count = primitive.positions.size();
-  const auto refuse = [&](Code code, const char* reason) -> Result<void> {
-    return fail(code, scene.file, primitive.name, reason);
-  };
-  if (material.fabric && coordinates_of(primitive, material.fabric->tex_coord) == nullptr) {
-    return fail(Code::garment_no_uvs, scene.file, primitive.name,
-                fmt::format("material \"{}\" has a fabric but there is no TEXCOORD_{}", material.name,
-                            material.fabric->tex_coord));
-  }
-  if (primitive.normals.size() != count)
-    return refuse(Code::mesh_invalid, "there is not one normal per vertex");
-  if (!primitive.colors.empty() && primitive.colors.size() != count)
-    return refuse(Code::mesh_invalid, "there is not one colour per vertex");
-  if (!primitive.tangents.empty() && primitive.tangents.size() != count)
-    return refuse(Code::mesh_invalid, "there is not one tangent per vertex");
-  if (primitive.indices.size() % 3 != 0) return refuse(Code::mesh_invalid, "indices do not come in threes");
-  for (const std::uint32_t index : primitive.indices) {
-    if (index >= count) return refuse(Code::mesh_invalid, "an index is beyond the vertices");
-  }
-  for (const std::vector<V2d>& coordinates : primitive.tex_coords) {
-    if (!coordinates.empty() && coordinates.size() != count)
-      return refuse(Code::mesh_invalid, "there is not one texture coordinate per vertex");
-  }
-  return {};
+  if (!material.fabric || coordinates_of(primitive, material.fabric->tex_coord) != nullptr) return {};
+  return fail(Code::garment_no_uvs, scene.file, primitive.name,
+              fmt::format("material \"{}\" has a fabric but there is no TEXCOORD_{}", material.name,
+                          material.fabric->tex_coord));
 }
 
 /// The charts of a primitive: for every vertex, a representative vertex of its chart.

@@ -58,8 +58,8 @@ struct Surface {
 /// lose digits in close views of large coordinates, and show flat triangles in anisotropic highlights.) A
 /// chart is a set of triangles connected by common vertices. Each chart is moved, in double, by whole repeats
 /// to just above zero (by pairs of repeats with mirrored wrapping, not at all with clamping). GARMENT_NO_UVS
-/// for a primitive that lacks the texture coordinates of its fabric; MESH_INVALID or MESH_NOT_FINITE for
-/// inconsistent arrays.
+/// for a primitive that lacks the texture coordinates of its fabric; MESH_NOT_FINITE. Precondition: indices
+/// and arrays of a primitive fit together, as read_scene() leaves them.
 Result<std::vector<Surface>> build_surfaces(const Scene& scene, const V3d& origin);
 
 }  // namespace selvedge

@@ -142,7 +142,6 @@ Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
   buffers_ = {objects_.buffer(words), objects_.buffer(vertices), objects_.buffer(triangles),
               objects_.buffer(surfaces)};
   any_ = objects_.query(GL_ANY_SAMPLES_PASSED);
-  for (GLuint& clock : clocks_) clock = objects_.query(GL_TIMESTAMP);
   empty_array_ = objects_.vertex_array();
   array_ = objects_.vertex_array();
   // u and v are one group apart.
@@ -352,22 +351,13 @@ Result<void> ShaderPath::draw_rounds(const FrameView& view, RenderStats& stats) 
   gl_.Disable(GL_CULL_FACE);
   gl_.Disable(GL_STENCIL_TEST);
   gl_.Viewport(0, 0, width_, height_);
-  // Waits for the GPU.
-  const auto timed = [&](std::uint64_t& stage, const auto& draw) {
-    gl_.QueryCounter(clocks_[0], GL_TIMESTAMP);
-    draw();
-    gl_.QueryCounter(clocks_[1], GL_TIMESTAMP);
-    std::array<GLuint64, 2> at{};
-    for (std::size_t i = 0; i < 2; ++i) gl_.GetQueryObjectui64v(clocks_[i], GL_QUERY_RESULT, &at[i]);
-    stage += at[1] - at[0];
-  };
   for (int round = 0; round < size_.layers && !view.options.ends(); ++round) {
-    timed(stats.shader.geometry, [&] { draw_round(round, clip); });
+    draw_round(round, clip);
     GLuint any = 0;
     gl_.GetQueryObjectuiv(any_, GL_QUERY_RESULT, &any);
     if (any == 0) break;
     stats.layers = round + 1;
-    timed(stats.shader.shading, [&] { shade_round(round, view, *program, clip); });
+    shade_round(round, view, *program, clip);
   }
   gl_.Disable(GL_BLEND);
   return check_errors(gl_, "drawing");

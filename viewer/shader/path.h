@@ -60,8 +60,7 @@ class ShaderPath final : public FramePath {
   GLuint reflections_ = 0;
   std::size_t reflection_room_ = 0;
   std::shared_ptr<const Reflections> reflections_loaded_;
-  GLuint any_ = 0;                  ///< query: whether a round drew any pixel
-  std::array<GLuint, 2> clocks_{};  ///< queries
+  GLuint any_ = 0;  ///< query: whether a round drew any pixel
   std::array<TriangleTarget, 2> rounds_{};
   GLuint result_ = 0;         ///< framebuffer of the accumulated light
   GLuint result_colour_ = 0;  ///< its texture

@@ -21,7 +21,6 @@ TEST_CASE("knobs come back from their JSON, and options tell them apart") {
   CHECK(options_text(with_knobs(R"({"layers": "no-table", "storage": "float"})")) ==
         " --no-table --float-tables");
   CHECK(options_text(with_knobs(R"({"layers": "products", "budget": 9000})")) == " --budget 9000");
-  CHECK(options_text(with_knobs(R"({"layers": "light-table"})")) == " --light-table");
 }
 
 TEST_CASE("a budget grows with texels beyond those that it is for") {

@@ -215,7 +215,7 @@ TEST_CASE("the probe tells the texel of the index pass and the light of the refe
     if (p.texels[0].level != block.texels[0].level[lane] ||
         p.texels[0].texel.y * level.width + p.texels[0].texel.x != block.texels[0].texel[lane])
       ++mismatched;
-    // Texture coordinates in double lie in the texel, or on its edge.
+    // Texture coordinates lie in the texel, or on its edge.
     const V2d texel = p.uv * V2d(level.width, level.height) - V2d(p.texels[0].texel) - V2d(0.5);
     CHECK(std::abs(texel.x - level.width * std::round(texel.x / level.width)) <= 0.5 + 1e-3);
     CHECK(std::abs(texel.y - level.height * std::round(texel.y / level.height)) <= 0.5 + 1e-3);
