@@ -60,6 +60,21 @@ int append(Json& array, Json entry) {
   return static_cast<int>(array.size()) - 1;
 }
 
+/// Appends a backing, or puts it in the place of one that an earlier dressing gave the same triangles.
+void put(Json& primitives, Json backing, const Json& materials) {
+  const auto name_of = [&](const Json& primitive) {
+    const auto material = primitive.find("material");
+    return material == primitive.end() ? "" : string_of(member(materials[material->get<int>()], "name"));
+  };
+  const auto triangles_of = [](const Json& primitive) { return primitive.value("indices", -1); };
+  for (Json& primitive : primitives) {
+    if (name_of(primitive) != name_of(backing) || triangles_of(primitive) != triangles_of(backing)) continue;
+    primitive = std::move(backing);
+    return;
+  }
+  primitives.push_back(std::move(backing));
+}
+
 }  // namespace
 
 Result<int> add_backing(GltfDocument& document, int material, const std::set<Place>& places,
@@ -98,7 +113,7 @@ Result<int> add_backing(GltfDocument& document, int material, const std::set<Pla
     primitive["attributes"]["POSITION"] =
         append_float_accessor(document, {&positions[0].x, 3 * positions.size()}, 3, true);
     primitive["material"] = behind;
-    document.json["meshes"][mesh]["primitives"].push_back(std::move(primitive));
+    put(document.json["meshes"][mesh]["primitives"], std::move(primitive), document.json["materials"]);
     ++made;
   }
   if (made == 0) document.json["materials"].erase(behind);

@@ -9,7 +9,7 @@
 namespace selvedge {
 
 /// How much lighter a ply is than any thickness of its fibres: calibrated against explicit ones
-/// (docs/bake.md).
+/// (docs/yarn.md).
 inline constexpr double ply_gain = 1.6;
 
 /// Of a wall around a hollow ply that, alone in even light, sends away 1 - (1 - albedo)^(1 + ply_gain t^2):

@@ -12,7 +12,8 @@ struct YarnChainOptions {
   /// How far a chain may lie from the curve, in radii. 0.005 bends no silhouette by what is seen at 400
   /// pixels a yarn.
   double max_sag = 0.005;
-  /// The same of flat yarn, whose section turns by a step from segment to segment: larger ones show as ridges.
+  /// The same of flat yarn, whose section turns by a step from segment to segment: larger ones show as
+  /// ridges.
   double max_flat_sag = 0.001;
   double max_length = 1;  ///< of a segment, in radii
   double station = 2;     ///< distance between the stations of indirect light, in radii

@@ -14,7 +14,7 @@ namespace {
 // Roughness: root 2 times the tangent of the width of the surface's lobe that Sadeghi et al. 2013 ("A
 // practical microcylinder appearance model for cloth rendering") fitted to linen (12 degrees), silk (5) and
 // polyester (5); of cotton, wool and viscose no fit was found: dull, scaly and bright beside those.
-// Transmission: calibrated against explicit fibres (docs/bake.md).
+// Transmission: calibrated against explicit fibres (docs/yarn.md).
 // Twist and lean: the range of the nine yarns that Zhao et al. 2016 fitted (32 to 45 and 17 to 25 degrees).
 // Flattening: Peirce (1937, "The geometry of cloth structure", J. Text. Inst. 28) took sections of woven yarn
 // as ellipses, Kemp (1958, J. Text. Inst. 49) as racetracks; sections are commonly quoted as 0.6 to 0.8 times

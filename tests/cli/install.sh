@@ -62,7 +62,7 @@ test_an_installed_program_loads_openimageio_for_pictures_alone() {
   cmake --install "$build" --prefix "$scratch/prefix" --component programs >"$scratch/out"
   local program=$scratch/prefix/bin/selvedge
   if ldd "$program" | grep OpenImageIO; then fail "is loaded at the start"; fi
-  "$program" make plain-weave "${small[@]}" -o f.exr --quiet
+  "$program" make plain-weave --set yarn=tube "${small[@]}" -o f.exr --quiet
   "$program" swatch f.exr -o swatch.png
   [ -s swatch.png ] || fail "no picture"
 }

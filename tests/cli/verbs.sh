@@ -28,12 +28,13 @@ test_help_of_every_verb_has_an_example_that_runs() {
     grep -q 'Exit status: 0 good, 1 .*, 2 usage' "$scratch/out" || fail "$verb tells no exit statuses"
     example=$(examples selvedge "$verb")
     [ -n "$example" ] || fail "$verb has no example"
-    # At their full size some take a while.
+    # At their full size some take a while, and yarn of fibres more so.
     case $verb in
-      bake | make) example+=" ${small[*]}" ;;
-      swatch) example+=" --size 40x30 --samples 4" ;;
+      bake | make) example+=" --set yarn=tube ${small[*]}" ;;
+      swatch) example+=" --set yarn=tube --size 40x30 --samples 4" ;;
       trade)
-        example+=" --grid grid.json --repeats 1 --size 32x24 --truth-samples 4 --held-out-pairs 4 --held-out-samples 4"
+        example+=" --set yarn=tube --grid grid.json --repeats 1 --size 32x24 --truth-samples 4 --held-out-pairs 4"
+        example+=" --held-out-samples 4"
         ;;
     esac
     bash -c "set -e; $example" >"$scratch/out" 2>"$scratch/err" || fail "$example: $(cat "$scratch/err")"

@@ -34,8 +34,10 @@ function compare(name, file, fabric) {
   const codes = [
     ['info', refusal('selvedge', 'info', file)],
     ['plan', refusal('selvedge', 'plan', file)],
-    ['render', refusal('selvedge-view', 'render', file, '-o', join(work, 'o.png'), '--size', '8x8')],
-    ['dress', refusal('selvedge', 'dress', file, fabric, '-o', join(work, 'o.glb'), '--all')],
+    // Drawn or refused: light has no part in it.
+    ['render', refusal('selvedge-view', 'render', file, '-o', join(work, 'o.png'), '--size', '8x8', '--environment', 'none',
+      '--no-shadows')],
+    ['dress', refusal('selvedge', 'dress', file, fabric, '-o', join(work, 'o.glb'), '--all', '--no-fallback')],
   ];
   for (const [verb, code] of codes) {
     compared += 1;

@@ -67,8 +67,13 @@ function dressed(change, form) {
   return { output, ...refusal('selvedge', 'dress', path('garment.gltf'), fabric, '-o', output, '--all') };
 }
 
-for (const form of ['glb', 'gltf']) {
-  for (const [fault, change] of Object.entries(mended)) {
+/** Each form stores pictures in its own way; what is wrong with the JSON is the same in both, so these faults take turns. */
+const forms = ['glb', 'gltf'];
+const of_form = (faults, form) => Object.entries(faults).filter(
+  ([fault], i) => fault === 'nothing' || fault.includes('picture') || form === forms[i % 2]);
+
+for (const form of forms) {
+  for (const [fault, change] of of_form(mended, form)) {
     const { output, status, line } = dressed(change, form);
     expect(status === 0, `${form}: ${fault} is mended`, line);
     expect((line !== '') === (fault !== 'nothing'), `${form}: ${fault} has a remark`, line);
@@ -77,7 +82,7 @@ for (const form of ['glb', 'gltf']) {
     const checked = refusal('selvedge', 'check', output);
     expect(checked.status === 0, `${form}: ${fault}: check`, checked.line);
   }
-  for (const [fault, change] of Object.entries(refused)) {
+  for (const [fault, change] of of_form(refused, form)) {
     const { status, line } = dressed(change, form);
     expect(status === 1 && !line.includes('\n'), `${form}: ${fault} is refused in one line`, `${status} ${line}`);
   }

@@ -119,3 +119,16 @@ TEST_CASE("dress: a place that wears two dressed materials has one backing") {
   CHECK(report.materials.size() == 2);
   CHECK(report.backed == 1);
 }
+
+TEST_CASE("dress: dressing again puts the new backing in the place of the old") {
+  Workshop workshop(cube());
+  test::need(workshop.dress({.all = true, .backing = V3f(0, 0, 0)}));
+  const auto primitives = [&] {
+    return test::need(load_gltf(workshop.output)).json["meshes"][0]["primitives"];
+  };
+  const std::size_t backed = primitives().size();
+  workshop.garment = workshop.output;
+  workshop.output = workshop.folder / "again.glb";
+  CHECK(test::need(workshop.dress({.all = true, .backing = V3f(1, 0, 0)})).backed == 1);
+  CHECK(primitives().size() == backed);
+}
