@@ -55,10 +55,11 @@ void declare(Options& options, RepackCommand& command) {
     const auto n = whole_numbers_from("--levels", t, '-', 1, 2, "1-3");
     command.levels = V2i(n.front(), n.back());
   });
-  options.number(
-      "--sides-from", command.sides_from, "K",
-      "Levels of the output before this one leave its back and the light through it out: they show "
-      "the next coarser one's");
+  options
+      .number("--sides-from", command.sides_from, "K",
+              "Levels of the output before this one leave its back and the light through it out: they show "
+              "the next coarser one's")
+      .in(0, 30);
   options.text("--layers", "NAMES", "Only these layers: lobes,frame,table,opacity",
                [&command](const std::string& t) { command.layers = layers_from(t); });
 }
@@ -90,10 +91,14 @@ Result<void> write_recorded(const RepackCommand& command, const FabricReader& re
                             const Fabric& fabric, const FabricWriteOptions& options) {
   IssueSink sink(command.input);
   const auto record = fit_record_of(fabric.provenance, reader.header().levels, sink);
-  if (!record) return write_fabric(command.output, fabric, options);
+  if (!record) {
+    Fabric unmeasured = fabric;
+    unmeasured.provenance = without_fit_record(fabric.provenance);
+    return write_fabric(command.output, unmeasured, options);
+  }
   LayerSet rounded = options.half;
   rounded.erase(reader.half());
-  bool changed = command.sides_from > 0;
+  bool changed = command.sides_from > 0 && !reader.header().sides.empty();
   for (const LayerKind layer : all_layers) {
     const bool was = reader.header().layer(layer).has_value();
     changed = changed || (was && (rounded.contains(layer) || !command.layers.contains(layer)));

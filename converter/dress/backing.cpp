@@ -60,19 +60,24 @@ int append(Json& array, Json entry) {
   return static_cast<int>(array.size()) - 1;
 }
 
-/// Appends a backing, or puts it in the place of one that an earlier dressing gave the same triangles.
-void put(Json& primitives, Json backing, const Json& materials) {
+/// The backing that an earlier dressing gave the triangles of `backing`, whose material is new and has the
+/// same name; null without.
+Json* older_backing(GltfDocument& document, Json& primitives, const Json& backing) {
   const auto name_of = [&](const Json& primitive) {
-    const auto material = primitive.find("material");
-    return material == primitive.end() ? "" : string_of(member(materials[material->get<int>()], "name"));
+    return string_of(
+        member(entry_of(document, "materials", index_of(member(primitive, "material"))), "name"));
   };
-  const auto triangles_of = [](const Json& primitive) { return primitive.value("indices", -1); };
+  // They differ in where they lie.
+  const auto triangles_of = [](Json primitive) {
+    primitive.erase("material");
+    primitive["attributes"].erase("POSITION");
+    return primitive;
+  };
   for (Json& primitive : primitives) {
-    if (name_of(primitive) != name_of(backing) || triangles_of(primitive) != triangles_of(backing)) continue;
-    primitive = std::move(backing);
-    return;
+    if (primitive["material"] == backing["material"] || name_of(primitive) != name_of(backing)) continue;
+    if (triangles_of(primitive) == triangles_of(backing)) return &primitive;
   }
-  primitives.push_back(std::move(backing));
+  return nullptr;
 }
 
 }  // namespace
@@ -113,7 +118,11 @@ Result<int> add_backing(GltfDocument& document, int material, const std::set<Pla
     primitive["attributes"]["POSITION"] =
         append_float_accessor(document, {&positions[0].x, 3 * positions.size()}, 3, true);
     primitive["material"] = behind;
-    put(document.json["meshes"][mesh]["primitives"], std::move(primitive), document.json["materials"]);
+    Json& primitives = document.json["meshes"][mesh]["primitives"];
+    if (Json* const older = older_backing(document, primitives, primitive))
+      *older = std::move(primitive);
+    else
+      primitives.push_back(std::move(primitive));
     ++made;
   }
   if (made == 0) document.json["materials"].erase(behind);

@@ -218,16 +218,22 @@ double shorter_period(const StitchPattern& pattern) {
   return std::min(pattern.period_mm.x, pattern.period_mm.y);
 }
 
-/// Scales yarns that overlap by more than touching_overlap down until they touch; returns the factor. Steep
-/// sections of flat yarn turn along a piece of the relaxation, and yarns of different thickness may overlap
-/// by much of the thinner.
+/// Scales yarns that overlap by more than touching_overlap down by enough that they do not; returns the
+/// factor. Steep sections of flat yarn turn along a piece of the relaxation, and the yarns of a draft may
+/// overlap by much of the thinner.
 Result<double> thin_to_touch(StitchPattern& pattern, const std::string& name) {
-  const auto clearance = minimum_clearance(pattern, name);
-  if (!clearance) return tl::unexpected(clearance.error());
-  const double overlap = -*clearance / thinnest_of(pattern);
-  if (overlap <= touching_overlap) return 1.0;
-  for (Yarn& yarn : pattern.yarns) yarn.radius_mm *= 1 - 0.5 * overlap;
-  return 1 - 0.5 * overlap;
+  double thinner = 1;
+  double overlap = 0;
+  do {
+    const auto clearance = minimum_clearance(pattern, name);
+    if (!clearance) return tl::unexpected(clearance.error());
+    overlap = -*clearance / thinnest_of(pattern);
+    if (overlap <= touching_overlap) break;
+    const double factor = std::max(0.5, 1 - 0.5 * overlap);
+    for (Yarn& yarn : pattern.yarns) yarn.radius_mm *= factor;
+    thinner *= factor;
+  } while (overlap > 1);
+  return thinner;
 }
 
 /// The settings of woven yarn, whose twist and hairs follow its radius.
@@ -284,6 +290,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& setting
       if (auto ok = thin_to_touch(found.pattern, stitch.info.name); !ok) return tl::unexpected(ok.error());
     }
     apply_woven_settings(*values, stitch.warps, found.pattern);
+    if (auto sound = validate(found.pattern, stitch.info.name); !sound) return tl::unexpected(sound.error());
   }
   if (auto ok = lay_repeats(*values, stitch.info.name, found); !ok) return tl::unexpected(ok.error());
   return found;

@@ -100,7 +100,9 @@ class Checker {
   void warn_of_light(int k, std::array<FabricLevel, all_sides.size()>& levels) {
     const auto lit = [&](Side side) {
       const FabricHeader* const header = header_->side_of(side);
-      const bool known = header != nullptr && header->level_of_texels(k) == k;
+      bool known = header != nullptr && header->level_of_texels(k) == k;
+      // Its opacity is the back's.
+      if (side == Side::back_through) known = known && header_->side_of(Side::back)->level_of_texels(k) == k;
       return known ? LitSide{&levels[index_of(side)], header} : LitSide();
     };
     const auto give_opacity = [&](Side from, Side to) {

@@ -150,6 +150,7 @@ Issues precision_warnings(const std::string& path, const Fabric& fabric, const F
   IssueSink sink(path);
   for_each_side(fabric, [&](const Fabric& side) {
     for (std::size_t k = 0; k < side.levels.size(); ++k) {
+      if (side.levels[k].of_coarser) continue;
       warn_of_precision(side.levels[k], side.side, static_cast<int>(k), options.half, sink);
     }
   });

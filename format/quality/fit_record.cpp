@@ -130,8 +130,7 @@ FitRecord record_of(const json& fit, int levels) {
   for (const json& warning : fit.at(member::warnings).get_ref<const json::array_t&>()) {
     const auto text = [&](const char* key) { return warning.at(key).get<std::string>(); };
     const auto code = code_named(text(member::code));
-    if (!code) throw std::range_error("not a known code");
-    record.warnings.push_back({*code, {}, text(member::place), text(member::message)});
+    if (code) record.warnings.push_back({*code, {}, text(member::place), text(member::message)});
   }
   return record;
 }
@@ -222,6 +221,15 @@ std::optional<FitRecord> fit_record_of(const std::string& provenance, int levels
              "the record of the fit is not as spec/fabric.md describes it");
   }
   return record;
+}
+
+std::string without_fit_record(const std::string& provenance) {
+  json text = provenance_json(provenance);
+  if (const auto fit = text.find(member::fit); fit != text.end() && fit->is_object()) {
+    for (const char* measured : {member::peak, member::levels, member::sides, member::warnings})
+      fit->erase(measured);
+  }
+  return text.dump();
 }
 
 FitRecord record_of_levels(const FitRecord& record, int first, int last, bool changed) {

@@ -71,6 +71,9 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, FitReco
 /// reported to the sink as FABRIC_ADVICE; `levels` is the number of the fabric's levels.
 std::optional<FitRecord> fit_record_of(const std::string& provenance, int levels, IssueSink& sink);
 
+/// A provenance without what a record measured, where that can no longer be known to hold.
+std::string without_fit_record(const std::string& provenance);
+
 /// The record of levels [first, last]. If `changed`, the values differ from the measured ones, and the errors
 /// are left out.
 FitRecord record_of_levels(const FitRecord& record, int first, int last, bool changed);

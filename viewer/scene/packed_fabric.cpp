@@ -115,7 +115,7 @@ std::uint64_t packed_memory(const FabricHeader& header, const LevelRange& range)
     // Turned over, the fabric is a copy of its own, of front or back and of all light that comes through.
     const std::uint64_t copies = turns && side.side != Side::front ? 3 : 1;
     for (int k = range.first; k <= range.last; ++k) {
-      const auto has = [&](LayerKind kind) { return side.has(kind, k); };
+      const auto has = [&](LayerKind kind) { return side.has(kind, side.level_of_texels(k)); };
       int of_texel = 3;
       if (has(LayerKind::lobes)) of_texel += 3 * side.shape.lobes;
       if (has(LayerKind::table) || has(LayerKind::opacity) || lets_through(side.side))

@@ -232,7 +232,8 @@ function check_lobes(level, at, half, warn) {
 function check_light(fabric, numbers, k, warn) {
   const fabrics = {front: fabric, ...fabric.sides}, levels = {};
   for (const [side, of] of Object.entries(fabrics)) {
-    if (level_of_texels(of, 'lobes', k) !== k) continue;
+    // The opacity of light through the back is the back's.
+    if ([of, ...(side === 'back.through' ? [fabric.sides.back] : [])].some((of) => level_of_texels(of, 'lobes', k) !== k)) continue;
     const own = {...numbers[side]};
     if (side !== 'front' && side !== 'back') own.opacity = numbers[side === 'through' ? 'front' : 'back'].opacity;
     delete own.yarns;
@@ -242,8 +243,9 @@ function check_light(fabric, numbers, k, warn) {
     if (levels[side].lobes) check_lobes(levels[side], place, half, warn);
   }
   const {front, back, through, 'back.through': back_through} = levels;
-  const {views} = back ?? front, same = views.columns === front.views.columns && views.rows === front.views.rows;
-  const behind = back_through ?? (through && same ? {...through, opacity: (back ?? front).opacity} : undefined);
+  const {views} = fabric.sides.back ?? fabric, same = views.columns === fabric.views.columns && views.rows === fabric.views.rows;
+  const of_through = through && same ? {...through, opacity: (back ?? front).opacity} : undefined;
+  const behind = fabric.sides['back.through'] ? back_through : of_through;
   check_energy(front, behind, `level ${k}`, warn);
   if (back) check_energy(back, through, `back level ${k}`, warn);
 }

@@ -166,9 +166,9 @@ TEST_CASE("a record of a fit that is not as described is advice") {
     CAPTURE(level);
     CHECK(with(level, "") == advice);
   }
-  for (const char* warning : {"5", R"({"code":"OTHER","place":"","message":""})"}) {
-    CHECK(with(R"({"layers":"x","bytes":1})", warning) == advice);
-  }
+  CHECK(with(R"({"layers":"x","bytes":1})", "5") == advice);
+  // Of a later version.
+  CHECK(with(R"({"layers":"x","bytes":1})", R"({"code":"OTHER","place":"","message":""})").empty());
 }
 
 TEST_CASE("levels that are cut out keep their record, and errors only with their values") {

@@ -364,13 +364,15 @@ function check_values(fabric, layer, level, values, report) {
 
 /** The values of a coarser level, each for the texels of a level that lie on its own. */
 function finer({texels}, values, level, coarser) {
+  if (!values) return null;
   const size = (k) => texels.map((n) => level_size(n, k)), [width, height] = size(level), [w, h] = size(coarser);
-  const at = (t) => {
+  if (4 * values.size * width * height > EXR_LIMITS.level_bytes)
+    throw_issue('FILE_TOO_LARGE', `level ${level}`, 'has too many numbers, those of a coarser one');
+  const from = Array.from({length: width * height}, (_, t) => {
     const [x, y] = [t % width, Math.floor(t / width)].map((place) => place >> (coarser - level));
     return Math.min(y, h - 1) * w + Math.min(x, w - 1);
-  };
-  const spread = (list) => Float32Array.from({length: width * height}, (_, t) => list[at(t)]);
-  return values && new Map([...values].map(([name, list]) => [name, spread(list)]));
+  });
+  return new Map([...values].map(([name, list]) => [name, Float32Array.from(from, (at) => list[at])]));
 }
 
 /**
