@@ -197,6 +197,17 @@ test_both_sides_go_from_the_bake_into_the_fabric() {
   exits 0 selvedge repack b.fabric.exr -o c.exr --layers opacity,yarns,indirect
   exits 0 selvedge check c.exr
   [ "$(says c.exr 't.sides === undefined')" = true ]
+  exits 0 selvedge repack b.fabric.exr -o c.exr --sides-from 1
+  exits 0 selvedge check c.exr
+  grep -q FABRIC_LEVELS "$scratch/err" && fail "$(cat "$scratch/err")"
+  [ "$(says c.exr 't.sides.back.layers.lobes.levels')" = '[1,2,3]' ]
+  [ "$(wc -c <c.exr)" -lt "$(wc -c <b.fabric.exr)" ]
+  exits 0 selvedge evaluate c.exr --level 1 --texel 1,2 --behind --json
+  local coarse fine
+  coarse=$(<"$scratch/out")
+  exits 0 selvedge evaluate c.exr --texel 3,5 --behind --json
+  fine=$(<"$scratch/out")
+  [ "${coarse#*rgb}" = "${fine#*rgb}" ] || fail "$coarse $fine"
   # Light behind the cloth: the front, and the back on its own side.
   for light in 0,0.6,0.8 0,0.6,-0.8; do
     for side in '' --behind; do
