@@ -62,7 +62,7 @@ int append(Json& array, Json entry) {
 
 /// The backing that an earlier dressing gave the triangles of `backing`, whose material is new and has the
 /// same name; null without.
-Json* older_backing(GltfDocument& document, Json& primitives, const Json& backing) {
+Json* older_backing(const GltfDocument& document, Json& primitives, const Json& backing) {
   const auto name_of = [&](const Json& primitive) {
     return string_of(
         member(entry_of(document, "materials", index_of(member(primitive, "material"))), "name"));
@@ -74,7 +74,8 @@ Json* older_backing(GltfDocument& document, Json& primitives, const Json& backin
     return primitive;
   };
   for (Json& primitive : primitives) {
-    if (primitive["material"] == backing["material"] || name_of(primitive) != name_of(backing)) continue;
+    if (member(primitive, "material") == member(backing, "material")) continue;
+    if (name_of(primitive) != name_of(backing)) continue;
     if (triangles_of(primitive) == triangles_of(backing)) return &primitive;
   }
   return nullptr;

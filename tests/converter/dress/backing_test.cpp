@@ -132,3 +132,12 @@ TEST_CASE("dress: dressing again puts the new backing in the place of the old") 
   CHECK(test::need(workshop.dress({.all = true, .backing = V3f(1, 0, 0)})).backed == 1);
   CHECK(primitives().size() == backed);
 }
+
+TEST_CASE("dress: a backing leaves a primitive without a material as it is") {
+  Workshop workshop(test::square(2));
+  workshop.edit([](Json& json) { json["meshes"][0]["primitives"][1].erase("material"); });
+  const DressReport report = test::need(workshop.dress({.materials = {"#0"}, .backing = V3f(0, 0, 0)}));
+  CHECK(report.backed == 1);
+  const GltfDocument dressed = test::need(load_gltf(workshop.output));
+  CHECK_FALSE(dressed.json["meshes"][0]["primitives"][1].contains("material"));
+}
