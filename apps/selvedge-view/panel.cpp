@@ -18,6 +18,14 @@ constexpr float panel_width = 330;
 
 constexpr std::array<std::string_view, 4> quarter_turns{"0 deg", "90 deg", "180 deg", "270 deg"};
 
+/// The name of the first fabric that is worn.
+std::string outfit_name(const Outfit& outfit, const std::vector<std::string>& fabrics) {
+  for (const int fabric : outfit.fabrics) {
+    if (fabric >= 0 && fabric < static_cast<int>(fabrics.size())) return fabrics[fabric];
+  }
+  return "core material";
+}
+
 V3f each(const V3f& v, float (*function)(float)) { return {function(v.x), function(v.y), function(v.z)}; }
 
 void set_style(float scale) {
@@ -139,7 +147,9 @@ void Panel::handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& r
     raise(request.change, true, Change::frame);
   }
   if (pressed('C')) raise(request.change, show_core(state), Change::scene);
-  request.saves = request.saves || pressed('S');
+  if (pressed('B')) raise(request.change, true, switch_beside(state));
+  request.saves_picture = pressed('S');
+  request.saves_garment = pressed('D');
 }
 
 void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request) {
@@ -153,7 +163,7 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& req
   raise(request.change, choose("##lines", overlay_names, state.overlay), Change::frame);
   if (ImGui::Button("first view (R)")) request.resets_camera = true;
   ImGui::SameLine();
-  if (ImGui::Button("save (S)")) request.saves = true;
+  if (ImGui::Button("save (S)")) request.saves_picture = true;
   ImGui::SameLine();
   if (ImGui::Button("copy command")) request.copies = true;
 }
@@ -226,16 +236,74 @@ void Panel::edit_light(ShowState& state, PanelRequest& request) {
   if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(state);
 }
 
+/// Pictures of the fabrics of a folder, as many in a row as have room.
+void Panel::edit_offers(const PanelInfo& info, PanelRequest& request) {
+  constexpr float side = 66;
+  const float end = ImGui::GetCursorScreenPos().x + ImGui::GetContentRegionAvail().x;
+  const ImGuiStyle& style = ImGui::GetStyle();
+  for (std::size_t i = 0; i < info.offers.size(); ++i) {
+    const ShownOffer& offer = *info.offers[i];
+    const auto texture = reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(offer.picture.name()));
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::ImageButton(texture, ImVec2(scaled(side), scaled(side)))) request.wears = offer.path;
+    ImGui::PopID();
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", offer.path.c_str());
+    const float next = ImGui::GetItemRectMax().x + style.ItemSpacing.x + ImGui::GetItemRectSize().x;
+    if (next <= end && i + 1 < info.offers.size()) ImGui::SameLine();
+  }
+}
+
+/// The bar between what is worn and what was, over the picture.
+void Panel::edit_bar(const PanelInfo& info, ShowState& state, PanelRequest& request) const {
+  if (!state.beside) return;
+  const float grip = scaled(8);
+  const float height = ImGui::GetIO().DisplaySize.y;
+  const float all = ImGui::GetIO().DisplaySize.x - width();
+  float x = state.bar * all;
+  ImGui::SetNextWindowPos(ImVec2(x - grip, 0));
+  ImGui::SetNextWindowSize(ImVec2(2 * grip, height));
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
+  ImGui::Begin("bar", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings);
+  ImGui::InvisibleButton("grip", ImVec2(2 * grip, height));
+  const bool held = ImGui::IsItemActive();
+  if (held || ImGui::IsItemHovered()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+  if (held && ImGui::GetIO().MouseDelta.x != 0) {
+    x = std::clamp(ImGui::GetIO().MousePos.x, 0.0F, std::max(all, 1.0F));
+    state.bar = x / std::max(all, 1.0F);
+    raise(request.change, true, Change::display);
+  }
+  ImGui::End();
+  ImGui::PopStyleVar(2);
+  ImDrawList& draw = *ImGui::GetForegroundDrawList();
+  constexpr ImU32 white = IM_COL32(255, 255, 255, 220);
+  draw.AddLine(ImVec2(x, 0), ImVec2(x, height), white, scaled(1.5F));
+  draw.AddCircleFilled(ImVec2(x, height / 2), scaled(6), white);
+  const auto tell = [&](const Outfit& outfit, bool on_left) {
+    const std::string name = outfit_name(outfit, info.picture.fabric_names);
+    const ImVec2 size = ImGui::CalcTextSize(name.c_str());
+    const ImVec2 at(on_left ? x - size.x - grip : x + grip, scaled(10));
+    draw.AddRectFilled(ImVec2(at.x - 4, at.y - 2), ImVec2(at.x + size.x + 4, at.y + size.y + 2),
+                       IM_COL32(0, 0, 0, 140), 3);
+    draw.AddText(at, white, name.c_str());
+  };
+  tell(*state.beside, true);
+  tell(state.worn, false);
+}
+
 void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   const std::vector<std::string>& materials = info.picture.materials;
   // For a moment the picture may be of another scene than the state.
-  for (std::size_t i = 0; i < std::min(materials.size(), state.fabrics.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(materials.size(), state.worn.fabrics.size()); ++i) {
     if (materials[i].empty()) continue;
     ImGui::PushID(static_cast<int>(i));
     label(materials[i].c_str());
-    raise(request.change, choose("##fabric", info.picture.fabric_names, state.fabrics[i], "(core material)"),
+    raise(request.change,
+          choose("##fabric", info.picture.fabric_names, state.worn.fabrics[i], "(core material)"),
           Change::scene);
-    FabricFit& fit = state.fits[i];
+    FabricFit& fit = state.worn.fits[i];
     label("size, turn");
     auto size = static_cast<float>(fit.size);
     ImGui::SetNextItemWidth(-scaled(80));
@@ -254,8 +322,13 @@ void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& 
     }
     ImGui::PopID();
   }
+  edit_offers(info, request);
+  if (ImGui::Button(state.beside ? "end comparison (B)" : "compare with this (B)"))
+    raise(request.change, true, switch_beside(state));
+  ImGui::SameLine();
+  if (ImGui::Button("save garment (D)")) request.saves_garment = true;
   label("another");
-  if (ImGui::InputTextWithHint("##path", "fabric, garment or environment", &path_,
+  if (ImGui::InputTextWithHint("##path", "fabric, folder, garment, environment", &path_,
                                ImGuiInputTextFlags_EnterReturnsTrue) &&
       !path_.empty()) {
     request.add_file = path_;
@@ -266,6 +339,8 @@ void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& 
 PanelRequest Panel::edit(const PanelInfo& info, ShowState& state) {
   PanelRequest request;
   handle_keys(info, state, request);
+  edit_bar(info, state, request);
+  show_messages(info, ImGui::GetIO().DisplaySize.x - width());
   if (!shown_) return request;
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   const float ball = scaled(30);
@@ -275,10 +350,6 @@ PanelRequest Panel::edit(const PanelInfo& info, ShowState& state) {
   ImGui::Begin("panel", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
                    ImGuiWindowFlags_NoMove);
-  ImGui::PushStyleColor(ImGuiCol_Text, ImVec4(1, 0.55F, 0.4F, 1));
-  if (!info.message.empty()) ImGui::TextWrapped("%s", info.message.c_str());
-  for (const Error& warning : info.picture.warnings) ImGui::TextWrapped("%s", to_line(warning).c_str());
-  ImGui::PopStyleColor();
   const auto opens = [](const char* title, bool open) {
     return ImGui::CollapsingHeader(title, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
   };

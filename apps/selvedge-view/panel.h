@@ -6,15 +6,24 @@
 #include <string>
 #include <vector>
 
+#include "apps/selvedge-view/screen_texture.h"
 #include "apps/selvedge-view/window.h"
 #include "viewer/show/background.h"
 
 namespace selvedge {
 
+/// A fabric to choose by its picture.
+struct ShownOffer {
+  ShownOffer(std::string file, const GlFunctions& gl) : path(std::move(file)), picture(gl) {}
+  std::string path;
+  ScreenTexture picture;
+};
+
 /// Data that the panel displays.
 struct PanelInfo {
   const ShownPicture& picture;
   const std::optional<PixelProbe>& probe;
+  const std::vector<std::unique_ptr<ShownOffer>>& offers;
   double window_seconds = 0;  ///< time for panel and window in the last frame
   std::string keys;           ///< pressed keys (window.h)
   std::string message;        ///< the last error, or empty
@@ -25,9 +34,11 @@ struct PanelRequest {
   Change change = Change::none;
   bool close = false;
   bool resets_camera = false;
-  bool saves = false;    ///< the picture
-  bool copies = false;   ///< the command line that draws it
-  std::string add_file;  ///< path, or empty
+  bool saves_picture = false;
+  bool saves_garment = false;  ///< as it is worn
+  bool copies = false;         ///< the command line that draws the picture
+  std::string add_file;        ///< path, or empty
+  std::string wears;           ///< a fabric that is to be worn by everything, or empty
 };
 
 /// The size of the picture beside the panel, before the window has one.
@@ -61,6 +72,8 @@ class Panel {
  private:
   void edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request);
   void edit_light(ShowState& state, PanelRequest& request);
+  void edit_bar(const PanelInfo& info, ShowState& state, PanelRequest& request) const;
+  static void edit_offers(const PanelInfo& info, PanelRequest& request);
   void edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& request);
   void handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& request);
 

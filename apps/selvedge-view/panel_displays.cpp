@@ -7,6 +7,21 @@ std::string triple(const V3f& v) { return fmt::format("{: .3f} {: .3f} {: .3f}",
 
 }  // namespace
 
+void show_messages(const PanelInfo& info, float width) {
+  if (info.message.empty() && info.picture.warnings.empty()) return;
+  const float left = scaled(90);  // beside the lights
+  ImGui::SetNextWindowPos(ImVec2(left, ImGui::GetIO().DisplaySize.y - scaled(10)), 0, ImVec2(0, 1));
+  ImGui::SetNextWindowBgAlpha(0.6F);
+  ImGui::Begin("messages", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs |
+                   ImGuiWindowFlags_NoFocusOnAppearing);
+  ImGui::PushTextWrapPos(std::max(width - 2 * left, left));
+  if (!info.message.empty()) ImGui::TextUnformatted(info.message.c_str());
+  for (const Error& warning : info.picture.warnings) ImGui::TextUnformatted(to_line(warning).c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::End();
+}
+
 void show_probe(const PanelInfo& info) {
   if (!info.probe) {
     ImGui::TextDisabled("Nothing under the mouse.");
@@ -85,7 +100,8 @@ void show_help() {
   row("wheel", "nearer, further");
   row("E  W  P", "texel edges, wireframe, probe");
   row("C", "without fabrics, as other viewers see it");
-  row("S", "save the picture");
+  row("B", "compare what is worn with what comes, by a bar");
+  row("S  D", "save the picture, the dressed garment");
   row("F", "next fabric on everything");
   row("R  H", "first view, hide this panel");
   row("Escape", "close");

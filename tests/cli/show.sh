@@ -178,6 +178,32 @@ test_show_swaps_fabrics() {
   holds 'r.fabrics[0] === 1 && r.probe.fabric === "plane.fabric.exr"' report.json
 }
 
+test_show_dresses_a_garment_compares_and_saves_it() {
+  need_screen
+  make_plane_fabric
+  write_quad quad.gltf
+  mkdir fabrics
+  cp plane.fabric.exr fabrics/other.exr
+  echo none >fabrics/broken.exr
+  with_window quad.gltf --fabric plane.fabric.exr --fabric fabrics --json -- 'sleep 2' 'key d'
+  [ ! -s errors.txt ] || fail "says: $(cat errors.txt)"
+  holds 'r.input === "quad.gltf" && r.fabrics[0] === 0 && r.message.startsWith("saved quad-1.glb")' report.json
+  selvedge check quad-1.glb
+  # As by the command line.
+  selvedge dress quad.gltf plane.fabric.exr --all -o told.glb --quiet
+  selvedge info told.glb --json >told.json
+  selvedge info quad-1.glb --json >saved.json
+  node -e 'const read = name => JSON.parse(require("fs").readFileSync(name, "utf8")).content.materials;
+    require("assert").deepStrictEqual(read("saved.json"), read("told.json"));'
+  with_window quad-1.glb --fabric fabrics --screenshot one.png -- 'sleep 2' 'mousemove 200 300' 'key b' 'key c'
+  holds 'r.fabrics[0] === -1' report.json
+  # Left of the bar it is as it was, right of it without the fabric; a drag moves the bar.
+  with_window quad-1.glb --screenshot other.png -- 'sleep 2' 'mousemove 200 300' 'key b' 'key c' 'mousemove 285 200' \
+    'mousedown 1' 'mousemove 200 200' 'mousemove 100 200' 'mouseup 1'
+  holds 'r.camera.azimuth === 0' report.json
+  exits 1 selvedge-view compare one.png other.png --max 0.2
+}
+
 test_show_saves_the_picture_and_tells_the_command_that_draws_it() {
   need_screen
   make_cloth

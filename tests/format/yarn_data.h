@@ -40,7 +40,9 @@ inline YarnData tangle(Random& random, const V2f& period, int curves) {
     curve.nodes = 12;
     curve.stations = 3;
     stations += curve.stations;
-    const V3f start(uniform(0, period.x), uniform(0, period.y), unit * 0.3F);
+    // One after the other: compilers differ in the order of arguments.
+    const float y = uniform(0, period.y);
+    const V3f start(uniform(0, period.x), y, unit * 0.3F);
     for (int i = 0; i < curve.nodes; ++i) {
       const float share = static_cast<float>(i) / static_cast<float>(curve.nodes);
       const float angle = 2 * std::numbers::pi_v<float> * share;

@@ -1,5 +1,6 @@
 // Writes the seed corpus: small files of every kind, by our own writers. Same program, same bytes.
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -153,6 +154,11 @@ void make_meshes(const fs::path& path) {
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty double y\nproperty int z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n"
       "property list uchar int vertex_indices\nend_header\n0 0 0 1 2 3\n1 0 0 4 5 6\n0 1 0 7 8 9\n3 0 1 2\n");
+  put_mesh(path / "garment.ply", '1',
+           "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+           "property float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty float t\n"
+           "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 0 0 1 0 0\n"
+           "1 0 0 0 0 1 1 0\n1 1 0 0 0 1 1 1\n0 1 0 0 0 1 0 1\n4 0 1 2 3\n");
   put_mesh(path / "plain.off", '2', "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
   put_mesh(path / "coloured.off", '2',
            "COFF\n3 1 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 0 0 255 255\n3 0 1 2\n");
@@ -180,7 +186,7 @@ int main(int argc, char** argv) {
   make_samples(folder(root, "samples"));
   make_stitches(folder(root, "stitch"));
   make_meshes(folder(root, "mesh"));
-  const fs::path gltf = folder(root, "gltf");
+  const std::array<fs::path, 2> garments{folder(root, "gltf"), folder(root, "dress")};
   const std::vector<std::uint8_t> png = checked(encode_png({1, 1, 3, {0.5F, 0.25F, 0.125F}}));
   const fs::path pictures = folder(root, "picture");
   put(pictures / "rgb.png", {png.begin(), png.end()});
@@ -190,6 +196,6 @@ int main(int argc, char** argv) {
   put(pictures / "start.jpg", "\xFF\xD8\xFF\xE0");
   for (const auto& [name, bytes] :
        fuzz::gltf_seeds(bytes_of(root / "fabric" / "one-texel.exr"), {png.begin(), png.end()})) {
-    put(gltf / name, bytes);
+    for (const fs::path& garment : garments) put(garment / name, bytes);
   }
 }

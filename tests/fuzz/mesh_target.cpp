@@ -1,4 +1,5 @@
-// Bytes -> read_mesh, and OBJ files as garments. The first byte chooses the format, the rest is the file.
+// Bytes -> read_mesh, and OBJ and PLY files as garments. The first byte chooses the format, the rest is
+// the file.
 #include <array>
 #include <string>
 
@@ -13,14 +14,15 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::array<std::string, 4> names{"input.obj", "input.ply", "input.off", "input.stl"};
   if (size == 0) return 0;
   const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  if (data[0] % names.size() == 0) {
+  const std::string& name = names[data[0] % names.size()];
+  if (name == names[0] || name == names[1]) {
     const GltfLimits limits{.file_bytes = 1 << 20, .other_files = OtherFiles::none};
-    const Result<GltfDocument> garment = load_gltf({data + 1, size - 1}, "folder/input.obj", limits);
+    const Result<GltfDocument> garment = load_gltf({data + 1, size - 1}, "folder/" + name, limits);
     fuzz::require(!garment || read_scene(*garment).has_value(), "a garment that was read is sound");
   }
   MeshImportOptions options;
   options.period = V2d(1, 1);
-  const Result<CellMesh> mesh = read_mesh(bytes, names[data[0] % names.size()], options);
+  const Result<CellMesh> mesh = read_mesh(bytes, name, options);
   if (!mesh) return 0;
   fuzz::require(validate(*mesh, "input").has_value(), "a mesh that was read is valid");
   fuzz::require(

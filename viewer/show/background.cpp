@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <utility>
 
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/picture/environment.h"
 #include "format/picture/image.h"
+#include "viewer/scene/change_fabrics.h"
 
 namespace selvedge {
 namespace {
@@ -34,7 +36,7 @@ ShownPicture shown(const ShowPicture& picture, int divisor, std::int64_t frames)
   result.warnings = picture.warnings();
   for (const SceneMaterial& material : picture.scene().materials)
     result.materials.push_back(!material.fabric ? "" : material.name.empty() ? "material" : material.name);
-  result.fabric_names = picture.fabric_names();
+  for (const SceneFabric& fabric : picture.scene().fabrics) result.fabric_names.push_back(fabric.name);
   for (const Fabric& fabric : picture.fabrics())
     result.levels = std::max(result.levels, fabric.first_level() + static_cast<int>(fabric.levels.size()));
   result.bytes_read = picture.bytes_read();
@@ -46,9 +48,14 @@ ShownPicture shown(const ShowPicture& picture, int divisor, std::int64_t frames)
 
 }  // namespace
 
-BackgroundPicture::BackgroundPicture(std::unique_ptr<ShowPicture> picture, const SceneLimits& limits,
-                                     std::function<void()> wake)
-    : picture_(std::move(picture)), limits_(limits), wake_(std::move(wake)), thread_([this] { run(); }) {}
+BackgroundPicture::BackgroundPicture(std::unique_ptr<ShowPicture> picture, std::string garment,
+                                     const SceneLimits& limits, Tailor tailor, std::function<void()> wake)
+    : picture_(std::move(picture)),
+      garment_(std::move(garment)),
+      limits_(limits),
+      tailor_(std::move(tailor)),
+      wake_(std::move(wake)),
+      thread_([this] { run(); }) {}
 
 BackgroundPicture::~BackgroundPicture() {
   {
@@ -76,21 +83,13 @@ std::uint64_t BackgroundPicture::set_wish(PictureWish wish) {
   return number;
 }
 
-void BackgroundPicture::add_file(const std::string& path) {
+void BackgroundPicture::ask(const std::string& path,
+                            Result<std::string> (BackgroundPicture::*action)(const std::string&),
+                            Tasks& tasks) {
   {
     const std::lock_guard lock(mutex_);
-    files_.push_back(path);
-    interrupted_ = true;
-    asked_ = true;
-    news_.finished = false;
-  }
-  there_is_work_.notify_one();
-}
-
-void BackgroundPicture::save(const std::string& path) {
-  {
-    const std::lock_guard lock(mutex_);
-    saves_.push_back(path);
+    tasks.push_back({path, action});
+    if (&tasks == &urgent_) interrupted_ = asked_ = true;
     news_.finished = false;
   }
   there_is_work_.notify_one();
@@ -113,7 +112,7 @@ void BackgroundPicture::tell(Change change) {
   {
     const std::lock_guard lock(mutex_);
     change(news_);
-    news_.finished = !next_ && files_.empty() && saves_.empty() &&
+    news_.finished = !next_ && urgent_.empty() && soon_.empty() && at_rest_.empty() &&
                      (stage_ == Stage::samples || stage_ == Stage::rest) && !probes_;
   }
   wake_();
@@ -125,29 +124,30 @@ void BackgroundPicture::tell_message(const std::string& message) {
 
 void BackgroundPicture::run() {
   for (;;) {
-    std::vector<std::string> files;
-    std::vector<std::string> saves;
+    Tasks tasks;
     {
       std::unique_lock lock(mutex_);
-      const auto is_asked = [&] { return closes_ || next_ || !files_.empty(); };
+      const auto is_asked = [&] { return closes_ || next_ || !urgent_.empty(); };
       if (stage_ == Stage::full) there_is_work_.wait_for(lock, still_after, is_asked);
-      there_is_work_.wait(lock,
-                          [&] { return is_asked() || stage_ != Stage::rest || probes_ || !saves_.empty(); });
+      there_is_work_.wait(lock, [&] {
+        return is_asked() || stage_ != Stage::rest || probes_ || !soon_.empty() || !at_rest_.empty();
+      });
       if (closes_) break;
-      files.swap(files_);
+      tasks.swap(urgent_);
       interrupted_ = false;
       asked_ = false;
       if (next_) {
         number_ = wishes_;
         take(*std::exchange(next_, std::nullopt));
       }
-      if (stage_ == Stage::rest && !probes_) saves.swap(saves_);
+      const bool drawn = (stage_ == Stage::samples || stage_ == Stage::rest) && !probes_ && tasks.empty();
+      Tasks& patient = soon_.empty() && stage_ == Stage::rest ? at_rest_ : soon_;
+      if (drawn && !patient.empty()) {
+        tasks.push_back(std::move(patient.front()));
+        patient.pop_front();
+      }
     }
-    for (const std::string& file : files) {
-      const Result<std::string> added = guarded(file, [&] { return add(file); });
-      tell_message(added ? *added : to_line(added.error()));
-    }
-    for (const std::string& path : saves) write(path);
+    for (const Task& task : tasks) perform(task);
     if (const auto good = guarded("", [&] { return step(); }); !good) {
       tell([&](PictureNews& news) { news.failure = good.error(); });
       break;
@@ -155,6 +155,15 @@ void BackgroundPicture::run() {
   }
   // Objects of OpenGL are deleted by the thread that made them.
   picture_.reset();
+}
+
+void BackgroundPicture::perform(const Task& task) {
+  const Result<std::string> said = guarded(task.path, [&] { return (this->*task.action)(task.path); });
+  tell([&](PictureNews& news) {
+    // Of the fabrics of a folder, only the faults are worth a line.
+    if (!said || task.action != &BackgroundPicture::offer)
+      news.messages.push_back(said ? *said : to_line(said.error()));
+  });
 }
 
 void BackgroundPicture::take(PictureWish wish) {
@@ -275,10 +284,12 @@ void BackgroundPicture::probe() {
   });
 }
 
-/// A fabric to choose from, an environment, or another garment. Returns remarks.
 Result<std::string> BackgroundPicture::add(const std::string& path) {
-  if (has_ending(path, ".glb") || has_ending(path, ".gltf")) return show_garment(path);
-  if (const auto fabric = picture_->add_fabric(path)) {
+  if (std::filesystem::is_directory(path)) {
+    for (const std::string& fabric : fabrics_in(path)) ask(fabric, &BackgroundPicture::offer, soon_);
+  } else if (has_ending(path, ".glb") || has_ending(path, ".gltf")) {
+    return show_garment(path, path);
+  } else if (const auto fabric = picture_->add_fabric(path)) {
     change_ = Change::scene;
     stage_ = Stage::first;
   } else if (const auto read = read_environment(path)) {
@@ -292,8 +303,39 @@ Result<std::string> BackgroundPicture::add(const std::string& path) {
   return std::string();
 }
 
+Result<std::string> BackgroundPicture::offer(const std::string& path) {
+  Result<OfferedFabric> offered = offer_of(path, limits_.document.memory);
+  if (!offered) return tl::unexpected(offered.error());
+  tell([&](PictureNews& news) { news.offers.push_back(std::move(*offered)); });
+  return std::string();
+}
+
+Result<std::string> BackgroundPicture::put_on(const std::string& path) {
+  std::vector<int> worn = fabrics_of(picture_->scene());
+  if (std::ranges::all_of(worn, [](int fabric) { return fabric < 0; })) {
+    const Result<std::string> dressed = tailor_.dress(garment_, path);
+    if (!dressed) return tl::unexpected(dressed.error());
+    return show_garment(*dressed, garment_);
+  }
+  if (!added_.contains(path)) {
+    if (auto good = picture_->add_fabric(path); !good) return tl::unexpected(good.error());
+    added_[path] = static_cast<int>(picture_->fabrics().size()) - 1;
+  }
+  for (int& fabric : worn) fabric = fabric < 0 ? -1 : added_[path];
+  wish_.state.worn.fabrics = worn;
+  wish_.state.hidden.clear();
+  change_ = Change::scene;
+  stage_ = Stage::first;
+  ++era_;
+  tell([&](PictureNews& news) {
+    news.state = wish_.state;
+    news.era = era_;
+  });
+  return std::string();
+}
+
 /// The garment before stays until a picture of the other one is there.
-Result<std::string> BackgroundPicture::show_garment(const std::string& path) {
+Result<std::string> BackgroundPicture::show_garment(const std::string& path, const std::string& name) {
   Result<OpenScene> scene = open_scene(path, {}, limits_);
   if (!scene) return tl::unexpected(scene.error());
   std::string remarks;
@@ -305,8 +347,8 @@ Result<std::string> BackgroundPicture::show_garment(const std::string& path) {
   if (!first) return tl::unexpected(first.error());
   ShowState state = wish_.state;
   state.camera = first->camera;
-  state.fabrics = first->fabrics;
-  state.fits = first->fits;
+  state.worn = first->worn;
+  state.beside.reset();
   state.hidden.clear();
   const int divisor = size_divisor(1e9, first_budget);
   if (auto good = (*picture)->update(state, Change::scene, wish_.size, divisor, &closes_); !good)
@@ -317,22 +359,30 @@ Result<std::string> BackgroundPicture::show_garment(const std::string& path) {
   change_ = Change::none;
   stage_ = Stage::full;
   probes_ = true;
+  garment_ = name;
+  added_.clear();
   ++frames_;
   ++era_;
   full_seconds_ = picture_->draw_seconds() * divisor * divisor;
-  show(ShownGarment{path, first->camera, first->fabrics, first->fits});
+  show(ShownGarment{name, first->camera, first->worn});
   return remarks;
 }
 
-void BackgroundPicture::write(const std::string& path) {
+Result<std::string> BackgroundPicture::write_picture(const std::string& path) {
   const Frame& frame = picture_->frame();
   Image image{frame.width, frame.height, 3, {}};
   image.pixels.reserve(frame.pixels.size() * 3);
   for (std::size_t i = 0; i < picture_->bytes().size(); ++i) {
     if (i % 4 != 3) image.pixels.push_back(static_cast<float>(picture_->bytes()[i]) / 255);
   }
-  const auto good = guarded(path, [&] { return write_png(path, image, Transfer::keep); });
-  tell_message(good ? "saved " + path : to_line(good.error()));
+  if (const auto good = write_png(path, image, Transfer::keep); !good) return tl::unexpected(good.error());
+  return "saved " + path;
+}
+
+Result<std::string> BackgroundPicture::write_garment(const std::string& path) {
+  const Result<std::string> remarks = tailor_.save(garment_, picture_->dressed(), path);
+  if (!remarks) return remarks;
+  return "saved " + path + (remarks->empty() ? "" : "\n" + *remarks);
 }
 
 }  // namespace selvedge

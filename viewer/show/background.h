@@ -4,11 +4,15 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <deque>
+#include <functional>
+#include <map>
 #include <mutex>
 #include <thread>
 
 #include "format/gltf/limits.h"
 #include "viewer/show/picture.h"
+#include "viewer/show/thumbnail.h"
 
 namespace selvedge {
 
@@ -49,8 +53,7 @@ struct ShownPicture {
 struct ShownGarment {
   std::string path;
   CameraOptions camera;
-  std::vector<int> fabrics;
-  std::vector<FabricFit> fits;
+  Outfit worn;
 };
 
 /// What happened since the last look.
@@ -66,17 +69,28 @@ struct PictureNews {
   std::optional<ShowState> state;
   int era = 0;
   std::vector<std::shared_ptr<const Surroundings>> environments;  ///< that were added
+  std::vector<OfferedFabric> offers;                              ///< that were added
   std::vector<std::string> messages;  ///< errors and remarks, a line each; an empty one: a file was added
   std::optional<Error> failure;       ///< nothing can be drawn any more
   /// The last wish has its picture in full size, and its probe.
   bool finished = false;
 };
 
+/// What changes files of garments, beyond the viewer. Called from the thread of the picture.
+struct Tailor {
+  /// Dresses a garment in a fabric, and returns the file of the result, which nothing else uses.
+  std::function<Result<std::string>(const std::string& garment, const std::string& fabric)> dress;
+  /// Writes a garment as it is worn. Returns remarks.
+  std::function<Result<std::string>(const std::string& garment, const Scene& worn, const std::string& output)>
+      save;
+};
+
 class BackgroundPicture {
  public:
-  /// Calls `wake` from its thread whenever there is news. `limits` are those of garments that are added.
-  BackgroundPicture(std::unique_ptr<ShowPicture> picture, const SceneLimits& limits,
-                    std::function<void()> wake);
+  /// `garment`: the file of the picture's scene. Calls `wake` from its thread whenever there is news.
+  /// `limits` are those of garments that are added.
+  BackgroundPicture(std::unique_ptr<ShowPicture> picture, std::string garment, const SceneLimits& limits,
+                    Tailor tailor, std::function<void()> wake);
   /// Ends what is being drawn.
   ~BackgroundPicture();
   BackgroundPicture(const BackgroundPicture&) = delete;
@@ -85,13 +99,27 @@ class BackgroundPicture {
   /// Replaces the wish before; a change ends what is being drawn for that, except its small first picture.
   /// Returns the wish's number.
   std::uint64_t set_wish(PictureWish wish);
-  /// Adds a fabric or an environment to choose from, or shows another garment.
-  void add_file(const std::string& path);
+  /// Adds a fabric, a folder of fabrics or an environment to choose from, or shows another garment.
+  void add_file(const std::string& path) { ask(path, &BackgroundPicture::add, urgent_); }
+  /// Puts a fabric on everything that wears one, or dresses a garment on which nothing does.
+  void wear(const std::string& path) { ask(path, &BackgroundPicture::put_on, urgent_); }
   /// Writes the picture as PNG once it has all samples.
-  void save(const std::string& path);
+  void save_picture(const std::string& path) { ask(path, &BackgroundPicture::write_picture, at_rest_); }
+  /// Writes the garment as it is worn.
+  void save_garment(const std::string& path) { ask(path, &BackgroundPicture::write_garment, at_rest_); }
   PictureNews poll();
 
  private:
+  struct Task {
+    std::string path;
+    Result<std::string> (BackgroundPicture::*action)(const std::string& path);
+  };
+  using Tasks = std::deque<Task>;
+
+  void ask(const std::string& path, Result<std::string> (BackgroundPicture::*action)(const std::string&),
+           Tasks& tasks);
+  void perform(const Task& task);
+
   /// What is to be done next for the wish.
   enum class Stage { first, full, samples, rest };
 
@@ -102,9 +130,14 @@ class BackgroundPicture {
   void draw_in_full();
   void add_samples();
   void probe();
+  // Tasks about a file, with what is to be said of it.
   Result<std::string> add(const std::string& path);
-  Result<std::string> show_garment(const std::string& path);
-  void write(const std::string& path);
+  Result<std::string> offer(const std::string& path);
+  Result<std::string> put_on(const std::string& path);
+  Result<std::string> write_picture(const std::string& path);
+  Result<std::string> write_garment(const std::string& path);
+  /// `name`: of what was opened.
+  Result<std::string> show_garment(const std::string& path, const std::string& name);
   void show(const std::optional<ShownGarment>& garment = {});
   void tell_message(const std::string& message);
   template <class Change>
@@ -115,8 +148,9 @@ class BackgroundPicture {
   std::condition_variable there_is_work_;
   std::optional<PictureWish> next_;
   std::uint64_t wishes_ = 0;
-  std::vector<std::string> files_;
-  std::vector<std::string> saves_;
+  Tasks urgent_;
+  Tasks soon_;     ///< between samples of the picture
+  Tasks at_rest_;  ///< for which it has to be done
   PictureNews news_;
   std::atomic<bool> closes_{false};
   std::atomic<bool> interrupted_{false};  ///< what is drawn in full is not wanted any more
@@ -124,7 +158,10 @@ class BackgroundPicture {
 
   // Of the thread alone.
   std::unique_ptr<ShowPicture> picture_;
+  std::string garment_;
+  std::map<std::string, int> added_;  ///< fabrics, by file
   SceneLimits limits_;
+  Tailor tailor_;
   std::function<void()> wake_;
   PictureWish wish_;
   std::uint64_t number_ = 0;      ///< of the wish

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "format/fabric/file.h"
 #include "viewer/orbit.h"
@@ -28,8 +29,7 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vecto
   picture->size_ = std::max((picture->corners_.back() - picture->corners_.front()).length(), 1e-9);
   picture->scene_ = std::move(scene);
   picture->fabrics_ = std::move(fabrics);
-  for (const SceneFabric& fabric : picture->scene_.fabrics) picture->fabric_names_.push_back(fabric.name);
-  picture->fabric_names_.resize(picture->fabrics_.size());
+  picture->scene_.fabrics.resize(picture->fabrics_.size());
   return picture;
 }
 
@@ -62,34 +62,46 @@ Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double 
   Result<CameraOptions> orbit = start_orbit(corners_, aspect, options);
   if (!orbit) return tl::unexpected(orbit.error());
   state.camera = *orbit;
-  state.fabrics = fabrics_of(scene_);
-  state.fits.resize(scene_.materials.size());
+  state.worn.fabrics = fabrics_of(scene_);
+  state.worn.fits.resize(scene_.materials.size());
   return state;
 }
 
 Result<void> ShowPicture::add_fabric(const std::string& path) {
   Result<Fabric> fabric = read_fabric(path, {.memory = memory_.left()});
   if (!fabric) return tl::unexpected(fabric.error());
-  // The renderer points to the fabrics.
-  renderer_.reset();
+  drop_renderers();
   fabrics_.push_back(std::move(*fabric));
-  fabric_names_.push_back(path.substr(path.find_last_of('/') + 1));
+  SceneFabric& source = scene_.fabrics.emplace_back();
+  source.name = path.substr(path.find_last_of('/') + 1);
+  source.path = path;
   return {};
 }
 
+/// Renderers point to the fabrics.
+void ShowPicture::drop_renderers() {
+  for (Side& side : sides_) side.renderer.reset();
+}
+
 Result<void> ShowPicture::load(const ShowState& state) {
-  renderer_.reset();
+  drop_renderers();
+  two_ = state.beside.has_value();
   options_.path = static_cast<RenderPath>(state.path);
-  dressed_ = change_fabrics(scene_, fabrics_, state.fabrics);
-  fit_fabrics(state.fits, fabrics_, dressed_);
-  dressed_.memory_left = memory_.left();
   // Starts from defaults, as the previous state may have been refused.
   options_.levels = state.levels;
   set_light(state);
   options_.lights.clear();
-  Result<std::unique_ptr<Renderer>> renderer = Renderer::create(dressed_, fabrics_, options_);
+  if (auto good = load(state.worn, sides_[0]); !good || !two_) return good;
+  return load(*state.beside, sides_[1]);
+}
+
+Result<void> ShowPicture::load(const Outfit& outfit, Side& side) {
+  side.dressed = change_fabrics(scene_, fabrics_, outfit.fabrics);
+  fit_fabrics(outfit.fits, fabrics_, side.dressed);
+  side.dressed.memory_left = memory_.left() / sides().size();
+  Result<std::unique_ptr<Renderer>> renderer = Renderer::create(side.dressed, fabrics_, options_);
   if (!renderer) return tl::unexpected(renderer.error());
-  renderer_ = std::move(*renderer);
+  side.renderer = std::move(*renderer);
   return {};
 }
 
@@ -137,16 +149,25 @@ Result<void> ShowPicture::read_levels(const ShowState& state, int rows) {
   std::vector<const FabricHeader*> headers;
   for (const FabricReader& reader : readers_) headers.push_back(&reader.header());
   for (const FabricHeader& header : added) headers.push_back(&header);
-  std::vector<LackingLevels> lacking;
-  const std::vector<LevelRange> asked =
-      levels_asked(dressed_, camera_, rows, options_.levels, headers, &lacking);
+  std::vector<LackingLevels> lacking(headers.size());
+  std::vector<LevelRange> asked;
+  for (const Side& side : sides()) {
+    std::vector<LackingLevels> of_side;
+    const std::vector<LevelRange> ranges =
+        levels_asked(side.dressed, camera_, rows, options_.levels, headers, &of_side);
+    if (asked.empty()) asked = ranges;
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      asked[i].first = std::min(asked[i].first, ranges[i].first);
+      lacking[i] |= of_side[i];
+    }
+  }
   warnings_.clear();
   for (std::size_t i = 0; i < lacking.size(); ++i) {
     if (state.levels.forced >= 0) {
-      if (auto issue = lacking_issue(fabric_names_[i], *headers[i], state.levels.forced))
+      if (auto issue = lacking_issue(scene_.fabrics[i].name, *headers[i], state.levels.forced))
         warnings_.push_back(std::move(*issue));
     } else if (lacking[i].any()) {
-      warnings_.push_back(lacking_issue(fabric_names_[i], *headers[i], lacking[i]));
+      warnings_.push_back(lacking_issue(scene_.fabrics[i].name, *headers[i], lacking[i]));
     }
   }
   bool more = false;
@@ -154,16 +175,18 @@ Result<void> ShowPicture::read_levels(const ShowState& state, int rows) {
     const int before = readers_[i].header().first_level();
     const int last = readers_[i].header().levels - 1;
     const int there = fabrics_[i].first_level() - before;
-    const bool worn =
-        std::find(state.fabrics.begin(), state.fabrics.end(), static_cast<int>(i)) != state.fabrics.end();
+    const auto wears = [&](const Outfit& outfit) {
+      return std::ranges::find(outfit.fabrics, static_cast<int>(i)) != outfit.fabrics.end();
+    };
+    const bool worn = wears(state.worn) || (state.beside && wears(*state.beside));
     int first = asked[i].first;
     if (state.levels.forced >= 0)
       first = std::clamp(state.levels.forced - before, 0, last);
     else if (options_.path == RenderPath::paper)
       first = finest_for_paper(std::min(first, there));
     if (!worn || first >= there) continue;
-    // The renderer points to the fabrics, and its textures take what may be needed for levels.
-    renderer_.reset();
+    // Their textures take what may be needed for levels, too.
+    drop_renderers();
     Result<Fabric> finer = read_levels_within(readers_[i], {first, there - 1}, memory_);
     if (!finer) return tl::unexpected(finer.error());
     add_finer(fabrics_[i], *finer, partial_fabric(readers_[i].header(), first, last).whole);
@@ -183,16 +206,54 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   if (auto good = read_levels(state, options_.height); !good) return good;
   set_light(state);
   options_.lights = lights_in_world(state, camera_);
-  if (auto good = renderer_->draw(camera_, options_, frame_, stats_); !good) return good;
+  for (Side& side : sides()) {
+    RenderStats& stats = &side == &sides_[0] ? stats_ : other_stats_;
+    if (auto good = side.renderer->draw(camera_, options_, side.frame, stats); !good) return good;
+    side.overlay.clear();
+  }
   draw_seconds_ = seconds_since(start);
   refined_ = 0;
-  overlay_.clear();
   overlay_seconds_ = 0;
-  if (state.overlay == 0 || options_.ends()) return {};
+  if (state.overlay == 0) return {};
   const Clock::time_point overlay_start = Clock::now();
-  auto good = renderer_->overlay(static_cast<Overlay>(state.overlay), camera_, options_, overlay_);
+  for (Side& side : sides()) {
+    if (options_.ends()) break;
+    const auto kind = static_cast<Overlay>(state.overlay);
+    if (auto good = side.renderer->overlay(kind, camera_, options_, side.overlay); !good) return good;
+  }
   overlay_seconds_ = seconds_since(overlay_start);
-  return good;
+  return {};
+}
+
+namespace {
+
+/// Rows of `width` pixels: the first `left` of each of `beside`, the others of `worn`.
+template <class Pixel>
+void divide_rows(const std::vector<Pixel>& worn, const std::vector<Pixel>& beside, std::size_t width,
+                 std::size_t left, std::vector<Pixel>& divided) {
+  divided = worn;
+  for (std::size_t begin = 0; begin < beside.size(); begin += width)
+    std::copy_n(beside.begin() + static_cast<std::ptrdiff_t>(begin), left,
+                divided.begin() + static_cast<std::ptrdiff_t>(begin));
+}
+
+}  // namespace
+
+/// Turns what was drawn into bytes.
+void ShowPicture::display(const ShowState& state) {
+  bar_ = state.bar;
+  if (two_) {
+    const auto& [worn, beside] = sides_;
+    const auto width = static_cast<std::size_t>(worn.frame.width);
+    const auto left = static_cast<std::size_t>(std::lround(bar_ * static_cast<float>(width)));
+    divided_.width = worn.frame.width;
+    divided_.height = worn.frame.height;
+    divide_rows(worn.frame.pixels, beside.frame.pixels, width, left, divided_.pixels);
+    divide_rows(worn.overlay, beside.overlay, width, left, divided_overlay_);
+  }
+  const Clock::time_point start = Clock::now();
+  to_display_bytes(frame(), state.display, bytes_);
+  display_seconds_ = seconds_since(start);
 }
 
 Result<void> ShowPicture::update(const ShowState& state, Change change, const V2i& size, int divisor,
@@ -202,26 +263,26 @@ Result<void> ShowPicture::update(const ShowState& state, Change change, const V2
   options_.width = std::max(1, size.x / divisor);
   options_.height = std::max(1, size.y / divisor);
   options_.layers = state.layers;
-  if (change == Change::scene || !renderer_) {
+  if (change == Change::scene || !sides_[0].renderer) {
     if (auto good = load(state); !good) return good;
     change = Change::scene;
-  } else if (auto good = renderer_->resize(options_); !good) {
-    return good;
+  } else {
+    for (Side& side : sides()) {
+      if (auto good = side.renderer->resize(options_); !good) return good;
+    }
   }
-  if (change >= Change::frame || frame_.width != options_.width || frame_.height != options_.height) {
+  const Frame& last = sides_[0].frame;
+  if (change >= Change::frame || last.width != options_.width || last.height != options_.height) {
     if (auto good = draw(state); !good) return good;
   }
-  if (options_.ends()) return {};
-  const Clock::time_point start = Clock::now();
-  to_display_bytes(frame_, state.display, bytes_);
-  display_seconds_ = seconds_since(start);
+  if (!options_.ends()) display(state);
   return {};
 }
 
 Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>* interrupted) {
   constexpr int n = samples_at_rest;
   options_.interrupted = interrupted;
-  if (!renderer_ || options_.path != RenderPath::hybrid || refined_ == n * n) return false;
+  if (!sides_[0].renderer || options_.path != RenderPath::hybrid || refined_ == n * n) return false;
   // Samples are smaller than pixels, and may need finer levels.
   if (refined_ == 0) {
     if (auto good = read_levels(state, n * options_.height); !good) return tl::unexpected(good.error());
@@ -230,31 +291,36 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
   RenderOptions options = options_;
   options.levels.footprint = 1.0F / n;
   Camera camera = camera_;
-  const int row = refined_ / n;
-  const V2d place((refined_ % n + 0.5) / n - 0.5, (row + 0.5) / n - 0.5);
-  camera.window_centre += place * camera.window_half * 2.0 / V2d(frame_.width, frame_.height);
+  const V2d place((refined_ % n + 0.5) / n - 0.5, (refined_ / n + 0.5) / n - 0.5);
+  camera.window_centre += place * camera.window_half * 2.0 / V2d(options.width, options.height);
   RenderStats unwanted;
-  if (auto good = renderer_->draw(camera, options, sample_, unwanted); !good)
-    return tl::unexpected(good.error());
-  if (options_.ends()) return false;
-  if (refined_ == 0) {
-    first_ = frame_;
-    samples_.pixels.assign(frame_.pixels.size(), V4f(0, 0, 0, 0));
+  for (Side& side : sides()) {
+    if (auto good = side.renderer->draw(camera, options, side.sample, unwanted); !good)
+      return tl::unexpected(good.error());
+    if (options_.ends()) return false;
   }
   ++refined_;
-  for (std::size_t i = 0; i < frame_.pixels.size(); ++i) {
-    samples_.pixels[i] += sample_.pixels[i];
-    frame_.pixels[i] = (samples_.pixels[i] + first_.pixels[i] * static_cast<float>(n * n - refined_)) /
-                       static_cast<float>(n * n);
+  for (Side& side : sides()) {
+    if (refined_ == 1) {
+      side.first = side.frame;
+      side.samples.assign(side.frame.pixels.size(), V4f(0, 0, 0, 0));
+    }
+    for (std::size_t i = 0; i < side.samples.size(); ++i) {
+      side.samples[i] += side.sample.pixels[i];
+      side.frame.pixels[i] = (side.samples[i] + side.first.pixels[i] * static_cast<float>(n * n - refined_)) /
+                             static_cast<float>(n * n);
+    }
   }
-  to_display_bytes(frame_, state.display, bytes_);
+  display(state);
   return true;
 }
 
 Result<std::optional<PixelProbe>> ShowPicture::probe(const V2d& point) {
-  if (!renderer_ || !(point.x >= 0 && point.x < 1 && point.y >= 0 && point.y < 1)) return std::nullopt;
-  const V2i pixel(static_cast<int>(point.x * frame_.width), static_cast<int>(point.y * frame_.height));
-  return renderer_->probe(camera_, options_, pixel);
+  if (!sides_[0].renderer || !(point.x >= 0 && point.x < 1 && point.y >= 0 && point.y < 1))
+    return std::nullopt;
+  const V2i pixel(static_cast<int>(point.x * frame().width), static_cast<int>(point.y * frame().height));
+  const bool beside = two_ && point.x < static_cast<double>(bar_);
+  return sides_[beside ? 1 : 0].renderer->probe(camera_, options_, pixel);
 }
 
 }  // namespace selvedge

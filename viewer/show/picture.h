@@ -1,9 +1,11 @@
 // The picture of `show`, independent of its window: redoes exactly the work that a change requires.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,55 +46,70 @@ class ShowPicture {
   /// The nearest surface at a point of [0, 1)^2, from the top left, of the last picture, if there is one.
   Result<std::optional<PixelProbe>> probe(const V2d& point);
 
-  const Scene& scene() const { return scene_; }
-  const std::vector<std::string>& fabric_names() const { return fabric_names_; }
+  const Scene& scene() const { return scene_; }                    ///< its fabrics are fabrics()
+  const Scene& dressed() const { return sides_[0].dressed; }       ///< in what is worn
   const std::vector<Fabric>& fabrics() const { return fabrics_; }  ///< with the levels read so far
   std::uint64_t bytes_read() const;                                ///< of files that are read level by level
   std::uint64_t file_bytes() const { return file_bytes_; }         ///< of all these files
   double size() const { return size_; }                            ///< diagonal of the scene, m
 
-  const Frame& frame() const { return frame_; }
+  /// What is worn, and left of the bar what is worn beside it.
+  const Frame& frame() const { return two_ ? divided_ : sides_[0].frame; }
   const Camera& camera() const { return camera_; }
   const std::vector<Light>& lights() const { return options_.lights; }
   /// Levels that the picture may need but no file has.
   const Issues& warnings() const { return warnings_; }
   const RenderStats& stats() const { return stats_; }
-  const std::vector<std::uint8_t>& bytes() const { return bytes_; }      ///< `frame` in display.h's form
-  const std::vector<OverlayPixel>& overlay() const { return overlay_; }  ///< empty if switched off
+  const std::vector<std::uint8_t>& bytes() const { return bytes_; }  ///< `frame` in display.h's form
+  /// Empty if switched off.
+  const std::vector<OverlayPixel>& overlay() const { return two_ ? divided_overlay_ : sides_[0].overlay; }
   double draw_seconds() const { return draw_seconds_; }
   double overlay_seconds() const { return overlay_seconds_; }
   double display_seconds() const { return display_seconds_; }
 
  private:
+  /// The scene in one outfit.
+  struct Side {
+    Scene dressed;
+    std::unique_ptr<Renderer> renderer;
+    Frame frame;
+    Frame sample;
+    Frame first;               ///< the frame before samples were added
+    std::vector<V4f> samples;  ///< their sum
+    std::vector<OverlayPixel> overlay;
+  };
+
   ShowPicture() = default;
+  std::span<Side> sides() { return {sides_.data(), two_ ? sides_.size() : 1}; }
+  void drop_renderers();
   Result<void> load(const ShowState& state);
+  Result<void> load(const Outfit& outfit, Side& side);
   Result<void> read_levels(const ShowState& state, int rows);
   Result<void> draw(const ShowState& state);
+  void display(const ShowState& state);
   void set_light(const ShowState& state);
 
   Scene scene_;
-  Scene dressed_;  ///< with the chosen fabrics
+  std::array<Side, 2> sides_;  ///< ShowState::worn and ShowState::beside
+  bool two_ = false;           ///< the second is shown
   std::vector<Fabric> fabrics_;
   std::vector<FabricReader> readers_;  ///< of the first fabrics, or none
   std::uint64_t file_bytes_ = 0;
   MemoryAccount memory_{default_memory};  ///< for levels that are not read yet
-  std::vector<std::string> fabric_names_;
   std::vector<V3d> corners_;
   double size_ = 1;
-  std::unique_ptr<Renderer> renderer_;
   RenderOptions options_;
   std::shared_ptr<Environment> turned_;
   const Surroundings* turned_of_ = nullptr;
   Camera camera_;
-  Frame frame_;
-  Frame first_;    ///< the frame before samples were added
-  Frame samples_;  ///< their sum
-  Frame sample_;
+  Frame divided_;  ///< of both sides
+  std::vector<OverlayPixel> divided_overlay_;
+  float bar_ = 0;    ///< of `divided_`
   int refined_ = 0;  ///< number of samples added
   RenderStats stats_;
+  RenderStats other_stats_;  ///< of what is worn beside
   Issues warnings_;
   std::vector<std::uint8_t> bytes_;
-  std::vector<OverlayPixel> overlay_;
   double draw_seconds_ = 0;
   double overlay_seconds_ = 0;
   double display_seconds_ = 0;

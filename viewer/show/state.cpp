@@ -68,21 +68,27 @@ void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state) {
 
 bool next_fabrics(int count, ShowState& state) {
   if (count < 1) return false;
-  const std::vector<int> before = state.fabrics;
-  for (int& fabric : state.fabrics) {
+  const std::vector<int> before = state.worn.fabrics;
+  for (int& fabric : state.worn.fabrics) {
     if (fabric >= 0) fabric = (fabric + 1) % count;
   }
-  return state.fabrics != before;
+  return state.worn.fabrics != before;
 }
 
 bool show_core(ShowState& state) {
   if (!state.hidden.empty()) {
-    state.fabrics = std::exchange(state.hidden, {});
+    state.worn.fabrics = std::exchange(state.hidden, {});
     return true;
   }
-  state.hidden = state.fabrics;
-  std::ranges::fill(state.fabrics, -1);
-  return state.fabrics != state.hidden;
+  state.hidden = state.worn.fabrics;
+  std::ranges::fill(state.worn.fabrics, -1);
+  return state.worn.fabrics != state.hidden;
+}
+
+Change switch_beside(ShowState& state) {
+  state.beside = state.beside ? std::nullopt : std::optional(state.worn);
+  state.bar = 0.5F;
+  return Change::scene;
 }
 
 void switch_light_frame(ShowState& state) {

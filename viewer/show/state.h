@@ -22,6 +22,12 @@ struct Surroundings {
   EnvironmentLight light;
 };
 
+/// What the materials wear.
+struct Outfit {
+  std::vector<int> fabrics;  ///< index into the fabrics; -1: the core material
+  std::vector<FabricFit> fits;
+};
+
 struct ShowState {
   CameraOptions camera;        ///< an orbit (orbit.h)
   std::vector<Light> lights;   ///< see lights_in_camera_frame
@@ -39,11 +45,13 @@ struct ShowState {
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;
-  int path = 0;                 ///< a RenderPath
-  std::vector<int> fabrics;     ///< of the materials, index into the fabrics; -1: the core material
-  std::vector<FabricFit> fits;  ///< of the materials
-  std::vector<int> hidden;      ///< the fabrics while the core materials are shown, or empty
-  int overlay = 0;              ///< an Overlay
+  int path = 0;  ///< a RenderPath
+  Outfit worn;
+  std::vector<int> hidden;  ///< the fabrics while the core materials are shown, or empty
+  /// Worn left of the bar, to be compared.
+  std::optional<Outfit> beside;
+  float bar = 0.5F;  ///< in [0, 1], from the left side of the picture
+  int overlay = 0;   ///< an Overlay
   bool probes = true;
 };
 
@@ -74,6 +82,9 @@ bool next_fabrics(int count, ShowState& state);
 /// Takes the fabrics away, so that the core materials show, or puts them back. Returns whether anything
 /// changed.
 bool show_core(ShowState& state);
+
+/// Keeps what is worn beside what will be chosen from now on, or ends that.
+Change switch_beside(ShowState& state);
 
 /// Converts the lights' directions to the other axes; the picture does not change.
 void switch_light_frame(ShowState& state);

@@ -2,8 +2,10 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <chrono>
 
+#include "format/fabric/file.h"
 #include "format/picture/studio.h"
 #include "tests/format/files.h"
 #include "tests/format/gltf_fixtures.h"
@@ -14,6 +16,13 @@ namespace selvedge {
 namespace {
 
 const V2i size(100, 80);
+
+/// One triangle of 2 m without a fabric.
+const std::string triangle = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+    "nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[2,2,0]}],
+    "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":
+    "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAQAAAAAAAAAAAAAAAAAAAAEAAAAAA"}]})";
 
 Scene square() {
   Scene scene;
@@ -32,11 +41,26 @@ ShowState state_of(const ShowPicture& picture) {
   return result;
 }
 
+/// Instead of the converter: whatever is dressed becomes a triangle without a fabric, and what is saved is
+/// names.
+Tailor tailor() {
+  return {
+      [](const std::string& garment, const std::string& fabric) -> Result<std::string> {
+        test::write_bytes(fabric + ".gltf", triangle);
+        return fabric + (garment.empty() ? "" : ".gltf");
+      },
+      [](const std::string& garment, const Scene& worn, const std::string& output) -> Result<std::string> {
+        const int fabric = worn.materials.front().fabric->fabric;
+        test::write_bytes(output, garment + " in " + worn.fabrics[fabric].path);
+        return std::string();
+      }};
+}
+
 /// The window's side: keeps the last of everything that is told.
 class Listener {
  public:
   explicit Listener(std::unique_ptr<ShowPicture> shown)
-      : state(state_of(*shown)), background(std::move(shown), {}, [] {}) {}
+      : state(state_of(*shown)), background(std::move(shown), "square.glb", {}, tailor(), [] {}) {}
 
   /// Polls until `is_there`, which must be so within a time that only a dead thread takes.
   template <class Condition>
@@ -49,9 +73,10 @@ class Listener {
       if (now.state) state = *now.state;
       if (now.garment) {
         state.camera = now.garment->camera;
-        state.fabrics = now.garment->fabrics;
-        state.fits = now.garment->fits;
+        state.worn = now.garment->worn;
       }
+      for (const OfferedFabric& offer : now.offers) offers.push_back(offer);
+      if (now.garment) garment = now.garment->path;
       for (const std::string& line : now.messages) message = line;
       era = now.era;
       finished = now.finished;
@@ -70,6 +95,8 @@ class Listener {
   ShowState state;
   std::shared_ptr<const ShownPicture> picture;
   std::optional<PixelProbe> probe;
+  std::vector<OfferedFabric> offers;
+  std::string garment;
   std::string message;
   int era = 0;
   bool finished = false;
@@ -140,7 +167,7 @@ TEST_CASE("what cannot be drawn is told, and the window goes back to what could 
   window.listen([&] { return window.picture->bytes == expected; });
   // A wish that was made before the window knew is dropped.
   ShowState late = good;
-  late.fabrics.clear();
+  late.worn.fabrics.clear();
   window.background.set_wish({late, Change::scene, size, {}, 0});
   window.wish(Change::none);
   window.listen([&] { return window.finished && window.picture->bytes == expected; });
@@ -158,20 +185,60 @@ TEST_CASE("files that are added are another garment, an environment or an error"
   CHECK(window.message.find("FILE_MISSING") != std::string::npos);
   window.listen_to_the_end();
   CHECK(window.picture->materials == first->materials);
-  // One triangle of 2 m without a fabric.
-  test::write_bytes(folder / "triangle.gltf",
-                    R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
-    "nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[2,2,0]}],
-    "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":
-    "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAQAAAAAAAAAAAAAAAAAAAAEAAAAAA"}]})");
+  test::write_bytes(folder / "triangle.gltf", triangle);
   window.background.add_file(folder / "triangle.gltf");
   window.listen([&] { return window.era == 1; });
   window.wish(Change::frame);
   window.listen_to_the_end();
   CHECK(window.message.empty());
   CHECK(window.picture->size == doctest::Approx(std::sqrt(8.0)));
-  CHECK(window.state.fabrics == std::vector<int>(window.picture->materials.size(), -1));
+  CHECK(window.state.worn.fabrics == std::vector<int>(window.picture->materials.size(), -1));
+}
+
+TEST_CASE("the fabrics of a folder are offered with pictures, worn when chosen, and saved as they are worn") {
+  const test::Folder folder;
+  const Fabric cloth = test::random_fabric(8, 8, 2);
+  for (const char* name : {"b.exr", "a.exr"}) test::need(write_fabric(folder / name, cloth));
+  test::write_bytes(folder / "c.exr", "no fabric");
+  test::write_bytes(folder / "d.txt", "no fabric either");
+  Listener window(picture_of(square()));
+  window.wish(Change::scene);
+  window.background.add_file(folder.path().string());
+  window.listen([&] { return window.offers.size() == 2 && window.finished; });
+  CHECK(window.offers[0].path == folder / "a.exr");
+  CHECK(window.offers[1].path == folder / "b.exr");
+  for (const OfferedFabric& offer : window.offers) {
+    REQUIRE(offer.picture.size() == 4 * thumbnail_side * thumbnail_side);
+    CHECK(std::ranges::max(offer.picture) > std::ranges::min(offer.picture));
+  }
+  window.listen([&] { return window.message.find("c.exr") != std::string::npos; });
+  const std::vector<std::uint8_t> before = window.picture->bytes;
+  CHECK(switch_beside(window.state) == Change::scene);
+  window.wish(Change::scene);
+  window.listen_to_the_end();
+  for (int i = 1; i <= 2; ++i) {  // the second time it is there
+    window.background.wear(folder / "b.exr");
+    window.listen([&] { return window.era == i && window.finished; });
+    CHECK(window.state.worn.fabrics == std::vector<int>{1});
+    CHECK(window.state.beside.has_value());
+    CHECK(window.picture->fabric_names.size() == 2);
+    CHECK(window.picture->bytes != before);
+  }
+  window.background.save_garment(folder / "saved.glb");
+  window.listen([&] { return window.message.starts_with("saved"); });
+  CHECK(test::bytes_of(folder / "saved.glb") == "square.glb in " + (folder / "b.exr"));
+}
+
+TEST_CASE("a fabric for a garment without one dresses it, under its own name") {
+  const test::Folder folder;
+  test::write_bytes(folder / "plain.gltf", triangle);
+  Listener window(picture_of(square()));
+  window.background.add_file(folder / "plain.gltf");
+  window.listen([&] { return window.era == 1; });
+  window.background.wear(folder / "knit");
+  window.listen([&] { return window.era == 2; });
+  CHECK(window.garment == folder / "plain.gltf");
+  window.listen_to_the_end();
 }
 
 }  // namespace

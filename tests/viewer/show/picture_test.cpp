@@ -89,6 +89,49 @@ TEST_CASE("a picture that rests becomes that of nine samples a pixel, and a chan
   CHECK_FALSE(test::need(picture->refine(state)));
 }
 
+TEST_CASE(
+    "two outfits show side by side what each shows alone, at rest and with lines, wherever the bar is") {
+  const V2i size(100, 80);
+  const auto at_rest = [&](const ShowState& state) {
+    auto picture = picture_of(two_squares(), two_fabrics());
+    test::need(picture->update(state, Change::scene, size, 1));
+    while (test::need(picture->refine(state))) {
+    }
+    return picture;
+  };
+  ShowState one = state_of(*picture_of(two_squares(), two_fabrics()));
+  one.overlay = static_cast<int>(Overlay::texels);
+  ShowState other = one;
+  other.worn.fabrics = {1, -1};
+  other.worn.fits[0].size = 1.5;
+  ShowState both = one;
+  CHECK(switch_beside(both) == Change::scene);
+  both.worn = other.worn;
+  const auto left = at_rest(one);
+  const auto right = at_rest(other);
+  const auto divided = at_rest(both);
+  for (const float bar : {0.5F, 0.0F, 0.31F, 1.0F}) {
+    CAPTURE(bar);
+    both.bar = bar;
+    test::need(divided->update(both, Change::display, size, 1));
+    for (int i = 0; i < size.x * size.y; ++i) {
+      const bool on_left = i % size.x < std::lround(bar * static_cast<float>(size.x));
+      const ShowPicture& expected = on_left ? *left : *right;
+      REQUIRE(divided->frame().pixels[i] == expected.frame().pixels[i]);
+      REQUIRE(divided->overlay()[i] == expected.overlay()[i]);
+      REQUIRE(divided->bytes()[4 * i] == expected.bytes()[4 * i]);
+    }
+    for (const double x : {0.3, 0.32}) {
+      const auto seen = test::need(divided->probe(V2d(x, 0.5)));
+      const auto alone = test::need((x < static_cast<double>(bar) ? left : right)->probe(V2d(x, 0.5)));
+      REQUIRE(seen.has_value());
+      CHECK(seen->radiance == alone->radiance);
+    }
+  }
+  CHECK(switch_beside(both) == Change::scene);
+  CHECK(same(at_rest(both)->frame(), right->frame()));
+}
+
 TEST_CASE("shadows and light from all sides come and go between frames") {
   Scene scene = two_squares();
   scene.materials[1] = test::material(-1, V4f(0.5F, 0.5F, 0.5F, 1));

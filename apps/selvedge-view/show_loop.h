@@ -1,0 +1,68 @@
+// The loop of `show`: from the events to a wish, from the newest picture to the window.
+#pragma once
+
+#include <chrono>
+
+#include "apps/common/shared_options.h"
+#include "apps/selvedge-view/panel.h"
+#include "apps/selvedge-view/screen_texture.h"
+#include "viewer/show/background.h"
+
+namespace selvedge {
+
+class ShowLoop {
+ public:
+  struct Options {
+    std::string input;           ///< the garment or fabric that is shown first
+    std::string screenshot;      ///< of the window as it was when it closed, .png; empty: none
+    bool tells_the_end = false;  ///< what is told after the end needs the picture of the last events
+  };
+  ShowLoop(Options options, Window& window, BackgroundPicture& background, const GlFunctions& gl,
+           const ShowState& state);
+
+  /// Until the window is closed.
+  Result<void> run();
+  Json to_json() const;
+
+ private:
+  /// One frame of the window without its swap. Returns whether the user wants to close it.
+  Result<bool> step();
+  /// The command line of the picture; empty for a fabric.
+  std::string command() const;
+  std::string new_file(const char* ending) const;
+  void wish(Change change, const V2i& size, const std::optional<V2d>& probed);
+  /// What the thread of the picture has to tell.
+  Result<void> receive();
+
+  const Options options_;
+  Window& window_;
+  BackgroundPicture& background_;
+  const GlFunctions& gl_;
+  std::vector<std::unique_ptr<ShownOffer>> offers_;
+  std::string input_;  ///< the garment or fabric that is shown
+  CameraOptions first_camera_;
+  ShowState state_;
+  Panel panel_;
+  ScreenTexture shown_;
+  ScreenTexture overlay_;
+  std::shared_ptr<const ShownPicture> picture_ = std::make_shared<const ShownPicture>();
+  V2i window_size_{0, 0};
+  Change pending_ = Change::scene;
+  V2i wished_size_{0, 0};
+  std::optional<V2d> wished_probe_;
+  int era_ = 0;
+  bool finished_ = false;  ///< the picture and the probe are those of the last wish
+  double window_seconds_ = 0;
+  double longest_step_ = 0;  ///< seconds from events to the window that shows them
+  int settling_ = 0;         ///< frames that the panel still needs
+  bool closes_ = false;
+  std::optional<int> closes_after_;  ///< so many frames
+  std::optional<PixelProbe> probe_;
+  std::uint64_t wish_number_ = 0;
+  std::optional<V2d> aimed_;  ///< where the mouse was ...
+  V3d aim_{0, 0, 0};          ///< ... over this point, world, m
+  const std::optional<PixelProbe> no_probe_;
+  std::string message_;
+};
+
+}  // namespace selvedge

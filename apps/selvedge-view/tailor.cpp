@@ -1,0 +1,97 @@
+#include "apps/selvedge-view/tailor.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "apps/common/scratch_folder.h"
+#include "converter/dress/dress.h"
+#include "format/base/atomic_file.h"
+
+namespace selvedge {
+namespace {
+
+/// Files that come and go with the window.
+class Workbench {
+ public:
+  explicit Workbench(ScratchFolder folder) : folder_(std::move(folder)) {}
+
+  std::string next(const char* ending) { return fmt::format("{}/{}{}", folder_.path(), ++count_, ending); }
+
+  /// The file of a fabric; of an embedded one, a new file.
+  Result<std::string> file_of(const SceneFabric& fabric) {
+    if (!fabric.path.empty()) return fabric.path;
+    std::string path = next(".exr");
+    const std::string bytes(fabric.bytes.begin(), fabric.bytes.end());
+    if (auto good = write_file(path, bytes); !good) return tl::unexpected(good.error());
+    return path;
+  }
+
+ private:
+  ScratchFolder folder_;
+  int count_ = 0;
+};
+
+/// What gives a material the fabric as it lies there.
+DressOptions options_for(int material, const SceneMaterial& worn, const SceneLimits& limits) {
+  const UvTransform& transform = worn.fabric->transform;
+  DressOptions options;
+  options.materials = {fmt::format("#{}", material)};
+  options.limits = limits;
+  options.tex_coord = worn.fabric->tex_coord;
+  options.repeats = transform.scale;
+  options.offset = transform.offset;
+  // Right angles are exact in degrees.
+  options.rotation = std::round(transform.rotation * 180 / std::numbers::pi * 1e9) / 1e9;
+  options.keep.tint = worn.kept.tint;
+  options.embed = true;
+  return options;
+}
+
+/// Dresses the materials one after the other.
+Result<std::string> save(Workbench& bench, const SceneLimits& limits, const std::string& garment,
+                         const Scene& worn, const std::string& output) {
+  std::vector<int> dressed;
+  for (std::size_t i = 0; i < worn.materials.size(); ++i) {
+    if (worn.materials[i].fabric) dressed.push_back(static_cast<int>(i));
+  }
+  if (dressed.empty())
+    return fail(Code::garment_empty, garment, "/materials",
+                "nothing wears a fabric: there is nothing to save");
+  std::string from = garment;
+  std::vector<std::string> remarks;
+  for (const int material : dressed) {
+    const SceneMaterial& wears = worn.materials[material];
+    const Result<std::string> fabric = bench.file_of(worn.fabrics[wears.fabric->fabric]);
+    if (!fabric) return fabric;
+    const std::string to = material == dressed.back() ? output : bench.next(".glb");
+    const Result<DressReport> report = dress(from, *fabric, to, options_for(material, wears, limits));
+    if (!report) return tl::unexpected(report.error());
+    remarks.insert(remarks.end(), report->warnings.begin(), report->warnings.end());
+    from = to;
+  }
+  return fmt::format("{}", fmt::join(remarks, "\n"));
+}
+
+}  // namespace
+
+Result<Tailor> make_tailor(const SceneLimits& limits) {
+  Result<ScratchFolder> folder = ScratchFolder::create("selvedge-view-show-");
+  if (!folder) return tl::unexpected(folder.error());
+  const auto bench = std::make_shared<Workbench>(std::move(*folder));
+  return Tailor{
+      [bench, limits](const std::string& garment, const std::string& fabric) -> Result<std::string> {
+        std::string path = bench->next(".glb");
+        const Result<DressReport> report =
+            dress(garment, fabric, path, {.all = true, .embed = true, .limits = limits});
+        if (!report) return tl::unexpected(report.error());
+        return path;
+      },
+      [bench, limits](const std::string& garment, const Scene& worn, const std::string& output) {
+        return save(*bench, limits, garment, worn, output);
+      }};
+}
+
+}  // namespace selvedge

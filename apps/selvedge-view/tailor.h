@@ -1,0 +1,11 @@
+// What the window of `show` writes of garments, by the stage "dress" of the converter.
+#pragma once
+
+#include "viewer/show/background.h"
+
+namespace selvedge {
+
+/// Dressed garments are files of a folder of its own, which goes with the last copy of the result.
+Result<Tailor> make_tailor(const SceneLimits& limits);
+
+}  // namespace selvedge

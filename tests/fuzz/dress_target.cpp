@@ -1,0 +1,55 @@
+// Bytes -> dress(), with options drawn from the bytes: what it writes is accepted by the checker. The garment
+// and what becomes of it are files of a folder of the run's own; no other file is opened.
+#include <numeric>
+
+#include "converter/dress/dress.h"
+#include "format/check/gltf.h"
+#include "format/fabric/file.h"
+#include "tests/format/fabrics.h"
+#include "tests/format/files.h"
+#include "tests/fuzz/target.h"
+
+using namespace selvedge;
+
+namespace {
+
+struct Wardrobe {
+  test::Folder folder;
+  std::string fabric = folder / "fabric.exr";
+
+  Wardrobe() {
+    fuzz::require(write_fabric(fabric, test::lambert_fabric(1, 1, {0.5F, 0.25F, 0.125F})).has_value(),
+                  "a fabric is written");
+  }
+};
+
+/// Every option by a bit of its own of the sum of all bytes, so that each change of a byte tries others.
+DressOptions options_from(std::uint64_t sum) {
+  const auto bit = [&sum](int i) { return (sum >> i & 1) != 0; };
+  DressOptions options{.all = true,
+                       .limits = {.document = {.file_bytes = 1 << 20, .nesting = 64, .memory = 1 << 28}}};
+  options.unwrap = bit(0);
+  if (bit(1)) options.backing = V3f(0.5F, 0.25F, 0);
+  if (bit(2)) options.colourways = {{.name = "other", .color = V3f(0.1F, 0.2F, 0.3F)}};
+  options.keep.base_color = bit(3);
+  if (bit(4)) options.height = 1.7;
+  options.tex_coord = bit(5) ? 1 : 0;
+  options.embed = !bit(6);
+  options.fallback = !bit(7);
+  return options;
+}
+
+}  // namespace
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const Wardrobe wardrobe;
+  const std::string garment = wardrobe.folder / "garment.glb";
+  const std::string dressed = wardrobe.folder / "dressed.glb";
+  std::filesystem::remove(dressed);  // the garment could name it
+  test::write_bytes(garment, std::string(reinterpret_cast<const char*>(data), size));
+  const DressOptions options = options_from(std::accumulate(data, data + size, std::uint64_t{0}));
+  if (!dress(garment, wardrobe.fabric, dressed, options)) return 0;
+  for (const Error& issue : check_gltf(dressed, options.limits))
+    fuzz::require(severity_of(issue.code) != Severity::error, to_line(issue).c_str());
+  return 0;
+}
