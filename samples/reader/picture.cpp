@@ -58,7 +58,7 @@ void main() {
   vec3 normal = facing_normal(vec3(0.0, 0.0, 1.0), to_viewer);
   vec3 tangent = tangent_across(normal, vec3(1.0, 0.0, 0.0));
   mat3 frame = mat3(tangent, cross(normal, tangent), normal);
-  colour = shade_fabric(0u, uv - floor(uv), dFdx(uv), dFdy(uv), to_viewer * frame, frame);
+  colour = shade_fabric(0u, uv - floor(uv), dFdx(uv), dFdy(uv), mat2x3(0.0), 1.0, to_viewer * frame, frame);
 }
 )glsl";
 

@@ -43,7 +43,7 @@ void main() {
       int at = int(floor(level)) + k;
       if (share == 0.0) continue;
       if (at < 0) {
-        shade_yarn(fabric, fract(place.xy), view_level.xyz, mat3(1.0), 0.0, share, sum);
+        shade_yarn(fabric, fract(place.xy), view_level.xyz, nowhere, 1.0, mat3(1.0), 0.0, share, sum);
         continue;
       }
       uint of_level = word(fabric + fabric_level_places + uint(at));

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 
+#include "viewer/hybrid/curved_cloth.h"
 #include "viewer/hybrid/yarn_samples.h"
 
 namespace selvedge {
@@ -33,19 +34,43 @@ float spacing_of(const V2f& right, const V2f& up) {
   return std::abs(right.x * up.y - right.y * up.x) / std::sqrt(std::max(long2, 1e-30F));
 }
 
+/// Of the front of the cloth at a pixel, along the view; 0 where the material shows nothing behind the yarn.
+float curvature_at(const ShadingScene& scene, const ShadedBlock& block, std::size_t lane, const V2f& period) {
+  const PixelPlaces& of = block.places;
+  if (scene.mesh == nullptr || !scene.materials[of.surface[lane]].keeps_opacity) return 0;
+  const V3f view = direction_of(block.frames.view, lane);
+  const float level = std::hypot(view.x, view.y);
+  if (!(level > 0)) return 0;
+  CurvedTriangle triangle;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto& [normal_u, tangent_v] =
+        scene.mesh->attributes[scene.mesh->triangles[of.triangle[lane]].corners[k]];
+    triangle.uv[k] = {normal_u[3], tangent_v[3]};
+    triangle.normals[k] = {normal_u[0], normal_u[1], normal_u[2]};
+  }
+  const V2f across = V2f(view.x, view.y) / level;
+  const V3f along =
+      direction_of(block.frames.tangent, lane) * across.x + direction_of(block.frames.up, lane) * across.y;
+  return curvature_along(triangle, period, across, along, direction_of(of.normal, lane).length());
+}
+
 YarnPixels pixels_of(const ShadingScene& scene, std::span<const ShadedBlock> blocks,
                      const PackedFabric& fabric) {
   YarnPixels result;
-  const V2f period = fabric.fabric->levels.front().yarns()->period();
+  const Yarns& yarns = *fabric.fabric->levels.front().yarns();
+  const V2f period = yarns.period();
+  const float plane = fabric.fabric->reference_height;
   const auto points = static_cast<float>(scene.points);
   for (const Light& light : scene.lights) result.irradiance.push_back(light.irradiance);
   for (std::uint32_t b = 0; b < blocks.size(); ++b) {
     const PixelPlaces& of = blocks[b].places;
     for (std::uint32_t lane = 0; of.shows_yarn && lane < of.count; ++lane) {
       if (!(of.yarn[lane] > 0) || seen_fabric(scene, of, lane) != &fabric) continue;
+      const V3f view = direction_of(blocks[b].frames.view, lane);
+      const float depth =
+          grazing_depth(view, curvature_at(scene, blocks[b], lane, period), plane - yarns.inside().low);
       result.pixels.push_back({b, lane, V2i(of.x[lane], of.y[lane]), of.uv(lane), of.uv_right(lane),
-                               of.uv_up(lane), direction_of(blocks[b].frames.view, lane), of.surface[lane],
-                               of.side[lane],
+                               of.uv_up(lane), view, depth, of.surface[lane], of.side[lane],
                                spacing_of(of.uv_right(lane) * period, of.uv_up(lane) * period) / points});
       for (const LaneLight& light : blocks[b].lights)
         result.lights.push_back({direction_of(light.direction, lane), light.share[lane]});

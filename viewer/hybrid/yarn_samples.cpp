@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "format/fabric/lifted.h"
+#include "viewer/hybrid/curved_cloth.h"
 
 namespace selvedge {
 namespace {
@@ -47,9 +48,13 @@ void SampleShader::find(std::span<const std::uint32_t> packet) {
   }
   const std::uint32_t met =
       yarns_.trace(V2d(0, 0), a_, plane_, view_, (1U << packet.size()) - 1, hits_, spacing_);
+  const std::span<const Yarns::Segment> segments = yarns_.inside().segments;
   std::uint32_t seen = 0;
   for (std::size_t i = 0; i < packet.size(); ++i) {
     if ((met >> i & 1) == 0) continue;
+    const YarnPixel& pixel = of_.pixels[samples_[packet[i]].pixel];
+    const float below = plane_ - (segments[hits_.segment[i]].start.z + hits_.from_start.z[i]);
+    if (!is_met(below, pixel.depth, pixel.side)) continue;
     samples_[packet[i]].segment = hits_.segment[i];
     seen |= static_cast<std::uint32_t>(view_.z[i] > 0) << i;
   }

@@ -18,6 +18,7 @@ struct YarnPixel {
   V2i position{0, 0};
   V2f uv{0, 0}, right{0, 0}, up{0, 0};  ///< of its centre; their change per pixel
   V3f view{0, 0, 1};
+  float depth = 0;  ///< how far from the plane yarn is met, mm (curved_cloth.h)
   std::uint32_t surface = 0;
   float side = 1;
   float spacing = 0;  ///< of its points, across the view, mm

@@ -94,8 +94,31 @@ void shade_level(uint index, uint level, vec2 uv, vec2 right, vec2 up, vec3 view
   }
 }
 
-// alpha * (radiance, 1) of the pixel at `uv`; `right` and `up`: its change per pixel. `view` is in the frame.
-vec4 shade_fabric(uint index, vec2 uv, vec2 right, vec2 up, vec3 view, mat3 frame) {
+#ifdef YARN
+// How far from the reference plane a ray meets yarn, mm: the twin of viewer/hybrid/curved_cloth.h. `right`, `up`: change of
+// the texture coordinates per pixel; `turn`: of the front's unit normal.
+float grazing_depth(uint fabric, vec2 right, vec2 up, mat2x3 turn, vec3 view, mat3 frame) {
+  uint yarn = word(fabric + fabric_yarns);
+  vec2 period = vec2(number(yarn + yarn_period), -number(yarn + yarn_period + 1u));
+  float thickness = number(fabric + fabric_reference_height) - number(yarn + yarn_low);
+  vec2 a = right * period;
+  vec2 b = up * period;
+  float area = a.x * b.y - a.y * b.x;
+  float level = length(view.xy);
+  if (!(level > 0.0) || !(thickness > 0.0) || area == 0.0) return nowhere;
+  vec2 across = view.xy / level;
+  vec3 along = frame[0] * across.x + frame[1] * across.y;
+  float bend = dot((across.x * b.y - across.y * b.x) * turn[0] + (a.x * across.y - a.y * across.x) * turn[1], along) / area;
+  if (!(bend > 0.0)) return nowhere;
+  float slope = max(view.z, 0.0) / level;
+  return 0.5 * slope * slope / min(bend, 0.25 / thickness);
+}
+#endif
+
+// alpha * (radiance, 1) of the pixel at `uv`; `right` and `up`: its change per pixel. `view` is in the frame. `turn`:
+// change of the front's unit normal per pixel to the right and up, where the yarn is to have its own outline; else 0.
+// `side`: 1 where the front is seen, else -1.
+vec4 shade_fabric(uint index, vec2 uv, vec2 right, vec2 up, mat2x3 turn, float side, vec3 view, mat3 frame) {
   uint fabric = word(index);
   vec2 size = vec2(float(word(fabric + fabric_width)), float(word(fabric + fabric_height)));
   uint first_level = word(fabric + fabric_first_level);
@@ -109,10 +132,12 @@ vec4 shade_fabric(uint index, vec2 uv, vec2 right, vec2 up, vec3 view, mat3 fram
     uint yarn = word(fabric + fabric_yarns);
     vec2 period = vec2(number(yarn + yarn_period), number(yarn + yarn_period + 1u));
     float spacing = width_across_view(right * period, up * period) / float(points);
+    float depth = grazing_depth(fabric, right, up, turn, view, frame);
     float of_point = (1.0 - of_texels) / float(points * points);
     for (int i = 0; of_point > 0.0 && i < points * points; ++i) {
       vec2 at = (vec2(float(i % points), float(i / points)) + 0.5) / float(points) - 0.5;
-      shade_yarn(fabric, uv - floor(uv) + right * at.x + up * at.y, view, frame, spacing, of_point, sum);
+      shade_yarn(fabric, uv - floor(uv) + right * at.x + up * at.y, view, depth, side, frame,
+                 spacing, of_point, sum);
     }
   }
 #endif

@@ -83,6 +83,12 @@ void main() {
   vec3 view = ray * inversesqrt(dot(ray, ray));
   vec3 normal = normal_v[0].xyz + within.at.x * (normal_v[1] - normal_v[0]).xyz +
                 within.at.y * (normal_v[2] - normal_v[0]).xyz;
+  // The change of the front's unit normal to the right and up, but for what lies along it.
+  mat2x3 turn = mat2x3(0.0);
+  if ((surface.y & 1) != 0) {
+    mat2x3 edges = mat2x3((normal_v[1] - normal_v[0]).xyz, (normal_v[2] - normal_v[0]).xyz);
+    turn = edges * mat2(within.right, within.up) * inversesqrt(max(dot(normal, normal), 1e-36));
+  }
   normal = unit_or(normal, view * side) * side;
   vec3 t = tangent_of[0].xyz + within.at.x * (tangent_of[1] - tangent_of[0]).xyz +
            within.at.y * (tangent_of[2] - tangent_of[0]).xyz;
@@ -144,7 +150,7 @@ void main() {
 #ifdef AROUND
   sky = uint(skies) + 2u * sky_of_turned * uint(surface.x) + (index == uint(surface.x) ? 0u : sky_of_turned);
 #endif
-  vec4 sum = shade_fabric(index, uv, right, up, local_view, frame);
+  vec4 sum = shade_fabric(index, uv, right, up, turn, side, local_view, frame);
   if ((surface.y & 1) == 0) sum = sum.a > 0.0 ? sum / sum.a : vec4(0.0, 0.0, 0.0, 1.0);
   sum.a = min(sum.a, 1.0);
 #ifdef PBR

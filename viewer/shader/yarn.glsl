@@ -349,10 +349,14 @@ void coefficients_at(uint table, YarnPoint point, vec3 groove, out vec3 of_light
 }
 
 // Adds the yarn at (u, v) of the reference plane under all lights.
-// `spacing`: width of what a point stands for, across the view, mm.
-void shade_yarn(uint fabric, vec2 uv, vec3 view, mat3 frame, float spacing, float weight, inout vec4 sum) {
+// `spacing`: width of what a point stands for, across the view, mm. Yarn further than
+// `depth`, mm, from the reference plane is not met; of the front, that is below it.
+void shade_yarn(uint fabric, vec2 uv, vec3 view, float depth, float side, mat3 frame, float spacing, float weight,
+                inout vec4 sum) {
   YarnHit hit;
   if (!trace_yarn(fabric, uv, view, spacing, hit)) return;
+  float below = number(fabric + fabric_reference_height) - (number(hit.segment + segment_start + 2u) + hit.from_start.z);
+  if (below > depth || (side < 0.0 && below < -depth)) return;
   sum.a += weight;
   if (!(view.z > 0.0)) return;
   uint yarn = word(fabric + fabric_yarns);

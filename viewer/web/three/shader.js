@@ -173,6 +173,11 @@ void main() {
   fabric_side = -fabric_side;  // three.js turns the winding over to draw back sides alone
 #endif
   normal = unit_or(normal, view);
+#ifdef FABRIC_KEEPS_OPACITY
+  mat2x3 turn = mat2x3(dFdx(normal), dFdy(normal)) * fabric_side;
+#else
+  mat2x3 turn = mat2x3(0.0);
+#endif
 #ifdef KEPT_NORMAL
   vec3 bent = texture2D(kept_normal, kept_normal_uv).xyz * 2.0 - 1.0;
   bent.xy *= kept_normal_scale * fabric_side;
@@ -223,7 +228,7 @@ void main() {
   sky = uint(fabric_sky) + (seen == 0u ? 0u : sky_of_turned);
 #endif
 
-  vec4 sum = shade_fabric(seen, fabric_uv - floor(fabric_uv), right, up, view * frame, frame);
+  vec4 sum = shade_fabric(seen, fabric_uv - floor(fabric_uv), right, up, turn, fabric_side, view * frame, frame);
 #ifdef FABRIC_KEEPS_OPACITY
   if (!(sum.a > 0.0)) discard;
   diffuseColor.a = min(sum.a, 1.0);
