@@ -234,17 +234,14 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
                            const MeshImportOptions& options, const MaterialColours& materials,
                            MeshChoices* chosen) {
   const std::string format = ending_of(path);
-  if (format != "obj" && format != "ply" && format != "off" && format != "stl") {
-    return fail(Code::mesh_invalid, path, "", "the file's ending must be .obj, .ply, .off or .stl");
+  if (format != "obj" && format != "ply") {
+    return fail(Code::mesh_invalid, path, "", "the file's ending must be .obj or .ply");
   }
   if (options.scale_to_mm && (!(*options.scale_to_mm > 0) || !std::isfinite(*options.scale_to_mm))) {
     return fail(Code::option_out_of_range, path, "--unit",
                 fmt::format("must be positive, is {}", *options.scale_to_mm));
   }
-  auto raw = format == "ply"   ? read_ply(bytes, path)
-             : format == "off" ? read_off(bytes, path)
-             : format == "stl" ? read_stl(bytes, path)
-                               : read_obj(bytes, path, materials);
+  auto raw = format == "ply" ? read_ply(bytes, path) : read_obj(bytes, path, materials);
   if (!raw) return tl::unexpected(raw.error());
   auto faces = triangles_of(*raw, path);
   if (!faces) return tl::unexpected(faces.error());

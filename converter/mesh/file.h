@@ -1,4 +1,4 @@
-// Reads meshes from OBJ, OFF, PLY and STL files and writes OBJ and PLY.
+// Reads and writes meshes as OBJ and PLY files.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// The contents of OBJ, OFF, PLY and STL files, before they become a cell.
+// The contents of OBJ and PLY files, before they become a cell.
 //
 // The readers are our own. Mesh libraries build halfedges, which drop faces of meshes that are not
 // two-manifolds, and read single precision, which loses all digits far from the origin.
@@ -40,8 +40,8 @@ struct RawMesh {
 /// Diffuse colours of an OBJ file's materials, by name.
 using MaterialColours = std::map<std::string, V3f>;
 
-// All readers refuse files that cannot be decoded to their end (file_damaged), those of OBJ and STL also
-// positions that are not finite in single precision (mesh_not_finite). `file` is for messages.
+// All readers refuse files that cannot be decoded to their end (file_damaged), that of OBJ also positions
+// that are not finite in single precision (mesh_not_finite). `file` is for messages.
 
 /// Colours after positions are linear. Normals are kept only if each vertex has exactly one. Faces have the
 /// colours of their materials, (-1, -1, -1) if `materials` lacks them.
@@ -50,14 +50,6 @@ Result<RawMesh> read_obj(const std::string& bytes, const std::string& file, cons
 std::vector<std::string> material_files(const std::string& bytes);
 /// Adds the diffuse colours (Kd) of a material file, unconverted.
 void read_materials(const std::string& text, MaterialColours& colours);
-
-/// ASCII OFF with colours of vertices (COFF) and faces: integers are bytes, others are linear.
-Result<RawMesh> read_off(const std::string& bytes, const std::string& file);
-
-/// ASCII and binary STL; equal corners become one vertex. Colours of binary files have 5 bits each in the two
-/// attribute bytes. In Magics' files ("COLOR=" in the header) red comes first and the top bit says that there
-/// is no colour; in others (VisCAM, SolidView) blue comes first and the bit says that there is one.
-Result<RawMesh> read_stl(const std::string& bytes, const std::string& file);
 
 /// ASCII and binary PLY of both byte orders with any numeric types: x, y, z, nx, ny, nz, red, green, blue
 /// (also r, g, b and diffuse_*) of element "vertex", the colours and the list vertex_indices (or

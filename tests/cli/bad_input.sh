@@ -274,8 +274,8 @@ test_a_pipe_is_no_input_and_is_not_waited_for() {
   write_quad quad.gltf
   selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
   make_packed quad.glb packed.glb
-  mkfifo pipe.obj pipe.ply pipe.stl pipe.off pipe.json pipe.wif pipe.exr pipe.glb pipe.gltf pipe.png pipe.mtl pipe.bin
-  for file in pipe.obj pipe.ply pipe.stl pipe.off pipe.json pipe.wif; do
+  mkfifo pipe.obj pipe.ply pipe.json pipe.wif pipe.exr pipe.glb pipe.gltf pipe.png pipe.mtl pipe.bin
+  for file in pipe.obj pipe.ply pipe.json pipe.wif; do
     refuses FILE_UNREADABLE "$file" soon selvedge bake $file -o o.exr
     refuses FILE_UNREADABLE "$file" soon selvedge make $file -o o.exr
     refuses FILE_UNREADABLE "$file" soon selvedge stitch $file -o o.ply

@@ -128,7 +128,7 @@ void make_stitches(const fs::path& path) {
       R"("segments":[[[0,0,0],[0.3,0,0],[0.6,0,0],[1,0,0]]]}]})");
 }
 
-/// The first byte chooses the reader: 0 OBJ, 1 PLY, 2 OFF, 3 STL (mesh_target.cpp).
+/// The first byte chooses the reader: 0 OBJ, 1 PLY (mesh_target.cpp).
 void put_mesh(const fs::path& path, char format, const std::string& bytes) {
   std::string all(1, format);
   all += bytes;
@@ -159,19 +159,6 @@ void make_meshes(const fs::path& path) {
            "property float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty float t\n"
            "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 0 0 1 0 0\n"
            "1 0 0 0 0 1 1 0\n1 1 0 0 0 1 1 1\n0 1 0 0 0 1 0 1\n4 0 1 2 3\n");
-  put_mesh(path / "plain.off", '2', "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
-  put_mesh(path / "coloured.off", '2',
-           "COFF\n3 1 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 0 0 255 255\n3 0 1 2\n");
-  put_mesh(path / "text.stl", '3',
-           "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
-           "endfacet\nendsolid a\n");
-  std::string binary(84, '\0');
-  binary[80] = 1;
-  for (const float value : {0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F}) {
-    binary.append(reinterpret_cast<const char*>(&value), sizeof value);
-  }
-  binary.append(2, '\0');
-  put_mesh(path / "binary.stl", '3', binary);
 }
 
 }  // namespace

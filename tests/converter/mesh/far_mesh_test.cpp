@@ -23,21 +23,11 @@ std::string text_of(const std::string& format, const CellMesh& mesh, const V3d& 
   const auto vertices = static_cast<int>(mesh.positions.size());
   const std::size_t faces = mesh.triangles.size();
   std::string out;
-  if (format == "off") out = fmt::format("OFF\n{} {} 0\n", vertices, faces);
   if (format == "ply") {
     out = fmt::format(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
         "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
         vertices, faces);
-  }
-  if (format == "stl") {
-    out = "solid knit\n";
-    for (const V3i& t : mesh.triangles) {
-      out +=
-          fmt::format("facet normal 0 0 1\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n",
-                      at(t.x), at(t.y), at(t.z));
-    }
-    return out + "endsolid knit\n";
   }
   for (int v = 0; v < vertices; ++v) out += (format == "obj" ? "v " : "") + at(v) + "\n";
   for (const V3i& t : mesh.triangles) {
@@ -53,7 +43,7 @@ TEST_CASE("a mesh a million cells away is read as the one that is here") {
   const auto knit = test::need(load_cell("plain-knit", {.cells_across = 16}));
   const MeshImportOptions options{.period = knit.period, .up_axis = UpAxis::z};
   const V3d away(1e6 * knit.period.x, -1e6 * knit.period.y, 3e6);
-  for (const std::string format : {"obj", "off", "ply", "stl"}) {
+  for (const std::string format : {"obj", "ply"}) {
     CAPTURE(format);
     const CellMesh here = read_text("here." + format, text_of(format, knit, V3d(0)), options);
     const CellMesh there = read_text("there." + format, text_of(format, knit, away), options);
@@ -89,13 +79,4 @@ TEST_CASE("a mesh comes near by whole periods from more than 64 times its size a
   CHECK(corner(63.5, 0) == V3f(1.5F, 0, 0));
   CHECK(corner(0, -63.5) == V3f(0, 0, -63.5F));
   CHECK(corner(0.5, -64.5) == V3f(0.5F, 0, 0));
-}
-
-TEST_CASE("a text STL keeps the digits that single precision lacks") {
-  const CellMesh mesh =
-      read_text("digits.stl",
-                "solid s\nfacet normal 0 0 1\nouter loop\nvertex 1000000.25 0 0\n"
-                "vertex 1000001.3 0 0\nvertex 1000000.25 1 0.5\nendloop\nendfacet\nendsolid s\n");
-  CHECK(mesh.positions[0].x == 0.25F);
-  CHECK(mesh.positions[1].x == doctest::Approx(1.3).epsilon(1e-7));
 }

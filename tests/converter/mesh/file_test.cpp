@@ -37,13 +37,6 @@ void append(std::string& out, std::initializer_list<T> values) {
   for (const T value : values) out.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-std::string binary_stl(std::initializer_list<float> floats, std::uint32_t count = 1) {
-  std::string out(80, ' ');
-  append(out, {count});
-  append(out, floats);
-  return out + std::string(2, '\0');
-}
-
 }  // namespace
 
 TEST_CASE("reads an OBJ of polygons and cuts them into fans") {
@@ -148,19 +141,6 @@ TEST_CASE("broken PLY headers are refused with their line") {
   CHECK(refusal("flat.ply", ply_header("ascii", 1, flat, 0) + "0 0\n").place == "element vertex");
 }
 
-TEST_CASE("reads OFF and STL") {
-  const CellMesh off = read_text("quad.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n");
-  CHECK(off.positions.size() == 4);
-  CHECK(off.triangles.size() == 2);
-  const CellMesh text = read_text("t.stl",
-                                  "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
-                                  "vertex 0 1 0\nendloop\nendfacet\nendsolid s\n");
-  CHECK(text.triangles.size() == 1);
-  const CellMesh binary = read_text("b.stl", binary_stl({0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0}));
-  CHECK(binary.positions.size() == 3);
-  CHECK(binary.triangles.size() == 1);
-}
-
 TEST_CASE("8-bit colours go through the sRGB curve, floats are linear") {
   const std::string bytes = xyz + "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   const CellMesh coded = read_text(
@@ -200,7 +180,6 @@ TEST_CASE("meshes without triangles are refused") {
   CHECK(refusal("e.obj", "").code == Code::mesh_empty);
   CHECK(refusal("e.obj", "v 0 0 0\n").code == Code::mesh_empty);
   CHECK(refusal("e.ply", ply_header("ascii", 1, xyz, 0) + "0 0 0\n").code == Code::mesh_empty);
-  CHECK(refusal("e.stl", binary_stl({}, 0)).code == Code::mesh_empty);
 }
 
 TEST_CASE("cut-short files are refused") {
@@ -215,11 +194,6 @@ TEST_CASE("cut-short files are refused") {
   append<float>(binary, {0, 0, 0, 1, 0, 0, 0, 1, 0});
   CHECK(refusal("cut.ply", binary).code == Code::file_damaged);
   CHECK(refusal("cut.ply", binary.substr(0, binary.size() - 10)).code == Code::file_damaged);
-  CHECK(refusal("cut.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n").code == Code::file_damaged);
-  CHECK(refusal("cut.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1").code == Code::file_damaged);
-  CHECK(refusal("cut.stl", binary_stl({0, 0, 1}, 1)).code == Code::file_damaged);
-  CHECK(refusal("cut.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n").code ==
-        Code::file_damaged);
   const Error face = refusal("cut.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2");
   CHECK(face.code == Code::file_damaged);
   CHECK(face.place == "line 4");
@@ -230,16 +204,11 @@ TEST_CASE("headers that promise more than the file holds are refused at once") {
   CHECK(refusal("huge.ply", ply_header("binary_little_endian", 2000000000, xyz, 0)).code ==
         Code::file_damaged);
   CHECK(refusal("huge.ply", ply_header("ascii", 2000000000, xyz, 2000000000)).code == Code::file_damaged);
-  CHECK(refusal("huge.stl", binary_stl({0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0}, 4000000000U)).code ==
-        Code::file_damaged);
-  CHECK(refusal("huge.off", "OFF\n2000000000 2000000000 0\n0 0 0\n").code == Code::file_damaged);
 }
 
 TEST_CASE("files that are something else are refused") {
   const std::string noise = "\x89PNG\r\n\x1a\n" + std::string(200, '\x7f');
-  for (const char* name : {"noise.ply", "noise.off", "noise.stl"}) {
-    CHECK(refusal(name, noise).code == Code::file_damaged);
-  }
+  CHECK(refusal("noise.ply", noise).code == Code::file_damaged);
   CHECK(refusal("noise.obj", noise).code == Code::mesh_empty);
   CHECK(refusal("word.obj", "v 0 0 0\nf a b c\n").place == "line 2");
   CHECK(refusal("slash.obj", "v 0 0 0\nf /1 /1 /1\n").place == "line 2");
@@ -258,8 +227,6 @@ TEST_CASE("vertices that are not finite are refused") {
   const Error error = refusal("nan.ply", binary);
   CHECK(error.code == Code::mesh_not_finite);
   CHECK(error.place == "vertex 1");
-  CHECK(refusal("nan.stl", binary_stl({0, 0, 1, 0, 0, 0, 1, std::nanf(""), 0, 0, 1, 0})).code ==
-        Code::mesh_not_finite);
 }
 
 TEST_CASE("faces that refer to absent vertices are refused") {
