@@ -10,7 +10,6 @@
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
 #include "converter/bake/for_plan.h"
-#include "converter/bake/pairs_file.h"
 #include "converter/stitch/find_cell.h"
 
 namespace selvedge {
@@ -45,7 +44,6 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
   must(ensure_texels(cell, command.input, command.texels_given, options));
   // The hue of yarn that scatters inside comes from many bounces.
   if (!command.bounces_given && !mesh->transmission.empty()) options.bounces = unlimited_bounces;
-  if (!command.pairs.empty()) options.pairs = must(read_pairs(command.pairs));
   if (command.demand) {
     const double texel_mm = command.demand->min_mm * std::exp2(command.demand->bias);
     const double made = std::max(mesh->period.x / options.width, mesh->period.y / options.height);
@@ -116,7 +114,7 @@ namespace {
 void declare(Options& options, BakeCommand& command) {
   options.common(command.common);
   add_cell(options, command.input, command.cell);
-  add_bake(options, command.bake, command.pairs);
+  add_bake(options, command.bake);
   options.text("--shard", "I/N", "Bake part I (from 0) of N, for selvedge merge",
                [&command](const std::string& t) {
                  const auto n = whole_numbers_from("--shard", t, '/', 2, 2, "0/8");

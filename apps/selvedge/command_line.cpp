@@ -25,8 +25,8 @@ void declare(Options& options, FitCommand& command) {
 /// Refuses options that the limits choose or do not know of.
 void check_limits(const Options& options) {
   options.refuse_if(true, "is chosen by --max-bytes, --min-db and --max-seconds",
-                    {"--texels", "--views", "--lights", "--samples", "--noise", "--bounces", "--lobes",
-                     "--no-table", "--budget", "--half-lobes", "--float-tables", "--time-budget"});
+                    {"--texels", "--views", "--lights", "--samples", "--bounces", "--lobes", "--no-table",
+                     "--budget", "--half-lobes", "--float-tables"});
   // What a plan leaves out is not in the measured sizes and times.
   options.refuse_if(true, "excludes --max-bytes, --min-db and --max-seconds",
                     {"--quality", "--keep-samples", "--for"});
@@ -58,7 +58,7 @@ void add_choice(Options& options, MakeCommand& command) {
 void declare(Options& options, MakeCommand& command) {
   options.common(command.common);
   add_cell(options, command.input, command.cell);
-  add_bake(options, command.options.bake, command.pairs);
+  add_bake(options, command.options.bake);
   add_fit(options, command.options, command.report);
   options.group("");
   const Option plan =

@@ -24,7 +24,6 @@ struct BakeCommand {
   CellOptions cell;
   BakeOptions bake = preset_named(default_preset)->bake;
   std::string quality{default_preset};
-  std::string pairs;  ///< file of pairs; empty: random ones
   std::optional<BakeShard> shard;
   bool texels_given = false;          ///< if not, the stitch may raise the default
   bool sides_given = false;           ///< if not, a plan decides
@@ -48,7 +47,6 @@ struct MakeCommand {
   std::string output;
   CellOptions cell;
   MakeOptions options = *preset_named(default_preset);  ///< those of the default preset at first
-  std::string pairs;                                    ///< file of pairs; empty: random ones
   bool texels_given = false;                            ///< if not, the stitch may raise the default
   bool sides_given = false;                             ///< if not, a plan decides
   bool bounces_given = false;                           ///< if not, translucent yarn takes all

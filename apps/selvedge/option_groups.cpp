@@ -88,7 +88,7 @@ void add_transport(Options& options, const TransportOptions& transport) {
                });
 }
 
-void add_bake(Options& options, BakeOptions& bake, std::string& pairs_file) {
+void add_bake(Options& options, BakeOptions& bake) {
   options.group("Bake");
   const std::string texels = fmt::format("Texels of one repeat [{}x{}]", bake.width, bake.height);
   options.text("--texels", "N|WxH", texels, [&bake](const std::string& t) {
@@ -98,22 +98,11 @@ void add_bake(Options& options, BakeOptions& bake, std::string& pairs_file) {
   });
   options.number("--views", bake.views, "N", "View directions");
   options.number("--lights", bake.lights, "N", "Light directions");
-  const Option samples = options.number("--samples", bake.samples, "N", "Rays per texel and view");
-  const Option noise =
-      options.number("--noise", bake.noise, "X",
-                     "Use as many samples as keep their relative noise below this, such as 0.02");
-  noise.excludes(samples);
-  options.number("--time-budget", bake.time_budget, "S", "Use as many samples as fit into this many seconds")
-      .excludes(samples)
-      .excludes(noise);
+  options.number("--samples", bake.samples, "N", "Rays per texel and view");
   add_transport(options, {bake.bounces, bake.indirect, bake.ground, bake.reference});
-  const Option pairs = options.text("--pairs", pairs_file, "FILE", "Pairs of directions from a file (JSON)");
-  options.number("--validation-pairs", bake.validation_pairs, "N", "Random pairs of directions to choose by")
-      .excludes(pairs);
-  options.number("--held-out-pairs", bake.held_out_pairs, "N", "Random pairs to measure errors by")
-      .excludes(pairs);
-  options.number("--rim-pairs", bake.rim_pairs, "N", "Random pairs near the horizon, measured separately")
-      .excludes(pairs);
+  options.number("--validation-pairs", bake.validation_pairs, "N", "Random pairs of directions to choose by");
+  options.number("--held-out-pairs", bake.held_out_pairs, "N", "Random pairs to measure errors by");
+  options.number("--rim-pairs", bake.rim_pairs, "N", "Random pairs near the horizon, measured separately");
   static constexpr std::array<std::string_view, 2> on_off{"on", "off"};
   static constexpr std::array<std::string_view, 2> sides{"front", "both"};
   options.choice(

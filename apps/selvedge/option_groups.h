@@ -12,7 +12,7 @@ namespace selvedge {
 Option add_cell(Options& options, std::string& input, CellOptions& cell);
 /// Declares --set. `texts`, if given, receives the settings as typed.
 void add_settings(Options& options, CellOptions& cell, std::vector<std::string>* texts = nullptr);
-void add_bake(Options& options, BakeOptions& bake, std::string& pairs_file);
+void add_bake(Options& options, BakeOptions& bake);
 
 /// Indirect light and reference plane, of a bake or of a traced swatch.
 struct TransportOptions {

@@ -24,7 +24,6 @@ MadeFabric make_fabric(const MakeCommand& command) {
   bake.input = command.input;
   bake.cell = command.cell;
   bake.bake = command.options.bake;
-  bake.pairs = command.pairs;
   bake.texels_given = command.texels_given;
   bake.sides_given = command.sides_given;
   bake.bounces_given = command.bounces_given;

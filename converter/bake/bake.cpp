@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "converter/bake/journal.h"
@@ -23,52 +21,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-/// The smallest number of samples that keeps the noise of a few views below the target.
-int samples_for_noise(UnitBaker& baker, std::size_t views, double target) {
-  constexpr std::size_t max_pilots = 8;
-  constexpr int max_samples = 1 << 16;
-  const std::size_t pilots = std::min(max_pilots, views);
-  int samples = 2;
-  for (; samples < max_samples; samples *= 2) {
-    NoiseSum noise;
-    for (std::size_t p = 0; p < pilots; ++p) {
-      baker.bake_view((2 * p + 1) * views / (2 * pilots), samples, noise);
-    }
-    if (noise.relative() <= target) break;
-  }
-  return samples;
-}
-
-/// Scales both sample counts to the remaining time.
-void scale_to_budget(UnitBaker& baker, BakeOptions& o, const SamplesHeader& header, Clock::time_point start) {
-  constexpr int pilot_samples = 16;
-  // Seconds to compress and write one value, measured on one slow core.
-  constexpr double seconds_per_value = 60e-9;
-  NoiseSum ignored;
-  const std::size_t views = header.view_count();
-  baker.bake_view(views / 2, 1, ignored);  // computes what all views share, which is not timed
-  const auto before_view = Clock::now();
-  baker.bake_view(views / 2, pilot_samples, ignored);
-  double seconds = seconds_since(before_view) / pilot_samples * o.samples * static_cast<double>(views);
-  for (const PairKind kind : all_pair_kinds) {
-    const auto& pairs = header.pairs[index_of(kind)];
-    if (pairs.empty()) continue;
-    baker.bake_pair(kind, 0, 2, ignored);
-    const auto before_pair = Clock::now();
-    baker.bake_pair(kind, 0, pilot_samples, ignored);
-    seconds +=
-        seconds_since(before_pair) / pilot_samples * o.truth_samples * static_cast<double>(pairs.size());
-  }
-  const double values = 3.0 * header.texels() * header.view_count() * header.light_count();
-  const double remaining = *o.time_budget * 0.95 - seconds_since(start) - values * seconds_per_value;
-  const double scale = std::max(0.0, remaining / seconds);
-  const auto scaled = [&](int count, int min_count) {
-    return static_cast<int>(std::clamp(std::floor(count * scale), static_cast<double>(min_count), 65536.0));
-  };
-  o.samples = scaled(o.samples, 1);
-  o.truth_samples = scaled(o.truth_samples, 2) / 2 * 2;
 }
 
 /// Writes the units of all journals of one bake into the samples file and adds their figures to the report.
@@ -192,24 +144,12 @@ Result<BakeJournal> bake_units(const CellMesh& given, const std::string& name, B
                       max_cache_points));
     }
   }
-  const auto header_now = [&] { return samples_header(mesh, o, *plane, cell->thickness_mm(), provenance); };
+  const SamplesHeader header = samples_header(mesh, o, *plane, cell->thickness_mm(), provenance);
   YarnData yarns = mesh.yarns;
   const float lowest = bounds_of(mesh).min.z;
   for (V3f& node : yarns.nodes) node.z -= lowest;
-  UnitBaker baker(*cell, yarns, std::move(cache), o, header_now(), *plane);
-  if (o.noise || o.time_budget) {
-    // A resumed bake keeps the sample counts of its journal, so that all units have the same.
-    const auto begun = BakeJournal::read_header(journal_path);
-    if (begun) {
-      o.samples = begun->samples_per_texel;
-      o.truth_samples = begun->truth_samples;
-    }
-    if (!begun || samples_header_to_json(header_now()) != samples_header_to_json(*begun)) {
-      if (o.noise) o.samples = samples_for_noise(baker, o.views, *o.noise);
-      if (o.time_budget) scale_to_budget(baker, o, header_now(), start);
-    }
-  }
-  auto journal = BakeJournal::open(journal_path, header_now(), shard, o.resumable);
+  UnitBaker baker(*cell, yarns, std::move(cache), o, header, *plane);
+  auto journal = BakeJournal::open(journal_path, header, shard, o.resumable);
   if (!journal) return journal;
   if (auto ok = bake_missing(baker, *journal, shard, start, watcher, report); !ok) {
     return tl::unexpected(ok.error());
@@ -248,9 +188,6 @@ Result<BakeReport> bake_shard(const CellMesh& mesh, const std::string& name, con
   if (shard.count < 1 || shard.index < 0 || shard.index >= shard.count) {
     return fail(Code::option_out_of_range, name, "shard",
                 fmt::format("{}/{} is not one of its parts", shard.index, shard.count));
-  }
-  if (options.time_budget) {
-    return fail(Code::option_out_of_range, name, "time-budget", "shards would differ in their samples");
   }
   if (const auto writable = AtomicFile::create(output); !writable) return tl::unexpected(writable.error());
   BakeReport report;

@@ -57,11 +57,6 @@ struct BakeOptions {
   int views = 64;   ///< 1 to 4096; laid out by grid_of()
   int lights = 64;
   int samples = 8;  ///< rays per texel and view
-  /// Target for BakeReport::noise instead of `samples`: the bake uses the smallest power of two (at most
-  /// 65,536) that reaches it on eight views.
-  std::optional<double> noise;
-  /// Seconds for the whole bake; `samples` and `truth_samples` are scaled alike to fill them.
-  std::optional<double> time_budget;
   int bounces = 2;  ///< indirect bounces, 0 to 64, or unlimited_bounces
   IndirectLight indirect = IndirectLight::cached;
   /// Albedo of a Lambertian plane at the cell's lowest point; without it, light below is lost.
@@ -114,13 +109,13 @@ inline constexpr double rim_z = 0.15;
 
 /// Bakes `mesh` and writes a samples file. `name` stands for the mesh in messages; `provenance` is a JSON
 /// object that the file keeps beside the options. The same mesh, options and seed give the same bytes for any
-/// number of threads, whether interrupted or not (with a time budget: for the same sample counts). The
-/// journal is `output`.journal; a journal of another bake is replaced.
+/// number of threads, whether interrupted or not. The journal is `output`.journal; a journal of another bake
+/// is replaced.
 Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
                         const std::string& provenance, const std::string& output,
                         const BakeWatcher& watcher = {});
 
-/// Bakes one shard to `output`, a finished journal for merge_shards(). Precondition: no time budget.
+/// Bakes one shard to `output`, a finished journal for merge_shards().
 Result<BakeReport> bake_shard(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
                               const std::string& provenance, const BakeShard& shard,
                               const std::string& output, const BakeWatcher& watcher = {});

@@ -19,7 +19,7 @@ BakeOptions bake_for(const TexelDemand& demand, const V2d& period_mm, BakeOption
   // Each level has four texels for one of the next.
   constexpr double max_samples = 65536;
   const double factor = std::exp2(2.0 * (level - 1));
-  if (!whole.noise) whole.samples = static_cast<int>(std::min(whole.samples * factor, max_samples));
+  whole.samples = static_cast<int>(std::min(whole.samples * factor, max_samples));
   whole.truth_samples = static_cast<int>(std::min(whole.truth_samples * std::sqrt(factor), max_samples));
   return whole;
 }

@@ -135,13 +135,6 @@ Result<BakeJournal> BakeJournal::open(const std::string& path, const SamplesHead
   return journal;
 }
 
-std::optional<SamplesHeader> BakeJournal::read_header(const std::string& path) {
-  const File file = open_file(path, "rb");
-  if (!file) return std::nullopt;
-  const auto head = read_head(file.get(), path);
-  return head ? std::optional(head->header) : std::nullopt;
-}
-
 Result<BakeJournal> BakeJournal::read(const std::string& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return fail(Code::file_missing, path, {}, "no such file");

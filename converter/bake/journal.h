@@ -26,8 +26,6 @@ class BakeJournal {
   /// stays unnamed. Refuses (file_unwritable) a journal that another program is writing.
   static Result<BakeJournal> open(const std::string& path, const SamplesHeader& header,
                                   const BakeShard& shard, bool lasting);
-  /// The header of the journal at `path`, if there is one.
-  static std::optional<SamplesHeader> read_header(const std::string& path);
   /// Opens a journal for reading. Refuses (samples_malformed) a journal that lacks a unit of its shard.
   static Result<BakeJournal> read(const std::string& path);
 

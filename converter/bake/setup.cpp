@@ -91,8 +91,7 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
        {in_range("texels", o.width, 1, limits.texels_per_side),
         in_range("texels", o.height, 1, limits.texels_per_side),
         in_range("views", o.views, 1, limits.directions), in_range("lights", o.lights, 1, limits.directions),
-        in_range("samples", o.samples, 1, max_samples), in_range("noise", o.noise.value_or(1), 1e-4, 10),
-        in_range("time-budget", o.time_budget.value_or(1), 1e-3, 1e7),
+        in_range("samples", o.samples, 1, max_samples),
         in_range("bounces", o.bounces == unlimited_bounces ? 0 : o.bounces, 0, 64),
         in_range("ground", o.ground.value_or(0), 0, 1),
         in_range("validation-pairs", o.validation_pairs, 0, 65536),
@@ -100,7 +99,6 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
         in_range("truth-samples", o.truth_samples, 2, max_samples)}) {
     if (!ok) return ok;
   }
-  if (o.noise && o.time_budget) return refuse("noise", "and a time budget exclude each other");
   if (o.both_sides && o.ground) return refuse("sides", "both: a ground hides the back");
   const double pixels = static_cast<double>(o.width) * o.height * o.views * o.lights * (o.both_sides ? 4 : 1);
   const auto limit = static_cast<double>(ExrLimits{}.pixels_per_part);

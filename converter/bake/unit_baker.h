@@ -50,13 +50,13 @@ class UnitBaker {
 
   /// `samples`: rays per texel.
   UnitSamples bake(const BakeUnit& unit, int samples, NoiseSum& noise);
-  ViewSamples bake_view(std::size_t index, int samples, NoiseSum& noise);
-  /// Pairs may come in any order; the indirect light of neighbouring indices is computed together.
-  PairSamples bake_pair(PairKind kind, std::size_t index, int samples, NoiseSum& noise);
 
   std::uint64_t rays() const { return baker_.rays() + (cache_ ? cache_->rays() : 0); }
 
  private:
+  ViewSamples bake_view(std::size_t index, int samples, NoiseSum& noise);
+  /// Pairs may come in any order; the indirect light of neighbouring indices is computed together.
+  PairSamples bake_pair(PairKind kind, std::size_t index, int samples, NoiseSum& noise);
   void solve_for_pairs(PairKind kind, std::size_t index);
 
   const TracedCell& cell_;

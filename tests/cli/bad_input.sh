@@ -283,7 +283,6 @@ test_a_pipe_is_no_input_and_is_not_waited_for() {
   { echo 'mtllib pipe.mtl' && cat plane.obj; } >coloured.obj
   exits 0 soon selvedge stitch coloured.obj -o o.ply --quiet
   rm o.ply
-  refuses FILE_UNREADABLE pipe.json soon selvedge bake plane.obj --period 2x2 -o o.exr --pairs pipe.json
   refuses FILE_UNREADABLE pipe.exr soon selvedge merge pipe.exr -o o.exr
   refuses FILE_UNREADABLE pipe.exr soon selvedge fit pipe.exr -o o.exr
   refuses FILE_UNREADABLE pipe.exr soon selvedge repack pipe.exr -o o.exr
@@ -330,7 +329,7 @@ test_pipes_that_a_file_refers_to_are_not_waited_for() {
   refuses FILE_UNREADABLE pipe.exr soon selvedge-view render fabric.gltf -o o.png --size 16x16
   # What a bake goes on from lies beside its output.
   mkfifo o.exr.journal
-  refuses FILE_UNWRITABLE o.exr.journal soon selvedge bake plane.obj --period 2x2 -o o.exr --noise 0.5 "${small[@]:0:6}"
+  refuses FILE_UNWRITABLE o.exr.journal soon selvedge bake plane.obj --period 2x2 -o o.exr "${small[@]}"
 }
 
 # is_text FILE: UTF-8 without control characters but line ends.

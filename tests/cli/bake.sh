@@ -73,15 +73,7 @@ test_shards_merge_to_the_bytes_of_the_whole() {
   refuses OPTION_OUT_OF_RANGE shard selvedge bake plain-weave -o 2.shard --shard 2/2 "${small[@]}"
 }
 
-test_bake_aims_at_noise_or_time() {
-  local some=(--texels 8 --views 16 --lights 16 --held-out-pairs 0 --validation-pairs 0 --rim-pairs 0)
-  exits 0 selvedge bake plain-knit --set yarn=tube -o n.exr --noise 0.1 "${some[@]}" --json
-  holds "r.noise < 0.12 && r.samples >= 2"
-  exits 0 selvedge bake plain-knit --set yarn=tube -o t.exr --time-budget 0.5 "${some[@]}" --json
-  holds "r.samples >= 1"
-  exits 0 selvedge info t.exr --json
-  holds "r.content.provenance.bake.samples === r.content.samplesPerTexel"
-  exits 2 selvedge bake plain-knit -o t.exr --time-budget 0.5 --samples 4
+test_bake_refuses_values_that_are_none() {
   exits 2 selvedge bake plain-knit -o t.exr --bounces -1
   exits 2 selvedge bake plain-knit -o t.exr --indirect none
   exits 2 selvedge bake plain-knit -o t.exr --reference-height high
@@ -98,16 +90,6 @@ test_bake_takes_light_ground_and_plane() {
   holds "r.content.provenance.bake.referencePlane === 'share' && r.content.referenceHeight < r.content.thickness"
   exits 0 selvedge bake plain-knit --set yarn=tube -o traced.exr "${small[@]}" --indirect traced --json
   holds "r.rays > 0"
-}
-
-test_pairs_come_from_a_file() {
-  echo '{"held-out": [{"light": [0, 0.6, 0.8], "view": [0, 0, 1]}]}' >pairs.json
-  local some=(--texels 8 --views 4 --lights 4)
-  selvedge bake plain-knit --set yarn=tube -o k.exr --pairs pairs.json "${some[@]}" --quiet
-  exits 0 selvedge info k.exr --json
-  holds "r.content.pairs['held-out'] === 1 && r.content.pairs.rim === 0"
-  echo '{"views": []}' >pairs.json
-  refuses JSON_MALFORMED /views selvedge bake plain-knit -o k.exr --pairs pairs.json "${some[@]}"
 }
 
 "$2"

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "converter/bake/bake.h"
-#include "converter/bake/pairs_file.h"
 #include "format/base/atomic_file.h"
 #include "tests/converter/bake_cells.h"
 #include "tests/format/files.h"
@@ -128,25 +127,6 @@ TEST_CASE("shards that do not make a whole are refused") {
   REQUIRE(write_file(folder / "d", std::string("not a journal")));
   refused({folder / "d"}, "not a journal");
   CHECK_FALSE(bake_shard(mesh(), "test", o, "{}", {2, 2}, folder / "e"));
-  o.time_budget = 1;
-  CHECK_FALSE(bake_shard(mesh(), "test", o, "{}", {1, 2}, folder / "e"));
-}
-
-TEST_CASE("a target for the noise is met with no more samples than it takes") {
-  const Folder folder;
-  BakeOptions o = small_bake();
-  o.noise = 0.05;
-  const BakeReport fine = baked(o, folder / "fine.exr");
-  // Chosen on eight of the nine views.
-  CHECK(fine.noise < 0.05 * 1.2);
-  o.noise = 0.2;
-  const BakeReport coarse = baked(o, folder / "coarse.exr");
-  CHECK(coarse.samples < fine.samples);
-  // The counts that were found give the same bytes when they are asked for.
-  o.noise.reset();
-  o.samples = coarse.samples;
-  baked(o, folder / "same.exr");
-  CHECK(bytes_of(folder / "same.exr") == bytes_of(folder / "coarse.exr"));
 }
 
 TEST_CASE("the noise of a bake is in its file") {
@@ -157,40 +137,4 @@ TEST_CASE("the noise of a bake is in its file") {
   CHECK(noise["samples"] == report.noise);
   CHECK(noise["truth"] == report.truth_noise);
   CHECK(report.noise > 0);
-}
-
-TEST_CASE("pairs of directions come from a file") {
-  const Folder folder;
-  REQUIRE(write_file(folder / "pairs.json", std::string(R"({
-    "held-out": [{"light": [0, 0, 2], "view": [3, 0, 4]}, {"light": [0, 1, 1], "view": [0, 0, 1]}],
-    "rim": [{"light": [1, 0, 0.01], "view": [0, 0, 1]}]})")));
-  const auto pairs = test::need(read_pairs(folder / "pairs.json"));
-  BakeOptions o = small_bake();
-  o.pairs = pairs;
-  baked(o, folder / "s.exr");
-  auto reader = test::need(SamplesReader::open(folder / "s.exr"));
-  CHECK(reader.header().pairs[0].empty());
-  REQUIRE(reader.header().pairs[1].size() == 2);
-  CHECK(reader.header().pairs[1][0].light == V3f(0, 0, 1));
-  CHECK(reader.header().pairs[1][0].view == V3f(0.6F, 0, 0.8F));
-  CHECK(reader.header().pairs[2].size() == 1);
-  REQUIRE(reader.read_pairs(PairKind::held_out));
-}
-
-TEST_CASE("a file of pairs that is not one is refused with the place") {
-  const Folder folder;
-  const auto refused = [&](const char* text, const char* place) {
-    REQUIRE(write_file(folder / "pairs.json", std::string(text)));
-    const Error pairs = test::error_of(read_pairs(folder / "pairs.json"));
-    CHECK(pairs.code == Code::json_malformed);
-    CHECK(pairs.place == place);
-  };
-  refused("[1]", "");
-  refused("{\"rim\": 1}", "/rim");
-  refused("{\"views\": []}", "/views");
-  refused("{\"others\": []}", "/others");
-  refused("{\"rim\": [{\"light\": [0, 0, 1]}]}", "/rim/0/view");
-  refused("{\"rim\": [{\"light\": [0, 0], \"view\": [0, 0, 1]}]}", "/rim/0/light");
-  refused("{\"rim\": [{\"light\": [0, 0, 0], \"view\": [0, 0, 1]}]}", "/rim/0/light");
-  refused("{\"rim\": [{\"light\": [0, 0, 1], \"view\": [1, 0, -1]}]}", "/rim/0/view");
 }
