@@ -235,25 +235,14 @@ Option Options::list(const char* name, const char* type, const std::string& help
   return add(option, type);
 }
 
-Option Options::output(std::string& path, const std::string& help, const char* piped,
-                       std::vector<std::string> endings) {
-  output_ = &path;
-  piped_ending_ = piped;
+Option Options::output(std::string& path, const std::string& help, std::vector<std::string> endings) {
   Option option = text("-o,--output", path, "FILE", help);
-  check([this, endings = std::move(endings)] {
-    if (*output_ != "-") {
-      const std::string fault = fault_of_ending(*output_, endings);
-      if (!output_->empty() && !endings.empty() && !fault.empty()) refuse("--output", fault);
-      return;
-    }
-    if (piped_ending_.empty()) refuse("--output", "cannot be standard output here; name a file");
-    refuse_if(true, "has no place on standard output beside -o -", {"--json"});
+  check([&path, endings = std::move(endings)] {
+    if (path == "-") refuse("--output", "cannot be standard output; name a file");
+    const std::string fault = fault_of_ending(path, endings);
+    if (!path.empty() && !endings.empty() && !fault.empty()) refuse("--output", fault);
   });
   return option;
-}
-
-std::string* Options::piped_output() const {
-  return output_ != nullptr && *output_ == "-" ? output_ : nullptr;
 }
 
 void Options::check(std::function<void()> check) {

@@ -104,14 +104,8 @@ class Options {
   Option list(const char* name, const char* type, const std::string& help,
               const std::function<void(const std::vector<std::string>&)>& read);
 
-  /// -o, --output, with one of the endings if any are given. If `piped` is an ending such as ".fabric.exr",
-  /// "-" means standard output: a temporary file with that ending is written and then copied there; otherwise
-  /// "-" is refused.
-  Option output(std::string& path, const std::string& help, const char* piped,
-                std::vector<std::string> endings = {});
-  /// The output's path if it is "-", else null.
-  std::string* piped_output() const;
-  const std::string& piped_ending() const { return piped_ending_; }
+  /// -o, --output, a file with one of the endings if any are given.
+  Option output(std::string& path, const std::string& help, std::vector<std::string> endings = {});
 
   /// Adds a check that runs after parsing, in the order of declaration; it may refuse() and change values.
   void check(std::function<void()> check);
@@ -130,8 +124,6 @@ class Options {
   CLI::App& app_;
   CommonOptions* common_ = nullptr;
   std::string group_ = "Options";
-  std::string* output_ = nullptr;
-  std::string piped_ending_;
   std::vector<std::function<void()>> checks_;
 };
 

@@ -8,11 +8,8 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <fstream>
-#include <optional>
 
 #include "apps/common/manual.h"
-#include "apps/common/scratch_folder.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
@@ -78,14 +75,6 @@ int refuse_run(const CommonOptions& common, const std::string& verb, const Error
     report_error(error);
   }
   return 1;
-}
-
-/// Copies a finished file to standard output.
-void pipe_out(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::vector<char> bytes(1 << 16);
-  while (file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())), file.gcount() > 0)
-    std::fwrite(bytes.data(), 1, static_cast<std::size_t>(file.gcount()), stdout);
 }
 
 }  // namespace
@@ -167,17 +156,8 @@ int Program::parse_and_run(int argc, const char* const* argv) {
 }
 
 int Program::run_verb(const Verb& verb) {
-  CommonOptions& common = verb.options->common();
+  const CommonOptions& common = verb.options->common();
   set_threads(common.threads);
-  std::string* piped = verb.options->piped_output();
-  std::optional<ScratchFolder> scratch;
-  if (piped != nullptr) {
-    Result<ScratchFolder> made = ScratchFolder::create(app_->get_name() + "-pipe-");
-    if (!made) return refuse_run(common, verb.options->app().get_name(), made.error());
-    scratch.emplace(std::move(*made));
-    *piped = scratch->path() + "/out" + verb.options->piped_ending();
-    common.piped = true;
-  }
   const Result<int> status = guarded(first_file(verb.options->app()), [&]() -> Result<int> {
     try {
       return verb.work();
@@ -187,13 +167,7 @@ int Program::run_verb(const Verb& verb) {
       return 1;
     }
   });
-  if (status) {
-    if (piped != nullptr) pipe_out(*piped);
-    return *status;
-  }
-  Error error = status.error();
-  if (piped != nullptr && error.file == *piped) error.file = "standard output";
-  return refuse_run(common, verb.options->app().get_name(), error);
+  return status ? *status : refuse_run(common, verb.options->app().get_name(), status.error());
 }
 
 int Program::run(int argc, const char* const* argv) {

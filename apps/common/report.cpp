@@ -45,7 +45,6 @@ std::string framed(const char* verb, const Json& json) {
 }
 
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text) {
-  if (common.piped) return;
   if (common.json) {
     fmt::print("{}", framed(verb, json));
   } else if (!common.quiet) {

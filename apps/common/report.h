@@ -17,7 +17,6 @@ using Json = nlohmann::ordered_json;
 struct CommonOptions {
   bool json = false;       ///< the report as JSON on standard output
   bool quiet = false;      ///< no progress, no table
-  bool piped = false;      ///< standard output receives the output file, and no report
   int threads = 0;         ///< 0: all cores
   std::uint64_t seed = 0;  ///< ignored by verbs without random numbers
 };

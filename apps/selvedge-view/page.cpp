@@ -38,7 +38,7 @@ void declare(Options& options, PageCommand& command) {
             "Garments (.gltf, .glb), which stand side by side; fabrics (.exr), to be swapped on them")
       .required()
       .count(1, 64);
-  options.output(command.output, "The page", "", {".html"}).required();
+  options.output(command.output, "The page", {".html"}).required();
   add_limits(options, command.limits);
   add_environment(options, command.environment, command.around, "With none a finger moves two lamps");
   options.flag("--backdrop", command.backdrop, "Shows it behind the garments");

@@ -121,7 +121,7 @@ void declare(Options& options, BakeCommand& command) {
                  command.shard = BakeShard{n[0], n[1]};
                });
   options.group("");
-  options.output(command.output, "The samples file, or with --shard the part", ".samples.exr").required();
+  options.output(command.output, "The samples file, or with --shard the part").required();
   add_quality(options, command.quality);
   options.check([&options, &command] {
     command.texels_given = options.given("--texels");
@@ -150,7 +150,7 @@ void declare(Options& options, MergeCommand& command) {
   options.common(command.common);
   options.list("shards", command.shards, "SHARD...", "The parts that bake --shard wrote, in any order")
       .required();
-  options.output(command.output, "The samples file", ".samples.exr").required();
+  options.output(command.output, "The samples file").required();
 }
 
 Result<int> run(const MergeCommand& command) {

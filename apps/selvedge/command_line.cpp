@@ -17,7 +17,7 @@ void declare(Options& options, FitCommand& command) {
   options.text("samples", command.input, "FILE", "The samples file").required();
   add_fit(options, command.options, command.report);
   options.group("");
-  options.output(command.output, "The fabric file", ".fabric.exr").required();
+  options.output(command.output, "The fabric file").required();
   add_quality(options, command.quality);
   options.check([&options, &command] { apply_quality(options, command.quality, command.options); });
 }
@@ -69,7 +69,7 @@ void declare(Options& options, MakeCommand& command) {
             "A material of the plan, by name or #index; may be repeated (default: all)")
       .needs(plan);
   options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file");
-  options.output(command.output, "The fabric file", ".fabric.exr").required();
+  options.output(command.output, "The fabric file").required();
   add_choice(options, command);
   options.check([&options, &command] {
     command.texels_given = options.given("--texels");

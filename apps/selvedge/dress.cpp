@@ -49,7 +49,7 @@ void declare(Options& options, DressCommand& command) {
   options.text("garment", command.garment, "FILE", "A glTF file (.gltf .glb), OBJ with its materials, or PLY")
       .required();
   options.text("fabric", command.fabric, "FILE", "The fabric file").required();
-  options.output(command.output, "The dressed garment (.gltf .glb)", ".glb", {".gltf", ".glb"}).required();
+  options.output(command.output, "The dressed garment (.gltf .glb)", {".gltf", ".glb"}).required();
   DressOptions& dress = command.dress;
   options.list("--material", dress.materials, "NAME", "Name of a material, or #index; may be repeated");
   options.flag("--all", dress.all, "Every material but what calls itself a button, a zip, skin and the like");
@@ -99,10 +99,8 @@ void declare(Options& options, DressCommand& command) {
             "Also this USD layer (.usda): the garment, its fallback, and the fabric's name")
       .ends_in({".usda"});
   add_limits(options, dress.limits);
-  options.check([&options, &dress] {
+  options.check([&dress] {
     if (dress.materials.empty() && !dress.all) refuse("dress", "--material or --all is required");
-    options.refuse_if(options.piped_output() != nullptr, "has no place beside standard output",
-                      {"--external"});
   });
 }
 

@@ -25,7 +25,7 @@ void declare(Options& options, PlanCommand& command) {
   PlanOptions& plan = command.plan;
   options.common(command.common);
   options.text("scene", command.scene, "FILE", "A dressed glTF file (.gltf .glb)").required();
-  options.output(command.output, "The plan (.json), for selvedge make --for", ".plan.json", {".json"});
+  options.output(command.output, "The plan (.json), for selvedge make --for", {".json"});
   options.size("--size", plan.size, "Size of the frame in pixels", INT_MIN, INT_MAX);
   options.number("--supersample", plan.supersample, "N", "Draw N times larger per side");
   add_scene_choice(options, plan.choice);

@@ -21,8 +21,7 @@ void declare(Options& options, ReattachCommand& command) {
   options.common(command.common);
   options.text("garment", command.input, "FILE", "A glTF file (.gltf .glb) whose materials kept their extras")
       .required();
-  options.output(command.output, "The garment with its fabrics (.gltf .glb)", ".glb", {".gltf", ".glb"})
-      .required();
+  options.output(command.output, "The garment with its fabrics (.gltf .glb)", {".gltf", ".glb"}).required();
   ReattachOptions& reattach = command.reattach;
   options.list("--fabric", reattach.fabrics, "[NAME=]FILE",
                "A fabric file that is missing, such as one that was embedded; may be repeated");
@@ -30,10 +29,6 @@ void declare(Options& options, ReattachCommand& command) {
                                         "Embed the fabrics in the glTF (default for those that were)");
   options.set_flag("--external", reattach.embed, false, "Refer to fabrics beside the glTF").excludes(embed);
   add_limits(options, reattach.limits);
-  options.check([&options] {
-    options.refuse_if(options.piped_output() != nullptr, "has no place beside standard output",
-                      {"--external"});
-  });
 }
 
 Result<int> run(const ReattachCommand& command) {

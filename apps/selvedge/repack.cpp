@@ -37,7 +37,7 @@ void declare(Options& options, RepackCommand& command) {
   options.common(command.common);
   options.text("fabric", command.input, "FILE", "The fabric file; unknown parts and attributes are left out")
       .required();
-  options.output(command.output, "The fabric file to write", ".fabric.exr").required();
+  options.output(command.output, "The fabric file to write").required();
   const auto add_precision = [&](const char* half, const char* whole, const LayerSet& layers,
                                  const char* names) {
     const Option flag = options.flag(

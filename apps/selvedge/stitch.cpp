@@ -30,7 +30,7 @@ void declare(Options& options, StitchCommand& command) {
   add_cell(options, command.input, command.cell).required(false);
   options.flag("--list", command.list, "The built-in stitches, or the parameters of one");
   options.flag("--show", command.show, "Print the stitch description (JSON) on standard output");
-  options.output(command.output, "The cell's mesh (.obj .ply), or the stitch description (.json)", "",
+  options.output(command.output, "The cell's mesh (.obj .ply), or the stitch description (.json)",
                  {".obj", ".ply", ".json"});
   options.check([&command] {
     if (command.input.empty() && (command.show || !command.list))

@@ -43,7 +43,7 @@ void declare(Options& options, SwatchCommand& command) {
   options.group("");
   options.flag("--truth", command.truth, "Ray-trace the stitch itself, repeated");
   options
-      .output(command.output, "The picture: .png as people see it, .exr linear with opacity", ".png",
+      .output(command.output, "The picture: .png as people see it, .exr linear with opacity",
               {".png", ".exr"})
       .required();
   add_place(options, "Camera of the swatch [near]", [&command](SwatchView place) { command.place = place; });

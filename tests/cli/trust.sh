@@ -226,18 +226,18 @@ test_an_output_with_another_ending_is_wrong_usage() {
   done
 }
 
-test_what_a_killed_run_left_of_its_pipe_is_taken_away_by_the_next() {
-  make_plane_fabric
+test_what_a_killed_run_left_of_its_page_is_taken_away_by_the_next() {
+  [ -f "$bin/../share/selvedge/page.html" ] || exit 77
   write_quad quad.gltf
   export TMPDIR=$PWD/tmp
-  mkdir -p tmp/selvedge-pipe-killed tmp/selvedge-pipe-living tmp/other
-  touch tmp/selvedge-pipe-killed/out.glb tmp/selvedge-pipe-living/out.glb
-  ln -s "$PWD/quad.gltf" tmp/selvedge-pipe-link
-  exits 0 flock tmp/selvedge-pipe-living selvedge dress quad.gltf plane.fabric.exr -o - --all
-  [ "$(ls tmp | tr '\n' ' ')" = 'other selvedge-pipe-link selvedge-pipe-living ' ] || fail "left: $(ls tmp)"
-  [ -e quad.gltf ] && [ "$(head -c 4 "$scratch/out")" = glTF ]
-  exits 1 selvedge dress quad.gltf none.exr -o - --all
-  [ ! -e tmp/selvedge-pipe-living ]
+  mkdir -p tmp/selvedge-view-page-killed tmp/selvedge-view-page-living tmp/other
+  touch tmp/selvedge-view-page-killed/garment.glb tmp/selvedge-view-page-living/garment.glb
+  ln -s "$PWD/quad.gltf" tmp/selvedge-view-page-link
+  exits 0 flock tmp/selvedge-view-page-living selvedge-view page quad.gltf -o quad.html
+  [ "$(ls tmp | tr '\n' ' ')" = 'other selvedge-view-page-link selvedge-view-page-living ' ] || fail "left: $(ls tmp)"
+  [ -e quad.gltf ]
+  exits 0 selvedge-view page quad.gltf -o quad.html
+  [ ! -e tmp/selvedge-view-page-living ]
 }
 
 "$2"
