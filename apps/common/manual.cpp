@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 
 namespace selvedge {
 namespace {
@@ -47,15 +46,6 @@ std::string options_text(const CLI::App& verb) {
   return page;
 }
 
-/// The values of an option separated by spaces, from the names of a type such as on|off.
-std::string values_of(const CLI::Option& option) {
-  std::string type = option.get_type_name();
-  const bool are_names = type.find('|') != std::string::npos &&
-                         std::none_of(type.begin(), type.end(), [](char c) { return c >= 'A' && c <= 'Z'; });
-  std::replace(type.begin(), type.end(), '|', ' ');
-  return are_names ? type : "";
-}
-
 }  // namespace
 
 std::string manual_page(const CLI::App& program) {
@@ -70,44 +60,6 @@ std::string manual_page(const CLI::App& program) {
                         roff(verb->get_description()), options_text(*verb), roff(verb->get_footer()));
   }
   return page;
-}
-
-std::string bash_completion(const CLI::App& program) {
-  std::string verbs;
-  std::string options;
-  std::string values;
-  for (const CLI::App* verb : program.get_subcommands({})) {
-    verbs += verb->get_name() + " ";
-    options += fmt::format("    {}) words=\"", verb->get_name());
-    for (const CLI::Option* option : verb->get_options()) {
-      for (const std::string& long_name : option->get_lnames()) {
-        options += fmt::format("--{} ", long_name);
-        if (const std::string names = values_of(*option); !names.empty())
-          values += fmt::format("    {}:--{}) words=\"{}\" ;;\n", verb->get_name(), long_name, names);
-      }
-    }
-    options += "\" ;;\n";
-  }
-  const std::string& name = program.get_name();
-  std::string function = name;
-  std::replace(function.begin(), function.end(), '-', '_');
-  return fmt::format(R"(# Completion of {0} for bash.
-_{1}() {{
-  local word=${{COMP_WORDS[COMP_CWORD]}} words=
-  COMPREPLY=()
-  if [ "$COMP_CWORD" = 1 ]; then
-    COMPREPLY=($(compgen -W "{2}--help --version" -- "$word"))
-    return
-  fi
-  case ${{COMP_WORDS[1]}}:${{COMP_WORDS[COMP_CWORD - 1]}} in
-{4}  esac
-  [ -n "$words" ] || [[ $word != -* ]] || case ${{COMP_WORDS[1]}} in
-{3}  esac
-  [ -z "$words" ] || COMPREPLY=($(compgen -W "$words" -- "$word"))
-}}
-complete -o default -F _{1} {0}
-)",
-                     name, function, verbs, options, values);
 }
 
 }  // namespace selvedge

@@ -1,5 +1,5 @@
-// Declares the options of a verb: names, values, help and the checks between them. Help, man pages and shell
-// completion are printed from these declarations. Only options.cpp, program.cpp and manual.cpp include CLI11.
+// Declares the options of a verb: names, values, help and the checks between them. Help and man pages are
+// printed from these declarations. Only options.cpp, program.cpp and manual.cpp include CLI11.
 #pragma once
 
 #include <cstdint>

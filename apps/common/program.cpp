@@ -26,33 +26,6 @@ int check_output(int status) {
   return 1;
 }
 
-/// The Levenshtein distance of two words.
-std::size_t distance(const std::string& from, const std::string& to) {
-  std::vector<std::size_t> row(to.size() + 1);
-  for (std::size_t k = 0; k < row.size(); ++k) row[k] = k;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t k = 0; k < to.size(); ++k) {
-      const std::size_t replaced = diagonal + (from[i] == to[k] ? 0 : 1);
-      diagonal = row[k + 1];
-      row[k + 1] = std::min({replaced, row[k] + 1, row[k + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
-/// "unknown KIND TYPED", with "; did you mean NAME?" if a name is similar.
-std::string unknown(const char* kind, const std::string& typed, const std::vector<std::string>& names) {
-  std::string fault = fmt::format("unknown {} {}", kind, typed);
-  const auto nearest = std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
-    return distance(typed, a) < distance(typed, b);
-  });
-  if (nearest == names.end() || distance(typed, *nearest) > std::max<std::size_t>(2, typed.size() / 3))
-    return fault;
-  return fmt::format("{}; did you mean {}?", fault, *nearest);
-}
-
 /// With --json on the command line, whether or not it was parsed.
 bool wants_json(int argc, const char* const* argv) {
   return std::any_of(argv + 1, argv + argc,
@@ -102,33 +75,22 @@ Program::Verb& Program::add_verb(const VerbText& text) {
   return *verbs_.back();
 }
 
-std::string Program::usage_fault(const std::string& fault) const {
+std::string Program::usage_fault(std::string fault) const {
   const auto verbs = app_->get_subcommands();
-  if (verbs.empty()) {
-    const std::vector<std::string> words = app_->remaining();
-    std::vector<std::string> names;
-    for (const CLI::App* verb : app_->get_subcommands({})) names.push_back(verb->get_name());
-    if (words.empty()) return fault + "; see --help";
-    return unknown(words.front().starts_with('-') ? "option" : "verb", words.front(), names) + "; see --help";
-  }
-  const CLI::App& verb = *verbs.front();
-  std::string said = fault;
-  for (const std::string& word : verb.remaining()) {
-    if (!word.starts_with('-')) continue;
-    std::vector<std::string> names;
-    for (const CLI::Option* option : verb.get_options()) {
-      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-    }
-    said = unknown("option", word.substr(0, word.find('=')), names);
+  const CLI::App& at = verbs.empty() ? *app_ : *verbs.front();
+  for (const std::string& word : at.remaining()) {
+    const bool is_option = word.starts_with('-');
+    if (!is_option && !verbs.empty()) continue;
+    fault = fmt::format("unknown {} {}", is_option ? "option" : "verb", word.substr(0, word.find('=')));
     break;
   }
-  return fmt::format("{}; see {} {} --help", said, app_->get_name(), verb.get_name());
+  return fmt::format("{}; see {}--help", fault,
+                     verbs.empty() ? "" : fmt::format("{} {} ", app_->get_name(), at.get_name()));
 }
 
 int Program::parse_and_run(int argc, const char* const* argv) {
-  const std::string_view only = argc == 2 ? argv[1] : "";
-  if (only == "--man" || only == "--completion") {
-    fmt::print("{}", only == "--man" ? manual_page(*app_) : bash_completion(*app_));
+  if (argc == 2 && std::string_view(argv[1]) == "--man") {
+    fmt::print("{}", manual_page(*app_));
     return 0;
   }
   try {

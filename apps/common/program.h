@@ -39,8 +39,8 @@ class Program {
   /// Parses the command line, runs its verb, and returns the exit status: 0 good, 1 bad input or a failed
   /// check, 2 usage. With --json an error is a JSON report with a member "error" on standard output; else one
   /// line on standard error. Unfinished files are removed if a signal ends the program. Exceptions
-  /// become errors of the first file that the verb is given (guard.h). `--man` and `--completion` without a
-  /// verb print the manual page and the completion for bash.
+  /// become errors of the first file that the verb is given (guard.h). `--man` without a verb prints the
+  /// manual page.
   int run(int argc, const char* const* argv);
 
  private:
@@ -51,7 +51,7 @@ class Program {
   Verb& add_verb(const VerbText& text);
   int parse_and_run(int argc, const char* const* argv);
   int run_verb(const Verb& verb);
-  std::string usage_fault(const std::string& fault) const;
+  std::string usage_fault(std::string fault) const;
 
   std::unique_ptr<CLI::App> app_;
   std::vector<std::unique_ptr<Verb>> verbs_;
