@@ -27,21 +27,16 @@ void declare(Options& options, CompareCommand& command) {
 
 Result<int> run(const CompareCommand& command) {
   // Values as stored, so that differences are in steps of the displayed picture.
-  const Result<Image> first = read_image(command.first, Transfer::keep);
-  if (!first) return tl::unexpected(first.error());
-  const Result<Image> second = read_image(command.second, Transfer::keep);
-  if (!second) return tl::unexpected(second.error());
-  const Result<ImageDifference> difference = compare_images(*first, *second);
-  if (!difference) {
-    Error error = difference.error();
+  const auto first = must(read_image(command.first, Transfer::keep));
+  const auto second = must(read_image(command.second, Transfer::keep));
+  const auto of_second = [&](Error error) {
     if (error.file.empty()) error.file = command.second;
-    return tl::unexpected(error);
-  }
-  const auto similarity = structural_similarity(*first, *second);
-  if (!similarity) return tl::unexpected(similarity.error());
+    return error;
+  };
+  const ImageDifference d = must(compare_images(first, second).map_error(of_second));
+  const auto similarity = must(structural_similarity(first, second));
   // The similarity is undefined for pictures that are too small, and NaN for pictures with NaN.
-  const bool similar = *similarity && std::isfinite(**similarity);
-  const ImageDifference& d = *difference;
+  const bool similar = similarity && std::isfinite(*similarity);
   report(
       command.common, "compare",
       {{"maxAbsolute", d.max_absolute},
@@ -50,9 +45,9 @@ Result<int> run(const CompareCommand& command) {
        {"channel", d.channel},
        {"rmse", d.rmse},
        {"psnr", d.psnr},
-       {"ssim", similar ? Json(**similarity) : Json(nullptr)}},
+       {"ssim", similar ? Json(*similarity) : Json(nullptr)}},
       fmt::format("max {:.6g} at ({}, {}) channel {}, RMSE {:.6g}, PSNR {:.2f} dB{}\n", d.max_absolute, d.x,
-                  d.y, d.channel, d.rmse, d.psnr, similar ? fmt::format(", SSIM {:.4f}", **similarity) : ""));
+                  d.y, d.channel, d.rmse, d.psnr, similar ? fmt::format(", SSIM {:.4f}", *similarity) : ""));
   if (!command.max || d.max_absolute <= *command.max) return 0;
   // The report is the result; this line explains the exit status.
   report_error({Code::image_mismatch, command.second, fmt::format("pixel ({}, {})", d.x, d.y),

@@ -55,55 +55,48 @@ std::span<const std::uint8_t> bytes_of(const std::string& text) {
 }
 
 /// The page without garments, which lies beside the programs (viewer/web/page).
-Result<std::string> read_template() {
+std::string read_template() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path file = program.parent_path().parent_path() / "share" / "selvedge" / "page.html";
-  Result<std::string> text = read_file(file.string());
-  if (text) return text;
-  return fail(
-      text.error().code, file.string(), {},
-      "the page is part of the build where Node.js and the packages of tests/node are there (npm ci)");
+  return must(read_file(file.string()).map_error([](Error unread) {
+    unread.message =
+        "the page is part of the build where Node.js and the packages of tests/node are there (npm ci)";
+    return unread;
+  }));
 }
 
 /// Puts fabrics that are files of their own into the document.
-Result<void> embed_fabrics(GltfDocument& document) {
-  const Result<std::vector<SceneFabric>> fabrics = read_fabric_entries(document);
-  if (!fabrics) return tl::unexpected(fabrics.error());
-  for (std::size_t i = 0; i < fabrics->size(); ++i) {
-    const std::string& path = (*fabrics)[i].path;
+void embed_fabrics(GltfDocument& document) {
+  const auto fabrics = must(read_fabric_entries(document));
+  for (std::size_t i = 0; i < fabrics.size(); ++i) {
+    const std::string& path = fabrics[i].path;
     if (path.empty()) continue;
-    const Result<std::string> bytes = read_file(path);
-    if (!bytes) return tl::unexpected(bytes.error());
-    const int view = append_view(document, bytes_of(*bytes));
+    const auto bytes = must(read_file(path));
+    const int view = append_view(document, bytes_of(bytes));
     Json& entry = document.json["extensions"][names::gltf::fabric_extension][names::gltf::fabrics][i];
     entry.erase("uri");
     entry["bufferView"] = view;
   }
-  return {};
 }
 
 /// The bytes of a .glb file that has all of a garment, its geometry plain.
-Result<std::string> whole_garment(const std::string& path, const GltfLimits& limits) {
-  Result<GltfDocument> document = load_gltf(path, limits);
-  if (!document) return tl::unexpected(document.error());
-  if (auto good = embed_fabrics(*document); !good) return tl::unexpected(good.error());
-  const Result<ScratchFolder> folder = ScratchFolder::create("selvedge-view-page-");
-  if (!folder) return tl::unexpected(folder.error());
-  const std::string whole = folder->path() + "/garment.glb";
-  if (const auto saved = save_gltf(std::move(*document), whole); !saved) return tl::unexpected(saved.error());
-  return read_file(whole);
+std::string whole_garment(const std::string& path, const GltfLimits& limits) {
+  auto document = must(load_gltf(path, limits));
+  embed_fabrics(document);
+  const auto folder = must(ScratchFolder::create("selvedge-view-page-"));
+  const std::string whole = folder.path() + "/garment.glb";
+  must(save_gltf(std::move(document), whole));
+  return must(read_file(whole));
 }
 
 /// Fabrics see no more of an environment than pictures of this width have.
 constexpr int environment_width = 64;
 
 /// The element that holds an environment, as red, green, blue of its pixels; none without one.
-Result<std::string> environment_element(const PageCommand& command) {
-  if (command.environment == "none") return std::string();
-  const Result<Environment> read = environment_named(command.environment);
-  if (!read) return tl::unexpected(read.error());
-  Environment small = reduced(*read, environment_width);
+std::string environment_element(const PageCommand& command) {
+  if (command.environment == "none") return "";
+  Environment small = reduced(must(environment_named(command.environment)), environment_width);
   for (V3f& c : small.radiance) c *= static_cast<float>(command.around.strength);
   const std::span<const V3f> pixels = small.radiance;
   const std::string backdrop = command.backdrop ? fmt::format(" data-backdrop=\"{}\"", command.blur) : "";
@@ -113,35 +106,30 @@ Result<std::string> environment_element(const PageCommand& command) {
 }
 
 Result<int> run(const PageCommand& command) {
-  Result<std::string> page = read_template();
-  if (!page) return tl::unexpected(page.error());
-  Result<std::string> scripts = environment_element(command);
-  if (!scripts) return tl::unexpected(scripts.error());
+  std::string page = read_template();
+  std::string scripts = environment_element(command);
   int garments = 0;
   for (const std::string& input : command.inputs) {
     const bool is_fabric = input.ends_with(".exr");
-    if (is_fabric) {
-      if (const auto good = read_fabric(input); !good) return tl::unexpected(good.error());
-    }
-    const Result<std::string> bytes =
-        is_fabric ? read_file(input) : whole_garment(input, command.limits.document);
-    if (!bytes) return tl::unexpected(bytes.error());
+    if (is_fabric) must(read_fabric(input));
+    const std::string bytes =
+        is_fabric ? must(read_file(input)) : whole_garment(input, command.limits.document);
     garments += is_fabric ? 0 : 1;
-    *scripts += fmt::format("<script type=\"text/plain\" data-{}=\"{}\">{}</script>\n",
-                            is_fabric ? "fabric" : "garment", escaped(fs::path(input).filename().string()),
-                            base64(bytes_of(*bytes)));
+    scripts += fmt::format("<script type=\"text/plain\" data-{}=\"{}\">{}</script>\n",
+                           is_fabric ? "fabric" : "garment", escaped(fs::path(input).filename().string()),
+                           base64(bytes_of(bytes)));
   }
   if (garments == 0)
     return fail(Code::garment_empty, command.inputs.front(), {}, "a page shows at least one garment");
   const std::string marker = "<!--GARMENTS-->\n";
-  page->replace(page->find(marker), marker.size(), *scripts);
-  if (const auto good = write_file(command.output, *page); !good) return tl::unexpected(good.error());
+  page.replace(page.find(marker), marker.size(), scripts);
+  must(write_file(command.output, page));
   report(command.common, "page",
          {{"output", command.output},
           {"garments", garments},
           {"fabrics", static_cast<int>(command.inputs.size()) - garments},
-          {"bytes", page->size()}},
-         fmt::format("{} ({} bytes)\n", command.output, page->size()));
+          {"bytes", page.size()}},
+         fmt::format("{} ({} bytes)\n", command.output, page.size()));
   return 0;
 }
 

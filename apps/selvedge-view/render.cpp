@@ -72,57 +72,50 @@ class Series {
   Series(const RenderCommand& command, const Shot& shot) : command_(command), shot_(shot) {}
 
   /// Opens all files first, so that an unwritable folder is reported before the work.
-  Result<void> open_files() {
+  void open_files() {
     for (std::size_t frame = 0; frame < shot_.cameras.size(); ++frame) {
       for (const std::string& path : command_.outputs) {
-        Result<AtomicFile> file =
-            AtomicFile::create(command_.turntable > 0 ? frame_path(path, static_cast<int>(frame)) : path);
-        if (!file) return tl::unexpected(file.error());
-        files_.push_back(std::move(*file));
+        files_.push_back(must(
+            AtomicFile::create(command_.turntable > 0 ? frame_path(path, static_cast<int>(frame)) : path)));
       }
     }
-    return {};
   }
 
-  Result<void> draw() {
+  void draw() {
     std::vector<std::unique_ptr<Renderer>> renderers;
     for (const Subject& subject : shot_.subjects) {
-      Result<std::unique_ptr<Renderer>> renderer =
-          Renderer::create(subject.scene, subject.fabrics, shot_.options);
-      if (!renderer) return tl::unexpected(renderer.error());
-      renderers.push_back(std::move(*renderer));
+      renderers.push_back(must(Renderer::create(subject.scene, subject.fabrics, shot_.options)));
     }
     stats_.resize(renderers.size());
     std::array<Frame, 2> frames;
     Frame drawn;
     // A frame is written while the next is drawn.
     std::future<Result<void>> writing;
-    const auto finish = [&] { return writing.valid() ? writing.get() : Result<void>(); };
+    const auto finish = [&] {
+      if (writing.valid()) must(writing.get());
+    };
     std::size_t first_file = 0;
     for (const Camera& camera : shot_.cameras) {
       RenderOptions options = shot_.options;
       options.lights = shot_.look.all_lights(camera);
       for (std::size_t i = 0; i < renderers.size(); ++i) {
         RenderStats stats;
-        if (auto good = renderers[i]->draw(camera, options, frames[i], stats); !good) return good;
+        must(renderers[i]->draw(camera, options, frames[i], stats));
         add(stats, stats_[i]);
       }
-      if (auto good = finish(); !good) return good;
+      finish();
       if (renderers.size() > 1) frames[0] = side_by_side(frames[0], frames[1]);
       std::swap(drawn, frames[0]);
       const auto policy = thread_count() > 1 ? std::launch::async : std::launch::deferred;
       writing = std::async(policy, [this, &drawn, first_file] { return write_all(drawn, first_file); });
       first_file += command_.outputs.size();
     }
-    return finish();
+    finish();
   }
 
   /// Moves all files to their final places.
-  Result<void> commit() {
-    for (AtomicFile& file : files_) {
-      if (auto good = file.commit(); !good) return good;
-    }
-    return {};
+  void commit() {
+    for (AtomicFile& file : files_) must(file.commit());
   }
 
   const std::vector<RenderStats>& stats() const { return stats_; }
@@ -202,50 +195,42 @@ void print_remarks(const Shot& shot, const Series& series) {
   }
 }
 
-Result<void> check_paths(const RenderCommand& command) {
+void check_paths(const RenderCommand& command) {
   std::vector<std::pair<std::string, std::string>> paths{{"the input", command.picture.input},
                                                          {"--compare", command.compare}};
   if (command.stats != "-") paths.emplace_back("--stats", command.stats);
   for (const std::string& output : command.outputs) paths.emplace_back("--output", output);
   // A scene may be compared with itself.
   if (command.compare == command.picture.input) paths.erase(paths.begin() + 1);
-  return check_distinct(paths);
+  must(check_distinct(paths));
 }
 
-Result<void> render_all(const RenderCommand& command) {
+Result<int> run(const RenderCommand& command) {
+  limit_mesa_threads(command.common.threads);
   if (command.outputs.size() * static_cast<std::size_t>(std::max(command.turntable, 1)) > max_files) {
     return fail(Code::option_out_of_range, "", "--turntable",
                 fmt::format("makes more than {} files at once", max_files));
   }
-  if (auto good = check_paths(command); !good) return good;
+  check_paths(command);
   const std::string stats_file = command.stats == "-" ? "" : command.stats;
-  if (auto good = check_writable({stats_file}); !good) return good;
+  must(check_writable({stats_file}));
   const Clock::time_point start = Clock::now();
   // Reported before a large garment is read.
-  if (command.turntable == 0) {
-    if (auto good = check_writable(command.outputs); !good) return good;
-  }
-  const Result<Shot> shot = read_shot(command);
-  if (!shot) return tl::unexpected(shot.error());
+  if (command.turntable == 0) must(check_writable(command.outputs));
+  const Shot shot = read_shot(command);
   const double read = seconds_since(start);
-  Series series(command, *shot);
-  if (auto good = series.open_files(); !good) return good;
-  if (auto good = series.draw(); !good) return good;
-  if (auto good = series.commit(); !good) return good;
-  if (!command.common.quiet) print_remarks(*shot, series);
-  Json all = to_json(command, *shot, series);
+  Series series(command, shot);
+  series.open_files();
+  series.draw();
+  series.commit();
+  if (!command.common.quiet) print_remarks(shot, series);
+  Json all = to_json(command, shot, series);
   all["seconds"]["read"] = read;
   all["seconds"]["write"] = series.write_seconds();
   all["seconds"]["total"] = seconds_since(start);
   const std::string text = framed("render", all);
   if (command.common.json || command.stats == "-") fmt::print("{}", text);
-  if (stats_file.empty()) return {};
-  return write_file(stats_file, text);
-}
-
-Result<int> run(const RenderCommand& command) {
-  limit_mesa_threads(command.common.threads);
-  if (auto good = render_all(command); !good) return tl::unexpected(good.error());
+  if (!stats_file.empty()) must(write_file(stats_file, text));
   return 0;
 }
 

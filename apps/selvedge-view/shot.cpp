@@ -74,13 +74,11 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, I
 }
 
 /// Reads what the frames need of the fabrics.
-Result<Subject> read_subject(const std::string& file, OpenScene open, const Shot& shot) {
+Subject read_subject(const std::string& file, OpenScene open, const Shot& shot) {
   Subject subject;
   subject.file = file;
   subject.levels = needed_levels(open, shot, subject.issues);
-  Result<std::vector<Fabric>> fabrics = read_fabrics(open, subject.levels);
-  if (!fabrics) return tl::unexpected(fabrics.error());
-  subject.fabrics = std::move(*fabrics);
+  subject.fabrics = must(read_fabrics(open, subject.levels));
   subject.bytes_read = bytes_read(open);
   subject.file_bytes = open.file_bytes;
   subject.scene = std::move(open.scene);
@@ -88,124 +86,103 @@ Result<Subject> read_subject(const std::string& file, OpenScene open, const Shot
   return subject;
 }
 
-Result<Shot> read_swatch(const RenderCommand& command) {
-  Result<FabricReader> reader = FabricReader::open(command.picture.input);
-  if (!reader) return tl::unexpected(reader.error());
+Shot read_swatch(const RenderCommand& command) {
+  auto reader = must(FabricReader::open(command.picture.input));
   // make_swatch() uses only sizes.
-  Fabric sizes{reader->header(), {}, {}};
-  for (int k = 0; k < reader->header().levels; ++k) {
+  Fabric sizes{reader.header(), {}, {}};
+  for (int k = 0; k < reader.header().levels; ++k) {
     FabricLevel& level = sizes.levels.emplace_back();
-    level.width = level_size(reader->header().width, k);
-    level.height = level_size(reader->header().height, k);
+    level.width = level_size(reader.header().width, k);
+    level.height = level_size(reader.header().height, k);
   }
   Shot shot;
-  Result<Swatch> swatch = Swatch();
+  Swatch swatch;
   if (command.place) {
     const V2d period(sizes.period_mm);
     SwatchShot place = swatch_shot(*command.place, period, command.size.x, command.size.y);
     swatch = Swatch{swatch_scene(period, place), place.camera, place.width, place.height};
     shot.own_lights = std::move(place.lights);
   } else {
-    swatch = make_swatch(sizes, command.picture.swatch);
+    swatch = must(make_swatch(sizes, command.picture.swatch));
   }
-  if (!swatch) return tl::unexpected(swatch.error());
-  OpenScene open{std::move(swatch->scene), {}, 0, MemoryAccount(command.picture.limits.document.memory)};
+  OpenScene open{std::move(swatch.scene), {}, 0, MemoryAccount(command.picture.limits.document.memory)};
   open.scene.file = command.picture.input;
   open.scene.fabrics.emplace_back().name = command.picture.input;
-  open.readers.push_back(std::move(*reader));
+  open.readers.push_back(std::move(reader));
   std::error_code unknown;
   open.file_bytes = std::filesystem::file_size(command.picture.input, unknown);
   shot.options = options_of(command);
-  shot.options.width = swatch->width;
-  shot.options.height = swatch->height;
+  shot.options.width = swatch.width;
+  shot.options.height = swatch.height;
   shot.options.layers = 1;
-  shot.cameras = {swatch->camera};
-  Result<Subject> subject = read_subject(command.picture.input, std::move(open), shot);
-  if (!subject) return tl::unexpected(subject.error());
-  shot.subjects.push_back(std::move(*subject));
+  shot.cameras = {swatch.camera};
+  shot.subjects.push_back(read_subject(command.picture.input, std::move(open), shot));
   return shot;
 }
 
 /// The scene with another fabric on all materials that have one.
-Result<OpenScene> dress_in(const RenderCommand& command, const std::string& path) {
-  Result<OpenScene> open = open_scene(command.picture.input, command.choice, command.picture.limits);
-  if (!open) return open;
-  Result<FabricReader> reader = FabricReader::open(path);
-  if (!reader) return tl::unexpected(reader.error());
+OpenScene dress_in(const RenderCommand& command, const std::string& path) {
+  OpenScene open = must(open_scene(command.picture.input, command.choice, command.picture.limits));
+  auto reader = must(FabricReader::open(path));
   // change_fabrics() uses only periods.
-  std::vector<Fabric> fabrics(open->readers.size() + 1);
-  for (std::size_t i = 0; i < open->readers.size(); ++i)
-    fabrics[i].period_mm = open->readers[i].header().period_mm;
-  fabrics.back().period_mm = reader->header().period_mm;
-  std::vector<int> choice = fabrics_of(open->scene);
+  std::vector<Fabric> fabrics(open.readers.size() + 1);
+  for (std::size_t i = 0; i < open.readers.size(); ++i)
+    fabrics[i].period_mm = open.readers[i].header().period_mm;
+  fabrics.back().period_mm = reader.header().period_mm;
+  std::vector<int> choice = fabrics_of(open.scene);
   for (int& fabric : choice) {
     if (fabric >= 0) fabric = static_cast<int>(fabrics.size()) - 1;
   }
-  open->scene = change_fabrics(open->scene, fabrics, choice);
-  for (SceneMaterial& material : open->scene.materials) {
+  open.scene = change_fabrics(open.scene, fabrics, choice);
+  for (SceneMaterial& material : open.scene.materials) {
     if (material.fabric) material.fabric->fabric = 0;
   }
   SceneFabric source;
   source.name = source.path = path;
-  open->scene.fabrics = {source};
-  open->readers.clear();
-  open->readers.push_back(std::move(*reader));
+  open.scene.fabrics = {source};
+  open.readers.clear();
+  open.readers.push_back(std::move(reader));
   std::error_code unknown;
-  open->file_bytes = std::filesystem::file_size(path, unknown);
+  open.file_bytes = std::filesystem::file_size(path, unknown);
   return open;
 }
 
 Result<Shot> read_scene_shot(const RenderCommand& command) {
-  Result<OpenScene> open = open_scene(command.picture.input, command.choice, command.picture.limits);
-  if (!open) return tl::unexpected(open.error());
-  const Result<std::vector<V3d>> points = world_points(open->scene);
-  if (!points) return tl::unexpected(points.error());
+  auto open = must(open_scene(command.picture.input, command.choice, command.picture.limits));
+  const auto points = must(world_points(open.scene));
   Shot shot;
   shot.options = options_of(command);
   const double aspect = static_cast<double>(command.size.x) / command.size.y;
   if (command.camera_of_file.empty()) {
-    Result<std::vector<Camera>> cameras =
-        turntable(*points, aspect, command.picture.camera, command.turntable);
-    if (!cameras) return tl::unexpected(cameras.error());
-    shot.cameras = std::move(*cameras);
+    shot.cameras = must(turntable(points, aspect, command.picture.camera, command.turntable));
   } else if (command.turntable > 0) {
     return fail(Code::option_out_of_range, "", "--camera",
                 "a camera of the file does not turn: no --turntable");
   } else {
-    Result<Camera> camera =
-        camera_of(open->scene, command.camera_of_file, *points, aspect, command.picture.camera);
-    if (!camera) return tl::unexpected(camera.error());
-    shot.cameras = {*camera};
+    shot.cameras = {
+        must(camera_of(open.scene, command.camera_of_file, points, aspect, command.picture.camera))};
   }
-  Result<Subject> subject = read_subject(command.picture.input, std::move(*open), shot);
-  if (!subject) return tl::unexpected(subject.error());
-  shot.own_lights = lights_of(subject->scene);
-  shot.subjects.push_back(std::move(*subject));
+  shot.subjects.push_back(read_subject(command.picture.input, std::move(open), shot));
+  shot.own_lights = lights_of(shot.subjects.front().scene);
   if (command.compare.empty()) return shot;
-  Result<OpenScene> other = has_ending(command.compare, ".exr")
-                                ? dress_in(command, command.compare)
-                                : open_scene(command.compare, {}, command.picture.limits);
-  if (!other) return tl::unexpected(other.error());
-  Result<Subject> second = read_subject(command.compare, std::move(*other), shot);
-  if (!second) return tl::unexpected(second.error());
-  shot.subjects.push_back(std::move(*second));
+  OpenScene other = has_ending(command.compare, ".exr")
+                        ? dress_in(command, command.compare)
+                        : must(open_scene(command.compare, {}, command.picture.limits));
+  shot.subjects.push_back(read_subject(command.compare, std::move(other), shot));
   return shot;
 }
 
 }  // namespace
 
-Result<Shot> read_shot(const RenderCommand& command) {
-  Result<Shot> shot =
-      has_ending(command.picture.input, ".exr") ? read_swatch(command) : read_scene_shot(command);
-  if (!shot) return shot;
-  Result<Look> look = look_of(command.picture, shot->own_lights, shot->options.path);
-  if (!look) return tl::unexpected(look.error());
-  shot->look = std::move(*look);
-  shot->options.shadows = shot->look.shadows;
-  if (shot->look.has_around()) shot->options.around = shot->look.light.rest;
-  shot->options.ambient = static_cast<float>(command.picture.ambient);
-  shot->options.environment = shot->look.environment;
-  if (command.picture.backdrop) shot->options.backdrop = command.picture.backdrop_blur;
+Shot read_shot(const RenderCommand& command) {
+  Shot shot =
+      has_ending(command.picture.input, ".exr") ? read_swatch(command) : must(read_scene_shot(command));
+  shot.look = must(look_of(command.picture, shot.own_lights, shot.options.path));
+  shot.options.shadows = shot.look.shadows;
+  if (shot.look.has_around()) shot.options.around = shot.look.light.rest;
+  shot.options.ambient = static_cast<float>(command.picture.ambient);
+  shot.options.environment = shot.look.environment;
+  if (command.picture.backdrop) shot.options.backdrop = command.picture.backdrop_blur;
   return shot;
 }
 

@@ -31,7 +31,8 @@ struct Shot {
   Look look;
 };
 
-/// Reads the input, and the scene or fabric to compare with, as far as the frames need them.
-Result<Shot> read_shot(const RenderCommand& command);
+/// Reads the input, and the scene or fabric to compare with, as far as the frames need them; throws a
+/// Failure.
+Shot read_shot(const RenderCommand& command);
 
 }  // namespace selvedge

@@ -50,22 +50,17 @@ class FrameSweep {
       : command_(command), folder_{command.folder}, progress_("trade", command.common.quiet) {}
 
   Result<void> run() {
-    auto trade = read_trade(folder_);
-    if (!trade) return tl::unexpected(trade.error());
-    trade_ = std::move(*trade);
+    trade_ = must(read_trade(folder_));
     // What the page refuses is told before hours of frames.
-    if (auto ok = check_trade(folder_, trade_); !ok) return ok;
-    if (auto ok = check_origin(); !ok) return ok;
-    for (const std::string_view view : swatch_view_names) {
-      const auto image = read_image(folder_.truth(view) + ".exr", Transfer::keep);
-      if (!image) return tl::unexpected(image.error());
-      truth_.push_back(to_frame(*image));
-    }
-    if (auto ok = list_work(); !ok) return ok;
+    must(check_trade(folder_, trade_));
+    must(check_origin());
+    for (const std::string_view view : swatch_view_names)
+      truth_.push_back(to_frame(must(read_image(folder_.truth(view) + ".exr", Transfer::keep))));
+    must(list_work());
     const Progress bar = progress_.callback();
     for (std::size_t i = 0; i < work_.size(); ++i) {
       progress_.note(work_[i].name());
-      if (auto ok = measure(work_[i]); !ok) return ok;
+      measure(work_[i]);
       if (bar) bar(static_cast<double>(i + 1) / static_cast<double>(work_.size()));
     }
     return write_trade_page(folder_, trade_);
@@ -150,24 +145,21 @@ class FrameSweep {
   }
 
   /// Reads the fabric and sets how long that takes.
-  Result<void> load(const std::string& point) {
-    if (point == loaded_) return {};
-    const auto seconds = timed(command_.repeats, [&] {
+  void load(const std::string& point) {
+    if (point == loaded_) return;
+    const Seconds seconds = must(timed(command_.repeats, [&] {
       return clocked([&]() -> Result<void> {
-        auto reader = FabricReader::open(folder_.fabric(point));
-        if (!reader) return tl::unexpected(reader.error());
-        digest_ = reader->digest();
-        return reader->read().map([&](Fabric&& fabric) { fabrics_ = {std::move(fabric)}; });
+        auto reader = must(FabricReader::open(folder_.fabric(point)));
+        digest_ = reader.digest();
+        return reader.read().map([&](Fabric&& fabric) { fabrics_ = {std::move(fabric)}; });
       });
-    });
-    if (!seconds) return tl::unexpected(seconds.error());
+    }));
     loaded_ = point;
-    load_seconds_ = seconds->wall;
-    return {};
+    load_seconds_ = seconds.wall;
   }
 
-  Result<void> measure(const Work& work) {
-    if (auto ok = load(work.point); !ok) return ok;
+  void measure(const Work& work) {
+    load(work.point);
     std::vector<Frame> frames;
     Timing sum;
     for (std::size_t i = 0; i < all_swatch_views.size(); ++i) {
@@ -178,16 +170,13 @@ class FrameSweep {
           frame.error().code == Code::option_out_of_range) {
         if (!command_.common.quiet && !command_.common.json)
           fmt::print(stderr, "{} is left out: {}\n", work.name(), printable(frame.error().message));
-        return {};
+        return;
       }
-      if (!frame) return tl::unexpected(frame.error());
-      frames.push_back(std::move(*frame));
-      if (const auto large = draw(work.setting, view, command_.size, &sum); !large)
-        return tl::unexpected(large.error());
+      frames.push_back(must(std::move(frame)));
+      must(draw(work.setting, view, command_.size, &sum));
     }
-    const auto pictures = picture_errors_json(frames, truth_);
-    if (!pictures) return tl::unexpected(pictures.error());
-    if (auto ok = write_png(folder_.picture(work.name()), thumbnail_of(frames)); !ok) return ok;
+    const auto pictures = must(picture_errors_json(frames, truth_));
+    must(write_png(folder_.picture(work.name()), thumbnail_of(frames)));
     const auto places = static_cast<double>(all_swatch_views.size());
     Json& record = trade_["frames"][work.slot];
     record = {
@@ -202,13 +191,13 @@ class FrameSweep {
         {"loadMs", 1000 * (load_seconds_ + sum.prepare / places)},
         {"frameMs", 1000 * sum.frame.wall / places},
         {"frameProcessorMs", 1000 * sum.frame.processor / places},
-        {"pictures", *pictures}};
+        {"pictures", pictures}};
     ++measured_;
     if (!command_.common.quiet && !command_.common.json)
       fmt::print(stderr, "{}: {:.2f} dB, SSIM {:.4f}, {:.2f} ms a frame\n", work.name(),
                  number_at(record, trade_psnr), number_at(record, "/pictures/all/ssim"),
                  number_at(record, "/frameMs"));
-    return write_trade(folder_, trade_);
+    must(write_trade(folder_, trade_));
   }
 
   /// Seconds, summed over the places.
@@ -261,11 +250,10 @@ class FrameSweep {
 Result<int> run(const TradeCommand& command) {
   limit_mesa_threads(command.common.threads);
   FrameSweep sweep(command);
-  const auto seconds = clocked([&] { return sweep.run(); });
-  if (!seconds) return tl::unexpected(seconds.error());
+  const double seconds = must(clocked([&] { return sweep.run(); }));
   report(command.common, "trade",
-         {{"folder", command.folder}, {"measured", sweep.measured()}, {"seconds", *seconds}},
-         fmt::format("{} settings measured in {:.1f} s -> {}/index.html\n", sweep.measured(), *seconds,
+         {{"folder", command.folder}, {"measured", sweep.measured()}, {"seconds", seconds}},
+         fmt::format("{} settings measured in {:.1f} s -> {}/index.html\n", sweep.measured(), seconds,
                      command.folder));
   return 0;
 }
