@@ -64,7 +64,7 @@ class Answerer {
     if (found != open_.end()) return &found->second;
     auto fabric = QueriedFabric::open(file);
     if (!fabric) return tl::unexpected(fabric.error());
-    // Limited, since each entry holds a file and its levels.
+    // Limited, since each entry holds a whole fabric.
     constexpr std::size_t max_open = 16;
     if (open_.size() >= max_open) open_.clear();
     return &open_.emplace(file, std::move(*fabric)).first->second;

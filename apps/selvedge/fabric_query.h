@@ -1,9 +1,8 @@
-// Evaluates the reflectance at points of a fabric file, reading only what the answer needs.
+// Evaluates the reflectance at points of a fabric file.
 #pragma once
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
@@ -20,32 +19,26 @@ struct FabricQuery {
   bool behind = false;  ///< the cloth is seen from behind: both are in the frame of the back
 };
 
-/// A fabric file that answers queries. Levels are read on first use, and kept.
+/// A fabric file that answers queries.
 class QueriedFabric {
  public:
   static Result<QueriedFabric> open(const std::string& path);
 
-  int levels() const { return reader_.header().levels; }
+  int levels() const { return static_cast<int>(front_.levels.size()); }
   /// -1 with yarn, else 0.
-  int first_level() const { return reader_.header().has(LayerKind::yarns, 0) ? -1 : 0; }
+  int first_level() const { return front_.levels.front().yarns() ? -1 : 0; }
   /// Whether light from the other side may come through.
-  bool lets_through() const { return !reader_.header().sides.empty(); }
+  bool lets_through() const { return front_.sides != decltype(front_.sides)(); }
   /// OPTION_OUT_OF_RANGE if a texel or its level does not exist (place: "level" or "texel"). With texture
   /// coordinates the level is clamped to those that exist.
   Result<Shading> shade(const FabricQuery& query);
 
  private:
-  explicit QueriedFabric(FabricReader reader);
-  /// The level, read on first use.
-  Result<const FabricLevel*> level_of(int level);
-  Result<Shading> shade_texel(int level, int x, int y, const FabricQuery& query);
-  Result<Shading> shade_at(int level, const FabricQuery& query);
-  /// All levels of the side that is seen and of light that comes through to it; read on first use.
-  Result<const Fabric*> sided(bool behind);
+  QueriedFabric(std::string path, Fabric fabric) : path_(std::move(path)), front_(std::move(fabric)) {}
 
-  FabricReader reader_;
-  std::vector<std::optional<FabricLevel>> kept_;
-  std::array<std::optional<Fabric>, 2> sided_;  ///< from the front, from behind
+  std::string path_;
+  Fabric front_;
+  std::optional<Fabric> behind_;  ///< turned over, on first use
 };
 
 }  // namespace selvedge
