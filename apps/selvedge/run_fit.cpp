@@ -9,7 +9,6 @@
 
 #include "apps/common/paths.h"
 #include "fitter/budget/file_budget.h"
-#include "format/base/atomic_file.h"
 
 namespace selvedge {
 namespace {
@@ -98,10 +97,7 @@ FitOutcome fit_file(const std::string& samples, const FitCommand& command) {
   must(
       check_distinct({{"the samples", samples}, {"--output", command.output}, {"--report", command.report}}));
   // Report an unwritable output before the work, not after it.
-  for (const std::string& path : {command.output, command.report}) {
-    if (path.empty()) continue;
-    must(AtomicFile::create(path));
-  }
+  must(check_writable({command.output, command.report}));
   const auto named = [&](Error error) {
     if (error.file.empty() || error.file == samples) error.file = command.input;
     return error;

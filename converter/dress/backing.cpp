@@ -55,11 +55,6 @@ void drop_colors(Json& attributes) {
     it = it.key().starts_with("COLOR_") ? attributes.erase(it) : std::next(it);
 }
 
-int append(Json& array, Json entry) {
-  array.push_back(std::move(entry));
-  return static_cast<int>(array.size()) - 1;
-}
-
 /// The backing that an earlier dressing gave the triangles of `backing`, whose material is new and has the
 /// same name; null without.
 Json* older_backing(const GltfDocument& document, Json& primitives, const Json& backing) {

@@ -153,11 +153,6 @@ class Keeper {
     return info;
   }
 
-  static int append(Json& array, Json entry) {
-    array.push_back(std::move(entry));
-    return static_cast<int>(array.size()) - 1;
-  }
-
   void keep_normals() {
     if (!json_.contains(normal_texture) || !fits(json_[normal_texture], normal_texture)) return;
     const Json info = json_[normal_texture];

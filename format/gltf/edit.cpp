@@ -8,17 +8,17 @@
 namespace selvedge {
 namespace {
 
-int append(Json& array, Json entry) {
-  array.push_back(std::move(entry));
-  return static_cast<int>(array.size()) - 1;
-}
-
 template <class T>
 std::span<const std::uint8_t> bytes_of(std::span<const T> values) {
   return {reinterpret_cast<const std::uint8_t*>(values.data()), values.size_bytes()};
 }
 
 }  // namespace
+
+int append(Json& array, Json entry) {
+  array.push_back(std::move(entry));
+  return static_cast<int>(array.size()) - 1;
+}
 
 int append_view(GltfDocument& document, std::span<const std::uint8_t> bytes, int target, int stride) {
   Json& root = document.json;

@@ -7,6 +7,9 @@
 
 namespace selvedge {
 
+/// Appends an entry, such as a texture, and returns its index.
+int append(Json& array, Json entry);
+
 /// Appends bytes to the document's last buffer (a new one if it has no buffers), 4-aligned, and returns the
 /// index of the new view.
 /// `target`: 34962 vertices, 34963 indices, 0 neither; `stride`: 0 without one.
