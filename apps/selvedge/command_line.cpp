@@ -15,7 +15,7 @@ namespace {
 void declare(Options& options, FitCommand& command) {
   options.common(command.common);
   options.text("samples", command.input, "FILE", "The samples file").required();
-  add_fit(options, command.options, command.report);
+  add_fit(options, command.options);
   options.group("");
   options.output(command.output, "The fabric file").required();
   add_quality(options, command.quality);
@@ -59,7 +59,7 @@ void declare(Options& options, MakeCommand& command) {
   options.common(command.common);
   add_cell(options, command.input, command.cell);
   add_bake(options, command.options.bake);
-  add_fit(options, command.options, command.report);
+  add_fit(options, command.options);
   options.group("");
   const Option plan =
       options.text("--for", command.plan, "PLAN",

@@ -38,7 +38,6 @@ struct FitCommand {
   std::string output;
   MakeOptions options = *preset_named(default_preset);  ///< those of the bake are ignored
   std::string quality{default_preset};
-  std::string report;  ///< .json, .md or .txt; empty: none
 };
 
 struct MakeCommand {
@@ -51,7 +50,6 @@ struct MakeCommand {
   bool sides_given = false;                             ///< if not, a plan decides
   bool bounces_given = false;                           ///< if not, translucent yarn takes all
   std::string samples;                                  ///< file to keep them in; empty: none
-  std::string report;                                   ///< .json, .md or .txt; empty: none
   std::string plan;  ///< file of a plan, which limits the fabric to what it needs; empty: whole fabric
   std::vector<std::string> materials;  ///< of the plan; empty: all of them
   std::string quality{default_preset};

@@ -2,11 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
-#include "format/base/atomic_file.h"
-#include "format/base/printable.h"
-
 namespace selvedge {
 namespace {
 
@@ -25,18 +20,6 @@ std::string rounds(const LevelReport& level) {
 }
 
 std::string count(const std::optional<int>& texels) { return texels ? fmt::format("{}", *texels) : "-"; }
-
-std::string seconds(const LevelReport& level) {
-  return level.iterations ? fmt::format("{:.2f}", level.seconds) : "-";
-}
-
-/// Number of pairs of the first level with such an error; all levels have the same.
-int pairs_of(const FitRecord& record, std::optional<FitError> LevelReport::*error) {
-  for (const LevelReport& level : record.levels) {
-    if (level.*error) return (level.*error)->pairs;
-  }
-  return 0;
-}
 
 Json error_json(const std::optional<FitError>& error) {
   if (!error) return nullptr;
@@ -62,34 +45,6 @@ Json level_json(const LevelReport& level, std::size_t index) {
     json["seconds"] = level.seconds;
   }
   return json;
-}
-
-/// Sizes of every layer and level.
-std::string bytes_table(const FitOutcome& outcome) {
-  std::vector<std::string> names;
-  for (const LevelReport& level : outcome.record.levels) {
-    for (const auto& [name, bytes] : level.layer_bytes) {
-      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-    }
-  }
-  std::string text = "| bytes at level |";
-  for (const std::string& name : names) text += fmt::format(" {} |", name);
-  text += "\n|---|";
-  for (std::size_t i = 0; i < names.size(); ++i) text += "---|";
-  text += '\n';
-  const std::vector<LevelReport>& levels = outcome.record.levels;
-  for (std::size_t k = 0; k < levels.size(); ++k) {
-    text += fmt::format("| {} |", k);
-    for (const std::string& name : names) {
-      std::string cell = "-";
-      for (const auto& [of, bytes] : levels[k].layer_bytes) {
-        if (of == name) cell = fmt::format("{}", bytes);
-      }
-      text += fmt::format(" {} |", cell);
-    }
-    text += '\n';
-  }
-  return text;
 }
 
 }  // namespace
@@ -188,49 +143,6 @@ std::string fit_text(const FitOutcome& outcome) {
   if (!outcome.yarn.is_null()) text += fmt::format("yarn: {}\n", yarn_text(outcome.yarn));
   return text +
          fmt::format("fitted in {:.1f} s -> {} ({} bytes)\n", outcome.seconds, outcome.output, outcome.bytes);
-}
-
-std::string fit_markdown(const FitOutcome& outcome) {
-  const FitRecord& record = outcome.record;
-  std::string text = fmt::format("# The fit of {}\n\n", printable(outcome.samples));
-  text += fmt::format("`{}`: {} bytes, fitted in {:.1f} s.\n\n", printable(outcome.output), outcome.bytes,
-                      outcome.seconds);
-  text += fmt::format(
-      "Errors are those of alpha f over black: PSNR against the peak of {:.4g} 1/sr, and relative L2. "
-      "Held out: {} pairs of directions that took no part in the fit. Training: {} pairs that the fit was "
-      "made "
-      "of. Where training is much better than held-out, the fit has learnt its samples by heart.\n\n",
-      record.peak, pairs_of(record, &LevelReport::held_out), pairs_of(record, &LevelReport::training));
-  text +=
-      "| level | texels | layers | bytes | held-out dB | relative L2 | training dB | relative L2 | "
-      "iterations "
-      "| converged | at the limit | s |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
-  for (std::size_t k = 0; k < outcome.record.levels.size(); ++k) {
-    const LevelReport& l = record.levels[k];
-    text += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", k, size_text(l),
-                        l.layers, l.bytes, decibels(l.held_out), relative(l.held_out), decibels(l.training),
-                        relative(l.training), rounds(l), count(l.converged), count(l.at_limit), seconds(l));
-  }
-  text +=
-      "\nConverged: texels all of whose channels met the stop rule; at the limit: the others. Iterations are "
-      "evaluations of all samples of a texel and channel.\n\n";
-  text += bytes_table(outcome);
-  std::uint64_t sum = outcome.shared_bytes;
-  for (const LevelReport& level : record.levels) sum += level.bytes;
-  if (!outcome.yarn.is_null()) {
-    sum += outcome.yarn["bytes"].get<std::uint64_t>();
-    text += fmt::format("\nYarn: {}.\n", yarn_text(outcome.yarn));
-  }
-  text += fmt::format("\nShared functions: {} bytes. Headers, tables and preview: {} bytes.\n\n",
-                      outcome.shared_bytes, outcome.bytes - std::min(sum, outcome.bytes));
-  text += record.warnings.empty() ? "No warnings.\n" : "Warnings:\n\n";
-  for (const Error& warning : record.warnings) text += fmt::format("* {}\n", to_line(warning));
-  return text;
-}
-
-void write_report(const std::string& path, const char* verb, const Json& json, const FitOutcome& outcome) {
-  if (path.empty()) return;
-  must(write_file(path, path.ends_with(".json") ? framed(verb, json) : fit_markdown(outcome)));
 }
 
 }  // namespace selvedge

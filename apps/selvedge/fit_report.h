@@ -1,4 +1,4 @@
-// Reports a fit: as a table for people, as JSON for programs, and as files of both.
+// Reports a fit: as a table for people, as JSON for programs.
 #pragma once
 
 #include <string>
@@ -13,7 +13,6 @@ namespace selvedge {
 
 /// A fit that has been written.
 struct FitOutcome {
-  std::string samples;
   std::string output;
   std::uint64_t bytes = 0;         ///< of the file
   std::uint64_t shared_bytes = 0;  ///< of the bases, which belong to no level
@@ -36,12 +35,5 @@ Json fit_json(const FitOutcome& outcome);
 
 /// A table for the terminal.
 std::string fit_text(const FitOutcome& outcome);
-
-/// A longer report as Markdown.
-std::string fit_markdown(const FitOutcome& outcome);
-
-/// Writes JSON or Markdown by the path's ending, nothing without a path. `json` is the whole report of the
-/// verb. Throws Failure.
-void write_report(const std::string& path, const char* verb, const Json& json, const FitOutcome& outcome);
 
 }  // namespace selvedge

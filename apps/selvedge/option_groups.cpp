@@ -115,7 +115,7 @@ void add_bake(Options& options, BakeOptions& bake) {
   options.number("--seed", bake.seed, "N", "Same seed, same bytes");
 }
 
-void add_fit(Options& options, MakeOptions& make, std::string& report) {
+void add_fit(Options& options, MakeOptions& make) {
   FitOptions& fit = make.fit;
   options.group("Fit");
   options.number("--lobes", fit.lobes, "N", "Lafortune lobes per texel").in(0, 16);
@@ -136,10 +136,6 @@ void add_fit(Options& options, MakeOptions& make, std::string& report) {
   options.bytes("--budget", make.budget,
                 "Choose the layers of every level so that the file without its yarn has at most this many "
                 "bytes (K, M: KiB, MiB)");
-  options
-      .text("--report", report, "FILE",
-            "Errors, layers, bytes and convergence of every level: .json, or a table (.md, .txt)")
-      .ends_in({".json", ".md", ".txt"});
   options.flag(
       "--half-lobes", [&make] { make.write.half.insert(LayerKind::lobes); },
       "Lobes in 16 instead of 32 bits");

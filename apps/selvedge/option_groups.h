@@ -22,7 +22,7 @@ struct TransportOptions {
   ReferencePlane& reference;
 };
 void add_transport(Options& options, const TransportOptions& transport);
-void add_fit(Options& options, MakeOptions& make, std::string& report);
+void add_fit(Options& options, MakeOptions& make);
 
 /// Declares --quality.
 void add_quality(Options& options, std::string& quality);

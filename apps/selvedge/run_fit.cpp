@@ -94,10 +94,9 @@ FitRecord fit_sides(SamplesReader& reader, const FitCommand& command) {
 
 FitOutcome fit_file(const std::string& samples, const FitCommand& command) {
   const auto start = std::chrono::steady_clock::now();
-  must(
-      check_distinct({{"the samples", samples}, {"--output", command.output}, {"--report", command.report}}));
+  must(check_distinct({{"the samples", samples}, {"--output", command.output}}));
   // Report an unwritable output before the work, not after it.
-  must(check_writable({command.output, command.report}));
+  must(check_writable({command.output}));
   const auto named = [&](Error error) {
     if (error.file.empty() || error.file == samples) error.file = command.input;
     return error;
@@ -107,7 +106,6 @@ FitOutcome fit_file(const std::string& samples, const FitCommand& command) {
     return fit_sides(reader, command);
   };
   FitOutcome outcome = read_outcome(command.output, changing_failures(fit_samples, named).levels);
-  outcome.samples = command.input;
   for (Error& warning : outcome.record.warnings) {
     warning.file = command.input;
     if (!(command.common.quiet || command.common.json)) report_issue(warning);
@@ -118,9 +116,7 @@ FitOutcome fit_file(const std::string& samples, const FitCommand& command) {
 
 Result<int> run(const FitCommand& command) {
   const auto result = fit_file(command.input, command);
-  const Json json = fit_json(result);
-  write_report(command.report, "fit", json, result);
-  report(command.common, "fit", json, fit_text(result));
+  report(command.common, "fit", fit_json(result), fit_text(result));
   return 0;
 }
 

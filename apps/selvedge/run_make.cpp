@@ -18,7 +18,6 @@ MadeFabric make_fabric(const MakeCommand& command) {
   must(check_distinct({{"the input", command.input},
                        {"--output", command.output},
                        {"--keep-samples", command.samples},
-                       {"--report", command.report},
                        {"--for", command.plan}}));
   BakeCommand bake;
   bake.input = command.input;
@@ -31,7 +30,6 @@ MadeFabric make_fabric(const MakeCommand& command) {
   fit.common = command.common;
   fit.options = command.options;
   fit.output = command.output;
-  fit.report = command.report;
   if (!command.plan.empty()) {
     bake.demand = must(read_plan(command.plan, command.materials));
     bake.chooses = fit.options.budget.has_value();
@@ -65,7 +63,6 @@ MadeFabric make_fabric(const MakeCommand& command) {
 Result<int> run(const MakeCommand& command) {
   if (command.limits.any()) return run_within_limits(command);
   const auto made = make_fabric(command);
-  write_report(command.report, "make", made.json, made.fitted);
   report(command.common, "make", made.json, made.text);
   return 0;
 }

@@ -61,8 +61,7 @@ Result<PairSamples> bake_pairs(const MakeCommand& command, const CellMesh& mesh)
 
 Result<int> run_within_limits(const MakeCommand& command) {
   // Tries are written to temporary files, so the user's paths are compared here.
-  must(check_distinct(
-      {{"the input", command.input}, {"--output", command.output}, {"--report", command.report}}));
+  must(check_distinct({{"the input", command.input}, {"--output", command.output}}));
   const auto cell = must(find_cell(command.input, command.cell));
   const V2i least = cell.stitch ? cell.stitch->min_texels : V2i(1, 1);
   const int min_texels = std::max(least.x, least.y);
@@ -102,7 +101,6 @@ Result<int> run_within_limits(const MakeCommand& command) {
   }
   json.update(made.json);
   json["fit"] = fit_json(made.fitted);
-  write_report(command.report, "make", json, made.fitted);
   report(command.common, "make", json,
          fmt::format("{}chosen: {}\n{}", text, options_of(nearest), fit_text(made.fitted)));
   return 0;

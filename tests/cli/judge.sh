@@ -4,10 +4,9 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 make_samples() { selvedge bake plain-knit --set yarn=tube -o k.samples.exr --quiet --yarns off "${small[@]}"; }
 
-test_a_fit_reports_into_a_file_what_compare_finds_and_the_fabric_says() {
+test_a_fit_reports_what_compare_finds_and_the_fabric_says() {
   make_samples
-  exits 0 selvedge fit k.samples.exr --quality paper -o k.fabric.exr --report k.json --json
-  same "$scratch/out" k.json
+  exits 0 selvedge fit k.samples.exr --quality paper -o k.fabric.exr --json
   selvedge compare k.fabric.exr k.samples.exr --json >compare.json
   selvedge info k.fabric.exr --json >info.json
   holds "(() => { const read = f => JSON.parse(require('fs').readFileSync(f, 'utf8'));
@@ -19,29 +18,21 @@ test_a_fit_reports_into_a_file_what_compare_finds_and_the_fabric_says() {
       l.converged + l.atLimit === l.texels[0] * l.texels[1] && l.iterations >= 1 && l.layers === '2 lobes x table' &&
       l.bytes === Object.values(l.layerBytes).reduce((a, b) => a + b) && own.levels[k].bytes === l.bytes &&
       own.levels[k].training.psnr === l.training.psnr && own.levels[k].converged === l.converged) &&
-      r.levels.reduce((sum, l) => sum + l.bytes, 0) < r.bytes; })()" k.json
+      r.levels.reduce((sum, l) => sum + l.bytes, 0) < r.bytes; })()"
   exits 0 selvedge check k.fabric.exr --warnings-as-errors
 }
 
-test_a_report_with_another_ending_is_a_table() {
-  make_samples
-  exits 0 selvedge fit k.samples.exr -o k.fabric.exr --budget 20K --report k.md
-  grep -q '^| level | texels | layers | bytes | held-out dB |' k.md
-  [ "$(grep -c '^| [0-3] | [0-9]*x[0-9]* |' k.md)" = 4 ]
-  grep -q '^No warnings' k.md
-  [ "$(stat -c %s k.fabric.exr)" -le 20480 ]
-  grep -q "^\`k.fabric.exr\`: $(stat -c %s k.fabric.exr) bytes" k.md
-  exits 0 selvedge make --quality paper plain-knit --set yarn=tube -o m.fabric.exr --report m.txt --quiet --texels 8 \
+test_warnings_of_a_fit_are_in_its_fabric() {
+  exits 0 selvedge make --quality paper plain-knit --set yarn=tube -o m.fabric.exr --quiet --texels 8 \
     --views 1 --lights 16 --samples 4
-  grep -q 'SAMPLES_SPARSE' m.txt
   exits 0 selvedge info m.fabric.exr --json
   holds "r.content.provenance.fit.warnings[0].code === 'SAMPLES_SPARSE'"
 }
 
-test_the_fabric_has_the_same_bytes_with_and_without_a_report() {
+test_the_fabric_has_the_same_bytes_on_any_number_of_threads() {
   make_samples
   selvedge fit k.samples.exr -o a.exr --quiet --threads 1
-  selvedge fit k.samples.exr -o b.exr --quiet --threads 3 --report b.json
+  selvedge fit k.samples.exr -o b.exr --quiet --threads 3
   same a.exr b.exr
 }
 
@@ -86,13 +77,12 @@ test_a_plot_has_the_same_bytes_whatever_the_threads() {
 test_no_output_is_written_over_another_file_of_the_command() {
   make_samples
   cp k.samples.exr before.exr
-  refuses OPTION_OUT_OF_RANGE --report selvedge fit k.samples.exr -o z.md --report z.md
   refuses OPTION_OUT_OF_RANGE --output selvedge fit k.samples.exr -o ./k.samples.exr
   ln -s k.samples.exr link.exr
   refuses OPTION_OUT_OF_RANGE --output selvedge fit link.exr -o k.samples.exr
-  refuses OPTION_OUT_OF_RANGE --report selvedge make plain-knit -o m.exr --keep-samples s.md --report s.md "${small[@]}"
+  refuses OPTION_OUT_OF_RANGE --keep-samples selvedge make plain-knit -o m.exr --keep-samples m.exr "${small[@]}"
   same before.exr k.samples.exr
-  [ ! -e z.md ] && [ ! -e m.exr ] && [ ! -e s.md ]
+  [ ! -e m.exr ]
 }
 
 test_a_budget_that_no_fabric_meets_is_refused_with_the_smallest() {
@@ -103,14 +93,11 @@ test_a_budget_that_no_fabric_meets_is_refused_with_the_smallest() {
   [ "$(stat -c %s b.exr)" -le 16384 ]
 }
 
-test_reports_and_plots_are_refused_before_the_work() {
+test_plots_are_refused_before_the_work() {
   make_samples
   selvedge fit k.samples.exr -o k.fabric.exr --quiet
-  exits 2 selvedge fit k.samples.exr -o o.exr --report k.csv
-  exits 2 selvedge fit k.samples.exr -o o.exr --report .json
   exits 2 selvedge compare k.fabric.exr k.samples.exr --plot k.png
   exits 2 selvedge compare k.fabric.exr k.fabric.exr k.samples.exr --plot k.svg
-  refuses FILE_UNWRITABLE absent/k.json selvedge fit k.samples.exr -o o.exr --report absent/k.json
   refuses FILE_UNWRITABLE absent/k.svg selvedge compare k.fabric.exr k.samples.exr --plot absent/k.svg
   selvedge bake plain-knit --set yarn=tube -o bare.samples.exr --quiet --texels 8 --views 16 --lights 16 --samples 4 \
     --held-out-pairs 0
