@@ -35,6 +35,7 @@ class Mender {
   explicit Mender(GltfDocument& document) : document_(document), root_(document.json) {}
 
   std::vector<std::string> mend() {
+    need_views();
     mend_meshes();
     const Json& skins = array_of(root_, "skins");
     for (std::size_t i = 0; i < skins.size(); ++i)
@@ -55,6 +56,14 @@ class Mender {
   void leave_out(const char* kind, const std::string& place) {
     auto& [first, count] = left_out_[kind];
     if (count++ == 0) first = place;
+  }
+
+  /// Those that nothing uses as well: what is written has to hold the bytes of all.
+  void need_views() const {
+    GltfReader reader(document_);
+    for (std::size_t i = 0; i < array_of(root_, "bufferViews").size(); ++i)
+      reader.bytes(static_cast<int>(i), fmt::format("/bufferViews/{}", i));
+    if (reader.fault) throw Failure{*reader.fault};
   }
 
   void need_items(const Json& owner, const char* list, const std::string& place) const {

@@ -52,6 +52,21 @@ void each_image(Json& root, const F& visit) {
   }
 }
 
+/// The same of fabrics, whose mirrors are in extras.
+template <class F>
+void each_fabric(Json& root, const F& visit) {
+  if (!root.contains("materials")) return;
+  for (Json& material : root["materials"]) {
+    const Json& worn =
+        member(member(member(material, "extensions"), names::gltf::fabric_extension), "fabric");
+    if (index_of(member(worn, names::gltf::index)) >= 0)
+      visit(material["extensions"][names::gltf::fabric_extension]["fabric"][names::gltf::index]);
+    const Json& mirror = member(member(material, "extras"), names::gltf::fabric_extension);
+    if (index_of(member(mirror, names::gltf::index)) >= 0)
+      visit(material["extras"][names::gltf::fabric_extension][names::gltf::index]);
+  }
+}
+
 template <class F>
 void each_sampler(Json& root, const F& visit) {
   if (!root.contains("textures")) return;
@@ -79,9 +94,9 @@ std::set<int> used_by(Json& root, const Each& each) {
   return used;
 }
 
-/// Removes entries of a root array and counts all references anew.
+/// Removes entries of an array of `owner` and counts all references anew.
 template <class Each>
-void drop(Json& root, const char* array, const std::set<int>& dropped, const Each& each) {
+void drop(Json& root, Json& owner, const char* array, const std::set<int>& dropped, const Each& each) {
   if (dropped.empty()) return;
   each(root, [&](Json& index) {
     const int before = index_of(index);
@@ -89,13 +104,13 @@ void drop(Json& root, const char* array, const std::set<int>& dropped, const Eac
     if (!dropped.contains(before)) index = before - static_cast<int>(gone);
   });
   Json rest = Json::array();
-  for (std::size_t i = 0; i < root[array].size(); ++i) {
-    if (!dropped.contains(static_cast<int>(i))) rest.push_back(std::move(root[array][i]));
+  for (std::size_t i = 0; i < owner[array].size(); ++i) {
+    if (!dropped.contains(static_cast<int>(i))) rest.push_back(std::move(owner[array][i]));
   }
   if (rest.empty())
-    root.erase(array);
+    owner.erase(array);
   else
-    root[array] = std::move(rest);
+    owner[array] = std::move(rest);
 }
 
 std::set<int> without(const std::set<int>& all, const std::set<int>& others) {
@@ -167,7 +182,7 @@ bool lose_sources(Json& texture, const std::set<int>& images) {
 }
 
 /// Removes those of the textures and of the pictures that nothing uses, with the pictures, samplers and views
-/// that only these used. Returns the pictures that were removed.
+/// that only these used, and the fabrics that no material wears. Returns the pictures that were removed.
 std::set<int> drop_without_use(Json& root, const std::set<int>& of_textures, std::set<int> of_images) {
   const auto textures = [](Json& of, const auto& visit) { each_texture(of, visit); };
   const auto images = [](Json& of, const auto& visit) { each_image(of, visit); };
@@ -175,12 +190,20 @@ std::set<int> drop_without_use(Json& root, const std::set<int>& of_textures, std
   const auto views = [](Json& of, const auto& visit) { each_view(of, visit); };
   of_images.merge(used_by(root, images));
   const std::set<int> samplers_before = used_by(root, samplers);
-  drop(root, "textures", without(of_textures, used_by(root, textures)), textures);
-  drop(root, "samplers", without(samplers_before, used_by(root, samplers)), samplers);
+  drop(root, root, "textures", without(of_textures, used_by(root, textures)), textures);
+  drop(root, root, "samplers", without(samplers_before, used_by(root, samplers)), samplers);
   std::set<int> images_unused = without(of_images, used_by(root, images));
   const std::set<int> views_before = used_by(root, views);
-  drop(root, "images", images_unused, images);
-  drop(root, "bufferViews", without(views_before, used_by(root, views)), views);
+  const auto fabrics = [](Json& of, const auto& visit) { each_fabric(of, visit); };
+  if (member(member(member(root, "extensions"), names::gltf::fabric_extension), names::gltf::fabrics)
+          .is_array()) {
+    Json& extension = root["extensions"][names::gltf::fabric_extension];
+    std::set<int> all;
+    for (std::size_t i = 0; i < extension[names::gltf::fabrics].size(); ++i) all.insert(static_cast<int>(i));
+    drop(root, extension, names::gltf::fabrics, without(all, used_by(root, fabrics)), fabrics);
+  }
+  drop(root, root, "images", images_unused, images);
+  drop(root, root, "bufferViews", without(views_before, used_by(root, views)), views);
   return images_unused;
 }
 

@@ -13,8 +13,9 @@ namespace selvedge {
 std::set<int> textures_in_use(const Json& json);
 
 /// Removes the textures that were `used` and are not any more, the pictures and samplers that nothing but
-/// these used, and the views of these pictures. Returns an extension of the document that may refer to
-/// textures or pictures in ways of its own, and then removes nothing; else "".
+/// these used, the fabrics that no material wears, and the views of these pictures and fabrics. Returns an
+/// extension of the document that may refer to textures or pictures in ways of its own, and then removes
+/// nothing; else "".
 std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& used);
 
 /// Removes pictures whose file does not exist, or is no picture, and their textures, from what refers to them

@@ -241,6 +241,27 @@ TEST_CASE("dress: dressing again replaces the reference and makes nothing twice"
              ["scale"] == Json({3.0, 3.0}));
 }
 
+TEST_CASE("dress: a fabric that nothing wears any more leaves the file, even a damaged one") {
+  Workshop workshop;
+  const std::string other = workshop.folder / "other.exr";
+  REQUIRE(write_fabric(other, test::net_fabric(V2d(3, 3))));
+  REQUIRE(workshop.dress(everything));
+  const std::string again = workshop.folder / "again.glb";
+  const auto fabrics_of_again = [&] { return test::need(read_scene(again)).fabrics; };
+  REQUIRE(dress(workshop.output, other, again, everything));
+  REQUIRE(fabrics_of_again().size() == 1);
+  CHECK(fabrics_of_again()[0].bytes.size() == fs::file_size(other));
+  CHECK(fs::file_size(again) < fs::file_size(workshop.output) + fs::file_size(other));
+  // Of two, the one stays that a variant wears.
+  REQUIRE(dress(workshop.garment, workshop.fabric, workshop.output,
+                {.all = true, .colourways = {{.name = "other", .fabric = other}}}));
+  REQUIRE(dress(workshop.output, other, again, everything));
+  const Scene scene = test::need(read_scene(again));
+  for (const SceneMaterial& material : scene.materials) {
+    if (material.fabric) CHECK(material.fabric->fabric < static_cast<int>(scene.fabrics.size()));
+  }
+}
+
 TEST_CASE("dress: materials are found by name, all of that name, or by number") {
   Garment garment = square(3);
   garment.materials[1].name = garment.materials[0].name;
