@@ -8,6 +8,7 @@
 #include "apps/selvedge-view/picture_options.h"
 #include "apps/selvedge-view/show_loop.h"
 #include "apps/selvedge-view/tailor.h"
+#include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/base/printable.h"
 #include "format/fabric/file.h"
@@ -110,11 +111,25 @@ Result<int> run(const ShowCommand& command) {
   const bool is_fabric = has_ending(command.picture.input, ".exr");
   Result<LoadedSwatch> swatch = is_fabric ? load_swatch(command) : LoadedSwatch{};
   if (!swatch) return tl::unexpected(swatch.error());
-  Result<OpenScene> scene =
-      is_fabric ? OpenScene{} : open_scene(command.picture.input, {}, command.picture.limits);
-  if (!scene) return tl::unexpected(scene.error());
+  std::vector<std::string> files;
+  std::vector<std::string> folders;
+  for (const std::string& path : command.fabrics) {
+    std::error_code unknown;
+    (std::filesystem::is_directory(path, unknown) ? folders : files).push_back(path);
+  }
+  Tailor tailor = must(make_tailor(command.picture.limits));
+  std::string garment = command.picture.input;
+  OpenScene scene = is_fabric ? OpenScene{} : must(open_scene(garment, {}, command.picture.limits));
+  const auto wears_nothing = [](const OpenScene& of) {
+    return std::ranges::all_of(fabrics_of(of.scene), [](int fabric) { return fabric < 0; });
+  };
+  if (!is_fabric && !files.empty() && wears_nothing(scene)) {
+    garment = must(tailor.dress(garment, files.front()));
+    scene = must(open_scene(garment, {}, command.picture.limits));
+    files.erase(files.begin());
+  }
   if (!command.common.quiet) {
-    for (const std::string& remark : scene->scene.remarks)
+    for (const std::string& remark : scene.scene.remarks)
       fmt::print(stderr, "selvedge-view: note: {}\n", printable(remark));
   }
   Result<std::unique_ptr<Window>> window = Window::open("Selvedge: " + command.picture.input, command.size);
@@ -123,25 +138,16 @@ Result<int> run(const ShowCommand& command) {
   if (!gl) return tl::unexpected(gl.error());
   Result<std::unique_ptr<ShowPicture>> picture =
       is_fabric ? ShowPicture::create(std::move(swatch->scene), std::move(swatch->fabrics))
-                : ShowPicture::create(std::move(*scene));
+                : ShowPicture::create(std::move(scene));
   if (!picture) return tl::unexpected(picture.error());
-  const std::vector<int> worn = fabrics_of((*picture)->scene());
-  const bool undressed = std::ranges::all_of(worn, [](int fabric) { return fabric < 0; });
-  std::vector<std::string> files;
-  std::vector<std::string> folders;
-  for (const std::string& path : command.fabrics)
-    (std::filesystem::is_directory(path) ? folders : files).push_back(path);
   for (const std::string& path : files) {
     if (const auto good = (*picture)->add_fabric(path); !good) return tl::unexpected(good.error());
   }
   const Result<ShowState> state = first_state(command, **window, **picture);
   if (!state) return tl::unexpected(state.error());
-  Result<Tailor> tailor = make_tailor(command.picture.limits);
-  if (!tailor) return tl::unexpected(tailor.error());
-  BackgroundPicture background(std::move(*picture), command.picture.input, command.picture.limits,
-                               std::move(*tailor), [] { Window::wake(); });
+  BackgroundPicture background(std::move(*picture), garment, command.picture.input, command.picture.limits,
+                               std::move(tailor), [] { Window::wake(); });
   for (const std::string& folder : folders) background.add_file(folder);
-  if (undressed && !files.empty()) background.wear(files.front());
   ShowLoop show(
       {command.picture.input, command.screenshot, command.common.json || !command.screenshot.empty()},
       **window, background, *gl, *state);

@@ -123,8 +123,9 @@ Result<bool> ShowLoop::step() {
     state_.camera = first_camera_;
     change = std::max(change, Change::frame);
   }
-  if (request.saves_picture) background_.save_picture(new_file(".png"));
-  if (request.saves_garment) background_.save_garment(new_file(".glb"));
+  const std::string stem = std::filesystem::path(input_).stem().string();
+  if (request.saves_picture) background_.save_picture(stem);
+  if (request.saves_garment) background_.save_garment(stem);
   if (!request.wears.empty()) background_.wear(request.wears);
   if (request.saves_picture || request.saves_garment || !request.wears.empty()) finished_ = false;
   if (request.copies) {
@@ -161,16 +162,6 @@ std::string ShowLoop::command() const {
   return command_of(input_, picture_->own_lights, state_, wished_size_);
 }
 
-/// The first of NAME-1, NAME-2 ... with this ending in this folder that is not there yet.
-std::string ShowLoop::new_file(const char* ending) const {
-  const std::string stem = std::filesystem::path(input_).stem().string();
-  std::string path;
-  std::error_code unknown;
-  for (int i = 1; path.empty() || std::filesystem::exists(path, unknown); ++i)
-    path = fmt::format("{}-{}{}", stem, i, ending);
-  return path;
-}
-
 void ShowLoop::wish(Change change, const V2i& size, const std::optional<V2d>& probed) {
   wish_number_ = background_.set_wish({state_, change, size, probed, era_});
   wished_size_ = size;
@@ -188,19 +179,23 @@ Result<void> ShowLoop::receive() {
     state_.environment = static_cast<int>(state_.environments.size()) - 1;
     pending_ = Change::frame;
   }
-  if (news.state) state_ = *news.state;
   for (OfferedFabric& offer : news.offers) {
     const auto& made = offers_.emplace_back(std::make_unique<ShownOffer>(std::move(offer.path), gl_));
     made->picture.load(thumbnail_side, thumbnail_side, offer.picture.data());
   }
   if (news.garment) {
     input_ = news.garment->path;
-    first_camera_ = state_.camera = news.garment->camera;
+    if (news.garment->camera) first_camera_ = state_.camera = *news.garment->camera;
     state_.worn = news.garment->worn;
     state_.beside.reset();
     state_.hidden.clear();
   }
-  if (news.state || news.garment) {
+  if (news.state) state_ = *news.state;
+  if (news.worn) {
+    state_.worn = *news.worn;
+    state_.hidden.clear();
+  }
+  if (news.state || news.garment || news.worn) {
     pending_ = Change::frame;
     aimed_.reset();
   }

@@ -29,7 +29,6 @@ class ShowLoop {
   Result<bool> step();
   /// The command line of the picture; empty for a fabric.
   std::string command() const;
-  std::string new_file(const char* ending) const;
   void wish(Change change, const V2i& size, const std::optional<V2d>& probed);
   /// What the thread of the picture has to tell.
   Result<void> receive();

@@ -50,28 +50,30 @@ DressOptions options_for(int material, const SceneMaterial& worn, const SceneLim
   return options;
 }
 
-/// Dresses the materials one after the other.
+/// Dresses the materials one after the other; those on no triangles stay as they are.
 Result<std::string> save(Workbench& bench, const SceneLimits& limits, const std::string& garment,
                          const Scene& worn, const std::string& output) {
-  std::vector<int> dressed;
-  for (std::size_t i = 0; i < worn.materials.size(); ++i) {
-    if (worn.materials[i].fabric) dressed.push_back(static_cast<int>(i));
-  }
-  if (dressed.empty())
-    return fail(Code::garment_empty, garment, "/materials",
-                "nothing wears a fabric: there is nothing to save");
   std::string from = garment;
   std::vector<std::string> remarks;
-  for (const int material : dressed) {
-    const SceneMaterial& wears = worn.materials[material];
+  for (std::size_t i = 0; i < worn.materials.size(); ++i) {
+    const SceneMaterial& wears = worn.materials[i];
+    if (!wears.fabric) continue;
     const Result<std::string> fabric = bench.file_of(worn.fabrics[wears.fabric->fabric]);
     if (!fabric) return fabric;
-    const std::string to = material == dressed.back() ? output : bench.next(".glb");
-    const Result<DressReport> report = dress(from, *fabric, to, options_for(material, wears, limits));
+    const std::string to = bench.next(".glb");
+    const Result<DressReport> report =
+        dress(from, *fabric, to, options_for(static_cast<int>(i), wears, limits));
+    if (!report && report.error().code == Code::garment_empty) continue;
     if (!report) return tl::unexpected(report.error());
     remarks.insert(remarks.end(), report->warnings.begin(), report->warnings.end());
     from = to;
   }
+  if (from == garment)
+    return fail(Code::garment_empty, garment, "/materials",
+                "nothing wears a fabric: there is nothing to save");
+  const Result<std::string> bytes = read_file(from);
+  if (!bytes) return bytes;
+  if (auto good = write_file(output, *bytes); !good) return tl::unexpected(good.error());
   return fmt::format("{}", fmt::join(remarks, "\n"));
 }
 

@@ -20,7 +20,7 @@ Result<void> check_options(const DressOptions& options, const V2d& shape) {
   const V2d repeats = options.repeats.value_or(one);
   const V2d period = options.mm_per_repeat.value_or(one);
   for (const auto& [name, value] :
-       {std::pair("repeats", repeats.x), std::pair("repeats", repeats.y),
+       {std::pair("repeats", std::abs(repeats.x)), std::pair("repeats", std::abs(repeats.y)),
         std::pair("mm_per_repeat", period.x), std::pair("mm_per_repeat", period.y),
         std::pair("scale", options.scale), std::pair("unit", options.unit),
         std::pair("height", options.height.value_or(1))}) {

@@ -176,7 +176,7 @@ class Dresser {
     dressed.size = size;
     Worn worn{reference_to(cloth_, size), size, has_stale_tangents(material)};
     dressed.repeats = worn.reference.transform.scale;
-    if (!(dressed.repeats.x > 0) || !(dressed.repeats.y > 0)) {
+    if (!(std::abs(dressed.repeats.x) > 0) || !(std::abs(dressed.repeats.y) > 0)) {
       return fail(Code::garment_no_uvs, document_.file, fmt::format("/materials/{}", material),
                   fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name));
     }
@@ -309,7 +309,7 @@ class Dresser {
       }
       std::set<Place> places = fresh_places(material, done);
       const V2d mm = worn.size.metres * 1000.0 / worn.reference.transform.scale;
-      const Backing backing{*options_.backing, behind * std::min(mm.x, mm.y) / 1000};
+      const Backing backing{*options_.backing, behind * std::min(std::abs(mm.x), std::abs(mm.y)) / 1000};
       report_.backed += must(add_backing(document_, material, places, in_scene_, backing, memory_));
       done.merge(places);
     }
@@ -355,8 +355,8 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
         cloths.back() = read_cloth(colourway.fabric, output_path, options, limits);
     }
     GltfDocument document = must(load_gltf(garment_path, limits.document));
-    const std::vector<std::string> mended = must(mend(document));
     const std::vector<std::string> missing = must(drop_missing_pictures(document));
+    const std::vector<std::string> mended = must(mend(document));
     // Moved first, so that the fabric's URI and the existing ones are relative to the same folder.
     move_document(document, std::filesystem::path(output_path).parent_path().string());
     must(size_garment(document, options.unit, options.height, limits));

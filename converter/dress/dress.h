@@ -38,7 +38,8 @@ struct DressOptions {
   KeepOptions keep = {};
   std::vector<Colourway> colourways = {};
   std::optional<V3f> backing = {};  ///< linear: a plain surface of this colour behind the cloth (backing.h)
-  std::optional<V2d> repeats = {};  ///< per unit of the raw UVs, instead of the physical size
+  /// Per unit of the raw UVs, instead of the physical size; below 0 the cloth is mirrored.
+  std::optional<V2d> repeats = {};
   std::optional<V2d> mm_per_repeat = {};  ///< instead of the fabric's own
   bool unwrap = false;                    ///< texture coordinates of our own (unwrap.h)
   double scale = 1;                       ///< of the cloth: 2 shows stitches of twice the size

@@ -182,7 +182,7 @@ bool lose_sources(Json& texture, const std::set<int>& images) {
 }
 
 /// Removes those of the textures and of the pictures that nothing uses, with the pictures, samplers and views
-/// that only these used, and the fabrics that no material wears. Returns the pictures that were removed.
+/// that only these used. Returns the pictures that were removed.
 std::set<int> drop_without_use(Json& root, const std::set<int>& of_textures, std::set<int> of_images) {
   const auto textures = [](Json& of, const auto& visit) { each_texture(of, visit); };
   const auto images = [](Json& of, const auto& visit) { each_image(of, visit); };
@@ -194,17 +194,24 @@ std::set<int> drop_without_use(Json& root, const std::set<int>& of_textures, std
   drop(root, root, "samplers", without(samplers_before, used_by(root, samplers)), samplers);
   std::set<int> images_unused = without(of_images, used_by(root, images));
   const std::set<int> views_before = used_by(root, views);
-  const auto fabrics = [](Json& of, const auto& visit) { each_fabric(of, visit); };
-  if (member(member(member(root, "extensions"), names::gltf::fabric_extension), names::gltf::fabrics)
-          .is_array()) {
-    Json& extension = root["extensions"][names::gltf::fabric_extension];
-    std::set<int> all;
-    for (std::size_t i = 0; i < extension[names::gltf::fabrics].size(); ++i) all.insert(static_cast<int>(i));
-    drop(root, extension, names::gltf::fabrics, without(all, used_by(root, fabrics)), fabrics);
-  }
   drop(root, root, "images", images_unused, images);
   drop(root, root, "bufferViews", without(views_before, used_by(root, views)), views);
   return images_unused;
+}
+
+/// Removes the fabrics that no material wears, with their views.
+void drop_unworn_fabrics(Json& root) {
+  const auto fabrics = [](Json& of, const auto& visit) { each_fabric(of, visit); };
+  const auto views = [](Json& of, const auto& visit) { each_view(of, visit); };
+  const std::set<int> worn = used_by(root, fabrics);
+  if (worn.empty()) return;
+  Json& extension = root["extensions"][names::gltf::fabric_extension];
+  std::set<int> all;
+  for (std::size_t i = 0; i < array_of(extension, names::gltf::fabrics).size(); ++i)
+    all.insert(static_cast<int>(i));
+  const std::set<int> views_before = used_by(root, views);
+  drop(root, extension, names::gltf::fabrics, without(all, worn), fabrics);
+  drop(root, root, "bufferViews", without(views_before, used_by(root, views)), views);
 }
 
 }  // namespace
@@ -216,7 +223,10 @@ std::set<int> textures_in_use(const Json& json) {
 
 std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& used) {
   std::string unknown = unknown_extension(document.json);
-  if (unknown.empty()) drop_without_use(document.json, used, {});
+  if (unknown.empty()) {
+    drop_without_use(document.json, used, {});
+    drop_unworn_fabrics(document.json);
+  }
   return unknown;
 }
 

@@ -2,20 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <utility>
 
 #include "format/base/guard.h"
-#include "format/base/option_text.h"
-#include "format/picture/environment.h"
-#include "format/picture/image.h"
-#include "viewer/scene/change_fabrics.h"
 
 namespace selvedge {
 namespace {
 
-/// Seconds above which a picture is drawn smaller first.
-constexpr double first_budget = 0.05;
 /// How long a wish has to stay before its picture is drawn in full, as the mouse may still move.
 constexpr std::chrono::milliseconds still_after{100};
 
@@ -49,9 +42,11 @@ ShownPicture shown(const ShowPicture& picture, int divisor, std::int64_t frames)
 }  // namespace
 
 BackgroundPicture::BackgroundPicture(std::unique_ptr<ShowPicture> picture, std::string garment,
-                                     const SceneLimits& limits, Tailor tailor, std::function<void()> wake)
+                                     std::string name, const SceneLimits& limits, Tailor tailor,
+                                     std::function<void()> wake)
     : picture_(std::move(picture)),
       garment_(std::move(garment)),
+      name_(std::move(name)),
       limits_(limits),
       tailor_(std::move(tailor)),
       wake_(std::move(wake)),
@@ -107,8 +102,7 @@ PictureNews BackgroundPicture::poll() {
 }
 
 /// Changes the news under the mutex, then wakes the window.
-template <class Change>
-void BackgroundPicture::tell(Change change) {
+void BackgroundPicture::tell(const std::function<void(PictureNews&)>& change) {
   {
     const std::lock_guard lock(mutex_);
     change(news_);
@@ -141,7 +135,7 @@ void BackgroundPicture::run() {
         take(*std::exchange(next_, std::nullopt));
       }
       const bool drawn = (stage_ == Stage::samples || stage_ == Stage::rest) && !probes_ && tasks.empty();
-      Tasks& patient = soon_.empty() && stage_ == Stage::rest ? at_rest_ : soon_;
+      Tasks& patient = stage_ == Stage::rest && !at_rest_.empty() ? at_rest_ : soon_;
       if (drawn && !patient.empty()) {
         tasks.push_back(std::move(patient.front()));
         patient.pop_front();
@@ -191,7 +185,8 @@ Result<void> BackgroundPicture::step() {
 
 /// The first picture of the wish, which is small where a large one takes long.
 Result<void> BackgroundPicture::draw_first() {
-  const int divisor = change_ == Change::display ? divisor_ : size_divisor(full_seconds_, first_budget);
+  const int divisor =
+      change_ == Change::display ? divisor_ : size_divisor(full_seconds_, first_picture_seconds);
   if (auto good = picture_->update(wish_.state, change_, wish_.size, divisor, &closes_); !good) {
     if (!good_) return good;
     // Back to the last good state, as not every path draws everything.
@@ -259,6 +254,7 @@ void BackgroundPicture::show(const std::optional<ShownGarment>& garment) {
     if (!garment) return;
     news.garment = garment;
     news.state.reset();
+    news.worn.reset();
     news.era = era_;
     news.probed.reset();
     news.probe.reset();
@@ -282,107 +278,6 @@ void BackgroundPicture::probe() {
     news.probe_wish = number_;
     if (!message.empty()) news.messages.push_back(message);
   });
-}
-
-Result<std::string> BackgroundPicture::add(const std::string& path) {
-  if (std::filesystem::is_directory(path)) {
-    for (const std::string& fabric : fabrics_in(path)) ask(fabric, &BackgroundPicture::offer, soon_);
-  } else if (has_ending(path, ".glb") || has_ending(path, ".gltf")) {
-    return show_garment(path, path);
-  } else if (const auto fabric = picture_->add_fabric(path)) {
-    change_ = Change::scene;
-    stage_ = Stage::first;
-  } else if (const auto read = read_environment(path)) {
-    tell([&](PictureNews& news) {
-      news.environments.push_back(
-          std::make_shared<const Surroundings>(Surroundings{path, *read, divide(*read)}));
-    });
-  } else {
-    return tl::unexpected(has_ending(path, ".exr") ? fabric.error() : read.error());
-  }
-  return std::string();
-}
-
-Result<std::string> BackgroundPicture::offer(const std::string& path) {
-  Result<OfferedFabric> offered = offer_of(path, limits_.document.memory);
-  if (!offered) return tl::unexpected(offered.error());
-  tell([&](PictureNews& news) { news.offers.push_back(std::move(*offered)); });
-  return std::string();
-}
-
-Result<std::string> BackgroundPicture::put_on(const std::string& path) {
-  std::vector<int> worn = fabrics_of(picture_->scene());
-  if (std::ranges::all_of(worn, [](int fabric) { return fabric < 0; })) {
-    const Result<std::string> dressed = tailor_.dress(garment_, path);
-    if (!dressed) return tl::unexpected(dressed.error());
-    return show_garment(*dressed, garment_);
-  }
-  if (!added_.contains(path)) {
-    if (auto good = picture_->add_fabric(path); !good) return tl::unexpected(good.error());
-    added_[path] = static_cast<int>(picture_->fabrics().size()) - 1;
-  }
-  for (int& fabric : worn) fabric = fabric < 0 ? -1 : added_[path];
-  wish_.state.worn.fabrics = worn;
-  wish_.state.hidden.clear();
-  change_ = Change::scene;
-  stage_ = Stage::first;
-  ++era_;
-  tell([&](PictureNews& news) {
-    news.state = wish_.state;
-    news.era = era_;
-  });
-  return std::string();
-}
-
-/// The garment before stays until a picture of the other one is there.
-Result<std::string> BackgroundPicture::show_garment(const std::string& path, const std::string& name) {
-  Result<OpenScene> scene = open_scene(path, {}, limits_);
-  if (!scene) return tl::unexpected(scene.error());
-  std::string remarks;
-  for (const std::string& remark : scene->scene.remarks) remarks += (remarks.empty() ? "" : "\n") + remark;
-  auto picture = ShowPicture::create(std::move(*scene));
-  if (!picture) return tl::unexpected(picture.error());
-  const double aspect = static_cast<double>(wish_.size.x) / wish_.size.y;
-  const Result<ShowState> first = (*picture)->first_state({}, aspect);
-  if (!first) return tl::unexpected(first.error());
-  ShowState state = wish_.state;
-  state.camera = first->camera;
-  state.worn = first->worn;
-  state.beside.reset();
-  state.hidden.clear();
-  const int divisor = size_divisor(1e9, first_budget);
-  if (auto good = (*picture)->update(state, Change::scene, wish_.size, divisor, &closes_); !good)
-    return tl::unexpected(good.error());
-  picture_ = std::move(*picture);
-  good_ = wish_.state = std::move(state);
-  divisor_ = divisor;
-  change_ = Change::none;
-  stage_ = Stage::full;
-  probes_ = true;
-  garment_ = name;
-  added_.clear();
-  ++frames_;
-  ++era_;
-  full_seconds_ = picture_->draw_seconds() * divisor * divisor;
-  show(ShownGarment{name, first->camera, first->worn});
-  return remarks;
-}
-
-Result<std::string> BackgroundPicture::write_picture(const std::string& path) {
-  const Frame& frame = picture_->frame();
-  Image image{frame.width, frame.height, 3, {}};
-  image.pixels.reserve(frame.pixels.size() * 3);
-  for (std::size_t i = 0; i < picture_->bytes().size(); ++i) {
-    if (i % 4 != 3) image.pixels.push_back(static_cast<float>(picture_->bytes()[i]) / 255);
-  }
-  if (const auto good = write_png(path, image, Transfer::keep); !good) return tl::unexpected(good.error());
-  return "saved " + path;
-}
-
-Result<std::string> BackgroundPicture::write_garment(const std::string& path) {
-  const Result<std::string> remarks = tailor_.save(garment_, picture_->dressed(), path);
-  if (!remarks) return remarks;
-  return "saved " + path + (remarks->empty() ? "" : "\n" + *remarks);
 }
 
 }  // namespace selvedge

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "format/gltf/limits.h"
@@ -52,7 +53,7 @@ struct ShownPicture {
 /// What the window takes over of another garment.
 struct ShownGarment {
   std::string path;
-  CameraOptions camera;
+  std::optional<CameraOptions> camera;  ///< none: that of the window stays
   Outfit worn;
 };
 
@@ -67,6 +68,7 @@ struct PictureNews {
   /// wish could not be drawn. Wishes of the era before are dropped.
   std::optional<ShownGarment> garment;
   std::optional<ShowState> state;
+  std::optional<Outfit> worn;  ///< was put on, after all of these; the era is another, too
   int era = 0;
   std::vector<std::shared_ptr<const Surroundings>> environments;  ///< that were added
   std::vector<OfferedFabric> offers;                              ///< that were added
@@ -85,12 +87,15 @@ struct Tailor {
       save;
 };
 
+/// Seconds above which a picture is drawn smaller first.
+inline constexpr double first_picture_seconds = 0.05;
+
 class BackgroundPicture {
  public:
-  /// `garment`: the file of the picture's scene. Calls `wake` from its thread whenever there is news.
-  /// `limits` are those of garments that are added.
-  BackgroundPicture(std::unique_ptr<ShowPicture> picture, std::string garment, const SceneLimits& limits,
-                    Tailor tailor, std::function<void()> wake);
+  /// `garment`: the file of the picture's scene, `name` the one that the user has named. Calls `wake` from
+  /// its thread whenever there is news. `limits` are those of garments that are added.
+  BackgroundPicture(std::unique_ptr<ShowPicture> picture, std::string garment, std::string name,
+                    const SceneLimits& limits, Tailor tailor, std::function<void()> wake);
   /// Ends what is being drawn.
   ~BackgroundPicture();
   BackgroundPicture(const BackgroundPicture&) = delete;
@@ -103,10 +108,11 @@ class BackgroundPicture {
   void add_file(const std::string& path) { ask(path, &BackgroundPicture::add, urgent_); }
   /// Puts a fabric on everything that wears one, or dresses a garment on which nothing does.
   void wear(const std::string& path) { ask(path, &BackgroundPicture::put_on, urgent_); }
-  /// Writes the picture as PNG once it has all samples.
-  void save_picture(const std::string& path) { ask(path, &BackgroundPicture::write_picture, at_rest_); }
-  /// Writes the garment as it is worn.
-  void save_garment(const std::string& path) { ask(path, &BackgroundPicture::write_garment, at_rest_); }
+  /// Writes the picture once it has all samples, to the first of STEM-1.png, STEM-2.png ... that is not
+  /// there.
+  void save_picture(const std::string& stem) { ask(stem, &BackgroundPicture::write_picture, at_rest_); }
+  /// Writes the garment as it is worn then, to STEM-1.glb and so on.
+  void save_garment(const std::string& stem) { ask(stem, &BackgroundPicture::write_garment, at_rest_); }
   PictureNews poll();
 
  private:
@@ -132,16 +138,16 @@ class BackgroundPicture {
   void probe();
   // Tasks about a file, with what is to be said of it.
   Result<std::string> add(const std::string& path);
+  Result<void> add_fabric(const std::string& path);
   Result<std::string> offer(const std::string& path);
   Result<std::string> put_on(const std::string& path);
-  Result<std::string> write_picture(const std::string& path);
-  Result<std::string> write_garment(const std::string& path);
-  /// `name`: of what was opened.
-  Result<std::string> show_garment(const std::string& path, const std::string& name);
+  Result<std::string> write_picture(const std::string& stem);
+  Result<std::string> write_garment(const std::string& stem);
+  bool wears_nothing() const;
+  Result<std::string> show_garment(const std::string& path, const std::string& name, bool keeps_camera);
   void show(const std::optional<ShownGarment>& garment = {});
   void tell_message(const std::string& message);
-  template <class Change>
-  void tell(Change change);
+  void tell(const std::function<void(PictureNews&)>& change);
 
   // Of the window and of the thread, under the mutex.
   std::mutex mutex_;
@@ -159,7 +165,9 @@ class BackgroundPicture {
   // Of the thread alone.
   std::unique_ptr<ShowPicture> picture_;
   std::string garment_;
+  std::string name_;
   std::map<std::string, int> added_;  ///< fabrics, by file
+  std::set<std::string> offered_;
   SceneLimits limits_;
   Tailor tailor_;
   std::function<void()> wake_;

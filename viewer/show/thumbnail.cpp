@@ -11,7 +11,8 @@
 
 namespace selvedge {
 
-Result<OfferedFabric> offer_of(const std::string& path, std::uint64_t max_memory) {
+Result<OfferedFabric> offer_of(const std::string& path, std::uint64_t max_memory,
+                               const std::atomic<bool>& interrupted) {
   std::vector<Fabric> fabrics(1);
   Result<Fabric> read = read_fabric(path, {.memory = max_memory});
   if (!read) return tl::unexpected(read.error());
@@ -25,6 +26,7 @@ Result<OfferedFabric> offer_of(const std::string& path, std::uint64_t max_memory
   options.supersample = 2;
   options.layers = 1;
   options.lights = shot.lights;
+  options.interrupted = &interrupted;
   const Result<Frame> frame = render(scene, fabrics, shot.camera, options);
   if (!frame) return tl::unexpected(frame.error());
   OfferedFabric offer{path, {}};
@@ -35,8 +37,8 @@ Result<OfferedFabric> offer_of(const std::string& path, std::uint64_t max_memory
 std::vector<std::string> fabrics_in(const std::string& folder) {
   std::vector<std::string> paths;
   std::error_code no_folder;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, no_folder)) {
-    if (has_ending(entry.path().string(), ".exr")) paths.push_back(entry.path().string());
+  for (std::filesystem::directory_iterator at(folder, no_folder), end; at != end; at.increment(no_folder)) {
+    if (has_ending(at->path().string(), ".exr")) paths.push_back(at->path().string());
   }
   std::ranges::sort(paths);
   return paths;

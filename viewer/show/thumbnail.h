@@ -1,6 +1,7 @@
 // Small pictures of fabrics to choose from.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -17,10 +18,12 @@ struct OfferedFabric {
 
 inline constexpr int thumbnail_side = 96;
 
-/// Draws two repeats of a fabric file from near. Errors are those of the file.
-Result<OfferedFabric> offer_of(const std::string& path, std::uint64_t max_memory);
+/// Draws two repeats of a fabric file from near; ends soon, with any picture, once `interrupted` is true.
+/// Errors are those of the file.
+Result<OfferedFabric> offer_of(const std::string& path, std::uint64_t max_memory,
+                               const std::atomic<bool>& interrupted);
 
-/// The fabric files (.exr) of a folder, sorted by name; without an error, as it may be no folder.
+/// The fabric files (.exr) of a folder, sorted by name; none where it cannot be read.
 std::vector<std::string> fabrics_in(const std::string& folder);
 
 }  // namespace selvedge

@@ -60,7 +60,8 @@ Tailor tailor() {
 class Listener {
  public:
   explicit Listener(std::unique_ptr<ShowPicture> shown)
-      : state(state_of(*shown)), background(std::move(shown), "square.glb", {}, tailor(), [] {}) {}
+      : state(state_of(*shown)),
+        background(std::move(shown), "square.glb", "square.glb", {}, tailor(), [] {}) {}
 
   /// Polls until `is_there`, which must be so within a time that only a dead thread takes.
   template <class Condition>
@@ -70,11 +71,12 @@ class Listener {
       PictureNews now = background.poll();
       REQUIRE_FALSE(now.failure.has_value());
       if (now.picture) picture = now.picture;
-      if (now.state) state = *now.state;
       if (now.garment) {
-        state.camera = now.garment->camera;
+        if (now.garment->camera) state.camera = *now.garment->camera;
         state.worn = now.garment->worn;
       }
+      if (now.state) state = *now.state;
+      if (now.worn) state.worn = *now.worn;
       for (const OfferedFabric& offer : now.offers) offers.push_back(offer);
       if (now.garment) garment = now.garment->path;
       for (const std::string& line : now.messages) message = line;
@@ -224,9 +226,9 @@ TEST_CASE("the fabrics of a folder are offered with pictures, worn when chosen, 
     CHECK(window.picture->fabric_names.size() == 2);
     CHECK(window.picture->bytes != before);
   }
-  window.background.save_garment(folder / "saved.glb");
+  window.background.save_garment(folder / "saved");
   window.listen([&] { return window.message.starts_with("saved"); });
-  CHECK(test::bytes_of(folder / "saved.glb") == "square.glb in " + (folder / "b.exr"));
+  CHECK(test::bytes_of(folder / "saved-1.glb") == "square.glb in " + (folder / "b.exr"));
 }
 
 TEST_CASE("a fabric for a garment without one dresses it, under its own name") {
