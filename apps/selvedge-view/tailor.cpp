@@ -58,7 +58,7 @@ Result<std::string> save(Workbench& bench, const SceneLimits& limits, const std:
   for (std::size_t i = 0; i < worn.materials.size(); ++i) {
     const SceneMaterial& wears = worn.materials[i];
     if (!wears.fabric) continue;
-    const Result<std::string> fabric = bench.file_of(worn.fabrics[wears.fabric->fabric]);
+    Result<std::string> fabric = bench.file_of(worn.fabrics[wears.fabric->fabric]);
     if (!fabric) return fabric;
     const std::string to = bench.next(".glb");
     const Result<DressReport> report =
@@ -71,7 +71,7 @@ Result<std::string> save(Workbench& bench, const SceneLimits& limits, const std:
   if (from == garment)
     return fail(Code::garment_empty, garment, "/materials",
                 "nothing wears a fabric: there is nothing to save");
-  const Result<std::string> bytes = read_file(from);
+  Result<std::string> bytes = read_file(from);
   if (!bytes) return bytes;
   if (auto good = write_file(output, *bytes); !good) return tl::unexpected(good.error());
   return fmt::format("{}", fmt::join(remarks, "\n"));

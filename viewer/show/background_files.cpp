@@ -142,7 +142,7 @@ Result<std::string> BackgroundPicture::write_picture(const std::string& stem) {
 
 Result<std::string> BackgroundPicture::write_garment(const std::string& stem) {
   const std::string path = free_file(stem, ".glb");
-  const Result<std::string> remarks = tailor_.save(garment_, picture_->dressed(), path);
+  Result<std::string> remarks = tailor_.save(garment_, picture_->dressed(), path);
   if (!remarks) return remarks;
   return "saved " + path + (remarks->empty() ? "" : "\n" + *remarks);
 }
