@@ -291,7 +291,8 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
   RenderOptions options = options_;
   options.levels.footprint = 1.0F / n;
   Camera camera = camera_;
-  const V2d place((refined_ % n + 0.5) / n - 0.5, (refined_ / n + 0.5) / n - 0.5);
+  const int row = refined_ / n;
+  const V2d place((refined_ % n + 0.5) / n - 0.5, (row + 0.5) / n - 0.5);
   camera.window_centre += place * camera.window_half * 2.0 / V2d(options.width, options.height);
   RenderStats unwanted;
   for (Side& side : sides()) {
