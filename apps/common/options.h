@@ -113,6 +113,9 @@ class Options {
   /// Precondition: the option is declared.
   bool given(const char* name) const;
   bool declared(const char* name) const;
+  /// The options that are on the command line, but for `without` and positional words: "--name=value" a line,
+  /// in the order of their declaration.
+  std::string as_given(std::initializer_list<std::string_view> without) const;
   /// If `here`, refuses the first of these options that is given, with the reason `why`.
   void refuse_if(bool here, const char* why, std::initializer_list<const char*> names) const;
 
@@ -126,6 +129,11 @@ class Options {
   std::string group_ = "Options";
   std::vector<std::function<void()>> checks_;
 };
+
+/// Parses words as the command line of a verb that `declare` declares. OPTION_OUT_OF_RANGE, of `place` in
+/// `file`.
+Result<void> parse_words(const std::function<void(Options&)>& declare, std::vector<std::string> words,
+                         const std::string& file, const std::string& place);
 
 /// Parses `min` to `max` numbers separated by `separator`; refuse()s texts of another form than `example`.
 std::vector<double> numbers_from(const std::string& option, const std::string& text, char separator,

@@ -116,10 +116,7 @@ void declare(Options& options, BakeCommand& command) {
   add_cell(options, command.input, command.cell);
   add_bake(options, command.bake);
   options.text("--shard", "I/N", "Bake part I (from 0) of N, for selvedge merge",
-               [&command](const std::string& t) {
-                 const auto n = whole_numbers_from("--shard", t, '/', 2, 2, "0/8");
-                 command.shard = BakeShard{n[0], n[1]};
-               });
+               [&command](const std::string& t) { command.shard = shard_from("--shard", t); });
   options.group("");
   options.output(command.output, "The samples file, or with --shard the part").required();
   add_quality(options, command.quality);

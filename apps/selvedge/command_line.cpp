@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <sstream>
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
 #include "apps/selvedge/run_fit.h"
+#include "format/base/option_text.h"
 
 namespace selvedge {
 namespace {
@@ -55,9 +57,39 @@ void add_choice(Options& options, MakeCommand& command) {
   });
 }
 
+/// --list and what goes with it, which excludes the options of a single fabric.
+void add_list(Options& options, MakeCommand& command) {
+  ListOptions& list = command.list;
+  options.group("Many fabrics");
+  options.text("--list", list.path, "FILE",
+               "Make the fabrics that this file lists (JSON, docs/many.md) and that are not up to date");
+  options.text("--task", "I/N",
+               "Only every N-th fabric of the list, from I (0 to N - 1) on: a task of a job array",
+               [&list](const std::string& t) {
+                 list.task = shard_from("--task", t);
+                 list.as_task = true;
+               });
+  options.flag("--parts", list.bakes_parts,
+               "Bake the parts of the listed fabrics that have \"shards\", for the tasks that make them");
+  options.flag("--dry-run", list.dry_run, "Only tell what would be made");
+  options.flag("--keep-going", list.keep_going, "Go on after a fabric that cannot be made");
+  options.text("--page", list.page, "DIR", "A folder for a page with a picture of each fabric");
+  options.check([&options, &list] {
+    const bool many = !list.path.empty();
+    options.refuse_if(!many, "needs --list", {"--task", "--parts", "--dry-run", "--keep-going", "--page"});
+    const std::string single = options.as_given({"--list", "--task", "--parts", "--dry-run", "--keep-going",
+                                                 "--page", "--json", "--quiet", "--threads"});
+    if (many && options.given("input")) refuse("--list", "excludes a stitch");
+    if (many && !single.empty())
+      refuse(single.substr(0, single.find('=')), "is of a single fabric: write it into the list");
+    if (!many && !options.given("input")) refuse("input", "is required, or --list");
+    if (!many && !options.given("--output")) refuse("--output", "is required");
+  });
+}
+
 void declare(Options& options, MakeCommand& command) {
   options.common(command.common);
-  add_cell(options, command.input, command.cell);
+  add_cell(options, command.input, command.cell).required(false);
   add_bake(options, command.options.bake);
   add_fit(options, command.options);
   options.group("");
@@ -69,9 +101,27 @@ void declare(Options& options, MakeCommand& command) {
             "A material of the plan, by name or #index; may be repeated (default: all)")
       .needs(plan);
   options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file");
-  options.output(command.output, "The fabric file").required();
+  options.output(command.output, "The fabric file");
+  options.text("--shard", "I/N", "Bake part I (from 0) of N beside the output, for a make with --shards N",
+               [&command](const std::string& t) { command.shard = shard_from("--shard", t); });
+  options.number("--shards", command.shards, "N", "Merge the N parts beside the output in place of a bake")
+      .in(1, 4096);
+  options.text("--depfile", command.depfile, "FILE",
+               "Write the files that were read as a rule for Make and Ninja");
+  add_list(options, command);
   add_choice(options, command);
   options.check([&options, &command] {
+    options.refuse_if(command.limits.any(), "excludes --max-bytes, --min-db and --max-seconds",
+                      {"--shard", "--shards"});
+    options.refuse_if(command.shard.has_value(), "excludes --shard",
+                      {"--shards", "--keep-samples", "--depfile"});
+    // Those that are left out make no other bytes.
+    command.asked = options.as_given(
+        {"--output", "--json", "--quiet", "--threads", "--keep-samples", "--shard", "--shards", "--depfile"});
+    command.line = "selvedge make " + shell_word(command.input);
+    std::istringstream given(
+        options.as_given({"--json", "--quiet", "--threads", "--shard", "--shards", "--depfile"}));
+    for (std::string word; std::getline(given, word);) command.line.append(" ").append(shell_word(word));
     command.texels_given = options.given("--texels");
     command.sides_given = options.given("--sides");
     command.bounces_given = options.given("--bounces");
@@ -115,6 +165,15 @@ void declare(Options& options, TradeCommand& command) {
 
 }  // namespace
 
+Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const std::string& file,
+                                    const std::string& place) {
+  MakeCommand command;
+  const auto good =
+      parse_words([&command](Options& options) { declare(options, command); }, words, file, place);
+  if (!good) return tl::unexpected(good.error());
+  return command;
+}
+
 void add_fit_verb(Program& program) {
   program.add<FitCommand>(
       {"fit", "Fit a fabric to samples: samples -> fabric", "selvedge fit k.samples.exr -o k.fabric.exr"},
@@ -123,7 +182,8 @@ void add_fit_verb(Program& program) {
 
 void add_make_verb(Program& program) {
   program.add<MakeCommand>({"make", "Stitch, bake and fit in one: stitch -> fabric",
-                            "selvedge make plain-weave -o weave.fabric.exr"},
+                            "selvedge make plain-weave -o weave.fabric.exr\n"
+                            "selvedge make --list fabrics.json"},
                            declare, run);
 }
 

@@ -38,6 +38,18 @@ struct FitCommand {
   std::string output;
   MakeOptions options = *preset_named(default_preset);  ///< those of the bake are ignored
   std::string quality{default_preset};
+  std::string made_of;  ///< of make: digest_of_inputs(), which the file records; empty: none
+};
+
+/// make --list: many fabrics (fabric_list.h).
+struct ListOptions {
+  std::string path;          ///< empty: a single fabric
+  BakeShard task;            ///< only the fabrics whose index is task.index modulo task.count
+  bool as_task = false;      ///< --task is given
+  bool bakes_parts = false;  ///< bake the parts of the fabrics that have some, and make nothing
+  bool dry_run = false;
+  bool keep_going = false;
+  std::string page;  ///< a folder; empty: none
 };
 
 struct MakeCommand {
@@ -53,8 +65,18 @@ struct MakeCommand {
   std::string plan;  ///< file of a plan, which limits the fabric to what it needs; empty: whole fabric
   std::vector<std::string> materials;  ///< of the plan; empty: all of them
   std::string quality{default_preset};
-  MakeLimits limits;  ///< if there are any, they set the knobs instead of the quality
+  MakeLimits limits;               ///< if there are any, they set the knobs instead of the quality
+  std::optional<BakeShard> shard;  ///< bake this part of the samples alone
+  int shards = 0;                  ///< above 0: merge so many parts in place of a bake
+  std::string depfile;             ///< empty: none
+  std::string asked;               ///< the options that are given and that the fabric depends on, one a line
+  std::string line;  ///< the whole command but for parts, depfile and what is common to all verbs
+  ListOptions list;
 };
+
+/// Parses the words of a make. OPTION_OUT_OF_RANGE, of `place` in `file`.
+Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const std::string& file,
+                                    const std::string& place);
 
 struct TradeCommand {
   CommonOptions common;

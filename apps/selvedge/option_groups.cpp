@@ -53,6 +53,12 @@ Option add_cell(Options& options, std::string& input, CellOptions& cell) {
   return option;
 }
 
+BakeShard shard_from(const std::string& option, const std::string& text) {
+  const auto n = whole_numbers_from(option, text, '/', 2, 2, "0/8");
+  if (n[0] < 0 || n[0] >= n[1]) refuse(option, fmt::format("\"{}\" is not one of its parts", text));
+  return {n[0], n[1]};
+}
+
 void add_transport(Options& options, const TransportOptions& transport) {
   int& bounces = transport.bounces;
   options.text("--bounces", "N|unlimited",

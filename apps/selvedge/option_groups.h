@@ -24,6 +24,9 @@ struct TransportOptions {
 void add_transport(Options& options, const TransportOptions& transport);
 void add_fit(Options& options, MakeOptions& make);
 
+/// Part I of N from "I/N", 0 <= I < N; refuse()s other texts.
+BakeShard shard_from(const std::string& option, const std::string& text);
+
 /// Declares --quality.
 void add_quality(Options& options, std::string& quality);
 /// Gives the knobs that are not on the command line the values of the quality.

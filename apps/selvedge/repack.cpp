@@ -5,6 +5,7 @@
 
 #include "apps/common/paths.h"
 #include "apps/selvedge/commands.h"
+#include "apps/selvedge/made_of.h"
 #include "format/quality/fit_record.h"
 
 namespace selvedge {
@@ -117,6 +118,7 @@ Result<int> run(const RepackCommand& command) {
   options.half.insert(command.to_half);
   options.half.erase(command.to_float);
   auto fabric = must(reader.read_levels(levels.x, levels.y, command.layers));
+  fabric.provenance = without_inputs(fabric.provenance);
   leave_sides_out(fabric, command.sides_from);
   must(write_recorded(command, reader, levels, fabric, options));
   const Json warnings = report_warnings(command.common, precision_warnings(command.output, fabric, options));

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "apps/common/paths.h"
+#include "apps/selvedge/made_of.h"
 #include "fitter/budget/file_budget.h"
 
 namespace selvedge {
@@ -85,6 +86,7 @@ FitRecord fit_sides(SamplesReader& reader, const FitCommand& command) {
       fabric.add_side(std::move(fitted.fabric));
     }
   }
+  if (!command.made_of.empty()) fabric.provenance = with_inputs(fabric.provenance, command.made_of);
   for (const Error& warning : precision_warnings({}, fabric, write)) record.warnings.push_back(warning);
   must(write_fabric(command.output, as_stored(fabric, write.half), record, write));
   return record;

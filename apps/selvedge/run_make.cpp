@@ -1,8 +1,14 @@
 // make: mesh, bake and fit in one.
 #include "apps/selvedge/run_make.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+
 #include "apps/common/paths.h"
 #include "apps/selvedge/bake.h"
+#include "apps/selvedge/made_of.h"
 #include "apps/selvedge/run_fit.h"
 #include "converter/bake/for_plan.h"
 #include "converter/plan/plan_file.h"
@@ -14,11 +20,9 @@ Error naming_output(Error error, const AtomicFile& beside, const std::string& ou
   return error;
 }
 
-MadeFabric make_fabric(const MakeCommand& command) {
-  must(check_distinct({{"the input", command.input},
-                       {"--output", command.output},
-                       {"--keep-samples", command.samples},
-                       {"--for", command.plan}}));
+namespace {
+
+BakeCommand bake_of(const MakeCommand& command) {
   BakeCommand bake;
   bake.input = command.input;
   bake.cell = command.cell;
@@ -26,14 +30,58 @@ MadeFabric make_fabric(const MakeCommand& command) {
   bake.texels_given = command.texels_given;
   bake.sides_given = command.sides_given;
   bake.bounces_given = command.bounces_given;
+  if (!command.plan.empty()) {
+    bake.demand = must(read_plan(command.plan, command.materials));
+    bake.chooses = command.options.budget.has_value();
+  }
+  return bake;
+}
+
+/// Merges the parts of a bake that lie beside the output; the first that is missing is named with the command
+/// that bakes it.
+BakeReport merge_parts(const MakeCommand& command, const std::string& samples) {
+  std::vector<std::string> parts;
+  std::vector<std::string> missing;
+  for (int i = 0; i < command.shards; ++i) {
+    const BakeShard shard{i, command.shards};
+    parts.push_back(part_of(command.output, shard));
+    std::error_code none;
+    if (!std::filesystem::exists(parts.back(), none))
+      missing.push_back(fmt::format("{}/{}", i, command.shards));
+  }
+  if (!missing.empty()) {
+    throw Failure{{Code::file_missing, command.output, "--shards",
+                   fmt::format("lacks part{} {} of its bake: {} --shard {}", missing.size() == 1 ? "" : "s",
+                               fmt::join(missing, ", "), command.line, missing.front())}};
+  }
+  return must(merge_shards(parts, samples));
+}
+
+}  // namespace
+
+std::string part_of(const std::string& output, const BakeShard& shard) {
+  return fmt::format("{}.part-{}-of-{}", output, shard.index, shard.count);
+}
+
+BakeReport bake_part(const MakeCommand& command, const BakeShard& shard) {
+  BakeCommand bake = bake_of(command);
+  bake.shard = shard;
+  bake.output = part_of(command.output, shard);
+  return must(bake_cell(bake, command.common));
+}
+
+MadeFabric make_fabric(const MakeCommand& command) {
+  must(check_distinct({{"the input", command.input},
+                       {"--output", command.output},
+                       {"--keep-samples", command.samples},
+                       {"--depfile", command.depfile},
+                       {"--for", command.plan}}));
+  BakeCommand bake = bake_of(command);
   FitCommand fit;
+  fit.made_of = must(digest_of_inputs(command));
   fit.common = command.common;
   fit.options = command.options;
   fit.output = command.output;
-  if (!command.plan.empty()) {
-    bake.demand = must(read_plan(command.plan, command.materials));
-    bake.chooses = fit.options.budget.has_value();
-  }
   // The samples pass through a file, as between the single verbs: without --keep-samples a temporary one
   // beside the fabric.
   const auto passing = must(AtomicFile::create(command.output));
@@ -42,7 +90,8 @@ MadeFabric make_fabric(const MakeCommand& command) {
   if (!keep) bake.bake.resumable = false;
   fit.input = keep ? command.samples : command.input;
   const auto bake_and_fit = [&] {
-    const BakeReport baked = must(bake_cell(bake, command.common));
+    const BakeReport baked =
+        command.shards > 0 ? merge_parts(command, bake.output) : must(bake_cell(bake, command.common));
     Json bake_report = bake_json(baked, bake.output);
     if (!keep) bake_report.erase("output");
     // The selection of layers needs all levels at once.
@@ -51,6 +100,11 @@ MadeFabric make_fabric(const MakeCommand& command) {
       fit.options.fit.partial = true;
     }
     FitOutcome fitted = fit_file(bake.output, fit);
+    if (!command.depfile.empty()) must(write_depfile(command.depfile, command));
+    for (int i = 0; i < command.shards; ++i) {
+      std::error_code none;
+      std::filesystem::remove(part_of(command.output, {i, command.shards}), none);
+    }
     return MadeFabric{{{"bake", bake_report}, {"fit", fit_json(fitted)}},
                       bake_text(baked, command.samples) + fit_text(fitted),
                       fitted,
@@ -61,8 +115,14 @@ MadeFabric make_fabric(const MakeCommand& command) {
 }
 
 Result<int> run(const MakeCommand& command) {
-  if (command.limits.any()) return run_within_limits(command);
-  const auto made = make_fabric(command);
+  if (!command.list.path.empty()) return run_list(command.common, command.list);
+  if (command.shard) {
+    const BakeReport baked = bake_part(command, *command.shard);
+    const std::string part = part_of(command.output, *command.shard);
+    report(command.common, "make", {{"bake", bake_json(baked, part)}}, bake_text(baked, part));
+    return 0;
+  }
+  const MadeFabric made = command.limits.any() ? make_within_limits(command) : make_fabric(command);
   report(command.common, "make", made.json, made.text);
   return 0;
 }

@@ -13,14 +13,21 @@ struct MadeFabric {
   FitOutcome fitted;
   double seconds = 0;  ///< to bake and fit
 };
-/// Meshes, bakes and fits; the command's limits are ignored. Throws Failure.
+/// Meshes, bakes and fits, and writes the depfile; the command's limits are ignored. Throws Failure.
 MadeFabric make_fabric(const MakeCommand& command);
 
 /// Converts an error of a temporary file beside `output` to one of `output`, which is the only name that the
 /// user knows.
 Error naming_output(Error error, const AtomicFile& beside, const std::string& output);
 
-/// make with limits.
-Result<int> run_within_limits(const MakeCommand& command);
+/// Where a part of a fabric's bake lies: "OUTPUT.part-3-of-8".
+std::string part_of(const std::string& output, const BakeShard& shard);
+/// Bakes the part of the fabric's samples; one that is there already is read and kept. Throws Failure.
+BakeReport bake_part(const MakeCommand& command, const BakeShard& shard);
+
+/// make with --list.
+Result<int> run_list(const CommonOptions& common, const ListOptions& list);
+/// make with limits. Throws Failure.
+MadeFabric make_within_limits(const MakeCommand& command);
 
 }  // namespace selvedge

@@ -59,16 +59,16 @@ Result<PairSamples> bake_pairs(const MakeCommand& command, const CellMesh& mesh)
 
 }  // namespace
 
-Result<int> run_within_limits(const MakeCommand& command) {
+MadeFabric make_within_limits(const MakeCommand& command) {
   // Tries are written to temporary files, so the user's paths are compared here.
   must(check_distinct({{"the input", command.input}, {"--output", command.output}}));
   const auto cell = must(find_cell(command.input, command.cell));
   const V2i least = cell.stitch ? cell.stitch->min_texels : V2i(1, 1);
   const int min_texels = std::max(least.x, least.y);
   if (min_texels > HeldOutOptions().texels) {
-    return fail(Code::option_out_of_range, command.input, "--texels",
-                fmt::format("its yarns need {}, more than the {} that settings are known for", min_texels,
-                            HeldOutOptions().texels));
+    throw Failure{{Code::option_out_of_range, command.input, "--texels",
+                   fmt::format("its yarns need {}, more than the {} that settings are known for", min_texels,
+                               HeldOutOptions().texels)}};
   }
   std::vector<Try> tries;
   PairSamples held_out;
@@ -85,9 +85,9 @@ Result<int> run_within_limits(const MakeCommand& command) {
       make_within(measured_settings(), command.limits, command.options, min_texels, thread_count(), make));
   const TriedSetting& nearest = result.tried[result.nearest];
   if (!result.met) {
-    return fail(Code::option_out_of_range, command.input, "limits",
-                fmt::format("are met by none of {} settings made; the nearest is {}: {}", result.tried.size(),
-                            options_of(nearest), figures_text(nearest.made)));
+    throw Failure{{Code::option_out_of_range, command.input, "limits",
+                   fmt::format("are met by none of {} settings made; the nearest is {}: {}",
+                               result.tried.size(), options_of(nearest), figures_text(nearest.made))}};
   }
   auto& [file, made] = tries[result.nearest];
   must(file.commit());
@@ -101,9 +101,9 @@ Result<int> run_within_limits(const MakeCommand& command) {
   }
   json.update(made.json);
   json["fit"] = fit_json(made.fitted);
-  report(command.common, "make", json,
-         fmt::format("{}chosen: {}\n{}", text, options_of(nearest), fit_text(made.fitted)));
-  return 0;
+  made.json = std::move(json);
+  made.text = fmt::format("{}chosen: {}\n{}", text, options_of(nearest), fit_text(made.fitted));
+  return std::move(made);
 }
 
 }  // namespace selvedge

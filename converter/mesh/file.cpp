@@ -55,15 +55,23 @@ std::vector<V3f> normals_of(const std::vector<V3f>& positions, const std::vector
   return normals;
 }
 
-/// Colours from the material files beside an OBJ file; files that are missing or elsewhere are skipped.
-MaterialColours materials_of(const std::string& bytes, const std::string& format, const std::string& path) {
-  MaterialColours colours;
-  if (format != "obj") return colours;
+/// The material files of a mesh file with these bytes; files that are missing or elsewhere are skipped.
+std::vector<std::string> files_of_materials(const std::string& bytes, const std::string& path) {
+  std::vector<std::string> files;
+  if (ending_of(path) != "obj") return files;
   for (const std::string& name : material_files(bytes)) {
-    if (std::filesystem::path(name).filename() != name) continue;
-    const auto text =
-        read_file(std::filesystem::path(path).replace_filename(name).string(), max_material_file);
-    if (text) read_materials(*text, colours);
+    const auto file = std::filesystem::path(path).replace_filename(name);
+    std::error_code none;
+    if (std::filesystem::path(name).filename() == name && std::filesystem::exists(file, none))
+      files.push_back(file.string());
+  }
+  return files;
+}
+
+MaterialColours materials_of(const std::string& bytes, const std::string& path) {
+  MaterialColours colours;
+  for (const std::string& file : files_of_materials(bytes, path)) {
+    if (const auto text = read_file(file, max_material_file)) read_materials(*text, colours);
   }
   return colours;
 }
@@ -290,10 +298,15 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
 
 }  // namespace
 
+std::vector<std::string> material_files_of(const std::string& path) {
+  const auto bytes = read_file(path, max_mesh_file);
+  return bytes ? files_of_materials(*bytes, path) : std::vector<std::string>();
+}
+
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options, MeshChoices* chosen) {
   const auto bytes = read_file(path, max_mesh_file);
   if (!bytes) return tl::unexpected(bytes.error());
-  return cell_from(*bytes, path, options, materials_of(*bytes, ending_of(path), path), chosen);
+  return cell_from(*bytes, path, options, materials_of(*bytes, path), chosen);
 }
 
 Result<CellMesh> read_mesh(const std::string& bytes, const std::string& name,

@@ -27,6 +27,8 @@ struct MeshImportOptions {
 /// without extent if the period is to be guessed.
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options,
                            MeshChoices* choices = nullptr);
+/// The material files that an OBJ file names and that lie beside it; none for other files.
+std::vector<std::string> material_files_of(const std::string& path);
 /// Reads from memory. `name` is used in messages, its ending gives the format. No other file is opened.
 Result<CellMesh> read_mesh(const std::string& bytes, const std::string& name,
                            const MeshImportOptions& options);

@@ -8,12 +8,14 @@
 namespace selvedge {
 namespace {
 
-bool is_stitch(const std::string& name_or_path) {
+bool is_built_in(const std::string& name) {
   const auto infos = built_in_stitches();
-  const bool built_in = std::any_of(infos.begin(), infos.end(),
-                                    [&](const StitchInfo& info) { return info.name == name_or_path; });
+  return std::any_of(infos.begin(), infos.end(), [&](const StitchInfo& info) { return info.name == name; });
+}
+
+bool is_stitch(const std::string& name_or_path) {
   // Without an ending it must be a name: the error of find_stitch() lists the names.
-  return built_in || std::filesystem::path(name_or_path).extension().empty() ||
+  return is_built_in(name_or_path) || std::filesystem::path(name_or_path).extension().empty() ||
          has_ending(name_or_path, ".json") || has_ending(name_or_path, ".wif");
 }
 
@@ -46,6 +48,15 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
   cell.mesh = std::move(*mesh);
   cell.stitch = std::move(*stitch);
   return cell;
+}
+
+std::vector<std::string> files_of_cell(const std::string& name_or_path) {
+  if (is_built_in(name_or_path) || std::filesystem::path(name_or_path).extension().empty()) return {};
+  std::vector<std::string> files{name_or_path};
+  if (!is_stitch(name_or_path)) {
+    for (std::string& file : material_files_of(name_or_path)) files.push_back(std::move(file));
+  }
+  return files;
 }
 
 }  // namespace selvedge

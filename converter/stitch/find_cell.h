@@ -28,4 +28,8 @@ struct Cell {
 /// .json), a weaving draft (.wif) or a mesh file (any other path).
 Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& options = {});
 
+/// The files that find_cell() reads: none for a built-in stitch, else the path, and the material files that
+/// an OBJ file names and that are there.
+std::vector<std::string> files_of_cell(const std::string& name_or_path);
+
 }  // namespace selvedge
