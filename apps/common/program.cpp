@@ -43,7 +43,7 @@ std::string first_file(const CLI::App& verb) {
 /// Reports the error of a verb; the exit status.
 int refuse_run(const CommonOptions& common, const std::string& verb, const Error& error) {
   if (common.json) {
-    fmt::print("{}", framed(verb.c_str(), {{"error", to_json(error)}}));
+    fmt::print("{}", report_text(framed(verb.c_str(), {{"error", to_json(error)}})));
   } else {
     report_error(error);
   }
@@ -104,8 +104,9 @@ int Program::parse_and_run(int argc, const char* const* argv) {
       const auto verbs = app_->get_subcommands();
       fmt::print(
           "{}",
-          framed(verbs.empty() ? "" : verbs.front()->get_name().c_str(),
-                 {{"error", {{"code", "USAGE"}, {"file", ""}, {"place", ""}, {"message", as_utf8(fault)}}}}));
+          report_text(framed(
+              verbs.empty() ? "" : verbs.front()->get_name().c_str(),
+              {{"error", {{"code", "USAGE"}, {"file", ""}, {"place", ""}, {"message", as_utf8(fault)}}}})));
     } else {
       fmt::print(stderr, "{}: {}\n", app_->get_name(), printable(fault));
     }
@@ -117,10 +118,9 @@ int Program::parse_and_run(int argc, const char* const* argv) {
   return 2;
 }
 
-int Program::run_verb(const Verb& verb) {
-  const CommonOptions& common = verb.options->common();
-  set_threads(common.threads);
-  const Result<int> status = guarded(first_file(verb.options->app()), [&]() -> Result<int> {
+Result<int> Program::status_of(const Verb& verb) {
+  set_threads(verb.options->common().threads);
+  return guarded(first_file(verb.options->app()), [&]() -> Result<int> {
     try {
       return verb.work();
     } catch (const std::exception&) {
@@ -129,7 +129,35 @@ int Program::run_verb(const Verb& verb) {
       return 1;
     }
   });
-  return status ? *status : refuse_run(common, verb.options->app().get_name(), status.error());
+}
+
+int Program::run_verb(const Verb& verb) {
+  const Result<int> status = status_of(verb);
+  return status ? *status
+                : refuse_run(verb.options->common(), verb.options->app().get_name(), status.error());
+}
+
+Result<Json> Program::call(std::vector<std::string> words) {
+  std::reverse(words.begin(), words.end());
+  try {
+    app_->parse(words);
+  } catch (const CLI::ParseError& error) {
+    std::string fault = usage_fault(error.what());
+    std::replace(fault.begin(), fault.end(), '\n', ' ');
+    return fail(Code::option_out_of_range, "", "usage", fault);
+  }
+  for (const auto& verb : verbs_) {
+    if (!verb->options->app().parsed()) continue;
+    Json said;
+    verb->options->common().json = true;
+    report_target = &said;
+    const Result<int> status = status_of(*verb);
+    report_target = nullptr;
+    if (!status) return tl::unexpected(status.error());
+    said["status"] = *status;
+    return said;
+  }
+  return Json();
 }
 
 int Program::run(int argc, const char* const* argv) {

@@ -43,6 +43,10 @@ class Program {
   /// manual page.
   int run(int argc, const char* const* argv);
 
+  /// Runs a verb, once for each Program, with its report as the result: as --json prints it, and `status`,
+  /// the exit status. OPTION_OUT_OF_RANGE with the place "usage" for a wrong command line.
+  Result<Json> call(std::vector<std::string> words);
+
  private:
   struct Verb {
     std::unique_ptr<Options> options;
@@ -50,6 +54,7 @@ class Program {
   };
   Verb& add_verb(const VerbText& text);
   int parse_and_run(int argc, const char* const* argv);
+  Result<int> status_of(const Verb& verb);
   int run_verb(const Verb& verb);
   std::string usage_fault(std::string fault) const;
 

@@ -10,6 +10,7 @@
 namespace selvedge {
 
 const char* program_name = "selvedge";
+thread_local Json* report_target = nullptr;
 
 Json to_json(const Error& issue) {
   return {{"code", name_of(issue.code)},
@@ -22,6 +23,7 @@ Json to_json(const Error& issue) {
 void report_error(const Error& error) { fmt::print(stderr, "{}: {}\n", program_name, to_line(error)); }
 
 void report_issue(const Error& issue) {
+  if (report_target != nullptr) return;
   fmt::print(stderr, "{}: {}: {}\n", program_name, name_of(severity_of(issue.code)), to_line(issue));
 }
 
@@ -35,18 +37,25 @@ Json report_warnings(const CommonOptions& common, const Issues& warnings) {
 }
 
 void report_remark(const std::string& file, const std::string& remark) {
+  if (report_target != nullptr) return;
   fmt::print(stderr, "{}: {}: {}\n", program_name, printable(file), printable(remark));
 }
 
-std::string framed(const char* verb, const Json& json) {
+Json framed(const char* verb, const Json& json) {
   Json whole = {{"program", program_name}, {"version", SELVEDGE_VERSION}, {"report", 1}, {"verb", verb}};
   whole.update(json);
-  return whole.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+  return whole;
+}
+
+std::string report_text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text) {
-  if (common.json) {
-    fmt::print("{}", framed(verb, json));
+  if (report_target != nullptr) {
+    *report_target = framed(verb, json);
+  } else if (common.json) {
+    fmt::print("{}", report_text(framed(verb, json)));
   } else if (!common.quiet) {
     fmt::print("{}", printable(text));
   }

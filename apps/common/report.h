@@ -24,6 +24,9 @@ struct CommonOptions {
 /// Name of the running program, for messages. Set by Program.
 extern const char* program_name;
 
+/// Where the reports of this thread's verbs go, framed, in place of standard output and error; null: there.
+extern thread_local Json* report_target;
+
 /// Code, severity, file, place and message.
 Json to_json(const Error& issue);
 
@@ -43,8 +46,10 @@ void report_remark(const std::string& file, const std::string& remark);
 /// version and the verb; else `text`, unless --quiet.
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text);
 
-/// The framed report as text.
-std::string framed(const char* verb, const Json& json);
+/// The framed report.
+Json framed(const char* verb, const Json& json);
+/// JSON as the text that --json prints.
+std::string report_text(const Json& json);
 
 /// Size of a file in bytes; 0 if there is none.
 std::uint64_t size_of_file(const std::string& path);

@@ -228,7 +228,7 @@ Result<int> run(const RenderCommand& command) {
   all["seconds"]["read"] = read;
   all["seconds"]["write"] = series.write_seconds();
   all["seconds"]["total"] = seconds_since(start);
-  const std::string text = framed("render", all);
+  const std::string text = report_text(framed("render", all));
   if (command.common.json || command.stats == "-") fmt::print("{}", text);
   if (!stats_file.empty()) must(write_file(stats_file, text));
   return 0;

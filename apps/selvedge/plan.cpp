@@ -82,7 +82,7 @@ Result<int> run(const PlanCommand& command) {
   const auto plan = must(plan_scene(command.scene, command.plan));
   const Json json = plan_json(plan);
   if (!command.output.empty()) {
-    must(write_file(command.output, framed("plan", json)));
+    must(write_file(command.output, report_text(framed("plan", json))));
   }
   std::string text;
   for (const MaterialPlan& material : plan.materials) text += text_of(material);

@@ -6,6 +6,16 @@
 #include <cstdio>
 
 namespace selvedge {
+namespace {
+
+ProgressSink& sink() {
+  static ProgressSink set;
+  return set;
+}
+
+}  // namespace
+
+void set_progress_sink(ProgressSink set) { sink() = std::move(set); }
 
 TerminalProgress::TerminalProgress(std::string label, bool quiet)
     : label_(std::move(label)),
@@ -18,6 +28,7 @@ TerminalProgress::~TerminalProgress() {
 }
 
 Progress TerminalProgress::callback() {
+  if (sink()) return [this](double fraction) { sink()(label_, fraction); };
   if (!active_) return {};
   return [this](double fraction) { show(fraction); };
 }
