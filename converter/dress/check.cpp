@@ -16,8 +16,7 @@
 namespace selvedge {
 namespace {
 
-/// Small, as only the mean over a repeat is needed.
-constexpr FallbackOptions coarse{.largest_side = 64, .lights = 64};
+constexpr FallbackOptions coarse{.lights = 64};
 /// Tolerance of linear colours; rounding to 8 bits and the separate fit of a level stay well within it.
 constexpr float color_tolerance = 0.05F;
 /// Stretched cloth stays within this factor.
@@ -31,8 +30,12 @@ struct FabricFacts {
 
 std::optional<FabricFacts> known_of(const SceneFabric& source, std::uint64_t memory) {
   const FabricLimits limits{.memory = memory};
-  const Result<Fabric> fabric =
-      source.path.empty() ? read_fabric(source.bytes, source.name, limits) : read_fabric(source.path, limits);
+  auto reader = source.path.empty() ? FabricReader::open(source.bytes, source.name, limits)
+                                    : FabricReader::open(source.path, limits);
+  if (!reader) return std::nullopt;
+  // The coarsest level is the mean over a repeat.
+  const int last = reader->header().levels - 1;
+  const Result<Fabric> fabric = reader->read_levels(last, last);
   if (!fabric) return std::nullopt;
   return FabricFacts{fabric->period_mm, mean_color(bake_fallback(*fabric, coarse).base_color)};
 }
