@@ -114,8 +114,7 @@ class ListRun {
     const std::string shards = from_parts ? fmt::format(" --shards {}", fabric.shards) : "";
     work_on(fabric, fabric.command.output, shards, [&](MakeCommand command) {
       if (from_parts) command.shards = fabric.shards;
-      const MadeFabric made = command.limits.any() ? make_within_limits(command) : make_fabric(command);
-      return Json{{"seconds", made.seconds}};
+      return Json{{"seconds", make_as_asked(command).seconds}};
     });
   }
 

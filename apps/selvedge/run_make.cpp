@@ -100,7 +100,6 @@ MadeFabric make_fabric(const MakeCommand& command) {
       fit.options.fit.partial = true;
     }
     FitOutcome fitted = fit_file(bake.output, fit);
-    if (!command.depfile.empty()) must(write_depfile(command.depfile, command));
     for (int i = 0; i < command.shards; ++i) {
       std::error_code none;
       std::filesystem::remove(part_of(command.output, {i, command.shards}), none);
@@ -114,6 +113,12 @@ MadeFabric make_fabric(const MakeCommand& command) {
                            [&](const Error& error) { return naming_output(error, passing, command.output); });
 }
 
+MadeFabric make_as_asked(const MakeCommand& command) {
+  MadeFabric made = command.limits.any() ? make_within_limits(command) : make_fabric(command);
+  if (!command.depfile.empty()) must(write_depfile(command.depfile, command));
+  return made;
+}
+
 Result<int> run(const MakeCommand& command) {
   if (!command.list.path.empty()) return run_list(command.common, command.list);
   if (command.shard) {
@@ -122,7 +127,7 @@ Result<int> run(const MakeCommand& command) {
     report(command.common, "make", {{"bake", bake_json(baked, part)}}, bake_text(baked, part));
     return 0;
   }
-  const MadeFabric made = command.limits.any() ? make_within_limits(command) : make_fabric(command);
+  const MadeFabric made = make_as_asked(command);
   report(command.common, "make", made.json, made.text);
   return 0;
 }

@@ -13,7 +13,7 @@ struct MadeFabric {
   FitOutcome fitted;
   double seconds = 0;  ///< to bake and fit
 };
-/// Meshes, bakes and fits, and writes the depfile; the command's limits are ignored. Throws Failure.
+/// Meshes, bakes and fits; the command's limits are ignored. Throws Failure.
 MadeFabric make_fabric(const MakeCommand& command);
 
 /// Converts an error of a temporary file beside `output` to one of `output`, which is the only name that the
@@ -29,5 +29,7 @@ BakeReport bake_part(const MakeCommand& command, const BakeShard& shard);
 Result<int> run_list(const CommonOptions& common, const ListOptions& list);
 /// make with limits. Throws Failure.
 MadeFabric make_within_limits(const MakeCommand& command);
+/// With limits if there are some; writes the depfile. Throws Failure.
+MadeFabric make_as_asked(const MakeCommand& command);
 
 }  // namespace selvedge
