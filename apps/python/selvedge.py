@@ -72,7 +72,7 @@ def _verb(name):
     return verb
 
 
-for _name in ("stitch", "bake", "merge", "fit", "make", "plan", "dress", "repack", "reattach", "check", "info",
+for _name in ("stitch", "import", "bake", "merge", "fit", "make", "plan", "dress", "repack", "reattach", "check", "info",
               "evaluate", "compare", "swatch", "trade"):
     globals()[_name] = _verb(_name)
 

@@ -11,8 +11,9 @@
 //     how time grows with texels, samples and lobes
 //   selvedge-fit-bench memory [TEXELS [VIEWS]]
 //     what a fit holds of a file of TEXELS (128) a side and VIEWS (128) views and lights, of smooth samples
-//   selvedge-fit-bench reflectance FOLDER
-//     one texel against measured fabrics (tests/fitter)
+//   selvedge-fit-bench reflectance FILE...
+//     one texel against measured materials: tables of theta_i,theta_o,dphi,r,g,b over a full grid
+//     (tests/fitter)
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -20,6 +21,7 @@
 #include <filesystem>
 #include <mutex>
 #include <numeric>
+#include <span>
 
 #include "converter/bake/bake.h"
 #include "converter/stitch/find_cell.h"
@@ -292,13 +294,14 @@ int memory(int texels, int directions) {
   return 0;
 }
 
-int reflectance(const std::string& folder) {
+int reflectance(std::span<const char* const> files) {
   fmt::print("material        lobes  weighted error  unweighted\n");
-  for (const char* name : {"beige-fabric", "green-fabric", "nylon", "pink-felt", "red-fabric"}) {
-    const auto table = need(test::read_reflectance(folder + "/sgd_" + name + ".csv"));
+  for (const std::string file : files) {
+    const auto table = need(test::read_reflectance(file));
     for (const int k : {1, 2, 3}) {
       const test::ReflectanceError error = test::fit_reflectance(table, k);
-      fmt::print("{:14}  {:5}  {:14.4f}  {:10.4f}\n", name, k, error.weighted, error.unweighted);
+      fmt::print("{:14}  {:5}  {:14.4f}  {:10.4f}\n", std::filesystem::path(file).stem().string(), k,
+                 error.weighted, error.unweighted);
     }
   }
   return 0;
@@ -315,7 +318,7 @@ int main(int argc, char** argv) {
   if (what == "lobes") return lobes(samples, number(3, 32));
   if (what == "scale") return scale();
   if (what == "memory") return memory(number(2, 128), number(3, 128));
-  if (what == "reflectance") return reflectance(samples);
+  if (what == "reflectance") return reflectance({argv + std::min(argc, 2), argv + argc});
   fmt::print(stderr, "fit_bench: speed, restarts, lobes, scale, memory or reflectance\n");
   return 2;
 }

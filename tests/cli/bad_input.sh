@@ -11,6 +11,7 @@ test_refuses_missing_files() {
   refuses '(FILE_MISSING|STITCH_UNKNOWN)' none.json selvedge bake none.json -o o.exr
   refuses STITCH_UNKNOWN no-such-knit selvedge make no-such-knit -o o.exr
   refuses FILE_MISSING none.exr selvedge fit none.exr -o o.exr
+  refuses FILE_MISSING none.csv selvedge import none.csv --width 40 -o o.exr
   refuses FILE_MISSING none.glb selvedge dress none.glb plane.fabric.exr -o o.glb --all
   refuses FILE_MISSING none.exr selvedge dress quad.gltf none.exr -o o.glb --all
   refuses FILE_MISSING none.exr selvedge check none.exr --quiet

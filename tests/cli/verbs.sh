@@ -2,7 +2,7 @@
 # What holds for every verb: help, reports, exit statuses, progress; and the verbs that only read.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-verbs=(stitch bake fit make plan dress reattach repack check info evaluate answer compare swatch trade)
+verbs=(stitch bake import fit make plan dress reattach repack check info evaluate answer compare swatch trade)
 
 # The examples that the help of a verb gives, one per line.
 examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\1/p'; }
@@ -17,7 +17,19 @@ make_example_files() {
   cp dressed.glb shirt.glb
   make_packed dressed.glb packed.glb
   echo '{"op":"check","file":"k.fabric.exr"}' >queries.jsonl
+  write_pictures pictures
   echo '{"centre":{"texels":8,"directions":16,"samples":2}}' >grid.json
+}
+
+# write_pictures NAME: a picture of 3 x 3 repeats, and a table NAME.csv that has it under 24 lights.
+write_pictures() {
+  node -e 'const [name] = process.argv.slice(1), fs = require("fs");
+    const pixel = (x, y) => 40 + ((x % 8) * 37 + (y % 6) * 53 + (x % 8) * (y % 6) * 11) % 180;
+    let picture = "P3 24 18 255\n", table = "file,light_x,light_y,light_z,view_x,view_y,view_z\n";
+    for (let i = 0; i < 24 * 18; ++i) picture += `${pixel(i % 24, Math.floor(i / 24))} `.repeat(3);
+    for (let i = 0; i < 24; ++i) table += `${name}.ppm,${Math.cos(i)},${Math.sin(i)},1,${i / 50},0,1\n`;
+    fs.writeFileSync(`${name}.ppm`, picture);
+    fs.writeFileSync(`${name}.csv`, table);' "$1"
 }
 
 test_help_of_every_verb_has_an_example_that_runs() {

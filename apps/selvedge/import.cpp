@@ -1,0 +1,95 @@
+// import: pictures of a sample -> samples.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "apps/common/paths.h"
+#include "apps/selvedge/commands.h"
+#include "converter/measured/import.h"
+
+namespace selvedge {
+namespace {
+
+struct ImportCommand {
+  CommonOptions common;
+  std::string table;
+  std::string output;
+  ImportOptions import;
+};
+
+void declare(Options& options, ImportCommand& command) {
+  ImportOptions& o = command.import;
+  options.common(command.common);
+  options
+      .text("table", command.table, "TABLE|DIR",
+            "A table of the pictures (CSV), or a folder of pictures with angles in their names, as "
+            "tl030_pl180_tv000_pv000.png")
+      .required();
+  options.number("--width", o.width_mm, "MM", "Width of the sample that a picture shows")
+      .required()
+      .in(1e-3, 1e6);
+  options.vector("--period", o.period_mm, "W,H", "Size of one repeat, mm (default: found in the pictures)");
+  options.text("--texels", "N|WxH", "Texels of one repeat (default: its pixels, at most 32x32)",
+               [&o](const std::string& t) {
+                 const auto n = whole_numbers_from("--texels", t, 'x', 1, 2, "32 or 32x16");
+                 if (std::min(n.front(), n.back()) < 1 || std::max(n.front(), n.back()) > 4096)
+                   refuse("--texels", "must be 1 to 4096 a side");
+                 o.texels = V2i(n.front(), n.back());
+               });
+  options.number("--views", o.views, "N", "View directions of the samples").in(1, 4096);
+  options.number("--lights", o.lights, "N", "Light directions of the samples").in(1, 4096);
+  options.number("--thickness", o.thickness_mm, "MM", "Thickness of the cloth").in(0, 1e6);
+  options
+      .number("--hold-out", o.hold_out, "SHARE",
+              "Share of the pictures by which a fit chooses and is measured")
+      .in(0, 0.5);
+  options.text("--opacity", o.opacity, "FILE", "A picture of the sample that is black in holes");
+  options.flag("--linear", o.linear, "Integers in the pictures are linear, not sRGB");
+  options.flag("--xyz", o.xyz, "Colours of the pictures are CIE XYZ");
+  options.number("--seed", o.seed, "N", "Seed of the choice of pictures to hold out");
+  options.bytes("--max-memory", o.max_memory,
+                "Refuse pictures whose texels need more (K, M, G: KiB, MiB, GiB) [4G]");
+  options.output(command.output, "The samples file").required();
+}
+
+Result<int> run(const ImportCommand& command) {
+  must(check_distinct({{"the table", command.table}, {"--output", command.output}}));
+  must(check_writable({command.output}));
+  const auto r = [&] {
+    TerminalProgress progress("import", command.common.quiet);
+    return must(import_pictures(command.table, command.import, command.output, progress.callback()));
+  }();
+  Json json = {{"output", command.output},
+               {"bytes", size_of_file(command.output)},
+               {"seconds", r.seconds},
+               {"pictures", r.pictures},
+               {"heldOut", r.held_out},
+               {"texels", {r.texels.x, r.texels.y}},
+               {"mmPerRepeat", {r.period_mm.x, r.period_mm.y}},
+               {"repeats", {r.repeats.x, r.repeats.y}},
+               {"irregularity", r.irregularity},
+               {"leftOutError", r.left_out_error}};
+  if (r.held_out > 0) json["heldOutError"] = r.held_out_error;
+  report(
+      command.common, "import", json,
+      fmt::format(
+          "{} pictures, {} of them held out, in {:.1f} s -> {} ({} bytes)\n"
+          "  a repeat has {:.4g} x {:.4g} mm, {} x {} texels; {:.1f} x {:.1f} in a picture, which differ by "
+          "{:.2g} %\n"
+          "  error between the directions: {:.2g} %{}\n",
+          r.pictures, r.held_out, r.seconds, command.output, size_of_file(command.output), r.period_mm.x,
+          r.period_mm.y, r.texels.x, r.texels.y, r.repeats.x, r.repeats.y, 100 * r.irregularity,
+          100 * r.left_out_error,
+          r.held_out > 0 ? fmt::format("; at held-out pictures {:.2g} %", 100 * r.held_out_error) : ""));
+  return 0;
+}
+
+}  // namespace
+
+void add_import_verb(Program& program) {
+  program.add<ImportCommand>({"import", "Measured pictures of a sample -> samples",
+                              "selvedge import pictures.csv --width 40 -o k.samples.exr"},
+                             declare, run);
+}
+
+}  // namespace selvedge

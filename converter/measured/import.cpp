@@ -1,0 +1,328 @@
+#include "converter/measured/import.h"
+
+#include <fmt/format.h>
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "converter/measured/repeats.h"
+#include "converter/measured/scattered.h"
+#include "converter/measured/table.h"
+#include "format/base/guard.h"
+#include "format/base/memory.h"
+#include "format/base/parallel.h"
+#include "format/base/random.h"
+#include "format/samples/samples.h"
+
+namespace selvedge {
+namespace {
+
+/// The pictures with what holds for all of them.
+struct Sample {
+  std::string table;
+  std::vector<MeasuredPicture> pictures;
+  V2i size{0, 0};  ///< pixels
+  V2d period{0, 0};
+  V2i texels{0, 0};
+  int texel_count() const { return texels.x * texels.y; }
+};
+
+tl::unexpected<Error> refuse_option(const char* option, std::string why) {
+  return fail(Code::option_out_of_range, {}, option, std::move(why));
+}
+
+/// A picture as radiance over that of white, with `size`, unless that is 0.
+Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, const ImportOptions& options) {
+  auto image = read_image(picture.file, options.linear ? Transfer::keep : Transfer::srgb);
+  if (!image) return image;
+  if (size.x > 0 && size != V2i(image->width, image->height)) {
+    return fail(Code::image_mismatch, picture.file, {},
+                fmt::format("{} x {} pixels; the first picture has {} x {}", image->width, image->height,
+                            size.x, size.y));
+  }
+  const auto scale = static_cast<float>(1 / picture.exposure);
+  for (std::size_t i = 0; i < image->pixels.size(); i += 4) {
+    float* p = &image->pixels[i];
+    if (!std::isfinite(p[0] + p[1] + p[2])) {
+      const std::size_t pixel = i / 4;
+      return fail(Code::image_unreadable, picture.file,
+                  fmt::format("pixel {},{}", pixel % image->width, pixel / image->width), "is not finite");
+    }
+    V3f colour(p[0], p[1], p[2]);
+    // IEC 61966-2-1.
+    if (options.xyz) {
+      colour = V3f(3.2406F * p[0] - 1.5372F * p[1] - 0.4986F * p[2],
+                   -0.9689F * p[0] + 1.8758F * p[1] + 0.0415F * p[2],
+                   0.0557F * p[0] - 0.2040F * p[1] + 1.0570F * p[2]);
+    }
+    for (int c = 0; c < 3; ++c) p[c] = colour[c] * scale;
+  }
+  return image;
+}
+
+/// The period in pixels: that of the options, or found in the pictures that are seen and lit most steeply,
+/// where neighbouring yarns hide least of each other.
+V2d period_of(const Sample& sample, const ImportOptions& options) {
+  constexpr std::size_t used = 16;
+  const V2d size(sample.size);
+  V2d period = options.period_mm.value_or(V2d(0, 0)) * (size.x / options.width_mm);
+  if (!options.period_mm) {
+    std::vector<const MeasuredPicture*> steepest;
+    for (const MeasuredPicture& picture : sample.pictures) steepest.push_back(&picture);
+    const auto height = [](const MeasuredPicture* p) {
+      return std::min(p->pair.view.z, 0.8F) + p->pair.view.z;
+    };
+    std::stable_sort(steepest.begin(), steepest.end(),
+                     [&](const auto* a, const auto* b) { return height(a) > height(b); });
+    steepest.resize(std::min(steepest.size(), used));
+    std::vector<Image> pictures;
+    for (const MeasuredPicture* picture : steepest)
+      pictures.push_back(luminance_of(must(read_picture(*picture, sample.size, options))));
+    for (const int axis : {0, 1}) {
+      const auto found = find_period(pictures, axis);
+      if (!found) {
+        must<void>(fail(
+            Code::image_mismatch, sample.table, {},
+            fmt::format("the pictures show no period along {}: give it (--period)", axis == 0 ? "x" : "y")));
+      }
+      period[axis] = *found;
+    }
+  }
+  constexpr double rounding = 1.01;
+  for (const int axis : {0, 1}) {
+    if (!(period[axis] >= 1 && period[axis] <= rounding * size[axis])) {
+      must<void>(refuse_option("--period", fmt::format("{:.4g} pixels; a picture has {} along {}",
+                                                       period[axis], size[axis], axis == 0 ? "x" : "y")));
+    }
+    period[axis] = std::min(period[axis], size[axis]);
+  }
+  return period;
+}
+
+/// Which of the pictures the fit does not see, and of which set they are.
+std::vector<std::optional<PairKind>> held_out_of(const std::vector<MeasuredPicture>& pictures,
+                                                 const ImportOptions& options) {
+  // As for the random pairs of a bake: errors near the horizon would hide all others.
+  constexpr float min_z = 0.15F;
+  std::vector<std::size_t> free;
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    if (std::min(pictures[i].pair.light.z, pictures[i].pair.view.z) >= min_z) free.push_back(i);
+  Random random(options.seed, 1);
+  for (std::size_t i = free.size(); i > 1; --i) std::swap(free[i - 1], free[random.next() % i]);
+  const auto count = std::min<std::size_t>(
+      free.size(), std::lround(options.hold_out * static_cast<double>(pictures.size())));
+  std::vector<std::optional<PairKind>> held(pictures.size());
+  for (std::size_t k = 0; k < count; ++k)
+    held[free[k]] = k % 2 == 0 ? PairKind::held_out : PairKind::validation;
+  return held;
+}
+
+/// The cells of all pictures: [picture][3 * texel + channel].
+struct Cells {
+  decltype(ScatteredValues::values) values;
+  double variance = 0;
+  double energy = 0;
+};
+
+Cells read_cells(const Sample& sample, const RepeatAverage& average, const ImportOptions& options,
+                 const Progress& progress) {
+  const auto count = static_cast<int>(sample.pictures.size());
+  Cells cells;
+  cells.values.resize(count, Eigen::Index{3} * sample.texel_count());
+  std::vector<Result<RepeatAverage::Cell>> read(thread_count(), RepeatAverage::Cell{});
+  for (int first = 0; first < count; first += thread_count()) {
+    const int end = std::min(first + thread_count(), count);
+    parallel_for(first, end, [&](int i) {
+      const auto picture = read_picture(sample.pictures[i], sample.size, options);
+      read[i - first] =
+          picture ? Result<RepeatAverage::Cell>(average.average(*picture)) : tl::unexpected(picture.error());
+    });
+    for (int i = first; i < end; ++i) {
+      const auto cell = must(std::move(read[i - first]));
+      for (int t = 0; t < sample.texel_count(); ++t)
+        for (int c = 0; c < 3; ++c)
+          cells.values(i, Eigen::Index{3} * t + c) = cell.values[t][c] * std::numbers::inv_pi_v<float>;
+      cells.variance += cell.variance;
+      cells.energy += cell.energy;
+    }
+    if (progress) progress(0.7 * end / count);
+  }
+  return cells;
+}
+
+template <class Row>
+void append_row(const Row& row, std::vector<V3f>& radiance) {
+  for (Eigen::Index i = 0; i < row.size(); i += 3)
+    radiance.emplace_back(std::max(row(i), 0.0F), std::max(row(i + 1), 0.0F), std::max(row(i + 2), 0.0F));
+}
+
+/// The normal of each texel times its opacity, as the frames of the lobes need it: that of the Lambertian
+/// surface which fits its pictures best (Woodham 1980).
+std::vector<V3f> normals_of(const ScatteredValues& known, const std::vector<float>& alpha) {
+  Eigen::Matrix<float, Eigen::Dynamic, 3> lights(static_cast<Eigen::Index>(known.pairs.size()), 3);
+  for (std::size_t i = 0; i < known.pairs.size(); ++i)
+    for (int c = 0; c < 3; ++c) lights(static_cast<Eigen::Index>(i), c) = known.pairs[i].light[c];
+  const Eigen::MatrixXf sums = lights.transpose() * known.values;
+  const Eigen::Matrix3f gram = lights.transpose() * lights + 1e-3F * Eigen::Matrix3f::Identity();
+  const Eigen::MatrixXf slopes = gram.ldlt().solve(sums);
+  std::vector<V3f> normals;
+  for (std::size_t t = 0; t < alpha.size(); ++t) {
+    const Eigen::Vector3f sum = slopes.middleCols(static_cast<Eigen::Index>(3 * t), 3).rowwise().sum();
+    const V3f normal(sum.x(), sum.y(), std::max(sum.z(), 0.0F));
+    normals.push_back(normal.z > 0 ? normal.normalized() * alpha[t] : V3f(0, 0, alpha[t]));
+  }
+  return normals;
+}
+
+void write_samples(const std::string& output, const SamplesHeader& header, const std::vector<float>& alpha,
+                   const Sample& sample, const Cells& cells, const std::vector<std::optional<PairKind>>& held,
+                   const ScatteredValues& known, const ScatterKernel& kernel, const Progress& progress) {
+  SamplesWriter writer = must(SamplesWriter::create(output, header));
+  const std::vector<V3f> views = directions_of(header.views);
+  const std::vector<V3f> lights = directions_of(header.lights);
+  const std::vector<V3f> normals = normals_of(known, alpha);
+  constexpr int at_once = 8;
+  for (int first = 0; first < header.views.count(); first += at_once) {
+    std::vector<ViewSamples> samples(std::min(at_once, header.views.count() - first));
+    parallel_for(0, static_cast<int>(samples.size()), [&](int i) {
+      std::vector<DirectionPair> pairs;
+      for (const V3f& light : lights) pairs.push_back({light, views[first + i]});
+      const Eigen::MatrixXf values = interpolate(known, kernel, pairs);
+      samples[i].alpha = alpha;
+      samples[i].normal = normals;
+      for (Eigen::Index l = 0; l < values.rows(); ++l) append_row(values.row(l), samples[i].radiance);
+    });
+    for (const ViewSamples& view : samples) must(writer.write_view(view));
+    if (progress) progress(0.7 + 0.3 * (first + at_once) / header.views.count());
+  }
+  for (const PairKind kind : all_pair_kinds) {
+    PairSamples pairs;
+    pairs.width = header.width;
+    pairs.height = header.height;
+    for (std::size_t i = 0; i < held.size(); ++i) {
+      if (held[i] != kind) continue;
+      pairs.pairs.push_back(sample.pictures[i].pair);
+      pairs.alpha.insert(pairs.alpha.end(), alpha.begin(), alpha.end());
+      append_row(cells.values.row(static_cast<Eigen::Index>(i)), pairs.radiance);
+    }
+    // Not known: the repeats differ by more than noise.
+    pairs.noise.assign(pairs.radiance.size(), V3f(0, 0, 0));
+    pairs.alpha_noise.resize(pairs.alpha.size());
+    must(writer.write_pairs(kind, pairs));
+  }
+  must(writer.commit());
+}
+
+/// Relative error of the interpolation at the pictures that are held out.
+double error_at_held_out(const Sample& sample, const Cells& cells,
+                         const std::vector<std::optional<PairKind>>& held, const ScatteredValues& known,
+                         const ScatterKernel& kernel) {
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (held[i] == PairKind::held_out) rows.push_back(i);
+  // Of thousands, some tell the error as well.
+  rows.resize(std::min<std::size_t>(rows.size(), 64));
+  std::vector<V2d> sums(rows.size());
+  parallel_for(0, static_cast<int>(rows.size()), [&](int i) {
+    const auto truth = cells.values.row(static_cast<Eigen::Index>(rows[i]));
+    const DirectionPair pair = sample.pictures[rows[i]].pair;
+    const Eigen::MatrixXf found = interpolate(known, kernel, {&pair, 1});
+    sums[i] = V2d((found.row(0).cwiseMax(0) - truth).cast<double>().squaredNorm(),
+                  truth.cast<double>().squaredNorm());
+  });
+  V2d sum(0, 0);
+  for (const V2d& s : sums) sum += s;
+  return sum.y > 0 ? std::sqrt(sum.x / sum.y) : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string provenance_of(const ImportReport& report, const std::string& table) {
+  nlohmann::json import{{"table", table},
+                        {"pictures", report.pictures},
+                        {"heldOut", report.held_out},
+                        {"repeats", {report.repeats.x, report.repeats.y}},
+                        {"irregularity", report.irregularity},
+                        {"leftOutError", report.left_out_error}};
+  if (report.held_out > 0) import["heldOutError"] = report.held_out_error;
+  return nlohmann::json{{"import", import}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void check_options(const ImportOptions& o, const Sample& sample) {
+  const double bytes = 12.0 * sample.texel_count() * static_cast<double>(sample.pictures.size());
+  if (bytes > static_cast<double>(o.max_memory)) {
+    throw Failure{beyond_memory(sample.table, "--texels",
+                                fmt::format("{} pictures of {} x {} texels", sample.pictures.size(),
+                                            sample.texels.x, sample.texels.y),
+                                o.max_memory)};
+  }
+  const double pixels = 1.0 * sample.texel_count() * o.views * o.lights;
+  if (pixels > static_cast<double>(ExrLimits{}.pixels_per_part))
+    must<void>(
+        refuse_option("--texels", fmt::format("texels x views x lights are {:.3g}: too many", pixels)));
+}
+
+Result<ImportReport> import_all(const std::string& table, const ImportOptions& options,
+                                const std::string& output, const Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  Sample sample{table, must(read_picture_table(table))};
+  const Image first = must(read_picture(sample.pictures.front(), V2i(0, 0), options));
+  sample.size = V2i(first.width, first.height);
+  sample.period = period_of(sample, options);
+  // Those of a bake, but no more than pixels.
+  const auto fitting = [](double pixels) { return std::clamp(static_cast<int>(pixels), 1, 32); };
+  sample.texels = options.texels.value_or(V2i(fitting(sample.period.x), fitting(sample.period.y)));
+  check_options(options, sample);
+  Image opacity;
+  if (!options.opacity.empty()) {
+    ImportOptions as_it_is;
+    as_it_is.linear = true;
+    opacity = must(read_picture({options.opacity, {}, 1, 0}, sample.size, as_it_is));
+  }
+  const RepeatAverage average(sample.size, sample.period, sample.texels, opacity);
+  const Cells cells = read_cells(sample, average, options, progress);
+
+  ImportReport report;
+  report.pictures = static_cast<int>(sample.pictures.size());
+  report.texels = sample.texels;
+  report.period_mm = sample.period * (options.width_mm / sample.size.x);
+  report.repeats = average.repeats();
+  report.irregularity = cells.energy > 0 ? std::sqrt(cells.variance / cells.energy) : 0;
+  const auto held = held_out_of(sample.pictures, options);
+  ScatteredValues known;
+  SamplesHeader header;
+  for (std::size_t i = 0; i < held.size(); ++i)
+    (held[i] ? header.pairs[index_of(*held[i])] : known.pairs).push_back(sample.pictures[i].pair);
+  report.held_out = report.pictures - static_cast<int>(known.pairs.size());
+  known.values.resize(static_cast<Eigen::Index>(known.pairs.size()), cells.values.cols());
+  for (std::size_t i = 0, row = 0; i < held.size(); ++i)
+    if (!held[i])
+      known.values.row(static_cast<Eigen::Index>(row++)) = cells.values.row(static_cast<Eigen::Index>(i));
+  const ScatterKernel kernel = choose_kernel(known, options.seed);
+  report.left_out_error = kernel.left_out_error;
+  report.held_out_error = error_at_held_out(sample, cells, held, known, kernel);
+
+  header.width = sample.texels.x;
+  header.height = sample.texels.y;
+  header.period_mm = V2f(report.period_mm);
+  header.thickness_mm = header.reference_height = static_cast<float>(options.thickness_mm);
+  header.views = grid_of(options.views);
+  header.lights = grid_of(options.lights);
+  header.samples_per_texel = header.truth_samples = 1;
+  header.provenance = provenance_of(report, table);
+  write_samples(output, header, average.alpha(), sample, cells, held, known, kernel, progress);
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+}  // namespace
+
+Result<ImportReport> import_pictures(const std::string& table, const ImportOptions& options,
+                                     const std::string& output, const Progress& progress) {
+  return guarded(table, [&] { return import_all(table, options, output, progress); });
+}
+
+}  // namespace selvedge

@@ -1,0 +1,57 @@
+// Measured fabrics: rectified pictures of a flat sample under many lights and from many views -> radiance
+// samples (docs/measured.md).
+//
+// A picture's linear value over its exposure is radiance in units of that of a white diffuser which faces the
+// light: 1 / pi per unit perpendicular irradiance, the light's cosine included. Pictures show the front, x to
+// the right, y upwards; foreshortening is taken out of them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "format/base/error.h"
+#include "format/base/progress.h"
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+struct ImportOptions {
+  double width_mm = 0;           ///< of a picture, whose pixels are square; > 0
+  std::optional<V2d> period_mm;  ///< of the cloth; else found in the pictures
+  std::optional<V2i> texels;     ///< of one repeat; else as many as it has pixels, at most 32 a side
+  int views = 64;                ///< of the grids of the samples, 1 to 4096
+  int lights = 64;
+  double thickness_mm = 0;  ///< of the cloth, >= 0; the texels lie on top
+  double hold_out = 0.1;    ///< share of the pictures that are kept for validation and held-out pairs
+  std::string opacity;      ///< a picture that is black in holes; else there are none
+  bool linear = false;      ///< integers are linear, else sRGB
+  bool xyz = false;         ///< colours are CIE XYZ (of white D65), else those of sRGB
+  std::uint64_t seed = 1;   ///< of the choice of the pictures that are held out
+  std::uint64_t max_memory = std::uint64_t{4} << 30U;
+};
+
+struct ImportReport {
+  int pictures = 0;
+  int held_out = 0;  ///< of them, validation and held-out together
+  V2i texels{0, 0};
+  V2d period_mm{0, 0};
+  V2d repeats{0, 0};        ///< in a picture
+  double irregularity = 0;  ///< root mean square difference of repeats from their mean, relative
+  /// Relative root mean square error of the interpolation at pictures that are left out one by one.
+  double left_out_error = 0;
+  /// The same at the pictures that are held out; NaN without.
+  double held_out_error = 0;
+  double seconds = 0;
+};
+
+/// Writes a samples file of the pictures that `table` lists (read_picture_table()). Their pairs of directions
+/// are scattered in any way: the grids are interpolated, and pictures that are held out become the validation
+/// and held-out pairs as they are. Bytes do not depend on the number of threads. In memory: 12 bytes for each
+/// texel and picture, and for each thread a picture or 80 MB. SAMPLES_MALFORMED, IMAGE_UNREADABLE,
+/// IMAGE_MISMATCH for pictures of several sizes, IMAGE_MALFORMED where no period is found,
+/// OPTION_OUT_OF_RANGE, FILE_TOO_LARGE beyond `max_memory`.
+Result<ImportReport> import_pictures(const std::string& table, const ImportOptions& options,
+                                     const std::string& output, const Progress& progress = {});
+
+}  // namespace selvedge

@@ -1,0 +1,209 @@
+#include "converter/measured/repeats.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+/// Sums over the rectangles from the upper left corner, from which those of any rectangle follow.
+class AreaSums {
+ public:
+  template <class Value>
+  AreaSums(const V2i& size, const Value& value)
+      : size_(size), sums_((std::size_t{1} + size.x) * (std::size_t{1} + size.y)) {
+    for (int y = 0; y < size.y; ++y) {
+      double row = 0;
+      for (int x = 0; x < size.x; ++x) {
+        row += value(std::size_t{1} * y * size.x + x);
+        at(x + 1, y + 1) = at(x + 1, y) + row;
+      }
+    }
+  }
+  /// Of a rectangle within the picture, with parts of pixels.
+  double over(const V2d& min, const V2d& max) const {
+    return until(max.x, max.y) - until(min.x, max.y) - until(max.x, min.y) + until(min.x, min.y);
+  }
+
+ private:
+  double& at(int x, int y) { return sums_[std::size_t{1} * y * (size_.x + 1) + x]; }
+  double until(double x, double y) const {
+    const int i = std::min(static_cast<int>(x), size_.x - 1);
+    const int j = std::min(static_cast<int>(y), size_.y - 1);
+    const double* low = &sums_[std::size_t{1} * j * (size_.x + 1) + i];
+    const double* high = low + size_.x + 1;
+    const double u = x - i;
+    const double v = y - j;
+    return (1 - v) * ((1 - u) * low[0] + u * low[1]) + v * ((1 - u) * high[0] + u * high[1]);
+  }
+  V2i size_;
+  std::vector<double> sums_;
+};
+
+/// Correlation of pictures with themselves, `shift` pixels along an axis: normalised by what overlaps.
+double autocorrelation(std::span<const Image> pictures, int axis, int shift) {
+  double together = 0;
+  double alone = 0;
+  for (const Image& picture : pictures) {
+    const int width = picture.width - (axis == 0 ? shift : 0);
+    const int height = picture.height - (axis == 1 ? shift : 0);
+    const std::size_t offset = axis == 0 ? shift : std::size_t{1} * shift * picture.width;
+    std::array<double, 5> sums{};  // a, b, a a, b b, a b
+    for (int y = 0; y < height; ++y) {
+      const float* row = &picture.pixels[std::size_t{1} * y * picture.width];
+      std::array<float, 5> of_row{};
+      for (int x = 0; x < width; ++x) {
+        const float a = row[x];
+        const float b = row[x + offset];
+        of_row[0] += a;
+        of_row[1] += b;
+        of_row[2] += a * a;
+        of_row[3] += b * b;
+        of_row[4] += a * b;
+      }
+      for (std::size_t i = 0; i < 5; ++i) sums[i] += static_cast<double>(of_row[i]);
+    }
+    const double count = static_cast<double>(width) * height;
+    const double variance_a = sums[2] - sums[0] * sums[0] / count;
+    const double variance_b = sums[3] - sums[1] * sums[1] / count;
+    // Less contrast is that of rounding.
+    if (!(variance_a * count > 1e-5 * sums[0] * sums[0])) continue;
+    together += sums[4] - sums[0] * sums[1] / count;
+    alone += std::sqrt(std::max(variance_a * variance_b, 0.0));
+  }
+  return alone > 0 ? together / alone : 0;
+}
+
+/// Highest point of the parabola through three values around `at`: where, and how high.
+V2d peak_of(const std::vector<double>& values, int at) {
+  const double left = values[at - 1];
+  const double right = values[at + 1];
+  const double bend = left - 2 * values[at] + right;
+  const double offset = bend < 0 ? 0.5 * (left - right) / bend : 0;
+  return {at + offset, values[at] - 0.25 * (left - right) * offset};
+}
+
+/// How much a repeat counts `u` periods from a border of a picture of `count` periods.
+double fade(double u, double count) {
+  const double ramp = std::min(count - 1, 0.5);
+  return ramp > 1e-6 ? std::clamp(std::min(u, count - u) / ramp, 0.0, 1.0) : 1;
+}
+
+}  // namespace
+
+Image luminance_of(const Image& picture) {
+  Image out{picture.width, picture.height, 1, {}};
+  for (std::size_t i = 0; i < picture.pixels.size(); i += picture.channels) {
+    const float* p = &picture.pixels[i];
+    out.pixels.push_back(0.2126F * p[0] + 0.7152F * p[1] + 0.0722F * p[2]);
+  }
+  return out;
+}
+
+std::optional<double> find_period(std::span<const Image> pictures, int axis) {
+  constexpr int min_period = 4;
+  constexpr double min_peak = 0.3;
+  constexpr double alike = 0.95;
+  const int size = axis == 0 ? pictures.front().width : pictures.front().height;
+  std::vector<double> values;
+  for (int shift = 0; shift <= size * 2 / 3; ++shift)
+    values.push_back(autocorrelation(pictures, axis, shift));
+  std::vector<V2d> peaks;
+  double highest = min_peak;
+  for (int i = min_period; i + 1 < std::ssize(values); ++i) {
+    if (values[i] < values[i - 1] || values[i] < values[i + 1]) continue;
+    peaks.push_back(peak_of(values, i));
+    highest = std::max(highest, peaks.back().y);
+  }
+  const auto first =
+      std::find_if(peaks.begin(), peaks.end(), [&](const V2d& peak) { return peak.y >= alike * highest; });
+  if (first == peaks.end()) return std::nullopt;
+  // The peaks of several periods are known as exactly, and their period is a share of the place.
+  double period = first->x;
+  for (int n = 2; n * period + 3 < static_cast<double>(values.size()); ++n) {
+    const auto near = static_cast<int>(std::lround(n * period));
+    const auto at = std::max_element(values.begin() + near - 1, values.begin() + near + 2) - values.begin();
+    period = peak_of(values, static_cast<int>(at)).x / n;
+  }
+  return period;
+}
+
+RepeatAverage::RepeatAverage(const V2i& picture, const V2d& period, const V2i& texels, const Image& opacity)
+    : picture_(picture),
+      period_(period),
+      texels_(texels),
+      opacity_(std::size_t{1} * picture.x * picture.y, 1.0F) {
+  for (std::size_t i = 0; i < opacity.pixels.size(); i += opacity.channels)
+    opacity_[i / opacity.channels] = std::clamp(opacity.pixels[i], 0.0F, 1.0F);
+}
+
+/// add(min, max, weight) for the part of the picture that is a texel, of every repeat.
+template <class Add>
+void RepeatAverage::for_each_box(int texel, const Add& add) const {
+  const V2d size(period_.x / texels_.x, period_.y / texels_.y);
+  const V2d count = repeats();
+  const V2d centre((texel % texels_.x + 0.5) / texels_.x, (texel / texels_.x + 0.5) / texels_.y);
+  for (double v = centre.y; v < count.y; ++v) {
+    for (double u = centre.x; u < count.x; ++u) {
+      // Rows of a picture run downwards.
+      const V2d at(u * period_.x, picture_.y - v * period_.y);
+      const V2d min(std::max(at.x - size.x / 2, 0.0), std::max(at.y - size.y / 2, 0.0));
+      const V2d max(std::min(at.x + size.x / 2, 1.0 * picture_.x),
+                    std::min(at.y + size.y / 2, 1.0 * picture_.y));
+      add(min, max, fade(u, count.x) * fade(v, count.y));
+    }
+  }
+}
+
+RepeatAverage::Cell RepeatAverage::average(const Image& picture) const {
+  const AreaSums covered(picture_, [&](std::size_t i) { return static_cast<double>(opacity_[i]); });
+  const auto channel = [&](std::size_t c) {
+    return AreaSums(picture_, [&](std::size_t i) {
+      return static_cast<double>(opacity_[i]) * static_cast<double>(picture.pixels[4 * i + c]);
+    });
+  };
+  const std::array<AreaSums, 3> sums{channel(0), channel(1), channel(2)};
+  Cell cell;
+  const int count = texels_.x * texels_.y;
+  for (int texel = 0; texel < count; ++texel) {
+    double weights = 0;
+    V3d mean(0, 0, 0);
+    V3d square(0, 0, 0);
+    for_each_box(texel, [&](const V2d& min, const V2d& max, double weight) {
+      const double area = covered.over(min, max);
+      if (!(area > 1e-6)) return;
+      const V3d value(sums[0].over(min, max) / area, sums[1].over(min, max) / area,
+                      sums[2].over(min, max) / area);
+      weight *= area;
+      weights += weight;
+      mean += weight * value;
+      square += weight * value * value;
+    });
+    if (weights > 0) {
+      mean /= weights;
+      const V3d spread = square / weights - mean * mean;
+      cell.variance += (spread.x + spread.y + spread.z) / (3 * count);
+      cell.energy += mean.length2() / (3 * count);
+    }
+    cell.values.emplace_back(mean);
+  }
+  return cell;
+}
+
+std::vector<float> RepeatAverage::alpha() const {
+  const AreaSums covered(picture_, [&](std::size_t i) { return static_cast<double>(opacity_[i]); });
+  std::vector<float> alpha;
+  for (int texel = 0; texel < texels_.x * texels_.y; ++texel) {
+    double weights = 0;
+    double sum = 0;
+    for_each_box(texel, [&](const V2d& min, const V2d& max, double weight) {
+      weights += weight * (max.x - min.x) * (max.y - min.y);
+      sum += weight * covered.over(min, max);
+    });
+    alpha.push_back(static_cast<float>(std::clamp(sum / weights, 0.0, 1.0)));
+  }
+  return alpha;
+}
+
+}  // namespace selvedge

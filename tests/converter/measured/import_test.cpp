@@ -1,0 +1,131 @@
+#include "converter/measured/import.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "converter/bake/bake.h"
+#include "fitter/fit.h"
+#include "format/base/parallel.h"
+#include "format/quality/compare.h"
+#include "tests/converter/load_cell.h"
+#include "tests/converter/measured/photographs.h"
+#include "tests/format/files.h"
+#include "tests/require.h"
+
+namespace selvedge {
+namespace {
+
+constexpr int texels = 8;
+
+BakeOptions bake_options(int texels_of_it, int pairs, std::uint64_t seed) {
+  BakeOptions o;
+  o.width = o.height = texels_of_it;
+  o.views = o.lights = 36;
+  o.held_out_pairs = pairs;
+  o.validation_pairs = o.rim_pairs = 0;
+  o.truth_samples = 8;
+  o.seed = seed;
+  return o;
+}
+
+/// Held-out errors of the paper's model, fitted to samples, on pairs of others.
+std::vector<LevelComparison> errors_of(const std::string& samples, const PairSamples& truth) {
+  SamplesReader reader = test::need(SamplesReader::open(samples));
+  const FitResult result = test::need(fit(reader));
+  return test::need(compare(result.fabric, truth, PairKind::held_out)).levels;
+}
+
+TEST_CASE("a traced weave comes back from pictures with noise and shifts, within 1 dB of its own bake") {
+  const test::Folder folder;
+  const CellMesh mesh = test::need(load_cell("plain-weave"));
+  BakeOptions fine = bake_options(3 * texels, 260, 5);
+  fine.views = fine.lights = 1;
+  fine.samples = 1;
+  test::need(bake(mesh, "weave", fine, "{}", folder / "fine.exr"));
+  test::need(bake(mesh, "weave", bake_options(texels, 64, 9), "{}", folder / "coarse.exr"));
+  SamplesReader fine_reader = test::need(SamplesReader::open(folder / "fine.exr"));
+  SamplesReader coarse_reader = test::need(SamplesReader::open(folder / "coarse.exr"));
+  const PairSamples truth = test::need(coarse_reader.read_pairs(PairKind::held_out));
+  const test::PhotographOptions photo;
+  test::need(test::photograph(test::need(fine_reader.read_pairs(PairKind::held_out)), 260,
+                              folder / "pictures", photo));
+
+  ImportOptions options;
+  options.width_mm = mesh.period.x * photo.size.x / photo.period.x;
+  options.texels = V2i(texels, texels);
+  options.views = options.lights = 36;
+  const std::string table = folder / "pictures/table.csv";
+  const ImportReport report = test::need(import_pictures(table, options, folder / "import.exr"));
+  CHECK(report.pictures == 260);
+  CHECK(report.held_out == 26);
+  CHECK(report.period_mm.x == doctest::Approx(mesh.period.x).epsilon(0.003));
+  // Pixels are square: along y the picture is of a cloth that is stretched.
+  CHECK(report.period_mm.y ==
+        doctest::Approx(mesh.period.x * photo.period.y / photo.period.x).epsilon(0.003));
+  CHECK(report.held_out_error < 0.3);
+
+  const auto own = errors_of(folder / "coarse.exr", truth);
+  const auto measured = errors_of(folder / "import.exr", truth);
+  REQUIRE(own.size() == measured.size());
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    CAPTURE(k);
+    CHECK(measured[k].psnr > own[k].psnr - 1);
+    CHECK(std::abs(measured[k].mean_error) < 0.05);
+  }
+
+  // The same bytes on any number of threads, and the given period as good as the found one.
+  set_threads(1);
+  test::need(import_pictures(table, options, folder / "alone.exr"));
+  set_threads(0);
+  CHECK(test::bytes_of(folder / "alone.exr") == test::bytes_of(folder / "import.exr"));
+}
+
+TEST_CASE("pictures that do not go together are refused in one line") {
+  const test::Folder folder;
+  PairSamples samples;
+  samples.width = samples.height = 1;
+  samples.pairs = random_pairs(20, 0.15, 3);
+  samples.alpha.assign(20, 1);
+  samples.radiance.assign(20, V3f(0.1F));
+  test::PhotographOptions photo;
+  photo.size = {16, 12};
+  photo.noise = 0;
+  test::need(test::photograph(samples, 20, folder / "p", photo));
+  const std::string table = folder / "p/table.csv";
+  ImportOptions options;
+  options.width_mm = 16;
+  const auto refused = [&](Code code, const std::string& why) {
+    const Error error = test::error_of(import_pictures(table, options, folder / "o.exr"));
+    CAPTURE(to_line(error));
+    CHECK(error.code == code);
+    CHECK(to_line(error).find(why) != std::string::npos);
+    CHECK(folder.files() == 1);
+  };
+  refused(Code::image_mismatch, "show no period along x");
+  options.period_mm = V2d(8, 40);
+  refused(Code::option_out_of_range, "40 pixels; a picture has 12 along y");
+  options.period_mm = V2d(8, 6);
+  options.max_memory = 1000;
+  refused(Code::file_too_large, "20 pictures of 8 x 6 texels");
+  options.max_memory = 1 << 20;
+  test::need(write_exr(folder / "p/7.exr", Image{4, 4, 3, std::vector<float>(48, 0.5F)}));
+  refused(Code::image_mismatch, "7.exr: 4 x 4 pixels");
+  Image broken{16, 12, 3, std::vector<float>(576, 0.5F)};
+  broken.pixels[3 * (16 * 2 + 5)] = NAN;
+  test::need(write_exr(folder / "p/7.exr", broken));
+  refused(Code::image_unreadable, "pixel 5,2: is not finite");
+
+  // A grey that all pictures have, by the exposure: radiance of 0.1 everywhere.
+  test::need(test::photograph(samples, 20, folder / "p", photo));
+  const ImportReport report = test::need(import_pictures(table, options, folder / "p/o.exr"));
+  CHECK(report.texels == V2i(8, 6));
+  CHECK(report.held_out_error < 0.01);
+  SamplesReader reader = test::need(SamplesReader::open(folder / "p/o.exr"));
+  const PairSamples held = test::need(reader.read_pairs(PairKind::held_out));
+  REQUIRE(held.pairs.size() == 1);
+  for (const V3f& r : held.radiance) CHECK(r.x == doctest::Approx(0.1).epsilon(0.001));
+}
+
+}  // namespace
+}  // namespace selvedge
