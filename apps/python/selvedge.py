@@ -74,7 +74,7 @@ def _verb(name):
 
 for _name in ("stitch", "import", "bake", "merge", "fit", "make", "plan", "dress", "repack", "reattach", "check", "info",
               "evaluate", "compare", "swatch", "trade"):
-    globals()[_name] = _verb(_name)
+    globals()[_name + "_" * (_name == "import")] = _verb(_name)  # import_: the other is Python's own word
 
 
 def _pairs(lights, views):
