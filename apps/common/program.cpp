@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <utility>
 
 #include "apps/common/manual.h"
 #include "format/base/atomic_file.h"
@@ -150,9 +151,9 @@ Result<Json> Program::call(std::vector<std::string> words) {
     if (!verb->options->app().parsed()) continue;
     Json said;
     verb->options->common().json = true;
-    report_target = &said;
+    Json* const before = std::exchange(report_target, &said);
     const Result<int> status = status_of(*verb);
-    report_target = nullptr;
+    report_target = before;
     if (!status) return tl::unexpected(status.error());
     said["status"] = *status;
     return said;

@@ -1,4 +1,4 @@
-// Scanline OpenEXR files as arrays, for samples files: read whole, and written back to the same bytes.
+// Scanline OpenEXR files as arrays, for samples files: read whole, and written back with the same values.
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 

@@ -27,13 +27,9 @@ OpenFabric open_fabric(const std::string& path, int first, int last) {
     const py::gil_scoped_release unlock;
     file = FabricFile::open(path, &problem, options);
   }
-  if (!file) {
-    const py::object type = py::module_::import("selvedge").attr("Error");
-    const py::object value = type(problem.code, problem.file, problem.place, problem.message,
-                                  problem.file + ": " + problem.message + " [" + problem.code + "]");
-    PyErr_SetObject(type.ptr(), value.ptr());
-    throw py::error_already_set();
-  }
+  if (!file)
+    raise(problem.code, problem.file, problem.place, problem.message,
+          problem.file + ": " + problem.message + " [" + problem.code + "]");
   return {std::move(*file)};
 }
 

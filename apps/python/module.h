@@ -11,6 +11,8 @@ namespace py = pybind11;
 
 /// Raises selvedge.Error with code, file, place and message.
 [[noreturn]] void raise(const Error& error);
+[[noreturn]] void raise(const std::string& code, const std::string& file, const std::string& place,
+                        const std::string& message, const std::string& line);
 
 /// The value, or raise().
 template <class T>

@@ -39,10 +39,10 @@ def run(verb, *words, progress=None, **options):
     """
     line = [verb, *map(os.fspath, words)]
     for name, value in options.items():
-        option = "--" + name.replace("_", "-")
+        option = "--" + name.rstrip("_").replace("_", "-")  # for_: the other is Python's own word
         for text in _texts(value):
             line.append(option if text is True else f"{option}={text}")
-    return json.loads(core.call(line, progress))
+    return json.loads(core.call([os.fsencode(word) for word in line], progress))
 
 
 def _texts(value):
@@ -91,7 +91,7 @@ class Fabric:
     """A fabric file, or its levels first_level to last_level. Any number of threads may use one."""
 
     def __init__(self, path, first_level=0, last_level=1000):
-        self._core = core.open_fabric(os.fspath(path), first_level, last_level)
+        self._core = core.open_fabric(os.fsencode(path), first_level, last_level)
         self.__dict__.update(self._core.facts())
 
     def level(self, index):
@@ -116,8 +116,10 @@ class Fabric:
 
     def evaluate_at(self, level, u, v, lights, views):
         """The same at texture coordinates, numbers or arrays (...); a fractional level blends two, -1 is the yarn."""
+        u, v = np.broadcast_arrays(np.asarray(u, float), np.asarray(v, float))
+        lights = np.broadcast_to(lights, np.broadcast_shapes(np.shape(lights), (*u.shape, 3)))
         whole, lights, views = _pairs(lights, views)
-        u, v = (np.broadcast_to(np.asarray(each, float), whole.shape[:-1]).reshape(-1) for each in (u, v))
+        u, v = (np.broadcast_to(each, whole.shape[:-1]).reshape(-1) for each in (u, v))
         return _parted(self._core.evaluate_at(level, u, v, lights, views), whole.shape)
 
 
@@ -133,7 +135,7 @@ class Samples:
     """
 
     def __init__(self, path):
-        parts = core.read_exr(os.fspath(path))
+        parts = core.read_exr(os.fsencode(path))
         if "radiance" not in parts or "selvedge.samples" not in parts["radiance"][0]:
             raise Error("SAMPLES_MALFORMED", os.fspath(path), "selvedge.samples", "is missing",
                         f"{os.fspath(path)}: selvedge.samples: is missing [SAMPLES_MALFORMED]")
@@ -180,7 +182,7 @@ class Samples:
             planes["opacity"] = flat["opacity"][..., 0]
             planes |= {"noise." + c: flat["noise"][..., k] for k, c in enumerate((*_colours, "opacity"))}
             parts[kind] = ({}, {f"{kind}.{name}": _half(plane) for name, plane in planes.items()})
-        core.write_samples(os.fspath(path), {**parts, **self.others})
+        core.write_samples(os.fsencode(path), {**parts, **self.others})
 
 
 _colours = ("red", "green", "blue")

@@ -80,6 +80,9 @@ void add_list(Options& options, MakeCommand& command) {
     const std::string single = options.as_given({"--list", "--task", "--parts", "--dry-run", "--keep-going",
                                                  "--page", "--json", "--quiet", "--threads"});
     if (many && options.given("input")) refuse("--list", "excludes a stitch");
+    // A page is of the whole list.
+    options.refuse_if(list.as_task || list.bakes_parts || list.dry_run, "is for a run over the whole list",
+                      {"--page"});
     if (many && !single.empty())
       refuse(single.substr(0, single.find('=')), "is of a single fabric: write it into the list");
     if (!many && !options.given("input")) refuse("input", "is required, or --list");
@@ -116,8 +119,8 @@ void declare(Options& options, MakeCommand& command) {
     options.refuse_if(command.shard.has_value(), "excludes --shard",
                       {"--shards", "--keep-samples", "--depfile"});
     // Those that are left out make no other bytes.
-    command.asked = options.as_given(
-        {"--output", "--json", "--quiet", "--threads", "--keep-samples", "--shard", "--shards", "--depfile"});
+    command.asked = options.as_given({"--output", "--json", "--quiet", "--threads", "--keep-samples",
+                                      "--shard", "--shards", "--depfile", "--for"});
     command.line = "selvedge make " + shell_word(command.input);
     std::istringstream given(
         options.as_given({"--json", "--quiet", "--threads", "--shard", "--shards", "--depfile"}));
@@ -182,8 +185,7 @@ void add_fit_verb(Program& program) {
 
 void add_make_verb(Program& program) {
   program.add<MakeCommand>({"make", "Stitch, bake and fit in one: stitch -> fabric",
-                            "selvedge make plain-weave -o weave.fabric.exr\n"
-                            "selvedge make --list fabrics.json"},
+                            "selvedge make plain-weave -o weave.fabric.exr"},
                            declare, run);
 }
 

@@ -69,6 +69,7 @@ struct MakeCommand {
   std::optional<BakeShard> shard;  ///< bake this part of the samples alone
   int shards = 0;                  ///< above 0: merge so many parts in place of a bake
   std::string depfile;             ///< empty: none
+  bool recorded = false;           ///< of a list: the fabric records digest_of_inputs()
   std::string asked;               ///< the options that are given and that the fabric depends on, one a line
   std::string line;  ///< the whole command but for parts, depfile and what is common to all verbs
   ListOptions list;

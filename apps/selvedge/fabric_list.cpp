@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"
@@ -14,6 +15,15 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uintmax_t max_list_bytes = std::uintmax_t{64} << 20;
+
+/// Options of make that are not those of one fabric of many.
+const std::set<std::string, std::less<>> no_place_in_list{
+    "list",    "task",         "parts", "dry-run", "keep-going", "page", "shard",
+    "depfile", "keep-samples", "json",  "quiet",   "threads",    "help"};
+
+bool is_flag(const std::string& name) {
+  return name == "no-table" || name == "half-lobes" || name == "float-tables";
+}
 
 class ListReader {
  public:
@@ -34,14 +44,15 @@ class ListReader {
       const json& fabric = list["fabrics"][i];
       if (!fabric.is_object()) refuse(place, "is no object");
       const json whole = laid_over(defaults, fabric);
-      if (!whole.contains("variants")) {
+      if (!whole.contains("variants") || whole["variants"].is_null()) {
         add(whole, place, "");
         continue;
       }
       if (!whole["variants"].is_object()) refuse(place + "/variants", "is no object");
       for (const auto& [name, variant] : whole["variants"].items()) {
         const std::string at = pointer_to(place + "/variants", name);
-        if (!variant.is_object()) refuse(at, "is no object");
+        if (!variant.is_object() || variant.contains("variants")) refuse(at, "is no object of options");
+        if (name.find('/') != std::string::npos) refuse(at, "has a name with a slash");
         add(laid_over(whole, variant), at, name);
       }
     }
@@ -69,7 +80,7 @@ class ListReader {
 
   /// A value as a word of a command line.
   std::string word_of(const json& value, const std::string& place) const {
-    if (value.is_string()) return value.get<std::string>();
+    if (value.is_string() && !value.get<std::string>().empty()) return value.get<std::string>();
     if (value.is_number()) return value.dump();
     if (!value.is_array() || value.empty()) refuse(place, "is neither text, a number nor a list of them");
     std::string text;
@@ -93,14 +104,17 @@ class ListReader {
     const std::string at = pointer_to(place, name);
     if (name == "set") {
       if (!value.is_object()) refuse(at, "is no object");
-      for (const auto& [setting, to] : value.items())
-        words.insert(words.end(), {option, setting + "=" + word_of(to, at)});
+      for (const auto& [setting, to] : value.items()) {
+        if (!to.is_null()) words.push_back(fmt::format("{}={}={}", option, setting, word_of(to, at)));
+      }
+    } else if (value == true && is_flag(name)) {
+      words.push_back(option);
     } else if (value.is_boolean()) {
-      if (value.get<bool>()) words.push_back(option);
+      if (value == true || !is_flag(name)) refuse(at, "is no option that is true or false");
     } else if (name == "material" && value.is_array()) {
-      for (const json& item : value) words.insert(words.end(), {option, word_of(item, at)});
-    } else if (name == "for" || name == "keep-samples" || name == "depfile") {
-      words.insert(words.end(), {option, in_folder(word_of(value, at))});
+      for (const json& item : value) words.push_back(option + "=" + word_of(item, at));
+    } else if (name == "for") {
+      words.push_back(option + "=" + in_folder(word_of(value, at)));
     } else {
       words.push_back(option + "=" + word_of(value, at));
     }
@@ -115,11 +129,12 @@ class ListReader {
     std::vector<std::string> words = {is_file ? in_folder(stitch) : stitch};
     std::string output = text_of(fabric, "output", place);
     constexpr std::string_view mark = "{variant}";
-    if (const auto at = output.find(mark); at != std::string::npos) output.replace(at, mark.size(), variant);
+    for (std::size_t at = 0; (at = output.find(mark, at)) != std::string::npos; at += variant.size())
+      output.replace(at, mark.size(), variant);
     output = in_folder(output);
     for (const auto& [name, value] : fabric.items()) {
       if (name == "stitch" || name == "output" || name == "variants" || value.is_null()) continue;
-      if (name == "list" || name == "shard") refuse(pointer_to(place, name), "has no place in a list");
+      if (no_place_in_list.contains(name)) refuse(pointer_to(place, name), "has no place in a list");
       if (name == "shards") {
         if (!value.is_number_integer() || value < 1 || value > 4096)
           refuse(pointer_to(place, name), "is no number of parts from 1 to 4096");
@@ -133,7 +148,7 @@ class ListReader {
     if (listed.shards > 1 && listed.command.limits.any())
       refuse(pointer_to(place, "shards"), "excludes max-bytes, min-db and max-seconds");
     const auto [before, is_new] =
-        places_.emplace(std::filesystem::path(output).lexically_normal().string(), place);
+        places_.emplace(std::filesystem::absolute(output).lexically_normal().string(), place);
     if (!is_new) refuse(place, fmt::format("has the output of {}: {}", before->second, output));
     fabrics_.push_back(std::move(listed));
   }

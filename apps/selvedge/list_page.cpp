@@ -46,15 +46,13 @@ Result<std::string> picture_of(const std::string& fabric_path, const std::string
 }  // namespace
 
 Result<void> write_list_page(const std::string& folder, const std::string& list, const Json& rows) {
-  std::error_code error;
-  std::filesystem::create_directories(folder + "/pictures", error);
-  if (error) return fail(Code::file_unwritable, folder, "", error.message());
   const std::string file_name = std::filesystem::path(list).filename().string();
   std::string text =
       fmt::format(fmt::runtime(head), escaped(file_name), fmt::format("{} fabrics", rows.size()));
   for (const Json& row : rows) {
     const std::string output = row.at("output");
-    const auto picture = picture_of(output, folder);
+    const bool good = row.at("state") != "failed";
+    const auto picture = good ? picture_of(output, folder) : fail(Code::file_missing, output, "", "");
     std::string caption = fmt::format("<b>{}</b><br>", escaped(output));
     if (row.contains("bytes")) caption += fmt::format("{} bytes", row["bytes"].get<std::uint64_t>());
     if (row.contains("psnr") && row["psnr"].is_number())

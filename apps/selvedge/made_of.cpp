@@ -12,11 +12,11 @@ namespace {
 
 constexpr const char* make_member = "make";
 
-/// A path for a makefile: spaces and # are escaped, $ is doubled.
+/// A path for a makefile: spaces, # and : are escaped, $ is doubled.
 std::string for_make(const std::string& path) {
   std::string text;
   for (const char c : path) {
-    if (c == ' ' || c == '#') text += '\\';
+    if (c == ' ' || c == '#' || c == ':') text += '\\';
     if (c == '$') text += '$';
     text += c;
   }

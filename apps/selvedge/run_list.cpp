@@ -19,6 +19,8 @@ class ListRun {
 
   Result<int> run() {
     const auto fabrics = must(read_fabric_list(list_.path));
+    // Before the work: a folder that cannot be made is told at once.
+    if (!list_.page.empty()) must(make_folder_of(list_.page + "/pictures/x"));
     if (list_.bakes_parts) {
       bake_parts(fabrics);
     } else {
@@ -26,7 +28,7 @@ class ListRun {
         if (is_mine(i)) make(fabrics[i]);
       }
     }
-    if (!list_.page.empty() && !list_.dry_run) must(write_list_page(list_.page, list_.path, rows_));
+    if (!list_.page.empty()) must(write_list_page(list_.page, list_.path, rows_));
     report(common_, "make",
            {{"list", list_.path},
             {"made", made_},
@@ -50,6 +52,7 @@ class ListRun {
                const std::function<Json(const MakeCommand&)>& work) {
     MakeCommand command = fabric.command;
     command.common = common_;
+    command.recorded = true;
     Json row = {{"place", fabric.place}, {"output", output}};
     const auto digest = digest_of_inputs(command);
     std::string state = "made";
@@ -124,8 +127,8 @@ class ListRun {
       for (int i = 0; fabric.shards > 1 && i < fabric.shards; ++i, ++index) {
         if (!is_mine(index) || ends()) continue;
         const BakeShard shard{i, fabric.shards};
-        work_on(fabric, part_of(fabric.command.output, shard),
-                fmt::format(" --shard {}/{}", i, fabric.shards), [&](const MakeCommand& command) {
+        work_on(fabric, part_of(fabric.command, shard), fmt::format(" --shard {}/{}", i, fabric.shards),
+                [&](const MakeCommand& command) {
                   const BakeReport baked = bake_part(command, shard);
                   return Json{{"seconds", baked.seconds}};
                 });

@@ -11,6 +11,7 @@
 #include "apps/selvedge/made_of.h"
 #include "apps/selvedge/run_fit.h"
 #include "converter/bake/for_plan.h"
+#include "converter/bake/journal.h"
 #include "converter/plan/plan_file.h"
 
 namespace selvedge {
@@ -44,10 +45,8 @@ BakeReport merge_parts(const MakeCommand& command, const std::string& samples) {
   std::vector<std::string> missing;
   for (int i = 0; i < command.shards; ++i) {
     const BakeShard shard{i, command.shards};
-    parts.push_back(part_of(command.output, shard));
-    std::error_code none;
-    if (!std::filesystem::exists(parts.back(), none))
-      missing.push_back(fmt::format("{}/{}", i, command.shards));
+    parts.push_back(part_of(command, shard));
+    if (!BakeJournal::read(parts.back())) missing.push_back(fmt::format("{}/{}", i, command.shards));
   }
   if (!missing.empty()) {
     throw Failure{{Code::file_missing, command.output, "--shards",
@@ -59,14 +58,15 @@ BakeReport merge_parts(const MakeCommand& command, const std::string& samples) {
 
 }  // namespace
 
-std::string part_of(const std::string& output, const BakeShard& shard) {
-  return fmt::format("{}.part-{}-of-{}", output, shard.index, shard.count);
+std::string part_of(const MakeCommand& command, const BakeShard& shard) {
+  const std::string digest = must(digest_of_inputs(command)).substr(0, 8);
+  return fmt::format("{}.{}.part-{}-of-{}", command.output, digest, shard.index, shard.count);
 }
 
 BakeReport bake_part(const MakeCommand& command, const BakeShard& shard) {
   BakeCommand bake = bake_of(command);
   bake.shard = shard;
-  bake.output = part_of(command.output, shard);
+  bake.output = part_of(command, shard);
   return must(bake_cell(bake, command.common));
 }
 
@@ -78,7 +78,7 @@ MadeFabric make_fabric(const MakeCommand& command) {
                        {"--for", command.plan}}));
   BakeCommand bake = bake_of(command);
   FitCommand fit;
-  fit.made_of = must(digest_of_inputs(command));
+  if (command.recorded) fit.made_of = must(digest_of_inputs(command));
   fit.common = command.common;
   fit.options = command.options;
   fit.output = command.output;
@@ -102,7 +102,7 @@ MadeFabric make_fabric(const MakeCommand& command) {
     FitOutcome fitted = fit_file(bake.output, fit);
     for (int i = 0; i < command.shards; ++i) {
       std::error_code none;
-      std::filesystem::remove(part_of(command.output, {i, command.shards}), none);
+      std::filesystem::remove(part_of(command, {i, command.shards}), none);
     }
     return MadeFabric{{{"bake", bake_report}, {"fit", fit_json(fitted)}},
                       bake_text(baked, command.samples) + fit_text(fitted),
@@ -123,7 +123,7 @@ Result<int> run(const MakeCommand& command) {
   if (!command.list.path.empty()) return run_list(command.common, command.list);
   if (command.shard) {
     const BakeReport baked = bake_part(command, *command.shard);
-    const std::string part = part_of(command.output, *command.shard);
+    const std::string part = part_of(command, *command.shard);
     report(command.common, "make", {{"bake", bake_json(baked, part)}}, bake_text(baked, part));
     return 0;
   }

@@ -20,8 +20,9 @@ MadeFabric make_fabric(const MakeCommand& command);
 /// user knows.
 Error naming_output(Error error, const AtomicFile& beside, const std::string& output);
 
-/// Where a part of a fabric's bake lies: "OUTPUT.part-3-of-8".
-std::string part_of(const std::string& output, const BakeShard& shard);
+/// Where a part of a fabric's bake lies: "OUTPUT.1a2b3c4d.part-3-of-8", with the first digits of the digest
+/// of what it is made of. Throws Failure.
+std::string part_of(const MakeCommand& command, const BakeShard& shard);
 /// Bakes the part of the fabric's samples; one that is there already is read and kept. Throws Failure.
 BakeReport bake_part(const MakeCommand& command, const BakeShard& shard);
 

@@ -61,7 +61,8 @@ Result<PairSamples> bake_pairs(const MakeCommand& command, const CellMesh& mesh)
 
 MadeFabric make_within_limits(const MakeCommand& command) {
   // Tries are written to temporary files, so the user's paths are compared here.
-  must(check_distinct({{"the input", command.input}, {"--output", command.output}}));
+  must(check_distinct(
+      {{"the input", command.input}, {"--output", command.output}, {"--depfile", command.depfile}}));
   const auto cell = must(find_cell(command.input, command.cell));
   const V2i least = cell.stitch ? cell.stitch->min_texels : V2i(1, 1);
   const int min_texels = std::max(least.x, least.y);

@@ -191,7 +191,7 @@ Result<BakeReport> bake_shard(const CellMesh& mesh, const std::string& name, con
   }
   if (const auto writable = AtomicFile::create(output); !writable) return tl::unexpected(writable.error());
   BakeReport report;
-  // A finished part is read as a journal to go on from: a task that is run again repeats nothing.
+  // A finished part is read as a journal to go on from: a task that is run again repeats no units.
   std::error_code none;
   if (!std::filesystem::exists(journal_of(output), none) && BakeJournal::read(output))
     std::filesystem::copy_file(output, journal_of(output), none);

@@ -192,6 +192,10 @@ Result<void> BakeJournal::read(std::size_t unit, const Planes& planes) {
 
 Result<void> BakeJournal::give_name() {
   if (!unnamed_) return {};
+  // Another bake may have given its journal this name since this one began.
+  const File other = lasting_ ? open_file(path_, "r+b") : nullptr;
+  if (other && flock(fileno(other.get()), LOCK_EX | LOCK_NB) != 0)
+    return fail(Code::file_unwritable, path_, {}, "another bake is writing it");
   if (auto ok = unnamed_->commit(); !ok) return ok;
   unnamed_.reset();
   return {};

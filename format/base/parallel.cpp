@@ -48,6 +48,7 @@ void parallel_for(int begin, int end, const std::function<void(int)>& body) {
 #include <tbb/task_arena.h>
 
 #include <memory>
+#include <mutex>
 
 namespace selvedge {
 namespace {
@@ -61,6 +62,8 @@ std::unique_ptr<tbb::global_control>& limit() {
 }  // namespace
 
 void set_threads(int threads) {
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
   limit().reset();
   if (threads > 0) {
     limit() = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, threads);

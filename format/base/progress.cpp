@@ -6,16 +6,7 @@
 #include <cstdio>
 
 namespace selvedge {
-namespace {
-
-ProgressSink& sink() {
-  static ProgressSink set;
-  return set;
-}
-
-}  // namespace
-
-void set_progress_sink(ProgressSink set) { sink() = std::move(set); }
+thread_local std::shared_ptr<const ProgressSink> progress_sink;
 
 TerminalProgress::TerminalProgress(std::string label, bool quiet)
     : label_(std::move(label)),
@@ -28,7 +19,9 @@ TerminalProgress::~TerminalProgress() {
 }
 
 Progress TerminalProgress::callback() {
-  if (sink()) return [this](double fraction) { sink()(label_, fraction); };
+  if (progress_sink) {
+    return [sink = progress_sink, label = label_](double fraction) { (*sink)(label, fraction); };
+  }
   if (!active_) return {};
   return [this](double fraction) { show(fraction); };
 }

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <string>
 
 namespace selvedge {
@@ -10,10 +11,10 @@ namespace selvedge {
 /// Called with the completed fraction in [0, 1], from one thread at a time; may be empty.
 using Progress = std::function<void(double)>;
 
-/// Told the label and the fraction of every stage, from any thread, in place of the terminal; may be empty.
-/// Set while no stage runs.
+/// Told the label and the fraction of every stage that this thread begins, from any thread, in place of the
+/// terminal; null: the terminal.
 using ProgressSink = std::function<void(const std::string&, double)>;
-void set_progress_sink(ProgressSink sink);
+extern thread_local std::shared_ptr<const ProgressSink> progress_sink;
 
 /// A line on standard error with percentage, elapsed and estimated remaining time, if standard error is a
 /// terminal and `quiet` is false. The destructor erases the line.

@@ -108,6 +108,29 @@ class Module(unittest.TestCase):
         whole, half = (selvedge.Fabric(f).evaluate(2, 0, 0, lights, views)[0].mean() for f in ("fitted.fabric.exr", "half.fabric.exr"))
         self.assertAlmostEqual(half / whole, 0.5, 2)
 
+    def test_verbs_run_side_by_side(self):
+        def make(k):
+            told = []
+            selvedge.make("plain-knit", output=f"side{k}.fabric.exr", seed=k, **small,
+                          progress=lambda label, share: (told.append(label), selvedge.info("k.fabric.exr")))
+            return told
+
+        with concurrent.futures.ThreadPoolExecutor(3) as pool:
+            self.assertTrue(all("bake" in told for told in pool.map(make, range(3))))
+
+        def stop(label, share):
+            raise KeyboardInterrupt
+
+        with self.assertRaises(KeyboardInterrupt):
+            selvedge.make("plain-knit", output="stopped.fabric.exr", **small, progress=stop)
+        odd = os.fsdecode(b"\xff.fabric.exr")
+        os.link("k.fabric.exr", odd)
+        self.assertEqual(selvedge.Fabric(odd).levels, selvedge.Fabric("k.fabric.exr").levels)
+        with self.assertRaises(selvedge.Error):
+            selvedge.Fabric(os.fsdecode(b"\xfe.fabric.exr"))
+        rgb, _ = selvedge.Fabric(odd).evaluate_at(0, [0.1, 0.2, 0.3], 0.4, [0, 0, 1], [0, 0, 1])
+        self.assertEqual(rgb.shape, (3, 3))
+
     def test_refusals_are_exceptions(self):
         cases = [("STITCH_UNKNOWN", "nope", "", lambda: selvedge.make("nope", output="x.exr")),
                  ("FILE_MISSING", "none.exr", "", lambda: selvedge.Fabric("none.exr")),
