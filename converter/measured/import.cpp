@@ -273,7 +273,7 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   sample.size = V2i(first.width, first.height);
   sample.period = period_of(sample, options);
   // Those of a bake, but no more than pixels.
-  const auto fitting = [](double pixels) { return std::clamp(static_cast<int>(pixels), 1, 32); };
+  const auto fitting = [](double pixels) { return std::clamp(static_cast<int>(std::lround(pixels)), 1, 32); };
   sample.texels = options.texels.value_or(V2i(fitting(sample.period.x), fitting(sample.period.y)));
   check_options(options, sample);
   Image opacity;

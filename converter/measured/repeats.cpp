@@ -143,7 +143,8 @@ template <class Add>
 void RepeatAverage::for_each_box(int texel, const Add& add) const {
   const V2d size(period_.x / texels_.x, period_.y / texels_.y);
   const V2d count = repeats();
-  const V2d centre((texel % texels_.x + 0.5) / texels_.x, (texel / texels_.x + 0.5) / texels_.y);
+  const int row = texel / texels_.x;
+  const V2d centre((texel % texels_.x + 0.5) / texels_.x, (row + 0.5) / texels_.y);
   for (double v = centre.y; v < count.y; ++v) {
     for (double u = centre.x; u < count.x; ++u) {
       // Rows of a picture run downwards.

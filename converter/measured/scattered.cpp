@@ -50,7 +50,7 @@ Eigen::LLT<MatrixXd> factor(const std::vector<Place>& known, const ScatterKernel
     for (Eigen::Index i = j; i < count; ++i) matrix(i, j) = covariance(known[i], known[j], kernel);
     matrix(j, j) += kernel.noise;
   }
-  return Eigen::LLT<MatrixXd>(std::move(matrix));
+  return Eigen::LLT<MatrixXd>(matrix);
 }
 
 /// The error at a pair that is left out is its coefficient over the diagonal of the inverse (Rasmussen and

@@ -66,7 +66,8 @@ inline Result<void> photograph(const PairSamples& samples, std::size_t count, co
         for (int x = 0; x < o.size.x; ++x) {
           V3d value(0, 0, 0);
           for (int k = 0; k < finer * finer; ++k) {
-            const V2d at(x + (k % finer + 0.5) / finer, o.size.y - y - (k / finer + 0.5) / finer);
+            const int row = k / finer;
+            const V2d at(x + (k % finer + 0.5) / finer, o.size.y - y - (row + 0.5) / finer);
             value += cell_at(samples, p, (at + shift) / o.period) * (std::numbers::pi / (finer * finer));
           }
           for (int c = 0; c < 3; ++c) {
