@@ -9,8 +9,10 @@
 #include <utility>
 
 #include "fitter/fit_rows.h"
+#include "fitter/scattered/refit.h"
 #include "fitter/solve/radiance_scale.h"
 #include "fitter/training_pairs.h"
+#include "format/samples/outliers.h"
 
 namespace selvedge {
 namespace {
@@ -91,12 +93,15 @@ std::optional<WholeFabric> whole_of(const SamplesHeader& header, int levels, boo
 }
 
 /// Completes the result after all levels are fitted.
-FitResult complete(FitResult result, TrainingPairs& training, const SamplesHeader& header,
-                   const FitOptions& options, std::chrono::steady_clock::time_point start) {
+FitResult complete(FitResult result, TrainingPairs& training, const OutlierSearch& outliers,
+                   const PairSamples& measured, const SamplesHeader& header, const FitOptions& options,
+                   std::chrono::steady_clock::time_point start) {
+  refit_to_pairs(result.fabric, measured, header.lights.count(), options);
   set_radiance_scale(result.fabric);
   result.training = training.finish();
   result.fabric.provenance = provenance_of(header, options);
   result.fabric.whole = whole_of(header, static_cast<int>(result.fabric.levels.size()), options.partial);
+  result.warnings = outliers.warnings();
   warn_of_sparse_samples(header, result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
@@ -105,14 +110,16 @@ FitResult complete(FitResult result, TrainingPairs& training, const SamplesHeade
 }  // namespace
 
 Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
-                      const Progress& progress) {
+                      const Progress& progress, const PairSamples& measured) {
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = check_samples(samples, header); !ok) return tl::unexpected(ok.error());
   RowFit rows(header, options, progress);
   TrainingPairs training(header);
+  OutlierSearch outliers(header);
   training.add(samples);
+  outliers.add(samples);
   rows.add(samples);
-  return complete(rows.finish(), training, header, options, start);
+  return complete(rows.finish(), training, outliers, measured, header, options, start);
 }
 
 Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const Progress& progress) {
@@ -121,13 +128,17 @@ Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const P
   const int count = max_rows(header, options.rows_bytes);
   RowFit rows(header, options, progress);
   TrainingPairs training(header);
+  OutlierSearch outliers(header);
   for (int first = 0; first < header.height; first += count) {
     auto read = samples.read_rows(first, std::min(count, header.height - first));
     if (!read) return tl::unexpected(read.error());
     training.add(*read);
+    outliers.add(*read);
     rows.add(std::move(*read));
   }
-  return complete(rows.finish(), training, header, options, start);
+  const auto measured = samples.read_pairs(PairKind::measured);
+  if (!measured) return tl::unexpected(measured.error());
+  return complete(rows.finish(), training, outliers, *measured, header, options, start);
 }
 
 }  // namespace selvedge

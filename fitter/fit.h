@@ -31,16 +31,17 @@ struct FitOptions {
 struct FitResult {
   Fabric fabric;
   std::vector<LevelReport> levels;  ///< without `layers`, `bytes` and errors on pairs
-  Issues warnings;                  ///< SAMPLES_SPARSE
+  Issues warnings;                  ///< SAMPLES_OUTLIER and SAMPLES_SPARSE
   PairSamples training;             ///< some of the fitted pairs (training_pairs.h)
   double seconds = 0;
 };
 
 /// Fits all levels down to 1 x 1, or FitOptions::levels. The result does not depend on the number of threads,
 /// and is finite. A texel that is a hole from every view becomes black with T = 1 and alpha 0.
-/// SAMPLES_NOT_FINITE, with the place, for samples that are NaN, infinite or negative.
+/// SAMPLES_NOT_FINITE, with the place, for samples that are NaN, infinite or negative. Lobes and tables are
+/// fitted to the grids, and if there are `measured` pairs, then to these.
 Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options = {},
-                      const Progress& progress = {});
+                      const Progress& progress = {}, const PairSamples& measured = {});
 
 /// Fits a file, some rows of texels at a time: memory grows with the width of the cell, not with its height.
 Result<FitResult> fit(SamplesReader& samples, const FitOptions& options = {}, const Progress& progress = {});

@@ -129,7 +129,7 @@ class Samples:
     header     the attribute `selvedge.samples`, a dictionary
     radiance   (view, light, y, x, rgb), 1/sr, 0 in a hole
     opacity    (view, y, x); normal (view, y, x, xyz)
-    pairs      by set ("validation", "held-out", "rim"): lights (n, 3), views (n, 3), radiance (n, y, x, rgb),
+    pairs      by set ("validation", "held-out", "rim", "measured"): lights (n, 3), views (n, 3), radiance (n, y, x, rgb),
                opacity (n, y, x), noise (n, y, x, rgb and opacity)
     others     the parts that hold the yarn, as they are in the file
     """
@@ -163,7 +163,8 @@ class Samples:
     def save(self, path):
         """Writes the file; it appears once it has been read back as a good one. Error where it breaks a rule."""
         views, lights, h, w, _ = self.radiance.shape
-        pairs = {kind: _directions(self.pairs.get(kind, _no_pairs), self.header["pairs"][kind]) for kind in self.header["pairs"]}
+        before = self.header["pairs"]
+        pairs = {kind: _directions(self.pairs.get(kind, _no_pairs), before.get(kind, [])) for kind in {**before, **self.pairs}}
         header = dict(self.header, texels=[w, h], pairs=pairs)
         # What is unchanged stays to the byte.
         text = self._attributes["selvedge.samples"]

@@ -1,11 +1,12 @@
 // A picture of a comparison: truth, fit and difference for some held-out pairs, and the error over the angles
-// of view and light and over the levels, for held-out and training pairs.
+// of view and light and over the levels, for held-out and training pairs; and the same of another model.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "format/fabric/fabric.h"
+#include "format/quality/compare.h"
 #include "format/samples/samples.h"
 
 namespace selvedge {
@@ -14,19 +15,14 @@ struct PlotNames {
   std::string fabric;  ///< file names, for the title
   std::string samples;
   std::uint64_t bytes = 0;  ///< of the fabric's file
+  std::string model{};      ///< of the model whose answers are drawn
 };
 
-/// Indices of at most `count` pairs, from those whose directions are both steep to the most grazing, evenly
-/// over the order of their flatter direction.
-std::vector<std::size_t> spread_pairs(const std::vector<DirectionPair>& pairs, std::size_t count);
-
-/// Linear RGB for a number of [-1, 1], beyond them that of the ends: blue below 0, nearly white at 0, red
-/// above. Equal steps are equal steps of lightness on both sides, for colour-blind eyes as well.
-V3f diverging_colour(double t);
-
-/// An SVG file. `training`: as TrainingPairs gives them. Refuses what compare() refuses, and samples without
-/// held-out pairs (samples_malformed).
+/// An SVG file. `training`: as TrainingPairs gives them. `model`: answers of a model for the held-out pairs,
+/// drawn beside the fabric; empty: none. Refuses what compare() refuses, and samples without held-out pairs
+/// (samples_malformed).
 Result<std::string> compare_plot(const Fabric& fabric, const PairSamples& held_out,
-                                 const PairSamples& training, const PlotNames& names);
+                                 const PairSamples& training, const PlotNames& names,
+                                 const PairAnswers& model = {});
 
 }  // namespace selvedge

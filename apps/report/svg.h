@@ -12,9 +12,10 @@
 
 namespace selvedge {
 
-// Vermilion and blue of Okabe and Ito's palette, which colour-blind eyes tell apart.
+// Vermilion, blue and bluish green of Okabe and Ito's palette, which colour-blind eyes tell apart.
 inline constexpr const char* vermilion = "#d55e00";
 inline constexpr const char* blue = "#0072b2";
+inline constexpr const char* green = "#009e73";
 inline constexpr const char* ink = "#1b1f24";
 inline constexpr const char* muted = "#626b76";
 inline constexpr const char* hairline = "#d0d5dc";

@@ -10,6 +10,7 @@
 #include "format/check/gltf.h"
 #include "format/exr/exr.h"
 #include "format/fabric/names.h"
+#include "format/samples/outliers.h"
 #include "format/samples/samples.h"
 
 namespace selvedge {
@@ -20,16 +21,28 @@ Issues issues_of(const auto& result) { return result ? Issues{} : Issues{result.
 Issues check_samples(const std::string& path) {
   auto reader = SamplesReader::open(path);
   if (!reader) return {reader.error()};
-  // Some rows at a time: a level may be gigabytes.
-  constexpr int rows = 32;
-  for (int row = 0; row < reader->header().height; row += rows) {
-    const int count = std::min(rows, reader->header().height - row);
-    if (Issues issues = issues_of(reader->read_rows(row, count)); !issues.empty()) return issues;
+  Issues warnings;
+  const bool both_sides = reader->header().both_sides;
+  for (const Side side : all_sides) {
+    if (side != Side::front && !both_sides) break;
+    reader->select(side);
+    OutlierSearch outliers(reader->header());
+    // Some rows at a time: a level may be gigabytes.
+    constexpr int rows = 32;
+    for (int row = 0; row < reader->header().height; row += rows) {
+      const auto read = reader->read_rows(row, std::min(rows, reader->header().height - row));
+      if (!read) return {read.error()};
+      outliers.add(*read);
+    }
+    for (Error& warning : outliers.warnings()) {
+      warning.file = path;
+      warnings.push_back(std::move(warning));
+    }
+    for (const PairKind kind : all_pair_kinds) {
+      if (Issues issues = issues_of(reader->read_pairs(kind)); !issues.empty()) return issues;
+    }
   }
-  for (const PairKind kind : all_pair_kinds) {
-    if (Issues issues = issues_of(reader->read_pairs(kind)); !issues.empty()) return issues;
-  }
-  return {};
+  return warnings;
 }
 
 Issues check_garment(const std::string& path, const SceneLimits& limits) {

@@ -39,8 +39,8 @@ SideFit fit_layers(SamplesReader& reader, const FitCommand& command, Side side, 
   const MakeOptions& options = command.options;
   auto level = must(reader.read_level());
   const auto validation = must(reader.read_pairs(PairKind::validation));
-  const auto fitter =
-      must(LayerFitter::create(std::move(level), reader.header(), validation, options.fit, progress));
+  const auto fitter = must(LayerFitter::create(std::move(level), reader.header(), validation, options.fit,
+                                               progress, must(reader.read_pairs(PairKind::measured))));
   const double bytes = options.budget_for(reader.header().texels()) * budget_shares[index_of(side)];
   std::shared_ptr<const Yarns> counted;
   if (options.budget_has_yarn) counted = yarns_of(reader);

@@ -68,7 +68,7 @@ struct BakeOptions {
   int held_out_pairs = 96;
   int rim_pairs = 32;
   /// Pairs by PairKind that replace the random ones; unit directions with z >= 1e-3, or |z| for both sides.
-  std::optional<std::array<std::vector<DirectionPair>, 3>> pairs;
+  std::optional<ByPairKind<std::vector<DirectionPair>>> pairs;
   int truth_samples = 64;  ///< rays per texel and pair of those sets, even
   std::uint64_t seed = 1;
   /// Stores the yarn itself (format/fabric/yarns.h): that of the mesh, or else what find_yarns() finds,

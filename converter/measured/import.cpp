@@ -104,9 +104,8 @@ V2d period_of(const Sample& sample, const ImportOptions& options) {
   return period;
 }
 
-/// Which of the pictures the fit does not see, and of which set they are.
-std::vector<std::optional<PairKind>> held_out_of(const std::vector<MeasuredPicture>& pictures,
-                                                 const ImportOptions& options) {
+/// The set of every picture: `measured`, but for those that the fit does not see.
+std::vector<PairKind> sets_of(const std::vector<MeasuredPicture>& pictures, const ImportOptions& options) {
   // As for the random pairs of a bake: errors near the horizon would hide all others.
   constexpr float min_z = 0.15F;
   std::vector<std::size_t> free;
@@ -116,10 +115,10 @@ std::vector<std::optional<PairKind>> held_out_of(const std::vector<MeasuredPictu
   for (std::size_t i = free.size(); i > 1; --i) std::swap(free[i - 1], free[random.next() % i]);
   const auto count = std::min<std::size_t>(
       free.size(), std::lround(options.hold_out * static_cast<double>(pictures.size())));
-  std::vector<std::optional<PairKind>> held(pictures.size());
+  std::vector<PairKind> sets(pictures.size(), PairKind::measured);
   for (std::size_t k = 0; k < count; ++k)
-    held[free[k]] = k % 2 == 0 ? PairKind::held_out : PairKind::validation;
-  return held;
+    sets[free[k]] = k % 2 == 0 ? PairKind::held_out : PairKind::validation;
+  return sets;
 }
 
 /// The cells of all pictures: [picture][3 * texel + channel].
@@ -180,7 +179,7 @@ std::vector<V3f> normals_of(const ScatteredValues& known, const std::vector<floa
 }
 
 void write_samples(const std::string& output, const SamplesHeader& header, const std::vector<float>& alpha,
-                   const Sample& sample, const Cells& cells, const std::vector<std::optional<PairKind>>& held,
+                   const Sample& sample, const Cells& cells, const std::vector<PairKind>& sets,
                    const ScatteredValues& known, const ScatterKernel& kernel, const Progress& progress) {
   SamplesWriter writer = must(SamplesWriter::create(output, header));
   const std::vector<V3f> views = directions_of(header.views);
@@ -204,8 +203,8 @@ void write_samples(const std::string& output, const SamplesHeader& header, const
     PairSamples pairs;
     pairs.width = header.width;
     pairs.height = header.height;
-    for (std::size_t i = 0; i < held.size(); ++i) {
-      if (held[i] != kind) continue;
+    for (std::size_t i = 0; i < sets.size(); ++i) {
+      if (sets[i] != kind) continue;
       pairs.pairs.push_back(sample.pictures[i].pair);
       pairs.alpha.insert(pairs.alpha.end(), alpha.begin(), alpha.end());
       append_row(cells.values.row(static_cast<Eigen::Index>(i)), pairs.radiance);
@@ -219,12 +218,11 @@ void write_samples(const std::string& output, const SamplesHeader& header, const
 }
 
 /// Relative error of the interpolation at the pictures that are held out.
-double error_at_held_out(const Sample& sample, const Cells& cells,
-                         const std::vector<std::optional<PairKind>>& held, const ScatteredValues& known,
-                         const ScatterKernel& kernel) {
+double error_at_held_out(const Sample& sample, const Cells& cells, const std::vector<PairKind>& sets,
+                         const ScatteredValues& known, const ScatterKernel& kernel) {
   std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < held.size(); ++i)
-    if (held[i] == PairKind::held_out) rows.push_back(i);
+  for (std::size_t i = 0; i < sets.size(); ++i)
+    if (sets[i] == PairKind::held_out) rows.push_back(i);
   // Of thousands, some tell the error as well.
   rows.resize(std::min<std::size_t>(rows.size(), 64));
   std::vector<V2d> sums(rows.size());
@@ -259,10 +257,12 @@ void check_options(const ImportOptions& o, const Sample& sample) {
                                             sample.texels.x, sample.texels.y),
                                 o.max_memory)};
   }
-  const double pixels = 1.0 * sample.texel_count() * o.views * o.lights;
-  if (pixels > static_cast<double>(ExrLimits{}.pixels_per_part))
-    must<void>(
-        refuse_option("--texels", fmt::format("texels x views x lights are {:.3g}: too many", pixels)));
+  const double pixels =
+      sample.texel_count() * std::max(1.0 * o.views * o.lights, static_cast<double>(sample.pictures.size()));
+  if (pixels > static_cast<double>(ExrLimits{}.pixels_per_part)) {
+    must<void>(refuse_option(
+        "--texels", fmt::format("texels x views x lights, or pictures, are {:.3g}: too many", pixels)));
+  }
 }
 
 Result<ImportReport> import_all(const std::string& table, const ImportOptions& options,
@@ -291,19 +291,20 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   report.period_mm = sample.period * (options.width_mm / sample.size.x);
   report.repeats = average.repeats();
   report.irregularity = cells.energy > 0 ? std::sqrt(cells.variance / cells.energy) : 0;
-  const auto held = held_out_of(sample.pictures, options);
+  const auto sets = sets_of(sample.pictures, options);
   ScatteredValues known;
   SamplesHeader header;
-  for (std::size_t i = 0; i < held.size(); ++i)
-    (held[i] ? header.pairs[index_of(*held[i])] : known.pairs).push_back(sample.pictures[i].pair);
+  for (std::size_t i = 0; i < sets.size(); ++i)
+    header.pairs[index_of(sets[i])].push_back(sample.pictures[i].pair);
+  known.pairs = header.pairs[index_of(PairKind::measured)];
   report.held_out = report.pictures - static_cast<int>(known.pairs.size());
   known.values.resize(static_cast<Eigen::Index>(known.pairs.size()), cells.values.cols());
-  for (std::size_t i = 0, row = 0; i < held.size(); ++i)
-    if (!held[i])
+  for (std::size_t i = 0, row = 0; i < sets.size(); ++i)
+    if (sets[i] == PairKind::measured)
       known.values.row(static_cast<Eigen::Index>(row++)) = cells.values.row(static_cast<Eigen::Index>(i));
   const ScatterKernel kernel = choose_kernel(known, options.seed);
   report.left_out_error = kernel.left_out_error;
-  report.held_out_error = error_at_held_out(sample, cells, held, known, kernel);
+  report.held_out_error = error_at_held_out(sample, cells, sets, known, kernel);
 
   header.width = sample.texels.x;
   header.height = sample.texels.y;
@@ -313,7 +314,7 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   header.lights = grid_of(options.lights);
   header.samples_per_texel = header.truth_samples = 1;
   header.provenance = provenance_of(report, table);
-  write_samples(output, header, average.alpha(), sample, cells, held, known, kernel, progress);
+  write_samples(output, header, average.alpha(), sample, cells, sets, known, kernel, progress);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;
 }

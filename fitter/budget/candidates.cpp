@@ -84,31 +84,32 @@ void LayerFitter::add_quantised(std::size_t level, const BasisFit& basis, double
 
 /// Scales the largest radiance to about 1, for sums of squares in single precision. Samples that are not
 /// finite remain so, and fit() reports their place.
-void LayerFitter::scale_radiance(SampleLevel& samples, PairSamples& pairs) {
+void LayerFitter::scale_radiance(SampleLevel& samples, PairSamples& pairs, PairSamples& measured) {
   float largest = 0;
   for (const V3f& r : samples.radiance) largest = std::max({largest, r.x, r.y, r.z});
   scale_ = choose_radiance_scale(static_cast<double>(largest));
   const auto inverse = static_cast<float>(1 / scale_);
-  for (std::vector<V3f>* radiance : {&samples.radiance, &pairs.radiance}) {
+  for (std::vector<V3f>* radiance : {&samples.radiance, &pairs.radiance, &measured.radiance}) {
     for (V3f& r : *radiance) r *= inverse;
   }
 }
 
 /// Fits the paper's model with and without view table.
 Result<void> LayerFitter::fit_lobes(const SampleLevel& samples, const SamplesHeader& header,
-                                    const FitOptions& options, const Progress& progress) {
+                                    const FitOptions& options, const Progress& progress,
+                                    const PairSamples& measured) {
   const auto part = [&](double from, double size) -> Progress {
     return [&progress, from, size](double share) {
       if (progress) progress(from + size * share);
     };
   };
-  auto paper = fit(samples, header, options, part(0, 0.5));
+  auto paper = fit(samples, header, options, part(0, 0.5), measured);
   if (!paper) return tl::unexpected(paper.error());
   Result<FitResult> plain = paper;
   if (options.view_table) {
     FitOptions without_table = options;
     without_table.view_table = false;
-    plain = fit(samples, header, without_table, part(0.5, 0.2));
+    plain = fit(samples, header, without_table, part(0.5, 0.2), measured);
     if (!plain) return tl::unexpected(plain.error());
   }
   for (Fabric* fabric : {&paper->fabric, &plain->fabric}) remove_radiance_scale(*fabric);
@@ -152,7 +153,7 @@ void LayerFitter::add_candidates(const std::vector<SampleLevel>& pooled, const L
 
 Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader& header,
                                         const PairSamples& validation, const FitOptions& options,
-                                        const Progress& progress) {
+                                        const Progress& progress, PairSamples measured) {
   if (header.lights.count() > max_lights) {
     return fail(Code::option_out_of_range, {}, "budget",
                 fmt::format("{} lights; layers are chosen for at most {}, and --quality paper has no limit",
@@ -164,8 +165,8 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   }
   LayerFitter fitter;
   PairSamples pairs = validation;
-  fitter.scale_radiance(samples, pairs);
-  if (auto ok = fitter.fit_lobes(samples, header, options, progress); !ok) {
+  fitter.scale_radiance(samples, pairs, measured);
+  if (auto ok = fitter.fit_lobes(samples, header, options, progress, measured); !ok) {
     return tl::unexpected(ok.error());
   }
   std::vector<SampleLevel> pooled{std::move(samples)};

@@ -35,11 +35,11 @@ struct LayerFit {
 
 class LayerFitter {
  public:
-  /// Fits all candidates. Errors are those of fit(), OPTION_OUT_OF_RANGE for more than 512 lights, and
-  /// SAMPLES_MALFORMED without validation pairs.
+  /// Fits all candidates; `measured` is as for fit(). Errors are those of fit(), OPTION_OUT_OF_RANGE for more
+  /// than 512 lights, and SAMPLES_MALFORMED without validation pairs.
   static Result<LayerFitter> create(SampleLevel samples, const SamplesHeader& header,
                                     const PairSamples& validation, const FitOptions& options,
-                                    const Progress& progress = {});
+                                    const Progress& progress = {}, PairSamples measured = {});
 
   /// The best fabric with an estimated size of at most `bytes`, or else the smallest. `overhead`: bytes of
   /// the file beside the values of its layers, which the caller can correct by the size of a written file.
@@ -60,9 +60,9 @@ class LayerFitter {
   };
   using Chosen = std::vector<const LevelCandidate*>;  ///< by level
   LayerFitter() = default;
-  void scale_radiance(SampleLevel& samples, PairSamples& pairs);
+  void scale_radiance(SampleLevel& samples, PairSamples& pairs, PairSamples& measured);
   Result<void> fit_lobes(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
-                         const Progress& progress);
+                         const Progress& progress, const PairSamples& measured);
   /// Adds candidates with quantised coefficients; `bytes`: of the other layers.
   void add_quantised(std::size_t level, const BasisFit& basis, double bytes);
   void add_candidates(const std::vector<SampleLevel>& pooled, const LevelTruth& mean,

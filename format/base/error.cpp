@@ -11,7 +11,7 @@ namespace selvedge {
 std::span<const CodeRow> code_table() {
   using enum Code;
   using enum Severity;
-  static constexpr std::array<CodeRow, 49> rows{{
+  static constexpr std::array<CodeRow, 50> rows{{
       {file_missing, error, "FILE_MISSING", "The named file does not exist."},
       {file_unreadable, error, "FILE_UNREADABLE", "The file exists but cannot be opened or read."},
       {file_unwritable, error, "FILE_UNWRITABLE", "The output cannot be written; nothing is left behind."},
@@ -31,6 +31,8 @@ std::span<const CodeRow> code_table() {
       {samples_not_finite, error, "SAMPLES_NOT_FINITE", "A sample is NaN, infinite or negative."},
       {samples_sparse, warning, "SAMPLES_SPARSE",
        "Samples leave something open: texels that are never seen, fewer samples than parameters."},
+      {samples_outlier, warning, "SAMPLES_OUTLIER",
+       "A sample stands far out of all around it; a fit follows it, and its texel is wrong."},
       {fabric_malformed, error, "FABRIC_MALFORMED", "The EXR file is not a fabric file."},
       {fabric_version, error, "FABRIC_VERSION", "The fabric file is of another major version."},
       {fabric_unsupported, error, "FABRIC_UNSUPPORTED",

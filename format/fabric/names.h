@@ -50,6 +50,7 @@ inline constexpr const char* part_surface = "surface";
 inline constexpr const char* part_validation = "validation";
 inline constexpr const char* part_held_out = "held-out";
 inline constexpr const char* part_rim = "rim";
+inline constexpr const char* part_measured = "measured";
 inline constexpr const char* part_light_through = "through.indirect";
 
 }  // namespace selvedge::names

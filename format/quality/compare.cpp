@@ -126,17 +126,18 @@ double relative(double squared, double energy) {
   return squared > 0 ? 1 : 0;
 }
 
-/// `finer`: number of levels of the truth before the fabric's level 0. `yarn`: compares the yarn at the sizes
-/// of all levels, and not the levels.
-Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak,
-                          std::size_t finer, bool yarn) {
-  const std::size_t texels = truth.width * truth.height;
+/// The size of the truth and of each level that follows it, `count` in all.
+std::vector<V2i> sizes_of(const PairSamples& truth, int count) {
   std::vector<V2i> sizes;
-  for (std::size_t k = 0; k < finer; ++k) {
-    const int level = static_cast<int>(k);
-    sizes.emplace_back(level_size(truth.width, level), level_size(truth.height, level));
-  }
-  for (const FabricLevel& level : fabric.levels) sizes.emplace_back(level.width, level.height);
+  for (int k = 0; k < count; ++k) sizes.emplace_back(level_size(truth.width, k), level_size(truth.height, k));
+  return sizes;
+}
+
+/// `shown(pair, k, image)` makes `image`, which is that of level k - 1 before, the image of level k.
+template <class Shown>
+Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& sizes, PairKind kind, double peak,
+                          const Shown& shown) {
+  const std::size_t texels = truth.width * truth.height;
   Comparison result;
   result.kind = kind;
   result.pairs = static_cast<int>(truth.pairs.size());
@@ -145,7 +146,7 @@ Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKi
   std::vector<std::vector<Sums>> by_pair(truth.pairs.size(), std::vector<Sums>(levels));
   parallel_for(0, result.pairs, [&](std::size_t pair) {
     Image image;
-    Image shown;
+    Image answer;
     for (std::size_t i = pair * texels; i < (pair + 1) * texels; ++i) {
       image.colour.push_back(V3d(truth.radiance[i]) * static_cast<double>(truth.alpha[i]));
       image.noise.emplace_back(V3d(truth.noise[i]));
@@ -154,15 +155,8 @@ Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKi
     }
     for (std::size_t k = 0; k < levels; ++k) {
       if (k > 0) image.pool(sizes[k - 1]);
-      if (!yarn) {
-        const int own = static_cast<int>(k > finer ? k - finer : 0);
-        shown = shown_by_level(fabric, own, sizes[k], truth.pairs[pair]);
-      } else if (k > 0) {
-        shown.pool(sizes[k - 1]);
-      } else {
-        shown = shown_by_yarn(fabric, sizes[0], truth.pairs[pair]);
-      }
-      by_pair[pair][k] = compare_images(shown, image, sizes[k]);
+      shown(pair, k, answer);
+      by_pair[pair][k] = compare_images(answer, image, sizes[k]);
     }
   });
   for (std::size_t k = 0; k < levels; ++k) {
@@ -170,7 +164,7 @@ Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKi
     for (const auto& pair : by_pair) sums.add(pair[k]);
     if (sums.count == 0) break;
     LevelComparison level;
-    level.level = yarn ? -1 : static_cast<int>(k);
+    level.level = static_cast<int>(k);
     level.width = sizes[k].x;
     level.height = sizes[k].y;
     level.psnr = decibels(result.peak, sums.squared / (3 * sums.count));
@@ -187,6 +181,16 @@ Comparison compare_levels(const Fabric& fabric, const PairSamples& truth, PairKi
         {decibels(result.peak, sums.squared / (3 * sums.count)), sums.squared, sums.energy});
   }
   return result;
+}
+
+/// `finer`: number of levels of the truth before the fabric's level 0.
+Comparison compare_fabric(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak,
+                          std::size_t finer) {
+  const auto sizes = sizes_of(truth, static_cast<int>(finer + fabric.levels.size()));
+  return compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, Image& image) {
+    const int own = static_cast<int>(k > finer ? k - finer : 0);
+    image = shown_by_level(fabric, own, sizes[k], truth.pairs[pair]);
+  });
 }
 
 Result<Comparison> refuse(const Fabric& fabric, PairKind kind, const char* more) {
@@ -221,11 +225,30 @@ Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairK
   const FabricLevel& base = fabric.levels.front();
   if (truth.width != base.width || truth.height != base.height || !is_whole(truth))
     return refuse(fabric, kind, "");
-  return compare_levels(fabric, truth, kind, peak, 0, false);
+  return compare_fabric(fabric, truth, kind, peak, 0);
 }
 
 Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
-  return compare_levels(fabric, truth, kind, peak, 0, true);
+  const auto sizes = sizes_of(truth, static_cast<int>(fabric.levels.size()));
+  Comparison result =
+      compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, Image& image) {
+        if (k > 0) {
+          image.pool(sizes[k - 1]);
+        } else {
+          image = shown_by_yarn(fabric, sizes[0], truth.pairs[pair]);
+        }
+      });
+  for (LevelComparison& level : result.levels) level.level = -1;
+  return result;
+}
+
+Comparison compare_answers(const PairAnswers& answers, const PairSamples& truth, PairKind kind, double peak) {
+  const auto sizes = sizes_of(truth, static_cast<int>(answers.size()));
+  return compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, Image& image) {
+    const std::size_t texels = sizes[k].x * sizes[k].y;
+    image = {};
+    for (std::size_t i = pair * texels; i < (pair + 1) * texels; ++i) add(answers[k][i], image);
+  });
 }
 
 Result<Comparison> compare_with_finer(const Fabric& fabric, const PairSamples& truth, PairKind kind,
@@ -237,7 +260,7 @@ Result<Comparison> compare_with_finer(const Fabric& fabric, const PairSamples& t
   for (; size.x < truth.width && size.y < truth.height; size *= 2) ++finer;
   if (size != V2i(truth.width, truth.height))
     return refuse(fabric, kind, ", nor of 2, 4, 8 ... times as many");
-  return compare_levels(fabric, truth, kind, peak, finer, false);
+  return compare_fabric(fabric, truth, kind, peak, finer);
 }
 
 }  // namespace selvedge

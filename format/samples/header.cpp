@@ -17,8 +17,8 @@ namespace {
 using nlohmann::json;
 namespace member = names::member;
 
-constexpr std::array<const char*, 3> pair_parts{names::part_validation, names::part_held_out,
-                                                names::part_rim};
+constexpr ByPairKind<const char*> pair_parts{names::part_validation, names::part_held_out, names::part_rim,
+                                             names::part_measured};
 
 json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 
@@ -104,7 +104,9 @@ SamplesHeader header_from(const json& text) {
     header.both_sides = true;
   }
   for (const PairKind kind : all_pair_kinds) {
-    for (const json& pair : text.at(member::pairs).at(pair_parts[index_of(kind)])) {
+    const json& sets = text.at(member::pairs);
+    if (kind == PairKind::measured && !sets.contains(name_of(kind))) continue;
+    for (const json& pair : sets.at(name_of(kind))) {
       header.pairs[index_of(kind)].push_back({direction_from(pair.at(member::light), header.both_sides),
                                               direction_from(pair.at(member::view), header.both_sides)});
     }
@@ -138,6 +140,7 @@ const char* name_of(PairKind kind) { return pair_parts[index_of(kind)]; }
 std::string samples_header_to_json(const SamplesHeader& header) {
   json pairs = json::object();
   for (const PairKind kind : all_pair_kinds) {
+    if (kind == PairKind::measured && header.pairs[index_of(kind)].empty()) continue;
     json list = json::array();
     for (const DirectionPair& pair : header.pairs[index_of(kind)]) {
       list.push_back({{member::light, list_of(pair.light)}, {member::view, list_of(pair.view)}});

@@ -9,15 +9,19 @@
 
 namespace selvedge {
 
-/// Sets of random pairs of directions with the truth for each: validation pairs, by which a fit chooses;
-/// held-out pairs, on which errors are measured; rim pairs, measured separately.
-enum class PairKind { validation, held_out, rim };
-inline constexpr std::array<PairKind, 3> all_pair_kinds{PairKind::validation, PairKind::held_out,
-                                                        PairKind::rim};
+/// Sets of pairs of directions with the truth for each: validation pairs, by which a fit chooses; held-out
+/// pairs, on which errors are measured; rim pairs, measured separately; and those in which measured samples
+/// were taken, from which the grids were interpolated and to which lobes are fitted.
+enum class PairKind { validation, held_out, rim, measured };
+inline constexpr std::array all_pair_kinds{PairKind::validation, PairKind::held_out, PairKind::rim,
+                                           PairKind::measured};
+/// Values for each of them.
+template <class Values>
+using ByPairKind = std::array<Values, all_pair_kinds.size()>;
 
 inline std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kind); }
 
-/// The name of the part of the file: "validation", "held-out", "rim".
+/// The name of the part of the file: "validation", "held-out", "rim", "measured".
 const char* name_of(PairKind kind);
 
 /// The side that a pair is of.
@@ -31,10 +35,10 @@ inline Side side_of(const DirectionPair& pair) {
 struct SamplesHeader : FabricInfo {
   int width = 32;
   int height = 32;
-  int samples_per_texel = 0;                        ///< rays per texel and view
-  int truth_samples = 0;                            ///< rays per texel of the pair sets
-  std::array<std::vector<DirectionPair>, 3> pairs;  ///< by PairKind
-  YarnCounts yarns;                                 ///< of the yarn that the file holds
+  int samples_per_texel = 0;  ///< rays per texel and view
+  int truth_samples = 0;      ///< rays per texel of the pair sets
+  ByPairKind<std::vector<DirectionPair>> pairs;
+  YarnCounts yarns;  ///< of the yarn that the file holds
   /// Views and lights are those of the grids and those mirrored in the plane of the cloth, in this order.
   /// Pairs may lie on any sides.
   bool both_sides = false;

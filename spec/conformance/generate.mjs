@@ -49,6 +49,7 @@ const WITHOUT_FIXTURE = {
   SAMPLES_MALFORMED: OF_SAMPLES,
   SAMPLES_NOT_FINITE: OF_SAMPLES,
   SAMPLES_SPARSE: OF_SAMPLES,
+  SAMPLES_OUTLIER: OF_SAMPLES,
   FABRIC_MISMATCH: 'said of a fabric and the samples it is compared with',
   MATERIAL_MISSING: 'said of a material that is asked for',
   GARMENT_EMPTY: 'said where a garment is dressed or drawn; a glTF without triangles is valid',

@@ -123,3 +123,38 @@ test_explicit_fibres_are_traced_the_same_for_any_threads_and_refused_where_there
 }
 
 "$2"
+
+test_a_model_is_judged_as_a_fabric_is() {
+  make_samples
+  selvedge fit k.samples.exr -o k.fabric.exr --quiet --quality paper
+  exits 0 selvedge compare k.fabric.exr k.samples.exr --model 'selvedge answer' --plot k.svg --json
+  # Its answers are exact to the digits of their JSON.
+  holds "['held-out', 'rim', 'validation'].every(kind => { const own = r.fabrics[0][kind], model = r.model[kind];
+    return model.pairs === own.pairs && model.peak === own.peak && model.levels.length === 4 && model.levels.every((l, k) =>
+      Math.abs(l.psnr - own.levels[k].psnr) < 1e-4 && Math.abs(l.meanError - own.levels[k].meanError) < 1e-6); })"
+  [ "$(grep -o '<title>model' k.svg | wc -l)" = 12 ] || fail "pictures of the model: $(grep -o '<title>[a-z]*' k.svg)"
+  # A white Lambertian plane, of which a closed form says how far it is from samples: here only that none is needed.
+  cat >lambert.mjs <<'END'
+import { createInterface } from 'node:readline';
+for await (const line of createInterface({ input: process.stdin })) {
+  const f = Math.max(0, JSON.parse(line).light[2]) / Math.PI;
+  console.log(JSON.stringify({ rgb: [f, f, f], alpha: 1 }));
+}
+END
+  exits 0 selvedge compare k.samples.exr --model 'node lambert.mjs' --json
+  holds "r.fabrics.length === 0 && r.model['held-out'].levels.every(l => l.psnr > 0 && l.meanError > 0)"
+}
+
+test_a_model_that_does_not_answer_is_refused() {
+  selvedge bake plane -o k.samples.exr --quiet "${small[@]}"
+  exits 2 selvedge compare k.samples.exr
+  model() { refuses JSON_MALFORMED "$1" selvedge compare k.samples.exr --model "$2"; }
+  model 'answer 1: is missing' true
+  model 'answer 1: is missing' false
+  model 'answer 1: is not a JSON object' 'yes nonsense'
+  model 'answer 1, rgb: is not three numbers' 'yes "{}"'
+  model 'answer 1, alpha: is not a number from 0 to 1' "yes '{\"rgb\":[0,0,0],\"alpha\":2}'"
+  model 'answer 1: {"error"' "sed 's/.*/{\"error\":\"no\"}/'"
+  model 'answer 2: is missing' 'echo "{\"rgb\":[0,0,0],\"alpha\":1}"; cat >/dev/null'
+  model 'the command failed' "sed 's/.*/{\"rgb\":[0,0,0],\"alpha\":1}/'; false"
+}

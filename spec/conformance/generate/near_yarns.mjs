@@ -113,4 +113,8 @@ export function* yarn_queries(fixture, {yarns}) {
     if (trace(yarns, uv, view)) continue;
     yield at('a ray that meets nothing: alpha = 0', direction(), view, [-1, -0.5][misses++ % 2], uv);
   }
+  for (const uv of [[0.1, 0.3], [0.4, 0.8], [0.7, 0.2]]) {
+    yield at('view below the horizon: f = 0, alpha of the least rise over its x and y as they are', direction(),
+      unit([0.06, 0.03, -1]), -1, uv);
+  }
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "apps/report/compare_tiles.h"
 #include "apps/report/svg.h"
 #include "fitter/training_pairs.h"
 #include "format/quality/compare.h"
@@ -150,4 +151,36 @@ TEST_CASE("plot: refuses samples without held-out pairs, and those of another ce
       compare_plot(test::random_fabric(8, 4, {2, 2}, 1, 3), random_truth(2, 1), random_truth(4, 2), names);
   REQUIRE_FALSE(other);
   CHECK(other.error().code == Code::fabric_mismatch);
+}
+
+TEST_CASE("plot: a model has tiles below those of the fit, and figures of its own") {
+  const Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 3);
+  const PairSamples held_out = random_truth(20, 1);
+  // Level 0 as traced: nothing differs.
+  PairAnswers exact(1);
+  for (std::size_t i = 0; i < held_out.alpha.size(); ++i)
+    exact[0].push_back({held_out.radiance[i], held_out.alpha[i]});
+  PlotNames named = names;
+  named.model = "python3 my_model.py";
+  const auto svg = compare_plot(fabric, held_out, random_truth(30, 2), named, exact);
+  REQUIRE(svg);
+  OIIO::pugi::xml_document document;
+  REQUIRE(document.load_string(svg->c_str()));
+  std::vector<std::pair<std::string, std::string>> pictures;
+  std::multiset<std::string> texts;
+  for (const auto& node : document.child("svg").children()) {
+    if (std::string(node.name()) == "image")
+      pictures.emplace_back(node.child_value("title"), node.attribute("href").value());
+    if (std::string(node.name()) == "text") texts.insert(node.child_value());
+  }
+  REQUIRE(pictures.size() == 5 * 6 + 1);
+  for (std::size_t i = 0; i < 6; ++i) {
+    CHECK(pictures[5 * i + 3].first.starts_with("model, pair "));
+    CHECK(pictures[5 * i + 3].second == pictures[5 * i].second);
+    CHECK(pictures[5 * i + 4].first.starts_with("model - truth, pair "));
+    CHECK(pictures[5 * i + 4].second == pictures[4].second);
+  }
+  CHECK(texts.count("model 200.00 dB") == 6);
+  CHECK(texts.count("200.00 dB, relative L2 0.0000 at level 0, 20 pairs") == 1);
+  CHECK(texts.count("model: python3 my_model.py") == 1);
 }

@@ -90,7 +90,7 @@ TEST_CASE("cell means are reciprocal on every side") {
   // alpha(v) f(l, v) |v_z| = alpha(l) f(v, l) |l_z|; within four standard errors of the difference.
   const V3f a = V3f(0.3F, 0.2F, 0.8F).normalized();
   const V3f b = V3f(-0.5F, 0.4F, 0.6F).normalized();
-  std::array<std::vector<DirectionPair>, 3> pairs;
+  ByPairKind<std::vector<DirectionPair>> pairs;
   for (const V3f& l : {a, mirrored(a)}) {
     for (const V3f& v : {b, mirrored(b)}) {
       pairs[1].push_back({l, v});

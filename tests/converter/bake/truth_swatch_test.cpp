@@ -93,7 +93,7 @@ TEST_CASE("a traced swatch of one repeat is what the bake sees, texel by texel")
   const std::vector<DirectionPair> pairs{
       {V3f(V3d(0.2, 0.3, 0.9).normalized()), V3f(0, 0, 1)},
       {V3f(V3d(-0.6, 0.1, 0.7).normalized()), V3f(V3d(0.7, -0.4, 0.4).normalized())}};
-  bake_options.pairs = std::array<std::vector<DirectionPair>, 3>{};
+  bake_options.pairs = ByPairKind<std::vector<DirectionPair>>{};
   (*bake_options.pairs)[static_cast<std::size_t>(PairKind::held_out)] = pairs;
   for (const IndirectLight indirect : {IndirectLight::traced, IndirectLight::cached}) {
     bake_options.indirect = indirect;

@@ -1,0 +1,105 @@
+#include "fitter/scattered/refit.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "format/fabric/evaluate.h"
+#include "tests/format/fabrics.h"
+#include "tests/require.h"
+
+using namespace selvedge;
+
+namespace {
+
+/// What the fabric shows of its level 0 in these directions.
+PairSamples shown_by(const Fabric& fabric, std::vector<DirectionPair> pairs) {
+  const FabricLevel& level = fabric.levels.front();
+  PairSamples samples;
+  samples.width = level.width;
+  samples.height = level.height;
+  samples.pairs = std::move(pairs);
+  for (const DirectionPair& pair : samples.pairs) {
+    for (int t = 0; t < level.texels(); ++t) {
+      const Shading s = evaluate(fabric, 0, t % level.width, t / level.width, pair.light, pair.view);
+      samples.alpha.push_back(s.alpha);
+      samples.radiance.push_back(s.radiance);
+    }
+  }
+  return samples;
+}
+
+/// Relative L2 of level 0 over directions that no fit has seen.
+double error_of(const Fabric& fabric, const Fabric& truth) {
+  const auto pairs = random_pairs(400, 0.05, 99);
+  const PairSamples a = shown_by(fabric, pairs);
+  const PairSamples b = shown_by(truth, pairs);
+  double error = 0;
+  double energy = 0;
+  for (std::size_t i = 0; i < a.radiance.size(); ++i) {
+    error += static_cast<double>((a.radiance[i] - b.radiance[i]).length2());
+    energy += static_cast<double>(b.radiance[i].length2());
+  }
+  return std::sqrt(error / energy);
+}
+
+FitOptions options_of(int lobes, bool table) {
+  FitOptions options;
+  options.lobes = lobes;
+  options.view_table = table;
+  options.tolerance = 1e-12;
+  options.max_iterations = 200;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("lobes and table that made the pairs come back from a start that is off") {
+  for (const bool table : {false, true}) {
+    // One of the random fabrics' lobes alone: with several the least squares have more than one minimum.
+    Fabric truth = test::random_fabric(2, 2, {3, 3}, 1, 5);
+    truth.levels.resize(1);
+    for (std::size_t i = 0; i < truth.levels[0].lobes().size(); i += 5) {
+      const float values[] = {0.2F, -0.9F, -0.8F, 0.95F, 4};
+      for (std::size_t k = 0; k < 5; ++k)
+        truth.levels[0].lobes()[i + k] = values[k] * (1 + 0.05F * static_cast<float>(i % 7) / 7);
+    }
+    if (!table) truth.levels[0].remove(LayerKind::table);
+    Fabric fabric = truth;
+    for (float& p : fabric.levels[0].lobes()) p *= 0.9F;
+    if (table)
+      for (V3f& t : fabric.levels[0].view_table()) t *= 1.1F;
+    const double before = error_of(fabric, truth);
+    // The penalty holds entries of the table where they were: nearly none here.
+    FitOptions options = options_of(1, table);
+    options.table.damping = options.table.smoothness = 1e-9;
+    refit_to_pairs(fabric, shown_by(truth, random_pairs(500, 0.02, 3)), 64, options);
+    CHECK(before > 0.05);
+    CHECK(error_of(fabric, truth) < 1e-3);
+  }
+}
+
+TEST_CASE("a fabric that shows its pairs stays as it is, and without pairs nothing is refitted") {
+  Fabric fabric = test::random_fabric(2, 2, {3, 3}, 2, 5);
+  fabric.levels.resize(1);
+  const std::vector<float> lobes(fabric.levels[0].lobes().begin(), fabric.levels[0].lobes().end());
+  refit_to_pairs(fabric, PairSamples(), 64, options_of(2, true));
+  for (std::size_t i = 0; i < lobes.size(); ++i) CHECK(fabric.levels[0].lobes()[i] == lobes[i]);
+  const Fabric truth = fabric;
+  refit_to_pairs(fabric, shown_by(truth, random_pairs(300, 0.02, 3)), 64, options_of(2, true));
+  CHECK(error_of(fabric, truth) < 1e-5);
+}
+
+TEST_CASE("a refit of black, of one pair, of huge and of tiny samples is finite") {
+  for (const float scale : {0.0F, 1e-30F, 1.0F, 1e30F}) {
+    for (const int count : {1, 200}) {
+      Fabric fabric = test::random_fabric(2, 2, {3, 3}, 2, 5);
+      PairSamples pairs = shown_by(fabric, random_pairs(count, 0, 3));
+      for (V3f& r : pairs.radiance) r *= scale;
+      refit_to_pairs(fabric, pairs, 64, options_of(2, true));
+      const auto valid = validate(fabric);
+      CHECK_MESSAGE(valid, (valid ? "" : to_line(valid.error())));
+    }
+  }
+}
