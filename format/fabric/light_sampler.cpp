@@ -22,7 +22,7 @@ constexpr double max_exponent = 1e6;
 
 constexpr double max_energy = 1e100;
 
-double mean(const V3f& colour) { return (static_cast<double>(colour.x) + colour.y + colour.z) / 3; }
+double mean(const V3d& colour) { return (colour.x + colour.y + colour.z) / 3; }
 
 V3d upper(const V3d& direction) { return {direction.x, direction.y, std::abs(direction.z)}; }
 
@@ -36,7 +36,7 @@ double lobe_energy(double cosine, double exponent) {
 /// The integral of indirect light over all lights on its side, mean over the colours.
 double indirect_energy(const LightTransfer& transfer) {
   const auto colours = [&](std::size_t function) {
-    return mean({transfer[3 * function], transfer[3 * function + 1], transfer[3 * function + 2]});
+    return mean(V3d(transfer[3 * function], transfer[3 * function + 1], transfer[3 * function + 2]));
   };
   // Of 1, z and 3 z^2 - 1, with the cosine; the other functions' is 0.
   return pi * colours(0) + 2 * pi / 3 * colours(3) + pi / 2 * colours(8);
@@ -123,7 +123,7 @@ void LightSampler::add_texel(const FabricLevel& level, const FabricInfo& info, H
   floors_.push_back({half, normal, weight});
 
   const int lobes = level.has(LayerKind::lobes) ? level.lobe_count() : 0;
-  V3f rho(1, 1, 1);
+  V3d rho(1, 1, 1);
   for (int c = 0; c < 3 && level.has(LayerKind::lobes); ++c) {
     const float* p = &level.lobes()[(std::size_t{3} * texel + c) * parameter_count(lobes)];
     rho[c] = p[0];
@@ -146,13 +146,13 @@ void LightSampler::add_texel(const FabricLevel& level, const FabricInfo& info, H
     }
   }
   if (factors.size() == 1) {
-    add(half, scale * pi * length * mean(rho * factors.front()), CosineLobe{normal, 1});
+    add(half, scale * pi * length * mean(rho * V3d(factors.front())), CosineLobe{normal, 1});
     return;
   }
   LightCells cells{info.lights, {}};
   for (std::size_t k = 0; k < factors.size(); ++k) {
     const V3d light(direction_of(info.lights, static_cast<int>(k)));
-    cells.until.push_back(std::max(0.0, n.dot(light)) * mean(rho * factors[k]));
+    cells.until.push_back(std::max(0.0, n.dot(light)) * mean(rho * V3d(factors[k])));
   }
   std::partial_sum(cells.until.begin(), cells.until.end(), cells.until.begin());
   const double sum = cells.until.back();
@@ -170,7 +170,7 @@ void LightSampler::add_yarn(const Yarns& yarns, double weight) {
   const double gloss = curve.gloss.weight;
   const V3d normal(point.strand);
   const double brightness = weight * point.brightness;
-  add(above, (1 - gloss) * mean(curve.albedo) * brightness, CosineLobe{normal, 1});
+  add(above, (1 - gloss) * mean(V3d(curve.albedo)) * brightness, CosineLobe{normal, 1});
   // As Yarns::direct() has it.
   const V3d fibre(point.fibre);
   V3d view(lifted(view_));

@@ -297,7 +297,9 @@ std::optional<FabricFile> FabricFile::turned_over() const {
   if (front.levels.empty()) return {};
   if (front.side_of(Side::back) == nullptr) return *this;
   try {
-    auto state = std::make_shared<State>(*state_);
+    auto state = std::make_shared<State>();
+    state->facts = state_->facts;
+    state->first_level = state_->first_level;
     Fabric& back = state->fabric = selvedge::turned_over(front);
     state->facts.view_columns = back.views.columns;
     state->facts.view_rows = back.views.rows;
