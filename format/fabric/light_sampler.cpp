@@ -26,6 +26,32 @@ double mean(const V3d& colour) { return (colour.x + colour.y + colour.z) / 3; }
 
 V3d upper(const V3d& direction) { return {direction.x, direction.y, std::abs(direction.z)}; }
 
+V3d interpolated(const std::vector<V3f>& values, const DirectionTaps& taps) {
+  V3d sum(0, 0, 0);
+  for (std::size_t tap = 0; tap < 4; ++tap)
+    sum += V3d(values[taps.cell[tap]]) * static_cast<double>(taps.weight[tap]);
+  return sum;
+}
+
+/// Squares of directions are disks of equal area, lifted; disks of equal shares of the cosine are the
+/// hemisphere seen from above. From one to the other and back, the radius r, which is the larger of both
+/// coordinates, changes alone (z = 1 - r^2 here, sqrt(1 - r^2) there).
+double squared_radius(const V2d& from_middle) {
+  const double r = std::max(std::abs(from_middle.x), std::abs(from_middle.y));
+  return r * r;
+}
+
+V2d to_cosine(const V2d& square) {
+  const V2d from_middle = square * 2.0 - V2d(1, 1);
+  return (from_middle * std::sqrt(2 - squared_radius(from_middle)) + V2d(1, 1)) / 2.0;
+}
+
+V2d from_cosine(const V2d& square) {
+  const V2d from_middle = square * 2.0 - V2d(1, 1);
+  const double z = std::sqrt(std::max(0.0, 1 - squared_radius(from_middle)));
+  return (from_middle / std::sqrt(1 + z) + V2d(1, 1)) / 2.0;
+}
+
 /// The integral of max(0, n.l) cos^exponent about an axis, n.axis being `cosine`: exact for lobes above the
 /// horizon of n and nearly so for those half below it.
 double lobe_energy(double cosine, double exponent) {
@@ -64,16 +90,24 @@ V3d LightCells::sample(const V2d& random) const {
   const auto cell = static_cast<int>(found - until.begin());
   const double before = cell > 0 ? until[cell - 1] : 0;
   const double within = std::min((random.x - before) / (until[cell] - before), 1.0);
-  return square_to_hemisphere(
-      {(cell % grid.columns + within) / grid.columns, (cell / grid.columns + random.y) / grid.rows});
+  const V2d square((cell % grid.columns + within) / grid.columns,
+                   (cell / grid.columns + random.y) / grid.rows);
+  return square_to_hemisphere(cosine ? from_cosine(square) : square);
+}
+
+V2d LightCells::centre(int cell) const {
+  const V2d square((cell % grid.columns + 0.5) / grid.columns, (cell / grid.columns + 0.5) / grid.rows);
+  return cosine ? from_cosine(square) : square;
 }
 
 double LightCells::pdf(const V3d& light) const {
   if (light.z < 0) return 0;
-  const V2d square = hemisphere_to_square(light);
+  V2d square = hemisphere_to_square(light);
+  if (cosine) square = to_cosine(square);
   const int cell = std::min(static_cast<int>(square.y * grid.rows), grid.rows - 1) * grid.columns +
                    std::min(static_cast<int>(square.x * grid.columns), grid.columns - 1);
-  return (until[cell] - (cell > 0 ? until[cell - 1] : 0)) * grid.count() / (2 * pi);
+  const double share = until[cell] - (cell > 0 ? until[cell - 1] : 0);
+  return share * grid.count() * (cosine ? light.z / pi : 1 / (2 * pi));
 }
 
 V3d FibreGloss::sample(const V2d& random) const {
@@ -133,12 +167,10 @@ void LightSampler::add_texel(const FabricLevel& level, const FabricInfo& info, H
       const V3d most = t * (lobe[0] * seen.x) + b * (lobe[1] * seen.y) + n * (lobe[2] * seen.z);
       if (!(most.length() > 0)) continue;
       const V3d axis = most.normalized();
-      float factor = factors.front()[c];
-      if (factors.size() > 1) {
-        const DirectionTaps taps = interpolate(info.lights, V3f(upper(axis)));
-        factor = 0;
-        for (std::size_t tap = 0; tap < 4; ++tap) factor += taps.weight[tap] * factors[taps.cell[tap]][c];
-      }
+      const double factor =
+          factors.size() == 1
+              ? factors.front()[c]
+              : interpolated(factors, interpolate(info.lights, hemisphere_to_square(upper(axis))))[c];
       const double exponent = lobe[3];
       const double energy =
           length * lobe_energy(axis.dot(normal), exponent) * std::pow(most.length(), exponent);
@@ -149,10 +181,12 @@ void LightSampler::add_texel(const FabricLevel& level, const FabricInfo& info, H
     add(half, scale * pi * length * mean(rho * V3d(factors.front())), CosineLobe{normal, 1});
     return;
   }
-  LightCells cells{info.lights, {}};
-  for (std::size_t k = 0; k < factors.size(); ++k) {
-    const V3d light(direction_of(info.lights, static_cast<int>(k)));
-    cells.until.push_back(std::max(0.0, n.dot(light)) * mean(rho * V3d(factors[k])));
+  // Without a frame the cosine is that of the cells. Those of a tilted texel have its cosine in their middle.
+  LightCells cells{info.lights, !level.has(LayerKind::frame)};
+  for (int k = 0; k < info.lights.count(); ++k) {
+    const V2d place = cells.centre(k);
+    const double facing = cells.cosine ? 0.5 : std::max(0.0, n.dot(square_to_hemisphere(place)));
+    cells.until.push_back(facing * mean(rho * interpolated(factors, interpolate(info.lights, place))));
   }
   std::partial_sum(cells.until.begin(), cells.until.end(), cells.until.begin());
   const double sum = cells.until.back();

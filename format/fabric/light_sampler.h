@@ -31,10 +31,14 @@ struct CosineLobe {
   double pdf(const V3d& light) const;
 };
 
-/// Constant in each cell of a grid of directions.
+/// Constant, or the cosine times a constant, in each cell of a grid of directions. The cells of the cosine
+/// have equal shares of it: those of the other grid, moved along meridians.
 struct LightCells {
   DirectionGrid grid;
-  std::vector<double> until;  ///< sums of the cells' shares up to each; the last is 1
+  bool cosine = true;
+  std::vector<double> until{};  ///< sums of the cells' shares up to each; the last is 1
+  /// Of the cell, in the square of directions.
+  V2d centre(int cell) const;
   V3d sample(const V2d& random) const;
   double pdf(const V3d& light) const;
 };
