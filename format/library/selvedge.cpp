@@ -267,11 +267,13 @@ bool FabricFile::sample_at(double level, double u, double v, std::span<const std
   const auto at = state_->level_at(level, u, v);
   if (!at) return false;
   for (const std::array<float, 3>& random : randoms) {
-    if (!std::all_of(random.begin(), random.end(), [](float x) { return x >= 0 && x < 1; })) return false;
+    if (!std::all_of(random.begin(), random.end(), [](float x) { return x >= 0 && x <= 1; })) return false;
   }
   SamplersAt samplers(state_->fabric, *at, V2d(u, v));
   return answer_all(randoms, views, out, [&](const V3f& random, const V3f& view) {
-    const LightSample s = samplers.seen_from(view).sample(V3d(random));
+    V3d below_one(random);
+    for (int i = 0; i < 3; ++i) below_one[i] = std::min(below_one[i], 1 - 0x1p-24);
+    const LightSample s = samplers.seen_from(view).sample(below_one);
     return FabricLightSample{
         {s.light.x, s.light.y, s.light.z}, s.pdf, {s.weight.x, s.weight.y, s.weight.z}, s.alpha};
   });

@@ -169,8 +169,8 @@ class SELVEDGE_PUBLIC FabricFile {
                    std::span<const std::array<float, 3>> views, std::span<FabricRadiance> out) const;
 
   /// Draws a light for a view, with a density close to what evaluate_at() returns. `random`: three numbers in
-  /// [0, 1). The mean weight is the integral of the radiance over all lights on both sides of the cloth.
-  /// Nothing if evaluate_at() says nothing, or for other random numbers.
+  /// [0, 1), or 1 by rounding. The mean weight is the integral of the radiance over all lights on both sides
+  /// of the cloth. Nothing if evaluate_at() says nothing, or for other random numbers.
   std::optional<FabricLightSample> sample_at(double level, double u, double v,
                                              const std::array<float, 3>& view,
                                              const std::array<float, 3>& random) const;
