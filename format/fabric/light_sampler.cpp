@@ -90,13 +90,12 @@ V3d LightCells::sample(const V2d& random) const {
   const auto cell = static_cast<int>(found - until.begin());
   const double before = cell > 0 ? until[cell - 1] : 0;
   const double within = std::min((random.x - before) / (until[cell] - before), 1.0);
-  const V2d square((cell % grid.columns + within) / grid.columns,
-                   (cell / grid.columns + random.y) / grid.rows);
-  return square_to_hemisphere(cosine ? from_cosine(square) : square);
+  return square_to_hemisphere(place(cell, {within, random.y}));
 }
 
-V2d LightCells::centre(int cell) const {
-  const V2d square((cell % grid.columns + 0.5) / grid.columns, (cell / grid.columns + 0.5) / grid.rows);
+V2d LightCells::place(int cell, const V2d& within) const {
+  const int row = cell / grid.columns;
+  const V2d square((cell % grid.columns + within.x) / grid.columns, (row + within.y) / grid.rows);
   return cosine ? from_cosine(square) : square;
 }
 
@@ -184,7 +183,7 @@ void LightSampler::add_texel(const FabricLevel& level, const FabricInfo& info, H
   // Without a frame the cosine is that of the cells. Those of a tilted texel have its cosine in their middle.
   LightCells cells{info.lights, !level.has(LayerKind::frame)};
   for (int k = 0; k < info.lights.count(); ++k) {
-    const V2d place = cells.centre(k);
+    const V2d place = cells.place(k, {0.5, 0.5});
     const double facing = cells.cosine ? 0.5 : std::max(0.0, n.dot(square_to_hemisphere(place)));
     cells.until.push_back(facing * mean(rho * interpolated(factors, interpolate(info.lights, place))));
   }

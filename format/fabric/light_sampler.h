@@ -37,8 +37,8 @@ struct LightCells {
   DirectionGrid grid;
   bool cosine = true;
   std::vector<double> until{};  ///< sums of the cells' shares up to each; the last is 1
-  /// Of the cell, in the square of directions.
-  V2d centre(int cell) const;
+  /// In the square of directions, at a share of the cell's sides.
+  V2d place(int cell, const V2d& within) const;
   V3d sample(const V2d& random) const;
   double pdf(const V3d& light) const;
 };
