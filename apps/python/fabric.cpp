@@ -86,7 +86,8 @@ py::array_t<float> answered(const char* first, const Directions& with, const Dir
   const Triples v = triples_of(views, "views");
   if (a.size() != v.size())
     throw py::value_error(std::string("there are other numbers of ") + first + " and views");
-  constexpr py::ssize_t numbers = sizeof(T) / sizeof(float);
+  constexpr std::size_t bytes_of_number = sizeof(float);
+  constexpr py::ssize_t numbers = sizeof(T) / bytes_of_number;
   std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(a.size())};
   if (numbers > 1) shape.push_back(numbers);
   py::array_t<float> out(std::move(shape));
