@@ -77,44 +77,87 @@ Triples triples_of(const Directions& array, const char* name) {
           static_cast<std::size_t>(array.shape(0))};
 }
 
-/// Radiance and opacity, (n, 4), by `evaluate`(lights, views, out) without the lock.
-template <class F>
-py::array_t<float> evaluated(const Directions& lights, const Directions& views, const F& evaluate) {
-  const Triples l = triples_of(lights, "lights");
+/// Answers T of `answer`(a, b, out), whose numbers are floats, without the lock: (n, numbers), or (n,).
+/// `first` names what is given beside the views.
+template <class T, class F>
+py::array_t<float> answered(const char* first, const Directions& with, const Directions& views,
+                            const F& answer) {
+  const Triples a = triples_of(with, first);
   const Triples v = triples_of(views, "views");
-  if (l.size() != v.size()) throw py::value_error("there are other numbers of lights and views");
-  py::array_t<float> out({static_cast<py::ssize_t>(l.size()), py::ssize_t{4}});
-  static_assert(sizeof(FabricRadiance) == 4 * sizeof(float));
-  const std::span<FabricRadiance> values(reinterpret_cast<FabricRadiance*>(out.mutable_data()), l.size());
+  if (a.size() != v.size())
+    throw py::value_error(std::string("there are other numbers of ") + first + " and views");
+  constexpr std::size_t bytes_of_number = sizeof(float);
+  constexpr py::ssize_t numbers = sizeof(T) / bytes_of_number;
+  std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(a.size())};
+  if (numbers > 1) shape.push_back(numbers);
+  py::array_t<float> out(std::move(shape));
+  const std::span<T> values(reinterpret_cast<T*>(out.mutable_data()), a.size());
   bool good = false;
   {
     const py::gil_scoped_release unlock;
-    good = evaluate(l, v, values);
+    good = answer(a, v, values);
   }
-  if (!good) throw py::value_error("the level was not read, has no such texel, or a direction is not finite");
+  if (!good)
+    throw py::value_error(
+        "the level was not read, has no such texel, or a number is not finite or out of its range");
   return out;
 }
 
 py::array_t<float> evaluate(const OpenFabric& fabric, int level, int x, int y, const Directions& lights,
                             const Directions& views) {
-  return evaluated(lights, views, [&](Triples l, Triples v, std::span<FabricRadiance> out) {
-    return fabric.file.evaluate(level, x, y, l, v, out);
+  return answered<FabricRadiance>("lights", lights, views,
+                                  [&](Triples l, Triples v, std::span<FabricRadiance> out) {
+                                    return fabric.file.evaluate(level, x, y, l, v, out);
+                                  });
+}
+
+/// `answer`(u, v, a, b, out) of each place.
+template <class T, class F>
+py::array_t<float> answered_at(const Numbers& u, const Numbers& v, const char* first, const Directions& with,
+                               const Directions& views, const F& answer) {
+  const py::ssize_t n = with.ndim() > 0 ? with.shape(0) : 0;
+  if (u.ndim() != 1 || v.ndim() != 1 || u.shape(0) != n || v.shape(0) != n)
+    throw py::value_error("u and v are not of the shape (n,)");
+  return answered<T>(first, with, views, [&](Triples a, Triples b, std::span<T> out) {
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      if (!answer(u.data()[i], v.data()[i], a.subspan(i, 1), b.subspan(i, 1), out.subspan(i, 1)))
+        return false;
+    }
+    return true;
   });
 }
 
 py::array_t<float> evaluate_at(const OpenFabric& fabric, double level, const Numbers& u, const Numbers& v,
                                const Directions& lights, const Directions& views) {
-  const py::ssize_t n = lights.ndim() > 0 ? lights.shape(0) : 0;
-  if (u.ndim() != 1 || v.ndim() != 1 || u.shape(0) != n || v.shape(0) != n)
-    throw py::value_error("u and v are not of the shape (n,)");
-  return evaluated(lights, views, [&](Triples l, Triples w, std::span<FabricRadiance> out) {
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      if (!fabric.file.evaluate_at(level, u.data()[i], v.data()[i], l.subspan(i, 1), w.subspan(i, 1),
-                                   out.subspan(i, 1)))
-        return false;
-    }
-    return true;
+  return answered_at<FabricRadiance>(u, v, "lights", lights, views,
+                                     [&](double x, double y, auto l, auto w, auto out) {
+                                       return fabric.file.evaluate_at(level, x, y, l, w, out);
+                                     });
+}
+
+py::array_t<float> sample_at(const OpenFabric& fabric, double level, const Numbers& u, const Numbers& v,
+                             const Directions& views, const Directions& random) {
+  return answered_at<FabricLightSample>(u, v, "random", random, views,
+                                        [&](double x, double y, auto r, auto w, auto out) {
+                                          return fabric.file.sample_at(level, x, y, w, r, out);
+                                        });
+}
+
+py::array_t<float> pdf_at(const OpenFabric& fabric, double level, const Numbers& u, const Numbers& v,
+                          const Directions& lights, const Directions& views) {
+  return answered_at<float>(u, v, "lights", lights, views, [&](double x, double y, auto l, auto w, auto out) {
+    return fabric.file.pdf_at(level, x, y, l, w, out);
   });
+}
+
+OpenFabric turned_over(const OpenFabric& fabric) {
+  std::optional<FabricFile> turned;
+  {
+    const py::gil_scoped_release unlock;
+    turned = fabric.file.turned_over();
+  }
+  if (!turned) throw py::value_error("no level was read");
+  return {std::move(*turned)};
 }
 
 py::dict facts_of(const OpenFabric& fabric) {
@@ -148,7 +191,10 @@ void add_fabric(py::module_& core) {
       .def("has_level", [](const OpenFabric& fabric, int level) { return fabric.file.has_level(level); })
       .def("level", &level_of)
       .def("evaluate", &evaluate)
-      .def("evaluate_at", &evaluate_at);
+      .def("evaluate_at", &evaluate_at)
+      .def("sample_at", &sample_at)
+      .def("pdf_at", &pdf_at)
+      .def("turned_over", &turned_over);
   core.def("open_fabric", &open_fabric);
   core.def("grid_directions", &grid_directions);
 }

@@ -83,6 +83,14 @@ def _pairs(lights, views):
     return lights, lights.reshape(-1, 3), views.reshape(-1, 3)
 
 
+def _places(u, v, lights, views):
+    """The shape (..., 3) of all together, and all as contiguous arrays of it."""
+    u, v = np.broadcast_arrays(np.asarray(u, float), np.asarray(v, float))
+    lights = np.broadcast_to(lights, np.broadcast_shapes(np.shape(lights), (*u.shape, 3)))
+    whole, lights, views = _pairs(lights, views)
+    return (whole.shape, *(np.broadcast_to(each, whole.shape[:-1]).reshape(-1) for each in (u, v)), lights, views)
+
+
 def _parted(values, shape):
     return values[:, :3].reshape(shape), values[:, 3].reshape(shape[:-1])
 
@@ -91,8 +99,12 @@ class Fabric:
     """A fabric file, or its levels first_level to last_level. Any number of threads may use one."""
 
     def __init__(self, path, first_level=0, last_level=1000):
-        self._core = core.open_fabric(os.fsencode(path), first_level, last_level)
-        self.__dict__.update(self._core.facts())
+        self._take(core.open_fabric(os.fsencode(path), first_level, last_level))
+
+    def _take(self, opened):
+        self._core = opened
+        self.__dict__.update(opened.facts())
+        return self
 
     def level(self, index):
         """The arrays of a level by name: read-only, over the fabric's own memory; those that the file has of
@@ -116,11 +128,25 @@ class Fabric:
 
     def evaluate_at(self, level, u, v, lights, views):
         """The same at texture coordinates, numbers or arrays (...); a fractional level blends two, -1 is the yarn."""
-        u, v = np.broadcast_arrays(np.asarray(u, float), np.asarray(v, float))
-        lights = np.broadcast_to(lights, np.broadcast_shapes(np.shape(lights), (*u.shape, 3)))
-        whole, lights, views = _pairs(lights, views)
-        u, v = (np.broadcast_to(each, whole.shape[:-1]).reshape(-1) for each in (u, v))
-        return _parted(self._core.evaluate_at(level, u, v, lights, views), whole.shape)
+        shape, u, v, lights, views = _places(u, v, lights, views)
+        return _parted(self._core.evaluate_at(level, u, v, lights, views), shape)
+
+    def sample_at(self, level, u, v, views, random):
+        """Lights for path tracers, drawn by three numbers (..., 3) from 0 to 1 each: lights (..., 3), below the cloth
+        where light comes through it; their density (...), 1/sr; weights (..., 3), radiance over density, whose mean
+        is the integral of the radiance; opacity (...), not part of the weights."""
+        shape, u, v, random, views = _places(u, v, random, views)
+        drawn = self._core.sample_at(level, u, v, views, random)
+        return (drawn[:, :3].reshape(shape), drawn[:, 3].reshape(shape[:-1]), *_parted(drawn[:, 4:], shape))
+
+    def pdf_at(self, level, u, v, lights, views):
+        """The density (...) with which sample_at() draws lights, 1/sr."""
+        shape, u, v, lights, views = _places(u, v, lights, views)
+        return self._core.pdf_at(level, u, v, lights, views).reshape(shape[:-1])
+
+    def turned_over(self):
+        """The cloth seen from behind: a Fabric whose z points to that viewer. The same without a side `back`."""
+        return Fabric.__new__(Fabric)._take(self._core.turned_over())
 
 
 class Samples:

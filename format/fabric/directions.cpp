@@ -79,7 +79,10 @@ std::vector<V3f> directions_of(const DirectionGrid& grid) {
 }
 
 DirectionTaps interpolate(const DirectionGrid& grid, const V3f& direction) {
-  const V2d square = hemisphere_to_square(V3d(direction));
+  return interpolate(grid, hemisphere_to_square(V3d(direction)));
+}
+
+DirectionTaps interpolate(const DirectionGrid& grid, const V2d& square) {
   const double column = std::clamp(square.x * grid.columns - 0.5, 0.0, grid.columns - 1.0);
   const double row = std::clamp(square.y * grid.rows - 0.5, 0.0, grid.rows - 1.0);
   const int c0 = static_cast<int>(column);

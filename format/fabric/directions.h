@@ -42,6 +42,8 @@ struct DirectionTaps {
   std::array<float, 4> weight;
 };
 DirectionTaps interpolate(const DirectionGrid& grid, const V3f& direction);
+/// At a place of the unit square.
+DirectionTaps interpolate(const DirectionGrid& grid, const V2d& square);
 
 /// In the plane of the cloth.
 inline V3f mirrored(const V3f& direction) { return {direction.x, direction.y, -direction.z}; }

@@ -17,11 +17,7 @@ V3f clamp_to_finite(V3f radiance) {
   return radiance;
 }
 
-/// T(v) and alpha(v) of one texel.
-struct ViewFactors {
-  V3f colour{1, 1, 1};
-  float alpha = 1;
-};
+}  // namespace
 
 ViewFactors view_factors(const FabricLevel& level, const DirectionGrid& grid, int texel, const V3f& view) {
   ViewFactors result;
@@ -41,6 +37,8 @@ ViewFactors view_factors(const FabricLevel& level, const DirectionGrid& grid, in
   if (!table.empty()) result.colour = alpha > 0 ? clamp_to_finite(colour / alpha) : V3f(0, 0, 0);
   return result;
 }
+
+namespace {
 
 V3f lobe_radiance(const FabricLevel& level, int texel, const V3f& light, const V3f& view) {
   V3f l = light;
@@ -68,24 +66,34 @@ V3f interpolated(const V3f* values, const DirectionTaps& taps) {
   return sum;
 }
 
+/// The view's part of product m: its coefficient times phi_a.
+float view_factor(const FabricLevel& level, const FabricInfo& info, std::size_t texel,
+                  const DirectionTaps& views, std::size_t m) {
+  const float coefficient = level.coefficients()[texel * level.pairs.size() + m];
+  const int a = level.pairs[m].x;
+  if (a == 0) return coefficient;
+  const float* values = &level.bases->view[index_of(a - 1, 0, info.views.count())];
+  float phi = 0;
+  for (std::size_t tap = 0; tap < 4; ++tap) phi += views.weight[tap] * values[views.cell[tap]];
+  return coefficient * phi;
+}
+
 /// The sum of the products; may be negative.
 V3f product_sum(const FabricLevel& level, const FabricInfo& info, std::size_t texel,
                 const DirectionTaps& views, const DirectionTaps& lights) {
-  const std::size_t count = level.pairs.size();
-  const float* coefficient = &level.coefficients()[texel * count];
   V3f sum(0, 0, 0);
-  for (std::size_t m = 0; m < count; ++m) {
-    const V2i& pair = level.pairs[m];
-    float factor = coefficient[m];
-    if (pair.x > 0) {
-      const float* values = &level.bases->view[index_of(pair.x - 1, 0, info.views.count())];
-      float phi = 0;
-      for (std::size_t tap = 0; tap < 4; ++tap) phi += views.weight[tap] * values[views.cell[tap]];
-      factor *= phi;
-    }
-    sum += factor * interpolated(&level.bases->light[index_of(pair.y, 0, info.lights.count())], lights);
+  for (std::size_t m = 0; m < level.pairs.size(); ++m) {
+    const float factor = view_factor(level, info, texel, views, m);
+    const int b = level.pairs[m].y;
+    sum += factor * interpolated(&level.bases->light[index_of(b, 0, info.lights.count())], lights);
   }
   return sum;
+}
+
+/// Of F: never negative, 0 for NaN as well.
+V3f bracket(V3f sum) {
+  for (int c = 0; c < 3; ++c) sum[c] = sum[c] > 0 ? sum[c] : 0;
+  return clamp_to_finite(sum);
 }
 
 /// The bracket of the formula, by which g is multiplied.
@@ -100,11 +108,29 @@ V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t
     sum *= interpolated(&light_table[index_of(static_cast<int>(texel), 0, info.lights.count())], lights);
   }
   if (products) sum += product_sum(level, info, texel, interpolate(info.views, view), lights);
-  for (int c = 0; c < 3; ++c) sum[c] = sum[c] > 0 ? sum[c] : 0;  // 0 for NaN as well
-  return clamp_to_finite(sum);
+  return bracket(sum);
 }
 
 }  // namespace
+
+std::vector<V3f> light_factors(const FabricLevel& level, const FabricInfo& info, int texel, const V3f& view) {
+  const V3f view_table = view_factors(level, info.views, texel, view).colour;
+  const std::span<const V3f> light_table = level.light_table();
+  const bool products = level.has(LayerKind::products);
+  if (light_table.empty() && !products) return {view_table};
+  const int lights = info.lights.count();
+  const bool has_tables = level.has(LayerKind::table) || !light_table.empty();
+  std::vector<V3f> sums(lights, has_tables ? view_table : V3f(0, 0, 0));
+  for (int k = 0; k < lights && !light_table.empty(); ++k) sums[k] *= light_table[index_of(texel, k, lights)];
+  const DirectionTaps views = interpolate(info.views, view);
+  for (std::size_t m = 0; products && m < level.pairs.size(); ++m) {
+    const float factor = view_factor(level, info, texel, views, m);
+    const V3f* psi = &level.bases->light[index_of(level.pairs[m].y, 0, lights)];
+    for (int k = 0; k < lights; ++k) sums[k] += factor * psi[k];
+  }
+  for (V3f& sum : sums) sum = bracket(sum);
+  return sums;
+}
 
 Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y, const V3f& light,
                  const V3f& view) {

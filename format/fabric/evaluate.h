@@ -17,6 +17,17 @@ Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light
 Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y, const V3f& light,
                  const V3f& view);
 
+/// T(v) and alpha(v) of one texel.
+struct ViewFactors {
+  V3f colour{1, 1, 1};
+  float alpha = 1;
+};
+ViewFactors view_factors(const FabricLevel& level, const DirectionGrid& grid, int texel, const V3f& view);
+
+/// The bracket F(l, v) of the formula for each stored light; for a texel where it does not depend on the
+/// light, one value.
+std::vector<V3f> light_factors(const FabricLevel& level, const FabricInfo& info, int texel, const V3f& view);
+
 /// A fractional level as the integer level below it and the weight of the next one. Levels are clamped to
 /// `first` ... count - 1, NaN to `first`.
 struct LevelBlend {

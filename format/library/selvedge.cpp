@@ -9,6 +9,7 @@
 #include "format/fabric/file.h"
 #include "format/fabric/gpu_words.h"
 #include "format/fabric/level_values.h"
+#include "format/fabric/light_sampler.h"
 
 namespace selvedge {
 
@@ -27,6 +28,9 @@ struct FabricFile::State {
     return level >= first_level && level - first_level < count ? &fabric.levels[level - first_level]
                                                                : nullptr;
   }
+  /// The level, clamped, as one of `fabric`. Nothing if one of the two next to it was not read or a number is
+  /// not finite.
+  std::optional<double> level_at(double wanted, double u, double v) const;
   /// Null, with `problem` set, if the file is refused.
   template <class Open>
   static std::shared_ptr<const State> read(const std::string& name, const Open& open, FabricProblem* problem,
@@ -85,22 +89,39 @@ bool is_finite(const std::array<float, 3>& a) {
   return std::all_of(a.begin(), a.end(), [](float x) { return std::isfinite(x); });
 }
 
-/// Sets out[i] to `shade` of lights[i] and views[i]; false, with nothing written, if lengths differ or
-/// numbers are not finite, and false without memory.
-template <class Shade>
-bool evaluate_all(std::span<const std::array<float, 3>> lights, std::span<const std::array<float, 3>> views,
-                  std::span<FabricRadiance> out, const Shade& shade) {
+/// Sets out[i] to `answer` of lights[i], or random numbers, and views[i]; false, with nothing written, if
+/// lengths differ or numbers are not finite, and false without memory.
+template <class T, class Answer>
+bool answer_all(std::span<const std::array<float, 3>> lights, std::span<const std::array<float, 3>> views,
+                std::span<T> out, const Answer& answer) {
   if (lights.size() != out.size() || views.size() != out.size()) return false;
   if (!std::all_of(lights.begin(), lights.end(), is_finite)) return false;
   if (!std::all_of(views.begin(), views.end(), is_finite)) return false;
   try {
-    for (std::size_t i = 0; i < out.size(); ++i)
-      out[i] = radiance_of(shade(vector_of(lights[i]), vector_of(views[i])));
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = answer(vector_of(lights[i]), vector_of(views[i]));
   } catch (const std::exception&) {
     return false;
   }
   return true;
 }
+
+/// Samplers at one place, made anew where the view changes.
+class SamplersAt {
+ public:
+  SamplersAt(const Fabric& fabric, double level, const V2d& uv) : fabric_(fabric), level_(level), uv_(uv) {}
+  const LightSampler& seen_from(const V3f& view) {
+    if (!sampler_ || view != view_) sampler_.emplace(fabric_, level_, uv_, view);
+    view_ = view;
+    return *sampler_;
+  }
+
+ private:
+  const Fabric& fabric_;
+  double level_;
+  V2d uv_;
+  V3f view_{0, 0, 0};
+  std::optional<LightSampler> sampler_;
+};
 
 }  // namespace
 
@@ -129,6 +150,16 @@ std::shared_ptr<const FabricFile::State> FabricFile::State::read(const std::stri
   if (result) return std::move(*result);
   if (problem != nullptr) *problem = problem_of(result.error());
   return nullptr;
+}
+
+std::optional<double> FabricFile::State::level_at(double wanted, double u, double v) const {
+  if (!std::isfinite(wanted) || !std::isfinite(u) || !std::isfinite(v)) return {};
+  const double clamped = std::clamp(wanted, yarns() != nullptr ? -1.0 : 0.0, facts.levels - 1.0);
+  // Level -1 comes with level 0.
+  for (const double k : {std::floor(clamped), std::ceil(clamped)}) {
+    if (level(std::max(static_cast<int>(k), 0)) == nullptr) return {};
+  }
+  return clamped - first_level;
 }
 
 namespace {
@@ -200,8 +231,8 @@ bool FabricFile::evaluate(int level, int x, int y, std::span<const std::array<fl
                           std::span<const std::array<float, 3>> views, std::span<FabricRadiance> out) const {
   const FabricLevel* const source = state_->level(level);
   if (source == nullptr || x < 0 || y < 0 || x >= source->width || y >= source->height) return false;
-  return evaluate_all(lights, views, out, [&](const V3f& light, const V3f& view) {
-    return selvedge::evaluate(*source, state_->fabric, x, y, light, view);
+  return answer_all(lights, views, out, [&](const V3f& light, const V3f& view) {
+    return radiance_of(selvedge::evaluate(*source, state_->fabric, x, y, light, view));
   });
 }
 
@@ -216,15 +247,72 @@ std::optional<FabricRadiance> FabricFile::evaluate_at(double level, double u, do
 bool FabricFile::evaluate_at(double level, double u, double v, std::span<const std::array<float, 3>> lights,
                              std::span<const std::array<float, 3>> views,
                              std::span<FabricRadiance> out) const {
-  if (!std::isfinite(level) || !std::isfinite(u) || !std::isfinite(v)) return false;
-  const double finest = state_->yarns() != nullptr ? -1 : 0;
-  const double clamped = std::clamp(level, finest, static_cast<double>(state_->facts.levels - 1));
-  // Level -1 comes with level 0.
-  const auto is_read = [&](double k) { return has_level(std::max(static_cast<int>(k), 0)); };
-  if (!is_read(std::floor(clamped)) || !is_read(std::ceil(clamped))) return false;
-  return evaluate_all(lights, views, out, [&](const V3f& light, const V3f& view) {
-    return selvedge::evaluate(state_->fabric, clamped - state_->first_level, V2d(u, v), light, view);
+  const auto at = state_->level_at(level, u, v);
+  return at && answer_all(lights, views, out, [&](const V3f& light, const V3f& view) {
+           return radiance_of(selvedge::evaluate(state_->fabric, *at, V2d(u, v), light, view));
+         });
+}
+
+std::optional<FabricLightSample> FabricFile::sample_at(double level, double u, double v,
+                                                       const std::array<float, 3>& view,
+                                                       const std::array<float, 3>& random) const {
+  FabricLightSample result;
+  return sample_at(level, u, v, {&view, 1}, {&random, 1}, {&result, 1}) ? std::optional(result)
+                                                                        : std::nullopt;
+}
+
+bool FabricFile::sample_at(double level, double u, double v, std::span<const std::array<float, 3>> views,
+                           std::span<const std::array<float, 3>> randoms,
+                           std::span<FabricLightSample> out) const {
+  const auto at = state_->level_at(level, u, v);
+  if (!at) return false;
+  for (const std::array<float, 3>& random : randoms) {
+    if (!std::all_of(random.begin(), random.end(), [](float x) { return x >= 0 && x <= 1; })) return false;
+  }
+  SamplersAt samplers(state_->fabric, *at, V2d(u, v));
+  return answer_all(randoms, views, out, [&](const V3f& random, const V3f& view) {
+    V3d below_one(random);
+    for (int i = 0; i < 3; ++i) below_one[i] = std::min(below_one[i], 1 - 0x1p-24);
+    const LightSample s = samplers.seen_from(view).sample(below_one);
+    return FabricLightSample{
+        {s.light.x, s.light.y, s.light.z}, s.pdf, {s.weight.x, s.weight.y, s.weight.z}, s.alpha};
   });
+}
+
+std::optional<float> FabricFile::pdf_at(double level, double u, double v, const std::array<float, 3>& light,
+                                        const std::array<float, 3>& view) const {
+  float result = 0;
+  return pdf_at(level, u, v, {&light, 1}, {&view, 1}, {&result, 1}) ? std::optional(result) : std::nullopt;
+}
+
+bool FabricFile::pdf_at(double level, double u, double v, std::span<const std::array<float, 3>> lights,
+                        std::span<const std::array<float, 3>> views, std::span<float> out) const {
+  const auto at = state_->level_at(level, u, v);
+  if (!at) return false;
+  SamplersAt samplers(state_->fabric, *at, V2d(u, v));
+  return answer_all(lights, views, out,
+                    [&](const V3f& light, const V3f& view) { return samplers.seen_from(view).pdf(light); });
+}
+
+std::optional<FabricFile> FabricFile::turned_over() const {
+  const Fabric& front = state_->fabric;
+  if (front.levels.empty()) return {};
+  if (front.side_of(Side::back) == nullptr) return *this;
+  try {
+    auto state = std::make_shared<State>();
+    state->facts = state_->facts;
+    state->first_level = state_->first_level;
+    Fabric& back = state->fabric = selvedge::turned_over(front);
+    state->facts.view_columns = back.views.columns;
+    state->facts.view_rows = back.views.rows;
+    state->facts.light_columns = back.lights.columns;
+    state->facts.light_rows = back.lights.rows;
+    state->facts.radiance_scale = back.radiance_scale;
+    if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
+    return FabricFile(std::move(state));
+  } catch (const std::exception&) {
+    return {};
+  }
 }
 
 std::vector<std::uint32_t> FabricFile::gpu_words() const {

@@ -42,6 +42,14 @@ struct FabricRadiance {
   float alpha = 0;             ///< opacity, 0 to 1
 };
 
+/// A light that a path tracer draws for a view.
+struct FabricLightSample {
+  std::array<float, 3> light{};   ///< unit; below the plane of the cloth where light comes through it
+  float pdf = 0;                  ///< density of `light`, 1/sr; 0: nothing can be drawn, and the weight is 0
+  std::array<float, 3> weight{};  ///< radiance of evaluate_at() over pdf: holds the cosine of the light
+  float alpha = 0;                ///< as of evaluate_at(); not part of the weight
+};
+
 /// Properties that all levels of a fabric share.
 struct FabricFacts {
   std::array<float, 2> mm_per_repeat{};  ///< size of one repeat along u and v
@@ -159,6 +167,28 @@ class SELVEDGE_PUBLIC FabricFile {
                                             const std::array<float, 3>& view) const;
   bool evaluate_at(double level, double u, double v, std::span<const std::array<float, 3>> lights,
                    std::span<const std::array<float, 3>> views, std::span<FabricRadiance> out) const;
+
+  /// Draws a light for a view, with a density close to what evaluate_at() returns. `random`: three numbers in
+  /// [0, 1), or 1 by rounding. The mean weight is the integral of the radiance over all lights on both sides
+  /// of the cloth. Nothing if evaluate_at() says nothing, or for other random numbers.
+  std::optional<FabricLightSample> sample_at(double level, double u, double v,
+                                             const std::array<float, 3>& view,
+                                             const std::array<float, 3>& random) const;
+  /// One for each view. It takes less time where neighbouring views are equal.
+  bool sample_at(double level, double u, double v, std::span<const std::array<float, 3>> views,
+                 std::span<const std::array<float, 3>> randoms, std::span<FabricLightSample> out) const;
+
+  /// The density of sample_at(), 1/sr. Positive wherever the radiance is; its integral over the sphere is 1,
+  /// or it is 0 everywhere: for view.z <= 0 and where there is only hole.
+  std::optional<float> pdf_at(double level, double u, double v, const std::array<float, 3>& light,
+                              const std::array<float, 3>& view) const;
+  bool pdf_at(double level, double u, double v, std::span<const std::array<float, 3>> lights,
+              std::span<const std::array<float, 3>> views, std::span<float> out) const;
+
+  /// The cloth turned over, for views from behind: in the frame of the side that is seen, x and y as before
+  /// and z towards the viewer. The same where the file has no side `back`. Nothing if no level was read, or
+  /// without memory.
+  std::optional<FabricFile> turned_over() const;
 
   /// The levels that were read, packed for a graphics card in the layout of word_layout.glsl, which is
   /// installed beside this header and used by selvedge-view's shader. Empty if no level was read.

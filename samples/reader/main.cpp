@@ -1,10 +1,33 @@
 // Reads a fabric file and prints the reflectance of the middle texel of each level, lit from 45 degrees and
-// seen from straight above, and how long each of its yarns is.
+// seen from straight above; what it reflects of light from everywhere, as path tracers find it; and how long
+// each of its yarns is.
 #include <selvedge/selvedge.h>
 
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <random>
+
+/// The mean weight of random lights, of green, and its standard error.
+static void print_white(const selvedge::FabricFile& fabric, int level, double u, double v) {
+  constexpr int lights = 20000;
+  std::mt19937 engine(1);
+  std::uniform_real_distribution<float> number(0, 1);
+  double sum = 0;
+  double squares = 0;
+  for (int i = 0; i < lights; ++i) {
+    // A path goes on towards drawn->light with its throughput times the weight, or straight on through a hole
+    // with the probability 1 - drawn->alpha.
+    const auto drawn =
+        fabric.sample_at(level, u, v, {0, 0, 1}, {number(engine), number(engine), number(engine)});
+    if (!drawn) return;
+    sum += static_cast<double>(drawn->weight[1]);
+    squares += std::pow(static_cast<double>(drawn->weight[1]), 2);
+  }
+  const double mean = sum / lights;
+  std::printf("level %d reflects %.6g +- %.2g of green light from everywhere\n", level, mean,
+              std::sqrt((squares / lights - mean * mean) / lights));
+}
 
 int main(int argc, char** argv) {
   if (argc != 2) {
@@ -28,6 +51,10 @@ int main(int argc, char** argv) {
                 data.height, data.lobes, static_cast<double>(answer->rgb[0]),
                 static_cast<double>(answer->rgb[1]), static_cast<double>(answer->rgb[2]),
                 static_cast<double>(answer->alpha));
+  }
+  for (int k = 0; k < fabric->facts().levels; ++k) {
+    const auto data = fabric->level(k);
+    print_white(*fabric, k, (data.width / 2 + 0.5) / data.width, (data.height / 2 + 0.5) / data.height);
   }
   const selvedge::FabricYarns yarns = fabric->yarns();
   std::size_t first = 0;

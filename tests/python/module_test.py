@@ -70,6 +70,40 @@ class Module(unittest.TestCase):
             each = list(pool.map(lambda _: fabric.evaluate_at(0, 0.3, 0.6, lights, views)[0], range(8)))
         self.assertTrue(all(np.array_equal(a, each[0]) for a in each))
 
+    def test_lights_are_drawn_with_their_density(self):
+        fabric = selvedge.Fabric("k.fabric.exr")
+        random = np.random.default_rng(5).random((20000, 3), np.float32)
+        for level in (0, 0.5, -1):
+            view = directions(1, 6)[0]
+            lights, pdf, weights, alpha = fabric.sample_at(level, 0.3, 0.6, view, random)
+            self.assertEqual((lights.shape, pdf.shape, weights.shape, alpha.shape), ((20000, 3), (20000,), (20000, 3), (20000,)))
+            rgb, opacity = fabric.evaluate_at(level, 0.3, 0.6, lights, view)
+            np.testing.assert_allclose(weights * pdf[:, None], rgb, rtol=1e-6)
+            np.testing.assert_array_equal(alpha, opacity)
+            np.testing.assert_array_equal(pdf, fabric.pdf_at(level, 0.3, 0.6, lights, view))
+            # Against lights of the same density everywhere, and the density's own integral.
+            z, angle = 2 * random[:, 0] - 1, 2 * np.pi * random[:, 1]
+            r = np.sqrt(1 - z * z)
+            sphere = np.stack([r * np.cos(angle), r * np.sin(angle), z], -1)
+            everywhere = 4 * np.pi * fabric.evaluate_at(level, 0.3, 0.6, sphere, view)[0][:, 1]
+            error = np.hypot(everywhere.std(), weights[:, 1].std()) / np.sqrt(20000)
+            self.assertGreater(everywhere.mean(), 0)
+            self.assertLess(abs(everywhere.mean() - weights[:, 1].mean()), 4 * error)
+            densities = 4 * np.pi * fabric.pdf_at(level, 0.3, 0.6, sphere, view)
+            self.assertLess(abs(densities.mean() - 1), 4 * densities.std() / np.sqrt(20000))
+        # Places and views are broadcast; threads have the same answers.
+        with concurrent.futures.ThreadPoolExecutor(4) as pool:
+            each = list(pool.map(lambda _: fabric.sample_at(0, [0.1, 0.2], 0.5, directions(2, 7), random[:2]), range(8)))
+        for k in range(2):
+            one = fabric.sample_at(0, [0.1, 0.2][k], 0.5, directions(2, 7)[k], random[k])
+            self.assertTrue(all(np.array_equal(a, b[k]) for given in each for a, b in zip(one, given)))
+        for bad in ([0.5, 0.5, 1.1], [0.5, -0.1, 0], [np.nan, 0, 0]):
+            with self.assertRaises(ValueError):
+                fabric.sample_at(0, 0, 0, [0, 0, 1], bad)
+        behind = fabric.turned_over()
+        self.assertEqual(behind.levels, fabric.levels)
+        np.testing.assert_array_equal(*(f.evaluate_at(0, 0.1, 0.1, view, view)[0] for f in (fabric, behind)))
+
     def test_layers_are_arrays_over_the_file(self):
         fabric = selvedge.Fabric("k.fabric.exr")
         level = fabric.level(0)

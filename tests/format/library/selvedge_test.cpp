@@ -8,6 +8,8 @@
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
 #include "format/fabric/gpu_words.h"
+#include "format/fabric/light_sampler.h"
+#include "tests/format/fabric_sides.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
 #include "tests/format/yarn_data.h"
@@ -250,4 +252,53 @@ TEST_CASE("a file in memory is as good, and a bad one has a problem with a code"
   CHECK_FALSE(FabricFile::open(written.folder / "none.exr", &problem));
   CHECK(problem.code == "FILE_MISSING");
   CHECK(check_fabric_file(written.folder / "none.exr").front().code == "FILE_MISSING");
+}
+
+TEST_CASE("the library draws lights as the sampler does, from both sides, and says nothing where it cannot") {
+  const Folder folder;
+  const Fabric fabric = four_sides();
+  REQUIRE(write_fabric(folder / "f.exr", fabric, {.half = LayerSet{}}));
+  const auto front = test::need(FabricFile::open(folder / "f.exr"));
+  const auto back = test::need(front.turned_over());
+  CHECK(back.facts().view_rows == 3);
+  CHECK(back.facts().radiance_scale == 0.5F);
+  const V3f seen = V3f(0.3F, -0.2F, 0.7F).normalized();
+  const std::array<float, 3> view{seen.x, seen.y, seen.z};
+  const std::vector<std::array<float, 3>> views(30, view);
+  std::vector<std::array<float, 3>> randoms;
+  Random random(3);
+  for (std::size_t i = 0; i < views.size(); ++i)
+    randoms.push_back({uniform(random, 0, 1), uniform(random, 0, 1), uniform(random, 0, 1)});
+  std::vector<FabricLightSample> drawn(views.size());
+  for (const double level : {-1.0, 0.0, 0.6}) {
+    for (const bool behind : {false, true}) {
+      const Fabric source = behind ? turned_over(fabric) : fabric;
+      const FabricFile& file = behind ? back : front;
+      const LightSampler sampler(source, level, {0.3, 0.4}, seen);
+      REQUIRE(file.sample_at(level, 0.3, 0.4, views, randoms, drawn));
+      for (std::size_t i = 0; i < views.size(); ++i) {
+        const auto& r = randoms[i];
+        const LightSample expected = sampler.sample({r[0], r[1], r[2]});
+        CHECK(drawn[i].light == std::array{expected.light.x, expected.light.y, expected.light.z});
+        CHECK(drawn[i].weight == std::array{expected.weight.x, expected.weight.y, expected.weight.z});
+        CHECK(drawn[i].alpha == expected.alpha);
+        if (expected.pdf == 0) continue;
+        CHECK(test::need(file.pdf_at(level, 0.3, 0.4, drawn[i].light, view)) == expected.pdf);
+        const auto f = test::need(file.evaluate_at(level, 0.3, 0.4, drawn[i].light, view));
+        CHECK(drawn[i].weight[1] * drawn[i].pdf == doctest::Approx(f.rgb[1]).epsilon(1e-6));
+      }
+    }
+  }
+  CHECK(front.sample_at(0, 0.3, 0.4, {0, 0, 1}, {1, 1, 1}));
+  CHECK_FALSE(front.sample_at(0, 0.3, 0.4, {0, 0, 1}, {0.5F, 1.5F, 0}));
+  CHECK_FALSE(front.sample_at(0, 0.3, 0.4, std::span(views).first(3), randoms, drawn));
+  CHECK_FALSE(front.pdf_at(std::numeric_limits<double>::infinity(), 0, 0, view, view));
+  CHECK(test::need(front.sample_at(0, 0.3, 0.4, {0, 0, -1}, {0.5F, 0.5F, 0})).pdf == 0);
+  // One side alone looks the same from behind; levels that were not read have no lights.
+  const Written written;
+  const auto part = test::need(FabricFile::open(written.path, nullptr, {.first_level = 1}));
+  CHECK(test::need(part.turned_over()).evaluate_at(1, 0.4, 0.4, view, view)->rgb ==
+        part.evaluate_at(1, 0.4, 0.4, view, view)->rgb);
+  CHECK_FALSE(part.sample_at(0, 0.4, 0.4, view, {0, 0, 0}));
+  CHECK(part.sample_at(1, 0.4, 0.4, view, {0, 0, 0}));
 }
