@@ -62,6 +62,9 @@ void OutlierSearch::search_texel(const SampleLevel& rows, std::size_t texel, int
 }
 
 void OutlierSearch::add(const SampleLevel& rows) {
+  // In coarser grids neighbours are far apart, and any of them may be dark.
+  constexpr int min_directions = 16;
+  if (std::min(views_.count(), lights_.count()) < min_directions) return;
   for (int texel = 0; texel < rows.texels(); ++texel) {
     for (int channel = 0; channel < 3; ++channel) search_texel(rows, texel, channel);
   }

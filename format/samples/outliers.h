@@ -7,9 +7,9 @@
 namespace selvedge {
 
 /// A sample stands out where opacity times radiance, in a channel, is more than this many times that of every
-/// neighbour, the lights and views next to its own in the grids, and than the mean over the texel. Traced
-/// stitches stay below half of it (docs/fit.md).
-constexpr float outlier_ratio = 32;
+/// neighbour, the lights and views next to its own in the grids, and than the mean over the texel. Of stitches
+/// traced with two rays a texel no sample reaches a third of it (docs/fit.md).
+constexpr float outlier_ratio = 20;
 
 /// Takes the samples of one side, row by row.
 class OutlierSearch {
