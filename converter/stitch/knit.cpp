@@ -38,6 +38,9 @@ const double across_height = 2 * height * std::cos(across_begin);  // in courses
 /// Height, in courses, in which a loop moves by one column: with less, its legs would come too close.
 constexpr double height_per_column = 0.33;
 
+/// How far beside what passes, in columns, its room ends.
+constexpr double band_reach = 1.5;
+
 /// Floats: how far behind the cloth, in depths, and how far above each other, in courses.
 constexpr double float_depth = -2.4;
 constexpr double float_pitch = 0.2;
@@ -116,19 +119,43 @@ double depth_of(const Loop& loop, double foot_middle, double t) {
   return ease(leg_high, head, upper_crossing, head_crossing, t);
 }
 
+/// Columns of the loops that move below a row.
+struct Span {
+  double from = 0;
+  double to = 0;
+  /// Columns that x, of a repeat of so many columns, lies from the middle, to the nearest copy.
+  double from_middle(double x, int columns) const {
+    const double away = x - 0.5 * (from + to);
+    return away - columns * std::floor(away / columns + 0.5);
+  }
+};
+
+/// What passes below a row.
+struct Crossing {
+  double band = 0;  ///< height that it takes, in courses, 0: nothing passes
+  std::vector<Span> spans;
+};
+
+Crossing crossing_below(const KnitChart& chart, int row) {
+  const std::vector<Loop> loops = loops_below(chart, row);
+  Crossing crossing{band_of(loops), {}};
+  for (int k = 0; k < static_cast<int>(loops.size()); ++k) {
+    if (loops[k].passed() == 0) continue;
+    const int to = k + loops[k].lean;
+    crossing.spans.push_back({1.0 * std::min(k, to), 1.0 * std::max(k, to) + 1});
+  }
+  return crossing;
+}
+
 class Drawing {
  public:
   explicit Drawing(const KnitChart& chart)
       : chart_(chart), columns_(static_cast<int>(chart.rows.front().size())) {
-    double taken = 0;
-    double stretched = 0;
     for (int row = 0; row < courses(); ++row) {
       loops_.push_back(loops_below(chart, row + 1));
-      bands_.push_back(band_of(loops_below(chart, row)));
-      taken += bands_.back();
-      if (bands_.back() > 0) stretched += pass_height;
+      crossings_.push_back(crossing_below(chart, row));
+      crosses_ = crosses_ || crossings_.back().band > 0;
     }
-    if (taken > 0) rest_ = (courses() - taken) / (courses() - stretched);
   }
 
   int courses() const { return static_cast<int>(chart_.rows.size()); }
@@ -198,9 +225,11 @@ class Drawing {
 
   V3d point(int course, int column, std::size_t yarn, double level, double t) const {
     const double depth = 1.3 * chart_.yarns[yarn].radius_mm;
+    const auto placed = [&](double x, double y, double z) {
+      return V3d(chart_.wale_mm * x, chart_.course_mm * lifted(x, y), depth * z);
+    };
     if (!is_knitted(course, column, yarn)) {
-      return {chart_.wale_mm * (column + t / (2 * pi)), chart_.course_mm * lifted(course - height + level),
-              depth * float_depth};
+      return placed(column + t / (2 * pi), course - height + level, float_depth);
     }
     const Loop& own = loop(course, column);
     const int neighbour = t < pi ? column - 1 : column + 1;
@@ -213,31 +242,50 @@ class Drawing {
             : own.lean * std::clamp((from_foot - across_begin) / (across_end - across_begin), 0.0, 1.0);
     double y = course - height * std::cos(t);
     if (floats) y += ease(level, 0, 0, foot_crossing, from_foot);
-    return {chart_.wale_mm * (column + t / (2 * pi) + neck * std::sin(2 * t) + lean),
-            chart_.course_mm * lifted(y), depth * depth_of(own, foot_middle, from_foot)};
+    return placed(column + t / (2 * pi) + neck * std::sin(2 * t) + lean, y,
+                  depth_of(own, foot_middle, from_foot));
   }
 
-  /// A height, in courses, after those in which loops pass have taken theirs.
-  double lifted(double y) const {
-    if (rest_ == 1) return y;
-    double result = rest_ * y;
+  /// A height in one column, in courses, after those where loops pass have made their room: the plane is
+  /// stretched, and nothing in it crosses what it did not cross.
+  double lifted(double x, double y) const {
+    if (!crosses_) return y;
+    double taken = 0;
+    double stretched = 0;
+    for (const Crossing& crossing : crossings_) {
+      if (crossing.band == 0) continue;
+      taken += band_at(crossing, x);
+      stretched += pass_height;
+    }
+    const double rest = (courses() - taken) / (courses() - stretched);
+    double result = rest * y;
     // Each band takes `more` than its share of the rest, from its lower end to its upper one.
     for (int row = 0; row < courses(); ++row) {
-      if (bands_[row] == 0) continue;
-      const double more = bands_[row] - rest_ * pass_height;
-      const double from_middle = y - (row - 1);
-      const double turns = std::floor(from_middle / courses() + 0.5);
-      const double within = (from_middle - turns * courses()) / pass_height;
+      if (crossings_[row].band == 0) continue;
+      const double away = y - (row - 1);
+      const double turns = std::floor(away / courses() + 0.5);
+      const double within = (away - turns * courses()) / pass_height;
+      const double more = band_at(crossings_[row], x) - rest * pass_height;
       result += more * (turns + std::clamp(within + 0.5, 0.0, 1.0));
     }
     return result;
   }
 
+  /// Height of a crossing's band in one column: beside what passes it is as low as elsewhere.
+  double band_at(const Crossing& crossing, double x) const {
+    double part = 0;
+    for (const Span& span : crossing.spans) {
+      const double outside = std::abs(span.from_middle(x, columns_)) - 0.5 * (span.to - span.from);
+      part = std::max(part, std::clamp(1 - outside / band_reach, 0.0, 1.0));
+    }
+    return pass_height + part * (crossing.band - pass_height);
+  }
+
   const KnitChart& chart_;
   int columns_;
   std::vector<std::vector<Loop>> loops_;  ///< of every course
-  std::vector<double> bands_;             ///< height of the one below every row, 0: no loop passes there
-  double rest_ = 1;                       ///< height of what lies between bands, as a share of itself
+  std::vector<Crossing> crossings_;       ///< below every row
+  bool crosses_ = false;
 };
 
 }  // namespace
