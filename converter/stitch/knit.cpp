@@ -90,14 +90,6 @@ std::vector<Loop> loops_below(const KnitChart& chart, int row) {
   return loops;
 }
 
-/// Height of the band below a row in which loops pass, in courses; nothing is stretched where none does.
-double band_of(const std::vector<Loop>& loops) {
-  int widest = 0;
-  for (const Loop& loop : loops) widest = std::max(widest, loop.passed());
-  if (widest == 0) return 0;
-  return pass_height * std::max(1.0, height_per_column * widest / across_height);
-}
-
 double ease(double from, double to, double low, double high, double t) {
   const double part = std::clamp((t - low) / (high - low), 0.0, 1.0);
   return from + (to - from) * 0.5 * (1 - std::cos(pi * part));
@@ -132,18 +124,22 @@ struct Span {
 
 /// What passes below a row.
 struct Crossing {
-  double band = 0;  ///< height that it takes, in courses, 0: nothing passes
+  int widest = 0;   ///< columns of the longest way, 0: nothing passes
+  double band = 0;  ///< height that it takes, in courses
   std::vector<Span> spans;
 };
 
 Crossing crossing_below(const KnitChart& chart, int row) {
   const std::vector<Loop> loops = loops_below(chart, row);
-  Crossing crossing{band_of(loops), {}};
+  Crossing crossing;
   for (int k = 0; k < static_cast<int>(loops.size()); ++k) {
     if (loops[k].passed() == 0) continue;
     const int to = k + loops[k].lean;
+    crossing.widest = std::max(crossing.widest, loops[k].passed());
     crossing.spans.push_back({1.0 * std::min(k, to), 1.0 * std::max(k, to) + 1});
   }
+  if (crossing.widest == 0) return crossing;
+  crossing.band = pass_height * std::max(1.0, height_per_column * crossing.widest / across_height);
   return crossing;
 }
 
@@ -151,6 +147,7 @@ class Drawing {
  public:
   explicit Drawing(const KnitChart& chart)
       : chart_(chart), columns_(static_cast<int>(chart.rows.front().size())) {
+    for (const Yarn& yarn : chart.yarns) depth_ = std::max(depth_, 1.3 * yarn.radius_mm);
     for (int row = 0; row < courses(); ++row) {
       loops_.push_back(loops_below(chart, row + 1));
       crossings_.push_back(crossing_below(chart, row));
@@ -204,7 +201,8 @@ class Drawing {
   /// Parameters of the points of one column: of a loop, or of a float.
   std::vector<double> stations(int course, int column, std::size_t yarn) const {
     const bool knitted = is_knitted(course, column, yarn);
-    const int passed = knitted ? loop(course, column).passed() : 0;
+    // Legs are long where any loop of the course passes.
+    const int passed = knitted ? crossings_[wrapped(course + 1, crossings_.size())].widest : 0;
     std::vector<double> stations;
     if (passed == 0) {
       const int count = knitted ? 32 : 4;
@@ -224,9 +222,8 @@ class Drawing {
   }
 
   V3d point(int course, int column, std::size_t yarn, double level, double t) const {
-    const double depth = 1.3 * chart_.yarns[yarn].radius_mm;
     const auto placed = [&](double x, double y, double z) {
-      return V3d(chart_.wale_mm * x, chart_.course_mm * lifted(x, y), depth * z);
+      return V3d(chart_.wale_mm * x, chart_.course_mm * lifted(x, y), depth_ * z);
     };
     if (!is_knitted(course, column, yarn)) {
       return placed(column + t / (2 * pi), course - height + level, float_depth);
@@ -286,11 +283,12 @@ class Drawing {
   std::vector<std::vector<Loop>> loops_;  ///< of every course
   std::vector<Crossing> crossings_;       ///< below every row
   bool crosses_ = false;
+  double depth_ = 0;  ///< mm
 };
 
 }  // namespace
 
-double height_of_crossing(const KnitChart& chart, int row) { return band_of(loops_below(chart, row)); }
+double height_of_crossing(const KnitChart& chart, int row) { return crossing_below(chart, row).band; }
 
 StitchPattern draw_knit(const KnitChart& chart, const std::string& name) {
   const Drawing drawing(chart);

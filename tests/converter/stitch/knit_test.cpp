@@ -187,17 +187,17 @@ std::string text_of(const Links& links) {
 }  // namespace
 
 TEST_CASE("each loop is drawn through the loops that its chart says and no others, drawn and relaxed") {
-  for (const char* text : {"1: k", "1: k p", "2: k3\n1: p3", "4: k2tog k2 yo\n3: k4\n2: k yo k2tog k\n1: k4",
-                           "2: k4\n1: k ssk yo k",
-                           // Cables to both sides, of all widths, between purls and beside each other.
-                           "3: p k2 p\n2: p c2f p\n1: p k2 p", "3: p k2 p\n2: p c2b p\n1: p k2 p",
-                           "4: p k4 p\n3: p k4 p\n2: p c4f p\n1: p k4 p", "4: k4\n3: c4b\n2: k4\n1: k4",
-                           "5: p k6\n4: p k6\n3: p k6\n2: p c6b\n1: p k6", "3: k4\n2: c2f c2b\n1: k4",
-                           // Yarn overs away from their decreases.
-                           "2: k6\n1: k k2tog k yo k2", "2: k6\n1: k yo k2 ssk k",
-                           // Yarns that float.
-                           "yarn A:\nyarn B:\n2: k4 [A B B A]\n1: k4 [A A B A]",
-                           "yarn A:\nyarn B:\nyarn C:\n2: k4 [A B C B]\n1: k2 p k [A B A A]"}) {
+  for (const char* text :
+       {"1: k p", "2: k3\n1: p3", "4: k2tog k2 yo\n3: k4\n2: k yo k2tog k\n1: k4", "2: k4\n1: k ssk yo k",
+        // Cables to both sides, of all widths, between purls and beside each other.
+        "3: p k2 p\n2: p c2f p\n1: p k2 p", "3: p k2 p\n2: p c2b p\n1: p k2 p",
+        "4: p k4 p\n3: p k4 p\n2: p c4f p\n1: p k4 p", "4: k4\n3: c4b\n2: k4\n1: k4",
+        "4: p k6\n3: p k6\n2: p c6b\n1: p k6", "3: k4\n2: c2f c2b\n1: k4",
+        // Yarn overs away from their decreases.
+        "2: k6\n1: k k2tog k yo k2", "2: k6\n1: k yo k2 ssk k",
+        // Yarns that float.
+        "yarn A:\nyarn B:\n2: k4 [A B B A]\n1: k4 [A A B A]",
+        "yarn A:\nyarn B:\nyarn C:\n2: k4 [A B C B]\n1: k2 p k [A B A A]"}) {
     const std::string chart_text = text;
     CAPTURE(chart_text);
     const ChartText chart = test::need(read_chart(text, "chart"));
@@ -246,13 +246,19 @@ TEST_CASE("seen from the back, knit is purl: the links turn around") {
   CHECK(text_of(links_of(chart.knit, turned)) == text_of(links));
 }
 
-TEST_CASE("as drawn, yarns have the room that relaxation begins with") {
-  for (const char* text : {"1: k p", "3: p k2 p\n2: p c2f p\n1: p k2 p", "2: k4\n1: c4b",
-                           "6: k12\n5: k12\n4: k12\n3: c12f\n2: k12\n1: k12", "1: c2f k",
-                           "yarn A:\nyarn B:\nyarn C:\nyarn D:\n1: k4 [A B C D]"}) {
+TEST_CASE("as drawn, yarns have the room that relaxation begins with, and the widest cables their links") {
+  for (const char* text :
+       {"1: k p", "3: p k2 p\n2: p c2f p\n1: p k2 p", "2: k4\n1: c4b",
+        "6: k12\n5: k12\n4: k12\n3: c12f\n2: k12\n1: k12",
+        "6: k13\n5: k13\n4: k13\n3: p c12b\n2: k13\n1: k13", "1: c2f k",
+        "4: k12\n3: k ssk k5 yo k4\n2: p12\n1: p yo k8 k2tog k",
+        "yarn A: radius_mm=0.3\nyarn B: radius_mm=0.6\n2: k4 [A2 B2]\n1: k ssk yo k [A B A B]",
+        "yarn A:\nyarn B:\nyarn C:\nyarn D:\n1: k4 [A B C D]"}) {
     const std::string chart_text = text;
     CAPTURE(chart_text);
-    StitchPattern drawn = draw_knit(test::need(read_chart(text, "chart")).knit, "chart");
+    const KnitChart chart = test::need(read_chart(text, "chart")).knit;
+    StitchPattern drawn = draw_knit(chart, "chart");
+    CHECK(text_of(links_of(chart, drawn)) == text_of(expected(chart)));
     for (Yarn& yarn : drawn.yarns) yarn.radius_mm *= RelaxOptions().start;
     CHECK(test::need(minimum_clearance(drawn, "")) > 0);
   }
