@@ -237,9 +237,9 @@ Result<FoundStitch> chart_in(const std::string& path, const StitchSettings& sett
   stitch.info.name = path;
   auto found = relaxed(stitch, settings);
   if (!found) return found;
-  found->min_texels = V2i(static_cast<int>(chart->knit.rows.front().size()),
-                          static_cast<int>(chart->knit.rows.size())) *
-                      (texels_per_stitch * found->repeats);
+  found->min_texels =
+      V2i(static_cast<int>(chart->knit.rows.front().size()), static_cast<int>(chart->knit.rows.size())) *
+      (texels_per_stitch * found->repeats);
   found->remarks = std::move(chart->remarks);
   return found;
 }

@@ -130,8 +130,10 @@ void make_stitches(const fs::path& path) {
 
 void make_charts(const fs::path& path) {
   put(path / "all.txt",
-      "# all that a chart has\nname: all\nwale_mm: 4\ncourse_mm: 3\nyarn A: albedo=#aa3322 radius_mm=0.5 yarn=wool\n"
-      "yarn B: albedo=0.1,0.2,0.3 plies=2\n4: k yo k2tog k 2, p2 [A B2 A4]\n3: k7 [B]\n2: p c4f ssk yo\n1: k 7\n");
+      "# all that a chart has\nname: all\nwale_mm: 4\ncourse_mm: 3\nyarn A: albedo=#aa3322 radius_mm=0.5 "
+      "yarn=wool\n"
+      "yarn B: albedo=0.1,0.2,0.3 plies=2\n4: k yo k2tog k 2, p2 [A B2 A4]\n3: k7 [B]\n2: p c4f ssk yo\n1: k "
+      "7\n");
   put(path / "smallest.txt", "1: k");
 }
 
