@@ -21,11 +21,12 @@ namespace selvedge {
 /// Largest text that is read, bytes.
 constexpr std::size_t max_chart_text = 1U << 20U;
 
-/// Limits of a chart: stitches of all rows, yarns, yarns of one row, and stitches of a cable.
+/// Limits of a chart: stitches of all rows, yarns, yarns of one row.
 constexpr std::size_t max_chart_stitches = 1024;
 constexpr std::size_t max_chart_yarns = 8;
 constexpr std::size_t max_row_yarns = 4;
-constexpr int max_cable = 12;
+/// Wider cables are drawn well, but do not come to rest at the full thickness of a usual yarn.
+constexpr int max_cable = 8;
 /// Stitches that a yarn may pass without a remark: knitters catch longer floats.
 constexpr int long_float = 5;
 

@@ -192,7 +192,7 @@ TEST_CASE("each loop is drawn through the loops that its chart says and no other
         // Cables to both sides, of all widths, between purls and beside each other.
         "3: p k2 p\n2: p c2f p\n1: p k2 p", "3: p k2 p\n2: p c2b p\n1: p k2 p",
         "4: p k4 p\n3: p k4 p\n2: p c4f p\n1: p k4 p", "4: k4\n3: c4b\n2: k4\n1: k4",
-        "4: p k6\n3: p k6\n2: p c6b\n1: p k6", "3: k4\n2: c2f c2b\n1: k4",
+        "5: p k8\n4: p k8\n3: p k8\n2: p c8b\n1: p k8", "3: k4\n2: c2f c2b\n1: k4",
         // Yarn overs away from their decreases.
         "2: k6\n1: k k2tog k yo k2", "2: k6\n1: k yo k2 ssk k",
         // Yarns that float.
@@ -248,10 +248,8 @@ TEST_CASE("seen from the back, knit is purl: the links turn around") {
 
 TEST_CASE("as drawn, yarns have the room that relaxation begins with, and the widest cables their links") {
   for (const char* text :
-       {"1: k p", "3: p k2 p\n2: p c2f p\n1: p k2 p", "2: k4\n1: c4b",
-        "6: k12\n5: k12\n4: k12\n3: c12f\n2: k12\n1: k12",
-        "6: k13\n5: k13\n4: k13\n3: p c12b\n2: k13\n1: k13", "1: c2f k",
-        "4: k12\n3: k ssk k5 yo k4\n2: p12\n1: p yo k8 k2tog k",
+       {"1: k p", "3: p k2 p\n2: p c2f p\n1: p k2 p", "2: k4\n1: c4b", "4: k8\n3: c8f\n2: k8\n1: k8",
+        "4: k9\n3: p c8b\n2: k9\n1: k9", "1: c2f k", "4: k12\n3: k ssk k5 yo k4\n2: p12\n1: p yo k8 k2tog k",
         "yarn A: radius_mm=0.3\nyarn B: radius_mm=0.6\n2: k4 [A2 B2]\n1: k ssk yo k [A B A B]",
         "yarn A:\nyarn B:\nyarn C:\nyarn D:\n1: k4 [A B C D]"}) {
     const std::string chart_text = text;
