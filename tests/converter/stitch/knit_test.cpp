@@ -205,7 +205,7 @@ TEST_CASE("each loop is drawn through the loops that its chart says and no other
     REQUIRE(validate(drawn, "chart"));
     CHECK(text_of(links_of(chart.knit, drawn)) == text_of(expected(chart.knit)));
     const Relaxed relaxed = relax(drawn);
-    CHECK(relaxed.part == 1);
+    CHECK(relaxed.part >= 1 - touching_overlap);  // what find_stitch() accepts
     CHECK(text_of(links_of(chart.knit, relaxed.pattern)) == text_of(expected(chart.knit)));
     const double overlap = -test::need(minimum_clearance(relaxed.pattern, "")) / drawn.yarns[0].radius_mm;
     MESSAGE("overlap: ", overlap, " of the radius");
