@@ -20,7 +20,7 @@ struct StitchCommand {
   CommonOptions common;
   bool list = false;
   bool show = false;   ///< print the description on standard output
-  std::string input;   ///< built-in name, stitch description, weaving draft or mesh file
+  std::string input;   ///< built-in name, stitch description, draft, chart or mesh file
   std::string output;  ///< .obj, .ply or .json; empty: report only
   CellOptions cell;
 };

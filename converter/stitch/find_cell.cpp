@@ -16,7 +16,8 @@ bool is_built_in(const std::string& name) {
 bool is_stitch(const std::string& name_or_path) {
   // Without an ending it must be a name: the error of find_stitch() lists the names.
   return is_built_in(name_or_path) || std::filesystem::path(name_or_path).extension().empty() ||
-         has_ending(name_or_path, ".json") || has_ending(name_or_path, ".wif");
+         has_ending(name_or_path, ".json") || has_ending(name_or_path, ".wif") ||
+         has_ending(name_or_path, ".txt");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Finds or makes a cell's mesh: from a built-in stitch, a stitch description, a weaving draft, or a mesh
-// file.
+// Finds or makes a cell's mesh: from a built-in stitch, a stitch description, a weaving draft, a
+// knitting chart, or a mesh file.
 #pragma once
 
 #include <optional>
@@ -25,7 +25,7 @@ struct Cell {
 };
 
 /// The mesh of one cell from a built-in stitch's name ("plain-knit"), a stitch description (a path ending in
-/// .json), a weaving draft (.wif) or a mesh file (any other path).
+/// .json), a weaving draft (.wif), a knitting chart (.txt) or a mesh file (any other path).
 Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& options = {});
 
 /// The files that find_cell() reads: none for a built-in stitch, else the path, and the material files that

@@ -1,4 +1,4 @@
-// Converts knitting charts to patterns: yarns whose loops are drawn through each other.
+// Draws knitting charts as patterns: yarns whose loops are drawn through each other.
 #pragma once
 
 #include <string>
@@ -8,24 +8,38 @@
 
 namespace selvedge {
 
-/// One repeat of a knit as knitters chart it, seen from the face. A row is one course, worked from left to
-/// right here, one character per stitch:
-///   k  knit: the loop is drawn through the one below from the back to the front
-///   p  purl: from the front to the back
-///   o  yarn over: a loop that is drawn through none
-///   /  the loop is drawn through the one below and its left neighbour, which leans over it
-///   \  the loop is drawn through the one below and its right neighbour, which leans over it
-/// Every loop but the neighbours of a decrease continues in the stitch above it, which must not be a yarn
-/// over; a neighbour's own column has the yarn over that keeps the count.
-struct KnitChart {
-  std::vector<std::string> rows;  ///< from the bottom upwards, all of one length
-  double wale_mm = 5;             ///< width of one stitch
-  double course_mm = 3.8;         ///< height of one course
-  std::vector<Yarn> yarns;        ///< without segments; course c is knitted with yarn c modulo their number
+/// One stitch, as seen from the face: the loop that stands in this place of its course, and what it is drawn
+/// through.
+struct ChartStitch {
+  bool purl = false;  ///< drawn through from the front to the back, not from the back to the front
+  /// Columns, counted from its own, of the loops of the course below that it is drawn through: one; none of a
+  /// yarn over; two of a decrease, of which the first lies in front of the second.
+  std::vector<int> through{0};
+  int layer = 0;         ///< of a cable: its loop crosses in front of the others (1) or behind them (-1)
+  std::size_t yarn = 0;  ///< that it is knitted with
 };
 
-/// The yarns of the chart, each course one chain, with radii at which they do not touch
-/// (RelaxOptions::start). Precondition: a chart by these rules with at least one yarn.
+/// One repeat of a knit. Each loop is held by one stitch of the course above (of the first course above the
+/// last); the columns of a row go round.
+struct KnitChart {
+  std::vector<std::vector<ChartStitch>> rows;  ///< from the bottom upwards, all of one length, left to right
+  double wale_mm = 5;                          ///< width of one stitch
+  double course_mm = 3.8;                      ///< height of one course
+  std::vector<Yarn> yarns;                     ///< without segments
+};
+
+/// Share of the drawing's height that loops may take to move to other columns; with less left, the other
+/// parts of the courses would come too close to each other.
+constexpr double max_crossing_share = 0.6;
+
+/// Height, in courses, that the loops below this row take in the drawing to move to other columns: 0 where
+/// none does. Precondition as of draw_knit().
+double height_of_crossing(const KnitChart& chart, int row);
+
+/// The yarns of the chart, with radii at which they do not touch (RelaxOptions::start). Each course has one
+/// chain for every yarn that it is knitted with; a yarn passes stitches of other yarns behind the cloth.
+/// Precondition: a chart by these rules, at least one yarn, and crossings that together take no more than
+/// max_crossing_share of the rows.
 StitchPattern draw_knit(const KnitChart& chart, const std::string& name);
 
 }  // namespace selvedge

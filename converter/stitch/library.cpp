@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <functional>
+#include <iterator>
 
+#include "converter/stitch/built_in.h"
+#include "converter/stitch/chart.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/implicit_surface.h"
-#include "converter/stitch/knit.h"
 #include "converter/stitch/pattern_json.h"
 #include "converter/stitch/repeat.h"
 #include "converter/stitch/weave.h"
@@ -29,33 +30,8 @@ constexpr double woven_hold = 0.05;
 /// Of drafts, whose yarns have no room: flat yarns push each other less aside, and so held make more room.
 constexpr double flat_draft_hold = 0.015;
 
-struct BuiltIn {
-  StitchInfo info;
-  /// The yarns as drawn, before relaxation.
-  std::function<StitchPattern(const StitchValues&, Flat)> draw;
-  double max_thickness = 0;  ///< RelaxOptions
-  double hold = 0;
-  std::size_t warps = 0;  ///< of a weave: its first yarns, wefts are behind them
-  /// The names of the parameters that are radii, for a message.
-  std::string radii;
-};
-
-StitchParameter length(const std::string& name, double value, const std::string& meaning) {
-  return {name, {value}, 0.001, 1000, false, meaning};
-}
-
-StitchParameter slack_parameter() {
-  return {"slack", {0}, 0, 2, false, "air between neighbouring yarns, in radii: yarns lie looser and longer"};
-}
-
-void append(std::vector<StitchParameter>& parameters, const std::vector<StitchParameter>& more) {
-  parameters.insert(parameters.end(), more.begin(), more.end());
-}
-
-/// Default radii scale with the gauge.
-double radius_for(const StitchValues& values, const std::string& name, double gauge) {
-  return values.number(name) * (values.is_set(name) ? 1 : gauge);
-}
+/// Least texels, each way, that resolve the yarn of a chart's stitch.
+constexpr int texels_per_stitch = 4;
 
 Yarn coloured(const V3f& albedo, double radius_mm, const Gloss& gloss = {}) {
   Yarn yarn;
@@ -63,48 +39,6 @@ Yarn coloured(const V3f& albedo, double radius_mm, const Gloss& gloss = {}) {
   yarn.radius_mm = radius_mm;
   yarn.gloss = gloss;
   return yarn;
-}
-
-/// The parameters of one yarn beside its radius; their defaults are those of its kind.
-void append_yarn(std::vector<StitchParameter>& parameters, const std::string& prefix, int kind,
-                 double shorter_mm, Yarn yarn) {
-  set_kind(kind, prefix, shorter_mm, yarn);
-  append(parameters, yarn_parameters(prefix, yarn));
-}
-
-/// A knit of one yarn, or of two that alternate by course.
-BuiltIn knit(const char* name, const char* description, std::vector<std::string> rows, double wale_mm,
-             double course_mm, double radius_mm, std::vector<V3f> albedo) {
-  BuiltIn stitch;
-  stitch.info = {name, description, {}};
-  auto& parameters = stitch.info.parameters;
-  parameters = {length("wale_mm", wale_mm, "width of one stitch"),
-                length("course_mm", course_mm, "height of one course"),
-                length("radius_mm", radius_mm, "of the yarn; not set, it follows the gauge"),
-                slack_parameter()};
-  const int kind = find_yarn_kind("wool").value();
-  append(parameters, common_parameters(kind));
-  const auto prefix_of = [](std::size_t k) { return k == 0 ? std::string() : std::string("second_"); };
-  const auto shorter = [=, wales = rows.front().size(), courses = rows.size()](double wale, double course) {
-    return std::min(wale * static_cast<double>(wales), course * static_cast<double>(courses));
-  };
-  for (std::size_t k = 0; k < albedo.size(); ++k) {
-    if (k > 0) append(parameters, shared_parameters(prefix_of(k), kind));
-    append_yarn(parameters, prefix_of(k), kind, shorter(wale_mm, course_mm), coloured(albedo[k], radius_mm));
-  }
-  stitch.radii = "radius_mm";
-  stitch.draw = [=, rows = std::move(rows), albedo = std::move(albedo)](const StitchValues& values, Flat) {
-    KnitChart chart{rows, values.number("wale_mm"), values.number("course_mm"), {}};
-    const double gauge = std::min(chart.wale_mm / wale_mm, chart.course_mm / course_mm);
-    for (std::size_t k = 0; k < albedo.size(); ++k) {
-      Yarn yarn = coloured(albedo[k], radius_for(values, "radius_mm", gauge));
-      apply_flattening(values, prefix_of(k), yarn);
-      apply_settings(values, prefix_of(k), shorter(chart.wale_mm, chart.course_mm), yarn);
-      chart.yarns.push_back(yarn);
-    }
-    return draw_knit(chart, name);
-  };
-  return stitch;
 }
 
 /// The warp or the weft of a weave.
@@ -120,11 +54,12 @@ BuiltIn weave(const char* name, const char* description, const char* kind_name, 
   BuiltIn stitch;
   stitch.info = {name, description, {}};
   auto& parameters = stitch.info.parameters;
-  parameters = {length("warp_spacing_mm", warp.spacing_mm, "between the middles of neighbouring warp yarns"),
-                length("weft_spacing_mm", weft.spacing_mm, "between the middles of neighbouring weft yarns"),
-                length("warp_radius_mm", warp.radius_mm, "of a warp yarn; not set, it follows the gauge"),
-                length("weft_radius_mm", weft.radius_mm, "of a weft yarn; not set, it follows the gauge"),
-                slack_parameter()};
+  parameters = {
+      length_parameter("warp_spacing_mm", warp.spacing_mm, "between the middles of neighbouring warp yarns"),
+      length_parameter("weft_spacing_mm", weft.spacing_mm, "between the middles of neighbouring weft yarns"),
+      length_parameter("warp_radius_mm", warp.radius_mm, "of a warp yarn; not set, it follows the gauge"),
+      length_parameter("weft_radius_mm", weft.radius_mm, "of a weft yarn; not set, it follows the gauge"),
+      slack_parameter()};
   const int kind = find_yarn_kind(kind_name).value();
   append(parameters, common_parameters(kind));
   const auto shorter = [columns = rows.front().size(), count = rows.size()](double warp_mm, double weft_mm) {
@@ -167,21 +102,8 @@ BuiltIn weave(const char* name, const char* description, const char* kind_name, 
   return stitch;
 }
 
-const std::vector<BuiltIn>& library() {
-  static const std::vector<BuiltIn> stitches{
-      knit("plain-knit", "stockinette from its face, one red yarn", {"k"}, 5, 3.8, 0.6,
-           {{0.50F, 0.13F, 0.09F}}),
-      knit("purl", "stockinette from its back", {"p"}, 5, 3.8, 0.6, {{0.10F, 0.30F, 0.31F}}),
-      knit("rib", "1x1 rib: wales of knit and purl by turns", {"kp"}, 4.5, 3.8, 0.56,
-           {{0.58F, 0.36F, 0.07F}}),
-      knit("rib-2x2", "2x2 rib: two wales of knit, two of purl", {"kkpp"}, 4.5, 3.8, 0.56,
-           {{0.13F, 0.16F, 0.22F}}),
-      knit("garter", "garter stitch: courses of knit and purl by turns", {"k", "p"}, 5, 3, 0.6,
-           {{0.20F, 0.33F, 0.12F}}),
-      knit("two-colour", "stockinette with courses of two colours", {"k", "k"}, 5, 3.8, 0.6,
-           {{0.62F, 0.56F, 0.45F}, {0.06F, 0.11F, 0.26F}}),
-      knit("lace", "eyelets: yarn overs and decreases in every second course, set off by turns",
-           {"kkkk", "ko/k", "kkkk", "/kko"}, 5, 3.8, 0.6, {{0.47F, 0.17F, 0.25F}}),
+std::vector<BuiltIn> built_in_weaves() {
+  return {
       weave("plain-weave", "over and under by turns, off-white warp and blue weft", "cotton", {"-#", "#-"},
             {1, 0.3, {0.62F, 0.58F, 0.50F}}, {1, 0.3, {0.09F, 0.17F, 0.38F}}),
       weave("twill", "2/2 twill, dark warp and light weft", "cotton", {"#--#", "--##", "-##-", "##--"},
@@ -197,6 +119,14 @@ const std::vector<BuiltIn>& library() {
             {1, 0.22, {0.45F, 0.29F, 0.12F}}, {0.2F, 0.25F}),
       weave("basket", "2x2 basket weave in two shades of linen", "linen", {"##--", "##--", "--##", "--##"},
             {1, 0.39, {0.52F, 0.42F, 0.28F}}, {1, 0.39, {0.36F, 0.25F, 0.14F}})};
+}
+
+const std::vector<BuiltIn>& library() {
+  static const std::vector<BuiltIn> stitches = [] {
+    std::vector<BuiltIn> all = built_in_knits();
+    std::ranges::move(built_in_weaves(), std::back_inserter(all));
+    return all;
+  }();
   return stitches;
 }
 
@@ -242,7 +172,8 @@ void apply_woven_settings(const StitchValues& values, std::size_t warps, StitchP
     apply_settings(values, y < warps ? "warp_" : "weft_", shorter_period(pattern), pattern.yarns[y]);
 }
 
-Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& settings) {
+Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
+  settings.insert(stitch.settings.begin(), stitch.settings.end());
   const auto values = StitchValues::create(stitch.info.name, stitch.info.parameters, settings);
   if (!values) return tl::unexpected(values.error());
   RelaxOptions options;
@@ -293,6 +224,23 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, const StitchSettings& setting
     if (auto sound = validate(found.pattern, stitch.info.name); !sound) return tl::unexpected(sound.error());
   }
   if (auto ok = lay_repeats(*values, stitch.info.name, found); !ok) return tl::unexpected(ok.error());
+  return found;
+}
+
+Result<FoundStitch> chart_in(const std::string& path, const StitchSettings& settings) {
+  const auto text = read_file(path, max_chart_text);
+  if (!text) return tl::unexpected(text.error());
+  auto chart = read_chart(*text, path);
+  if (!chart) return tl::unexpected(chart.error());
+  if (chart->name.empty()) chart->name = std::filesystem::path(path).stem().string();
+  BuiltIn stitch = knit("", *chart);
+  stitch.info.name = path;
+  auto found = relaxed(stitch, settings);
+  if (!found) return found;
+  found->min_texels =
+      V2i(static_cast<int>(chart->knit.rows.front().size()), static_cast<int>(chart->knit.rows.size())) *
+      (texels_per_stitch * found->repeats);
+  found->remarks = std::move(chart->remarks);
   return found;
 }
 
@@ -369,6 +317,7 @@ Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSet
                 "no such file and no such built-in stitch (there are " + names + ")");
   }
   if (has_ending(name_or_path, ".wif")) return draft_in(name_or_path, settings);
+  if (has_ending(name_or_path, ".txt")) return chart_in(name_or_path, settings);
   auto pattern = read_stitch_file(name_or_path);
   if (!pattern) return tl::unexpected(pattern.error());
   const auto values = StitchValues::create(name_or_path, common_parameters(), settings);

@@ -29,9 +29,9 @@ struct FoundStitch {
 /// Maximum overlap of neighbouring yarns, in radii, that counts as touching.
 constexpr double touching_overlap = 0.02;
 
-/// A built-in stitch by its name, or else the stitch description (.json) or the weaving draft (.wif) in a
-/// file. Refuses other names (stitch_unknown), and settings that the stitch does not have, that are out of
-/// range, or whose yarns have no room at their gauge (option_out_of_range).
+/// A built-in stitch by its name, or else the stitch description (.json), the weaving draft (.wif) or the
+/// knitting chart (.txt) in a file. Refuses other names (stitch_unknown), and settings that the stitch does
+/// not have, that are out of range, or whose yarns have no room at their gauge (option_out_of_range).
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings = {});
 
 }  // namespace selvedge

@@ -20,6 +20,10 @@ struct StitchParameter {
   std::string meaning;  ///< one line
 };
 
+/// Least and greatest length that a stitch is given in.
+constexpr double min_stitch_mm = 0.001;
+constexpr double max_stitch_mm = 1000;
+
 /// The kind of yarn: a parameter whose number is an index into yarn_kinds() and is given as a name.
 constexpr const char* yarn_parameter = "yarn";
 

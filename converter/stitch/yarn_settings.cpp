@@ -17,7 +17,8 @@ bool woven(const std::string& prefix) { return prefix == "warp_" || prefix == "w
 
 int kind_of(const StitchValues& values, const std::string& prefix) {
   const std::string own = prefix + yarn_parameter;
-  return static_cast<int>(values.number(values.is_set(own) ? own : yarn_parameter));
+  const bool of_all = values.is_set(yarn_parameter) && !values.is_set(own);
+  return static_cast<int>(values.number(of_all ? yarn_parameter : own));
 }
 
 }  // namespace

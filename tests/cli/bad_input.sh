@@ -218,6 +218,24 @@ test_refuses_parameters_and_broken_drafts() {
   refuses STITCH_UNKNOWN none.wif selvedge stitch none.wif
 }
 
+test_refuses_broken_charts_with_their_line() {
+  printf '1: k2\n2: k2 m\n' >bad.txt
+  refuses STITCH_INVALID 'bad.txt: line 2: there is no stitch "m"' selvedge stitch bad.txt
+  refuses STITCH_INVALID 'bad.txt: line 2' selvedge make bad.txt -o o.exr
+  printf '1: k2\n2: k3\n' >bad.txt
+  refuses STITCH_INVALID 'line 2: row 2 has 3 stitches, row 1 has 2' selvedge bake bad.txt -o o.exr
+  printf '1: k2 [A B]\n' >bad.txt
+  refuses STITCH_INVALID 'line 1: there is no yarn B' selvedge stitch bad.txt --show
+  printf 'name: caf\xe9\n1: k\n' >bad.txt
+  refuses STITCH_INVALID 'line 1: has a byte that is not UTF-8' selvedge stitch bad.txt
+  : >empty.txt
+  refuses STITCH_INVALID empty.txt selvedge stitch empty.txt -o o.json
+  refuses STITCH_UNKNOWN none.txt selvedge stitch none.txt
+  printf '1: k\n' >k.txt
+  refuses OPTION_OUT_OF_RANGE 'k.txt: --set radius_mm: the yarns are too thick' selvedge stitch k.txt --set radius_mm=0.9
+  refuses OPTION_OUT_OF_RANGE '--period' selvedge stitch k.txt --period 5x4
+}
+
 test_refuses_a_pattern_without_yarn() {
   echo '{"selvedge_stitch": 1, "name": "nothing", "period_mm": [2, 2], "yarns": []}' >bare.json
   refuses STITCH_INVALID bare.json selvedge bake bare.json -o o.exr
@@ -275,8 +293,8 @@ test_a_pipe_is_no_input_and_is_not_waited_for() {
   write_quad quad.gltf
   selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
   make_packed quad.glb packed.glb
-  mkfifo pipe.obj pipe.ply pipe.json pipe.wif pipe.exr pipe.glb pipe.gltf pipe.png pipe.mtl pipe.bin
-  for file in pipe.obj pipe.ply pipe.json pipe.wif; do
+  mkfifo pipe.obj pipe.ply pipe.json pipe.wif pipe.txt pipe.exr pipe.glb pipe.gltf pipe.png pipe.mtl pipe.bin
+  for file in pipe.obj pipe.ply pipe.json pipe.wif pipe.txt; do
     refuses FILE_UNREADABLE "$file" soon selvedge bake $file -o o.exr
     refuses FILE_UNREADABLE "$file" soon selvedge make $file -o o.exr
     refuses FILE_UNREADABLE "$file" soon selvedge stitch $file -o o.ply

@@ -125,6 +125,20 @@ test_a_weaving_draft_is_a_stitch() {
   holds "JSON.stringify(r).includes('[44,16]')"
 }
 
+test_a_knitting_chart_is_a_stitch() {
+  printf 'yarn A: albedo=#ffffff\nyarn B: albedo=#ff0000\n2: k8 [A7 B]\n1: k8\n' >dots.txt
+  exits 0 selvedge stitch dots.txt --set yarn=tube --json
+  holds "r.periodMm[0] === 40 && r.yarns === 3 && Math.abs(r.clearanceMm) < 0.012"
+  holds "r.remarks[0] === 'yarn B floats behind 7 stitches of row 2: knitters catch what is longer than 5'"
+  # The built-in stitch, from its chart.
+  printf 'name: rib\nwale_mm: 4.5\nyarn A: albedo=0.58,0.36,0.07 radius_mm=0.56\n1: k p\n' >rib.txt
+  selvedge stitch rib.txt --show >of-chart.json
+  selvedge stitch rib --show >built-in.json
+  same of-chart.json built-in.json
+  exits 0 selvedge make rib.txt --set yarn=tube -o r.fabric.exr --quiet --texels 16 "${small[@]:2}"
+  refuses OPTION_OUT_OF_RANGE 'its yarns need 32x8 texels' selvedge bake dots.txt -o o.exr "${small[@]}"
+}
+
 test_what_was_guessed_of_a_mesh_is_said() {
   write_plane plane.obj
   exits 0 selvedge stitch plane.obj --json

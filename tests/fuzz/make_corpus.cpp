@@ -128,6 +128,15 @@ void make_stitches(const fs::path& path) {
       R"("segments":[[[0,0,0],[0.3,0,0],[0.6,0,0],[1,0,0]]]}]})");
 }
 
+void make_charts(const fs::path& path) {
+  put(path / "all.txt",
+      "# all that a chart has\nname: all\nwale_mm: 4\ncourse_mm: 3\nyarn A: albedo=#aa3322 radius_mm=0.5 "
+      "yarn=wool\n"
+      "yarn B: albedo=0.1,0.2,0.3 plies=2\n4: k yo k2tog k 2, p2 [A B2 A4]\n3: k7 [B]\n2: p c4f ssk yo\n1: k "
+      "7\n");
+  put(path / "smallest.txt", "1: k");
+}
+
 /// The first byte chooses the reader: 0 OBJ, 1 PLY (mesh_target.cpp).
 void put_mesh(const fs::path& path, char format, const std::string& bytes) {
   std::string all(1, format);
@@ -172,6 +181,7 @@ int main(int argc, char** argv) {
   make_fabrics(folder(root, "fabric"));
   make_samples(folder(root, "samples"));
   make_stitches(folder(root, "stitch"));
+  make_charts(folder(root, "chart"));
   make_meshes(folder(root, "mesh"));
   const std::array<fs::path, 2> garments{folder(root, "gltf"), folder(root, "dress")};
   const std::vector<std::uint8_t> png = checked(encode_png({1, 1, 3, {0.5F, 0.25F, 0.125F}}));

@@ -1,0 +1,261 @@
+#include "converter/stitch/chart.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <set>
+#include <sstream>
+
+#include "converter/stitch/chart_row.h"
+#include "converter/stitch/fibres.h"
+#include "converter/stitch/yarn_settings.h"
+#include "format/base/option_text.h"
+#include "format/base/printable.h"
+
+namespace selvedge {
+namespace {
+
+constexpr const char* radius_parameter = "radius_mm";
+constexpr const char* albedo_parameter = "albedo";
+/// Of yarns whose radius is not said, in wales of 5 mm and courses of 3.8 mm, whichever is less.
+constexpr double usual_radius_mm = 0.6;
+
+/// "wale_mm", "yarn A" or a row's number, and what follows the colon.
+struct Line {
+  int number = 0;
+  std::string key;
+  std::string value;
+};
+
+std::string trimmed(std::string_view text) {
+  constexpr std::string_view blanks = " \t";
+  const std::size_t first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return "";
+  return std::string(text.substr(first, text.find_last_not_of(blanks) - first + 1));
+}
+
+/// The lines that say something.
+std::vector<Line> lines_of(std::string_view text) {
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  std::vector<Line> lines;
+  for (int number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view whole = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (whole.ends_with('\r')) whole.remove_suffix(1);
+    if (as_utf8(whole) != whole) throw ChartFault{number, "has a byte that is not UTF-8"};
+    const std::string line = trimmed(whole);
+    if (line.empty() || line.front() == '#') continue;
+    const std::size_t colon = line.find(':');
+    if (colon == std::string::npos || colon == 0) {
+      throw ChartFault{number, "is neither of the form \"name: rope\" nor a row such as \"1: k2 p2\""};
+    }
+    lines.push_back({number, trimmed(line.substr(0, colon)), trimmed(line.substr(colon + 1))});
+  }
+  return lines;
+}
+
+double length_in(const Line& line) {
+  const auto numbers = parse_numbers(line.value, ',', 1, 1);
+  if (!numbers || !(numbers->front() >= min_stitch_mm && numbers->front() <= max_stitch_mm)) {
+    throw ChartFault{line.number, fmt::format("{} must be a number from {} to {}, is \"{}\"", line.key,
+                                              min_stitch_mm, max_stitch_mm, line.value)};
+  }
+  return numbers->front();
+}
+
+class ChartReader {
+ public:
+  explicit ChartReader(const std::string& file) : file_(file) {}
+
+  ChartText read(std::string_view text) {
+    for (const Line& line : lines_of(text)) {
+      if (std::isdigit(static_cast<unsigned char>(line.key.front())) != 0) {
+        add_row(line);
+      } else {
+        add_header(line);
+      }
+    }
+    if (rows_.empty()) throw ChartFault{0, "has no row"};
+    finish();
+    return std::move(chart_);
+  }
+
+ private:
+  /// A row as the text has it.
+  struct Row {
+    int number = 0;
+    int line = 0;
+    std::vector<ChartStitch> stitches;
+  };
+
+  void add_header(const Line& line) {
+    const auto refuse = [&](std::string why) { throw ChartFault{line.number, std::move(why)}; };
+    if (!rows_.empty()) refuse(fmt::format("\"{}\" must stand before the rows", line.key));
+    if (!keys_.insert(line.key).second) refuse(fmt::format("\"{}\" is said a second time", line.key));
+    if (line.key.starts_with("yarn ")) {
+      add_yarn(line);
+    } else if (line.key == "name") {
+      chart_.name = line.value;
+    } else if (line.key == "wale_mm") {
+      chart_.knit.wale_mm = length_in(line);
+    } else if (line.key == "course_mm") {
+      chart_.knit.course_mm = length_in(line);
+    } else {
+      refuse(fmt::format("\"{}\" is none of name, wale_mm, course_mm, \"yarn A\" and the number of a row",
+                         line.key));
+    }
+  }
+
+  /// The letter of a yarn, and its settings as --set has them.
+  void add_yarn(const Line& line) {
+    const auto refuse = [&](std::string why) { throw ChartFault{line.number, std::move(why)}; };
+    const char letter = line.key.back();
+    if (line.key.size() != std::string_view("yarn A").size() ||
+        std::isalpha(static_cast<unsigned char>(letter)) == 0) {
+      refuse("a yarn is called by one letter, as \"yarn A\"");
+    }
+    if (letters_.size() == max_chart_yarns)
+      refuse(fmt::format("there are more than {} yarns", max_chart_yarns));
+    StitchSettings settings;
+    std::stringstream words(line.value);
+    for (std::string word; words >> word;) {
+      const std::size_t before = settings.size();
+      if (!parse_setting(word, settings)) {
+        refuse(
+            fmt::format("\"{}\" is not of the form albedo=#aa3322, radius_mm=0.6 or yarn=wool (there are {})",
+                        word, yarn_kind_names()));
+      }
+      if (settings.size() == before) refuse(fmt::format("\"{}\" sets a parameter a second time", word));
+    }
+    std::vector<StitchParameter> parameters = yarn_parameters("", {});
+    parameters.push_back(shared_parameters("", find_yarn_kind("wool").value()).front());
+    parameters.push_back({radius_parameter, {0}, min_stitch_mm, max_stitch_mm, false, ""});
+    const auto values = StitchValues::create(file_, parameters, settings);
+    if (!values) refuse(fmt::format("{}: {}", values.error().place, values.error().message));
+    Yarn yarn;
+    yarn.fibre = static_cast<int>(values->number(yarn_parameter));
+    yarn.radius_mm = values->number(radius_parameter);
+    const auto& albedo = values->numbers(albedo_parameter);
+    yarn.albedo = V3f(V3d(albedo[0], albedo[1], albedo[2]));
+    for (const char* own : {yarn_parameter, radius_parameter, albedo_parameter}) settings.erase(own);
+    letters_ += letter;
+    chart_.knit.yarns.push_back(yarn);
+    chart_.settings.push_back(std::move(settings));
+  }
+
+  void add_row(const Line& line) {
+    const auto refuse = [&](std::string why) { throw ChartFault{line.number, std::move(why)}; };
+    if (letters_.empty()) add_yarn({line.number, "yarn A", ""});
+    const int number = row_number(line);
+    if (!rows_.empty()) {
+      const int last = rows_.back().number;
+      const int step = rows_.size() > 1 ? rows_[1].number - rows_[0].number : number - last;
+      if (std::abs(step) != 1 || number != last + step) {
+        refuse(fmt::format("row {} follows row {}: rows are numbered up or down by one", number, last));
+      }
+    }
+    ChartRow row = row_of(line.value, line.number);
+    if (!rows_.empty() && row.stitches.size() != rows_.front().stitches.size()) {
+      refuse(fmt::format("row {} has {} stitches, row {} has {}", number, row.stitches.size(),
+                         rows_.front().number, rows_.front().stitches.size()));
+    }
+    if ((rows_.size() + 1) * row.stitches.size() > max_chart_stitches) {
+      refuse(fmt::format("the chart has more than {} stitches", max_chart_stitches));
+    }
+    if (row.letters.size() > max_row_yarns) {
+      refuse(fmt::format("the row has {} yarns, at most {} can float behind it", row.letters.size(),
+                         max_row_yarns));
+    }
+    for (ChartStitch& stitch : row.stitches) {
+      if (row.letters.empty()) break;  // all of the first yarn
+      const char letter = row.letters[stitch.yarn];
+      stitch.yarn = letters_.find(letter);
+      if (stitch.yarn == std::string::npos) {
+        refuse(fmt::format("there is no yarn {} (there are {})", letter, letters_));
+      }
+    }
+    rows_.push_back({number, line.number, std::move(row.stitches)});
+  }
+
+  static int row_number(const Line& line) {
+    const auto number = parse_numbers(line.key, ',', 1, 1);
+    const bool digits = line.key.find_first_not_of("0123456789") == std::string::npos;
+    if (!digits || !number || *number->begin() < 1 || *number->begin() > 1e6) {
+      throw ChartFault{line.number, fmt::format("\"{}\" is not the number of a row", line.key)};
+    }
+    return static_cast<int>(number->front());
+  }
+
+  void finish() {
+    KnitChart& knit = chart_.knit;
+    if (rows_.front().number > rows_.back().number) std::ranges::reverse(rows_);
+    for (const Row& row : rows_) knit.rows.push_back(row.stitches);
+    const double gauge = std::min(knit.wale_mm / KnitChart().wale_mm, knit.course_mm / KnitChart().course_mm);
+    for (Yarn& yarn : knit.yarns) {
+      if (yarn.radius_mm == 0) yarn.radius_mm = usual_radius_mm * gauge;
+    }
+    double crossings = 0;
+    double tallest = 0;
+    int line = 0;
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const double height = height_of_crossing(knit, static_cast<int>(k));
+      crossings += height;
+      if (height > tallest) line = rows_[k].line;
+      tallest = std::max(tallest, height);
+    }
+    const double room = max_crossing_share * static_cast<double>(rows_.size());
+    if (crossings > room) {
+      throw ChartFault{
+          line, fmt::format("stitches that move aside take {:.2f} rows of the chart, there is room for "
+                            "{:.2f}: knit more rows between them",
+                            crossings, room)};
+    }
+    for (std::size_t yarn = 0; yarn < letters_.size(); ++yarn) remark_on_floats(yarn);
+  }
+
+  void remark_on_floats(std::size_t yarn) {
+    int longest = 0;
+    int number = 0;
+    for (const Row& row : rows_) {
+      const std::size_t count = row.stitches.size();
+      const auto own = [&](const ChartStitch& stitch) { return stitch.yarn == yarn; };
+      if (std::ranges::none_of(row.stitches, own)) continue;
+      int passed = 0;
+      for (std::size_t k = 0; k < 2 * count; ++k) {
+        passed = own(row.stitches[k % count]) ? 0 : passed + 1;
+        if (passed > longest) number = row.number;
+        longest = std::max(longest, passed);
+      }
+    }
+    if (longest <= long_float) return;
+    chart_.remarks.push_back(
+        fmt::format("yarn {} floats behind {} stitches of row {}: knitters catch what is longer than {}",
+                    letters_[yarn], longest, number, long_float));
+  }
+
+  const std::string& file_;
+  ChartText chart_;
+  std::string letters_;  ///< of the yarns
+  std::set<std::string> keys_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace
+
+Result<ChartText> read_chart(std::string_view text, const std::string& file) {
+  if (text.size() > max_chart_text) {
+    return fail(Code::file_too_large, file, "",
+                fmt::format("{} bytes, a chart has at most {}", text.size(), max_chart_text));
+  }
+  try {
+    return ChartReader(file).read(text);
+  } catch (const ChartFault& fault) {
+    return fail(Code::stitch_invalid, file, fault.line > 0 ? fmt::format("line {}", fault.line) : "",
+                fault.message);
+  }
+}
+
+}  // namespace selvedge

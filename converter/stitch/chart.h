@@ -1,0 +1,47 @@
+// Converts knitting charts as text to knits (spec/chart.md):
+//
+//   name: rope
+//   wale_mm: 5
+//   course_mm: 3.8
+//   yarn A: albedo=#c8b89a radius_mm=0.6 yarn=wool
+//   2: p2 c4f p2
+//   1: p2 k4 p2
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "converter/stitch/knit.h"
+#include "converter/stitch/parameters.h"
+#include "format/base/error.h"
+
+namespace selvedge {
+
+/// Largest text that is read, bytes.
+constexpr std::size_t max_chart_text = 1U << 20U;
+
+/// Limits of a chart: stitches of all rows, yarns, yarns of one row.
+constexpr std::size_t max_chart_stitches = 1024;
+constexpr std::size_t max_chart_yarns = 8;
+constexpr std::size_t max_row_yarns = 4;
+/// Wider cables are drawn well, but do not come to rest at the full thickness of a usual yarn.
+constexpr int max_cable = 8;
+/// Stitches that a yarn may pass without a remark: knitters catch longer floats.
+constexpr int long_float = 5;
+
+/// A chart as its text has it.
+struct ChartText {
+  std::string name;  ///< empty: it has none
+  KnitChart knit;    ///< its yarns have radius, albedo and kind (fibre)
+  /// What else the text says of each yarn, by the names of settings without a prefix.
+  std::vector<StitchSettings> settings;
+  std::vector<std::string> remarks;  ///< one line each
+};
+
+/// Refuses (stitch_invalid, place: the line) what it does not know, numbers and counts out of range, rows
+/// that are not numbered up or down by one, rows of other lengths, decreases without yarn overs, and cables
+/// for whose crossing there are too few rows.
+Result<ChartText> read_chart(std::string_view text, const std::string& file);
+
+}  // namespace selvedge

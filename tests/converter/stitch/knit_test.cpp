@@ -1,0 +1,263 @@
+#include "converter/stitch/knit.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "converter/stitch/chart.h"
+#include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/library.h"
+#include "converter/stitch/yarn_relax.h"
+#include "tests/require.h"
+
+using namespace selvedge;
+
+namespace {
+
+/// A loop of a chain: from a foot over its head to the next foot.
+struct LoopLine {
+  std::size_t column = 0;
+  std::vector<V3d> up;    ///< from the left foot to the head
+  std::vector<V3d> down;  ///< from the head to the right foot
+};
+
+/// The loops of a yarn of a course, in order. Heads are the chain's highest places, one for every stitch that
+/// the yarn knits; feet the lowest places beside them.
+std::vector<LoopLine> loops_of(const Yarn& yarn, const V2d& period, double course_mm,
+                               const std::vector<std::size_t>& columns) {
+  std::vector<V3d> turn;
+  for (const BezierSegment& segment : yarn.segments) {
+    for (int k = 0; k < 4; ++k) turn.push_back(point_at(segment, 0.25 * k));
+  }
+  const auto count = static_cast<int>(turn.size());
+  const auto at = [&](int k) {
+    const int way = k >= 0 ? k / count : -((count - 1 - k) / count);
+    return turn[static_cast<std::size_t>(k - way * count)] + V3d(way * period.x, 0, 0);
+  };
+  // The lowest place before the chain next rises by half a course, from k on in steps of `step`.
+  const auto foot_from = [&](int k, int step) {
+    int foot = k;
+    for (int i = k; std::abs(i - k) < count; i += step) {
+      if (at(i).y < at(foot).y) foot = i;
+      if (at(i).y > at(foot).y + 0.5 * course_mm && foot != k) break;
+    }
+    return foot;
+  };
+  std::vector<LoopLine> loops;
+  for (int k = 0; k < count; ++k) {
+    bool highest = true;
+    for (int i = k - 1; highest && at(i).y > at(k).y - 0.5 * course_mm && k - i < count; --i)
+      highest = at(i).y < at(k).y;
+    for (int i = k + 1; highest && at(i).y > at(k).y - 0.5 * course_mm && i - k < count; ++i)
+      highest = at(i).y <= at(k).y;
+    if (!highest) continue;
+    LoopLine loop;
+    for (int i = foot_from(k, -1); i <= k; ++i) loop.up.push_back(at(i));
+    for (int i = k; i <= foot_from(k, 1); ++i) loop.down.push_back(at(i));
+    loop.column = columns[std::min(loops.size(), columns.size() - 1)];
+    loops.push_back(std::move(loop));
+  }
+  CHECK(loops.size() == columns.size());
+  return loops;
+}
+
+/// How often the line goes through the triangle towards +normal, less how often it goes back.
+int passes(const std::vector<V3d>& line, const V3d& a, const V3d& b, const V3d& c, const V3d& shift) {
+  const V3d normal = (b - a).cross(c - a);
+  int sum = 0;
+  for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+    const V3d p = line[k] + shift;
+    const V3d q = line[k + 1] + shift;
+    const double from = (p - a).dot(normal);
+    const double to = (q - a).dot(normal);
+    if ((from < 0) == (to < 0)) continue;
+    const V3d x = p + (q - p) * (from / (from - to));
+    if ((b - a).cross(x - a).dot(normal) < 0 || (c - b).cross(x - b).dot(normal) < 0 ||
+        (a - c).cross(x - c).dot(normal) < 0)
+      continue;
+    sum += to > 0 ? 1 : -1;
+  }
+  return sum;
+}
+
+/// Through the surface that a loop spans with the line between its feet, from the back to the front.
+int passes(const std::vector<V3d>& line, const LoopLine& loop, const V3d& shift) {
+  std::vector<V3d> ring = loop.up;
+  ring.insert(ring.end(), loop.down.begin() + 1, loop.down.end());
+  V3d middle(0);
+  for (const V3d& p : ring) middle += p / static_cast<double>(ring.size());
+  int sum = 0;
+  // From foot to foot over the head is clockwise, seen from the face.
+  for (std::size_t k = 0; k < ring.size(); ++k)
+    sum -= passes(line, middle, ring[k], ring[(k + 1) % ring.size()], shift);
+  return sum;
+}
+
+/// Row, column and columns to the right of the loop below that a stitch is drawn through: how often its first
+/// half goes through that loop from the back to the front, and its second half back.
+using Links = std::map<std::tuple<std::size_t, std::size_t, int>, std::pair<int, int>>;
+
+/// The loops of every course.
+std::vector<std::vector<LoopLine>> courses_of(const KnitChart& chart, const StitchPattern& pattern) {
+  std::vector<std::vector<LoopLine>> courses;
+  std::size_t chain = 0;
+  for (const auto& row : chart.rows) {
+    courses.emplace_back();
+    std::map<std::size_t, std::vector<std::size_t>> columns;
+    for (std::size_t k = 0; k < row.size(); ++k) columns[row[k].yarn].push_back(k);
+    for (const auto& [yarn, knitted] : columns) {
+      const auto loops = loops_of(pattern.yarns[chain++], pattern.period_mm, chart.course_mm, knitted);
+      courses.back().insert(courses.back().end(), loops.begin(), loops.end());
+    }
+  }
+  REQUIRE(chain == pattern.yarns.size());
+  return courses;
+}
+
+Links links_of(const KnitChart& chart, const StitchPattern& pattern) {
+  const auto courses = courses_of(chart, pattern);
+  const auto count = static_cast<int>(chart.rows.front().size());
+  Links links;
+  for (std::size_t row = 0; row < courses.size(); ++row) {
+    const auto& below = courses[(row + courses.size() - 1) % courses.size()];
+    const double up = row == 0 ? pattern.period_mm.y : 0;
+    for (const LoopLine& loop : courses[row]) {
+      for (const LoopLine& other : below) {
+        for (int turn = -2; turn <= 2; ++turn) {
+          const V3d shift(turn * pattern.period_mm.x, up, 0);
+          const std::pair<int, int> found{passes(loop.up, other, shift), passes(loop.down, other, shift)};
+          const int away = static_cast<int>(other.column) - static_cast<int>(loop.column) - turn * count;
+          if (found != std::pair(0, 0)) links[{row, loop.column, away}] = found;
+        }
+      }
+    }
+  }
+  return links;
+}
+
+/// Where the lines of two loops cross in the plane: how often the first lies in front, and behind.
+std::pair<int, int> crossings_of(const LoopLine& a, const LoopLine& b) {
+  std::pair<int, int> counts{0, 0};
+  for (const auto* first : {&a.up, &a.down}) {
+    for (const auto* second : {&b.up, &b.down}) {
+      for (std::size_t i = 0; i + 1 < first->size(); ++i) {
+        for (std::size_t j = 0; j + 1 < second->size(); ++j) {
+          const V3d p = (*first)[i];
+          const V3d q = (*second)[j];
+          const V3d along = (*first)[i + 1] - p;
+          const V3d other = (*second)[j + 1] - q;
+          const double det = along.x * other.y - along.y * other.x;
+          if (det == 0) continue;
+          const double s = ((q.x - p.x) * other.y - (q.y - p.y) * other.x) / det;
+          const double t = ((q.x - p.x) * along.y - (q.y - p.y) * along.x) / det;
+          if (s < 0 || s >= 1 || t < 0 || t >= 1) continue;
+          ++(p.z + along.z * s > q.z + other.z * t ? counts.first : counts.second);
+        }
+      }
+    }
+  }
+  return counts;
+}
+
+/// What the chart says.
+Links expected(const KnitChart& chart) {
+  Links links;
+  for (std::size_t row = 0; row < chart.rows.size(); ++row) {
+    for (std::size_t k = 0; k < chart.rows[row].size(); ++k) {
+      const int way = chart.rows[row][k].purl ? -1 : 1;
+      for (const int through : chart.rows[row][k].through) links[{row, k, through}] = {way, -way};
+    }
+  }
+  return links;
+}
+
+std::string text_of(const Links& links) {
+  std::string text;
+  for (const auto& [place, ways] : links) {
+    const auto& [row, column, through] = place;
+    text += std::to_string(row) + "," + std::to_string(column) + " through " + std::to_string(through) +
+            ": " + std::to_string(ways.first) + " " + std::to_string(ways.second) + "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("each loop is drawn through the loops that its chart says and no others, drawn and relaxed") {
+  for (const char* text :
+       {"1: k p", "2: k3\n1: p3", "4: k2tog k2 yo\n3: k4\n2: k yo k2tog k\n1: k4", "2: k4\n1: k ssk yo k",
+        // Cables to both sides, of all widths, between purls and beside each other.
+        "3: p k2 p\n2: p c2f p\n1: p k2 p", "3: p k2 p\n2: p c2b p\n1: p k2 p",
+        "4: p k4 p\n3: p k4 p\n2: p c4f p\n1: p k4 p", "4: k4\n3: c4b\n2: k4\n1: k4",
+        "5: p k8\n4: p k8\n3: p k8\n2: p c8b\n1: p k8", "3: k4\n2: c2f c2b\n1: k4",
+        // Yarn overs away from their decreases.
+        "2: k6\n1: k k2tog k yo k2", "2: k6\n1: k yo k2 ssk k",
+        // Yarns that float.
+        "yarn A:\nyarn B:\n2: k4 [A B B A]\n1: k4 [A A B A]",
+        "yarn A:\nyarn B:\nyarn C:\n2: k4 [A B C B]\n1: k2 p k [A B A A]"}) {
+    const std::string chart_text = text;
+    CAPTURE(chart_text);
+    const ChartText chart = test::need(read_chart(text, "chart"));
+    const StitchPattern drawn = draw_knit(chart.knit, "chart");
+    REQUIRE(validate(drawn, "chart"));
+    CHECK(text_of(links_of(chart.knit, drawn)) == text_of(expected(chart.knit)));
+    const Relaxed relaxed = relax(drawn);
+    CHECK(relaxed.part >= 1 - touching_overlap);  // what find_stitch() accepts
+    CHECK(text_of(links_of(chart.knit, relaxed.pattern)) == text_of(expected(chart.knit)));
+    const double overlap = -test::need(minimum_clearance(relaxed.pattern, "")) / drawn.yarns[0].radius_mm;
+    MESSAGE("overlap: ", overlap, " of the radius");
+    CHECK(overlap <= touching_overlap);
+  }
+}
+
+TEST_CASE(
+    "the right half of a front cable lies in front and goes to the left, and the left half of a back one") {
+  for (const bool front : {true, false}) {
+    CAPTURE(front);
+    const std::string cable = front ? "c4f" : "c4b";
+    const ChartText chart =
+        test::need(read_chart("4: p k4 p\n3: p k4 p\n2: p " + cable + " p\n1: p k4 p", "chart"));
+    const auto below = courses_of(chart.knit, relax(draw_knit(chart.knit, "chart")).pattern)[0];
+    REQUIRE(below.size() == 6);
+    for (const std::size_t left : {1U, 2U}) {
+      for (const std::size_t right : {3U, 4U}) {
+        const auto [in_front, behind] = crossings_of(below[right], below[left]);
+        // Both legs of one cross both legs of the other.
+        CHECK((front ? in_front : behind) >= 4);
+        CHECK((front ? behind : in_front) == 0);
+      }
+    }
+  }
+}
+
+TEST_CASE("seen from the back, knit is purl: the links turn around") {
+  const ChartText chart = test::need(read_chart("2: k p\n1: k2", "chart"));
+  StitchPattern turned = draw_knit(chart.knit, "chart");
+  for (Yarn& yarn : turned.yarns) {
+    for (BezierSegment& segment : yarn.segments) {
+      for (V3d& p : segment) p.z = -p.z;
+    }
+  }
+  Links links = expected(chart.knit);
+  for (auto& [place, ways] : links) ways = {-ways.first, -ways.second};
+  CHECK(text_of(links_of(chart.knit, turned)) == text_of(links));
+}
+
+TEST_CASE("as drawn, yarns have the room that relaxation begins with, and the widest cables their links") {
+  for (const char* text :
+       {"1: k p", "3: p k2 p\n2: p c2f p\n1: p k2 p", "2: k4\n1: c4b", "4: k8\n3: c8f\n2: k8\n1: k8",
+        "4: k9\n3: p c8b\n2: k9\n1: k9", "1: c2f k", "4: k12\n3: k ssk k5 yo k4\n2: p12\n1: p yo k8 k2tog k",
+        "yarn A: radius_mm=0.3\nyarn B: radius_mm=0.6\n2: k4 [A2 B2]\n1: k ssk yo k [A B A B]",
+        "yarn A:\nyarn B:\nyarn C:\nyarn D:\n1: k4 [A B C D]"}) {
+    const std::string chart_text = text;
+    CAPTURE(chart_text);
+    const KnitChart chart = test::need(read_chart(text, "chart")).knit;
+    StitchPattern drawn = draw_knit(chart, "chart");
+    CHECK(text_of(links_of(chart, drawn)) == text_of(expected(chart)));
+    for (Yarn& yarn : drawn.yarns) yarn.radius_mm *= RelaxOptions().start;
+    CHECK(test::need(minimum_clearance(drawn, "")) > 0);
+  }
+}
