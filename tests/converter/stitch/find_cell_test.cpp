@@ -26,5 +26,6 @@ TEST_CASE("a name, a stitch description and a mesh file all give a cell") {
 TEST_CASE("each kind of name gives its own refusal") {
   CHECK(load_cell("cable").error().code == Code::stitch_unknown);
   CHECK(load_cell("no_such.json").error().code == Code::stitch_unknown);
+  CHECK(load_cell("no_such.txt").error().code == Code::stitch_unknown);
   CHECK(load_cell("no_such.ply").error().code == Code::file_missing);
 }
