@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "fitter/lobes/lobe_step.h"
 #include "format/base/parallel.h"
@@ -220,6 +221,22 @@ std::vector<TexelPair> pairs_of(const FabricLevel& level, const DirectionGrid& v
   return pairs;
 }
 
+/// Scales the table behind the parameters to a mean of 1, weighted by opacity, and the lobes by the inverse.
+void normalise(std::span<const float> opacity, int parameters, Eigen::VectorXd& x) {
+  if (x.size() == parameters) return;
+  double sum = 0;
+  double weight = 0;
+  for (std::size_t v = 0; v < opacity.size(); ++v) {
+    sum += static_cast<double>(opacity[v]) * x[parameters + static_cast<Eigen::Index>(v)];
+    weight += static_cast<double>(opacity[v]);
+  }
+  if (!(sum > 0)) return;
+  const double mean = sum / weight;
+  x.tail(x.size() - parameters) /= mean;
+  x[0] *= mean;
+  for (int k = 1; k < parameters; k += 4) x.segment<3>(k) *= std::pow(mean, 1 / x[k + 3]);
+}
+
 void refit_texel(FabricLevel& level, const DirectionGrid& views, std::size_t texel,
                  const std::vector<DirectionPair>& directions, const SampleLevel& samples,
                  const FitOptions& options, int lights) {
@@ -242,6 +259,7 @@ void refit_texel(FabricLevel& level, const DirectionGrid& views, std::size_t tex
       x[v] = static_cast<double>(table[v - parameters][c]);
     minimise(problem, options, x);
     for (int j = 0; j < options.lobes; ++j) x[4 + 4 * j] = std::exp(x[4 + 4 * j]);
+    normalise(level.opacity().subspan(texel * views.count(), views.count()), parameters, x);
     for (int k = 0; k < parameters; ++k) lobes[k] = static_cast<float>(x[k]);
     for (int v = parameters; v < problem.unknowns(); ++v) table[v - parameters][c] = static_cast<float>(x[v]);
   }

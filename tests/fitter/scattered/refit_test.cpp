@@ -77,6 +77,17 @@ TEST_CASE("lobes and table that made the pairs come back from a start that is of
     refit_to_pairs(fabric, shown_by(truth, random_pairs(500, 0.02, 3)), 64, options);
     CHECK(before > 0.05);
     CHECK(error_of(fabric, truth) < 1e-3);
+    // As every fit leaves it: a mean of 1 over the views, weighted by opacity.
+    for (int texel = 0; table && texel < 4; ++texel) {
+      V3d sum(0, 0, 0);
+      double weight = 0;
+      for (std::size_t v = 0; v < 9; ++v) {
+        const auto opacity = static_cast<double>(fabric.levels[0].opacity()[texel * 9 + v]);
+        sum += V3d(fabric.levels[0].view_table()[texel * 9 + v]) * opacity;
+        weight += opacity;
+      }
+      for (int c = 0; c < 3; ++c) CHECK(sum[c] / weight == doctest::Approx(1));
+    }
   }
 }
 
