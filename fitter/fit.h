@@ -43,7 +43,8 @@ struct FitResult {
 Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options = {},
                       const Progress& progress = {}, const PairSamples& measured = {});
 
-/// Fits a file, some rows of texels at a time: memory grows with the width of the cell, not with its height.
+/// Fits a file, some rows of texels at a time: memory grows with the width of the cell, not with its height,
+/// but for 48 bytes a texel and measured pair.
 Result<FitResult> fit(SamplesReader& samples, const FitOptions& options = {}, const Progress& progress = {});
 
 }  // namespace selvedge

@@ -27,8 +27,7 @@ namespace {
 
 /// Calls `visit(pair, level, x, y)` for every value of one set of pairs, in the order of queries and answers.
 template <class Visit>
-void for_each_value(const PairSamples& truth, const Visit& visit) {
-  const int levels = truth.pairs.empty() ? 0 : level_count(truth.width, truth.height);
+void for_each_value(const PairSamples& truth, int levels, const Visit& visit) {
   for (std::size_t pair = 0; pair < truth.pairs.size(); ++pair) {
     for (int level = 0; level < levels; ++level) {
       for (int y = 0; y < level_size(truth.height, level); ++y) {
@@ -38,8 +37,8 @@ void for_each_value(const PairSamples& truth, const Visit& visit) {
   }
 }
 
-void write_queries(const std::string& pipe, const std::string& file, const ByPairKind<PairSamples>& truth,
-                   const std::atomic<bool>& unwanted) {
+void write_queries(const std::string& pipe, const std::string& file, int levels,
+                   const ByPairKind<PairSamples>& truth, const std::atomic<bool>& unwanted) {
   // A model that ends early fails a write. The signal would end this program; blocked here, it ends with the
   // thread.
   sigset_t broken_pipe;
@@ -52,7 +51,7 @@ void write_queries(const std::string& pipe, const std::string& file, const ByPai
       nlohmann::json(file).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   const auto text = [](const V3f& d) { return fmt::format("[{},{},{}]", d.x, d.y, d.z); };
   for (const PairSamples& pairs : truth) {
-    for_each_value(pairs, [&](std::size_t pair, int level, int x, int y) {
+    for_each_value(pairs, levels, [&](std::size_t pair, int level, int x, int y) {
       if (unwanted || std::ferror(queries.get()) != 0) return;
       const DirectionPair& directions = pairs.pairs[pair];
       const std::string query =
@@ -85,6 +84,13 @@ Result<Shading> shading_from(const std::string& line) {
   return shading;
 }
 
+/// For the shell.
+std::string quoted(const std::string& path) {
+  std::string text = "'";
+  for (const char c : path) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
 /// The lines of the answers, counted.
 class Answers {
  public:
@@ -104,6 +110,12 @@ class Answers {
     return tl::unexpected(error);
   }
 
+  /// The fault that one more line is; nothing at the end.
+  std::optional<Error> surplus() {
+    if (getline(&line_, &room_, file_) < 0) return {};
+    return Error{Code::json_malformed, {}, fmt::format("answer {}", count_ + 1), "is one too many"};
+  }
+
  private:
   std::FILE* file_;
   char* line_ = nullptr;
@@ -111,11 +123,12 @@ class Answers {
   std::size_t count_ = 0;
 };
 
-Result<ByPairKind<PairAnswers>> read_answers(Answers answers, const ByPairKind<PairSamples>& truth) {
+Result<ByPairKind<PairAnswers>> read_answers(Answers answers, int levels,
+                                             const ByPairKind<PairSamples>& truth) {
   ByPairKind<PairAnswers> result;
   std::optional<Error> fault;
   for (std::size_t kind = 0; kind < truth.size(); ++kind) {
-    for_each_value(truth[kind], [&](std::size_t /*pair*/, int level, int /*x*/, int /*y*/) {
+    for_each_value(truth[kind], levels, [&](std::size_t /*pair*/, int level, int /*x*/, int /*y*/) {
       if (fault) return;
       result[kind].resize(std::max(result[kind].size(), static_cast<std::size_t>(level) + 1));
       if (auto answer = answers.next()) {
@@ -125,32 +138,30 @@ Result<ByPairKind<PairAnswers>> read_answers(Answers answers, const ByPairKind<P
       }
     });
   }
+  if (!fault) fault = answers.surplus();
   if (fault) return tl::unexpected(*fault);
   return result;
 }
 
 }  // namespace
 
-Result<ByPairKind<PairAnswers>> ask_model(const std::string& command, const std::string& file,
+Result<ByPairKind<PairAnswers>> ask_model(const std::string& command, const std::string& file, int levels,
                                           const ByPairKind<PairSamples>& truth) {
   const auto folder = ScratchFolder::create("selvedge-model");
   if (!folder) return tl::unexpected(folder.error());
   const std::string pipe = folder->path() + "/queries";
   if (mkfifo(pipe.c_str(), 0600) != 0) return fail(Code::file_unwritable, pipe, {}, "no pipe can be made");
-  std::FILE* answers = popen(fmt::format("(\n{}\n) <'{}'", command, pipe).c_str(), "re");
+  std::FILE* answers = popen(fmt::format("(\n{}\n) <{}", command, quoted(pipe)).c_str(), "re");
   if (answers == nullptr) return fail(Code::json_malformed, command, {}, "cannot be run");
   std::atomic<bool> unwanted = false;
   std::atomic<bool> written = false;
   std::thread writer([&] {
-    write_queries(pipe, file, truth, unwanted);
+    write_queries(pipe, file, levels, truth, unwanted);
     written = true;
   });
-  auto result = read_answers(Answers(answers), truth);
-  // What it writes besides is read, so that it may end by itself.
-  while (result && std::fgetc(answers) != EOF) {
-  }
-  const int status = pclose(answers);
+  auto result = read_answers(Answers(answers), levels, truth);
   unwanted = true;
+  const int status = pclose(answers);
   // A command that has not read all, or that no shell could run, leaves the writer at a pipe without a
   // reader.
   const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);

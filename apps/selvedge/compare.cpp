@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <optional>
+
 #include "apps/common/paths.h"
 #include "apps/report/compare_plot.h"
 #include "apps/selvedge/ask_model.h"
@@ -66,6 +69,9 @@ std::string rows_text(const Rows& rows) {
   return text;
 }
 
+/// Those that no lobes were fitted to.
+constexpr std::array judged_kinds{PairKind::held_out, PairKind::rim, PairKind::validation};
+
 /// The reports of one fabric, or of a model.
 struct Judged {
   Json json;
@@ -90,7 +96,7 @@ struct Judged {
 template <class Compared>
 void for_each_kind(const ByPairKind<PairSamples>& truth, const Compared& compared) {
   double peak = 0;
-  for (const PairKind kind : {PairKind::held_out, PairKind::rim, PairKind::validation}) {
+  for (const PairKind kind : judged_kinds) {
     const PairSamples& pairs = truth[static_cast<std::size_t>(kind)];
     if (!pairs.pairs.empty()) peak = compared(kind, pairs, peak);
   }
@@ -101,15 +107,17 @@ Result<int> run(const CompareCommand& command) {
   const std::string& samples = command.files.back();
   auto reader = must(SamplesReader::open(samples));
   ByPairKind<PairSamples> truth;
-  for (const PairKind kind : all_pair_kinds) {
+  for (const PairKind kind : judged_kinds) {
     truth[static_cast<std::size_t>(kind)] = must(reader.read_pairs(kind));
   }
   Json report_json = {{"samples", samples}, {"fabrics", Json::array()}};
   std::string text;
   std::optional<Fabric> fabric;
+  int levels = level_count(reader.header().width, reader.header().height);
   for (std::size_t i = 0; i + 1 < command.files.size(); ++i) {
     const std::string& path = command.files[i];
     fabric = must(read_fabric(path));
+    if (i == 0) levels = static_cast<int>(fabric->levels.size());
     const auto bytes = size_of_file(path);
     Judged judged{{{"fabric", path}, {"bytes", bytes}}, fmt::format("{} ({} bytes)\n", path, bytes)};
     for_each_kind(truth, [&](PairKind kind, const PairSamples& pairs, double peak) {
@@ -126,7 +134,7 @@ Result<int> run(const CompareCommand& command) {
   }
   ByPairKind<PairAnswers> answers;
   if (!command.model.empty()) {
-    answers = must(ask_model(command.model, command.files.front(), truth));
+    answers = must(ask_model(command.model, command.files.front(), levels, truth));
     Judged judged{{{"command", command.model}}, command.model + "\n"};
     for_each_kind(truth, [&](PairKind kind, const PairSamples& pairs, double peak) {
       const auto comparison = compare_answers(answers[static_cast<std::size_t>(kind)], pairs, kind, peak);

@@ -185,9 +185,9 @@ void write_samples(const std::string& output, const SamplesHeader& header, const
   const std::vector<V3f> views = directions_of(header.views);
   const std::vector<V3f> lights = directions_of(header.lights);
   const std::vector<V3f> normals = normals_of(known, alpha);
-  constexpr int at_once = 8;
-  for (int first = 0; first < header.views.count(); first += at_once) {
-    std::vector<ViewSamples> samples(std::min(at_once, header.views.count() - first));
+  constexpr std::size_t at_once = 8;
+  for (int first = 0; first < header.views.count(); first += static_cast<int>(at_once)) {
+    std::vector<ViewSamples> samples(std::min<std::size_t>(at_once, header.views.count() - first));
     parallel_for(0, static_cast<int>(samples.size()), [&](int i) {
       std::vector<DirectionPair> pairs;
       for (const V3f& light : lights) pairs.push_back({light, views[first + i]});
@@ -197,22 +197,24 @@ void write_samples(const std::string& output, const SamplesHeader& header, const
       for (Eigen::Index l = 0; l < values.rows(); ++l) append_row(values.row(l), samples[i].radiance);
     });
     for (const ViewSamples& view : samples) must(writer.write_view(view));
-    if (progress) progress(0.7 + 0.3 * (first + at_once) / header.views.count());
+    if (progress) progress(0.7 + 0.3 * (first + static_cast<int>(at_once)) / header.views.count());
   }
   for (const PairKind kind : all_pair_kinds) {
-    PairSamples pairs;
-    pairs.width = header.width;
-    pairs.height = header.height;
-    for (std::size_t i = 0; i < sets.size(); ++i) {
-      if (sets[i] != kind) continue;
-      pairs.pairs.push_back(sample.pictures[i].pair);
-      pairs.alpha.insert(pairs.alpha.end(), alpha.begin(), alpha.end());
-      append_row(cells.values.row(static_cast<Eigen::Index>(i)), pairs.radiance);
+    for (std::size_t next = 0; next < sets.size();) {
+      PairSamples pairs;
+      pairs.width = header.width;
+      pairs.height = header.height;
+      for (; next < sets.size() && pairs.pairs.size() < at_once; ++next) {
+        if (sets[next] != kind) continue;
+        pairs.pairs.push_back(sample.pictures[next].pair);
+        pairs.alpha.insert(pairs.alpha.end(), alpha.begin(), alpha.end());
+        append_row(cells.values.row(static_cast<Eigen::Index>(next)), pairs.radiance);
+      }
+      // Not known: the repeats differ by more than noise.
+      pairs.noise.assign(pairs.radiance.size(), V3f(0, 0, 0));
+      pairs.alpha_noise.resize(pairs.alpha.size());
+      must(writer.write_pairs(kind, pairs));
     }
-    // Not known: the repeats differ by more than noise.
-    pairs.noise.assign(pairs.radiance.size(), V3f(0, 0, 0));
-    pairs.alpha_noise.resize(pairs.alpha.size());
-    must(writer.write_pairs(kind, pairs));
   }
   must(writer.commit());
 }
@@ -250,7 +252,8 @@ std::string provenance_of(const ImportReport& report, const std::string& table) 
 }
 
 void check_options(const ImportOptions& o, const Sample& sample) {
-  const double bytes = 12.0 * sample.texel_count() * static_cast<double>(sample.pictures.size());
+  // All pictures, and those that the grids are interpolated from.
+  const double bytes = 24.0 * sample.texel_count() * static_cast<double>(sample.pictures.size());
   if (bytes > static_cast<double>(o.max_memory)) {
     throw Failure{beyond_memory(sample.table, "--texels",
                                 fmt::format("{} pictures of {} x {} texels", sample.pictures.size(),

@@ -45,6 +45,7 @@ std::vector<Line> lines_of(std::string_view text) {
     std::string_view whole = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
     if (whole.ends_with('\r')) whole.remove_suffix(1);
+    if (whole.find('\0') != std::string_view::npos) throw ChartFault{number, "has a NUL byte"};
     if (as_utf8(whole) != whole) throw ChartFault{number, "has a byte that is not UTF-8"};
     const std::string line = trimmed(whole);
     if (line.empty() || line.front() == '#') continue;
@@ -134,7 +135,11 @@ class ChartReader {
     parameters.push_back(shared_parameters("", find_yarn_kind("wool").value()).front());
     parameters.push_back({radius_parameter, {0}, min_stitch_mm, max_stitch_mm, false, ""});
     const auto values = StitchValues::create(file_, parameters, settings);
-    if (!values) refuse(fmt::format("{}: {}", values.error().place, values.error().message));
+    if (!values) {
+      std::string place = values.error().place;
+      if (place.starts_with("--set ")) place.erase(0, std::string_view("--set ").size());
+      refuse(fmt::format("{}: {}", place, values.error().message));
+    }
     Yarn yarn;
     yarn.fibre = static_cast<int>(values->number(yarn_parameter));
     yarn.radius_mm = values->number(radius_parameter);
@@ -142,6 +147,7 @@ class ChartReader {
     yarn.albedo = V3f(V3d(albedo[0], albedo[1], albedo[2]));
     for (const char* own : {yarn_parameter, radius_parameter, albedo_parameter}) settings.erase(own);
     letters_ += letter;
+    yarn_lines_.push_back(line.number);
     chart_.knit.yarns.push_back(yarn);
     chart_.settings.push_back(std::move(settings));
   }
@@ -194,8 +200,17 @@ class ChartReader {
     if (rows_.front().number > rows_.back().number) std::ranges::reverse(rows_);
     for (const Row& row : rows_) knit.rows.push_back(row.stitches);
     const double gauge = std::min(knit.wale_mm / KnitChart().wale_mm, knit.course_mm / KnitChart().course_mm);
-    for (Yarn& yarn : knit.yarns) {
-      if (yarn.radius_mm == 0) yarn.radius_mm = usual_radius_mm * gauge;
+    const double shorter = std::min(knit.wale_mm * static_cast<double>(knit.rows.front().size()),
+                                    knit.course_mm * static_cast<double>(knit.rows.size()));
+    for (std::size_t k = 0; k < knit.yarns.size(); ++k) {
+      double& radius = knit.yarns[k].radius_mm;
+      if (radius == 0) radius = usual_radius_mm * gauge;
+      if (radius > StitchLimits().radius_periods * shorter) {
+        throw ChartFault{yarn_lines_[k],
+                         fmt::format("radius_mm: {} is more than {} times the shorter side {} mm "
+                                     "of the chart",
+                                     radius, StitchLimits().radius_periods, shorter)};
+      }
     }
     double crossings = 0;
     double tallest = 0;
@@ -239,6 +254,7 @@ class ChartReader {
   const std::string& file_;
   ChartText chart_;
   std::string letters_;  ///< of the yarns
+  std::vector<int> yarn_lines_;
   std::set<std::string> keys_;
   std::vector<Row> rows_;
 };

@@ -49,6 +49,7 @@ std::optional<Item> item_of(std::string_view name) {
 struct Counted {
   std::string name;
   int count = 1;
+  bool counted = false;  ///< the count was written
 };
 
 int count_in(std::string_view digits, int line) {
@@ -65,7 +66,6 @@ int count_in(std::string_view digits, int line) {
 template <class IsName>
 std::vector<Counted> counted_words(std::string_view text, int line, const IsName& is_name) {
   std::vector<Counted> words;
-  bool counted = false;
   while (true) {
     const std::size_t begin = text.find_first_not_of(" \t,");
     if (begin == std::string_view::npos) return words;
@@ -73,15 +73,15 @@ std::vector<Counted> counted_words(std::string_view text, int line, const IsName
     const std::string_view word = text.substr(0, text.find_first_of(" \t,"));
     text.remove_prefix(word.size());
     if (word.find_first_not_of("0123456789") == std::string_view::npos) {
-      if (words.empty() || counted)
-        throw ChartFault{line, fmt::format("the count {} stands behind no stitch", word)};
-      words.back().count = count_in(word, line);
-      counted = true;
+      if (words.empty() || words.back().counted)
+        throw ChartFault{line, fmt::format("the count {} follows no stitch", word)};
+      words.back() = {words.back().name, count_in(word, line), true};
       continue;
     }
     const std::size_t digits = is_name(word) ? word.size() : word.find_last_not_of("0123456789") + 1;
-    counted = digits < word.size();
-    words.push_back({std::string(word.substr(0, digits)), counted ? count_in(word.substr(digits), line) : 1});
+    const bool counted = digits < word.size();
+    words.push_back(
+        {std::string(word.substr(0, digits)), counted ? count_in(word.substr(digits), line) : 1, counted});
   }
 }
 
@@ -163,7 +163,7 @@ void give_yarns(const std::string& text, int line, ChartRow& row) {
       row.letters += word.name;
     }
     const std::size_t count =
-        words.size() == 1 && word.count == 1 ? row.stitches.size() : static_cast<std::size_t>(word.count);
+        words.size() == 1 && !word.counted ? row.stitches.size() : static_cast<std::size_t>(word.count);
     for (std::size_t k = given; k < std::min(given + count, row.stitches.size()); ++k)
       row.stitches[k].yarn = index;
     given += count;
@@ -191,10 +191,10 @@ ChartRow row_of(const std::string& text, int line) {
     overs += item.takes < item.makes ? 1 : 0;
   }
   if (decreases != overs) {
-    throw ChartFault{
-        line, fmt::format("has {} yarn overs and {} decreases: as many of one as of the other keep the "
-                          "number of stitches",
-                          overs, decreases)};
+    throw ChartFault{line,
+                     fmt::format("yarn overs: {}, decreases: {}; as many of one as of the other keep the "
+                                 "number of stitches",
+                                 overs, decreases)};
   }
   int first = 0;
   for (int k = 1; k <= decreases; ++k) {

@@ -147,7 +147,10 @@ class Drawing {
  public:
   explicit Drawing(const KnitChart& chart)
       : chart_(chart), columns_(static_cast<int>(chart.rows.front().size())) {
-    for (const Yarn& yarn : chart.yarns) depth_ = std::max(depth_, 1.3 * yarn.radius_mm);
+    for (const auto& row : chart.rows) {
+      for (const ChartStitch& stitch : row)
+        depth_ = std::max(depth_, 1.3 * chart.yarns[stitch.yarn].radius_mm);
+    }
     for (int row = 0; row < courses(); ++row) {
       loops_.push_back(loops_below(chart, row + 1));
       crossings_.push_back(crossing_below(chart, row));
@@ -300,8 +303,8 @@ StitchPattern draw_knit(const KnitChart& chart, const std::string& name) {
     const std::vector<std::size_t> yarns = drawing.yarns_of(course);
     for (std::size_t k = 0; k < yarns.size(); ++k) {
       Yarn yarn = chart.yarns[yarns[k]];
-      const double level =
-          float_pitch * (static_cast<double>(k) - 0.5 * static_cast<double>(yarns.size() - 1));
+      // From the feet upwards: lower, they would come behind legs that move aside.
+      const double level = float_pitch * static_cast<double>(k);
       yarn.segments = drawing.chain(course, yarns[k], level);
       if (yarn.name.empty()) yarn.name = fmt::format("course {}", course + 1);
       if (yarns.size() > 1) yarn.name += fmt::format(", yarn {}", yarns[k] + 1);

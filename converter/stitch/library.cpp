@@ -172,6 +172,20 @@ void apply_woven_settings(const StitchValues& values, std::size_t warps, StitchP
     apply_settings(values, y < warps ? "warp_" : "weft_", shorter_period(pattern), pattern.yarns[y]);
 }
 
+/// Sum over yarns of the squared number of points that relax() gives them, to which its time is proportional:
+/// 5 seconds a million on a core of 2024.
+double relaxation_work(const StitchPattern& pattern) {
+  constexpr double points_per_radius = 2.5;
+  double work = 0;
+  for (const Yarn& yarn : pattern.yarns) {
+    double length = 0;
+    for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
+    work += std::pow(points_per_radius * length / yarn.radius_mm, 2);
+  }
+  return work;
+}
+constexpr double max_relaxation_work = 2e8;
+
 Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
   settings.insert(stitch.settings.begin(), stitch.settings.end());
   const auto values = StitchValues::create(stitch.info.name, stitch.info.parameters, settings);
@@ -183,7 +197,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
   const bool given =
       values->is_set("radius_mm") || values->is_set("warp_radius_mm") || values->is_set("weft_radius_mm");
   const bool said =
-      values->is_set("flattening") || values->is_set("warp_flattening") || values->is_set("weft_flattening");
+      std::ranges::any_of(settings, [](const auto& set) { return set.first.ends_with("flattening"); });
   const std::vector<Yarn> thin = stitch.draw(*values, Flat::thin).yarns;
   std::vector<Yarn> tried;
   Relaxed result;
@@ -193,6 +207,10 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
     StitchPattern drawn = stitch.draw(*values, flat);
     if (drawn.yarns == tried || (given && flat == Flat::thin)) continue;
     if (auto ok = set_seed(*values, stitch.info.name, drawn); !ok) return tl::unexpected(ok.error());
+    if (relaxation_work(drawn) > max_relaxation_work) {
+      return fail(Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii,
+                  "the yarns are too long for their thickness: to relax them would take too long");
+    }
     result = relax(drawn, options);
     fits = result.part >= 1 - touching_overlap;
     // Wide yarn may be scaled down, as long as it covers no less than round yarn, and thin yarn that is asked

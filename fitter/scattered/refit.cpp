@@ -16,6 +16,9 @@
 namespace selvedge {
 namespace {
 
+/// Of a channel of a texel. With more its equations take too long.
+constexpr int max_unknowns = 300;
+
 /// A pair in the frame of a texel.
 struct TexelPair {
   std::array<double, 3> product{};  ///< l' v' by component
@@ -49,6 +52,14 @@ class PairProblem {
 
   int unknowns() const { return first_entry() + table_size_; }
   int first_entry() const { return parameter_count(lobes_); }
+
+  /// Raises the bound of lobes to those of `x`, which the samples of the grids had bounds for.
+  void allow(const Eigen::VectorXd& x) {
+    for (int j = 0; j < lobes_; ++j) {
+      const double longest = x.segment<3>(1 + 4 * j).cwiseAbs().maxCoeff();
+      peak_ = std::max(peak_, positive_power(longest, std::exp(x[4 + 4 * j])));
+    }
+  }
 
   /// Sum of weighted squares plus penalties at `x`; `start` is where the search began.
   double cost(const Eigen::VectorXd& x, const Eigen::VectorXd& start) const {
@@ -247,8 +258,8 @@ void refit_texel(FabricLevel& level, const DirectionGrid& views, std::size_t tex
     std::vector<double> values;
     for (const TexelPair& pair : pairs)
       values.push_back(static_cast<double>(samples.radiance[first + pair.index][c]));
-    const PairProblem problem(pairs, std::move(values), options, views, lights);
-    if (problem.unknowns() > static_cast<int>(2 * pairs.size())) continue;
+    PairProblem problem(pairs, std::move(values), options, views, lights);
+    if (problem.unknowns() > std::min(static_cast<int>(pairs.size()), max_unknowns)) continue;
     float* lobes = &level.lobes()[(texel * 3 + c) * parameters];
     V3f* table = options.view_table ? &level.view_table()[texel * views.count()] : nullptr;
     Eigen::VectorXd x(problem.unknowns());
@@ -257,6 +268,7 @@ void refit_texel(FabricLevel& level, const DirectionGrid& views, std::size_t tex
     for (int j = 0; j < options.lobes; ++j) x[4 + 4 * j] = std::log(std::max(x[4 + 4 * j], 1.0));
     for (int v = parameters; v < problem.unknowns(); ++v)
       x[v] = static_cast<double>(table[v - parameters][c]);
+    problem.allow(x);
     minimise(problem, options, x);
     for (int j = 0; j < options.lobes; ++j) x[4 + 4 * j] = std::exp(x[4 + 4 * j]);
     normalise(level.opacity().subspan(texel * views.count(), views.count()), parameters, x);

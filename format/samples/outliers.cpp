@@ -21,35 +21,45 @@ void for_each_neighbour(const DirectionGrid& grid, int cell, const Visit& visit)
 
 }  // namespace
 
-void OutlierSearch::search_texel(const SampleLevel& rows, std::size_t texel, int channel) {
+void OutlierSearch::search_texel(const SampleLevel& rows, std::size_t texel) {
   const auto value = [&](int view, int light) {
     const std::size_t seen = texel * rows.views + view;
-    return rows.alpha[seen] * rows.radiance[seen * rows.lights + light][channel];
+    return rows.radiance[seen * rows.lights + light] * rows.alpha[seen];
   };
-  double sum = 0;
-  float largest = 0;
+  V3d sum(0, 0, 0);
+  V3f largest(0, 0, 0);
   for (int view = 0; view < rows.views; ++view) {
     for (int light = 0; light < rows.lights; ++light) {
-      sum += static_cast<double>(value(view, light));
-      largest = std::max(largest, value(view, light));
+      const V3f sample = value(view, light);
+      sum += V3d(sample);
+      for (int c = 0; c < 3; ++c) largest[c] = std::max(largest[c], sample[c]);
     }
   }
-  const int pairs = rows.views * rows.lights;
-  const auto mean_of_others = [&](float sample) {
-    return static_cast<float>((sum - static_cast<double>(sample)) / std::max(1, pairs - 1));
+  const double others = std::max(1, rows.views * rows.lights - 1);
+  const auto mean_beside = [&](const V3f& sample) { return V3f((sum - V3d(sample)) / others); };
+  // In the channel where it is largest.
+  const auto ratio_to = [](const V3f& sample, const V3f& around) {
+    float ratio = 0;
+    for (int c = 0; c < 3; ++c) ratio = std::max(ratio, around[c] > 0 ? sample[c] / around[c] : 0);
+    return ratio;
   };
-  if (!(largest > outlier_ratio * mean_of_others(largest))) return;
+  if (!(ratio_to(largest, mean_beside(largest)) > outlier_ratio)) return;
   for (int view = 0; view < rows.views; ++view) {
     for (int light = 0; light < rows.lights; ++light) {
-      const float sample = value(view, light);
-      float around = mean_of_others(sample);
-      if (!(sample > outlier_ratio * around)) continue;
-      for_each_neighbour(views_, view, [&](int other) { around = std::max(around, value(other, light)); });
-      for_each_neighbour(lights_, light, [&](int other) { around = std::max(around, value(view, other)); });
-      if (!(around > 0 && sample > outlier_ratio * around)) continue;
+      const V3f sample = value(view, light);
+      V3f around = mean_beside(sample);
+      if (!(ratio_to(sample, around) > outlier_ratio)) continue;
+      const auto include = [&](int other_view, int other_light) {
+        const V3f other = value(other_view, other_light);
+        for (int c = 0; c < 3; ++c) around[c] = std::max(around[c], other[c]);
+      };
+      for_each_neighbour(views_, view, [&](int other) { include(other, light); });
+      for_each_neighbour(lights_, light, [&](int other) { include(view, other); });
+      const float ratio = ratio_to(sample, around);
+      if (!(ratio > outlier_ratio)) continue;
       ++count_;
-      if (sample <= largest_ratio_ * around) continue;
-      largest_ratio_ = sample / around;
+      if (ratio <= largest_ratio_) continue;
+      largest_ratio_ = ratio;
       largest_ = {
           Code::samples_outlier,
           {},
@@ -65,9 +75,7 @@ void OutlierSearch::add(const SampleLevel& rows) {
   // In coarser grids neighbours are far apart, and any of them may be dark.
   constexpr int min_directions = 16;
   if (std::min(views_.count(), lights_.count()) < min_directions) return;
-  for (int texel = 0; texel < rows.texels(); ++texel) {
-    for (int channel = 0; channel < 3; ++channel) search_texel(rows, texel, channel);
-  }
+  for (int texel = 0; texel < rows.texels(); ++texel) search_texel(rows, texel);
   next_row_ += rows.height;
 }
 

@@ -7,8 +7,8 @@
 namespace selvedge {
 
 /// A sample stands out where opacity times radiance, in a channel, is more than this many times that of every
-/// neighbour, the lights and views next to its own in the grids, and than the mean over the texel. Of stitches
-/// traced with two rays a texel no sample reaches a third of it (docs/fit.md).
+/// neighbour, the lights and views next to its own in the grids, and than the mean over the texel. Of
+/// stitches traced with two rays a texel no sample reaches a third of it (docs/fit.md).
 constexpr float outlier_ratio = 20;
 
 /// Takes the samples of one side, row by row.
@@ -24,7 +24,7 @@ class OutlierSearch {
   Issues warnings() const;
 
  private:
-  void search_texel(const SampleLevel& rows, std::size_t texel, int channel);
+  void search_texel(const SampleLevel& rows, std::size_t texel);
   Side side_;
   DirectionGrid views_;
   DirectionGrid lights_;

@@ -231,6 +231,8 @@ test_refuses_broken_charts_with_their_line() {
   : >empty.txt
   refuses STITCH_INVALID empty.txt selvedge stitch empty.txt -o o.json
   refuses STITCH_UNKNOWN none.txt selvedge stitch none.txt
+  printf 'yarn A: radius_mm=0.001\n1: k\n' >thin.txt
+  refuses OPTION_OUT_OF_RANGE 'to relax them would take too long' selvedge stitch thin.txt
   printf '1: k\n' >k.txt
   refuses OPTION_OUT_OF_RANGE 'k.txt: --set radius_mm: the yarns are too thick' selvedge stitch k.txt --set radius_mm=0.9
   refuses OPTION_OUT_OF_RANGE '--period' selvedge stitch k.txt --period 5x4

@@ -122,8 +122,6 @@ test_explicit_fibres_are_traced_the_same_for_any_threads_and_refused_where_there
   exits 2 selvedge swatch --truth plain-knit --fibres --ground 0.5 -o a.png
 }
 
-"$2"
-
 test_a_model_is_judged_as_a_fabric_is() {
   make_samples
   selvedge fit k.samples.exr -o k.fabric.exr --quiet --quality paper
@@ -156,5 +154,8 @@ test_a_model_that_does_not_answer_is_refused() {
   model 'answer 1, alpha: is not a number from 0 to 1' "yes '{\"rgb\":[0,0,0],\"alpha\":2}'"
   model 'answer 1: {"error"' "sed 's/.*/{\"error\":\"no\"}/'"
   model 'answer 2: is missing' 'echo "{\"rgb\":[0,0,0],\"alpha\":1}"; cat >/dev/null'
+  model 'answer 1361: is one too many' "yes '{\"rgb\":[0,0,0],\"alpha\":1}'"
   model 'the command failed' "sed 's/.*/{\"rgb\":[0,0,0],\"alpha\":1}/'; false"
 }
+
+"$2"

@@ -143,15 +143,15 @@ TEST_CASE("rows that do not fit are refused with their line") {
   CHECK(refusal("0: k") == "line 1: \"0\" is not the number of a row");
   CHECK(refusal("1a: k") == "line 1: \"1a\" is not the number of a row");
   CHECK(refusal("1:") == "line 1: the row has no stitch");
-  CHECK(refusal("1: 4 k") == "line 1: the count 4 stands behind no stitch");
-  CHECK(refusal("1: k2 3") == "line 1: the count 3 stands behind no stitch");
+  CHECK(refusal("1: 4 k") == "line 1: the count 4 follows no stitch");
+  CHECK(refusal("1: k2 3") == "line 1: the count 3 follows no stitch");
+  CHECK(refusal(std::string("wale_mm: 5\0x\n1: k", 17)) == "line 1: has a NUL byte");
   CHECK(refusal("1: k0") == "line 1: \"0\" is not a count from 1 to 1024");
   CHECK(refusal("1: k 99999999999") == "line 1: \"99999999999\" is not a count from 1 to 1024");
   CHECK(refusal("1: k1000 k1000") == "line 1: more than 1024 stitches");
   CHECK(refusal("1: k600\n2: k600") == "line 2: the chart has more than 1024 stitches");
-  CHECK(
-      refusal("1: k yo k") ==
-      "line 1: has 1 yarn overs and 0 decreases: as many of one as of the other keep the number of stitches");
+  CHECK(refusal("1: k yo k") ==
+        "line 1: yarn overs: 1, decreases: 0; as many of one as of the other keep the number of stitches");
   CHECK(
       refusal("1: k6\n2: c6f\n") ==
       "line 2: stitches that move aside take 1.58 rows of the chart, there is room for 1.20: knit more rows "
@@ -161,6 +161,9 @@ TEST_CASE("rows that do not fit are refused with their line") {
 TEST_CASE("yarns that are not there are refused with their line") {
   CHECK(refusal("yarn AB: yarn=wool\n1: k") == "line 1: a yarn is called by one letter, as \"yarn A\"");
   CHECK(refusal("yarn 1:\n1: k") == "line 1: a yarn is called by one letter, as \"yarn A\"");
+  CHECK(refusal("1: k2 [A1]") == "line 1: names yarns for 1 stitches, the row has 2");
+  CHECK(refusal("yarn A:\nyarn B: radius_mm=11\n1: k")
+            .starts_with("line 2: radius_mm: 11 is more than 2 times the shorter side 3.8 mm"));
   CHECK(refusal("yarn A:\nyarn A:\n1: k") == "line 2: \"yarn A\" is said a second time");
   CHECK(refusal("yarn A: red\n1: k").starts_with("line 1: \"red\" is not of the form albedo=#aa3322"));
   CHECK(refusal("yarn A: yarn=hemp\n1: k").starts_with("line 1: \"yarn=hemp\" is not of the form"));

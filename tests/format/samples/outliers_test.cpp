@@ -46,7 +46,7 @@ TEST_CASE("a sample far out of all around it is named, with its number among all
     return rows.radiance[(texel * rows.views + view) * rows.lights + light];
   };
   at(4, 5, 6).y = 1000;
-  at(2, 63, 0).z = 100;
+  at(2, 63, 0) = V3f(100);
   search.add(rows);
   const Issues found = search.warnings();
   REQUIRE(found.size() == 1);
