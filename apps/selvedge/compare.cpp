@@ -113,11 +113,11 @@ Result<int> run(const CompareCommand& command) {
   Json report_json = {{"samples", samples}, {"fabrics", Json::array()}};
   std::string text;
   std::optional<Fabric> fabric;
-  int levels = level_count(reader.header().width, reader.header().height);
+  int asked_levels = level_count(reader.header().width, reader.header().height);
   for (std::size_t i = 0; i + 1 < command.files.size(); ++i) {
     const std::string& path = command.files[i];
     fabric = must(read_fabric(path));
-    if (i == 0) levels = static_cast<int>(fabric->levels.size());
+    if (i == 0) asked_levels = static_cast<int>(fabric->levels.size());
     const auto bytes = size_of_file(path);
     Judged judged{{{"fabric", path}, {"bytes", bytes}}, fmt::format("{} ({} bytes)\n", path, bytes)};
     for_each_kind(truth, [&](PairKind kind, const PairSamples& pairs, double peak) {
@@ -134,7 +134,7 @@ Result<int> run(const CompareCommand& command) {
   }
   ByPairKind<PairAnswers> answers;
   if (!command.model.empty()) {
-    answers = must(ask_model(command.model, command.files.front(), levels, truth));
+    answers = must(ask_model(command.model, command.files.front(), asked_levels, truth));
     Judged judged{{{"command", command.model}}, command.model + "\n"};
     for_each_kind(truth, [&](PairKind kind, const PairSamples& pairs, double peak) {
       const auto comparison = compare_answers(answers[static_cast<std::size_t>(kind)], pairs, kind, peak);

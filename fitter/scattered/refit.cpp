@@ -243,7 +243,11 @@ void normalise(std::span<const float> opacity, int parameters, Eigen::VectorXd& 
   }
   if (!(sum > 0)) return;
   const double mean = sum / weight;
-  x.tail(x.size() - parameters) /= mean;
+  for (std::size_t v = 0; v < opacity.size(); ++v) {
+    // Of a hole the entry has no meaning, and nothing bounds it.
+    double& entry = x[parameters + static_cast<Eigen::Index>(v)];
+    entry = opacity[v] > 0 ? entry / mean : 1;
+  }
   x[0] *= mean;
   for (int k = 1; k < parameters; k += 4) x.segment<3>(k) *= std::pow(mean, 1 / x[k + 3]);
 }
