@@ -17,11 +17,12 @@ for (const stitch of stitches) {
     const output = path.join(folder, "f.fabric.exr");
     const sizes = new Set();
     for (const texels of [[], ["--texels", "32"]]) {
-      const { levels } = run("make", stitch, "--quality", quality, ...texels, "-o", output);
-      const size = levels[0].texels.join("x");
+      run("make", stitch, "--quality", quality, ...texels, "-o", output);
+      const { content } = run("info", output);
+      const size = content.texels.join("x");
       if (sizes.has(size)) continue;
       sizes.add(size);
-      const values = levels.map((level) => level.heldOut.psnr);
+      const values = content.provenance.fit.levels.map((level) => level.heldOut.psnr);
       const falls = values.some((value, k) => k > 0 && value < values[k - 1]);
       falling += falls ? 1 : 0;
       console.log(`| ${stitch} | ${quality} | ${size} | ${values.map((v) => v.toFixed(2)).join(" ")}${falls ? " **falls**" : ""} |`);
