@@ -303,8 +303,8 @@ StitchPattern draw_knit(const KnitChart& chart, const std::string& name) {
     const std::vector<std::size_t> yarns = drawing.yarns_of(course);
     for (std::size_t k = 0; k < yarns.size(); ++k) {
       Yarn yarn = chart.yarns[yarns[k]];
-      // From the feet upwards: lower, they would come behind legs that move aside.
-      const double level = float_pitch * static_cast<double>(k);
+      const double level =
+          float_pitch * (static_cast<double>(k) - 0.5 * static_cast<double>(yarns.size() - 1));
       yarn.segments = drawing.chain(course, yarns[k], level);
       if (yarn.name.empty()) yarn.name = fmt::format("course {}", course + 1);
       if (yarns.size() > 1) yarn.name += fmt::format(", yarn {}", yarns[k] + 1);

@@ -168,9 +168,9 @@ TEST_CASE("yarns that are not there are refused with their line") {
   CHECK(refusal("yarn A: red\n1: k").starts_with("line 1: \"red\" is not of the form albedo=#aa3322"));
   CHECK(refusal("yarn A: yarn=hemp\n1: k").starts_with("line 1: \"yarn=hemp\" is not of the form"));
   CHECK(refusal("yarn A: plies=2 plies=3\n1: k") == "line 1: \"plies=3\" sets a parameter a second time");
-  CHECK(refusal("yarn A: radius_mm=0\n1: k") == "line 1: --set radius_mm: must lie in 0.001 to 1000, is 0");
-  CHECK(refusal("yarn A: albedo=2,0,0\n1: k") == "line 1: --set albedo: must lie in 0 to 1, is 2");
-  CHECK(refusal("yarn A: wale_mm=5\n1: k").starts_with("line 1: --set wale_mm: no such parameter"));
+  CHECK(refusal("yarn A: radius_mm=0\n1: k") == "line 1: radius_mm: must lie in 0.001 to 1000, is 0");
+  CHECK(refusal("yarn A: albedo=2,0,0\n1: k") == "line 1: albedo: must lie in 0 to 1, is 2");
+  CHECK(refusal("yarn A: wale_mm=5\n1: k").starts_with("line 1: wale_mm: no such parameter"));
   CHECK(refusal("1: k [B]") == "line 1: there is no yarn B (there are A)");
   CHECK(refusal("1: k2 [A A A]") == "line 1: names yarns for 3 stitches, the row has 2");
   CHECK(refusal("1: k3 [A2]") == "line 1: names yarns for 2 stitches, the row has 3");
