@@ -54,6 +54,15 @@ double bytes_of_lobes(const FabricLevel& level) {
   return 3.6 * static_cast<double>(level.lobes().size()) + bytes_of_frame(level);
 }
 
+/// Without the noise.
+void append(PairSamples& to, const PairSamples& from) {
+  to.width = from.width;
+  to.height = from.height;
+  to.pairs.insert(to.pairs.end(), from.pairs.begin(), from.pairs.end());
+  to.alpha.insert(to.alpha.end(), from.alpha.begin(), from.alpha.end());
+  to.radiance.insert(to.radiance.end(), from.radiance.begin(), from.radiance.end());
+}
+
 }  // namespace
 
 void LayerFitter::add_quantised(std::size_t level, const BasisFit& basis, double bytes) {
@@ -174,7 +183,9 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   if (progress) progress(0.85);
   const std::vector<LevelTruth> truths = level_truths(pairs);
   const std::size_t levels = fitter.levels_.size();
-  fitter.add_candidates(pooled, truths[levels - 1], pairs.pairs);
+  // Measured pairs count for the brightness, too: few are held out where few pictures were taken.
+  append(measured, pairs);
+  fitter.add_candidates(pooled, level_truths(measured)[levels - 1], measured.pairs);
   for (std::size_t k = 0; k < levels; ++k) {
     fitter.measure_errors(k, truths[k], pairs.pairs);
     if (progress) progress(0.9 + 0.1 * static_cast<double>(k + 1) / static_cast<double>(levels));

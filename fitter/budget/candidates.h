@@ -1,5 +1,5 @@
 // Chooses the layers of every level, for the smallest error on the validation pairs within a budget of bytes.
-// The same pairs set the brightness of products, three numbers.
+// The same pairs, and measured ones, set the brightness of products, three numbers.
 //
 // Candidates of a level are the paper's model (lobes, with and without the view table), and coefficients in
 // a basis that all texels share, with several steps of quantisation.
