@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "fitter/fit_rows.h"
-#include "fitter/scattered/refit.h"
+#include "fitter/refit_to_pairs.h"
 #include "fitter/solve/radiance_scale.h"
 #include "fitter/training_pairs.h"
 #include "format/samples/outliers.h"

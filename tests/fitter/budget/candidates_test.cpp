@@ -63,9 +63,9 @@ TEST_CASE("products are as bright as the validation pairs and measured ones, wit
   const auto shown = [&](const V3f& brighter, bool measured = false) {
     PairSamples scaled = cloth.truth;
     for (V3f& radiance : scaled.radiance) radiance *= brighter;
-    const auto fitter = test::need(LayerFitter::create(seen_of(cloth.fabric), cloth.header,
-                                                       measured ? few : scaled, cloth.options, {},
-                                                       measured ? scaled : PairSamples{}));
+    const auto fitter =
+        test::need(LayerFitter::create(seen_of(cloth.fabric), cloth.header, measured ? few : scaled,
+                                       cloth.options, {}, measured ? scaled : PairSamples{}));
     const LayerFit fit = fitter.choose(16000);
     const FabricLevel& level = fit.fabric.levels.front();
     REQUIRE(level.has(LayerKind::products));

@@ -183,7 +183,8 @@ TEST_CASE("samples of another size are refused, even with as many texels") {
 
 TEST_CASE("a model's answers have the figures that a fabric with these values has") {
   const PairSamples truth = constant_truth(3, 0.8F, 0.5F);
-  const PairAnswers half{std::vector<Shading>(3 * 16, {V3f(0.5F), 1}), std::vector<Shading>(3 * 4, {V3f(0.4F), 1})};
+  const PairAnswers half{std::vector<Shading>(3 * 16, {V3f(0.5F), 1}),
+                         std::vector<Shading>(3 * 4, {V3f(0.4F), 1})};
   const Comparison result = compare_answers(half, truth, PairKind::rim, 0);
   CHECK(result.kind == PairKind::rim);
   CHECK(result.peak == doctest::Approx(0.4));

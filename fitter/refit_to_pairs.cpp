@@ -1,4 +1,4 @@
-#include "fitter/scattered/refit.h"
+#include "fitter/refit_to_pairs.h"
 
 #include <Eigen/Cholesky>
 
