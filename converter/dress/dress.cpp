@@ -211,8 +211,9 @@ class Dresser {
   /// Writes the reference, its mirror and the fallback.
   void wear(int material, Cloth& cloth, const Worn& worn, const std::set<Place>& places) {
     if (const std::optional<TransformFault> fault = fault_of(worn.reference.transform)) {
-      throw Failure{{Code::gltf_extension, document_.file, fmt::format("/materials/{}", material),
-                     fmt::format("the cloth would have a {} that is none: {}", fault->member, fault->reason)}};
+      throw Failure{
+          {Code::gltf_extension, document_.file, fmt::format("/materials/{}", material),
+           fmt::format("the cloth would have a {} that is none: {}", fault->member, fault->reason)}};
     }
     set_fabric_reference(document_, material, worn.reference);
     if (options_.fallback) write_fallback(material, cloth, worn, places);
