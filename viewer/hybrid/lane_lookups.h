@@ -87,13 +87,15 @@ template <std::size_t N>
 SELVEDGE_INLINE void fill(const SharedInputs& s, std::size_t first, Lookups<N>& lookups) {
   if (s.fabric.needs_views) {
     wide_interpolate<N>(s.fabric.fabric->views, load<N>(s.view, first), lookups.view);
-    const std::size_t stride = s.fabric.view_stride;
-    look_up_rows<N>(s.fabric.view_basis.data(), stride, lookups.view, (s.fabric.view_functions + 3) / 4,
-                    s.rows, s.view_functions + first);
+    if (s.fabric.view_functions > 0) {
+      look_up_rows<N>(s.fabric.view_basis.data(), s.fabric.view_stride, lookups.view,
+                      (s.fabric.view_functions + 3) / 4, s.rows, s.view_functions + first);
+    }
   }
   if (!s.fabric.needs_lights) return;
   for (std::size_t i = 0; i < s.lights.size(); ++i) {
     wide_interpolate<N>(s.fabric.fabric->lights, load<N>(s.lights[i].direction, first), lookups.light[i]);
+    if (s.fabric.light_functions == 0) continue;
     const std::size_t groups = s.fabric.light_stride;
     look_up_rows<N>(s.fabric.light_basis.data()->data(), 4 * groups, lookups.light[i],
                     s.fabric.light_functions, s.rows,
