@@ -395,15 +395,4 @@ test_bytes_that_are_no_text_are_escaped_in_messages_and_reports() {
   is_text "$scratch/out"
 }
 
-test_refuses_pictures_that_differ() {
-  make_plane_fabric
-  selvedge-view render plane.fabric.exr -o lit.exr --light 0,0,1 --quiet
-  selvedge-view render plane.fabric.exr -o dim.exr --light 0,0,1,0.5 --quiet
-  selvedge-view render plane.fabric.exr -o wide.exr --repeats 2x1 --quiet
-  exits 0 selvedge-view compare lit.exr dim.exr
-  exits 1 selvedge-view compare lit.exr dim.exr --max 0.01
-  grep -qE '^selvedge-view: dim.exr: .* \[IMAGE_MISMATCH\]$' "$scratch/err"
-  refuses IMAGE_MISMATCH wide.exr selvedge-view compare lit.exr wide.exr
-}
-
 "$2"

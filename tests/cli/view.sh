@@ -332,4 +332,15 @@ test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {
   refuses OPTION_OUT_OF_RANGE '--path hybrid draws it' selvedge-view render quad.gltf -o x.png --path paper
 }
 
+test_refuses_pictures_that_differ() {
+  make_plane_fabric
+  selvedge-view render plane.fabric.exr -o lit.exr --light 0,0,1 --quiet
+  selvedge-view render plane.fabric.exr -o dim.exr --light 0,0,1,0.5 --quiet
+  selvedge-view render plane.fabric.exr -o wide.exr --repeats 2x1 --quiet
+  exits 0 selvedge-view compare lit.exr dim.exr
+  exits 1 selvedge-view compare lit.exr dim.exr --max 0.01
+  grep -qE '^selvedge-view: dim.exr: .* \[IMAGE_MISMATCH\]$' "$scratch/err"
+  refuses IMAGE_MISMATCH wide.exr selvedge-view compare lit.exr wide.exr
+}
+
 "$2"
