@@ -12,6 +12,7 @@
 #include "format/gltf/access.h"
 #include "format/gltf/memory.h"
 #include "format/gltf/read_scene.h"
+#include "format/gltf/references.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {
@@ -19,15 +20,6 @@ namespace {
 
 /// Larger pictures are not opened at all: the largest that fits the limits of the viewer, stored raw.
 constexpr std::uint64_t max_picture_bytes = std::uint64_t{1} << 30;
-
-/// Unused views have to lie within their buffers, too: other programs read them.
-void check_views(const GltfDocument& document, IssueSink& issues) {
-  for (int i = 0; i < static_cast<int>(array_of(document.json, "bufferViews").size()); ++i) {
-    GltfReader reader(document);
-    reader.view(i, "");
-    if (reader.fault) issues.add(*reader.fault);
-  }
-}
 
 /// Readers go on without an unreadable picture; a garment is not complete without it.
 void check_pictures(const GltfDocument& document, IssueSink& issues) {
@@ -75,15 +67,15 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, 
   if (!document) return issues.take();
   Scene read = read_everything(*document, limits, issues);
   read.memory_left = std::min(read.memory_left, limits.document.memory);
-  if (!issues.has_error()) check_views(*document, issues);  // else it would repeat the same faults
-  check_pictures(*document, issues);
-  check_fabric_extension(*document, read, issues);
-  if (!issues.has_error()) {
+  if (!issues.has_error()) {  // else it would repeat the same faults
+    check_references(*document, issues);
     check_places(read, issues);
     const auto left = check_drawable(read, limits.document.memory);
     const Result<void> textures = left ? check_textures(read, *left) : Result<void>();
     if (!left || !textures) issues.add(left ? textures.error() : left.error());
   }
+  check_pictures(*document, issues);
+  check_fabric_extension(*document, read, issues);
   if (!issues.has_error() && scene != nullptr) *scene = std::move(read);
   return issues.take();
 }

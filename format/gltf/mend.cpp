@@ -12,6 +12,7 @@
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
 #include "format/gltf/access.h"
+#include "format/gltf/references.h"
 
 namespace selvedge {
 namespace {
@@ -43,6 +44,7 @@ class Mender {
     if (root_.contains("animations") && root_["animations"].is_array()) drop_still_animations();
     clean(root_, "");
     if (!root_.contains("scenes")) root_.erase("scene");
+    need_references();
     std::vector<std::string> lines;
     for (const auto& [kind, found] : left_out_) {
       lines.push_back(
@@ -64,6 +66,12 @@ class Mender {
     for (std::size_t i = 0; i < array_of(root_, "bufferViews").size(); ++i)
       reader.bytes(static_cast<int>(i), fmt::format("/bufferViews/{}", i));
     if (reader.fault) throw Failure{*reader.fault};
+  }
+
+  void need_references() const {
+    IssueSink issues(document_.file);
+    check_references(document_, issues);
+    if (issues.has_error()) throw Failure{issues.first_error()};
   }
 
   void need_items(const Json& owner, const char* list, const std::string& place) const {

@@ -2,7 +2,10 @@
 
 #include <doctest/doctest.h>
 
+#include <map>
+
 #include "converter/dress/uv_scale.h"
+#include "format/gltf/access.h"
 #include "format/gltf/read_scene.h"
 #include "tests/converter/workshop.h"
 
@@ -28,4 +31,35 @@ TEST_CASE("true size: a document without nodes is refused as it is") {
   const Error error = test::error_of(size_garment(document, 0.01, {}, {}));
   CHECK(error.code == Code::garment_empty);
   CHECK(document.json == before);
+}
+
+TEST_CASE("true size: scenes that share nodes are all scaled, and no node gets two parents") {
+  const Workshop workshop;
+  GltfDocument document = test::need(load_gltf(workshop.garment));
+  const int shared = document.json["scenes"][0]["nodes"][0];
+  const auto count = static_cast<int>(document.json["nodes"].size());
+  document.json["nodes"].push_back({{"name", "alone"}});
+  document.json["scenes"] = Json::parse("[{},{},{},{}]");
+  document.json["scenes"][0]["nodes"] = {shared, count};
+  document.json["scenes"][1]["nodes"] = {shared};
+  document.json["scenes"][3]["nodes"] = {count, shared};
+  REQUIRE(size_garment(document, 0.01, {}, {}));
+  std::map<int, int> parents;
+  for (const Json& node : document.json["nodes"]) {
+    for (const Json& child : array_of(node, "children")) ++parents[child.get<int>()];
+  }
+  CHECK(parents == std::map<int, int>{{shared, 1}, {count, 1}});
+  CHECK_FALSE(document.json["scenes"][2].contains("nodes"));
+  for (const char* scene : {"0", "1", "3"})
+    CHECK(bounds_of(test::need(read_scene(document, {}, {scene, ""}))).size().y == doctest::Approx(0.01));
+}
+
+TEST_CASE("true size: a scene that lists the child of a node is refused") {
+  const Workshop workshop;
+  GltfDocument document = test::need(load_gltf(workshop.garment));
+  const int root = document.json["scenes"][0]["nodes"][0];
+  document.json["nodes"].push_back({{"children", {root}}});
+  const Error error = test::error_of(size_garment(document, 0.01, {}, {}));
+  CHECK(error.code == Code::gltf_malformed);
+  CHECK(error.place == "/scenes/0/nodes/0");
 }

@@ -19,7 +19,7 @@ GltfDocument document_of(const char* json) {
 
 TEST_CASE("mend: what says nothing is left out, one line for each kind, and the rest stays") {
   GltfDocument document = document_of(R"({
-    "asset":{"version":"2.0","generator":7},"scene":0,"scenes":[],"animations":[
+    "asset":{"version":"2.0","generator":7},"accessors":[{},{},{}],"scene":0,"scenes":[],"animations":[
       {"channels":[],"samplers":[]},{"name":"walk","channels":[{"sampler":0}],"samplers":[{"input":0}]}],
     "nodes":[{"name":[1],"children":[]},{"camera":null,"extras":{"name":3,"list":[]}}],"skins":[],
     "extensions":{"ACME_things":{"name":3,"list":[]}},
@@ -27,7 +27,7 @@ TEST_CASE("mend: what says nothing is left out, one line for each kind, and the 
       {"attributes":{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_01":1,"TEXCOORD_":1,"uv":1,"_OWN":2}}]}]})");
   const std::vector<std::string> lines = test::need(mend(document));
   CHECK(document.json == Json::parse(R"({
-    "asset":{"version":"2.0"},"animations":[
+    "asset":{"version":"2.0"},"accessors":[{},{},{}],"animations":[
       {"name":"walk","channels":[{"sampler":0}],"samplers":[{"input":0}]}],
     "nodes":[{},{"extras":{"name":3,"list":[]}}],
     "extensions":{"ACME_things":{"name":3,"list":[]}},
@@ -67,6 +67,7 @@ TEST_CASE("mend: what has to stay and breaks a rule is refused where it stands")
 
 TEST_CASE("mend: a hundred texture coordinates without a gap are as they should be") {
   GltfDocument document = document_of(R"({"meshes":[{"primitives":[{"attributes":{}}]}]})");
+  document.json["accessors"] = Json::array_t(100, Json::object());
   for (int i = 0; i < 100; ++i)
     document.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_" + std::to_string(i)] = i;
   const Json before = document.json;
@@ -76,11 +77,18 @@ TEST_CASE("mend: a hundred texture coordinates without a gap are as they should 
 
 TEST_CASE("mend: attributes of morph targets are looked at as well") {
   GltfDocument document = document_of(R"({"meshes":[{"primitives":[{"attributes":{"POSITION":0},
-    "targets":[{"POSITION":1,"uv":2},{"POSITION":null,"NORMAL":3}]}]}]})");
+    "targets":[{"POSITION":1,"uv":2},{"POSITION":null,"NORMAL":3}]}]}],"accessors":[{},{},{},{}]})");
   const std::vector<std::string> lines = test::need(mend(document));
   CHECK(document.json["meshes"][0]["primitives"][0]["targets"] ==
         Json::parse(R"([{"POSITION":1},{"NORMAL":3}])"));
   const std::string target = "left out: /meshes/0/primitives/0/targets/";
   CHECK(lines == std::vector<std::string>{target + "0/uv, which is no attribute of glTF",
                                           target + "1/POSITION, which is null"});
+}
+
+TEST_CASE("mend: numbers of what is not there are refused, for dressing would put something there") {
+  GltfDocument document = document_of(R"({"meshes":[{"primitives":[{"attributes":{},"material":0}]}]})");
+  const Error error = test::error_of(mend(document));
+  CHECK(error.code == Code::gltf_accessor);
+  CHECK(error.place == "/meshes/0/primitives/0/material");
 }
