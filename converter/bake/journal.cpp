@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 
 #include <cerrno>
 #include <cstring>
@@ -38,6 +39,12 @@ bool is_in(const BakeShard& shard, std::size_t unit) {
 
 /// Reads exactly `count` bytes; nothing if there are fewer.
 std::optional<std::string> read_bytes(std::FILE* file, std::size_t count) {
+  // A header may declare records of any size: asked of the file before there is room for one.
+  struct stat status {};
+  const off_t at = ftello(file);
+  if (fstat(fileno(file), &status) != 0 || at < 0 || at > status.st_size ||
+      count > static_cast<std::size_t>(status.st_size - at))
+    return std::nullopt;
   std::string bytes(count, '\0');
   if (std::fread(bytes.data(), 1, count, file) != count) return std::nullopt;
   return bytes;
@@ -49,7 +56,8 @@ struct Head {
 };
 
 Result<Head> read_head(std::FILE* file, const std::string& path) {
-  constexpr std::size_t max_text = std::size_t{1} << 28;
+  // The samples file has the text in its header.
+  constexpr std::size_t max_text = ExrLimits{}.header_bytes;
   std::string line(256, '\0');
   if (std::fgets(line.data(), static_cast<int>(line.size()), file) == nullptr) line.clear();
   std::istringstream words(line);

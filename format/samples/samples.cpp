@@ -172,11 +172,8 @@ void SamplesReader::select(Side side) {
 
 namespace {
 
-/// Reads rows [first, first + count) of a scanline part of `width` x `height` pixels; planes are in the order
-/// of the wanted channels, not in the file's alphabetical one.
-Result<std::vector<std::vector<float>>> read_planes(ExrReader& reader, const char* name, int width,
-                                                    int height, const std::vector<ExrChannel>& wanted,
-                                                    int first, int count) {
+/// The index of a scanline part of `width` x `height` pixels.
+Result<int> part_of(const ExrReader& reader, const char* name, int width, int height) {
   const int index = reader.find_part(name);
   if (index < 0) return malformed(reader.name(), name, "the part is missing");
   const ExrPart& part = reader.parts()[index];
@@ -184,8 +181,19 @@ Result<std::vector<std::vector<float>>> read_planes(ExrReader& reader, const cha
     return malformed(reader.name(), name,
                      fmt::format("is not a scanline part of {}x{} pixels", width, height));
   }
+  return index;
+}
+
+/// Reads rows [first, first + count) of a scanline part of `width` x `height` pixels; planes are in the order
+/// of the wanted channels, not in the file's alphabetical one.
+Result<std::vector<std::vector<float>>> read_planes(ExrReader& reader, const char* name, int width,
+                                                    int height, const std::vector<ExrChannel>& wanted,
+                                                    int first, int count) {
+  const Result<int> index = part_of(reader, name, width, height);
+  if (!index) return tl::unexpected(index.error());
+  const ExrPart& part = reader.parts()[*index];
   if (part.channels.size() != wanted.size()) return malformed(reader.name(), name, "has other channels");
-  auto pixels = reader.read_rows(index, first, count);
+  auto pixels = reader.read_rows(*index, first, count);
   if (!pixels) return tl::unexpected(pixels.error());
   std::vector<std::vector<float>> planes;
   for (const ExrChannel& channel : wanted) {
@@ -233,6 +241,12 @@ Result<SamplesReader> SamplesReader::open(Result<ExrReader> reader) {
   }
   auto header = samples_header_from_json(*text, path);
   if (!header) return tl::unexpected(header.error());
+  // Now, as all that is read gets its room by the header.
+  const int rows = header->height * header->view_count();
+  for (const auto& [name, width] : {std::pair(names::part_radiance, header->width * header->light_count()),
+                                    std::pair(names::part_surface, header->width)}) {
+    if (const auto part = part_of(*reader, name, width, rows); !part) return tl::unexpected(part.error());
+  }
   return SamplesReader(std::move(*reader), std::move(*header));
 }
 

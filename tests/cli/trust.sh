@@ -240,4 +240,50 @@ test_what_a_killed_run_left_of_its_page_is_taken_away_by_the_next() {
   [ ! -e tmp/selvedge-view-page-living ]
 }
 
+# write_part FILE STATEMENT: the head of a part of a bake, without any of its records, with the header as `h`.
+write_part() {
+  node --input-type=module -e 'import fs from "node:fs";
+    const [from, to, change] = process.argv.slice(1);
+    const { xxh3_128 } = await import(process.env.KIT);
+    const bytes = fs.readFileSync(from), end = bytes.indexOf(10), words = bytes.toString("latin1", 0, end).split(" ");
+    const h = JSON.parse(bytes.toString("utf8", end + 1, end + 1 + Number(words[4])));
+    eval(change);
+    const text = Buffer.from(JSON.stringify(h));
+    fs.writeFileSync(to, Buffer.concat([Buffer.from(`${words[0]} 0 1 ${xxh3_128(text)} ${text.length}\n`), text]));' whole.part "$@"
+}
+
+test_a_part_of_a_bake_takes_no_more_than_its_bytes() {
+  if sanitized; then exit 77; fi
+  export KIT=$root/spec/conformance/reference/reader.mjs
+  write_plane plane.obj
+  selvedge bake plane.obj --period 2x2 -o whole.part --shard 0/1 --quiet "${small[@]}"
+  # Without any change; records of 6.6 GB each; as many of 0.9 GB as there can be views.
+  local texels='h.texels = [4096, 4096]; h.provenance = {};'
+  write_part same.part ''
+  write_part large.part "$texels h.views.columns = h.views.rows = 1; h.lights.columns = h.lights.rows = 8"
+  write_part many.part "$texels h.views.columns = h.views.rows = 64; h.lights.columns = h.lights.rows = 1"
+  for part in same large many; do
+    refuses SAMPLES_MALFORMED 'unit 0 is damaged' bash -c 'ulimit -t 5 -v 1000000; exec selvedge merge "$0" -o o.exr' $part.part
+  done
+  # A text longer than the file.
+  head -c 100 whole.part | sed '1s/ [0-9]*$/ 16777216/' >text.part
+  refuses SAMPLES_MALFORMED 'its header is damaged' selvedge merge text.part -o o.exr
+}
+
+test_samples_take_no_more_than_their_parts() {
+  if sanitized; then exit 77; fi
+  make_plane_fabric
+  # In the place of the provenance a header of as many bytes.
+  node -e 'const fs = require("fs"), bytes = fs.readFileSync("plane.samples.exr"), begin = bytes.indexOf("selvedge.samples\0string\0") + 24;
+    const size = bytes.readInt32LE(begin), h = JSON.parse(bytes.toString("utf8", begin + 4, begin + 4 + size));
+    h.texels = [4096, 4096], h.provenance = {};
+    bytes.write(JSON.stringify(h).padEnd(size), begin + 4);
+    fs.writeFileSync("large.exr", bytes);'
+  for verb in 'fit large.exr -o o.exr' 'fit large.exr -o o.exr --budget 1M' 'compare plane.fabric.exr large.exr' 'check large.exr --quiet'; do
+    # shellcheck disable=SC2086
+    refuses SAMPLES_MALFORMED 'large.exr: radiance: is not a scanline part of 65536x65536 pixels' \
+      bash -c 'ulimit -t 5 -v 1000000; exec selvedge "$@"' selvedge $verb
+  done
+}
+
 "$2"
