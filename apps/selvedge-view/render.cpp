@@ -114,9 +114,7 @@ class Series {
   }
 
   /// Moves all files to their final places.
-  void commit() {
-    for (AtomicFile& file : files_) must(file.commit());
-  }
+  void commit() { must(commit_all(std::move(files_))); }
 
   const std::vector<RenderStats>& stats() const { return stats_; }
   double write_seconds() const { return write_seconds_; }

@@ -371,11 +371,13 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));
     std::vector<AtomicFile> usd = stage_usd(document, options.usd, limits, report);
-    report.bytes = must(save_gltf(std::move(document), output_path));
+    StagedGltf staged = must(stage_gltf(std::move(document), output_path));
+    report.bytes = staged.bytes;
     for (AtomicFile& file : usd) {
-      must(file.commit());
       report.usd_files.push_back(file.path());
+      staged.files.push_back(std::move(file));
     }
+    must(commit_all(std::move(staged.files)));
     return report;
   } catch (const Failure& failure) {
     return tl::unexpected(failure.error);

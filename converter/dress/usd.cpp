@@ -5,7 +5,6 @@
 
 #include <cctype>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <set>
@@ -242,13 +241,8 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, c
 Result<std::vector<AtomicFile>> stage(const UsdFiles& files) {
   std::vector<AtomicFile> staged;
   for (const UsdFile& file : files.files) {
-    Result<AtomicFile> one = AtomicFile::create(file.path);
+    Result<AtomicFile> one = stage_file(file.path, file.bytes);
     if (!one) return tl::unexpected<Error>(std::move(one.error()));
-    std::ofstream stream(one->temporary(), std::ios::binary | std::ios::trunc);
-    stream.write(reinterpret_cast<const char*>(file.bytes.data()),
-                 static_cast<std::streamsize>(file.bytes.size()));
-    stream.close();
-    if (!stream) return fail(Code::file_unwritable, file.path, "", "cannot be written");
     staged.push_back(std::move(*one));
   }
   return staged;

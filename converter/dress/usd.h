@@ -33,7 +33,7 @@ struct UsdFiles {
 Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path,
                         const SceneLimits& limits = {});
 
-/// Writes all files beside their final places; they appear there with commit(), in this order.
+/// Writes all files beside their final places; they appear there with commit_all(), in this order.
 Result<std::vector<AtomicFile>> stage(const UsdFiles& files);
 
 }  // namespace selvedge

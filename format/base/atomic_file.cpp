@@ -194,14 +194,46 @@ Result<void> AtomicFile::commit() {
   return {};
 }
 
-Result<void> write_file(const std::string& path, std::span<const std::uint8_t> bytes) {
+Result<void> commit_all(std::vector<AtomicFile> files) {
+  // What is replaced keeps a second name until all are in their places. Where there are no second names, it
+  // does not come back.
+  std::vector<std::pair<std::string, std::string>> done;
+  Result<void> good;
+  for (AtomicFile& file : files) {
+    const std::string path = file.path();
+    const std::string before = mode_of(path) ? file.temporary() + ".before" : "";
+    if (!before.empty()) static_cast<void>(link(path.c_str(), before.c_str()));
+    good = file.commit();
+    if (!good) {
+      unlink(before.c_str());
+      break;
+    }
+    done.emplace_back(path, before);
+  }
+  for (const auto& [path, before] : done) {
+    if (good || before.empty()) {
+      unlink(good ? before.c_str() : path.c_str());
+    } else {
+      std::rename(before.c_str(), path.c_str());
+    }
+  }
+  return good;
+}
+
+Result<AtomicFile> stage_file(const std::string& path, std::span<const std::uint8_t> bytes) {
   auto file = AtomicFile::create(path);
-  if (!file) return tl::unexpected(file.error());
+  if (!file) return file;
   std::FILE* out = std::fopen(file->temporary().c_str(), "wb");
   const bool opened = out != nullptr;
   const bool written = opened && std::fwrite(bytes.data(), 1, bytes.size(), out) == bytes.size();
   const bool closed = opened && std::fclose(out) == 0;
   if (!written || !closed) return fail(Code::file_unwritable, path, {}, reason());
+  return file;
+}
+
+Result<void> write_file(const std::string& path, std::span<const std::uint8_t> bytes) {
+  auto file = stage_file(path, bytes);
+  if (!file) return tl::unexpected(file.error());
   return file->commit();
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "format/base/error.h"
 
@@ -37,6 +38,12 @@ class AtomicFile {
   std::string path_;
   std::unique_ptr<Unfinished> unfinished_;
 };
+
+/// Renames all of them, or none: where one cannot be, those before it are as they were.
+Result<void> commit_all(std::vector<AtomicFile> files);
+
+/// Writes all bytes to a temporary file, for commit().
+Result<AtomicFile> stage_file(const std::string& path, std::span<const std::uint8_t> bytes);
 
 /// Writes all bytes as one file, atomically.
 Result<void> write_file(const std::string& path, std::span<const std::uint8_t> bytes);

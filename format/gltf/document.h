@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "format/base/atomic_file.h"
 #include "format/base/error.h"
 #include "format/base/issue_sink.h"
 #include "format/gltf/limits.h"
@@ -55,5 +56,12 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
 /// pictures and fabrics stay in their places, and their URIs are rewritten for the output's
 /// folder (move_document). Missing pictures keep their (rewritten) URI. Unused bytes are left out.
 Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path);
+
+/// The same files beside their places, which appear with commit_all().
+struct StagedGltf {
+  std::vector<AtomicFile> files;
+  std::uint64_t bytes = 0;
+};
+Result<StagedGltf> stage_gltf(GltfDocument document, const std::string& path);
 
 }  // namespace selvedge

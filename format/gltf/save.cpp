@@ -4,10 +4,9 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <set>
 
-#include "format/base/atomic_file.h"
+#include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/gltf/document.h"
 #include "format/gltf/edit.h"
@@ -136,7 +135,7 @@ fs::path buffer_path(const GltfDocument& document, const std::set<fs::path>& inp
   }
 }
 
-Result<std::uint64_t> save(GltfDocument& document, const std::string& path) {
+Result<StagedGltf> stage(GltfDocument& document, const std::string& path) {
   const fs::path output(path);
   const bool binary = has_ending(output.filename().string(), ".glb");
   if (!binary && !has_ending(output.filename().string(), ".gltf"))
@@ -150,34 +149,40 @@ Result<std::uint64_t> save(GltfDocument& document, const std::string& path) {
   move_document(document, output.parent_path().string());
   if (binary) embed_images(document);
   Bytes buffer = merge_buffers(document);
+  StagedGltf staged;
   if (binary) {
     const Bytes file = glb_of(document.json.dump(), std::move(buffer));
     if (file.size() > 0xFFFFFFFF) return fail(Code::file_too_large, path, "", "more than 4 GB");
-    return write_file(path, file).map([&] { return std::uint64_t{file.size()}; });
+    staged.bytes = file.size();
+    staged.files.push_back(must(stage_file(path, file)));
+    return staged;
   }
-  // Both files are written or neither: the text gets its place last, if the buffer could be written.
-  Result<AtomicFile> file = AtomicFile::create(path);
-  if (!file) return tl::unexpected<Error>(std::move(file.error()));
-  const fs::path target = buffer.empty() ? fs::path() : buffer_path(document, inputs, output);
-  if (!buffer.empty()) document.json["buffers"][0]["uri"] = relative_uri(target.string(), document.folder);
+  const std::string target = buffer.empty() ? "" : buffer_path(document, inputs, output).string();
+  if (!buffer.empty()) document.json["buffers"][0]["uri"] = relative_uri(target, document.folder);
   const std::string text = document.json.dump(2) + "\n";
-  const Result<void> written = buffer.empty() ? Result<void>() : write_file(target.string(), buffer);
-  if (!written) return tl::unexpected<Error>(written.error());
-  std::ofstream stream(file->temporary(), std::ios::binary | std::ios::trunc);
-  stream.write(text.data(), static_cast<std::streamsize>(text.size()));
-  stream.close();
-  if (!stream) return fail(Code::file_unwritable, path, "", "cannot be written");
-  return file->commit().map([&] { return std::uint64_t{buffer.size() + text.size()}; });
+  AtomicFile file = must(stage_file(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}));
+  if (!buffer.empty()) staged.files.push_back(must(stage_file(target, buffer)));
+  staged.files.push_back(std::move(file));
+  staged.bytes = buffer.size() + text.size();
+  return staged;
 }
 
 }  // namespace
 
-Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path) {
+Result<StagedGltf> stage_gltf(GltfDocument document, const std::string& path) {
   try {
-    return save(document, path);
+    return stage(document, path);
+  } catch (const Failure& failure) {
+    return tl::unexpected(failure.error);
   } catch (const std::exception& error) {
     return fail(Code::file_unwritable, path, "", error.what());
   }
+}
+
+Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path) {
+  Result<StagedGltf> staged = stage_gltf(std::move(document), path);
+  if (!staged) return tl::unexpected(std::move(staged.error()));
+  return commit_all(std::move(staged->files)).map([&] { return staged->bytes; });
 }
 
 }  // namespace selvedge

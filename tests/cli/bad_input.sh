@@ -37,6 +37,18 @@ test_a_full_disk_is_an_error_and_leaves_nothing() {
   refuses FILE_UNWRITABLE o.ply limited selvedge stitch plain-knit -o o.ply
 }
 
+test_all_files_of_a_dressed_garment_are_written_or_none() {
+  make_plane_fabric
+  write_quad quad.gltf
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all
+  # The buffer fits onto the disk, the text does not; the fallback's pictures do, the layer does not.
+  short() { (ulimit -f 2 && "$@"); }
+  [ "$(stat -c %s o.bin)" -lt 2048 ] && [ "$(stat -c %s o.gltf)" -gt 2048 ] || fail "other sizes"
+  refuses FILE_UNWRITABLE o.gltf short selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all --backing '#ffffff'
+  refuses FILE_UNWRITABLE new.gltf short selvedge dress quad.gltf plane.fabric.exr -o new.gltf --all
+  refuses FILE_UNWRITABLE none/o selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all --backing '#ffffff' --usda none/o.usda
+}
+
 test_refuses_samples_cut_short() {
   make_plane_fabric
   cut_short plane.samples.exr short.exr
