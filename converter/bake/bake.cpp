@@ -163,7 +163,14 @@ Result<BakeJournal> bake_units(const CellMesh& given, const std::string& name, B
   return journal;
 }
 
-std::string journal_of(const std::string& output) { return output + ".journal"; }
+/// The place of the journal. What a link there leads to is not of whoever names the output: it is refused.
+Result<std::string> journal_of(const std::string& output) {
+  std::string path = output + ".journal";
+  std::error_code none;
+  if (std::filesystem::is_symlink(path, none))
+    return fail(Code::file_unwritable, path, {}, "is a link, where the journal of the bake belongs");
+  return path;
+}
 
 }  // namespace
 
@@ -173,8 +180,10 @@ Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const Bak
   const auto start = Clock::now();
   // Report an unwritable output before the work, not after it.
   if (const auto writable = AtomicFile::create(output); !writable) return tl::unexpected(writable.error());
+  const auto journal_path = journal_of(output);
+  if (!journal_path) return tl::unexpected(journal_path.error());
   BakeReport report;
-  auto journal = bake_units(mesh, name, options, provenance, {}, journal_of(output), watcher, report);
+  auto journal = bake_units(mesh, name, options, provenance, {}, *journal_path, watcher, report);
   if (!journal) return tl::unexpected(journal.error());
   if (auto ok = assemble({&*journal, 1}, output, report); !ok) return tl::unexpected(ok.error());
   journal->remove();
@@ -190,12 +199,14 @@ Result<BakeReport> bake_shard(const CellMesh& mesh, const std::string& name, con
                 fmt::format("{}/{} is not one of its parts", shard.index, shard.count));
   }
   if (const auto writable = AtomicFile::create(output); !writable) return tl::unexpected(writable.error());
+  const auto journal_path = journal_of(output);
+  if (!journal_path) return tl::unexpected(journal_path.error());
   BakeReport report;
   // A finished part is read as a journal to go on from: a task that is run again repeats no units.
   std::error_code none;
-  if (!std::filesystem::exists(journal_of(output), none) && BakeJournal::read(output))
-    std::filesystem::copy_file(output, journal_of(output), none);
-  auto journal = bake_units(mesh, name, options, provenance, shard, journal_of(output), watcher, report);
+  if (!std::filesystem::exists(*journal_path, none) && BakeJournal::read(output))
+    std::filesystem::copy_file(output, *journal_path, none);
+  auto journal = bake_units(mesh, name, options, provenance, shard, *journal_path, watcher, report);
   if (!journal) return tl::unexpected(journal.error());
   if (auto ok = journal->rename(output); !ok) return tl::unexpected(ok.error());
   return report;

@@ -286,4 +286,17 @@ test_samples_take_no_more_than_their_parts() {
   done
 }
 
+test_a_link_in_the_place_of_a_journal_is_not_followed() {
+  write_plane plane.obj
+  echo mine >mine.txt
+  ln -s mine.txt k.exr.journal
+  ln -s none.txt n.exr.journal
+  for output in k.exr n.exr; do
+    refuses FILE_UNWRITABLE $output.journal selvedge bake plane.obj --period 2x2 -o $output "${small[@]}"
+    refuses FILE_UNWRITABLE $output.journal selvedge bake plane.obj --period 2x2 -o $output --shard 0/2 "${small[@]}"
+  done
+  ln -s mine.txt s.exr.journal
+  refuses FILE_UNWRITABLE s.exr.journal selvedge make plane.obj --period 2x2 -o o.exr --keep-samples s.exr "${small[@]}"
+}
+
 "$2"
