@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 
+#include "apps/common/paths.h"
 #include "format/base/option_text.h"
 
 namespace selvedge {
@@ -95,6 +97,21 @@ const Option& Option::ends_in(std::vector<std::string> endings) const {
   return *this;
 }
 
+const Option& Option::reads(bool named) const {
+  files_->push_back({option_, FileOption::Use::read, named});
+  return *this;
+}
+
+const Option& Option::rewrites() const {
+  files_->push_back({option_, FileOption::Use::rewritten, false});
+  return *this;
+}
+
+const Option& Option::writes() const {
+  files_->push_back({option_, FileOption::Use::written, false});
+  return *this;
+}
+
 const Option& Option::excludes(const Option& other) const {
   option_->excludes(other.option_);
   return *this;
@@ -115,6 +132,39 @@ const Option& Option::count(int min, int max) const {
   return *this;
 }
 
+Options::Options(CLI::App& app) : app_(app) {
+  app_.final_callback([this] {
+    check_files();
+    for (const auto& each : checks_) each();
+  });
+}
+
+void Options::check_files() const {
+  using Use = FileOption::Use;
+  std::map<std::string, std::vector<const FileOption*>> uses;  ///< by identity of the file
+  for (const FileOption& file : files_) {
+    const std::string name = file.option->get_name();
+    for (const std::string& value : file.option->results()) {
+      if (file.use == Use::written && value.empty()) refuse(name, "names no file");
+      if (file.use == Use::written && value == "-") {
+        if (file.option->get_type_name().ends_with("|-")) continue;
+        refuse(name, "cannot be standard output; name a file");
+      }
+      const std::string path = value.substr(file.named ? value.find('=') + 1 : 0);
+      std::vector<const FileOption*>& before = uses[identity_of(path)];
+      for (const FileOption* other : before) {
+        const auto [output, input] =
+            file.use == Use::written ? std::pair(&file, other) : std::pair(other, &file);
+        const bool in_place = input->use == Use::rewritten && output->option->get_name() == "--output";
+        if (output->use != Use::written || in_place) continue;
+        refuse(output->option->get_name(),
+               fmt::format("{} is the file of {} as well", path, input->option->get_name()));
+      }
+      before.push_back(&file);
+    }
+  }
+}
+
 void Options::group(const char* heading) { group_ = *heading == '\0' ? "Options" : heading; }
 
 void Options::common(CommonOptions& common) {
@@ -127,7 +177,7 @@ void Options::common(CommonOptions& common) {
 Option Options::add(CLI::Option* option, const char* type) {
   option->group(group_);
   if (*type != '\0') option->type_name(type);
-  return Option(option);
+  return {option, files_};
 }
 
 template <class T>
@@ -237,20 +287,15 @@ Option Options::list(const char* name, const char* type, const std::string& help
 
 Option Options::output(std::string& path, const std::string& help, std::vector<std::string> endings) {
   Option option = text("-o,--output", path, "FILE", help);
+  option.writes();
   check([&path, endings = std::move(endings)] {
-    if (path == "-") refuse("--output", "cannot be standard output; name a file");
     const std::string fault = fault_of_ending(path, endings);
     if (!path.empty() && !endings.empty() && !fault.empty()) refuse("--output", fault);
   });
   return option;
 }
 
-void Options::check(std::function<void()> check) {
-  checks_.push_back(std::move(check));
-  app_.final_callback([this] {
-    for (const auto& each : checks_) each();
-  });
-}
+void Options::check(std::function<void()> check) { checks_.push_back(std::move(check)); }
 
 bool Options::given(const char* name) const { return app_.count(name) > 0; }
 bool Options::declared(const char* name) const { return app_.get_option_no_throw(name) != nullptr; }

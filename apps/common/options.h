@@ -25,16 +25,31 @@ namespace selvedge {
 /// Ends the parsing of a command line: "--option: why" in one line, exit status 2.
 [[noreturn]] void refuse(const std::string& option, const std::string& why);
 
+/// An option whose values name files.
+struct FileOption {
+  /// What is rewritten is read, and --output may be the same file.
+  enum class Use { read, rewritten, written };
+  const CLI::Option* option;
+  Use use;
+  bool named;  ///< the values are NAME=FILE, the name perhaps left out
+};
+
 /// A declared option. Each function adds a constraint and returns the option.
 class Option {
  public:
-  explicit Option(CLI::Option* option) : option_(option) {}
+  /// `files`: those of the verb.
+  Option(CLI::Option* option, std::vector<FileOption>& files) : option_(option), files_(&files) {}
 
   const Option& required(bool is_required = true) const;
   /// A number in [min, max], neither NaN nor infinite.
   const Option& in(double min, double max) const;
   /// A file's name with one of these endings.
   const Option& ends_in(std::vector<std::string> endings) const;
+  /// Names files that the verb reads: none of them may be one that it writes, wherever links lead.
+  const Option& reads(bool named = false) const;
+  const Option& rewrites() const;
+  /// Nor may two that it writes be one file. Neither "" nor, unless the type has "|-", "-".
+  const Option& writes() const;
   const Option& excludes(const Option& other) const;
   const Option& needs(const Option& other) const;
   /// Replaces the help text.
@@ -44,13 +59,14 @@ class Option {
 
  private:
   CLI::Option* option_;
+  std::vector<FileOption>* files_;
 };
 
 /// The options of one verb. A name without dashes declares a positional argument. The help shows defaults;
 /// `type` stands for a value there, such as "N" or "FILE".
 class Options {
  public:
-  explicit Options(CLI::App& app) : app_(app) {}
+  explicit Options(CLI::App& app);
   Options(const Options&) = delete;
   Options& operator=(const Options&) = delete;
 
@@ -123,11 +139,13 @@ class Options {
 
  private:
   Option add(CLI::Option* option, const char* type);
+  void check_files() const;
 
   CLI::App& app_;
   CommonOptions* common_ = nullptr;
   std::string group_ = "Options";
   std::vector<std::function<void()>> checks_;
+  std::vector<FileOption> files_;
 };
 
 /// Parses words as the command line of a verb that `declare` declares. OPTION_OUT_OF_RANGE, of `place` in

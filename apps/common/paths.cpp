@@ -1,6 +1,7 @@
 #include "apps/common/paths.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 
@@ -8,24 +9,13 @@
 
 namespace selvedge {
 
-Result<void> check_distinct(const std::vector<std::pair<std::string, std::string>>& paths) {
-  const auto place_of = [](const std::string& path) {
-    std::error_code ignored;
-    const std::filesystem::path place = std::filesystem::weakly_canonical(path, ignored);
-    return ignored ? std::filesystem::path(path).lexically_normal() : place;
-  };
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) {
-      const auto& [name, path] = paths[i];
-      const auto& [other_name, other] = paths[k];
-      if (path.empty() || other.empty()) continue;
-      std::error_code ignored;
-      if (place_of(path) != place_of(other) && !std::filesystem::equivalent(path, other, ignored)) continue;
-      return fail(Code::option_out_of_range, path, name,
-                  fmt::format("is the file of {} as well", other_name));
-    }
-  }
-  return {};
+std::string identity_of(const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) == 0) return fmt::format("{}:{}", status.st_dev, status.st_ino);
+  std::error_code ignored;
+  const std::filesystem::path whole = std::filesystem::absolute(path, ignored);
+  const std::filesystem::path place = std::filesystem::weakly_canonical(whole, ignored);
+  return (ignored ? whole.lexically_normal() : place).string();
 }
 
 Result<void> check_writable(const std::vector<std::string>& paths) {

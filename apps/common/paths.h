@@ -2,16 +2,14 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "format/base/error.h"
 
 namespace selvedge {
 
-/// Takes pairs (role, path); empty paths are ignored. OPTION_OUT_OF_RANGE names two that are or would be the
-/// same file.
-Result<void> check_distinct(const std::vector<std::pair<std::string, std::string>>& paths);
+/// The same text for all paths that lead to one file, whether it is there or not.
+std::string identity_of(const std::string& path);
 
 /// Checks that each of these files can be created; empty paths are ignored. FILE_UNWRITABLE.
 Result<void> check_writable(const std::vector<std::string>& paths);

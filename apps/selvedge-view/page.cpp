@@ -37,7 +37,8 @@ void declare(Options& options, PageCommand& command) {
       .list("input", command.inputs, "FILE",
             "Garments (.gltf, .glb), which stand side by side; fabrics (.exr), to be swapped on them")
       .required()
-      .count(1, 64);
+      .count(1, 64)
+      .reads();
   options.output(command.output, "The page", {".html"}).required();
   add_limits(options, command.limits);
   add_environment(options, command.environment, command.around, "With none a finger moves two lamps");

@@ -19,7 +19,9 @@ constexpr std::array<std::string_view, 2> frame_names{"world", "camera"};
 }  // namespace
 
 void add_input(Options& options, PictureOptions& picture) {
-  options.text("input", picture.input, "FILE", "A glTF scene (.gltf, .glb) or a fabric (.exr)").required();
+  options.text("input", picture.input, "FILE", "A glTF scene (.gltf, .glb) or a fabric (.exr)")
+      .required()
+      .reads();
   add_limits(options, picture.limits);
   LevelOptions& levels = picture.levels;
   options.number("--layers", picture.layers, "N",
@@ -46,11 +48,12 @@ void add_repeats(Options& options, SwatchOptions& swatch) {
 void add_environment(Options& options, std::string& name, EnvironmentOptions& environment,
                      const std::string& otherwise) {
   options.group("Environment");
-  options.text(
-      "--environment", name, "FILE|studio|none",
-      "Light from all around: an equirectangular picture of radiance (.hdr, .exr), or a room with two "
-      "softboxes. " +
-          otherwise);
+  options
+      .text("--environment", name, "FILE|studio|none",
+            "Light from all around: an equirectangular picture of radiance (.hdr, .exr), or a room with two "
+            "softboxes. " +
+                otherwise)
+      .reads();
   options.number("--environment-turn", environment.turn, "DEGREES", "Turns it about the upward axis")
       .in(-360, 360);
   options.number("--environment-strength", environment.strength, "FACTOR", "Factor on its radiance")

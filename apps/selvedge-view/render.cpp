@@ -193,23 +193,12 @@ void print_remarks(const Shot& shot, const Series& series) {
   }
 }
 
-void check_paths(const RenderCommand& command) {
-  std::vector<std::pair<std::string, std::string>> paths{{"the input", command.picture.input},
-                                                         {"--compare", command.compare}};
-  if (command.stats != "-") paths.emplace_back("--stats", command.stats);
-  for (const std::string& output : command.outputs) paths.emplace_back("--output", output);
-  // A scene may be compared with itself.
-  if (command.compare == command.picture.input) paths.erase(paths.begin() + 1);
-  must(check_distinct(paths));
-}
-
 Result<int> run(const RenderCommand& command) {
   limit_mesa_threads(command.common.threads);
   if (command.outputs.size() * static_cast<std::size_t>(std::max(command.turntable, 1)) > max_files) {
     return fail(Code::option_out_of_range, "", "--turntable",
                 fmt::format("makes more than {} files at once", max_files));
   }
-  check_paths(command);
   const std::string stats_file = command.stats == "-" ? "" : command.stats;
   must(check_writable({stats_file}));
   const Clock::time_point start = Clock::now();

@@ -99,7 +99,8 @@ void declare(Options& options, RenderCommand& command) {
   options.common(command.common);
   options.list("-o,--output", command.outputs, "FILE", "The picture, .png or .exr; may be repeated")
       .required()
-      .ends_in({".png", ".exr"});
+      .ends_in({".png", ".exr"})
+      .writes();
   options.size("--size", command.size, "Size of a scene's picture in pixels", 1, 1'000'000);
   options.number("--supersample", command.render.supersample, "N",
                  "Draw N times larger per side, and average");
@@ -114,12 +115,15 @@ void declare(Options& options, RenderCommand& command) {
       .number("--turntable", command.turntable, "N",
               "Draw N frames once around a scene: name-0001.png and so on, all of them or none")
       .in(1, 9999);
-  options.text(
-      "--compare", command.compare, "FILE",
-      "Draw beside it another scene (.gltf, .glb), or the same scene in another fabric (.exr), with the same "
-      "camera and lights; a black line lies between them");
-  options.text("--stats", command.stats, "FILE|-",
-               "Report sizes, times and bytes as JSON into a file; - is --json");
+  options
+      .text("--compare", command.compare, "FILE",
+            "Draw beside it another scene (.gltf, .glb), or the same scene in another fabric (.exr), with "
+            "the same camera and lights; a black line lies between them")
+      .reads();
+  options
+      .text("--stats", command.stats, "FILE|-",
+            "Report sizes, times and bytes as JSON into a file; - is --json")
+      .writes();
   options.group("Camera (scenes)");
   add_camera(options, picture.camera);
   options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");

@@ -32,12 +32,15 @@ void declare(Options& options, ShowCommand& command) {
   PictureOptions& picture = command.picture;
   options.common(command.common);
   add_input(options, picture);
-  options.list("--fabric", command.fabrics, "FILE",
-               "A fabric file to choose from, or a folder of them; may be repeated");
+  options
+      .list("--fabric", command.fabrics, "FILE",
+            "A fabric file to choose from, or a folder of them; may be repeated")
+      .reads();
   options.size("--size", command.size, "Size of the window", 1, 1'000'000);
   options.flag("--texel-edges", command.texel_edges, "Begin with lines where texels end");
   options.text("--screenshot", command.screenshot, "FILE", "Write the window as it was when it closed")
-      .ends_in({".png"});
+      .ends_in({".png"})
+      .writes();
   options.group("Camera (scenes)");
   add_camera(options, picture.camera);
   options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");

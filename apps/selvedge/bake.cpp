@@ -146,7 +146,8 @@ struct MergeCommand {
 void declare(Options& options, MergeCommand& command) {
   options.common(command.common);
   options.list("shards", command.shards, "SHARD...", "The parts that bake --shard wrote, in any order")
-      .required();
+      .required()
+      .reads();
   options.output(command.output, "The samples file").required();
 }
 

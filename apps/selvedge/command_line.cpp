@@ -16,7 +16,7 @@ namespace {
 
 void declare(Options& options, FitCommand& command) {
   options.common(command.common);
-  options.text("samples", command.input, "FILE", "The samples file").required();
+  options.text("samples", command.input, "FILE", "The samples file").required().reads();
   add_fit(options, command.options);
   options.group("");
   options.output(command.output, "The fabric file").required();
@@ -61,8 +61,10 @@ void add_choice(Options& options, MakeCommand& command) {
 void add_list(Options& options, MakeCommand& command) {
   ListOptions& list = command.list;
   options.group("Many fabrics");
-  options.text("--list", list.path, "FILE",
-               "Make the fabrics that this file lists (JSON, docs/many.md) and that are not up to date");
+  options
+      .text("--list", list.path, "FILE",
+            "Make the fabrics that this file lists (JSON, docs/many.md) and that are not up to date")
+      .reads();
   options.text("--task", "I/N",
                "Only every N-th fabric of the list, from I (0 to N - 1) on: a task of a job array",
                [&list](const std::string& t) {
@@ -73,7 +75,7 @@ void add_list(Options& options, MakeCommand& command) {
                "Bake the parts of the listed fabrics that have \"shards\", for the tasks that make them");
   options.flag("--dry-run", list.dry_run, "Only tell what would be made");
   options.flag("--keep-going", list.keep_going, "Go on after a fabric that cannot be made");
-  options.text("--page", list.page, "DIR", "A folder for a page with a picture of each fabric");
+  options.text("--page", list.page, "DIR", "A folder for a page with a picture of each fabric").writes();
   options.check([&options, &list] {
     const bool many = !list.path.empty();
     options.refuse_if(!many, "needs --list", {"--task", "--parts", "--dry-run", "--keep-going", "--page"});
@@ -97,20 +99,24 @@ void declare(Options& options, MakeCommand& command) {
   add_fit(options, command.options);
   options.group("");
   const Option plan =
-      options.text("--for", command.plan, "PLAN",
-                   "Make only what this plan needs (selvedge plan): coarser texels, fewer levels");
+      options
+          .text("--for", command.plan, "PLAN",
+                "Make only what this plan needs (selvedge plan): coarser texels, fewer levels")
+          .reads();
   options
       .list("--material", command.materials, "NAME",
             "A material of the plan, by name or #index; may be repeated (default: all)")
       .needs(plan);
-  options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file");
+  options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file").writes();
   options.output(command.output, "The fabric file");
   options.text("--shard", "I/N", "Bake part I (from 0) of N beside the output, for a make with --shards N",
                [&command](const std::string& t) { command.shard = shard_from("--shard", t); });
   options.number("--shards", command.shards, "N", "Merge the N parts beside the output in place of a bake")
       .in(1, 4096);
-  options.text("--depfile", command.depfile, "FILE",
-               "Write the files that were read as a rule for Make and Ninja");
+  options
+      .text("--depfile", command.depfile, "FILE",
+            "Write the files that were read as a rule for Make and Ninja")
+      .writes();
   add_list(options, command);
   add_choice(options, command);
   options.check([&options, &command] {
@@ -135,14 +141,17 @@ void declare(Options& options, TradeCommand& command) {
   options.common(command.common);
   command.common.seed = 1;
   options.number("--seed", command.common.seed, "N", "Of all bakes");
-  options.text("input", command.input, "STITCH", "As make takes it").required();
+  options.text("input", command.input, "STITCH", "As make takes it").required().reads();
   add_settings(options, command.cell, &command.settings);
   options
       .text("-o,--output", command.output, "DIR",
             "A folder for points, pictures, fabrics and the page; a sweep in it goes on")
-      .required();
-  options.text("--grid", command.grid, "FILE",
-               "The points to measure (JSON, docs/trade.md), instead of those that the presets are among");
+      .required()
+      .writes();
+  options
+      .text("--grid", command.grid, "FILE",
+            "The points to measure (JSON, docs/trade.md), instead of those that the presets are among")
+      .reads();
   // Noise is estimated from two halves of equal size; pictures are halved separately.
   options.number("--repeats", command.repeats, "N", "Times are medians of so many runs").in(1, 99);
   options
@@ -161,7 +170,6 @@ void declare(Options& options, TradeCommand& command) {
       refuse("--truth-samples", fmt::format("{} is no multiple of 4", command.truth_samples));
     if (command.held_out.samples % 2 != 0)
       refuse("--held-out-samples", fmt::format("{} is no multiple of 2", command.held_out.samples));
-    if (command.output == "-") refuse("--output", "is a folder");
     if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
   });
 }

@@ -28,13 +28,15 @@ void declare(Options& options, CompareCommand& command) {
   options.common(command.common);
   options.list("files", command.files, "[FABRIC...] SAMPLES", "Fabric files, then the samples file")
       .required()
-      .count(1, 1000);
+      .count(1, 1000)
+      .reads();
   options.text("--model", command.model, "COMMAND",
                "Judge a program that answers queries as 'selvedge answer' does, on the same pairs");
   options
       .text("--plot", command.plot, "FILE",
             "Draw truth, fit and difference, and the error over angles and levels (.svg)")
-      .ends_in({".svg"});
+      .ends_in({".svg"})
+      .writes();
   options.check([&command] {
     if (command.files.size() == 1 && command.model.empty())
       refuse("files", "there is neither a fabric nor a --model");

@@ -47,8 +47,9 @@ struct DressCommand {
 void declare(Options& options, DressCommand& command) {
   options.common(command.common);
   options.text("garment", command.garment, "FILE", "A glTF file (.gltf .glb), OBJ with its materials, or PLY")
-      .required();
-  options.text("fabric", command.fabric, "FILE", "The fabric file").required();
+      .required()
+      .rewrites();
+  options.text("fabric", command.fabric, "FILE", "The fabric file").required().reads();
   options.output(command.output, "The dressed garment (.gltf .glb)", {".gltf", ".glb"}).required();
   DressOptions& dress = command.dress;
   options.list("--material", dress.materials, "NAME", "Name of a material, or #index; may be repeated");
@@ -61,16 +62,18 @@ void declare(Options& options, DressCommand& command) {
                [&dress](const std::string& text) { dress.keep.tint = color_from("--tint", text); });
   options.text("--backing", "#RRGGBB", "A plain surface of this colour behind the cloth, for solid things",
                [&dress](const std::string& text) { dress.backing = color_from("--backing", text); });
-  options.list("--variant", "NAME=#RRGGBB|FILE",
-               "A variant of the garment in this colour, or in another fabric; may be repeated",
-               [&dress](const std::vector<std::string>& texts) {
-                 std::set<std::string> names;
-                 for (const std::string& text : texts) {
-                   dress.colourways.push_back(colourway_of(text));
-                   if (!names.insert(dress.colourways.back().name).second)
-                     refuse("--variant", "gives two variants one name");
-                 }
-               });
+  options
+      .list("--variant", "NAME=#RRGGBB|FILE",
+            "A variant of the garment in this colour, or in another fabric; may be repeated",
+            [&dress](const std::vector<std::string>& texts) {
+              std::set<std::string> names;
+              for (const std::string& text : texts) {
+                dress.colourways.push_back(colourway_of(text));
+                if (!names.insert(dress.colourways.back().name).second)
+                  refuse("--variant", "gives two variants one name");
+              }
+            })
+      .reads(true);
   options.vector("--repeats", dress.repeats, "U,V",
                  "Repeats per unit of the texture coordinates, instead of the physical size");
   options.vector("--mm-per-repeat", dress.mm_per_repeat, "W,H",
@@ -97,7 +100,8 @@ void declare(Options& options, DressCommand& command) {
   options
       .text("--usda", dress.usd, "FILE",
             "Also this USD layer (.usda): the garment, its fallback, and the fabric's name")
-      .ends_in({".usda"});
+      .ends_in({".usda"})
+      .writes();
   add_limits(options, dress.limits);
   options.check([&dress] {
     if (dress.materials.empty() && !dress.all) refuse("dress", "--material or --all is required");

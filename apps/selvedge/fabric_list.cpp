@@ -6,8 +6,11 @@
 #include <map>
 #include <set>
 
+#include "apps/common/paths.h"
+#include "apps/selvedge/made_of.h"
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"
+#include "format/base/printable.h"
 
 namespace selvedge {
 namespace {
@@ -32,6 +35,7 @@ class ListReader {
 
   Result<std::vector<ListedFabric>> read() {
     const json list = must(parse_json_object(must(read_file(path_, max_list_bytes)), path_));
+    refuse_controls(list, "");
     for (const auto& [name, value] : list.items()) {
       if (name != "fabrics" && name != "defaults")
         refuse(pointer_to("", name), "is neither \"defaults\" nor \"fabrics\"");
@@ -56,12 +60,31 @@ class ListReader {
         add(laid_over(whole, variant), at, name);
       }
     }
+    inputs_.emplace(identity_of(path_), path_);
+    for (const auto& [file, place] : outputs_) {
+      if (const auto read = inputs_.find(file); read != inputs_.end())
+        refuse(place, fmt::format("writes over {}, which the list reads", read->second));
+    }
     return std::move(fabrics_);
   }
 
  private:
   [[noreturn]] void refuse(const std::string& place, const std::string& why) const {
     throw Failure{{Code::json_malformed, path_, place, why}};
+  }
+
+  /// Refuses texts that end a path or a line, or that a terminal acts upon.
+  void refuse_controls(const json& value, const std::string& place) const {
+    const auto check = [&](const std::string& text) {
+      if (printable(text) != text || text.find_first_of("\t\n") != std::string::npos)
+        refuse(place, "has a control character");
+    };
+    if (value.is_string()) check(value.get<std::string>());
+    if (!value.is_structured()) return;
+    for (const auto& [name, item] : value.items()) {
+      if (value.is_object()) check(name);
+      refuse_controls(item, pointer_to(place, name));
+    }
   }
 
   /// The members of both, of `upper` where both have one; those of "set" one by one.
@@ -102,6 +125,8 @@ class ListReader {
               const std::string& place) const {
     const std::string option = fmt::format("--{}", name);
     const std::string at = pointer_to(place, name);
+    // What comes after it would be the value of an option that has no place in a list.
+    if (name.find('=') != std::string::npos) refuse(at, "is no option");
     if (name == "set") {
       if (!value.is_object()) refuse(at, "is no object");
       for (const auto& [setting, to] : value.items()) {
@@ -124,6 +149,7 @@ class ListReader {
     ListedFabric listed;
     listed.place = place;
     const std::string stitch = text_of(fabric, "stitch", place);
+    if (stitch.starts_with('-')) refuse(pointer_to(place, "stitch"), "begins as an option does");
     // What has no ending is the name of a built-in stitch.
     const bool is_file = std::filesystem::path(stitch).has_extension();
     std::vector<std::string> words = {is_file ? in_folder(stitch) : stitch};
@@ -147,16 +173,17 @@ class ListReader {
     listed.command = must(make_command_of(words, path_, place));
     if (listed.shards > 1 && listed.command.limits.any())
       refuse(pointer_to(place, "shards"), "excludes max-bytes, min-db and max-seconds");
-    const auto [before, is_new] =
-        places_.emplace(std::filesystem::absolute(output).lexically_normal().string(), place);
+    const auto [before, is_new] = outputs_.emplace(identity_of(output), place);
     if (!is_new) refuse(place, fmt::format("has the output of {}: {}", before->second, output));
+    for (const std::string& file : inputs_of(listed.command)) inputs_.emplace(identity_of(file), file);
     fabrics_.push_back(std::move(listed));
   }
 
   std::string path_;
   std::filesystem::path folder_;
   std::vector<ListedFabric> fabrics_;
-  std::map<std::string, std::string> places_;  ///< by output
+  std::map<std::string, std::string> outputs_;  ///< places of the list, by identity_of() the file
+  std::map<std::string, std::string> inputs_;   ///< files, by the same
 };
 
 }  // namespace

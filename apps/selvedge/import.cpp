@@ -24,7 +24,8 @@ void declare(Options& options, ImportCommand& command) {
       .text("table", command.table, "TABLE|DIR",
             "A table of the pictures (CSV), or a folder of pictures with angles in their names, as "
             "tl030_pl180_tv000_pv000.png")
-      .required();
+      .required()
+      .reads();
   options.number("--width", o.width_mm, "MM", "Width of the sample that a picture shows")
       .required()
       .in(1e-3, 1e6);
@@ -43,7 +44,7 @@ void declare(Options& options, ImportCommand& command) {
       .number("--hold-out", o.hold_out, "SHARE",
               "Share of the pictures by which a fit chooses and is measured")
       .in(0, 0.5);
-  options.text("--opacity", o.opacity, "FILE", "A picture of the sample that is black in holes");
+  options.text("--opacity", o.opacity, "FILE", "A picture of the sample that is black in holes").reads();
   options.flag("--linear", o.linear, "Integers in the pictures are linear, not sRGB");
   options.flag("--xyz", o.xyz, "Colours of the pictures are CIE XYZ");
   options.number("--seed", o.seed, "N", "Seed of the choice of pictures to hold out");
@@ -53,7 +54,6 @@ void declare(Options& options, ImportCommand& command) {
 }
 
 Result<int> run(const ImportCommand& command) {
-  must(check_distinct({{"the table", command.table}, {"--output", command.output}}));
   must(check_writable({command.output}));
   const auto r = [&] {
     TerminalProgress progress("import", command.common.quiet);

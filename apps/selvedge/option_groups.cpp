@@ -31,7 +31,7 @@ Option add_cell(Options& options, std::string& input, CellOptions& cell) {
       options.text("input", input, "STITCH",
                    "A built-in stitch (selvedge stitch --list), a stitch description (.json), a "
                    "weaving draft (.wif), a knitting chart (.txt), or a mesh (.obj .ply)");
-  option.required();
+  option.required().reads();
   options.number("--grid", cell.mesh.cells_across, "N",
                  "Stitches: marching cubes along the longer period (0: as the yarns need)");
   add_settings(options, cell);

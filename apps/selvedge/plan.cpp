@@ -24,7 +24,7 @@ struct PlanCommand {
 void declare(Options& options, PlanCommand& command) {
   PlanOptions& plan = command.plan;
   options.common(command.common);
-  options.text("scene", command.scene, "FILE", "A dressed glTF file (.gltf .glb)").required();
+  options.text("scene", command.scene, "FILE", "A dressed glTF file (.gltf .glb)").required().reads();
   options.output(command.output, "The plan (.json), for selvedge make --for", {".json"});
   options.size("--size", plan.size, "Size of the frame in pixels", INT_MIN, INT_MAX);
   options.number("--supersample", plan.supersample, "N", "Draw N times larger per side");
@@ -77,7 +77,6 @@ std::string text_of(const MaterialPlan& m) {
 }
 
 Result<int> run(const PlanCommand& command) {
-  must(check_distinct({{"the scene", command.scene}, {"--output", command.output}}));
   must(check_writable({command.output}));
   const auto plan = must(plan_scene(command.scene, command.plan));
   const Json json = plan_json(plan);

@@ -20,11 +20,14 @@ struct ReattachCommand {
 void declare(Options& options, ReattachCommand& command) {
   options.common(command.common);
   options.text("garment", command.input, "FILE", "A glTF file (.gltf .glb) whose materials kept their extras")
-      .required();
+      .required()
+      .rewrites();
   options.output(command.output, "The garment with its fabrics (.gltf .glb)", {".gltf", ".glb"}).required();
   ReattachOptions& reattach = command.reattach;
-  options.list("--fabric", reattach.fabrics, "[NAME=]FILE",
-               "A fabric file that is missing, such as one that was embedded; may be repeated");
+  options
+      .list("--fabric", reattach.fabrics, "[NAME=]FILE",
+            "A fabric file that is missing, such as one that was embedded; may be repeated")
+      .reads(true);
   const Option embed = options.set_flag("--embed", reattach.embed, true,
                                         "Embed the fabrics in the glTF (default for those that were)");
   options.set_flag("--external", reattach.embed, false, "Refer to fabrics beside the glTF").excludes(embed);

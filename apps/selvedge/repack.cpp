@@ -37,7 +37,8 @@ LayerSet layers_from(const std::string& text) {
 void declare(Options& options, RepackCommand& command) {
   options.common(command.common);
   options.text("fabric", command.input, "FILE", "The fabric file; unknown parts and attributes are left out")
-      .required();
+      .required()
+      .rewrites();
   options.output(command.output, "The fabric file to write").required();
   const auto add_precision = [&](const char* half, const char* whole, const LayerSet& layers,
                                  const char* names) {

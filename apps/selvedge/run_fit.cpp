@@ -96,7 +96,6 @@ FitRecord fit_sides(SamplesReader& reader, const FitCommand& command) {
 
 FitOutcome fit_file(const std::string& samples, const FitCommand& command) {
   const auto start = std::chrono::steady_clock::now();
-  must(check_distinct({{"the samples", samples}, {"--output", command.output}}));
   // Report an unwritable output before the work, not after it.
   must(check_writable({command.output}));
   const auto named = [&](Error error) {

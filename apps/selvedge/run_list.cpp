@@ -7,6 +7,7 @@
 #include "apps/selvedge/list_page.h"
 #include "apps/selvedge/made_of.h"
 #include "apps/selvedge/run_make.h"
+#include "format/base/printable.h"
 #include "format/fabric/file.h"
 #include "format/quality/fit_record.h"
 
@@ -87,7 +88,7 @@ class ListRun {
     if (state == "made" || state == "upToDate") row.update(figures_of(output));
     row["command"] = command.line + part;
     rows_.push_back(row);
-    if (!common_.json && !common_.quiet) fmt::print("{}: {}\n", output, line);
+    if (!common_.json && !common_.quiet) fmt::print("{}\n", printable(output + ": " + line));
   }
 
   /// Bytes of the file, and of a fabric the dB of level 0 on its held-out pairs.

@@ -6,7 +6,6 @@
 
 #include <filesystem>
 
-#include "apps/common/paths.h"
 #include "apps/selvedge/bake.h"
 #include "apps/selvedge/made_of.h"
 #include "apps/selvedge/run_fit.h"
@@ -71,11 +70,6 @@ BakeReport bake_part(const MakeCommand& command, const BakeShard& shard) {
 }
 
 MadeFabric make_fabric(const MakeCommand& command) {
-  must(check_distinct({{"the input", command.input},
-                       {"--output", command.output},
-                       {"--keep-samples", command.samples},
-                       {"--depfile", command.depfile},
-                       {"--for", command.plan}}));
   BakeCommand bake = bake_of(command);
   FitCommand fit;
   if (command.recorded) fit.made_of = must(digest_of_inputs(command));

@@ -52,10 +52,12 @@ void declare(Options& options, SwatchCommand& command) {
       options, command.lights,
       "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "
       "and a fill light of 0.3)");
-  options.text(
-      "--environment", command.environment, "FILE|studio",
-      "Light from all around instead: an equirectangular picture (.hdr, .exr), as a lamp for each pixel "
-      "of 32 x 16 and up to four for what is bright. The exposure of PNG files is then 1");
+  options
+      .text(
+          "--environment", command.environment, "FILE|studio",
+          "Light from all around instead: an equirectangular picture (.hdr, .exr), as a lamp for each pixel "
+          "of 32 x 16 and up to four for what is bright. The exposure of PNG files is then 1")
+      .reads();
   options.number("--environment-turn", command.around.turn, "DEGREES", "Turns it about the upward axis")
       .in(-360, 360);
   options.number("--environment-strength", command.around.strength, "FACTOR", "Factor on its radiance")
@@ -153,7 +155,6 @@ Drawn draw(const SwatchCommand& command) {
 }
 
 Drawn make(SwatchCommand command) {
-  must(check_distinct({{"the input", command.input}, {"--output", command.output}}));
   must(check_writable({command.output}));
   if (!command.environment.empty()) {
     command.lights = lamps_above(must(environment_named(command.environment, command.around)));

@@ -190,7 +190,8 @@ test_refuses_to_reattach_where_nothing_is_lost_or_nothing_is_found() {
   refuses FABRIC_MALFORMED plane.samples.exr selvedge reattach packed.glb -o o.glb --fabric plane.samples.exr
   refuses FILE_UNWRITABLE none/o.glb selvedge reattach packed.glb -o none/o.glb --fabric plane.fabric.exr
   cp plane.fabric.exr fabric.glb
-  refuses FILE_UNWRITABLE fabric.glb selvedge reattach packed.glb -o fabric.glb --fabric fabric.glb
+  exits 2 selvedge reattach packed.glb -o fabric.glb --fabric fabric.glb
+  same plane.fabric.exr fabric.glb
 }
 
 test_refuses_a_usd_layer_that_cannot_be_written_and_leaves_no_gltf_either() {

@@ -78,6 +78,15 @@ test_a_list_is_read_whole_before_any_work() {
   bad JSON_MALFORMED "/fabrics/1/threads: has no place" 's/"twill"/"twill", "threads": 2/'
   bad JSON_MALFORMED "/more" 's/{"defaults"/{"more": 1, "defaults"/'
   bad JSON_MALFORMED "" 's/^{/[/'
+  # No other option comes through as the name or the value of one, and nothing that ends a path or a line.
+  bad JSON_MALFORMED "/fabrics/1/keep-samples=smuggled: is no option" 's/"twill"/"twill", "keep-samples=smuggled": "x"/'
+  bad JSON_MALFORMED "/fabrics/1/stitch" 's/"twill"/"--keep-samples=smuggled"/'
+  bad JSON_MALFORMED "/fabrics/1/output: has a control character" 's/twill.fabric/twill\\u0000.fabric/'
+  bad JSON_MALFORMED "/fabrics/1/output: has a control character" 's/twill.fabric/twill\\u001b[31m.fabric/'
+  bad JSON_MALFORMED "/fabrics/1: has a control character" 's/"twill"/"twill", "view\\ns": 3/'
+  # What one reads no other writes.
+  bad JSON_MALFORMED "/fabrics/1: writes over own stitch.json" 's/out.twill.fabric.exr/own stitch.json/'
+  bad JSON_MALFORMED "/fabrics/1: writes over bad.json" 's/out.twill.fabric.exr/bad.json/'
   exits 2 selvedge make --list list.json --views 3
   exits 2 selvedge make --list list.json --task 2/2
   exits 2 selvedge make plain-knit -o k.exr --task 0/2

@@ -77,12 +77,49 @@ test_a_plot_has_the_same_bytes_whatever_the_threads() {
 test_no_output_is_written_over_another_file_of_the_command() {
   make_samples
   cp k.samples.exr before.exr
-  refuses OPTION_OUT_OF_RANGE --output selvedge fit k.samples.exr -o ./k.samples.exr
   ln -s k.samples.exr link.exr
-  refuses OPTION_OUT_OF_RANGE --output selvedge fit link.exr -o k.samples.exr
-  refuses OPTION_OUT_OF_RANGE --keep-samples selvedge make plain-knit -o m.exr --keep-samples m.exr "${small[@]}"
-  same before.exr k.samples.exr
-  [ ! -e m.exr ]
+  ln k.samples.exr hard.exr
+  mkdir folder
+  ln -s "$PWD" folder/up
+  selvedge fit k.samples.exr -o k.fabric.exr --quiet
+  write_quad quad.gltf
+  write_plane plane.obj
+  for file in k.fabric.exr:v.glb quad.gltf:g.usda k.fabric.exr:f.svg k.fabric.exr:k.png; do cp ${file/:/ }; done
+  local before
+  before=$(snapshot)
+  # OPTION OTHER COMMAND...
+  over() {
+    exits 2 "${@:3}"
+    grep -qE -- "^selvedge(-view)?: $1: .* is the file of $2 as well; see " "$scratch/err" || fail "${*:3}: $(cat "$scratch/err")"
+    [ "$(wc -l <"$scratch/err")" = 1 ] && [ ! -s "$scratch/out" ] || fail "${*:3}: $(cat "$scratch/err" "$scratch/out")"
+    [ "$before" = "$(snapshot)" ] || fail "changed: ${*:3}: $(diff <(echo "$before") <(snapshot))"
+  }
+  over --output samples selvedge fit k.samples.exr -o ./k.samples.exr
+  over --output samples selvedge fit link.exr -o k.samples.exr
+  over --output samples selvedge fit k.samples.exr -o hard.exr
+  over --output samples selvedge fit k.samples.exr -o folder/up/k.samples.exr
+  over --output --keep-samples selvedge make plain-knit -o m.exr --keep-samples folder/up/m.exr
+  over --depfile input selvedge make plane.obj -o m.exr --depfile plane.obj
+  over --output --list selvedge make --list l.json -o l.json
+  over --output --for selvedge make plain-knit --for p.json -o p.json
+  over --output shards selvedge merge a.part b.part -o b.part
+  over --output --opacity selvedge import t.csv --width 4 --opacity k.png -o k.png
+  over --output input selvedge bake plane.obj -o plane.obj
+  over --output scene selvedge plan p.json -o p.json
+  over --plot files selvedge compare f.svg k.samples.exr --plot f.svg
+  over --output fabric selvedge dress quad.gltf v.glb -o v.glb --all
+  over --output --variant selvedge dress quad.gltf k.fabric.exr -o v.glb --all --variant red=#aa0000 --variant other=v.glb
+  over --usda garment selvedge dress g.usda k.fabric.exr -o o.glb --all --usda g.usda
+  over --usda fabric selvedge dress quad.gltf g.usda -o o.glb --all --usda g.usda
+  over --output --fabric selvedge reattach quad.gltf -o v.glb --fabric cloth=v.glb
+  over --output --environment selvedge swatch k.fabric.exr -o k.samples.exr --environment k.samples.exr
+  over --output --environment selvedge-view render quad.gltf -o k.samples.exr --environment link.exr
+  over --output --compare selvedge-view render quad.gltf -o k.fabric.exr --compare k.fabric.exr
+  over --stats input selvedge-view render quad.gltf -o o.png --stats quad.gltf
+  over --stats --output selvedge-view render quad.gltf -o o.png --stats o.png
+  over --output --output selvedge-view render quad.gltf -o o.png -o folder/up/o.png
+  over --screenshot --environment selvedge-view show quad.gltf --environment k.png --screenshot k.png
+  over --output input selvedge-view page quad.gltf x.html -o x.html
 }
 
 test_a_budget_that_no_fabric_meets_is_refused_with_the_smallest() {

@@ -265,6 +265,42 @@ test_a_dash_is_no_output() {
   [ ! -e ./- ] || fail "made a file named -"
 }
 
+test_no_name_is_no_output() {
+  make_plane_fabric
+  write_quad quad.gltf
+  local command option before
+  before=$(snapshot)
+  while read -r option command; do
+    # shellcheck disable=SC2086
+    exits 2 $command $option ''
+    [ "$(wc -l <"$scratch/err")" = 1 ] && [ ! -s "$scratch/out" ] || fail "$command $option: $(cat "$scratch/err")"
+    grep -qE -- "^selvedge(-view)?: (--output|$option): " "$scratch/err" || fail "$command $option: $(cat "$scratch/err")"
+    [ "$before" = "$(snapshot)" ] || fail "$command left something behind"
+  done <<'EOF'
+-o selvedge stitch plain-knit
+-o selvedge import t.csv --width 3
+-o selvedge bake plain-knit
+-o selvedge merge a.part b.part
+-o selvedge fit plane.samples.exr
+-o selvedge make plain-knit
+--keep-samples selvedge make plain-knit -o k.exr
+--depfile selvedge make plain-knit -o k.exr
+--page selvedge make --list l.json
+-o selvedge plan quad.gltf
+-o selvedge dress quad.gltf plane.fabric.exr --all
+--usda selvedge dress quad.gltf plane.fabric.exr --all -o o.glb
+-o selvedge repack plane.fabric.exr
+-o selvedge reattach quad.gltf
+--plot selvedge compare plane.fabric.exr plane.samples.exr
+-o selvedge swatch plane.fabric.exr
+-o selvedge trade plain-knit
+-o selvedge-view render quad.gltf
+--stats selvedge-view render quad.gltf -o o.png
+-o selvedge-view page quad.gltf
+--screenshot selvedge-view show quad.gltf
+EOF
+}
+
 test_the_manual_page_has_every_verb_and_option() {
   local program verb option
   for program in selvedge selvedge-view; do

@@ -225,17 +225,6 @@ test_standard_output_that_cannot_be_written_is_an_error() {
   done
 }
 
-test_render_never_writes_over_what_it_reads() {
-  make_scene
-  cp k.fabric.exr before.exr
-  exits 1 selvedge-view render k.fabric.exr -o k.fabric.exr --quiet
-  same k.fabric.exr before.exr
-  exits 1 selvedge-view render quad.glb -o p.png --stats quad.glb --quiet
-  exits 1 selvedge-view render quad.glb -o p.png --stats p.png --quiet
-  exits 1 selvedge-view render quad.glb -o p.png -o p.png --quiet
-  [ ! -e p.png ] || fail "wrote p.png"
-}
-
 test_render_point_lights_fall_off_with_the_square_of_their_distance() {
   make_scene
   local view=(--size 60x40 --quiet --look-at 0.05,0.05,0)
