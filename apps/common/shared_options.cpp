@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace selvedge {
 namespace {
 
@@ -49,11 +52,20 @@ void add_limits(Options& options, SceneLimits& limits) {
                 "[4G]");
 }
 
+std::optional<V3d> direction_of(const V3d& v) {
+  const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  if (!(largest > 0)) return std::nullopt;
+  // By a power of two, which rounds nothing: squares of large numbers are infinite.
+  const int exponent = -std::ilogb(largest);
+  return V3d(std::scalbn(v.x, exponent), std::scalbn(v.y, exponent), std::scalbn(v.z, exponent)).normalized();
+}
+
 void add_lights(Options& options, std::vector<Light>& lights, const std::string& help) {
   add_light_list(options, "--light", help, [&lights](const V3d& direction, float irradiance) {
-    if (!(direction.length() > 0)) return false;
+    const std::optional<V3d> unit = direction_of(direction);
+    if (!unit) return false;
     Light light;
-    light.direction = direction.normalized();
+    light.direction = *unit;
     light.irradiance = V3f(irradiance);
     lights.push_back(light);
     return true;

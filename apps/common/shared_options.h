@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "apps/common/options.h"
@@ -20,6 +21,10 @@ void add_scene_choice(Options& options, SceneChoice& choice);
 
 /// What a garment that is not trusted may do: --allow-outside, --max-memory.
 void add_limits(Options& options, SceneLimits& limits);
+
+/// The unit vector along `v`, however large or small its numbers are; nothing if all are 0.
+/// Precondition: they are finite.
+std::optional<V3d> direction_of(const V3d& v);
 
 /// --light: directions with intensities, added to `lights`.
 void add_lights(Options& options, std::vector<Light>& lights, const std::string& help);

@@ -1,6 +1,7 @@
 // evaluate: the reflectance of a fabric at one point, for one light and one view.
 #include <fmt/format.h>
 
+#include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/fabric_query.h"
 
@@ -36,8 +37,13 @@ void declare(Options& options, EvaluateCommand& command) {
                "The cloth is seen from behind: z of light and view points out of its back");
   options.check([&command] {
     if (!command.texel && !command.uv) refuse("evaluate", "--texel or --uv is required");
-    if (!(command.light.length() > 0)) refuse("--light", "has no length");
-    if (!(command.view.length() > 0)) refuse("--view", "has no length");
+    const auto unit = [](const char* option, const V3d& v) {
+      const std::optional<V3d> direction = direction_of(v);
+      if (!direction) refuse(option, "has no length");
+      return *direction;
+    };
+    command.light = unit("--light", command.light);
+    command.view = unit("--view", command.view);
   });
 }
 
@@ -60,12 +66,8 @@ Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& qu
 }
 
 Result<int> run(const EvaluateCommand& command) {
-  const FabricQuery query{command.level,
-                          command.texel,
-                          command.uv,
-                          V3f(command.light.normalized()),
-                          V3f(command.view.normalized()),
-                          command.behind};
+  const FabricQuery query{command.level,      command.texel,     command.uv,
+                          V3f(command.light), V3f(command.view), command.behind};
   const auto shading = must(shading_at(command, query));
   Json json = {{"level", command.level}};
   if (command.texel) json["texel"] = {command.texel->x, command.texel->y};

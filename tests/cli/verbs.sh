@@ -301,6 +301,21 @@ test_no_name_is_no_output() {
 EOF
 }
 
+test_a_direction_is_the_same_however_long_it_is() {
+  make_plane_fabric
+  local long
+  exits 0 selvedge evaluate plane.fabric.exr --uv 0,0 --light 0,0.6,0.8 --view 1,0,1
+  cp "$scratch/out" short
+  for long in 1e308 1e-320; do
+    exits 0 selvedge evaluate plane.fabric.exr --uv 0,0 --light 0,0.6,0.8 --view $long,0,$long
+    same short "$scratch/out"
+    exits 0 selvedge swatch plane.fabric.exr -o $long.exr --size 8x8 --light $long,0,$long
+  done
+  exits 0 selvedge swatch plane.fabric.exr -o short.exr --size 8x8 --light 1,0,1
+  same short.exr 1e308.exr
+  same short.exr 1e-320.exr
+}
+
 test_the_manual_page_has_every_verb_and_option() {
   local program verb option
   for program in selvedge selvedge-view; do
