@@ -383,7 +383,7 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     return tl::unexpected(failure.error);
   } catch (const nlohmann::json::exception& error) {
     // A wrong JSON type in an unchecked part of the document.
-    return fail(Code::gltf_malformed, garment_path, "", error.what());
+    return fail(Code::gltf_malformed, garment_path, "", reason_of(error));
   }
 }
 

@@ -9,6 +9,7 @@
 #include "converter/dress/extras_mirror.h"
 #include "converter/dress/fabric_source.h"
 #include "format/base/guard.h"
+#include "format/base/json_text.h"
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
@@ -223,7 +224,7 @@ Result<ReattachReport> reattach(const std::string& input_path, const std::string
     return tl::unexpected(failure.error);
   } catch (const nlohmann::json::exception& error) {
     // A wrong JSON type in an unchecked part of the document.
-    return fail(Code::gltf_malformed, input_path, "", error.what());
+    return fail(Code::gltf_malformed, input_path, "", reason_of(error));
   }
 }
 

@@ -147,11 +147,11 @@ Result<StitchPattern> read_stitch(std::string_view text, const std::string& file
     if (auto sound = validate(pattern, file); !sound) return tl::unexpected(sound.error());
     return pattern;
   } catch (const Json::parse_error& error) {
-    return fail(Code::json_malformed, file, line_of(text, error.byte), error.what());
+    return fail(Code::json_malformed, file, line_of(text, error.byte), reason_of(error));
   } catch (const Fault& fault) {
     return fail(Code::stitch_invalid, file, fault.place, fault.message);
   } catch (const Json::exception& error) {  // e.g. a number beyond double
-    return fail(Code::json_malformed, file, "", error.what());
+    return fail(Code::json_malformed, file, "", reason_of(error));
   }
 }
 

@@ -4,10 +4,12 @@
 #include <new>
 #include <stdexcept>
 
+#include "format/base/json_text.h"
+
 namespace selvedge {
 
 Error thrown_error(const std::string& file) {
-  const auto error = [&](Code code, const char* why) { return Error{code, file, "", why}; };
+  const auto error = [&](Code code, std::string why) { return Error{code, file, "", std::move(why)}; };
   try {
     throw;
   } catch (Failure& failure) {
@@ -17,7 +19,7 @@ Error thrown_error(const std::string& file) {
   } catch (const std::length_error&) {
     return error(Code::file_too_large, "needs more memory than there can be");
   } catch (const std::exception& thrown) {
-    return error(Code::file_unreadable, thrown.what());
+    return error(Code::file_unreadable, reason_of(thrown));
   } catch (...) {
     return error(Code::file_unreadable, "cannot be read");
   }

@@ -145,6 +145,13 @@ Result<json> parse_json_object(std::string_view text, const std::string& file) {
   return parsed;
 }
 
+std::string reason_of(const std::exception& error) {
+  const std::string_view what = error.what();
+  // "[json.exception.type_error.302] type must be string, but is number"
+  const std::size_t end = what.starts_with("[json.exception.") ? what.find("] ") : std::string_view::npos;
+  return std::string(end == std::string_view::npos ? what : what.substr(end + 2));
+}
+
 std::string pointer_to(const std::string& object, const std::string& name) {
   std::string pointer = object + "/";
   for (const char c : name) {

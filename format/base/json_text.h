@@ -1,6 +1,7 @@
 // JSON from untrusted files: a limit of depth, no repeated members, line numbers in messages.
 #pragma once
 
+#include <exception>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -36,6 +37,9 @@ Result<nlohmann::json> parse_json_object(std::string_view text, const std::strin
 
 /// "line 2, column 5" of a byte counted from 1, as nlohmann-json counts.
 std::string line_of(std::string_view text, std::size_t byte);
+
+/// What an exception says, without the number that nlohmann-json puts before it.
+std::string reason_of(const std::exception& error);
 
 /// The JSON pointer to the member `name` of the object at pointer `object`; escapes "/" and "~" of the name.
 std::string pointer_to(const std::string& object, const std::string& name);

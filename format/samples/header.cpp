@@ -179,7 +179,7 @@ Result<SamplesHeader> samples_header_from_json(const std::string& text, const st
   try {
     return header_from(members);
   } catch (const std::exception& e) {
-    return fail(Code::samples_malformed, file, names::attribute_samples, e.what());
+    return fail(Code::samples_malformed, file, names::attribute_samples, reason_of(e));
   }
 }
 

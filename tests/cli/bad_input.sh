@@ -264,6 +264,7 @@ test_refuses_a_stitch_description_cut_short() {
   cut_short knit.json short.json
   refuses JSON_MALFORMED short.json selvedge bake short.json -o o.exr
   grep -q 'line [0-9]*, column' "$scratch/err"
+  ! grep -qF 'json.exception' "$scratch/err" || fail "$(cat "$scratch/err")"
   : >empty.json
   refuses JSON_MALFORMED empty.json selvedge stitch empty.json -o o.obj
   sed 's/"radius_mm"/"radius"/' knit.json >renamed.json

@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <stdexcept>
+
 using namespace selvedge;
 
 TEST_CASE("json text: a member that its object has twice is pointed at") {
@@ -17,6 +19,20 @@ TEST_CASE("json text: the same name in different objects is no repetition") {
   CHECK_FALSE(repeated_member("3"));
   CHECK_FALSE(repeated_member(R"({"a":1,)"));
   CHECK_FALSE(repeated_member(""));
+}
+
+TEST_CASE("json text: reasons are without the number that the parser puts before them") {
+  const auto reason = [](const char* text) -> std::string {
+    try {
+      (void)nlohmann::json::parse(text).get<int>();
+    } catch (const std::exception& error) {
+      return reason_of(error);
+    }
+    return "";
+  };
+  CHECK(reason("\"a\"") == "type must be number, but is string");
+  CHECK(reason("[1,]").starts_with("parse error at line 1, column 4"));
+  CHECK(reason_of(std::runtime_error("[1] is no number")) == "[1] is no number");
 }
 
 TEST_CASE("json text: nesting and members are counted outside of strings, and no further than wanted") {
