@@ -239,20 +239,25 @@ Result<std::vector<std::string>> drop_missing_pictures(GltfDocument& document) {
     faults[i] = fault;
     images.insert(i);
   }
-  if (images.empty()) return std::vector<std::string>();
+  std::set<int> textures =
+      used_by(document.json, [](Json& root, const auto& visit) { each_texture(root, visit); });
+  const auto there = static_cast<int>(array_of(document.json, "textures").size());
+  textures.erase(textures.begin(), textures.lower_bound(there));
+  if (images.empty() && textures.empty()) return std::vector<std::string>();
   const std::string unknown = unknown_extension(document.json);
   if (!unknown.empty()) {
+    if (images.empty()) return std::vector<std::string>();
     return fail(
         Code::gltf_reference, document.file, fmt::format("/images/{}", *images.begin()),
         fmt::format("{}, and cannot be left out: {} may refer to it", faults[*images.begin()], unknown));
   }
-  std::set<int> textures;
+  std::vector<std::string> remarks;
+  for (const int texture : textures) remarks.push_back(fmt::format("/textures/{} is not there", texture));
   for (std::size_t i = 0; i < array_of(document.json, "textures").size(); ++i) {
     if (lose_sources(document.json["textures"][i], images)) textures.insert(static_cast<int>(i));
   }
   erase_references(document.json, textures);
   const std::set<int> dropped = drop_without_use(document.json, textures, images);
-  std::vector<std::string> remarks;
   for (const auto& [image, fault] : faults) {
     if (!dropped.contains(image)) {
       return fail(Code::gltf_reference, document.file, fmt::format("/images/{}", image),

@@ -20,8 +20,10 @@ std::string drop_unused_pictures(GltfDocument& document, const std::set<int>& us
 
 /// Removes pictures whose file does not exist, or is no picture, and their textures, from what refers to them
 /// as well; what had such an emissiveTexture does not glow. A texture that has another one, its own or
-/// by an extension, stays with that. Returns what is wrong with each. GLTF_REFERENCE where such a picture has
-/// to stay: for a light, or for an extension for which drop_unused_pictures() would remove nothing.
+/// by an extension, stays with that. The same of textures that are not there, whose numbers others would get;
+/// an extension of unknown ways keeps them. Returns what is wrong with each. GLTF_REFERENCE where such a
+/// picture has to stay: for a light, or for an extension for which drop_unused_pictures() would remove
+/// nothing.
 Result<std::vector<std::string>> drop_missing_pictures(GltfDocument& document);
 
 }  // namespace selvedge

@@ -240,6 +240,22 @@ test_what_a_killed_run_left_of_its_page_is_taken_away_by_the_next() {
   [ ! -e tmp/selvedge-view-page-living ]
 }
 
+# What dress adds would get their numbers.
+test_numbers_of_meshes_and_textures_that_are_not_there_go_into_no_dressed_garment() {
+  make_plane_fabric
+  write_quad quad.gltf
+  edited quad.gltf m.gltf 'g.nodes.push({mesh: 1})'
+  exits 1 selvedge check m.gltf
+  grep -qF 'm.gltf: /nodes/1/mesh: there is no /meshes/1 [GLTF_ACCESSOR]' "$scratch/err"
+  refuses GLTF_ACCESSOR 'm.gltf: /nodes/1/mesh: there is no /meshes/1' \
+    selvedge dress m.gltf plane.fabric.exr -o o.gltf --material cloth --backing '#ffffff'
+  edited quad.gltf t.gltf 'g.materials[1].pbrMetallicRoughness = {baseColorTexture: {index: 0}};
+    g.materials[1].normalTexture = {index: 5};'
+  exits 0 selvedge dress t.gltf plane.fabric.exr -o o.gltf --material cloth
+  for texture in 0 5; do grep -qF "/textures/$texture is not there, and is left out" "$scratch/err"; done
+  holds "r.textures.length > 0 && !JSON.stringify(r.materials[1]).includes('Texture\"')" o.gltf
+}
+
 # write_part FILE STATEMENT: the head of a part of a bake, without any of its records, with the header as `h`.
 write_part() {
   node --input-type=module -e 'import fs from "node:fs";

@@ -46,12 +46,14 @@ const mended = {
   'a picture that is not there': (g) => worn(g, { uri: 'none.png' }),
   'a picture that is a text': (g) => worn(g, { uri: 'text.png' }),
   'a picture of no bytes': (g) => worn(g, { uri: 'data:image/png;base64,' }),
+  'a texture that is not there': (g) => { g.materials.push({ normalTexture: { index: 0 } }); },
   'a picture that nothing uses and is not there': (g) => { g.images = [{ uri: 'none.png' }]; },
 };
 const refused = {
   'texture coordinates with a gap': (g) => { attributes(g).TEXCOORD_2 = 2; },
   'texture coordinates that begin at 1': (g) => { attributes(g).TEXCOORD_1 = 2; delete attributes(g).TEXCOORD_0; },
   'colours with a gap': (g) => { attributes(g).COLOR_1 = 1; },
+  'a node of a mesh that is not there': (g) => { g.nodes.push({ mesh: 1 }); },
   'a mesh of nothing': (g) => { g.meshes.push({ primitives: [] }); },
   'a picture that is not there, and an extension that may need it': (g) => {
     worn(g, { uri: 'none.png' });
