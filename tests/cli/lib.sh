@@ -102,6 +102,40 @@ write_quad() {
     }));' "$1" "${2:-POSITION NORMAL TEXCOORD_0}"
 }
 
+# edited IN.gltf OUT.gltf STATEMENT: with the JSON as `g`.
+edited() {
+  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync(process.argv[1]));
+    eval(process.argv[3]);
+    fs.writeFileSync(process.argv[2], JSON.stringify(g));' "$@"
+}
+
+# A base colour texture from a URI.
+picture_from() {
+  echo "g.images = [{uri: '$1'}]; g.textures = [{source: 0}];
+    g.materials[0].pbrMetallicRoughness = {baseColorTexture: {index: 0}};"
+}
+
+# JavaScript that makes PNG files of chunks, such as png(head(8, 8), zeros(8, 8), end): grey of one bit, unless the head
+# says otherwise.
+png_writer='const zlib = require("zlib");
+  const chunk = (name, data) => {
+    const all = Buffer.concat([Buffer.from(name), data]), size = Buffer.alloc(4), sum = Buffer.alloc(4);
+    const table = [...Array(256).keys()].map(n => { for (let k = 0; k < 8; ++k) n = n & 1 ? 0xEDB88320 ^ n >>> 1 : n >>> 1; return n; });
+    let crc = -1;
+    for (const byte of all) crc = table[(crc ^ byte) & 255] ^ crc >>> 8;
+    size.writeUInt32BE(data.length), sum.writeInt32BE(~crc);
+    return Buffer.concat([size, all, sum]);
+  };
+  const head = (width, height, bits = 1, colours = 0) => {
+    const data = Buffer.from([0, 0, 0, 0, 0, 0, 0, 0, bits, colours, 0, 0, 0]);
+    data.writeUInt32BE(width), data.writeUInt32BE(height, 4);
+    return chunk("IHDR", data);
+  };
+  const zeros = (width, height) =>
+    chunk("IDAT", zlib.deflateSync(Buffer.alloc((Math.ceil(width / 8) + 1) * height), {level: 9}));
+  const end = chunk("IEND", Buffer.alloc(0));
+  const png = (...chunks) => Buffer.concat([Buffer.from("\x89PNG\r\n\x1a\n", "latin1"), ...chunks]);'
+
 # make_scene: a fabric, and a square that wears it.
 make_scene() {
   selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr --quiet "${small[@]}" >/dev/null

@@ -3,19 +3,6 @@
 # share. The hostile files are made here.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-# edited IN.gltf OUT.gltf STATEMENT: with the JSON as `g`.
-edited() {
-  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync(process.argv[1]));
-    eval(process.argv[3]);
-    fs.writeFileSync(process.argv[2], JSON.stringify(g));' "$@"
-}
-
-# A base colour texture from a URI.
-picture_from() {
-  echo "g.images = [{uri: '$1'}]; g.textures = [{source: 0}];
-    g.materials[0].pbrMetallicRoughness = {baseColorTexture: {index: 0}};"
-}
-
 test_no_verb_opens_a_file_outside_of_the_garments_folder() {
   make_plane_fabric
   write_quad quad.gltf
@@ -98,21 +85,10 @@ test_a_picture_in_the_format_of_fabrics_is_no_picture_of_a_garment() {
 # Files of some megabytes at most that declare far more than a machine has.
 write_greedy() {
   write_quad quad.gltf
-  edited quad.gltf pictures.gltf 'const zlib = require("zlib"), side = 8000;
-    const chunk = (name, data) => {
-      const all = Buffer.concat([Buffer.from(name), data]), size = Buffer.alloc(4), sum = Buffer.alloc(4);
-      const table = [...Array(256).keys()].map(n => { for (let k = 0; k < 8; ++k) n = n & 1 ? 0xEDB88320 ^ n >>> 1 : n >>> 1; return n; });
-      let crc = -1;
-      for (const byte of all) crc = table[(crc ^ byte) & 255] ^ crc >>> 8;
-      size.writeUInt32BE(data.length), sum.writeInt32BE(~crc);
-      return Buffer.concat([size, all, sum]);
-    };
-    const png = (side, texts) => Buffer.concat([Buffer.from("\x89PNG\r\n\x1a\n", "latin1"),
-      chunk("IHDR", Buffer.from([0, 0, side >> 8, side & 255, 0, 0, side >> 8, side & 255, 1, 0, 0, 0, 0])), ...texts,
-      chunk("IDAT", zlib.deflateSync(Buffer.alloc((side / 8 + 1) * side), {level: 9})), chunk("IEND", Buffer.alloc(0))]);
+  edited quad.gltf pictures.gltf "$png_writer"'
     const text = chunk("zTXt", Buffer.concat([Buffer.from("t\0\0"), zlib.deflateSync(Buffer.alloc(7.9e6), {level: 9})]));
-    fs.writeFileSync("texts.png", png(8, Array(300).fill(text)));
-    fs.writeFileSync("zeros.png", png(side, []));
+    fs.writeFileSync("texts.png", png(head(8, 8), ...Array(300).fill(text), zeros(8, 8), end));
+    fs.writeFileSync("zeros.png", png(head(8000, 8000), zeros(8000, 8000), end));
     g.images = [], g.textures = [], g.materials = [], g.scenes[0].nodes = [], g.nodes = [], g.meshes = [];
     for (let i = 0; i < 64; ++i) {
       fs.copyFileSync("zeros.png", `zeros${i}.png`);
