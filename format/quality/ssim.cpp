@@ -1,5 +1,6 @@
 #include "format/quality/ssim.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
@@ -10,6 +11,7 @@ namespace {
 
 constexpr int window = 11;
 constexpr double deviation = 1.5;
+constexpr int rows_at_once = 64;
 constexpr double c1 = 0.01 * 0.01;  // (K L)^2
 constexpr double c2 = 0.03 * 0.03;
 
@@ -47,32 +49,37 @@ std::vector<double> means(const std::vector<double>& values, int width, int heig
 
 /// The mean SSIM index of one channel: equations 13 to 16 of the paper.
 double similarity(const Image& a, const Image& b, int channel) {
-  const std::size_t pixels = a.pixels.size() / a.channels;
-  std::vector<double> x(pixels);
-  std::vector<double> y(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    const std::size_t at = i * a.channels + channel;
-    x[i] = static_cast<double>(a.pixels[at]);
-    y[i] = static_cast<double>(b.pixels[at]);
-  }
-  const auto product = [&](const std::vector<double>& p, const std::vector<double>& q) {
-    std::vector<double> result(pixels);
-    for (std::size_t i = 0; i < pixels; ++i) result[i] = p[i] * q[i];
-    return means(result, a.width, a.height);
-  };
-  const std::vector<double> xx = product(x, x);
-  const std::vector<double> yy = product(y, y);
-  const std::vector<double> xy = product(x, y);
-  const std::vector<double> mx = means(x, a.width, a.height);
-  const std::vector<double> my = means(y, a.width, a.height);
   double sum = 0;
-  for (std::size_t i = 0; i < mx.size(); ++i) {
-    const double variances = xx[i] - mx[i] * mx[i] + yy[i] - my[i] * my[i];
-    const double covariance = xy[i] - mx[i] * my[i];
-    sum += (2 * mx[i] * my[i] + c1) * (2 * covariance + c2) /
-           ((mx[i] * mx[i] + my[i] * my[i] + c1) * (variances + c2));
+  const int rows = a.height - window + 1;
+  // Some rows of windows at a time: all of them would take four times the memory of the pictures.
+  for (int first = 0; first < rows; first += rows_at_once) {
+    const int height = std::min(rows_at_once, rows - first) + window - 1;
+    const std::size_t pixels = std::size_t{1} * height * a.width;
+    std::vector<double> x(pixels);
+    std::vector<double> y(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const std::size_t at = (std::size_t{1} * first * a.width + i) * a.channels + channel;
+      x[i] = static_cast<double>(a.pixels[at]);
+      y[i] = static_cast<double>(b.pixels[at]);
+    }
+    const auto product = [&](const std::vector<double>& p, const std::vector<double>& q) {
+      std::vector<double> result(pixels);
+      for (std::size_t i = 0; i < pixels; ++i) result[i] = p[i] * q[i];
+      return means(result, a.width, height);
+    };
+    const std::vector<double> xx = product(x, x);
+    const std::vector<double> yy = product(y, y);
+    const std::vector<double> xy = product(x, y);
+    const std::vector<double> mx = means(x, a.width, height);
+    const std::vector<double> my = means(y, a.width, height);
+    for (std::size_t i = 0; i < mx.size(); ++i) {
+      const double variances = xx[i] - mx[i] * mx[i] + yy[i] - my[i] * my[i];
+      const double covariance = xy[i] - mx[i] * my[i];
+      sum += (2 * mx[i] * my[i] + c1) * (2 * covariance + c2) /
+             ((mx[i] * mx[i] + my[i] * my[i] + c1) * (variances + c2));
+    }
   }
-  return sum / static_cast<double>(mx.size());
+  return sum / (static_cast<double>(rows) * (a.width - window + 1));
 }
 
 }  // namespace

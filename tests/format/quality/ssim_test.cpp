@@ -58,6 +58,14 @@ TEST_CASE("similarity is symmetric, and negative where contrast is turned over")
   CHECK(ssim(a, b) < -0.9);
 }
 
+TEST_CASE("similarity is that of the pictures turned on their side, however many rows they have") {
+  const auto uneven = [](int x, int y, int) { return (x * x * 7 + y * 29) % 256 / 255.0; };
+  const auto turned = [](const auto& value) { return [&](int x, int y, int c) { return value(y, x, c); }; };
+  CHECK(ssim(picture(20, 150, 1, noise), picture(20, 150, 1, uneven)) ==
+        doctest::Approx(ssim(picture(150, 20, 1, turned(noise)), picture(150, 20, 1, turned(uneven))))
+            .epsilon(1e-9));
+}
+
 TEST_CASE("similarity is the mean over the colours, whatever alpha is") {
   const auto at = [](double blue, double alpha) {
     return picture(11, 11, 4, [=](int, int, int c) { return c == 3 ? alpha : c == 2 ? blue : 0.5; });
