@@ -1,0 +1,81 @@
+#!/usr/bin/env bash
+# What a picture of somebody else can do: end no program, take no more memory than is allowed, print no second line. The
+# hostile files are made here.
+# shellcheck source=tests/cli/lib.sh
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+# write_pictures STATEMENT: with what makes pictures of 32 x 16 pixels of one colour, or of other sizes that they only
+# declare, `save(NAME, BYTES)`, and the table of measured pictures of a name, `table(NAME)`.
+write_pictures() {
+  # shellcheck disable=SC2016
+  node -e 'const fs = require("fs");
+    const save = (name, bytes) => fs.writeFileSync(name, bytes);
+    const table = name => save(`${name}.csv`, "file,light_x,light_y,light_z,view_x,view_y,view_z\n" +
+      [...Array(20).keys()].map(i => `${name},0,${i / 20},1,0,0,1\n`).join(""));
+    const pnm = (kind, width, height) =>
+      Buffer.concat([Buffer.from(`P${kind}\n${width} ${height}\n255\n`), Buffer.alloc(1536, 255)]);
+    const hdr = (width, height) => Buffer.concat([
+      Buffer.from(`#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y ${height} +X ${width}\n`),
+      ...Array(512).fill(Buffer.from([128, 128, 128, 129]))]);
+    // Tags with their numbers; the pixels follow at 300. Strips of all rows, unless there are tiles.
+    const tiff = (width, height, more = {}) => {
+      const tags = Object.entries({256: width, 257: height, 258: 8, 259: 1, 262: 1, 277: 1,
+        ...(more[322] ? {324: 300, 325: 512} : {273: 300, 278: height, 279: 512}), ...more});
+      const data = Buffer.alloc(300 + 512, 255);
+      data.write("II*\0\x08\0\0\0", "latin1"), data.writeUInt16LE(tags.length, 8);
+      tags.forEach(([tag, value], i) => {
+        data.writeUInt16LE(tag, 10 + 12 * i), data.writeUInt16LE(4, 12 + 12 * i);
+        data.writeUInt32LE(1, 14 + 12 * i), data.writeUInt32LE(value, 18 + 12 * i);
+      });
+      return data.fill(0, 10 + 12 * tags.length, 14 + 12 * tags.length);
+    };
+    const segment = (marker, ...data) => Buffer.from([255, marker, 0, data.length + 2, ...data]);
+    // Grey of all blocks: one code for a difference of zero, one for the end of a block.
+    const code = kind => segment(0xC4, kind, 1, ...Array(15).fill(0), 0);
+    const jpeg = (width, height) => Buffer.concat([Buffer.from([255, 0xD8]), segment(0xDB, 0, ...Array(64).fill(1)),
+      segment(0xC0, 8, height >> 8, height & 255, width >> 8, width & 255, 1, 1, 0x11, 0), code(0), code(0x10),
+      segment(0xDA, 1, 1, 0, 0, 63, 0), Buffer.from([0, 0, 255, 0xD9])]);
+    const attribute = (name, type, data) => {
+      const size = Buffer.alloc(4);
+      size.writeInt32LE(data.length);
+      return Buffer.concat([Buffer.from(`${name}\0${type}\0`), size, data]);
+    };
+    const int32 = (...numbers) => Buffer.from(Int32Array.from(numbers).buffer);
+    // One channel of floats, in rows or in tiles of any size.
+    const exr = (width, height, tile = null) => {
+      const window = int32(0, 0, width - 1, height - 1);
+      const start = Buffer.concat([Buffer.from([0x76, 0x2F, 0x31, 1, 2, tile ? 2 : 0, 0, 0]),
+        attribute("channels", "chlist", Buffer.concat([Buffer.from("Y\0"), int32(2, 0, 1, 1), Buffer.alloc(1)])),
+        attribute("compression", "compression", Buffer.alloc(1)), attribute("dataWindow", "box2i", window),
+        attribute("displayWindow", "box2i", window), attribute("lineOrder", "lineOrder", Buffer.alloc(1)),
+        attribute("pixelAspectRatio", "float", Buffer.from(Float32Array.of(1).buffer)),
+        attribute("screenWindowCenter", "v2f", Buffer.alloc(8)),
+        attribute("screenWindowWidth", "float", Buffer.from(Float32Array.of(1).buffer)),
+        ...(tile ? [attribute("tiles", "tiledesc", Buffer.concat([int32(tile, tile), Buffer.alloc(1)]))] : []),
+        Buffer.alloc(1)]);
+      const rows = [...Array(16).keys()].map(y => start.length + 128 + y * (8 + 128));
+      return Buffer.concat([start, Buffer.from(BigInt64Array.from(rows.map(BigInt)).buffer),
+        ...rows.map((_, y) => Buffer.concat([int32(y, 128), Buffer.from(new Float32Array(32).fill(1).buffer)]))]);
+    };
+    '"$png_writer$1"
+}
+
+# answers COMMAND...: it ends by itself, within 20 s of the processor and 2 GB, with a result or with one line.
+answers() {
+  local status=0
+  if sanitized; then exit 77; fi
+  bash -c 'ulimit -t 20 -v 2000000; exec "$@"' "$0" "$@" >"$scratch/out" 2>"$scratch/err" || status=$?
+  [ "$status" -le 1 ] || fail "status $status of: $*: $(cat "$scratch/err")"
+  [ "$(wc -l <"$scratch/err")" = "$status" ] || fail "not $status lines from: $*: $(cat "$scratch/err")"
+}
+
+test_a_picture_that_is_cut_short_ends_no_verb_and_is_told_of_in_one_line() {
+  write_pictures 'for (const [name, bytes] of Object.entries({png: png(head(32, 16), zeros(32, 16), end),
+      jpeg: jpeg(32, 16), tiff: tiff(32, 16), hdr: hdr(32, 16), exr: exr(32, 16), pnm: pnm(6, 32, 16)})) {
+    for (let size = 16; size <= 256; size += 48) save(`${name}.${size}`, bytes.subarray(0, size));
+  }'
+  for file in *.*; do answers selvedge-view compare "$file" "$file"; done
+  refuses IMAGE_UNREADABLE png.16 selvedge-view compare png.16 png.16
+}
+
+"$2"
