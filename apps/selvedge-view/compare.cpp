@@ -28,7 +28,7 @@ void declare(Options& options, CompareCommand& command) {
 Result<int> run(const CompareCommand& command) {
   // Values as stored, so that differences are in steps of the displayed picture.
   const auto first = must(read_image(command.first, Transfer::keep));
-  const auto second = must(read_image(command.second, Transfer::keep));
+  const auto second = must(read_image(command.second, Transfer::keep, default_memory - memory_of(first)));
   const auto of_second = [&](Error error) {
     if (error.file.empty()) error.file = command.second;
     return error;

@@ -97,7 +97,8 @@ constexpr int environment_width = 64;
 /// The element that holds an environment, as red, green, blue of its pixels; none without one.
 std::string environment_element(const PageCommand& command) {
   if (command.environment == "none") return "";
-  Environment small = reduced(must(environment_named(command.environment)), environment_width);
+  Environment small = reduced(
+      must(environment_named(command.environment, {}, command.limits.document.memory)), environment_width);
   for (V3f& c : small.radiance) c *= static_cast<float>(command.around.strength);
   const std::span<const V3f> pixels = small.radiance;
   const std::string backdrop = command.backdrop ? fmt::format(" data-backdrop=\"{}\"", command.blur) : "";

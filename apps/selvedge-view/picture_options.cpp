@@ -134,7 +134,8 @@ std::vector<Light> Look::all_lights(const Camera& camera) const {
   return all;
 }
 
-Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& own, RenderPath path) {
+Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& own, RenderPath path,
+                     std::uint64_t memory) {
   const bool is_swatch = has_ending(picture.input, ".exr");
   Look look;
   look.lights = picture.lights.empty() ? own : picture.lights;
@@ -143,7 +144,7 @@ Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& ow
   if (name.empty()) name = is_swatch || !look.lights.empty() || path == RenderPath::paper ? "none" : "studio";
   if (name != "none") {
     if (is_swatch) look.lights = picture.lights;
-    Result<Environment> environment = environment_named(name, picture.around);
+    Result<Environment> environment = environment_named(name, picture.around, memory);
     if (!environment) return tl::unexpected(environment.error());
     look.light = divide(*environment);
     look.environment = std::make_shared<const Environment>(std::move(*environment));

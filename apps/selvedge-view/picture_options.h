@@ -62,7 +62,9 @@ struct Look {
   std::vector<Light> all_lights(const Camera& camera) const;
 };
 
-/// `own` are the lights of the scene, or those of a swatch at a place, which an environment replaces.
-Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& own, RenderPath path);
+/// `own` are the lights of the scene, or those of a swatch at a place, which an environment replaces;
+/// `memory` is what the environment may take.
+Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& own, RenderPath path,
+                     std::uint64_t memory);
 
 }  // namespace selvedge

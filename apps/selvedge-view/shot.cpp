@@ -177,7 +177,14 @@ Result<Shot> read_scene_shot(const RenderCommand& command) {
 Shot read_shot(const RenderCommand& command) {
   Shot shot =
       has_ending(command.picture.input, ".exr") ? read_swatch(command) : must(read_scene_shot(command));
-  shot.look = must(look_of(command.picture, shot.own_lights, shot.options.path));
+  std::uint64_t memory = command.picture.limits.document.memory;
+  for (const Subject& subject : shot.subjects) memory = std::min(memory, subject.scene.memory_left);
+  shot.look = must(look_of(command.picture, shot.own_lights, shot.options.path, memory));
+  if (shot.look.environment) {
+    const std::uint64_t taken = shot.look.environment->radiance.size() * environment_price;
+    for (Subject& subject : shot.subjects)
+      subject.scene.memory_left -= std::min(subject.scene.memory_left, taken);
+  }
   shot.options.shadows = shot.look.shadows;
   if (shot.look.has_around()) shot.options.around = shot.look.light.rest;
   shot.options.ambient = static_cast<float>(command.picture.ambient);

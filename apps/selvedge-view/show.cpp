@@ -84,7 +84,8 @@ Result<ShowState> first_state(const ShowCommand& command, const Window& window, 
   if (!state) return state;
   PictureOptions plain = command.picture;
   plain.around = {};
-  Result<Look> look = look_of(plain, lights_of(picture.scene()), RenderPath::hybrid);
+  Result<Look> look =
+      look_of(plain, lights_of(picture.scene()), RenderPath::hybrid, plain.limits.document.memory);
   if (!look) return tl::unexpected(look.error());
   state->display = look->display;
   state->lights = std::move(look->lights);

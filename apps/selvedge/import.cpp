@@ -49,7 +49,7 @@ void declare(Options& options, ImportCommand& command) {
   options.flag("--xyz", o.xyz, "Colours of the pictures are CIE XYZ");
   options.number("--seed", o.seed, "N", "Seed of the choice of pictures to hold out");
   options.bytes("--max-memory", o.max_memory,
-                "Refuse pictures whose texels need more (K, M, G: KiB, MiB, GiB) [4G]");
+                "Refuse pictures that need more, themselves or their texels (K, M, G: KiB, MiB, GiB) [4G]");
   options.output(command.output, "The samples file").required();
 }
 

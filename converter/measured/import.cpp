@@ -36,9 +36,13 @@ tl::unexpected<Error> refuse_option(const char* option, std::string why) {
   return fail(Code::option_out_of_range, {}, option, std::move(why));
 }
 
+/// Bytes of a pixel while its picture is read and averaged: as stored, as floats of a strip and as read, each
+/// of four channels; then as read, and four sums.
+constexpr std::uint64_t reading_price = 48;
+
 /// A picture as radiance over that of white, with `size`, unless that is 0.
 Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, const ImportOptions& options) {
-  auto image = read_image(picture.file, options.linear ? Transfer::keep : Transfer::srgb);
+  auto image = read_image(picture.file, options.linear ? Transfer::keep : Transfer::srgb, options.max_memory);
   if (!image) return image;
   if (size.x > 0 && size != V2i(image->width, image->height)) {
     return fail(Code::image_mismatch, picture.file, {},
@@ -65,6 +69,15 @@ Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, cons
   return image;
 }
 
+/// Takes `price` bytes for each pixel of a picture.
+void take_pixels(MemoryAccount& account, const Sample& sample, std::uint64_t price) {
+  const V2i& size = sample.size;
+  if (!account.take(std::uint64_t{1} * size.x * size.y, price)) {
+    throw Failure{beyond_memory(
+        sample.table, "", fmt::format("its pictures of {} x {} pixels", size.x, size.y), account.limit())};
+  }
+}
+
 /// The period in pixels: that of the options, or found in the pictures that are seen and lit most steeply,
 /// where neighbouring yarns hide least of each other.
 V2d period_of(const Sample& sample, const ImportOptions& options) {
@@ -80,6 +93,8 @@ V2d period_of(const Sample& sample, const ImportOptions& options) {
     std::stable_sort(steepest.begin(), steepest.end(),
                      [&](const auto* a, const auto* b) { return height(a) > height(b); });
     steepest.resize(std::min(steepest.size(), used));
+    MemoryAccount account(options.max_memory);
+    take_pixels(account, sample, steepest.size() * sizeof(float) + reading_price);
     std::vector<Image> pictures;
     for (const MeasuredPicture* picture : steepest)
       pictures.push_back(luminance_of(must(read_picture(*picture, sample.size, options))));
@@ -128,14 +143,20 @@ struct Cells {
   double energy = 0;
 };
 
-Cells read_cells(const Sample& sample, const RepeatAverage& average, const ImportOptions& options,
-                 const Progress& progress) {
+/// As many pictures at once as `memory` has room for.
+Cells read_cells(const Sample& sample, const RepeatAverage& average, ImportOptions options,
+                 MemoryAccount memory, const Progress& progress) {
+  const std::uint64_t left = memory.left();
+  take_pixels(memory, sample, reading_price);
+  const auto at_once =
+      static_cast<int>(std::min<std::uint64_t>(thread_count(), left / (left - memory.left())));
+  options.max_memory = left / at_once;
   const auto count = static_cast<int>(sample.pictures.size());
   Cells cells;
   cells.values.resize(count, Eigen::Index{3} * sample.texel_count());
-  std::vector<Result<RepeatAverage::Cell>> read(thread_count(), RepeatAverage::Cell{});
-  for (int first = 0; first < count; first += thread_count()) {
-    const int end = std::min(first + thread_count(), count);
+  std::vector<Result<RepeatAverage::Cell>> read(at_once, RepeatAverage::Cell{});
+  for (int first = 0; first < count; first += at_once) {
+    const int end = std::min(first + at_once, count);
     parallel_for(first, end, [&](int i) {
       const auto picture = read_picture(sample.pictures[i], sample.size, options);
       read[i - first] =
@@ -251,10 +272,11 @@ std::string provenance_of(const ImportReport& report, const std::string& table) 
   return nlohmann::json{{"import", import}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-void check_options(const ImportOptions& o, const Sample& sample) {
+/// What is left of the memory beside the texels of the pictures.
+MemoryAccount check_options(const ImportOptions& o, const Sample& sample) {
+  MemoryAccount memory(o.max_memory);
   // All pictures, and those that the grids are interpolated from.
-  const double bytes = 24.0 * sample.texel_count() * static_cast<double>(sample.pictures.size());
-  if (bytes > static_cast<double>(o.max_memory)) {
+  if (!memory.take(sample.pictures.size(), std::uint64_t{24} * sample.texel_count())) {
     throw Failure{beyond_memory(sample.table, "--texels",
                                 fmt::format("{} pictures of {} x {} texels", sample.pictures.size(),
                                             sample.texels.x, sample.texels.y),
@@ -266,27 +288,32 @@ void check_options(const ImportOptions& o, const Sample& sample) {
     must<void>(refuse_option(
         "--texels", fmt::format("texels x views x lights, or pictures, are {:.3g}: too many", pixels)));
   }
+  return memory;
 }
 
 Result<ImportReport> import_all(const std::string& table, const ImportOptions& options,
                                 const std::string& output, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
   Sample sample{table, must(read_picture_table(table))};
-  const Image first = must(read_picture(sample.pictures.front(), V2i(0, 0), options));
-  sample.size = V2i(first.width, first.height);
+  {
+    const Image first = must(read_picture(sample.pictures.front(), V2i(0, 0), options));
+    sample.size = V2i(first.width, first.height);
+  }
   sample.period = period_of(sample, options);
   // Those of a bake, but no more than pixels.
   const auto fitting = [](double pixels) { return std::clamp(static_cast<int>(std::lround(pixels)), 1, 32); };
   sample.texels = options.texels.value_or(V2i(fitting(sample.period.x), fitting(sample.period.y)));
-  check_options(options, sample);
-  Image opacity;
-  if (!options.opacity.empty()) {
+  MemoryAccount memory = check_options(options, sample);
+  take_pixels(memory, sample, sizeof(float));  // opacity
+  const auto opacity = [&] {
     ImportOptions as_it_is;
     as_it_is.linear = true;
-    opacity = must(read_picture({options.opacity, {}, 1, 0}, sample.size, as_it_is));
-  }
-  const RepeatAverage average(sample.size, sample.period, sample.texels, opacity);
-  const Cells cells = read_cells(sample, average, options, progress);
+    as_it_is.max_memory = memory.left();
+    return options.opacity.empty() ? Image()
+                                   : must(read_picture({options.opacity, {}, 1, 0}, sample.size, as_it_is));
+  };
+  const RepeatAverage average(sample.size, sample.period, sample.texels, opacity());
+  const Cells cells = read_cells(sample, average, options, memory, progress);
 
   ImportReport report;
   report.pictures = static_cast<int>(sample.pictures.size());

@@ -48,9 +48,10 @@ struct ImportReport {
 /// Writes a samples file of the pictures that `table` lists (read_picture_table()). Their pairs of directions
 /// are scattered in any way: the grids are interpolated, and pictures that are held out become the validation
 /// and held-out pairs as they are. Bytes do not depend on the number of threads. In memory: 24 bytes for each
-/// texel and picture, and for each thread a picture or 80 MB. SAMPLES_MALFORMED, IMAGE_UNREADABLE,
-/// IMAGE_MISMATCH for pictures of several sizes, IMAGE_MALFORMED where no period is found,
-/// OPTION_OUT_OF_RANGE, FILE_TOO_LARGE beyond `max_memory`.
+/// texel and picture, 80 MB for each thread, and 52 for each pixel of as many pictures at once as there is
+/// room for, or 112 where the period is found. SAMPLES_MALFORMED, IMAGE_UNREADABLE, IMAGE_MISMATCH for
+/// pictures of several sizes, IMAGE_MALFORMED where no period is found, OPTION_OUT_OF_RANGE, FILE_TOO_LARGE
+/// beyond `max_memory`.
 Result<ImportReport> import_pictures(const std::string& table, const ImportOptions& options,
                                      const std::string& output, const Progress& progress = {});
 

@@ -94,6 +94,7 @@ double fade(double u, double count) {
 
 Image luminance_of(const Image& picture) {
   Image out{picture.width, picture.height, 1, {}};
+  out.pixels.reserve(picture.pixels.size() / picture.channels);
   for (std::size_t i = 0; i < picture.pixels.size(); i += picture.channels) {
     const float* p = &picture.pixels[i];
     out.pixels.push_back(0.2126F * p[0] + 0.7152F * p[1] + 0.0722F * p[2]);

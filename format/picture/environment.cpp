@@ -1,5 +1,7 @@
 #include "format/picture/environment.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -109,14 +111,20 @@ V3f Environment::at(const V3d& direction) const {
   return sum * static_cast<float>(options.strength);
 }
 
-Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options) {
-  const Result<Image> image = read_image(path, Transfer::keep);
+Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options,
+                                     std::uint64_t memory) {
+  const Result<Image> image = read_image(path, Transfer::keep, memory);
   if (!image) return tl::unexpected(image.error());
   const auto refuse = [&](const std::string& why) { return fail(Code::image_unreadable, path, "", why); };
   if (image->width != 2 * image->height)
     return refuse("an environment is an equirectangular picture, twice as wide as high");
   Environment result{image->width, image->height, {}, options};
-  result.radiance.reserve(static_cast<std::size_t>(result.width) * result.height);
+  const std::size_t pixels = static_cast<std::size_t>(result.width) * result.height;
+  if (!MemoryAccount(memory).take(pixels, environment_price)) {
+    return tl::unexpected<Error>(
+        beyond_memory(path, "", fmt::format("{} x {} pixels", image->width, image->height), memory));
+  }
+  result.radiance.reserve(pixels);
   for (std::size_t i = 0; i < image->pixels.size(); i += 4) {
     V3f c(image->pixels[i], image->pixels[i + 1], image->pixels[i + 2]);
     for (int k = 0; k < 3; ++k) {

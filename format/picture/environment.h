@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "format/base/error.h"
+#include "format/base/memory.h"
 #include "format/fabric/smooth_light.h"
 #include "format/scene/lights.h"
 
@@ -35,10 +36,14 @@ struct Environment {
   V3f at(const V3d& direction) const;
 };
 
-/// Reads any picture of OpenImageIO, of values that are not encoded for a screen (.hdr, .exr). Negative
-/// values count as 0. IMAGE_UNREADABLE for pictures that are not twice as wide as high, and values that are
-/// not finite.
-Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options = {});
+/// Bytes of a pixel: read, as a picture and as radiance, and drawn, with a copy.
+inline constexpr std::uint64_t environment_price = 28;
+
+/// Reads any picture that read_image() does, of values that are not encoded for a screen (.hdr, .exr).
+/// Negative values count as 0. IMAGE_UNREADABLE for pictures that are not twice as wide as high, and values
+/// that are not finite; FILE_TOO_LARGE beyond `memory`.
+Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options = {},
+                                     std::uint64_t memory = default_memory);
 
 /// The mean over areas; the picture itself if it is not larger.
 Environment reduced(const Environment& environment, int width);

@@ -4,14 +4,34 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
+#include <string_view>
 
 #include "format/base/atomic_file.h"
-#include "format/base/input_file.h"
 #include "format/picture/openimageio.h"
 
 namespace selvedge {
 namespace {
+
+/// The reader of OpenImageIO for a file that begins so; null for all others. It is never asked to find one
+/// itself: its reader of FITS ends the program by an assertion.
+const char* format_of(std::string_view bytes) {
+  if (bytes.starts_with("\x89PNG")) return "png";
+  if (bytes.starts_with("\xFF\xD8\xFF")) return "jpeg";
+  if (bytes.starts_with("II") || bytes.starts_with("MM")) return "tiff";
+  if (bytes.starts_with("\x76\x2F\x31\x01")) return "openexr";
+  if (bytes.starts_with("#?")) return "hdr";
+  return bytes.size() > 1 && bytes[0] == 'P' && std::strchr("123456Ff", bytes[1]) != nullptr ? "pnm"
+                                                                                             : nullptr;
+}
+
+Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, const std::string& name,
+                     Transfer transfer, const ImageLimits& limits, int halvings) {
+  const auto library = load_openimageio(Code::image_unreadable);
+  if (!library) return tl::unexpected(library.error());
+  return (*library)->read(format, bytes, name, transfer, limits, halvings);
+}
 
 Result<void> check(const Image& image, const std::string& name) {
   if (image.width < 1 || image.height < 1 || image.channels < 1 || image.channels > 4) {
@@ -48,20 +68,24 @@ Result<const OpenImageIo*> load_openimageio(Code code) {
   return *table;
 }
 
-Result<Image> read_image(const std::string& path, Transfer transfer, const ImageLimits& limits) {
-  // Refuses pipes, for which OpenImageIO would wait.
-  if (const Result<InputFile> file = InputFile::open(path); !file) return tl::unexpected(file.error());
-  const auto library = load_openimageio(Code::image_unreadable);
-  if (!library) return tl::unexpected(library.error());
-  return (*library)->read(path, {}, transfer, limits, 0);
+Result<Image> read_image(const std::string& path, Transfer transfer, std::uint64_t memory) {
+  const Result<std::string> file = read_file(path, memory);
+  if (!file) return tl::unexpected(file.error());
+  const char* format = format_of(*file);
+  if (format == nullptr) {
+    return fail(Code::image_unreadable, path, "",
+                "is no picture of a known kind: PNG, JPEG, TIFF, OpenEXR, Radiance HDR, PNM");
+  }
+  return decode(format, {reinterpret_cast<const std::uint8_t*>(file->data()), file->size()}, path, transfer,
+                {.memory = memory}, 0);
 }
 
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name, Transfer transfer,
                            const ImageLimits& limits, int halvings) {
-  if (bytes.empty()) return fail(Code::image_unreadable, name, "", "neither PNG nor JPEG");
-  const auto library = load_openimageio(Code::image_unreadable);
-  if (!library) return tl::unexpected(library.error());
-  return (*library)->read(name, bytes, transfer, limits, halvings);
+  const char* format = format_of({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const std::string_view kind = format == nullptr ? "" : format;
+  if (kind != "png" && kind != "jpeg") return fail(Code::image_unreadable, name, "", "neither PNG nor JPEG");
+  return decode(format, bytes, name, transfer, limits, halvings);
 }
 
 Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transfer) {

@@ -8,11 +8,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "format/base/error.h"
+#include "format/base/memory.h"
 
 namespace selvedge {
 
@@ -37,12 +39,17 @@ enum class Transfer {
 struct ImageLimits {
   int side = 32768;
   std::int64_t pixels = std::int64_t{1} << 28;
+  /// Bytes of the file, its pixels as they are stored, and the picture; of garments others reckon them.
+  std::uint64_t memory = std::numeric_limits<std::uint64_t>::max();
 };
 
-/// Reads any format of OpenImageIO: first part, finest level; always four channels: grey is repeated, a
-/// missing alpha is 1. EXR: the channels R, G, B, A, or the first ones if the file has no such names.
+/// Reads a file of PNG, JPEG, TIFF, OpenEXR, Radiance HDR or PNM, by its first bytes: first part, finest
+/// level; always four channels: grey is repeated, a missing alpha is 1. EXR: the channels R, G, B, A, or the
+/// first ones if the file has no such names. IMAGE_UNREADABLE for others, FILE_TOO_LARGE beyond `memory`.
 Result<Image> read_image(const std::string& path, Transfer transfer = Transfer::srgb,
-                         const ImageLimits& limits = {});
+                         std::uint64_t memory = default_memory);
+/// Bytes of its pixels.
+inline std::uint64_t memory_of(const Image& image) { return image.pixels.size() * sizeof(float); }
 
 /// As read_image(), from a whole PNG or JPEG file in memory, as garments bring them. `name` is the file in
 /// errors. The limits are of the picture in the file; the one that is returned is halved so many times, to

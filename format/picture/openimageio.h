@@ -9,9 +9,9 @@ namespace selvedge {
 
 /// The table that the module exports (module/openimageio.cpp).
 struct OpenImageIo {
-  /// Reads `bytes`, or if they are empty the file `name`; halved as decode_image() says.
-  Result<Image> (*read)(const std::string& name, std::span<const std::uint8_t> bytes, Transfer transfer,
-                        const ImageLimits& limits, int halvings);
+  /// Reads the bytes of a file by the reader of that name, as decode_image() says.
+  Result<Image> (*read)(const char* format, std::span<const std::uint8_t> bytes, const std::string& name,
+                        Transfer transfer, const ImageLimits& limits, int halvings);
   /// A PNG file with the size and channels of `image` and the values `bytes`.
   Result<std::vector<std::uint8_t>> (*encode_png)(const Image& image, std::span<const std::uint8_t> bytes,
                                                   Transfer transfer);

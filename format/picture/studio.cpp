@@ -55,9 +55,10 @@ Environment studio(const EnvironmentOptions& options) {
   return room;
 }
 
-Result<Environment> environment_named(const std::string& name, const EnvironmentOptions& options) {
+Result<Environment> environment_named(const std::string& name, const EnvironmentOptions& options,
+                                      std::uint64_t memory) {
   if (name == "studio") return studio(options);
-  return read_environment(name, options);
+  return read_environment(name, options, memory);
 }
 
 }  // namespace selvedge

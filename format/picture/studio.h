@@ -11,6 +11,7 @@ namespace selvedge {
 Environment studio(const EnvironmentOptions& options = {});
 
 /// The studio by that name, or a picture: read_environment().
-Result<Environment> environment_named(const std::string& name, const EnvironmentOptions& options = {});
+Result<Environment> environment_named(const std::string& name, const EnvironmentOptions& options = {},
+                                      std::uint64_t memory = default_memory);
 
 }  // namespace selvedge

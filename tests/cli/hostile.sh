@@ -69,6 +69,34 @@ answers() {
   [ "$(wc -l <"$scratch/err")" = "$status" ] || fail "not $status lines from: $*: $(cat "$scratch/err")"
 }
 
+test_pictures_are_read_by_their_first_bytes_whatever_their_name() {
+  write_pictures 'save("pnm.tif", pnm(6, 32, 16)), save("hdr.png", hdr(32, 16)), save("tiff.jpg", tiff(32, 16));
+    save("png.exr", png(head(32, 16, 8), chunk("IDAT", zlib.deflateSync(Buffer.alloc(33 * 16, 255).map(
+      (value, i) => i % 33 ? value : 0))), end));
+    save("exr", exr(32, 16));'
+  # White, as all of them are.
+  for file in pnm.tif hdr.png tiff.jpg png.exr; do exits 0 selvedge-view compare $file exr --max 0; done
+}
+
+test_files_of_other_kinds_are_no_pictures() {
+  write_quad quad.gltf
+  # A picture of 4 x 4 pixels in FITS, which is not among them.
+  write_pictures 'const cards = ["SIMPLE  =                    T", "BITPIX  =                    8",
+      "NAXIS   =                    2", "NAXIS1  =                    4", "NAXIS2  =                    4", "END"];
+    save("fits", (cards.map(card => card.padEnd(80)).join("").padEnd(2880)).padEnd(5760, "x"));
+    save("simple", "SIMPLE  =".padEnd(2880)), save("gif", "GIF89a" + "\0".repeat(100)), save("empty", "");
+    save("text", "the secret of the server"), save("p", "P");'
+  for kind in fits simple gif empty text p; do
+    for name in a.png a.exr a.fits a; do
+      cp $kind $name
+      refuses IMAGE_UNREADABLE 'PNG, JPEG, TIFF, OpenEXR, Radiance HDR, PNM' selvedge-view compare $name $name
+    done
+    refuses IMAGE_UNREADABLE 'a.png: is no picture' selvedge-view render quad.gltf -o o.png --environment a.png
+  done
+  write_pictures 'table("fits");'
+  refuses IMAGE_UNREADABLE 'fits: is no picture' selvedge import fits.csv --width 10 -o o.samples.exr
+}
+
 test_a_picture_that_is_cut_short_ends_no_verb_and_is_told_of_in_one_line() {
   write_pictures 'for (const [name, bytes] of Object.entries({png: png(head(32, 16), zeros(32, 16), end),
       jpeg: jpeg(32, 16), tiff: tiff(32, 16), hdr: hdr(32, 16), exr: exr(32, 16), pnm: pnm(6, 32, 16)})) {
@@ -76,6 +104,40 @@ test_a_picture_that_is_cut_short_ends_no_verb_and_is_told_of_in_one_line() {
   }'
   for file in *.*; do answers selvedge-view compare "$file" "$file"; done
   refuses IMAGE_UNREADABLE png.16 selvedge-view compare png.16 png.16
+}
+
+test_what_a_picture_declares_is_reckoned_before_it_is_taken() {
+  if sanitized; then exit 77; fi
+  # A black picture of 32 KB that would take 4 GB, and headers alone.
+  write_pictures 'const side = 16000;
+    save("black.png", png(head(side, side), zeros(side, side), end)), save("wide.png", png(head(2 ** 31 - 1, 1)));
+    save("zero.png", png(head(0, 0), end)), save("a.jpeg", jpeg(65500, 65500)), save("a.pnm", pnm(6, side, side));
+    save("zero.pnm", pnm(6, 0, 0)), save("a.hdr", hdr(2 ** 31 - 1, 2 ** 31 - 1)), save("b.hdr", hdr(2 * side, side));
+    save("a.tif", tiff(side, side)), save("tile.tif", tiff(8, 8, {322: 32000, 323: 32000})), save("zero.tif", tiff(0, 0));
+    save("deep.tif", tiff(side, side, {258: 64, 277: 4})), save("channels.tif", tiff(3000, 3000, {277: 65535}));
+    save("a.exr", exr(side, side)), save("b.exr", exr(2 ** 30, 2 ** 30)), save("tile.exr", exr(side, side, 1));
+    save("c.exr", exr(8, 8, 40000));
+    save("digits.pnm", "P6 " + "1".repeat(1e7) + " 8 255 "), save("line.hdr", "#?RADIANCE\n" + "x".repeat(1e7));'
+  for file in *.*; do
+    answers selvedge-view compare "$file" "$file"
+    [ -s "$scratch/err" ] || fail "$file is read"
+  done
+  refuses FILE_TOO_LARGE '16000 x 16000 pixels of 1 channels take more than 4096 MiB' \
+    selvedge-view compare black.png black.png
+}
+
+test_environments_and_measured_pictures_are_reckoned_within_max_memory() {
+  make_plane_fabric
+  write_quad quad.gltf
+  # 56 MB as environments, 96 MB while they are averaged.
+  write_pictures 'save("sky.png", png(head(2000, 1000), zeros(2000, 1000), end)), table("sky.png");'
+  environment() { selvedge-view "$1" quad.gltf -o "$2" --environment sky.png --max-memory "$3"; }
+  refuses FILE_TOO_LARGE 'sky.png: 2000 x 1000 pixels take more' environment render o.png 40M
+  exits 0 environment render o.png 100M
+  if [ -f "$bin/../share/selvedge/page.html" ]; then refuses FILE_TOO_LARGE sky.png environment page o.html 40M; fi
+  measured() { selvedge import sky.png.csv --width 10 --period 5,5 --texels 2 --views 1 --lights 1 -o o.samples.exr --quiet "$@"; }
+  refuses FILE_TOO_LARGE 'pictures of 2000 x 1000 pixels' measured --max-memory 80M
+  exits 0 measured --max-memory 120M
 }
 
 "$2"

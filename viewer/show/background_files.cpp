@@ -26,7 +26,7 @@ Result<std::string> BackgroundPicture::add(const std::string& path) {
     if (auto good = add_fabric(path); !good) return tl::unexpected(good.error());
     change_ = Change::scene;
     stage_ = Stage::first;
-  } else if (const auto read = read_environment(path)) {
+  } else if (const auto read = read_environment(path, {}, limits_.document.memory)) {
     tell([&](PictureNews& news) {
       news.environments.push_back(
           std::make_shared<const Surroundings>(Surroundings{path, *read, divide(*read)}));

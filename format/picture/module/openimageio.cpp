@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "format/base/memory.h"
+
 namespace selvedge {
 namespace {
 
@@ -59,36 +61,46 @@ void divide_by_counts(Image& image, const OIIO::ImageSpec& spec) {
 }
 
 /// Reads strips of rows, and sums the pixels of each of the picture that is returned.
-Result<Image> read_pixels(OIIO::ImageInput& input, const std::string& name, Transfer transfer,
-                          const ImageLimits& limits, int halvings) {
+Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const std::string& name,
+                          Transfer transfer, const ImageLimits& limits, int halvings) {
   const OIIO::ImageSpec& spec = input.spec();
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep) {
     return fail(Code::image_unreadable, name, "", "not a flat two-dimensional picture");
   }
   const std::int64_t pixels = std::int64_t{spec.width} * spec.height;
-  if (spec.width > limits.side || spec.height > limits.side || pixels * spec.nchannels > limits.pixels * 4) {
-    return fail(Code::file_too_large, name, "",
-                fmt::format("{} x {} pixels of {} channels", spec.width, spec.height, spec.nchannels));
-  }
+  const std::string size =
+      fmt::format("{} x {} pixels of {} channels", spec.width, spec.height, spec.nchannels);
+  if (spec.width > limits.side || spec.height > limits.side || pixels * spec.nchannels > limits.pixels * 4)
+    return fail(Code::file_too_large, name, "", size);
   const std::int64_t width = halved_size(spec.width, halvings);
   const std::int64_t height = halved_size(spec.height, halvings);
+  // Tiles come in rows of their own height, and may be larger than the picture.
+  constexpr int rows_at_once = 64;
+  const bool tiled = spec.tile_width > 0;
+  const int strip = tiled ? spec.height : std::min(spec.height, rows_at_once);
+  const std::int64_t most =
+      tiled ? std::max(pixels, std::int64_t{spec.tile_width} * spec.tile_height) : pixels;
+  const std::uint64_t channels = spec.nchannels;
+  // A reader may hold its file once more, and all pixels as they are stored: interlaced ones, progressive
+  // ones, those of one strip or tile.
+  MemoryAccount account(limits.memory);
+  if (!account.take(file_bytes, 2) || !account.take(most, spec.pixel_bytes(true)) ||
+      !account.take(tiled ? most : std::int64_t{strip} * spec.width, channels * sizeof(float)) ||
+      !account.take(width * height, 4 * sizeof(float)))
+    return tl::unexpected<Error>(beyond_memory(name, "", size, limits.memory));
   Image image{static_cast<int>(width), static_cast<int>(height), 4, std::vector<float>(width * height * 4)};
   const bool decode = transfer == Transfer::srgb && !spec.format.is_floating_point();
   const std::array<int, 4> order = channel_order(spec);
-  const std::int64_t channels = spec.nchannels;
   Decoder decoder(spec);
   std::vector<std::int64_t> columns(spec.width);  // where the pixels of a row go
   for (std::int64_t x = 0; x < spec.width; ++x) columns[x] = x * width / spec.width * 4;
-  // Tiles come in rows of their own height.
-  constexpr int rows_at_once = 64;
-  const int strip = spec.tile_width > 0 ? spec.height : std::min(spec.height, rows_at_once);
   std::vector<float> stored(strip * spec.width * channels);
   for (int first = 0; first < spec.height; first += strip) {
     const int end = std::min(first + strip, spec.height);
     const OIIO::TypeDesc floats = OIIO::TypeDesc::FLOAT;
-    const bool read = spec.tile_width > 0 ? input.read_image(0, 0, 0, spec.nchannels, floats, stored.data())
-                                          : input.read_scanlines(0, 0, spec.y + first, spec.y + end, 0, 0,
-                                                                 spec.nchannels, floats, stored.data());
+    const bool read = tiled ? input.read_image(0, 0, 0, spec.nchannels, floats, stored.data())
+                            : input.read_scanlines(0, 0, spec.y + first, spec.y + end, 0, 0, spec.nchannels,
+                                                   floats, stored.data());
     if (!read) return fail(Code::image_unreadable, name, "", input.geterror());
     for (std::int64_t y = first; y < end; ++y) {
       float* row = &image.pixels[y * height / spec.height * width * 4];
@@ -105,16 +117,6 @@ Result<Image> read_pixels(OIIO::ImageInput& input, const std::string& name, Tran
   }
   if (halvings > 0) divide_by_counts(image, spec);
   return image;
-}
-
-/// The format of a file in memory, which OpenImageIO does not detect itself; null for other formats, such as
-/// OpenEXR, whose library allocates what damaged headers declare.
-const char* format_of(std::span<const std::uint8_t> bytes) {
-  const auto starts_with = [&](std::initializer_list<std::uint8_t> magic) {
-    return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin());
-  };
-  if (starts_with({0x89, 'P', 'N', 'G'})) return "png";
-  return starts_with({0xFF, 0xD8, 0xFF}) ? "jpeg" : nullptr;
 }
 
 /// The chunks of a PNG that its pixels need. Each of a thousand texts and profiles would be decompressed, to
@@ -134,18 +136,12 @@ std::vector<std::uint8_t> without_texts(std::span<const std::uint8_t> png) {
   return kept;
 }
 
-Result<Image> read(const std::string& name, std::span<const std::uint8_t> bytes, Transfer transfer,
-                   const ImageLimits& limits, int halvings) {
+Result<Image> read(const char* format, std::span<const std::uint8_t> bytes, const std::string& name,
+                   Transfer transfer, const ImageLimits& limits, int halvings) {
   const auto refuse = [&](std::string why) { return fail(Code::image_unreadable, name, "", std::move(why)); };
   try {
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);  // else PNG's alpha would be multiplied into the colours
-    if (bytes.empty()) {
-      const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(name, &config);
-      return input ? read_pixels(*input, name, transfer, limits, halvings) : refuse(OIIO::geterror());
-    }
-    const char* format = format_of(bytes);
-    if (format == nullptr) return refuse("neither PNG nor JPEG");
     std::vector<std::uint8_t> kept;
     if (format == std::string_view("png")) bytes = kept = without_texts(bytes);
     OIIO::Filesystem::IOMemReader source(bytes.data(), bytes.size());
@@ -156,7 +152,7 @@ Result<Image> read(const std::string& name, std::span<const std::uint8_t> bytes,
     config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     OIIO::ImageSpec spec;
     if (!input->open(name, spec, config)) return refuse(input->geterror());
-    return read_pixels(*input, name, transfer, limits, halvings);
+    return read_pixels(*input, bytes.size(), name, transfer, limits, halvings);
   } catch (const std::exception& error) {
     return refuse(error.what());
   }

@@ -107,6 +107,8 @@ TEST_CASE("pictures that do not go together are refused in one line") {
   refused(Code::option_out_of_range, "40 pixels; a picture has 12 along y");
   options.period_mm = V2d(8, 6);
   options.max_memory = 1000;
+  refused(Code::file_too_large, "16 x 12 pixels");
+  options.max_memory = 20000;
   refused(Code::file_too_large, "20 pictures of 8 x 6 texels");
   options.max_memory = 1 << 20;
   test::need(write_exr(folder / "p/7.exr", Image{4, 4, 3, std::vector<float>(48, 0.5F)}));
