@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
+#include <unsupported/Eigen/FFT>
+
+#include "format/base/parallel.h"
 
 namespace selvedge {
 namespace {
@@ -41,38 +45,51 @@ class AreaSums {
   std::vector<double> sums_;
 };
 
-/// Correlation of pictures with themselves, `shift` pixels along an axis: normalised by what overlaps.
-double autocorrelation(std::span<const Image> pictures, int axis, int shift) {
-  double together = 0;
-  double alone = 0;
-  for (const Image& picture : pictures) {
-    const int width = picture.width - (axis == 0 ? shift : 0);
-    const int height = picture.height - (axis == 1 ? shift : 0);
-    const std::size_t offset = axis == 0 ? shift : std::size_t{1} * shift * picture.width;
-    std::array<double, 5> sums{};  // a, b, a a, b b, a b
-    for (int y = 0; y < height; ++y) {
-      const float* row = &picture.pixels[std::size_t{1} * y * picture.width];
-      std::array<float, 5> of_row{};
-      for (int x = 0; x < width; ++x) {
-        const float a = row[x];
-        const float b = row[x + offset];
-        of_row[0] += a;
-        of_row[1] += b;
-        of_row[2] += a * a;
-        of_row[3] += b * b;
-        of_row[4] += a * b;
-      }
-      for (std::size_t i = 0; i < 5; ++i) sums[i] += static_cast<double>(of_row[i]);
+/// The least size from `least` on whose transform is fast.
+int transform_size(int least) {
+  for (int size = (least + 3) / 4 * 4;; size += 4) {
+    int rest = size;
+    for (const int factor : {2, 3, 5}) {
+      while (rest % factor == 0) rest /= factor;
     }
-    const double count = static_cast<double>(width) * height;
-    const double variance_a = sums[2] - sums[0] * sums[0] / count;
-    const double variance_b = sums[3] - sums[1] * sums[1] / count;
-    // Less contrast is that of rounding.
-    if (!(variance_a * count > 1e-5 * sums[0] * sums[0])) continue;
-    together += sums[4] - sums[0] * sums[1] / count;
-    alone += std::sqrt(std::max(variance_a * variance_b, 0.0));
+    if (rest == 1) return size;
   }
-  return alone > 0 ? together / alone : 0;
+}
+
+/// Sums over pairs of pixels that lie `shift` apart along an axis: a, b, a a, b b, a b. [shift], up to
+/// `last`.
+std::vector<std::array<double, 5>> sums_of_pairs(const Image& picture, int axis, int last) {
+  const std::size_t length = axis == 0 ? picture.width : picture.height;
+  const std::size_t lines = axis == 0 ? picture.height : picture.width;
+  const std::size_t step = axis == 0 ? 1 : picture.width;
+  const std::size_t next_line = axis == 0 ? picture.width : 1;
+  // By the theorem of Wiener and Khinchin, products of all shifts follow from the sum of all lines' power
+  // spectra; zeros behind a line keep its ends apart.
+  const int padded = transform_size(static_cast<int>(length) + last);
+  Eigen::FFT<double> transform({}, Eigen::FFT<double>::HalfSpectrum);
+  std::vector<double> line(padded);
+  std::vector<std::complex<double>> spectrum;
+  std::vector<std::complex<double>> power(padded / 2 + 1);
+  std::vector<V2d> until(length + 1, V2d(0, 0));  // [p]: values and squares of all lines' first p pixels
+  for (std::size_t l = 0; l < lines; ++l) {
+    for (std::size_t p = 0; p < length; ++p) {
+      const auto value = static_cast<double>(picture.pixels[l * next_line + p * step]);
+      line[p] = value;
+      until[p + 1] += V2d(value, value * value);
+    }
+    transform.fwd(spectrum, line);
+    for (std::size_t k = 0; k < spectrum.size(); ++k) power[k] += std::norm(spectrum[k]);
+  }
+  for (std::size_t p = 0; p < length; ++p) until[p + 1] += until[p];
+  std::vector<double> products;
+  transform.inv(products, power);
+  std::vector<std::array<double, 5>> sums;
+  for (std::size_t shift = 0; shift <= static_cast<std::size_t>(last); ++shift) {
+    const V2d a = until[length - shift];
+    const V2d b = until[length] - until[shift];
+    sums.push_back({a.x, b.x, a.y, b.y, products[shift]});
+  }
+  return sums;
 }
 
 /// Highest point of the parabola through three values around `at`: where, and how high.
@@ -102,14 +119,37 @@ Image luminance_of(const Image& picture) {
   return out;
 }
 
+std::vector<double> autocorrelation(std::span<const Image> pictures, int axis) {
+  const Image& first = pictures.front();
+  const int last = (axis == 0 ? first.width : first.height) * 2 / 3;
+  std::vector<std::vector<std::array<double, 5>>> sums(pictures.size());
+  parallel_for(0, static_cast<int>(pictures.size()),
+               [&](int i) { sums[i] = sums_of_pairs(pictures[i], axis, last); });
+  std::vector<double> values;
+  for (int shift = 0; shift <= last; ++shift) {
+    const double count =
+        axis == 0 ? 1.0 * (first.width - shift) * first.height : 1.0 * first.width * (first.height - shift);
+    double together = 0;
+    double alone = 0;
+    for (const auto& of_picture : sums) {
+      const auto& [a, b, aa, bb, ab] = of_picture[shift];
+      const double variance_a = aa - a * a / count;
+      const double variance_b = bb - b * b / count;
+      // Less contrast is that of rounding.
+      if (!(variance_a * count > 1e-5 * a * a)) continue;
+      together += ab - a * b / count;
+      alone += std::sqrt(std::max(variance_a * variance_b, 0.0));
+    }
+    values.push_back(alone > 0 ? together / alone : 0);
+  }
+  return values;
+}
+
 std::optional<double> find_period(std::span<const Image> pictures, int axis) {
   constexpr int min_period = 4;
   constexpr double min_peak = 0.3;
   constexpr double alike = 0.95;
-  const int size = axis == 0 ? pictures.front().width : pictures.front().height;
-  std::vector<double> values;
-  for (int shift = 0; shift <= size * 2 / 3; ++shift)
-    values.push_back(autocorrelation(pictures, axis, shift));
+  const std::vector<double> values = autocorrelation(pictures, axis);
   std::vector<V2d> peaks;
   double highest = min_peak;
   for (int i = min_period; i + 1 < std::ssize(values); ++i) {
