@@ -12,7 +12,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -84,6 +83,9 @@ Result<Shading> shading_from(const std::string& line) {
   return shading;
 }
 
+/// Longest line, bytes: numbers of 9 digits take less than 100, members that are not known may follow.
+constexpr std::size_t max_answer = 4096;
+
 /// For the shell.
 std::string quoted(const std::string& path) {
   std::string text = "'";
@@ -95,31 +97,31 @@ std::string quoted(const std::string& path) {
 class Answers {
  public:
   explicit Answers(std::FILE* file) : file_(file) {}
-  ~Answers() { std::free(line_); }
-  Answers(const Answers&) = delete;
-  Answers& operator=(const Answers&) = delete;
 
   Result<Shading> next() {
     ++count_;
-    const ssize_t size = getline(&line_, &room_, file_);
-    auto shading =
-        size < 0 ? malformed("", "is missing") : shading_from({line_, static_cast<std::size_t>(size)});
+    std::string line;
+    int byte = std::getc(file_);
+    const bool missing = byte == EOF;
+    for (; byte != EOF && byte != '\n' && line.size() <= max_answer; byte = std::getc(file_))
+      line += static_cast<char>(byte);
+    auto shading = missing                    ? malformed("", "is missing")
+                   : line.size() > max_answer ? malformed("", "is too long")
+                                              : shading_from(line);
     if (shading) return shading;
     Error error = shading.error();
     error.place = fmt::format("answer {}{}{}", count_, error.place.empty() ? "" : ", ", error.place);
     return tl::unexpected(error);
   }
 
-  /// The fault that one more line is; nothing at the end.
+  /// The fault that more than these are; nothing at the end.
   std::optional<Error> surplus() {
-    if (getline(&line_, &room_, file_) < 0) return {};
+    if (std::getc(file_) == EOF) return {};
     return Error{Code::json_malformed, {}, fmt::format("answer {}", count_ + 1), "is one too many"};
   }
 
  private:
   std::FILE* file_;
-  char* line_ = nullptr;
-  std::size_t room_ = 0;
   std::size_t count_ = 0;
 };
 

@@ -191,6 +191,8 @@ test_a_model_that_does_not_answer_is_refused() {
   model 'answer 1, alpha: is not a number from 0 to 1' "yes '{\"rgb\":[0,0,0],\"alpha\":2}'"
   model 'answer 1: {"error"' "sed 's/.*/{\"error\":\"no\"}/'"
   model 'answer 2: is missing' 'echo "{\"rgb\":[0,0,0],\"alpha\":1}"; cat >/dev/null'
+  model 'answer 1: is too long' 'cat /dev/zero'
+  model 'answer 2: is too long' 'echo "{\"rgb\":[0,0,0],\"alpha\":1}"; yes | tr -d "\n"'
   model 'answer 1361: is one too many' "yes '{\"rgb\":[0,0,0],\"alpha\":1}'"
   model 'the command failed' "sed 's/.*/{\"rgb\":[0,0,0],\"alpha\":1}/'; false"
 }
