@@ -49,7 +49,10 @@ Result<void> assemble(std::span<BakeJournal> journals, const std::string& output
   for (std::size_t u = 0; u < units.size(); ++u) {
     UnitSamples samples = blank_samples(header, units[u]);
     if (auto ok = holder[u]->read(u, planes_of(samples)); !ok) return ok;
-    if (auto ok = write_unit(*writer, header, units[u], samples); !ok) return ok;
+    if (auto ok = write_unit(*writer, header, units[u], samples); !ok) {
+      if (ok.error().file.empty()) ok.error().file = holder[u]->path();
+      return ok;
+    }
     if (const auto* view = std::get_if<ViewSamples>(&samples)) {
       for (const float alpha : view->alpha) report.coverage += static_cast<double>(alpha);
     }

@@ -1,10 +1,13 @@
 #include "converter/bake/unit_baker.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "converter/bake/setup.h"
 #include "converter/bake/yarn_light.h"
 #include "format/base/random.h"
+#include "format/fabric/names.h"
 
 namespace selvedge {
 namespace {
@@ -16,6 +19,21 @@ constexpr std::uint64_t stream_pairs = 2;
 std::uint64_t stream_of(PairKind kind) { return stream_pairs + 16 * (static_cast<std::uint64_t>(kind) + 1); }
 
 std::span<float> floats_of(std::vector<V3f>& vectors) { return {&vectors.data()->x, 3 * vectors.size()}; }
+
+/// What a reader of the file would refuse and OpenEXR does not.
+template <class Samples>
+Result<void> check_samples(const Samples& samples) {
+  const auto refuse = [](const char* place, float value) {
+    return fail(Code::samples_not_finite, {}, place, fmt::format("sample is {}", value));
+  };
+  for (const float alpha : samples.alpha)
+    if (!is_opacity(alpha)) return refuse("opacity", alpha);
+  for (const V3f& radiance : samples.radiance) {
+    for (int c = 0; c < 3; ++c)
+      if (!is_radiance(radiance[c])) return refuse("radiance", radiance[c]);
+  }
+  return {};
+}
 
 Planes arrays_of(ViewSamples& s) { return {s.alpha, floats_of(s.normal), floats_of(s.radiance)}; }
 Planes arrays_of(PairSamples& s) {
@@ -76,12 +94,21 @@ Planes planes_of(UnitSamples& samples) {
 
 Result<void> write_unit(SamplesWriter& writer, const SamplesHeader& header, const BakeUnit& unit,
                         const UnitSamples& samples) {
-  if (const auto* view = std::get_if<ViewSamples>(&samples)) return writer.write_view(*view);
-  if (const auto* pair = std::get_if<PairSamples>(&samples)) return writer.write_pairs(unit.pairs, *pair);
+  if (const auto* view = std::get_if<ViewSamples>(&samples)) {
+    if (auto ok = check_samples(*view); !ok) return ok;
+    return writer.write_view(*view);
+  }
+  if (const auto* pair = std::get_if<PairSamples>(&samples)) {
+    if (auto ok = check_samples(*pair); !ok) return ok;
+    return writer.write_pairs(unit.pairs, *pair);
+  }
   const auto& [curves, indirect, through] = std::get<YarnSamples>(samples);
   auto data = yarns_from_values(curves, indirect, header.yarns, header.period_mm);
   if (!data) return tl::unexpected(data.error());
   if (header.both_sides) data->through = light_from_values(through, header.yarns.stations);
+  if (auto ok = validate(*data, header.period_mm); !ok) return ok;
+  if (counts_of(*data) != header.yarns)
+    return fail(Code::samples_malformed, {}, names::part_yarns, "are not those that the header counts");
   return writer.write_yarns(*data);
 }
 

@@ -36,6 +36,7 @@ UnitSamples blank_samples(const SamplesHeader& header, const BakeUnit& unit);
 using Planes = std::vector<std::span<float>>;
 Planes planes_of(UnitSamples& samples);
 
+/// Refuses what a reader of the file would; the error of a unit that is at fault names no file.
 Result<void> write_unit(SamplesWriter& writer, const SamplesHeader& header, const BakeUnit& unit,
                         const UnitSamples& samples);
 

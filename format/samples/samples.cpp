@@ -213,8 +213,6 @@ tl::unexpected<Error> bad_sample(const std::string& file, const char* part, std:
               fmt::format("sample is {}", value));
 }
 
-bool is_sample(float value) { return std::isfinite(value) && value >= 0; }
-
 }  // namespace
 
 int max_rows(const SamplesHeader& header, std::size_t bytes) {
@@ -283,7 +281,7 @@ Result<SampleLevel> SamplesReader::read_rows(int first_row, int count) {
       const std::size_t y = first + texel / width;
       const float alpha = seen[0][texel];
       const V3f normal(seen[1][texel], seen[2][texel], seen[3][texel]);
-      if (!(alpha >= 0 && alpha <= 1)) return bad_sample(file, names::part_surface, texel % width, y, alpha);
+      if (!is_opacity(alpha)) return bad_sample(file, names::part_surface, texel % width, y, alpha);
       if (!std::isfinite(normal.length2())) {
         return bad_sample(file, names::part_surface, texel % width, y, normal.length2());
       }
@@ -295,7 +293,7 @@ Result<SampleLevel> SamplesReader::read_rows(int first_row, int count) {
         const std::size_t pixel = (texel / width) * width * all_lights + x;
         for (int c = 0; c < 3; ++c) {
           const float value = (*colour)[c][pixel];
-          if (!is_sample(value)) return bad_sample(file, names::part_radiance, x, y, value);
+          if (!is_radiance(value)) return bad_sample(file, names::part_radiance, x, y, value);
           out[light][c] = value;
         }
       }
@@ -319,7 +317,7 @@ Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
   for (std::size_t i = 0; i < p[0].size(); ++i) {
     if (side_of(all[i / header_.texels()]) != header_.side) continue;
     for (int c = 0; c < 4; ++c) {
-      const bool good = is_sample(p[c][i]) && (c < 3 || p[c][i] <= 1);
+      const bool good = c < 3 ? is_radiance(p[c][i]) : is_opacity(p[c][i]);
       if (good && std::isfinite(p[c + 4][i])) continue;
       return bad_sample(reader_.name(), name, i % header_.width, i / header_.width, p[good ? c + 4 : c][i]);
     }

@@ -6,6 +6,7 @@
 // it is not multiplied by opacity.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -18,6 +19,10 @@ namespace selvedge {
 
 /// Number of rows of texels with samples of at most `bytes` bytes in memory; at least one, at most all.
 int max_rows(const SamplesHeader& header, std::size_t bytes);
+
+/// What samples may be.
+inline bool is_radiance(float value) { return std::isfinite(value) && value >= 0; }
+inline bool is_opacity(float value) { return value >= 0 && value <= 1; }
 
 /// The samples of one view, for all lights of the file (SamplesHeader::light_count()). Texels are indexed as
 /// in fabric.h.

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "converter/bake/bake.h"
+#include "converter/bake/journal.h"
 #include "format/base/atomic_file.h"
 #include "tests/converter/bake_cells.h"
 #include "tests/format/files.h"
@@ -127,6 +128,36 @@ TEST_CASE("shards that do not make a whole are refused") {
   REQUIRE(write_file(folder / "d", std::string("not a journal")));
   refused({folder / "d"}, "not a journal");
   CHECK_FALSE(bake_shard(mesh(), "test", o, "{}", {2, 2}, folder / "e"));
+}
+
+TEST_CASE("a shard with samples that no reader takes is refused, whatever its digests say") {
+  const Folder folder;
+  const std::string part = folder / "part";
+  test::need(bake_shard(mesh(), "test", small_bake(), "{}", {}, part));
+  const SamplesHeader header = test::need(BakeJournal::read(part)).header();
+  const std::vector<BakeUnit> units = units_of(header);
+  REQUIRE(units[9].kind == BakeUnit::Kind::pair);
+  const std::string whole = bytes_of(part);
+  for (const std::size_t unit : {0, 9}) {
+    for (const auto& [place, plane, value] : {std::tuple("opacity", 0, 1.5F), std::tuple("opacity", 0, -0.5F),
+                                              std::tuple("radiance", 2, -1.0F)}) {
+      REQUIRE(write_file(part, whole));
+      {
+        auto journal = test::need(BakeJournal::open(part, header, {}, true));
+        UnitSamples samples = blank_samples(header, units[unit]);
+        const Planes planes = planes_of(samples);
+        REQUIRE(journal.read(unit, planes));
+        planes[plane][5] = value;
+        REQUIRE(journal.write(unit, planes, journal.noise(unit)));
+      }
+      const std::vector<std::string> parts{part};
+      const Error error = test::error_of(merge_shards(parts, folder / "m.exr"));
+      CHECK(error.code == Code::samples_not_finite);
+      CHECK(error.file == part);
+      CHECK(error.place == place);
+      CHECK_FALSE(std::filesystem::exists(folder / "m.exr"));
+    }
+  }
 }
 
 TEST_CASE("the noise of a bake is in its file") {
