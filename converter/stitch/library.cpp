@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <numbers>
 
 #include "converter/stitch/built_in.h"
 #include "converter/stitch/chart.h"
@@ -172,19 +173,35 @@ void apply_woven_settings(const StitchValues& values, std::size_t warps, StitchP
     apply_settings(values, y < warps ? "warp_" : "weft_", shorter_period(pattern), pattern.yarns[y]);
 }
 
-/// Sum over yarns of the squared number of points that relax() gives them, to which its time is proportional:
-/// 5 seconds a million on a core of 2024.
+/// What relax() takes, known before, to which its time is proportional: 5 seconds a million on a core of
+/// 2024.
 double relaxation_work(const StitchPattern& pattern) {
   constexpr double points_per_radius = 2.5;
-  double work = 0;
+  constexpr double margin = 0.7;  // of the widest yarn, within which neighbours are kept
+  double squares = 0;             // of each yarn's number of points, for its smoothing
+  V3d points(0, 0, 0);            // of all yarns; times half their width; times its square
+  double widest = 0;
   for (const Yarn& yarn : pattern.yarns) {
     double length = 0;
     for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
-    work += std::pow(points_per_radius * length / yarn.radius_mm, 2);
+    const double count = std::max(12.0, points_per_radius * length / yarn.radius_mm);
+    squares += count * count;
+    points += count * V3d(1, wide_of(yarn), std::pow(wide_of(yarn), 2));
+    widest = std::max(widest, wide_of(yarn));
   }
-  return work;
+  // Neighbours of a point lie within both half widths and the margin; they are looked for among those of nine
+  // squares that are as wide as the widest of these reaches. In memory a contact is worth fifty.
+  const double density = 1 / (pattern.period_mm.x * pattern.period_mm.y);
+  const double kept = margin * widest;
+  const double squared_reaches =
+      2 * points.x * points.z + 2 * points.y * points.y + kept * points.x * (4 * points.y + kept * points.x);
+  const double contacts = 0.5 * std::numbers::pi * density * squared_reaches;
+  const double looked_at = 9 * density * std::pow((2 + margin) * widest * points.x, 2);
+  return squares + 50 * contacts + 0.1 * looked_at;
 }
 constexpr double max_relaxation_work = 2e8;
+constexpr const char* too_much_work =
+    "the yarns are too long for their thickness: to relax them would take too long";
 
 Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
   settings.insert(stitch.settings.begin(), stitch.settings.end());
@@ -208,8 +225,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
     if (drawn.yarns == tried || (given && flat == Flat::thin)) continue;
     if (auto ok = set_seed(*values, stitch.info.name, drawn); !ok) return tl::unexpected(ok.error());
     if (relaxation_work(drawn) > max_relaxation_work) {
-      return fail(Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii,
-                  "the yarns are too long for their thickness: to relax them would take too long");
+      return fail(Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii, too_much_work);
     }
     result = relax(drawn, options);
     fits = result.part >= 1 - touching_overlap;
@@ -298,7 +314,12 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
       if (yarn.flattening < 1) options.hold = flat_draft_hold;
     }
   }
-  Relaxed result = relax(draw_weave(draft->weave, name), options);
+  const StitchPattern drawn = draw_weave(draft->weave, name);
+  // Relaxation makes thick yarns thinner.
+  if (auto sound = validate(drawn, path, {.radius_periods = 8}); !sound) return tl::unexpected(sound.error());
+  if (relaxation_work(drawn) > max_relaxation_work)
+    return fail(Code::stitch_invalid, path, "", too_much_work);
+  Relaxed result = relax(drawn, options);
   found.pattern = std::move(result.pattern);
   if (auto sound = validate(found.pattern, path); !sound) return tl::unexpected(sound.error());
   const auto thinner = thin_to_touch(found.pattern, path);

@@ -13,7 +13,6 @@
 namespace selvedge {
 namespace {
 
-constexpr int max_shafts = 4096;  // also of treadles and colours
 constexpr double texels_per_yarn = 4;
 constexpr double default_spacing_mm = 1;
 
@@ -80,7 +79,12 @@ System system_of(const WifSections& draft, const std::string& section, const V3f
   const double unit = unit_of(draft, section);
   const auto length = [&](const std::string& text, const std::string& place) {
     const auto value = WifSections::positive_in(text, place);
-    return value ? std::optional(*value * unit) : std::nullopt;
+    if (!value) return std::optional<double>();
+    const double mm = *value * unit;
+    if (mm < min_stitch_mm || mm > max_stitch_mm) {
+      throw WifFault{place, fmt::format("must lie in {} to {} mm, is {}", min_stitch_mm, max_stitch_mm, mm)};
+    }
+    return std::optional(mm);
   };
   const auto colour = [&](const std::string& text, const std::string& place) -> std::optional<V3f> {
     // The number of a palette entry; some programs write its red, green and blue behind it.
@@ -119,57 +123,56 @@ System system_of(const WifSections& draft, const std::string& section, const V3f
   return system;
 }
 
-/// The largest number in any of the lists; 0: they are empty.
-int largest_in(const std::vector<std::vector<int>>& lists) {
-  int largest = 0;
-  for (const auto& list : lists) {
-    for (const int number : list) largest = std::max(largest, number);
-  }
+/// The largest number in any of the sets; 0: they are empty.
+int largest_in(const std::vector<WifSet>& sets) {
+  WifSet all;
+  for (const WifSet& set : sets) all |= set;
+  int largest = max_shafts;
+  while (largest > 0 && !all[largest]) --largest;
   return largest;
 }
 
 /// How many yarns there are but for empty ones at the end: those of a canvas that was never filled. They are
 /// two or more, and more than are empty side by side before them.
-int used_of(const std::vector<std::vector<int>>& lists) {
+int used_of(const std::vector<WifSet>& sets) {
   std::size_t longest = 1;
   std::size_t run = 0;
-  for (const auto& list : lists) {
-    if (!list.empty()) longest = std::max(longest, run);
-    run = list.empty() ? run + 1 : 0;
+  for (const WifSet& set : sets) {
+    if (set.any()) longest = std::max(longest, run);
+    run = set.none() ? run + 1 : 0;
   }
-  return static_cast<int>(run > longest && run < lists.size() ? lists.size() - run : lists.size());
+  return static_cast<int>(run > longest && run < sets.size() ? sets.size() - run : sets.size());
 }
 
 /// What is lifted for each weft yarn, and what each is woven by: its treadles, or its shafts.
 struct Lifts {
-  std::vector<std::vector<int>> shafts;
-  std::vector<std::vector<int>> given;
+  std::vector<WifSet> shafts;
+  std::vector<WifSet> given;
 };
 
 /// Tie-ups may name more shafts and treadles than the header counts.
 Lifts lifts_of(const WifSections& draft, int wefts, std::set<std::string>& remarks) {
   if (draft.has("LIFTPLAN")) {
-    auto shafts = draft.lists("LIFTPLAN", wefts, max_shafts);
+    auto shafts = draft.sets("LIFTPLAN", wefts, max_shafts);
     return {shafts, shafts};
   }
   if (!draft.has("TREADLING"))
     throw WifFault{"[TREADLING]", "the section is missing, and [LIFTPLAN] as well"};
   draft.need("TIEUP");
   const int counted = draft.whole("WEAVING", "TREADLES", 1, max_shafts);
-  auto tieup = draft.lists("TIEUP", max_shafts, max_shafts);
-  while (!tieup.empty() && tieup.back().empty()) tieup.pop_back();
+  auto tieup = draft.sets("TIEUP", max_shafts, max_shafts);
+  while (!tieup.empty() && tieup.back().none()) tieup.pop_back();
   const int treadles = std::max(counted, static_cast<int>(tieup.size()));
   if (treadles > counted) {
     remarks.insert(fmt::format("{} treadles are tied up, though the header counts {}", treadles, counted));
   }
   tieup.resize(treadles);
   Lifts lifts;
-  lifts.given = draft.lists("TREADLING", wefts, treadles);
-  for (const auto& treadles_of_weft : lifts.given) {
-    auto& lifted = lifts.shafts.emplace_back();
-    for (const int treadle : treadles_of_weft) {
-      lifted.insert(lifted.end(), tieup[treadle - 1].begin(), tieup[treadle - 1].end());
-    }
+  lifts.given = draft.sets("TREADLING", wefts, treadles);
+  for (const WifSet& treadles_of_weft : lifts.given) {
+    WifSet& lifted = lifts.shafts.emplace_back();
+    for (int treadle = 1; treadle <= treadles; ++treadle)
+      if (treadles_of_weft[treadle]) lifted |= tieup[treadle - 1];
   }
   return lifts;
 }
@@ -193,7 +196,7 @@ std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
   if (shafts > counted) {
     remarks.insert(fmt::format("{} shafts are lifted, though the header counts {}", shafts, counted));
   }
-  auto threading = draft.lists("THREADING", warps, shafts);
+  auto threading = draft.sets("THREADING", warps, shafts);
   const auto leave_out = [&](const char* name, int used, int& count) {
     if (used == count) return;
     remarks.insert(
@@ -205,18 +208,11 @@ std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
   threading.resize(warps);
   lifts.shafts.resize(wefts);
   std::vector<bool> over;
-  std::vector<bool> is_lifted(shafts + 1);
-  for (const auto& shafts_of_weft : lifts.shafts) {
-    std::fill(is_lifted.begin(), is_lifted.end(), false);
-    for (const int shaft : shafts_of_weft) is_lifted[shaft] = true;
-    for (const auto& shafts_of_warp : threading) {
-      const bool named = std::any_of(shafts_of_warp.begin(), shafts_of_warp.end(),
-                                     [&](int shaft) { return is_lifted[shaft]; });
-      over.push_back(named == rising);
-    }
+  for (const WifSet& lifted : lifts.shafts) {
+    for (const WifSet& shafts_of_warp : threading) over.push_back((shafts_of_warp & lifted).any() == rising);
   }
   const auto count_unthreaded =
-      std::count_if(threading.begin(), threading.end(), [](const auto& t) { return t.empty(); });
+      std::count_if(threading.begin(), threading.end(), [](const WifSet& set) { return set.none(); });
   if (count_unthreaded > 0) {
     remarks.insert(fmt::format("{} warp yarns are on no shaft: never lifted", count_unthreaded));
   }
@@ -315,8 +311,10 @@ WifDraft draft_of(const WifSections& draft) {
 int texels_along(const std::vector<double>& widths) {
   double sum = 0;
   for (const double width : widths) sum += width;
-  return static_cast<int>(
-      std::ceil(texels_per_yarn * sum / *std::min_element(widths.begin(), widths.end()) - 1e-9));
+  // An int even for all repeats; no file holds as many.
+  constexpr double most = 1e8;
+  return static_cast<int>(std::min(
+      most, std::ceil(texels_per_yarn * sum / *std::min_element(widths.begin(), widths.end()) - 1e-9)));
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ struct WifDraft {
 /// the texels that they would need.
 Result<WifDraft> read_wif(std::string_view text, const std::string& file);
 
-/// Texels that a weave needs: 4 across the narrowest yarn each way.
+/// Texels that a weave needs: 4 across the narrowest yarn each way; at most 10^8, which no file holds.
 V2i texels_for(const Weave& weave);
 
 }  // namespace selvedge

@@ -65,6 +65,7 @@ Result<WifSections> WifSections::read(std::string_view text, const std::string& 
     const auto refuse = [&](std::string why) {
       return fail(Code::stitch_invalid, file, fmt::format("line {}", number), std::move(why));
     };
+    if (line.size() > max_wif_line) return refuse(fmt::format("has more than {} bytes", max_wif_line));
     if (line.front() == '[') {
       const std::size_t close = line.find(']');
       if (close == std::string::npos) return refuse("a section's name has no closing bracket");
@@ -138,17 +139,16 @@ std::optional<double> WifSections::positive_in(const std::string& text, const st
   return *value > 0 ? value : std::nullopt;
 }
 
-std::vector<std::vector<int>> WifSections::lists(const std::string& section, int count, int max) const {
-  std::vector<std::vector<int>> lists(count);
+std::vector<WifSet> WifSections::sets(const std::string& section, int count, int max) const {
+  std::vector<WifSet> sets(count);
   for (const auto& [key, value] : all(section)) {
     if (value.empty() || value == "0") continue;  // also behind the last one, where some programs write it
     const int index = whole_in(key, place(section, key), 1, count);
-    for (const std::string& part : parts_of(value)) {
-      const int number = whole_in(part, place(section, key), 0, max);
-      if (number > 0) lists[index - 1].push_back(number);
-    }
+    for (const std::string& part : parts_of(value))
+      sets[index - 1].set(whole_in(part, place(section, key), 0, max));
+    sets[index - 1].reset(0);
   }
-  return lists;
+  return sets;
 }
 
 }  // namespace selvedge

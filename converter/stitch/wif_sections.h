@@ -1,6 +1,7 @@
 // Splits the text of a WIF file into sections of keys and values, and parses values; wif.h interprets them.
 #pragma once
 
+#include <bitset>
 #include <map>
 #include <optional>
 #include <string>
@@ -17,6 +18,13 @@ struct WifFault {
   std::string message;
 };
 
+/// Greatest number of shafts, treadles and colours, and a set of some of them.
+constexpr int max_shafts = 4096;
+using WifSet = std::bitset<max_shafts + 1>;
+
+/// Longest line, bytes: room for all numbers of a set.
+constexpr std::size_t max_wif_line = 1U << 16U;
+
 std::string lower(std::string text);
 
 /// Splits "1, 2,3" at commas and trims the parts; parts may be empty.
@@ -27,7 +35,7 @@ class WifSections {
   /// Accepts names in any case, lines that end in LF, CRLF or CR, a byte order mark, empty lines, comments
   /// that begin with ";" at the start of a line, any single-byte encoding or UTF-8. The first of repeated
   /// sections or keys is used. Refuses (stitch_invalid, place: the line) lines before the first section and
-  /// lines that are neither a section nor a key, UTF-16, and texts without sections.
+  /// lines that are neither a section nor a key or too long, UTF-16, and texts without sections.
   static Result<WifSections> read(std::string_view text, const std::string& file);
 
   // Names of sections and keys are in upper case.
@@ -63,9 +71,9 @@ class WifSections {
     }
     return values;
   }
-  /// Entries 1 to `count` of a section, each a list of numbers from 0 (ignored) to `max`; empty if the entry
-  /// is missing.
-  std::vector<std::vector<int>> lists(const std::string& section, int count, int max) const;
+  /// Entries 1 to `count` of a section, each a list of numbers from 0 (ignored) to `max`, at most max_shafts;
+  /// none if the entry is missing.
+  std::vector<WifSet> sets(const std::string& section, int count, int max) const;
 
  private:
   std::map<std::string, std::map<std::string, std::string>> sections_;

@@ -180,6 +180,11 @@ TEST_CASE("yarns on several shafts, several treadles at once, none, and what is 
         1);
 }
 
+TEST_CASE("shafts and treadles that are named twice are those that are named once") {
+  const std::string text = with("[TREADLING]\n1=1", "[TREADLING]\n1=1,1,0,1", with("1=1,2", "1=1,2,2,1"));
+  CHECK(draft(text).weave.warp_is_over == draft(good).weave.warp_is_over);
+}
+
 TEST_CASE("an incomplete repeat at the end is left out, and that is said") {
   std::string text = with("Threads=8", "Threads=9");
   text = with("8=4\n[TIEUP]", "8=4\n9=1\n[TIEUP]", text);
@@ -256,6 +261,11 @@ TEST_CASE("broken drafts are refused by section and key") {
   CHECK(refusal(with("Units=Centimeters", "Units=Furlongs")) ==
         "[WARP] UNITS: \"furlongs\" is none of Decipoints, Inches and Centimeters");
   CHECK(refusal(with("Spacing=0.1", "Spacing=-1")) == "[WARP] SPACING: \"-1\" is not a number of at least 0");
+  CHECK(refusal(with("Spacing=0.1", "Spacing=1e30")) ==
+        "[WARP] SPACING: must lie in 0.001 to 1000 mm, is 1e+31");
+  CHECK(refusal(good + "[WEFT THICKNESS]\n2=0.00005\n") ==
+        "[WEFT THICKNESS] 2: must lie in 0.001 to 1000 mm, is 0.0005");
+  CHECK(refusal("[WIF]\n1=" + std::string(70000, '1')) == "line 2: has more than 65536 bytes");
   CHECK(refusal(with("Color=1", "Color=3")) == "[WARP] COLOR: color 3 is not in [COLOR TABLE]");
   CHECK(refusal(with("1=255,0,0", "1=256,0,0")) == "[COLOR TABLE] 1: must lie in 0 to 255, is 256");
   CHECK(refusal(with("1=255,0,0", "1=255,0")) == "[COLOR TABLE] 1: \"255,0\" is not red, green, blue");
@@ -266,6 +276,25 @@ TEST_CASE("broken drafts are refused by section and key") {
 TEST_CASE("texels are four to the narrowest yarn") {
   CHECK(texels_for(draft(good).weave) == V2i(16, 16));
   CHECK(texels_for(draft(good + "[WARP SPACING]\n1=0.05\n5=0.05\n").weave) == V2i(28, 16));
+}
+
+TEST_CASE("a draft that would take too long to relax is refused before") {
+  const test::Folder folder;
+  const auto refused = [&](const std::string& text) {
+    test::write_bytes(folder / "d.wif", text);
+    const Error error = test::error_of(find_stitch(folder / "d.wif"));
+    CHECK(error.code == Code::stitch_invalid);
+    return error.place + ": " + error.message;
+  };
+  const std::string too_long =
+      ": the yarns are too long for their thickness: to relax them would take too long";
+  CHECK(refused(with("Thickness=0.06", "Thickness=0.0001")) == too_long);
+  // Thin weft beside thick warp, which is the neighbour of all of it.
+  CHECK(refused(with("Spacing=0.2\nThickness=0.06", "Spacing=0.02\nThickness=0.004",
+                     with("Spacing=0.1\nThickness=0.06", "Spacing=0.5\nThickness=0.5"))) == too_long);
+  CHECK(refused(with("Spacing=0.2\nThickness=0.06", "Spacing=0.001\nThickness=0.001",
+                     with("Spacing=0.1\nThickness=0.06", "Spacing=1\nThickness=1")))
+            .starts_with("/yarns/0/radius_mm: radius "));
 }
 
 TEST_CASE("a repeat that is too large is refused with the texels that it would need") {
