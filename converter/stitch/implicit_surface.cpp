@@ -266,6 +266,13 @@ Result<double> minimum_clearance(const StitchPattern& pattern, const std::string
   };
 
   constexpr int steps = 8;  // points per piece: 1/16 of a radius apart
+  double distances = 0;
+  for (const ImplicitSurface::Piece& a : surface.pieces_) {
+    const std::size_t bin = surface.bin_of(surface.wrap((a.span.start + a.span.end) * 0.5));
+    distances += steps * (surface.bin_start_[bin + 1] - surface.bin_start_[bin]);
+  }
+  if (distances > max_piece_distances)
+    return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close to each other");
   double smallest = largest;
   for (const ImplicitSurface::Piece& a : surface.pieces_) {
     for (int step = 0; step < steps; ++step) {

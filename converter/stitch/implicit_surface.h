@@ -39,6 +39,11 @@ class ImplicitSurface {
   double distance(const V3d& point) const { return sample(point).distance; }
   SurfaceSample sample(const V3d& point) const;
 
+  /// Pieces of yarn that a point of the cell is held against, in the mean.
+  double pieces_per_point() const {
+    return static_cast<double>(entries_.size()) / static_cast<double>(bin_start_.size() - 1);
+  }
+
   /// Conservative lowest and highest z of the surface, mm.
   double low() const { return low_; }
   double high() const { return high_; }
@@ -96,12 +101,16 @@ class ImplicitSurface {
   std::vector<double> yarn_length_;
 };
 
+/// Most distances of points from pieces of yarn that are computed for a pattern: some seconds.
+constexpr double max_piece_distances = 5e8;
+
 /// The minimum distance between yarn surfaces, mm: that of the centre lines minus both radii (of flat yarn,
 /// that of sections in the direction in which there is most room), negative if yarns overlap, at most the
 /// largest radius. Covers all pairs, copies in other cells included, except parts of one yarn less than pi
 /// radii apart along it: a yarn bent no tighter than its own radius does not touch itself there (Schur's
 /// comparison theorem). Sampled at points 1/16 radius apart along the yarns: too large by at most 1e-3 radii
-/// where yarns cross. Precondition: validate(pattern) holds.
+/// where yarns cross. Refuses (mesh_invalid) yarns that are too many and too close. Precondition:
+/// validate(pattern) holds.
 Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file);
 
 }  // namespace selvedge

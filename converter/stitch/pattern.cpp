@@ -28,8 +28,9 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
   };
   const double shorter = std::min(period_mm.x, period_mm.y);
   const double longer = std::max(period_mm.x, period_mm.y);
-  if (!(yarn.radius_mm > 0) || !std::isfinite(yarn.radius_mm)) {
-    return refuse("/radius_mm", fmt::format("radius must be positive, is {}", yarn.radius_mm));
+  if (!(yarn.radius_mm >= limits.min_mm && yarn.radius_mm <= limits.max_mm)) {
+    return refuse("/radius_mm", fmt::format("radius must lie in {} to {} mm, is {}", limits.min_mm,
+                                            limits.max_mm, yarn.radius_mm));
   }
   if (yarn.radius_mm > limits.radius_periods * shorter) {
     return refuse("/radius_mm", fmt::format("radius {} mm is more than {} times the shorter period {} mm",
@@ -119,9 +120,10 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
 
 Result<void> validate(const StitchPattern& pattern, const std::string& file, const StitchLimits& limits) {
   for (unsigned i = 0; i < 2; ++i) {
-    if (!(pattern.period_mm[i] > 0) || !std::isfinite(pattern.period_mm[i])) {
+    if (!(pattern.period_mm[i] >= limits.min_mm && pattern.period_mm[i] <= limits.max_mm)) {
       return fail(Code::stitch_invalid, file, fmt::format("/period_mm/{}", i),
-                  fmt::format("the period must be positive, is {}", pattern.period_mm[i]));
+                  fmt::format("the period must lie in {} to {} mm, is {}", limits.min_mm, limits.max_mm,
+                              pattern.period_mm[i]));
     }
   }
   if (pattern.yarns.empty()) return fail(Code::stitch_invalid, file, "/yarns", "the pattern has no yarn");

@@ -68,7 +68,9 @@ struct StitchPattern {
 
 /// Limits of a pattern, checked before any computation.
 struct StitchLimits {
-  int segments = 65536;       ///< of all yarns together
+  int segments = 65536;  ///< of all yarns together
+  double min_mm = 1e-5;  ///< of radii and periods
+  double max_mm = 1e7;
   double radius_periods = 2;  ///< radius as a multiple of the shorter period
   double reach_periods =
       64;  ///< how far a control point may lie from the origin, in periods of its axis (z: the longer)
@@ -83,7 +85,7 @@ struct StitchLimits {
 /// invisible.
 constexpr double chain_tolerance = 1e-3;
 
-/// Refuses patterns without yarns, yarns without segments, radii or periods that are not positive, control
+/// Refuses patterns without yarns, yarns without segments, radii or periods out of their range, control
 /// points that are not finite, albedo outside of [0, 1], gaps in a chain, hairs that are longer than the
 /// shorter period, and exceeded limits; the place is a
 /// JSON pointer ("/yarns/0/segments/3"). `file` is the file or stitch for the message.

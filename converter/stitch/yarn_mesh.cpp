@@ -171,6 +171,11 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
   if (!surface) return tl::unexpected(surface.error());
   const auto grid = grid_for(pattern, cells_across, surface->low(), surface->high());
   if (!grid) return tl::unexpected(grid.error());
+  const double points = 1.0 * grid->cells.x * grid->cells.y * grid->cells.z;
+  if (points * surface->pieces_per_point() > max_piece_distances) {
+    return fail(Code::mesh_invalid, pattern.name, "/yarns",
+                "the yarns are too many and too close to each other for the grid");
+  }
   const MarchedSurface marched = march(*grid, [&](const V3d& p) { return surface->distance(p); });
   if (marched.triangles.empty()) {
     return fail(Code::mesh_empty, pattern.name, "", "the yarns enclose no grid point");

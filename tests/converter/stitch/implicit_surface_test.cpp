@@ -114,6 +114,18 @@ TEST_CASE("refuses yarns too long for their radius") {
   CHECK(test::error_of(ImplicitSurface::build(pattern, 0.1, "long")).code == Code::mesh_invalid);
 }
 
+TEST_CASE("refuses to compare thousands of yarns in one place, with each other or with a fine grid") {
+  const auto many = [](double radius) {
+    StitchPattern pattern = cylinder(4, radius);
+    pattern.yarns.resize(3000, pattern.yarns.front());
+    return pattern;
+  };
+  CHECK(test::error_of(minimum_clearance(many(7), "many")).code == Code::mesh_invalid);
+  const Error error = test::error_of(mesh_stitch(many(0.5), {200}));
+  CHECK(error.code == Code::mesh_invalid);
+  CHECK(error.message.ends_with("for the grid"));
+}
+
 TEST_CASE("the clearance of parallel yarns is their spacing less their radii") {
   StitchPattern pattern = cylinder(4, 0.9);
   CHECK(*minimum_clearance(pattern, "") == 0.9);  // copies are 2.2 apart: beyond what is looked at

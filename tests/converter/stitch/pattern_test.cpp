@@ -45,8 +45,8 @@ TEST_CASE("refuses a yarn without segments") {
   CHECK(refusal(pattern) == "/yarns/0/segments");
 }
 
-TEST_CASE("refuses periods and radii that are not positive") {
-  for (const double bad : {0.0, -1.0, not_a_number, infinity}) {
+TEST_CASE("refuses periods and radii that are not positive, or of no cloth") {
+  for (const double bad : {0.0, -1.0, 1e-30, 1e30, not_a_number, infinity}) {
     StitchPattern pattern = cylinder(4, 0.5);
     pattern.period_mm.y = bad;
     CHECK(refusal(pattern) == "/period_mm/1");
