@@ -271,7 +271,7 @@ Result<double> minimum_clearance(const StitchPattern& pattern, const std::string
     const std::size_t bin = surface.bin_of(surface.wrap((a.span.start + a.span.end) * 0.5));
     distances += steps * (surface.bin_start_[bin + 1] - surface.bin_start_[bin]);
   }
-  if (distances > max_piece_distances)
+  if (distances > max_clearance_distances)
     return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close to each other");
   double smallest = largest;
   for (const ImplicitSurface::Piece& a : surface.pieces_) {

@@ -101,8 +101,8 @@ class ImplicitSurface {
   std::vector<double> yarn_length_;
 };
 
-/// Most distances of points from pieces of yarn that are computed for a pattern: some seconds.
-constexpr double max_piece_distances = 5e8;
+/// Most distances of points from pieces of yarn that are computed to find a clearance: some seconds.
+constexpr double max_clearance_distances = 5e8;
 
 /// The minimum distance between yarn surfaces, mm: that of the centre lines minus both radii (of flat yarn,
 /// that of sections in the direction in which there is most room), negative if yarns overlap, at most the

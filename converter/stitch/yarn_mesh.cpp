@@ -20,6 +20,8 @@ namespace selvedge {
 namespace {
 
 constexpr double max_grid_points = 1 << 24;
+/// Distances of these from pieces of yarn: more than plied yarn takes in 16 x 16 repeats of a stitch.
+constexpr double max_grid_distances = 3e9;
 
 constexpr int min_across = 4;
 constexpr int max_across = 1024;
@@ -172,7 +174,7 @@ Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& 
   const auto grid = grid_for(pattern, cells_across, surface->low(), surface->high());
   if (!grid) return tl::unexpected(grid.error());
   const double points = 1.0 * grid->cells.x * grid->cells.y * grid->cells.z;
-  if (points * surface->pieces_per_point() > max_piece_distances) {
+  if (points * surface->pieces_per_point() > max_grid_distances) {
     return fail(Code::mesh_invalid, pattern.name, "/yarns",
                 "the yarns are too many and too close to each other for the grid");
   }
