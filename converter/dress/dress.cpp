@@ -254,7 +254,6 @@ class Dresser {
   }
 
   void drop_dead_mappings() {
-    if (options_.colourways.empty()) return;
     if (const int dropped = drop_dead_variants(document_); dropped > 0) {
       report_.warnings.push_back(
           fmt::format("left out: {} references to variants that the garment does not have", dropped));

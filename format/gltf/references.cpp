@@ -65,14 +65,15 @@ class ReferenceCheck {
   }
 
   void need(const char* array, const Json& number, const std::string& place) {
-    if (number.is_null()) return;
     GltfReader reader(document_);
     reader.entry(array, index_of(number), place);
     if (reader.fault) issues_.add(*reader.fault);
   }
 
+  /// A member may be absent.
   void need(const char* array, const Json& owner, const char* key, const std::string& place) {
-    need(array, member(owner, key), fmt::format("{}/{}", place, key));
+    const Json& number = member(owner, key);
+    if (!number.is_null()) need(array, number, fmt::format("{}/{}", place, key));
   }
 
   void need_all(const char* array, const Json& owner, const char* list, const std::string& place) {
@@ -81,7 +82,8 @@ class ReferenceCheck {
 
   void attributes(const Json& json, const std::string& place) {
     if (!json.is_object()) return;
-    for (auto it = json.begin(); it != json.end(); ++it) need("accessors", *it, pointer_to(place, it.key()));
+    for (auto it = json.begin(); it != json.end(); ++it)
+      if (!it->is_null()) need("accessors", *it, pointer_to(place, it.key()));
   }
 
   void primitive(const Json& json, const std::string& place) {
@@ -91,11 +93,19 @@ class ReferenceCheck {
     need("materials", json, "material", place);
     each(member(member(json, "extensions"), names::gltf::variants), "mappings",
          fmt::format("{}/extensions/{}", place, names::gltf::variants),
-         [&](const Json& mapping, const std::string& at) { need("materials", mapping, "material", at); });
+         [&](const Json& mapping, const std::string& at) {
+           need("materials", member(mapping, "material"), at + "/material");
+         });
   }
 
   void animation(const Json& json, const std::string& place) {
+    const auto samplers = static_cast<int>(array_of(json, "samplers").size());
     each(json, "channels", place, [&](const Json& channel, const std::string& at) {
+      const Json& sampler = member(channel, "sampler");
+      const int number = index_of(sampler);
+      if (!sampler.is_null() && (number < 0 || number >= samplers))
+        issues_.add(Code::gltf_accessor, at + "/sampler",
+                    fmt::format("there is no {}/samplers/{}", place, number));
       need("nodes", member(channel, "target"), "node", at + "/target");
     });
     each(json, "samplers", place, [&](const Json& sampler, const std::string& at) {
