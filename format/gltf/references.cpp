@@ -117,7 +117,8 @@ class ReferenceCheck {
   void textures_of(const Json& json, const std::string& place) {
     if (!json.is_structured()) return;
     for (auto it = json.begin(); it != json.end(); ++it) {
-      if (json.is_object() && it.key() == "extras") continue;
+      // The fabric's extension has rules of its own (check_fabric_extension).
+      if (json.is_object() && (it.key() == "extras" || it.key() == names::gltf::fabric_extension)) continue;
       const std::string at =
           json.is_object() ? pointer_to(place, it.key()) : fmt::format("{}/{}", place, it - json.begin());
       if (json.is_object() && it.key().ends_with("Texture")) need("textures", *it, names::gltf::index, at);
