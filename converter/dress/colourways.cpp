@@ -29,8 +29,11 @@ int drop_dead_variants(GltfDocument& document) {
   const Json& all = member(member(document.json, "extensions"), variants);
   const std::size_t count = array_of(all, "variants").size();
   int dropped = 0;
+  std::set<int> mapped;  // of a primitive
   const auto is_dead = [&](const Json& variant) {
-    const bool dead = index_of(variant) < 0 || static_cast<std::size_t>(index_of(variant)) >= count;
+    const int number = index_of(variant);
+    const bool dead =
+        number < 0 || static_cast<std::size_t>(number) >= count || !mapped.insert(number).second;
     dropped += dead ? 1 : 0;
     return dead;
   };
@@ -40,6 +43,7 @@ int drop_dead_variants(GltfDocument& document) {
       Json& primitive = mesh["primitives"][p];
       if (array_of(member(member(primitive, "extensions"), variants), "mappings").empty()) continue;
       Json alive = Json::array();
+      mapped.clear();
       for (Json& mapping : primitive["extensions"][variants]["mappings"]) {
         if (!member(mapping, "variants").is_array()) continue;
         Json& shown = mapping["variants"];

@@ -21,8 +21,8 @@ struct Colourway {
 /// Adds a variant to the document's and returns its index. OPTION_OUT_OF_RANGE if one has the name already.
 Result<int> add_variant(GltfDocument& document, const std::string& name);
 
-/// Removes from the primitives what is mapped to variants that the document does not have: with a new one, it
-/// would show. Returns their number.
+/// Removes from the primitives what is mapped to variants that the document does not have, as with a new one
+/// it would show, and to those that have a material already. Returns their number.
 int drop_dead_variants(GltfDocument& document);
 
 /// Copies a material under the name "<its own> <variant's>" and returns the index of the copy, which those of

@@ -255,8 +255,8 @@ class Dresser {
 
   void drop_dead_mappings() {
     if (const int dropped = drop_dead_variants(document_); dropped > 0) {
-      report_.warnings.push_back(
-          fmt::format("left out: {} references to variants that the garment does not have", dropped));
+      report_.warnings.push_back(fmt::format(
+          "left out: {} mappings to variants that are not there or have a material already", dropped));
     }
   }
 

@@ -156,11 +156,12 @@ TEST_CASE("dress: what is mapped to variants that are not there does not show in
     json["meshes"][0]["primitives"][1]["extensions"][variants]["mappings"] = {
         {{"material", 0}, {"variants", {1, 2}}}};
     json["meshes"][0]["primitives"][0]["extensions"][variants]["mappings"] = {
-        {{"material", 1}, {"variants", {0, 1}}}};
+        {{"material", 1}, {"variants", {0, 1}}}, {{"material", 0}, {"variants", {0}}}};
   });
   const DressReport report =
       test::need(pale.dress({.materials = {"cloth 0"}, .colourways = {{"dusk", V3f(0, 0, 0)}}}));
-  CHECK(report.warnings[0] == "left out: 3 references to variants that the garment does not have");
+  CHECK(report.warnings[0] ==
+        "left out: 4 mappings to variants that are not there or have a material already");
   CHECK(pale.worn_in("night").name == "cloth 1");
   CHECK(pale.worn_in("dusk").name == "cloth 0 dusk");
   CHECK(pale.worn_in("dusk", 1).name == "cloth 1");
