@@ -75,6 +75,10 @@ class Dresser {
     }
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
     report_.bounds = bounds_of(scene);
+    if (const V3d size = report_.bounds.size(); !std::isfinite(size.x + size.y + size.z)) {
+      throw Failure{
+          Error{Code::mesh_not_finite, document_.file, "/nodes", "a node places a mesh beyond all numbers"}};
+    }
     if (const std::string remark = judge_size(report_.bounds); !remark.empty())
       report_.warnings.push_back(remark);
     for (std::optional<Cloth>& cloth : cloths_) {

@@ -332,6 +332,18 @@ TEST_CASE("dress: bad input is one error and no output") {
   CHECK(refused(everything) == Code::file_missing);
 }
 
+TEST_CASE("dress: a node that places what stays as it is beyond all numbers is refused") {
+  Workshop workshop;
+  workshop.edit([](Json& json) {
+    json["meshes"].push_back(json["meshes"][0]);
+    json["meshes"][1]["primitives"][0].erase("material");
+    json["nodes"].push_back({{"mesh", 1}, {"scale", {1e308, 1e308, 1e308}}});
+    json["nodes"].push_back({{"children", {1}}, {"scale", {1e308, 1e308, 1e308}}});
+    json["scenes"][0]["nodes"].push_back(2);
+  });
+  CHECK(test::error_of(workshop.dress({.materials = {"cloth 0"}})).code == Code::mesh_not_finite);
+}
+
 TEST_CASE("dress: the garments of the field can be dressed, each at its own size") {
   const std::string data = test::shared_data("garments/");
   if (data.empty()) return;
