@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a picture of somebody else can do: end no program, take no more memory than is allowed, print no second line. The
+# What a picture or a stitch of somebody else can do: end no program, take no more memory than is allowed, print no second line. The
 # hostile files are made here.
 # shellcheck source=tests/cli/lib.sh
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
@@ -141,6 +141,30 @@ test_environments_and_measured_pictures_are_reckoned_within_max_memory() {
   measured() { selvedge import sky.png.csv --width 10 --period 5,5 --texels 2 --views 1 --lights 1 -o o.samples.exr --quiet "$@"; }
   refuses FILE_TOO_LARGE 'pictures of 2000 x 1000 pixels' measured --max-memory 80M
   exits 0 measured --max-memory 120M
+}
+
+test_refuses_stitches_that_would_take_hours_or_all_memory() {
+  draft() {
+    printf '[WIF]\n[WEAVING]\nShafts=2\nTreadles=1\n[WARP]\nThreads=2\nUnits=mm\nThickness=%s\n[WEFT]\nThreads=2\nUnits=mm
+[THREADING]\n1=1\n2=2\n[LIFTPLAN]\n1=1\n2=2\n' "$1"
+  }
+  kept_short() { (if ! sanitized; then ulimit -v 1000000; fi && timeout 60 "$@"); }
+  for thickness in 1e-30 1e-5 1e30; do
+    draft $thickness >thin.wif
+    refuses STITCH_INVALID 'thin.wif: [WARP] THICKNESS: must lie in 0.001 to 1000 mm' kept_short selvedge stitch thin.wif
+    refuses STITCH_INVALID thin.wif kept_short selvedge make thin.wif -o o.exr
+  done
+  draft 0.001 >thin.wif
+  refuses STITCH_INVALID 'thin.wif: the yarns are too long for their thickness' kept_short selvedge stitch thin.wif
+  # All shafts by each of the mentions of a treadle.
+  node -e 'const list = (count, of) => Array.from({length: count}, of).join();
+    console.log("[WIF]\n[WEAVING]\nShafts=4096\nTreadles=1\n[WARP]\nThreads=2\n[WEFT]\nThreads=200\n[THREADING]\n1=1\n2=2");
+    console.log("[TIEUP]\n1=" + list(4096, (_, k) => k + 1) + "\n[TREADLING]");
+    for (let weft = 1; weft <= 200; ++weft) console.log(weft + "=" + list(2000, () => 1));' >many.wif
+  exits 0 kept_short selvedge stitch many.wif
+  local yarn='"albedo":[1,1,1],"segments":[[[0,0,0],[1e30,0,0],[1e30,0,0],[2e30,0,0]]]'
+  echo "{\"selvedge_stitch\":1,\"name\":\"far\",\"period_mm\":[2e30,2e30],\"yarns\":[{\"radius_mm\":1e29,$yarn}]}" >far.json
+  refuses STITCH_INVALID 'far.json: /period_mm/0' kept_short selvedge stitch far.json
 }
 
 "$2"

@@ -291,4 +291,16 @@ test_a_link_in_the_place_of_a_journal_is_not_followed() {
   refuses FILE_UNWRITABLE s.exr.journal selvedge make plane.obj --period 2x2 -o o.exr --keep-samples s.exr "${small[@]}"
 }
 
+test_all_files_of_a_dressed_garment_are_written_or_none() {
+  make_plane_fabric
+  write_quad quad.gltf
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all
+  # The buffer fits onto the disk, the text does not; the fallback's pictures do, the layer does not.
+  short() { (ulimit -f 2 && "$@"); }
+  [ "$(stat -c %s o.bin)" -lt 2048 ] && [ "$(stat -c %s o.gltf)" -gt 2048 ] || fail "other sizes"
+  refuses FILE_UNWRITABLE o.gltf short selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all --backing '#ffffff'
+  refuses FILE_UNWRITABLE new.gltf short selvedge dress quad.gltf plane.fabric.exr -o new.gltf --all
+  refuses FILE_UNWRITABLE none/o selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all --backing '#ffffff' --usda none/o.usda
+}
+
 "$2"
