@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What a picture or a stitch of somebody else can do: end no program, take no more memory than is allowed, print no second line. The
-# hostile files are made here.
+# What a picture or a stitch of somebody else can do: end no program, take no more memory than is allowed, print no
+# second line. The hostile files are made here.
 # shellcheck source=tests/cli/lib.sh
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
