@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <map>
 
 #include "apps/common/paths.h"
@@ -151,6 +152,11 @@ void Options::check_files() const {
         refuse(name, "cannot be standard output; name a file");
       }
       const std::string path = value.substr(file.named ? value.find('=') + 1 : 0);
+      // What has no ending and is no file is the name of a stitch or an environment, or a colour.
+      std::error_code ignored;
+      const std::filesystem::path place(path);
+      const bool is_name = !place.has_extension() && !std::filesystem::is_regular_file(place, ignored);
+      if (file.use != Use::written && is_name) continue;
       std::vector<const FileOption*>& before = uses[identity_of(path)];
       for (const FileOption* other : before) {
         const auto [output, input] =

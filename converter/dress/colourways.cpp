@@ -45,7 +45,10 @@ int drop_dead_variants(GltfDocument& document) {
       Json alive = Json::array();
       mapped.clear();
       for (Json& mapping : primitive["extensions"][variants]["mappings"]) {
-        if (!member(mapping, "variants").is_array()) continue;
+        if (array_of(mapping, "variants").empty()) {
+          ++dropped;
+          continue;
+        }
         Json& shown = mapping["variants"];
         shown.erase(std::remove_if(shown.begin(), shown.end(), is_dead), shown.end());
         if (!shown.empty()) alive.push_back(std::move(mapping));

@@ -60,6 +60,12 @@ void divide_by_counts(Image& image, const OIIO::ImageSpec& spec) {
   }
 }
 
+/// Some readers fail without a word.
+std::string reason_of(const OIIO::ImageInput& input) {
+  std::string text = input.geterror();
+  return text.empty() ? "cannot be decoded" : text;
+}
+
 /// Reads strips of rows, and sums the pixels of each of the picture that is returned.
 Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const std::string& name,
                           Transfer transfer, const ImageLimits& limits, int halvings) {
@@ -101,7 +107,7 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
     const bool read = tiled ? input.read_image(0, 0, 0, spec.nchannels, floats, stored.data())
                             : input.read_scanlines(0, 0, spec.y + first, spec.y + end, 0, 0, spec.nchannels,
                                                    floats, stored.data());
-    if (!read) return fail(Code::image_unreadable, name, "", input.geterror());
+    if (!read) return fail(Code::image_unreadable, name, "", reason_of(input));
     for (std::int64_t y = first; y < end; ++y) {
       float* row = &image.pixels[y * height / spec.height * width * 4];
       const float* from = &stored[(y - first) * spec.width * channels];
@@ -151,7 +157,7 @@ Result<Image> read(const char* format, std::span<const std::uint8_t> bytes, cons
     OIIO::Filesystem::IOProxy* proxy = &source;
     config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     OIIO::ImageSpec spec;
-    if (!input->open(name, spec, config)) return refuse(input->geterror());
+    if (!input->open(name, spec, config)) return refuse(reason_of(*input));
     return read_pixels(*input, bytes.size(), name, transfer, limits, halvings);
   } catch (const std::exception& error) {
     return refuse(error.what());
