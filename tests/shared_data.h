@@ -8,12 +8,20 @@
 
 namespace selvedge::test {
 
-/// The path of a file or a folder of the shared data. Without it the path is empty, and the test is reported
-/// as skipped: it has to end.
+inline unsigned skipped_cases = 0;
+
+/// Reports the test case as skipped; the case returns after the call.
+inline void skip(const std::string& why) {
+  MESSAGE("skipped: ", why);
+  ++skipped_cases;
+}
+
+/// The path of a file or a folder of the shared data. Without it the path is empty and the case is skipped:
+/// it returns.
 inline std::string shared_data(const std::string& name) {
   const std::string path = std::string(SELVEDGE_DATA_DIR) + "/" + name;
   if (std::filesystem::exists(path)) return path;
-  MESSAGE("skipped: no ", path);
+  skip("no " + path);
   return "";
 }
 

@@ -125,7 +125,7 @@ TEST_CASE("directions of pairs lie in the bands that the page states") {
 
 TEST_CASE("the commands of the page read the values that the reader reads") {
   if (output_of("command -v oiiotool").empty()) {
-    MESSAGE("skipped: there is no oiiotool");
+    test::skip("there is no oiiotool");
     return;
   }
   const Folder folder;

@@ -165,7 +165,7 @@ TEST_CASE("EGL without a surface gives a context whose shader agrees as well") {
   auto context = make_egl_context();
   if (!context) {
     CHECK(context.error().code == Code::graphics_unavailable);
-    MESSAGE("skipped: ", to_line(context.error()));
+    test::skip(to_line(context.error()));
     return;
   }
   const std::vector<Fabric> fabrics{random_fabric(5, 3, {8, 8}, 2, 1),
