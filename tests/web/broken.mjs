@@ -1,5 +1,5 @@
-// Broken files of the conformance kit in three.js: where the fabric cannot be read, the fallback is shown and the console
-// says the code of the issue; nothing throws.
+// Broken files of the conformance kit in three.js: if the fabric cannot be read, the fallback is shown and the console
+// names the issue's code; nothing throws. Fabrics are read in a worker, or on the main thread if there is none.
 //
 //   node broken.mjs PACKAGE_FOLDER KIT_FOLDER OUTPUT_FOLDER
 import assert from 'node:assert/strict';
@@ -53,5 +53,19 @@ await in_browser(package_folder, { invalid: join(kit, 'invalid'), made: folder }
     assert.ok(code || !expected.evaluate, `${name}: is shown`);
   }
 });
+
+writeFileSync(join(folder, 'good.gltf'), garment_of(['../valid/example-fabric.exr']));
+writeFileSync(join(folder, 'missing.gltf'), garment_of(['nowhere.exr']));
+for (const way of ['worker', 'missing worker', 'no worker']) {
+  await in_browser(package_folder, { valid: join(kit, 'valid'), made: folder }, async ({ page, errors }) => {
+    const states_of = (file) => page.evaluate(async (query) => {
+      const { fate } = await import('/test/scene_page.js');
+      return (await fate(...query)).states;
+    }, [file, way]);
+    assert.deepEqual(await states_of('/made/good.gltf'), [['fabric', '', way === 'worker' ? 'worker' : 'main thread']]);
+    assert.deepEqual((await states_of('/made/missing.gltf'))[0].slice(0, 2), ['fallback', 'GLTF_REFERENCE']);
+    assert.deepEqual(errors.filter((error) => !error.includes('404') && !error.includes('GLTF_REFERENCE')), []);
+  });
+}
 console.log(Object.entries(counts).map(([what, count]) => `${what}: ${count}`).join('; ') +
   `; the slowest took ${slowest.toFixed(0)} ms`);

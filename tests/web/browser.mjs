@@ -20,32 +20,16 @@ if (!existsSync(CHROMIUM)) skip('Debian\'s chromium is not installed');
 const { chromium } = await import('../node/node_modules/playwright-core/index.mjs').catch(
   () => skip('npm ci in tests/node installs playwright-core'));
 
-/**
- * Serves folders by the first part of the path, ranges of files too, unless the query is "whole"; where it is "untold",
- * nothing is told of their place:
- * { address, sent, close() }. `sent` takes { name, status, bytes } of every answer.
- */
-export async function serve(folders) {
-  const sent = [];
+/** Serves folders by the first part of the path: { address, close() }. */
+async function serve(folders) {
   const server = createServer((request, response) => {
-    const { pathname, search } = new URL(request.url, 'http://localhost');
-    const [, folder, ...rest] = decodeURIComponent(pathname).split('/'), name = rest.at(-1);
-    const answer = (status, headers, body) => {
-      sent.push({ name, status, bytes: body?.length ?? 0 });
-      response.writeHead(status, headers).end(body);
-    };
+    const [, folder, ...rest] = decodeURIComponent(new URL(request.url, 'http://localhost').pathname).split('/');
     const file = folders[folder] && join(folders[folder], ...rest);
-    if (!file || !existsSync(file) || !statSync(file).isFile()) return answer(404);
-    const bytes = readFileSync(file), type = { 'content-type': TYPES[extname(file)] ?? 'application/octet-stream' };
-    const range = search === '?whole' ? null : /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? '');
-    if (!range) return answer(200, type, bytes);
-    const [begin, last] = [Number(range[1]), Math.min(Number(range[2]), bytes.length - 1)];
-    if (begin > last) return answer(416);
-    const place = search === '?untold' ? {} : { 'content-range': `bytes ${begin}-${last}/${bytes.length}` };
-    answer(206, { ...type, ...place }, bytes.subarray(begin, last + 1));
+    if (!file || !existsSync(file) || !statSync(file).isFile()) return response.writeHead(404).end();
+    response.writeHead(200, { 'content-type': TYPES[extname(file)] ?? 'application/octet-stream' }).end(readFileSync(file));
   });
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
-  return { address: `http://127.0.0.1:${server.address().port}`, sent, close: () => server.close() };
+  return { address: `http://127.0.0.1:${server.address().port}`, close: () => server.close() };
 }
 
 const IMPORTS = {
@@ -64,11 +48,11 @@ const launch = () => chromium.launch({
   ],
 });
 
-/** A list that takes what the console of a page calls errors and warnings, and exceptions. */
+/** A list that receives a page's exceptions and its console's errors and warnings. */
 function errors_of(page) {
   const errors = [];
   page.on('console', (message) => {
-    // Advice about speed is no fault.
+    // Hints about speed are not faults.
     if (['error', 'warning'].includes(message.type()) && !message.text().includes('Performance'))
       errors.push(message.text());
   });
@@ -95,10 +79,7 @@ export async function from_file(file, viewport, work) {
   }
 }
 
-/**
- * Opens an empty page with the package in `package_folder` to import, and runs work({ page, errors, sent }) with the list
- * of errors_of() and that of serve().
- */
+/** Runs work({ page, errors }) on an empty page that can import the package in `package_folder`; errors: errors_of(). */
 export async function in_browser(package_folder, folders, work) {
   const server = await serve({ three: join(MODULES, 'three'), selvedge: package_folder, test: here, ...folders });
   const browser = await launch();
@@ -110,7 +91,7 @@ export async function in_browser(package_folder, folders, work) {
       body: `<!doctype html><script type="importmap">${JSON.stringify(IMPORTS)}</script><body></body>`,
     }));
     await page.goto(`${server.address}/`);
-    return await work({ page, errors, sent: server.sent });
+    return await work({ page, errors });
   } finally {
     await browser.close();
     server.close();

@@ -4,7 +4,7 @@ import {
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { HDRLoader } from 'three/addons/loaders/HDRLoader.js';
-import { SelvedgeFabric, Surroundings } from 'selvedge/three/index.js';
+import { SelvedgeFabric, Surroundings, use_worker } from 'selvedge/three/index.js';
 import { base64, camera_of, read_rows } from '/test/picture_page.js';
 
 const renderer = new WebGLRenderer({ preserveDrawingBuffer: true });
@@ -78,10 +78,12 @@ export async function drawn(file, view, lights, environment) {
 }
 
 /**
- * What becomes of a garment: { refused }, the message of three.js's loader, or { states }: of its fabrics' materials what
- * they show and the code of the fabric's issue. It is drawn once.
+ * Draws a garment once: { refused }, the message of three.js's loader, or { states }, per material with a fabric [what it
+ * shows, code of the fabric's issue, where it was read]. way: 'worker', 'missing worker' (its file is missing) or 'no worker'.
  */
-export async function fate(file) {
+export async function fate(file, way = 'worker') {
+  if (way === 'no worker') delete globalThis.Worker;
+  if (way === 'missing worker') use_worker(() => new Worker('/nowhere.js'));
   const begin = performance.now();
   let garment;
   try {
@@ -96,6 +98,6 @@ export async function fate(file) {
   renderer.render(scene, camera_of({
     look_at: [0, 0, 0], distance: 3, fov: 30, azimuth: 0, elevation: 0, width: 16, height: 16,
   }));
-  const states = garment.materials.map(({ shows, fabric }) => [shows, fabric?.issue?.code ?? '']);
+  const states = garment.materials.map(({ shows, fabric }) => [shows, fabric?.issue?.code ?? '', fabric?.read_in]);
   return { states, ms: performance.now() - begin };
 }

@@ -14,34 +14,22 @@ import { garment_of } from './garment.mjs';
 
 const [package_folder, bin, folder] = process.argv.slice(2);
 const LIGHTS = [[0.3, 0.5, 1, 1], [1, 0.2, 0.4, 0.3]];
-const SHEETS = { file: 'sheets.gltf', look_at: [0, 0, -0.03], azimuth: 20, elevation: 15 };
+const BEHIND = [-0.5, 0.2, -0.7, 0.5];
 const VIEWS = {
   yarn: { look_at: [0.05, 0.3, 0.12], distance: 0.06, azimuth: 20, elevation: 8, width: 80, height: 60 },
-  near: { look_at: [0.05, 0.3, 0.12], distance: 0.4, azimuth: 20, elevation: 8, width: 80, height: 60 },
-  grazing: { look_at: [0.05, 0.3, 0.12], distance: 0.3, azimuth: 100, elevation: 30, width: 80, height: 60 },
-  whole: { look_at: [0, 0.3, 0], distance: 1.6, azimuth: 20, elevation: 8, width: 120, height: 96 },
-  far: { look_at: [0, 0.3, 0], distance: 4, azimuth: -60, elevation: 20, width: 100, height: 75 },
-  // Through holes.
-  holes: { ...SHEETS, distance: 0.25, width: 100, height: 100 },
-  'all holes': { ...SHEETS, distance: 0.6, width: 80, height: 80 },
-  behind: { ...SHEETS, distance: 0.6, azimuth: 160, width: 80, height: 80 },
+  whole: { look_at: [0, 0.3, 0], distance: 1.6, azimuth: 20, elevation: 8, width: 80, height: 60 },
+  // Through holes, and with a mask, normals, a tint and occlusion of the garment's own.
+  holes: { file: 'parts.gltf', look_at: [0, 0, -0.03], distance: 0.5, azimuth: 20, elevation: 15, width: 80, height: 80 },
+  // The back of cloth, and the light that comes through it.
+  'both sides': {
+    file: 'curtain.gltf', look_at: [0, 0, 0], distance: 0.25, azimuth: 160, elevation: 15, width: 80, height: 80,
+    lights: [LIGHTS[0], BEHIND],
+  },
+  environment: {
+    look_at: [0.05, 0.3, 0.12], distance: 0.4, azimuth: 20, elevation: 8, width: 80, height: 60, environment: 'sky.hdr',
+    shades: true,
+  },
 };
-// Cloth of both sides: against the light, and its inside.
-const CURTAIN = { file: 'curtain.gltf', look_at: [0, 0, 0], azimuth: 20, elevation: 15, distance: 0.25, width: 80, height: 80 };
-const BEHIND = [[0.3, 0.5, -1, 1], [-0.5, 0.2, -0.7, 0.5]];
-VIEWS.curtain = { ...CURTAIN, lights: BEHIND };
-VIEWS['curtain, yarn'] = { ...CURTAIN, distance: 0.04, lights: BEHIND };
-VIEWS.inside = { ...CURTAIN, azimuth: 160, lights: BEHIND };
-VIEWS['inside, against the light'] = { ...CURTAIN, azimuth: 160, distance: 0.04 };
-for (const name of ['yarn', 'near', 'whole']) VIEWS[`${name}, environment`] = { ...VIEWS[name], environment: 'sky.hdr' };
-VIEWS['holes, environment'] = { ...VIEWS.holes, environment: 'sky.hdr' };
-// A mask, normals, a tint and occlusion of the garment's own.
-const PARTS = { ...SHEETS, file: 'parts.gltf', distance: 0.5, width: 80, height: 80 };
-VIEWS.parts = PARTS;
-VIEWS['parts, behind'] = { ...PARTS, azimuth: 160, lights: BEHIND };
-VIEWS['parts, environment'] = { ...PARTS, environment: 'sky.hdr' };
-VIEWS.sunny = { ...VIEWS.whole, azimuth: 200 };
-for (const name of ['near', 'whole', 'sunny']) VIEWS[`${name}, shaded`] = { ...VIEWS[name], environment: 'sky.hdr', shades: true };
 /** The environment is turned by so many degrees, and so many times as bright. */
 const TURN = 40, STRENGTH = 1.5;
 const MOST_LEFT_OUT = 0.01, OFF_EDGES = 45, OVER_ALL = 36;
@@ -102,7 +90,6 @@ function sheets(depths) {
   return { vertices, corners };
 }
 const see_through = { doubleSided: true, alphaMode: 'BLEND' };
-writeFileSync(path('sheets.gltf'), garment_of(['knit.fabric.exr'], { surface: sheets([0, -0.03, -0.06]), material: see_through }));
 writeFileSync(path('curtain.gltf'), garment_of(['both.fabric.exr'], { surface: sheets([0]), material: see_through }));
 
 /** A picture of 32 x 32 pixels as a data URI. */

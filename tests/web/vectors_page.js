@@ -87,7 +87,7 @@ let made;
 /** alpha * (rgb, 1) of every query to a fabric file, four numbers each. */
 export async function evaluated(file, queries) {
   const bytes = new Uint8Array(await (await fetch(file)).arrayBuffer());
-  const { words } = pack_fabric(open_fabric(bytes));
+  const { words } = pack_fabric(await open_fabric(bytes));
   if (!made) {
     made = program();
     gl.useProgram(made);

@@ -1,16 +1,18 @@
-// Loads fabrics in a worker, so that pictures go on meanwhile; on this thread where there can be none.
+// Loads fabrics in a worker, so that the page stays responsive; on the main thread if there is no worker.
 import {load_words} from './load.js';
 import {Issue} from './reader/index.js';
 
 let make_worker = () => new Worker(new URL('./worker.js', import.meta.url), {type: 'module'});
-let worker;  // null: there can be none
+let worker;  // null: none can be made
 const jobs = new Map();
 let count = 0;
 
-/** How the worker is made, for pages whose modules are no files: make() gives a Worker that runs worker.js. */
+/** Sets how the worker is made, for pages whose modules are not files: make() returns a Worker that runs worker.js. */
 export function use_worker(make) {
   make_worker = make;
 }
+
+const load_here = async (source) => ({...await load_words(source), read_in: 'main thread'});
 
 function start() {
   try {
@@ -19,36 +21,30 @@ function start() {
     worker = null;
     return;
   }
-  worker.onmessage = ({data: {id, step, issue}}) => {
-    const job = jobs.get(id);
-    if (step) return job.take(step);
+  worker.onmessage = ({data: {id, result, issue}}) => {
+    const {end, fail} = jobs.get(id);
     jobs.delete(id);
     if (issue)
-      job.fail(new Issue(...issue));
+      fail(new Issue(...issue));
     else
-      job.end('worker');
+      end({...result, read_in: 'worker'});
   };
-  // It could not be loaded: what it was to do is done here.
+  // The worker cannot be loaded: its jobs are done on the main thread.
   worker.onerror = (event) => {
     event.preventDefault();
     worker.terminate();
     worker = null;
-    for (const {source, take, end, fail} of jobs.values()) load_here(source, take).then(end, fail);
+    for (const {source, end, fail} of jobs.values()) load_here(source).then(end, fail);
     jobs.clear();
   };
 }
 
-async function load_here(source, take) {
-  for await (const step of load_words(source)) take(step);
-  return 'main thread';
-}
-
-/** Gives take() what load_words() gives; returns where that was done, 'worker' or 'main thread'. Throws an Issue. */
-export function load(source, take) {
+/** The result of load_words(), with `read_in`: 'worker' or 'main thread'. Throws an Issue. */
+export function load(source) {
   if (worker === undefined) start();
-  if (!worker) return load_here(source, take);
+  if (!worker) return load_here(source);
   return new Promise((end, fail) => {
-    jobs.set(++count, {source, take, end, fail});
+    jobs.set(++count, {source, end, fail});
     worker.postMessage({id: count, source});
   });
 }

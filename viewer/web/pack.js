@@ -251,32 +251,30 @@ function add_yarns(words, yarns) {
   return {place: yarn, thickest: curves.reduce((most, {ply_radius}) => Math.max(most, ply_radius), 0)};
 }
 
-/** Width of the largest pixel that shows the yarn, in texels of level 0 of the whole (spec/brdf.md, "The viewer"). */
-function largest_yarn_pixel({mmPerRepeat, texels, levels, whole}, thickest) {
-  const [w, h] = whole?.texels ?? texels;
+/** Width of the largest pixel that shows the yarn, in texels of level 0 (spec/brdf.md, "The viewer"). */
+function largest_yarn_pixel({mmPerRepeat, texels: [w, h], levels}, thickest) {
   const limit = 1.3 * thickest / Math.sqrt(mmPerRepeat[0] / w * (mmPerRepeat[1] / h));
-  let size = 0.84 * 2 ** (whole?.level ?? 0);
+  let size = 0.84;
   for (let k = 1; k < levels && 2 * size <= limit; ++k) size *= 2;
   return size;
 }
 
 /** Appends a side of a fabric, with the opacity of the side that is `seen`, and yarn or null, and returns its place. */
-function add_fabric(words, fabric, seen, yarns, first) {
-  const {texels, levels, views, lights, layers, whole, radianceScale = 1} = fabric;
-  const place = words.room(AT.fabric_level_places + levels - first);
+function add_fabric(words, fabric, seen, yarns) {
+  const {texels, levels, views, lights, layers, radianceScale = 1} = fabric;
+  const place = words.room(AT.fabric_level_places + levels);
   const set = (name, value) => {
     words.words[place + AT[name]] = value;
   };
-  set('fabric_level_count', levels - first);
+  set('fabric_level_count', levels);
   set('fabric_view_columns', views?.columns ?? 0);
   set('fabric_view_rows', views?.rows ?? 0);
   set('fabric_light_columns', lights?.columns ?? 0);
   set('fabric_light_rows', lights?.rows ?? 0);
   words.set_numbers(place + AT.fabric_radiance_scale, radianceScale);
   words.set_numbers(place + AT.fabric_reference_height, fabric.referenceHeight);
-  set('fabric_width', (whole?.texels ?? texels)[0]);
-  set('fabric_height', (whole?.texels ?? texels)[1]);
-  set('fabric_first_level', (whole?.level ?? 0) + first);
+  set('fabric_width', texels[0]);
+  set('fabric_height', texels[1]);
   if (layers.products) {
     const [of_views, of_lights] = base_numbers(fabric);
     set('fabric_view_basis', words.numbers(of_views));
@@ -287,26 +285,25 @@ function add_fabric(words, fabric, seen, yarns, first) {
     set('fabric_yarns', at);
     words.set_numbers(place + AT.fabric_largest_yarn_pixel, largest_yarn_pixel(fabric, thickest));
   }
-  for (let k = first; k < levels; ++k) {
+  for (let k = 0; k < levels; ++k) {
     const level = add_level(words, fabric, seen, k);
-    words.words[place + AT.fabric_level_places + k - first] = level;
+    words.words[place + AT.fabric_level_places + k] = level;
   }
   return place;
 }
 
 /**
- * The words of a fabric of open_fabric, all its sides included, in the layout of word_layout.glsl: { words, yarn }, yarn
- * telling whether it has any. From a `first` level above 0 they are those of a partial fabric, without yarn. Throws an
- * Issue where a layer is broken.
+ * { words, yarn } of a fabric of open_fabric: the words of all its sides in the layout of word_layout.glsl, and whether it
+ * has yarn. Throws an Issue where a layer is broken.
  */
-export function pack_fabric(fabric, first = 0) {
+export function pack_fabric(fabric) {
   const {back, through, 'back.through': back_through} = fabric.sides;
-  const yarn = Boolean(fabric.layers.yarns) && first === 0;
+  const yarn = Boolean(fabric.layers.yarns);
   const words = new Words();
   words.words[words.room(1)] = 1;
   const [above, turned] = yarn ? yarns_of_sides(fabric, through) : [null, null];
   const add = (side, seen, yarns, of, name) => {
-    const place = add_fabric(words, side, seen, yarns, first);
+    const place = add_fabric(words, side, seen, yarns);
     if (name) words.words[of + AT[name]] = place;
     return place;
   };

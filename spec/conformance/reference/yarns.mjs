@@ -25,22 +25,21 @@ function entry({round, length, radius, ball: about, squeeze}, from, way) {
   return min(side, ball) / size;
 }
 
-/** Calls visit(segment, the origin as seen from the start of its copy) for all that a ray's way may touch. */
-function for_each_near({segments, period}, o, d, way, visit) {
-  const to = plus(o, d, way);
+/** Calls visit(segment, the origin seen from the start of its copy) for every copy that a ray of length `way` may touch. */
+function for_each_near({segments, period: [P_x, P_y]}, o, d, way, visit) {
+  const ends = [0, 1].map((axis) => [o[axis], o[axis] + way * d[axis]]);
+  const [[x_0, x_1], [y_0, y_1]] = ends.map(([a, b]) => [min(a, b), max(a, b)]);
   for (const segment of segments) {
-    const {start, along, ball, squeeze} = segment, around = wide(ball, squeeze);
-    const copies = [0, 1].map((axis) => {
-      const from = start[axis], end = from + along[axis];
-      const low = min(from, end) - around, high = max(from, end) + around;
-      const ends = [min(o[axis], to[axis]) - high, max(o[axis], to[axis]) - low].map((x) => x / period[axis]);
-      return [ceil(ends[0]), floor(ends[1])];
-    });
-    for (let X = copies[0][0]; X <= copies[0][1]; ++X) {
-      for (let Y = copies[1][0]; Y <= copies[1][1]; ++Y) {
-        const from = minus(o, plus(start, [X * period[0], Y * period[1], 0]));
-        const centre = across(plus(from, along, -0.5), d);
-        if (dot(centre, centre) <= (hypot(...along) / 2 + around) ** 2) visit(segment, from);
+    const {start, along, ball, squeeze} = segment, [x, y, z] = start, [w_x, w_y, w_z] = along, around = wide(ball, squeeze);
+    const X_0 = ceil((x_0 - max(x, x + w_x) - around) / P_x), X_1 = floor((x_1 - min(x, x + w_x) + around) / P_x);
+    const Y_0 = ceil((y_0 - max(y, y + w_y) - around) / P_y), Y_1 = floor((y_1 - min(y, y + w_y) + around) / P_y);
+    if (X_0 > X_1 || Y_0 > Y_1) continue;
+    const most = (hypot(w_x, w_y, w_z) / 2 + around) ** 2, c_z = o[2] - z - w_z / 2;
+    for (let X = X_0; X <= X_1; ++X) {
+      for (let Y = Y_0; Y <= Y_1; ++Y) {
+        const f_x = o[0] - x - X * P_x, f_y = o[1] - y - Y * P_y, c_x = f_x - w_x / 2, c_y = f_y - w_y / 2;
+        const forward = c_x * d[0] + c_y * d[1] + c_z * d[2];
+        if (c_x * c_x + c_y * c_y + c_z * c_z - forward * forward <= most) visit(segment, [f_x, f_y, o[2] - z]);
       }
     }
   }

@@ -271,13 +271,12 @@ function check_together(parts) {
   }
 }
 
-/** Finds the packed bytes of chunks, of all or of those that are `wanted`, none of them decoded. */
-export function place_chunks({bytes, first, multipart, parts}, wanted = null) {
+/** Finds the packed bytes of the chunks, none of them decoded. */
+function place_chunks({bytes, first, multipart, parts}) {
   const used = [], view = view_of(bytes);
   for (const part of parts) {
     const pixel = part.channels.reduce((sum, {type}) => sum + BYTES[type], 0);
     for (const chunk of part.chunks) {
-      if (wanted && !wanted.has(chunk)) continue;
       const damaged = (wrong, message) => {
         if (wrong) throw new Issue('FILE_DAMAGED', `${part.name}/level ${chunk.level}`, message);
       };
@@ -306,11 +305,8 @@ export function place_chunks({bytes, first, multipart, parts}, wanted = null) {
     throw new Issue('FILE_DAMAGED', '', 'two chunks share bytes');
 }
 
-/**
- * Headers and tables of chunks at the beginning of a file: { bytes, first, multipart, parts }. `first`: where chunks may
- * begin.
- */
-export function read_structure(bytes) {
+/** Headers and chunks of a file (a Uint8Array), the structure of all of it checked. */
+export function read_headers(bytes) {
   if (bytes.length < 8 || int_at(bytes, 0) !== 20000630)
     throw new Issue('EXR_MALFORMED', '', 'not an OpenEXR file');
   const version = int_at(bytes, 4);
@@ -336,12 +332,7 @@ export function read_structure(bytes) {
       throw new Issue('FILE_DAMAGED', part.name, 'the table of chunks is cut short');
     for (const chunk of part.chunks) chunk.offset = Number(view.getBigUint64((at += 8) - 8, true));
   }
-  return {bytes, first: at, multipart, parts};
-}
-
-/** Headers and chunks of a file (a Uint8Array), the structure of all of it checked. */
-export function read_headers(bytes) {
-  const file = read_structure(bytes);
+  const file = {bytes, first: at, multipart, parts};
   place_chunks(file);
   return file;
 }

@@ -309,10 +309,8 @@ function add_side(front, name, report) {
 }
 
 /** Headers and text of a fabric file (a Uint8Array); the pixels are not touched. */
-export const open_fabric = (bytes, report = throw_issue) => fabric_of(read_headers(bytes), report);
-
-/** The fabric of a file of read_headers or read_structure. */
-export function fabric_of(file, report = throw_issue) {
+export function open_fabric(bytes, report = throw_issue) {
+  const file = read_headers(bytes);
   const raw = parse_text(file);
   const version = raw.version;
   if (Array.isArray(version) && is_integer(version[0]) && version[0] !== 3) {

@@ -28,7 +28,6 @@ export interface Fabric {
   radianceScale?: number;
   views: Grid;
   lights?: Grid;
-  whole?: {texels: [number, number]; level: number; levels?: number};
   provenance: object;
   layers: Partial<Record<LayerName, Layer>>;
   /** The other sides of the cloth, as fabrics that read_layer() reads; of the front alone. */
@@ -37,22 +36,6 @@ export interface Fabric {
 
 /** Reads headers and text; no pixel is touched. Throws an Issue. */
 export function open_fabric(bytes: Uint8Array): Fabric;
-
-/**
- * The fabric at an address, its headers and its text, by a range request where the server has them; else the whole file.
- * headers and credentials are those of fetch(), first the bytes of the first request, 32,768 by default. fetch_layers()
- * fetches what read_layer() reads. Throws an Issue.
- */
-export function fetch_fabric(source: {
-  url: string;
-  headers?: Record<string, string>;
-  credentials?: RequestCredentials;
-  first?: number;
-}): Promise<Fabric>;
-export function fetch_layers(fabric: Fabric, wanted: [LayerName, number][]): Promise<void>;
-
-/** How many bytes fetch_layers() would fetch. */
-export function bytes_to_fetch(fabric: Fabric, wanted: [LayerName, number][]): number;
 
 /**
  * The numbers of a layer at a level by channel, each in rows from the top; null where the level lacks the layer. Digest and

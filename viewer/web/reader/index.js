@@ -36,7 +36,6 @@ export {
   pairs_at,
   used_count
 } from './layers.js';
-export {bytes_to_fetch, fetch_fabric, fetch_layers} from './remote.js';
 export {LONG_RUN, LONG_RUN_LEAST, WORDS, canonical_codes, each_word, planes_of, wavelets} from './piz.js';
 export {across, cross, dot, minus, plus, times, unit} from './vector.js';
 export {hash, noise, swell} from './swells.js';

@@ -16,9 +16,7 @@ function texture_of(words) {
 }
 
 export class LoadedFabric {
-  /** The texture whose sky was asked for, and what is settled when it is there. */
-  #asked = null;
-  #sky_settled = Promise.resolve();
+  #sky_settled = null;
   /**
    * `source`: an ArrayBuffer, or { url, headers, credentials } as fetch() takes them, or a promise of one, with the place of
    * the url in a garment; `name` is said in messages.
@@ -48,35 +46,35 @@ export class LoadedFabric {
   async #load(source) {
     const found = await source;
     try {
-      this.read_in = await load(found, (step) => this.#take(step));
+      this.#take(await load(found));
     } catch (error) {
       if (error.code !== 'FILE_MISSING' || !found.place) throw error;
       throw new Issue('GLTF_REFERENCE', found.place, `${error.place}: ${error.message}`);
     }
   }
-  #take({words, yarn, levels, mm_per_repeat}) {
-    this.texture?.dispose();
+  #take({words, yarn, levels, mm_per_repeat, read_in}) {
     this.texture = texture_of(words);
-    this.sky = 0;
     this.has_yarn = yarn;
     this.levels = levels;
     this.mm_per_repeat = mm_per_repeat;
+    this.read_in = read_in;
     this.state = 'ready';
   }
-  /** Asks for `sky`, where it is not there; the texture is another one then. Settled when it is; it never fails. */
-  want_sky() {
-    if (this.state !== 'ready' || this.#asked === this.texture) return this.#sky_settled;
-    const texture = this.#asked = this.texture, words = texture.image.data;
-    this.#sky_settled = load({words}, ({sky}) => {
-      if (texture !== this.texture) return;
-      const all = new Uint32Array(words.length + sky.length);
-      all.set(words);
-      all.set(sky, words.length);
-      texture.dispose();
-      this.texture = this.#asked = texture_of(all);
-      this.sky = words.length;
-    }).catch((error) => console.warn(`selvedge: ${this.name}: ${error.message}; light from all around does not reach it`));
-    return this.#sky_settled;
+  /** Computes `sky` once, which replaces the texture. Settled when that is done; it never fails. */
+  async want_sky() {
+    if (this.state !== 'ready') return;
+    this.#sky_settled ??= this.#add_sky().catch(
+      (error) => console.warn(`selvedge: ${this.name}: ${error.message}; light from all around does not reach it`));
+    await this.#sky_settled;
+  }
+  async #add_sky() {
+    const words = this.texture.image.data, {sky} = await load({words});
+    const all = new Uint32Array(words.length + sky.length);
+    all.set(words);
+    all.set(sky, words.length);
+    this.texture.dispose();
+    this.texture = texture_of(all);
+    this.sky = words.length;
   }
   dispose() {
     this.texture?.dispose();

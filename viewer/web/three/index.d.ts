@@ -8,7 +8,7 @@ export type Source = ArrayBuffer | {url: string; headers?: Record<string, string
 /** How the worker is made that reads fabrics, for pages whose modules are no files: it runs worker.js of the package. */
 export function use_worker(make: () => Worker): void;
 
-/** A fabric file that is loaded beside a scene. From an address its coarse levels may come first, then all. */
+/** A fabric file that is loaded beside a scene. */
 export class LoadedFabric {
   constructor(source: Source | Promise<Source>, name: string);
   readonly name: string;
@@ -21,7 +21,7 @@ export class LoadedFabric {
   readonly mm_per_repeat: [number, number] | null;
   /** Where it was read, once it is. */
   readonly read_in: 'worker' | 'main thread' | null;
-  /** Settled when all of the fabric is ready, or it is broken; it never fails. */
+  /** Settled when the fabric is ready or broken; it never fails. */
   readonly settled: Promise<void>;
   /**
    * Makes what light from all around needs, some 0.2 s in the worker; the first frame with an environment asks for it, too.
@@ -62,7 +62,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   readonly shows: 'fabric' | 'fallback';
   /** Whether the fabric is to be shown where it can be; else the fallback. */
   shows_fabric: boolean;
-  /** The level of the whole fabric that is shown everywhere; -1, by default: by the size of a pixel. */
+  /** The level that is shown everywhere; -1, by default: by the size of a pixel. */
   level: number;
   set_fabric(fabric: LoadedFabric | null): this;
 }

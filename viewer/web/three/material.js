@@ -85,7 +85,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     if (due === this.shows && (due === 'fallback' || fabric_words.value === this.fabric.texture)) return;
     this.shows = due;
     if (due === 'fabric') {
-      // Another one when finer levels have come.
+      // The texture is replaced when the sky is added.
       fabric_words.value = this.fabric.texture;
       this.transparent = this.keeps_opacity && !this.alphaToCoverage;
       this.depthWrite = true;
