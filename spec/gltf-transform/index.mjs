@@ -48,7 +48,7 @@ export class FabricReference extends ExtensionProperty {
     this.parentTypes = [PropertyType.MATERIAL];
   }
 
-  // The names of the two children follow those of all textures: "...Texture" and "...TextureInfo".
+  // The two children are named as for all textures: "...Texture" and "...TextureInfo".
   getDefaults() {
     return Object.assign(super.getDefaults(), {
       fabricTexture: null,
@@ -169,7 +169,7 @@ export class MaterialsFabric extends Extension {
     return this;
   }
 
-  /** Bytes go into a buffer, but for those of a .gltf file that has a name for them. */
+  /** Bytes go into a buffer, except for a .gltf file with a URI for them. */
   #writeBytes(context) {
     const root = this.document.getRoot();
     for (const file of this.#listFiles()) {
