@@ -30,7 +30,7 @@ struct BandOptions {
 };
 
 /// Replaces a strip of `surface` by a ribbed band with a turned edge, knit in one with the points of the
-/// seam. New points are added to the assembly, whose first points are those of the surface.
+/// seam. New points are added to the assembly, which begins with the points of the surface.
 void add_band(Assembly& assembly, const Rings& rings, const std::string& material,
               const BandOptions& options);
 

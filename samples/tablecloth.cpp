@@ -199,7 +199,8 @@ double top_distance(const V3d& p, const TableclothOptions& o) {
          edge_rounding;
 }
 
-/// Top, leg and foot in one turned piece: (radius, height) from the middle of the top to that of the foot.
+/// Top, leg and foot in one turned piece: (radius, height) from the middle of the top to the middle of the
+/// foot.
 std::vector<V2d> table_profile(const TableclothOptions& o) {
   std::vector<V2d> profile{{0, o.table_height}, {0.2, o.table_height}};
   const double inner = o.table_radius - edge_rounding;

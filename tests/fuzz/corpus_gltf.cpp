@@ -128,7 +128,7 @@ std::string quantized() {
   return b.as_glb();
 }
 
-/// What dressing has to carry along: tangents, a morph target, a skin, an animation, a variant.
+/// Parts that dressing has to preserve: tangents, a morph target, a skin, an animation, a variant.
 std::string company() {
   Builder b = quad();
   const std::vector<float> tangents{1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1};

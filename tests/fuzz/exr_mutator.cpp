@@ -115,7 +115,7 @@ void mutate_attributes(ExrFile& file, Choice& choice) {
   }
 }
 
-/// The text that makes the file a fabric or samples; null where there is none.
+/// The text that makes the file a fabric or samples; null if absent.
 std::string* text_of(ExrFile& file) {
   for (const char* name : {names::attribute_fabric, names::attribute_samples}) {
     if (std::string* text = file.headers.front().find(name)) return text;
@@ -157,7 +157,7 @@ std::string pixel_digest(const ExrFile& file, std::size_t part_index, int level)
   return {};
 }
 
-/// The digests of the listed levels become those of their pixels.
+/// Computes the digests of the listed levels from their pixels.
 void seal_pixels(const ExrFile& file, Json& text) {
   if (!text.contains("layers") || !text.contains("digests") || !text["digests"].is_object()) return;
   for (std::size_t p = 0; p < file.headers.size(); ++p) {

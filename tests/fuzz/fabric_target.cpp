@@ -9,7 +9,7 @@
 using namespace selvedge;
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  // Small, so that an execution is short; the checks against them are those of any other limit.
+  // Small, so that an execution is short; the code of the checks is the same.
   const FabricLimits limits{
       .texels_per_side = 32, .directions = 64, .lobes = 4, .functions = 8, .products = 8};
   const std::span<const std::uint8_t> bytes(data, size);

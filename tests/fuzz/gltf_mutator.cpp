@@ -46,7 +46,7 @@ void mutate_stretch(std::string& binary, Choice& choice) {
   binary.replace(begin, length, stretch);
 }
 
-/// What the first buffer says of its length becomes true.
+/// Sets the length of the first buffer to its true value.
 void fix_length(Glb& glb) {
   Json json = Json::parse(glb.json, nullptr, false);
   if (!json.is_object() || !json.contains("buffers") || !json["buffers"].is_array() ||

@@ -1,4 +1,4 @@
-// What the custom mutators share: a source of choices, and a mutation of JSON by its structure.
+// Shared by the custom mutators: a source of choices, and a mutation of JSON by its structure.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What all fuzz targets share.
+// Shared by all fuzz targets.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 namespace selvedge::fuzz {
 
-/// Small, so that an execution is short; the checks against them are those of any other limit.
+/// Small, so that an execution is short; the code of the checks is the same.
 inline constexpr ExrLimits exr_limits{
     .pixels_per_part = 1 << 16, .bytes_per_read = 1 << 22, .parts = 8, .channels = 1 << 10};
 

@@ -10,7 +10,7 @@ import { join } from 'node:path';
 const [bin, kit] = process.argv.slice(2);
 const work = mkdtempSync(join(tmpdir(), 'selvedge-agree-'));
 
-/** Code of the refusal of a verb; '' if there is none. */
+/** Code of the refusal of a verb; '' without one. */
 function refusal(program, ...words) {
   const run = spawnSync(join(bin, program), [...words, '--json'], { encoding: 'utf8', timeout: 60_000 });
   if (run.status === 0) return '';
@@ -91,5 +91,5 @@ for (const [what, change] of Object.entries(changes)) {
 }
 rmSync(work, { recursive: true });
 for (const line of wrong) console.error(line);
-console.log(`${compared} verdicts of verbs compared with those of check`);
+console.log(`${compared} verdicts of verbs compared with check`);
 process.exit(wrong.length > 0 || compared < 400 ? 1 : 0);

@@ -124,7 +124,7 @@ broken.json.materials[0].extensions[NAME].fabric.index = 1;
 const message = await io.readJSON(broken).then(() => '', (error) => error.message);
 expect(message === `/materials/0/extensions/${NAME}/fabric/index: there is no such fabric`, 'a broken index is refused', message);
 
-// What the class's README shows, with our files.
+// The examples of the class's README, with our files.
 const [optimise, config, create] = blocks_of('spec/gltf-transform/README.md', 'js').map((code) =>
   code.replace("'dressed.glb'", `'${path('tablecloth.glb')}'`).replace("'small.glb'", `'${path('small.glb')}'`)
     .replace("readFileSync('plain-knit.exr')", `readFileSync('${path('knit.fabric.exr')}')`));

@@ -9,7 +9,7 @@ const ajv = new Ajv({ allErrors: true, allowUnionTypes: true });
 ajv.addKeyword('gltf_uriType');
 ajv.addFormat('iri-reference', (text) => !/[\s<>"{}|\\^`]/.test(text));
 
-// What ours say of glTF's own schemas, as far as they go here.
+// The parts of glTF's own schemas that ours refer to.
 const property = { type: 'object', properties: { extensions: { type: 'object', additionalProperties: { type: 'object' } } } };
 const index = { type: 'integer', minimum: 0 };
 ajv.addSchema(property, 'glTFProperty.schema.json');

@@ -1,5 +1,5 @@
-// The tangents that dressing adds are those of MikkTSpace (npm mikktspace), corner by corner: on our own garments, and
-// on those of others where they are there.
+// Dressing adds the tangents of MikkTSpace (npm mikktspace), corner by corner: on our own garments, and on garments of
+// others if present.
 import { NodeIO } from '@gltf-transform/core';
 import { ALL_EXTENSIONS } from '@gltf-transform/extensions';
 import { existsSync } from 'node:fs';

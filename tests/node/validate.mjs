@@ -3,7 +3,7 @@
 //   node validate.mjs FILE...                 prints one JSON object per file: counts and messages
 //   node validate.mjs --compare INPUT OUTPUT  exit 1 if OUTPUT has more errors or warnings of some code than INPUT
 //
-// Without --compare, exit 1 if any file has errors or warnings. UNSUPPORTED_EXTENSION counts for nothing: the
+// Without --compare, exit 1 if any file has errors or warnings. UNSUPPORTED_EXTENSION is ignored: the
 // validator cannot know extensions of vendors.
 import { readFile } from 'node:fs/promises';
 import { dirname, resolve } from 'node:path';

@@ -1,4 +1,4 @@
-// What the tests over our own garments share: programs, an output folder, a small fabric, garments dressed in it.
+// Shared by the tests over our own garments: programs, an output folder, a small fabric, garments dressed in it.
 //
 // A test is run as `node TEST.mjs BIN_FOLDER OUTPUT_FOLDER`, and its output folder is gone afterwards. Exit 0: good,
 // 1: not, 77 (skipped): what is installed with npm ci is not there.

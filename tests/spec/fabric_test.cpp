@@ -150,7 +150,7 @@ TEST_CASE("the table of cells is the layout of directions") {
   }
 }
 
-TEST_CASE("the table of interpolation is that of the code") {
+TEST_CASE("the table of interpolation agrees with the code") {
   const auto rows = rows_of(page("fabric.md"), "8x8", 6);
   CHECK(rows.size() == 4);
   for (const auto& row : rows) {
@@ -168,7 +168,7 @@ TEST_CASE("the table of interpolation is that of the code") {
   }
 }
 
-TEST_CASE("the stated limits are those of the code") {
+TEST_CASE("the stated limits agree with the code") {
   const std::string text = page("fabric.md");
   const FabricLimits limits;
   const ExrLimits exr;

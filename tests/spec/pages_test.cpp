@@ -1,4 +1,4 @@
-// What holds for all pages: links, names, and the page that is made from the code.
+// Properties of all pages: links, names, and the page that is made from the code.
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 const fs::path root = SELVEDGE_SOURCE_DIR;
 
-/// All pages of the project, from its root: those of spec/, of docs/, and those beside them.
+/// All pages of the project, from its root: of spec/, of docs/, and of the root itself.
 std::vector<std::string> all_pages() {
   std::vector<std::string> found{"README.md", "CONTRIBUTING.md", "CHANGELOG.md"};
   for (const char* folder : {"spec", "docs"}) {
