@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 
@@ -39,6 +40,49 @@ Json report_warnings(const CommonOptions& common, const Issues& warnings) {
 void report_remark(const std::string& file, const std::string& remark) {
   if (report_target != nullptr) return;
   fmt::print(stderr, "{}: {}: {}\n", program_name, printable(file), printable(remark));
+}
+
+namespace {
+
+std::string value_text(const Json& value, const std::string& format) {
+  if (value.is_null()) return "-";
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_boolean()) return value.get<bool>() ? "on" : "off";
+  if (value.is_array() && value.size() == 2)
+    return fmt::format("{}x{}", value_text(value[0], format), value_text(value[1], format));
+  if (value.is_number() && !format.empty())
+    return fmt::format(fmt::runtime(fmt::format("{{{}}}", format)), value.get<double>());
+  return value.dump();
+}
+
+}  // namespace
+
+std::string filled(const std::string& pattern, const Json& json) {
+  std::string text;
+  std::size_t at = 0;
+  for (std::size_t open; (open = pattern.find('{', at)) != std::string::npos;) {
+    const std::size_t close = pattern.find('}', open);
+    const std::size_t colon = std::min(pattern.find(':', open), close);
+    const Json::json_pointer member(fmt::format("/{}", pattern.substr(open + 1, colon - open - 1)));
+    text += pattern.substr(at, open - at);
+    text += value_text(json.contains(member) ? json[member] : Json(), pattern.substr(colon, close - colon));
+    at = close + 1;
+  }
+  return text + pattern.substr(at);
+}
+
+std::string table_text(const Json& rows, std::initializer_list<Column> columns) {
+  std::vector<std::string> lines(rows.size() + 1);
+  for (const Column& column : columns) {
+    std::vector<std::string> cells{column.heading};
+    for (const Json& row : rows) cells.push_back(filled(column.pattern, row));
+    std::size_t width = 0;
+    for (const std::string& cell : cells) width = std::max(width, cell.size());
+    for (std::size_t i = 0; i < lines.size(); ++i) lines[i] += fmt::format("{:>{}}", cells[i], width + 2);
+  }
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
 }
 
 Json framed(const char* verb, const Json& json) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -45,6 +46,17 @@ void report_remark(const std::string& file, const std::string& remark);
 /// Prints to standard output: with --json the report, framed with the program's version, the report format's
 /// version and the verb; else `text`, unless --quiet.
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text);
+
+/// `pattern` with each {member}, or {member:.2f}, replaced by that member of the report; a slash leads to
+/// members of members. Pairs stand as 8x8, truths as on and off, null and absent members as "-".
+std::string filled(const std::string& pattern, const Json& json);
+
+struct Column {
+  const char* heading;
+  const char* pattern;  ///< as of filled()
+};
+/// The rows of a report as lines of columns below their headings; numbers are at the right.
+std::string table_text(const Json& rows, std::initializer_list<Column> columns);
 
 /// The framed report.
 Json framed(const char* verb, const Json& json);

@@ -73,7 +73,7 @@ def _verb(name):
 
 
 for _name in ("stitch", "import", "bake", "merge", "fit", "make", "plan", "dress", "repack", "reattach", "check", "info",
-              "evaluate", "compare", "swatch", "trade"):
+              "evaluate", "compare", "swatch"):
     globals()[_name + "_" * (_name == "import")] = _verb(_name)  # import_: the other is Python's own word
 
 

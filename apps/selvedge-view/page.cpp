@@ -5,7 +5,7 @@
 
 #include "apps/common/scratch_folder.h"
 #include "apps/common/shared_options.h"
-#include "apps/report/svg.h"
+#include "apps/common/html.h"
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge-view/picture_options.h"
 #include "format/base/atomic_file.h"

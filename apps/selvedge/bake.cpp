@@ -4,12 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
-#include "converter/bake/for_plan.h"
 #include "converter/stitch/find_cell.h"
 
 namespace selvedge {
@@ -44,19 +42,6 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
   must(ensure_texels(cell, command.input, command.texels_given, options));
   // The hue of yarn that scatters inside comes from many bounces.
   if (!command.bounces_given && !mesh->transmission.empty()) options.bounces = unlimited_bounces;
-  if (command.demand) {
-    const double texel_mm = command.demand->min_mm * std::exp2(command.demand->bias);
-    const double made = std::max(mesh->period.x / options.width, mesh->period.y / options.height);
-    if (texel_mm > 0 && made > 1.01 * texel_mm && !common.quiet) {
-      report_remark(
-          command.input,
-          fmt::format("the plan asks for texels of {:.3g} mm, and those of {}x{} are {:.3g} mm: near "
-                      "views will lack sharpness (--texels)",
-                      texel_mm, options.width, options.height, made));
-    }
-    if (!command.sides_given) options.both_sides = command.demand->backs && !options.ground;
-    options = bake_for(*command.demand, mesh->period, options, command.chooses);
-  }
   TerminalProgress progress("bake", common.quiet);
   BakeWatcher watcher;
   if (const Progress show = progress.callback()) {
@@ -74,8 +59,6 @@ Result<BakeReport> bake_cell(const BakeCommand& command, const CommonOptions& co
   auto result = command.shard
                     ? bake_shard(*mesh, command.input, options, text, *command.shard, command.output, watcher)
                     : bake(*mesh, command.input, options, text, command.output, watcher);
-  if (result && command.demand && std::isinf(command.demand->min_mm))
-    result->remarks.emplace_back("no frame of the plan sees its materials: the coarsest level alone is made");
   // After the work, so that an error is a single line.
   if (result) report_remarks(common, command.input, cell, result->remarks);
   return result;
@@ -122,7 +105,6 @@ void declare(Options& options, BakeCommand& command) {
   add_quality(options, command.quality);
   options.check([&options, &command] {
     command.texels_given = options.given("--texels");
-    command.sides_given = options.given("--sides");
     command.bounces_given = options.given("--bounces");
     MakeOptions make;
     make.bake = command.bake;

@@ -1,4 +1,4 @@
-// The verbs fit, make and trade: their options and the checks between them.
+// The verbs fit and make: their options and the checks between them.
 #include "apps/selvedge/command_line.h"
 
 #include <fmt/format.h>
@@ -29,9 +29,8 @@ void check_limits(const Options& options) {
   options.refuse_if(true, "is chosen by --max-bytes, --min-db and --max-seconds",
                     {"--texels", "--views", "--lights", "--samples", "--bounces", "--lobes", "--no-table",
                      "--budget", "--half-lobes", "--float-tables"});
-  // What a plan leaves out is not in the measured sizes and times.
   options.refuse_if(true, "excludes --max-bytes, --min-db and --max-seconds",
-                    {"--quality", "--keep-samples", "--for"});
+                    {"--quality", "--keep-samples"});
 }
 
 /// --max-bytes, --min-db and --max-seconds beside --quality, and the options that they exclude.
@@ -98,15 +97,6 @@ void declare(Options& options, MakeCommand& command) {
   add_bake(options, command.options.bake);
   add_fit(options, command.options);
   options.group("");
-  const Option plan =
-      options
-          .text("--for", command.plan, "PLAN",
-                "Make only what this plan needs (selvedge plan): coarser texels, fewer levels")
-          .reads();
-  options
-      .list("--material", command.materials, "NAME",
-            "A material of the plan, by name or #index; may be repeated (default: all)")
-      .needs(plan);
   options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file").writes();
   options.output(command.output, "The fabric file");
   options.text("--shard", "I/N", "Bake part I (from 0) of N beside the output, for a make with --shards N",
@@ -126,51 +116,13 @@ void declare(Options& options, MakeCommand& command) {
                       {"--shards", "--keep-samples", "--depfile"});
     // Those that are left out make no other bytes.
     command.asked = options.as_given({"--output", "--json", "--quiet", "--threads", "--keep-samples",
-                                      "--shard", "--shards", "--depfile", "--for"});
+                                      "--shard", "--shards", "--depfile"});
     command.line = "selvedge make " + shell_word(command.input);
     std::istringstream given(
         options.as_given({"--json", "--quiet", "--threads", "--shard", "--shards", "--depfile"}));
     for (std::string word; std::getline(given, word);) command.line.append(" ").append(shell_word(word));
     command.texels_given = options.given("--texels");
-    command.sides_given = options.given("--sides");
     command.bounces_given = options.given("--bounces");
-  });
-}
-
-void declare(Options& options, TradeCommand& command) {
-  options.common(command.common);
-  command.common.seed = 1;
-  options.number("--seed", command.common.seed, "N", "Of all bakes");
-  options.text("input", command.input, "STITCH", "As make takes it").required().reads();
-  add_settings(options, command.cell, &command.settings);
-  options
-      .text("-o,--output", command.output, "DIR",
-            "A folder for points, pictures, fabrics and the page; a sweep in it goes on")
-      .required()
-      .writes();
-  options
-      .text("--grid", command.grid, "FILE",
-            "The points to measure (JSON, docs/trade.md), instead of those that the presets are among")
-      .reads();
-  // Noise is estimated from two halves of equal size; pictures are halved separately.
-  options.number("--repeats", command.repeats, "N", "Times are medians of so many runs").in(1, 99);
-  options
-      .number("--truth-samples", command.truth_samples, "N",
-              "Rays a pixel of the true pictures, a multiple of 4")
-      .in(4, 1 << 20);
-  options.number("--held-out-pairs", command.held_out.pairs, "N", "Pairs of directions to measure errors by")
-      .in(1, 65536);
-  options
-      .number("--held-out-samples", command.held_out.samples, "N", "Rays per texel and pair, an even number")
-      .in(2, 1 << 20);
-  options.size("--size", command.size, "Of the pictures", 22, 2048);
-  options.flag("--keep-samples", command.keep_samples, "Keep the points' samples: large");
-  options.check([&command] {
-    if (command.truth_samples % 4 != 0)
-      refuse("--truth-samples", fmt::format("{} is no multiple of 4", command.truth_samples));
-    if (command.held_out.samples % 2 != 0)
-      refuse("--held-out-samples", fmt::format("{} is no multiple of 2", command.held_out.samples));
-    if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
   });
 }
 
@@ -195,12 +147,6 @@ void add_make_verb(Program& program) {
   program.add<MakeCommand>({"make", "Stitch, bake and fit in one: stitch -> fabric",
                             "selvedge make plain-weave -o weave.fabric.exr"},
                            declare, run);
-}
-
-void add_trade_verb(Program& program) {
-  program.add<TradeCommand>({"trade", "Measure what speed costs in accuracy: a sweep over the knobs",
-                             "selvedge trade plain-knit -o trade-knit"},
-                            declare, run);
 }
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// The options of bake, fit, make and trade as plain data.
+// The options of bake, fit and make as plain data.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,10 @@
 
 #include "apps/common/report.h"
 #include "converter/bake/bake.h"
-#include "converter/presets/held_out.h"
 #include "converter/presets/presets.h"
 #include "converter/presets/within_limits.h"
 #include "converter/stitch/find_cell.h"
 #include "format/fabric/file.h"
-#include "format/scene/level_bounds.h"
 
 namespace selvedge {
 
@@ -26,10 +24,7 @@ struct BakeCommand {
   std::string quality{default_preset};
   std::optional<BakeShard> shard;
   bool texels_given = false;          ///< if not, the stitch may raise the default
-  bool sides_given = false;           ///< if not, a plan decides
   bool bounces_given = false;         ///< if not, yarn that lets light through takes as many as there are
-  std::optional<TexelDemand> demand;  ///< of make: only what this demand needs of the whole is baked
-  bool chooses = false;               ///< the fit selects layers by the validation pairs
 };
 
 struct FitCommand {
@@ -59,11 +54,8 @@ struct MakeCommand {
   CellOptions cell;
   MakeOptions options = *preset_named(default_preset);  ///< those of the default preset at first
   bool texels_given = false;                            ///< if not, the stitch may raise the default
-  bool sides_given = false;                             ///< if not, a plan decides
   bool bounces_given = false;                           ///< if not, translucent yarn takes all
   std::string samples;                                  ///< file to keep them in; empty: none
-  std::string plan;  ///< file of a plan, which limits the fabric to what it needs; empty: whole fabric
-  std::vector<std::string> materials;  ///< of the plan; empty: all of them
   std::string quality{default_preset};
   MakeLimits limits;               ///< if there are any, they set the knobs instead of the quality
   std::optional<BakeShard> shard;  ///< bake this part of the samples alone
@@ -78,19 +70,5 @@ struct MakeCommand {
 /// Parses the words of a make. OPTION_OUT_OF_RANGE, of `place` in `file`.
 Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const std::string& file,
                                     const std::string& place);
-
-struct TradeCommand {
-  CommonOptions common;
-  std::string input;
-  std::vector<std::string> settings;  ///< of the stitch as given, for the command lines of points
-  CellOptions cell;
-  std::string output;  ///< a folder
-  std::string grid;    ///< file; empty: the measured settings of the presets
-  int repeats = 3;     ///< of every timed run
-  V2i size{160, 120};  ///< of pictures
-  int truth_samples = 64;
-  HeldOutOptions held_out;  ///< its texels are those of the finest point
-  bool keep_samples = false;
-};
 
 }  // namespace selvedge

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "apps/report/svg.h"
+#include "apps/common/html.h"
 #include "format/base/atomic_file.h"
 #include "format/base/digest.h"
 #include "format/fabric/file.h"

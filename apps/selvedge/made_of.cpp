@@ -25,17 +25,11 @@ std::string for_make(const std::string& path) {
 
 }  // namespace
 
-std::vector<std::string> inputs_of(const MakeCommand& command) {
-  std::vector<std::string> files = files_of_cell(command.input);
-  if (!command.plan.empty()) files.push_back(command.plan);
-  return files;
-}
-
 Result<std::string> digest_of_inputs(const MakeCommand& command) {
   // The folder of a file makes no difference, its name is recorded in the fabric.
   std::string text = "selvedge " SELVEDGE_VERSION "\n" +
                      std::filesystem::path(command.input).filename().string() + "\n" + command.asked;
-  for (const std::string& file : inputs_of(command)) {
+  for (const std::string& file : files_of_cell(command.input)) {
     const auto bytes = read_file(file);
     if (!bytes) return tl::unexpected(bytes.error());
     text += std::filesystem::path(file).filename().string() + " " + digest_of(*bytes) + "\n";
@@ -65,7 +59,7 @@ bool is_up_to_date(const std::string& output, const std::string& digest) {
 
 Result<void> write_depfile(const std::string& path, const MakeCommand& command) {
   std::string text = for_make(command.output) + ":";
-  for (const std::string& file : inputs_of(command)) text.append(" ").append(for_make(file));
+  for (const std::string& file : files_of_cell(command.input)) text.append(" ").append(for_make(file));
   return write_file(path, text + "\n");
 }
 

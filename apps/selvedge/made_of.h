@@ -2,14 +2,10 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "apps/selvedge/command_line.h"
 
 namespace selvedge {
-
-/// The files that a make reads: the stitch's, and the plan.
-std::vector<std::string> inputs_of(const MakeCommand& command);
 
 /// Digest of the program's version, the stitch's name, the options that the fabric depends on, and the names
 /// and contents of the files that it is made of. Errors of reading them.

@@ -9,11 +9,10 @@
 
 namespace selvedge {
 
-void add_settings(Options& options, CellOptions& cell, std::vector<std::string>* texts) {
+void add_settings(Options& options, CellOptions& cell) {
   options.list("--set", "NAME=VALUE",
                "Set a parameter of the stitch (selvedge stitch --list NAME); may be repeated",
-               [&cell, texts](const std::vector<std::string>& given) {
-                 if (texts != nullptr) *texts = given;
+               [&cell](const std::vector<std::string>& given) {
                  for (const std::string& text : given) {
                    const std::size_t before = cell.settings.size();
                    if (!parse_setting(text, cell.settings))

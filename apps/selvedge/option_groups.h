@@ -10,8 +10,8 @@ namespace selvedge {
 
 /// Declares the input and its mesh options. Returns the option of the input.
 Option add_cell(Options& options, std::string& input, CellOptions& cell);
-/// Declares --set. `texts`, if given, receives the settings as typed.
-void add_settings(Options& options, CellOptions& cell, std::vector<std::string>* texts = nullptr);
+/// Declares --set.
+void add_settings(Options& options, CellOptions& cell);
 void add_bake(Options& options, BakeOptions& bake);
 
 /// Indirect light and reference plane, of a bake or of a traced swatch.

@@ -1,4 +1,4 @@
-// Fits a samples file and writes the fabric, for the verbs fit, make and trade.
+// Fits a samples file and writes the fabric, for the verbs fit and make.
 #pragma once
 
 #include "apps/selvedge/command_line.h"
@@ -12,6 +12,5 @@ FitOutcome fit_file(const std::string& samples, const FitCommand& command);
 // The verbs.
 Result<int> run(const FitCommand& command);
 Result<int> run(const MakeCommand& command);
-Result<int> run(const TradeCommand& command);
 
 }  // namespace selvedge

@@ -9,9 +9,7 @@
 #include "apps/selvedge/bake.h"
 #include "apps/selvedge/made_of.h"
 #include "apps/selvedge/run_fit.h"
-#include "converter/bake/for_plan.h"
 #include "converter/bake/journal.h"
-#include "converter/plan/plan_file.h"
 
 namespace selvedge {
 
@@ -28,12 +26,7 @@ BakeCommand bake_of(const MakeCommand& command) {
   bake.cell = command.cell;
   bake.bake = command.options.bake;
   bake.texels_given = command.texels_given;
-  bake.sides_given = command.sides_given;
   bake.bounces_given = command.bounces_given;
-  if (!command.plan.empty()) {
-    bake.demand = must(read_plan(command.plan, command.materials));
-    bake.chooses = command.options.budget.has_value();
-  }
   return bake;
 }
 
@@ -88,11 +81,6 @@ MadeFabric make_fabric(const MakeCommand& command) {
         command.shards > 0 ? merge_parts(command, bake.output) : must(bake_cell(bake, command.common));
     Json bake_report = bake_json(baked, bake.output);
     if (!keep) bake_report.erase("output");
-    // The selection of layers needs all levels at once.
-    if (bake.demand && !fit.options.budget) {
-      fit.options.fit.levels = levels_needed(*bake.demand, must(SamplesReader::open(bake.output)).header());
-      fit.options.fit.partial = true;
-    }
     FitOutcome fitted = fit_file(bake.output, fit);
     for (int i = 0; i < command.shards; ++i) {
       std::error_code none;

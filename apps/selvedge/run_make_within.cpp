@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "apps/selvedge/run_make.h"
+#include "converter/presets/held_out.h"
 #include "format/base/parallel.h"
 #include "format/quality/compare.h"
 

@@ -242,15 +242,6 @@ Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind
   return result;
 }
 
-Comparison compare_answers(const PairAnswers& answers, const PairSamples& truth, PairKind kind, double peak) {
-  const auto sizes = sizes_of(truth, static_cast<int>(answers.size()));
-  return compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, Image& image) {
-    const std::size_t texels = sizes[k].x * sizes[k].y;
-    image = {};
-    for (std::size_t i = pair * texels; i < (pair + 1) * texels; ++i) add(answers[k][i], image);
-  });
-}
-
 Result<Comparison> compare_with_finer(const Fabric& fabric, const PairSamples& truth, PairKind kind,
                                       double peak) {
   const FabricLevel& base = fabric.levels.front();

@@ -51,13 +51,6 @@ Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairK
 /// Preconditions: the fabric has yarn, and compare() takes the truth.
 Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak);
 
-/// What any model answers for a set of pairs: [level][pair * texels of the level + texel], level 0 being of
-/// the truth's size.
-using PairAnswers = std::vector<std::vector<Shading>>;
-
-/// As compare(), of a model's answers. Precondition: they are of these sizes.
-Comparison compare_answers(const PairAnswers& answers, const PairSamples& truth, PairKind kind, double peak);
-
 /// As compare(), against pairs with 2^d times as many texels along both sides as the fabric's level 0,
 /// d >= 0, so that figures of fabrics of different sizes can be compared. The levels are those of the truth;
 /// levels finer than the fabric's are compared with its level 0. FABRIC_MISMATCH for other sizes.

@@ -21,7 +21,7 @@ test_refuses_missing_files() {
   refuses FILE_MISSING none.exr selvedge compare plane.fabric.exr none.exr
   refuses FILE_MISSING none.glb selvedge-view render none.glb -o o.png
   refuses FILE_MISSING none.exr selvedge-view render none.exr -o o.png
-  refuses FILE_MISSING none.png selvedge-view compare none.png none.png
+  refuses FILE_MISSING none.png compare-pictures none.png none.png
 }
 
 # A full disk, as far as a test can make one: files of at most 4 KiB.
@@ -325,7 +325,7 @@ test_a_pipe_is_no_input_and_is_not_waited_for() {
     refuses FILE_UNREADABLE $file soon selvedge info $file
   done
   refuses FILE_UNREADABLE pipe.exr soon selvedge-view render pipe.exr -o o.png
-  refuses FILE_UNREADABLE pipe.png soon selvedge-view compare pipe.png pipe.png
+  refuses FILE_UNREADABLE pipe.png soon compare-pictures pipe.png pipe.png
   echo '{"op":"evaluate","file":"pipe.exr","uv":[0,0],"level":0,"light":[0,0,1],"view":[0,0,1]}' >queries.jsonl
   exits 0 soon selvedge answer <queries.jsonl
   holds "r.error === 'FILE_UNREADABLE'"

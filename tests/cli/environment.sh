@@ -25,7 +25,7 @@ test_render_draws_light_from_all_around() {
   exits 2 selvedge swatch k.fabric.exr -o x.png --environment-turn 20
   selvedge swatch k.fabric.exr -o strong.exr --size 12x9 --environment white.hdr --environment-strength 2
   selvedge swatch k.fabric.exr -o once.exr --size 12x9 --environment white.hdr --environment-turn 90
-  exits 1 selvedge-view compare once.exr strong.exr --max 0.01
+  exits 1 compare-pictures once.exr strong.exr --max 0.01
   differ white.exr blurred.exr
   exits 2 selvedge-view render quad.glb -o x.png --environment white.hdr --backdrop-blur 0.5
   # Without a word scenes stand in the studio, unless they have lights, and nothing else does.

@@ -75,7 +75,7 @@ test_pictures_are_read_by_their_first_bytes_whatever_their_name() {
       (value, i) => i % 33 ? value : 0))), end));
     save("exr", exr(32, 16));'
   # White, as all of them are.
-  for file in pnm.tif hdr.png tiff.jpg png.exr; do exits 0 selvedge-view compare $file exr --max 0; done
+  for file in pnm.tif hdr.png tiff.jpg png.exr; do exits 0 compare-pictures $file exr --max 0; done
 }
 
 test_files_of_other_kinds_are_no_pictures() {
@@ -92,7 +92,7 @@ test_files_of_other_kinds_are_no_pictures() {
   for kind in fits axes simple gif empty text p; do
     for name in a.png a.exr a.fits a; do
       cp $kind $name
-      refuses IMAGE_UNREADABLE 'PNG, JPEG, TIFF, OpenEXR, Radiance HDR, PNM' selvedge-view compare $name $name
+      refuses IMAGE_UNREADABLE 'PNG, JPEG, TIFF, OpenEXR, Radiance HDR, PNM' compare-pictures $name $name
     done
     refuses IMAGE_UNREADABLE 'a.png: is no picture' selvedge-view render quad.gltf -o o.png --environment a.png
   done
@@ -105,8 +105,8 @@ test_a_picture_that_is_cut_short_ends_no_verb_and_is_told_of_in_one_line() {
       jpeg: jpeg(32, 16), tiff: tiff(32, 16), hdr: hdr(32, 16), exr: exr(32, 16), pnm: pnm(6, 32, 16)})) {
     for (let size = 16; size <= 256; size += 48) save(`${name}.${size}`, bytes.subarray(0, size));
   }'
-  for file in *.*; do answers selvedge-view compare "$file" "$file"; done
-  refuses IMAGE_UNREADABLE png.16 selvedge-view compare png.16 png.16
+  for file in *.*; do answers compare-pictures "$file" "$file"; done
+  refuses IMAGE_UNREADABLE png.16 compare-pictures png.16 png.16
 }
 
 test_what_a_picture_declares_is_reckoned_before_it_is_taken() {
@@ -122,11 +122,11 @@ test_what_a_picture_declares_is_reckoned_before_it_is_taken() {
     save("c.exr", exr(8, 8, 40000));
     save("digits.pnm", "P6 " + "1".repeat(1e7) + " 8 255 "), save("line.hdr", "#?RADIANCE\n" + "x".repeat(1e7));'
   for file in *.*; do
-    answers selvedge-view compare "$file" "$file"
+    answers compare-pictures "$file" "$file"
     [ -s "$scratch/err" ] || fail "$file is read"
   done
   refuses FILE_TOO_LARGE '16000 x 16000 pixels of 1 channels take more than 4096 MiB' \
-    selvedge-view compare black.png black.png
+    compare-pictures black.png black.png
 }
 
 test_environments_and_measured_pictures_are_reckoned_within_max_memory() {

@@ -242,13 +242,13 @@ test_scenes_variants_and_cameras_of_a_file_are_chosen_by_name_or_number() {
   local view=(--size 32x32 --quiet)
   exits 0 selvedge-view render quad.gltf -o day.png "${view[@]}" --variant day
   exits 0 selvedge-view render quad.gltf -o plain.png "${view[@]}"
-  exits 0 selvedge-view compare day.png plain.png --max 0
+  exits 0 compare-pictures day.png plain.png --max 0
   exits 0 selvedge-view render quad.gltf -o night.png "${view[@]}" --variant 1 --light 0,0,1
-  exits 1 selvedge-view compare day.png night.png --max 0.3
+  exits 1 compare-pictures day.png night.png --max 0.3
   exits 0 selvedge-view render quad.gltf -o front.png "${view[@]}" --light 0,0,-1
   exits 0 selvedge-view render quad.gltf -o behind.png "${view[@]}" --light 0,0,-1 --camera behind
   # Rough metal, by glTF's defaults: dim.
-  exits 1 selvedge-view compare front.png behind.png --max 0.1
+  exits 1 compare-pictures front.png behind.png --max 0.1
   refuses GARMENT_EMPTY quad.gltf selvedge-view render quad.gltf -o o.png --scene nothing
   refuses OPTION_OUT_OF_RANGE '--camera: there is no "top"; the scene has 0 "behind"' selvedge-view render quad.gltf -o o.png --camera top
   refuses OPTION_OUT_OF_RANGE '--scene: there is no "2"' selvedge-view render quad.gltf -o o.png --scene 2
@@ -263,7 +263,7 @@ test_a_missing_fabric_file_leaves_the_fallback() {
   rm plane.fabric.exr
   exits 0 selvedge-view render dressed.gltf -o fallback.exr --size 32x32 --light 0,0,1
   grep -q 'note: .*plane.fabric.exr: .*\[FILE_MISSING\]; the fallback is drawn' "$scratch/err" || fail "$(cat "$scratch/err")"
-  exits 0 selvedge-view compare fabric.exr fallback.exr --max 0.02
+  exits 0 compare-pictures fabric.exr fallback.exr --max 0.02
 }
 
 test_dress_by_name_number_all_and_repeats() {
@@ -342,9 +342,9 @@ test_dressed_tablecloth_renders_the_same_for_any_number_of_threads() {
   [ "$(head -c 8 1.png | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ] || fail "1.png is no PNG"
   same 1.exr 2.exr
   same 1.png 2.png
-  exits 0 selvedge-view compare 1.png 2.png --max 0 --json
+  exits 0 compare-pictures 1.png 2.png --max 0 --json
   holds "r.maxAbsolute === 0"
-  exits 0 selvedge-view compare 1.exr 2.exr --max 0
+  exits 0 compare-pictures 1.exr 2.exr --max 0
 }
 
 test_compare_prints_a_table_for_each_fabric() {

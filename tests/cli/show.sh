@@ -122,7 +122,7 @@ test_show_turns_moves_and_nears_with_the_mouse() {
   with_window quad.glb --screenshot after.png -- 'mousemove 300 300' 'mousedown 1' 'mousemove 350 275' \
     'mousemove 400 250' 'mouseup 1' 'mousemove 300 300'
   holds 'Math.abs(r.camera.azimuth + 30) < 1e-6 && Math.abs(r.camera.elevation + 15) < 1e-6' report.json
-  exits 1 selvedge-view compare before.png after.png --max 0.2
+  exits 1 compare-pictures before.png after.png --max 0.2
   with_window quad.glb -- 'mousemove 300 300' 'mousedown 2' 'mousemove 360 300' 'mouseup 2' 'click 4' 'click 5'
   holds '(() => {
     const first = JSON.parse(require("fs").readFileSync("still.json", "utf8")).camera;
@@ -166,7 +166,7 @@ test_show_draws_texel_edges_and_hides_the_panel_by_keys() {
   with_window quad.glb --screenshot plain.png -- 'mousemove 200 300' 'key h'
   holds 'r.window.join() === "900,600" && r.width === 900' report.json
   with_window quad.glb --screenshot edges.png -- 'mousemove 200 300' 'key h' 'key e'
-  exits 1 selvedge-view compare plain.png edges.png --max 0.2
+  exits 1 compare-pictures plain.png edges.png --max 0.2
   with_window quad.glb --screenshot panel.png -- 'mousemove 200 300'
   holds 'r.width < 600' report.json
 }
@@ -203,7 +203,7 @@ test_show_dresses_a_garment_compares_and_saves_it() {
   with_window quad-1.glb --screenshot other.png -- 'sleep 2' 'mousemove 200 300' 'key b' 'key c' 'mousemove 285 200' \
     'mousedown 1' 'mousemove 200 200' 'mousemove 100 200' 'mouseup 1'
   holds 'r.camera.azimuth === 0' report.json
-  exits 1 selvedge-view compare one.png other.png --max 0.2
+  exits 1 compare-pictures one.png other.png --max 0.2
 }
 
 test_show_saves_the_picture_and_tells_the_command_that_draws_it() {
@@ -215,7 +215,7 @@ test_show_saves_the_picture_and_tells_the_command_that_draws_it() {
   node -e 'console.log(JSON.parse(require("fs").readFileSync("report.json", "utf8")).command)' >command
   # Rounding moves single samples over an edge of the cloth.
   bash command
-  selvedge-view compare quad-1.png picture.png --json >compared.json
+  compare-pictures quad-1.png picture.png --json >compared.json
   holds 'r.psnr > 45' compared.json
 }
 
@@ -225,7 +225,7 @@ test_show_takes_the_fabrics_away_and_draws_triangles_by_keys() {
   with_window quad.glb --screenshot plain.png -- 'mousemove 200 300' 'key c'
   holds 'r.fabrics[0] === -1' report.json
   with_window quad.glb --screenshot triangles.png -- 'mousemove 200 300' 'key c' 'key w'
-  exits 1 selvedge-view compare plain.png triangles.png --max 0.2
+  exits 1 compare-pictures plain.png triangles.png --max 0.2
   with_window quad.glb -- 'mousemove 200 300' 'key c' 'key c'
   holds 'r.fabrics[0] === 0' report.json
 }

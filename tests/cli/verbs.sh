@@ -2,7 +2,7 @@
 # What holds for every verb: help, reports, exit statuses, progress; and the verbs that only read.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-verbs=(stitch bake import fit make plan dress reattach repack check info evaluate answer compare swatch trade)
+verbs=(stitch bake import fit make plan dress reattach repack check info evaluate answer compare swatch)
 
 # The examples that the help of a verb gives, one per line.
 examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\1/p'; }
@@ -44,10 +44,6 @@ test_help_of_every_verb_has_an_example_that_runs() {
     case $verb in
       bake | make) example+=" --set yarn=tube ${small[*]}" ;;
       swatch) example+=" --set yarn=tube --size 40x30 --samples 4" ;;
-      trade)
-        example+=" --set yarn=tube --grid grid.json --repeats 1 --size 32x24 --truth-samples 4 --held-out-pairs 4"
-        example+=" --held-out-samples 4"
-        ;;
     esac
     bash -c "set -e; $example" >"$scratch/out" 2>"$scratch/err" || fail "$example: $(cat "$scratch/err")"
   done
@@ -64,11 +60,6 @@ test_help_of_the_viewer_has_examples_that_run() {
   for example in "${lines[@]}"; do exits 0 $example; done
   [ -s sweater.png ]
   [ -s knit.exr ]
-  cp sweater.png before.png
-  cp sweater.png after.png
-  mapfile -t lines < <(examples selvedge-view compare)
-  [ "${#lines[@]}" = 1 ] || fail "compare has no example"
-  for example in "${lines[@]}"; do exits 0 $example; done
 }
 
 test_help_of_the_sample_garments_has_an_example() {
@@ -172,7 +163,7 @@ test_report_of_every_verb_is_json() {
   write_quad quad.gltf
   reports selvedge dress selvedge dress quad.gltf k.fabric.exr -o quad.glb --material cloth
   holds "r.materials.length === 1 && r.materials[0].name === 'cloth' && r.bytes === $(stat -c %s quad.glb)"
-  reports selvedge plan selvedge plan quad.glb -o plan.json
+  reports selvedge plan selvedge plan quad.glb
   holds "r.materials.length === 1 && r.materials[0].seen"
   make_packed quad.glb packed.glb
   reports selvedge reattach selvedge reattach packed.glb -o quad2.glb --fabric k.fabric.exr
@@ -186,7 +177,6 @@ test_report_of_every_verb_is_json() {
   reports selvedge compare selvedge compare k.fabric.exr k.samples.exr
   reports selvedge-view render selvedge-view render quad.glb -o quad.png --size 64x64 --quiet
   holds "r.width === 64 && r.fabrics === 1"
-  reports selvedge-view compare selvedge-view compare quad.png quad.png
   holds "r.maxAbsolute === 0"
 }
 
@@ -223,7 +213,6 @@ test_usage_errors_exit_with_2_and_write_nothing() {
   exits 2 selvedge-view
   exits 2 selvedge-view render plane.fabric.exr
   exits 2 selvedge-view render plane.fabric.exr -o k.bmp
-  exits 2 selvedge-view compare one.png
   exits 2 selvedge-samples
   exits 2 selvedge-samples trousers -o t.glb
   exits 2 selvedge-samples sweater
@@ -256,7 +245,7 @@ test_an_error_is_json_where_the_report_would_be() {
 
 test_a_dash_is_no_output() {
   local command
-  for command in 'selvedge stitch plain-knit -o -' 'selvedge make plain-knit -o -' 'selvedge trade plain-knit -o -' \
+  for command in 'selvedge stitch plain-knit -o -' 'selvedge make plain-knit -o -' \
     'selvedge-view render k.exr -o -'; do
     # shellcheck disable=SC2086
     exits 2 $command
@@ -286,14 +275,11 @@ test_no_name_is_no_output() {
 --keep-samples selvedge make plain-knit -o k.exr
 --depfile selvedge make plain-knit -o k.exr
 --page selvedge make --list l.json
--o selvedge plan quad.gltf
 -o selvedge dress quad.gltf plane.fabric.exr --all
 --usda selvedge dress quad.gltf plane.fabric.exr --all -o o.glb
 -o selvedge repack plane.fabric.exr
 -o selvedge reattach quad.gltf
---plot selvedge compare plane.fabric.exr plane.samples.exr
 -o selvedge swatch plane.fabric.exr
--o selvedge trade plain-knit
 -o selvedge-view render quad.gltf
 --stats selvedge-view render quad.gltf -o o.png
 -o selvedge-view page quad.gltf
@@ -361,9 +347,7 @@ test_options_that_count_for_nothing_are_usage_errors() {
     exits 2 selvedge make plain-weave -o none.fabric.exr --seed $option
     [ "$(wc -c <"$scratch/err")" -lt 120 ] || fail "$(cat "$scratch/err")"
   done
-  idle '--fov: has no meaning with --orthographic' plan none.glb --orthographic --fov 20 -o plan.json
-  idle '--truth-samples: 6 is no multiple of 4' trade plain-knit -o sweep --truth-samples 6
-  [ ! -e none.fabric.exr ] && [ ! -e plan.json ]
+  [ ! -e none.fabric.exr ]
 }
 
 test_progress_is_for_terminals_only() {

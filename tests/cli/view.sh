@@ -48,7 +48,7 @@ test_render_compare_puts_two_scenes_beside_each_other() {
   # The other fabric by itself: dressed in it, the quad looks the same but for the rounding of its repeats.
   selvedge dress quad.gltf plane.fabric.exr -o plane.glb --all --quiet
   selvedge-view render quad.glb -o dressed.png --size 50x40 --compare plane.glb --quiet
-  exits 0 selvedge-view compare fabric.png dressed.png --max 0.01
+  exits 0 compare-pictures fabric.png dressed.png --max 0.01
   refuses FILE_MISSING nothing.glb selvedge-view render quad.glb -o x.png --compare nothing.glb
   cut_short plane.fabric.exr short.fabric.exr
   refuses FILE_DAMAGED short.fabric.exr selvedge-view render quad.glb -o x.png --compare short.fabric.exr
@@ -143,7 +143,7 @@ test_render_fast_powers_are_an_option_that_pictures_hardly_show() {
   selvedge-view render quad.glb -o fast.exr --size 60x40 --quiet --power fast
   same exact.exr given.exr
   differ exact.exr fast.exr
-  exits 0 selvedge-view compare exact.exr fast.exr --max 2e-4
+  exits 0 compare-pictures exact.exr fast.exr --max 2e-4
   exits 2 selvedge-view render quad.glb -o x.png --power quick
 }
 
@@ -192,13 +192,13 @@ test_lights_of_any_intensity_make_numbers() {
   for of in '1' '1e-3' '1e-6' '1e9' '1e12'; do
     selvedge-view render k.fabric.exr -o "view$of.exr" "${size[@]}" --light "0.3,0.2,1,$of" --exposure "$(node -p "3/$of")" -o "view$of.png"
     selvedge swatch k.fabric.exr --place near --size 32x24 -o "swatch$of.exr" --quiet --light "0.3,0.2,1,$of"
-    exits 0 selvedge-view compare "swatch$of.exr" dark.exr --json
+    exits 0 compare-pictures "swatch$of.exr" dark.exr --json
     largest=$(node -p 'JSON.parse(require("fs").readFileSync(process.argv[1])).maxAbsolute' "$scratch/out")
-    exits 0 selvedge-view compare "view$of.exr" "swatch$of.exr" --json
+    exits 0 compare-pictures "view$of.exr" "swatch$of.exr" --json
     # The texels' weights under a pixel are of single precision, and so is the opacity's sum of them; of 1e-6 the
     # radiance is below that, and the pictures by exposure tell.
     holds "r.maxAbsolute <= 5e-6 + 1e-5 * $largest"
-    exits 0 selvedge-view compare view1.png "view$of.png" --max 0.005
+    exits 0 compare-pictures view1.png "view$of.png" --max 0.005
   done
   exits 2 selvedge-view render k.fabric.exr -o x.png --light 0,0,1,1e13
   exits 2 selvedge swatch k.fabric.exr -o x.png --light 0,0,1,1e13
@@ -206,7 +206,7 @@ test_lights_of_any_intensity_make_numbers() {
   selvedge-view render quad.glb -o point.exr --size 20x20 --quiet --point-light 0.05,0.05,1e-9,1e12
   # A single number that is none would make the difference one that JSON does not have.
   selvedge-view render quad.glb -o usual.exr --size 20x20 --quiet
-  exits 0 selvedge-view compare point.exr usual.exr --json
+  exits 0 compare-pictures point.exr usual.exr --json
   holds 'Number.isFinite(r.maxAbsolute) && r.maxAbsolute > 0'
 }
 
@@ -214,7 +214,7 @@ test_standard_output_that_cannot_be_written_is_an_error() {
   [ -c /dev/full ] || exit 77
   make_scene
   local status verb
-  for verb in "selvedge-view compare k.png k.png --json" "selvedge-view --help" "selvedge-view render k.fabric.exr -o b.png --json" \
+  for verb in "compare-pictures k.png k.png --json" "selvedge-view --help" "selvedge-view render k.fabric.exr -o b.png --json" \
     "selvedge info k.fabric.exr --json" "selvedge stitch --list"; do
     [ -e k.png ] || selvedge-view render k.fabric.exr -o k.png
     status=0
@@ -232,13 +232,13 @@ test_render_point_lights_fall_off_with_the_square_of_their_distance() {
   selvedge-view render quad.glb -o near.exr "${view[@]}" --point-light 0.05,0.05,10,100
   selvedge-view render quad.glb -o far.exr "${view[@]}" --point-light 0.05,0.05,20,400
   selvedge-view render quad.glb -o sun.exr "${view[@]}" --light 0,0,1
-  exits 0 selvedge-view compare near.exr far.exr --max 1e-3
-  exits 0 selvedge-view compare near.exr sun.exr --max 2e-3
+  exits 0 compare-pictures near.exr far.exr --max 1e-3
+  exits 0 compare-pictures near.exr sun.exr --max 2e-3
   # Beside lights that are far away, in any order; light adds up.
   selvedge-view render quad.glb -o both.exr "${view[@]}" --light 0,0,1,0.5 --point-light 0.05,0.05,10,50
   selvedge-view render quad.glb -o also.exr "${view[@]}" --point-light 0.05,0.05,10,50 --light 0,0,1,0.5
-  exits 0 selvedge-view compare both.exr sun.exr --max 2e-3
-  exits 0 selvedge-view compare both.exr also.exr --max 1e-6
+  exits 0 compare-pictures both.exr sun.exr --max 2e-3
+  exits 0 compare-pictures both.exr also.exr --max 1e-6
   # It stands in the scene, whatever the axes of --light.
   selvedge-view render quad.glb -o turned.exr "${view[@]}" --azimuth 30 --point-light 0.05,0.05,10,100
   selvedge-view render quad.glb -o again.exr "${view[@]}" --azimuth 30 --point-light 0.05,0.05,10,100 --light 0,0,1,0 --light-frame camera
@@ -259,13 +259,13 @@ test_render_draws_materials_without_fabric_by_their_core_parameters() {
     g.materials[0].pbrMetallicRoughness = {baseColorFactor: [0.5, 0.5, 0.5, 1]};
     fs.writeFileSync("unlit.gltf", JSON.stringify(g));'
   selvedge-view render unlit.gltf -o unlit.png "${view[@]}" --ambient 0
-  exits 0 selvedge-view compare metal.png unlit.png --max 0.005
-  exits 1 selvedge-view compare dark.png unlit.png --max 0.5
+  exits 0 compare-pictures metal.png unlit.png --max 0.005
+  exits 1 compare-pictures dark.png unlit.png --max 0.5
   local path
   for path in hybrid shader; do
     selvedge-view render quad.gltf -o "$path.png" --size 40x40 --azimuth 30 --path "$path" --context osmesa --quiet
   done
-  exits 0 selvedge-view compare hybrid.png shader.png --max 0.005
+  exits 0 compare-pictures hybrid.png shader.png --max 0.005
   exits 2 selvedge-view render quad.gltf -o x.png --ambient -1
 }
 
@@ -275,7 +275,7 @@ test_render_shadows_are_an_option() {
   selvedge-view render "${view[@]}" -o plain.exr --no-shadows
   # A flat square shadows nothing: the same picture, made another way.
   selvedge-view render "${view[@]}" --shadows -o shadows.exr --stats shadows.json
-  exits 0 selvedge-view compare plain.exr shadows.exr --max 0
+  exits 0 compare-pictures plain.exr shadows.exr --max 0
   holds 'r.seconds.shadows > 0' shadows.json
   # A second square before it, on the way of the light.
   node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync("quad.gltf", "utf8"));
@@ -288,9 +288,9 @@ test_render_shadows_are_an_option() {
   local path
   for path in hybrid shader; do
     selvedge-view render "${view[@]}" -o "$path.exr" --shadows=512 --path "$path" --context osmesa
-    exits 1 selvedge-view compare open.exr "$path.exr" --max 0.02
+    exits 1 compare-pictures open.exr "$path.exr" --max 0.02
   done
-  exits 0 selvedge-view compare hybrid.exr shader.exr --max 1e-3
+  exits 0 compare-pictures hybrid.exr shader.exr --max 1e-3
   # Scenes have them without a word.
   selvedge-view render "${view[@]}" -o again.exr --shadows
   selvedge-view render "${view[@]}" -o default.exr
@@ -326,10 +326,10 @@ test_refuses_pictures_that_differ() {
   selvedge-view render plane.fabric.exr -o lit.exr --light 0,0,1 --quiet
   selvedge-view render plane.fabric.exr -o dim.exr --light 0,0,1,0.5 --quiet
   selvedge-view render plane.fabric.exr -o wide.exr --repeats 2x1 --quiet
-  exits 0 selvedge-view compare lit.exr dim.exr
-  exits 1 selvedge-view compare lit.exr dim.exr --max 0.01
+  exits 0 compare-pictures lit.exr dim.exr
+  exits 1 compare-pictures lit.exr dim.exr --max 0.01
   grep -qE '^selvedge-view: dim.exr: .* \[IMAGE_MISMATCH\]$' "$scratch/err"
-  refuses IMAGE_MISMATCH wide.exr selvedge-view compare lit.exr wide.exr
+  refuses IMAGE_MISMATCH wide.exr compare-pictures lit.exr wide.exr
 }
 
 "$2"

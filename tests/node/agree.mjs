@@ -33,7 +33,6 @@ function compare(name, file, fabric) {
   const found = check(file);
   const codes = [
     ['info', refusal('selvedge', 'info', file)],
-    ['plan', refusal('selvedge', 'plan', file)],
     // Drawn or refused: light has no part in it.
     ['render', refusal('selvedge-view', 'render', file, '-o', join(work, 'o.png'), '--size', '8x8', '--environment', 'none',
       '--no-shadows')],

@@ -76,18 +76,4 @@ for (const example of examples) {
   for (const one of example.materials ?? []) expect(valid(material, one.extensions[NAME]) === '', 'example of a material', valid(material, one.extensions[NAME]));
   if (example.extras) expect(valid(mirror, example.extras[NAME]) === '', 'example of a mirror', valid(mirror, example.extras[NAME]));
 }
-
-// Plans are valid by the schema of theirs.
-const plan_schema = 'plan.schema.json';
-ajv.addSchema(JSON.parse(readFileSync(new URL(`../${plan_schema}`, folder), 'utf8')), plan_schema);
-for (const sight of [['--distance', '1', '9'], ['--distance', '2'], ['--look-at', '0,90,0', '--distance', '1'],
-  ['--distance-factor', '2', '--orthographic', '--zoom', '3', '--focus', '0.2,0.3']]) {
-  run('selvedge', 'plan', path('tablecloth.glb'), ...sight, '-o', path('plan.json'), '--quiet');
-  const plan = json_of(path('plan.json'));
-  expect(valid(plan_schema, plan) === '', `a plan for ${sight.join(' ')}`, valid(plan_schema, plan));
-  broken(plan_schema, plan, (p) => { p.verb = 'make'; }, (p) => delete p.look.bias, (p) => { p.materials = []; },
-    (p) => delete p.materials[0].pixelMm, (p) => { p.materials[0].pixelMm[0] = -1; }, (p) => { p.materials[0].behind = [-1]; },
-    (p) => { p.materials[0].lacking = 1; }, (p) => { p.materials[0].other = 1; }, (p) => { p.sight.other = 1; }, (p) => { p.other = 1; },
-    (p) => delete p.sight.zoom, (p) => { if ('fov' in p.sight) delete p.sight.fov; else p.sight.fov = 30; }, (p) => { p.sight.cameras = []; }, (p) => { p.sight = {...p.sight, cameras: ['a'], azimuth: 1}; });
-}
 finish();

@@ -78,7 +78,7 @@ export function difference(one, other) {
   for (const file of [one, other]) {
     if (!existsSync(`${file}.png`)) run('selvedge-view', 'render', file, '-o', `${file}.png`, '--size', '320x256', '--quiet');
   }
-  return run('selvedge-view', 'compare', `${one}.png`, `${other}.png`, '--json').rmse;
+  return run('compare-pictures', `${one}.png`, `${other}.png`, '--json').rmse;
 }
 
 let failures = 0;

@@ -180,18 +180,3 @@ TEST_CASE("samples of another size are refused, even with as many texels") {
   CHECK(test::error_of(compare(constant_fabric(1, 1), truth, PairKind::held_out)).code ==
         Code::fabric_mismatch);
 }
-
-TEST_CASE("a model's answers have the figures that a fabric with these values has") {
-  const PairSamples truth = constant_truth(3, 0.8F, 0.5F);
-  const PairAnswers half{std::vector<Shading>(3 * 16, {V3f(0.5F), 1}),
-                         std::vector<Shading>(3 * 4, {V3f(0.4F), 1})};
-  const Comparison result = compare_answers(half, truth, PairKind::rim, 0);
-  CHECK(result.kind == PairKind::rim);
-  CHECK(result.peak == doctest::Approx(0.4));
-  REQUIRE(result.levels.size() == 2);
-  CHECK(result.levels[0].psnr == doctest::Approx(20 * std::log10(0.4 / 0.1)));
-  CHECK(result.levels[0].mean_error == doctest::Approx(0.25));
-  CHECK(result.levels[0].alpha_rms == doctest::Approx(0.5));
-  CHECK(result.levels[1].width == 2);
-  CHECK(result.levels[1].psnr > 130);
-}

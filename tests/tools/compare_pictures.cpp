@@ -1,0 +1,69 @@
+// compare-pictures FIRST SECOND [--max BOUND] [--json]: how far two pictures of the tests are apart. PNG
+// values are compared as stored (sRGB-encoded, 1 is white), EXR values as they are; PSNR and SSIM are of the
+// colours alone. Exit status 1 for a bad picture, or a difference of more than the bound.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "apps/common/report.h"
+#include "format/picture/image.h"
+#include "format/quality/ssim.h"
+
+namespace selvedge {
+namespace {
+
+int run(const std::string& first_path, const std::string& second_path, double max,
+        const CommonOptions& common) {
+  const auto first = must(read_image(first_path, Transfer::keep));
+  const auto second = must(read_image(second_path, Transfer::keep, default_memory - memory_of(first)));
+  const auto of_second = [&](Error error) {
+    if (error.file.empty()) error.file = second_path;
+    return error;
+  };
+  const ImageDifference d = must(compare_images(first, second).map_error(of_second));
+  const auto similarity = must(structural_similarity(first, second));
+  // The similarity is undefined for pictures that are too small, and NaN for pictures with NaN.
+  const bool similar = similarity && std::isfinite(*similarity);
+  const Json json{{"maxAbsolute", d.max_absolute},
+                  {"x", d.x},
+                  {"y", d.y},
+                  {"channel", d.channel},
+                  {"rmse", d.rmse},
+                  {"psnr", d.psnr},
+                  {"ssim", similar ? Json(*similarity) : Json(nullptr)}};
+  report(
+      common, "compare", json,
+      filled("max {maxAbsolute:.6g} at ({x}, {y}) channel {channel}, RMSE {rmse:.6g}, PSNR {psnr:.2f} dB\n",
+             json));
+  if (d.max_absolute <= max) return 0;
+  report_error({Code::image_mismatch, second_path, fmt::format("pixel ({}, {})", d.x, d.y),
+                fmt::format("differs from {} by {:.6g}, more than {:.6g}", first_path, d.max_absolute, max)});
+  return 1;
+}
+
+}  // namespace
+}  // namespace selvedge
+
+int main(int argc, char** argv) {
+  std::vector<std::string> files;
+  double max = HUGE_VAL;
+  selvedge::CommonOptions common;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--json") {
+      common.json = true;
+    } else if (word == "--max" && i + 1 < argc) {
+      max = std::atof(argv[++i]);
+    } else {
+      files.push_back(word);
+    }
+  }
+  if (files.size() != 2) return 2;
+  try {
+    return selvedge::run(files[0], files[1], max, common);
+  } catch (...) {
+    selvedge::report_error(selvedge::thrown_error(""));
+    return 1;
+  }
+}
