@@ -15,7 +15,7 @@ namespace selvedge {
 namespace {
 
 /// Runs a verb of the command line; its report as JSON text. Other Python threads run meanwhile. An exception
-/// of `progress`, such as that of Ctrl-C, is raised when the verb has ended.
+/// of `progress`, such as Ctrl-C's, is raised when the verb has ended.
 std::string call(const std::vector<std::string>& words, const py::object& progress) {
   std::optional<py::error_already_set> stopped;
   Result<Json> report;

@@ -15,7 +15,7 @@ namespace selvedge {
 namespace {
 
 /// The reader of OpenImageIO for a file that begins so; null for all others. It is never asked to find one
-/// itself: that of FITS, for one, does not end on some headers.
+/// itself: FITS's, for one, does not end on some headers.
 const char* format_of(std::string_view bytes) {
   if (bytes.starts_with("\x89PNG")) return "png";
   if (bytes.starts_with("\xFF\xD8\xFF")) return "jpeg";

@@ -59,7 +59,7 @@ Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::strin
                            Transfer transfer = Transfer::srgb, const ImageLimits& limits = {},
                            int halvings = 0);
 
-/// A side of `size` pixels, halved and rounded down: that of level `halvings` of a texture.
+/// The side of level `halvings` of a texture: `size` pixels, halved and rounded down.
 inline int halved_size(int size, int halvings) { return std::max(size >> halvings, 1); }
 
 /// An 8-bit PNG file as bytes; 1 to 4 channels. Values are clamped to [0, 1], NaN becomes 0. The same pixels

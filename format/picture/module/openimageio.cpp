@@ -88,7 +88,7 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
       tiled ? std::max(pixels, std::int64_t{spec.tile_width} * spec.tile_height) : pixels;
   const std::uint64_t channels = spec.nchannels;
   // A reader may hold its file once more, and all pixels as they are stored: interlaced ones, progressive
-  // ones, those of one strip or tile.
+  // ones, the pixels of one strip or tile.
   MemoryAccount account(limits.memory);
   if (!account.take(file_bytes, 2) || !account.take(most, spec.pixel_bytes(true)) ||
       !account.take(tiled ? most : std::int64_t{strip} * spec.width, channels * sizeof(float)) ||
