@@ -1,20 +1,15 @@
-// Writes the seed corpus: small files of every kind, by our own writers. Same program, same bytes.
+// Writes the seeds that change with our formats: fabrics, samples, and a garment of the folder of seeds,
+// dressed.
 #include <algorithm>
-#include <array>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <string>
 
-#include "converter/mesh/file.h"
-#include "converter/stitch/yarn_mesh.h"
-#include "format/base/atomic_file.h"
+#include "converter/dress/dress.h"
 #include "format/fabric/file.h"
-#include "format/picture/image.h"
 #include "format/samples/samples.h"
 #include "tests/format/fabric_sides.h"
-#include "tests/fuzz/corpus_gltf.h"
 
 namespace fs = std::filesystem;
 using namespace selvedge;
@@ -33,13 +28,6 @@ void checked(const Result<void>& result) {
   std::cerr << to_line(result.error()) << "\n";
   std::exit(1);
 }
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-void put(const fs::path& path, const std::string& bytes) { checked(write_file(path.string(), bytes)); }
 
 fs::path folder(const fs::path& root, const char* name) {
   fs::create_directories(root / name);
@@ -116,83 +104,19 @@ void make_samples(const fs::path& path) {
   make_samples(path, "all-pairs.exr", header);
 }
 
-void make_stitches(const fs::path& path) {
-  put(path / "all-members.json",
-      R"({"selvedge_stitch":1,"name":"two","period_mm":[2,1.5],"yarns":[{"name":"wave","radius_mm":0.3,)"
-      R"("albedo":[0.5,0.4,0.3],"gloss":0.25,"roughness":0.4,"plies":3,"twist_per_mm":-0.5,"segments":)"
-      R"([[[0,0.5,0],[0.4,0.6,0.2],[0.7,0.5,0.3],[1,0.5,0.1]],[[1,0.5,0.1],[1.3,0.5,-0.1],[1.6,0.4,0],)"
-      R"([2,0.5,0]]]},{"radius_mm":0.2,"albedo":[0,0,1],"segments":[[[1,0,0.5],[1,0.5,0.5],[1,1,0.5],)"
-      R"([1,1.5,0.5]]]}]})");
-  put(path / "smallest.json",
-      R"({"selvedge_stitch":1,"name":"a","period_mm":[1,1],"yarns":[{"radius_mm":0.25,"albedo":[0,1,0.5],)"
-      R"("segments":[[[0,0,0],[0.3,0,0],[0.6,0,0],[1,0,0]]]}]})");
-}
-
-void make_charts(const fs::path& path) {
-  put(path / "all.txt",
-      "# all that a chart has\nname: all\nwale_mm: 4\ncourse_mm: 3\nyarn A: albedo=#aa3322 radius_mm=0.5 "
-      "yarn=wool\n"
-      "yarn B: albedo=0.1,0.2,0.3 plies=2\n4: k yo k2tog k 2, p2 [A B2 A4]\n3: k7 [B]\n2: p c4f ssk yo\n1: k "
-      "7\n");
-  put(path / "smallest.txt", "1: k");
-}
-
-/// The first byte chooses the reader: 0 OBJ, 1 PLY (mesh_target.cpp).
-void put_mesh(const fs::path& path, char format, const std::string& bytes) {
-  std::string all(1, format);
-  all += bytes;
-  put(path, all);
-}
-
-void make_meshes(const fs::path& path) {
-  CellMesh mesh;
-  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0.5F}, {0, 1, 0}};
-  mesh.normals.assign(4, V3f(0, 0, 1));
-  mesh.albedo.assign(4, V3f(0.5F, 0.25F, 0.125F));
-  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  for (const std::string ending : {"obj", "ply"}) {
-    const std::string file = (path / ("written." + ending)).string();
-    checked(write_mesh(file, mesh));
-    put_mesh(file, ending == "obj" ? '0' : '1', bytes_of(file));
-  }
-  put_mesh(path / "corners.obj", '0',
-           "v 0 0 0\nv 1 0 0 1\nv 1 1 0 0.5 0.5 0.5\nv 0 1 0\nvt 0 0\nvn 0 0 1\n"
-           "f 1/1/1 2/1/1 3/1/1\nf -4 -2 \\\n-1 # joined\n");
-  put_mesh(
-      path / "ascii.ply", '1',
-      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty double y\nproperty int z\n"
-      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n"
-      "property list uchar int vertex_indices\nend_header\n0 0 0 1 2 3\n1 0 0 4 5 6\n0 1 0 7 8 9\n3 0 1 2\n");
-  put_mesh(path / "garment.ply", '1',
-           "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-           "property float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty float t\n"
-           "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 0 0 1 0 0\n"
-           "1 0 0 0 0 1 1 0\n1 1 0 0 0 1 1 1\n0 1 0 0 0 1 0 1\n4 0 1 2 3\n");
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::cerr << "usage: make_fuzz_corpus FOLDER\n";
+  if (argc != 3) {
+    std::cerr << "usage: make_fuzz_corpus SEEDS FOLDER\n";
     return 2;
   }
-  const fs::path root = argv[1];
+  const fs::path garment = fs::path(argv[1]) / "gltf" / "textured.glb";
+  const fs::path root = argv[2];
   make_fabrics(folder(root, "fabric"));
   make_samples(folder(root, "samples"));
-  make_stitches(folder(root, "stitch"));
-  make_charts(folder(root, "chart"));
-  make_meshes(folder(root, "mesh"));
-  const std::array<fs::path, 2> garments{folder(root, "gltf"), folder(root, "dress")};
-  const std::vector<std::uint8_t> png = checked(encode_png({1, 1, 3, {0.5F, 0.25F, 0.125F}}));
-  const fs::path pictures = folder(root, "picture");
-  put(pictures / "rgb.png", {png.begin(), png.end()});
-  const std::vector<std::uint8_t> grey = checked(encode_png({3, 2, 2, std::vector<float>(12, 0.5F)}));
-  put(pictures / "grey-alpha.png", {grey.begin(), grey.end()});
-  put(pictures / "short.webp", std::string("RIFF\4\0\0\0", 8));
-  put(pictures / "start.jpg", "\xFF\xD8\xFF\xE0");
-  for (const auto& [name, bytes] :
-       fuzz::gltf_seeds(bytes_of(root / "fabric" / "one-texel.exr"), {png.begin(), png.end()})) {
-    for (const fs::path& garment : garments) put(garment / name, bytes);
-  }
+  const fs::path dressed = folder(root, "gltf") / "dressed.glb";
+  const fs::path fabric = root / "fabric" / "one-texel.exr";
+  checked(dress(garment.string(), fabric.string(), dressed.string(),
+                {.all = true, .keep = {.base_color = true}}));
 }
