@@ -8,7 +8,7 @@
 #include "apps/selvedge/cell_report.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
-#include "converter/bake/truth_fibres.h"
+#include "converter/bake/truth_swatch.h"
 #include "converter/stitch/find_cell.h"
 #include "format/picture/display.h"
 #include "format/picture/studio.h"
@@ -18,8 +18,6 @@
 namespace selvedge {
 namespace {
 
-constexpr int as_many_as_fit = 1 << 20;
-
 struct SwatchCommand {
   CommonOptions common;
   bool truth = false;  ///< the input is a stitch to be traced, else a fabric file
@@ -27,7 +25,6 @@ struct SwatchCommand {
   std::string output;  ///< .png or .exr
   CellOptions cell;    ///< with `truth`
   TruthOptions trace;
-  int fibres = 0;  ///< explicit ones a ply, or as_many_as_fit; 0: none, but the surface of the plies
   SwatchView place = SwatchView::near;
   V2i size{320, 240};
   std::vector<Light> lights;  ///< empty: those of the place
@@ -67,19 +64,14 @@ void declare(Options& options, SwatchCommand& command) {
   options.number("--samples", trace.samples, "N", "Rays a pixel, an even number");
   add_transport(options, {trace.bounces, trace.indirect, trace.ground, trace.reference});
   options.number("--seed", trace.seed, "N", "Same seed, same picture");
-  options
-      .flag("--fibres", command.fibres, as_many_as_fit,
-            "Explicit fibres, N a ply or as many as fill it, rather than the surface of the plies")
-      .in(1, as_many_as_fit);
   options.check([&options, &command] {
-    options.refuse_if(command.environment.empty(), "counts for nothing without --environment",
+    options.refuse_if(command.environment.empty(), "has no effect without --environment",
                       {"--environment-turn", "--environment-strength"});
-    options.refuse_if(!command.environment.empty(), "counts for nothing with --environment", {"--light"});
+    options.refuse_if(!command.environment.empty(), "has no effect with --environment", {"--light"});
     if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
     options.refuse_if(!command.truth, "is for --truth, not for a fabric file",
                       {"--set", "--grid", "--period", "--unit", "--up", "--albedo", "--samples", "--bounces",
-                       "--indirect", "--ground", "--reference-height", "--seed", "--fibres"});
-    options.refuse_if(command.fibres > 0, "counts for nothing with --fibres", {"--indirect", "--ground"});
+                       "--indirect", "--ground", "--reference-height", "--seed"});
   });
 }
 
@@ -111,15 +103,7 @@ Drawn trace(const SwatchCommand& command) {
   const auto cell = must(find_cell(command.input, command.cell));
   TerminalProgress progress("swatch", command.common.quiet);
   const SwatchShot shot = shot_of(command, cell.mesh.period);
-  if (command.fibres > 0 && !cell.stitch) {
-    must(Result<void>(fail(Code::option_out_of_range, command.input, "--fibres", "a mesh has no fibres")));
-  }
-  const FibreLayout layout{command.fibres == as_many_as_fit ? 0 : command.fibres};
-  auto truth =
-      command.fibres == 0
-          ? must(trace_swatch(cell.mesh, command.input, shot, command.trace, progress.callback()))
-          : must(trace_fibre_swatch(must(lay_fibres(cell.stitch->pattern, cell.mesh, layout)), cell.mesh,
-                                    command.input, shot, command.trace, progress.callback()));
+  auto truth = must(trace_swatch(cell.mesh, command.input, shot, command.trace, progress.callback()));
   std::vector<std::string> remarks;
   if (truth.indirect != command.trace.indirect)
     remarks.emplace_back("the mesh is too large for cached indirect light: paths are traced");

@@ -124,19 +124,12 @@ test_a_fit_without_held_out_pairs_says_how_it_did_on_its_own_samples() {
   holds "r.levels.every(l => l.heldOut === null && l.training.psnr > 0)"
 }
 
-test_explicit_fibres_are_traced_the_same_for_any_threads_and_refused_where_there_are_none() {
+test_a_truth_is_the_same_for_any_threads_and_bad_settings_are_refused() {
   swatch() { selvedge swatch --truth plain-knit --set yarn=tube --size 32x24 --samples 4 --quiet "$@"; }
-  swatch -o plies.exr
-  swatch --fibres=12 -o a.exr --threads 1
-  swatch --fibres=12 -o b.exr --threads 3
+  swatch -o a.exr --threads 1
+  swatch -o b.exr --threads 3
   same a.exr b.exr
-  differ plies.exr a.exr
   refuses OPTION_OUT_OF_RANGE transmission selvedge swatch --truth plain-knit --set transmission=1.5 -o a.png
-  selvedge stitch plain-knit --set yarn=tube -o k.ply --quiet
-  refuses OPTION_OUT_OF_RANGE fibres selvedge swatch --truth k.ply --fibres -o a.png
-  exits 2 selvedge swatch any.fabric.exr --fibres -o a.png
-  exits 2 selvedge swatch --truth plain-knit --fibres=many -o a.png
-  exits 2 selvedge swatch --truth plain-knit --fibres --ground 0.5 -o a.png
 }
 
 test_a_swatch_of_a_lambert_plane_is_the_same_traced_fitted_and_drawn() {

@@ -1,7 +1,10 @@
-// selvedge-fibre-energies STITCH KIND [TRANSMISSION] [FIBRES] [PATHS]: where light goes that falls on cloth,
-// by tubes, by the translucent walls of plies, and by explicit fibres, over the yarn's albedo. Shares of the
-// light, straight from above and from all around above: sent back, let through (holes left out), absorbed;
-// and through holes.
+// Explicit fibres beside the surfaces of plies, for docs/yarn.md.
+//   selvedge-fibres energies [STITCH [KIND [TRANSMISSION [FIBRES [PATHS [ALBEDOS]]]]]]: shares of the light
+//   that falls
+//     on tubes, on the translucent walls of plies and on explicit fibres, straight from above and from all
+//     around above: sent back, let through (holes left out), absorbed; and through holes.
+//   selvedge-fibres picture STITCH SAMPLES OUT.exr [X,Y,Z,INTENSITY...]: as `swatch --truth --place near
+//     --size 240x180`, of the fibres.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,13 +13,15 @@
 #include <string>
 
 #include "converter/bake/setup.h"
-#include "converter/light/fibre_tracer.h"
+#include "converter/bake/truth_pixels.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/base/parallel.h"
+#include "format/picture/display.h"
+#include "tests/bench/fibres.h"
 
 using namespace selvedge;
 
@@ -104,8 +109,8 @@ Energies of_surface(const StitchPattern& pattern, bool diffuse, int paths) {
 }
 
 Energies of_fibres(const StitchPattern& pattern, int each_ply, bool diffuse, int paths) {
-  const auto fibres = must(lay_fibres(pattern, must(mesh_stitch(pattern)), {each_ply}));
-  const auto scene = must(FibreScene::create(fibres, pattern.name));
+  const auto fibres = lay_fibres(pattern, must(mesh_stitch(pattern)), each_ply);
+  const FibreScene scene(fibres);
   const FibreTracer tracer(scene, fibres.yarns, unlimited_bounces);
   return energies(scene.period(), scene.high() + 1, diffuse, paths,
                   [&](const V3d& origin, const V3d& direction, PathSampler& sampler) {
@@ -117,39 +122,81 @@ Energies of_fibres(const StitchPattern& pattern, int each_ply, bool diffuse, int
                   });
 }
 
+int print_energies(int argc, char** argv) {
+  const auto argument = [&](int k, double otherwise) { return argc > k ? std::atof(argv[k]) : otherwise; };
+  const std::string stitch = argc > 2 ? argv[2] : "plain-knit";
+  const auto kind = find_yarn_kind(argc > 3 ? argv[3] : "wool").value();
+  const double transmission = argument(4, yarn_kinds()[kind].transmission);
+  const int each_ply = static_cast<int>(argument(5, 0));
+  const int paths = static_cast<int>(argument(6, 65536));
+  if (argc > 7) {
+    const auto given = parse_numbers(argv[7], ',', 3, 300).value();
+    albedos.clear();
+    for (std::size_t k = 0; k + 2 < given.size(); k += 3)
+      albedos.emplace_back(given[k], given[k + 1], given[k + 2]);
+  }
+  fmt::print(
+      "| model | light | albedo | back | through | absorbed | holes |\n|---|---|---|---|---|---|---|\n");
+  for (const bool diffuse : {false, true}) {
+    const char* light = diffuse ? "around" : "above";
+    for (const V3d& albedo : albedos) {
+      const StitchPattern spun = pattern_of(stitch, kind, albedo, transmission);
+      const StitchPattern tube = pattern_of(stitch, 0, albedo, 0);
+      if (transmission >= 0) print("ply", light, albedo, of_surface(spun, diffuse, 4 * paths));
+      if (each_ply < 0) continue;
+      print("fibres", light, albedo, of_fibres(spun, each_ply, diffuse, paths));
+      print("tube", light, albedo, of_surface(tube, diffuse, paths));
+    }
+  }
+  return 0;
+}
+
+int draw(int argc, char** argv) {
+  const StitchPattern pattern = must(find_stitch(argv[2], {})).pattern;
+  const CellMesh mesh = must(mesh_stitch(pattern));
+  SwatchShot shot = swatch_shot(SwatchView::near, mesh.period, 240, 180);
+  if (argc > 5) shot.lights.clear();
+  for (int k = 5; k < argc; ++k) {
+    const auto given = parse_numbers(argv[k], ',', 4, 4).value();
+    Light light;
+    light.direction = V3d(given[0], given[1], given[2]).normalized();
+    light.irradiance = V3f(static_cast<float>(given[3]));
+    shot.lights.push_back(light);
+  }
+  TruthOptions options;
+  options.samples = std::atoi(argv[3]);
+  const Fibres fibres = lay_fibres(pattern, mesh, 0);
+  const FibreScene scene(fibres);
+  const FibreTracer tracer(scene, fibres.yarns, options.bounces);
+  const LightChoice choice(shot.lights);
+  const auto cell = must(trace_cell(mesh, pattern.name, {}));
+  const double plane = must(plane_of(mesh, cell, pattern.name, bake_like(options)));
+  const SwatchCell place{scene.period(), 1e-3, static_cast<double>(bounds_of(mesh).min.z) + plane,
+                         scene.high()};
+  const TruthSwatch drawn =
+      draw_truth(shot, options,
+                 [&](const SwatchRay& ray, PathSampler& sampler, PathLights& lights, PixelSum& sum) {
+                   std::uint64_t rays = 1;
+                   FibrePoint point;
+                   if (!scene.trace(ray_origin(ray, shot.camera, place), -ray.view, point)) return rays;
+                   sum.hits += 1;
+                   choice.choose(sampler, lights);
+                   tracer.follow(point, lights.directions, sampler, lights.radiance, rays);
+                   lights.add_to(sum);
+                   return rays;
+                 },
+                 {});
+  must(write_exr(argv[4], to_linear_image(drawn.frame)));
+  fmt::print("noise {:.2g}\n", drawn.noise);
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  const auto work = [&]() -> Result<int> {
-    const auto argument = [&](int k, double otherwise) { return argc > k ? std::atof(argv[k]) : otherwise; };
-    const std::string stitch = argc > 1 ? argv[1] : "plain-knit";
-    const auto kind = find_yarn_kind(argc > 2 ? argv[2] : "wool");
-    if (!kind) return fail(Code::option_out_of_range, "", "KIND", "is one of " + yarn_kind_names());
-    const double transmission = argument(3, yarn_kinds()[*kind].transmission);
-    const int each_ply = static_cast<int>(argument(4, 0));
-    const int paths = static_cast<int>(argument(5, 65536));
-    if (argc > 6) {
-      const auto given = parse_numbers(argv[6], ',', 3, 300);
-      albedos.clear();
-      for (std::size_t k = 0; given && k + 2 < given->size(); k += 3) {
-        albedos.emplace_back((*given)[k], (*given)[k + 1], (*given)[k + 2]);
-      }
-    }
-    fmt::print(
-        "| model | light | albedo | back | through | absorbed | holes |\n|---|---|---|---|---|---|---|\n");
-    for (const bool diffuse : {false, true}) {
-      const char* light = diffuse ? "around" : "above";
-      for (const V3d& albedo : albedos) {
-        const StitchPattern spun = pattern_of(stitch, *kind, albedo, transmission);
-        if (transmission >= 0) print("ply", light, albedo, of_surface(spun, diffuse, 4 * paths));
-        if (each_ply >= 0) print("fibres", light, albedo, of_fibres(spun, each_ply, diffuse, paths));
-        if (each_ply >= 0)
-          print("tube", light, albedo, of_surface(pattern_of(stitch, 0, albedo, 0), diffuse, paths));
-      }
-    }
-    return 0;
-  };
-  const auto result = guarded("fibre-energies", work);
+  const bool picture = argc > 4 && std::string(argv[1]) == "picture";
+  const auto result = guarded(
+      "fibres", [&]() -> Result<int> { return picture ? draw(argc, argv) : print_energies(argc, argv); });
   if (!result) fmt::print(stderr, "{}\n", to_line(result.error()));
   return result ? 0 : 1;
 }
