@@ -1,10 +1,10 @@
 #include "fitter/refit_to_pairs.h"
 
-#include <Eigen/Cholesky>
+#include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 
 #include "fitter/lobes/lobe_step.h"
@@ -16,191 +16,110 @@
 namespace selvedge {
 namespace {
 
-/// Of a channel of a texel. With more its equations take too long.
+/// Maximum for a channel of a texel: with more its equations take too long.
 constexpr int max_unknowns = 300;
 
 /// A pair in the frame of a texel.
 struct TexelPair {
-  std::array<double, 3> product{};  ///< l' v' by component
-  double cosine = 0;                ///< of the light, > 0
-  double weight = 0;                ///< opacity
-  DirectionTaps taps{};             ///< of the view table, weighted by its opacities; sum 1
-  std::size_t index = 0;            ///< among all pairs
+  V3d product{0, 0, 0};                       ///< l' v' by component
+  double cosine = 0;                          ///< of the light, > 0
+  double weight = 0;                          ///< opacity
+  std::vector<std::pair<int, double>> views;  ///< entries of the view table, by their opacities; sum 1
+  std::size_t index = 0;                      ///< among all pairs
 };
 
-/// One channel of a texel: f = T(v) l'_z ( rho + sum of max(0, c_j)^n_j ), linear in the entries of T.
-/// Unknowns: rho, then c and log n of each lobe, then the table.
-class PairProblem {
- public:
-  PairProblem(const std::vector<TexelPair>& pairs, std::vector<double> values, const FitOptions& options,
-              const DirectionGrid& views, int lights)
-      : pairs_(pairs), values_(std::move(values)), lobes_(options.lobes), views_(views) {
-    double energy = 0;
-    double weight = 0;
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      energy += pairs[i].weight * values_[i] * values_[i];
-      weight += pairs[i].weight;
-      peak_ = std::max(peak_, values_[i] / std::max(pairs[i].cosine, 0.25));
-    }
-    table_size_ = options.view_table ? views.count() : 0;
-    if (!(weight > 0)) return;
-    // As strong as in the fit to the grids (direction_table.h), where a view has a sample for each light.
-    const double of_view = energy / weight * lights;
-    damping_ = options.table.damping * of_view;
-    smoothness_ = options.table.smoothness * of_view;
+/// root of w (T(v) l'_z ( rho + sum of max(0, c_j)^n_j ) - value). Parameters: rho and the lobes; then the
+/// entries of T that the pair meets, or none for T = 1.
+struct PairResidual {
+  const TexelPair& pair;
+  double value;
+  int lobes;
+  bool has_table;
+
+  template <class T>
+  bool operator()(T const* const* x, T* residual) const {
+    T table(has_table ? 0 : 1);
+    for (std::size_t k = 0; has_table && k < pair.views.size(); ++k)
+      table += pair.views[k].second * x[k + 1][0];
+    const V3d one(1, 1, 1);
+    residual[0] = std::sqrt(pair.weight) *
+                  (table * pair.cosine * lafortune_lobes(x[0], lobes, &pair.product.x, &one.x) - value);
+    return true;
   }
-
-  int unknowns() const { return first_entry() + table_size_; }
-  int first_entry() const { return parameter_count(lobes_); }
-
-  /// Raises the bound of lobes to those of `x`, which the samples of the grids had bounds for.
-  void allow(const Eigen::VectorXd& x) {
-    for (int j = 0; j < lobes_; ++j) {
-      const double longest = x.segment<3>(1 + 4 * j).cwiseAbs().maxCoeff();
-      peak_ = std::max(peak_, positive_power(longest, std::exp(x[4 + 4 * j])));
-    }
-  }
-
-  /// Sum of weighted squares plus penalties at `x`; `start` is where the search began.
-  double cost(const Eigen::VectorXd& x, const Eigen::VectorXd& start) const {
-    double sum = penalty(x - start, nullptr, nullptr);
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const double e = entry(x, pairs_[i]) * bracket(x, pairs_[i], nullptr) - values_[i];
-      sum += pairs_[i].weight * e * e;
-    }
-    return sum;
-  }
-
-  /// Gauss-Newton's matrix and half the gradient.
-  void equations(const Eigen::VectorXd& x, const Eigen::VectorXd& start, Eigen::MatrixXd& matrix,
-                 Eigen::VectorXd& gradient) const {
-    matrix.setZero(unknowns(), unknowns());
-    gradient.setZero(unknowns());
-    std::vector<double> slope(first_entry());
-    std::vector<std::pair<int, double>> row;
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const TexelPair& pair = pairs_[i];
-      const double g = bracket(x, pair, slope.data());
-      const double t = entry(x, pair);
-      row.clear();
-      for (int k = 0; k < first_entry(); ++k) {
-        if (slope[k] != 0) row.emplace_back(k, t * slope[k]);
-      }
-      for (int k = 0; k < 4 && table_size_ > 0; ++k) {
-        const auto share = static_cast<double>(pair.taps.weight[k]);
-        if (share != 0) row.emplace_back(first_entry() + pair.taps.cell[k], g * share);
-      }
-      const double e = t * g - values_[i];
-      for (const auto& [a, da] : row) {
-        gradient[a] += pair.weight * da * e;
-        for (const auto& [b, db] : row) matrix(a, b) += pair.weight * da * db;
-      }
-    }
-    penalty(x - start, &matrix, &gradient);
-  }
-
-  /// Within the bounds of the fabric's parameters and of the peak.
-  void clamp(Eigen::VectorXd& x) const {
-    const LobeBounds bounds;
-    x[0] = std::max(x[0], 0.0);
-    for (int j = 0; j < lobes_; ++j) {
-      double* lobe = &x[1 + 4 * j];
-      lobe[3] = std::clamp(lobe[3], std::log(bounds.min_exponent), std::log(bounds.max_exponent));
-      const double longest = std::max({std::abs(lobe[0]), std::abs(lobe[1]), std::abs(lobe[2])});
-      const double most = std::pow(peak_, std::exp(-lobe[3]));
-      for (int k = 0; k < 3 && longest > most; ++k) lobe[k] *= most / longest;
-    }
-    for (int v = first_entry(); v < unknowns(); ++v) x[v] = std::max(x[v], 0.0);
-  }
-
- private:
-  /// T(v).
-  double entry(const Eigen::VectorXd& x, const TexelPair& pair) const {
-    if (table_size_ == 0) return 1;
-    double sum = 0;
-    for (int k = 0; k < 4; ++k) {
-      sum += static_cast<double>(pair.taps.weight[k]) * x[first_entry() + pair.taps.cell[k]];
-    }
-    return sum;
-  }
-
-  /// The formula without T, and its derivatives by lobes' unknowns unless `slope` is null.
-  double bracket(const Eigen::VectorXd& x, const TexelPair& pair, double* slope) const {
-    double sum = x[0];
-    if (slope != nullptr) slope[0] = pair.cosine;
-    for (int j = 0; j < lobes_; ++j) {
-      const double* lobe = &x[1 + 4 * j];
-      const double n = std::exp(lobe[3]);
-      const double base = lobe[0] * pair.product[0] + lobe[1] * pair.product[1] + lobe[2] * pair.product[2];
-      const double power = positive_power(base, n);
-      sum += power;
-      if (slope == nullptr) continue;
-      const double by_base = power > 0 ? pair.cosine * n * power / base : 0;
-      for (int k = 0; k < 3; ++k) slope[1 + 4 * j + k] = by_base * pair.product[k];
-      slope[4 + 4 * j] = power > 0 ? pair.cosine * n * power * std::log(base) : 0;
-    }
-    return sum * pair.cosine;
-  }
-
-  /// d sum D^2 + s sum (D_u - D_v)^2 of the changes D of the table, with (u, v) the neighbours; adds its
-  /// matrix and half its gradient.
-  double penalty(const Eigen::VectorXd& change, Eigen::MatrixXd* matrix, Eigen::VectorXd* gradient) const {
-    double sum = 0;
-    const auto add = [&](double factor, int u, int v) {
-      const double d = change[u] - (v < 0 ? 0 : change[v]);
-      sum += factor * d * d;
-      if (matrix == nullptr) return;
-      (*matrix)(u, u) += factor;
-      (*gradient)[u] += factor * d;
-      if (v < 0) return;
-      (*matrix)(v, v) += factor;
-      (*matrix)(u, v) -= factor;
-      (*matrix)(v, u) -= factor;
-      (*gradient)[v] -= factor * d;
-    };
-    for (int v = 0; v < table_size_; ++v) {
-      const int u = first_entry() + v;
-      add(damping_, u, -1);
-      if (v % views_.columns > 0) add(smoothness_, u, u - 1);
-      if (v >= views_.columns) add(smoothness_, u, u - views_.columns);
-    }
-    return sum;
-  }
-
-  const std::vector<TexelPair>& pairs_;
-  std::vector<double> values_;
-  int lobes_;
-  DirectionGrid views_;
-  int table_size_ = 0;
-  double damping_ = 0;
-  double smoothness_ = 0;
-  double peak_ = 0;
 };
 
-/// Levenberg-Marquardt with clamped steps.
-void minimise(const PairProblem& problem, const FitOptions& options, Eigen::VectorXd& x) {
-  const Eigen::VectorXd start = x;
-  Eigen::MatrixXd matrix;
-  Eigen::VectorXd gradient;
-  double cost = problem.cost(x, start);
-  double lambda = 1e-3;
-  bool moved = true;
-  for (int i = 0; i < options.max_iterations && lambda < 1e8; ++i) {
-    if (moved) problem.equations(x, start, matrix, gradient);
-    Eigen::MatrixXd damped = matrix;
-    damped.diagonal() *= 1 + lambda;
-    damped.diagonal().array() += 1e-12 * matrix.diagonal().maxCoeff() + std::numeric_limits<double>::min();
-    Eigen::VectorXd trial = x - damped.llt().solve(gradient);
-    if (trial.allFinite()) problem.clamp(trial);
-    const double next =
-        trial.allFinite() ? problem.cost(trial, start) : std::numeric_limits<double>::infinity();
-    moved = next < cost;
-    lambda = moved ? std::max(1e-9, lambda * 0.3) : lambda * 8;
-    if (!moved) continue;
-    x = trial;
-    if (cost - next <= options.tolerance * cost) return;
-    cost = next;
+/// root (u - start), or root (u - v - start).
+struct Change {
+  double root;
+  double start;
+  template <class T>
+  bool operator()(const T* u, T* residual) const {
+    residual[0] = root * (u[0] - start);
+    return true;
   }
+  template <class T>
+  bool operator()(const T* u, const T* v, T* residual) const {
+    residual[0] = root * (u[0] - v[0] - start);
+    return true;
+  }
+};
+
+/// Fits `lobes` (in units of the channel's peak: then |c| <= 1 bounds a lobe for every exponent)
+/// and `table` (empty: T = 1) to `values` in the same unit. False without a solution.
+bool solve(const std::vector<TexelPair>& pairs, const std::vector<double>& values, const DirectionGrid& views,
+           int lights, const FitOptions& options, double* lobes, std::vector<double>& table) {
+  ceres::Problem problem;
+  const LobeBounds bounds;
+  const int parameters = parameter_count(options.lobes);
+  problem.AddParameterBlock(lobes, parameters);
+  problem.SetParameterLowerBound(lobes, 0, 0);
+  for (int j = 1; j < parameters; ++j) {
+    const bool exponent = j % 4 == 0;
+    problem.SetParameterLowerBound(lobes, j, exponent ? bounds.min_exponent : -1);
+    problem.SetParameterUpperBound(lobes, j, exponent ? bounds.max_exponent : 1);
+  }
+  double energy = 0;
+  double weight = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    energy += pairs[i].weight * values[i] * values[i];
+    weight += pairs[i].weight;
+    constexpr int stride = 13;  // parameters differentiated at a time: two lobes and four entries
+    auto* cost = new ceres::DynamicAutoDiffCostFunction<PairResidual, stride>(
+        new PairResidual{pairs[i], values[i], options.lobes, !table.empty()});
+    cost->AddParameterBlock(parameters);
+    cost->SetNumResiduals(1);
+    std::vector<double*> blocks{lobes};
+    for (std::size_t k = 0; !table.empty() && k < pairs[i].views.size(); ++k) {
+      cost->AddParameterBlock(1);
+      blocks.push_back(&table[pairs[i].views[k].first]);
+    }
+    problem.AddResidualBlock(cost, nullptr, blocks);
+  }
+  // As strong as in the fit to the grids (direction_table.h), where a view has a sample for each light.
+  const double of_view = energy / weight * lights;
+  const double damping = std::sqrt(options.table.damping * of_view);
+  const double smoothness = std::sqrt(options.table.smoothness * of_view);
+  const auto join = [&](int u, int v) {
+    auto* change = new Change{smoothness, table[u] - table[v]};
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Change, 1, 1, 1>(change), nullptr, &table[u],
+                             &table[v]);
+  };
+  for (int v = 0; v < static_cast<int>(table.size()); ++v) {
+    auto* change = new Change{damping, table[v]};
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Change, 1, 1>(change), nullptr, &table[v]);
+    problem.SetParameterLowerBound(&table[v], 0, 0);
+    if (v % views.columns > 0) join(v, v - 1);
+    if (v >= views.columns) join(v, v - views.columns);
+  }
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+  solver.max_num_iterations = options.max_iterations;
+  solver.function_tolerance = options.tolerance;
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  return summary.IsSolutionUsable();
 }
 
 /// The pairs that light and show the texel.
@@ -215,41 +134,40 @@ std::vector<TexelPair> pairs_of(const FabricLevel& level, const DirectionGrid& v
     TexelPair pair;
     const V3f l = local(directions[i].light);
     const V3f v = local(directions[i].view);
-    for (int k = 0; k < 3; ++k) pair.product[k] = static_cast<double>(l[k] * v[k]);
+    pair.product = V3d(l * v);
     pair.cosine = static_cast<double>(l.z);
     pair.weight = static_cast<double>(opacity[i]);
     pair.index = i;
-    pair.taps = interpolate(views, directions[i].view);
-    float sum = 0;
+    const DirectionTaps taps = interpolate(views, directions[i].view);
+    double sum = 0;
     for (int k = 0; k < 4; ++k) {
-      pair.taps.weight[k] *= level.opacity()[texel * views.count() + pair.taps.cell[k]];
-      sum += pair.taps.weight[k];
+      const double share =
+          static_cast<double>(taps.weight[k] * level.opacity()[texel * views.count() + taps.cell[k]]);
+      if (!(share > 0)) continue;
+      sum += share;
+      const auto same = std::find_if(pair.views.begin(), pair.views.end(),
+                                     [&](const auto& entry) { return entry.first == taps.cell[k]; });
+      if (same == pair.views.end())
+        pair.views.emplace_back(taps.cell[k], share);
+      else
+        same->second += share;
     }
     if (!(sum > 0 && l.z > 0 && pair.weight > 0)) continue;
-    for (float& weight : pair.taps.weight) weight /= sum;
+    for (auto& [view, share] : pair.views) share /= sum;
     pairs.push_back(pair);
   }
   return pairs;
 }
 
-/// Scales the table behind the parameters to a mean of 1, weighted by opacity, and the lobes by the inverse.
-void normalise(std::span<const float> opacity, int parameters, Eigen::VectorXd& x) {
-  if (x.size() == parameters) return;
+/// Mean of a table over the views, weighted by opacity; 1 without any.
+double mean_of(std::span<const float> opacity, const std::vector<double>& table) {
   double sum = 0;
   double weight = 0;
-  for (std::size_t v = 0; v < opacity.size(); ++v) {
-    sum += static_cast<double>(opacity[v]) * x[parameters + static_cast<Eigen::Index>(v)];
+  for (std::size_t v = 0; v < table.size(); ++v) {
+    sum += static_cast<double>(opacity[v]) * table[v];
     weight += static_cast<double>(opacity[v]);
   }
-  if (!(sum > 0)) return;
-  const double mean = sum / weight;
-  for (std::size_t v = 0; v < opacity.size(); ++v) {
-    // Of a hole the entry has no meaning, and nothing bounds it.
-    double& entry = x[parameters + static_cast<Eigen::Index>(v)];
-    entry = opacity[v] > 0 ? entry / mean : 1;
-  }
-  x[0] *= mean;
-  for (int k = 1; k < parameters; k += 4) x.segment<3>(k) *= std::pow(mean, 1 / x[k + 3]);
+  return sum > 0 ? sum / weight : 1;
 }
 
 void refit_texel(FabricLevel& level, const DirectionGrid& views, std::size_t texel,
@@ -258,26 +176,48 @@ void refit_texel(FabricLevel& level, const DirectionGrid& views, std::size_t tex
   const std::size_t first = texel * directions.size();
   const auto pairs = pairs_of(level, views, texel, directions, &samples.alpha[first]);
   const int parameters = parameter_count(options.lobes);
+  const int entries = options.view_table ? views.count() : 0;
+  if (parameters + entries > std::min(static_cast<int>(pairs.size()), max_unknowns)) return;
+  const auto opacity = level.opacity().subspan(texel * views.count(), entries);
   for (int c = 0; c < 3; ++c) {
+    float* const lobes = &level.lobes()[(texel * 3 + c) * parameters];
     std::vector<double> values;
-    for (const TexelPair& pair : pairs)
+    // No lobe is brighter than the brightest pair, or than the lobes of the start, whose bounds were the
+    // grids'.
+    double peak = static_cast<double>(lobes[0]);
+    for (const TexelPair& pair : pairs) {
       values.push_back(static_cast<double>(samples.radiance[first + pair.index][c]));
-    PairProblem problem(pairs, std::move(values), options, views, lights);
-    if (problem.unknowns() > std::min(static_cast<int>(pairs.size()), max_unknowns)) continue;
-    float* lobes = &level.lobes()[(texel * 3 + c) * parameters];
-    V3f* table = options.view_table ? &level.view_table()[texel * views.count()] : nullptr;
-    Eigen::VectorXd x(problem.unknowns());
-    for (int k = 0; k < parameters; ++k) x[k] = static_cast<double>(lobes[k]);
-    // A lobe of size 0 has no direction to begin with, and stays dark.
-    for (int j = 0; j < options.lobes; ++j) x[4 + 4 * j] = std::log(std::max(x[4 + 4 * j], 1.0));
-    for (int v = parameters; v < problem.unknowns(); ++v)
-      x[v] = static_cast<double>(table[v - parameters][c]);
-    problem.allow(x);
-    minimise(problem, options, x);
-    for (int j = 0; j < options.lobes; ++j) x[4 + 4 * j] = std::exp(x[4 + 4 * j]);
-    normalise(level.opacity().subspan(texel * views.count(), views.count()), parameters, x);
-    for (int k = 0; k < parameters; ++k) lobes[k] = static_cast<float>(x[k]);
-    for (int v = parameters; v < problem.unknowns(); ++v) table[v - parameters][c] = static_cast<float>(x[v]);
+      peak = std::max(peak, values.back() / std::max(pair.cosine, 0.25));
+    }
+    for (int k = 1; k < parameters; k += 4) {
+      const double longest =
+          static_cast<double>(std::max({std::abs(lobes[k]), std::abs(lobes[k + 1]), std::abs(lobes[k + 2])}));
+      peak = std::max(peak, positive_power(longest, std::max(1.0, static_cast<double>(lobes[k + 3]))));
+    }
+    if (!(peak > 0)) continue;
+    for (double& value : values) value /= peak;
+    std::vector<double> x(lobes, lobes + parameters);
+    x[0] /= peak;
+    for (int k = 1; k < parameters; k += 4) {
+      // A lobe of size 0 has no direction to begin with, and stays dark.
+      x[k + 3] = std::clamp(x[k + 3], LobeBounds().min_exponent, LobeBounds().max_exponent);
+      for (int i = k; i < k + 3; ++i) x[i] = std::clamp(x[i] * std::pow(peak, -1 / x[k + 3]), -1.0, 1.0);
+    }
+    std::vector<double> table;
+    for (int v = 0; v < entries; ++v)
+      table.push_back(static_cast<double>(level.view_table()[texel * entries + v][c]));
+    if (!solve(pairs, values, views, lights, options, x.data(), table)) continue;
+    // Scales the table to a mean of 1, and the lobes by the inverse.
+    const double mean = mean_of(opacity, table);
+    lobes[0] = static_cast<float>(x[0] * mean * peak);
+    for (int k = 1; k < parameters; k += 4) {
+      for (int i = k; i < k + 3; ++i)
+        lobes[i] = static_cast<float>(x[i] * std::pow(mean * peak, 1 / x[k + 3]));
+      lobes[k + 3] = static_cast<float>(x[k + 3]);
+    }
+    // An entry of a hole has no meaning, and nothing bounds it.
+    for (int v = 0; v < entries; ++v)
+      level.view_table()[texel * entries + v][c] = opacity[v] > 0 ? static_cast<float>(table[v] / mean) : 1;
   }
 }
 
@@ -285,6 +225,7 @@ void refit_texel(FabricLevel& level, const DirectionGrid& views, std::size_t tex
 
 void refit_to_pairs(Fabric& fabric, const PairSamples& measured, int lights, const FitOptions& options) {
   if (measured.pairs.empty()) return;
+  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres prints nothing
   // Every pair as a view with one light.
   SampleLevel samples;
   samples.width = measured.width;
