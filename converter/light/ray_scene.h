@@ -120,4 +120,9 @@ class RayScene {
   std::unique_ptr<RaySceneState> state_;
 };
 
+/// Whether more than a few of the surfaces that diffuse light from above (and `from_below`) meets, or reaches
+/// in up to `bounces` reflections, are backs of triangles, as with open sheets or random winding.
+/// Intersecting closed yarns show a few backs as well.
+bool shows_backs(const RayScene& scene, int bounces, bool from_below);
+
 }  // namespace selvedge

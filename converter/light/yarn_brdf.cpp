@@ -5,13 +5,39 @@
 #include <cmath>
 #include <numbers>
 
-#include "converter/light/fibre_noise.h"
 #include "converter/light/sobol.h"
 #include "converter/mesh/wall_albedo.h"
+#include "format/fabric/yarn_strands.h"
 #include "format/simd/wide.h"
 
 namespace selvedge {
 namespace {
+
+/// Place of a point, from those of the corners that lie on the same yarn as the nearest one.
+YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
+  const V3i& corner = mesh.triangles[point.triangle];
+  const std::array<float, 3> share{1 - point.u - point.v, point.u, point.v};
+  const auto nearest = std::max_element(share.begin(), share.end()) - share.begin();
+  YarnPlace place = mesh.places[corner[static_cast<int>(nearest)]];
+  if (place.skin < 0) return place;
+  const YarnPlace origin = place;
+  float sum = 0;
+  float along = 0;
+  float around = 0;
+  for (int i = 0; i < 3; ++i) {
+    const YarnPlace& other = mesh.places[corner[i]];
+    if (other.skin != origin.skin) continue;
+    // Corners may lie on either side of where the yarn, or a turn about it, begins again.
+    const float ahead = other.along - origin.along;
+    const float turned = other.around - origin.around;
+    sum += share[i];
+    along += share[i] * (ahead - std::round(ahead));
+    around += share[i] * (turned - std::round(turned));
+  }
+  place.along += along / sum;
+  place.around += around / sum;
+  return place;
+}
 
 constexpr double pi = std::numbers::pi;
 
@@ -49,6 +75,23 @@ double reflect_at_facet(const V3d& v, double r, const V2d& random, V3d& l) {
 }
 
 V3f aligned(const V3f& fibre, const V3f& reference) { return fibre.dot(reference) < 0 ? -fibre : fibre; }
+
+/// Turns the normal and the fibre of a surface to those of the strand that is met, and changes its albedo.
+/// The normal stays on the ray's side. Of a hair only the albedo changes. Surfaces beside yarns, and points
+/// that no ray met, stay.
+void add_strand(const CellMesh& mesh, const SurfacePoint& point, YarnSurface& surface) {
+  if (mesh.places.empty() || point.view == V3f(0, 0, 0)) return;
+  const YarnPlace place = place_at(mesh, point);
+  if (place.skin < 0) return;
+  YarnStrands strands = strands_of(mesh, place.skin);
+  if (point.hair >= 0) strands.count = 0;
+  const auto change =
+      strand_change(strands, static_cast<double>(place.around), static_cast<double>(place.along));
+  // Strands lie on the outside of a translucent wall; its colour is that of both sides.
+  const bool inside = point.back && !mesh.transmission.empty();
+  if (strands.count > 0 && !inside) turn_to_strand(change, V3d(point.view), surface.normal, surface.fibre);
+  for (int c = 0; c < 3; ++c) surface.albedo[c] = std::clamp(surface.albedo[c] * change.brightness, 0.0, 1.0);
+}
 
 }  // namespace
 
@@ -88,7 +131,7 @@ YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
   }
   const double transmission = s.transmission;
   if (mesh.gloss.empty()) {
-    add_fibre_noise(mesh, point, s);
+    add_strand(mesh, point, s);
     s.albedo = wall_albedo(s.albedo, transmission);
     return s;
   }
@@ -113,7 +156,7 @@ YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
     s.transmission *= dull_share(s);
     s.gloss.weight = 0;
   }
-  add_fibre_noise(mesh, point, s);
+  add_strand(mesh, point, s);
   s.albedo = wall_albedo(s.albedo, transmission);
   return s;
 }

@@ -6,6 +6,10 @@
 // and what bounces between them (cf. Montazeri et al. 2020, "A practical ply-based appearance model of woven
 // fabrics": plies as surfaces that reflect and transmit). Inside there is no highlight. Only surfaces
 // scatter, so energy and reciprocity hold whatever the geometry.
+//
+// The surface of a yarn or ply is covered with strands of fibres, as seeded noise without geometry: they lie
+// side by side and follow the fibres' lay. Each strand is a little round, and over lengths of a few radii it
+// differs in height, lean, direction and colour from its neighbours. Their mean colour is the yarn's.
 #pragma once
 
 #include <optional>
@@ -25,7 +29,7 @@ struct YarnSurface {
 };
 
 /// The surface at a point, with the fibre projected to the triangle's plane, and the strand of fibres that is
-/// met there (fibre_noise.h).
+/// met there (yarn_strands.h).
 YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point);
 
 /// Share of the light that is not in the highlight: 1 - w. In translucent yarn also what the highlight's

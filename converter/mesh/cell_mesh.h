@@ -14,7 +14,7 @@
 
 namespace selvedge {
 
-/// What is seen of the fibres of a yarn or ply, at hits of rays (converter/light/fibre_noise.h).
+/// What is seen of the fibres of a yarn or ply, at hits of rays (converter/light/yarn_brdf.h).
 struct YarnSkin {
   int strands = 0;  ///< of fibres, side by side around it; 0: smooth
   int lays = 0;     ///< whole turns that the strands take about it from its start to where it begins again

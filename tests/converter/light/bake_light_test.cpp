@@ -224,51 +224,6 @@ TEST_CASE("the cell's mean is reciprocal, with gloss, shadows and indirect light
   }
 }
 
-TEST_CASE("a block of cells baked as one cell is the cell again") {
-  const CellMesh cell = fence(1, 0.5F, 0.6F, 0.4F);
-  CellMesh block;
-  block.period = V2d(3, 3);
-  for (int copy = 0; copy < 9; ++copy) {
-    const int first = static_cast<int>(block.positions.size());
-    for (const V3f& p : cell.positions) {
-      block.positions.push_back(p + V3f(static_cast<float>(copy % 3), static_cast<float>(copy / 3), 0));
-    }
-    block.normals.insert(block.normals.end(), cell.normals.begin(), cell.normals.end());
-    block.albedo.insert(block.albedo.end(), cell.albedo.begin(), cell.albedo.end());
-    for (const V3i& t : cell.triangles) block.triangles.push_back(t + V3i(first));
-  }
-  const RayScene one = scene_of(cell);
-  const RayScene nine = scene_of(block);
-  const std::vector<V3f> lights = directions_of(grid_of(9));
-  for (const V3f& view : directions_of(grid_of(4))) {
-    // Columns of texels: where the wall stands is the same in each cell.
-    for (int x = 0; x < 4; ++x) {
-      std::vector<std::vector<double>> difference(lights.size());
-      for (std::uint64_t seed = 1; seed <= 48; ++seed) {
-        NoiseSum ignored;
-        const auto of_one =
-            TexelBaker(one, nullptr, 2, {4, 1}, 0.25).bake_view(view, {lights, {}}, 64, mix(seed), ignored);
-        const auto of_nine =
-            TexelBaker(nine, nullptr, 2, {12, 3}, 0.25).bake_view(view, {lights, {}}, 16, mix(seed), ignored);
-        for (std::size_t l = 0; l < lights.size(); ++l) {
-          double sum = 0;
-          for (std::size_t copy = 0; copy < 9; ++copy) {
-            const std::size_t t = copy / 3 * 12 + copy % 3 * 4 + static_cast<std::size_t>(x);
-            sum += static_cast<double>(of_nine.alpha[t] * of_nine.radiance[l * 36 + t].x) / 9;
-          }
-          const auto t = static_cast<std::size_t>(x);
-          difference[l].push_back(sum - static_cast<double>(of_one.alpha[t] * of_one.radiance[l * 4 + t].x));
-        }
-      }
-      for (const auto& d : difference) {
-        const Estimate e = estimate_of(d);
-        // t with 47 degrees of freedom at 1e-3 / 144, two-sided: 5.1.
-        CHECK(std::abs(e.mean) <= 5.1 * e.error + 1e-6);
-      }
-    }
-  }
-}
-
 TEST_CASE("a ground below the holes lights the cloth from below, and is no cloth") {
   // A thin floor over half of the cell, high above a white ground: its underside and the ground exchange
   // light; seen from above the hole stays a hole.
@@ -301,38 +256,6 @@ TEST_CASE("a ground below the holes lights the cloth from below, and is no cloth
     // Half of the paths see light: deviation of the mean 1 / 64 of it, less by even spreading.
     CHECK(std::abs(sum - exact) <= 4 * exact / 64);
   }
-}
-
-TEST_CASE("the error falls at least with the square root of the samples") {
-  const RayScene scene = scene_of(fence(2, 1, 0.5F, 0.8F));
-  const TexelBaker baker(scene, nullptr, 2, {8, 2}, 1);
-  const std::vector<V3f> lights = directions_of(grid_of(16));
-  const V3f view = V3f(0.4F, 0.1F, 0.8F).normalized();
-  NoiseSum ignored;
-  const ViewSamples truth = baker.bake_view(view, {lights, {}}, 1 << 14, 77, ignored);
-  const auto error = [&](int samples) {
-    double square = 0;
-    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-      const ViewSamples seen = baker.bake_view(view, {lights, {}}, samples, mix(seed), ignored);
-      for (std::size_t i = 0; i < seen.radiance.size(); ++i) {
-        square += static_cast<double>((seen.radiance[i] - truth.radiance[i]).length2());
-      }
-    }
-    return std::sqrt(square);
-  };
-  const double four = error(4);
-  const double sixteen = error(16);
-  const double sixty_four = error(64);
-  CHECK(sixteen < four / 2);
-  CHECK(sixty_four < sixteen / 2);
-  // The estimate that the bake gives of itself is on the safe side of it, and not far.
-  NoiseSum own;
-  baker.bake_view(view, {lights, {}}, 16, mix(1), own);
-  double signal = 0;
-  for (const V3f& r : truth.radiance) signal += static_cast<double>(r.length2());
-  const double relative = sixteen / std::sqrt(8 * signal);
-  CHECK(own.relative() > 0.8 * relative);
-  CHECK(own.relative() < 2.5 * relative);
 }
 
 TEST_CASE("light that is computed once per point is that of paths, on a glossy knit over a ground") {

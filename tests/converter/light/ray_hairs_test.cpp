@@ -80,12 +80,3 @@ TEST_CASE("a hair has its root's colour, a round normal and its own direction as
   // The lowest and the highest point are those of the surface.
   CHECK(scene.bounds().max.z == 0);
 }
-
-TEST_CASE("meshes with broken hairs are refused") {
-  CellMesh mesh = square_with_hair(0, 0.1F, 0);
-  CHECK(validate(mesh, "hair"));
-  mesh.hairs.roots[0] = 2;
-  CHECK(test::error_of(validate(mesh, "hair")).place == "hair 0");
-  mesh.hairs.roots = {};
-  CHECK(test::error_of(validate(mesh, "hair")).code == Code::mesh_invalid);
-}

@@ -183,17 +183,6 @@ TEST_CASE("a translucent yarn by itself sends away of even light what the albedo
   }
 }
 
-TEST_CASE(
-    "the albedo of a wall grows with the yarn's, from black to white, and is the yarn's if it is opaque") {
-  CHECK(wall_albedo(0.3, 0) == 0.3);
-  for (const double t : {1e-6, 0.2, 0.5, 0.8, 1.0}) {
-    CHECK(wall_albedo(0.0, t) == 0);
-    CHECK(wall_albedo(1.0, t) == doctest::Approx(1).epsilon(1e-12));
-    for (int i = 1; i <= 10; ++i) CHECK(wall_albedo(0.1 * i, t) > wall_albedo(0.1 * i - 0.1, t));
-  }
-  CHECK(wall_albedo(0.3, 1e-9) == doctest::Approx(0.3).epsilon(1e-6));
-}
-
 TEST_CASE("plies that let light through are white in a white furnace, from both sides") {
   const RayScene scene = scene_of(plies(0.4, {1, 1, 1}));
   CHECK_FALSE(scene.is_open());

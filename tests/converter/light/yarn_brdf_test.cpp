@@ -83,30 +83,6 @@ TEST_CASE("yarn reflects no more light than falls on it, from any direction") {
   }
 }
 
-TEST_CASE("sampling the light of a view gives its integral") {
-  // Radiance from direction d is d.x^2 in the frame of the world, an even function that tells lobes apart.
-  const YarnSurface s = yarn(0.5, 0.5F, 0.3F);
-  const V3d v = direction(s, 0.5, 0.7);
-  double exact = 0;
-  constexpr int rows = 300;
-  constexpr int columns = 600;
-  for (int i = 0; i < rows; ++i) {
-    for (int j = 0; j < columns; ++j) {
-      const V3d l = direction(s, std::sqrt((i + 0.5) / rows), 2 * pi * (j + 0.5) / columns);
-      exact += reflectance(s, l, v).x * l.x * l.x * pi / (rows * columns);
-    }
-  }
-  double sum = 0;
-  constexpr std::uint32_t count = 1 << 16;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    PathSampler sampler(i, 3);
-    const auto sample = sample_bsdf(s, v, sampler.next());
-    if (sample) sum += sample->weight.x * sample->direction.x * sample->direction.x / count;
-  }
-  // Samples lie in [0, 1]: deviation of the mean below 1 / 512.
-  CHECK(std::abs(sum - exact) < 4.0 / 512);
-}
-
 TEST_CASE("the highlight is narrow along the fibre and wide across it") {
   const YarnSurface s = yarn(0, 1, 0.1F);
   const V3d up = s.normal;

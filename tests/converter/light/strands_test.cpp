@@ -1,4 +1,4 @@
-#include "converter/light/fibre_noise.h"
+#include "converter/light/yarn_brdf.h"
 
 #include <doctest/doctest.h>
 
@@ -84,41 +84,6 @@ TEST_CASE("rays meet the strands on the mesh that a file's yarn has there") {
   // Others lie near the edge of a strand, which places on a mesh miss by hundredths of a turn of a strand.
   CHECK(same > 0.85 * met);
   CHECK(same_shade > 0.85 * met);
-}
-
-TEST_CASE("points on a wall of the cell have the same fibres as their copies on the other side") {
-  CellMesh mesh = knit({{"yarn", {1}}, {"hairiness", {0}}});
-  const auto width = static_cast<float>(mesh.period.x);
-  const auto surface_of = [&](std::size_t vertex) {
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      for (int k = 0; k < 3; ++k) {
-        if (mesh.triangles[t][k] != static_cast<int>(vertex)) continue;
-        SurfacePoint point;
-        point.triangle = static_cast<int>(t);
-        point.u = k == 1 ? 1.0F : 0.0F;
-        point.v = k == 2 ? 1.0F : 0.0F;
-        point.view = mesh.normals[vertex];
-        YarnSurface s;
-        s.normal = V3d(mesh.normals[vertex]);
-        s.fibre = V3d(mesh.fibres[vertex]);
-        s.albedo = V3d(0.3);
-        add_fibre_noise(mesh, point, s);
-        return s;
-      }
-    }
-    return YarnSurface();
-  };
-  int twins = 0;
-  for (std::size_t a = 0; a < mesh.positions.size(); ++a) {
-    if (mesh.positions[a].x != 0) continue;
-    for (std::size_t b = 0; b < mesh.positions.size(); ++b) {
-      if (mesh.positions[b] != V3f(width, mesh.positions[a].y, mesh.positions[a].z)) continue;
-      CHECK((surface_of(a).normal - surface_of(b).normal).length() < 1e-4);
-      CHECK((surface_of(a).albedo - surface_of(b).albedo).length() < 1e-4);
-      ++twins;
-    }
-  }
-  CHECK(twins > 10);
 }
 
 TEST_CASE("a tube has no strands, and irregular yarn changes its colour alone") {
