@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/parameters.h"
-#include "format/fabric/yarn_section.h"
-
 #include "format/fabric/yarn_hairs.h"
+#include "format/fabric/yarn_section.h"
 
 namespace selvedge {
 namespace {
@@ -145,6 +145,35 @@ Result<void> validate(const StitchPattern& pattern, const std::string& file, con
 V2i turns_of(const Yarn& yarn, const V2d& period_mm) {
   const V2d turns = turns_unrounded(yarn, period_mm);
   return {static_cast<int>(std::lround(turns.x)), static_cast<int>(std::lround(turns.y))};
+}
+
+StitchPattern repeated(const StitchPattern& pattern, int count) {
+  if (count == 1) return pattern;
+  StitchPattern result = pattern;
+  result.period_mm *= count;
+  result.yarns.clear();
+  const auto wrapped = [&](int repeat) { return (repeat % count + count) % count; };
+  for (const Yarn& yarn : pattern.yarns) {
+    const V2i turns = turns_of(yarn, pattern.period_mm);
+    const int passes = count / std::gcd(count, std::gcd(turns.x, turns.y));
+    std::vector<bool> is_laid(static_cast<std::size_t>(count) * count, false);
+    for (int start = 0; start < count * count; ++start) {
+      if (is_laid[start]) continue;
+      Yarn chain = yarn;
+      chain.segments.clear();
+      for (int pass = 0; pass < passes; ++pass) {
+        const V2i repeat = V2i(start % count, start / count) + turns * pass;
+        is_laid[wrapped(repeat.y) * count + wrapped(repeat.x)] = true;
+        const V3d offset(repeat.x * pattern.period_mm.x, repeat.y * pattern.period_mm.y, 0);
+        for (BezierSegment segment : yarn.segments) {
+          for (V3d& point : segment) point += offset;
+          chain.segments.push_back(segment);
+        }
+      }
+      result.yarns.push_back(std::move(chain));
+    }
+  }
+  return result;
 }
 
 }  // namespace selvedge

@@ -95,4 +95,9 @@ Result<void> validate(const StitchPattern& pattern, const std::string& file, con
 /// pattern.
 V2i turns_of(const Yarn& yarn, const V2d& period_mm);
 
+/// The same cloth with a period of `count` times as much each way: what varies by its seed along yarns and
+/// between them repeats less often. A yarn that runs through one repeat runs through `count` of them, or
+/// becomes several. Precondition: a valid pattern, count >= 1.
+StitchPattern repeated(const StitchPattern& pattern, int count);
+
 }  // namespace selvedge

@@ -3,15 +3,201 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bitset>
+#include <cctype>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <optional>
 #include <set>
 
-#include "converter/stitch/wif_sections.h"
-
 namespace selvedge {
 namespace {
+
+/// A missing section or key, or a wrong value: thrown here, caught by read_wif().
+struct WifFault {
+  std::string place;
+  std::string message;
+};
+
+/// Greatest number of shafts, treadles and colours, and a set of some of them.
+constexpr int max_shafts = 4096;
+using WifSet = std::bitset<max_shafts + 1>;
+
+/// Longest line, bytes: room for all numbers of a set.
+constexpr std::size_t max_wif_line = 1U << 16U;
+
+std::string trimmed(std::string_view text) {
+  constexpr std::string_view blanks = " \t\0";
+  const std::size_t first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return "";
+  return std::string(text.substr(first, text.find_last_not_of(blanks) - first + 1));
+}
+
+std::string upper(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return text;
+}
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// Splits "1, 2,3" at commas and trims the parts; parts may be empty.
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == ',')
+      parts.emplace_back();
+    else if (c != ' ' && c != '\t')
+      parts.back() += c;
+  }
+  return parts;
+}
+
+std::optional<double> number_in(std::string_view text) {
+  double value = 0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (result.ec != std::errc() || result.ptr != text.data() + text.size()) return std::nullopt;
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+std::optional<bool> truth_of(const std::string& text) {
+  const std::string word = lower(text);
+  if (word == "true" || word == "yes" || word == "on" || word == "1") return true;
+  if (word == "false" || word == "no" || word == "off" || word == "0") return false;
+  return std::nullopt;
+}
+
+/// Throws unless the text is a whole number from `min` to `max`.
+int whole_in(const std::string& text, const std::string& place, int min, int max) {
+  const auto value = number_in(text);
+  if (!value || *value != std::floor(*value)) {
+    throw WifFault{place, fmt::format("\"{}\" is not a whole number", text)};
+  }
+  if (*value < min || *value > max) {
+    throw WifFault{place, fmt::format("must lie in {} to {}, is {}", min, max, text)};
+  }
+  return static_cast<int>(*value);
+}
+
+/// Throws unless the text is a number >= 0; nothing for 0, which some programs write for "not given".
+std::optional<double> positive_in(const std::string& text, const std::string& place) {
+  const auto value = number_in(text);
+  if (!value || *value < 0) throw WifFault{place, fmt::format("\"{}\" is not a number of at least 0", text)};
+  return *value > 0 ? value : std::nullopt;
+}
+
+/// "[section] key", for messages.
+std::string place_of(const std::string& section, const std::string& key) {
+  return fmt::format("[{}] {}", section, key);
+}
+
+/// The sections of a text, with names of sections and keys in upper case.
+class WifSections {
+ public:
+  /// Accepts names in any case, lines that end in LF, CRLF or CR, a byte order mark, empty lines, comments
+  /// that begin with ";" at the start of a line, any single-byte encoding or UTF-8. The first of repeated
+  /// sections or keys is used. Refuses lines before the first section, lines that are neither a section nor a
+  /// key or too long, UTF-16, and texts without sections.
+  explicit WifSections(std::string_view text) {
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
+      throw WifFault{"", "is UTF-16; a WIF file has one byte per character"};
+    }
+    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+    std::map<std::string, std::string>* current = nullptr;
+    std::map<std::string, std::string> repeated;
+    for (int number = 1; !text.empty(); ++number) {
+      const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+      const std::string line = trimmed(text.substr(0, end));
+      const bool pair = text.substr(end).starts_with("\r\n");
+      text.remove_prefix(std::min(end + (pair ? 2 : 1), text.size()));
+      if (line.empty() || line.front() == ';') continue;
+      const auto refuse = [&](std::string why) {
+        throw WifFault{fmt::format("line {}", number), std::move(why)};
+      };
+      if (line.size() > max_wif_line) refuse(fmt::format("has more than {} bytes", max_wif_line));
+      if (line.front() == '[') {
+        const std::size_t close = line.find(']');
+        if (close == std::string::npos) refuse("a section's name has no closing bracket");
+        const auto [section, is_new] = sections_.try_emplace(upper(trimmed(line.substr(1, close - 1))));
+        current = is_new ? &section->second : &repeated;
+        continue;
+      }
+      if (current == nullptr) refuse("is before the first section: not a WIF file");
+      const std::size_t equals = line.find('=');
+      if (equals == std::string::npos) refuse("is neither a section nor of the form key=value");
+      current->try_emplace(upper(trimmed(line.substr(0, equals))), trimmed(line.substr(equals + 1)));
+    }
+    if (sections_.empty()) throw WifFault{"", "has no section: not a WIF file"};
+  }
+
+  /// Whether the section exists and [CONTENTS] does not disable it.
+  bool has(const std::string& section) const {
+    const auto listed = find("CONTENTS", section);
+    return sections_.contains(section) && (listed ? truth_of(*listed).value_or(true) : true);
+  }
+
+  /// The value, if it is not empty.
+  std::optional<std::string> find(const std::string& section, const std::string& key) const {
+    const auto at = sections_.find(section);
+    if (at == sections_.end()) return std::nullopt;
+    const auto value = at->second.find(key);
+    if (value == at->second.end() || value->second.empty()) return std::nullopt;
+    return value->second;
+  }
+
+  /// Keys and values; empty if has() is false.
+  const std::map<std::string, std::string>& all(const std::string& section) const {
+    static const std::map<std::string, std::string> none;
+    return has(section) ? sections_.at(section) : none;
+  }
+
+  /// Throws if has() is false.
+  void need(const std::string& section) const {
+    if (!sections_.contains(section)) throw WifFault{"[" + section + "]", "the section is missing"};
+    if (!has(section))
+      throw WifFault{"[" + section + "]", "is needed, but [CONTENTS] says that there is none"};
+  }
+
+  int whole(const std::string& section, const std::string& key, int min, int max) const {
+    const auto text = find(section, key);
+    if (!text) throw WifFault{place_of(section, key), "is missing"};
+    return whole_in(*text, place_of(section, key), min, max);
+  }
+
+  /// The values of entries 1 to `count` of a section; `default_value` if there is no entry or parse(text,
+  /// place) returns nothing.
+  template <class Value, class Parse>
+  std::vector<Value> values(const std::string& section, int count, const Value& default_value,
+                            const Parse& parse) const {
+    std::vector<Value> values(count, default_value);
+    for (const auto& [key, text] : all(section)) {
+      const int index = whole_in(key, place_of(section, key), 1, count);
+      if (text.empty()) continue;
+      if (const auto parsed = parse(text, place_of(section, key))) values[index - 1] = *parsed;
+    }
+    return values;
+  }
+
+  /// Entries 1 to `count` of a section, each a list of numbers from 0 (ignored) to `max`, at most max_shafts;
+  /// empty if the entry is missing.
+  std::vector<WifSet> sets(const std::string& section, int count, int max) const {
+    std::vector<WifSet> sets(count);
+    for (const auto& [key, value] : all(section)) {
+      if (value.empty() || value == "0") continue;  // also behind the last one, where some programs write it
+      const int index = whole_in(key, place_of(section, key), 1, count);
+      for (const std::string& part : parts_of(value))
+        sets[index - 1].set(whole_in(part, place_of(section, key), 0, max));
+      sets[index - 1].reset(0);
+    }
+    return sets;
+  }
+
+ private:
+  std::map<std::string, std::map<std::string, std::string>> sections_;
+};
 
 constexpr double texels_per_yarn = 4;
 constexpr double default_spacing_mm = 1;
@@ -23,25 +209,25 @@ std::vector<V3f> palette_of(const WifSections& draft) {
   int low = 0;
   int high = 255;
   if (const auto range = draft.find("COLOR PALETTE", "RANGE")) {
-    const std::string place = WifSections::place("COLOR PALETTE", "RANGE");
+    const std::string place = place_of("COLOR PALETTE", "RANGE");
     const auto ends = parts_of(*range);
     if (ends.size() != 2) throw WifFault{place, fmt::format("\"{}\" is not of the form 0,255", *range)};
-    low = WifSections::whole_in(ends[0], place, -1000000, 1000000);
-    high = WifSections::whole_in(ends[1], place, -1000000, 1000000);
+    low = whole_in(ends[0], place, -1000000, 1000000);
+    high = whole_in(ends[1], place, -1000000, 1000000);
     if (high <= low) throw WifFault{place, fmt::format("\"{}\" holds no values", *range)};
   }
   const auto form = draft.find("COLOR PALETTE", "FORM");
   if (form && lower(*form) != "rgb") {
-    throw WifFault{WifSections::place("COLOR PALETTE", "FORM"), fmt::format("\"{}\" is not RGB", *form)};
+    throw WifFault{place_of("COLOR PALETTE", "FORM"), fmt::format("\"{}\" is not RGB", *form)};
   }
   for (const auto& [key, value] : draft.all("COLOR TABLE")) {
-    const std::string place = WifSections::place("COLOR TABLE", key);
-    const int index = WifSections::whole_in(key, place, 1, max_shafts);
+    const std::string place = place_of("COLOR TABLE", key);
+    const int index = whole_in(key, place, 1, max_shafts);
     const auto parts = parts_of(value);
     if (parts.size() != 3) throw WifFault{place, fmt::format("\"{}\" is not red, green, blue", value)};
     V3f colour;
     for (unsigned i = 0; i < 3; ++i) {
-      const int level = WifSections::whole_in(parts[i], place, low, high);
+      const int level = whole_in(parts[i], place, low, high);
       const double coded = static_cast<double>(level - low) / (high - low);
       colour[i] =
           static_cast<float>(coded <= 0.04045 ? coded / 12.92 : std::pow((coded + 0.055) / 1.055, 2.4));
@@ -67,8 +253,8 @@ double unit_of(const WifSections& draft, const std::string& section) {
   if (name.starts_with("inch") || name == "in") return 25.4;
   if (name == "mm" || name.starts_with("millimet")) return 1;
   if (name == "cm" || name.starts_with("centimet")) return 10;
-  throw WifFault{WifSections::place(section, "UNITS"),
-                 fmt::format("\"{}\" is none of Decipoints, Inches and Centimeters", name)};
+  throw WifFault{place_of(section, "UNITS"),
+                 fmt::format("\"{}\" must be Decipoints, Inches or Centimeters", name)};
 }
 
 /// `section`: "WARP" or "WEFT"; `albedo`: of yarns without a colour.
@@ -78,7 +264,7 @@ System system_of(const WifSections& draft, const std::string& section, const V3f
   const int threads = draft.whole(section, "THREADS", 1, max_wif_threads);
   const double unit = unit_of(draft, section);
   const auto length = [&](const std::string& text, const std::string& place) {
-    const auto value = WifSections::positive_in(text, place);
+    const auto value = positive_in(text, place);
     if (!value) return std::optional<double>();
     const double mm = *value * unit;
     if (mm < min_stitch_mm || mm > max_stitch_mm) {
@@ -88,7 +274,7 @@ System system_of(const WifSections& draft, const std::string& section, const V3f
   };
   const auto colour = [&](const std::string& text, const std::string& place) -> std::optional<V3f> {
     // The number of a palette entry; some programs write its red, green and blue behind it.
-    const int index = WifSections::whole_in(parts_of(text).front(), place, 0, max_shafts);
+    const int index = whole_in(parts_of(text).front(), place, 0, max_shafts);
     if (index == 0) return albedo;
     if (index > static_cast<int>(palette.size()) || palette[index - 1].x < 0) {
       throw WifFault{place, fmt::format("color {} is not in [COLOR TABLE]", index)};
@@ -97,7 +283,7 @@ System system_of(const WifSections& draft, const std::string& section, const V3f
   };
   const auto section_default = [&](const char* key, const auto& parse) {
     const auto text = draft.find(section, key);
-    return text ? parse(*text, WifSections::place(section, key)) : std::nullopt;
+    return text ? parse(*text, place_of(section, key)) : std::nullopt;
   };
   const auto spacing = section_default("SPACING", length);
   const auto thickness = section_default("THICKNESS", length);
@@ -144,7 +330,7 @@ int used_of(const std::vector<WifSet>& sets) {
   return static_cast<int>(run > longest && run < sets.size() ? sets.size() - run : sets.size());
 }
 
-/// What is lifted for each weft yarn, and what each is woven by: its treadles, or its shafts.
+/// The shafts that are lifted for each weft yarn, and the treadles, or else shafts, that its draft gives.
 struct Lifts {
   std::vector<WifSet> shafts;
   std::vector<WifSet> given;
@@ -184,9 +370,9 @@ std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
   const int counted = draft.whole("WEAVING", "SHAFTS", 1, max_shafts);
   bool rising = true;
   if (const auto text = draft.find("WEAVING", "RISING SHED")) {
-    const auto value = WifSections::truth(*text);
+    const auto value = truth_of(*text);
     if (!value)
-      throw WifFault{WifSections::place("WEAVING", "RISING SHED"),
+      throw WifFault{place_of("WEAVING", "RISING SHED"),
                      fmt::format("\"{}\" is neither true nor false", *text)};
     rising = *value;
   }
@@ -326,10 +512,8 @@ Result<WifDraft> read_wif(std::string_view text, const std::string& file) {
     return fail(Code::file_too_large, file, "",
                 fmt::format("{} bytes, a weaving draft has at most {}", text.size(), max_wif_text));
   }
-  const auto sections = WifSections::read(text, file);
-  if (!sections) return tl::unexpected(sections.error());
   try {
-    return draft_of(*sections);
+    return draft_of(WifSections(text));
   } catch (const WifFault& fault) {
     return fail(Code::stitch_invalid, file, fault.place, fault.message);
   }

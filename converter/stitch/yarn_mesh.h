@@ -6,6 +6,7 @@
 #include <string>
 
 #include "converter/mesh/cell_mesh.h"
+#include "converter/mesh/yarn_chain.h"
 #include "converter/stitch/pattern.h"
 
 namespace selvedge {
@@ -25,8 +26,18 @@ struct MeshOptions {
 /// 0.01 grid edges of the surface (marching_cubes.h). Normals are the function's gradient, albedo is that of
 /// the nearest yarn; if any yarn is glossy, fibres follow the nearest yarn or ply, turned by the twist of a
 /// round yarn; if any has fibres, hairs or irregularity, vertices have their places on yarns, and hairs stand
-/// off it (hairs.h). z is that of the pattern. Refuses an invalid pattern, cells_across out of range, and a
+/// off it. z is that of the pattern. Refuses an invalid pattern, cells_across out of range, and a
 /// grid too coarse for its thinnest yarn (less than two cubes to the diameter) or of more than 2^24 points.
 Result<CellMesh> mesh_stitch(const StitchPattern& pattern, const MeshOptions& options = {});
+
+/// The yarns as a fabric file holds them: curves, nodes and counts of stations (append_chain()); no light
+/// yet. Heights are the pattern's own. Yarns of several plies are one curve, or one a ply where the plies
+/// turn more often than a file can say or pass a bend so close that they stand still. Refuses patterns as
+/// lay_plies() does. Precondition: a valid pattern.
+Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options = {});
+
+/// Fuzz: the hairs of mesh.yarns (format/fabric/yarn_hairs.h), each from the triangle of the mesh that lies
+/// nearest to its root. Precondition: triangles lie in the cell.
+Hairs grow_hairs(const CellMesh& mesh);
 
 }  // namespace selvedge

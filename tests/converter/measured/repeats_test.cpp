@@ -24,45 +24,6 @@ Image picture_of(const V2i& size, const std::function<double(int x, int y)>& val
   return picture;
 }
 
-/// The correlation that autocorrelation() computes from spectra, summed over pairs of pixels.
-double correlation_of_pairs(std::span<const Image> pictures, const V2i& shift) {
-  double together = 0;
-  double alone = 0;
-  for (const Image& picture : pictures) {
-    std::array<double, 6> sums{};  // 1, a, b, a a, b b, a b
-    for (int y = 0; y + shift.y < picture.height; ++y) {
-      for (int x = 0; x + shift.x < picture.width; ++x) {
-        const double a = picture.pixels[y * picture.width + x];
-        const double b = picture.pixels[(y + shift.y) * picture.width + x + shift.x];
-        const std::array<double, 6> pair{1, a, b, a * a, b * b, a * b};
-        for (std::size_t i = 0; i < pair.size(); ++i) sums[i] += pair[i];
-      }
-    }
-    const auto& [count, a, b, aa, bb, ab] = sums;
-    together += ab - a * b / count;
-    alone += std::sqrt((aa - a * a / count) * (bb - b * b / count));
-  }
-  return together / alone;
-}
-
-TEST_CASE("the correlation of pictures with themselves is that of all pairs of pixels a shift apart") {
-  std::array<Image, 2> pictures;
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    Random random(7, i);
-    pictures[i] = luminance_of(picture_of(
-        {37, 22}, [&](int x, int y) { return 20 + 0.3 * x - 0.2 * y + std::sin(x + y) + random.uniform(); }));
-  }
-  for (const int axis : {0, 1}) {
-    const std::vector<double> values = autocorrelation(pictures, axis);
-    REQUIRE(std::ssize(values) == (axis == 0 ? 37 : 22) * 2 / 3 + 1);
-    CHECK(values[0] == doctest::Approx(1));
-    for (int shift = 0; shift < std::ssize(values); ++shift) {
-      const double expected = correlation_of_pairs(pictures, axis == 0 ? V2i(shift, 0) : V2i(0, shift));
-      CHECK(values[shift] == doctest::Approx(expected).epsilon(1e-9));
-    }
-  }
-}
-
 TEST_CASE("the period is found to a twentieth of a pixel under noise, not a part of it and not a multiple") {
   const V2d period(17.37, 12.81);
   std::array<Image, 4> pictures;
@@ -105,19 +66,6 @@ TEST_CASE("texels are means of what they cover of all repeats, from the lower le
   const RepeatAverage uneven({12, 8}, {12, 8}, {5, 7});
   const auto ramp = uneven.average(picture_of({12, 8}, [](int x, int) { return x + 0.5; }));
   for (int i = 1; i < 4; ++i) CHECK(ramp.values[i].x == doctest::Approx((i + 0.5) * 12 / 5).epsilon(0.02));
-}
-
-TEST_CASE("borders close: light that falls off over the picture leaves no seam") {
-  const auto fall_off = [](int x, int) { return 100.0 - x; };
-  // 1.25 repeats: one that fades into the next.
-  const auto closed = RepeatAverage({50, 40}, {40, 40}, {40, 1}).average(picture_of({50, 40}, fall_off));
-  double largest = 0;
-  for (int i = 0; i < 40; ++i)
-    largest = std::max(largest, std::abs(1.0 * closed.values[i].x - 1.0 * closed.values[(i + 1) % 40].x));
-  CHECK(largest < 4.2);  // 40 over a fade of 10 pixels, without it 40 at once
-  const auto open = RepeatAverage({40, 40}, {40, 40}, {40, 1}).average(picture_of({40, 40}, fall_off));
-  CHECK(1.0 * open.values[0].x - 1.0 * open.values[39].x == doctest::Approx(39));
-  CHECK(closed.variance > 0);
 }
 
 TEST_CASE("holes do not count for radiance, and are opacity") {

@@ -70,12 +70,5 @@ TEST_CASE("the error left out is that of interpolation without each pair") {
   CHECK(kernel.left_out_error == doctest::Approx(expected).epsilon(1e-4));
 }
 
-TEST_CASE("of more than 2,000 pairs those with the nearest views are enough") {
-  const ScatteredValues known = known_at(Function::gloss, random_pairs(2500, 0.15, 14));
-  std::vector<DirectionPair> pairs = random_pairs(20, 0.15, 15);
-  for (DirectionPair& pair : pairs) pair.view = pairs.front().view;
-  CHECK(error_of(Function::gloss, known, pairs) < 0.05);
-}
-
 }  // namespace
 }  // namespace selvedge

@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "converter/mesh/yarn_chain.h"
-#include "converter/stitch/yarn_curves.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "converter/stitch/yarn_plies.h"
 #include "format/base/parallel.h"

@@ -23,15 +23,6 @@ TEST_CASE("a Bézier curve is the Bernstein sum of its control points") {
   }
 }
 
-TEST_CASE("the derivative is the slope of the curve") {
-  const double h = 1e-6;
-  for (const double t : {0.1, 0.5, 0.8}) {
-    const V3d slope = (point_at(bent, t + h) - point_at(bent, t - h)) / (2 * h);
-    // Central differences: h^2 times the third derivative, about 1e-11, and roundings of 1e-16 / h.
-    CHECK((derivative_at(bent, t) - slope).length() < 1e-8);
-  }
-}
-
 TEST_CASE("spans join, and no point is further from its chord than the sag") {
   const auto spans = spans_of(bent, 0.3, 0.01);
   CHECK(spans.size() > 8);
@@ -46,13 +37,6 @@ TEST_CASE("spans join, and no point is further from its chord than the sag") {
       CHECK(chord_distance(p, spans[i].start, spans[i].end) <= spans[i].sag + 1e-14);
     }
   }
-}
-
-TEST_CASE("a segment shrunk to a point is one span") {
-  const V3d p(1, 2, 3);
-  const auto spans = spans_of({p, p, p, p}, 0.1, 0.01);
-  REQUIRE(spans.size() == 1);
-  CHECK(nearest_parameter({p, p, p, p}, 0, 1, V3d(0)) == 0.0);
 }
 
 TEST_CASE("the nearest point is where the way to it is perpendicular, or an end") {

@@ -19,12 +19,6 @@ TEST_CASE("a fibre's surface reflects what Fresnel's equations say, and passes l
   CHECK(forward_share(1.5) == doctest::Approx(0.377 * 0.96 * 0.96).epsilon(5e-3));
 }
 
-TEST_CASE("kinds of yarn are known by their names, and a tube is what there was before there were kinds") {
-  CHECK(find_yarn_kind("tube") == 0);
-  CHECK_FALSE(find_yarn_kind("wolo"));
-  CHECK(yarn_kind_names() == "tube, cotton, wool, silk, linen, viscose, polyester");
-}
-
 TEST_CASE("a kind of yarn fits every stitch that it is named for") {
   for (int kind = 1; kind < static_cast<int>(yarn_kinds().size()); ++kind) {
     const YarnKind& k = yarn_kinds()[kind];

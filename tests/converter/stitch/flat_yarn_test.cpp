@@ -9,7 +9,6 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/weave.h"
-#include "converter/stitch/yarn_curves.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "converter/stitch/yarn_relax.h"
 #include "tests/converter/cells.h"
@@ -90,25 +89,6 @@ TEST_CASE("the mesh of a straight flat yarn has the ellipse's width, thickness, 
   }
 }
 
-TEST_CASE("the mesh of a flat ring has the area and volume of Pappus' theorems, and normals of its surface") {
-  const double q = 0.5;
-  const double a = 0.4 / std::sqrt(q);
-  const double b = 0.4 * std::sqrt(q);
-  const CellMesh mesh = mesh_of(ring(4, 1.2, 0.4), q, 96);
-  CHECK(volume_of(mesh) == doctest::Approx(2 * pi * 1.2 * pi * 0.16).epsilon(0.01));
-  CHECK(area_of(mesh) == doctest::Approx(2 * pi * 1.2 * perimeter_of(a, b)).epsilon(5e-3));
-  double worst = 0;
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    const V3d p = V3d(mesh.positions[v]) - V3d(2, 2, 0);
-    const V3d out = V3d(p.x, p.y, 0).normalized();
-    const double across = std::hypot(p.x, p.y) - 1.2;
-    CHECK(std::pow(across / a, 2) + std::pow(p.z / b, 2) == doctest::Approx(1).epsilon(0.01));
-    const V3d normal = (out * (across / (a * a)) + V3d(0, 0, p.z / (b * b))).normalized();
-    worst = std::max(worst, (V3d(mesh.normals[v]) - normal).length());
-  }
-  CHECK(worst < 0.02);
-}
-
 TEST_CASE("mesh and level -1 have the same flat yarn: rays meet both at the same height") {
   for (const int plies : {1, 3}) {
     CAPTURE(plies);
@@ -168,16 +148,6 @@ TEST_CASE("relaxed flat yarns lie on each other and do not overlap") {
     CHECK(least < 0.1 * thin);
     CHECK(std::abs(*minimum_clearance(relaxed, "")) < touching_overlap * 0.25);
   }
-}
-
-TEST_CASE("parallel flat yarns without room end as wide as their lanes") {
-  StitchPattern pattern{"parallel", {4, 2}, {}};
-  for (const double y : {0.5, 1.5}) {
-    pattern.yarns.push_back({"y", 0.5, {0, 0, 0}, {line({0, y, 0}, {4, y, 0})}});
-    pattern.yarns.back().flattening = 0.64;
-  }
-  const Relaxed relaxed = relax(pattern);
-  CHECK(relaxed.part * 0.5 / 0.8 == doctest::Approx(0.5).epsilon(0.02));
 }
 
 TEST_CASE("woven yarn is as flat as its kind where there is room, and covers no less than round yarn") {

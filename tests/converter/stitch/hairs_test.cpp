@@ -1,4 +1,4 @@
-#include "converter/stitch/hairs.h"
+#include "converter/stitch/yarn_mesh.h"
 
 #include <doctest/doctest.h>
 
@@ -7,7 +7,6 @@
 #include "converter/light/ray_scene.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/implicit_surface.h"
-#include "converter/stitch/yarn_mesh.h"
 #include "tests/converter/cells.h"
 #include "tests/require.h"
 
@@ -115,21 +114,6 @@ TEST_CASE("hairs are as long together as the hairiness says, and exponential up 
   CHECK(static_cast<double>(short_ones) / count == doctest::Approx(0.5 / (1 - std::exp(-3.0))).epsilon(0.06));
   CHECK(hairs.radius[0] == doctest::Approx(0.0115));
   CHECK(static_cast<double>(hairs.passed[0]) == doctest::Approx(forward_share(yarn_kinds()[2].refraction)));
-}
-
-TEST_CASE("hairs leave the surface to the outside, and loops return to it") {
-  for (const double loops : {0.0, 1.0}) {
-    const StitchPattern pattern = hairy(20, 0.5, loops);
-    const auto surface = test::need(ImplicitSurface::build(pattern, 2, ""));
-    const Hairs hairs = grown(pattern);
-    REQUIRE(hairs.roots.size() > 100);
-    for (std::size_t h = 0; h < hairs.roots.size(); ++h) {
-      const V3f* const point = &hairs.points[h * Hairs::points_each];
-      CHECK(std::abs(surface.distance(V3d(point[0]))) < 0.02);
-      CHECK(surface.distance(V3d(point[2])) > surface.distance(V3d(point[0])));
-      if (loops == 1) CHECK(std::abs(surface.distance(V3d(point[Hairs::points_each - 1]))) < 0.02);
-    }
-  }
 }
 
 TEST_CASE("the same seed grows the same hairs, another one others, and too many are refused") {

@@ -20,25 +20,7 @@ ImplicitSurface surface_of(const StitchPattern& pattern, double reach = 0.5) {
   return test::need(ImplicitSurface::build(pattern, reach, pattern.name));
 }
 
-V3d random_point(Random& random, const V2d& period, double z_range) {
-  return {(3 * random.uniform() - 1) * period.x, (3 * random.uniform() - 1) * period.y,
-          (2 * random.uniform() - 1) * z_range};
-}
-
 }  // namespace
-
-TEST_CASE("the distance to a straight yarn is the cylinder's, in every copy") {
-  const double period = 4;
-  const double radius = 0.7;
-  const ImplicitSurface surface = surface_of(cylinder(period, radius));
-  Random random(1);
-  for (int i = 0; i < 2000; ++i) {
-    const V3d p = random_point(random, {period, period}, 1.5);
-    const double y = p.y - period * std::floor(p.y / period) - period / 2;
-    const double expected = std::min(std::hypot(y, p.z) - radius, 0.5);
-    CHECK(surface.distance(p) == doctest::Approx(expected).epsilon(1e-12));
-  }
-}
 
 TEST_CASE("the distance to a ring is the torus's") {
   const ImplicitSurface surface = surface_of(ring(4, 1.2, 0.5));
@@ -101,12 +83,6 @@ TEST_CASE("the gradient is the slope of the function, and a unit vector") {
       CHECK(std::abs(slope - sample.gradient[axis]) < 1e-8);
     }
   }
-}
-
-TEST_CASE("beyond the reach there is no nearest yarn") {
-  const SurfaceSample sample = surface_of(cylinder(4, 0.5), 0.25).sample({1, 2, 1.5});
-  CHECK(sample.distance == 0.25);
-  CHECK(sample.yarn == -1);
 }
 
 TEST_CASE("refuses yarns too long for their radius") {

@@ -233,19 +233,6 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("seen from the back, knit is purl: the links turn around") {
-  const ChartText chart = test::need(read_chart("2: k p\n1: k2", "chart"));
-  StitchPattern turned = draw_knit(chart.knit, "chart");
-  for (Yarn& yarn : turned.yarns) {
-    for (BezierSegment& segment : yarn.segments) {
-      for (V3d& p : segment) p.z = -p.z;
-    }
-  }
-  Links links = expected(chart.knit);
-  for (auto& [place, ways] : links) ways = {-ways.first, -ways.second};
-  CHECK(text_of(links_of(chart.knit, turned)) == text_of(links));
-}
-
 TEST_CASE("as drawn, yarns have the room that relaxation begins with, and the widest cables their links") {
   for (const char* text :
        {"1: k p", "3: p k2 p\n2: p c2f p\n1: p k2 p", "2: k4\n1: c4b", "4: k8\n3: c8f\n2: k8\n1: k8",

@@ -152,39 +152,6 @@ TEST_CASE("a knit has one endless chain per course, drawn through the course bel
   }
 }
 
-TEST_CASE("lace has eyelets: where yarn overs lie a disc of a third of a stitch is free of yarn") {
-  const StitchPattern lace = found("lace");
-  CHECK(lace.yarns.size() == 4);
-  const auto surface = test::need(ImplicitSurface::build(lace, 2, ""));
-  int eyelets = 0;
-  std::vector<V2d> seen;
-  for (int y = 0; y < 76; ++y) {
-    for (int x = 0; x < 100; ++x) {
-      const V2d at((x + 0.5) * 0.2, (y + 0.5) * 0.2);
-      double free = 2;
-      for (int z = -12; z <= 12; ++z) free = std::min(free, surface.distance({at.x, at.y, 0.2 * z}));
-      if (free < 5.0 / 6) continue;
-      ++eyelets;
-      const auto near = [&](const V2d& other) {
-        const V2d d = at - other;
-        return std::hypot(d.x - 20 * std::round(d.x / 20), d.y - 15.2 * std::round(d.y / 15.2)) < 6;
-      };
-      if (std::none_of(seen.begin(), seen.end(), near)) seen.push_back(at);
-    }
-  }
-  CHECK(eyelets > 2);
-  CHECK(seen.size() == 2);
-  // Stockinette has none.
-  const auto knit = ImplicitSurface::build(plain_knit(), 2, "");
-  for (int y = 0; y < 19; ++y) {
-    for (int x = 0; x < 25; ++x) {
-      double free = 2;
-      for (int z = -12; z <= 12; ++z) free = std::min(free, knit->distance({0.2 * x, 0.2 * y, 0.2 * z}));
-      CHECK(free < 5.0 / 6);
-    }
-  }
-}
-
 TEST_CASE("weaves go over and under as their names say") {
   const auto plain = drawdown_of(found("plain-weave"), 2);
   const auto twill = drawdown_of(found("twill"), 4);
@@ -285,21 +252,6 @@ TEST_CASE("built-in stitches are made of the yarn that such cloth has, and their
   }
 }
 
-TEST_CASE("yarn and colour are set for all yarns, and for one, of every stitch") {
-  const StitchPattern knit = found("two-colour", {{"yarn", {2}}, {"colour", {0.5, 0, 0}}});
-  for (const Yarn& yarn : knit.yarns) CHECK((yarn.fibre == 2 && yarn.albedo == V3f(0.5F, 0, 0)));
-  const StitchPattern weave = found(
-      "twill",
-      {{"yarn", {1}}, {"weft_yarn", {3}}, {"weft_albedo", {0, 1, 0}}, {"colour", {1, 0, 0}}, {"seed", {7}}});
-  CHECK(weave.yarns[0].fibre == 1);
-  CHECK(weave.yarns[0].albedo == V3f(1, 0, 0));
-  CHECK(weave.yarns[4].fibre == 3);
-  CHECK(weave.yarns[4].albedo == V3f(0, 1, 0));
-  CHECK(weave.seed == 7);
-  // What is set beside the kind counts.
-  CHECK(found("plain-knit", {{"yarn", {2}}, {"plies", {2}}}).yarns[0].plies == 2);
-}
-
 TEST_CASE("parameters are refused by their name, and yarns that have no room") {
   const auto place = [](const char* name, const StitchSettings& settings) {
     const Error error = test::error_of(find_stitch(name, settings));
@@ -325,17 +277,6 @@ TEST_CASE("a stitch description on disk is found by its path and takes the param
   const auto set = find_stitch(path, {{"slack", {0}}});
   REQUIRE_FALSE(set);
   CHECK(set.error().place == "--set slack");
-}
-
-TEST_CASE("yarns of a description that overlap by more than a tenth of their radius are remarked on") {
-  const test::Folder folder;
-  const std::string path = folder / "found.json";
-  for (const double thicker : {1.04, 1.2}) {
-    StitchPattern pattern = plain_weave();
-    for (Yarn& yarn : pattern.yarns) yarn.radius_mm *= thicker;
-    REQUIRE(write_file(path, to_json(pattern)));
-    CHECK(test::need(find_stitch(path)).remarks.size() == (thicker > 1.1 ? 1 : 0));
-  }
 }
 
 TEST_CASE("an unknown name is refused with the names that exist") {

@@ -35,22 +35,6 @@ TEST_CASE("each of the 256 cases uses all crossed edges and no other") {
   }
 }
 
-TEST_CASE("a single inside corner is one triangle facing away from it") {
-  for (int c = 0; c < 8; ++c) {
-    const auto triangles = triangles_of(1U << c);
-    REQUIRE(triangles.size() == 1);
-    const V3d corner_at(c & 1, c >> 1 & 1, c >> 2 & 1);
-    V3d p[3];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const int e = triangles[0][k];
-      const int from = edge_corner(e);
-      p[k] = V3d(from & 1, from >> 1 & 1, from >> 2 & 1);
-      p[k][e / 4] += 0.5;
-    }
-    CHECK((p[1] - p[0]).cross(p[2] - p[0]).dot(p[0] - corner_at) > 0);
-  }
-}
-
 TEST_CASE("random signs give a closed surface: every edge twice, once each way") {
   // White noise meets all cases, ambiguous faces on both sides above all.
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -86,20 +70,6 @@ TEST_CASE("vertices are where the function crosses zero") {
     if (margin < edge_margin * 1.001) continue;  // held off a grid point
     CHECK(std::abs(function(p)) < 1e-9);
   }
-}
-
-TEST_CASE("a surface through grid points has no triangle without area") {
-  // The plane z = x goes through a grid point on every diagonal.
-  const MarchedSurface surface = march({{8, 8}, {8, 8, 8}, 0, 1}, [](const V3d& p) {
-    return p.z < 1.5 ? 1.0 : (p.z > 6.5 ? 1.0 : std::abs(p.z - 4) + std::abs(p.x - 4) - 2);
-  });
-  const CellMesh mesh = as_mesh(surface, {8, 8});
-  REQUIRE(mesh.triangles.size() > 100);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    CHECK(twice_area(mesh, t).length() > 0.5 * edge_margin * edge_margin);
-  }
-  const Topology topology = topology_of(mesh, 1, true);
-  CHECK(topology.unpaired_elsewhere + topology.unpaired_on_walls + topology.repeated == 0);
 }
 
 TEST_CASE("vertices on the far walls are copies of those on the near walls") {

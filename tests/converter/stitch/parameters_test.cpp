@@ -23,17 +23,6 @@ TEST_CASE("settings are read from name=value") {
   }
 }
 
-TEST_CASE("values are the settings, and the defaults of what is not set") {
-  const std::vector<StitchParameter> parameters{{"a", {1}, 0, 2, false, ""},
-                                                {"b", {1, 2, 3}, 0, 9, true, ""}};
-  const auto values = StitchValues::create("s", parameters, {{"b", {4, 5, 6}}});
-  REQUIRE(values);
-  CHECK(values->number("a") == 1);
-  CHECK_FALSE(values->is_set("a"));
-  CHECK(values->numbers("b") == std::vector<double>{4, 5, 6});
-  CHECK(values->is_set("b"));
-}
-
 TEST_CASE("settings are refused with the name, the range and the names that exist") {
   const std::vector<StitchParameter> parameters{{"a", {1}, 0, 2, false, ""}, {"b", {1}, 0, 9, true, ""}};
   const auto line = [&](const StitchSettings& settings) {

@@ -1,4 +1,4 @@
-#include "converter/stitch/repeat.h"
+#include "converter/stitch/pattern.h"
 
 #include <doctest/doctest.h>
 
@@ -33,22 +33,5 @@ TEST_CASE("several repeats of a stitch are the same cloth, of yarns as long") {
         CHECK(repeated_surface.distance(at) == doctest::Approx(surface.distance(at)).epsilon(1e-9));
       }
     }
-  }
-}
-
-TEST_CASE("a yarn that runs aside from repeat to repeat closes after as many as it needs") {
-  StitchPattern slanted;
-  slanted.period_mm = {1, 1};
-  Yarn yarn;
-  yarn.radius_mm = 0.1;
-  const V3d way(2, 1, 0);
-  yarn.segments = {{V3d(0, 0, 0), way / 3.0, way * (2.0 / 3), way}};
-  slanted.yarns = {yarn};
-  for (const int count : {1, 2, 3, 4}) {
-    const StitchPattern many = repeated(slanted, count);
-    CHECK(validate(many, "slanted").has_value());
-    // A chain of `count` passes goes through as many of the count^2 repeats.
-    CHECK(many.yarns.size() == static_cast<std::size_t>(count));
-    for (const Yarn& chain : many.yarns) CHECK(turns_of(chain, many.period_mm) == V2i(2, 1));
   }
 }

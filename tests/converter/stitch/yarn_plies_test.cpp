@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "converter/stitch/library.h"
-#include "converter/stitch/yarn_curves.h"
+#include "converter/stitch/yarn_mesh.h"
 #include "format/fabric/yarns.h"
 #include "tests/converter/cells.h"
 #include "tests/converter/load_cell.h"
@@ -88,33 +88,6 @@ TEST_CASE("turns are rounded so that every ply runs on into a ply of the next re
   CHECK(laid(pattern).yarns.size() == 3);
 }
 
-TEST_CASE("plies of bent yarns close up over the repeat and stay within their yarn") {
-  for (const char* name : {"plain-knit", "rib", "twill"}) {
-    CAPTURE(name);
-    StitchPattern pattern = find_stitch(name, of_tubes())->pattern;
-    for (Yarn& yarn : pattern.yarns) {
-      yarn.plies = 3;
-      yarn.twist_per_mm = 0.15 / yarn.radius_mm;
-    }
-    const StitchPattern plies = laid(pattern);  // valid: chains without gaps
-    const Yarn& first = plies.yarns[0];
-    const double offset = pattern.yarns[0].radius_mm - first.radius_mm;
-    for (const BezierSegment& segment : first.segments) {
-      double nearest = 1e9;
-      for (int repeat = -3; repeat <= 3; ++repeat) {
-        const V2i turns = turns_of(pattern.yarns[0], pattern.period_mm);
-        const V3d shift(repeat * turns.x * pattern.period_mm.x, repeat * turns.y * pattern.period_mm.y, 0);
-        for (const BezierSegment& along : pattern.yarns[0].segments) {
-          for (int k = 0; k < 32; ++k) {
-            nearest = std::min(nearest, (point_at(along, k / 32.0) + shift - segment[0]).length());
-          }
-        }
-      }
-      CHECK(nearest == doctest::Approx(offset).epsilon(0.01));
-    }
-  }
-}
-
 TEST_CASE("plies that a file derives from their axis lie where the mesh has them") {
   for (const char* name : {"plain-knit", "rib", "lace", "twill", "plain-weave"}) {
     CAPTURE(name);
@@ -150,9 +123,4 @@ TEST_CASE("plies that a file derives from their axis lie where the mesh has them
     MESSAGE(std::string(name), ": ", worst);
     CHECK(worst < 0.03);
   }
-}
-
-TEST_CASE("a yarn of one ply stays as it is") {
-  const StitchPattern pattern = cylinder(4, 0.5);
-  CHECK(laid(pattern).yarns[0].segments == pattern.yarns[0].segments);
 }
