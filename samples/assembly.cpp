@@ -9,8 +9,6 @@ namespace {
 /// Plain materials, before the garment is dressed. Linear colours.
 GarmentMaterial material_named(const std::string& name) {
   if (name == "trim") return {name, V4f(0.50F, 0.43F, 0.32F, 1), 0.95F, true};
-  if (name == "tablecloth") return {name, V4f(0.75F, 0.72F, 0.66F, 1), 0.95F, true};
-  if (name == "wood") return {name, V4f(0.23F, 0.12F, 0.06F, 1), 0.55F, false};
   return {name, V4f(0.60F, 0.53F, 0.42F, 1), 0.95F, true};
 }
 

@@ -1,4 +1,4 @@
-// selvedge-samples: the garments of the demo, made from nothing.
+// selvedge-samples: the garment of the demo, made from nothing.
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -7,7 +7,6 @@
 
 #include "format/base/atomic_file.h"
 #include "samples/sweater.h"
-#include "samples/tablecloth.h"
 
 namespace {
 
@@ -15,14 +14,12 @@ constexpr int exit_failed = 1;
 constexpr int exit_usage = 2;
 
 int run(int argc, char** argv) {
-  CLI::App app("Makes the garments of the demo: plain glTF files, ready to be dressed.", "selvedge-samples");
+  CLI::App app("Makes the garment of the demo: a plain glTF file, ready to be dressed.", "selvedge-samples");
   std::string name;
   std::string output;
-  app.add_option("GARMENT", name,
-                 "sweater: a knitted sweater, materials \"sweater\" and \"trim\"; tablecloth: a cloth over a "
-                 "round table, materials \"tablecloth\" and \"wood\"")
+  app.add_option("GARMENT", name, "sweater: a knitted sweater, materials \"sweater\" and \"trim\"")
       ->required()
-      ->check(CLI::IsMember({"sweater", "tablecloth"}));
+      ->check(CLI::IsMember({"sweater"}));
   app.add_option("-o,--output", output, "the GLB file to write")->required();
   app.set_version_flag("--version", "selvedge-samples " SELVEDGE_VERSION);
   app.footer(
@@ -34,9 +31,8 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : exit_usage;
   }
-  const auto assembly =
-      name == "sweater" ? selvedge::samples::make_sweater() : selvedge::samples::make_tablecloth();
-  const auto written = selvedge::write_garment(output, selvedge::samples::garment_of(assembly, name));
+  const auto garment = selvedge::samples::garment_of(selvedge::samples::make_sweater(), name);
+  const auto written = selvedge::write_garment(output, garment);
   if (written) return 0;
   fmt::print(stderr, "selvedge-samples: {}\n", selvedge::to_line(written.error()));
   return exit_failed;

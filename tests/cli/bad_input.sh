@@ -274,7 +274,7 @@ test_refuses_outputs_that_cannot_be_written() {
   refuses FILE_UNWRITABLE folder: selvedge make plain-knit -o folder
   # Of two pictures neither.
   refuses '(FILE|IMAGE)_UNWRITABLE' none/o.exr selvedge-view render plane.fabric.exr -o o.png -o none/o.exr
-  exits 1 selvedge-samples tablecloth -o none/o.glb
+  exits 1 selvedge-samples sweater -o none/o.glb
 }
 
 # A pipe stands for all that is no plain file: renaming a finished file onto a device would replace the device.

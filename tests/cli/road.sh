@@ -165,7 +165,7 @@ test_info_measures_the_set_that_it_is_told_and_names_what_a_garment_brings() {
   local set
   for set in 0 1; do
     exits 0 selvedge info quad.gltf --texcoord $set --json
-    holds "r.content.materials[0].metresPerUv.every(m => Math.abs(m - 0.1 * (1 + $set)) < 1e-6) && r.content.materials[0].sharedUvs === 0"
+    holds "r.content.materials[0].metresPerUv.every(m => Math.abs(m - 0.1 * (1 + $set)) < 1e-6)"
   done
   exits 0 selvedge dress quad.gltf plane.fabric.exr -o d.glb --all --texcoord 1 --tint '#ff0000' --json
   holds "r.materials[0].repeats.every(n => Math.abs(n - 100) < 0.001)"
@@ -328,10 +328,10 @@ test_dress_writes_usd_with_its_files_beside() {
   grep -qF 'selvedge:fabric:file = @../plane.fabric.exr@' out/e.usda
 }
 
-test_dressed_tablecloth_renders_the_same_for_any_number_of_threads() {
+test_dressed_sweater_renders_the_same_for_any_number_of_threads() {
   selvedge make --quality paper plain-weave --set yarn=tube -o w.fabric.exr --quiet "${small[@]}"
-  selvedge-samples tablecloth -o plain.glb
-  selvedge dress plain.glb w.fabric.exr -o dressed.glb --material tablecloth --quiet
+  selvedge-samples sweater -o plain.glb
+  selvedge dress plain.glb w.fabric.exr -o dressed.glb --material sweater --quiet
   exits 0 selvedge check plain.glb dressed.glb
   for n in 1 2; do
     exits 0 selvedge-view render dressed.glb -o $n.exr -o $n.png --size 160x120 --supersample 2 --elevation 20 \

@@ -84,7 +84,7 @@ async function road(dressed, label, bound) {
 
 // Positions of 14 bits, normals of 10 (8 in meshopt): measured 0.002 to 0.004.
 for (const form of ['glb', 'gltf']) {
-  const { before, after, file } = await road(dress('tablecloth', form), `tablecloth-${form}`, 0.008);
+  const { before, after, file } = await road(dress('sweater', form), `sweater-${form}`, 0.008);
   expect(before.every((fabric) => fabric.embedded === (form === 'glb' ? true : null)), 'embedded in .glb only');
   expect(same(before, after), `${form}: fabrics as before`, JSON.stringify({ before, after }));
   const { attributes } = json_of(file).meshes[0].primitives[0];
@@ -93,7 +93,7 @@ for (const form of ['glb', 'gltf']) {
 
 // A fabric on a second UV set that nothing else uses, without a fallback: prune drops the first set and calls the second
 // TEXCOORD_0, and the reference has to follow. Its coordinates are moved into [0, 1], where quantize touches them.
-const two_sets = await io.read(path('tablecloth-plain.glb'));
+const two_sets = await io.read(path('sweater-plain.glb'));
 for (const primitive of two_sets.getRoot().listMeshes().flatMap((mesh) => mesh.listPrimitives())) {
   const uvs = primitive.getAttribute('TEXCOORD_0').clone();
   const [low, high] = [uvs.getMin([]), uvs.getMax([])];
@@ -111,7 +111,7 @@ const uvs = quantised.accessors[quantised.meshes[0].primitives[0].attributes.TEX
 expect(uvs.normalized && uvs.componentType === 5123, 'the texture coordinates were quantised', JSON.stringify(uvs));
 
 // By hand: clones keep the fabric out of images[], bytes with a name become a file, a broken index is refused.
-const copy = cloneDocument(await io.read(path('tablecloth.glb')));
+const copy = cloneDocument(await io.read(path('sweater.glb')));
 const file = copy.getRoot().listMaterials()[0].getExtension(NAME).getFabric();
 expect(file instanceof FabricFile && copy.getRoot().listTextures().length === 2, 'a clone has the fabric and two textures');
 await write(copy, 'clone.glb');
@@ -119,19 +119,19 @@ file.setURI('by-hand.fabric.exr');
 await io.write(path('by-hand.gltf'), copy);
 expect(readFileSync(path('by-hand.fabric.exr')).equals(bytes), 'bytes with a name are written as a file');
 run('selvedge', 'check', path('by-hand.gltf'));
-const broken = await io.readAsJSON(path('tablecloth.glb'));
+const broken = await io.readAsJSON(path('sweater.glb'));
 broken.json.materials[0].extensions[NAME].fabric.index = 1;
 const message = await io.readJSON(broken).then(() => '', (error) => error.message);
 expect(message === `/materials/0/extensions/${NAME}/fabric/index: there is no such fabric`, 'a broken index is refused', message);
 
 // The examples of the class's README, with our files.
 const [optimise, config, create] = blocks_of('spec/gltf-transform/README.md', 'js').map((code) =>
-  code.replace("'dressed.glb'", `'${path('tablecloth.glb')}'`).replace("'small.glb'", `'${path('small.glb')}'`)
+  code.replace("'dressed.glb'", `'${path('sweater.glb')}'`).replace("'small.glb'", `'${path('small.glb')}'`)
     .replace("readFileSync('plain-knit.exr')", `readFileSync('${path('knit.fabric.exr')}')`));
 await run_module(optimise);
 run('selvedge', 'check', path('small.glb'));
 expect((await run_module(config)).default.extensions.includes(MaterialsFabric), 'the configuration has the class');
-const made = await io.read(path('tablecloth-plain.glb'));
+const made = await io.read(path('sweater-plain.glb'));
 const [material] = made.getRoot().listMaterials();
 const transforms = made.createExtension(ALL_EXTENSIONS.find((one) => one.EXTENSION_NAME === 'KHR_texture_transform'));
 new Function('document', 'material', 'transforms', 'MaterialsFabric', 'readFileSync', create)(made, material, transforms, MaterialsFabric, readFileSync);

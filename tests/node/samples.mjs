@@ -1,18 +1,14 @@
-// The sample garments, dressed in a small knit: the Khronos validator has nothing to say of any of them.
+// The sample garment, dressed in a small knit: the Khronos validator has nothing to say of it.
 import { dress, expect, finish, make_fabric } from './workshop.mjs';
 import { validate } from './validate.mjs';
 
 const fabric = make_fabric();
-for (const garment of ['sweater', 'tablecloth']) {
-  for (const form of ['glb', 'gltf']) {
-    const variants = ['--variant', 'red=#aa3322', '--variant', `knit again=${fabric}`];
-    const report = await validate(dress(garment, form, ...variants));
-    console.log(`${garment}.${form}: ${report.errors} errors, ${report.warnings} warnings`);
-    expect(report.errors + report.warnings === 0, 'no errors and no warnings', JSON.stringify(report.messages.slice(0, 8)));
-  }
+for (const form of ['glb', 'gltf']) {
+  const variants = ['--variant', 'red=#aa3322', '--variant', `knit again=${fabric}`];
+  const report = await validate(dress('sweater', form, ...variants));
+  console.log(`sweater.${form}: ${report.errors} errors, ${report.warnings} warnings`);
+  expect(report.errors + report.warnings === 0, 'no errors and no warnings', JSON.stringify(report.messages.slice(0, 8)));
 }
-for (const garment of ['sweater', 'tablecloth']) {
-  const report = await validate(dress(garment, 'glb', '--unwrap', '--backing', '#202020'));
-  expect(report.errors + report.warnings === 0, `${garment}: unwrapped and backed`, JSON.stringify(report.messages.slice(0, 8)));
-}
+const report = await validate(dress('sweater', 'glb', '--unwrap', '--backing', '#202020'));
+expect(report.errors + report.warnings === 0, 'unwrapped and backed', JSON.stringify(report.messages.slice(0, 8)));
 finish();

@@ -55,9 +55,9 @@ async function compare(name, file) {
 }
 
 const fabric = make_fabric();
-for (const garment of ['sweater', 'tablecloth']) {
-  const { total, far, other_hand } = await compare(garment, plain(garment));
-  expect(total > 1000 && far === 0 && other_hand === 0, `${garment}: all tangents are the same`);
+{
+  const { total, far, other_hand } = await compare('sweater', plain('sweater'));
+  expect(total > 1000 && far === 0 && other_hand === 0, 'sweater: all tangents are the same');
 }
 for (const [name, file] of Object.entries({
   cloth: 'khronos/SheenCloth/glTF/SheenCloth.gltf',

@@ -118,11 +118,9 @@ const viewers = {
 const near = (a, b) => Math.abs(a - b) <= 1e-5;
 make_fabric();
 const files = [];
-for (const garment of ['sweater', 'tablecloth']) {
-  for (const form of ['glb', 'gltf']) {
-    dress(garment, form);
-    files.push(`${garment}.${form}`);
-  }
+for (const form of ['glb', 'gltf']) {
+  dress('sweater', form);
+  files.push(`sweater.${form}`);
 }
 for (const [file, answer] of await viewers[process.argv[4]](files)) {
   const expected = fallbacks_of(json_of(path(file)));

@@ -22,7 +22,7 @@ const small = '--texels 16 --views 16 --lights 16 --samples 4 --truth-samples 2'
 run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('knit.fabric.exr'), '--quiet');
 run('selvedge', 'make', 'twill', '--set', 'yarn=tube', '--quality', 'paper', ...small, '-o', path('twill.fabric.exr'), '--quiet');
 // A .gltf beside its fabric: the page takes both.
-run('selvedge', 'dress', sample_garment(bin, 'tablecloth', folder), path('twill.fabric.exr'), '-o', path('cloth.gltf'), '--all', '--quiet');
+run('selvedge', 'dress', sample_garment(bin, 'sweater', folder), path('twill.fabric.exr'), '-o', path('cloth.gltf'), '--all', '--quiet');
 run('selvedge-view', 'page', path('cloth.gltf'), path('knit.fabric.exr'), '-o', path('cloth.html'), '--quiet');
 
 await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
