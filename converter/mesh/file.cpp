@@ -3,15 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <limits>
+#include <map>
 
-#include "converter/mesh/raw_mesh.h"
+#include "converter/mesh/ply_yarns.h"
 #include "format/base/atomic_file.h"
-#include "format/fabric/fabric.h"
+#include "format/mesh/mesh_file.h"
 
 namespace selvedge {
 namespace {
@@ -55,11 +55,10 @@ std::vector<V3f> normals_of(const std::vector<V3f>& positions, const std::vector
   return normals;
 }
 
-/// The material files of a mesh file with these bytes; files that are missing or elsewhere are skipped.
-std::vector<std::string> files_of_materials(const std::string& bytes, const std::string& path) {
+/// The material files that lie beside the mesh file; others are skipped.
+std::vector<std::string> files_of_materials(const MeshFile& mesh, const std::string& path) {
   std::vector<std::string> files;
-  if (ending_of(path) != "obj") return files;
-  for (const std::string& name : material_files(bytes)) {
+  for (const std::string& name : mesh.material_files) {
     const auto file = std::filesystem::path(path).replace_filename(name);
     std::error_code none;
     if (std::filesystem::path(name).filename() == name && std::filesystem::exists(file, none))
@@ -68,12 +67,20 @@ std::vector<std::string> files_of_materials(const std::string& bytes, const std:
   return files;
 }
 
-MaterialColours materials_of(const std::string& bytes, const std::string& path) {
-  MaterialColours colours;
-  for (const std::string& file : files_of_materials(bytes, path)) {
-    if (const auto text = read_file(file, max_material_file)) read_materials(*text, colours);
+/// Gives the faces the diffuse colours of their materials.
+void read_materials(MeshFile& mesh, const std::string& path) {
+  std::map<std::string, MtlMaterial> materials;
+  for (const std::string& file : files_of_materials(mesh, path)) {
+    if (const auto text = read_file(file, max_material_file)) read_mtl(*text, materials);
   }
-  return colours;
+  bool any = false;
+  std::vector<V3f> colours;
+  for (const int number : mesh.face_materials) {
+    const std::optional<V3d> colour = materials[mesh.materials[number]].diffuse;
+    colours.push_back(colour ? V3f(*colour) : V3f(-1));
+    any = any || colour;
+  }
+  if (any) mesh.face_colours.values = std::move(colours);
 }
 
 struct CutFaces {
@@ -81,25 +88,33 @@ struct CutFaces {
   std::vector<std::size_t> face_of;  ///< of each triangle
 };
 
-Result<CutFaces> triangles_of(const RawMesh& raw, const std::string& path) {
+CutFaces triangles_of(const MeshFile& file) {
   CutFaces cut;
-  const auto count = static_cast<int>(raw.positions.size());
-  for (std::size_t f = 0; f < raw.faces.size(); ++f) {
-    const std::vector<int>& face = raw.faces[f];
-    for (const int v : face) {
-      if (v < 0 || v >= count) {
-        return fail(Code::mesh_invalid, path, fmt::format("face {}", f),
-                    fmt::format("refers to vertex {} of {} (counted from 0)", v, count));
-      }
-    }
+  for (std::size_t f = 0; f < file.face_ends.size(); ++f) {
+    const auto face = file.face(f);
     for (std::size_t k = 2; k < face.size(); ++k) {
-      const V3i t(face[0], face[k - 1], face[k]);
+      const V3i t(face[0].position, face[k - 1].position, face[k].position);
       if (t.x == t.y || t.y == t.z || t.z == t.x) continue;
       cut.triangles.push_back(t);
       cut.face_of.push_back(f);
     }
   }
   return cut;
+}
+
+/// The normals of the file if it has one for each vertex of a face, else nothing. Unused vertices get +z.
+std::vector<V3f> given_normals(const MeshFile& file) {
+  constexpr int none = -1;
+  std::vector<int> normal_of(file.positions.size(), none);
+  for (const MeshCorner& corner : file.corners) {
+    int& known = normal_of[corner.position];
+    if (corner.normal < 0 || (known >= 0 && V3f(file.normals[known]) != V3f(file.normals[corner.normal])))
+      return {};
+    known = corner.normal;
+  }
+  std::vector<V3f> normals;
+  for (const int n : normal_of) normals.push_back(n < 0 ? V3f(0, 0, 1) : V3f(file.normals[n]));
+  return normals;
 }
 
 /// Sets the colours of triangles, splitting vertices whose triangles differ.
@@ -189,72 +204,23 @@ std::string obj_of(const CellMesh& mesh) {
   return out;
 }
 
-/// Adds what a PLY file of Selvedge says of its yarns. Those of a mesh that lies otherwise than it was
-/// written are left out.
-Result<void> add_yarns(RawMesh& raw, const MeshChoices& choices, const std::string& path, CellMesh& mesh) {
-  if (!raw.face_colours.empty()) return {};
-  for (V3f& fibre : raw.fibres) fibre = turned(fibre, choices.up_axis);
-  mesh.fibres = std::move(raw.fibres);
-  mesh.gloss = std::move(raw.gloss);
-  mesh.transmission = std::move(raw.transmission);
-  if (choices.up_axis != UpAxis::z || choices.scale_to_mm != 1) return {};
-  mesh.skins = std::move(raw.skins);
-  mesh.places = std::move(raw.places);
-  mesh.seed = raw.seed;
-  mesh.hairs = std::move(raw.hairs);
-  const auto skins = static_cast<int>(mesh.skins.size());
-  for (const YarnPlace& place : mesh.places) {
-    if (place.skin < -1 || place.skin >= skins || !std::isfinite(place.along) ||
-        !std::isfinite(place.around)) {
-      return fail(Code::file_damaged, path, "element vertex", "has places on yarns that there are not");
-    }
-  }
-  for (const YarnSkin& skin : mesh.skins) {
-    if (skin.strands < 0 || skin.pieces < 1 || skin.swells < 1 || !std::isfinite(skin.irregularity)) {
-      return fail(Code::file_damaged, path, "element yarn_skin", "has counts out of range");
-    }
-  }
-  YarnCounts counts = raw.yarn_counts;
-  if (counts.curves == 0) return {};
-  constexpr double max_stations = 1 << 20;
-  double stations = 0;  // the second value of each curve
-  const auto of_curves =
-      static_cast<std::int64_t>(raw.yarn_values.size()) - std::int64_t{values_per_node} * counts.nodes;
-  const std::int64_t fields = of_curves / counts.curves;
-  const bool whole = fields >= fields_of_round_yarn && fields <= FabricLimits{}.fields &&
-                     fields * counts.curves == of_curves;
-  if (whole) counts.fields = static_cast<int>(fields);
-  for (int c = 0; whole && c < counts.curves; ++c)
-    stations += static_cast<double>(raw.yarn_values[counts.curves + c]);
-  if (!whole || !(stations >= 1 && stations <= max_stations)) {
-    return fail(Code::file_damaged, path, "element yarn_curves", "has not the values of its curves");
-  }
-  counts.stations = static_cast<int>(stations);
-  const std::vector<float> dark(std::size_t{light_values_per_station} * counts.stations);
-  auto yarns = yarns_from_values(raw.yarn_values, dark, counts, V2f(mesh.period));
-  if (!yarns) return fail(Code::file_damaged, path, "element yarn_curves", yarns.error().message);
-  mesh.yarns = std::move(*yarns);
-  mesh.yarns.light.clear();
-  return {};
-}
+bool is_known(const std::string& ending) { return ending == "obj" || ending == "ply"; }
 
 Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
-                           const MeshImportOptions& options, const MaterialColours& materials,
-                           MeshChoices* chosen) {
+                           const MeshImportOptions& options, bool with_materials, MeshChoices* chosen) {
   const std::string format = ending_of(path);
-  if (format != "obj" && format != "ply") {
-    return fail(Code::mesh_invalid, path, "", "the file's ending must be .obj or .ply");
-  }
+  if (!is_known(format)) return fail(Code::mesh_invalid, path, "", "the file's ending must be .obj or .ply");
   if (options.scale_to_mm && (!(*options.scale_to_mm > 0) || !std::isfinite(*options.scale_to_mm))) {
     return fail(Code::option_out_of_range, path, "--unit",
                 fmt::format("must be positive, is {}", *options.scale_to_mm));
   }
-  auto raw = format == "ply" ? read_ply(bytes, path) : read_obj(bytes, path, materials);
-  if (!raw) return tl::unexpected(raw.error());
-  auto faces = triangles_of(*raw, path);
-  if (!faces) return tl::unexpected(faces.error());
-  auto& [triangles, face_of] = *faces;
-  const MeshChoices choices = choose(*raw, bytes, options.period, options.scale_to_mm, options.up_axis);
+  Result<PlyFile> ply = format == "ply" ? read_ply(bytes, path) : PlyFile();
+  if (!ply) return tl::unexpected(ply.error());
+  Result<MeshFile> file = format == "ply" ? mesh_of(*ply, path) : read_obj(bytes, path);
+  if (!file) return tl::unexpected(file.error());
+  if (with_materials) read_materials(*file, path);
+  auto [triangles, face_of] = triangles_of(*file);
+  const MeshChoices choices = choose(*file, bytes, options.period, options.scale_to_mm, options.up_axis);
   if (chosen != nullptr) *chosen = choices;
   if (!options.period && !triangles.empty() && !(choices.period.x > 0 && choices.period.y > 0)) {
     return fail(Code::mesh_invalid, path, "",
@@ -264,34 +230,31 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
   CellMesh mesh;
   mesh.period = choices.period;
   mesh.triangles = std::move(triangles);
-  for (std::size_t v = 0; v < raw->positions.size(); ++v) {
-    raw->positions[v] = turned(raw->positions[v], choices.up_axis) * choices.scale_to_mm;
-    const V3f colour = raw->colours.empty() ? V3f(-1) : raw->colours[v];
-    mesh.albedo.push_back(albedo_of(colour, raw->colours_8bit, options.albedo));
+  for (V3d& position : file->positions) position = turned(position, choices.up_axis) * choices.scale_to_mm;
+  for (std::size_t v = 0; v < file->positions.size(); ++v) {
+    const V3f colour = file->colours.values.empty() ? V3f(-1) : file->colours.values[v];
+    mesh.albedo.push_back(albedo_of(colour, file->colours.coded, options.albedo));
   }
-  move_near_origin(raw->positions, mesh.triangles, mesh.period);
-  for (const V3d& p : raw->positions) mesh.positions.emplace_back(p);
-  if (raw->normals.empty()) {
-    mesh.normals = normals_of(mesh.positions, mesh.triangles);
-  } else {
-    for (const V3f& n : raw->normals) {
-      const V3f up = turned(n, choices.up_axis);
-      // Unit normals stay as they are, to the bit.
-      const bool unit = std::abs(up.length() - 1) < 1e-6F;
-      mesh.normals.push_back(unit ? up : up.length() > 0 ? up.normalized() : V3f(0, 0, 1));
-    }
+  move_near_origin(file->positions, mesh.triangles, mesh.period);
+  for (const V3d& p : file->positions) mesh.positions.emplace_back(p);
+  for (const V3f& n : given_normals(*file)) {
+    const V3f up = turned(n, choices.up_axis);
+    // Unit normals stay as they are, to the bit.
+    const bool unit = std::abs(up.length() - 1) < 1e-6F;
+    mesh.normals.push_back(unit ? up : up.length() > 0 ? up.normalized() : V3f(0, 0, 1));
   }
-  if (!raw->face_colours.empty()) {
+  if (mesh.normals.empty()) mesh.normals = normals_of(mesh.positions, mesh.triangles);
+  if (const std::vector<V3f>& colours = file->face_colours.values; !colours.empty()) {
     std::vector<std::optional<V3f>> albedo;
     for (const std::size_t face : face_of) {
-      const V3f& colour = raw->face_colours[face];
-      albedo.push_back(colour.x >= 0
-                           ? std::optional(albedo_of(colour, raw->face_colours_8bit, options.albedo))
+      albedo.push_back(colours[face].x >= 0
+                           ? std::optional(albedo_of(colours[face], file->face_colours.coded, options.albedo))
                            : std::nullopt);
     }
     paint_triangles(mesh, albedo);
+  } else if (Result<void> added = add_yarns(*ply, choices, path, mesh); !added) {
+    return tl::unexpected(added.error());
   }
-  if (auto added = add_yarns(*raw, choices, path, mesh); !added) return tl::unexpected(added.error());
   if (auto sound = validate(mesh, path); !sound) return tl::unexpected(sound.error());
   return mesh;
 }
@@ -300,25 +263,25 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
 
 std::vector<std::string> material_files_of(const std::string& path) {
   const auto bytes = read_file(path, max_mesh_file);
-  return bytes ? files_of_materials(*bytes, path) : std::vector<std::string>();
+  const auto mesh = bytes && ending_of(path) == "obj" ? read_obj(*bytes, path) : MeshFile();
+  return mesh ? files_of_materials(*mesh, path) : std::vector<std::string>();
 }
 
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options, MeshChoices* chosen) {
   const auto bytes = read_file(path, max_mesh_file);
   if (!bytes) return tl::unexpected(bytes.error());
-  return cell_from(*bytes, path, options, materials_of(*bytes, path), chosen);
+  return cell_from(*bytes, path, options, true, chosen);
 }
 
 Result<CellMesh> read_mesh(const std::string& bytes, const std::string& name,
                            const MeshImportOptions& options) {
-  return cell_from(bytes, name, options, {}, nullptr);
+  return cell_from(bytes, name, options, false, nullptr);
 }
 
 Result<void> write_mesh(const std::string& path, const CellMesh& mesh) {
   const std::string format = ending_of(path);
-  if (format != "obj" && format != "ply") {
+  if (!is_known(format))
     return fail(Code::file_unwritable, path, "", "the file's ending must be .obj or .ply");
-  }
   if (auto sound = validate(mesh, path); !sound) return sound;
   return write_file(path, format == "obj" ? obj_of(mesh) : write_ply(mesh, period_comment(mesh)));
 }

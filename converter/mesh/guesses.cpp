@@ -1,31 +1,20 @@
 #include "converter/mesh/guesses.h"
 
+#include <Imath/ImathBox.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <limits>
 
 namespace selvedge {
 namespace {
 
 /// Size of the bounding box of all used vertices, in the file's axes and units.
-V3d extent_of(const RawMesh& raw) {
-  V3d low(std::numeric_limits<double>::max());
-  V3d high(std::numeric_limits<double>::lowest());
-  bool any = false;
-  for (const std::vector<int>& face : raw.faces) {
-    for (const int v : face) {
-      if (v < 0 || static_cast<std::size_t>(v) >= raw.positions.size()) continue;
-      any = true;
-      const V3d& position = raw.positions[v];
-      for (int i = 0; i < 3; ++i) {
-        low[i] = std::min(low[i], position[i]);
-        high[i] = std::max(high[i], position[i]);
-      }
-    }
-  }
-  return any ? high - low : V3d(0);
+V3d extent_of(const MeshFile& file) {
+  Imath::Box3d box;
+  for (const MeshCorner& corner : file.corners) box.extendBy(file.positions[corner.position]);
+  return box.isEmpty() ? V3d(0) : box.max - box.min;
 }
 
 /// The period that write_mesh keeps in a comment.
@@ -47,11 +36,11 @@ std::optional<V2d> period_in_comment(const std::string& bytes) {
 
 const char* name_of(UpAxis axis) { return axis == UpAxis::x ? "x" : (axis == UpAxis::y ? "y" : "z"); }
 
-MeshChoices choose(const RawMesh& raw, const std::string& bytes, const std::optional<V2d>& period,
+MeshChoices choose(const MeshFile& file, const std::string& bytes, const std::optional<V2d>& period,
                    const std::optional<double>& scale_to_mm, const std::optional<UpAxis>& up_axis) {
   constexpr double clearly = 0.9;      // ratio of extents
   constexpr double smallest_mm = 0.1;  // a smaller cell must be in metres
-  const V3d extent = extent_of(raw);
+  const V3d extent = extent_of(file);
   MeshChoices choices;
   choices.up_axis_from = choices.scale_from = choices.period_from = "given";
   if (up_axis) {

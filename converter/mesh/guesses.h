@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "converter/mesh/raw_mesh.h"
+#include "format/mesh/mesh_file.h"
 
 namespace selvedge {
 
@@ -33,7 +33,7 @@ struct MeshChoices {
 /// extent (z unless another has less than 9/10 of its extent); a unit is a metre if the mesh is smaller than
 /// 0.1 units in the plane, else a millimetre; the period comes from the comment of write_mesh(), else it is
 /// the extent of the mesh, which may be 0.
-MeshChoices choose(const RawMesh& raw, const std::string& bytes, const std::optional<V2d>& period,
+MeshChoices choose(const MeshFile& file, const std::string& bytes, const std::optional<V2d>& period,
                    const std::optional<double>& scale_to_mm, const std::optional<UpAxis>& up_axis);
 
 }  // namespace selvedge

@@ -11,13 +11,11 @@
 
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"
-#include "format/base/option_text.h"
 #include "format/gltf/draco.h"
 #include "format/gltf/memory.h"
+#include "format/gltf/mesh_document.h"
 #include "format/gltf/meshopt.h"
 #include "format/gltf/names.h"
-#include "format/gltf/obj.h"
-#include "format/gltf/ply.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {
@@ -231,12 +229,8 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
   MemoryAccount account(limits.memory);
   if (bytes.size() > limits.file_bytes) {
     issues.add(Code::file_too_large, "", fmt::format("larger than {} bytes", limits.file_bytes));
-  } else if (has_ending(path, ".obj")) {
-    Result<GltfDocument> read = load_obj(text, path, limits);
-    if (read) return std::move(*read);
-    issues.add(std::move(read.error()));
-  } else if (is_ply(text)) {
-    Result<GltfDocument> read = load_ply(text, path, limits);
+  } else if (is_mesh_file(text, path)) {
+    Result<GltfDocument> read = load_mesh_document(text, path, limits);
     if (read) return std::move(*read);
     issues.add(std::move(read.error()));
   } else if (text.starts_with("glTF")) {

@@ -1,0 +1,236 @@
+#include "format/gltf/mesh_document.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <tuple>
+#include <unordered_map>
+
+#include "format/base/guard.h"
+#include "format/base/option_text.h"
+#include "format/base/printable.h"
+#include "format/gltf/edit.h"
+#include "format/gltf/memory.h"
+#include "format/gltf/uri.h"
+#include "format/mesh/mesh_file.h"
+
+namespace selvedge {
+namespace {
+
+/// Bytes of a corner in the maps and buffers that are made of it.
+constexpr std::uint64_t corner_price = 128;
+/// JSON values of a primitive with its accessors, views and material.
+constexpr std::uint64_t values_of_part = 128;
+
+/// The triangles of a primitive.
+struct Part {
+  int material = 0;  ///< of the file; -1: of PLY
+  bool has_uvs = false;
+  std::vector<MeshCorner> corners;  ///< three a triangle
+};
+
+struct MeshCornerHash {
+  std::size_t operator()(const MeshCorner& c) const {
+    const auto word = [](int i) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)); };
+    return (word(c.position) << 32 ^ word(c.uv) << 12 ^ word(c.normal)) * 0x9E3779B97F4A7C15U;
+  }
+};
+
+class MeshDocument {
+ public:
+  MeshDocument(const std::string& path, const GltfLimits& limits) : limits_(limits), account_(limits.memory) {
+    document_.file = path;
+    document_.folder = std::filesystem::path(path).parent_path().string();
+    document_.other_files = limits.other_files;
+    document_.json = Json::parse(R"({"asset": {"version": "2.0", "generator": "selvedge"}, "scene": 0,
+      "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [{"primitives": []}]})");
+  }
+
+  GltfDocument read(std::string_view bytes) {
+    const bool is_obj = has_ending(document_.file, ".obj");
+    take(bytes.size(), is_obj ? obj_memory_factor : ply_memory_factor, "its text");
+    if (is_obj) {
+      mesh_ = must(read_obj(bytes, document_.file));
+      for (const std::string& name : mesh_.material_files) read_materials(name);
+    } else {
+      const PlyFile ply = must(read_ply(bytes, document_.file));
+      mesh_ = must(mesh_of(ply, document_.file));
+      read_comments(ply.comments);
+    }
+    make_primitives();
+    document_.taken = limits_.memory - account_.left();
+    return std::move(document_);
+  }
+
+ private:
+  void take(std::uint64_t count, std::uint64_t price, const char* what) {
+    if (!account_.take(count, price)) throw Failure{beyond_memory(document_.file, "", what, limits_.memory)};
+  }
+
+  /// The path of a file that the text names; other systems' separators and roots are understood. Empty if
+  /// other files are not to be opened.
+  std::string path_of(std::string name, const char* place) const {
+    std::replace(name.begin(), name.end(), '\\', '/');
+    if (name.starts_with('/') || name.find(':') != std::string::npos) name = name.substr(name.rfind('/') + 1);
+    if (name.empty() || document_.other_files == OtherFiles::none) return {};
+    const std::string path = (std::filesystem::path(document_.folder) / name).string();
+    return must(resolve_uri(document_, relative_uri(path, document_.folder), place));
+  }
+
+  void read_materials(const std::string& name) {
+    const auto text = read_file(path_of(name, "mtllib"), std::min(limits_.file_bytes, limits_.memory));
+    if (!text) return;
+    take(text->size(), obj_memory_factor, "its materials");
+    read_mtl(*text, materials_);
+  }
+
+  /// The picture that MeshLab names in a comment.
+  void read_comments(const std::vector<std::string>& comments) {
+    constexpr std::string_view key = " TextureFile ";
+    MtlMaterial& material = materials_[""];
+    for (const std::string& comment : comments) {
+      if (comment.starts_with(key) && material.diffuse_map.empty())
+        material.diffuse_map = comment.substr(key.size());
+    }
+  }
+
+  /// The triangles of each material, with and without texture coordinates, by the materials' names.
+  std::vector<Part> parts() {
+    std::map<std::pair<std::string, bool>, Part> parts;
+    for (std::size_t f = 0; f < mesh_.face_ends.size(); ++f) {
+      const auto face = mesh_.face(f);
+      if (face.size() < 3) continue;
+      take(3 * face.size(), corner_price, "its faces");
+      const std::string name = mesh_.materials.empty() ? "" : mesh_.materials[mesh_.face_materials[f]];
+      const bool has_uvs =
+          std::all_of(face.begin(), face.end(), [](const MeshCorner& c) { return c.uv >= 0; });
+      const auto [entry, is_new] = parts.try_emplace({name, has_uvs});
+      if (is_new) {
+        take(values_of_part, memory_price::json_value, "its materials");
+        entry->second = {material_of(name), has_uvs, {}};
+      }
+      for (std::size_t k = 2; k < face.size(); ++k) {
+        for (MeshCorner corner : {face[0], face[k - 1], face[k]}) {
+          if (!has_uvs) corner.uv = -1;
+          entry->second.corners.push_back(corner);
+        }
+      }
+    }
+    std::vector<Part> list;
+    for (auto& [key, part] : parts) list.push_back(std::move(part));
+    return list;
+  }
+
+  void make_primitives() {
+    const std::vector<Part> all = parts();
+    if (all.empty()) throw Failure{{Code::gltf_malformed, document_.file, "", "has no faces"}};
+    std::vector<V3d> sums(mesh_.positions.size(), V3d(0, 0, 0));  // of normals by area
+    for (const Part& part : all) {
+      for (std::size_t t = 0; t < part.corners.size(); t += 3) {
+        const auto position = [&](std::size_t k) { return mesh_.positions[part.corners[t + k].position]; };
+        const V3d normal = (position(1) - position(0)).cross(position(2) - position(0));
+        for (std::size_t k = 0; k < 3; ++k) sums[part.corners[t + k].position] += normal;
+      }
+    }
+    for (const Part& part : all) {
+      Json primitive = primitive_of(part, sums);  // first: new members of the root move the others
+      document_.json["meshes"][0]["primitives"].push_back(std::move(primitive));
+    }
+  }
+
+  Json primitive_of(const Part& part, const std::vector<V3d>& sums) {
+    std::unordered_map<MeshCorner, std::uint32_t, MeshCornerHash> index_of_corner;
+    std::vector<float> positions;
+    std::vector<float> normals;
+    std::vector<float> uvs;
+    std::vector<std::uint32_t> indices;
+    for (const MeshCorner& corner : part.corners) {
+      const auto [entry, is_new] =
+          index_of_corner.try_emplace(corner, static_cast<std::uint32_t>(index_of_corner.size()));
+      indices.push_back(entry->second);
+      if (!is_new) continue;
+      const V3f position(mesh_.positions[corner.position]);
+      const V3d& given = corner.normal >= 0 ? mesh_.normals[corner.normal] : sums[corner.position];
+      const bool sound = std::isfinite(given.length2()) && given.length2() > 0;
+      const V3f normal = sound ? V3f(given.normalized()) : V3f(0, 0, 1);
+      positions.insert(positions.end(), {position.x, position.y, position.z});
+      normals.insert(normals.end(), {normal.x, normal.y, normal.z});
+      if (part.has_uvs) uvs.insert(uvs.end(), {mesh_.uvs[corner.uv].x, mesh_.uvs[corner.uv].y});
+    }
+    Json attributes{{"POSITION", append_float_accessor(document_, positions, 3, true)},
+                    {"NORMAL", append_float_accessor(document_, normals, 3, false)}};
+    if (part.has_uvs) attributes["TEXCOORD_0"] = append_float_accessor(document_, uvs, 2, false);
+    return {{"attributes", attributes},
+            {"indices", append_index_accessor(document_, indices)},
+            {"material", part.material}};
+  }
+
+  /// The document's material of this name, made at its first use.
+  int material_of(const std::string& name) {
+    const auto [entry, is_new] = used_.try_emplace(name, static_cast<int>(used_.size()));
+    if (!is_new) return entry->second;
+    const MtlMaterial& given = materials_[name];
+    Json material{{"name", name.empty() ? "cloth" : as_utf8(name)},  // JSON strings are UTF-8
+                  {"doubleSided", true},
+                  {"pbrMetallicRoughness", {{"metallicFactor", 0}}}};
+    Json& base = material["pbrMetallicRoughness"];
+    const auto factor = [](const V3d& v) {
+      return Json::array({std::min(v.x, 1.0), std::min(v.y, 1.0), std::min(v.z, 1.0)});
+    };
+    if (given.diffuse) {
+      base["baseColorFactor"] = factor(*given.diffuse);
+      base["baseColorFactor"].push_back(1);
+    }
+    if (given.emission) material["emissiveFactor"] = factor(*given.emission);
+    set_picture(given.diffuse_map, base, "baseColorTexture");
+    // A texture alone shows nothing, as the factor of glTF is 0 by default.
+    if (set_picture(given.emission_map, material, "emissiveTexture") && !given.emission)
+      material["emissiveFactor"] = Json::array({1, 1, 1});
+    set_picture(given.normal_map, material, "normalTexture");
+    if (given.masked)
+      material["alphaMode"] = "MASK";  // of the picture that has the colour, too, if it is one
+    document_.json["materials"].push_back(std::move(material));
+    return entry->second;
+  }
+
+  /// Whether the picture exists, which owner[key] then names.
+  bool set_picture(const std::string& name, Json& owner, const char* key) {
+    const std::string path = path_of(name, "materials");
+    std::error_code ignored;
+    if (path.empty() || !std::filesystem::is_regular_file(path, ignored)) return false;
+    const std::string uri = relative_uri(path, document_.folder);
+    const auto [entry, is_new] = pictures_.try_emplace(uri, static_cast<int>(pictures_.size()));
+    if (is_new) {
+      document_.json["images"].push_back({{"uri", uri}});
+      document_.json["textures"].push_back(Json::object({{"source", entry->second}}));
+    }
+    owner[key] = Json::object({{"index", entry->second}});
+    return true;
+  }
+
+  const GltfLimits& limits_;
+  MemoryAccount account_;
+  GltfDocument document_;
+  MeshFile mesh_;
+  std::map<std::string, MtlMaterial> materials_;
+  std::map<std::string, int> used_, pictures_;  ///< numbers in the document
+};
+
+}  // namespace
+
+bool is_mesh_file(std::string_view bytes, const std::string& path) {
+  return has_ending(path, ".obj") || bytes.starts_with("ply\n") || bytes.starts_with("ply\r\n");
+}
+
+Result<GltfDocument> load_mesh_document(std::string_view bytes, const std::string& path,
+                                        const GltfLimits& limits) {
+  try {
+    return MeshDocument(path, limits).read(bytes);
+  } catch (Failure& failure) {
+    failure.error.file = path;
+    return tl::unexpected(failure.error);
+  }
+}
+
+}  // namespace selvedge

@@ -1,0 +1,212 @@
+#include "format/gltf/mesh_document.h"
+
+#include <doctest/doctest.h>
+
+#include <bit>
+#include <filesystem>
+
+#include "format/gltf/access.h"
+#include "format/gltf/read_scene.h"
+#include "tests/format/files.h"
+#include "tests/require.h"
+
+using namespace selvedge;
+using test::Folder;
+
+namespace {
+
+/// A quad of 2 x 1 and a triangle without texture coordinates, in two materials.
+constexpr const char* quad_and_triangle =
+    "mtllib a b.mtl\n"
+    "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 0 0 1\n"
+    "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    "usemtl red cloth\nf 1/1 2/2 3/3 -2/-1\n"
+    "usemtl \\\nother\nf 1 4 5 # behind\n";
+
+/// A square of two triangles or one quad, 2 x 1, with texture coordinates at its vertices.
+std::string square(const std::string& u = "s", const std::string& v = "t") {
+  return "ply\nformat ascii 1.0\ncomment TextureFile the red.png\nelement vertex 4\nproperty float x\n"
+         "property float y\nproperty float z\nproperty uchar red\nproperty float " +
+         u + "\nproperty float " + v +
+         "\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0 255 0 0\n2 0 0 255 1 0\n2 1 0 255 1 1\n0 1 0 255 0 1\n4 0 1 2 3\n";
+}
+
+/// The same in binary, with texture coordinates at the corners of its faces, of which the second has none.
+std::string binary(bool big) {
+  std::string text = "ply\r\nformat binary_" + std::string(big ? "big" : "little") +
+                     "_endian 1.0\r\nelement vertex 4\r\nproperty double x\r\nproperty double y\r\n"
+                     "property double z\r\nproperty float nx\r\nproperty float ny\r\nproperty float nz\r\n"
+                     "element face 2\r\nproperty list uchar uint vertex_index\r\n"
+                     "property list uchar float texcoord\r\nproperty int texnumber\r\nend_header\r\n";
+  const auto put = [&](auto value, std::size_t size) {
+    for (std::size_t i = 0; i < size; ++i)
+      text += static_cast<char>(value >> 8 * (big ? size - 1 - i : i) & 255U);
+  };
+  const auto real = [&](double value) { put(std::bit_cast<std::uint64_t>(value), 8); };
+  const auto single = [&](float value) { put(std::bit_cast<std::uint32_t>(value), 4); };
+  for (const auto& [x, y] : {std::pair(0.0, 0.0), {2.0, 0.0}, {2.0, 1.0}, {0.0, 1.0}}) {
+    for (const double value : {x, y, 0.0}) real(value);
+    for (const float value : {0.0F, 0.0F, 2.0F}) single(value);
+  }
+  for (const bool with : {true, false}) {
+    put(3U, 1);
+    for (const std::uint32_t corner : {0U, with ? 1U : 2U, with ? 2U : 3U}) put(corner, 4);
+    put(with ? 6U : 0U, 1);
+    if (with) {
+      for (const float value : {0.0F, 0.0F, 1.0F, 0.0F, 1.0F, 1.0F}) single(value);
+    }
+    put(0U, 4);
+  }
+  return text;
+}
+
+Scene scene_of(const GltfDocument& document) { return test::need(read_scene(document)); }
+
+Error refusal(const std::string& text, const char* path = "in/g.obj") {
+  return test::error_of(load_mesh_document(text, path, {}));
+}
+
+Error ply_refusal(const std::string& text) { return refusal(text, "in/g.ply"); }
+
+}  // namespace
+
+TEST_CASE("a garment of OBJ has a primitive for each material, v upside down and smooth normals") {
+  const Folder folder;
+  test::write_bytes(folder / "g.obj", quad_and_triangle);
+  test::write_bytes(folder / "a b.mtl",
+                    "newmtl red cloth\nKd 0.5 0.25 7\nmap_Kd -s 2 2 1 -clamp on C:\\art\\the red.png\n"
+                    "map_Bump -bm 1 red_Normal.png\nmap_Ke none.png\n");
+  test::write_bytes(folder / "the red.png", "png");
+  test::write_bytes(folder / "red_Normal.png", "png");
+  const GltfDocument document = test::need(load_gltf(folder / "g.obj"));
+  const Json& materials = document.json["materials"];
+  const Json& red = materials[string_of(materials[0]["name"]) == "red cloth" ? 0 : 1];
+  CHECK(red["pbrMetallicRoughness"]["baseColorFactor"] == Json::array({0.5, 0.25, 1.0, 1}));
+  const auto picture = [&](const Json& texture) {
+    return string_of(document.json["images"][texture["index"].get<int>()]["uri"]);
+  };
+  CHECK(picture(red["pbrMetallicRoughness"]["baseColorTexture"]) == "the%20red.png");
+  CHECK(picture(red["normalTexture"]) == "red_Normal.png");
+  CHECK_FALSE(red.contains("emissiveTexture"));  // is not there
+  CHECK_FALSE(red.contains("emissiveFactor"));
+  const Scene scene = scene_of(document);
+  REQUIRE(scene.primitives.size() == 2);
+  const bool first = !scene.primitives[0].tex_coords[0].empty();
+  const ScenePrimitive& quad = scene.primitives[first ? 0 : 1];
+  const ScenePrimitive& triangle = scene.primitives[first ? 1 : 0];
+  CHECK(quad.indices == std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3});
+  CHECK(quad.tex_coords[0] == std::vector<V2d>{{0, 1}, {1, 1}, {1, 0}, {0, 0}});
+  CHECK(triangle.tex_coords[0].empty());
+  // By area: the corner at the origin belongs to the quad, of area 2 to z, and the triangle, of area 1 / 2 to
+  // -x or x.
+  const V3f corner = quad.normals[0];
+  CHECK(std::abs(corner.x / corner.z) == doctest::Approx(0.5 / 2).epsilon(1e-6));
+  CHECK(quad.normals[1] == V3f(0, 0, 1));
+}
+
+TEST_CASE("a garment of OBJ keeps the normals and vertices that its corners name") {
+  const std::string text =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5\nvt 0 0\nvn 0 0 2\nvn 0 1 0\nf 1/1/1 2/1/2 3/2/1\nf 3/2/1 2/1/2 "
+      "1/2/1\n";
+  const Scene scene = scene_of(test::need(load_mesh_document(text, "g.obj", {})));
+  REQUIRE(scene.primitives.size() == 1);
+  CHECK(scene.primitives[0].positions.size() == 4);  // (1, first uv) and (1, second uv) are two
+  CHECK(scene.primitives[0].normals[0] == V3f(0, 0, 1));
+  CHECK(scene.primitives[0].normals[1] == V3f(0, 1, 0));
+  CHECK(scene.primitives[0].tex_coords[0][0] == V2d(0.5, 1));
+}
+
+TEST_CASE("a garment of OBJ glows by its picture, and names in Latin-1 can be saved") {
+  const Folder folder;
+  test::write_bytes(folder / "m.mtl", "newmtl caf\xE9\nKd 1 0 0\nmap_Ke glow.png\n");
+  test::write_bytes(folder / "glow.png", "png");
+  const std::string text = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl caf\xE9\nf 1 2 3\n";
+  const GltfDocument document = test::need(load_mesh_document(text, folder / "g.obj", {}));
+  const Json& material = document.json["materials"][0];
+  CHECK(string_of(material["name"]) == "caf\\xE9");
+  CHECK(material["pbrMetallicRoughness"]["baseColorFactor"] == Json::array({1.0, 0.0, 0.0, 1}));
+  CHECK(material["emissiveFactor"] == Json::array({1, 1, 1}));
+  CHECK(material.contains("emissiveTexture"));
+  CHECK(save_gltf(document, folder / "g.gltf"));
+}
+
+TEST_CASE("damaged garments of OBJ are refused with the line, and files outside are not opened") {
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  CHECK(refusal(points).code == Code::gltf_malformed);
+  CHECK(to_line(refusal(points + "f 1 2\n")) ==
+        "in/g.obj: line 4: a face needs three corners [FILE_DAMAGED]");
+  for (const char* face : {"f 1 2 4", "f 1 2 0", "f 1 2 -4", "f 1 2 x", "f 1/1 2/1 3/1", "f 1//1 2 3"})
+    CHECK(refusal(points + face).place == "line 4");
+  CHECK(refusal("v 0 nan 0\n").code == Code::mesh_not_finite);
+  CHECK(refusal(points + "vt 1e99 0\n").code == Code::file_damaged);
+  CHECK(refusal("mtllib ../secret.mtl\n" + points + "f 1 2 3\n").code == Code::gltf_reference);
+  const Error large = test::error_of(load_mesh_document(points + "f 1 2 3\n", "g.obj", {.memory = 200}));
+  CHECK(large.code == Code::file_too_large);
+  const Folder folder;
+  test::write_bytes(folder / "m.mtl", "newmtl a\nmap_Kd ../../up.png\n");
+  CHECK(test::error_of(
+            load_mesh_document("mtllib m.mtl\n" + points + "usemtl a\nf 1 2 3\n", folder / "g.obj", {}))
+            .code == Code::gltf_reference);
+}
+
+TEST_CASE("a garment of PLY has the texture coordinates of its vertices, upside down, and its picture") {
+  const Folder folder;
+  test::write_bytes(folder / "the red.png", "png");
+  for (const auto& [u, v] : {std::pair("s", "t"), {"u", "v"}, {"texture_u", "texture_v"}}) {
+    test::write_bytes(folder / "g.ply", square(u, v));
+    const GltfDocument document = test::need(load_gltf(folder / "g.ply"));
+    CHECK(document.json["images"][0]["uri"] == "the%20red.png");
+    const Scene scene = test::need(read_scene(document));
+    REQUIRE(scene.primitives.size() == 1);
+    const ScenePrimitive& p = scene.primitives[0];
+    CHECK(p.indices == std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3});
+    CHECK(p.positions[2] == V3f(2, 1, 0));
+    CHECK(p.tex_coords[0] == std::vector<V2d>{{0, 1}, {1, 1}, {1, 0}, {0, 0}});
+    CHECK(p.normals[0] == V3f(0, 0, 1));
+    CHECK(scene.materials[p.material].name == "cloth");
+    CHECK(scene.materials[p.material].double_sided);
+  }
+}
+
+TEST_CASE("a garment of binary PLY has the texture coordinates of its faces, and those without apart") {
+  for (const bool big : {false, true}) {
+    const GltfDocument document = test::need(load_mesh_document(binary(big), "g.ply", {}));
+    const Scene scene = test::need(read_scene(document));
+    REQUIRE(scene.primitives.size() == 2);
+    const bool first = !scene.primitives[0].tex_coords[0].empty();
+    const ScenePrimitive& with = scene.primitives[first ? 0 : 1];
+    const ScenePrimitive& without = scene.primitives[first ? 1 : 0];
+    CHECK(with.tex_coords[0] == std::vector<V2d>{{0, 1}, {1, 1}, {1, 0}});
+    CHECK(with.positions == std::vector<V3f>{{0, 0, 0}, {2, 0, 0}, {2, 1, 0}});
+    CHECK(with.normals == std::vector<V3f>(3, V3f(0, 0, 1)));
+    CHECK(without.tex_coords[0].empty());
+    CHECK(without.positions == std::vector<V3f>{{0, 0, 0}, {2, 1, 0}, {0, 1, 0}});
+  }
+}
+
+TEST_CASE("PLY garments that are damaged, empty or too large are refused in one line") {
+  const std::string good = square();
+  const std::string whole = binary(false);
+  for (std::size_t size = 4; size < whole.size(); ++size) {
+    const Error error = ply_refusal(whole.substr(0, size));
+    CHECK((error.code == Code::file_damaged || error.code == Code::gltf_malformed));
+    CHECK(to_line(error).find('\n') == std::string::npos);
+  }
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    text.replace(text.find(from), from.size(), to);
+    return text;
+  };
+  CHECK(ply_refusal(with("4 0 1 2 3", "4 0 1 2 4")).code == Code::file_damaged);
+  CHECK(ply_refusal(with("4 0 1 2 3", "4 0 1 2 -1")).code == Code::file_damaged);
+  CHECK(ply_refusal(with("4 0 1 2 3", "2 0 1")).code == Code::gltf_malformed);
+  CHECK(ply_refusal(with("2 1 0 255", "2 1e99 0 255")).code == Code::mesh_not_finite);
+  CHECK(ply_refusal(with("255 1 1", "255 nan 1")).code == Code::file_damaged);
+  CHECK(ply_refusal(with("element vertex 4", "element vertex 4000000000000")).code == Code::file_damaged);
+  CHECK(ply_refusal(with("element face 1", "element hair 1")).code == Code::gltf_malformed);
+  CHECK(ply_refusal(with("TextureFile the red.png", "TextureFile ../../a.png")).code == Code::gltf_reference);
+  GltfLimits little;
+  little.memory = good.size() + 500;
+  CHECK(test::error_of(load_mesh_document(good, "g.ply", little)).code == Code::file_too_large);
+}
