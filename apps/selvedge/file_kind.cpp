@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "converter/dress/check.h"
+#include "converter/dress/uv_scale.h"
 #include "format/base/input_file.h"
 #include "format/base/option_text.h"
 #include "format/check/fabric.h"
@@ -48,7 +48,7 @@ Issues check_samples(const std::string& path) {
 Issues check_garment(const std::string& path, const SceneLimits& limits) {
   Scene scene;
   Issues issues = check_gltf(path, limits, &scene);
-  const Issues more = check_dressed(scene);
+  const Issues more = check_uv_areas(scene);
   issues.insert(issues.end(), more.begin(), more.end());
   return issues;
 }

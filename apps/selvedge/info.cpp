@@ -8,7 +8,7 @@
 #include "apps/selvedge/file_kind.h"
 #include "apps/selvedge/fit_report.h"
 #include "apps/selvedge/uv_report.h"
-#include "converter/dress/uv_overlap.h"
+#include "converter/dress/uv_scale.h"
 #include "format/fabric/file.h"
 #include "format/gltf/read_scene.h"
 #include "format/samples/samples.h"
@@ -86,7 +86,6 @@ Info gltf_info(const std::string& path, const SceneLimits& limits, int tex_coord
   const Imath::Box3d bounds = bounds_of(scene);
   Json materials = Json::array();
   std::vector<std::string> uvs;
-  OverlapBudget budget;
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     const SceneMaterial& m = scene.materials[i];
     Json entry = {{"name", m.name}};
@@ -95,8 +94,7 @@ Info gltf_info(const std::string& path, const SceneLimits& limits, int tex_coord
       if (scene.primitives[p].material == static_cast<int>(i)) primitives.insert(static_cast<int>(p));
     }
     const int set = m.fabric ? m.fabric->tex_coord : tex_coord;
-    UvSize size = measure_uv(scene, primitives, set);
-    size.shared = overlap_of(scene, primitives, set, budget);
+    const UvSize size = measure_uv(scene, primitives, set);
     if (size.primitives > 0) entry.update(uv_json(size));
     uvs.push_back(size.primitives > 0 ? uv_text(size) : "");
     if (m.fabric) {

@@ -20,7 +20,6 @@
 #include "converter/dress/true_size.h"
 #include "converter/dress/unwrap.h"
 #include "converter/dress/usd.h"
-#include "converter/dress/uv_overlap.h"
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
 #include "format/gltf/access.h"
@@ -29,9 +28,9 @@
 #include "format/gltf/geometry.h"
 #include "format/gltf/material_uses.h"
 #include "format/gltf/memory.h"
-#include "format/gltf/mend.h"
 #include "format/gltf/names.h"
 #include "format/gltf/read_scene.h"
+#include "format/gltf/references.h"
 #include "format/gltf/unused_pictures.h"
 #include "format/gltf/uri.h"
 
@@ -58,7 +57,7 @@ class Dresser {
     ChosenMaterials chosen =
         must(choose_materials(document_, {options_.materials, options_.all, options_.except}));
     report_.warnings = chosen.left_alone;
-    std::set<int> textures = textures_in_use(document_.json);
+    std::set<int> textures = textures_in_use(document_);
     drop_dead_mappings();
     Scene scene = must(read_scene(document_, limits_));
     memory_ = MemoryAccount(scene.memory_left);
@@ -76,11 +75,8 @@ class Dresser {
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
     report_.bounds = bounds_of(scene);
     if (const V3d size = report_.bounds.size(); !std::isfinite(size.x + size.y + size.z)) {
-      throw Failure{
-          Error{Code::mesh_not_finite, document_.file, "/nodes", "a node places a mesh beyond all numbers"}};
+      throw Failure{Error{Code::mesh_not_finite, document_.file, "/nodes", "a node transform overflows"}};
     }
-    if (const std::string remark = judge_size(report_.bounds); !remark.empty())
-      report_.warnings.push_back(remark);
     for (std::optional<Cloth>& cloth : cloths_) {
       if (cloth) cloth->index = must(add_fabric(document_, cloth->source));
     }
@@ -97,10 +93,7 @@ class Dresser {
       textures.insert(cloth->textures->base_color);
       if (cloth->textures->normal >= 0) textures.insert(cloth->textures->normal);
     }
-    if (const std::string unknown = drop_unused_pictures(document_, textures); !unknown.empty()) {
-      report_.warnings.push_back(
-          fmt::format("pictures that nothing uses any more stay in the file: {} may refer to them", unknown));
-    }
+    drop_unused_pictures(document_, textures);
     report_.embedded = cloth_.source.uri.empty();
     return std::move(report_);
   }
@@ -174,8 +167,7 @@ class Dresser {
       const ScenePrimitive& primitive = scene.primitives[i];
       if (places.contains(Place(primitive.mesh, primitive.index))) primitives.insert(i);
     }
-    UvSize size = measure_uv(scene, primitives, options_.tex_coord);
-    size.shared = overlap_of(scene, primitives, options_.tex_coord, overlap_budget_);
+    const UvSize size = measure_uv(scene, primitives, options_.tex_coord);
     dressed.primitives = size.primitives;
     dressed.size = size;
     Worn worn{reference_to(cloth_, size), size, has_stale_tangents(material)};
@@ -186,11 +178,6 @@ class Dresser {
     }
     warn_of_uvs(where, size);
     KeptParts parts = must(keep_parts(document_, material, scene, places, masks_, options_.keep));
-    if (!options_.keep.base_color && is_print(scene, material) && !scene.materials[material].fabric) {
-      parts.warnings.push_back(
-          fmt::format("the picture \"{}\" of its base colour is a print: --keep base-colour shows it",
-                      picture_name(scene, scene.materials[material])));
-    }
     for (const std::string& warning : parts.warnings) report_.warnings.push_back(where + ": " + warning);
     dressed.kept = std::move(parts.kept);
     if (options_.fallback) dressed.replaced = std::move(parts.replaced);
@@ -215,9 +202,8 @@ class Dresser {
   /// Writes the reference, its mirror and the fallback.
   void wear(int material, Cloth& cloth, const Worn& worn, const std::set<Place>& places) {
     if (const std::optional<TransformFault> fault = fault_of(worn.reference.transform)) {
-      throw Failure{
-          {Code::gltf_extension, document_.file, fmt::format("/materials/{}", material),
-           fmt::format("the cloth would have a {} that is none: {}", fault->member, fault->reason)}};
+      throw Failure{{Code::gltf_extension, document_.file, fmt::format("/materials/{}", material),
+                     fmt::format("invalid texture transform: {}: {}", fault->member, fault->reason)}};
     }
     set_fabric_reference(document_, material, worn.reference);
     if (options_.fallback) write_fallback(material, cloth, worn, places);
@@ -231,9 +217,6 @@ class Dresser {
         report_.warnings.push_back(fmt::format("{}: {:.0f} % of its area {}", where, 100 * share, what));
     };
     warn(size.stretched, fmt::format("shows cloth stretched more than {} times one way", max_stretch));
-    warn(
-        size.shared.value_or(0),
-        "shares its texture coordinates with other parts, which matters for pictures that are painted on it");
     warn(size.without, "has texture coordinates that cover none, and will show streaks");
   }
 
@@ -268,10 +251,6 @@ class Dresser {
     const int variant = must(add_variant(document_, colourway.name));
     bool shown = false;
     for (auto& [material, worn] : worn_) {
-      const std::string text = document_.json["materials"][material].dump();
-      if (!memory_.take(text.size(), 1) ||
-          !memory_.take(demands_of(text, limits_.document.nesting).values, memory_price::json_value))
-        throw Failure{beyond_memory(document_.file, "/materials", "its variants", memory_.limit())};
       const int copy = copy_for_variant(document_, material, uses_[material], variant);
       if (copy < 0) continue;
       shown = true;
@@ -337,7 +316,6 @@ class Dresser {
   std::map<int, Worn> worn_;       ///< by material
   std::set<Place> with_tangents_;
   MaskTextures masks_;
-  OverlapBudget overlap_budget_;
   DressReport report_;
 };
 
@@ -363,14 +341,11 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
         cloths.back() = read_cloth(colourway.fabric, output_path, options, limits);
     }
     GltfDocument document = must(load_gltf(garment_path, limits.document));
-    const std::vector<std::string> missing = must(drop_missing_pictures(document));
-    const std::vector<std::string> mended = must(mend(document));
+    must(check_references(document));
     // Moved first, so that the fabric's URI and the existing ones are relative to the same folder.
     move_document(document, std::filesystem::path(output_path).parent_path().string());
     must(size_garment(document, options.unit, options.height, limits));
     DressReport report = Dresser(document, cloths, options, limits).dress();
-    report.warnings.insert(report.warnings.end(), mended.begin(), mended.end());
-    for (const std::string& fault : missing) report.warnings.push_back(fault + ", and is left out");
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));
     std::vector<AtomicFile> usd = stage_usd(document, options.usd, limits, report);

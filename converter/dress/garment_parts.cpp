@@ -11,7 +11,6 @@
 #include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/names.h"
-#include "format/gltf/picture_type.h"
 #include "format/picture/image.h"
 
 namespace selvedge {
@@ -23,8 +22,11 @@ namespace {
 /// Bytes for a pixel that is decoded and encoded again.
 constexpr std::uint64_t pixel_price = 32;
 
-ImageLimits limits_of(std::uint64_t memory) {
-  return {.pixels = static_cast<std::int64_t>(std::min<std::uint64_t>(memory / pixel_price, 1U << 28U))};
+/// The name of the picture of a material's base colour in messages. Precondition: there is one.
+std::string picture_name(const Scene& scene, const SceneMaterial& material) {
+  const int picture = material.base_color_texture.image;
+  const std::string& given = scene.images[picture].name;
+  return given.empty() ? fmt::format("#{}", picture) : std::filesystem::path(given).filename().string();
 }
 
 class Keeper {
@@ -112,8 +114,9 @@ class Keeper {
     if (material_.alpha_mode == AlphaMode::opaque || picture < 0 || !(opacity > 0)) return;
     const float cutoff = blend ? 0.5F : material_.alpha_cutoff / opacity;
     const SceneImage& encoded = scene_.images[picture];
-    const Result<Image> image =
-        decode_image(encoded.bytes, encoded.name, Transfer::keep, limits_of(scene_.memory_left));
+    const auto pixels = std::min<std::uint64_t>(scene_.memory_left / pixel_price, 1U << 28U);
+    const Result<Image> image = decode_image(encoded.bytes, encoded.name, Transfer::keep,
+                                             {.pixels = static_cast<std::int64_t>(pixels)});
     if (!image) {
       parts_.warnings.push_back(to_line(image.error()) + "; the mask is lost");
       return;
@@ -190,46 +193,6 @@ Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& 
   } catch (const Failure& failure) {
     return tl::unexpected(failure.error);
   }
-}
-
-std::string picture_name(const Scene& scene, const SceneMaterial& material) {
-  const int picture = material.base_color_texture.image;
-  const std::string& given = scene.images[picture].name;
-  return given.empty() ? fmt::format("#{}", picture) : std::filesystem::path(given).filename().string();
-}
-
-bool is_print(const Scene& scene, int material) {
-  constexpr double many_colours =
-      0.12;  // root of the mean squared distance from the mean colour, as displayed
-  constexpr int side = 256;
-  const TextureReference& texture = scene.materials[material].base_color_texture;
-  if (texture.image < 0 || texture.tex_coord > 1) return false;
-  const SceneImage& encoded = scene.images[texture.image];
-  const auto size = picture_size(encoded.bytes);
-  int halvings = 0;
-  while (std::max(size.x, size.y) >> halvings > side) ++halvings;
-  const Result<Image> image =
-      decode_image(encoded.bytes, encoded.name, Transfer::keep, limits_of(scene.memory_left), halvings);
-  if (!image) return false;
-  V3d sum(0, 0, 0);
-  double squares = 0;
-  double count = 0;
-  for (const ScenePrimitive& primitive : scene.primitives) {
-    if (primitive.material != material) continue;
-    for (const V2d& uv : primitive.tex_coords[texture.tex_coord]) {
-      const V2d at = texture.transform.apply(uv);
-      const auto place = [](double x, int texels) {
-        return std::clamp(static_cast<int>((x - std::floor(x)) * texels), 0, texels - 1);
-      };
-      const float* pixel = &image->pixels[std::size_t{4} * (place(at.y, image->height) * image->width +
-                                                            place(at.x, image->width))];
-      const V3d color(pixel[0], pixel[1], pixel[2]);
-      sum += color;
-      squares += color.length2();
-      ++count;
-    }
-  }
-  return count > 0 && squares / count - (sum / count).length2() > many_colours * many_colours;
 }
 
 }  // namespace selvedge

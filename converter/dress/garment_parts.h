@@ -37,10 +37,4 @@ using MaskTextures = std::map<int, int>;
 Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& scene,
                              const std::set<Place>& places, MaskTextures& masks, const KeepOptions& options);
 
-/// What messages call the picture of a material's base colour. Precondition: it has one.
-std::string picture_name(const Scene& scene, const SceneMaterial& material);
-
-/// Whether the picture is more than one colour with light and shade, at the vertices that have the material.
-bool is_print(const Scene& scene, int material);
-
 }  // namespace selvedge

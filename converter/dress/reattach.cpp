@@ -15,8 +15,8 @@
 #include "format/gltf/document.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/material_uses.h"
-#include "format/gltf/mend.h"
 #include "format/gltf/names.h"
+#include "format/gltf/references.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {
@@ -211,11 +211,10 @@ Result<ReattachReport> reattach(const std::string& input_path, const std::string
                                 const ReattachOptions& options) {
   try {
     GltfDocument document = must(load_gltf(input_path, options.limits.document));
-    std::vector<std::string> mended = must(mend(document));
+    must(check_references(document));
     // Moved first, so that the URIs of all fabrics are relative to the same folder.
     move_document(document, fs::path(output_path).parent_path().string());
     ReattachReport report = Restorer(document, output_path, options).restore();
-    std::move(mended.begin(), mended.end(), std::back_inserter(report.warnings));
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));
     report.bytes = must(save_gltf(std::move(document), output_path));

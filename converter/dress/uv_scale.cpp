@@ -107,6 +107,24 @@ UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord
   return size;
 }
 
+Issues check_uv_areas(const Scene& scene) {
+  Issues issues;
+  for (std::size_t m = 0; m < scene.materials.size(); ++m) {
+    const std::optional<FabricReference>& fabric = scene.materials[m].fabric;
+    if (!fabric || fabric->tex_coord > 1) continue;
+    std::set<int> primitives;  // those that show
+    for (const SceneInstance& instance : scene.instances) {
+      if (scene.primitives[instance.primitive].material == static_cast<int>(m))
+        primitives.insert(instance.primitive);
+    }
+    const V2d metres = measure_uv(scene, primitives, fabric->tex_coord).metres;
+    if (primitives.empty() || (metres.x > 0 && metres.y > 0)) continue;
+    issues.push_back({Code::garment_no_uvs, scene.file, fmt::format("/materials/{}", m),
+                      "its texture coordinates cover no area in the scene"});
+  }
+  return issues;
+}
+
 Imath::Box3d bounds_of(const Scene& scene) {
   Imath::Box3d bounds;
   for (const SceneInstance& instance : scene.instances) {
@@ -115,21 +133,6 @@ Imath::Box3d bounds_of(const Scene& scene) {
       bounds.extendBy(V3d(primitive.positions[index]) * instance.world);
   }
   return bounds;
-}
-
-std::string judge_size(const Imath::Box3d& bounds) {
-  // From a doll's dress to a curtain of two storeys.
-  constexpr double least = 0.1;
-  constexpr double most = 6;
-  const V3d size = bounds.isEmpty() ? V3d(0, 0, 0) : bounds.size();
-  const double longest = std::max({size.x, size.y, size.z});
-  if (longest == 0 || (longest >= least && longest <= most)) return {};
-  for (const auto& [unit, metres] : {std::pair("cm", 0.01), std::pair("mm", 0.001)}) {
-    const double mended = longest * metres;
-    if (mended < least || mended > most) continue;
-    return fmt::format("the garment is {:.3g} m long; --unit {} makes that {:.3g} m", longest, unit, mended);
-  }
-  return fmt::format("the garment is {:.3g} m long; --height METRES tells how tall it is", longest);
 }
 
 }  // namespace selvedge

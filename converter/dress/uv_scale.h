@@ -3,9 +3,7 @@
 
 #include <Imath/ImathBox.h>
 
-#include <optional>
 #include <set>
-#include <string>
 #include <vector>
 
 #include "format/scene/scene.h"
@@ -17,9 +15,8 @@ struct UvSize {
   V2d low{0, 0};         ///< a twentieth of the area has less
   V2d high{0, 0};        ///< a twentieth of the area has more
   double stretched = 0;  ///< share of the area where cloth is more than max_stretch longer or shorter one way
-  double without = 0;    ///< share of the area whose UVs cover none
-  std::optional<double> shared = {};  ///< what overlap_of() says, if somebody asked it (uv_overlap.h)
-  int primitives = 0;                 ///< instances with area in space and in UV
+  double without = 0;    ///< share of the area whose UVs cover no area
+  int primitives = 0;    ///< instances with area in space and in UV
 };
 
 /// Cloth that is stretched by more than this one way shows it.
@@ -31,11 +28,11 @@ constexpr double max_stretch = 1.5;
 /// its inverse. `chosen` holds indices into scene.primitives; sets that are not read cover nothing.
 UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord);
 
+/// GARMENT_NO_UVS for each material with a fabric that shows in the scene with UVs that cover no area, as
+/// under a node of scale 0: dress() refuses it.
+Issues check_uv_areas(const Scene& scene);
+
 /// What the scene's triangles reach, metres; empty without any.
 Imath::Box3d bounds_of(const Scene& scene);
-
-/// What to do about a garment that is too large or too small to be worn, sat on or laid on a table, as one
-/// sentence; empty where nothing is.
-std::string judge_size(const Imath::Box3d& bounds);
 
 }  // namespace selvedge

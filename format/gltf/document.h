@@ -35,9 +35,9 @@ struct GltfDocument {
   std::uint64_t taken = 0;  ///< bytes of memory that it takes, reckoned as in memory.h
 };
 
-/// Loads .gltf (with external or data URIs), .glb or PLY (load_ply()), distinguished by content, or .obj
-/// (load_obj()). Missing pictures are no error. KHR_draco_mesh_compression and EXT_meshopt_compression are
-/// expanded and their names removed. Refused are truncated files, versions other than 2.x, required
+/// Loads .gltf (with external or data URIs) or .glb, distinguished by content, or a mesh file
+/// (mesh_document.h). Missing pictures are no error. KHR_draco_mesh_compression and EXT_meshopt_compression
+/// are expanded and their names removed. Refused are truncated files, versions other than 2.x, required
 /// extensions that change the geometry and are not read, and root members that are not arrays of objects
 /// where glTF has arrays; and with GLTF_REFERENCE a URI of a buffer, a picture, a fabric or a mirror that
 /// leads out of the document's folder, whether or not it is read.
@@ -54,7 +54,7 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
 /// buffers become one file
 /// "<stem>.bin" beside the output (another name if the input's own buffer file would be overwritten);
 /// pictures and fabrics stay in their places, and their URIs are rewritten for the output's
-/// folder (move_document). Missing pictures keep their (rewritten) URI. Unused bytes are left out.
+/// folder (move_document). Missing pictures keep their URI. Unused bytes are left out.
 Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path);
 
 /// The same files beside their places, which appear with commit_all().

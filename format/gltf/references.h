@@ -5,10 +5,13 @@
 
 namespace selvedge {
 
-/// GLTF_ACCESSOR, at the place of the number, for each that names an entry which is not there, also where
-/// nothing is shown that uses it: what an editor appends would become that entry. Those of glTF itself, of
-/// textures in materials' extensions (but for ours, which has rules of its own) and of
-/// KHR_materials_variants; and buffer views beyond their buffers.
+/// Adds GLTF_ACCESSOR, at the place of the number, for each number without its entry, used or not: an entry
+/// that an editor appends would get that number. Covers glTF itself, textures in materials' extensions (but
+/// for ours, which has rules of its own), KHR_materials_variants, and buffer views beyond their buffers.
 void check_references(const GltfDocument& document, IssueSink& issues);
+
+/// The first of these errors, or of buffer views whose bytes are missing, for documents that are to be
+/// edited.
+Result<void> check_references(const GltfDocument& document);
 
 }  // namespace selvedge

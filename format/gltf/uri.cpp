@@ -250,9 +250,10 @@ void move_document(GltfDocument& document, const std::string& folder) {
   const auto move = [&](Json& entry, const std::string&) {
     const std::string uri = string_of(member(entry, names::gltf::uri));
     if (!names_file(uri)) return;
-    // An address on the network stays as it is.
+    // An address on the network stays as it is, and so does the name of a missing file.
     const Result<std::string> path = resolve_uri(document, uri, "");
-    if (path) entry[names::gltf::uri] = relative_uri(*path, folder);
+    std::error_code ignored;
+    if (path && fs::exists(*path, ignored)) entry[names::gltf::uri] = relative_uri(*path, folder);
   };
   if (document.root.empty()) document.root = canonical(document.folder).string();
   if (canonical(document.folder) != canonical(folder)) for_each_uri(document.json, move);

@@ -45,8 +45,8 @@ void name_file(GltfDocument& document, const std::string& uri);
 /// A relative URI (percent-encoded) that names `target` in a glTF file in `folder`.
 std::string relative_uri(const std::string& target, const std::string& folder);
 
-/// Moves the document to `folder`: relative URIs of buffers, pictures and fabrics are rewritten so that they
-/// name the same files. Nothing changes if it is the same folder.
+/// Moves the document to `folder`: relative URIs of buffers, pictures and fabrics that exist are rewritten so
+/// that they name the same files. Nothing changes if it is the same folder.
 void move_document(GltfDocument& document, const std::string& folder);
 
 }  // namespace selvedge

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "converter/dress/check.h"
 #include "format/check/gltf.h"
 #include "format/gltf/read_scene.h"
 #include "tests/converter/workshop.h"
@@ -55,7 +54,6 @@ TEST_CASE("dress: the backing of a cube is a closed cube that is a quarter of a 
     CHECK(report.backed == 1);
     Scene scene;
     for (const Error& issue : check_gltf(workshop.output, {}, &scene)) FAIL_CHECK(to_line(issue));
-    for (const Error& issue : check_dressed(scene)) FAIL_CHECK(to_line(issue));
     REQUIRE(scene.primitives.size() == 2);
     const ScenePrimitive& behind = scene.primitives[1];
     const SceneMaterial& material = scene.materials[behind.material];

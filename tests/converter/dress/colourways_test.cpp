@@ -4,7 +4,6 @@
 
 #include <filesystem>
 
-#include "converter/dress/check.h"
 #include "format/check/gltf.h"
 #include "format/gltf/read_scene.h"
 #include "tests/converter/workshop.h"
@@ -33,7 +32,6 @@ struct Pale : Workshop {
   void check() const {
     Scene scene;
     for (const Error& issue : check_gltf(output, {}, &scene)) FAIL_CHECK(to_line(issue));
-    for (const Error& issue : check_dressed(scene)) FAIL_CHECK(to_line(issue));
   }
 };
 
@@ -137,15 +135,6 @@ TEST_CASE("dress: a material that only variants of the garment wear has no colou
       test::need(pale.dress({.materials = {"cloth 1"}, .colourways = {{"dusk", V3f(0, 0, 0)}}}));
   CHECK(report.variants.empty());
   CHECK(report.warnings.back().find("variant \"dusk\" changes nothing") == 0);
-}
-
-TEST_CASE("dress: the copies of many colourways count as memory") {
-  const Pale pale;
-  std::vector<Colourway> many;
-  for (int i = 0; i < 2000; ++i) many.push_back({"v" + std::to_string(i), V3f(0, 0, 0)});
-  DressOptions options{.all = true, .colourways = many};
-  options.limits.document.memory = 1 << 20;
-  CHECK(test::error_of(pale.dress(options)).code == Code::file_too_large);
 }
 
 TEST_CASE("dress: what is mapped to variants that are not there does not show in a new one") {

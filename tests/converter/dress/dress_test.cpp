@@ -67,9 +67,6 @@ TEST_CASE("dress: a garment in centimetres, or of a known height, gets its true 
   for (const bool by_height : {false, true}) {
     Workshop workshop;
     workshop.edit([&](Json& json) { json["nodes"][0]["scale"] = {100, 100, 100}; });
-    const DressReport lost = test::need(workshop.dress(everything));
-    REQUIRE(lost.warnings.size() == 1);
-    CHECK(lost.warnings[0].find("--unit cm") != std::string::npos);
     DressOptions options = everything;
     if (by_height) {
       options.height = 1;

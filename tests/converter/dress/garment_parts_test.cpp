@@ -5,7 +5,6 @@
 
 #include <filesystem>
 
-#include "converter/dress/check.h"
 #include "converter/dress/choose_materials.h"
 #include "converter/dress/fallback.h"
 #include "converter/dress/reattach.h"
@@ -69,7 +68,6 @@ struct Worn : Workshop {
     test::need(dress(options));
     Scene scene;
     for (const Error& issue : check_gltf(output, {}, &scene)) FAIL_CHECK(to_line(issue));
-    for (const Error& issue : check_dressed(scene)) FAIL_CHECK(to_line(issue));
     return scene;
   }
 };
@@ -222,84 +220,6 @@ TEST_CASE("dress --all leaves alone what calls itself no cloth, but not what onl
         Code::material_missing);
 }
 
-TEST_CASE(
-    "pictures that are not there are left out of the garment, with a remark, and what has them goes on "
-    "without") {
-  const Worn worn;
-  GltfDocument document = test::need(load_gltf(worn.garment));
-  document.json["images"].push_back({{"uri", "no%20such.png"}});
-  document.json["textures"].push_back({{"source", document.json["images"].size() - 1}});
-  const int texture = static_cast<int>(document.json["textures"].size()) - 1;
-  document.json["materials"][0]["emissiveTexture"] = {{"index", texture}};
-  document.json["materials"][0]["emissiveFactor"] = {1, 0, 0};
-  document.json["materials"].push_back({{"name", "spare"}, {"normalTexture", {{"index", texture}}}});
-  REQUIRE(save_gltf(document, worn.garment));
-  const Scene scene = worn.checked(all());
-  CHECK(scene.materials[0].emissive == V3f(0, 0, 0));  // else it would glow without a picture
-  const DressReport report = test::need(worn.dress(all()));
-  CHECK(std::ranges::count(report.warnings, "no%20such.png is not there, and is left out") == 1);
-  const GltfDocument dressed = test::need(load_gltf(worn.output));
-  for (const Json& material : dressed.json["materials"]) {
-    CHECK_FALSE(material.contains("emissiveTexture"));
-    CHECK_FALSE(material.contains("emissiveFactor"));
-    CHECK(material.contains("normalTexture") == (string_of(material["name"]) != "spare"));
-  }
-}
-
-TEST_CASE(
-    "pictures that are not there leave textures that have another, and are refused where they have to stay") {
-  const Worn worn;
-  GltfDocument document = test::need(load_gltf(worn.garment));
-  Json& json = document.json;
-  const Json before = json;
-  const std::size_t image = json["images"].size();
-  json["images"].push_back({{"uri", "none.png"}});
-  json["images"].push_back({{"uri", "unused.png"}});
-  json["textures"].push_back({{"source", image}, {"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}});
-  json["materials"][0]["emissiveTexture"] = {{"index", json["textures"].size() - 1}};
-  const Json given = json;
-  const auto left_out = [&] { return test::need(drop_missing_pictures(document)); };
-  CHECK(left_out() == std::vector<std::string>{"none.png is not there", "unused.png is not there"});
-  CHECK(json["images"] == before["images"]);
-  CHECK(json["textures"].back() == Json{{"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}});
-  CHECK(json["materials"] == given["materials"]);
-  json = given;
-  json["textures"].back().erase("extensions");
-  const Json plain = json;
-  CHECK(left_out().size() == 2);
-  CHECK(json == before);
-  // The extension's picture is the one that is not there.
-  json = given;
-  json["textures"].back() = {{"source", 0}, {"extensions", {{"EXT_texture_webp", {{"source", image}}}}}};
-  CHECK(left_out().size() == 2);
-  CHECK(json["textures"].back() == Json{{"source", 0}});
-  json = given;
-  json["textures"].back() = {{"extensions", {{"EXT_texture_webp", {{"source", image}}}}}};
-  CHECK(left_out().size() == 2);
-  CHECK(json == before);
-  // A file that is no picture, and bytes that are none.
-  json = plain;
-  test::write_bytes(worn.folder / "none.png", "text");
-  json["images"].back() = {{"uri", "data:image/png;base64,AAAA"}};
-  const std::vector<std::string> faults = left_out();
-  REQUIRE(faults.size() == 2);
-  CHECK(faults[0].find("none.png is no picture") == 0);
-  CHECK(faults[1].find(fmt::format("/images/{} is no picture", image + 1)) == 0);
-  CHECK(json == before);
-  const auto refused = [&](const std::string& why) {
-    const Error error = test::error_of(drop_missing_pictures(document));
-    CHECK(error.code == Code::gltf_reference);
-    CHECK(error.message.find(why) != std::string::npos);
-  };
-  json = plain;
-  json["extensionsUsed"].push_back("ACME_pictures");
-  refused("ACME_pictures may refer to it");
-  json = plain;
-  json["extensions"]["EXT_lights_image_based"]["lights"] = Json::parse(R"([{"specularImages":[[0]]}])");
-  json["extensions"]["EXT_lights_image_based"]["lights"][0]["specularImages"][0][0] = image;
-  refused("a light needs it");
-}
-
 TEST_CASE("dress: materials on one picture share its mask, and textures on other UV sets are left out") {
   Worn worn;
   worn.edit([](Json& json) {
@@ -327,20 +247,6 @@ TEST_CASE("dress: materials on one picture share its mask, and textures on other
           return line.ends_with(
               "normalTexture is on TEXCOORD_2, and only the sets 0 and 1 are read: it is left out");
         }) == 1);
-}
-
-TEST_CASE("pictures of any size are known by their first bytes") {
-  const Worn worn;
-  GltfDocument document = test::need(load_gltf(worn.garment));
-  const std::string large = worn.folder / "large.png";
-  test::write_bytes(large, "text");
-  fs::resize_file(large, std::uintmax_t{5} << 30);  // a hole
-  const std::size_t before = document.json["images"].size();
-  document.json["images"].push_back({{"uri", "large.png"}});
-  const std::vector<std::string> faults = test::need(drop_missing_pictures(document));
-  REQUIRE(faults.size() == 1);
-  CHECK(faults[0].find("large.png is no picture") == 0);
-  CHECK(document.json["images"].size() == before);
 }
 
 TEST_CASE("dress: what a mask cuts has no backing, which would show beside it") {

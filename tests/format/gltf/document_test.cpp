@@ -245,8 +245,7 @@ TEST_CASE("gltf: pictures are found from another folder, or go into the GLB byte
     CHECK(scene.remarks.size() == 1);
   }
   CHECK(test::error_of(read_scene(folder / "out/b.gltf")).code == Code::gltf_reference);
-  CHECK(load_gltf(folder / "out/b.gltf", anywhere.document)->json["images"][1]["uri"] ==
-        "../in%20put/none.png");
+  CHECK(load_gltf(folder / "out/b.gltf", anywhere.document)->json["images"][1]["uri"] == "none.png");
 }
 
 TEST_CASE("gltf: an output that cannot be written leaves nothing behind") {
