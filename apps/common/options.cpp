@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/stat.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,7 +11,7 @@
 #include <filesystem>
 #include <map>
 
-#include "apps/common/paths.h"
+#include "format/base/atomic_file.h"
 #include "format/base/option_text.h"
 
 namespace selvedge {
@@ -36,7 +37,9 @@ std::string fault_of_ending(const std::string& file, const std::vector<std::stri
   return fmt::format("\"{}\" does not end in {}", file, fmt::join(endings, " or "));
 }
 
-std::uint64_t bytes_from(const std::string& option, const std::string& text) {
+}  // namespace
+
+std::uint64_t Options::bytes_from(const char* option, const std::string& text) {
   if (const auto parsed = whole_number(text); parsed && parsed->first > 0) {
     const auto& [number, unit] = *parsed;
     for (int i = 0; i < 5; ++i) {
@@ -51,7 +54,22 @@ std::uint64_t bytes_from(const std::string& option, const std::string& text) {
   refuse(option, fmt::format("\"{}\" is not a number of bytes such as 64K", text));
 }
 
-}  // namespace
+std::string identity_of(const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) == 0) return fmt::format("{}:{}", status.st_dev, status.st_ino);
+  std::error_code ignored;
+  const std::filesystem::path whole = std::filesystem::absolute(path, ignored);
+  const std::filesystem::path place = std::filesystem::weakly_canonical(whole, ignored);
+  return (ignored ? whole.lexically_normal() : place).string();
+}
+
+Result<void> check_writable(const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) {
+    if (path.empty()) continue;
+    if (const auto file = AtomicFile::create(path); !file) return tl::unexpected(file.error());
+  }
+  return {};
+}
 
 void refuse(const std::string& option, const std::string& why) { throw CLI::ValidationError(option, why); }
 
@@ -118,8 +136,8 @@ const Option& Option::excludes(const Option& other) const {
   return *this;
 }
 
-const Option& Option::needs(const Option& other) const {
-  option_->needs(other.option_);
+const Option& Option::further() const {
+  option_->group(further_options);
   return *this;
 }
 
@@ -152,7 +170,7 @@ void Options::check_files() const {
         refuse(name, "cannot be standard output; name a file");
       }
       const std::string path = value.substr(file.named ? value.find('=') + 1 : 0);
-      // What has no ending and is no file is the name of a stitch or an environment, or a colour.
+      // Without an ending and a file it is the name of a stitch or an environment, or a colour.
       std::error_code ignored;
       const std::filesystem::path place(path);
       const bool is_name = !place.has_extension() && !std::filesystem::is_regular_file(place, ignored);
@@ -169,6 +187,16 @@ void Options::check_files() const {
       before.push_back(&file);
     }
   }
+}
+
+Result<void> Options::check_outputs() const {
+  for (const FileOption& file : files_) {
+    if (file.use != FileOption::Use::written) continue;
+    std::vector<std::string> paths = file.option->results();
+    std::erase(paths, "-");
+    if (auto good = check_writable(paths); !good) return good;
+  }
+  return {};
 }
 
 void Options::group(const char* heading) { group_ = *heading == '\0' ? "Options" : heading; }
@@ -206,14 +234,6 @@ template Option Options::number(const char*, std::uint64_t&, const char*, const 
 template Option Options::number(const char*, std::optional<int>&, const char*, const std::string&);
 template Option Options::number(const char*, std::optional<double>&, const char*, const std::string&);
 
-Option Options::bytes(const char* name, std::optional<std::uint64_t>& value, const std::string& help) {
-  return text(name, "BYTES", help, [name, &value](const std::string& t) { value = bytes_from(name, t); });
-}
-
-Option Options::bytes(const char* name, std::uint64_t& value, const std::string& help) {
-  return text(name, "BYTES", help, [name, &value](const std::string& t) { value = bytes_from(name, t); });
-}
-
 Option Options::size(const char* name, V2i& value, const std::string& help, int min, int max) {
   return text(name, "WxH", fmt::format("{} [{}x{}]", help, value.x, value.y),
               [name, &value, min, max](const std::string& t) {
@@ -245,26 +265,21 @@ Option Options::text(const char* name, const char* type, const std::string& help
   return add(app_.add_option_function<std::string>(name, read, help), type);
 }
 
-Option Options::numbers(const char* name, std::size_t count, const char* type, const std::string& help,
-                        std::function<void(const std::vector<double>&)> read) {
-  return text(name, type, help, [name, count, type, read = std::move(read)](const std::string& t) {
-    read(numbers_from(name, t, ',', count, count, type));
-  });
-}
-
 template <class T>
 Option Options::vector(const char* name, T& value, const char* type, const std::string& help) {
-  constexpr bool has_three = std::is_same_v<T, V3d> || std::is_same_v<T, std::optional<V3d>>;
-  return numbers(name, has_three ? 3 : 2, type, help, [&value](const std::vector<double>& n) {
-    if constexpr (has_three) {
-      value = V3d(n[0], n[1], n[2]);
-    } else {
+  constexpr bool has_two = std::is_same_v<T, V2d> || std::is_same_v<T, std::optional<V2d>>;
+  return text(name, type, help, [name, type, &value](const std::string& t) {
+    const auto n = numbers_from(name, t, ',', has_two ? 2 : 3, has_two ? 2 : 3, type);
+    if constexpr (has_two) {
       value = V2d(n[0], n[1]);
+    } else {
+      value = T(V3d(n[0], n[1], n[2]));
     }
   });
 }
 template Option Options::vector(const char*, V2d&, const char*, const std::string&);
 template Option Options::vector(const char*, V3d&, const char*, const std::string&);
+template Option Options::vector(const char*, V3f&, const char*, const std::string&);
 template Option Options::vector(const char*, std::optional<V2d>&, const char*, const std::string&);
 template Option Options::vector(const char*, std::optional<V3d>&, const char*, const std::string&);
 
@@ -273,7 +288,7 @@ Option Options::choice(const char* name, std::span<const std::string_view> names
   const std::string type = fmt::format("{}", fmt::join(names, "|"));
   return text(name, type.c_str(), help, [name, names, type, read = std::move(read)](const std::string& t) {
     const auto found = std::find(names.begin(), names.end(), t);
-    if (found == names.end()) refuse(name, fmt::format("\"{}\" is none of {}", t, type));
+    if (found == names.end()) refuse(name, fmt::format("\"{}\" is not one of {}", t, type));
     read(found - names.begin());
   });
 }

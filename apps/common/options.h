@@ -1,5 +1,5 @@
 // Declares the options of a verb: names, values, help and the checks between them. Help and man pages are
-// printed from these declarations. Only options.cpp, program.cpp and manual.cpp include CLI11.
+// printed from these declarations. Only options.cpp and program.cpp include CLI11.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 #include "apps/common/report.h"
 #include "format/base/vec.h"
 
-namespace CLI {  // NOLINT(readability-identifier-naming): that of CLI11
+namespace CLI {  // NOLINT(readability-identifier-naming): the name is CLI11's
 class App;
 class Option;
 }  // namespace CLI
@@ -27,17 +27,16 @@ namespace selvedge {
 
 /// An option whose values name files.
 struct FileOption {
-  /// What is rewritten is read, and --output may be the same file.
+  /// A rewritten file is read, and --output may be the same file.
   enum class Use { read, rewritten, written };
   const CLI::Option* option;
   Use use;
-  bool named;  ///< the values are NAME=FILE, the name perhaps left out
+  bool named;  ///< the values are NAME=FILE or FILE
 };
 
 /// A declared option. Each function adds a constraint and returns the option.
 class Option {
  public:
-  /// `files`: those of the verb.
   Option(CLI::Option* option, std::vector<FileOption>& files) : option_(option), files_(&files) {}
 
   const Option& required(bool is_required = true) const;
@@ -48,10 +47,13 @@ class Option {
   /// Names files that the verb reads: none of them may be one that it writes, wherever links lead.
   const Option& reads(bool named = false) const;
   const Option& rewrites() const;
-  /// Nor may two that it writes be one file. Neither "" nor, unless the type has "|-", "-".
+  /// Names a file that the verb writes; Program checks that it can. Two outputs may not be one file, and
+  /// neither
+  /// "" nor, unless the type ends in "|-", "-" is an output.
   const Option& writes() const;
   const Option& excludes(const Option& other) const;
-  const Option& needs(const Option& other) const;
+  /// Lists the option in --help-all and in the man page alone.
+  const Option& further() const;
   /// Replaces the help text.
   const Option& help(const std::string& text) const;
   /// Limits the number of words of a positional list.
@@ -81,8 +83,10 @@ class Options {
   template <class T>
   Option number(const char* name, T& value, const char* type, const std::string& help);
   /// A positive number of bytes, also as 64K, 2M or 4G (KiB, MiB, GiB).
-  Option bytes(const char* name, std::optional<std::uint64_t>& value, const std::string& help);
-  Option bytes(const char* name, std::uint64_t& value, const std::string& help);
+  template <class T>
+  Option bytes(const char* name, T& value, const std::string& help) {
+    return text(name, "BYTES", help, [name, &value](const std::string& t) { value = bytes_from(name, t); });
+  }
   /// "32x16", each within [min, max].
   Option size(const char* name, V2i& value, const std::string& help, int min, int max);
 
@@ -101,10 +105,7 @@ class Options {
   /// A text that `read` converts while parsing; it may refuse() the text.
   Option text(const char* name, const char* type, const std::string& help,
               const std::function<void(const std::string&)>& read);
-  /// `count` numbers separated by commas.
-  Option numbers(const char* name, std::size_t count, const char* type, const std::string& help,
-                 std::function<void(const std::vector<double>&)> read);
-  /// V2d, V3d or std::optional of them.
+  /// V2d, V3d, V3f or std::optional of the first two: numbers separated by commas.
   template <class T>
   Option vector(const char* name, T& value, const char* type, const std::string& help);
   /// Calls `read` with the index of one of the names.
@@ -135,9 +136,13 @@ class Options {
   /// If `here`, refuses the first of these options that is given, with the reason `why`.
   void refuse_if(bool here, const char* why, std::initializer_list<const char*> names) const;
 
+  /// Checks that the files of the options that .writes() declares can be created. FILE_UNWRITABLE.
+  Result<void> check_outputs() const;
+
   CLI::App& app() { return app_; }
 
  private:
+  static std::uint64_t bytes_from(const char* option, const std::string& text);
   Option add(CLI::Option* option, const char* type);
   void check_files() const;
 
@@ -159,5 +164,14 @@ std::vector<double> numbers_from(const std::string& option, const std::string& t
 /// The same for integers in the range of int.
 std::vector<int> whole_numbers_from(const std::string& option, const std::string& text, char separator,
                                     std::size_t min, std::size_t max, const char* example);
+
+/// The same text for all paths that lead to one file, whether it exists or not.
+std::string identity_of(const std::string& path);
+
+/// Checks that each of these files can be created; empty paths are ignored. FILE_UNWRITABLE.
+Result<void> check_writable(const std::vector<std::string>& paths);
+
+/// Heading of the options that .further() marks.
+inline constexpr const char* further_options = "Further options";
 
 }  // namespace selvedge

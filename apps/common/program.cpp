@@ -1,6 +1,7 @@
 #include "apps/common/program.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,7 +11,6 @@
 #include <exception>
 #include <utility>
 
-#include "apps/common/manual.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
@@ -51,6 +51,69 @@ int refuse_run(const CommonOptions& common, const std::string& verb, const Error
   return 1;
 }
 
+/// "-o, --output"; for an argument without a flag its own name.
+std::string names_of(const CLI::Option& option) {
+  std::vector<std::string> names;
+  for (const std::string& name : option.get_snames()) names.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
+  return names.empty() ? option.get_name() : fmt::format("{}", fmt::join(names, ", "));
+}
+
+bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
+
+/// Escapes text: a leading dot or quote would be a macro, and a typed dash is \-.
+std::string roff(const std::string& text) {
+  std::string page;
+  for (const char c : text) {
+    if ((c == '.' || c == '\'') && (page.empty() || page.back() == '\n')) page += "\\&";
+    page += c == '\\' ? "\\e" : c == '-' ? "\\-" : std::string(1, c);
+  }
+  return page;
+}
+
+std::string options_text(const CLI::App& verb) {
+  std::string page;
+  for (const std::string& group : verb.get_groups()) {
+    const auto options =
+        verb.get_options([&](const CLI::Option* option) { return option->get_group() == group; });
+    if (group.empty() || options.empty()) continue;
+    page += fmt::format(".PP\n.I {}\n", roff(group));
+    for (const CLI::Option* option : options) {
+      page += fmt::format(".TP\n\\fB{}\\fR", roff(names_of(*option)));
+      if (takes_value(*option)) page += fmt::format(" \\fI{}\\fR", roff(option->get_type_name()));
+      page += fmt::format(
+          "\n{}{}\n", roff(option->get_description()),
+          option->get_default_str().empty() ? "" : roff(fmt::format(" [{}]", option->get_default_str())));
+    }
+  }
+  return page;
+}
+
+/// The manual page of a program and all its verbs: roff with the macros of man(7).
+std::string manual_page(const CLI::App& program) {
+  const std::string& name = program.get_name();
+  std::string page = fmt::format(
+      ".TH {0} 1 \"\" \"Selvedge {1}\"\n.SH NAME\n{2} \\- {3}\n.SH SYNOPSIS\n.B {2}\n.I verb\n[option ...]\n"
+      ".SH DESCRIPTION\n{4}\n.SH VERBS\n",
+      CLI::detail::to_lower(name), SELVEDGE_VERSION, roff(name), roff(program.get_description()),
+      roff(program.get_footer()));
+  for (const CLI::App* verb : program.get_subcommands({})) {
+    page += fmt::format(".SS {} {}\n{}.\n{}.PP\n.nf\n{}\n.fi\n", roff(name), roff(verb->get_name()),
+                        roff(verb->get_description()), options_text(*verb), roff(verb->get_footer()));
+  }
+  return page;
+}
+
+/// Leaves out the further options, but for --help-all.
+struct HelpText : CLI::Formatter {
+  bool all = false;
+  std::string make_group(std::string group, bool is_positional,
+                         std::vector<const CLI::Option*> options) const override {
+    if (group == further_options && !all) return "";
+    return CLI::Formatter::make_group(std::move(group), is_positional, std::move(options));
+  }
+};
+
 }  // namespace
 
 Program::Program(const char* name, const char* help, const char* footer)
@@ -59,6 +122,8 @@ Program::Program(const char* name, const char* help, const char* footer)
   app_->set_version_flag("--version", fmt::format("{} " SELVEDGE_VERSION, name));
   app_->require_subcommand(1);
   app_->footer(footer);
+  app_->formatter(std::make_shared<HelpText>());
+  app_->set_help_all_flag("--help-all", "Print this message with further options and exit");
 }
 
 Program::~Program() = default;
@@ -98,6 +163,11 @@ int Program::parse_and_run(int argc, const char* const* argv) {
     app_->parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     // CLI11 has its own statuses, above 100, and messages of several lines.
+    if (dynamic_cast<const CLI::CallForAllHelp*>(&error) != nullptr) {
+      static_cast<HelpText&>(*app_->get_formatter()).all = true;
+      fmt::print("{}", app_->help());
+      return 0;
+    }
     if (error.get_exit_code() == 0) return app_->exit(error);
     std::string fault = usage_fault(error.what());
     std::replace(fault.begin(), fault.end(), '\n', ' ');
@@ -123,6 +193,8 @@ Result<int> Program::status_of(const Verb& verb) {
   set_threads(verb.options->common().threads);
   return guarded(first_file(verb.options->app()), [&]() -> Result<int> {
     try {
+      // An output that cannot be written is told before the work.
+      must(verb.options->check_outputs());
       return verb.work();
     } catch (const std::exception&) {
       // No fault of the input: run() tells it.

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <future>
 
-#include "apps/common/paths.h"
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge-view/shot.h"
 #include "format/base/atomic_file.h"

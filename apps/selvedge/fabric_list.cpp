@@ -6,7 +6,6 @@
 #include <map>
 #include <set>
 
-#include "apps/common/paths.h"
 #include "apps/selvedge/made_of.h"
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"

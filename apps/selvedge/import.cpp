@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "apps/common/paths.h"
 #include "apps/selvedge/commands.h"
 #include "converter/measured/import.h"
 
@@ -54,7 +53,6 @@ void declare(Options& options, ImportCommand& command) {
 }
 
 Result<int> run(const ImportCommand& command) {
-  must(check_writable({command.output}));
   const auto r = [&] {
     TerminalProgress progress("import", command.common.quiet);
     return must(import_pictures(command.table, command.import, command.output, progress.callback()));

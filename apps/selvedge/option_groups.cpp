@@ -46,8 +46,7 @@ Option add_cell(Options& options, std::string& input, CellOptions& cell) {
   options.choice("--up", axes, "The file's axis out of the cloth (guessed)", [&import](std::size_t axis) {
     import.up_axis = std::array{UpAxis::x, UpAxis::y, UpAxis::z}[axis];
   });
-  options.numbers("--albedo", 3, "R,G,B", "Linear, where the file has no colours (0.5,0.5,0.5)",
-                  [&import](const auto& n) { import.albedo = V3f(V3d(n[0], n[1], n[2])); });
+  options.vector("--albedo", import.albedo, "R,G,B", "Linear, where the file has no colours (0.5,0.5,0.5)");
   options.group("");
   return option;
 }

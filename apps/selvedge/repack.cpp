@@ -3,7 +3,6 @@
 
 #include <sstream>
 
-#include "apps/common/paths.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/made_of.h"
 #include "format/quality/fit_record.h"
@@ -110,7 +109,6 @@ Result<void> write_recorded(const RepackCommand& command, const FabricReader& re
 }
 
 Result<int> run(const RepackCommand& command) {
-  must(check_writable({command.output}));
   auto reader = must(FabricReader::open(command.input));
   const auto levels = must(levels_to_keep(command, reader.header().levels));
   FabricWriteOptions options;

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <iterator>
 
-#include "apps/common/paths.h"
 #include "apps/selvedge/made_of.h"
 #include "fitter/budget/file_budget.h"
 
@@ -96,8 +95,6 @@ FitRecord fit_sides(SamplesReader& reader, const FitCommand& command) {
 
 FitOutcome fit_file(const std::string& samples, const FitCommand& command) {
   const auto start = std::chrono::steady_clock::now();
-  // Report an unwritable output before the work, not after it.
-  must(check_writable({command.output}));
   const auto named = [&](Error error) {
     if (error.file.empty() || error.file == samples) error.file = command.input;
     return error;

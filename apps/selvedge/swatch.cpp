@@ -3,7 +3,6 @@
 
 #include <chrono>
 
-#include "apps/common/paths.h"
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/cell_report.h"
 #include "apps/selvedge/commands.h"
@@ -139,7 +138,6 @@ Drawn draw(const SwatchCommand& command) {
 }
 
 Drawn make(SwatchCommand command) {
-  must(check_writable({command.output}));
   if (!command.environment.empty()) {
     command.lights = lamps_above(must(environment_named(command.environment, command.around)));
   }
