@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "apps/common/options.h"
 #include "apps/selvedge/made_of.h"
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"
@@ -174,7 +175,8 @@ class ListReader {
       refuse(pointer_to(place, "shards"), "excludes max-bytes, min-db and max-seconds");
     const auto [before, is_new] = outputs_.emplace(identity_of(output), place);
     if (!is_new) refuse(place, fmt::format("has the output of {}: {}", before->second, output));
-    for (const std::string& file : files_of_cell(listed.command.input)) inputs_.emplace(identity_of(file), file);
+    for (const std::string& file : files_of_cell(listed.command.input))
+      inputs_.emplace(identity_of(file), file);
     fabrics_.push_back(std::move(listed));
   }
 
