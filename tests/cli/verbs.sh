@@ -62,9 +62,11 @@ test_help_of_the_viewer_has_examples_that_run() {
   [ -s knit.exr ]
 }
 
-test_help_of_the_sample_garments_has_an_example() {
+test_help_of_the_sample_garment_has_an_example() {
   exits 0 selvedge-samples --help
-  grep -q '^Example: selvedge-samples sweater -o sweater.glb$' "$scratch/out"
+  grep -q '^Example: selvedge-samples' "$scratch/out"
+  exits 2 selvedge-samples
+  exits 2 selvedge-samples trousers -o t.glb
 }
 
 test_version_is_the_projects() {
@@ -188,50 +190,6 @@ test_report_survives_a_file_name_that_is_not_utf_8() {
   selvedge info "$name" >/dev/null
 }
 
-test_usage_errors_exit_with_2_and_write_nothing() {
-  make_plane_fabric
-  local before
-  before=$(snapshot)
-  exits 2 selvedge
-  exits 2 selvedge knit
-  exits 2 selvedge stitch
-  exits 2 selvedge bake plain-knit
-  exits 2 selvedge bake plain-knit -o k.exr --texels many
-  exits 2 selvedge bake plain-knit -o k.exr --threads -1
-  exits 2 selvedge bake plain-knit -o k.exr --seed -1
-  exits 2 selvedge fit plane.samples.exr -o k.exr --lobes 17
-  exits 2 selvedge make plain-knit -o k.exr --keep-samples s.exr --lobes -1
-  exits 2 selvedge dress a.glb plane.fabric.exr -o b.glb
-  exits 2 selvedge dress a.glb plane.fabric.exr -o b.glb --all --embed --external
-  exits 2 selvedge check
-  exits 2 selvedge info
-  exits 2 selvedge evaluate plane.fabric.exr
-  exits 2 selvedge evaluate plane.fabric.exr --uv 0,0 --light 0,0,0
-  exits 2 selvedge answer plane.fabric.exr
-  exits 2 selvedge compare plane.samples.exr
-  exits 2 selvedge-view
-  exits 2 selvedge-view render plane.fabric.exr
-  exits 2 selvedge-view render plane.fabric.exr -o k.bmp
-  exits 2 selvedge-samples
-  exits 2 selvedge-samples trousers -o t.glb
-  exits 2 selvedge-samples sweater
-  [ "$before" = "$(snapshot)" ] || fail "left something behind"
-}
-
-test_a_mistyped_word_is_named() {
-  says() {
-    exits 2 "${@:2}"
-    [ "$(wc -l <"$scratch/err")" = 1 ] || fail "not one line: ${*:2}: $(cat "$scratch/err")"
-    grep -qF -- "$1" "$scratch/err" || fail "no \"$1\" from ${*:2}: $(cat "$scratch/err")"
-  }
-  says 'selvedge: unknown option --qualty; see selvedge make --help' \
-    selvedge make plain-knit --qualty draft
-  says 'selvedge: unknown verb bkae; see --help' selvedge bkae plain-knit
-  says 'unknown option --sise; see selvedge-view render --help' selvedge-view render k.exr -o k.png --sise=3x4
-  says 'selvedge-view: unknown option --xyzzy; see selvedge-view render --help' selvedge-view render k.exr --xyzzy
-  says 'selvedge: --place: "top" is none of near|middle|far|grazing' selvedge swatch k.exr -o k.png --place top
-}
-
 test_an_error_is_json_where_the_report_would_be() {
   exits 1 selvedge info none.exr --json
   holds "r.verb === 'info' && r.error.code === 'FILE_MISSING' && r.error.file === 'none.exr' && r.error.message !== ''"
@@ -240,50 +198,6 @@ test_an_error_is_json_where_the_report_would_be() {
   holds "r.program === 'selvedge-view' && r.error.code === 'FILE_MISSING'"
   exits 2 selvedge make plain-knit --json --lobes 99
   holds "r.verb === 'make' && r.error.code === 'USAGE' && r.error.message.includes('--lobes')"
-}
-
-test_a_dash_is_no_output() {
-  local command
-  for command in 'selvedge stitch plain-knit -o -' 'selvedge make plain-knit -o -' \
-    'selvedge-view render k.exr -o -'; do
-    # shellcheck disable=SC2086
-    exits 2 $command
-    [ "$(wc -l <"$scratch/err")" = 1 ] && [ ! -s "$scratch/out" ] || fail "$command: $(cat "$scratch/err")"
-  done
-  [ ! -e ./- ] || fail "made a file named -"
-}
-
-test_no_name_is_no_output() {
-  make_plane_fabric
-  write_quad quad.gltf
-  local command option before
-  before=$(snapshot)
-  while read -r option command; do
-    # shellcheck disable=SC2086
-    exits 2 $command $option ''
-    [ "$(wc -l <"$scratch/err")" = 1 ] && [ ! -s "$scratch/out" ] || fail "$command $option: $(cat "$scratch/err")"
-    grep -qE -- "^selvedge(-view)?: (--output|$option): " "$scratch/err" || fail "$command $option: $(cat "$scratch/err")"
-    [ "$before" = "$(snapshot)" ] || fail "$command left something behind"
-  done <<'EOF'
--o selvedge stitch plain-knit
--o selvedge import t.csv --width 3
--o selvedge bake plain-knit
--o selvedge merge a.part b.part
--o selvedge fit plane.samples.exr
--o selvedge make plain-knit
---keep-samples selvedge make plain-knit -o k.exr
---depfile selvedge make plain-knit -o k.exr
---page selvedge make --list l.json
--o selvedge dress quad.gltf plane.fabric.exr --all
---usda selvedge dress quad.gltf plane.fabric.exr --all -o o.glb
--o selvedge repack plane.fabric.exr
--o selvedge reattach quad.gltf
--o selvedge swatch plane.fabric.exr
--o selvedge-view render quad.gltf
---stats selvedge-view render quad.gltf -o o.png
--o selvedge-view page quad.gltf
---screenshot selvedge-view show quad.gltf
-EOF
 }
 
 test_a_direction_is_the_same_however_long_it_is() {
@@ -334,21 +248,6 @@ test_info_is_a_table_that_fits_a_screen() {
   grep -qE '^ +0 +[0-9.]+ +[0-9.]+ +[0-9.]+ +[0-9]+  ' "$scratch/out" || fail "no row of level 0: $(cat "$scratch/out")"
 }
 
-test_options_that_count_for_nothing_are_usage_errors() {
-  local option
-  idle() {
-    exits 2 selvedge "${@:2}"
-    grep -q -- "^selvedge: $1" "$scratch/err" || fail "${*:2}: $(cat "$scratch/err")"
-  }
-  exits 2 selvedge make plain-weave -o none.fabric.exr --set plies=2 --set plies=3
-  grep -q 'sets a parameter a second time' "$scratch/err" || fail "$(cat "$scratch/err")"
-  for option in -1 1.5 x 18446744073709551616; do
-    exits 2 selvedge make plain-weave -o none.fabric.exr --seed $option
-    [ "$(wc -c <"$scratch/err")" -lt 120 ] || fail "$(cat "$scratch/err")"
-  done
-  [ ! -e none.fabric.exr ]
-}
-
 test_progress_is_for_terminals_only() {
   selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr "${small[@]}" >out.txt 2>err.txt
   [ ! -s err.txt ] || fail "says without a terminal: $(cat err.txt)"
@@ -374,6 +273,48 @@ test_info_tells_what_is_in_each_kind_of_file() {
   holds "r.kind === 'samples' && r.content.views.join() === '4,4' && r.content.mmPerRepeat.join() === '2,2' && r.content.pairs['held-out'] === 8"
   exits 0 selvedge info quad.glb --json
   holds "r.kind === 'gltf' && r.content.triangles === 2 && r.content.materials[0].fabric === 0 && r.content.fabrics.length === 1"
+}
+
+# is_text FILE: UTF-8 without control characters but line ends.
+is_text() {
+  node -e 'const text = new TextDecoder("utf-8", {fatal: true}).decode(require("fs").readFileSync(process.argv[1]));
+    if (/[\x00-\x09\x0b-\x1f\x7f-\x9f]/.test(text)) throw new Error("control characters");' "$1"
+}
+
+test_bytes_that_are_no_text_are_escaped_in_messages_and_reports() {
+  make_plane_fabric
+  write_quad quad.gltf
+  local odd=$'n\xffme\e[31m'
+  # In the file's name, in JSON, in the names of an EXR file's parts, in a material's name.
+  printf '{"asset":{"version":"2.0","generator":"\xff\x1b[2J"}}' >bad.gltf
+  cp bad.gltf "$odd.gltf"
+  sed 's/frame.nx/fr\xffme.nx/' plane.fabric.exr >bad.exr
+  differ plane.fabric.exr bad.exr
+  sed 's/"cloth"/"clo\\u001b[31mth"/' quad.gltf >named.gltf
+  for file in bad.gltf "$odd.gltf" bad.exr; do
+    exits 1 selvedge check "$file"
+    is_text "$scratch/err"
+    cp "$scratch/err" said
+    exits 1 selvedge check "$file" --json
+    is_text "$scratch/err"
+    is_text "$scratch/out"
+    holds "r.good === false"
+    # Names that are no text are not taken from an EXR file at all, and nothing is quoted of what is no JSON.
+    [ "$file" = "$odd.gltf" ] || continue
+    grep -qE '\\x(FF|1B)' said || fail "no escape: $(cat said)"
+    holds "/\\\\x(FF|1B)/.test(JSON.stringify(r.files[0].issues))"
+  done
+  exits 0 selvedge dress named.gltf plane.fabric.exr -o named.glb --all
+  is_text "$scratch/out"
+  cp plane.fabric.exr "$odd.exr"
+  exits 0 selvedge dress quad.gltf "$odd.exr" -o "$odd.glb" --all
+  is_text "$scratch/out"
+  exits 0 selvedge check "$odd.glb" "$odd.exr" --json
+  is_text "$scratch/out"
+  exits 0 selvedge info "$odd.exr" --json
+  is_text "$scratch/out"
+  exits 0 selvedge bake plane.obj --period 2x2 -o "$odd.samples.exr" "${small[@]}"
+  is_text "$scratch/out"
 }
 
 "$2"
