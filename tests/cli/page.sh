@@ -63,7 +63,7 @@ test_the_gallery_has_a_picture_and_a_page_of_each_garment() {
     [ -s "gallery/$file" ] || fail "no $file"
     count=$((count + 1))
   done
-  [ "$count" = 11 ] || fail "$count links and pictures"
+  [ "$count" = 7 ] || fail "$count links and pictures"
 }
 
 "$2"
