@@ -67,18 +67,16 @@ Result<int> run(const ImportCommand& command) {
                {"repeats", {r.repeats.x, r.repeats.y}},
                {"irregularity", r.irregularity},
                {"leftOutError", r.left_out_error}};
-  if (r.held_out > 0) json["heldOutError"] = r.held_out_error;
   report(
       command.common, "import", json,
       fmt::format(
           "{} pictures, {} of them held out, in {:.1f} s -> {} ({} bytes)\n"
           "  a repeat has {:.4g} x {:.4g} mm, {} x {} texels; {:.1f} x {:.1f} in a picture, which differ by "
           "{:.2g} %\n"
-          "  error between the directions: {:.2g} %{}\n",
+          "  error between the directions: {:.2g} %\n",
           r.pictures, r.held_out, r.seconds, command.output, size_of_file(command.output), r.period_mm.x,
           r.period_mm.y, r.texels.x, r.texels.y, r.repeats.x, r.repeats.y, 100 * r.irregularity,
-          100 * r.left_out_error,
-          r.held_out > 0 ? fmt::format("; at held-out pictures {:.2g} %", 100 * r.held_out_error) : ""));
+          100 * r.left_out_error));
   return 0;
 }
 

@@ -9,12 +9,33 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "format/base/error.h"
 #include "format/base/progress.h"
 #include "format/base/vec.h"
+#include "format/fabric/directions.h"
 
 namespace selvedge {
+
+/// One picture. Directions are unit and on the sample's front, z > 0: x to the right of the picture, y
+/// upwards, z out of the cloth.
+struct MeasuredPicture {
+  std::string file;
+  DirectionPair pair;
+  double exposure = 1;  ///< value that white facing the light has in it, > 0
+  int line = 0;         ///< of the table; 0: from the file's name
+};
+
+/// The least number of pictures of which a fabric can be made.
+inline constexpr int min_pictures = 20;
+
+/// `path` is a table (CSV): a line of names, then a line for each picture. Names, in any order: `file`,
+/// beside the table; `light_x`, `light_y`, `light_z`, `view_x`, `view_y`, `view_z`, of any length; `exposure`
+/// may be absent. Or it is a folder, of whose files, and those of its folders, the names have the angles in
+/// degrees, as in tl030_pl180_tv000_pv000.png: polar angle and azimuth of light and view. In order of the
+/// table, or of names. FILE_MISSING, SAMPLES_MALFORMED with the line or the file.
+Result<std::vector<MeasuredPicture>> read_picture_table(const std::string& path);
 
 struct ImportOptions {
   double width_mm = 0;           ///< of a picture, whose pixels are square; > 0
@@ -33,15 +54,13 @@ struct ImportOptions {
 
 struct ImportReport {
   int pictures = 0;
-  int held_out = 0;  ///< of them, validation and held-out together
+  int held_out = 0;  ///< validation and held-out together
   V2i texels{0, 0};
   V2d period_mm{0, 0};
   V2d repeats{0, 0};        ///< in a picture
   double irregularity = 0;  ///< root mean square difference of repeats from their mean, relative
-  /// Relative root mean square error of the interpolation at pictures that are left out one by one.
-  double left_out_error = 0;
-  /// The same at the pictures that are held out; NaN without.
-  double held_out_error = 0;
+  double left_out_error =
+      0;  ///< relative root mean square error of the interpolation at pictures left out one by one
   double seconds = 0;
 };
 

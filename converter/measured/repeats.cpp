@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <complex>
 #include <unsupported/Eigen/FFT>
@@ -45,17 +46,6 @@ class AreaSums {
   std::vector<double> sums_;
 };
 
-/// The least size from `least` on whose transform is fast.
-int transform_size(int least) {
-  for (int size = (least + 3) / 4 * 4;; size += 4) {
-    int rest = size;
-    for (const int factor : {2, 3, 5}) {
-      while (rest % factor == 0) rest /= factor;
-    }
-    if (rest == 1) return size;
-  }
-}
-
 /// Sums over pairs of pixels that lie `shift` apart along an axis: a, b, a a, b b, a b. [shift], up to
 /// `last`.
 std::vector<std::array<double, 5>> sums_of_pairs(const Image& picture, int axis, int last) {
@@ -65,7 +55,7 @@ std::vector<std::array<double, 5>> sums_of_pairs(const Image& picture, int axis,
   const std::size_t next_line = axis == 0 ? picture.width : 1;
   // By the theorem of Wiener and Khinchin, products of all shifts follow from the sum of all lines' power
   // spectra; zeros behind a line keep its ends apart.
-  const int padded = transform_size(static_cast<int>(length) + last);
+  const std::size_t padded = std::bit_ceil(length + last);
   Eigen::FFT<double> transform({}, Eigen::FFT<double>::HalfSpectrum);
   std::vector<double> line(padded);
   std::vector<std::complex<double>> spectrum;

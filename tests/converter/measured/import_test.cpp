@@ -63,7 +63,7 @@ TEST_CASE("a traced weave comes back from pictures with noise and shifts, within
   // Pixels are square: along y the picture is of a cloth that is stretched.
   CHECK(report.period_mm.y ==
         doctest::Approx(mesh.period.x * photo.period.y / photo.period.x).epsilon(0.003));
-  CHECK(report.held_out_error < 0.3);
+  CHECK(report.left_out_error < 0.3);
 
   const auto own = errors_of(folder / "coarse.exr", truth);
   const auto measured = errors_of(folder / "import.exr", truth);
@@ -122,7 +122,7 @@ TEST_CASE("pictures that do not go together are refused in one line") {
   test::need(test::photograph(samples, 20, folder / "p", photo));
   const ImportReport report = test::need(import_pictures(table, options, folder / "p/o.exr"));
   CHECK(report.texels == V2i(8, 6));
-  CHECK(report.held_out_error < 0.01);
+  CHECK(report.left_out_error < 0.01);
   SamplesReader reader = test::need(SamplesReader::open(folder / "p/o.exr"));
   const PairSamples held = test::need(reader.read_pairs(PairKind::held_out));
   REQUIRE(held.pairs.size() == 1);

@@ -1,4 +1,4 @@
-#include "converter/measured/table.h"
+#include "converter/measured/import.h"
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>
