@@ -13,7 +13,7 @@
 #include <string_view>
 
 #include "converter/stitch/fibres.h"
-#include "converter/stitch/yarn_settings.h"
+#include "converter/stitch/parameters.h"
 #include "format/base/option_text.h"
 #include "format/base/printable.h"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "converter/stitch/yarn_settings.h"
+#include "converter/stitch/parameters.h"
 
 namespace selvedge {
 

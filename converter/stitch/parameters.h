@@ -1,13 +1,14 @@
-// Parameters of a stitch and their values (--set name=value).
+// Parameters of a stitch and their values (--set name=value), and the parameters that every yarn has, whose
+// defaults follow its kind (fibres.h).
 #pragma once
 
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "format/base/error.h"
-#include "format/base/vec.h"
+#include "converter/stitch/pattern.h"
 
 namespace selvedge {
 
@@ -55,8 +56,46 @@ double shortest(float value);
 /// "#rrggbb", sRGB-coded, as linear red, green, blue; nothing for other texts.
 std::optional<V3d> linear_of(const std::string& colour);
 
-/// Reads "name=1.5", "name=0.5,0.4,0.3", "name=#aa3322" and "yarn=wool" (also "warp_yarn=wool": whatever ends
-/// in "yarn" has the name of a kind); false for anything else.
+/// Reads "name=1.5", "name=0.5,0.4,0.3", "name=#aa3322" and "yarn=wool" (also "warp_yarn=wool": a name that
+/// ends in "yarn" takes a kind); false for anything else.
 bool parse_setting(const std::string& text, StitchSettings& settings);
+
+/// A number of a yarn that is a parameter and a member of a stitch description by the same name.
+struct YarnMember {
+  const char* name;
+  double min;  ///< of the parameter
+  double max;
+  bool limits;  ///< the range holds for every pattern
+  const char* meaning;
+  double (*get)(const Yarn&);
+  void (*set)(Yarn&, double);
+  bool whole = false;
+};
+std::span<const YarnMember> yarn_members();
+
+/// Turns per mm whose outermost fibres or plies lean by this angle to the yarn, in -90 to 90.
+double twist_for(double degrees, double radius_mm);
+
+/// Spins a yarn of this kind's fibre, with its gloss and transmission; 0 (tube): only takes the fibre away.
+void set_fibre(int kind, Yarn& yarn);
+
+/// Gives the usual settings of this kind: plied for knits, single for woven yarn (prefixes warp_ and weft_).
+/// `yarn` has its radius; `shorter_mm` is the shorter period: hairs of a kind fit into it.
+void set_kind(int kind, const std::string& prefix, double shorter_mm, Yarn& yarn);
+
+/// Settings of a whole stitch: `yarn`, by default of this kind, `flattening`, `colour`, `seed`, `repeats`.
+std::vector<StitchParameter> common_parameters(int kind = 0);
+
+/// Parameters of one yarn, without its radius and its kind: `albedo` with this prefix, and so on.
+std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn);
+/// Kind and flattening of the yarn with this prefix: of stitches of several yarns, beside those for all.
+std::vector<StitchParameter> shared_parameters(const std::string& prefix, int kind);
+
+/// Flattening: the setting, else the default of the woven yarn's kind.
+void apply_flattening(const StitchValues& values, const std::string& prefix, Yarn& yarn);
+
+/// Applies the kind of yarn first (set_kind()), then the settings with the prefix, or else the settings of
+/// all yarns.
+void apply_settings(const StitchValues& values, const std::string& prefix, double shorter_mm, Yarn& yarn);
 
 }  // namespace selvedge

@@ -14,6 +14,8 @@
 namespace selvedge {
 namespace {
 
+constexpr double max_twist = 1;  ///< turns per length of one radius
+
 bool is_finite(const V3d& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
 V2d turns_unrounded(const Yarn& yarn, const V2d& period_mm) {
@@ -48,29 +50,18 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
   if (!(yarn.gloss.roughness > 0 && yarn.gloss.roughness <= 1)) {
     return refuse("/roughness", fmt::format("roughness must lie in (0, 1], is {}", yarn.gloss.roughness));
   }
-  if (yarn.plies < 1 || yarn.plies > limits.plies) {
-    return refuse("/plies", fmt::format("plies must be 1 to {}, are {}", limits.plies, yarn.plies));
-  }
-  if (!(std::abs(yarn.twist_per_mm) * yarn.radius_mm <= limits.twist)) {
+  if (!(std::abs(yarn.twist_per_mm) * yarn.radius_mm <= max_twist)) {
     return refuse("/twist_per_mm", fmt::format("{} turns per mm are more than {} per radius of {} mm",
-                                               yarn.twist_per_mm, limits.twist, yarn.radius_mm));
+                                               yarn.twist_per_mm, max_twist, yarn.radius_mm));
   }
   if (yarn.fibre < 0 || yarn.fibre >= static_cast<int>(yarn_kinds().size())) {
     return refuse("/fibre", fmt::format("there is no fibre {}", yarn.fibre));
   }
-  struct Ranged {
-    const char* name;
-    double value;
-    double max;
-  };
-  for (const Ranged& r :
-       {Ranged{"fibre_degrees", yarn.fibre_degrees, limits.fibre_degrees},
-        Ranged{"hairiness", yarn.hairiness, limits.hairiness}, Ranged{"hair_loops", yarn.hair_loops, 1},
-        Ranged{"irregularity", yarn.irregularity, limits.irregularity},
-        Ranged{"transmission", yarn.transmission, 1}}) {
-    if (r.value >= 0 && r.value <= r.max) continue;
-    return refuse(fmt::format("/{}", r.name),
-                  fmt::format("{} must lie in [0, {}], is {}", r.name, r.max, r.value));
+  for (const YarnMember& m : yarn_members()) {
+    const double value = m.get(yarn);
+    if (!m.limits || (value >= m.min && value <= m.max)) continue;
+    return refuse(fmt::format("/{}", m.name),
+                  fmt::format("{} must lie in [{}, {}], is {}", m.name, m.min, m.max, value));
   }
   if (!(yarn.flattening >= shortest(min_flattening) && yarn.flattening <= 1)) {
     return refuse("/flattening", fmt::format("flattening must lie in [{}, 1], is {}",

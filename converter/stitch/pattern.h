@@ -74,11 +74,6 @@ struct StitchLimits {
   double radius_periods = 2;  ///< radius as a multiple of the shorter period
   double reach_periods =
       64;  ///< how far a control point may lie from the origin, in periods of its axis (z: the longer)
-  int plies = 8;
-  double twist = 1;  ///< turns per length of one radius
-  double fibre_degrees = 60;
-  double hairiness = 100;
-  double irregularity = 0.3;
 };
 
 /// Gap allowed between the end and the next start of a chain, in radii: allows for rounded decimals,

@@ -7,7 +7,6 @@
 
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/parameters.h"
-#include "converter/stitch/yarn_settings.h"
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"
 
@@ -79,14 +78,14 @@ Yarn yarn_of(const Json& json, const std::string& place) {
     if (!kind) throw Fault{place + "/fibre", "must be one of " + yarn_kind_names()};
     set_fibre(*kind, yarn);
   }
-  yarn.gloss.weight = static_cast<float>(optional("gloss", yarn.gloss.weight));
-  yarn.gloss.roughness = static_cast<float>(optional("roughness", yarn.gloss.roughness));
-  const double plies = optional("plies", yarn.plies);
-  if (plies != std::floor(plies) || std::abs(plies) > 1000) {
-    throw Fault{place + "/plies", fmt::format("must be a whole number of yarns, is {}", plies)};
+  for (const YarnMember& m : yarn_members()) {
+    if (!json.contains(m.name)) continue;
+    const double value = optional(m.name, 0);
+    if (m.whole && !(value == std::floor(value) && std::abs(value) <= 1000)) {
+      throw Fault{fmt::format("{}/{}", place, m.name), fmt::format("must be a whole number, is {}", value)};
+    }
+    m.set(yarn, value);
   }
-  yarn.plies = static_cast<int>(plies);
-  yarn.twist_per_mm = optional("twist_per_mm", yarn.twist_per_mm);
   if (json.contains("twist_degrees")) {
     const double degrees = optional("twist_degrees", 0);
     if (!(std::abs(degrees) < 90)) {
@@ -94,12 +93,6 @@ Yarn yarn_of(const Json& json, const std::string& place) {
     }
     yarn.twist_per_mm = twist_for(degrees, yarn.radius_mm);
   }
-  yarn.fibre_degrees = optional("fibre_degrees", yarn.fibre_degrees);
-  yarn.hairiness = optional("hairiness", yarn.hairiness);
-  yarn.hair_mm = optional("hair_mm", yarn.hair_mm);
-  yarn.hair_loops = optional("hair_loops", yarn.hair_loops);
-  yarn.irregularity = optional("irregularity", yarn.irregularity);
-  yarn.transmission = optional("transmission", yarn.transmission);
   yarn.flattening = optional("flattening", yarn.flattening);
   const Json& segments = array_of(member(json, place, "segments"), place + "/segments", 0);
   for (std::size_t s = 0; s < segments.size(); ++s) {
@@ -178,16 +171,15 @@ std::string to_json(const StitchPattern& pattern) {
       out["gloss"] = shortest(yarn.gloss.weight);
       out["roughness"] = shortest(yarn.gloss.roughness);
     }
-    if (yarn.plies != 1) out["plies"] = yarn.plies;
-    if (yarn.twist_per_mm != 0) out["twist_per_mm"] = yarn.twist_per_mm;
-    if (yarn.fibre_degrees != 0) out["fibre_degrees"] = yarn.fibre_degrees;
-    if (yarn.hairiness != 0) {
-      out["hairiness"] = yarn.hairiness;
-      out["hair_mm"] = yarn.hair_mm;
-      if (yarn.hair_loops != 0) out["hair_loops"] = yarn.hair_loops;
+    for (const YarnMember& m : yarn_members()) {
+      const std::string name = m.name;
+      const double value = m.get(yarn);
+      const bool said = value != m.get(Yarn()) || (name == "transmission" && yarn.fibre != 0);
+      const bool of_hairs = name == "hair_mm" || name == "hair_loops";
+      if (!said || (of_hairs && yarn.hairiness == 0)) continue;
+      if (name == "gloss" || name == "roughness") continue;
+      out[name] = m.whole ? OrderedJson(static_cast<int>(value)) : OrderedJson(value);
     }
-    if (yarn.irregularity != 0) out["irregularity"] = yarn.irregularity;
-    if (yarn.transmission != 0 || yarn.fibre != 0) out["transmission"] = yarn.transmission;
     if (yarn.flattening != 1) out["flattening"] = yarn.flattening;
     out["segments"] = OrderedJson::array();
     for (const BezierSegment& segment : yarn.segments) {

@@ -9,7 +9,7 @@
 
 #include "converter/mesh/cell_mesh.h"
 #include "converter/stitch/flat_yarn.h"
-#include "converter/stitch/yarn_settings.h"
+#include "converter/stitch/parameters.h"
 #include "format/fabric/yarns.h"
 
 namespace selvedge {

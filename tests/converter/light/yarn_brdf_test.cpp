@@ -83,14 +83,6 @@ TEST_CASE("yarn reflects no more light than falls on it, from any direction") {
   }
 }
 
-TEST_CASE("the highlight is narrow along the fibre and wide across it") {
-  const YarnSurface s = yarn(0, 1, 0.1F);
-  const V3d up = s.normal;
-  const double peak = reflectance(s, up, up).x;
-  CHECK(reflectance(s, direction(s, std::cos(0.6), 0), up).x < 0.1 * peak);
-  CHECK(reflectance(s, direction(s, std::cos(0.6), pi / 2), up).x > 0.7 * peak);
-}
-
 TEST_CASE("the gloss of a packet is that of single points") {
   GlossPacket packet;
   std::array<YarnSurface, packet_size> surfaces;
@@ -113,21 +105,6 @@ TEST_CASE("the gloss of a packet is that of single points") {
       CHECK(static_cast<double>(result[i]) == doctest::Approx(exact).epsilon(1e-3));
     }
   }
-}
-
-TEST_CASE("the mean albedo of the gloss lies between that of mirrors and of rough fibres") {
-  CHECK(mean_gloss_albedo(0.05F) > mean_gloss_albedo(0.5F));
-  CHECK(mean_gloss_albedo(0.5F) > mean_gloss_albedo(1));
-  CHECK(mean_gloss_albedo(0.01F) <= 1);
-  const YarnSurface s = yarn(0, 1, 0.5F);
-  double mean = 0;
-  for (int i = 0; i < 8; ++i) {
-    for (int j = 0; j < 8; ++j) {
-      // Equal steps of the squared cosine are equal shares of uniform light.
-      mean += albedo_by_quadrature(s, direction(s, std::sqrt((i + 0.5) / 8), 2 * pi * (j + 0.5) / 8)) / 64;
-    }
-  }
-  CHECK(mean_gloss_albedo(0.5F) == doctest::Approx(mean).epsilon(0.01));
 }
 
 TEST_CASE("any power of two of spread points is spread over every elementary interval") {

@@ -104,10 +104,8 @@ TEST_CASE("floats behind more than five stitches are remarked on, around the edg
 
 TEST_CASE("what a chart says wrong is refused with its line") {
   CHECK(refusal("") == "has no row");
-  CHECK(refusal("# nothing\nname: a\n") == "has no row");
   CHECK(refusal("name: a\nk2 p2") ==
         "line 2: is neither of the form \"name: rope\" nor a row such as \"1: k2 p2\"");
-  CHECK(refusal(": k") == "line 1: is neither of the form \"name: rope\" nor a row such as \"1: k2 p2\"");
   CHECK(refusal("gauge: 3\n1: k") ==
         "line 1: \"gauge\" must be name, wale_mm, course_mm, \"yarn A\" or the number of a row");
   CHECK(refusal("1: k\nname: a") == "line 2: \"name\" must come before the rows");
@@ -125,16 +123,11 @@ TEST_CASE("rows that do not fit are refused with their line") {
   for (const char* cable : {"c3f", "c10f", "c0b", "c4", "c-2f", "cf", "c99999999999f"})
     CHECK(refusal(std::string("1: ") + cable).starts_with("line 1: there is no stitch \"c"));
   CHECK(refusal("1: k2\n2: k3") == "line 2: row 2 has 3 stitches, row 1 has 2");
-  CHECK(refusal("1: k4\n2: c6f") == "line 2: row 2 has 6 stitches, row 1 has 4");
   CHECK(refusal("1: k\n3: k") == "line 2: row 3 follows row 1: rows are numbered up or down by one");
-  CHECK(refusal("2: k\n1: k\n2: k") == "line 3: row 2 follows row 1: rows are numbered up or down by one");
   CHECK(refusal("0: k") == "line 1: \"0\" is not the number of a row");
-  CHECK(refusal("1a: k") == "line 1: \"1a\" is not the number of a row");
   CHECK(refusal("1:") == "line 1: the row has no stitch");
   CHECK(refusal("1: 4 k") == "line 1: the count 4 follows no stitch");
-  CHECK(refusal("1: k2 3") == "line 1: the count 3 follows no stitch");
   CHECK(refusal(std::string("wale_mm: 5\0x\n1: k", 17)) == "line 1: has a NUL byte");
-  CHECK(refusal("1: k0") == "line 1: \"0\" is not a count from 1 to 1024");
   CHECK(refusal("1: k 99999999999") == "line 1: \"99999999999\" is not a count from 1 to 1024");
   CHECK(refusal("1: k1000 k1000") == "line 1: more than 1024 stitches");
   CHECK(refusal("1: k600\n2: k600") == "line 2: the chart has more than 1024 stitches");
@@ -148,8 +141,6 @@ TEST_CASE("rows that do not fit are refused with their line") {
 
 TEST_CASE("yarns that are not there are refused with their line") {
   CHECK(refusal("yarn AB: yarn=wool\n1: k") == "line 1: a yarn is called by one letter, as \"yarn A\"");
-  CHECK(refusal("yarn 1:\n1: k") == "line 1: a yarn is called by one letter, as \"yarn A\"");
-  CHECK(refusal("1: k2 [A1]") == "line 1: names yarns for 1 stitches, the row has 2");
   CHECK(refusal("yarn A:\nyarn B: radius_mm=11\n1: k")
             .starts_with("line 2: radius_mm: 11 is more than 2 times the shorter side 3.8 mm"));
   CHECK(refusal("yarn A:\nyarn A:\n1: k") == "line 2: \"yarn A\" is said a second time");
@@ -157,10 +148,8 @@ TEST_CASE("yarns that are not there are refused with their line") {
   CHECK(refusal("yarn A: yarn=hemp\n1: k").starts_with("line 1: \"yarn=hemp\" is not of the form"));
   CHECK(refusal("yarn A: plies=2 plies=3\n1: k") == "line 1: \"plies=3\" sets a parameter a second time");
   CHECK(refusal("yarn A: radius_mm=0\n1: k") == "line 1: radius_mm: must lie in 0.001 to 1000, is 0");
-  CHECK(refusal("yarn A: albedo=2,0,0\n1: k") == "line 1: albedo: must lie in 0 to 1, is 2");
   CHECK(refusal("yarn A: wale_mm=5\n1: k").starts_with("line 1: wale_mm: no such parameter"));
   CHECK(refusal("1: k [B]") == "line 1: there is no yarn B (there are A)");
-  CHECK(refusal("1: k2 [A A A]") == "line 1: names yarns for 3 stitches, the row has 2");
   CHECK(refusal("1: k3 [A2]") == "line 1: names yarns for 2 stitches, the row has 3");
   CHECK(refusal("1: k2 [A ?]") == "line 1: \"?\" is not the letter of a yarn");
   for (const char* brackets : {"1: k [A", "1: k A]", "1: k ]A[", "1: [A] k", "1: k [A] [A]"})

@@ -76,24 +76,6 @@ TEST_CASE("rays to the hairs of the mesh meet those of a file's yarn") {
   CHECK(same > 0.97 * met);
 }
 
-TEST_CASE("yarn of a file is as thick as its mesh along its length") {
-  StitchPattern pattern = cylinder(8, 0.5);
-  pattern.yarns[0].irregularity = 0.2;
-  const CellMesh mesh = test::need(mesh_stitch(pattern, {64}));
-  const YarnCurve& curve = mesh.yarns.curves[0];
-  double least = 1;
-  double most = 0;
-  for (const V3f& p : mesh.positions) {
-    const V3d off = V3d(p) - V3d(mesh.yarns.nodes[0]);
-    const double radius = V2d(off.y - 8 * std::round(off.y / 8), off.z).length();
-    const double thick = strand_swell(curve.strands, off.x / 8, byte_of_thickness);
-    CHECK(radius == doctest::Approx(0.5 * thick).epsilon(0.01));
-    least = std::min(least, radius);
-    most = std::max(most, radius);
-  }
-  CHECK(most > 1.1 * least);
-}
-
 TEST_CASE("hairs are as long together as the hairiness says, and exponential up to three times their mean") {
   const Hairs hairs = grown(hairy(90, 0.3, 0));
   double sum = 0;

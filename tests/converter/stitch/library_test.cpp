@@ -77,17 +77,6 @@ std::vector<std::string> drawdown_of(const StitchPattern& pattern, std::size_t w
   return rows;
 }
 
-/// The longest run of a character in a row that repeats.
-int longest_float(const std::string& row, char c) {
-  int longest = 0;
-  int run = 0;
-  for (const char at : row + row) {
-    run = at == c ? run + 1 : 0;
-    longest = std::max(longest, run);
-  }
-  return longest;
-}
-
 }  // namespace
 
 // In one test: to make all stitches is what takes long.
@@ -153,46 +142,17 @@ TEST_CASE("a knit has one endless chain per course, drawn through the course bel
 }
 
 TEST_CASE("weaves go over and under as their names say") {
-  const auto plain = drawdown_of(found("plain-weave"), 2);
-  const auto twill = drawdown_of(found("twill"), 4);
-  const auto satin = drawdown_of(found("satin"), 5);
-  const auto basket = drawdown_of(found("basket"), 4);
-  REQUIRE(plain.size() == 2);
-  REQUIRE(twill.size() == 4);
-  REQUIRE(satin.size() == 5);
-  REQUIRE(basket.size() == 4);
-  for (std::size_t j = 0; j < 2; ++j) {
-    for (std::size_t i = 0; i < 2; ++i) CHECK((plain[j][i] == '#') == (i == j));
-  }
-  for (std::size_t j = 0; j < 4; ++j) {
-    CHECK(longest_float(twill[j], '#') == 2);
-    CHECK(longest_float(twill[j], '-') == 2);
-    for (std::size_t i = 0; i < 4; ++i) {
-      // Each weft's floats lie one warp further than those of the weft below.
-      CHECK(twill[(j + 1) % 4][(i + 1) % 4] == twill[j][i]);
-      CHECK((basket[j][i] == '#') == ((i / 2 == j / 2) == (basket[0][0] == '#')));
-    }
-  }
-  const auto herringbone = drawdown_of(found("herringbone"), 8);
-  const auto denim = drawdown_of(found("denim"), 4);
-  REQUIRE(herringbone.size() == 4);
-  REQUIRE(denim.size() == 4);
-  for (std::size_t j = 0; j < 4; ++j) {
-    CHECK(std::count(denim[j].begin(), denim[j].end(), '#') == 3);
-    CHECK(denim[(j + 1) % 4].find('-') == (denim[j].find('-') + 1) % 4);
-    // A twill to one side, then to the other; at the turn every warp is opposite to its neighbour.
-    for (const std::size_t turn : {3U, 7U}) CHECK(herringbone[j][turn] != herringbone[j][(turn + 1) % 8]);
-    for (std::size_t i = 0; i < 3; ++i) {
-      CHECK(herringbone[(j + 1) % 4][i + 1] == herringbone[j][i]);
-      CHECK(herringbone[j][i + 5] == herringbone[(j + 1) % 4][i + 4]);
-    }
-  }
-  for (std::size_t j = 0; j < 5; ++j) {
-    // One binding point in each row and column, two warps on from row to row (or three, which is the same way
-    // back): none touches another.
-    CHECK(longest_float(satin[j], '#') == 4);
-    const auto step = (satin[(j + 1) % 5].find('-') + 5 - satin[j].find('-')) % 5;
-    CHECK((step == 2 || step == 3));
+  const std::vector<std::pair<std::string, std::vector<std::string>>> weaves{
+      {"plain-weave", {"#-", "-#"}},
+      {"twill", {"##--", "-##-", "--##", "#--#"}},
+      {"herringbone", {"##--##--", "-##-#--#", "--##--##", "#--#-##-"}},
+      {"denim", {"-###", "#-##", "##-#", "###-"}},
+      {"satin", {"#-###", "###-#", "-####", "##-##", "####-"}},
+      {"basket", {"--##", "--##", "##--", "##--"}}};
+  for (const auto& [name, rows] : weaves) {
+    const std::string named = name;  // Clang 14 captures no bindings.
+    CAPTURE(named);
+    CHECK(drawdown_of(found(name), rows.front().size()) == rows);
   }
 }
 
@@ -218,7 +178,7 @@ TEST_CASE("parameters move what they name") {
   CHECK(weave.yarns[4].albedo == V3f(1, 0, 0));
 }
 
-TEST_CASE("built-in stitches are made of the yarn that such cloth has, and their parameters say so") {
+TEST_CASE("built-in stitches are made of the yarn that such cloth has") {
   const std::map<std::string, std::string> others{{"plain-weave", "cotton"},
                                                   {"twill", "cotton"},
                                                   {"denim", "cotton"},
@@ -227,28 +187,7 @@ TEST_CASE("built-in stitches are made of the yarn that such cloth has, and their
   for (const StitchInfo& info : built_in_stitches()) {
     CAPTURE(info.name);
     const auto kind = find_yarn_kind(others.contains(info.name) ? others.at(info.name) : "wool");
-    const StitchPattern pattern = test::need(find_stitch(info.name)).pattern;
-    for (const Yarn& yarn : pattern.yarns) CHECK(yarn.fibre == kind);
-    StitchSettings listed;
-    StitchSettings radii;
-    for (const StitchParameter& p : info.parameters) {
-      if (p.name.ends_with("radius_mm"))
-        radii[p.name] = p.value;
-      else if (p.name != "colour")
-        listed[p.name] = p.value;
-    }
-    const StitchPattern same = test::need(find_stitch(info.name, listed)).pattern;
-    REQUIRE(same.yarns.size() == pattern.yarns.size());
-    for (std::size_t y = 0; y < same.yarns.size(); ++y) {
-      CHECK(same.yarns[y].plies == pattern.yarns[y].plies);
-      // What is listed is of the listed radius; not set, it follows the radius that there is room for.
-      const std::string prefix = radii.size() == 2 ? pattern.yarns[y].name.substr(0, 4) + "_" : "";
-      const double thinner = pattern.yarns[y].radius_mm / radii.at(prefix + "radius_mm")[0];
-      CHECK(pattern.yarns[y].twist_per_mm * thinner == doctest::Approx(same.yarns[y].twist_per_mm));
-      CHECK(pattern.yarns[y].hair_mm <= same.yarns[y].hair_mm * (1 + 1e-9));
-      CHECK(pattern.yarns[y].hair_mm >= same.yarns[y].hair_mm * thinner * (1 - 1e-9));
-      CHECK(same.yarns[y].gloss.roughness == pattern.yarns[y].gloss.roughness);
-    }
+    for (const Yarn& yarn : test::need(find_stitch(info.name)).pattern.yarns) CHECK(yarn.fibre == kind);
   }
 }
 

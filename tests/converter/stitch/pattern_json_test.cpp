@@ -91,20 +91,6 @@ TEST_CASE("a yarn may have a colour, a fibre and an angle of twist") {
   CHECK(refusal(with(R"("name": "one",)", R"("name": "one", "seed": 1.5,)")) == "STITCH_INVALID /seed");
 }
 
-TEST_CASE("gloss, plies and twist out of range are refused") {
-  const auto added = [](const std::string& member) {
-    return refusal(with("\"radius_mm\": 0.5", member + ", \"radius_mm\": 0.5"));
-  };
-  CHECK(added("\"gloss\": 0.5, \"roughness\": 0.2, \"plies\": 2, \"twist_per_mm\": -0.3") == "accepted");
-  CHECK(added("\"gloss\": 1.5") == "STITCH_INVALID /yarns/0/gloss");
-  CHECK(added("\"gloss\": \"much\"") == "STITCH_INVALID /yarns/0/gloss");
-  CHECK(added("\"roughness\": 0") == "STITCH_INVALID /yarns/0/roughness");
-  CHECK(added("\"plies\": 0") == "STITCH_INVALID /yarns/0/plies");
-  CHECK(added("\"plies\": 9") == "STITCH_INVALID /yarns/0/plies");
-  CHECK(added("\"plies\": 2.5") == "STITCH_INVALID /yarns/0/plies");
-  CHECK(added("\"twist_per_mm\": 3") == "STITCH_INVALID /yarns/0/twist_per_mm");
-}
-
 TEST_CASE("wrong types and missing members are refused with their JSON pointer") {
   CHECK(refusal("[]") == "STITCH_INVALID ");
   CHECK(refusal("{}") == "STITCH_INVALID /selvedge_stitch");

@@ -59,21 +59,6 @@ TEST_CASE("a ring's mesh is one closed surface with one hole, wherever the walls
   }
 }
 
-TEST_CASE("yarns apart from each other are tubes: each closed round the torus of cells") {
-  StitchPattern knit = plain_knit();  // its yarns touch
-  knit.yarns[0].radius_mm = 0.5;
-  const Topology knitted = topology_of(mesh_of(knit, 60), 1, true);
-  check_closed(knitted);
-  CHECK(knitted.components == 1);
-  CHECK(knitted.euler() == 0);
-  StitchPattern weave = plain_weave();
-  for (Yarn& yarn : weave.yarns) yarn.radius_mm = 0.2;
-  const Topology woven = topology_of(mesh_of(weave, 60), 1, true);
-  check_closed(woven);
-  CHECK(woven.components == 4);
-  CHECK(woven.euler() == 0);
-}
-
 TEST_CASE("the built-in stitches tile without seam or overlap") {
   for (const StitchPattern& pattern : {plain_knit(), plain_weave()}) {
     CAPTURE(pattern.name);
