@@ -5,13 +5,13 @@
 
 #include <algorithm>
 
+#include "format/base/parallel.h"
 #include "format/gltf/memory.h"
-#include "viewer/frame/backdrop.h"
+#include "viewer/hybrid/paper_bits.h"
 #include "viewer/hybrid/path.h"
 #include "viewer/light/picture_textures.h"
 #include "viewer/light/sky.h"
-#include "viewer/paper/path.h"
-#include "viewer/render_checks.h"
+#include "viewer/scene/view_rays.h"
 #include "viewer/shader/path.h"
 
 namespace selvedge {
@@ -23,6 +23,46 @@ Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& optio
     if (auto context = make_egl_context()) return context;
   }
   return make_osmesa_context();
+}
+
+Result<void> refuse(const char* option, std::string reason) {
+  return fail(Code::option_out_of_range, "", option, std::move(reason));
+}
+
+Result<void> check_size(const FrameSize& size) {
+  if (size.supersample < 1 || size.supersample > 16)
+    return refuse("--supersample", "must lie between 1 and 16");
+  const int limit = index_pass_side_limit / size.supersample;
+  if (size.width < 1 || size.height < 1 || size.width > limit || size.height > limit)
+    return refuse("--size", fmt::format("must lie between 1x1 and {0}x{0}", limit));
+  if (size.layers < 1 || size.layers > max_layers)
+    return refuse("--layers", fmt::format("must lie between 1 and {}", max_layers));
+  return {};
+}
+
+Result<void> check_draw(const DrawOptions& o) {
+  if (o.levels.forced < -1) return refuse("--level", "must not be negative");
+  if (o.shadows != 0 && (o.shadows < min_shadow_size || o.shadows > max_shadow_size))
+    return refuse("--shadows", fmt::format("must lie between {} and {}", min_shadow_size, max_shadow_size));
+  return {};
+}
+
+/// Composites the frame over the environment that the camera sees; the frame is opaque then.
+void add_backdrop(const Camera& camera, const DrawOptions& options, const Reflections* reflections,
+                  Frame& frame) {
+  const ViewRays rays = view_rays(camera, frame.width, frame.height);
+  parallel_for(0, frame.height, [&](int y) {
+    for (int x = 0; x < frame.width; ++x) {
+      V4f& pixel = frame.pixels[static_cast<std::size_t>(y) * frame.width + x];
+      const float right = static_cast<float>(x) + 0.5F - 0.5F * static_cast<float>(frame.width);
+      const float up = 0.5F * static_cast<float>(frame.height) - static_cast<float>(y) - 0.5F;
+      const V3d away = -V3d(rays.base + rays.right * right + rays.up * up).normalized();
+      const V3f radiance =
+          options.backdrop > 0 ? reflections->at(away, options.backdrop) : options.environment->at(away);
+      const V3f seen = radiance * (1 - pixel.w);
+      pixel = V4f(pixel.x + seen.x, pixel.y + seen.y, pixel.z + seen.z, 1);
+    }
+  });
 }
 
 }  // namespace
@@ -38,9 +78,8 @@ struct Renderer::State {
   GlFunctions gl;
   std::unique_ptr<PictureTextures> textures;
   std::unique_ptr<ShadowPass> shadows;  ///< created on first use
-  std::optional<SkyVisibility>
-      sky;             ///< found on first use; without directions where there is no memory for it
-  SmoothLight around;  ///< of `around_vertices`
+  std::optional<SkyVisibility> sky;     ///< found on first use; without directions if memory is short
+  SmoothLight around;                   ///< of `around_vertices`
   std::vector<SmoothLight> around_vertices;
   std::shared_ptr<const Environment> reflected;  ///< by `reflections`
   std::shared_ptr<const Reflections> reflections;
@@ -50,7 +89,7 @@ struct Renderer::State {
 
   /// The path that probes pixels.
   Result<HybridPath*> hybrid() {
-    if (kind == RenderPath::hybrid) return static_cast<HybridPath*>(path.get());
+    if (kind != RenderPath::shader) return static_cast<HybridPath*>(path.get());
     if (!probes) {
       auto made = HybridPath::create(gl, scene, size);
       if (!made) return tl::unexpected(made.error());
@@ -77,7 +116,7 @@ struct Renderer::State {
     return reflections;
   }
 
-  /// What the scene leaves of light from all around, if the options have any, and shadows.
+  /// Light from all around at the vertices, with shadows, if the options have both.
   Result<std::span<const SmoothLight>> shade_around(const DrawOptions& options) {
     if (!options.around || options.shadows == 0) return std::span<const SmoothLight>();
     if (!sky) {
@@ -87,9 +126,9 @@ struct Renderer::State {
                         textures->leave(scene.mesh.positions.size() * memory_price::shaded_vertex);
       if (!fits)
         remarks.emplace_back(
-            "what the scene hides of light from all around is left out: it has more than 2^20 triangles, or "
-            "does "
-            "not fit into --max-memory");
+            "light from all around has no shadows: the scene has more than 2^20 triangles, or does not fit "
+            "into "
+            "--max-memory");
       Result<SkyVisibility> found = fits ? sky_visibility(gl, scene.mesh, scene.materials) : SkyVisibility{};
       if (!found) return tl::unexpected(found.error());
       sky = std::move(*found);
@@ -102,7 +141,7 @@ struct Renderer::State {
     return std::span<const SmoothLight>(around_vertices);
   }
 
-  /// Makes the textures that a frame shows. The paper's path shows none.
+  /// Makes the textures that a frame shows.
   Result<void> make_textures(const Camera& camera) {
     Materials& materials = scene.materials;
     return textures->make(
@@ -146,7 +185,8 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
                                                    const RenderOptions& options,
                                                    std::unique_ptr<GraphicsContext> context) {
   Stopwatch watch;
-  if (const auto good = check_options(options); !good) return tl::unexpected(good.error());
+  if (const auto good = check_size(options); !good) return tl::unexpected(good.error());
+  if (const auto good = check_draw(options); !good) return tl::unexpected(good.error());
   const Result<std::vector<V3d>> points = world_points(scene);
   if (!points) return tl::unexpected(points.error());
 
@@ -184,11 +224,13 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
     s.path = std::move(*path);
     return {};
   };
-  const auto made =
-      s.kind == RenderPath::hybrid ? keep(HybridPath::create(s.gl, s.scene, options))
-      : s.kind == RenderPath::shader
-          ? keep(ShaderPath::create(s.gl, s.scene, fabrics, options))
-          : keep(PaperPath::create(s.gl, scene, *surfaces, fabrics, s.scene, options, s.remarks));
+  const bool paper = s.kind == RenderPath::paper;
+  if (paper) {
+    const auto good = check_paper_fabrics(scene, s.scene.materials, fabrics, s.remarks);
+    if (!good) return tl::unexpected(good.error());
+  }
+  const auto made = s.kind == RenderPath::shader ? keep(ShaderPath::create(s.gl, s.scene, fabrics, options))
+                                                 : keep(HybridPath::create(s.gl, s.scene, options, paper));
   if (!made) return tl::unexpected(made.error());
   watch.add_to(s.prepare);
   return std::unique_ptr<Renderer>(new Renderer(std::move(state)));
@@ -200,12 +242,10 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
   stats = {};
   stats.triangles = static_cast<std::int64_t>(s.scene.mesh.triangles.size());
   if (auto good = s.context->make_current(); !good) return good;
-  if (auto good = check_draw(s.kind, options); !good) return good;
+  if (auto good = check_draw(options); !good) return good;
   Stopwatch watch;
-  if (s.kind != RenderPath::paper) {
-    if (auto good = s.make_textures(camera); !good) return good;
-    watch.add_to(s.prepare);
-  }
+  if (auto good = s.make_textures(camera); !good) return good;
+  watch.add_to(s.prepare);
   stats.prepare = s.prepare;
   const Result<ShadowPass*> shadows = s.draw_shadows(options);
   if (!shadows) return tl::unexpected(shadows.error());
@@ -216,7 +256,7 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
     watch.add_to(stats.shadows);
     if ((*shadows)->views().size() < options.lights.size())
       stats.remarks.push_back(fmt::format(
-          "{} of {} lights cast no shadows: points, wide cones, and what comes after {} others",
+          "{} of {} lights cast no shadows: points, wide cones, and lights after the first {}",
           options.lights.size() - (*shadows)->views().size(), options.lights.size(), max_shadows));
   }
   frame.width = s.size.width;
@@ -227,12 +267,7 @@ Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Fr
   if (auto good = s.path->draw({camera, options, *shadows, *around, reflections}, frame, stats); !good)
     return good;
   if (!options.environment || options.backdrop < 0 || options.ends()) return {};
-  add_backdrop(
-      camera,
-      [&](const V3d& d) {
-        return options.backdrop > 0 ? reflections->at(d, options.backdrop) : options.environment->at(d);
-      },
-      frame);
+  add_backdrop(camera, options, reflections.get(), frame);
   return {};
 }
 
@@ -256,15 +291,6 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Dr
   const auto around = state_->shade_around(options);
   if (!around) return tl::unexpected(around.error());
   return (*hybrid)->probe({camera, options, *shadows, *around, state_->reflect(options)}, pixel);
-}
-
-Result<void> Renderer::overlay(Overlay kind, const Camera& camera, const DrawOptions& options,
-                               std::vector<OverlayPixel>& overlay) {
-  if (auto good = state_->context->make_current(); !good) return good;
-  if (auto good = state_->make_textures(camera); !good) return good;
-  const Result<HybridPath*> hybrid = state_->hybrid();
-  if (!hybrid) return tl::unexpected(hybrid.error());
-  return (*hybrid)->overlay(kind, {camera, options}, overlay);
 }
 
 Result<Frame> render(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,

@@ -34,10 +34,6 @@ class Renderer {
   /// Precondition: the pixel lies in the frame.
   Result<std::optional<PixelProbe>> probe(const Camera& camera, const DrawOptions& options, const V2i& pixel);
 
-  /// Draws lines (draw_overlay()) for every pixel of the supersampled frame, top row first.
-  Result<void> overlay(Overlay kind, const Camera& camera, const DrawOptions& options,
-                       std::vector<OverlayPixel>& overlay);
-
   /// Options and materials that could not be honoured, one line each.
   const std::vector<std::string>& remarks() const;
 

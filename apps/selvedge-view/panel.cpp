@@ -140,12 +140,6 @@ void Panel::handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& r
   if (pressed('P')) state.probes = !state.probes;
   const auto fabrics = static_cast<int>(info.picture.fabric_names.size());
   if (pressed('F')) raise(request.change, next_fabrics(fabrics, state), Change::scene);
-  for (const auto& [key, overlay] : {std::pair('E', Overlay::texels), std::pair('W', Overlay::triangles)}) {
-    if (!pressed(key)) continue;
-    const auto wanted = static_cast<int>(overlay);
-    state.overlay = state.overlay == wanted ? 0 : wanted;
-    raise(request.change, true, Change::frame);
-  }
   if (pressed('C')) raise(request.change, show_core(state), Change::scene);
   if (pressed('B')) raise(request.change, true, switch_beside(state));
   request.saves_picture = pressed('S');
@@ -159,8 +153,6 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& req
   slider(request.change, "level", state.levels.forced, -1, info.picture.levels - 1, shown.c_str());
   box(request.change, "blend two levels", state.levels.blend);
   slider(request.change, "layers", state.layers, 1, max_layers);
-  label("lines");
-  raise(request.change, choose("##lines", overlay_names, state.overlay), Change::frame);
   if (ImGui::Button("first view (R)")) request.resets_camera = true;
   ImGui::SameLine();
   if (ImGui::Button("save (S)")) request.saves_picture = true;
@@ -366,15 +358,11 @@ PanelRequest Panel::edit(const PanelInfo& info, ShowState& state) {
   return request;
 }
 
-void Panel::end(unsigned picture, unsigned overlay) {
+void Panel::end(unsigned picture) {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 size(io.DisplaySize.x - width(), io.DisplaySize.y);
-  ImDrawList& behind = *ImGui::GetBackgroundDrawList();
-  const auto image = [&](unsigned texture) {
-    behind.AddImage(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture)), ImVec2(0, 0), size);
-  };
-  image(picture);
-  if (overlay != 0) image(overlay);
+  const auto texture = reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(picture));
+  ImGui::GetBackgroundDrawList()->AddImage(texture, ImVec2(0, 0), size);
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }

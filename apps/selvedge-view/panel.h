@@ -66,8 +66,8 @@ class Panel {
   PanelRequest edit(const PanelInfo& info, ShowState& state);
   /// Puts text on the clipboard.
   static void copy(const std::string& text);
-  /// Draws the picture's texture, an overlay unless that is 0, then the panel.
-  void end(unsigned picture, unsigned overlay);
+  /// Draws the picture's texture, then the panel.
+  void end(unsigned picture);
 
  private:
   void edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request);

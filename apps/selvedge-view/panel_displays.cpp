@@ -54,12 +54,14 @@ void show_times(const PanelInfo& info) {
   row("frame", "{:.1f} ms, {} x {}{}", 1e3 * frame, info.picture.width, info.picture.height,
       info.picture.divisor > 1 ? " (first)" : "");
   const std::initializer_list<std::pair<const char*, double>> parts{
-      {"project", s.project},          {"shadows", s.shadows},
-      {"geometry", s.geometry},        {"read back", s.read_back},
-      {"evaluation", s.evaluation},    {"texel edges", info.picture.overlay_seconds},
-      {"window", info.window_seconds}, {"display", info.picture.display_seconds}};
-  const double all =
-      frame + info.picture.overlay_seconds + info.picture.display_seconds + info.window_seconds;
+      {"project", s.project},
+      {"shadows", s.shadows},
+      {"geometry", s.geometry},
+      {"read back", s.read_back},
+      {"evaluation", s.evaluation},
+      {"window", info.window_seconds},
+      {"display", info.picture.display_seconds}};
+  const double all = frame + info.picture.display_seconds + info.window_seconds;
   for (const auto& [name, seconds] : parts) {
     if (seconds <= 0) continue;
     ImGui::TextDisabled("%s", name);
@@ -98,7 +100,7 @@ void show_help() {
   row("middle drag", "move it (or Shift + left)");
   row("right drag", "turn the light or environment (Ctrl + left)");
   row("wheel", "nearer, further");
-  row("E  W  P", "texel edges, wireframe, probe");
+  row("P", "probe");
   row("C", "without fabrics, as other viewers see it");
   row("B", "compare what is worn with what comes, by a bar");
   row("S  D", "save the picture, the dressed garment");

@@ -134,14 +134,13 @@ std::vector<Light> Look::all_lights(const Camera& camera) const {
   return all;
 }
 
-Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& own, RenderPath path,
-                     std::uint64_t memory) {
+Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& own, std::uint64_t memory) {
   const bool is_swatch = has_ending(picture.input, ".exr");
   Look look;
   look.lights = picture.lights.empty() ? own : picture.lights;
   look.lights_in_camera_frame = !picture.lights.empty() && picture.lights_in_camera_frame;
   std::string& name = look.name = picture.environment;
-  if (name.empty()) name = is_swatch || !look.lights.empty() || path == RenderPath::paper ? "none" : "studio";
+  if (name.empty()) name = is_swatch || !look.lights.empty() ? "none" : "studio";
   if (name != "none") {
     if (is_swatch) look.lights = picture.lights;
     Result<Environment> environment = environment_named(name, picture.around, memory);
@@ -156,8 +155,7 @@ Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& ow
   look.display = picture.display;
   if (look.environment) look.display.exposure = 1;
   if (picture.exposure) look.display.exposure = static_cast<float>(*picture.exposure);
-  const bool can_cast = !is_swatch && path != RenderPath::paper;
-  if (can_cast && picture.shadows >= 0)
+  if (!is_swatch && picture.shadows >= 0)
     look.shadows = picture.shadows > 0 ? picture.shadows : default_shadow_size;
   return look;
 }

@@ -64,7 +64,6 @@ struct Look {
 
 /// `own` are the lights of the scene, or those of a swatch at a place, which an environment replaces;
 /// `memory` is what the environment may take.
-Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& own, RenderPath path,
-                     std::uint64_t memory);
+Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& own, std::uint64_t memory);
 
 }  // namespace selvedge

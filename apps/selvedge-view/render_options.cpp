@@ -28,8 +28,6 @@ void set_quality(const Options& options, std::size_t quality, RenderCommand& com
   const FrameQuality& wanted = frame_qualities[quality];
   LevelOptions& levels = command.picture.levels;
   if (!options.given("--supersample")) command.render.supersample = wanted.supersample;
-  if (!options.given("--power") && command.render.path != RenderPath::shader)
-    command.render.power = PowerKind::fast;
   if (!options.given("--level")) levels.forced = wanted.levels.forced;
   if (!options.given("--level-blend")) levels.blend = wanted.levels.blend;
   if (!options.given("--points")) levels.points = wanted.levels.points;
@@ -59,23 +57,14 @@ void check_render(const Options& options, const RenderCommand& command) {
                     "counts for nothing with --level, which shows the nearest texels of one level",
                     {"--filter", "--level-blend", "--level-bias", "--points"});
   options.refuse_if(command.render.path == RenderPath::paper,
-                    "counts for nothing with --path paper, which draws fabrics alone", {"--ambient"});
-  options.refuse_if(command.render.path == RenderPath::paper,
-                    "counts for nothing with --path paper, which knows neither yarn nor areas",
-                    {"--points", "--level-bias"});
-  options.refuse_if(command.render.path == RenderPath::paper,
-                    "is for the other paths: the paper's has lamps alone", {"--environment"});
-  options.refuse_if(command.render.path == RenderPath::shader,
-                    "counts for nothing with --path shader: OpenGL has its own powers", {"--power"});
+                    "has no effect with --path paper, which shows nearest texels and no yarn",
+                    {"--filter", "--points", "--level-bias"});
 }
 
 void add_drawing(Options& options, RenderCommand& command) {
   options.choice("--path", path_names, command.render.path,
-                 "Evaluate fabrics on the processor (default) or by OpenGL. paper: as published in 2001, in "
-                 "colours of 8 bits, nearest texels");
-  options.choice(
-      "--power", power_names, command.render.power,
-      "How the processor computes the powers of lobes: exact (default) to about a float, fast to 1e-4");
+                 "Evaluate fabrics on the processor (default) or by OpenGL. paper: on the processor as "
+                 "published in 2001, in colours of 8 bits, nearest texels");
   options
       .number(
           "--points", command.picture.levels.points, "N",
@@ -118,8 +107,8 @@ void declare(Options& options, RenderCommand& command) {
   add_input(options, picture);
   options.choice(
       "--quality", frame_quality_names,
-      "Filter, points, powers and samples a pixel that are worth their time (standard: the default with "
-      "fast powers); options given beside it stay as given. With --path paper powers and samples count",
+      "Filter, points and samples a pixel that are worth their time (standard: the default); options given "
+      "beside it stay as given",
       [&command](std::size_t index) { command.quality = index; });
   add_drawing(options, command);
   options
@@ -149,13 +138,6 @@ void declare(Options& options, RenderCommand& command) {
     if (command.quality) set_quality(options, *command.quality, command);
     LevelOptions& levels = command.picture.levels;
     if (options.given("--level-bias")) levels.bias = command.level_bias;
-    if (command.render.path == RenderPath::paper) {
-      // Already refused by its own option.
-      if (!options.given("--filter")) {
-        levels.area = false;
-        levels.bias = 0;
-      }
-    }
     command.picture.swatch.level = levels.forced;
     // A forced level is shown with its exact texels.
     if (levels.forced >= 0) levels.area = false;

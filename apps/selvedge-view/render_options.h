@@ -17,7 +17,7 @@ struct RenderCommand {
   PictureOptions picture;
   std::vector<std::string> outputs;  ///< .png or .exr
   V2i size{800, 600};
-  RenderOptions render;                ///< path, power, context and supersampling
+  RenderOptions render;                ///< path, context and supersampling
   std::string camera_of_file;          ///< scenes: name or number; empty: PictureOptions::camera
   SceneChoice choice;                  ///< scenes
   std::optional<SwatchView> place;     ///< fabric files: instead of PictureOptions::swatch

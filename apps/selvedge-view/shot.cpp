@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "format/base/option_text.h"
-#include "viewer/paper/limits.h"
 #include "viewer/scene/change_fabrics.h"
 #include "viewer/scene/surfaces.h"
 #include "viewer/turntable.h"
@@ -64,11 +63,6 @@ std::vector<LevelRange> needed_levels(const OpenScene& open, const Shot& shot, I
   for (std::size_t i = 0; i < needed.size(); ++i) {
     if (max_lacking[i].any())
       issues.push_back(lacking_issue(open.scene.fabrics[i].name, *headers[i], max_lacking[i]));
-  }
-  if (shot.options.path != RenderPath::paper) return needed;
-  for (std::size_t i = 0; i < needed.size(); ++i) {
-    needed[i].first = finest_for_paper(needed[i].first);
-    needed[i].last = coarsest_for_paper(needed[i].last, headers[i]->levels);
   }
   return needed;
 }
@@ -179,7 +173,7 @@ Shot read_shot(const RenderCommand& command) {
       has_ending(command.picture.input, ".exr") ? read_swatch(command) : must(read_scene_shot(command));
   std::uint64_t memory = command.picture.limits.document.memory;
   for (const Subject& subject : shot.subjects) memory = std::min(memory, subject.scene.memory_left);
-  shot.look = must(look_of(command.picture, shot.own_lights, shot.options.path, memory));
+  shot.look = must(look_of(command.picture, shot.own_lights, memory));
   if (shot.look.environment) {
     const std::uint64_t taken = shot.look.environment->radiance.size() * environment_price;
     for (Subject& subject : shot.subjects)

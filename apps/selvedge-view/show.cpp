@@ -24,7 +24,6 @@ struct ShowCommand {
   PictureOptions picture;
   std::vector<std::string> fabrics;  ///< files to choose from
   V2i size{1280, 800};
-  bool texel_edges = false;
   std::string screenshot;  ///< of the window as it was when it closed, .png; empty: none
 };
 
@@ -37,7 +36,6 @@ void declare(Options& options, ShowCommand& command) {
             "A fabric file to choose from, or a folder of them; may be repeated")
       .reads();
   options.size("--size", command.size, "Size of the window", 1, 1'000'000);
-  options.flag("--texel-edges", command.texel_edges, "Begin with lines where texels end");
   options.text("--screenshot", command.screenshot, "FILE", "Write the window as it was when it closed")
       .ends_in({".png"})
       .writes();
@@ -84,8 +82,7 @@ Result<ShowState> first_state(const ShowCommand& command, const Window& window, 
   if (!state) return state;
   PictureOptions plain = command.picture;
   plain.around = {};
-  Result<Look> look =
-      look_of(plain, lights_of(picture.scene()), RenderPath::hybrid, plain.limits.document.memory);
+  Result<Look> look = look_of(plain, lights_of(picture.scene()), plain.limits.document.memory);
   if (!look) return tl::unexpected(look.error());
   state->display = look->display;
   state->lights = std::move(look->lights);
@@ -103,7 +100,6 @@ Result<ShowState> first_state(const ShowCommand& command, const Window& window, 
   state->shadows = look->shadows;
   state->levels = command.picture.levels;
   state->layers = command.picture.layers;
-  if (command.texel_edges) state->overlay = static_cast<int>(Overlay::texels);
   // The first directional light, which drags can turn.
   const auto found = std::ranges::find(state->lights, LightKind::directional, &Light::kind);
   if (found != state->lights.end()) state->held_light = found - state->lights.begin();
@@ -168,8 +164,8 @@ void add_show_verb(Program& program) {
        "selvedge-view show sweater.glb\n"
        "selvedge-view show sweater.glb --fabric rib.fabric.exr --azimuth 30",
        "Mouse: left drag turns around the garment, middle drag (or Shift + left) moves it, right drag (or\n"
-       "Ctrl + left) turns the light, the wheel comes nearer. Keys: E texel edges, W triangles, C without\n"
-       "fabrics, P probe, F next fabric, B compares by a bar, S saves the picture, D the garment, R first "
+       "Ctrl + left) turns the light, the wheel comes nearer. Keys: C without fabrics,\n"
+       "P probe, F next fabric, B compares by a bar, S saves the picture, D the garment, R first "
        "view, H panel, "
        "Escape\n"
        "closes. Files and folders can be dropped on the window; a garment without fabrics is dressed in the "

@@ -37,7 +37,6 @@ ShowLoop::ShowLoop(Options options, Window& window, BackgroundPicture& backgroun
       state_(state),
       panel_(window),
       shown_(gl),
-      overlay_(gl),
       settling_(frames_to_settle) {}
 
 Result<void> ShowLoop::run() {
@@ -146,7 +145,7 @@ Result<bool> ShowLoop::step() {
   constexpr std::array<GLfloat, 4> black{0, 0, 0, 1};
   gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
   gl_.ClearNamedFramebufferfv(0, GL_COLOR, 0, black.data());
-  panel_.end(shown_.name(), picture_->overlay.empty() ? 0 : overlay_.name());
+  panel_.end(shown_.name());
   gl_.Finish();
   window_seconds_ = seconds_since(start);
   longest_step_ = std::max(longest_step_, window_seconds_);
@@ -209,7 +208,6 @@ Result<void> ShowLoop::receive() {
   if (!news.picture) return {};
   picture_ = news.picture;
   shown_.load(picture_->width, picture_->height, picture_->bytes.data());
-  if (!picture_->overlay.empty()) overlay_.load(picture_->width, picture_->height, picture_->overlay.data());
   return {};
 }
 

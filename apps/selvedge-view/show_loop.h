@@ -43,7 +43,6 @@ class ShowLoop {
   ShowState state_;
   Panel panel_;
   ScreenTexture shown_;
-  ScreenTexture overlay_;
   std::shared_ptr<const ShownPicture> picture_ = std::make_shared<const ShownPicture>();
   V2i window_size_{0, 0};
   Change pending_ = Change::scene;

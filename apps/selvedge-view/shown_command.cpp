@@ -41,9 +41,8 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
     add("--level-blend", "off");
   }
   add("--layers", state.layers);
-  const bool paper = state.path == static_cast<int>(RenderPath::paper);
   // What `render` takes without options for lights.
-  const bool in_environment = state.environment >= 0 && !paper;
+  const bool in_environment = state.environment >= 0;
   const bool lamps = own.empty() && !in_environment;
   const bool plain = same(state.lights, lamps ? key_and_fill_lights() : own) &&
                      (state.lights.empty() || state.lights_in_camera_frame == lamps);
@@ -66,10 +65,10 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
     add("--environment-strength", state.strength);
     if (state.backdrop) line += " --backdrop";
     if (state.backdrop) add("--backdrop-blur", state.backdrop_blur);
-  } else if (!paper) {
+  } else {
     add("--environment", "none");
   }
-  if (!paper) add("--ambient", state.ambient);
+  add("--ambient", state.ambient);
   if (state.shadows == 0) {
     line += " --no-shadows";
   } else {

@@ -24,24 +24,16 @@ SELVEDGE_INLINE T positive_power(const T& base, const T& exponent) {
   return base > T(0) ? T(pow(base, exponent)) : T(0);
 }
 
-/// The default power of lafortune_lobes().
-struct PositivePower {
-  template <class T>
-  SELVEDGE_INLINE T operator()(const T& base, const T& exponent) const {
-    return positive_power(base, exponent);
-  }
-};
-
 /// The bracket of equation (2), without the cosine. `p` has parameter_count(lobes) values of one channel. A
 /// lobe with a base that is not positive contributes 0 for any exponent; with exponent 0 and a positive base
 /// it contributes 1. T is float, double, a scalar of automatic differentiation or a vector of several texels.
-template <class T, class D, class Power = PositivePower>
-SELVEDGE_INLINE T lafortune_lobes(const T* p, int lobes, const D* l, const D* v, const Power& power = {}) {
+template <class T, class D>
+SELVEDGE_INLINE T lafortune_lobes(const T* p, int lobes, const D* l, const D* v) {
   T sum = p[0];
   for (int j = 0; j < lobes; ++j) {
     const T* lobe = p + 1 + 4 * j;
     const T base = lobe[0] * (l[0] * v[0]) + lobe[1] * (l[1] * v[1]) + lobe[2] * (l[2] * v[2]);
-    sum += power(base, lobe[3]);
+    sum += positive_power(base, lobe[3]);
   }
   return sum;
 }

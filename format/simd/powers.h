@@ -85,31 +85,6 @@ struct Lanes {
     exponential(log * exponent, result);
     result = base > 1e-30F ? result : Floats{};
   }
-
-  /// As power(), by shorter polynomials: relative error below 8e-5 + 6e-5 |exponent ln base|.
-  /// x = 2^e (1 + f), 1 + f from sqrt(1/2) to sqrt(2); log2(1 + f) = f P(f), and 2^r = Q(r), |r| <= 1/2, are
-  /// minimax polynomials (Remez) of degrees 4 and 3 with relative errors of 5.02e-5 and 7.48e-5. Not
-  /// monotonic: at the ends of these ranges the result can fall by as much as these errors.
-  static SELVEDGE_INLINE void fast_power(const Floats& base, const Floats& exponent, Floats& result) {
-    const Ints bits = (Ints)base;
-    const Ints whole = (bits - 0x3f3504f3) >> 23;
-    const Floats f = (Floats)(bits - (whole << 23)) - 1.0F;
-    Floats p = f * 0.254751921F - 0.390892446F;
-    p = p * f + 0.485306501F;
-    p = p * f - 0.720554948F;
-    p = p * f + 1.44264627F;
-    Floats turns = (((Floats)(whole + rounder_bits) - rounder) + f * p) * exponent;
-    turns = turns < -126.0F ? Floats{} - 126.0F : turns;
-    turns = turns > 127.0F ? Floats{} + 127.0F : turns;
-    const Floats rounded = turns + rounder;
-    const Floats r = turns - (rounded - rounder);
-    Floats q = r * 0.055171676F + 0.242611125F;
-    q = q * r + 0.693260968F;
-    q = q * r + 0.999928057F;
-    // The shift drops the bits of the rounder above the integer.
-    result = q * (Floats)(((Ints)rounded - (rounder_bits - 127)) << 23);
-    result = base > 1e-30F ? result : Floats{};
-  }
 };
 
 }  // namespace selvedge

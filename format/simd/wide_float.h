@@ -152,16 +152,6 @@ SELVEDGE_INLINE WideFloat<N> positive_power(const WideFloat<N>& base, const Wide
   return result;
 }
 
-/// For lafortune_lobes(): the error is that of Lanes::fast_power.
-struct FastPower {
-  template <std::size_t N>
-  SELVEDGE_INLINE WideFloat<N> operator()(const WideFloat<N>& base, const WideFloat<N>& exponent) const {
-    WideFloat<N> result;
-    Lanes<N>::fast_power(base.v, exponent.v, result.v);
-    return result;
-  }
-};
-
 template <std::size_t N>
 struct WideVec3 {
   WideFloat<N> x, y, z;

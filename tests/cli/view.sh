@@ -131,20 +131,9 @@ test_render_refuses_options_that_would_count_for_nothing() {
   idle --fov quad.glb --orthographic --fov 20
   idle --light-frame quad.glb --light-frame camera
   idle --light-frame quad.glb --point-light 0,0,1 --light-frame camera
-  idle --ambient quad.glb --path paper --ambient 0.2
-  idle --power quad.glb --path shader --power exact
+  idle --filter quad.glb --path paper --filter area
+  idle --points quad.glb --path paper --points 3
   [ ! -e s.png ] || fail "wrote s.png"
-}
-
-test_render_fast_powers_are_an_option_that_pictures_hardly_show() {
-  make_scene
-  selvedge-view render quad.glb -o exact.exr --size 60x40 --quiet
-  selvedge-view render quad.glb -o given.exr --size 60x40 --quiet --power exact
-  selvedge-view render quad.glb -o fast.exr --size 60x40 --quiet --power fast
-  same exact.exr given.exr
-  differ exact.exr fast.exr
-  exits 0 compare-pictures exact.exr fast.exr --max 2e-4
-  exits 2 selvedge-view render quad.glb -o x.png --power quick
 }
 
 test_render_quality_is_a_set_of_options_and_those_given_beside_it_stay() {
@@ -154,9 +143,9 @@ test_render_quality_is_a_set_of_options_and_those_given_beside_it_stay() {
     shift
     selvedge-view render quad.glb -o "$to.exr" --size 64x48 --elevation 15 "$@"
   }
-  local best=(--filter area --level-blend on --power fast)
+  local best=(--filter area --level-blend on)
   draw draft --quality draft
-  draw as-draft --filter nearest --level-blend on --power fast
+  draw as-draft --filter nearest --level-blend on
   same draft.exr as-draft.exr
   draw standard --quality standard
   draw as-standard "${best[@]}"
@@ -175,13 +164,9 @@ test_render_quality_is_a_set_of_options_and_those_given_beside_it_stay() {
   selvedge-view render yarn.fabric.exr --place near --size 64x48 --quality high -o high-yarn.exr
   differ 1.exr 3.exr
   same 3.exr high-yarn.exr
-  draw mixed --quality reference --supersample 1 --power exact
-  draw as-mixed --filter area --level-blend on --power exact
+  draw mixed --quality reference --supersample 1
+  draw as-mixed --filter area --level-blend on
   same mixed.exr as-mixed.exr
-  # OpenGL has powers of its own.
-  draw shader --quality standard --path shader
-  draw as-shader --filter area --level-blend on --path shader
-  same shader.exr as-shader.exr
 }
 
 # What lights of 1e-6 and 1e12 make is what a light of 1 makes, times that.
@@ -315,10 +300,8 @@ test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {
   holds 'r.path === "paper" && r.coveredPixels > 0 && r.seconds.geometry > 0 && r.seconds.evaluation > 0' paper.json
   selvedge-view render quad.glb -o hybrid.png --size 60x40 --filter nearest
   differ paper.png hybrid.png
-  refuses OPTION_OUT_OF_RANGE --filter selvedge-view render quad.glb -o x.png --path paper --filter area
   selvedge make plain-knit --set yarn=tube -o products.fabric.exr --quiet "${small[@]}" >/dev/null
   refuses OPTION_OUT_OF_RANGE 'paper: the fabric has products' selvedge-view render products.fabric.exr -o x.png --path paper
-  refuses OPTION_OUT_OF_RANGE '--path hybrid draws it' selvedge-view render quad.gltf -o x.png --path paper
 }
 
 test_refuses_pictures_that_differ() {

@@ -73,7 +73,7 @@ Shading shade_texel(const PackedFabric& packed, int number, const FabricQuery& q
   }
   LaneScratch scratch;
   LaneShading sum;
-  evaluate_lanes(packed, {&texels, 1}, view, lamps, scratch, sum, PowerKind::exact, &around);
+  evaluate_lanes(packed, {&texels, 1}, view, lamps, scratch, sum, &around);
   const float alpha = sum.alpha[0];
   const V3f radiance(sum.red[0], sum.green[0], sum.blue[0]);
   return {alpha > 0 ? radiance / alpha : V3f(0, 0, 0), alpha};

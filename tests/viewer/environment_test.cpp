@@ -341,24 +341,3 @@ TEST_CASE("what a scene hides of its environment is left out where there is no m
   CHECK(likeness(drawn(256, stats), open) > 100);
   CHECK(stats.remarks.size() == 1);
 }
-
-TEST_CASE("hybrid and shader agree in an environment, its lamps and shadows included") {
-  Environment sunny = evening();
-  for (int x = 8; x < 12; ++x) {
-    for (int y = 8; y < 10; ++y) sunny.radiance[y * sunny.width + x] = V3f(40, 35, 30);
-  }
-  REQUIRE(!divide(sunny).lamps.empty());
-  const auto check = [&](Fabric fabric, int side) {
-    test::Setting setting = placed_in(ball(std::move(fabric)), sunny);
-    test::add(setting.scene, test::square(0.7F, -1.2F), test::material(-1, V4f(0.8F, 0.4F, 0.2F, 1)));
-    setting.scene.materials.back().roughness = 0.3F;
-    setting.options.width = setting.options.height = side;
-    CHECK(test::share_apart(setting) <= 0.001);
-    setting.options.shadows = 256;
-    CHECK(test::share_apart(setting) <= 0.001);
-  };
-  SUBCASE("products") { check(product_fabric(), 120); }
-  SUBCASE("lobes, frames, tables and opacity") { check(test::random_fabric(4, 4, 1), 120); }
-  // Pixels of so many texels have the same points on both paths.
-  SUBCASE("yarn") { check(yarn_fabric(), 40); }
-}

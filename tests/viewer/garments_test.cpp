@@ -57,22 +57,6 @@ std::vector<V3d> world_positions(const Scene& scene) {
   return positions;
 }
 
-/// A picture without edges: u and v as two waves over the whole cloth.
-Result<SceneImage> smooth_picture(int waves) {
-  Image image{256, 256, 3, {}};
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      const auto wave = [&](int i) {
-        return 0.5F + 0.5F * static_cast<float>(std::sin(2 * std::numbers::pi * waves * (i + 0.5) / 256));
-      };
-      image.pixels.insert(image.pixels.end(), {wave(x), wave(y), 0.5F});
-    }
-  }
-  Result<std::vector<std::uint8_t>> png = encode_png(image);
-  if (!png) return tl::unexpected(png.error());
-  return SceneImage{"waves", "image/png", std::move(*png)};
-}
-
 }  // namespace
 
 TEST_CASE("the encodings of one cloth have the same coordinates, within a step of each") {
@@ -118,68 +102,6 @@ TEST_CASE("the encodings of one cloth have the same coordinates, within a step o
       CHECK(alone == 0);
       MESSAGE(std::string(encoding.name) << ": UVs off by " << worst / uv_step << " steps at most");
       CHECK(worst <= uv_step);
-    }
-  }
-}
-
-TEST_CASE("the encodings of one cloth give the same picture, within what their steps allow") {
-  constexpr int waves = 4;
-  const SceneImage picture = test::need(smooth_picture(waves));
-  for (const std::string& prefix : test::encoded_cloths()) {
-    CAPTURE(prefix);
-    std::vector<float> first;
-    for (const char* name :
-         {"plain", "draco_edgebreaker", "draco_sequential", "quantized", "meshopt_medium", "meshopt_high"}) {
-      CAPTURE(name);
-      Scene scene = test::need(read_scene(prefix + name + ".glb"));
-      // One smooth picture under the same light everywhere: what differs is where it lies.
-      SceneMaterial material;
-      material.base_color_texture.image = 0;
-      material.double_sided = true;
-      scene.images = {picture};
-      scene.materials = {material};
-      for (ScenePrimitive& primitive : scene.primitives) {
-        primitive.material = 0;
-        primitive.normals.assign(primitive.positions.size(), V3f(0, 1, 0));
-        primitive.tangents.clear();
-      }
-      const auto points = test::need(world_points(scene));
-      CameraOptions above;
-      above.elevation = 90;
-      const auto camera = test::need(make_camera(points, 1, above));
-      RenderOptions options;
-      options.width = options.height = 200;
-      options.layers = 1;
-      Light light;
-      light.direction = V3d(0, 1, 0);
-      light.irradiance = V3f(std::numbers::pi_v<float>);
-      options.lights = {light};
-      const Frame frame = test::need(render(scene, {}, camera, options));
-      if (first.empty()) {
-        for (const V4f& p : frame.pixels) first.insert(first.end(), {p.x, p.y, p.z, p.w});
-        continue;
-      }
-      // A wave's steepest slope, in sRGB-free light, is pi * waves per repeat; a step moves the picture by
-      // 1/4095 of the cloth. Steps of the position (1/16383 of the cloth) move it by a quarter of that.
-      // Another 1/255 for the picture's own 8 bits.
-      const double bound = std::numbers::pi * waves * (1 + 0.25) / 4095 + 1.0 / 255;
-      std::size_t seen = 0;
-      std::size_t far = 0;
-      for (std::size_t i = 0; i < frame.pixels.size(); ++i) {
-        const V4f& p = frame.pixels[i];
-        if (p.w == 0 && first[4 * i + 3] == 0) continue;
-        ++seen;
-        for (int c = 0; c < 4; ++c) {
-          if (std::abs(p[c] - first[4 * i + static_cast<std::size_t>(c)]) > bound) {
-            ++far;
-            break;
-          }
-        }
-      }
-      MESSAGE(std::string(name) << ": " << far << " of " << seen << " pixels differ by more than " << bound);
-      CHECK(seen > 5000);
-      // On silhouettes and folds another part of the cloth is seen.
-      CHECK(static_cast<double>(far) < 0.005 * static_cast<double>(seen));
     }
   }
 }

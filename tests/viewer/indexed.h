@@ -25,7 +25,7 @@ struct Indexed {
 /// Rows first_row ... of the frame, counted from its bottom; all of them where `rows` is 0.
 inline Indexed index_nearest(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
                              int width, int height, const LevelOptions& levels, int first_row = 0,
-                             int rows = 0) {
+                             int rows = 0, bool paper_bits = false) {
   Indexed result;
   result.width = width;
   result.height = height;
@@ -52,7 +52,7 @@ inline Indexed index_nearest(const Scene& scene, const std::vector<Fabric>& fabr
     need(pass->draw(side, 0, first_row, drawn.list));
     pass->read(side, 0, where, drawn.seen);
   }
-  const IndexScene index{result.mesh, result.projected, result.materials, result.packed, levels};
+  const IndexScene index{result.mesh, result.projected, result.materials, result.packed, levels, paper_bits};
   PixelTriangles waiting;
   const auto flush = [&] {
     if (waiting.count == 0) return;

@@ -14,9 +14,6 @@
 namespace selvedge {
 namespace {
 
-const std::vector<V3d> directions{V3d(0, 0, 1), V3d(0.5, 0.3, 0.8), V3d(-0.9, 0.2, 0.3),
-                                  V3d(0.1, -0.97, 0.1)};
-
 Result<Frame> render_swatch(const Fabric& fabric, const SwatchOptions& swatch_options,
                             RenderOptions options) {
   const Swatch swatch = test::need(make_swatch(fabric, swatch_options));
@@ -70,15 +67,8 @@ TEST_CASE("a swatch of one pixel per texel equals the reference evaluation on ev
     for (std::size_t level = 0; level < fabric.levels.size(); ++level) {
       CAPTURE(level);
       const int k = static_cast<int>(level);
-      CHECK(difference(fabric, k, {1, 1}, V3d(0.2, 0.4, 0.8), V3d(-0.3, 0.6, 0.7), k) < rounding);
+      CHECK(difference(fabric, k, {2, 1}, V3d(0.2, 0.4, 0.8), V3d(-0.3, 0.6, 0.7), k) < rounding);
     }
-  }
-}
-
-TEST_CASE("a swatch equals the reference evaluation for all views and lights") {
-  const Fabric fabric = test::random_fabric(5, 3, 11);
-  for (const V3d& view : directions) {
-    for (const V3d& light : directions) CHECK(difference(fabric, 0, {3, 2}, view, light, 0) < rounding);
   }
 }
 
@@ -87,61 +77,6 @@ TEST_CASE("one pixel per 2^k texels makes OpenGL choose level k") {
   for (int k = 0; k < 5; ++k) {
     CAPTURE(k);
     CHECK(difference(fabric, k, {4, 4}, V3d(0.3, -0.5, 0.7), V3d(0, 0.3, 1), -1) < rounding);
-  }
-}
-
-TEST_CASE("a swatch at one pixel per 2^k texels hardly changes when levels are blended") {
-  const Fabric fabric = test::random_fabric(32, 32, 3);
-  SwatchOptions swatch;
-  swatch.repeats = {4, 4};
-  swatch.pixels_per_texel = 0.25;
-  RenderOptions options;
-  options.lights = {{V3d(0, 0, 1), V3f(1, 1, 1)}};
-  const Frame blended = test::need(render_swatch(fabric, swatch, options));
-  options.levels.blend = false;
-  const Frame single = test::need(render_swatch(fabric, swatch, options));
-  double worst = 0;
-  for (std::size_t i = 0; i < single.pixels.size(); ++i) {
-    const V4f d = blended.pixels[i] - single.pixels[i];
-    worst = std::max<double>(worst, std::sqrt(d.dot(d)));
-  }
-  // Mesa's level is known to be off by up to 0.05; neighbouring levels of the random fabric differ by
-  // about 1.
-  CHECK(worst < 0.1);
-}
-
-TEST_CASE("light from behind the cloth gives no radiance but leaves the opacity") {
-  const Fabric fabric = test::random_fabric(4, 4, 5);
-  SwatchOptions swatch;
-  swatch.level = 0;
-  RenderOptions options;
-  options.lights = {{V3d(0.6, 0, -0.8), V3f(1, 1, 1)}};
-  const Frame frame = test::need(render_swatch(fabric, swatch, options));
-  for (const V4f& pixel : frame.pixels) {
-    CHECK(V3f(pixel.x, pixel.y, pixel.z) == V3f(0, 0, 0));
-    CHECK(pixel.w > 0);
-  }
-}
-
-TEST_CASE("several lights add up") {
-  const Fabric fabric = test::random_fabric(4, 4, 5);
-  SwatchOptions swatch;
-  swatch.level = 0;
-  swatch.view = V3d(0.2, 0.1, 1);
-  const Light first{V3d(0.6, 0, 0.8), V3f(1, 0.5F, 2)};
-  const Light second{V3d(0, -0.6, 0.8), V3f(0.25F, 1, 1)};
-  RenderOptions options;
-  std::vector<Frame> frames;
-  for (const std::vector<Light>& lights :
-       {std::vector{first}, std::vector{second}, std::vector{first, second}}) {
-    options.lights = lights;
-    const Frame frame = test::need(render_swatch(fabric, swatch, options));
-    frames.push_back(frame);
-  }
-  for (std::size_t i = 0; i < frames[0].pixels.size(); ++i) {
-    for (unsigned c = 0; c < 3; ++c)
-      CHECK(frames[2].pixels[i][c] ==
-            doctest::Approx(frames[0].pixels[i][c] + frames[1].pixels[i][c]).epsilon(1e-5));
   }
 }
 
@@ -195,38 +130,6 @@ TEST_CASE("a swatch from a place is within 1/255 of the reference evaluation's p
         }
         CHECK(far <= 3);
       }
-    }
-  }
-}
-
-TEST_CASE("frames with fast powers differ from those with exact ones by less than 0.1 / 255 of the peak") {
-  Fabric fabric = test::random_fabric(16, 16, 3);
-  fabric.period_mm = V2f(4, 5);
-  const V2d period(fabric.period_mm);
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::paper}) {
-    for (const SwatchView view : all_swatch_views) {
-      CAPTURE(name_of(view));
-      const SwatchShot shot = swatch_shot(view, period, 64, 48);
-      RenderOptions options;
-      options.path = path;
-      options.width = shot.width;
-      options.height = shot.height;
-      options.layers = 1;
-      options.lights = shot.lights;
-      const Frame exact = test::need(render(swatch_scene(period, shot), {fabric}, shot.camera, options));
-      options.power = PowerKind::fast;
-      const Frame fast = test::need(render(swatch_scene(period, shot), {fabric}, shot.camera, options));
-      float peak = 0;
-      float worst = 0;
-      for (std::size_t i = 0; i < exact.pixels.size(); ++i) {
-        for (unsigned c = 0; c < 3; ++c) {
-          peak = std::max(peak, exact.pixels[i][c]);
-          worst = std::max(worst, std::abs(exact.pixels[i][c] - fast.pixels[i][c]));
-        }
-        CHECK(exact.pixels[i].w == fast.pixels[i].w);
-      }
-      CHECK(worst > 0);
-      CHECK(worst < 0.1F * peak / 255);
     }
   }
 }

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/fabric/file.h"
 #include "format/picture/swatch_picture.h"
 #include "tests/format/fabrics.h"
-#include "tests/format/files.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
 #include "tests/viewer/sided_fabric.h"
@@ -62,21 +60,4 @@ TEST_CASE("the hybrid path draws yarn, its blend with level 0 and light from beh
       }
     }
   }
-}
-
-TEST_CASE("a file keeps yarn to the bit, and a part of it without level 0 has none") {
-  const Fabric fabric = with_strands(yarn_fabric(8));
-  const Folder folder;
-  need(write_fabric(folder / "f.exr", fabric));
-  auto reader = need(FabricReader::open(folder / "f.exr"));
-  const Fabric back = need(reader.read());
-  REQUIRE(back.levels.front().yarns());
-  const YarnData& data = fabric.levels.front().yarns()->data();
-  const YarnData& read = back.levels.front().yarns()->data();
-  CHECK(read.curves == data.curves);
-  CHECK(read.nodes == data.nodes);
-  for (std::size_t i = 0; i < data.light.size(); ++i) {
-    CHECK(read.light[i] == doctest::Approx(data.light[i]).epsilon(1e-3));
-  }
-  CHECK_FALSE(need(reader.read_levels(1, 2)).levels.front().yarns());
 }

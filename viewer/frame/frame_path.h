@@ -1,4 +1,4 @@
-// The interface of the three render paths, and their inputs.
+// The interface of the render paths, and their inputs.
 #pragma once
 
 #include <chrono>

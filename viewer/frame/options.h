@@ -17,15 +17,10 @@
 
 namespace selvedge {
 
-/// The path that finds texels and shades them: the CPU (hybrid), OpenGL (shader), or as published, with
-/// texels found by OpenGL in 8-bit colours and shaded on the CPU (paper); docs/view.md.
+/// The path that finds texels and shades them: the CPU (hybrid), OpenGL (shader), or the CPU with nearest
+/// texels and all colours of the index pass rounded to 8 bits, as published (paper); docs/view.md.
 enum class RenderPath { hybrid, shader, paper };
 inline constexpr std::array<std::string_view, 3> path_names{"hybrid", "shader", "paper"};
-
-/// The power function of lobes: Lanes::power, accurate to about a float's precision, or Lanes::fast_power
-/// (format/simd/powers.h).
-enum class PowerKind { exact, fast };
-inline constexpr std::array<std::string_view, 2> power_names{"exact", "fast"};
 
 /// Sizes that determine the memory of a renderer.
 struct FrameSize {
@@ -38,12 +33,10 @@ struct FrameSize {
 /// Options that may change from frame to frame.
 struct DrawOptions {
   LevelOptions levels;
-  /// For the lobes of fabrics on the CPU; the shader path uses OpenGL's pow.
-  PowerKind power = PowerKind::exact;
   std::vector<Light> lights;
   /// Times pi, the even radiance in `around` that its environment has not: mirror images lack it.
   float ambient = 0;
-  /// Smooth light from all around, on everything; not on the paper's path.
+  /// Smooth light from all around, on everything.
   std::optional<SmoothLight> around;
   /// The environment that `around` is of, for mirror images on surfaces without fabric and as a backdrop.
   std::shared_ptr<const Environment> environment;

@@ -15,7 +15,7 @@ struct GlFunctions {
 #define SELVEDGE_GL_FUNCTIONS(F) \
   F(AttachShader) F(BeginQuery) F(BindBufferBase) F(BindFramebuffer) F(BindSampler) F(BindTextureUnit) \
   F(BindVertexArray) F(BlendFunc) F(CheckNamedFramebufferStatus) F(ClearNamedFramebufferfi) \
-  F(ClearNamedFramebufferfv) F(ClearNamedFramebufferuiv) F(ColorMask) F(CompileShader) F(CreateBuffers) \
+  F(ClearNamedFramebufferfv) F(ClearNamedFramebufferuiv) F(CompileShader) F(CreateBuffers) \
   F(CreateFramebuffers) F(CreateProgram) F(CreateQueries) F(CreateSamplers) F(CreateShader) \
   F(CreateTextures) F(CreateVertexArrays) F(DeleteBuffers) F(DeleteFramebuffers) F(DeleteProgram) \
   F(DeleteQueries) F(DeleteSamplers) F(DeleteShader) F(DeleteTextures) F(DeleteVertexArrays) F(DepthFunc) \

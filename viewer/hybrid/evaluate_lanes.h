@@ -55,7 +55,8 @@ struct LaneShading {
   alignas(64) LaneFloats alpha{};
 };
 
-/// Sums over texels of weight times alpha times coefficients, of levels of one layout (mean_products.h).
+/// Sums over texels of weight times alpha times coefficients, of levels of one layout, which are of products
+/// alone.
 struct MeanProducts {
   const PackedLayout* layout;
   float* sums;  ///< [lane][4 * layout->coefficient_groups()], 0 at first
@@ -79,7 +80,6 @@ struct LaneScratch {
 /// and texels must exist. Levels that are not of products alone see the light from around as twelve lamps.
 void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
                     const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,
-                    LaneShading& sum, PowerKind power = PowerKind::exact,
-                    const LaneSmoothLight* around = nullptr);
+                    LaneShading& sum, const LaneSmoothLight* around = nullptr);
 
 }  // namespace selvedge

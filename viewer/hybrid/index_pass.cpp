@@ -5,6 +5,7 @@
 
 #include "format/scene/footprint.h"
 #include "viewer/hybrid/fetch.h"
+#include "viewer/hybrid/paper_bits.h"
 #include "viewer/hybrid/pbr_shading.h"
 #include "viewer/hybrid/texel_lists.h"
 
@@ -230,6 +231,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
 
   if (pixels.has_pbr) find_slopes(scene, block);
   interpolate(corners, scene.levels, block, texels);
+  if (scene.paper_bits) round_to_paper_bits(scene, block, texels);
   block.shows_yarn = false;
   for (std::size_t lane = 0; lane < pixels.count; ++lane) {
     block.shows_yarn |= block.yarn[lane] > 0;

@@ -8,8 +8,8 @@
 namespace selvedge {
 
 Result<std::unique_ptr<HybridPath>> HybridPath::create(const GlFunctions& gl, const PreparedScene& scene,
-                                                       const FrameSize& size) {
-  std::unique_ptr<HybridPath> path(new HybridPath(scene));
+                                                       const FrameSize& size, bool paper_bits) {
+  std::unique_ptr<HybridPath> path(new HybridPath(scene, paper_bits));
   path->bands_ = bands_of(size);
   path->layers_ = size.layers;
   auto pass = VisibilityPass::create(gl, scene.mesh, scene.materials, path->bands_);
@@ -32,7 +32,13 @@ ProjectedVertices HybridPath::place(const Camera& camera) {
 }
 
 IndexScene HybridPath::index(const ProjectedVertices& projected, const FrameView& view) const {
-  return {scene_.mesh, projected, scene_.materials.surfaces, scene_.fabrics, view.options.levels};
+  IndexScene index{scene_.mesh, projected, scene_.materials.surfaces, scene_.fabrics, view.options.levels};
+  if (paper_bits_) {
+    index.paper_bits = true;
+    index.levels.area = false;
+    index.levels.bias = 0;
+  }
+  return index;
 }
 
 ShadingScene HybridPath::shading(const FrameView& view) const {
@@ -44,7 +50,6 @@ ShadingScene HybridPath::shading(const FrameView& view) const {
   shading.around = view.options.around ? &*view.options.around : nullptr;
   shading.around_vertices = view.around_vertices;
   shading.reflections = view.reflections.get();
-  shading.power = view.options.power;
   shading.points = view.options.levels.points;
   shading.options = &view.options;
   return shading;
@@ -178,24 +183,6 @@ Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const
   pixels.has_pbr = pass_->has_pbr();
   pixels.pbr[0] = sides[nearest->back ? 1 : 0].pbr_at(pixel.x);
   return probe_pixel(index(projected, view), shading(view), pixels);
-}
-
-Result<void> HybridPath::overlay(Overlay kind, const FrameView& view, std::vector<OverlayPixel>& overlay) {
-  Stopwatch watch;
-  RenderStats unwanted;
-  const ProjectedVertices projected = place(view.camera);
-  std::vector<TriangleLists> lists =
-      list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
-  const IndexScene index = this->index(projected, view);
-  std::array<DrawnSide, 2>& sides = in_flight_[0].sides;
-  overlay.resize(bands_.width * bands_.height);
-  for (std::size_t i = 0; i < lists.size(); ++i) {
-    const int first_row = static_cast<int>(i) * bands_.rows;
-    const FrameTiles where{first_row, bands_.rows_from(first_row), {}};
-    if (auto good = draw_nearest(std::move(lists[i]), where, sides, watch, unwanted); !good) return good;
-    draw_overlay(kind, index, sides, first_row, where.rows, overlay);
-  }
-  return {};
 }
 
 }  // namespace selvedge

@@ -1,5 +1,5 @@
-// The hybrid path (paper section 6, without its limits): OpenGL writes triangle numbers, the CPU finds texels
-// and shades them. Also probes pixels for all paths.
+// The hybrid path (paper section 6): OpenGL writes triangle numbers, the CPU finds texels and shades them.
+// Also probes pixels for all paths.
 #pragma once
 
 #include <array>
@@ -16,16 +16,16 @@ namespace selvedge {
 
 class HybridPath final : public FramePath {
  public:
-  /// `gl` and `scene` must outlive the object. GRAPHICS_UNAVAILABLE.
+  /// `gl` and `scene` must outlive the object. With `paper_bits`, what OpenGL would write in the published
+  /// path is rounded to its colours of 8 bits (paper_bits.h), nearest texels alone. GRAPHICS_UNAVAILABLE.
   static Result<std::unique_ptr<HybridPath>> create(const GlFunctions& gl, const PreparedScene& scene,
-                                                    const FrameSize& size);
+                                                    const FrameSize& size, bool paper_bits = false);
 
   Result<void> resize(const FrameSize& size) override;
   Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats) override;
 
-  /// As Renderer::probe() and ::overlay().
+  /// As Renderer::probe().
   Result<std::optional<PixelProbe>> probe(const FrameView& view, const V2i& pixel);
-  Result<void> overlay(Overlay kind, const FrameView& view, std::vector<OverlayPixel>& overlay);
 
  private:
   /// A band in progress: while one is shaded the next is drawn.
@@ -34,7 +34,7 @@ class HybridPath final : public FramePath {
     std::vector<V4f> large;  ///< supersampled pixels
   };
 
-  explicit HybridPath(const PreparedScene& scene) : scene_(scene) {}
+  HybridPath(const PreparedScene& scene, bool paper_bits) : scene_(scene), paper_bits_(paper_bits) {}
   ProjectedVertices place(const Camera& camera);
   ShadingScene shading(const FrameView& view) const;
   IndexScene index(const ProjectedVertices& projected, const FrameView& view) const;
@@ -46,6 +46,7 @@ class HybridPath final : public FramePath {
                      Frame& frame, RenderStats& stats);
 
   const PreparedScene& scene_;
+  bool paper_bits_;
   FrameBands bands_;
   int layers_ = 1;
   std::unique_ptr<VisibilityPass> pass_;

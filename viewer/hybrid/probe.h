@@ -1,10 +1,9 @@
-// Probes the nearest surface at a pixel for its texels and weights, and draws the edges of texels.
+// Probes the nearest surface at a pixel for its texels and their weights.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "viewer/hybrid/layers.h"
@@ -45,18 +44,5 @@ std::optional<NearestSurface> nearest_surface(const std::array<DrawnSide, 2>& si
 
 /// Precondition: `pixels` holds one pixel, and `shading` the mesh.
 PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, const PixelTriangles& pixels);
-
-/// Red, green, blue and opacity, coded for a display.
-using OverlayPixel = std::array<std::uint8_t, 4>;
-
-/// Lines about a pixel wide over the picture: between texels of the finer level at each pixel, in another
-/// colour between repeats, which fade where texels are smaller than a few pixels; or between the triangles
-/// that are seen.
-enum class Overlay { none, texels, triangles };
-inline constexpr std::array<std::string_view, 3> overlay_names{"none", "texel edges (E)", "wireframe (W)"};
-
-/// Writes all pixels of the band; `overlay` is the whole frame, top row first.
-void draw_overlay(Overlay kind, const IndexScene& index, const std::array<DrawnSide, 2>& sides, int first_row,
-                  int rows, std::vector<OverlayPixel>& overlay);
 
 }  // namespace selvedge

@@ -327,7 +327,7 @@ void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScr
     evaluate_lanes(**of,
                    all ? std::span<const LaneTexels>(block.texels).first(block.texel_count)
                        : texels_of(scene, block, *of, scratch.texels),
-                   frames.view, lights, scratch.lanes, light, scene.power, around);
+                   frames.view, lights, scratch.lanes, light, around);
   }
 }
 

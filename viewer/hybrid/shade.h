@@ -40,7 +40,6 @@ struct ShadingScene {
   /// What the scene leaves of it at the vertices of `mesh`; empty: all.
   std::span<const SmoothLight> around_vertices{};
   const Reflections* reflections = nullptr;  ///< of the environment; null: none
-  PowerKind power = PowerKind::exact;        ///< of the fabrics' lobes
   int points = 2;                            ///< LevelOptions::points
   const DrawOptions* options = nullptr;      ///< may interrupt the work; null: nothing does
   bool ends() const { return options != nullptr && options->ends(); }

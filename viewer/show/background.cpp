@@ -18,12 +18,10 @@ ShownPicture shown(const ShowPicture& picture, int divisor, std::int64_t frames)
   result.height = picture.frame().height;
   result.divisor = divisor;
   result.bytes = picture.bytes();
-  result.overlay = picture.overlay();
   result.camera = picture.camera();
   result.lights = picture.lights();
   result.stats = picture.stats();
   result.draw_seconds = picture.draw_seconds();
-  result.overlay_seconds = picture.overlay_seconds();
   result.display_seconds = picture.display_seconds();
   result.frames = frames;
   result.warnings = picture.warnings();
@@ -205,7 +203,7 @@ Result<void> BackgroundPicture::draw_first() {
   divisor_ = divisor;
   if (std::exchange(change_, Change::none) >= Change::frame) {
     ++frames_;
-    full_seconds_ = (picture_->draw_seconds() + picture_->overlay_seconds()) * divisor * divisor;
+    full_seconds_ = picture_->draw_seconds() * divisor * divisor;
   }
   stage_ = divisor > 1 ? Stage::full : Stage::samples;
   show();
@@ -230,7 +228,7 @@ void BackgroundPicture::draw_in_full() {
   }
   divisor_ = 1;
   ++frames_;
-  full_seconds_ = picture_->draw_seconds() + picture_->overlay_seconds();
+  full_seconds_ = picture_->draw_seconds();
   stage_ = Stage::samples;
   show();
 }

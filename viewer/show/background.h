@@ -30,14 +30,12 @@ struct PictureWish {
 struct ShownPicture {
   int width = 0;
   int height = 0;
-  int divisor = 1;                    ///< it is smaller than the wish by so much per side
-  std::vector<std::uint8_t> bytes;    ///< in display.h's form
-  std::vector<OverlayPixel> overlay;  ///< empty if switched off
+  int divisor = 1;                  ///< it is smaller than the wish by so much per side
+  std::vector<std::uint8_t> bytes;  ///< in display.h's form
   Camera camera;
   std::vector<Light> lights;
   RenderStats stats;
   double draw_seconds = 0;
-  double overlay_seconds = 0;
   double display_seconds = 0;
   std::int64_t frames = 0;  ///< drawn so far, samples of pictures at rest not counted
   Issues warnings;

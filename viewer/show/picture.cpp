@@ -6,7 +6,6 @@
 
 #include "format/fabric/file.h"
 #include "viewer/orbit.h"
-#include "viewer/paper/limits.h"
 #include "viewer/scene/change_fabrics.h"
 #include "viewer/scene/surfaces.h"
 
@@ -105,13 +104,12 @@ Result<void> ShowPicture::load(const Outfit& outfit, Side& side) {
   return {};
 }
 
-/// All light but the lamps. The paper's path has lamps alone.
+/// All light but the lamps.
 void ShowPicture::set_light(const ShowState& state) {
   options_.shadows = 0;
   options_.around.reset();
   options_.environment.reset();
   options_.backdrop = -1;
-  if (options_.path == RenderPath::paper) return;
   options_.shadows = state.shadows;
   options_.around = around_in_world(state);
   options_.ambient = state.ambient;
@@ -180,10 +178,7 @@ Result<void> ShowPicture::read_levels(const ShowState& state, int rows) {
     };
     const bool worn = wears(state.worn) || (state.beside && wears(*state.beside));
     int first = asked[i].first;
-    if (state.levels.forced >= 0)
-      first = std::clamp(state.levels.forced - before, 0, last);
-    else if (options_.path == RenderPath::paper)
-      first = finest_for_paper(std::min(first, there));
+    if (state.levels.forced >= 0) first = std::clamp(state.levels.forced - before, 0, last);
     if (!worn || first >= there) continue;
     // Their textures take what may be needed for levels, too.
     drop_renderers();
@@ -209,35 +204,11 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   for (Side& side : sides()) {
     RenderStats& stats = &side == &sides_[0] ? stats_ : other_stats_;
     if (auto good = side.renderer->draw(camera_, options_, side.frame, stats); !good) return good;
-    side.overlay.clear();
   }
   draw_seconds_ = seconds_since(start);
   refined_ = 0;
-  overlay_seconds_ = 0;
-  if (state.overlay == 0) return {};
-  const Clock::time_point overlay_start = Clock::now();
-  for (Side& side : sides()) {
-    if (options_.ends()) break;
-    const auto kind = static_cast<Overlay>(state.overlay);
-    if (auto good = side.renderer->overlay(kind, camera_, options_, side.overlay); !good) return good;
-  }
-  overlay_seconds_ = seconds_since(overlay_start);
   return {};
 }
-
-namespace {
-
-/// Rows of `width` pixels: the first `left` of each of `beside`, the others of `worn`.
-template <class Pixel>
-void divide_rows(const std::vector<Pixel>& worn, const std::vector<Pixel>& beside, std::size_t width,
-                 std::size_t left, std::vector<Pixel>& divided) {
-  divided = worn;
-  for (std::size_t begin = 0; begin < beside.size(); begin += width)
-    std::copy_n(beside.begin() + static_cast<std::ptrdiff_t>(begin), left,
-                divided.begin() + static_cast<std::ptrdiff_t>(begin));
-}
-
-}  // namespace
 
 /// Turns what was drawn into bytes.
 void ShowPicture::display(const ShowState& state) {
@@ -248,8 +219,9 @@ void ShowPicture::display(const ShowState& state) {
     const auto left = static_cast<std::size_t>(std::lround(bar_ * static_cast<float>(width)));
     divided_.width = worn.frame.width;
     divided_.height = worn.frame.height;
-    divide_rows(worn.frame.pixels, beside.frame.pixels, width, left, divided_.pixels);
-    divide_rows(worn.overlay, beside.overlay, width, left, divided_overlay_);
+    divided_.pixels = worn.frame.pixels;
+    for (std::size_t begin = 0; begin < divided_.pixels.size(); begin += width)
+      std::copy_n(beside.frame.pixels.data() + begin, left, divided_.pixels.data() + begin);
   }
   const Clock::time_point start = Clock::now();
   to_display_bytes(frame(), state.display, bytes_);

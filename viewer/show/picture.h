@@ -61,10 +61,7 @@ class ShowPicture {
   const Issues& warnings() const { return warnings_; }
   const RenderStats& stats() const { return stats_; }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }  ///< `frame` in display.h's form
-  /// Empty if switched off.
-  const std::vector<OverlayPixel>& overlay() const { return two_ ? divided_overlay_ : sides_[0].overlay; }
   double draw_seconds() const { return draw_seconds_; }
-  double overlay_seconds() const { return overlay_seconds_; }
   double display_seconds() const { return display_seconds_; }
 
  private:
@@ -76,7 +73,6 @@ class ShowPicture {
     Frame sample;
     Frame first;               ///< the frame before samples were added
     std::vector<V4f> samples;  ///< their sum
-    std::vector<OverlayPixel> overlay;
   };
 
   ShowPicture() = default;
@@ -102,8 +98,7 @@ class ShowPicture {
   std::shared_ptr<Environment> turned_;
   const Surroundings* turned_of_ = nullptr;
   Camera camera_;
-  Frame divided_;  ///< of both sides
-  std::vector<OverlayPixel> divided_overlay_;
+  Frame divided_;    ///< of both sides
   float bar_ = 0;    ///< of `divided_`
   int refined_ = 0;  ///< number of samples added
   RenderStats stats_;
@@ -111,7 +106,6 @@ class ShowPicture {
   Issues warnings_;
   std::vector<std::uint8_t> bytes_;
   double draw_seconds_ = 0;
-  double overlay_seconds_ = 0;
   double display_seconds_ = 0;
 };
 

@@ -51,7 +51,6 @@ struct ShowState {
   /// Worn left of the bar, to be compared.
   std::optional<Outfit> beside;
   float bar = 0.5F;  ///< in [0, 1], from the left side of the picture
-  int overlay = 0;   ///< an Overlay
   bool probes = true;
 };
 

@@ -351,22 +351,4 @@ TEST_CASE("hybrid and shader agree on real scenes with textures, normals, colour
   }
 }
 
-TEST_CASE("an unlit scene shows its colours as they are stored") {
-  const std::string file = test::shared_data("garments/khronos/UnlitTest/glTF-Binary/UnlitTest.glb");
-  if (file.empty()) return;
-  test::Setting setting;
-  setting.scene = test::need(read_scene(file));
-  setting.options.width = 96;
-  setting.options.height = 48;
-  const Frame frame = test::drawn(setting, RenderPath::hybrid);
-  // Its author says: an orange and a blue square, 255, 128, 0 and 0, 128, 255.
-  for (const bool right : {false, true}) {
-    const V4f& pixel = frame.pixels[24 * 96 + (right ? 72 : 24)];
-    for (int c = 0; c < 3; ++c) {
-      const std::array<double, 3> colour{255, 128, 0};
-      CHECK(std::abs(test::shown(pixel[c]) - colour[right ? 2 - c : c]) < 1);
-    }
-  }
-}
-
 }  // namespace selvedge

@@ -89,8 +89,7 @@ TEST_CASE("a picture that rests becomes that of nine samples a pixel, and a chan
   CHECK_FALSE(test::need(picture->refine(state)));
 }
 
-TEST_CASE(
-    "two outfits show side by side what each shows alone, at rest and with lines, wherever the bar is") {
+TEST_CASE("two outfits show side by side what each shows alone, at rest, wherever the bar is") {
   const V2i size(100, 80);
   const auto at_rest = [&](const ShowState& state) {
     auto picture = picture_of(two_squares(), two_fabrics());
@@ -100,7 +99,6 @@ TEST_CASE(
     return picture;
   };
   ShowState one = state_of(*picture_of(two_squares(), two_fabrics()));
-  one.overlay = static_cast<int>(Overlay::texels);
   ShowState other = one;
   other.worn.fabrics = {1, -1};
   other.worn.fits[0].size = 1.5;
@@ -118,7 +116,6 @@ TEST_CASE(
       const bool on_left = i % size.x < std::lround(bar * static_cast<float>(size.x));
       const ShowPicture& expected = on_left ? *left : *right;
       REQUIRE(divided->frame().pixels[i] == expected.frame().pixels[i]);
-      REQUIRE(divided->overlay()[i] == expected.overlay()[i]);
       REQUIRE(divided->bytes()[4 * i] == expected.bytes()[4 * i]);
     }
     for (const double x : {0.3, 0.32}) {
@@ -171,11 +168,10 @@ TEST_CASE("every path of the window draws what render draws by it, and what a pa
     const Frame expected = test::need(render(two_squares(), fabrics, picture->camera(), options));
     CHECK(same(picture->frame(), expected));
   }
-  state.lights.emplace_back().kind = LightKind::point;
+  state.shadows = 3;
   CHECK(test::error_of(picture->update(state, Change::frame, V2i(100, 80), 1)).code ==
         Code::option_out_of_range);
-  // And can be drawn again when it is taken back.
-  state.lights.pop_back();
+  state.shadows = 0;
   test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
 }
 
@@ -208,10 +204,6 @@ TEST_CASE("the window's environment is that of render, turned, scaled and behind
   const Frame expected = test::need(render(two_squares(), fabrics, picture->camera(), options));
   for (std::size_t i = 0; i < expected.pixels.size(); ++i)
     REQUIRE((picture->frame().pixels[i] - expected.pixels[i]).length() <= 1e-4 * expected.pixels[i].length());
-  // The sun's place on the paper's path, which has lamps alone.
-  state.path = static_cast<int>(RenderPath::paper);
-  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
-  CHECK(picture->lights().size() == light.lamps.size());
   // Without it, two lamps.
   state.environment = -1;
   test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
@@ -277,7 +269,6 @@ TEST_CASE("the probe tells the texel of the index pass and the light of the refe
   });
   CHECK(probed > 50);
   CHECK(mismatched <= probed / 50);
-  // Fast powers against std::pow.
   CHECK(worst < 1e-3);
 }
 
@@ -287,29 +278,6 @@ TEST_CASE("beside the scene there is nothing to probe") {
   for (const V2d& at : {V2d(0.001, 0.001), V2d(1, 0.5), V2d(0.5, -0.1)}) {
     const auto probe = test::need(picture->probe(at));
     CHECK_FALSE(probe.has_value());
-  }
-}
-
-TEST_CASE("texel edges are lines a pixel wide, one for each texel of the finer level") {
-  Scene scene;
-  test::add(scene, test::square(2), test::material(0));
-  scene.fabrics.resize(1);
-  // 160 pixels for 8 texels: of 20 pixels each.
-  const auto picture = picture_of(scene, {test::lambert_fabric(4, V3f(0.5F))});
-  ShowState state = state_of(*picture);
-  state.camera.projection = Projection::parallel;
-  state.camera.distance = 1 / std::tan(15 * std::numbers::pi / 180);
-  state.overlay = static_cast<int>(Overlay::texels);
-  test::need(picture->update(state, Change::scene, V2i(160, 160), 1));
-  REQUIRE(picture->overlay().size() == 160 * 160);
-  const auto row = [&](int y, int x) { return picture->overlay()[y * 160 + x]; };
-  for (int x = 0; x < 160; ++x) {
-    const int within = x % 20;
-    const bool edge = within == 0 || within == 19;
-    CHECK((row(50, x)[3] > 0) == edge);
-    // Whole repeats have a colour of their own.
-    const bool repeat = x % 80 == 0 || x % 80 == 79;
-    if (edge) CHECK((row(50, x)[0] == 255) == repeat);
   }
 }
 

@@ -1,0 +1,265 @@
+// The formula of a texel in sixteen lanes and in GLSL beside the reference (format/fabric/evaluate.h): one
+// table of fabrics for all three.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/base/random.h"
+#include "format/fabric/evaluate.h"
+#include "format/fabric/gpu_words.h"
+#include "tests/format/fabrics.h"
+#include "tests/viewer/fragment_program.h"
+#include "tests/viewer/shapes.h"
+#include "tests/viewer/sided_fabric.h"
+#include "viewer/hybrid/evaluate_lanes.h"
+
+namespace selvedge {
+namespace {
+
+using test::random_fabric;
+using test::random_product_fabric;
+
+Fabric without(Fabric fabric, std::initializer_list<LayerKind> kinds, float radiance_scale = 1) {
+  fabric.radiance_scale = radiance_scale;
+  for (FabricLevel& level : fabric.levels) {
+    for (const LayerKind kind : kinds) level.remove(kind);
+  }
+  return fabric;
+}
+
+Fabric with_other_layers_by_level() {
+  Fabric fabric = random_fabric(8, 8, {4, 4}, 2, 9);
+  fabric.levels[1].remove(LayerKind::table);
+  std::vector<float> lobes = fabric.levels[2][LayerKind::lobes].values;
+  lobes.resize(fabric.levels[2].texels() * 15);
+  fabric.levels[2].set(LayerKind::lobes, {15, std::move(lobes)});
+  return fabric;
+}
+
+/// Products alone of which nothing is negative.
+Fabric positive_products() {
+  Fabric fabric = without(random_product_fabric(8, 4, {4, 6}, 2, 3),
+                          {LayerKind::lobes, LayerKind::table, LayerKind::light});
+  ProductBases bases = *fabric.levels.front().bases;
+  for (float& value : bases.view) value = std::abs(value);
+  for (V3f& value : bases.light) value = V3f(std::abs(value.x), std::abs(value.y), std::abs(value.z));
+  const auto shared = std::make_shared<const ProductBases>(std::move(bases));
+  for (FabricLevel& level : fabric.levels) {
+    level.bases = shared;
+    std::vector<float> values(level.coefficients().begin(), level.coefficients().end());
+    for (float& value : values) value = std::abs(value);
+    level.set(LayerKind::products, {static_cast<int>(level.pairs.size()), std::move(values)});
+  }
+  return fabric;
+}
+
+Fabric lit_on_both_sides(bool products_alone) {
+  return test::sided_fabric([&](int side) {
+    Fabric fabric = random_product_fabric(8, 4, {4, 6}, 2, 30 + side);
+    if (products_alone)
+      fabric = without(fabric, {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light});
+    fabric.radiance_scale = 1 + static_cast<float>(side);
+    return fabric;
+  });
+}
+
+struct Case {
+  const char* name;
+  Fabric fabric;
+  std::size_t texels = 2;  ///< of a pixel
+  std::size_t lights = 2;
+};
+
+/// Of products alone negative sums count as 0 after the mean over the texels: these pixels have one texel.
+std::vector<Case> cases() {
+  const Fabric lobes = random_fabric(8, 4, {4, 6}, 2, 3);
+  const Fabric products = random_product_fabric(8, 4, {4, 6}, 2, 3);
+  return {
+      {"lobes, frame, table, opacity", lobes},
+      {"no table", without(lobes, {LayerKind::table})},
+      {"no opacity, scaled", without(lobes, {LayerKind::opacity}, 0.25F)},
+      {"lobes alone", without(lobes, {LayerKind::table, LayerKind::opacity, LayerKind::frame})},
+      {"light table and products", products},
+      {"products alone", without(products, {LayerKind::lobes, LayerKind::table, LayerKind::light}), 1},
+      {"positive products, many texels", positive_products(), 9, 11},
+      {"no lobes", random_fabric(4, 4, {3, 3}, 0, 5), 1, 3},
+      {"five lobes, one view, many texels", random_fabric(4, 4, {1, 1}, 5, 5), 7, 1},
+      {"many lights", random_product_fabric(4, 4, {8, 8}, 1, 5), 3, 19},
+      {"no light", random_fabric(4, 4, {3, 3}, 2, 5), 2, 0},
+      {"one texel, four lobes", random_fabric(1, 1, {1, 1}, 4, 3)},
+      {"levels with different layers", with_other_layers_by_level(), 3, 2},
+      {"both sides", lit_on_both_sides(false), 2, 11},
+      {"both sides turned over", turned_over(lit_on_both_sides(false)), 2, 11},
+      {"both sides, products alone", lit_on_both_sides(true), 1, 11},
+      {"both sides, products alone, turned over", turned_over(lit_on_both_sides(true)), 1, 11},
+  };
+}
+
+void set(LaneDirections& directions, std::size_t lane, const V3f& d) {
+  directions.x[lane] = d.x;
+  directions.y[lane] = d.y;
+  directions.z[lane] = d.z;
+}
+
+struct Differences {
+  double radiance = 0;  ///< largest, relative to 1 + radiance
+  double alpha = 0;
+  double brightest = 0;
+};
+
+/// Random pixels with texels of random levels, in lanes and by the reference.
+Differences compare_lanes(const Case& of) {
+  const Fabric& fabric = of.fabric;
+  const PackedFabric packed = pack(fabric);
+  LaneScratch scratch;
+  Differences worst;
+  for (std::uint64_t block = 0; block < 200; ++block) {
+    Random random(7, block);
+    LaneDirections view;
+    std::vector<LaneLight> lights(of.lights);
+    std::vector<LaneTexels> texels(of.texels);
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+      set(view, lane, test::any_direction(random));
+      for (LaneLight& light : lights) {
+        set(light.direction, lane, test::any_direction(random));
+        light.share[lane] = static_cast<float>(random.uniform());
+        light.irradiance = V3f(1, 2, 0.5F);
+      }
+      for (LaneTexels& list : texels) {
+        const auto level =
+            static_cast<std::size_t>(random.uniform() * static_cast<double>(fabric.levels.size()));
+        list.level[lane] = static_cast<std::int32_t>(level);
+        list.texel[lane] = static_cast<std::int32_t>(random.uniform() * fabric.levels[level].texels());
+        list.weight[lane] = random.uniform() < 0.2
+                                ? 0.0F
+                                : static_cast<float>(random.uniform() / static_cast<double>(of.texels));
+      }
+    }
+    LaneShading sum;
+    evaluate_lanes(packed, texels, view, lights, scratch, sum);
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+      V3d radiance(0, 0, 0);
+      double alpha = 0;
+      const V3f v(view.x[lane], view.y[lane], view.z[lane]);
+      for (const LaneTexels& list : texels) {
+        if (list.weight[lane] == 0) continue;
+        const int width = fabric.levels[list.level[lane]].width;
+        const auto by_reference = [&](const V3f& l) {
+          return evaluate(fabric, list.level[lane], list.texel[lane] % width, list.texel[lane] / width, l, v);
+        };
+        const double share = list.weight[lane] * by_reference(V3f(0, 0, 1)).alpha;
+        alpha += share;
+        for (const LaneLight& light : lights) {
+          const V3f l(light.direction.x[lane], light.direction.y[lane], light.direction.z[lane]);
+          radiance += V3d(by_reference(l).radiance * light.irradiance * light.share[lane]) * share;
+        }
+      }
+      worst.alpha = std::max(worst.alpha, std::abs(alpha - static_cast<double>(sum.alpha[lane])));
+      const std::array<float, 3> found{sum.red[lane], sum.green[lane], sum.blue[lane]};
+      for (unsigned c = 0; c < 3; ++c) {
+        const double expected = radiance[static_cast<int>(c)];
+        worst.brightest = std::max(worst.brightest, expected);
+        worst.radiance =
+            std::max(worst.radiance, std::abs(expected - static_cast<double>(found[c])) / (1 + expected));
+      }
+    }
+  }
+  return worst;
+}
+
+/// What a pixel of the shader evaluates.
+struct Query {
+  std::array<std::uint32_t, 4> place{};  ///< fabric, level, texel
+  V4f view;
+  V4f light;
+};
+
+/// The share of random queries that GLSL answers with an error above 1e-3, relative to 1 + the reference's
+/// answer.
+double share_beyond(std::unique_ptr<GraphicsContext> context) {
+  std::vector<Fabric> fabrics;
+  for (Case& of : cases()) {
+    if (of.fabric.side_of(Side::back) == nullptr) fabrics.push_back(std::move(of.fabric));
+  }
+  Random random(5);
+  std::vector<Query> queries;
+  std::vector<V4f> truths;
+  for (std::size_t i = 0; i < 8000; ++i) {
+    const std::size_t number = i % fabrics.size();
+    const Fabric& fabric = fabrics[number];
+    const auto level =
+        static_cast<std::uint32_t>(random.uniform() * static_cast<double>(fabric.levels.size()));
+    const FabricLevel& of = fabric.levels[level];
+    const auto texel = static_cast<int>(random.uniform() * of.texels());
+    const V3f view = test::any_direction(random);
+    const V3f light = test::any_direction(random);
+    queries.push_back({{static_cast<std::uint32_t>(number), level, static_cast<std::uint32_t>(texel), 0},
+                       V4f(view.x, view.y, view.z, 0),
+                       V4f(light.x, light.y, light.z, 0)});
+    const Shading s =
+        evaluate(fabric, static_cast<int>(level), texel % of.width, texel / of.width, light, view);
+    truths.emplace_back(s.radiance.x * s.alpha, s.radiance.y * s.alpha, s.radiance.z * s.alpha, s.alpha);
+  }
+  const std::string fragment = shader_text("", {R"(
+struct Query { uvec4 place; vec4 view; vec4 light; };
+layout(std430, binding = 1) readonly buffer Queries { Query queries[]; };
+layout(location = 0) out vec4 result;
+uint light_count() { return 1u; }
+void light_at(uint i, out vec3 direction, out vec3 irradiance) {
+  direction = queries[uint(gl_FragCoord.x)].light.xyz;
+  irradiance = vec3(1.0);
+}
+)",
+                                                glsl::word_layout, glsl::fabric_words, glsl::evaluate, R"(
+void main() {
+  Query q = queries[uint(gl_FragCoord.x)];
+  result = vec4(0.0);
+  shade_texel(q.place.x, q.place.y, q.place.z, q.view.xyz, mat3(1.0), 1.0, result);
+}
+)"});
+  const test::Graphics graphics(std::move(context));
+  const auto results = test::run_fragments(graphics.gl, fragment, {static_cast<int>(queries.size()), 1},
+                                           gpu_words(fabrics), queries);
+  int beyond = 0;
+  float brightest = 0;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    float worst = 0;
+    for (int c = 0; c < 4; ++c) {
+      worst = std::max(worst, std::abs(results[i][c] - truths[i][c]) / (1 + truths[i][c]));
+      brightest = std::max(brightest, truths[i][c]);
+    }
+    beyond += worst <= 1e-3F ? 0 : 1;
+  }
+  CHECK(brightest > 0.1F);
+  return beyond / static_cast<double>(results.size());
+}
+
+}  // namespace
+
+TEST_CASE("sixteen pixels at once agree with the reference evaluation, whatever the layers") {
+  for (const Case& of : cases()) {
+    CAPTURE(of.name);
+    const Differences worst = compare_lanes(of);
+    CHECK((of.lights == 0 || worst.brightest > 0.1));
+    CHECK(worst.alpha < 2e-6);
+    // Powers are off by 4e-7 of exponent times logarithm (powers.h), lookups by 1e-6 of a cell.
+    CHECK(worst.radiance < 2e-5);
+  }
+}
+
+TEST_CASE("GLSL agrees with the reference evaluation, whatever the layers") {
+  CHECK(share_beyond(test::need(make_osmesa_context())) == 0);
+}
+
+TEST_CASE("EGL without a surface gives a context whose shader agrees as well") {
+  auto context = make_egl_context();
+  if (!context) {
+    CHECK(context.error().code == Code::graphics_unavailable);
+    test::skip(to_line(context.error()));
+    return;
+  }
+  CHECK(share_beyond(std::move(*context)) < 0.001);
+}
+
+}  // namespace selvedge
