@@ -9,6 +9,7 @@
 #include "format/fabric/evaluate.h"
 #include "format/fabric/gpu_words.h"
 #include "tests/format/fabrics.h"
+#include "tests/shared_data.h"
 #include "tests/viewer/fragment_program.h"
 #include "tests/viewer/shapes.h"
 #include "tests/viewer/sided_fabric.h"

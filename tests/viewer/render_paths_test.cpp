@@ -6,7 +6,7 @@
 #include "tests/format/fabrics.h"
 #include "tests/require.h"
 #include "tests/viewer/paths.h"
-#include "viewer/renderer.h"
+#include "viewer/render.h"
 
 namespace selvedge {
 namespace {
@@ -83,35 +83,6 @@ TEST_CASE("a point light over a Lambertian square has the radiance of its closed
         CHECK(frame.pixels[y * 64 + x].x == doctest::Approx(expected).epsilon(1e-3));
       }
     }
-  }
-}
-
-TEST_CASE("a probe sees the light of the picture, lights that stand somewhere included, on either path") {
-  test::Setting setting;
-  test::add(setting.scene, test::square(1, 0), test::material(0));
-  setting.fabrics.push_back(test::lambert_fabric(1, V3f(0.5F)));
-  setting.options.width = setting.options.height = 64;
-  Light point;
-  point.kind = LightKind::point;
-  point.position = V3d(0.2, 0.1, 0.7);
-  setting.options.lights = {point};
-  const auto points = test::need(world_points(setting.scene));
-  const auto camera = test::need(make_camera(points, 1, setting.camera));
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
-    setting.options.path = path;
-    setting.options.context = ContextKind::osmesa;
-    const auto renderer = test::need(Renderer::create(setting.scene, setting.fabrics, setting.options));
-    Frame frame;
-    RenderStats stats;
-    REQUIRE(renderer->draw(camera, setting.options, frame, stats));
-    const auto probe = test::need(renderer->probe(camera, setting.options, V2i(20, 40)));
-    REQUIRE(probe.has_value());
-    CHECK(probe->radiance.x > 0.01F);
-    CHECK(probe->radiance.x == doctest::Approx(frame.pixels[40 * 64 + 20].x).epsilon(1e-4));
-    // After a probe the next frame is the same.
-    const Frame before = frame;
-    REQUIRE(renderer->draw(camera, setting.options, frame, stats));
-    CHECK(frame.pixels == before.pixels);
   }
 }
 

@@ -158,18 +158,6 @@ TEST_CASE("hybrid and shader agree on cloth that is lit on both sides, in shadow
           }),
           120);
   }
-  SUBCASE("products alone") {
-    check(test::sided_fabric([](int number) {
-            Fabric fabric = test::random_product_fabric(8, 8, {4, 4}, 1, 20 + 3 * number);
-            for (FabricLevel& level : fabric.levels) {
-              for (const LayerKind kind :
-                   {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light})
-                level.remove(kind);
-            }
-            return fabric;
-          }),
-          120);
-  }
   // Pixels of so many texels have the same points on both paths.
   SUBCASE("yarn") {
     check(test::sided_fabric([](int number) {

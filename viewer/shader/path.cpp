@@ -250,7 +250,7 @@ void ShaderPath::shade_round(int round, const FrameView& view, GLuint program,
     gl_.Uniform1f(shading::ambient, view.options.ambient);
     gl_.BindTextureUnit(shading::colours_unit, seen.colours);
     gl_.BindTextureUnit(shading::pbr_unit, seen.pbr);
-    gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::reflections, reflections_);
+    gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::reflections, reflections_.name);
   }
   if (pbr_.needed() && view.options.around) {
     const Reflections* reflections = view.reflections.get();
@@ -263,6 +263,16 @@ void ShaderPath::shade_round(int round, const FrameView& view, GLuint program,
   if (view.shadows != nullptr) gl_.BindTextureUnit(shading::shadows_unit, view.shadows->texture());
   gl_.BindVertexArray(empty_array_);
   gl_.DrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+template <class T>
+void ShaderPath::load(const std::vector<T>& values, GrowingBuffer& buffer) {
+  const std::size_t bytes = values.size() * sizeof(T);
+  if (buffer.name == 0 || buffer.room < bytes) {
+    buffer.room = std::max(bytes, 4 * sizeof(V4f));
+    buffer.name = objects_.buffer(buffer.room, nullptr, GL_DYNAMIC_STORAGE_BIT);
+  }
+  if (bytes > 0) gl_.NamedBufferSubData(buffer.name, 0, static_cast<GLsizeiptr>(bytes), values.data());
 }
 
 void ShaderPath::set_lights(const FrameView& view) {
@@ -281,15 +291,10 @@ void ShaderPath::set_lights(const FrameView& view) {
       groups[4 * view.shadows->views()[i].light + 3].y = static_cast<float>(i + 1);
     gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::shadows, view.shadows->buffer());
   }
-  if (light_room_ < groups.size() || lights_ == 0) {
-    light_room_ = std::max<std::size_t>(groups.size(), 4);
-    lights_ = objects_.buffer(light_room_ * sizeof(V4f), nullptr, GL_DYNAMIC_STORAGE_BIT);
-  }
-  if (!groups.empty())
-    gl_.NamedBufferSubData(lights_, 0, static_cast<GLsizeiptr>(groups.size() * sizeof(V4f)), groups.data());
+  load(groups, lights_);
   for (GLuint binding = 0; binding < buffers_.size(); ++binding)
     gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffers_[binding]);
-  gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::lights, lights_);
+  gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::lights, lights_.name);
 }
 
 static_assert(sizeof(SmoothLight) == 3 * smooth_functions * sizeof(float));
@@ -301,19 +306,14 @@ void ShaderPath::set_around(const FrameView& view) {
       !std::ranges::equal(view.around_vertices, std::span(around_loaded_).subspan(1))) {
     around_loaded_.assign(1, all);
     around_loaded_.insert(around_loaded_.end(), view.around_vertices.begin(), view.around_vertices.end());
-    const std::span factors(around_loaded_);
-    if (around_room_ < factors.size()) {
-      around_room_ = factors.size();
-      around_ = objects_.buffer(factors.size_bytes(), nullptr, GL_DYNAMIC_STORAGE_BIT);
-    }
-    gl_.NamedBufferSubData(around_, 0, static_cast<GLsizeiptr>(factors.size_bytes()), factors.data());
+    load(around_loaded_, around_);
   }
-  gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::around, around_);
+  gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, shading::around, around_.name);
 }
 
 /// Loads what core materials reflect, as pbr_brdf.glsl has it.
 void ShaderPath::set_reflections(const FrameView& view) {
-  if (reflections_ != 0 && reflections_loaded_ == view.reflections) return;
+  if (reflections_.name != 0 && reflections_loaded_ == view.reflections) return;
   reflections_loaded_ = view.reflections;
   std::vector<float> numbers;
   for (const V2f& share : reflected_shares()) numbers.insert(numbers.end(), {share.x, share.y});
@@ -329,12 +329,7 @@ void ShaderPath::set_reflections(const FrameView& view) {
       for (const V3f& c : level.radiance) numbers.insert(numbers.end(), {c.x, c.y, c.z});
     }
   }
-  if (reflection_room_ < numbers.size()) {
-    reflection_room_ = numbers.size();
-    reflections_ = objects_.buffer(numbers.size() * sizeof(float), nullptr, GL_DYNAMIC_STORAGE_BIT);
-  }
-  gl_.NamedBufferSubData(reflections_, 0, static_cast<GLsizeiptr>(numbers.size() * sizeof(float)),
-                         numbers.data());
+  load(numbers, reflections_);
 }
 
 Result<void> ShaderPath::draw_rounds(const FrameView& view, RenderStats& stats) {

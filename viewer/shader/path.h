@@ -24,10 +24,18 @@ class ShaderPath final : public FramePath {
   Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats) override;
 
  private:
+  /// A storage buffer that is replaced by a larger one when its data have no room.
+  struct GrowingBuffer {
+    GLuint name = 0;
+    std::size_t room = 0;  ///< bytes
+  };
+
   ShaderPath(const GlFunctions& gl, const PreparedScene& scene)
       : gl_(gl), scene_(scene), pbr_(gl, scene.mesh, scene.materials), objects_(gl), targets_(gl) {}
   Result<void> load(std::span<const Fabric> fabrics);
   Result<GLuint> shading_program(bool shadows, bool around);
+  template <class T>
+  void load(const std::vector<T>& values, GrowingBuffer& buffer);
   void set_lights(const FrameView& view);
   void set_around(const FrameView& view);
   void set_reflections(const FrameView& view);
@@ -51,14 +59,11 @@ class ShaderPath final : public FramePath {
   GLuint array_ = 0;
   GLuint empty_array_ = 0;
   std::array<GLuint, 4> buffers_{};  ///< in the order of their bindings
-  GLuint lights_ = 0;
-  std::size_t light_room_ = 0;
-  GLint skies_ = 0;    ///< place of the fabrics' sky words
-  GLuint around_ = 0;  ///< of the scene, then of its vertices
-  std::size_t around_room_ = 0;
+  GrowingBuffer lights_;
+  GLint skies_ = 0;       ///< place of the fabrics' sky words
+  GrowingBuffer around_;  ///< smooth light of the scene, then of its vertices
   std::vector<SmoothLight> around_loaded_;
-  GLuint reflections_ = 0;
-  std::size_t reflection_room_ = 0;
+  GrowingBuffer reflections_;
   std::shared_ptr<const Reflections> reflections_loaded_;
   GLuint any_ = 0;  ///< query: whether a round drew any pixel
   std::array<TriangleTarget, 2> rounds_{};

@@ -266,31 +266,5 @@ TEST_CASE("texture coordinates that overflow still name a texel") {
   }
 }
 
-TEST_CASE("a band of rows is what the whole frame has there") {
-  constexpr int width = 50;
-  constexpr int height = 46;
-  const std::vector<Fabric> fabrics{test::random_fabric(16, 16, 1)};
-  Scene scene;
-  test::add(scene, test::sphere(20, 10, V2d(9, 5)), test::material(0));
-  const Camera camera = tilted(static_cast<double>(width) / height);
-  std::vector<int> whole(static_cast<std::size_t>(width * height), -1);
-  std::vector<int> bands = whole;
-  const auto note = [&](std::vector<int>& to) {
-    return [&](const PixelBlock& block, std::size_t lane) {
-      std::size_t k = 0;
-      while (block.texels[k].weight[lane] == 0) ++k;
-      to[block.y[lane] * width + block.x[lane]] =
-          block.texels[k].level[lane] * 1000 + block.texels[k].texel[lane];
-    };
-  };
-  test::each_pixel(test::index_nearest(scene, fabrics, camera, width, height, {}), note(whole));
-  for (int first = 0; first < height; first += 12) {
-    test::each_pixel(
-        test::index_nearest(scene, fabrics, camera, width, height, {}, first, std::min(12, height - first)),
-        note(bands));
-  }
-  CHECK(whole == bands);
-}
-
 }  // namespace
 }  // namespace selvedge

@@ -74,25 +74,6 @@ TEST_CASE("the garment's frame is orthonormal and faces the viewer whatever was 
   }
 }
 
-TEST_CASE("both sides of a cloth have the same tangent and up direction") {
-  PixelBlock block;
-  block.count = 2;
-  for (std::size_t k = 0; k < 2; ++k) {
-    set(block.normal, k, {0, 0, 1});
-    set(block.tangent, k, {1, 0, 0});
-    block.handedness[k] = 1;
-  }
-  block.side = {1, -1};
-  const LaneFrames front = garment_frames(parallel(V3d(0, 0.6, 0.8)), 1, 1, block);
-  const LaneFrames back = garment_frames(parallel(V3d(0, 0.6, -0.8)), 1, 1, block);
-  CHECK(lane(front.tangent, 0) == V3d(1, 0, 0));
-  CHECK(lane(front.up, 0) == V3d(0, 1, 0));
-  CHECK(lane(front.normal, 0) == V3d(0, 0, 1));
-  CHECK(lane(back.tangent, 1) == V3d(1, 0, 0));
-  CHECK(lane(back.up, 1) == V3d(0, 1, 0));
-  CHECK(lane(back.normal, 1) == V3d(0, 0, -1));
-}
-
 /// Largest difference in sRGB between the viewer's shading of every pixel, over black, and the reference
 /// evaluation of the same texels in plain frames.
 double worst_difference(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,

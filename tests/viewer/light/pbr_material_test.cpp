@@ -266,19 +266,6 @@ TEST_CASE("hybrid and shader agree on a material that has everything") {
   CHECK(test::share_apart(setting) <= 0.001);
 }
 
-TEST_CASE("hybrid and shader agree where a fabric shines and core materials lie before and behind it") {
-  test::Setting setting = everything_on_a_sphere();
-  setting.scene.materials[0].alpha_mode = AlphaMode::mask;
-  setting.scene.materials[0].alpha_cutoff = 0.5F;
-  setting.scene.materials[0].double_sided = true;
-  SceneMaterial shining = test::material(0);
-  shining.emissive = V3f(0.1F, 0.05F, 0.02F);
-  shining.emissive_texture.image = 3;
-  test::add(setting.scene, test::square(3, -0.2F), shining);
-  setting.fabrics = {test::random_fabric(16, 16, 1)};
-  CHECK(test::share_apart(setting) <= 0.001);
-}
-
 TEST_CASE("a fabric's material gives its own light on top of the fabric's") {
   test::Setting setting;
   SceneMaterial plain = test::material(0);

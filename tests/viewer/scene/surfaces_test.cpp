@@ -26,28 +26,27 @@ void check_tangents(const Surface& surface, const V3f& expected, float handednes
   }
 }
 
-TEST_CASE("the tangent runs along growing u") {
-  Scene scene;
-  test::add(scene, test::square(3), test::material(0));
-  check_tangents(build_one(scene), V3f(1, 0, 0), 1);
-}
-
-TEST_CASE("the tangent turns with the texture transform") {
-  Scene scene;
-  SceneMaterial material = test::material(0);
+TEST_CASE("the tangent runs along growing u, turned and mirrored by the texture transform") {
+  struct Case {
+    double rotation;
+    V2d scale;
+    V3f tangent;
+    float handedness;
+  };
   // uv' = (-v, u) up to the sense of the rotation, so u' grows along -v or +v: along +y or -y of the square.
-  material.fabric->transform.rotation = std::numbers::pi / 2;
-  const V2d image = material.fabric->transform.apply_linear(V2d(0, 1));
-  test::add(scene, test::square(3), material);
-  check_tangents(build_one(scene), V3f(0, image.x > 0 ? -1 : 1, 0), 1);
-}
-
-TEST_CASE("a negative scale mirrors the picture") {
-  Scene scene;
-  SceneMaterial material = test::material(0);
-  material.fabric->transform.scale = V2d(-2, 1);
-  test::add(scene, test::square(1), material);
-  check_tangents(build_one(scene), V3f(-1, 0, 0), -1);
+  constexpr double quarter = std::numbers::pi / 2;
+  UvTransform turned;
+  turned.rotation = quarter;
+  const float along_y = turned.apply_linear(V2d(0, 1)).x > 0 ? -1 : 1;
+  for (const Case& of : {Case{0, {1, 1}, {1, 0, 0}, 1}, Case{quarter, {1, 1}, {0, along_y, 0}, 1},
+                         Case{0, {-2, 1}, {-1, 0, 0}, -1}}) {
+    Scene scene;
+    SceneMaterial material = test::material(0);
+    material.fabric->transform.rotation = of.rotation;
+    material.fabric->transform.scale = of.scale;
+    test::add(scene, test::square(3), material);
+    check_tangents(build_one(scene), of.tangent, of.handedness);
+  }
 }
 
 TEST_CASE("normal x tangent times the handedness is the direction of falling v") {

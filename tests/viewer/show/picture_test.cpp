@@ -210,17 +210,6 @@ TEST_CASE("the window's environment is that of render, turned, scaled and behind
   CHECK(picture->lights().size() == 2);
 }
 
-TEST_CASE("the number of layers changes between frames") {
-  const auto picture = picture_of(two_squares(), two_fabrics());
-  ShowState state = state_of(*picture);
-  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
-  const Frame deep = picture->frame();
-  state.layers = 1;
-  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
-  CHECK(picture->stats().layers == 1);
-  CHECK_FALSE(same(picture->frame(), deep));
-}
-
 TEST_CASE("the probe tells the texel of the index pass and the light of the reference") {
   const Scene scene = two_squares();
   const std::vector<Fabric> fabrics = two_fabrics();
