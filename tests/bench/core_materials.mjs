@@ -9,7 +9,7 @@ import { basename, dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { FloatType } from '../node/node_modules/three/build/three.module.js';
 import { HDRLoader } from '../node/node_modules/three/examples/jsm/loaders/HDRLoader.js';
-import { channel_values, read_headers, read_level } from '../../viewer/web/reader/index.js';
+import { read_picture } from '../web/read_picture.mjs';
 import { in_browser } from '../web/browser.mjs';
 
 const { PI, acos, atan2, cos, floor, hypot, log10, max, min, sin, sqrt } = Math;
@@ -180,9 +180,7 @@ function ours(file, { look_at, distance, azimuth, elevation, width, height, fov 
   execFileSync(join(bin, 'selvedge-view'), ['render', path(file), '-o', path('ours.exr'), '--size', `${width}x${height}`, '--fov', fov,
     '--look-at', look_at.join(','), '--distance', distance, '--azimuth', azimuth, '--elevation', elevation, '--path', kind,
     '--environment', environment, '--no-shadows', '--quiet'], { stdio: ['ignore', 'ignore', 'inherit'] });
-  const [part] = read_headers(new Uint8Array(readFileSync(path('ours.exr')))).parts, channels = read_level(part, 0);
-  const planes = ['R', 'G', 'B', 'A'].map((name) => channel_values(channels.get(name)));
-  return Float32Array.from({ length: 4 * width * height }, (_, i) => planes[i % 4][i >> 2]);
+  return read_picture(path('ours.exr'));
 }
 const pixel = (pixels, at) => pixels.subarray(4 * at, 4 * at + 4);
 /** Pixels that both pictures cover. */

@@ -4,13 +4,13 @@
 //   node scenes.mjs PACKAGE_FOLDER BIN_FOLDER OUTPUT_FOLDER
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdirSync, rmSync, writeFileSync } from 'node:fs';
 import { deflateSync } from 'node:zlib';
 import { crc } from '../../spec/conformance/generate/garment.mjs';
-import { channel_values, read_headers, read_level } from '../../viewer/web/reader/index.js';
 import { sample_garment } from '../node/sample_garment.mjs';
 import { in_browser } from './browser.mjs';
 import { garment_of } from './garment.mjs';
+import { read_picture } from './read_picture.mjs';
 
 const [package_folder, bin, folder] = process.argv.slice(2);
 const LIGHTS = [[0.3, 0.5, 1, 1], [1, 0.2, 0.4, 0.3]];
@@ -43,12 +43,6 @@ process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
 const run = (program, ...options) => execFileSync(`${bin}/${program}`, options, { stdio: ['ignore', 'ignore', 'inherit'] });
 const path = (name) => `${folder}/${name}`;
 
-/** Planes of red, green, blue and alpha. */
-function read_picture(file) {
-  const [part] = read_headers(new Uint8Array(readFileSync(file))).parts, channels = read_level(part, 0);
-  return ['R', 'G', 'B', 'A'].map((name) => channel_values(channels.get(name)));
-}
-
 function displayed(radiance, alpha) {
   const x = Math.min(Math.max(radiance * EXPOSURE + BACKGROUND * (1 - alpha), 0), 1);
   return x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055;
@@ -56,10 +50,10 @@ function displayed(radiance, alpha) {
 
 /** { off_edges, over_all } in dB. */
 function psnr(ours, theirs) {
-  const pixels = ours[0].length, errors = new Float64Array(pixels);
+  const pixels = ours.length / 4, errors = new Float64Array(pixels);
   for (let i = 0; i < pixels; ++i) {
     for (let c = 0; c < 3; ++c)
-      errors[i] += (displayed(ours[c][i], ours[3][i]) - displayed(theirs[4 * i + c], theirs[4 * i + 3])) ** 2 / 3;
+      errors[i] += (displayed(ours[4 * i + c], ours[4 * i + 3]) - displayed(theirs[4 * i + c], theirs[4 * i + 3])) ** 2 / 3;
   }
   errors.sort();
   const decibels = (list) => -10 * Math.log10(list.reduce((sum, x) => sum + x, 0) / list.length);
