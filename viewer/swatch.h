@@ -1,5 +1,5 @@
-// Makes a scene of a flat swatch, viewed without perspective texel by texel (those of format/scene/swatch.h
-// have perspective).
+// Makes a scene of a flat swatch, viewed without perspective texel by texel (swatches of
+// format/scene/swatch.h have perspective).
 #pragma once
 
 #include "format/fabric/fabric.h"
@@ -13,7 +13,7 @@ struct SwatchOptions {
   /// Pixels per texel of `level` along both sides; 0.5 gives one pixel for two texels. The frame's size is
   /// rounded to whole pixels, at least one.
   double pixels_per_texel = 1;
-  int level = -1;  ///< of the whole fabric; -1: the size is that of the finest, footprints select the level
+  int level = -1;     ///< of the whole fabric; -1: the finest level's size, footprints select the level
   V3d view{0, 0, 1};  ///< towards the viewer, in the fabric's frame, z > 0; any length
 };
 

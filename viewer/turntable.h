@@ -10,7 +10,7 @@
 namespace selvedge {
 
 /// One camera by make_camera(), or `frames` cameras once around the scene in equal steps, all looking at the
-/// same point from the same distance: those of the options, or by default the scene's centre and the distance
+/// same point from the same distance: of the options, or by default the scene's centre and the distance
 /// that shows everything in all frames.
 Result<std::vector<Camera>> turntable(std::span<const V3d> points, double aspect,
                                       const CameraOptions& options, int frames);

@@ -63,7 +63,7 @@ Json framed(const char* verb, const Json& json);
 /// JSON as the text that --json prints.
 std::string report_text(const Json& json);
 
-/// Size of a file in bytes; 0 if there is none.
+/// Size of a file in bytes; 0 if absent.
 std::uint64_t size_of_file(const std::string& path);
 
 }  // namespace selvedge

@@ -19,7 +19,7 @@ void add_camera(Options& options, CameraOptions& camera);
 /// --scene and --variant.
 void add_scene_choice(Options& options, SceneChoice& choice);
 
-/// What a garment that is not trusted may do: --allow-outside, --max-memory.
+/// Limits for garments that are not trusted: --allow-outside, --max-memory.
 void add_limits(Options& options, SceneLimits& limits);
 
 /// The unit vector along `v`, however large or small its numbers are; nothing if all are 0.

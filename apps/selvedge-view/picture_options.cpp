@@ -33,7 +33,7 @@ void add_input(Options& options, PictureOptions& picture) {
               "Mip level of the whole fabric to show everywhere (default: by the pixel's footprint)")
       .in(0, 30);
   options.choice("--filter", filter_names,
-                 "What a pixel shows: the mean of the texels under it (area, the default), or the nearest "
+                 "Colour of a pixel: the mean of the texels under it (area, the default), or the nearest "
                  "texel: faster, rougher",
                  [&levels](std::size_t index) {
                    levels.area = index == 1;

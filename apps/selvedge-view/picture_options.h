@@ -20,12 +20,12 @@ struct PictureOptions {
   SceneLimits limits;                   ///< scenes
   CameraOptions camera;                 ///< scenes
   SwatchOptions swatch;                 ///< fabric files
-  std::vector<Light> lights;            ///< empty: those of the scene, else the environment
+  std::vector<Light> lights;            ///< empty: the scene's, else the environment
   bool lights_in_camera_frame = false;  ///< directional lights are in the camera's axes
   DisplayOptions display = default_display();
-  std::optional<double> exposure;  ///< by default 1 in an environment, else that of default_display()
+  std::optional<double> exposure;  ///< by default 1 in an environment, else default_display()'s
   double ambient = 0;              ///< radiance from all sides, times pi
-  int shadows = 0;                 ///< texels of maps; 0: those of scenes; -1: none
+  int shadows = 0;                 ///< texels of maps; 0: the default of scenes; -1: no maps
   LevelOptions levels = best_levels;
   int layers = RenderOptions{}.layers;
   std::string environment;    ///< a picture of radiance, "studio" or "none"; empty: what suits the input
@@ -43,10 +43,10 @@ void add_environment(Options& options, std::string& name, EnvironmentOptions& en
                      const std::string& otherwise);
 /// Lights and display options.
 void add_light(Options& options, PictureOptions& picture);
-/// Refuses those of these options that have no effect beside the others.
+/// Refuses options that have no effect beside others.
 void check_picture(const Options& options, const PictureOptions& picture);
 
-/// What lights a picture and how it is shown, with the defaults that the input asks for.
+/// Lights and display of a picture, with the defaults for the input.
 struct Look {
   std::string name;                                ///< of the environment, as its option has it
   std::shared_ptr<const Environment> environment;  ///< null: none
@@ -62,7 +62,7 @@ struct Look {
   std::vector<Light> all_lights(const Camera& camera) const;
 };
 
-/// `own` are the lights of the scene, or those of a swatch at a place, which an environment replaces;
+/// `own`: the lights of the scene, or of a swatch at a place, which an environment replaces;
 /// `memory` is what the environment may take.
 Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& own, std::uint64_t memory);
 

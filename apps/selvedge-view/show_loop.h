@@ -30,7 +30,7 @@ class ShowLoop {
   /// The command line of the picture; empty for a fabric.
   std::string command() const;
   void wish(Change change, const V2i& size, const std::optional<V2d>& probed);
-  /// What the thread of the picture has to tell.
+  /// Updates by the thread of the picture.
   Result<void> receive();
 
   const Options options_;
@@ -49,7 +49,7 @@ class ShowLoop {
   V2i wished_size_{0, 0};
   std::optional<V2d> wished_probe_;
   int era_ = 0;
-  bool finished_ = false;  ///< the picture and the probe are those of the last wish
+  bool finished_ = false;  ///< picture and probe answer the last request
   double window_seconds_ = 0;
   double longest_step_ = 0;  ///< seconds from events to the window that shows them
   int settling_ = 0;         ///< frames that the panel still needs

@@ -41,7 +41,7 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
     add("--level-blend", "off");
   }
   add("--layers", state.layers);
-  // What `render` takes without options for lights.
+  // The lights of `render` without options.
   const bool in_environment = state.environment >= 0;
   const bool lamps = own.empty() && !in_environment;
   const bool plain = same(state.lights, lamps ? key_and_fill_lights() : own) &&

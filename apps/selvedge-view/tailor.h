@@ -1,4 +1,4 @@
-// What the window of `show` writes of garments, by the stage "dress" of the converter.
+// Garments that the window of `show` writes, by the stage "dress" of the converter.
 #pragma once
 
 #include "viewer/show/background.h"

@@ -37,7 +37,7 @@ Result<int> run(const CheckCommand& command) {
   bool all_good = true;
   for (const std::string& path : command.files) {
     const Result<FileKind> kind = guarded(path, [&] { return kind_of(path); });
-    // What ends the check of one file leaves the others theirs.
+    // A failure in one file does not end the check of the others.
     const Result<Issues> found = guarded(path, [&]() -> Result<Issues> {
       return kind ? check_file(path, *kind, command.limits) : Issues{kind.error()};
     });

@@ -1,5 +1,5 @@
-// What a fabric shows in light from all around that is given by a formula (spec/brdf.md, "Environments"; the
-// forms are those of spec/conformance).
+// Radiance of a fabric in environments given by a formula (spec/brdf.md, "Environments"; the
+// formulas of spec/conformance).
 #pragma once
 
 #include <optional>
@@ -35,7 +35,7 @@ struct EnvironmentQuery {
 };
 
 /// The radiance towards the view, holes and what lies behind them included, and the opacity. The integral is
-/// a sum over half a million directions. Errors are those of QueriedFabric::shade.
+/// a sum over half a million directions. Errors as of QueriedFabric::shade.
 Result<Shading> shown(QueriedFabric& fabric, const EnvironmentQuery& query);
 
 }  // namespace selvedge

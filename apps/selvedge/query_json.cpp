@@ -90,7 +90,7 @@ Result<ClosedEnvironment> environment_from(const nlohmann::json& line) {
   const auto kind = json->find("kind");
   const auto name =
       std::ranges::find_if(names, [&](const char* known) { return kind != json->end() && *kind == known; });
-  if (name == names.end()) return malformed("kind", "is none of constant, cosine, lobe and disc");
+  if (name == names.end()) return malformed("kind", "is not constant, cosine, lobe or disc");
   ClosedEnvironment e;
   e.kind = static_cast<Kind>(name - names.begin());
   if (const auto good = read_radiance(*json, e); !good) return tl::unexpected(good.error());

@@ -11,7 +11,7 @@ namespace selvedge {
 /// ("").
 tl::unexpected<Error> malformed(const char* place, const char* message);
 
-/// `evaluate`. Members besides those of the query are ignored.
+/// `evaluate`. Other members are ignored.
 Result<FabricQuery> query_from(const nlohmann::json& line);
 
 /// `environment`, with view and axis turned into the fabric's frame.

@@ -29,7 +29,7 @@ struct LitBy {
 struct NoiseSum {
   double error2 = 0;
   double signal2 = 0;
-  /// Root mean square error relative to that of the signal; 0 without a signal.
+  /// Root mean square error relative to the signal's root mean square; 0 without a signal.
   double relative() const;
   NoiseSum& operator+=(const NoiseSum& other);
 };

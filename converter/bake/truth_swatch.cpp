@@ -13,7 +13,7 @@
 namespace selvedge {
 namespace {
 
-/// Of random numbers, beside those of the pixels.
+/// Of random numbers, beside the pixels' numbers.
 constexpr std::uint64_t stream_cache = 103;
 
 class SwatchTracer {

@@ -18,7 +18,7 @@ struct TruthOptions {
   int bounces = unlimited_bounces;
   IndirectLight indirect = IndirectLight::traced;
   std::optional<double> ground;  ///< as in BakeOptions; rays that meet the ground count as a hole
-  ReferencePlane reference;      ///< the height at z = 0: that of the fabric to compare with
+  ReferencePlane reference;      ///< the height at z = 0: the compared fabric's
   std::uint64_t seed = 1;
 };
 

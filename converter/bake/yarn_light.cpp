@@ -26,7 +26,7 @@ constexpr int light_count = 64;
 constexpr double covered_weight = 0.05;
 /// How far above a place a ray starts that looks for the surface, in radii.
 constexpr double lift = 0.15;
-/// What holds the functions of the double angle against noise.
+/// Regularises the functions of the double angle against noise.
 constexpr double smoothing = 1e-3;
 
 /// Evenly over the upper half of the sphere by its area: a spiral of golden angles.
@@ -197,7 +197,7 @@ Eigen::MatrixXd solved_for(const std::vector<Place>& places, const V3f& groove) 
   return result;
 }
 
-/// What fits the light from above best, of each colour. `by_light`: the functions of lights,
+/// The best fit to the light from above, of each colour. `by_light`: the functions of lights,
 /// [light][function].
 V3f groove_of(const std::vector<std::vector<Place>>& stations, const Eigen::MatrixXd& by_light) {
   constexpr int parts = 16;

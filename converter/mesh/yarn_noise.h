@@ -1,4 +1,4 @@
-// What varies along and around yarns, seeded and periodic: the same in every repeat.
+// Variation along and around yarns, seeded and periodic: the same in every repeat.
 #pragma once
 
 #include <cmath>

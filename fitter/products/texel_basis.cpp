@@ -39,7 +39,7 @@ std::vector<double> cosines_of(const DirectionGrid& lights) {
 float rounded(double value, double step) { return static_cast<float>(step * std::round(value / step)); }
 
 /// Functions rounded to multiples of a power of two, which half precision holds exactly up to 2048 steps. So
-/// measured errors are those of the file, but for rare larger values, and the file is smaller.
+/// measured errors are the file's, except for rare larger values, and the file is smaller.
 std::vector<std::vector<float>> stored(const std::vector<std::vector<double>>& vectors, double scale,
                                        double step) {
   std::vector<std::vector<float>> result;

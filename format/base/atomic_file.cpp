@@ -143,7 +143,7 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
     return fail(Code::file_unwritable, path, {}, "is a device or a pipe, not a plain file");
   }
   if (fs::is_symlink(path, ignored) && !fs::exists(path, ignored)) {
-    // What it leads to is not of whoever names the output, but of whoever made the link.
+    // The target belongs to whoever made the symlink.
     return fail(Code::file_unwritable, path, {}, "is a link to a file that is not there");
   }
   // A link stays a link: the file that it points to is replaced.
@@ -156,7 +156,7 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   for (int attempt = 0;; ++attempt) {
     const std::string temporary = fmt::format("{}.part-{}-{}", target, getpid(), counter++);
     auto unfinished = std::make_unique<Unfinished>(temporary);
-    // What replaces a file of its owner alone is not for others to read before it is complete either.
+    // The replacement of a private file is private before it is complete, too.
     const int file =
         open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode_of(target) ? 0600 : 0666);
     int error = errno;
@@ -195,7 +195,7 @@ Result<void> AtomicFile::commit() {
 }
 
 Result<void> commit_all(std::vector<AtomicFile> files) {
-  // What is replaced keeps a second name until all are in their places. Where there are no second names, it
+  // A replaced file keeps a second name until all are in their places. Where there are no second names, it
   // does not come back.
   std::vector<std::pair<std::string, std::string>> done;
   Result<void> good;

@@ -49,7 +49,7 @@ Result<AtomicFile> stage_file(const std::string& path, std::span<const std::uint
 Result<void> write_file(const std::string& path, std::span<const std::uint8_t> bytes);
 Result<void> write_file(const std::string& path, const std::string& text);
 
-/// Reads a whole file of at most `limit` bytes. Errors of opening are those of InputFile.
+/// Reads a whole file of at most `limit` bytes. Errors of opening as of InputFile.
 Result<std::string> read_file(const std::string& path, std::uintmax_t limit = std::uintmax_t{1} << 32);
 
 /// Installs handlers for SIGINT, SIGTERM and SIGHUP that remove the temporary files of this process and then

@@ -81,7 +81,7 @@ Result<json> parse_checked(std::string_view text, const std::string& file) {
     return refuse("", fmt::format("is nested deeper than {} levels", max_depth));
   try {
     json parsed = json::parse(text);
-    if (auto place = repeated_member(text)) return refuse(std::move(*place), "stands there twice");
+    if (auto place = repeated_member(text)) return refuse(std::move(*place), "duplicate member");
     return parsed;
   } catch (const json::parse_error& error) {
     return refuse(line_of(text, error.byte),

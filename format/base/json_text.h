@@ -38,7 +38,7 @@ Result<nlohmann::json> parse_json_object(std::string_view text, const std::strin
 /// "line 2, column 5" of a byte counted from 1, as nlohmann-json counts.
 std::string line_of(std::string_view text, std::size_t byte);
 
-/// What an exception says, without the number that nlohmann-json puts before it.
+/// The message of an exception, without nlohmann-json's number before it.
 std::string reason_of(const std::exception& error);
 
 /// The JSON pointer to the member `name` of the object at pointer `object`; escapes "/" and "~" of the name.

@@ -77,7 +77,7 @@ int thread_count() {
 }
 
 void parallel_for(int begin, int end, const std::function<void(int)>& body) {
-  // Threads get the caller's floating-point mode (rounding, denormals), not that of TBB's first caller.
+  // Threads get the caller's floating-point mode (rounding, denormals), not the mode of TBB's first caller.
   tbb::task_group_context context(tbb::task_group_context::bound, tbb::task_group_context::default_traits |
                                                                       tbb::task_group_context::fp_settings);
   // The simple partitioner keeps the split of the work free of timing.

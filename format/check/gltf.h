@@ -15,7 +15,7 @@ namespace selvedge {
 /// Reads everything that dressing and drawing read of a .gltf or .glb file, and checks the rules of
 /// SELVEDGE_materials_fabric; opens the files that it refers to, fabrics among them (check_fabric). Rules of
 /// glTF that no reading depends on are left to the Khronos validator. Places are JSON pointers. Issues of an
-/// embedded fabric have "/extensions/SELVEDGE_materials_fabric/fabrics/N" before their own place, those of a
+/// embedded fabric have "/extensions/SELVEDGE_materials_fabric/fabrics/N" before their own place, issues of a
 /// fabric file have that file's name. GLTF_REFERENCE for URIs that lead out of the document's folder.
 /// read_scene reads a file without errors; `scene` then receives the same.
 Issues check_gltf(const std::string& path, const SceneLimits& limits = {}, Scene* scene = nullptr);

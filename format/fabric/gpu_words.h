@@ -9,8 +9,8 @@
 
 namespace selvedge {
 
-/// The layout is that of word_layout.glsl. Preconditions: the fabrics are valid (validate()), and the result
-/// has less than 2^32 words.
+/// The layout is defined by word_layout.glsl. Preconditions: the fabrics are valid (validate()), and the
+/// result has less than 2^32 words.
 std::vector<std::uint32_t> gpu_words(std::span<const Fabric> fabrics);
 
 }  // namespace selvedge

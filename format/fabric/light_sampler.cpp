@@ -180,7 +180,7 @@ void LightSampler::add_texel(const FabricLevel& level, const FabricInfo& info, H
     add(half, scale * pi * length * mean(rho * V3d(factors.front())), CosineLobe{normal, 1});
     return;
   }
-  // Without a frame the cosine is that of the cells. Those of a tilted texel have its cosine in their middle.
+  // Without a frame the cosine is the cells'. Cells of a tilted texel have its cosine in their middle.
   LightCells cells{info.lights, !level.has(LayerKind::frame)};
   for (int k = 0; k < info.lights.count(); ++k) {
     const V2d place = cells.place(k, {0.5, 0.5});

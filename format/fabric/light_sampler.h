@@ -32,7 +32,7 @@ struct CosineLobe {
 };
 
 /// Constant, or the cosine times a constant, in each cell of a grid of directions. The cells of the cosine
-/// have equal shares of it: those of the other grid, moved along meridians.
+/// have equal shares of it: the cells of the other grid, moved along meridians.
 struct LightCells {
   DirectionGrid grid;
   bool cosine = true;

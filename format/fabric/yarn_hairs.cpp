@@ -13,7 +13,7 @@ namespace {
 using std::numbers::pi;
 
 constexpr int pieces = hair_points - 1;
-/// What the numbers of a hair are for; their places in its formula.
+/// The meaning of the numbers of a hair; their places in its formula.
 enum Drawn { at_share, at_ply, at_angle, of_length, of_loop, a, b, c, d, e, f };
 
 /// Number k of a hair, in (0, 1).

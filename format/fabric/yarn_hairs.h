@@ -10,7 +10,7 @@
 
 namespace selvedge {
 
-/// What a file says of a curve's hairs; they follow from its strands' seed.
+/// The hairs of a curve in a file; they follow from its strands' seed.
 struct YarnHairs {
   /// Over the chain and all plies. Negative: of yarn turned over, mirrored ones.
   int count = 0;

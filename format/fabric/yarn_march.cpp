@@ -38,7 +38,7 @@ float least_width(const YarnWidths& widths, std::uint32_t lanes) {
   return least;
 }
 
-/// What the bodies of kernels return: the lanes that meet yarn, unless rays were too far apart.
+/// The result of the kernels' bodies: the lanes that meet yarn, unless rays were too far apart.
 struct Found {
   std::uint32_t lanes = 0;
   std::uint32_t too_wide = 0;  ///< if not 0: lanes that are close enough to the first

@@ -2,7 +2,7 @@
 //
 //   f(l, v) = (1 - w) albedo / pi + w D(h) G(l, v) / (4 l.n v.n),   h = (l + v) / |l + v|
 //
-// D and G are those of Walter et al.'s GGX microfacets with Smith's height-correlated masking (Heitz 2014),
+// D and G are Walter et al.'s GGX microfacets with Smith's height-correlated masking (Heitz 2014),
 // of width r (the roughness) along the fibre and 1 across it. Width 1 is exact for a round fibre: the normals
 // of a cylinder have the slope density (1 + s^2)^(-3/2) / 2. Facets reflect all light. f is symmetric in l
 // and v; the gloss reflects at most 1 (light that facets block is lost), so f reflects at most (1 - w) albedo

@@ -33,7 +33,7 @@ Imath::Vec3<T> stretched(const Imath::Vec3<T>& p, const Imath::Vec2<T>& squeeze)
   return {p.x + squeeze.x * part, p.y + squeeze.y * part, p.z};
 }
 
-/// Radius of the round section, which is half the thickness: the area is that of a circle of `radius`.
+/// Radius of the round section, which is half the thickness: the area equals a circle's of `radius`.
 template <class T>
 T thin_radius(T radius, const Imath::Vec2<T>& squeeze) {
   return radius * std::sqrt(1 - squeeze.length2());

@@ -97,7 +97,7 @@ AxisPlace place_on(const Axis& axis, const YarnCurve& curve, int i, int k) {
   return place;
 }
 
-/// What the ends of a ply's or yarn's segments are.
+/// The ends of a ply's or yarn's segments.
 struct ChainNodes {
   std::vector<V3d> nodes;  ///< with one before and two behind them
   std::vector<V3d> across, out;

@@ -18,7 +18,7 @@ static_assert(sky.columns * sky.rows % yarn_lanes == 0);
 
 using SkyFactors = std::array<float, smooth_functions>;
 
-/// Integrals over the upper hemisphere of z B_j B_k: what the functions of indirect light make of those of
+/// Integrals over the upper hemisphere of z B_j B_k: from functions of smooth light to functions of
 /// smooth light.
 std::array<SkyFactors, smooth_functions> upper_products() {
   constexpr DirectionGrid grid{64, 64};
@@ -69,7 +69,7 @@ SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std
   return factors;
 }
 
-/// What indirect light in the mean over the surface of plies is of that with the factor of the sky.
+/// Ratio of the mean indirect light over the surface of plies to the light with the factor of the sky.
 V3f groove_of_sky(const YarnCurve& curve) {
   constexpr float mean_outward = 0.6F;
   if (curve.plies.count == 1) return V3f(1);

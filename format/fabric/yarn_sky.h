@@ -1,4 +1,4 @@
-// What yarn reflects of smooth light from all around (smooth_light.h, brdf.md "Environments").
+// Reflection of smooth light from all around by yarn (smooth_light.h, brdf.md "Environments").
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace selvedge {
 
-/// What of plies reflects of it is 1 + this times the normal's share in the way out of the yarn.
+/// Ply radiance is scaled by 1 + groove * dot(normal, outward).
 inline constexpr float sky_groove = 0.5F;
 
 /// For the yarn's stations and angles, factors of the functions of the light:

@@ -15,7 +15,7 @@
 
 namespace selvedge {
 
-/// What a file says of a curve's strands.
+/// The strands of a curve in a file.
 struct YarnStrands {
   /// Side by side around a yarn or ply; 0: it is smooth. Negative: of yarn turned over, a mirrored one.
   int count = 0;
@@ -28,7 +28,7 @@ struct YarnStrands {
   float irregularity = 0;
   int swells = 1;  ///< parts of the chain over which these change
   bool operator==(const YarnStrands&) const = default;
-  /// Whether the surface differs from that of a smooth yarn.
+  /// Whether the surface differs from a smooth yarn's.
   bool varies() const { return count != 0 || irregularity > 0; }
 };
 
@@ -80,7 +80,7 @@ struct StrandBlend {
   }
 };
 
-/// What a strand changes at a point of it.
+/// The change by a strand at a point of its surface.
 template <class T>
 struct StrandChange {
   T across = 0;      ///< slope of the surface across the fibre
@@ -95,7 +95,7 @@ inline std::uint32_t shift_within_turn(const YarnStrands& y) {
   return static_cast<std::uint32_t>((y.shift % count + count) % count);
 }
 
-/// Rows of the lattice that a yarn or ply has its strands from: its first, and that of the ply which it goes
+/// Rows of the lattice of the strands of a yarn or ply: its first, and the row of the ply which it goes
 /// on as at the chain's end.
 struct StrandRows {
   int first = 0;
@@ -122,7 +122,7 @@ T strand_swell(const YarnStrands& y, T share, int byte) {
 }
 
 /// At `around` turns about the yarn or ply; `share` of the chain's length. For yarn turned over, `around` is
-/// that of the yarn that it was.
+/// the original yarn's.
 template <class T>
 StrandChange<T> strand_change(const YarnStrands& y, T around, T share, const StrandRows& rows = {}) {
   StrandChange<T> change;
@@ -160,7 +160,7 @@ StrandChange<T> strand_change(const YarnStrands& y, T around, T share, const Str
   return change;
 }
 
-/// Turns unit normal and fibre, which are perpendicular, to those of the strand. `view`: unit.
+/// Turns unit normal and fibre, which are perpendicular, to the strand's. `view`: unit.
 template <class T>
 void turn_to_strand(const StrandChange<T>& change, const Imath::Vec3<T>& view, Imath::Vec3<T>& normal,
                     Imath::Vec3<T>& fibre) {

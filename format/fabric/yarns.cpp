@@ -20,7 +20,7 @@ tl::unexpected<Error> refuse(const std::string& place, std::string why) {
 
 bool in(float value, float low, float high) { return value >= low && value <= high; }
 
-/// Yarns reach no further from the origin, in periods of the axis; heights, in those of the longer.
+/// Yarns reach no further from the origin, in periods of the axis; heights, in the longer period.
 constexpr float max_reach = 64;
 constexpr float max_radius = 2;  ///< in the shorter period
 constexpr int max_plies = 8;
@@ -112,7 +112,7 @@ Result<void> validate(const YarnData& data, const V2f& period) {
   }
   std::size_t first = 0;
   std::size_t stations = 0;
-  if (data.curves.empty()) return refuse("curves", "there is none");
+  if (data.curves.empty()) return refuse("curves", "no curves");
   for (std::size_t c = 0; c < data.curves.size(); ++c) {
     const YarnCurve& curve = data.curves[c];
     const std::string place = fmt::format("curve {}", c);
@@ -167,7 +167,7 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   point.curve = s.curve;
   point.hair = s.rank > 0;
   // The nearest point of the cubic curve through the nodes with these tangents, by a step of Newton's method
-  // from that of the straight line: the surface is as smooth as the curve.
+  // from the straight line's: the surface is as smooth as the curve.
   const float length = std::sqrt(1 / s.inverse_length2);
   const V3f from_start = squeezed(hit.from_start, s.squeeze);
   const V3f along = squeezed(s.along, s.squeeze);

@@ -72,11 +72,10 @@ std::array<float, angle_functions> angle_basis(float cosine, float sine);
 /// l_z included. Precondition: unit light.
 std::array<float, light_functions_of_yarn> light_basis(const V3f& light);
 
-/// What the file holds.
+/// The content of the file.
 struct YarnData {
   std::vector<YarnCurve> curves;
-  std::vector<V3f>
-      nodes;  ///< curve by curve; those of a curve lie where its chain takes them, also beyond the cell
+  std::vector<V3f> nodes;  ///< curve by curve, along its chain, also beyond the cell
   std::vector<float>
       light;  ///< [((station * angle_functions + i) * light_functions_of_yarn + k) * 3 + colour]
   /// The same for all light from below, direct and indirect, mirrored into the upper half; empty: unknown.
@@ -123,13 +122,13 @@ struct YarnPoint {
   V3f fibre{1, 0, 0};   ///< unit, perpendicular to the normal
   float cosine = 1;     ///< of the angle about the axis
   float sine = 0;
-  /// Share of the normal in the way from the yarn's axis to that of its ply; 0 without plies.
+  /// Share of the normal in the way from the yarn's axis to its ply's; 0 without plies.
   float outward = 0;
   float station = 0;  ///< in [0, stations of its curve]
   int curve = 0;
-  bool hair = false;  ///< angle, station and outward are those of its root
+  bool hair = false;  ///< angle, station and outward at its root
   StrandRows rows;
-  V3f strand{0, 0, 1};   ///< normal of the strand that is seen; that of the yarn where it is smooth
+  V3f strand{0, 0, 1};   ///< normal of the visible strand; of smooth yarn: the yarn's
   float brightness = 1;  ///< factor of all light but the gloss
 };
 
@@ -144,7 +143,7 @@ struct YarnFrame {
   V3f tangent{1, 0, 0};   ///< unit, in the round section
   V3f across{0, 0, 1};    ///< unit; angle 0, and tangent x across is a right angle
   V3f out{0, 0, 0};       ///< of a ply: unit, across it, away from the yarn's axis
-  V2f squeeze{0, 0};      ///< of its section (yarn_section.h): angles are those of the round one
+  V2f squeeze{0, 0};      ///< of its section (yarn_section.h): angles on the round section
   float radius = 0;       ///< mm, of the round section, the largest of the segments there
   /// Normal and place of the surface where the round section has this unit normal.
   V3f normal_of(const V3f& round) const { return squeezed(round, squeeze).normalized(); }
@@ -193,7 +192,7 @@ class Yarns {
   std::optional<YarnHit> trace(const V2d& uv, float plane, const V3f& view) const;
   /// Without strands.
   YarnPoint point_at(const YarnHit& hit) const;
-  /// Turns fibre and normal to those of the strand that is seen from unit `view`.
+  /// Turns fibre and normal to the strand's that is seen from unit `view`.
   void add_strands(YarnPoint& point, const V3f& view) const;
   /// Precondition: the curve has the station.
   YarnFrame frame_at(int curve, int station) const;
@@ -213,7 +212,7 @@ class Yarns {
   LightTransfer transfer_at(const YarnPoint& point, bool through = false) const;
 
   /// f and alpha of what is seen at (u, v) of the plane: alpha is 0 or 1, and f is 0 where nothing is.
-  /// Directions are unit; where the view lies below the horizon, f is 0, and alpha that of the rim.
+  /// Directions are unit; where the view lies below the horizon, f is 0, and alpha the rim's.
   Shading shade(const V2d& uv, float plane, const V3f& light, const V3f& view) const;
 
   /// Between two nodes, or a piece of a hair, mm; the frames at both ends. Only members of 4 bytes, so that
@@ -227,7 +226,7 @@ class Yarns {
     float station = 0;
     float stations = 0;  ///< over its length; 0: a hair, which has the light of its root
     float radius = 0;    ///< of the round section
-    /// Radius of the ball about its start: that of the thicker segment there. Of a hair, its largest radius.
+    /// Radius of the ball about its start: the thicker segment's there. Of a hair, its largest radius.
     float reach = 0;
     float rank = 0;  ///< of a hair, in (0, 1): it is met where that is less than the share of hairs; else 0
     V2f squeeze{0, 0};
@@ -261,7 +260,7 @@ class Yarns {
     V2f cell_size;                       ///< mm
     float beside;                        ///< mm; the grid's lists hold also what lies so far beside cells
     std::span<const Cell> grid;          ///< [row][column]
-    std::span<const Block> blocks;       ///< those of the cells
+    std::span<const Block> blocks;       ///< of the cells
     std::span<const Segment> segments;   ///< one for each node of a yarn or ply
     std::span<const int> first_station;  ///< of each curve
     /// Of each curve, factors of cosine and sine: of yarn turned over, strands count from the mirrored angle.
@@ -281,7 +280,7 @@ class Yarns {
   float low_ = 0;  ///< mm, of the lowest point
   float high_ = 0;
   std::vector<Segment> segments_;
-  std::vector<int> first_segment_;  ///< of each curve; those of a ply follow each other
+  std::vector<int> first_segment_;  ///< of each curve; segments of a ply are adjacent
   std::vector<int> first_station_;  ///< of each curve
   std::vector<V2f> strand_sense_;
   V2i cells_{1, 1};

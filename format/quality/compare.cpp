@@ -54,7 +54,7 @@ void add(const Shading& shading, Image& image) {
   image.alpha.emplace_back(static_cast<double>(shading.alpha), 0.0, 0.0);
 }
 
-/// What level `k` shows at `size` texels, 2^n times as many as it has along a side.
+/// Level `k` at `size` texels, 2^n times as many as it has along a side.
 Image shown_by_level(const Fabric& fabric, int k, const V2i& size, const DirectionPair& pair) {
   const FabricLevel& level = fabric.levels[k];
   const V2i parts(size.x / level.width, size.y / level.height);
@@ -70,7 +70,7 @@ Image shown_by_level(const Fabric& fabric, int k, const V2i& size, const Directi
   return image;
 }
 
-/// What the yarn shows: the mean over yarn_points^2 points of every texel.
+/// The yarn: the mean over yarn_points^2 points of every texel.
 Image shown_by_yarn(const Fabric& fabric, const V2i& size, const DirectionPair& pair) {
   Image image;
   for (int y = 0; y < size.y; ++y) {
@@ -133,7 +133,7 @@ std::vector<V2i> sizes_of(const PairSamples& truth, int count) {
   return sizes;
 }
 
-/// `shown(pair, k, image)` makes `image`, which is that of level k - 1 before, the image of level k.
+/// `shown(pair, k, image)` turns `image` of level k - 1 into the image of level k.
 template <class Shown>
 Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& sizes, PairKind kind, double peak,
                           const Shown& shown) {

@@ -143,7 +143,7 @@ SELVEDGE_INLINE T blend_of_levels(const T& part, bool blends, float steep = 2) {
   return smaller(larger((part - T(0.5F)) * slope + T(0.5F), T(0)), T(1));
 }
 
-/// Factor of largest_yarn_pixel(), which is that of 2 points along either side: more of them show the yarn
+/// Scale of largest_yarn_pixel(), which assumes 2 x 2 points: n x n points show the yarn
 /// itself in larger pixels, chosen by pictures (docs/view.md).
 SELVEDGE_INLINE float largest_by_points(int points) { return larger(0.5F, static_cast<float>(points - 1)); }
 

@@ -43,7 +43,7 @@ struct FabricReference {
   UvTransform transform;
 };
 
-/// What of the garment shows beside its fabric: members of the extension.
+/// Textures of the garment that stay visible with the fabric: members of the extension.
 struct GarmentParts {
   TextureReference mask;     ///< in alpha
   float mask_cutoff = 0.5F;  ///< the surface is not there where the mask is less

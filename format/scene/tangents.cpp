@@ -19,7 +19,7 @@ struct Face {
   std::array<std::uint32_t, 3> across{none, none, none};  ///< the face beyond the edge from corner k to k + 1
   std::array<std::uint32_t, 3> group{none, none, none};
   V3d du{0, 0, 0};  ///< unit; zero without UV area
-  int sign = 0;     ///< -1 for a mirrored texture, else +1; without UV area, that of the first group
+  int sign = 0;     ///< -1 for a mirrored texture, else +1; without UV area, the first group's
   bool has_uv_area = false;
   bool has_size = true;  ///< no two corners at the same place
 };

@@ -15,7 +15,7 @@ enum class Facing {
   normals,  ///< the side of the normals, for any order of the corners
 };
 
-/// Tangents of the given vertices, followed by those of copies of vertices that need several tangents.
+/// Tangents of the given vertices, followed by copies of vertices that need several tangents.
 struct Tangents {
   /// xyz: unit, perpendicular to the normal; zero where u has no direction. w: +1 or -1.
   std::vector<V4f> tangents;

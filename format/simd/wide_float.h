@@ -144,7 +144,7 @@ SELVEDGE_INLINE WideFloat<N> power_of_two(const WideFloat<N>& a) {
   return WideFloat<N>((typename Lane::Floats)((whole + 127) << 23));
 }
 
-/// The power in the formula of lafortune.h; its error is that of Lanes::power.
+/// The power in the formula of lafortune.h; error as of Lanes::power.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> positive_power(const WideFloat<N>& base, const WideFloat<N>& exponent) {
   WideFloat<N> result;

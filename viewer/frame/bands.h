@@ -34,7 +34,7 @@ struct BandPixels {
   V4f& at(int x, int y) const { return bottom[y * stride + x]; }
 };
 
-/// The pixels of the band that begins at `first_row`: those of the frame, or with supersampling those of
+/// The pixels of the band that begins at `first_row`: pixels of the frame, or with supersampling pixels of
 /// `large`, which filter_band() averages.
 BandPixels pixels_of(const FrameBands& bands, int first_row, Frame& frame, std::vector<V4f>& large);
 void filter_band(const FrameBands& bands, int first_row, const std::vector<V4f>& large, Frame& frame);

@@ -28,7 +28,7 @@ struct FrameView {
   const Camera& camera;
   const DrawOptions& options;
   ShadowPass* shadows = nullptr;  ///< the lights' shadow maps; null: no shadows
-  /// What the scene leaves of DrawOptions::around at the vertices; empty: all.
+  /// Share of DrawOptions::around that reaches the vertices; empty: all.
   std::span<const SmoothLight> around_vertices{};
   std::shared_ptr<const Reflections> reflections = nullptr;  ///< of DrawOptions::environment; null: none
 };

@@ -15,7 +15,7 @@ class GraphicsContext {
 
   virtual ~GraphicsContext() = default;
   virtual Result<void> make_current() = 0;
-  /// Address of an OpenGL function in this context; null if there is none. The context must be current.
+  /// Address of an OpenGL function in this context; null if absent. The context must be current.
   virtual Function function(const char* name) const = 0;
 };
 

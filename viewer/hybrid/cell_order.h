@@ -11,7 +11,7 @@
 
 namespace selvedge {
 
-/// An order of things that lie in the repeating cell: neighbours in it come after each other, those of one
+/// An order of things that lie in the repeating cell: neighbours in it come after each other, things of one
 /// depth first, so that their rays can be traced together.
 class CellOrder {
  public:

@@ -3,7 +3,7 @@
 // Cloth of curvature c lies c s^2 / 2 below its tangent plane at the distance s. A ray that passes the plane
 // with the slope m gets no deeper into it than m^2 / (2 c): there it turns back (quadric silhouettes,
 // Oliveira and Policarpo 2005). Yarn further below is not met: the pixel shows what lies behind, and the
-// outline is that of yarn. The ray itself stays straight, so that nothing else moves where the curvature of
+// outline is the yarn's. The ray itself stays straight, so that nothing else moves where the curvature of
 // the mesh jumps.
 #pragma once
 

@@ -483,7 +483,7 @@ void place_lamps(const LaneSmoothLight& around, float least, LaneScratch& scratc
   }
 }
 
-/// What is added to the result.
+/// The addend of the result.
 struct Parts {
   bool opacity = true;
   bool linear = true;  ///< levels of products alone, and `around`

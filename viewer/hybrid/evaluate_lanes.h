@@ -1,5 +1,5 @@
 // Evaluates a fabric for sixteen pixels at once: the fast twin of format/fabric/evaluate.h, held to it by
-// tests. Both use the template of format/fabric/lafortune.h; powers are those of format/simd/powers.h.
+// tests. Both use the template of format/fabric/lafortune.h; powers come from format/simd/powers.h.
 #pragma once
 
 #include <array>
@@ -76,7 +76,7 @@ struct LaneScratch {
 };
 
 /// Adds `texels` (any number of them) of one fabric, seen from `view` under all `lights` and in the light
-/// from all `around`, if there is any, to `sum`; light from behind is that of PackedFabric::through. Levels
+/// from all `around`, if any, to `sum`; light from behind by PackedFabric::through. Levels
 /// and texels must exist. Levels that are not of products alone see the light from around as twelve lamps.
 void evaluate_lanes(const PackedFabric& fabric, std::span<const LaneTexels> texels,
                     const LaneDirections& view, std::span<const LaneLight> lights, LaneScratch& scratch,

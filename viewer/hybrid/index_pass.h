@@ -63,7 +63,7 @@ struct PixelPlaces {
 
 /// The inputs of shading for these pixels.
 struct PixelBlock : PixelPlaces {
-  /// Texels of the fabrics; their weights and that of the yarn sum to 1.
+  /// Texels of the fabrics; their weights and the yarn's sum to 1.
   std::size_t texel_count = 0;
   std::array<LaneTexels, std::size_t{2} * max_pixel_texels * max_pixel_texels + 1> texels;
 };

@@ -109,7 +109,7 @@ float half_number(std::uint32_t bits) {
   return number;
 }
 
-/// What white reflects that faces along `n`, of smooth light of these factors.
+/// Smooth light of these factors that white facing along `n` reflects.
 template <class Factor>
 V3f mean_radiance(const Factor& factor, const V3f& n) {
   // The integrals of cosine and functions by their degree (Ramamoorthi and Hanrahan 2001), by pi.

@@ -186,7 +186,7 @@ bool is_one_surface(const PixelPlaces& block) {
                      [&](std::uint32_t surface) { return surface == block.surface[0]; });
 }
 
-/// The block's texels without those of other fabrics, and of other sides.
+/// The block's texels without texels of other fabrics, and of other sides.
 std::span<const LaneTexels> texels_of(const ShadingScene& scene, const PixelBlock& block,
                                       const PackedFabric* fabric, std::vector<LaneTexels>& texels) {
   texels.assign(block.texels.begin(), block.texels.begin() + static_cast<std::ptrdiff_t>(block.texel_count));
@@ -255,7 +255,7 @@ void cast_shadow(const ShadingScene& scene, const PixelPlaces& block, const Lane
     const V3f normal(frames.normal.x[lane], frames.normal.y[lane], frames.normal.z[lane]);
     const V3f direction =
         tangent * light.direction.x[lane] + up * light.direction.y[lane] + normal * light.direction.z[lane];
-    // What comes through leaves the cloth on the light's side, so that it is not in its own shadow.
+    // Transmitted light leaves the cloth on the light's side, so that it is not in its own shadow.
     light.share[lane] *=
         shadow_share(map, V3f(seen_point(*scene.mesh, scene.origin, block, lane) - scene.origin),
                      fabric != nullptr ? -normal : normal, direction);

@@ -37,7 +37,7 @@ struct ShadingScene {
   std::span<const ShadowMap> shadows{};  ///< ShadowView::light is an index into `lights`
   float ambient = 0;                     ///< DrawOptions::ambient
   const SmoothLight* around = nullptr;   ///< light from all around, world axes
-  /// What the scene leaves of it at the vertices of `mesh`; empty: all.
+  /// Share of it that reaches the vertices of `mesh`; empty: all.
   std::span<const SmoothLight> around_vertices{};
   const Reflections* reflections = nullptr;  ///< of the environment; null: none
   int points = 2;                            ///< LevelOptions::points
@@ -49,10 +49,10 @@ struct ShadingScene {
 /// clears the horizon. The paper's fixed axis replaces a missing tangent.
 LaneFrames garment_frames(const Camera& camera, int width, int height, const PixelPlaces& block);
 
-/// The visible point at a pixel of the block; m, world. `origin` is that of the mesh's coordinates.
+/// The visible point at a pixel of the block; m, world. `origin`: of the mesh's coordinates.
 V3d seen_point(const MergedSurfaces& mesh, const V3d& origin, const PixelPlaces& block, std::size_t lane);
 
-/// What is seen of a pixel's fabric; null without a fabric.
+/// The visible side of a pixel's fabric; null without a fabric.
 const PackedFabric* seen_fabric(const ShadingScene& scene, const PixelPlaces& block, std::size_t lane);
 
 /// A block between the stages of its shading.

@@ -28,7 +28,7 @@ struct VisibleSide {
 
 class VisibilityPass {
  public:
-  /// `materials` are those of the surfaces of `mesh`; both must outlive the object. The context of `gl` must
+  /// `materials`: of the surfaces of `mesh`; both must outlive the object. The context of `gl` must
   /// be current whenever a function of this class is called, the destructor included.
   static Result<std::unique_ptr<VisibilityPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                         const Materials& materials, const FrameBands& bands);

@@ -37,7 +37,7 @@ void SampleShader::look(std::span<YarnSample> samples) {
   for (std::size_t light = 0; light < lights; ++light) cast_shadows(light);
 }
 
-/// What is seen, its indirect light, and its direct light without shadows.
+/// The visible points, their indirect light, and their direct light without shadows.
 void SampleShader::find(std::span<const std::uint32_t> packet) {
   for (std::size_t i = 0; i < packet.size(); ++i) {
     const YarnSample& s = samples_[packet[i]];

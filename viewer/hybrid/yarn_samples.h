@@ -37,10 +37,10 @@ struct YarnPixels {
   std::vector<YarnPixel> pixels;
   std::vector<YarnLight> lights;    ///< [pixel][light]
   std::vector<V3f> irradiance;      ///< of the lights
-  std::vector<SmoothLight> around;  ///< [pixel], in its axes; empty if there is none
+  std::vector<SmoothLight> around;  ///< [pixel], in its axes; empty if absent
 };
 
-/// What shows no yarn.
+/// Pixels that show no yarn.
 inline constexpr std::int32_t no_segment = std::numeric_limits<std::int32_t>::min() / 2;
 
 /// A point of the cloth, and what is seen there.

@@ -317,7 +317,7 @@ SELVEDGE_THREE_BODIES(place_surface,
                        YarnSurface& surface, Floats& station),
                       (segments, curves, from_start, surface, station))
 
-/// Turns normals and fibres to those of the strands that are seen, and changes the albedo; the indirect light
+/// Turns normals and fibres to the visible strands', and changes the albedo; the indirect light
 /// has the same change.
 template <std::size_t N>
 SELVEDGE_INLINE void turn_to_strands(const StrandCurves& strands, const CurveLanes& curves,

@@ -18,11 +18,11 @@ struct YarnSurface {
   YarnLanes matt;  ///< f of the yarn without its gloss, 1/sr
   bool has_gloss = false;
   alignas(64) Factors transfer{};  ///< of the functions of a light
-  alignas(64) Factors through{};   ///< of those of a light from below, mirrored; undefined if none is known
-  alignas(64) Factors sky{};       ///< of those of smooth light from all around (yarn_sky.h)
+  alignas(64) Factors through{};   ///< of a light from below, mirrored; undefined if unknown
+  alignas(64) Factors sky{};       ///< of smooth light from all around (yarn_sky.h)
 };
 
-/// The surface at the hits of `lanes`; of other lanes it is undefined. At least one lane. `sky`: that of the
+/// The surface at the hits of `lanes`; of other lanes it is undefined. At least one lane. `sky`: of the
 /// yarn, or empty where it is not wanted. `spacing`: width of what a point stands for, mm;
 /// strands much thinner than that are not seen apart.
 void find_surface(const Yarns& yarns, std::span<const float> sky, const YarnHits& hits, std::uint32_t lanes,

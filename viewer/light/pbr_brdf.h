@@ -81,7 +81,7 @@ SELVEDGE_INLINE PbrColour<T> pbr_brdf(const PbrPoint<T>& m, const PbrVector<T>& 
       one / ((nl + sqrt(a2 + (one - a2) * nl * nl)) * (nv + sqrt(a2 + (one - a2) * nv * nv)));
   const T specular = visibility * d;
   const T schlick = fifth_power_below(pbr_dot(v, h));
-  // What the dielectric share of a mixed material reflects at its surface does not reach its base.
+  // Light reflected at the surface of a mixed material's dielectric share does not reach its base.
   const T below = one - (T(dielectric_f0) + T(1 - dielectric_f0) * schlick);
   const T diffuse = below * (one - m.metallic) * T(std::numbers::inv_pi_v<float>);
   const auto channel = [&](const T& base) __attribute__((always_inline)) {
@@ -92,10 +92,10 @@ SELVEDGE_INLINE PbrColour<T> pbr_brdf(const PbrPoint<T>& m, const PbrVector<T>& 
   return {channel(m.red), channel(m.green), channel(m.blue)};
 }
 
-/// Radiance reflected from light from all around: `mean` is that of a white Lambertian surface, `mirrored`
+/// Radiance reflected from light from all around: `mean`: of a white Lambertian surface, `mirrored`
 /// what the lobe gathers, and of even light its specular part reflects f0 * scale + bias (reflections.h).
-/// What the formula loses between facets comes back, as often as they mirror it (Fdez-Aguera 2019): a white
-/// metal in even light cannot be seen.
+/// Light that the formula loses between facets comes back, as often as they mirror it (Fdez-Aguera 2019): a
+/// white metal in even light cannot be seen.
 template <class T>
 SELVEDGE_INLINE PbrColour<T> pbr_around(const PbrPoint<T>& m, const T& scale, const T& bias,
                                         const PbrColour<T>& mean, const PbrColour<T>& mirrored) {

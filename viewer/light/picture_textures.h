@@ -47,8 +47,8 @@ class PictureTextures {
 
   const GlFunctions& gl_;
   std::uint64_t memory_;
-  std::vector<int> made_;         ///< halvings of the textures; not_shown: there is none
-  std::vector<GLuint> textures_;  ///< 0: there is none
+  std::vector<int> made_;         ///< halvings of the textures, or not_shown
+  std::vector<GLuint> textures_;  ///< 0: absent
 };
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// What materials without a fabric reflect of an environment, as a split sum (Karis 2013): the environment
+// Reflections of an environment by materials without a fabric, as a split sum (Karis 2013): the environment
 // seen in mirrors of every roughness, times the share of even light that a surface reflects.
 #pragma once
 

@@ -20,10 +20,10 @@ class ShadowPass {
   /// whenever a function of this class is called, the destructor included. GRAPHICS_UNAVAILABLE.
   static Result<std::unique_ptr<ShadowPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                     const Materials& materials);
-  /// What the masks of garments take of --max-memory.
+  /// Share of --max-memory that the masks of garments take.
   static std::uint64_t mask_bytes(const Materials& materials);
 
-  /// Draws maps for these views, all of one size; does nothing if they are those of the last call.
+  /// Draws maps for these views, all of one size; does nothing if they equal the last call's.
   Result<void> draw(std::span<const ShadowView> views);
 
   std::span<const ShadowView> views() const { return views_; }

@@ -65,7 +65,7 @@ Result<SkyVisibility> sky_visibility(const GlFunctions& gl, const MergedSurfaces
 
 std::vector<SmoothLight> light_at_vertices(const SkyVisibility& visibility, const SmoothLight& light) {
   const std::size_t directions = visibility.directions.size();
-  // What each direction adds to the factors.
+  // The contribution of each direction to the factors.
   std::vector<SmoothLight> parts(directions);
   for (std::size_t i = 0; i < directions; ++i) {
     const V3f& d = visibility.directions[i];

@@ -1,5 +1,5 @@
-// What a scene leaves of light from all around at its vertices: folds, sleeves and the inside of a collar
-// keep light from each other.
+// The share of light from all around that reaches the vertices of a scene: folds, sleeves and the inside of a
+// collar keep light from each other.
 #pragma once
 
 #include <vector>

@@ -26,7 +26,7 @@ struct FabricFit {
   V3f tint{1, 1, 1};  ///< linear; times GarmentParts::tint
 };
 
-/// Fits the fabrics of `scene`; fits[i] is that of material i. Stitches stay as wide and as high as they are
+/// Fits the fabrics of `scene`; fits[i]: of material i. Stitches stay as wide and as high as they are
 /// through a quarter turn. Precondition: Scene's references are indices into `fabrics`.
 void fit_fabrics(std::span<const FabricFit> fits, std::span<const Fabric> fabrics, Scene& scene);
 

@@ -19,7 +19,7 @@ struct MaterialPicture {
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;  ///< encoded
   Transfer transfer = Transfer::keep;
   V2i size{1, 1};             ///< by its header
-  std::uint32_t texture = 0;  ///< OpenGL's, linear; 0: there is none, as if no material had the picture
+  std::uint32_t texture = 0;  ///< OpenGL's, linear; 0: absent, as if no material had the picture
 };
 
 struct Materials {

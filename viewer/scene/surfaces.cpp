@@ -138,7 +138,7 @@ Result<Placed> place(const Scene& scene, const SceneInstance& instance, const V3
   return placed;
 }
 
-/// The coordinates that tangents follow: the fabric's, or those of the normal texture if the file has no
+/// The coordinates that tangents follow: the fabric's, or the normal texture's if the file has no
 /// tangents; nullptr if tangents are not needed.
 const std::vector<V2d>* tangent_coordinates(const SceneMaterial& material, const Mappings& mappings,
                                             const std::vector<std::vector<V2d>>& uvs, const Placed& placed) {

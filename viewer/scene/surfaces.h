@@ -30,8 +30,8 @@ struct Mapping {
   Wrap wrap_v = Wrap::repeat;
 };
 
-/// The different mappings of a material: first that of its fabric, or else of the base colour, which is
-/// SurfaceVertex::uv; then those of the other textures. `number_of` returns the index of a mapping.
+/// The different mappings of a material: first its fabric's, or else the base colour's, which is
+/// SurfaceVertex::uv; then the other textures'. `number_of` returns the index of a mapping.
 struct Mappings {
   std::vector<Mapping> list;
   /// Not 0: two more follow the list, from this number on. They hold the directions of growing u and of
@@ -53,7 +53,7 @@ struct Surface {
   std::vector<V4f> colors;  ///< linear factors on the base colour; empty: white
 };
 
-/// All instances. Tangents are those of compute_tangents, in world space after the texture transform; a
+/// All instances. Tangents come from compute_tangents, in world space after the texture transform; a
 /// vertex between mirrored and upright triangles is duplicated. (Derivatives in the fragment shader would
 /// lose digits in close views of large coordinates, and show flat triangles in anisotropic highlights.) A
 /// chart is a set of triangles connected by common vertices. Each chart is moved, in double, by whole repeats

@@ -1,5 +1,5 @@
 // The shader path, wholly in OpenGL: triangle numbers, round by round from front to back, each round shaded
-// by a shader that evaluates the fabrics. Inputs and formulas are those of the hybrid path.
+// by a shader that evaluates the fabrics. Inputs and formulas as in the hybrid path.
 #pragma once
 
 #include <array>

@@ -22,7 +22,7 @@ struct Surroundings {
   EnvironmentLight light;
 };
 
-/// What the materials wear.
+/// Fabrics of the materials.
 struct Outfit {
   std::vector<int> fabrics;  ///< index into the fabrics; -1: the core material
   std::vector<FabricFit> fits;
@@ -71,7 +71,7 @@ struct ShowInput {
 /// `aspect` of the window; `size` of the scene in metres.
 Change apply(const ShowInput& input, double aspect, double size, ShowState& state);
 
-/// Turns the environment, or the held light if there is none, by a drag. Does nothing without a light, or if
+/// Turns the environment, or without one the held light, by a drag. Does nothing without a light, or if
 /// it is a point or spot light.
 void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state);
 

@@ -19,7 +19,7 @@ struct OfferedFabric {
 inline constexpr int thumbnail_side = 96;
 
 /// Draws two repeats of a fabric file from near; ends soon, with any picture, once `interrupted` is true.
-/// Errors are those of the file.
+/// Errors as of reading the file.
 Result<OfferedFabric> offer_of(const std::string& path, std::uint64_t max_memory,
                                const std::atomic<bool>& interrupted);
 

@@ -1,4 +1,4 @@
-// What is asked of the yarn itself, and how far single precision may be from the answer: the evaluation once more
+// Queries about the yarn itself, and how far single precision may be from the answer: the evaluation once more
 // beside the point, the light and the view.
 import {evaluate_yarns, trace} from '../reference/yarns.mjs';
 import {random, random_direction, unit} from './random.mjs';
@@ -35,7 +35,7 @@ function size_of({light}, {first_station, stations, plies}, c) {
   return (1 + abs(plies.groove[c])) * max(...Array.from({length: stations}, (_, s) => of_station(first_station + s)));
 }
 
-/** { rgb, alpha, errors } at a point of the plane, errors being those of rgb; null where rounding decides. */
+/** { rgb, alpha, errors } at a point of the plane, errors of rgb; null where rounding decides. */
 export function yarn_changes(yarns, uv, light, view, U) {
   const {period, thinnest, top} = yarns;
   const here = evaluate_yarns(yarns, uv, light, view);

@@ -1,4 +1,4 @@
-// What is seen of the yarn itself (spec/brdf.md, Yarn): of what yarns_of of the reader gives.
+// The visible yarn (spec/brdf.md, Yarn), from yarns_of of the reader.
 import {across, cross, dot, minus, plus, squeezed, stretched, times, unit, wide} from './reader.mjs';
 import {strand_at} from './strands.mjs';
 

@@ -4,7 +4,7 @@ import {
 } from 'three';
 import {MOST_LAMPS, divide} from '../environment.js';
 
-/** From three.js's axes of an environment, the middle column along x, to those of environment.js. */
+/** From three.js's axes of an environment, the middle column along x, to the axes of environment.js. */
 const FROM_THREE = new Matrix3(0, 0, 1, 0, 1, 0, -1, 0, 0);
 const known = new WeakMap(), rotation = new Matrix4();
 

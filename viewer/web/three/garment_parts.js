@@ -1,4 +1,4 @@
-// What a garment brings beside its fabric: mask, normals and tint, members of the extension.
+// Textures of a garment beside its fabric: mask, normals and tint, members of the extension.
 import {Matrix3, SRGBColorSpace, Vector3} from 'three';
 
 const TEXTURES = {mask: 'maskTexture', normal: 'normalTexture', tint_texture: 'tintTexture'};

@@ -30,7 +30,7 @@ function lay_of(reference, place) {
   if (!are_numbers(offset, 2) || !are_numbers(scale, 2) || !are_numbers([rotation], 1))
     refuse(`${place}/extensions/${TRANSFORM}`, 'has no finite numbers');
   if (scale.some((x) => Math.abs(x) < 2 ** -126)) refuse(`${place}/extensions/${TRANSFORM}/scale`, 'is no scale');
-  if (uv_set !== 0 && uv_set !== 1) refuse(`${place}/texCoord`, 'is none of the sets 0 and 1');
+  if (uv_set !== 0 && uv_set !== 1) refuse(`${place}/texCoord`, 'is neither set 0 nor set 1');
   return {uv_set, offset, rotation, scale};
 }
 
