@@ -22,7 +22,7 @@ double number(std::uint32_t hashed_seed, int hair, Drawn k) {
   return ((strand_hash(hashed_seed ^ place) >> 8U) + 0.5) * 0x1p-24;
 }
 
-/// The point of a chain's segment at a share of it, seen from its start, and the direction there: those of
+/// The point of a chain's segment at a share of it, seen from its start, and the direction there: of
 /// the round section.
 struct OnChain {
   V3d off, tangent;

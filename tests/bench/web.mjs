@@ -40,7 +40,7 @@ await in_browser(package_folder, { made: folder }, async ({ page }) => {
   const draw = (width, height) => page.evaluate(async (query) => {
     await (await import('/test/scene_page.js')).drawn(...query);
   }, ['/made/sweater.glb', { ...VIEW, fov: 30, width, height }, LIGHTS]);
-  // The first frame is that of the compiler.
+  // The first frame includes the compiler.
   await draw(16, 9);
   console.log(`Chromium: ${await seconds_of(() => draw(1920, 1080))}`);
 });

@@ -113,7 +113,7 @@ inline double volume_of(const CellMesh& mesh) {
   return sum;
 }
 
-/// What holds the triangles of copies x copies tiles together. Vertices are one where their positions are the
+/// The vertices of the triangles of copies x copies tiles. Vertices are one where their positions are the
 /// same bits; with `glued`, opposite outer walls are one as well (a torus of tiles).
 struct Topology {
   std::size_t vertices = 0;

@@ -110,7 +110,7 @@ TEST_CASE("a factor on the view goes into the table, whose mean is 1") {
   const FitResult with = fit_all(samples_of(header, truth), header, options);
   options.view_table = false;
   const FitResult without = fit_all(samples_of(header, truth), header, options);
-  // What is left is the interpolation between 64 views: below 3 % where z >= 0.15.
+  // The rest is the interpolation between 64 views: below 3 % where z >= 0.15.
   CHECK(error_against(with.fabric, truth) < 0.05);
   CHECK(error_against(without.fabric, truth) > 0.2);
   double mean = 0;
@@ -214,7 +214,7 @@ TEST_CASE("no lobe exceeds its limit on random samples, under one light and unde
       options.channel.view_table = false;
       const auto fits = fit_texel(samples, options);
       for (int c = 0; c < 3; ++c) {
-        // Without a table the bound is that of the fit itself.
+        // Without a table the bound is the fit's own.
         ChannelProblem problem(samples, c, options.channel);
         ChannelState far;
         const std::vector<double>& p = fits[c].parameters;

@@ -13,7 +13,7 @@ using namespace selvedge;
 
 namespace {
 
-/// What the fabric shows of its level 0 in these directions.
+/// Radiance of the fabric's level 0 in these directions.
 PairSamples shown_by(const Fabric& fabric, std::vector<DirectionPair> pairs) {
   const FabricLevel& level = fabric.levels.front();
   PairSamples samples;

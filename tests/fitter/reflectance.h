@@ -24,7 +24,7 @@ struct ReflectanceError {
   double unweighted = 0;
 };
 
-/// The samples of one texel whose least squares is that of the weighted error: opacity is cos^2 theta_o.
+/// The samples of one texel whose least squares is the weighted error's: opacity is cos^2 theta_o.
 TexelSamples texel_of(const Reflectance& reflectance);
 
 /// Error of a fit without table.

@@ -90,7 +90,7 @@ TEST_CASE("published fits of three lobes are recovered to 1 % in function values
     options.channel.max_exponent = 1000;
     const auto fits = fit_texel(samples, options);
     for (std::size_t c = 0; c < 3; ++c) {
-      // At other directions than those of the fit.
+      // At other directions than the fit's.
       double error = 0;
       double energy = 0;
       for (const DirectionPair& pair : random_pairs(5000, 0.05, 9)) {

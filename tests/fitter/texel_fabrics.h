@@ -11,7 +11,7 @@
 
 namespace selvedge::test {
 
-/// What a bake of a fabric would have seen: alpha and f of every texel for the directions of the grids.
+/// Samples of an ideal bake of a fabric: alpha and f of every texel for the directions of the grids.
 inline SampleLevel seen_of(const Fabric& fabric) {
   const FabricLevel& level = fabric.levels.front();
   SampleLevel samples;

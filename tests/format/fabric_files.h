@@ -14,7 +14,7 @@
 
 namespace selvedge::test {
 
-/// All that is in a fabric file. Channels are in the file's order, which is that of their names.
+/// All that is in a fabric file. Channels are in the file's order, by name.
 struct OpenedFabric {
   std::vector<ExrPart> parts;
   std::vector<std::vector<ExrPixels>> pixels;  ///< [part][level]

@@ -19,7 +19,7 @@ using namespace selvedge;
 constexpr int picture_width = 512;
 constexpr int points_across = 32;
 
-/// A picture of the environment, its directions being those of the fabric's frame.
+/// A picture of the environment, its directions in the fabric's frame.
 Environment picture_of(const ClosedEnvironment& e) {
   Environment picture{picture_width, picture_width / 2, {}, {}};
   const Environment fine{picture.width * points_across, picture.height * points_across, {}, {}};

@@ -170,7 +170,7 @@ Differences compare_lanes(const Case& of) {
   return worst;
 }
 
-/// What a pixel of the shader evaluates.
+/// The query of a pixel of the shader.
 struct Query {
   std::array<std::uint32_t, 4> place{};  ///< fabric, level, texel
   V4f view;

@@ -22,7 +22,7 @@ struct Graphics {
   GlFunctions gl;
 };
 
-/// What the shader writes at location 0 for each pixel of a frame; `first` and `second` are the storage
+/// Output of the shader at location 0 for each pixel of a frame; `first` and `second` are the storage
 /// buffers at bindings 0 and 1.
 template <class A, class B>
 std::vector<V4f> run_fragments(const GlFunctions& gl, const std::string& fragment, const V2i& size,

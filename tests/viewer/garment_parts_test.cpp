@@ -1,4 +1,4 @@
-// What a garment keeps beside its fabric, beside closed forms, and the two paths beside each other.
+// Textures of a garment beside its fabric, against closed forms, and the two paths against each other.
 #include <doctest/doctest.h>
 
 #include <functional>

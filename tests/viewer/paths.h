@@ -32,7 +32,7 @@ inline Frame drawn(const Setting& setting, RenderPath path) {
   return need(render(setting.scene, setting.fabrics, camera, options));
 }
 
-/// What a picture of an 8-bit display shows, premultiplied.
+/// Colours of a picture on an 8-bit display, premultiplied.
 inline double shown(float linear) {
   const double x = std::clamp(static_cast<double>(linear) * 3.14159265, 0.0, 1.0);
   return 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055);

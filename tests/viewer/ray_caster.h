@@ -1,4 +1,4 @@
-// What a ray through a pixel meets, plainly: the index passes are held to it.
+// Surfaces that a ray through a pixel meets, plainly: the index passes are held to it.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace selvedge::test {
 
-/// What a ray from the viewer meets first, by going through all triangles in double precision.
+/// The first hit of a ray from the viewer, by going through all triangles in double precision.
 struct RayHit {
   double distance = 0;
   std::size_t triangle = 0;

@@ -17,7 +17,7 @@ namespace {
 
 /// Waves along x and, half a wave higher, along y; glossy, twisted, and lit by other yarn at random.
 YarnData waves(float period, int curves, bool strands) {
-  // As close as those of fabrics: flat sections change from segment to segment, and the hybrid path does not
+  // As close as fabrics: flat sections change from segment to segment, and the hybrid path does not
   // look for such edges in a pixel.
   constexpr int nodes = 48;
   YarnData data;
@@ -87,8 +87,8 @@ double share_apart(const Frame& a, const Frame& b) {
   return apart / static_cast<double>(a.pixels.size());
 }
 
-/// Hybrid and shader beside each other. `without`: the shader's picture has to differ from that of this
-/// fabric.
+/// Hybrid and shader beside each other. `without`: the shader's picture has to differ from the picture of
+/// this fabric.
 double share_apart(const Fabric& fabric, SwatchView view, const LevelOptions& levels,
                    const Fabric* without = nullptr) {
   const SwatchShot shot = swatch_shot(view, V2d(fabric.period_mm), 96, 72);

@@ -1,5 +1,5 @@
 // Broken files of the conformance kit in three.js: if the fabric cannot be read, the fallback is shown and the console
-// names the code; nothing throws. Fabrics are read in a worker, or on the main thread if there is none.
+// names the code; nothing throws. Fabrics are read in a worker, or without one on the main thread.
 //
 //   node broken.mjs PACKAGE_FOLDER KIT_FOLDER OUTPUT_FOLDER
 import assert from 'node:assert/strict';

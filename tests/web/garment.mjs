@@ -1,7 +1,7 @@
 // Garments for tests of their fabrics.
 const FABRIC = 'SELVEDGE_materials_fabric', VARIANTS = 'KHR_materials_variants';
 
-/** A square; its coordinates of set 0 are one repeat, those of set 1 are turned and larger. */
+/** A square; its coordinates of set 0 are one repeat, coordinates of set 1 are turned and larger. */
 const SQUARE = {
   vertices: [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(
     ([x, y]) => [x, y, 0, 0, 0, 1, x + 0.5, 0.5 - y, 3 * y + 0.1, 3 * x + 0.2]),
@@ -9,7 +9,7 @@ const SQUARE = {
 };
 
 /**
- * The text of a .gltf. `fabrics`: the uris of its fabrics; `references`: those of its materials, each on a surface of its
+ * The text of a .gltf. `fabrics`: the uris of its fabrics; `references`: of its materials, each on a surface of its
  * own, one beside the other; or, as `variants`, on the same one. A vertex has place, normal and both sets of coordinates.
  * `parts`: further members of the extension, whose textures are `pictures`, URIs.
  */

@@ -49,7 +49,7 @@ async function surround(scene, garment, { file, turn, strength, shades }) {
 
 /**
  * Radiance * opacity and opacity of a view, row by row from the top, as base64 of floats; the ms that it took.
- * `environment`: null, or that of surround().
+ * `environment`: null, or surround()'s.
  */
 export async function drawn(file, view, lights, environment) {
   if (!loaded.has(file)) loaded.set(file, await load(file));

@@ -1,4 +1,4 @@
-// What three.js does with a garment, done with a fabric: its lights, its shadows, motion, copies, variants (three_page.js).
+// Features of three.js with a fabric: its lights, its shadows, motion, copies, variants (three_page.js).
 //
 //   node three.mjs PACKAGE_FOLDER KIT_FOLDER
 import assert from 'node:assert/strict';

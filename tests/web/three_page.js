@@ -146,7 +146,7 @@ async function load(text) {
   for (const { fabric } of materials) await fabric.settled;
   return gltf;
 }
-/** Two quads that have a bone each; that of the second lies at its left edge. */
+/** Two quads that have a bone each; the second's lies at its left edge. */
 function skinned_cloth(material) {
   const geometry = cloth(2), bones = [new Bone(), new Bone()], mesh = new SkinnedMesh(geometry, material);
   const of_quad = (i) => Array(4).fill([i, 0, 0, 0]).flat();

@@ -24,7 +24,7 @@ void main() {
   uint turned = word(0u) + fabric_turned;
   uint seen = place.z == 1.0 && word(turned) != 0u ? turned : 0u;
   uint fabric = word(seen);
-  // What lights texels: light from the other side, mirrored, that which comes through.
+  // Light on texels: from the other side, mirrored, transmitted light.
   uint lit = seen;
   if (query(1).z < 0.0 && word(fabric + fabric_through) != 0u) {
     lit = fabric + fabric_through;

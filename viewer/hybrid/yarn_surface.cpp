@@ -38,7 +38,7 @@ SELVEDGE_INLINE WideVec3<N> lifted_lanes(const WideVec3<N>& d) {
   return unit(WideVec3<N>{d.x, d.y, max(d.z, WideFloat<N>(min_rise))});
 }
 
-/// What a segment's lanes are fetched as: groups of four floats, the members in their order.
+/// Layout of a segment's lanes: groups of four floats, the members in their order.
 static_assert(offsetof(Yarns::Segment, start) == 0 && offsetof(Yarns::Segment, along) == 12 &&
               offsetof(Yarns::Segment, tangent) == 24 && offsetof(Yarns::Segment, across) == 48 &&
               offsetof(Yarns::Segment, out) == 72 && offsetof(Yarns::Segment, inverse_length2) == 96 &&
@@ -92,7 +92,7 @@ struct SegmentLanes {
 constexpr float hidden_loss = 0.06F;
 constexpr float hidden_roughness2 = 0.05F;
 
-/// What the curves of the lanes say of their strands.
+/// Strands of the lanes' curves.
 struct StrandCurves {
   using Floats = std::array<float, yarn_lanes>;
   alignas(64) Floats strands, shift, lays, pieces, irregularity, swells;

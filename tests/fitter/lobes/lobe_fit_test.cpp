@@ -91,7 +91,7 @@ TEST_CASE("the cost of a state is what the formula of lafortune.h gives") {
   CHECK(state.error == doctest::Approx(error).epsilon(1e-5));
 }
 
-TEST_CASE("the gradient is that of the cost") {
+TEST_CASE("the gradient belongs to the cost") {
   const TexelSamples samples = rough_texel(2, {8, 8});
   ChannelOptions options;
   options.ridge = 1e-3;

@@ -50,7 +50,7 @@ TEST_CASE("files of a set appear together, or all are as they were") {
     return files;
   };
   std::vector<AtomicFile> files = staged({"old", "fresh", "folder"});
-  // What appears in the place of the last one meanwhile.
+  // A file that appears in the place of the last one meanwhile.
   fs::create_directory(folder / "folder");
   CHECK(test::error_of(commit_all(std::move(files))).code == Code::file_unwritable);
   CHECK(test::bytes_of(folder / "old") == "before");
@@ -118,7 +118,7 @@ TEST_CASE("a place that cannot be written to is named") {
 
 TEST_CASE("a file or a link in the place of the temporary one is left as it is") {
   const Folder folder;
-  // The name of the next temporary file, from that of this one.
+  // The name of the next temporary file, from this one's.
   const auto first = test::need(AtomicFile::create(folder / "a"));
   const std::string name = first.temporary();
   const std::size_t dash = name.rfind('-');

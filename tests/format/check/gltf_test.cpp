@@ -26,7 +26,7 @@ TEST_CASE("gltf check: what cannot be read is named where it stands") {
       {
           {"missing member", [](Square& s) { s.at("/accessors/1").erase("count"); }, Code::gltf_malformed,
            "/accessors/1"},
-          {"a list that is none", [](Square& s) { s.json["samplers"] = Json::object(); },
+          {"an object instead of a list", [](Square& s) { s.json["samplers"] = Json::object(); },
            Code::gltf_malformed, "/samplers"},
           {"an item of a list that is no object", [](Square& s) { s.json["samplers"] = {1}; },
            Code::gltf_malformed, "/samplers/0"},
@@ -245,7 +245,7 @@ TEST_CASE("gltf check: what a small file asks for is not allocated, and takes no
   CHECK(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC < 20);  // seconds each at the worst
 }
 
-TEST_CASE("gltf check: deep nesting and long data URIs that are none are named") {
+TEST_CASE("gltf check: deep nesting and long broken data URIs are named") {
   const Folder folder;
   write_bytes(folder / "deep.gltf", R"({"asset":{"version":"2.0"},"extras":)" + std::string(1000000, '['));
   CHECK(check_gltf(folder / "deep.gltf")[0].code == Code::gltf_malformed);

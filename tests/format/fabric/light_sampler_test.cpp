@@ -1,4 +1,4 @@
-// Random lights against their density and against the integral of f: chi-square tests as those of Mitsuba and
+// Random lights against their density and against the integral of f: chi-square tests as in Mitsuba and
 // pbrt, over fabrics, levels and views.
 #include "format/fabric/light_sampler.h"
 
@@ -95,7 +95,7 @@ struct Place {
 };
 
 constexpr int samples = 100000;
-constexpr int all_tests = 200;  ///< at least those of this file
+constexpr int all_tests = 200;  ///< at least the tests of this file
 
 void check_place(const Fabric& fabric, const Place& place, std::uint64_t seed) {
   CAPTURE(place.level);
@@ -198,7 +198,7 @@ TEST_CASE("lights of lobes, tilted texels and tables are drawn as their density 
 TEST_CASE("lights of light tables and products are drawn as their density says") {
   Fabric fabric = test::random_product_fabric(6, 4, {2, 3}, 2, 12);
   check_fabric(fabric, {0, 0.7, 1}, 40);
-  // Without frames, cells are those of the cosine.
+  // Without frames, cells are the cosine's.
   for (const LayerKind kind : {LayerKind::frame, LayerKind::lobes}) fabric.levels[0].remove(kind);
   check_fabric(fabric, {0, 0.7}, 50);
 }

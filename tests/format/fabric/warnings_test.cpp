@@ -13,7 +13,7 @@ using namespace selvedge;
 
 namespace {
 
-/// What a level is evaluated with: tables of one direction.
+/// Tables of one direction, to evaluate a level with.
 Fabric one_view() {
   Fabric fabric;
   fabric.views = {1, 1};

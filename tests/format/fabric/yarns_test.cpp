@@ -337,7 +337,7 @@ TEST_CASE("a yarn that lies alone is in no shadow of its own") {
   }
 }
 
-TEST_CASE("below the horizon nothing is lit, and opacity is that of the rim") {
+TEST_CASE("below the horizon nothing is lit, and opacity is the rim's") {
   const Yarns yarns(straight(2, 0.5F), {2, 2});
   const Shading low = yarns.shade({0.1, 0.5}, 0.5F, {0, 0, 1}, V3f(0.6F, 0.0F, -0.8F));
   CHECK(low.alpha == yarns.shade({0.1, 0.5}, 0.5F, {0, 0, 1}, V3f(1, 0, 0)).alpha);

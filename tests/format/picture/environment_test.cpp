@@ -145,7 +145,7 @@ TEST_CASE("a sun becomes a lamp of its direction and irradiance, a second one an
   CHECK((whole - all).length() < 0.05 * all.length());
 }
 
-TEST_CASE("turned light is that of the turned environment") {
+TEST_CASE("turned light is the turned environment's") {
   const Environment plain = studio();
   for (const EnvironmentOptions options : {EnvironmentOptions{30, 2}, {-170, 0.5}}) {
     const EnvironmentLight light = turned(divide(plain), options);

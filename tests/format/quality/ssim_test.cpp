@@ -33,7 +33,7 @@ TEST_CASE("a picture is as similar to itself as can be") {
   CHECK(ssim(a, a) == 1);
 }
 
-TEST_CASE("the similarity of two even pictures is that of their luminance alone") {
+TEST_CASE("the similarity of two even pictures is their luminance's alone") {
   // Equation 6 of the paper; the contrast's factor is C2 / C2.
   const Image a = picture(12, 11, 1, [](int, int, int) { return 0.25; });
   const Image b = picture(12, 11, 1, [](int, int, int) { return 0.75; });
@@ -58,7 +58,7 @@ TEST_CASE("similarity is symmetric, and negative where contrast is turned over")
   CHECK(ssim(a, b) < -0.9);
 }
 
-TEST_CASE("similarity is that of the pictures turned on their side, however many rows they have") {
+TEST_CASE("similarity stays when the pictures are turned on their side, however many rows they have") {
   const auto uneven = [](int x, int y, int) { return (x * x * 7 + y * 29) % 256 / 255.0; };
   const auto turned = [](const auto& value) { return [&](int x, int y, int c) { return value(y, x, c); }; };
   CHECK(ssim(picture(20, 150, 1, noise), picture(20, 150, 1, uneven)) ==

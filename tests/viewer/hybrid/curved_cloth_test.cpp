@@ -43,7 +43,7 @@ Fabric rods(double period, double radius, double plane) {
 
 }  // namespace
 
-TEST_CASE("the outline of a cylinder of rings is that of the rings, as far as the mesh reaches") {
+TEST_CASE("the outline of a cylinder of rings is the rings' outline, as far as the mesh reaches") {
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
     for (const double period : {0.8, 2.0}) {
       for (const double share : {0.25, 0.4}) {
@@ -107,8 +107,7 @@ TEST_CASE("a ray that grazes reaches as deep as a parabola that leaves its tange
   CHECK(grazing_depth(V3f(0.6F, -0.8F, -0.1F).normalized(), 0.1F, 0.5F) == 0);
 }
 
-TEST_CASE(
-    "the curvature of a triangle on a cylinder is that of the cylinder across its axis, and none along it") {
+TEST_CASE("the curvature of a triangle on a cylinder is the cylinder's across its axis, and zero along it") {
   const float radius = 7;
   CurvedTriangle triangle;
   const std::array<V2f, 3> corners{V2f(0.1F, 0.2F), V2f(0.9F, 0.25F), V2f(0.3F, 0.6F)};

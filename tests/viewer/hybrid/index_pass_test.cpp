@@ -83,7 +83,7 @@ Agreement compare_to_rays(const test::Indexed& indexed, const std::vector<Fabric
   return result;
 }
 
-TEST_CASE("texels and levels are those of a ray through the pixel, on 99.9 % of the pixels off the edges") {
+TEST_CASE("texels and levels agree with a ray through the pixel, on 99.9 % of the pixels off the edges") {
   constexpr int width = 240;
   constexpr int height = 180;
   for (const V2i& size : {V2i(16, 16), V2i(64, 24), V2i(5, 3)}) {

@@ -56,7 +56,7 @@ V3d from_angles(double theta, double phi) {
   return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
 }
 
-/// What a white furnace shows, by the midpoint rule.
+/// Radiance in a white furnace, by the midpoint rule.
 double furnace(double base, double metallic, double roughness, double view_angle) {
   constexpr int rings = 400;
   constexpr int spokes = 400;
@@ -146,7 +146,7 @@ test::Setting everything_on_a_sphere() {
 
 }  // namespace
 
-TEST_CASE("the core formula is that of the specification, for any directions and materials") {
+TEST_CASE("the core formula agrees with the specification, for any directions and materials") {
   Random random(3, 0);
   double worst = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -171,7 +171,7 @@ TEST_CASE("a mirror's peak, the dark side and Lambert's limit have their closed 
     CHECK(red_of(0.8, 1, roughness, up, up, up) ==
           doctest::Approx(0.8 / (4 * pi * std::pow(roughness, 4))).epsilon(1e-4));
   }
-  // What a dielectric reflects at its surface does not reach its base.
+  // Light reflected at the surface of a dielectric does not reach its base.
   CHECK(red_of(0.5, 0, 1, up, up, up) == doctest::Approx(0.96 * 0.5 / pi + 0.04 / (4 * pi)).epsilon(1e-5));
   CHECK(red_of(0.5, 0, 0.5, up, up, V3d(0.6, 0, -0.8)) == 0);
   // Without a surface there is Lambert: far from the mirror's direction little else is left.

@@ -71,7 +71,8 @@ TEST_CASE("a picture is halved until its texels are about as large as the frame'
   CHECK(halvings_of(point, camera_of(scene), 64) == 0);
 }
 
-TEST_CASE("a frame with halved textures is that of whole ones, and does not depend on earlier frames") {
+TEST_CASE(
+    "a frame with halved textures equals the frame with whole ones, and does not depend on earlier frames") {
   const Scene scene = picture_scene(waves(512));
   RenderOptions options;
   options.width = options.height = 64;

@@ -243,7 +243,7 @@ TEST_CASE("a flat cloth does not shadow itself at any angle of the light") {
   }
 }
 
-TEST_CASE("shadows of a light far away are those of rays on 99 % of the pixels 4 texels off their edges") {
+TEST_CASE("shadows of a light far away agree with rays on 99 % of the pixels 4 texels off their edges") {
   test::Setting setting = ball_over_folds();
   setting.options.lights = {{V3d(0.7, 0.2, 0.5).normalized(), V3f(1)}};
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
@@ -253,7 +253,7 @@ TEST_CASE("shadows of a light far away are those of rays on 99 % of the pixels 4
   }
 }
 
-TEST_CASE("shadows of a spot are those of rays") {
+TEST_CASE("shadows of a spot agree with rays") {
   test::Setting setting = ball_over_folds();
   setting.options.lights = {spot_at(V3d(1.5, 1, 2.5), 0.6)};
   int compared = 0;

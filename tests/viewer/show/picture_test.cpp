@@ -57,7 +57,7 @@ TEST_CASE("a picture that was resized is the one of that size from the start") {
   CHECK(same(picture->frame(), fresh->frame()));
 }
 
-TEST_CASE("a picture that rests becomes that of nine samples a pixel, and a change begins anew") {
+TEST_CASE("a picture at rest gets nine samples a pixel, and a change begins anew") {
   const std::vector<Fabric> fabrics = two_fabrics();
   const auto picture = picture_of(two_squares(), fabrics);
   ShowState state = state_of(*picture);
@@ -175,7 +175,7 @@ TEST_CASE("every path of the window draws what render draws by it, and what a pa
   test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
 }
 
-TEST_CASE("the window's environment is that of render, turned, scaled and behind the scene") {
+TEST_CASE("the window's environment is render's, turned, scaled and behind the scene") {
   const std::vector<Fabric> fabrics = two_fabrics();
   const auto picture = picture_of(two_squares(), fabrics);
   ShowState state = state_of(*picture);
