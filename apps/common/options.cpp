@@ -42,14 +42,11 @@ std::string fault_of_ending(const std::string& file, const std::vector<std::stri
 std::uint64_t Options::bytes_from(const char* option, const std::string& text) {
   if (const auto parsed = whole_number(text); parsed && parsed->first > 0) {
     const auto& [number, unit] = *parsed;
-    for (int i = 0; i < 5; ++i) {
-      const char letter = "bkmgt"[i];
-      const std::string lower = CLI::detail::to_lower(unit);
-      const bool is_unit =
-          lower == std::string(1, letter) || (i == 0 && lower.empty()) ||
-          (i > 0 && (lower == fmt::format("{}b", letter) || lower == fmt::format("{}ib", letter)));
-      if (is_unit && number <= UINT64_MAX >> (10 * i)) return number << (10 * i);
-    }
+    const std::string letter = CLI::detail::to_lower(unit.substr(0, 1));
+    const std::string rest = CLI::detail::to_lower(unit.substr(letter.size()));
+    const std::size_t power = letter.empty() ? 0 : std::string_view("bkmgt").find(letter);
+    const bool is_unit = rest.empty() || (power > 0 && (rest == "b" || rest == "ib"));
+    if (power < 5 && is_unit && number <= UINT64_MAX >> (10 * power)) return number << (10 * power);
   }
   refuse(option, fmt::format("\"{}\" is not a number of bytes such as 64K", text));
 }
@@ -309,10 +306,7 @@ Option Options::list(const char* name, const char* type, const std::string& help
 Option Options::output(std::string& path, const std::string& help, std::vector<std::string> endings) {
   Option option = text("-o,--output", path, "FILE", help);
   option.writes();
-  check([&path, endings = std::move(endings)] {
-    const std::string fault = fault_of_ending(path, endings);
-    if (!path.empty() && !endings.empty() && !fault.empty()) refuse("--output", fault);
-  });
+  if (!endings.empty()) option.ends_in(std::move(endings));
   return option;
 }
 

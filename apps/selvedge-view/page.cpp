@@ -3,7 +3,6 @@
 
 #include <filesystem>
 
-#include "apps/common/scratch_folder.h"
 #include "apps/common/shared_options.h"
 #include "apps/common/html.h"
 #include "apps/selvedge-view/commands.h"
@@ -85,10 +84,8 @@ void embed_fabrics(GltfDocument& document) {
 std::string whole_garment(const std::string& path, const GltfLimits& limits) {
   auto document = must(load_gltf(path, limits));
   embed_fabrics(document);
-  const auto folder = must(ScratchFolder::create("selvedge-view-page-"));
-  const std::string whole = folder.path() + "/garment.glb";
-  must(save_gltf(std::move(document), whole));
-  return must(read_file(whole));
+  const auto bytes = must(pack_glb(std::move(document)));
+  return {bytes.begin(), bytes.end()};
 }
 
 /// Fabrics see no more of an environment than pictures of this width have.

@@ -4,21 +4,32 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <numbers>
 
-#include "apps/common/scratch_folder.h"
 #include "converter/dress/dress.h"
 #include "format/base/atomic_file.h"
+#include "format/base/guard.h"
 
 namespace selvedge {
 namespace {
 
-/// Files that come and go with the window.
+/// A folder of temporary files, which the destructor removes.
 class Workbench {
  public:
-  explicit Workbench(ScratchFolder folder) : folder_(std::move(folder)) {}
+  Workbench() : folder_((std::filesystem::temp_directory_path() / "selvedge-view-XXXXXX").string()) {
+    if (mkdtemp(folder_.data()) == nullptr)
+      throw Failure{{Code::file_unwritable, folder_, "", "cannot be made"}};
+  }
+  Workbench(const Workbench&) = delete;
+  Workbench& operator=(const Workbench&) = delete;
+  ~Workbench() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
 
-  std::string next(const char* ending) { return fmt::format("{}/{}{}", folder_.path(), ++count_, ending); }
+  std::string next(const char* ending) { return fmt::format("{}/{}{}", folder_, ++count_, ending); }
 
   /// The file of a fabric; of an embedded one, a new file.
   Result<std::string> file_of(const SceneFabric& fabric) {
@@ -30,7 +41,7 @@ class Workbench {
   }
 
  private:
-  ScratchFolder folder_;
+  std::string folder_;
   int count_ = 0;
 };
 
@@ -80,9 +91,10 @@ Result<std::string> save(Workbench& bench, const SceneLimits& limits, const std:
 }  // namespace
 
 Result<Tailor> make_tailor(const SceneLimits& limits) {
-  Result<ScratchFolder> folder = ScratchFolder::create("selvedge-view-show-");
-  if (!folder) return tl::unexpected(folder.error());
-  const auto bench = std::make_shared<Workbench>(std::move(*folder));
+  const auto made =
+      guarded("", []() -> Result<std::shared_ptr<Workbench>> { return std::make_shared<Workbench>(); });
+  if (!made) return tl::unexpected(made.error());
+  const auto& bench = *made;
   return Tailor{
       [bench, limits](const std::string& garment, const std::string& fabric) -> Result<std::string> {
         std::string path = bench->next(".glb");

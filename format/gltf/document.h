@@ -57,6 +57,9 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
 /// folder (move_document). Missing pictures keep their URI. Unused bytes are left out.
 Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path);
 
+/// The bytes of a .glb file with the whole document; other files are embedded as by save_gltf().
+Result<std::vector<std::uint8_t>> pack_glb(GltfDocument document);
+
 /// The same files beside their places, which appear with commit_all().
 struct StagedGltf {
   std::vector<AtomicFile> files;

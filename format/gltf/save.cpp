@@ -135,6 +135,15 @@ fs::path buffer_path(const GltfDocument& document, const std::set<fs::path>& inp
   }
 }
 
+/// The whole document as one .glb file; `path` names it in messages.
+Result<Bytes> pack(GltfDocument& document, const std::string& path) {
+  embed_images(document);
+  Bytes buffer = merge_buffers(document);
+  Bytes file = glb_of(document.json.dump(), std::move(buffer));
+  if (file.size() > 0xFFFFFFFF) return fail(Code::file_too_large, path, "", "more than 4 GB");
+  return file;
+}
+
 Result<StagedGltf> stage(GltfDocument& document, const std::string& path) {
   const fs::path output(path);
   const bool binary = has_ending(output.filename().string(), ".glb");
@@ -147,16 +156,14 @@ Result<StagedGltf> stage(GltfDocument& document, const std::string& path) {
     if (!uri.empty() && input) inputs.insert(*input);
   }
   move_document(document, output.parent_path().string());
-  if (binary) embed_images(document);
-  Bytes buffer = merge_buffers(document);
   StagedGltf staged;
   if (binary) {
-    const Bytes file = glb_of(document.json.dump(), std::move(buffer));
-    if (file.size() > 0xFFFFFFFF) return fail(Code::file_too_large, path, "", "more than 4 GB");
+    const Bytes file = must(pack(document, path));
     staged.bytes = file.size();
     staged.files.push_back(must(stage_file(path, file)));
     return staged;
   }
+  Bytes buffer = merge_buffers(document);
   const std::string target = buffer.empty() ? "" : buffer_path(document, inputs, output).string();
   if (!buffer.empty()) document.json["buffers"][0]["uri"] = relative_uri(target, document.folder);
   const std::string text = document.json.dump(2) + "\n";
@@ -170,13 +177,11 @@ Result<StagedGltf> stage(GltfDocument& document, const std::string& path) {
 }  // namespace
 
 Result<StagedGltf> stage_gltf(GltfDocument document, const std::string& path) {
-  try {
-    return stage(document, path);
-  } catch (const Failure& failure) {
-    return tl::unexpected(failure.error);
-  } catch (const std::exception& error) {
-    return fail(Code::file_unwritable, path, "", error.what());
-  }
+  return guarded(path, [&] { return stage(document, path); });
+}
+
+Result<std::vector<std::uint8_t>> pack_glb(GltfDocument document) {
+  return guarded(document.file, [&] { return pack(document, document.file); });
 }
 
 Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path) {

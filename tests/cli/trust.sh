@@ -201,20 +201,6 @@ test_an_output_with_another_ending_is_wrong_usage() {
   done
 }
 
-test_what_a_killed_run_left_of_its_page_is_taken_away_by_the_next() {
-  [ -f "$bin/../share/selvedge/page.html" ] || exit 77
-  write_quad quad.gltf
-  export TMPDIR=$PWD/tmp
-  mkdir -p tmp/selvedge-view-page-killed tmp/selvedge-view-page-living tmp/other
-  touch tmp/selvedge-view-page-killed/garment.glb tmp/selvedge-view-page-living/garment.glb
-  ln -s "$PWD/quad.gltf" tmp/selvedge-view-page-link
-  exits 0 flock tmp/selvedge-view-page-living selvedge-view page quad.gltf -o quad.html
-  [ "$(ls tmp | tr '\n' ' ')" = 'other selvedge-view-page-link selvedge-view-page-living ' ] || fail "left: $(ls tmp)"
-  [ -e quad.gltf ]
-  exits 0 selvedge-view page quad.gltf -o quad.html
-  [ ! -e tmp/selvedge-view-page-living ]
-}
-
 # What dress adds would get their numbers.
 test_numbers_of_meshes_and_textures_that_are_not_there_go_into_no_dressed_garment() {
   make_plane_fabric
