@@ -28,24 +28,48 @@ struct TexelPair {
   std::size_t index = 0;                      ///< among all pairs
 };
 
-/// root of w (T(v) l'_z ( rho + sum of max(0, c_j)^n_j ) - value). Parameters: rho and the lobes; then the
-/// entries of T that the pair meets, or none for T = 1.
-struct PairResidual {
-  const TexelPair& pair;
-  double value;
-  int lobes;
-  bool has_table;
+/// root of w (T(v) l'_z ( rho + sum of max(0, c_j)^n_j ) - value). Parameters: rho, then c and log n of each
+/// lobe; then the entries of T that the pair meets, or none for T = 1.
+class PairResidual : public ceres::CostFunction {
+ public:
+  PairResidual(const TexelPair& pair, double value, int lobes, bool table)
+      : pair_(pair), value_(value), lobes_(lobes), entries_(table ? pair.views.size() : 0) {
+    set_num_residuals(1);
+    mutable_parameter_block_sizes()->assign(1 + entries_, 1);
+    mutable_parameter_block_sizes()->front() = parameter_count(lobes);
+  }
 
-  template <class T>
-  bool operator()(T const* const* x, T* residual) const {
-    T table(has_table ? 0 : 1);
-    for (std::size_t k = 0; has_table && k < pair.views.size(); ++k)
-      table += pair.views[k].second * x[k + 1][0];
-    const V3d one(1, 1, 1);
-    residual[0] = std::sqrt(pair.weight) *
-                  (table * pair.cosine * lafortune_lobes(x[0], lobes, &pair.product.x, &one.x) - value);
+  bool Evaluate(double const* const* x, double* residual, double** slopes) const override {
+    double table = entries_ > 0 ? 0 : 1;
+    for (std::size_t k = 0; k < entries_; ++k) table += pair_.views[k].second * x[k + 1][0];
+    const double root = std::sqrt(pair_.weight);
+    double* const by_lobes = slopes != nullptr ? slopes[0] : nullptr;
+    const double by_sum = root * table * pair_.cosine;
+    double sum = x[0][0];
+    if (by_lobes != nullptr) by_lobes[0] = by_sum;
+    for (int k = 1; k < parameter_count(lobes_); k += 4) {
+      const double* const lobe = x[0] + k;
+      const double n = std::exp(lobe[3]);
+      const double base = V3d(lobe[0], lobe[1], lobe[2]).dot(pair_.product);
+      const double power = positive_power(base, n);
+      sum += power;
+      if (by_lobes == nullptr) continue;
+      const double by_base = power > 0 ? by_sum * n * power / base : 0;
+      for (int i = 0; i < 3; ++i) by_lobes[k + i] = by_base * pair_.product[i];
+      by_lobes[k + 3] = power > 0 ? by_sum * n * power * std::log(base) : 0;
+    }
+    residual[0] = root * (table * pair_.cosine * sum - value_);
+    for (std::size_t k = 0; slopes != nullptr && k < entries_; ++k) {
+      if (slopes[k + 1] != nullptr) slopes[k + 1][0] = root * pair_.cosine * sum * pair_.views[k].second;
+    }
     return true;
   }
+
+ private:
+  const TexelPair& pair_;
+  double value_;
+  int lobes_;
+  std::size_t entries_;
 };
 
 /// root (u - start), or root (u - v - start).
@@ -64,7 +88,7 @@ struct Change {
   }
 };
 
-/// Fits `lobes` (in units of the channel's peak: then |c| <= 1 bounds a lobe for every exponent)
+/// Fits `lobes` (with log n, in units of the channel's peak: then |c| <= 1 bounds a lobe for every exponent)
 /// and `table` (empty: T = 1) to `values` in the same unit. False without a solution.
 bool solve(const std::vector<TexelPair>& pairs, const std::vector<double>& values, const DirectionGrid& views,
            int lights, const FitOptions& options, double* lobes, std::vector<double>& table) {
@@ -75,25 +99,20 @@ bool solve(const std::vector<TexelPair>& pairs, const std::vector<double>& value
   problem.SetParameterLowerBound(lobes, 0, 0);
   for (int j = 1; j < parameters; ++j) {
     const bool exponent = j % 4 == 0;
-    problem.SetParameterLowerBound(lobes, j, exponent ? bounds.min_exponent : -1);
-    problem.SetParameterUpperBound(lobes, j, exponent ? bounds.max_exponent : 1);
+    problem.SetParameterLowerBound(lobes, j, exponent ? std::log(bounds.min_exponent) : -1);
+    problem.SetParameterUpperBound(lobes, j, exponent ? std::log(bounds.max_exponent) : 1);
   }
   double energy = 0;
   double weight = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     energy += pairs[i].weight * values[i] * values[i];
     weight += pairs[i].weight;
-    constexpr int stride = 13;  // parameters differentiated at a time: two lobes and four entries
-    auto* cost = new ceres::DynamicAutoDiffCostFunction<PairResidual, stride>(
-        new PairResidual{pairs[i], values[i], options.lobes, !table.empty()});
-    cost->AddParameterBlock(parameters);
-    cost->SetNumResiduals(1);
     std::vector<double*> blocks{lobes};
-    for (std::size_t k = 0; !table.empty() && k < pairs[i].views.size(); ++k) {
-      cost->AddParameterBlock(1);
-      blocks.push_back(&table[pairs[i].views[k].first]);
+    for (const auto& [view, share] : pairs[i].views) {
+      if (!table.empty()) blocks.push_back(&table[view]);
     }
-    problem.AddResidualBlock(cost, nullptr, blocks);
+    problem.AddResidualBlock(new PairResidual(pairs[i], values[i], options.lobes, !table.empty()), nullptr,
+                             blocks);
   }
   // As strong as in the fit to the grids (direction_table.h), where a view has a sample for each light.
   const double of_view = energy / weight * lights;
@@ -200,8 +219,9 @@ void refit_texel(FabricLevel& level, const DirectionGrid& views, std::size_t tex
     x[0] /= peak;
     for (int k = 1; k < parameters; k += 4) {
       // A lobe of size 0 has no direction to begin with, and stays dark.
-      x[k + 3] = std::clamp(x[k + 3], LobeBounds().min_exponent, LobeBounds().max_exponent);
-      for (int i = k; i < k + 3; ++i) x[i] = std::clamp(x[i] * std::pow(peak, -1 / x[k + 3]), -1.0, 1.0);
+      const double n = std::clamp(x[k + 3], LobeBounds().min_exponent, LobeBounds().max_exponent);
+      for (int i = k; i < k + 3; ++i) x[i] = std::clamp(x[i] * std::pow(peak, -1 / n), -1.0, 1.0);
+      x[k + 3] = std::log(n);
     }
     std::vector<double> table;
     for (int v = 0; v < entries; ++v)
@@ -211,9 +231,9 @@ void refit_texel(FabricLevel& level, const DirectionGrid& views, std::size_t tex
     const double mean = mean_of(opacity, table);
     lobes[0] = static_cast<float>(x[0] * mean * peak);
     for (int k = 1; k < parameters; k += 4) {
-      for (int i = k; i < k + 3; ++i)
-        lobes[i] = static_cast<float>(x[i] * std::pow(mean * peak, 1 / x[k + 3]));
-      lobes[k + 3] = static_cast<float>(x[k + 3]);
+      const double n = std::exp(x[k + 3]);
+      for (int i = k; i < k + 3; ++i) lobes[i] = static_cast<float>(x[i] * std::pow(mean * peak, 1 / n));
+      lobes[k + 3] = static_cast<float>(n);
     }
     // An entry of a hole has no meaning, and nothing bounds it.
     for (int v = 0; v < entries; ++v)

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fitter/solve/principal.h"
 #include "format/base/parallel.h"
 
 namespace selvedge {
@@ -34,6 +33,27 @@ std::vector<double> cosines_of(const DirectionGrid& lights) {
   std::vector<double> cosines;
   for (const V3f& l : directions_of(lights)) cosines.insert(cosines.end(), 3, static_cast<double>(l.z));
   return cosines;
+}
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// At most `max_count` unit eigenvectors of a symmetric matrix (size * size, only the lower triangle is
+/// read), the largest eigenvalue first; the component of largest magnitude is positive.
+std::vector<std::vector<double>> principal_components(const std::vector<double>& matrix, std::size_t size,
+                                                      std::size_t max_count) {
+  const auto n = static_cast<Eigen::Index>(size);
+  const Eigen::Map<const RowMajor> symmetric(matrix.data(), n, n);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric);
+  std::vector<std::vector<double>> vectors;
+  for (Eigen::Index i = n - 1; i >= 0 && vectors.size() < max_count; --i) {
+    const Eigen::VectorXd vector = solver.eigenvectors().col(i);
+    Eigen::Index largest = 0;
+    vector.cwiseAbs().maxCoeff(&largest);
+    const double sign = vector[largest] < 0 ? -1 : 1;
+    std::vector<double>& out = vectors.emplace_back(size);
+    for (Eigen::Index k = 0; k < n; ++k) out[k] = sign * vector[k];
+  }
+  return vectors;
 }
 
 float rounded(double value, double step) { return static_cast<float>(step * std::round(value / step)); }
@@ -86,8 +106,6 @@ std::vector<float> premultiplied(const SampleLevel& level, std::size_t texel) {
   }
   return result;
 }
-
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Fits the coefficients of one texel, one row for each phi_a and one column for each psi_b,
 /// which here contains the cosine and is about unit.
@@ -145,10 +163,10 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const 
     for (std::size_t i = 0; i < of_views.size(); ++i) of_views[i] += across[i];
   }
   BasisFit shared;
-  shared.view = stored(principal_components(of_views, views, max_view).vectors,
-                       std::sqrt(static_cast<double>(views)), view_step);
+  shared.view = stored(principal_components(of_views, views, max_view), std::sqrt(static_cast<double>(views)),
+                       view_step);
   const std::vector<double> cosine = cosines_of(lights);
-  std::vector<std::vector<double>> light = principal_components(of_lights, values, max_light).vectors;
+  std::vector<std::vector<double>> light = principal_components(of_lights, values, max_light);
   for (auto& psi : light) {
     for (std::size_t i = 0; i < values; ++i) psi[i] /= cosine[i];
   }

@@ -4,20 +4,9 @@
 
 #include <cmath>
 
-#include "fitter/solve/principal.h"
 #include "format/base/random.h"
 
 using namespace selvedge;
-
-TEST_CASE("principal components of a known matrix") {
-  // Eigenvalues 3 and 1 along (1, 1) and (1, -1).
-  const Principal p = principal_components({2, 1, 1, 2}, 2, 2);
-  REQUIRE(p.values.size() == 2);
-  CHECK(p.values[0] == doctest::Approx(3));
-  CHECK(p.values[1] == doctest::Approx(1));
-  CHECK(p.vectors[0][0] == doctest::Approx(std::sqrt(0.5)));
-  CHECK(p.vectors[0][1] == doctest::Approx(std::sqrt(0.5)));
-}
 
 TEST_CASE("texels that are products of few functions are found again") {
   const DirectionGrid views{4, 4};
