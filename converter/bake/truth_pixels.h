@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "converter/bake/truth_swatch.h"
-#include "converter/light/sobol.h"
+#include "converter/light/path_tracer.h"
 
 namespace selvedge {
 

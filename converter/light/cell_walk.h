@@ -12,7 +12,7 @@
 
 namespace selvedge {
 
-/// What a ray crosses before it is shifted back.
+/// The block of cells that a ray crosses before it is shifted back.
 struct CellBlock {
   V2d period{1, 1};
   double z_low = 0;  // the cell's lowest and highest z with a margin

@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "converter/light/path_tracer.h"
-#include "converter/light/sobol.h"
 #include "converter/light/yarn_brdf.h"
 #include "format/base/parallel.h"
 #include "format/simd/wide.h"
@@ -352,8 +351,8 @@ void IrradianceCache::place_points(const RayScene& scene) {
   };
   for (std::size_t p = 0; p < positions.size(); ++p) place(p, false);
   if (sides_ == 1) return;
-  // Neighbours that share a back lie in one cell of a lattice and face the same way, as those of one wall do:
-  // what touches it faces it.
+  // Neighbours that share a back lie in one cell of a lattice and face the same way, as points of one wall
+  // do: what touches it faces it.
   const bool shared = scene.is_translucent() && !scene.is_open();
   double area = 0;
   for (const V3i& t : triangles_) {

@@ -62,8 +62,8 @@ class IrradianceCache {
 
   std::vector<V3i> triangles_;
   std::vector<Patch> patches_;  ///< per triangle
-  int sides_ = 1;               ///< 2: points on both sides of the triangles, those of the fronts first
-  std::vector<int> behind_;     ///< the back of each front; empty: there are none
+  int sides_ = 1;               ///< 2: points on both sides of the triangles, fronts first
+  std::vector<int> behind_;     ///< the back of each front; empty: no backs
   std::vector<int> fronts_;     ///< of the backs, one after the other
   std::vector<int> first_front_;
   std::vector<V3f> position_;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "converter/light/cell_walk.h"
-#include "converter/light/sobol.h"
+#include "converter/light/path_tracer.h"
 #include "converter/light/yarn_brdf.h"
 #include "format/base/random.h"
 #include "format/simd/wide.h"
@@ -208,7 +208,7 @@ std::uint32_t trace_packet(const RaySceneState& s, RayPacket& packet, std::uint3
   return met;
 }
 
-/// The number of rays is that of origins or of directions; a single one of either is shared by all rays.
+/// As many rays as origins or directions; a single origin or direction is shared by all rays.
 std::uint32_t trace_rays(const RaySceneState& s, std::span<const V3d> origins,
                          std::span<const V3d> directions, PointPacket& points) {
   const std::size_t count = std::max(origins.size(), directions.size());
@@ -336,7 +336,7 @@ void add_edges(const Hairs& hairs, std::size_t hair, std::vector<V3f>& edges) {
   }
 }
 
-/// The hairs of all cells that reach into the block; true if there are none.
+/// The hairs of all cells that reach into the block; true without any.
 bool attach_hairs(RaySceneState& state) {
   const Hairs& hairs = state.mesh.hairs;
   if (hairs.roots.empty()) return true;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "converter/light/sobol.h"
+#include "converter/light/path_tracer.h"
 #include "converter/mesh/wall_albedo.h"
 #include "format/fabric/yarn_strands.h"
 #include "format/simd/wide.h"
@@ -13,7 +13,7 @@
 namespace selvedge {
 namespace {
 
-/// Place of a point, from those of the corners that lie on the same yarn as the nearest one.
+/// Place of a point, from the corners that lie on the same yarn as the nearest corner.
 YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
   const V3i& corner = mesh.triangles[point.triangle];
   const std::array<float, 3> share{1 - point.u - point.v, point.u, point.v};
@@ -76,7 +76,7 @@ double reflect_at_facet(const V3d& v, double r, const V2d& random, V3d& l) {
 
 V3f aligned(const V3f& fibre, const V3f& reference) { return fibre.dot(reference) < 0 ? -fibre : fibre; }
 
-/// Turns the normal and the fibre of a surface to those of the strand that is met, and changes its albedo.
+/// Turns the normal and the fibre of a surface to the met strand, and changes its albedo.
 /// The normal stays on the ray's side. Of a hair only the albedo changes. Surfaces beside yarns, and points
 /// that no ray met, stay.
 void add_strand(const CellMesh& mesh, const SurfacePoint& point, YarnSurface& surface) {
@@ -87,7 +87,7 @@ void add_strand(const CellMesh& mesh, const SurfacePoint& point, YarnSurface& su
   if (point.hair >= 0) strands.count = 0;
   const auto change =
       strand_change(strands, static_cast<double>(place.around), static_cast<double>(place.along));
-  // Strands lie on the outside of a translucent wall; its colour is that of both sides.
+  // Strands lie on the outside of a translucent wall; its colour belongs to both sides.
   const bool inside = point.back && !mesh.transmission.empty();
   if (strands.count > 0 && !inside) turn_to_strand(change, V3d(point.view), surface.normal, surface.fibre);
   for (int c = 0; c < 3; ++c) surface.albedo[c] = std::clamp(surface.albedo[c] * change.brightness, 0.0, 1.0);

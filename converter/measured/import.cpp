@@ -177,7 +177,7 @@ tl::unexpected<Error> refuse_option(const char* option, std::string why) {
 /// of four channels; then as read, and four sums.
 constexpr std::uint64_t reading_price = 48;
 
-/// A picture as radiance over that of white, with `size`, unless that is 0.
+/// A picture as radiance over the radiance of white, with `size`, unless that is 0.
 Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, const ImportOptions& options) {
   auto image = read_image(picture.file, options.linear ? Transfer::keep : Transfer::srgb, options.max_memory);
   if (!image) return image;
@@ -215,7 +215,7 @@ void take_pixels(MemoryAccount& account, const Sample& sample, std::uint64_t pri
   }
 }
 
-/// The period in pixels: that of the options, or found in the pictures that are seen and lit most steeply,
+/// The period in pixels: from the options, or found in the pictures that are seen and lit most steeply,
 /// where neighbouring yarns hide least of each other.
 V2d period_of(const Sample& sample, const ImportOptions& options) {
   constexpr std::size_t used = 16;
@@ -318,8 +318,8 @@ void append_row(const Row& row, std::vector<V3f>& radiance) {
     radiance.emplace_back(std::max(row(i), 0.0F), std::max(row(i + 1), 0.0F), std::max(row(i + 2), 0.0F));
 }
 
-/// The normal of each texel times its opacity, as the frames of the lobes need it: that of the Lambertian
-/// surface which fits its pictures best (Woodham 1980).
+/// The normal of each texel times its opacity, as the frames of the lobes need it: the normal of the
+/// Lambertian surface which fits its pictures best (Woodham 1980).
 std::vector<V3f> normals_of(const ScatteredValues& known, const std::vector<float>& alpha) {
   Eigen::Matrix<float, Eigen::Dynamic, 3> lights(static_cast<Eigen::Index>(known.pairs.size()), 3);
   for (std::size_t i = 0; i < known.pairs.size(); ++i)
@@ -387,7 +387,7 @@ std::string provenance_of(const ImportReport& report, const std::string& table) 
   return nlohmann::json{{"import", import}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-/// What is left of the memory beside the texels of the pictures.
+/// The memory left beside the texels of the pictures.
 MemoryAccount check_options(const ImportOptions& o, const Sample& sample) {
   MemoryAccount memory(o.max_memory);
   // All pictures, and those that the grids are interpolated from.

@@ -1,7 +1,7 @@
 // Measured fabrics: rectified pictures of a flat sample under many lights and from many views -> radiance
 // samples (docs/measured.md).
 //
-// A picture's linear value over its exposure is radiance in units of that of a white diffuser which faces the
+// A picture's linear value over its exposure is radiance in units of a white diffuser which faces the
 // light: 1 / pi per unit perpendicular irradiance, the light's cosine included. Pictures show the front, x to
 // the right, y upwards; foreshortening is taken out of them.
 #pragma once
@@ -32,7 +32,7 @@ inline constexpr int min_pictures = 20;
 
 /// `path` is a table (CSV): a line of names, then a line for each picture. Names, in any order: `file`,
 /// beside the table; `light_x`, `light_y`, `light_z`, `view_x`, `view_y`, `view_z`, of any length; `exposure`
-/// may be absent. Or it is a folder, of whose files, and those of its folders, the names have the angles in
+/// may be absent. Or it is a folder, whose files, also in subfolders, have the angles in their names, in
 /// degrees, as in tl030_pl180_tv000_pv000.png: polar angle and azimuth of light and view. In order of the
 /// table, or of names. FILE_MISSING, SAMPLES_MALFORMED with the line or the file.
 Result<std::vector<MeasuredPicture>> read_picture_table(const std::string& path);
@@ -45,9 +45,9 @@ struct ImportOptions {
   int lights = 64;
   double thickness_mm = 0;  ///< of the cloth, >= 0; the texels lie on top
   double hold_out = 0.1;    ///< share of the pictures that are kept for validation and held-out pairs
-  std::string opacity;      ///< a picture that is black in holes; else there are none
+  std::string opacity;      ///< a picture that is black in holes; else no holes
   bool linear = false;      ///< integers are linear, else sRGB
-  bool xyz = false;         ///< colours are CIE XYZ (of white D65), else those of sRGB
+  bool xyz = false;         ///< colours are CIE XYZ (of white D65), else sRGB
   std::uint64_t seed = 1;   ///< of the choice of the pictures that are held out
   std::uint64_t max_memory = std::uint64_t{4} << 30U;
 };

@@ -12,7 +12,7 @@
 namespace selvedge {
 namespace {
 
-/// Sums over the rectangles from the upper left corner, from which those of any rectangle follow.
+/// Sums over the rectangles from the upper left corner, from which the sum of any rectangle follows.
 class AreaSums {
  public:
   template <class Value>
@@ -125,7 +125,7 @@ std::vector<double> autocorrelation(std::span<const Image> pictures, int axis) {
       const auto& [a, b, aa, bb, ab] = of_picture[shift];
       const double variance_a = aa - a * a / count;
       const double variance_b = bb - b * b / count;
-      // Less contrast is that of rounding.
+      // Less contrast comes from rounding.
       if (!(variance_a * count > 1e-5 * a * a)) continue;
       together += ab - a * b / count;
       alone += std::sqrt(std::max(variance_a * variance_b, 0.0));

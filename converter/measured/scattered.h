@@ -13,7 +13,7 @@
 namespace selvedge {
 
 /// The covariance of two pairs: Matern's of smoothness 3/2 of the distances of lights and views in Lambert's
-/// equal-area disc (radius 1) over their scales, and that of a trend that is bilinear in light and view.
+/// equal-area disc (radius 1) over their scales, plus a trend that is bilinear in light and view.
 struct ScatterKernel {
   double light_scale = 1;
   double view_scale = 0.6;
@@ -33,7 +33,7 @@ struct ScatteredValues {
 ScatterKernel choose_kernel(const ScatteredValues& known, std::uint64_t seed);
 
 /// The values at each of `pairs`, [pair][column]. Of more than 2,000 known pairs those whose views are
-/// nearest to that of the first of `pairs` are used: time and memory are bounded.
+/// nearest to the view of the first of `pairs` are used: time and memory are bounded.
 Eigen::MatrixXf interpolate(const ScatteredValues& known, const ScatterKernel& kernel,
                             std::span<const DirectionPair> pairs);
 

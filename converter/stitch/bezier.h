@@ -31,7 +31,7 @@ struct CurveSpan {
 std::vector<CurveSpan> spans_of(const BezierSegment& segment, double max_length, double max_sag);
 
 /// The parameter in [t0, t1] whose point is nearest to `point`, to the last bits of a double. Exact if the
-/// span bends little (as those of spans_of do) and `point` is nearer than its centre of curvature.
+/// span bends little (as spans of spans_of() do) and `point` is nearer than its centre of curvature.
 double nearest_parameter(const BezierSegment& segment, double t0, double t1, const V3d& point);
 
 }  // namespace selvedge

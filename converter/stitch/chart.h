@@ -34,7 +34,7 @@ constexpr int long_float = 5;
 struct ChartText {
   std::string name;  ///< empty: it has none
   KnitChart knit;    ///< its yarns have radius, albedo and kind (fibre)
-  /// What else the text says of each yarn, by the names of settings without a prefix.
+  /// Further settings of each yarn, by their names without a prefix.
   std::vector<StitchSettings> settings;
   std::vector<std::string> remarks;  ///< one line each
 };

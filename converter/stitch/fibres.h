@@ -30,7 +30,7 @@ struct YarnKind {
 /// Row 0 is "tube": a smooth yarn without fibres.
 std::span<const YarnKind> yarn_kinds();
 
-/// The fibre of yarn_kinds()[kind]; that of hairs on a tube is much like the others.
+/// The fibre of yarn_kinds()[kind]; hairs on a tube have a usual one.
 YarnKind fibre_of(int kind);
 
 /// Index into yarn_kinds(); nothing for other names.

@@ -17,8 +17,8 @@ struct Section {
   V2d squeeze{0, 0};
 };
 
-/// How far a section reaches in a unit direction, mm: that of the ellipsoid of which it is the widest
-/// section.
+/// How far a section reaches in a unit direction, mm: the reach of the ellipsoid whose widest
+/// section it is.
 double support_of(const Section& section, const V3d& direction);
 
 /// The unit direction from b to a in which there is most room between them, or least overlap, a lying

@@ -104,10 +104,10 @@ class ImplicitSurface {
 /// Most distances of points from pieces of yarn that are computed to find a clearance: some seconds.
 constexpr double max_clearance_distances = 5e8;
 
-/// The minimum distance between yarn surfaces, mm: that of the centre lines minus both radii (of flat yarn,
-/// that of sections in the direction in which there is most room), negative if yarns overlap, at most the
-/// largest radius. Covers all pairs, copies in other cells included, except parts of one yarn less than pi
-/// radii apart along it: a yarn bent no tighter than its own radius does not touch itself there (Schur's
+/// The minimum distance between yarn surfaces, mm: the distance of the centre lines minus both radii (of flat
+/// yarn, of the sections in the direction in which there is most room), negative if yarns overlap, at most
+/// the largest radius. Covers all pairs, copies in other cells included, except parts of one yarn less than
+/// pi radii apart along it: a yarn bent no tighter than its own radius does not touch itself there (Schur's
 /// comparison theorem). Sampled at points 1/16 radius apart along the yarns: too large by at most 1e-3 radii
 /// where yarns cross. Refuses (mesh_invalid) yarns that are too many and too close. Precondition:
 /// validate(pattern) holds.

@@ -13,7 +13,7 @@ namespace {
 using std::numbers::pi;
 
 // The loop in the plane, in stitches: x = t / 2 pi + neck sin 2t, y = -height cos t in courses, t from the
-// middle of one foot to that of the next.
+// middle of one foot to the next.
 constexpr double neck = 0.236;
 constexpr double height = 0.895;
 
@@ -122,7 +122,7 @@ struct Span {
   }
 };
 
-/// What passes below a row.
+/// The crossing below a row.
 struct Crossing {
   int widest = 0;   ///< columns of the longest way, 0: nothing passes
   double band = 0;  ///< height that it takes, in courses

@@ -295,7 +295,7 @@ void apply_woven_settings(const StitchValues& values, std::size_t warps, StitchP
     apply_settings(values, y < warps ? "warp_" : "weft_", shorter_period(pattern), pattern.yarns[y]);
 }
 
-/// What relax() takes, known before, to which its time is proportional: 5 seconds a million on a core of
+/// Estimated work of relax(), to which its time is proportional: 5 seconds a million on a core of
 /// 2024.
 double relaxation_work(const StitchPattern& pattern) {
   constexpr double points_per_radius = 2.5;
@@ -311,8 +311,8 @@ double relaxation_work(const StitchPattern& pattern) {
     points += count * V3d(1, wide_of(yarn), std::pow(wide_of(yarn), 2));
     widest = std::max(widest, wide_of(yarn));
   }
-  // Neighbours of a point lie within both half widths and the margin; they are looked for among those of nine
-  // squares that are as wide as the widest of these reaches. In memory a contact is worth fifty.
+  // Neighbours of a point lie within both half widths and the margin; they are looked for among the points of
+  // nine squares that are as wide as the widest of these reaches. In memory a contact is worth fifty.
   const double density = 1 / (pattern.period_mm.x * pattern.period_mm.y);
   const double kept = margin * widest;
   const double squared_reaches =

@@ -173,13 +173,13 @@ std::vector<StitchParameter> shared_parameters(const std::string& prefix, int ki
            0,
            static_cast<double>(yarn_kinds().size() - 1),
            true,
-           "what it is made of: " + yarn_kind_names()},
+           "kind of yarn: " + yarn_kind_names()},
           {prefix + flattening_parameter,
            {1},
            shortest(min_flattening),
            1,
            false,
-           "thickness over width of its section, 1: round; that of woven yarn follows what it is made of"}};
+           "thickness over width of its section, 1: round; woven yarn follows its kind"}};
 }
 
 void apply_flattening(const StitchValues& values, const std::string& prefix, Yarn& yarn) {

@@ -27,10 +27,10 @@ struct Yarn {
   Gloss gloss{};
   int plies = 1;  ///< number of plies twisted about each other, 1 to 8; 1: a round yarn
   /// Turns of the plies about the yarn, or of the fibres of a round yarn, per mm of its length: Z-twist (a
-  /// right-handed screw) is positive, S-twist negative. Turns are rounded so that plies meet those of the
+  /// right-handed screw) is positive, S-twist negative. Turns are rounded so that plies meet the plies of the
   /// next repeat.
   double twist_per_mm = 0;
-  /// What it is spun of: an index into yarn_kinds() (fibres.h); 0: a smooth tube.
+  /// Its material: an index into yarn_kinds() (fibres.h); 0: a smooth tube.
   int fibre = 0;
   /// Angle between the fibres at a ply's surface and the ply, 0 to 60, of the other hand than the twist.
   double fibre_degrees = 0;
@@ -46,8 +46,8 @@ struct Yarn {
   /// Of a ply: the squeeze (yarn_section.h) of its yarn's section where each segment starts; empty: the
   /// section follows the yarn's own course.
   std::vector<V2d> squeezes{};
-  /// Its thick and thin places, as lay_plies() numbers them: of a ply, those of its yarn, which it passes so
-  /// many times. Without them it is as thick everywhere.
+  /// Its thick and thin places, as lay_plies() numbers them: of a ply, the places of its yarn, which it
+  /// passes so many times. Without them it is as thick everywhere.
   YarnStrands swells{};
   int passes = 1;
 

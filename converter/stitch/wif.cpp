@@ -157,8 +157,7 @@ class WifSections {
   /// Throws if has() is false.
   void need(const std::string& section) const {
     if (!sections_.contains(section)) throw WifFault{"[" + section + "]", "the section is missing"};
-    if (!has(section))
-      throw WifFault{"[" + section + "]", "is needed, but [CONTENTS] says that there is none"};
+    if (!has(section)) throw WifFault{"[" + section + "]", "is needed, but disabled in [CONTENTS]"};
   }
 
   int whole(const std::string& section, const std::string& key, int min, int max) const {
@@ -318,7 +317,7 @@ int largest_in(const std::vector<WifSet>& sets) {
   return largest;
 }
 
-/// How many yarns there are but for empty ones at the end: those of a canvas that was never filled. They are
+/// Number of yarns without empty ones at the end, which a canvas has that was never filled: they are
 /// two or more, and more than are empty side by side before them.
 int used_of(const std::vector<WifSet>& sets) {
   std::size_t longest = 1;
@@ -337,7 +336,7 @@ struct Lifts {
 };
 
 /// Tie-ups may name more shafts and treadles than the header counts.
-Lifts lifts_of(const WifSections& draft, int wefts, std::set<std::string>& remarks) {
+Lifts lifts_of(const WifSections& draft, int wefts) {
   if (draft.has("LIFTPLAN")) {
     auto shafts = draft.sets("LIFTPLAN", wefts, max_shafts);
     return {shafts, shafts};
@@ -349,9 +348,6 @@ Lifts lifts_of(const WifSections& draft, int wefts, std::set<std::string>& remar
   auto tieup = draft.sets("TIEUP", max_shafts, max_shafts);
   while (!tieup.empty() && tieup.back().none()) tieup.pop_back();
   const int treadles = std::max(counted, static_cast<int>(tieup.size()));
-  if (treadles > counted) {
-    remarks.insert(fmt::format("{} treadles are tied up, though the header counts {}", treadles, counted));
-  }
   tieup.resize(treadles);
   Lifts lifts;
   lifts.given = draft.sets("TREADLING", wefts, treadles);
@@ -377,11 +373,8 @@ std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
     rising = *value;
   }
   draft.need("THREADING");
-  Lifts lifts = lifts_of(draft, wefts, remarks);
+  Lifts lifts = lifts_of(draft, wefts);
   const int shafts = std::max(counted, largest_in(lifts.shafts));
-  if (shafts > counted) {
-    remarks.insert(fmt::format("{} shafts are lifted, though the header counts {}", shafts, counted));
-  }
   auto threading = draft.sets("THREADING", warps, shafts);
   const auto leave_out = [&](const char* name, int used, int& count) {
     if (used == count) return;
@@ -396,11 +389,6 @@ std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
   std::vector<bool> over;
   for (const WifSet& lifted : lifts.shafts) {
     for (const WifSet& shafts_of_warp : threading) over.push_back((shafts_of_warp & lifted).any() == rising);
-  }
-  const auto count_unthreaded =
-      std::count_if(threading.begin(), threading.end(), [](const WifSet& set) { return set.none(); });
-  if (count_unthreaded > 0) {
-    remarks.insert(fmt::format("{} warp yarns are on no shaft: never lifted", count_unthreaded));
   }
   return over;
 }

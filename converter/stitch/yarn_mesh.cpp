@@ -115,7 +115,7 @@ class Triangles {
     }
   }
 
-  /// The one whose middle is nearest: within a square's width for sure, or of all where there is none so
+  /// The one whose middle is nearest: within a square's width for sure, or of all where no middle is so
   /// near.
   int nearest(const V3d& point) const {
     int best = -1;

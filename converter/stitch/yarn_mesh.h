@@ -23,10 +23,10 @@ struct MeshOptions {
 /// The surface of the yarns in one cell, cut exactly at its walls: a vertex on the wall x = period.x has the
 /// same y, z, normal and albedo, to the bit, as its twin on x = 0, and the cut edges of both walls match one
 /// to one; the same holds in y. So repeated copies of the mesh have no seams or overlaps. Vertices lie within
-/// 0.01 grid edges of the surface (marching_cubes.h). Normals are the function's gradient, albedo is that of
-/// the nearest yarn; if any yarn is glossy, fibres follow the nearest yarn or ply, turned by the twist of a
+/// 0.01 grid edges of the surface (marching_cubes.h). Normals are the function's gradient, albedo is the
+/// nearest yarn's; if any yarn is glossy, fibres follow the nearest yarn or ply, turned by the twist of a
 /// round yarn; if any has fibres, hairs or irregularity, vertices have their places on yarns, and hairs stand
-/// off it. z is that of the pattern. Refuses an invalid pattern, cells_across out of range, and a
+/// off it. z is the pattern's. Refuses an invalid pattern, cells_across out of range, and a
 /// grid too coarse for its thinnest yarn (less than two cubes to the diameter) or of more than 2^24 points.
 Result<CellMesh> mesh_stitch(const StitchPattern& pattern, const MeshOptions& options = {});
 

@@ -56,7 +56,7 @@ struct Chain {
   double flattening = 1;
   double wide = 0;        ///< half the width of its section, mm
   double thin = 0;        ///< and half the thickness
-  std::size_t begin = 0;  ///< index of its first point among those of all chains
+  std::size_t begin = 0;  ///< index of its first point among the points of all chains
   double spacing = 0;     ///< of its points, mm, within a factor of two of each
   double length() const {
     double sum = 0;

@@ -1,4 +1,4 @@
-// What the fit costs and how good it is, in tables. SAMPLES is a samples file, or a built-in stitch, which is
+// Costs and quality of the fit, in tables. SAMPLES is a samples file, or a built-in stitch, which is
 // baked first (TEXELS a side, 64 views x 64 lights).
 //
 //   selvedge-fit-bench speed SAMPLES [STEP]

@@ -1,4 +1,4 @@
-// What the programs of tests/bench have in common: errors that end them, clocks, and figures that
+// Shared by the programs of tests/bench: errors that end them, clocks, and figures that
 // tests/bench/run keeps.
 #pragma once
 

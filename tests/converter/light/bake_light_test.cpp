@@ -258,7 +258,7 @@ TEST_CASE("a ground below the holes lights the cloth from below, and is no cloth
   }
 }
 
-TEST_CASE("light that is computed once per point is that of paths, on a glossy knit over a ground") {
+TEST_CASE("light that is computed once per point is the light of paths, on a glossy knit over a ground") {
   const RayScene scene = scene_of(glossy_knit(0.3F, 0.3F), 0.5F);
   auto cache = test::need(IrradianceCache::build(scene, 1));
   const std::vector<V3f> lights = directions_of(grid_of(9));

@@ -77,6 +77,6 @@ TEST_CASE("a hair has its root's colour, a round normal and its own direction as
   CHECK(s.gloss.weight == doctest::Approx(0.2));
   CHECK(s.gloss.roughness == doctest::Approx(0.3));
   CHECK(scene.vertex_normal(point) == point.face_normal);
-  // The lowest and the highest point are those of the surface.
+  // Bounds are the surface's, without hairs.
   CHECK(scene.bounds().max.z == 0);
 }

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "converter/light/sobol.h"
+#include "converter/light/path_tracer.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "tests/converter/load_cell.h"

@@ -222,7 +222,7 @@ TEST_CASE("plies are reciprocal on one side and across both") {
   }
 }
 
-TEST_CASE("cached light of translucent plies is that of their paths, from before and behind") {
+TEST_CASE("cached light of translucent plies is the light of their paths, from before and behind") {
   const RayScene scene = scene_of(plies(0.4, {0.7F, 0.7F, 0.7F}));
   auto cache = need(IrradianceCache::build(scene, 1));
   const V3f view = V3f(0.3F, 0.2F, 0.8F).normalized();

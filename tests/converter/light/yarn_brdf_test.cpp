@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "converter/light/sobol.h"
+#include "converter/light/path_tracer.h"
 
 using namespace selvedge;
 
@@ -83,7 +83,7 @@ TEST_CASE("yarn reflects no more light than falls on it, from any direction") {
   }
 }
 
-TEST_CASE("the gloss of a packet is that of single points") {
+TEST_CASE("a packet has the gloss of single points") {
   GlossPacket packet;
   std::array<YarnSurface, packet_size> surfaces;
   std::array<V3d, packet_size> views;

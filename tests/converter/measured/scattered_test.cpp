@@ -50,7 +50,7 @@ TEST_CASE("functions of light and view are recovered from 400 scattered pairs") 
   CHECK(error(Function::gloss) < 0.1);
 }
 
-TEST_CASE("the error left out is that of interpolation without each pair") {
+TEST_CASE("the left-out error is the error of interpolation without each pair") {
   const ScatteredValues known = known_at(Function::gloss, random_pairs(25, 0.15, 13));
   const ScatterKernel kernel = choose_kernel(known, 1);
   double error = 0;

@@ -37,7 +37,7 @@ TEST_CASE("a table has its columns in any order, and directions of any length") 
   CHECK(pictures[2].pair.view == V3f(0, 0, 1));
 }
 
-TEST_CASE("a folder has the angles in its files' names, as those of UTIA and Bonn") {
+TEST_CASE("a folder has the angles in its files' names, as UTIA's and Bonn's") {
   const test::Folder folder;
   for (int i = 0; i < 10; ++i) {
     const std::string view = fmt::format("tv015_pv{:03}", 36 * i);

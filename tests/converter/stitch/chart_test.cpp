@@ -162,7 +162,7 @@ TEST_CASE("yarns that are not there are refused with their line") {
         "line 6: the row has 5 yarns, at most 4 can float behind it");
 }
 
-TEST_CASE("a chart on disk is a stitch with the parameters of a knit, and those of each of its yarns") {
+TEST_CASE("a chart on disk is a stitch with the parameters of a knit and of each of its yarns") {
   const test::Folder folder;
   const std::string path = folder / "stripe.txt";
   REQUIRE(write_file(path,

@@ -28,7 +28,7 @@ TEST_CASE("a kind of yarn fits every stitch that it is named for") {
       const Yarn yarn = test::need(find_stitch(stitch, {{"yarn", {1.0 * kind}}})).pattern.yarns[0];
       CHECK(yarn.fibre == kind);
       CHECK(yarn.plies == (woven ? 1 : k.plies));
-      // What the surface of the yarn shows: the radius times the angle a mm.
+      // Lean at the surface of the yarn: the radius times the angle a mm.
       const double slope = 2 * std::acos(-1.0) * yarn.radius_mm * yarn.twist_per_mm;
       CHECK(std::atan(slope) * 180 / std::acos(-1.0) ==
             doctest::Approx(woven ? k.fibre_degrees : k.twist_degrees).epsilon(0.02));

@@ -179,7 +179,7 @@ TEST_CASE("woven yarn is as flat as its kind where there is room, and covers no 
   CHECK(widths("denim", {}).weft == doctest::Approx(0.29));
   CHECK(widths("satin", {}).weft == doctest::Approx(0.22));
   CHECK(found("satin", {}).back().flattening == 0.6);
-  // What is set stays, and knits are round by themselves.
+  // Settings stay, and knits are round by themselves.
   CHECK(found("twill", {{"warp_radius_mm", {0.35}}}).front().radius_mm == doctest::Approx(0.35));
   CHECK(found("plain-knit", {}).front().flattening == 1);
   CHECK(found("plain-knit", {{"flattening", {0.8}}, {"radius_mm", {0.5}}}).front().flattening == 0.8);

@@ -38,7 +38,7 @@ double length_of(const Hairs& hairs, std::size_t hair) {
 
 }  // namespace
 
-TEST_CASE("rays to the hairs of the mesh meet those of a file's yarn") {
+TEST_CASE("rays to the hairs of the mesh meet the hairs of a file's yarn") {
   // Plies, and thick hairs that let nothing pass, so that a ray to a hair's middle meets it.
   StitchPattern pattern = hairy(20, 0.4, 0.3);
   pattern.yarns[0].plies = 2;

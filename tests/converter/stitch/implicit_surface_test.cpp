@@ -112,7 +112,7 @@ TEST_CASE("the clearance of parallel yarns is their spacing less their radii") {
   CHECK(*minimum_clearance(pattern, "") == doctest::Approx(distance - 1.7).epsilon(1e-12));
 }
 
-TEST_CASE("a yarn is not in its own way, but in that of its other turns") {
+TEST_CASE("a yarn is not in its own way, but its other turns are") {
   CHECK(*minimum_clearance(cylinder(1, 0.45), "") == doctest::Approx(0.1).epsilon(1e-12));
   // Points nearer along a ring than pi radii do not count: the chord at that arc. Where the count begins is
   // known to a step of 1/16 radius, and the chord grows by 0.43 of that (the cosine of half the arc's angle).

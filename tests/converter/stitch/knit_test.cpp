@@ -162,7 +162,7 @@ std::pair<int, int> crossings_of(const LoopLine& a, const LoopLine& b) {
   return counts;
 }
 
-/// What the chart says.
+/// The links of the chart.
 Links expected(const KnitChart& chart) {
   Links links;
   for (std::size_t row = 0; row < chart.rows.size(); ++row) {

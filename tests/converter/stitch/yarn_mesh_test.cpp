@@ -107,7 +107,7 @@ TEST_CASE("vertices lie on the surface, normals point out of the yarn") {
     const double step = std::max(pattern.period_mm.x, pattern.period_mm.y) / 40;
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
       const V3d p(mesh.positions[v]);
-      // What edge_margin allows, a wall's rounded step included, and the rounding of floats.
+      // Allowed by edge_margin, a wall's rounded step included, and the rounding of floats.
       CHECK(std::abs(surface->distance(p)) < 1.1 * edge_margin * step + 1e-6);
       CHECK(std::abs(mesh.normals[v].length() - 1) < 1e-6);
     }
@@ -126,8 +126,7 @@ TEST_CASE("vertices lie on the surface, normals point out of the yarn") {
   }
 }
 
-TEST_CASE(
-    "sizes at the default grid are those of the paper, for every built-in stitch, and more on request") {
+TEST_CASE("sizes at the default grid are as in the paper, for every built-in stitch, and more on request") {
   for (const StitchInfo& info : built_in_stitches()) {
     CAPTURE(info.name);
     const StitchPattern pattern = find_stitch(info.name, of_tubes())->pattern;
