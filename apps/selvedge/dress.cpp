@@ -50,15 +50,18 @@ void declare(Options& options, DressCommand& command) {
       .required()
       .rewrites();
   options.text("fabric", command.fabric, "FILE", "The fabric file").required().reads();
-  options.output(command.output, "The dressed garment (.gltf .glb)", {".gltf", ".glb"}).required();
+  options
+      .output(command.output, "The dressed garment: with the fabric (.glb), or beside it (.gltf)",
+              {".gltf", ".glb"})
+      .required();
   DressOptions& dress = command.dress;
   options.list("--material", dress.materials, "NAME", "Name of a material, or #index; may be repeated");
-  options.flag("--all", dress.all, "Every material but what calls itself a button, a zip, skin and the like");
+  options.flag("--all", dress.all, "Every material, but for buttons, zips, skin and the like by their names");
   options.list("--except", dress.except, "NAME", "A material that stays as it is; may be repeated");
   static constexpr std::array<std::string_view, 1> parts{"base-colour"};
   options.choice("--keep", parts, "The base colour tints the fabric, as a print",
                  [&dress](std::size_t) { dress.keep.base_color = true; });
-  options.text("--tint", "#RRGGBB", "Colour that tints the fabric, instead of that of the base colour",
+  options.text("--tint", "#RRGGBB", "Colour that tints the fabric, instead of the base colour",
                [&dress](const std::string& text) { dress.keep.tint = color_from("--tint", text); });
   options.text("--backing", "#RRGGBB", "A plain surface of this colour behind the cloth, for solid things",
                [&dress](const std::string& text) { dress.backing = color_from("--backing", text); });
@@ -91,11 +94,6 @@ void declare(Options& options, DressCommand& command) {
       .excludes(unit);
   options.number("--texcoord", dress.tex_coord, "N", "Set of texture coordinates").in(0, 1);
   options.flag("--unwrap", dress.unwrap, "Texture coordinates for garments without: charts in true size");
-  const Option embed =
-      options.set_flag("--embed", dress.embed, true, "Embed the fabric in the glTF (default for .glb)");
-  options
-      .set_flag("--external", dress.embed, false, "Refer to the fabric beside the glTF (default for .gltf)")
-      .excludes(embed);
   options.set_flag("--no-fallback", dress.fallback, false, "Do not change the core material");
   options
       .text("--usda", dress.usd, "FILE",

@@ -28,9 +28,6 @@ void declare(Options& options, ReattachCommand& command) {
       .list("--fabric", reattach.fabrics, "[NAME=]FILE",
             "A fabric file that is missing, such as one that was embedded; may be repeated")
       .reads(true);
-  const Option embed = options.set_flag("--embed", reattach.embed, true,
-                                        "Embed the fabrics in the glTF (default for those that were)");
-  options.set_flag("--external", reattach.embed, false, "Refer to fabrics beside the glTF").excludes(embed);
   add_limits(options, reattach.limits);
 }
 

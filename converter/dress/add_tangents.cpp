@@ -26,8 +26,7 @@ void drop_tangents(Json& primitive) {
   for (Json& target : primitive["targets"]) target.erase("TANGENT");
 }
 
-Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord,
-                          MemoryAccount& memory) {
+Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord) {
   const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, primitive);
   Json json = document.json["meshes"][mesh]["primitives"][primitive];
   if (!member(member(json, "attributes"), "TANGENT").is_null()) return false;
@@ -57,9 +56,6 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
   std::vector<V3d> normals(vertices.normals.begin(), vertices.normals.end());
   Tangents tangents = compute_tangents(positions, normals, uvs, vertices.indices, Facing::winding);
   for (const std::uint32_t copied : tangents.copy_of) normals.push_back(normals[copied]);
-  if (!memory.take(normals.size(), sizeof(V3f) + sizeof(V4f)) ||
-      !memory.take(tangents.indices.size(), sizeof(std::uint32_t)))
-    return tl::unexpected(beyond_memory(document.file, place, "its tangents", memory.limit()));
   for (std::size_t i = 0; i < normals.size(); ++i) {
     V4f& t = tangents.tangents[i];
     if (t.x != 0 || t.y != 0 || t.z != 0) continue;
@@ -71,7 +67,7 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
       sources.push_back(sources[copied]);
       vertices.normals.push_back(vertices.normals[copied]);
     }
-    gather_vertices(document, reader, json, sources, place, memory);
+    gather_vertices(document, reader, json, sources, place);
     if (reader.fault) return reader.result(false);
     json["indices"] = append_index_accessor(document, tangents.indices);
     json.erase("mode");

@@ -1,7 +1,6 @@
 // Adds the TANGENT attribute to primitives of a glTF document.
 #pragma once
 
-#include "format/base/memory.h"
 #include "format/gltf/document.h"
 
 namespace selvedge {
@@ -10,9 +9,8 @@ namespace selvedge {
 /// added, false if the primitive has TANGENT already or is not made of triangles. Where charts of opposite
 /// handedness meet, vertices are duplicated in every attribute and morph target; a primitive without normals
 /// gets flat normals, as glTF prescribes, and separate vertices for each triangle. Accessors that other
-/// primitives may share are not changed. FILE_TOO_LARGE for more than `memory` has.
-Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord,
-                          MemoryAccount& memory);
+/// primitives may share are not changed.
+Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord);
 
 /// Removes TANGENT from a primitive and its morph targets; the accessors stay in the file.
 void drop_tangents(Json& primitive);

@@ -10,7 +10,6 @@
 #include "format/gltf/access.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"
-#include "format/gltf/memory.h"
 
 namespace selvedge {
 namespace {
@@ -79,7 +78,7 @@ Json* older_backing(const GltfDocument& document, Json& primitives, const Json& 
 }  // namespace
 
 Result<int> add_backing(GltfDocument& document, int material, const std::set<Place>& places,
-                        const PlacesInScene& in_scene, const Backing& backing, MemoryAccount& memory) {
+                        const PlacesInScene& in_scene, const Backing& backing) {
   const std::string name = string_of(member(document.json["materials"][material], "name"));
   const int behind = append(document.json["materials"],
                             {{"name", name.empty() ? "backing" : name + " backing"},
@@ -98,9 +97,6 @@ Result<int> add_backing(GltfDocument& document, int material, const std::set<Pla
         reader.attribute<V3f>(primitive["attributes"], "POSITION", 0, place + "/attributes");
     const std::vector<std::uint32_t> triangles = read_triangles(reader, primitive, place, positions.size());
     if (reader.fault) return tl::unexpected<Error>(*reader.fault);
-    if (!memory.take(positions.size(), memory_price::vertex) ||
-        !memory.take(triangles.size(), memory_price::index))
-      return tl::unexpected(beyond_memory(document.file, place, "its backing", memory.limit()));
     const double local = area_of({positions.begin(), positions.end()}, triangles);
     if (!(local > 0) || !(seen->second.area > 0)) continue;
     const double distance = backing.distance / std::sqrt(seen->second.area / local);

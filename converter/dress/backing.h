@@ -3,8 +3,7 @@
 
 #include <set>
 
-#include "converter/dress/places_in_scene.h"
-#include "format/base/memory.h"
+#include "converter/dress/uv_scale.h"
 #include "format/base/vec.h"
 #include "format/gltf/document.h"
 #include "format/gltf/material_uses.h"
@@ -20,8 +19,8 @@ struct Backing {
 /// triangles' normals, which are means where vertices lie in one point, so that nothing gapes at a seam. They
 /// share all vertex data but the positions with the cloth, move with its skins and morph targets, are drawn
 /// from outside alone, and have no variants. A metre is found by the area that `in_scene`, of the same
-/// document, has for the places. Returns their number. FILE_TOO_LARGE for more than `memory` has.
+/// document, has for the places. Returns their number.
 Result<int> add_backing(GltfDocument& document, int material, const std::set<Place>& places,
-                        const PlacesInScene& in_scene, const Backing& backing, MemoryAccount& memory);
+                        const PlacesInScene& in_scene, const Backing& backing);
 
 }  // namespace selvedge

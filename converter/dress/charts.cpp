@@ -223,7 +223,7 @@ class Cutter {
     }
   }
 
-  /// Whether the equations of a chart are as sparse as those of a disc, by Euler's number: a hole takes one
+  /// Whether the equations of a chart are as sparse as for a disc, by Euler's number: a hole takes one
   /// from it and a handle two, and many handles tie everything to everything. One triangle needs none.
   static bool is_simple(const Panel& panel) {
     constexpr std::ptrdiff_t most_holes = 64;

@@ -34,7 +34,7 @@ struct Charts {
 Charts cut_into_charts(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles,
                        const V3d& down, double& top);
 
-/// What the share of the area stays below; 1 without an area.
+/// The stretch that this share of the area stays below; 1 without an area.
 double stretch_below(std::vector<ChartStretch> stretch, double share);
 
 }  // namespace selvedge

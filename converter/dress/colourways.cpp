@@ -25,43 +25,6 @@ Result<int> add_variant(GltfDocument& document, const std::string& variant) {
   return static_cast<int>(all.size()) - 1;
 }
 
-int drop_dead_variants(GltfDocument& document) {
-  const Json& all = member(member(document.json, "extensions"), variants);
-  const std::size_t count = array_of(all, "variants").size();
-  int dropped = 0;
-  std::set<int> mapped;  // of a primitive
-  const auto is_dead = [&](const Json& variant) {
-    const int number = index_of(variant);
-    const bool dead =
-        number < 0 || static_cast<std::size_t>(number) >= count || !mapped.insert(number).second;
-    dropped += dead ? 1 : 0;
-    return dead;
-  };
-  for (std::size_t m = 0; m < array_of(document.json, "meshes").size(); ++m) {
-    Json& mesh = document.json["meshes"][m];
-    for (std::size_t p = 0; p < array_of(mesh, "primitives").size(); ++p) {
-      Json& primitive = mesh["primitives"][p];
-      if (array_of(member(member(primitive, "extensions"), variants), "mappings").empty()) continue;
-      Json alive = Json::array();
-      mapped.clear();
-      for (Json& mapping : primitive["extensions"][variants]["mappings"]) {
-        if (array_of(mapping, "variants").empty()) {
-          ++dropped;
-          continue;
-        }
-        Json& shown = mapping["variants"];
-        shown.erase(std::remove_if(shown.begin(), shown.end(), is_dead), shown.end());
-        if (!shown.empty()) alive.push_back(std::move(mapping));
-      }
-      if (alive.empty())
-        erase_extension(primitive, variants);
-      else
-        primitive["extensions"][variants]["mappings"] = std::move(alive);
-    }
-  }
-  return dropped;
-}
-
 int copy_for_variant(GltfDocument& document, int material, const std::set<Place>& places, int variant) {
   Json& materials = document.json["materials"];
   const int copy = static_cast<int>(materials.size());

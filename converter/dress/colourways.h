@@ -14,19 +14,15 @@ namespace selvedge {
 /// A variant of the garment in which dressed materials have another colour or another fabric.
 struct Colourway {
   std::string name;
-  std::optional<V3f> color = {};  ///< linear: that of the cloth on average
+  std::optional<V3f> color = {};  ///< linear, the mean of the cloth
   std::string fabric = {};        ///< a file, instead of a colour
 };
 
 /// Adds a variant to the document's and returns its index. OPTION_OUT_OF_RANGE if one has the name already.
 Result<int> add_variant(GltfDocument& document, const std::string& name);
 
-/// Removes from the primitives what is mapped to variants that the document does not have, as with a new one
-/// it would show, and to those that have a material already. Returns their number.
-int drop_dead_variants(GltfDocument& document);
-
-/// Copies a material under the name "<its own> <variant's>" and returns the index of the copy, which those of
-/// the places show in the variant that wear the material without one; -1, and no copy, if none of them does.
+/// Copies a material under the name "<its own> <variant's>" and returns the index of the copy. In the
+/// variant, places that wear the material by default show the copy; -1, and no copy, without such a place.
 int copy_for_variant(GltfDocument& document, int material, const std::set<Place>& places, int variant);
 
 /// The factor on the reflectance of a fabric that gives it `color` on average, at most max_tint; `albedo` is

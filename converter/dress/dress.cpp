@@ -39,8 +39,8 @@ namespace {
 
 std::string name_of(const Json& material) { return string_of(member(material, "name")); }
 
-/// A material that has been dressed, for the colourways.
-struct Worn {
+/// How a dressed material uses its cloth, for the colourways.
+struct DressedUse {
   FabricReference reference;
   UvSize size;
   bool stale_tangents = false;  ///< before it was dressed, TANGENT was for another UV set
@@ -48,7 +48,7 @@ struct Worn {
 
 class Dresser {
  public:
-  /// `cloths`: that of the materials, and then that of each colourway, or nothing.
+  /// `cloths`: for the materials, and then for each colourway its own or nothing.
   Dresser(GltfDocument& document, std::vector<std::optional<Cloth>>& cloths, const DressOptions& options,
           const SceneLimits& limits)
       : document_(document), cloth_(*cloths.front()), cloths_(cloths), options_(options), limits_(limits) {}
@@ -58,19 +58,14 @@ class Dresser {
         must(choose_materials(document_, {options_.materials, options_.all, options_.except}));
     report_.warnings = chosen.left_alone;
     std::set<int> textures = textures_in_use(document_);
-    drop_dead_mappings();
-    Scene scene = must(read_scene(document_, limits_));
-    memory_ = MemoryAccount(scene.memory_left);
     uses_ = uses_of(document_.json);
+    reserve_memory(chosen.materials);
+    Scene scene = must(read_scene(document_, limits_));
     if (options_.unwrap || options_.backing) in_scene_ = places_in(scene);
     if (options_.unwrap) {
       unwrap_all(chosen.materials);
       scene = Scene();  // before the next takes its place in memory
       scene = must(read_scene(document_, limits_));
-      const std::uint64_t kept = memory_.limit() - memory_.left();
-      memory_ = MemoryAccount(scene.memory_left);
-      if (!memory_.take(kept, 1))
-        throw Failure{beyond_memory(document_.file, "/meshes", "their charts", memory_.limit())};
     }
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
     report_.bounds = bounds_of(scene);
@@ -99,6 +94,31 @@ class Dresser {
   }
 
  private:
+  /// Takes from the limits what dressing makes of the primitives at most: new vertices with tangents,
+  /// backings and charts. Primitives may share their accessors, but get copies of their own.
+  void reserve_memory(const std::vector<int>& materials) {
+    const std::uint64_t corner_price = options_.unwrap ? 1024 : 128;  // bytes
+    constexpr std::uint64_t value_price = 32;                         // of a corner in each accessor
+    MemoryAccount account(limits_.document.memory);
+    std::set<Place> places;
+    for (const int material : materials) places.insert(uses_[material].begin(), uses_[material].end());
+    for (const auto& [mesh, number] : places) {
+      const Json& primitive = document_.json["meshes"][mesh]["primitives"][number];
+      std::set<int> accessors;
+      for (const Json& accessor : member(primitive, "attributes")) accessors.insert(index_of(accessor));
+      for (const Json& target : array_of(primitive, "targets"))
+        for (const Json& accessor : target) accessors.insert(index_of(accessor));
+      const Json& indices = member(primitive, "indices");
+      const Json& corners = indices.is_null() ? member(member(primitive, "attributes"), "POSITION") : indices;
+      GltfReader reader(document_);  // whose faults are found later
+      const std::size_t count = reader.accessor_shape(index_of(corners), "").count;
+      if (!account.take(count, corner_price + value_price * accessors.size()))
+        throw Failure{beyond_memory(document_.file, fmt::format("/meshes/{}/primitives/{}", mesh, number),
+                                    "its dressed vertices", account.limit())};
+    }
+    limits_.document.memory = account.left();
+  }
+
   /// Whether the work on a material was done: `all` skips those that cannot be dressed, named ones must be.
   template <class F>
   bool attempt(int material, const F& work) {
@@ -115,7 +135,7 @@ class Dresser {
     }
   }
 
-  /// What the materials of before have not had.
+  /// The places of a material that no earlier one has.
   std::set<Place> fresh_places(int material, const std::set<Place>& done) {
     std::set<Place> places;
     std::set_difference(uses_[material].begin(), uses_[material].end(), done.begin(), done.end(),
@@ -133,12 +153,12 @@ class Dresser {
   void unwrap_material(int material, std::set<Place>& done) {
     std::set<Place> places = fresh_places(material, done);
     if (places.empty()) return;
-    const Unwrapped made = changing_failures(
-        [&] { return must(unwrap(document_, places, options_.tex_coord, in_scene_, memory_)); },
-        [&](Error error) {
-          if (error.place.empty()) error.place = fmt::format("/materials/{}", material);
-          return error;
-        });
+    const Unwrapped made =
+        changing_failures([&] { return must(unwrap(document_, places, options_.tex_coord, in_scene_)); },
+                          [&](Error error) {
+                            if (error.place.empty()) error.place = fmt::format("/materials/{}", material);
+                            return error;
+                          });
     report_.unwrapped.emplace(material, made);
     if (made.replaced) {
       report_.warnings.push_back(fmt::format(
@@ -170,8 +190,8 @@ class Dresser {
     const UvSize size = measure_uv(scene, primitives, options_.tex_coord);
     dressed.primitives = size.primitives;
     dressed.size = size;
-    Worn worn{reference_to(cloth_, size), size, has_stale_tangents(material)};
-    dressed.repeats = worn.reference.transform.scale;
+    DressedUse use{reference_to(cloth_, size), size, has_stale_tangents(material)};
+    dressed.repeats = use.reference.transform.scale;
     if (!(std::abs(dressed.repeats.x) > 0) || !(std::abs(dressed.repeats.y) > 0)) {
       return fail(Code::garment_no_uvs, document_.file, fmt::format("/materials/{}", material),
                   fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name));
@@ -181,8 +201,8 @@ class Dresser {
     for (const std::string& warning : parts.warnings) report_.warnings.push_back(where + ": " + warning);
     dressed.kept = std::move(parts.kept);
     if (options_.fallback) dressed.replaced = std::move(parts.replaced);
-    wear(material, cloth_, worn, places);
-    worn_.emplace(material, worn);
+    wear(material, cloth_, use, places);
+    dressed_.emplace(material, use);
     report_.materials.push_back(std::move(dressed));
     return {};
   }
@@ -200,13 +220,13 @@ class Dresser {
   }
 
   /// Writes the reference, its mirror and the fallback.
-  void wear(int material, Cloth& cloth, const Worn& worn, const std::set<Place>& places) {
-    if (const std::optional<TransformFault> fault = fault_of(worn.reference.transform)) {
+  void wear(int material, Cloth& cloth, const DressedUse& use, const std::set<Place>& places) {
+    if (const std::optional<TransformFault> fault = fault_of(use.reference.transform)) {
       throw Failure{{Code::gltf_extension, document_.file, fmt::format("/materials/{}", material),
                      fmt::format("invalid texture transform: {}: {}", fault->member, fault->reason)}};
     }
-    set_fabric_reference(document_, material, worn.reference);
-    if (options_.fallback) write_fallback(material, cloth, worn, places);
+    set_fabric_reference(document_, material, use.reference);
+    if (options_.fallback) write_fallback(material, cloth, use, places);
     complete_mirror(document_, material, cloth.digest);
   }
 
@@ -226,31 +246,24 @@ class Dresser {
     return std::max(0, index_of(member(normal, names::gltf::tex_coord))) != options_.tex_coord;
   }
 
-  void write_fallback(int material, Cloth& cloth, const Worn& worn, const std::set<Place>& places) {
+  void write_fallback(int material, Cloth& cloth, const DressedUse& use, const std::set<Place>& places) {
     if (!cloth.textures) cloth.textures = must(add_fallback_textures(document_, cloth.fallback()));
-    set_fallback(document_, material, *cloth.textures, worn.reference);
+    set_fallback(document_, material, cloth.fallback(), *cloth.textures, use.reference);
     if (cloth.textures->normal < 0 || keeps(names::gltf::normal_texture, material)) return;
     for (const Place& place : places) {
       // The tangents of a place are made once: colourways share them.
       if (!with_tangents_.insert(place).second) continue;
-      if (worn.stale_tangents)
+      if (use.stale_tangents)
         drop_tangents(document_.json["meshes"][place.first]["primitives"][place.second]);
-      if (must(add_tangents(document_, place.first, place.second, options_.tex_coord, memory_)))
+      if (must(add_tangents(document_, place.first, place.second, options_.tex_coord)))
         ++report_.tangents_added;
-    }
-  }
-
-  void drop_dead_mappings() {
-    if (const int dropped = drop_dead_variants(document_); dropped > 0) {
-      report_.warnings.push_back(fmt::format(
-          "left out: {} mappings to variants that are not there or have a material already", dropped));
     }
   }
 
   void add_colourway(const Colourway& colourway, Cloth& cloth) {
     const int variant = must(add_variant(document_, colourway.name));
     bool shown = false;
-    for (auto& [material, worn] : worn_) {
+    for (auto& [material, use] : dressed_) {
       const int copy = copy_for_variant(document_, material, uses_[material], variant);
       if (copy < 0) continue;
       shown = true;
@@ -261,8 +274,8 @@ class Dresser {
         document_.json["materials"][copy]["extensions"][names::gltf::fabric_extension]
                       [names::gltf::tint_factor] = {tint.x, tint.y, tint.z};
       }
-      Worn in_variant = worn;
-      in_variant.reference = reference_to(cloth, worn.size);
+      DressedUse in_variant = use;
+      in_variant.reference = reference_to(cloth, use.size);
       made.repeats = in_variant.reference.transform.scale;
       wear(copy, cloth, in_variant, uses_[material]);
       report_.variants.push_back(std::move(made));
@@ -288,16 +301,16 @@ class Dresser {
   void add_backings() {
     constexpr double behind = 0.25;  // of the shorter side of a repeat
     std::set<Place> done;            // a place may wear several materials, by default and in variants
-    for (const auto& [material, worn] : worn_) {
+    for (const auto& [material, use] : dressed_) {
       if (keeps(names::gltf::mask_texture, material)) {
         report_.warnings.push_back(fmt::format(
             "material #{} has no backing: it would show where the mask cuts the cloth away", material));
         continue;
       }
       std::set<Place> places = fresh_places(material, done);
-      const V2d mm = worn.size.metres * 1000.0 / worn.reference.transform.scale;
+      const V2d mm = use.size.metres * 1000.0 / use.reference.transform.scale;
       const Backing backing{*options_.backing, behind * std::min(std::abs(mm.x), std::abs(mm.y)) / 1000};
-      report_.backed += must(add_backing(document_, material, places, in_scene_, backing, memory_));
+      report_.backed += must(add_backing(document_, material, places, in_scene_, backing));
       done.merge(places);
     }
   }
@@ -308,12 +321,11 @@ class Dresser {
   Cloth& cloth_;
   std::vector<std::optional<Cloth>>& cloths_;
   const DressOptions& options_;
-  const SceneLimits& limits_;  ///< what the fabrics leave of the options'
-  MemoryAccount memory_{0};
+  SceneLimits limits_;  ///< what the fabrics and the places of the materials leave of the options'
   Uses uses_;
-  PlacesInScene in_scene_;         ///< where charts or backings are wanted
-  std::optional<Error> left_out_;  ///< why the first material was left alone
-  std::map<int, Worn> worn_;       ///< by material
+  PlacesInScene in_scene_;             ///< where charts or backings are wanted
+  std::optional<Error> left_out_;      ///< why the first material was left alone
+  std::map<int, DressedUse> dressed_;  ///< by material
   std::set<Place> with_tangents_;
   MaskTextures masks_;
   DressReport report_;
@@ -325,7 +337,9 @@ std::vector<AtomicFile> stage_usd(const GltfDocument& document, const std::strin
   if (path.empty()) return {};
   const UsdFiles files = must(usd_of(document, path, limits));
   report.warnings.insert(report.warnings.end(), files.remarks.begin(), files.remarks.end());
-  return must(stage(files));
+  std::vector<AtomicFile> staged;
+  for (const UsdFile& file : files.files) staged.push_back(must(stage_file(file.path, file.bytes)));
+  return staged;
 }
 
 }  // namespace

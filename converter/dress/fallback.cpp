@@ -216,7 +216,7 @@ Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
   fallback.albedo = mean_color(fallback.base_color);
   fallback.holes = has_holes(fabric, level);
   fit_transmission(fabric, fallback);
-  // What is let through is taken from the base colour by the extension.
+  // The extension takes the transmitted light from the base colour.
   const float left = std::max(1 - fallback.transmission, 1e-3F);
   scale_to(fit_lobes(fabric, fallback) / left, fallback.base_color);
   fill_holes(fallback.base_color);

@@ -16,7 +16,7 @@ constexpr const char* sheen = "KHR_materials_sheen";
 constexpr const char* transmission = "KHR_materials_diffuse_transmission";
 constexpr const char* specular = "KHR_materials_specular";
 
-/// Index of an equal entry of a root array; appends the entry if there is none.
+/// Index of an equal entry of a root array; appends the entry if it is new.
 int find_or_add(Json& root, const char* array, const Json& entry) {
   Json& entries = root[array];
   for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -68,38 +68,30 @@ Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fal
   Image base = fallback.base_color;
   if (!fallback.holes) {
     base.channels = 3;
-    base.pixels.clear();
-    for (std::size_t i = 0; i < fallback.base_color.pixels.size(); ++i) {
-      if (i % 4 != 3) base.pixels.push_back(fallback.base_color.pixels[i]);
-    }
+    std::size_t i = 0;
+    std::erase_if(base.pixels, [&](float) { return i++ % 4 == 3; });
   }
   const int sampler =
       find_or_add(document.json, "samplers",
                   Json{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 10497}, {"wrapT", 10497}});
+  const auto texture_of = [&](const std::vector<std::uint8_t>& png, const char* name) {
+    const int source = find_or_add_image(document, png, name);
+    return find_or_add(document.json, "textures", Json{{"sampler", sampler}, {"source", source}});
+  };
   FallbackTextures textures;
   const auto color = encode_png(base, Transfer::srgb);
   if (!color) return tl::unexpected<Error>(color.error());
-  textures.base_color = find_or_add(
-      document.json, "textures",
-      Json{{"sampler", sampler}, {"source", find_or_add_image(document, *color, "fabric base colour")}});
+  textures.base_color = texture_of(*color, "fabric base colour");
   if (fallback.normal) {
     const auto normal = encode_png(*fallback.normal, Transfer::keep);
     if (!normal) return tl::unexpected<Error>(normal.error());
-    textures.normal = find_or_add(
-        document.json, "textures",
-        Json{{"sampler", sampler}, {"source", find_or_add_image(document, *normal, "fabric normals")}});
+    textures.normal = texture_of(*normal, "fabric normals");
   }
-  textures.mean = mean_color(fallback.base_color);
-  textures.holes = fallback.holes;
-  textures.sheen_color = fallback.sheen_color;
-  textures.sheen_roughness = fallback.sheen_roughness;
-  textures.transmission = fallback.transmission;
-  textures.transmission_color = fallback.transmission_color;
   return textures;
 }
 
-void set_fallback(GltfDocument& document, int material, const FallbackTextures& textures,
-                  const FabricReference& reference) {
+void set_fallback(GltfDocument& document, int material, const Fallback& fallback,
+                  const FallbackTextures& textures, const FabricReference& reference) {
   const auto part = [&](const char* member) -> const Json& { return part_of(document, material, member); };
   Json& json = document.json["materials"][material];
   drop_lobes(document, json);
@@ -113,7 +105,7 @@ void set_fallback(GltfDocument& document, int material, const FallbackTextures& 
   const bool masked = part(mask_texture).is_object();
   const char* const own = part(tint_texture).is_object() ? tint_texture : mask_texture;
   const bool has_own = part(own).is_object();
-  const V3f factor = has_own ? textures.mean * tint : tint;
+  const V3f factor = has_own ? mean_color(fallback.base_color) * tint : tint;
   const auto most_one = [](const V3f& x) {
     return Json::array({std::min(x.x, 1.0F), std::min(x.y, 1.0F), std::min(x.z, 1.0F)});
   };
@@ -133,23 +125,23 @@ void set_fallback(GltfDocument& document, int material, const FallbackTextures& 
   } else if (textures.normal >= 0) {
     json["normalTexture"] = texture_info(textures.normal, reference.tex_coord, reference.transform);
   }
-  if (textures.holes || masked) {
+  if (fallback.holes || masked) {
     json["alphaMode"] = "MASK";
-    // The alpha of a tint is none of the cloth's.
+    // The alpha of a tint does not belong to the cloth.
     json["alphaCutoff"] = masked ? number_of(part(mask_cutoff), 0.5) : has_own ? 0.0 : 0.5;
   }
   json["extensions"][specular] = {{"specularFactor", 0}};
   use_extension(document.json, specular);
-  if (textures.transmission > 0) {
+  if (fallback.transmission > 0) {
     json["extensions"][transmission] = {
-        {"diffuseTransmissionFactor", textures.transmission},
-        {"diffuseTransmissionColorFactor", most_one(textures.transmission_color * tint)}};
+        {"diffuseTransmissionFactor", fallback.transmission},
+        {"diffuseTransmissionColorFactor", most_one(fallback.transmission_color * tint)}};
     use_extension(document.json, transmission);
   }
-  const V3f color = textures.sheen_color * tint;
+  const V3f color = fallback.sheen_color * tint;
   if (color == V3f(0, 0, 0)) return;
   json["extensions"][sheen] = {{"sheenColorFactor", most_one(color)},
-                               {"sheenRoughnessFactor", textures.sheen_roughness}};
+                               {"sheenRoughnessFactor", fallback.sheen_roughness}};
   use_extension(document.json, sheen);
 }
 

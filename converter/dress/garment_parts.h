@@ -1,4 +1,4 @@
-// What a garment's material keeps when it gets a fabric, and what it loses.
+// Members that a garment's material keeps or loses when it gets a fabric.
 #pragma once
 
 #include <map>
@@ -16,7 +16,7 @@ namespace selvedge {
 
 struct KeepOptions {
   bool base_color = false;       ///< the base colour tints the fabric
-  std::optional<V3f> tint = {};  ///< linear, instead of that of the base colour
+  std::optional<V3f> tint = {};  ///< linear, instead of the base colour
 };
 
 /// One line each, such as "normalTexture".

@@ -11,9 +11,8 @@ namespace {
 
 class Gatherer {
  public:
-  Gatherer(GltfDocument& document, GltfReader& reader, const std::vector<std::uint32_t>& sources,
-           MemoryAccount& memory)
-      : document_(document), reader_(reader), sources_(sources), memory_(memory) {}
+  Gatherer(GltfDocument& document, GltfReader& reader, const std::vector<std::uint32_t>& sources)
+      : document_(document), reader_(reader), sources_(sources) {}
 
   void gather_all(Json& attributes, const std::string& place) {
     for (const auto& [semantic, accessor] : attributes.items()) {
@@ -30,7 +29,6 @@ class Gatherer {
     AccessorShape shape = reader_.accessor_shape(accessor, place);
     if (reader_.fault) return -1;
     const std::size_t size = shape.element_size();
-    take(shape, place);
     const std::vector<std::uint8_t> elements = reader_.elements(accessor, place);
     std::vector<std::uint8_t> gathered;
     gathered.reserve(sources_.size() * size);
@@ -54,31 +52,17 @@ class Gatherer {
     return static_cast<int>(document_.json["accessors"].size()) - 1;
   }
 
-  /// What stays in the document, and what making it takes beside that.
-  void take(const AccessorShape& shape, const std::string& place) {
-    const std::size_t stride = (shape.element_size() + 3) / 4 * 4;
-    const bool stays = memory_.take(sources_.size(), stride);
-    MemoryAccount passing(memory_.left());
-    const std::size_t floats = sizeof(float) * static_cast<std::size_t>(shape.components);
-    if (stays && passing.take(shape.count, stride) && passing.take(sources_.size(), 2 * stride + floats))
-      return;
-    const Error error = beyond_memory(document_.file, place, "its copies", memory_.limit());
-    reader_.fail(error.code, error.place, error.message);
-  }
-
   GltfDocument& document_;
   GltfReader& reader_;
   const std::vector<std::uint32_t>& sources_;
-  MemoryAccount& memory_;
   std::map<int, int> made_;  ///< by the accessor of which it is a copy: many may name one
 };
 
 }  // namespace
 
 void gather_vertices(GltfDocument& document, GltfReader& reader, Json& primitive,
-                     const std::vector<std::uint32_t>& sources, const std::string& place,
-                     MemoryAccount& memory) {
-  Gatherer gatherer(document, reader, sources, memory);
+                     const std::vector<std::uint32_t>& sources, const std::string& place) {
+  Gatherer gatherer(document, reader, sources);
   gatherer.gather_all(primitive["attributes"], place + "/attributes");
   if (!primitive.contains("targets")) return;
   for (Json& target : primitive["targets"]) gatherer.gather_all(target, place + "/targets");

@@ -5,16 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "format/base/memory.h"
 #include "format/gltf/access.h"
 
 namespace selvedge {
 
 /// Gives every accessor of a primitive's attributes and morph targets new elements: element i is element
 /// sources[i] of the old one; those that name one accessor share the new one too. The indices are left to the
-/// caller. The reader's fault says what went wrong, FILE_TOO_LARGE for more than `memory` has.
+/// caller. The reader's fault says what went wrong.
 void gather_vertices(GltfDocument& document, GltfReader& reader, Json& primitive,
-                     const std::vector<std::uint32_t>& sources, const std::string& place,
-                     MemoryAccount& memory);
+                     const std::vector<std::uint32_t>& sources, const std::string& place);
 
 }  // namespace selvedge

@@ -189,7 +189,7 @@ class Restorer {
       report_.warnings.push_back(
           fmt::format("{}: {} is another fabric than the one that was attached", label, lost.file));
     }
-    const bool embed = options_.embed.value_or(lost.mirror.uri.empty());
+    const bool embed = lost.mirror.uri.empty();  // as it was
     FabricSource source = must(source_of(lost.file, output_, embed));
     if (!lost.mirror.name.empty()) source.name = lost.mirror.name;
     if (embed && embedded_.insert(lost.file).second) ++report_.embedded;

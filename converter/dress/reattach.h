@@ -21,8 +21,7 @@ struct ReattachOptions {
   /// its name (the file's without the last ending), else to the only mirror left; "NAME=FILE" goes to the
   /// mirrors of that name.
   std::vector<std::string> fabrics = {};
-  SceneLimits limits = {};         ///< of the garment
-  std::optional<bool> embed = {};  ///< store fabrics inside of the glTF; default: those that were
+  SceneLimits limits = {};  ///< of the garment
 };
 
 struct ReattachedMaterial {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <vector>
 
 #include "converter/dress/uv_scale.h"
 #include "format/gltf/access.h"
@@ -27,41 +26,26 @@ Json roots_of(const Json& nodes) {
   return roots;
 }
 
-/// Puts a node that scales by `factor` above all that is shown: skins follow, as their joints lie below.
-/// Roots that the same scenes show get one node, so that none has two parents.
+/// Puts a node that scales by `factor` above each root: skins follow, as their joints lie below.
 Result<void> scale_scenes(GltfDocument& document, double factor) {
   Json& json = document.json;
-  if (array_of(json, "nodes").empty()) return fail(Code::garment_empty, document.file, "/nodes", "are none");
-  Json& nodes = json["nodes"];  // a new member of the root would move the scenes
-  const Json roots = roots_of(nodes);
-  const auto put_above = [&](const Json& children) {
-    nodes.push_back(Json{{"name", "true size"}, {"scale", {factor, factor, factor}}, {"children", children}});
-    return nodes.size() - 1;
-  };
-  if (!json.contains("scenes")) {
-    put_above(roots);
-    return {};
+  if (array_of(json, "nodes").empty())
+    return fail(Code::garment_empty, document.file, "/nodes", "the document has no nodes");
+  std::map<int, std::size_t> above;  // by root
+  for (const Json& root : roots_of(json["nodes"])) {
+    above[index_of(root)] = json["nodes"].size();
+    json["nodes"].push_back(
+        Json{{"name", "true size"}, {"scale", {factor, factor, factor}}, {"children", {root}}});
   }
-  std::vector<int> in_order;
-  std::map<int, std::set<std::size_t>> scenes_of;  // by root
-  for (std::size_t s = 0; s < json["scenes"].size(); ++s) {
-    const Json& listed = array_of(json["scenes"][s], "nodes");
-    for (std::size_t n = 0; n < listed.size(); ++n) {
-      if (!std::binary_search(roots.begin(), roots.end(), listed[n])) {
+  for (std::size_t s = 0; s < array_of(json, "scenes").size(); ++s) {
+    for (std::size_t n = 0; n < array_of(json["scenes"][s], "nodes").size(); ++n) {
+      Json& node = json["scenes"][s]["nodes"][n];
+      const auto found = above.find(index_of(node));
+      if (found == above.end())
         return fail(Code::gltf_malformed, document.file, fmt::format("/scenes/{}/nodes/{}", s, n),
-                    "the node is no root");
-      }
-      std::set<std::size_t>& scenes = scenes_of[index_of(listed[n])];
-      if (scenes.empty()) in_order.push_back(index_of(listed[n]));
-      scenes.insert(s);
+                    "the node has a parent");
+      node = found->second;
     }
-    if (!listed.empty()) json["scenes"][s]["nodes"] = Json::array();
-  }
-  std::map<std::set<std::size_t>, Json> groups;
-  for (const int root : in_order) groups[scenes_of[root]].push_back(root);
-  for (const auto& [scenes, children] : groups) {
-    const std::size_t above = put_above(children);
-    for (const std::size_t scene : scenes) json["scenes"][scene]["nodes"].push_back(above);
   }
   return {};
 }

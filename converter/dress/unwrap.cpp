@@ -7,7 +7,6 @@
 #include "converter/dress/add_tangents.h"
 #include "converter/dress/charts.h"
 #include "converter/dress/gather_vertices.h"
-#include "converter/dress/places_in_scene.h"
 #include "format/base/guard.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"
@@ -15,18 +14,13 @@
 namespace selvedge {
 namespace {
 
-/// Bytes: lists of edges and neighbours, and the equations of the charts with their factors.
-constexpr std::uint64_t triangle_price = 2048;
-constexpr std::uint64_t vertex_price = 512;
-
 class Unwrapper {
  public:
-  Unwrapper(GltfDocument& document, int tex_coord, const PlacesInScene& in_scene, MemoryAccount& memory)
+  Unwrapper(GltfDocument& document, int tex_coord, const PlacesInScene& in_scene)
       : document_(document),
         set_(tex_coord),
         semantic_(fmt::format("TEXCOORD_{}", tex_coord)),
-        in_scene_(in_scene),
-        memory_(memory) {}
+        in_scene_(in_scene) {}
 
   Unwrapped unwrap(const std::set<Place>& places) {
     for (const Place& place : places) need_first_set(place);
@@ -35,7 +29,7 @@ class Unwrapper {
       throw Failure{Error{Code::garment_empty, document_.file, "", "no triangle has an area to lay flat"}};
     // Nothing of them shows, but one primitive without would keep the material from being dressed.
     for (const auto& [place, vertices] : without_area_)
-      set_uvs(json_of(place), std::vector<V2d>(vertices, V2d(0, 0)), where_is(place));
+      set_uvs(json_of(place), std::vector<V2d>(vertices, V2d(0, 0)));
     result_.stretch = stretch_below(std::move(stretch_), 0.95);
     return result_;
   }
@@ -55,13 +49,7 @@ class Unwrapper {
                         "no TEXCOORD_0, without which there is no " + semantic_}};
   }
 
-  void take(MemoryAccount& memory, std::size_t count, std::uint64_t price, const std::string& where) const {
-    if (!memory.take(count, price))
-      throw Failure{beyond_memory(document_.file, where, "its charts", memory_.limit())};
-  }
-
-  void set_uvs(Json& json, const std::vector<V2d>& coordinates, const std::string& where) {
-    take(memory_, coordinates.size(), 2 * sizeof(float), where);
+  void set_uvs(Json& json, const std::vector<V2d>& coordinates) {
     std::vector<float> uvs;
     for (const V2d& uv : coordinates)
       uvs.insert(uvs.end(), {static_cast<float>(uv.x), static_cast<float>(uv.y)});
@@ -76,15 +64,9 @@ class Unwrapper {
     const auto need_no_fault = [&] {
       if (reader.fault) throw Failure{*reader.fault};
     };
-    const AccessorShape shape =
-        reader.accessor_shape(index_of(member(attributes, "POSITION")), where + "/attributes/POSITION");
-    need_no_fault();
-    MemoryAccount passing(memory_.left());  // given back after each primitive
-    take(passing, shape.count, vertex_price, where);
     std::vector<V3d> positions = reader.attribute<V3d>(attributes, "POSITION", 0, where + "/attributes");
     const std::vector<std::uint32_t> triangles = read_triangles(reader, json, where, positions.size());
     need_no_fault();
-    take(passing, triangles.size() / 3, triangle_price, where);
     PlaceInScene seen;
     if (const auto found = in_scene_.find(place); found != in_scene_.end()) seen = found->second;
     const double local = area_of(positions, triangles);
@@ -99,10 +81,9 @@ class Unwrapper {
     drop_tangents(json);
     result_.replaced |= attributes.contains(semantic_);
     attributes.erase(semantic_);
-    gather_vertices(document_, reader, json, charts.sources, where, memory_);
+    gather_vertices(document_, reader, json, charts.sources, where);
     need_no_fault();
-    set_uvs(json, charts.uvs, where);
-    take(memory_, charts.indices.size(), sizeof(std::uint32_t), where);
+    set_uvs(json, charts.uvs);
     json["indices"] = append_index_accessor(document_, charts.indices);
     json.erase("mode");
     json_of(place) = std::move(json);
@@ -114,7 +95,6 @@ class Unwrapper {
   int set_;
   std::string semantic_;
   const PlacesInScene& in_scene_;
-  MemoryAccount& memory_;
   double top_ = 0;
   std::map<Place, std::size_t> without_area_;  ///< and without coordinates: the number of vertices
   Unwrapped result_;
@@ -124,9 +104,9 @@ class Unwrapper {
 }  // namespace
 
 Result<Unwrapped> unwrap(GltfDocument& document, const std::set<Place>& places, int tex_coord,
-                         const PlacesInScene& in_scene, MemoryAccount& memory) {
+                         const PlacesInScene& in_scene) {
   try {
-    return Unwrapper(document, tex_coord, in_scene, memory).unwrap(places);
+    return Unwrapper(document, tex_coord, in_scene).unwrap(places);
   } catch (const Failure& failure) {
     return tl::unexpected(failure.error);
   }

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "converter/dress/places_in_scene.h"
-#include "format/base/memory.h"
+#include "converter/dress/uv_scale.h"
 #include "format/gltf/document.h"
 #include "format/gltf/material_uses.h"
 
@@ -18,13 +17,13 @@ struct Unwrapped {
   bool replaced = false;  ///< there were texture coordinates before
 };
 
-/// Gives the places of a material texture coordinates in metres, in place of those of that set: charts
+/// Gives the places of a material texture coordinates in metres, in place of the set's old ones: charts
 /// (charts.h) of each primitive, below each other. Vertices at seams become several, tangents are dropped.
 /// Skins and morph targets are kept: what is laid flat is the mesh without them, in the size that `in_scene`,
 /// of the same document, has for it. A primitive without an area gets zeros where it has none. GARMENT_EMPTY
 /// without a triangle that has an area, GARMENT_NO_UVS for a set above one that is missing, both of a
-/// document that is as it was; FILE_TOO_LARGE for more than `memory` has.
+/// document that is as it was.
 Result<Unwrapped> unwrap(GltfDocument& document, const std::set<Place>& places, int tex_coord,
-                         const PlacesInScene& in_scene, MemoryAccount& memory);
+                         const PlacesInScene& in_scene);
 
 }  // namespace selvedge

@@ -4,14 +4,17 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <cmath>
 #include <filesystem>
-#include <iterator>
 #include <map>
+#include <numbers>
 #include <set>
 
-#include "converter/dress/usd_material.h"
 #include "format/base/option_text.h"
 #include "format/gltf/access.h"
+#include "format/gltf/fabric_extension.h"
+#include "format/gltf/names.h"
+#include "format/gltf/picture_type.h"
 #include "format/gltf/read_scene.h"
 #include "format/gltf/uri.h"
 
@@ -41,15 +44,15 @@ class Identifiers {
 };
 
 /// Asset paths: external pictures and fabrics keep their places, embedded ones are written beside the layer.
-class Assets : public UsdAssets {
+class Assets {
  public:
   Assets(const GltfDocument& document, const Scene& scene, const std::string& layer)
       : document_(document), scene_(scene), layer_(layer) {}
 
-  std::string image(int index) override {
+  std::string image(int index) {
     return remember(images_, index, [&] { return find_image(index); });
   }
-  std::string fabric(int index) override {
+  std::string fabric(int index) {
     return remember(fabrics_, index, [&] { return find_fabric(index); });
   }
 
@@ -78,13 +81,10 @@ class Assets : public UsdAssets {
     }
     Result<std::vector<std::uint8_t>> bytes = read_image_bytes(document_, index);
     if (!bytes) return leave_out(to_line(bytes.error()));
-    const bool png = bytes->size() > 4 && (*bytes)[0] == 0x89 && (*bytes)[1] == 'P';
-    const bool jpeg = bytes->size() > 4 && (*bytes)[0] == 0xFF && (*bytes)[1] == 0xD8;
-    if (!png && !jpeg) {
-      return leave_out(
-          fmt::format("{}: {}: neither PNG nor JPEG; left out of the USD", document_.file, place));
-    }
-    return add(fmt::format("image{}.{}", index, png ? "png" : "jpg"), std::move(*bytes));
+    const std::string_view type = picture_type(*bytes);
+    if (type == "image/png") return add(fmt::format("image{}.png", index), std::move(*bytes));
+    if (type == "image/jpeg") return add(fmt::format("image{}.jpg", index), std::move(*bytes));
+    return leave_out(fmt::format("{}: {}: neither PNG nor JPEG; left out of the USD", document_.file, place));
   }
 
   std::string find_fabric(int index) {
@@ -140,6 +140,145 @@ std::string extent_of(const std::vector<V3f>& positions) {
   return fmt::format("[{}, {}]", text_of(box.min), text_of(box.max));
 }
 
+/// The primvar of a set of texture coordinates.
+std::string primvar(int tex_coord) { return tex_coord == 0 ? "st" : fmt::format("st{}", tex_coord); }
+
+/// "@./file@"
+std::string asset(const std::string& path) {
+  const char* quotes = path.find('@') == std::string::npos ? "@" : "@@@";
+  return fmt::format("{}{}{}", quotes, path, quotes);
+}
+
+/// The text of one Material prim: its shaders, written on demand.
+class MaterialPrim {
+ public:
+  MaterialPrim(const GltfDocument& document, std::string path, Assets& assets)
+      : document_(document), path_(std::move(path)), assets_(assets) {}
+
+  /// `json` is the glTF material of which `material` was read.
+  std::string write(const std::string& name, const Json& json, const SceneMaterial& material) {
+    const std::string surface = surface_of(json, material);
+    std::string text = fmt::format("        def Material \"{}\"\n        {{\n", name);
+    const std::string file = material.fabric ? assets_.fabric(material.fabric->fabric) : "";
+    if (!file.empty()) {
+      text += fmt::format(
+          "            custom asset selvedge:fabric:file = {}\n"
+          "            custom float2 selvedge:fabric:st.connect = {}\n",
+          asset(file), coordinates(material.fabric->tex_coord, material.fabric->transform));
+    }
+    add("surface", surface);
+    text += fmt::format("            token outputs:surface.connect = {}\n", output("surface", "surface"));
+    for (const auto& [shader, body] : shaders_)
+      text +=
+          fmt::format("\n            def Shader \"{}\"\n            {{\n{}            }}\n", shader, body);
+    return text + "        }\n";
+  }
+
+ private:
+  static std::string line(const std::string& declaration, const std::string& value) {
+    return fmt::format("                {} = {}\n", declaration, value);
+  }
+
+  std::string output(const std::string& shader, const char* name) const {
+    return fmt::format("<{}/{}.outputs:{}>", path_, shader, name);
+  }
+
+  void add(const std::string& name, const std::string& body) {
+    const bool known = std::any_of(shaders_.begin(), shaders_.end(),
+                                   [&](const auto& shader) { return shader.first == name; });
+    if (!known) shaders_.emplace_back(name, body);
+  }
+
+  /// The output with transformed texture coordinates; equal transforms share a shader.
+  std::string coordinates(int tex_coord, const UvTransform& transform) {
+    const std::string reader = "primvar_" + primvar(tex_coord);
+    add(reader, line("uniform token info:id", "\"UsdPrimvarReader_float2\"") +
+                    line("string inputs:varname", fmt::format("\"{}\"", primvar(tex_coord))) +
+                    "                float2 outputs:result\n");
+    const UsdTransform2d t = usd_transform(transform);
+    if (t.scale == V2d(1, 1) && t.rotation == 0 && t.translation == V2d(0, 0))
+      return output(reader, "result");
+    const std::string body =
+        line("uniform token info:id", "\"UsdTransform2d\"") +
+        line("float2 inputs:in.connect", output(reader, "result")) +
+        line("float inputs:rotation", fmt::format("{}", t.rotation)) +
+        line("float2 inputs:scale", fmt::format("({}, {})", t.scale.x, t.scale.y)) +
+        line("float2 inputs:translation", fmt::format("({}, {})", t.translation.x, t.translation.y)) +
+        "                float2 outputs:result\n";
+    for (const auto& [name, present] : shaders_) {
+      if (present == body) return output(name, "result");
+    }
+    const std::string name = fmt::format("transform_{}", transforms_++);
+    add(name, body);
+    return output(name, "result");
+  }
+
+  std::string wrap(const Json& texture, const char* key) const {
+    const Json& sampler = entry_of(document_, "samplers", index_of(member(texture, "sampler")));
+    const int mode = index_of(member(sampler, key));
+    return mode == 33071 ? "\"clamp\"" : mode == 33648 ? "\"mirror\"" : "\"repeat\"";
+  }
+
+  /// A texture as the shader `name`; false without a texture or its picture.
+  bool texture(const char* name, const Json& info, const std::string& more) {
+    const Json& json = entry_of(document_, "textures", index_of(member(info, names::gltf::index)));
+    const std::string file = json.is_null() ? "" : assets_.image(index_of(member(json, "source")));
+    if (file.empty()) return false;
+    int set = std::max(0, index_of(member(info, names::gltf::tex_coord)));
+    const UvTransform transform = read_uv_transform(info, set);
+    const std::string st = coordinates(set, transform);
+    add(name, line("uniform token info:id", "\"UsdUVTexture\"") + line("asset inputs:file", asset(file)) +
+                  more + line("float2 inputs:st.connect", st) +
+                  line("token inputs:wrapS", wrap(json, "wrapS")) +
+                  line("token inputs:wrapT", wrap(json, "wrapT")) +
+                  "                float outputs:a\n                float3 outputs:rgb\n");
+    return true;
+  }
+
+  /// The inputs of the UsdPreviewSurface, and the textures behind them.
+  std::string surface_of(const Json& json, const SceneMaterial& material) {
+    const auto number = [](double value) { return fmt::format("{}", value); };
+    const Json& core = member(json, "pbrMetallicRoughness");
+    const V4f& color = material.base_color;
+    std::string scale;
+    if (color != V4f(1, 1, 1, 1))
+      scale =
+          line("float4 inputs:scale", fmt::format("({}, {}, {}, {})", color.x, color.y, color.z, color.w));
+    const bool textured = texture("base_color", member(core, names::gltf::base_color_texture),
+                                  scale + line("token inputs:sourceColorSpace", "\"sRGB\""));
+    std::string text = line("uniform token info:id", "\"UsdPreviewSurface\"");
+    text += textured ? line("color3f inputs:diffuseColor.connect", output("base_color", "rgb"))
+                     : line("color3f inputs:diffuseColor", text_of(V3f(color.x, color.y, color.z)));
+    if (const Json& glow = member(json, "emissiveFactor"); glow.is_array() && glow.size() == 3) {
+      text += line("color3f inputs:emissiveColor", fmt::format("({}, {}, {})", number_of(glow[0], 0),
+                                                               number_of(glow[1], 0), number_of(glow[2], 0)));
+    }
+    text += line("float inputs:metallic", number(number_of(member(core, "metallicFactor"), 1)));
+    const Json& normal = member(json, "normalTexture");
+    const double bumps = number_of(member(normal, "scale"), 1);
+    const std::string decoding =
+        line("float4 inputs:bias", fmt::format("({}, {}, -1, 0)", -bumps, -bumps)) +
+        line("float4 inputs:scale", fmt::format("({}, {}, 2, 1)", 2 * bumps, 2 * bumps)) +
+        line("token inputs:sourceColorSpace", "\"raw\"");
+    if (texture("normal", normal, decoding))
+      text += line("normal3f inputs:normal.connect", output("normal", "rgb"));
+    if (material.alpha_mode != AlphaMode::opaque) {
+      text += textured ? line("float inputs:opacity.connect", output("base_color", "a"))
+                       : line("float inputs:opacity", fmt::format("{}", color.w));
+    }
+    if (material.alpha_mode == AlphaMode::mask)
+      text += line("float inputs:opacityThreshold", fmt::format("{}", material.alpha_cutoff));
+    text += line("float inputs:roughness", number(number_of(member(core, "roughnessFactor"), 1)));
+    return text + "                token outputs:surface\n";
+  }
+
+  const GltfDocument& document_;
+  std::string path_;
+  Assets& assets_;
+  std::vector<std::pair<std::string, std::string>> shaders_;
+  int transforms_ = 0;
+};
+
 /// One instance of a primitive. `binding` is the path of its material, or empty.
 std::string mesh(const ScenePrimitive& primitive, const M44d& world, const std::string& name,
                  const std::string& binding, bool double_sided) {
@@ -163,7 +302,7 @@ std::string mesh(const ScenePrimitive& primitive, const M44d& world, const std::
   line("point3f[] points", list(primitive.positions, text_of));
   for (std::size_t set = 0; set < primitive.tex_coords.size(); ++set) {
     if (primitive.tex_coords[set].empty()) continue;
-    per_vertex("texCoord2f[] primvars:" + usd_primvar(static_cast<int>(set)),
+    per_vertex("texCoord2f[] primvars:" + primvar(static_cast<int>(set)),
                list(primitive.tex_coords[set], [](const V2d& uv) {
                  return fmt::format("({}, {})", static_cast<float>(uv.x), static_cast<float>(1.0 - uv.y));
                }));
@@ -218,8 +357,8 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, c
         const std::string name = material_names.make(material->name, "material");
         entry->second = fmt::format("/Garment/{}/{}", materials_name, name);
         if (!materials.empty()) materials += "\n";
-        materials += usd_material(document, document.json["materials"][primitive.material], *material, name,
-                                  entry->second, assets);
+        materials += MaterialPrim(document, entry->second, assets)
+                         .write(name, document.json["materials"][primitive.material], *material);
       }
       binding = entry->second;
     }
@@ -238,14 +377,16 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, c
   return result;
 }
 
-Result<std::vector<AtomicFile>> stage(const UsdFiles& files) {
-  std::vector<AtomicFile> staged;
-  for (const UsdFile& file : files.files) {
-    Result<AtomicFile> one = stage_file(file.path, file.bytes);
-    if (!one) return tl::unexpected<Error>(std::move(one.error()));
-    staged.push_back(std::move(*one));
-  }
-  return staged;
+// With t = 1 - v, and the rotation of UvTransform::apply_linear.
+UsdTransform2d usd_transform(const UvTransform& transform) {
+  const double c = std::cos(transform.rotation);
+  const double s = std::sin(transform.rotation);
+  UsdTransform2d result;
+  result.scale = transform.scale;
+  result.rotation = transform.rotation * 180.0 / std::numbers::pi;
+  result.translation =
+      V2d(transform.offset.x + s * transform.scale.y, 1.0 - transform.offset.y - c * transform.scale.y);
+  return result;
 }
 
 }  // namespace selvedge

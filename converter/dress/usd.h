@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "format/base/atomic_file.h"
 #include "format/gltf/document.h"
+#include "format/scene/scene.h"
 
 namespace selvedge {
 
@@ -33,7 +33,13 @@ struct UsdFiles {
 Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path,
                         const SceneLimits& limits = {});
 
-/// Writes all files beside their final places; they appear there with commit_all(), in this order.
-Result<std::vector<AtomicFile>> stage(const UsdFiles& files);
+/// KHR_texture_transform for texture coordinates with v up: the inputs of a UsdTransform2d that maps (u, 1 -
+/// v) to (u', 1 - v').
+struct UsdTransform2d {
+  V2d scale{1, 1};
+  double rotation = 0;  ///< degrees, counter-clockwise
+  V2d translation{0, 0};
+};
+UsdTransform2d usd_transform(const UvTransform& transform);
 
 }  // namespace selvedge

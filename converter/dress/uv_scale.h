@@ -1,11 +1,13 @@
-// Measures a garment's texture coordinates: metres of cloth per unit of UV.
+// Measures a garment in its scene: metres of cloth per unit of its texture coordinates, areas and bounds.
 #pragma once
 
 #include <Imath/ImathBox.h>
 
+#include <map>
 #include <set>
 #include <vector>
 
+#include "format/gltf/material_uses.h"
 #include "format/scene/scene.h"
 
 namespace selvedge {
@@ -32,7 +34,20 @@ UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord
 /// under a node of scale 0: dress() refuses it.
 Issues check_uv_areas(const Scene& scene);
 
-/// What the scene's triangles reach, metres; empty without any.
+/// Bounds of the scene's triangles, metres; empty without triangles.
 Imath::Box3d bounds_of(const Scene& scene);
+
+struct PlaceInScene {
+  double area = 0;     ///< twice the area of its first instance, m^2, as it rests
+  V3d down{0, -1, 0};  ///< the direction of the mesh's frame that grows towards the ground, of any length
+};
+
+using PlacesInScene = std::map<Place, PlaceInScene>;
+
+/// How large the primitives of a document are in its scene, and which way they hang.
+PlacesInScene places_in(const Scene& scene);
+
+/// Twice the area of the triangles, in the unit of the positions.
+double area_of(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles);
 
 }  // namespace selvedge

@@ -2,7 +2,7 @@
 //
 // Frame of the cell: millimetres, x and y along the two repeats, z out of the cloth; the cell covers [0,
 // period.x) x [0, period.y) and repeats with the period. Triangles of imported meshes may cross the walls of
-// the cell; those of stitches are cut exactly at the walls.
+// the cell; triangles of stitches are cut exactly at the walls.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace selvedge {
 
-/// What is seen of the fibres of a yarn or ply, at hits of rays (converter/light/yarn_brdf.h).
+/// Visible fibres of a yarn or ply, at hits of rays (converter/light/yarn_brdf.h).
 struct YarnSkin {
   int strands = 0;  ///< of fibres, side by side around it; 0: smooth
   int lays = 0;     ///< whole turns that the strands take about it from its start to where it begins again

@@ -84,7 +84,7 @@ class GltfReader {
     return value;
   }
 
-  /// entry_of; GLTF_ACCESSOR if there is none.
+  /// entry_of; GLTF_ACCESSOR for a missing entry.
   const Json& entry(const char* array, int index, const std::string& place);
 
   /// A buffer view; GLTF_ACCESSOR if it reaches beyond the declared size of its buffer.
@@ -111,7 +111,7 @@ class GltfReader {
 
   /// The elements of the accessor that the member `semantic` of `attributes` names, as vectors; empty without
   /// that member. `count`: how many elements are needed, 0: any number. GLTF_MALFORMED for another number of
-  /// elements or components, MESH_NOT_FINITE for NaN and infinities. `place` is that of `attributes`.
+  /// elements or components, MESH_NOT_FINITE for NaN and infinities. `place` is the pointer of `attributes`.
   template <class V>
   std::vector<V> attribute(const Json& attributes, const char* semantic, std::size_t count,
                            const std::string& place) {

@@ -27,8 +27,8 @@ struct GltfDocument {
   std::string folder;          ///< relative URIs start here
   Json json;                   ///< an object; plain geometry: Draco and meshopt are expanded on loading
   std::vector<Bytes> buffers;  ///< one per entry of json["buffers"]
-  /// The files that its URIs may name (resolve_uri): those of `other_files` around `root`, the folder that it
-  /// was read from, and those that the user has named.
+  /// The files that its URIs may name (resolve_uri): by `other_files` around `root`, the folder that it was
+  /// read from, and the files that the user has named.
   OtherFiles other_files = OtherFiles::inside;
   std::string root;  ///< empty: `folder`
   std::vector<std::string> named_files;

@@ -24,7 +24,7 @@ int append_attribute_view(GltfDocument& document, const AccessorShape& shape,
 int append_float_accessor(GltfDocument& document, std::span<const float> values, int components, bool bounds);
 int append_index_accessor(GltfDocument& document, std::span<const std::uint32_t> indices);
 
-/// Sets "min" and "max" of an accessor to those of its values.
+/// Sets "min" and "max" of an accessor by its values.
 void set_bounds(Json& accessor, std::span<const float> values, int components);
 
 /// Adds to (or removes from) extensionsUsed. Removing also takes it out of extensionsRequired.

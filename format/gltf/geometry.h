@@ -13,7 +13,7 @@ namespace selvedge {
 /// The vertices and triangles of a primitive; nothing for points and lines, or without POSITION. `place` is
 /// its JSON pointer, `vertex_limit` the highest number of vertices. The caller sets the name and checks the
 /// material. A pose morphs and skins the vertices before missing normals become flat ones. FILE_TOO_LARGE
-/// beyond the limit; other faults are those of the accessors.
+/// beyond the limit; other faults come from the accessors.
 std::optional<ScenePrimitive> read_primitive(GltfReader& reader, const Json& primitive,
                                              const std::string& place, std::size_t vertex_limit,
                                              const Pose& pose = {});

@@ -1,4 +1,4 @@
-// What a reader of glTF files allows a document that is not trusted.
+// Limits of a reader of glTF files for documents that are not trusted.
 #pragma once
 
 #include <cstddef>

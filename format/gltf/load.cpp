@@ -114,7 +114,7 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, M
     Json json = Json::parse(text.begin(), text.end());
     if (!json.is_object()) return refuse(Code::gltf_malformed, "", "the JSON is not an object");
     if (std::optional<std::string> place = repeated_member(text))
-      return refuse(Code::gltf_malformed, std::move(*place), "stands there twice");
+      return refuse(Code::gltf_malformed, std::move(*place), "duplicate member");
     return json;
   } catch (const nlohmann::json::parse_error& error) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");

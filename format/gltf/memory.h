@@ -25,8 +25,9 @@ inline constexpr std::uint64_t decoding = 24;      ///< of the largest texture, 
 inline constexpr std::uint64_t encoded_pixel = 8;  ///< of the largest picture, while it is decoded
 }  // namespace memory_price
 
-/// What a scene and its encoded pictures leave of `limit` bytes when they are drawn; FILE_TOO_LARGE if that
-/// is nothing. Textures come on top, by what a frame shows of them (viewer/light/picture_textures.h).
+/// The memory that a scene and its encoded pictures leave of `limit` bytes when they are drawn;
+/// FILE_TOO_LARGE beyond it. Textures come on top, by what a frame shows of them
+/// (viewer/light/picture_textures.h).
 Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit);
 
 /// Whether textures of all its pictures fit as well, each in full size, as a frame from near may need them:

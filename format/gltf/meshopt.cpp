@@ -77,7 +77,7 @@ Stream stream_of(GltfReader& reader, const Json& view, const Json& extension, co
   if (const char* fault = fault_of(stream)) refuse(Code::gltf_malformed, fault);
   const Json& view_stride = member(view, "byteStride");
   if (!view_stride.is_null() && size_of(view_stride) != stream.stride)
-    refuse(Code::gltf_malformed, "byteStride is not that of the view");
+    refuse(Code::gltf_malformed, "byteStride differs from the view's");
   if (size_of(member(view, "byteLength")) != stream.size())
     refuse(Code::gltf_malformed, "count times byteStride is not the view's byteLength");
 

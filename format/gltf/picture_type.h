@@ -1,4 +1,4 @@
-// What encoded pictures are, by their first bytes; nothing is decoded.
+// Types and sizes of encoded pictures by their first bytes; nothing is decoded.
 #pragma once
 
 #include <Imath/ImathVec.h>

@@ -96,7 +96,6 @@ class Reader {
       auto primitive = read_primitive(own, json, mesh, static_cast<int>(p), pose);
       if (has_failed(own)) exhausted_ = exhausted_ || ++failures_ == max_failures;
       if (own.fault || !primitive) continue;
-      remark_on_coarse_coordinates(primitives[p], *primitive);
       entry->second.push_back(static_cast<int>(scene_.primitives.size()));
       scene_.primitives.push_back(std::move(*primitive));
     }
@@ -124,7 +123,6 @@ class Reader {
       reader.fail(Code::file_too_large, place, "too many triangles");
       return std::nullopt;
     }
-    if (everything_) check_variants(json, place);
     if (variant_ >= 0) read->material = material_of_variant(json, read->material);
     if (read->material >= static_cast<int>(scene_.materials.size())) {
       reader.fail(Code::gltf_accessor, place + "/material",
@@ -177,26 +175,6 @@ class Reader {
     return array_of(member(member(primitive, "extensions"), names::gltf::variants), "mappings");
   }
 
-  void check_variants(const Json& primitive, const std::string& place) {
-    const Json& mappings = mappings_of(primitive);
-    std::set<int> mapped;
-    for (std::size_t i = 0; i < mappings.size(); ++i) {
-      const std::string where = fmt::format("{}/extensions/{}/mappings/{}", place, names::gltf::variants, i);
-      const int material = index_of(member(mappings[i], "material"));
-      if (material < 0 || static_cast<std::size_t>(material) >= scene_.materials.size())
-        add(Code::gltf_accessor, where + "/material", fmt::format("there is no material {}", material));
-      const Json& variants = array_of(mappings[i], "variants");
-      for (std::size_t v = 0; v < variants.size(); ++v) {
-        const int variant = index_of(variants[v]);
-        const std::string at = fmt::format("{}/variants/{}", where, v);
-        if (variant < 0 || static_cast<std::size_t>(variant) >= scene_.variants.size())
-          add(Code::gltf_accessor, at, fmt::format("there is no variant {}", variant));
-        else if (!mapped.insert(variant).second)
-          add(Code::gltf_malformed, at, fmt::format("variant {} has another material here", variant));
-      }
-    }
-  }
-
   int material_of_variant(const Json& primitive, int otherwise) const {
     for (const Json& mapping : mappings_of(primitive)) {
       const Json& variants = array_of(mapping, "variants");
@@ -205,32 +183,6 @@ class Reader {
       if (meant) return index_of(member(mapping, "material"));
     }
     return otherwise;
-  }
-
-  /// Remarks texture coordinates so far from zero that the file's floats are too coarse for a fabric's
-  /// texels.
-  void remark_on_coarse_coordinates(const Json& json, const ScenePrimitive& primitive) {
-    if (primitive.material < 0) return;
-    const SceneMaterial& material = scene_.materials[primitive.material];
-    if (!material.fabric || material.fabric->tex_coord > 1) return;
-    const std::string semantic = fmt::format("TEXCOORD_{}", material.fabric->tex_coord);
-    const int accessor = index_of(member(member(json, "attributes"), semantic.c_str()));
-    if (member(entry_of(document_, "accessors", accessor), "componentType") != 5126) return;
-    V2d largest(0, 0);
-    for (const V2d& uv : primitive.tex_coords[material.fabric->tex_coord]) {
-      largest = V2d(std::max(largest.x, std::abs(uv.x)), std::max(largest.y, std::abs(uv.y)));
-    }
-    constexpr double finest = 1.0 / 1024;  // of a repeat: a quarter of a texel of a large fabric
-    const auto step_at = [](double value) {
-      return std::nextafter(static_cast<float>(value), std::numeric_limits<float>::infinity()) -
-             static_cast<float>(value);
-    };
-    const double step =
-        std::max(material.fabric->transform.apply_linear(V2d(double{step_at(largest.x)}, 0)).length(),
-                 material.fabric->transform.apply_linear(V2d(0, double{step_at(largest.y)})).length());
-    if (step <= finest) return;
-    remark(scene_, fmt::format("{}: its {} reach {:.4g}, where floats are {:.2g} repeats of the fabric apart",
-                               primitive.name, semantic, std::max(largest.x, largest.y), step));
   }
 
   /// The nodes of the chosen scene, else of the default one. Without scenes, and if everything is read, all

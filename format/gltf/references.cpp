@@ -12,7 +12,7 @@
 namespace selvedge {
 namespace {
 
-/// Where a document has numbers, and of which root array; "*" stands for every item or member.
+/// Where a document has numbers, and of which root array or of variants; "*": every item or member.
 struct Reference {
   std::string_view path;
   const char* array;
@@ -32,6 +32,7 @@ constexpr std::array references{
     Reference{"/meshes/*/primitives/*/indices", "accessors"},
     Reference{"/meshes/*/primitives/*/material", "materials"},
     Reference{"/meshes/*/primitives/*/extensions/KHR_materials_variants/mappings/*/material", "materials"},
+    Reference{"/meshes/*/primitives/*/extensions/KHR_materials_variants/mappings/*/variants/*", "variants"},
     Reference{"/animations/*/channels/*/target/node", "nodes"},
     Reference{"/animations/*/samplers/*/input", "accessors"},
     Reference{"/animations/*/samplers/*/output", "accessors"},
@@ -63,9 +64,12 @@ class ReferenceCheck {
   /// A member may be absent or null.
   void need(const char* array, const Json& number, const std::string& place) {
     if (number.is_null()) return;
-    GltfReader reader(document_);
-    reader.entry(array, index_of(number), place);
-    if (reader.fault) issues_.add(*reader.fault);
+    const Json& owner = array == std::string_view("variants")
+                            ? member(member(document_.json, "extensions"), names::gltf::variants)
+                            : document_.json;
+    const int index = index_of(number);
+    if (index < 0 || static_cast<std::size_t>(index) >= array_of(owner, array).size())
+      issues_.add(Code::gltf_accessor, place, fmt::format("there is no /{}/{}", array, index));
   }
 
   /// Checks the numbers at `path` below `json`, which lies at `place`.

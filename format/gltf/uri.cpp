@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "format/base/atomic_file.h"
-#include "format/base/input_file.h"
 #include "format/gltf/names.h"
 #include "format/gltf/picture_type.h"
 
@@ -54,6 +53,7 @@ std::optional<Bytes> base64_decoded(std::string_view text) {
   return bytes;
 }
 
+/// Empty after an error.
 fs::path canonical(const std::string& path, std::error_code& error) {
   // Absolute first: a relative path that does not exist yet would stay relative.
   const fs::path absolute = fs::absolute(path.empty() ? fs::path(".") : fs::path(path), error);
@@ -64,19 +64,6 @@ fs::path canonical(const std::string& path) {
   std::error_code ignored;
   return canonical(path, ignored);
 }
-
-}  // namespace
-
-Result<bool> is_inside(const std::string& path, const std::string& folder) {
-  std::error_code error;
-  const fs::path file = canonical(path, error);
-  const fs::path around = error ? fs::path() : canonical(folder, error);
-  if (error) return fail(Code::file_unreadable, path, "", error.message());
-  const fs::path relative = file.lexically_relative(around);
-  return !relative.empty() && *relative.begin() != "..";
-}
-
-namespace {
 
 /// Visits the objects of a document that name a file by "uri", with their JSON pointers.
 template <class Root, class F>
@@ -114,6 +101,7 @@ Result<std::string> path_of(const GltfDocument& document, const std::string& uri
   return (fs::path(document.folder) / decoded).lexically_normal().string();
 }
 
+/// GLTF_REFERENCE for a file that does not lie in the folder.
 Result<void> check_inside(const GltfDocument& document, const std::string& path, const std::string& folder,
                           const std::string& uri, const std::string& place) {
   const Result<bool> inside = is_inside(path, folder);
@@ -125,6 +113,15 @@ Result<void> check_inside(const GltfDocument& document, const std::string& path,
 }
 
 }  // namespace
+
+Result<bool> is_inside(const std::string& path, const std::string& folder) {
+  std::error_code error;
+  const fs::path file = canonical(path, error);
+  const fs::path around = error ? fs::path() : canonical(folder, error);
+  if (error) return fail(Code::file_unreadable, path, "", error.message());
+  const fs::path relative = file.lexically_relative(around);
+  return !relative.empty() && *relative.begin() != "..";
+}
 
 Result<std::string> resolve_uri(const GltfDocument& document, const std::string& uri,
                                 const std::string& place) {
@@ -155,15 +152,6 @@ void name_file(GltfDocument& document, const std::string& uri) {
   if (path) document.named_files.push_back(canonical(*path).string());
 }
 
-namespace {
-
-void need_picture(GltfReader& reader, const Bytes& bytes, const std::string& place) {
-  if (picture_type(bytes).empty())
-    reader.fail(Code::image_unreadable, place, "is no picture (PNG, JPEG, WebP, KTX2, AVIF or DDS)");
-}
-
-}  // namespace
-
 Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& place, std::uint64_t limit) {
   if (uri.starts_with("data:")) {
     const std::size_t comma = uri.find(',');
@@ -188,34 +176,6 @@ Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& pl
   return {};
 }
 
-Result<void> check_image_bytes(const GltfDocument& document, int image) {
-  GltfReader reader(document);
-  const std::string place = fmt::format("/images/{}", image);
-  const Json& json = reader.entry("images", image, place);
-  const std::string uri = string_of(member(json, names::gltf::uri));
-  const std::size_t head = 16;  // no picture's type lies further in
-  Bytes bytes;
-  if (uri.starts_with("data:") || (!uri.empty() && document.other_files == OtherFiles::none)) {
-    bytes = read_uri(reader, uri, place);
-  } else if (!uri.empty()) {
-    const std::string path = reader.take(resolve_uri(document, uri, place));
-    if (reader.fault) return tl::unexpected<Error>(*reader.fault);
-    const Result<InputFile> file = InputFile::open(path);
-    if (!file) return fail(file.error().code, document.file, place, file.error().message);
-    bytes.resize(std::min<std::uint64_t>(head, file->size()));
-    if (!file->read(0, bytes)) return fail(Code::file_unreadable, document.file, place, "cannot be read");
-  } else if (json.contains(names::gltf::uri)) {
-    reader.fail(Code::gltf_malformed, place, "its uri is empty or no string");
-  } else {
-    const auto view = reader.bytes(index_of(member(json, names::gltf::buffer_view)), place);
-    const auto first = view.first(std::min(head, view.size()));
-    bytes.assign(first.begin(), first.end());
-  }
-  if (!reader.fault) need_picture(reader, bytes, place);
-  if (reader.fault) return tl::unexpected<Error>(*reader.fault);
-  return {};
-}
-
 Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uint64_t limit) {
   GltfReader reader(document);
   const std::string place = fmt::format("/images/{}", image);
@@ -231,7 +191,8 @@ Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uin
     bytes.assign(view.begin(), view.end());
   }
   if (bytes.size() > limit) reader.fail(Code::file_too_large, place, "the pictures are too large");
-  if (!reader.fault) need_picture(reader, bytes, place);
+  if (!reader.fault && picture_type(bytes).empty())
+    reader.fail(Code::image_unreadable, place, "is no picture (PNG, JPEG, WebP, KTX2, AVIF or DDS)");
   return reader.result(std::move(bytes));
 }
 

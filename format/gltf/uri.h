@@ -21,9 +21,6 @@ Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& pl
 /// that is no picture (picture_type).
 Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uint64_t limit = max_uri_bytes);
 
-/// The errors of read_image_bytes, by the first bytes of the picture: nothing large is read or copied.
-Result<void> check_image_bytes(const GltfDocument& document, int image);
-
 /// Whether `path` lies in `folder` or below after all links in both are followed; it need not exist.
 /// FILE_UNREADABLE if the system does not tell, e.g. for links in a circle.
 Result<bool> is_inside(const std::string& path, const std::string& folder);

@@ -284,27 +284,22 @@ test_dress_by_name_number_all_and_repeats() {
   holds "r.content.materials[0].repeats.join() === '3,4.5'"
 }
 
-test_dress_embeds_or_refers_as_it_is_told() {
+test_dress_embeds_the_fabric_in_glb_and_refers_to_it_from_gltf() {
   make_plane_fabric
   write_quad quad.gltf
   mkdir out
   for form in glb gltf; do
-    for how in embed external; do
-      local output=out/$how.$form
-      exits 0 selvedge dress quad.gltf plane.fabric.exr -o $output --all --$how --json
-      holds "r.embedded === ('$how' === 'embed')"
-      # A fabric in the folder above is outside of the garment's.
-      exits 0 selvedge check --allow-outside $output
-      exits 0 selvedge info --allow-outside $output --json
-      holds "(r.content.fabrics[0].embeddedBytes === $(stat -c %s plane.fabric.exr)) === ('$how' === 'embed')"
-      selvedge-view render --allow-outside $output -o $how-$form.exr --size 48x48 --quiet
-      same embed-glb.exr $how-$form.exr
-    done
-  done
-  # Without a word: inside of .glb, beside .gltf; also in the folder where one works.
-  for form in glb gltf; do
-    exits 0 selvedge dress quad.gltf plane.fabric.exr -o here.$form --all --json
+    local output=out/o.$form
+    exits 0 selvedge dress quad.gltf plane.fabric.exr -o $output --all --json
     holds "r.embedded === ('$form' === 'glb')"
+    # A fabric in the folder above is outside of the garment's.
+    exits 0 selvedge check --allow-outside $output
+    exits 0 selvedge info --allow-outside $output --json
+    holds "(r.content.fabrics[0].embeddedBytes === $(stat -c %s plane.fabric.exr)) === ('$form' === 'glb')"
+    selvedge-view render --allow-outside $output -o $form.exr --size 48x48 --quiet
+    same glb.exr $form.exr
+    # Also in the folder where one works.
+    exits 0 selvedge dress quad.gltf plane.fabric.exr -o here.$form --all --json
     exits 0 selvedge check here.$form
     # And once more over it.
     exits 0 selvedge dress here.$form plane.fabric.exr -o here.$form --all

@@ -42,10 +42,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::require(scene.has_value() || !good, "what the checker lets pass is read");
   if (!scene) return 0;
   check_scene(*scene);
-  MemoryAccount memory(scene->memory_left);
   for (const ScenePrimitive& primitive : scene->primitives) {
     if (primitive.tex_coords[0].empty()) continue;
-    static_cast<void>(add_tangents(*document, primitive.mesh, primitive.index, 0, memory));
+    static_cast<void>(add_tangents(*document, primitive.mesh, primitive.index, 0));
   }
   return 0;
 }

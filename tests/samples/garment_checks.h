@@ -1,4 +1,4 @@
-// What both sample garments are measured by.
+// Measures of the sample garment.
 #pragma once
 
 #include <algorithm>

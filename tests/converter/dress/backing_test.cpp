@@ -95,15 +95,6 @@ TEST_CASE("dress: two layers back to back are backed each on its own side") {
     CHECK(scene.primitives[1].positions[i].z == doctest::Approx(i < 4 ? -0.001 : 0.001));
 }
 
-TEST_CASE("dress: a backing counts as memory") {
-  const Workshop workshop(cube());
-  GltfDocument document = test::need(load_gltf(workshop.garment));
-  const Scene scene = test::need(read_scene(document));
-  MemoryAccount little(100);
-  CHECK(test::error_of(add_backing(document, 0, {{0, 0}}, places_in(scene), {}, little)).code ==
-        Code::file_too_large);
-}
-
 TEST_CASE("dress: a place that wears two dressed materials has one backing") {
   Workshop workshop(test::square(2));
   workshop.edit([](Json& json) {
@@ -129,13 +120,4 @@ TEST_CASE("dress: dressing again puts the new backing in the place of the old") 
   workshop.output = workshop.folder / "again.glb";
   CHECK(test::need(workshop.dress({.all = true, .backing = V3f(1, 0, 0)})).backed == 1);
   CHECK(primitives().size() == backed);
-}
-
-TEST_CASE("dress: a backing leaves a primitive without a material as it is") {
-  Workshop workshop(test::square(2));
-  workshop.edit([](Json& json) { json["meshes"][0]["primitives"][1].erase("material"); });
-  const DressReport report = test::need(workshop.dress({.materials = {"#0"}, .backing = V3f(0, 0, 0)}));
-  CHECK(report.backed == 1);
-  const GltfDocument dressed = test::need(load_gltf(workshop.output));
-  CHECK_FALSE(dressed.json["meshes"][0]["primitives"][1].contains("material"));
 }

@@ -122,47 +122,16 @@ TEST_CASE("dress: the garment's own variants stay, and a name that is taken is a
   }
 }
 
-TEST_CASE("dress: a material that only variants of the garment wear has no colourways") {
-  Pale pale(2);
-  pale.edit([](Json& json) {
-    json["extensionsUsed"] = {variants};
-    json["extensions"][variants]["variants"] = {{{"name", "night"}}};
-    json["meshes"][0]["primitives"].erase(1);
-    json["meshes"][0]["primitives"][0]["extensions"][variants]["mappings"] = {
-        {{"material", 1}, {"variants", {0}}}};
-  });
-  const DressReport report =
-      test::need(pale.dress({.materials = {"cloth 1"}, .colourways = {{"dusk", V3f(0, 0, 0)}}}));
-  CHECK(report.variants.empty());
-  CHECK(report.warnings.back().find("variant \"dusk\" changes nothing") == 0);
-}
-
-TEST_CASE("dress: what is mapped to variants that are not there does not show in a new one") {
+TEST_CASE("dress: a garment with mappings to variants that do not exist is refused") {
   Pale pale(2);
   pale.edit([](Json& json) {
     json["extensionsUsed"] = {variants};
     json["extensions"][variants]["variants"] = {{{"name", "night"}}};
     json["meshes"][0]["primitives"][1]["extensions"][variants]["mappings"] = {
-        {{"material", 0}, {"variants", {1, 2}}}};
-    json["meshes"][0]["primitives"][0]["extensions"][variants]["mappings"] = {
-        {{"material", 1}, {"variants", {0, 1}}}, {{"material", 0}, {"variants", {0}}}};
+        {{"material", 0}, {"variants", {0, 1}}}};
   });
-  const DressReport report =
-      test::need(pale.dress({.materials = {"cloth 0"}, .colourways = {{"dusk", V3f(0, 0, 0)}}}));
-  CHECK(report.warnings[0] ==
-        "left out: 4 mappings to variants that are not there or have a material already");
-  CHECK(pale.worn_in("night").name == "cloth 1");
-  CHECK(pale.worn_in("dusk").name == "cloth 0 dusk");
-  CHECK(pale.worn_in("dusk", 1).name == "cloth 1");
-}
-
-TEST_CASE("dress: a variant is added to a document whose members are as many as their storage holds") {
-  for (int members = 1; members < 20; ++members) {
-    GltfDocument document;
-    document.json = Json::object();
-    document.json["extensions"][variants]["variants"] = {{{"name", "night"}}};
-    for (int i = 1; i < members; ++i) document.json["member " + std::to_string(i)] = i;
-    CHECK(test::need(add_variant(document, "dusk")) == 1);
-    CHECK(document.json["extensions"][variants]["variants"].size() == 2);
-  }
+  const Error error =
+      test::error_of(pale.dress({.materials = {"cloth 0"}, .colourways = {{"dusk", V3f(0, 0, 0)}}}));
+  CHECK(error.code == Code::gltf_accessor);
+  CHECK(error.place == "/meshes/0/primitives/1/extensions/KHR_materials_variants/mappings/0/variants/1");
 }

@@ -365,22 +365,3 @@ TEST_CASE("dress: the garments of the field can be dressed, each at its own size
     CHECK(read_scene(workshop.output).has_value());
   }
 }
-
-TEST_CASE("dress: one cloth in several encodings has one size once its UVs are decoded") {
-  const auto size_of_cloth = [&](const std::string& file) {
-    Workshop workshop;
-    workshop.garment = file;
-    // Repeats per raw UV unit; the old transform's scale says how many raw units one decoded unit is.
-    test::need(read_scene(workshop.garment));
-    const DressReport report = test::need(workshop.dress(everything));
-    return report.materials[0].repeats.x;
-  };
-  for (const std::string& prefix : test::encoded_cloths()) {
-    const double plain = size_of_cloth(prefix + "plain.glb");
-    // Draco and 12-bit positions move vertices by a few micrometres, triangles are 0.3 mm and more.
-    for (const char* encoding : {"draco_edgebreaker", "draco_sequential", "quantized"}) {
-      CAPTURE(prefix + encoding);
-      CHECK(size_of_cloth(prefix + encoding + ".glb") == doctest::Approx(plain).epsilon(0.02));
-    }
-  }
-}

@@ -106,7 +106,7 @@ TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of tha
   CHECK(fallback.sheen_color.y < 0.1F * fallback.sheen_color.x);
 }
 
-TEST_CASE("fallback: the picture is that of the yarn where the fabric has it, in the colour of the levels") {
+TEST_CASE("fallback: the picture shows the yarn where the fabric has it, in the colour of the levels") {
   const Fabric fabric = test::with_yarn(test::lambert_fabric(V2d(5, 5), 4, V3f(0.2F, 0.3F, 0.4F)), 1);
   const Image image = bake_fallback(fabric).base_color;
   REQUIRE(image.width == 64);

@@ -129,7 +129,7 @@ TEST_CASE("dress: the base colour stays as a tint where it is asked for, and a c
   CHECK(color_of(dyed).y == doctest::Approx(mean.y * 0.5F).epsilon(0.02));
 }
 
-TEST_CASE("dress: what is kept and what is replaced is said, a print with the option that shows it") {
+TEST_CASE("dress: the report names the kept and the replaced members") {
   const DressReport report = test::need(Worn().dress(all()));
   CHECK(report.materials[0].kept ==
         std::vector<std::string>{"maskTexture", "normalTexture", "occlusionTexture"});

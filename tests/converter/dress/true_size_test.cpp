@@ -22,17 +22,6 @@ TEST_CASE("true size: a document without scenes is scaled as one with them") {
   CHECK(bounds_of(test::need(read_scene(document))).size().y == doctest::Approx(0.01));
 }
 
-TEST_CASE("true size: a document without nodes is refused as it is") {
-  GltfDocument document;
-  document.json = Json::parse(R"({"asset":{},"scene":0,"buffers":[],"bufferViews":[],"accessors":[],
-    "meshes":[],"materials":[],"scenes":[{"nodes":[0]}]})");
-  REQUIRE(document.json.size() == 8);
-  const Json before = document.json;
-  const Error error = test::error_of(size_garment(document, 0.01, {}, {}));
-  CHECK(error.code == Code::garment_empty);
-  CHECK(document.json == before);
-}
-
 TEST_CASE("true size: scenes that share nodes are all scaled, and no node gets two parents") {
   const Workshop workshop;
   GltfDocument document = test::need(load_gltf(workshop.garment));

@@ -163,10 +163,9 @@ TEST_CASE("dress: unwrapping replaces coordinates with a remark, counts as memor
   const DressReport second = test::need(workshop.dress({.all = true, .unwrap = true, .tex_coord = 1}));
   CHECK_FALSE(second.unwrapped.at(0).replaced);
   CHECK(test::need(read_scene(workshop.output)).primitives[0].tex_coords[0].front() == V2d(0, 0));
-  GltfDocument document = test::need(load_gltf(workshop.garment));
-  const Scene scene = test::need(read_scene(document));
-  MemoryAccount little(1000);
-  CHECK(test::error_of(unwrap(document, {{0, 0}}, 0, places_in(scene), little)).code == Code::file_too_large);
+  DressOptions options{.all = true, .unwrap = true};
+  options.limits.document.memory = 3 << 20;  // for 960 triangles
+  CHECK(test::error_of(workshop.dress(options)).code == Code::file_too_large);
   const Workshop flat(garment_of({{V3d(0, 0, 0), V3d(1, 0, 0), V3d(2, 0, 0)}, {0, 1, 2}}));
   CHECK(test::error_of(flat.dress({.all = true, .unwrap = true})).code == Code::garment_empty);
 }
@@ -227,19 +226,6 @@ TEST_CASE("dress: a material without an area is left alone where all are dressed
   const Error error = test::error_of(workshop.dress({.materials = {"#1"}, .unwrap = true}));
   CHECK(error.code == Code::garment_empty);
   CHECK(error.place == "/materials/1");
-}
-
-TEST_CASE("dress: what a primitive takes while it is unwrapped is free for the next") {
-  Garment garment = garment_of(tube(0.1, 0.5));
-  for (int i = 0; i < 9; ++i) garment.primitives.push_back(GarmentPrimitive(garment.primitives[0]));
-  const Workshop workshop(garment);
-  GltfDocument document = test::need(load_gltf(workshop.garment));
-  std::set<Place> places;
-  for (int i = 0; i < 10; ++i) places.emplace(0, i);
-  // 960 triangles and 539 vertices each: 2.2 MB while one is laid flat, and far less afterwards.
-  MemoryAccount memory(std::uint64_t{5} << 20);
-  const PlacesInScene in_scene = places_in(test::need(read_scene(document)));
-  CHECK(test::need(unwrap(document, places, 0, in_scene, memory)).charts == 40);
 }
 
 TEST_CASE("charts: one with very many holes is projected, as its equations would fill up") {

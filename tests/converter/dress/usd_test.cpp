@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <numbers>
 
-#include "converter/dress/usd_material.h"
 #include "tests/converter/workshop.h"
 #include "tests/require.h"
 
@@ -153,10 +152,4 @@ TEST_CASE("usd: pictures that USD does not know are left out with a remark") {
   });
   const UsdLayer layer(workshop, {.materials = {"cloth 0"}});
   CHECK(layer.files.remarks.size() == 1);
-}
-
-TEST_CASE("usd: the layer's name has to end in .usda") {
-  const Workshop workshop;
-  const GltfDocument document = test::need(load_gltf(workshop.garment));
-  CHECK(usd_of(document, workshop.folder / "layer.usd").error().code == Code::option_out_of_range);
 }

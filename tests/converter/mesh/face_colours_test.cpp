@@ -49,7 +49,7 @@ TEST_CASE("colours of faces are kept: PLY of bytes and floats, OBJ with its mate
   }
 }
 
-TEST_CASE("a vertex whose faces have one colour stays one, and normals stay those of the whole") {
+TEST_CASE("a vertex whose faces have one colour stays one, and normals are means over the whole") {
   const CellMesh mesh = read_text("same.ply", square_of("uchar", "255 0 0", "255 0 0"));
   CHECK(mesh.positions.size() == 4);
   const CellMesh split = read_text("split.ply", square_of("uchar", "255 0 0", "0 0 255"));

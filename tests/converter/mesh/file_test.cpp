@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "converter/stitch/library.h"
@@ -14,7 +13,6 @@
 #include "tests/converter/mesh_texts.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
-#include "tests/shared_data.h"
 
 using namespace selvedge;
 using namespace selvedge::testing;
@@ -245,6 +243,7 @@ TEST_CASE("a stitch written and read again is the same mesh") {
     const auto again = test::need(read_mesh(folder / name, {.period = mesh.period}));
     CHECK(again.positions == mesh.positions);  // shortest decimals and raw floats lose nothing
     CHECK(again.triangles == mesh.triangles);
+    CHECK(again.albedo == mesh.albedo);
     for (std::size_t v = 0; v < mesh.normals.size(); ++v) {
       CHECK((again.normals[v] - mesh.normals[v]).length() < 1e-6F);
     }
@@ -311,25 +310,6 @@ TEST_CASE("what cannot be written leaves nothing behind") {
   CHECK_FALSE(std::filesystem::exists("empty.obj"));
 }
 
-TEST_CASE("reads a mesh of somebody else's whole") {
-  const std::string path = test::shared_data("gltf/robust/meshopt/demo/pirate.obj");
-  if (path.empty()) return;
-  std::size_t vertices = 0;
-  std::size_t triangles = 0;
-  std::ifstream lines(path);
-  for (std::string line; std::getline(lines, line);) {
-    vertices += line.starts_with("v ");
-    if (!line.starts_with("f ")) continue;
-    std::istringstream words(line.substr(2));
-    std::size_t corners = 0;
-    for (std::string word; words >> word;) ++corners;
-    triangles += corners - 2;
-  }
-  const auto mesh = test::need(read_mesh(path, {.period = V2d(10, 10)}));
-  CHECK(mesh.positions.size() == vertices);
-  CHECK(mesh.triangles.size() == triangles);
-}
-
 TEST_CASE("OBJ comments, continued lines, byte order marks and every kind of line end are read") {
   const std::string plain = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
   const std::string marked =
@@ -344,22 +324,5 @@ TEST_CASE("OBJ comments, continued lines, byte order marks and every kind of lin
     REQUIRE_MESSAGE(mesh, (mesh ? "" : to_line(mesh.error())));
     CHECK(mesh->positions.size() == 4);
     CHECK(mesh->triangles.size() == 2);
-  }
-}
-
-TEST_CASE("an OBJ file keeps the albedo that it was written with") {
-  const test::Folder folder;
-  CellMesh mesh;
-  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  mesh.normals.assign(3, V3f(0, 0, 1));
-  mesh.albedo = {{0.1F, 0.2F, 0.3F}, {0.4F, 0.5F, 0.6F}, {0.7F, 0.8F, 0.9F}};
-  mesh.triangles.emplace_back(0, 1, 2);
-  REQUIRE(write_mesh(folder / "a.obj", mesh));
-  MeshImportOptions options;
-  options.period = V2d(1, 1);
-  const auto read = read_mesh(folder / "a.obj", options);
-  REQUIRE_MESSAGE(read, (read ? "" : to_line(read.error())));
-  for (std::size_t v = 0; v < 3; ++v) {
-    for (unsigned c = 0; c < 3; ++c) CHECK(read->albedo[v][c] == doctest::Approx(mesh.albedo[v][c]));
   }
 }

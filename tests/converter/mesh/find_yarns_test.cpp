@@ -110,7 +110,7 @@ StitchPattern pattern_of(const std::string& name, const StitchSettings& settings
   return test::need(find_stitch(name, of_tubes(settings))).pattern;
 }
 
-/// What a file without normals gives: area-weighted means over the faces.
+/// The normals of a file without any: area-weighted means over the faces.
 void recompute_normals(CellMesh& mesh) {
   std::vector<V3f> normals(mesh.positions.size(), V3f(0, 0, 0));
   for (const V3i& t : mesh.triangles) {

@@ -3,11 +3,9 @@
 #include <doctest/doctest.h>
 
 #include <filesystem>
-#include <limits>
 
 #include "format/base/atomic_file.h"
 #include "format/gltf/edit.h"
-#include "format/gltf/names.h"
 #include "format/gltf/read_scene.h"
 #include "tests/format/garments.h"
 #include "tests/format/gltf_fixtures.h"
@@ -25,26 +23,15 @@ namespace {
 constexpr SceneLimits anywhere{.document = {.other_files = OtherFiles::anywhere}};
 
 /// A triangle with `extra` put in front of the root's members.
-std::string triangle(
-    const std::string& extra = "",
-    const std::string& positions = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}),
-    const std::string& accessor = R"("bufferView":0,"componentType":5126,"count":3,"type":"VEC3")",
-    const std::string& view = R"("buffer":0,"byteLength":36)") {
+std::string triangle(const std::string& extra = "",
+                     const std::string& bytes = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0})) {
   return glb("{" + extra +
-                 R"("asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)" +
-                 R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{)" + accessor +
-                 R"(,"min":[0,0,0],"max":[1,1,0]}],"bufferViews":[{)" + view +
-                 R"(}],"buffers":[{"byteLength":)" + std::to_string(positions.size()) + "}]}",
-             positions);
-}
-
-Code code_of(const Folder& folder, const std::string& content) {
-  const std::string path = folder / "case.glb";
-  REQUIRE(write_file(path, content));
-  const Error error = test::error_of(read_scene(path));
-  CHECK(error.file == path);
-  CHECK(to_line(error).find('\n') == std::string::npos);
-  return error.code;
+                 R"("asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+    "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":)" +
+                 std::to_string(bytes.size()) + "}]}",
+             bytes);
 }
 
 }  // namespace
@@ -73,62 +60,6 @@ TEST_CASE("gltf: a GLB cut short at any place is an error") {
   }
 }
 
-TEST_CASE("gltf: a GLB with any one byte changed is read or refused, never more than that") {
-  const Folder folder;
-  REQUIRE(write_garment(folder / "whole.glb", square()));
-  const std::string whole = *read_file(folder / "whole.glb");
-  for (std::size_t at = 0; at < whole.size(); ++at) {
-    for (const char change : {'\x01', '\x80', '\x0F'}) {
-      std::string changed = whole;
-      changed[at] = static_cast<char>(changed[at] ^ change);
-      test::write_bytes(folder / "changed.glb", changed);
-      const Result<GltfDocument> document = load_gltf(folder / "changed.glb");
-      if (!document) continue;
-      (void)read_scene(*document);
-      if (at % 16 == 0) (void)save_gltf(*document, folder / "again.glb");
-    }
-  }
-}
-
-TEST_CASE("gltf: what reaches beyond a buffer, a view or a list is refused") {
-  const Folder folder;
-  const std::string p = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0});
-  const std::string accessor = R"("bufferView":0,"componentType":5126,"type":"VEC3")";
-  CHECK(code_of(folder, triangle("", p, accessor + R"(,"count":4)")) == Code::gltf_accessor);
-  CHECK(code_of(folder, triangle("", p, accessor + R"(,"count":3,"byteOffset":4)")) == Code::gltf_accessor);
-  CHECK(code_of(folder, triangle("", p, accessor + R"(,"count":1099511627776)")) == Code::gltf_accessor);
-  CHECK(code_of(folder, triangle("", p, R"("bufferView":7,"componentType":5126,"count":3,"type":"VEC3")")) ==
-        Code::gltf_accessor);
-  CHECK(code_of(folder, triangle("", p, accessor + R"(,"count":3)", R"("buffer":0,"byteLength":40)")) ==
-        Code::gltf_accessor);
-  CHECK(code_of(folder, triangle("", p, accessor + R"(,"count":3)", R"("buffer":1,"byteLength":36)")) ==
-        Code::gltf_accessor);
-  CHECK(code_of(folder, triangle("", p, accessor + R"(,"count":3)",
-                                 R"("buffer":0,"byteLength":36,"byteStride":4)")) == Code::gltf_accessor);
-}
-
-TEST_CASE("gltf: NaN in positions is named with its attribute") {
-  const Folder folder;
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  REQUIRE(write_file(folder / "nan.glb", triangle("", bytes_of<float>({0, 0, 0, 1, 0, 0, 0, nan, 0}))));
-  const Error error = test::error_of(read_scene(folder / "nan.glb"));
-  CHECK(error.code == Code::mesh_not_finite);
-  CHECK(error.place == "/meshes/0/primitives/0/attributes/POSITION");
-}
-
-TEST_CASE("gltf: missing files, other versions, required extensions and deep nesting are refused") {
-  const Folder folder;
-  CHECK(read_scene(folder / "none.glb").error().code == Code::file_missing);
-  CHECK(code_of(folder, "") == Code::json_malformed);
-  CHECK(code_of(folder, "[]") == Code::gltf_malformed);
-  CHECK(code_of(folder, R"({"asset":{"version":"1.0"}})") == Code::gltf_unsupported);
-  CHECK(code_of(folder, triangle(R"("extensionsRequired":["ACME_bent_space"],)")) == Code::gltf_unsupported);
-  CHECK(code_of(folder, triangle("\"extras\":" + std::string(500, '[') + std::string(500, ']') + ",")) ==
-        Code::gltf_malformed);
-  CHECK(code_of(folder, R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"none.bin"}]})") ==
-        Code::file_missing);
-}
-
 TEST_CASE("gltf: a document that is not to open other files refuses their URIs, and data URIs are its own") {
   const Folder folder;
   test::write_bytes(folder / "three.bin", "abc");
@@ -145,13 +76,6 @@ TEST_CASE("gltf: a document that is not to open other files refuses their URIs, 
   CHECK(load("three.bin", OtherFiles::none).error().code == Code::gltf_unsupported);
   REQUIRE(load("data:application/octet-stream;base64,YWJj", OtherFiles::none));
   CHECK(load("data:application/octet-stream;base64,YWJj", OtherFiles::none)->buffers == abc);
-}
-
-TEST_CASE("gltf: nodes that are their own ancestors are refused") {
-  const Folder folder;
-  REQUIRE(write_file(folder / "cycle.gltf", R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],)"
-                                            R"("nodes":[{"children":[1]},{"children":[0]}]})"));
-  CHECK(read_scene(folder / "cycle.gltf").error().code == Code::gltf_malformed);
 }
 
 TEST_CASE("gltf: node transforms multiply from the leaf to the root") {
@@ -255,18 +179,6 @@ TEST_CASE("gltf: an output that cannot be written leaves nothing behind") {
   CHECK(save_gltf(*document, folder / "absent/a.gltf").error().code == Code::file_unwritable);
   CHECK(save_gltf(*document, folder / "a.obj").error().code == Code::option_out_of_range);
   CHECK(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()) == 1);
-}
-
-TEST_CASE("gltf: every name on disk is in the text of the extension") {
-  namespace on = names::gltf;
-  const std::string text =
-      test::need(read_file(std::string(SELVEDGE_SOURCE_DIR) + "/spec/SELVEDGE_materials_fabric/README.md"));
-  for (const char* on_disk :
-       {on::fabric_extension, on::fabrics, on::fabric, on::name, on::mime_type, on::uri, on::buffer_view,
-        on::index, on::tex_coord, on::fabric_mime_type, on::texture_transform, on::rotation, on::scale}) {
-    CAPTURE(on_disk);
-    CHECK(text.find(on_disk) != std::string::npos);
-  }
 }
 
 TEST_CASE("gltf: the texture transform turns as Khronos' test model does") {

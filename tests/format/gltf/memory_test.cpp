@@ -30,7 +30,7 @@ std::uint64_t pixels_of(const std::string& bytes) {
   return picture_pixels({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
 }
 
-/// The code of reading, which is that of checking as well; nothing if both are content.
+/// The code of reading, the same as of checking; nothing if both accept it.
 std::optional<Code> verdict(const Folder& folder, const Square& square, const SceneLimits& limits) {
   test::write_bytes(folder / "case.glb", test::glb(square.json.dump(), square.bytes));
   const Issues issues = check_gltf(folder / "case.glb", limits);
@@ -55,7 +55,7 @@ TEST_CASE("memory: an account is empty once it has been asked for too much, and 
   CHECK_FALSE(large.take(std::uint64_t{1} << 63, 256));
 }
 
-TEST_CASE("memory: the pixels of a picture are those of its header") {
+TEST_CASE("memory: a picture has the pixels of its header") {
   CHECK(pixels_of(png_header(8000, 8000)) == 64'000'000);
   CHECK(pixels_of(png_header(0xFFFFFFFF, 0xFFFFFFFF)) == 0xFFFFFFFFULL * 0xFFFFFFFFULL);
   CHECK(pixels_of(png_header(0, 7)) == 0);

@@ -82,7 +82,7 @@ TEST_CASE("gltf: no buffer, picture, fabric or mirror leads out of the document'
   }
 }
 
-TEST_CASE("gltf: the folder of a document is that of its name, also without one and as a link") {
+TEST_CASE("gltf: the folder of a document follows from its name, also without one and as a link") {
   const Yard yard;
   CHECK(*is_inside(yard.folder / "in/none/of/these", yard.folder / "in"));
   CHECK(*is_inside(yard.folder / "in/near", yard.folder / "in"));

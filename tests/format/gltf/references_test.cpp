@@ -30,7 +30,9 @@ Json with_all_references() {
     "extensions":{"KHR_materials_sheen":{"sheenColorTexture":{"index":0}}},"extras":{"aTexture":{"index":9}}})");
   Json& primitive = json["meshes"][0]["primitives"][0];
   primitive["targets"] = Json::parse(R"([{"POSITION":0}])");
-  primitive["extensions"]["KHR_materials_variants"]["mappings"] = Json::parse(R"([{"material":0}])");
+  primitive["extensions"]["KHR_materials_variants"]["mappings"] =
+      Json::parse(R"([{"material":0,"variants":[0]}])");
+  json["extensions"]["KHR_materials_variants"]["variants"] = Json::parse(R"([{"name":"night"}])");
   return json;
 }
 
@@ -64,6 +66,7 @@ TEST_CASE("references: all that are there are good, and each that is not is name
                             "/meshes/0/primitives/0/material",
                             "/meshes/0/primitives/0/targets/0/POSITION",
                             "/meshes/0/primitives/0/extensions/KHR_materials_variants/mappings/0/material",
+                            "/meshes/0/primitives/0/extensions/KHR_materials_variants/mappings/0/variants/0",
                             "/animations/0/channels/0/target/node",
                             "/animations/0/samplers/0/input",
                             "/animations/0/samplers/0/output",
