@@ -135,6 +135,7 @@ bool solve(const std::vector<TexelPair>& pairs, const std::vector<double>& value
   solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   solver.max_num_iterations = options.max_iterations;
   solver.function_tolerance = options.tolerance;
+  solver.initial_trust_region_radius = 10;  // the start, the fit to the grids, is near
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);

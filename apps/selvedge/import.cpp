@@ -39,13 +39,10 @@ void declare(Options& options, ImportCommand& command) {
   options.number("--views", o.views, "N", "View directions of the samples").in(1, 4096);
   options.number("--lights", o.lights, "N", "Light directions of the samples").in(1, 4096);
   options.number("--thickness", o.thickness_mm, "MM", "Thickness of the cloth").in(0, 1e6);
-  options
-      .number("--hold-out", o.hold_out, "SHARE",
-              "Share of the pictures by which a fit chooses and is measured")
-      .in(0, 0.5);
   options.text("--opacity", o.opacity, "FILE", "A picture of the sample that is black in holes").reads();
-  options.flag("--linear", o.linear, "Integers in the pictures are linear, not sRGB");
-  options.flag("--xyz", o.xyz, "Colours of the pictures are CIE XYZ");
+  static constexpr std::string_view colours[] = {"srgb", "linear", "xyz"};
+  options.choice("--colours", colours, o.colours,
+                 "Colours of the pictures: whole numbers in sRGB, or linear, or linear CIE XYZ [srgb]");
   options.number("--seed", o.seed, "N", "Seed of the choice of pictures to hold out");
   options.bytes("--max-memory", o.max_memory,
                 "Refuse pictures that need more, themselves or their texels (K, M, G: KiB, MiB, GiB) [4G]");

@@ -179,7 +179,9 @@ constexpr std::uint64_t reading_price = 48;
 
 /// A picture as radiance over the radiance of white, with `size`, unless that is 0.
 Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, const ImportOptions& options) {
-  auto image = read_image(picture.file, options.linear ? Transfer::keep : Transfer::srgb, options.max_memory);
+  auto image =
+      read_image(picture.file, options.colours == PictureColours::srgb ? Transfer::srgb : Transfer::keep,
+                 options.max_memory);
   if (!image) return image;
   if (size.x > 0 && size != V2i(image->width, image->height)) {
     return fail(Code::image_mismatch, picture.file, {},
@@ -196,7 +198,7 @@ Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, cons
     }
     V3f colour(p[0], p[1], p[2]);
     // IEC 61966-2-1.
-    if (options.xyz) {
+    if (options.colours == PictureColours::xyz) {
       colour = V3f(3.2406F * p[0] - 1.5372F * p[1] - 0.4986F * p[2],
                    -0.9689F * p[0] + 1.8758F * p[1] + 0.0415F * p[2],
                    0.0557F * p[0] - 0.2040F * p[1] + 1.0570F * p[2]);
@@ -260,13 +262,14 @@ V2d period_of(const Sample& sample, const ImportOptions& options) {
 std::vector<PairKind> sets_of(const std::vector<MeasuredPicture>& pictures, const ImportOptions& options) {
   // As for the random pairs of a bake: errors near the horizon would hide all others.
   constexpr float min_z = 0.15F;
+  constexpr double held_out_share = 0.1;  // of all pictures, for validation and held-out pairs
   std::vector<std::size_t> free;
   for (std::size_t i = 0; i < pictures.size(); ++i)
     if (std::min(pictures[i].pair.light.z, pictures[i].pair.view.z) >= min_z) free.push_back(i);
   Random random(options.seed, 1);
   for (std::size_t i = free.size(); i > 1; --i) std::swap(free[i - 1], free[random.next() % i]);
-  const auto count = std::min<std::size_t>(
-      free.size(), std::lround(options.hold_out * static_cast<double>(pictures.size())));
+  const auto count =
+      std::min<std::size_t>(free.size(), std::lround(held_out_share * static_cast<double>(pictures.size())));
   std::vector<PairKind> sets(pictures.size(), PairKind::measured);
   for (std::size_t k = 0; k < count; ++k)
     sets[free[k]] = k % 2 == 0 ? PairKind::held_out : PairKind::validation;
@@ -422,7 +425,7 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   take_pixels(memory, sample, sizeof(float));  // opacity
   const auto opacity = [&] {
     ImportOptions as_it_is;
-    as_it_is.linear = true;
+    as_it_is.colours = PictureColours::linear;
     as_it_is.max_memory = memory.left();
     return options.opacity.empty() ? Image()
                                    : must(read_picture({options.opacity, {}, 1, 0}, sample.size, as_it_is));

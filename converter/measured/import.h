@@ -37,6 +37,10 @@ inline constexpr int min_pictures = 20;
 /// table, or of names. FILE_MISSING, SAMPLES_MALFORMED with the line or the file.
 Result<std::vector<MeasuredPicture>> read_picture_table(const std::string& path);
 
+/// Colours of pictures with whole numbers, which are sRGB-coded or linear; xyz: linear CIE XYZ (of white
+/// D65).
+enum class PictureColours { srgb, linear, xyz };
+
 struct ImportOptions {
   double width_mm = 0;           ///< of a picture, whose pixels are square; > 0
   std::optional<V2d> period_mm;  ///< of the cloth; else found in the pictures
@@ -44,11 +48,9 @@ struct ImportOptions {
   int views = 64;                ///< of the grids of the samples, 1 to 4096
   int lights = 64;
   double thickness_mm = 0;  ///< of the cloth, >= 0; the texels lie on top
-  double hold_out = 0.1;    ///< share of the pictures that are kept for validation and held-out pairs
   std::string opacity;      ///< a picture that is black in holes; else no holes
-  bool linear = false;      ///< integers are linear, else sRGB
-  bool xyz = false;         ///< colours are CIE XYZ (of white D65), else sRGB
-  std::uint64_t seed = 1;   ///< of the choice of the pictures that are held out
+  PictureColours colours = PictureColours::srgb;
+  std::uint64_t seed = 1;  ///< of the choice of the pictures that are held out
   std::uint64_t max_memory = std::uint64_t{4} << 30U;
 };
 
