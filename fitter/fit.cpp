@@ -1,21 +1,147 @@
 #include "fitter/fit.h"
 
+#include <Imath/half.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "fitter/fit_rows.h"
 #include "fitter/refit_to_pairs.h"
 #include "fitter/solve/radiance_scale.h"
-#include "fitter/training_pairs.h"
-#include "format/samples/outliers.h"
+#include "format/base/parallel.h"
+#include "format/samples/pool.h"
 
 namespace selvedge {
 namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Rounded as in the file, so that lobes are fitted in the frame in which they are evaluated.
+V3f in_half_precision(const V3f& v) { return {Imath::half(v.x), Imath::half(v.y), Imath::half(v.z)}; }
+
+float clamp_to_finite(double value) {
+  constexpr auto largest = static_cast<double>(std::numeric_limits<float>::max());
+  return static_cast<float>(std::clamp(value, -largest, largest));
+}
+
+LobeFitOptions lobe_fit_options(const FitOptions& from, int texels_of_level) {
+  LobeFitOptions options;
+  options.channel.view_table = from.view_table;
+  options.channel.table = from.table;
+  options.lobes = from.lobes;
+  options.starts = from.starts;
+  // Small levels take little time, and distant views show their errors.
+  constexpr int small = 16;
+  constexpr int tiny = 4;
+  if (texels_of_level <= small) {
+    const bool is_tiny = texels_of_level <= tiny;
+    options.starts = std::max(is_tiny ? 48 : 16, from.starts);
+    options.finalists = is_tiny ? 24 : 4;
+  }
+  options.max_iterations = from.max_iterations;
+  options.tolerance = from.tolerance;
+  return options;
+}
+
+/// Stores the parameters and the table of a texel.
+void store(const std::array<ChannelFit, 3>& fits, std::size_t texel, FabricLevel& level) {
+  for (int c = 0; c < 3; ++c) {
+    const ChannelFit& fit = fits[c];
+    float* parameters = &level.lobes()[(texel * 3 + c) * fit.parameters.size()];
+    std::transform(fit.parameters.begin(), fit.parameters.end(), parameters, clamp_to_finite);
+    for (std::size_t v = 0; level.has(LayerKind::table) && v < fit.table.size(); ++v) {
+      level.view_table()[texel * fit.table.size() + v][c] = clamp_to_finite(fit.table[v]);
+    }
+  }
+}
+
+FabricLevel blank_level(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options) {
+  FabricLevel level;
+  level.width = samples.width;
+  level.height = samples.height;
+  level.add(LayerKind::lobes, 3 * parameter_count(options.lobes));
+  // Light that comes through has lost the direction of the surface that it met.
+  if (!lets_through(header.side)) level.add(LayerKind::frame, 6);
+  level.add(LayerKind::opacity, samples.views);
+  if (options.view_table) level.add(LayerKind::table, 3 * samples.views);
+  return level;
+}
+
+/// Sums for the report of one texel.
+struct TexelTotals {
+  double error = 0;
+  double cost = 0;
+  double energy = 0;
+  int iterations = 0;
+  bool converged = true;
+  std::size_t views = 0;    ///< that see the texel
+  std::size_t samples = 0;  ///< above the texel's horizon
+};
+
+/// Fits a texel of a level and stores it.
+TexelTotals fit_one(const SampleLevel& from, std::size_t texel, const TexelDirections& directions,
+                    const LobeFitOptions& options, const TexelFit& texel_fit, FabricLevel& level) {
+  const std::size_t views = directions.views.size();
+  const float* alpha = &from.alpha[texel * views];
+  const V3f* radiance = &from.radiance[texel * views * directions.lights.size()];
+  std::copy_n(alpha, views, &level.opacity()[texel * views]);
+  // If normals cancel or the texel is never seen, the cloth's normal is used.
+  const V3f sum = from.normal[texel];
+  TexelFrame frame{{0, 0, 1}, {1, 0, 0}};
+  auto& [normal, tangent] = level.has(LayerKind::frame) ? level.frame()[texel] : frame;
+  if (level.has(LayerKind::frame)) {
+    normal = in_half_precision(sum.length() > 1e-4F ? sum.normalized() : V3f(0, 0, 1));
+    tangent = in_half_precision(tangent_of(normal));
+  }
+  const TexelSamples samples = gather_texel(alpha, radiance, directions, normal, tangent);
+  const std::array<ChannelFit, 3> fits = texel_fit(samples, options);
+  store(fits, texel, level);
+  TexelTotals total;
+  total.error = total.cost = total.energy = samples.energy_below_horizon;
+  for (const double w : samples.weight) total.views += w > 0 ? 1 : 0;
+  total.samples = total.views * samples.lights.size();
+  for (const ChannelFit& fit : fits) {
+    total.error += fit.error;
+    total.cost += fit.cost;
+    total.energy += fit.energy;
+    total.iterations += fit.iterations;
+    total.converged = total.converged && fit.converged;
+  }
+  return total;
+}
+
+LevelReport report_of(const std::vector<TexelTotals>& totals, const FabricLevel& level,
+                      const FitOptions& options, std::size_t views) {
+  LevelReport report;
+  report.width = level.width;
+  report.height = level.height;
+  double error = 0;
+  double cost = 0;
+  double energy = 0;
+  for (const TexelTotals& total : totals) {
+    error += total.error;
+    cost += total.cost;
+    energy += total.energy;
+    report.iterations += total.iterations / (3.0 * level.texels());
+    report.at_limit += total.converged ? 0 : 1;
+    report.unseen += total.views > 0 ? 0 : 1;
+    const std::size_t unknowns = parameter_count(options.lobes) + (options.view_table ? total.views : 0);
+    report.one_view += total.views == 1 && views > 1 ? 1 : 0;
+    report.sparse += total.views > 0 && total.samples < unknowns ? 1 : 0;
+  }
+  report.cost = energy > 0 ? cost / energy : 0;
+  report.training_error = energy > 0 ? std::sqrt(error / energy) : 0;
+  return report;
+}
 
 std::string provenance_of(const SamplesHeader& header, const FitOptions& options) {
   nlohmann::json text = nlohmann::json::parse(header.provenance, nullptr, false);
@@ -31,114 +157,78 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
   return text.dump();
 }
 
-Result<void> check_samples(const SampleLevel& samples, const SamplesHeader& header) {
-  const std::size_t texels = header.texels();
-  const std::size_t views = header.views.count();
-  const std::size_t lights = header.lights.count();
-  if (samples.width != header.width || samples.height != header.height || samples.normal.size() != texels ||
-      samples.alpha.size() != texels * views || samples.radiance.size() != texels * views * lights) {
-    return fail(Code::samples_malformed, {}, "level 0", "the samples are not those of the header");
-  }
-  const auto refused = [&](std::size_t entry, const std::string& what, float value) {
-    const std::size_t texel = entry / views;
-    const std::size_t width = header.width;
-    return fail(Code::samples_not_finite, {},
-                fmt::format("texel {},{}, view {}{}", texel % width, texel / width, entry % views, what),
-                fmt::format("sample is {}", value));
-  };
-  for (std::size_t i = 0; i < samples.alpha.size(); ++i) {
-    const float alpha = samples.alpha[i];
-    if (!(alpha >= 0 && alpha <= 1)) return refused(i, "", alpha);
-    for (std::size_t l = 0; l < lights; ++l) {
-      const V3f& radiance = samples.radiance[i * lights + l];
-      for (int c = 0; c < 3; ++c) {
-        if (radiance[c] >= 0 && std::isfinite(radiance[c])) continue;
-        return refused(i, fmt::format(", light {}", l), radiance[c]);
-      }
-    }
-  }
-  for (std::size_t i = 0; i < texels; ++i) {
-    if (!std::isfinite(samples.normal[i].length2()))
-      return refused(i * views, "", samples.normal[i].length());
-  }
-  return {};
-}
-
-/// Adds SAMPLES_SPARSE for views, lights and texels with too few samples.
-void warn_of_sparse_samples(const SamplesHeader& header, FitResult& result) {
-  const auto warning = [&](std::string place, std::string message) {
-    result.warnings.push_back({Code::samples_sparse, {}, std::move(place), std::move(message)});
+/// SAMPLES_SPARSE for views, lights and texels with too few samples.
+Issues sparse_samples(const SamplesHeader& header, const std::vector<LevelReport>& levels) {
+  Issues warnings;
+  const auto warn = [&](std::string place, std::string message) {
+    warnings.push_back({Code::samples_sparse, {}, std::move(place), std::move(message)});
   };
   for (const auto& [name, grid] : {std::pair{"views", header.views}, {"lights", header.lights}}) {
-    if (grid.count() == 1) warning(name, "there is one only: nothing is known of other directions");
+    if (grid.count() == 1) warn(name, "there is one only: nothing is known of other directions");
   }
-  for (std::size_t k = 0; k < result.levels.size(); ++k) {
-    const LevelReport& level = result.levels[k];
-    const auto warn_of_texels = [&](int texels, const char* fault) {
-      if (texels == 0) return;
-      warning(fmt::format("level {}", k),
-              fmt::format("{} of {} texels {}", texels, level.width * level.height, fault));
-    };
-    warn_of_texels(level.unseen, "are holes from every view");
-    warn_of_texels(level.one_view, "are seen from one view only");
-    warn_of_texels(level.sparse, "have fewer samples than parameters and table entries");
+  for (std::size_t k = 0; k < levels.size(); ++k) {
+    const LevelReport& level = levels[k];
+    for (const auto& [texels, fault] :
+         {std::pair{level.unseen, "are holes from every view"},
+          {level.one_view, "are seen from one view only"},
+          {level.sparse, "have fewer samples than parameters and table entries"}}) {
+      if (texels > 0)
+        warn(fmt::format("level {}", k),
+             fmt::format("{} of {} texels {}", texels, level.width * level.height, fault));
+    }
   }
-}
-
-/// The whole fabric of a result with `levels` levels; nothing if the result is whole.
-std::optional<WholeFabric> whole_of(const SamplesHeader& header, int levels, bool partial) {
-  WholeFabric whole = header.whole.value_or(WholeFabric{V2i(header.width, header.height), 0});
-  whole.levels = partial ? level_count(whole.texels.x, whole.texels.y) : whole.level + levels;
-  return whole.levels > levels ? std::optional(whole) : std::nullopt;
-}
-
-/// Completes the result after all levels are fitted.
-FitResult complete(FitResult result, TrainingPairs& training, const OutlierSearch& outliers,
-                   const PairSamples& measured, const SamplesHeader& header, const FitOptions& options,
-                   std::chrono::steady_clock::time_point start) {
-  refit_to_pairs(result.fabric, measured, header.lights.count(), options);
-  set_radiance_scale(result.fabric);
-  result.training = training.finish();
-  result.fabric.provenance = provenance_of(header, options);
-  result.fabric.whole = whole_of(header, static_cast<int>(result.fabric.levels.size()), options.partial);
-  result.warnings = outliers.warnings();
-  warn_of_sparse_samples(header, result);
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return result;
+  return warnings;
 }
 
 }  // namespace
 
 Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
-                      const Progress& progress, const PairSamples& measured) {
-  const auto start = std::chrono::steady_clock::now();
-  if (auto ok = check_samples(samples, header); !ok) return tl::unexpected(ok.error());
-  RowFit rows(header, options, progress);
-  TrainingPairs training(header);
-  OutlierSearch outliers(header);
-  training.add(samples);
-  outliers.add(samples);
-  rows.add(samples);
-  return complete(rows.finish(), training, outliers, measured, header, options, start);
-}
+                      const Progress& progress, const PairSamples& measured, const TexelFit& texel_fit) {
+  const auto start = Clock::now();
+  const TexelDirections directions{directions_of(header.views), directions_of(header.lights), header.views};
+  const std::size_t views = directions.views.size();
+  const std::size_t texels = header.texels();
+  if (samples.width != header.width || samples.height != header.height || samples.normal.size() != texels ||
+      samples.alpha.size() != texels * views ||
+      samples.radiance.size() != texels * views * directions.lights.size())
+    return fail(Code::samples_malformed, {}, "level 0", "the samples have other sizes than the header");
 
-Result<FitResult> fit(SamplesReader& samples, const FitOptions& options, const Progress& progress) {
-  const auto start = std::chrono::steady_clock::now();
-  const SamplesHeader& header = samples.header();
-  const int count = max_rows(header, options.rows_bytes);
-  RowFit rows(header, options, progress);
-  TrainingPairs training(header);
-  OutlierSearch outliers(header);
-  for (int first = 0; first < header.height; first += count) {
-    auto read = samples.read_rows(first, std::min(count, header.height - first));
-    if (!read) return tl::unexpected(read.error());
-    training.add(*read);
-    outliers.add(*read);
-    rows.add(std::move(*read));
+  FitResult result;
+  Fabric& fabric = result.fabric;
+  fabric.period_mm = header.period_mm;
+  fabric.reference_height = header.reference_height;
+  fabric.thickness_mm = header.thickness_mm;
+  fabric.views = header.views;
+  const int levels = level_count(header.width, header.height);
+  double all_texels = 0;
+  for (int k = 0; k < levels; ++k)
+    all_texels += 1.0 * level_size(header.width, k) * level_size(header.height, k);
+  double fitted_texels = 0;
+  SampleLevel pooled;
+  for (int k = 0; k < levels; ++k) {
+    const auto level_start = Clock::now();
+    if (k > 0) pooled = pool(k > 1 ? pooled : samples);
+    const SampleLevel& from = k > 0 ? pooled : samples;
+    FabricLevel level = blank_level(from, header, options);
+    const LobeFitOptions lobe_options = lobe_fit_options(options, level.texels());
+    std::mutex guard;
+    std::vector<TexelTotals> totals(level.texels());
+    parallel_for(0, level.texels(), [&](std::size_t texel) {
+      totals[texel] = fit_one(from, texel, directions, lobe_options, texel_fit, level);
+      const std::lock_guard lock(guard);
+      fitted_texels += 1;
+      if (progress) progress(fitted_texels / all_texels);
+    });
+    result.levels.push_back(report_of(totals, level, options, views));
+    result.levels.back().seconds = seconds_since(level_start);
+    fabric.levels.push_back(std::move(level));
   }
-  const auto measured = samples.read_pairs(PairKind::measured);
-  if (!measured) return tl::unexpected(measured.error());
-  return complete(rows.finish(), training, outliers, *measured, header, options, start);
+  refit_to_pairs(fabric, measured, header.lights.count(), options);
+  set_radiance_scale(fabric);
+  fabric.provenance = provenance_of(header, options);
+  result.warnings = sparse_samples(header, result.levels);
+  result.seconds = seconds_since(start);
+  return result;
 }
 
 }  // namespace selvedge

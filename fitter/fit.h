@@ -4,12 +4,13 @@
 // fitted to its pooled samples (pool.h), not averaged from the finer level's parameters.
 #pragma once
 
+#include <array>
+#include <functional>
 #include <vector>
 
 #include "fitter/lobes/lobe_fit.h"
 #include "format/base/progress.h"
 #include "format/fabric/fabric.h"
-#include "format/quality/fit_record.h"
 #include "format/samples/samples.h"
 
 namespace selvedge {
@@ -22,29 +23,39 @@ struct FitOptions {
   DirectionTableOptions table;
   int starts = 3;           ///< searches per texel and channel; more on levels of at most 16
   int max_iterations = 60;  ///< of a search
-  int levels = 0;           ///< number of levels; 0: down to 1 x 1
-  bool partial = false;     ///< the result is a partial fabric if levels after `levels` are missing
   double tolerance = 1e-4;  ///< share of the cost; an iteration that gains less ends a search
-  std::size_t rows_bytes = std::size_t{96} << 20;  ///< samples of level 0 in memory at a time
+};
+
+/// Result of the fit of one level.
+struct LevelReport {
+  int width = 0;  ///< texels
+  int height = 0;
+  double training_error = 0;  ///< relative L2 over all samples, weighted by opacity
+  double cost = 0;            ///< the minimised squared error and penalties, as a share of the energy
+  double iterations = 0;      ///< evaluations of all samples, per texel and channel
+  int at_limit = 0;           ///< texels that reached the limit of iterations in a channel
+  int unseen = 0;             ///< texels that are holes from every view
+  int one_view = 0;           ///< texels that only one of several views sees
+  int sparse = 0;             ///< texels with fewer samples than parameters and table entries
+  double seconds = 0;
 };
 
 struct FitResult {
   Fabric fabric;
-  std::vector<LevelReport> levels;  ///< without `layers`, `bytes` and errors on pairs
-  Issues warnings;                  ///< SAMPLES_OUTLIER and SAMPLES_SPARSE
-  PairSamples training;             ///< some of the fitted pairs (training_pairs.h)
+  std::vector<LevelReport> levels;
+  Issues warnings;  ///< SAMPLES_SPARSE
   double seconds = 0;
 };
 
-/// Fits all levels down to 1 x 1, or FitOptions::levels. The result does not depend on the number of threads,
-/// and is finite. A texel that is a hole from every view becomes black with T = 1 and alpha 0.
-/// SAMPLES_NOT_FINITE, with the place, for samples that are NaN, infinite or negative. Lobes and tables are
-/// fitted to the grids, and if there are `measured` pairs, then to these.
-Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options = {},
-                      const Progress& progress = {}, const PairSamples& measured = {});
+/// Fits one texel; called from several threads.
+using TexelFit = std::function<std::array<ChannelFit, 3>(const TexelSamples&, const LobeFitOptions&)>;
 
-/// Fits a file, some rows of texels at a time: memory grows with the width of the cell, not with its height,
-/// but for 48 bytes a texel and measured pair.
-Result<FitResult> fit(SamplesReader& samples, const FitOptions& options = {}, const Progress& progress = {});
+/// Fits all levels down to 1 x 1. The result does not depend on the number of threads, and is finite. A texel
+/// that is a hole from every view becomes black with T = 1 and alpha 0. Lobes and tables are fitted to the
+/// grids, and if there are `measured` pairs, then to these. SAMPLES_MALFORMED unless the samples have the
+/// sizes of the header.
+Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options = {},
+                      const Progress& progress = {}, const PairSamples& measured = {},
+                      const TexelFit& texel_fit = fit_texel);
 
 }  // namespace selvedge

@@ -46,22 +46,6 @@ py::dict read_exr(const std::string& path) {
   return parts;
 }
 
-/// Checks a samples file in full.
-Result<void> check_samples(const std::string& path) {
-  auto reader = SamplesReader::open(path);
-  if (!reader) return tl::unexpected(reader.error());
-  for (int row = 0; row < reader->header().height; ++row) {
-    if (const auto good = reader->read_rows(row, 1); !good) return tl::unexpected(good.error());
-  }
-  for (const PairKind kind : all_pair_kinds) {
-    if (const auto good = reader->read_pairs(kind); !good) return tl::unexpected(good.error());
-  }
-  if (reader->header().yarns.curves > 0) {
-    if (const auto good = reader->read_yarns(); !good) return tl::unexpected(good.error());
-  }
-  return {};
-}
-
 /// Writes parts as read_exr() returns them. The file appears once it has been read back as a good samples
 /// file.
 void write_samples(const std::string& path, const py::dict& parts) {
@@ -71,7 +55,6 @@ void write_samples(const std::string& path, const py::dict& parts) {
     const auto [attributes, channels] = value.cast<std::pair<std::map<std::string, std::string>, py::dict>>();
     ExrPart part;
     part.name = name.cast<std::string>();
-    part.compression = "zips";  // as SamplesWriter
     for (const auto& [attribute, text] : attributes) part.attributes[attribute] = text;
     ExrPixels pixels;
     for (const auto& [channel, plane] : channels) {
@@ -99,7 +82,7 @@ void write_samples(const std::string& path, const py::dict& parts) {
       if (auto good = writer->write_rows(static_cast<int>(k), all[k]); !good) return good;
     }
     if (auto good = writer->commit(); !good) return good;
-    if (auto good = check_samples(file->temporary()); !good) return good;
+    if (auto good = read_samples(file->temporary()); !good) return tl::unexpected(good.error());
     return file->commit();
   };
   Result<void> written;

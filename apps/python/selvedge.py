@@ -72,7 +72,7 @@ def _verb(name):
     return verb
 
 
-for _name in ("stitch", "import", "bake", "merge", "fit", "make", "plan", "dress", "repack", "reattach", "check", "info",
+for _name in ("stitch", "import", "bake", "fit", "make", "plan", "dress", "repack", "reattach", "check", "info",
               "evaluate", "compare", "swatch"):
     globals()[_name + "_" * (_name == "import")] = _verb(_name)  # import_: the other is Python's own word
 
@@ -155,7 +155,7 @@ class Samples:
     header     the attribute `selvedge.samples`, a dictionary
     radiance   (view, light, y, x, rgb), 1/sr, 0 in a hole
     opacity    (view, y, x); normal (view, y, x, xyz)
-    pairs      by set ("validation", "held-out", "rim", "measured"): lights (n, 3), views (n, 3), radiance (n, y, x, rgb),
+    pairs      by set ("validation", "held-out", "measured"): lights (n, 3), views (n, 3), radiance (n, y, x, rgb),
                opacity (n, y, x), noise (n, y, x, rgb and opacity)
     others     the parts that hold the yarn, as they are in the file
     """

@@ -42,7 +42,7 @@ Json rows_json(const std::vector<LevelComparison>& rows) {
 }
 
 /// The kinds of pairs that no lobes were fitted to.
-constexpr std::array judged_kinds{PairKind::held_out, PairKind::rim, PairKind::validation};
+constexpr std::array judged_kinds{PairKind::held_out, PairKind::validation};
 
 /// Adds the report about a kind of pairs to `json`; returns its text.
 std::string add_kind(PairKind kind, const Comparison& comparison, const std::optional<Comparison>& yarn,
@@ -64,10 +64,7 @@ std::string add_kind(PairKind kind, const Comparison& comparison, const std::opt
 
 Result<int> run(const CompareCommand& command) {
   const std::string& samples = command.files.back();
-  auto reader = must(SamplesReader::open(samples));
-  ByPairKind<PairSamples> truth;
-  for (const PairKind kind : judged_kinds)
-    truth[static_cast<std::size_t>(kind)] = must(reader.read_pairs(kind));
+  const ByPairKind<PairSamples> truth = samples_of(must(read_samples(samples)), Side::front).pairs;
   Json json = {{"samples", samples}, {"fabrics", Json::array()}};
   std::string text;
   for (std::size_t i = 0; i + 1 < command.files.size(); ++i) {
@@ -77,7 +74,7 @@ Result<int> run(const CompareCommand& command) {
     text += filled("{fabric} ({bytes} bytes)\n", judged);
     double peak = 0;
     for (const PairKind kind : judged_kinds) {
-      const PairSamples& pairs = truth[static_cast<std::size_t>(kind)];
+      const PairSamples& pairs = truth[index_of(kind)];
       if (pairs.pairs.empty()) continue;
       auto comparison = compare(fabric, pairs, kind, peak);
       if (!comparison) comparison.error().file = path;

@@ -10,40 +10,10 @@
 #include "format/check/gltf.h"
 #include "format/exr/exr.h"
 #include "format/fabric/names.h"
-#include "format/samples/outliers.h"
 #include "format/samples/samples.h"
 
 namespace selvedge {
 namespace {
-
-Issues issues_of(const auto& result) { return result ? Issues{} : Issues{result.error()}; }
-
-Issues check_samples(const std::string& path) {
-  auto reader = SamplesReader::open(path);
-  if (!reader) return {reader.error()};
-  Issues warnings;
-  const bool both_sides = reader->header().both_sides;
-  for (const Side side : all_sides) {
-    if (side != Side::front && !both_sides) break;
-    reader->select(side);
-    OutlierSearch outliers(reader->header());
-    // Some rows at a time: a level may be gigabytes.
-    constexpr int rows = 32;
-    for (int row = 0; row < reader->header().height; row += rows) {
-      const auto read = reader->read_rows(row, std::min(rows, reader->header().height - row));
-      if (!read) return {read.error()};
-      outliers.add(*read);
-    }
-    for (Error& warning : outliers.warnings()) {
-      warning.file = path;
-      warnings.push_back(std::move(warning));
-    }
-    for (const PairKind kind : all_pair_kinds) {
-      if (Issues issues = issues_of(reader->read_pairs(kind)); !issues.empty()) return issues;
-    }
-  }
-  return warnings;
-}
 
 Issues check_garment(const std::string& path, const SceneLimits& limits) {
   Scene scene;
@@ -83,7 +53,10 @@ Result<FileKind> kind_of(const std::string& path) {
 
 Issues check_file(const std::string& path, FileKind kind, const SceneLimits& limits) {
   if (kind == FileKind::fabric) return check_fabric(path, {.memory = limits.document.memory});
-  if (kind == FileKind::samples) return check_samples(path);
+  if (kind == FileKind::samples) {
+    const auto samples = read_samples(path);
+    return samples ? Issues{} : Issues{samples.error()};
+  }
   return check_garment(path, limits);
 }
 

@@ -6,7 +6,7 @@
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
-#include "apps/selvedge/fit_report.h"
+#include "apps/selvedge/make_report.h"
 #include "apps/selvedge/uv_report.h"
 #include "converter/dress/uv_scale.h"
 #include "format/fabric/file.h"
@@ -45,8 +45,7 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
 }
 
 Info samples_info(const std::string& path) {
-  const auto reader = must(SamplesReader::open(path));
-  const SamplesHeader& h = reader.header();
+  const SamplesHeader h = must(read_samples_header(path));
   Json pairs = Json::object();
   for (const PairKind kind : all_pair_kinds) {
     pairs[name_of(kind)] = h.pairs[static_cast<std::size_t>(kind)].size();

@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "apps/selvedge/commands.h"
-#include "apps/selvedge/made_of.h"
+#include "format/fabric/file.h"
 #include "format/quality/fit_record.h"
 
 namespace selvedge {
@@ -87,25 +87,18 @@ Json layers_json(const Fabric& fabric, const FabricWriteOptions& options) {
   return layers;
 }
 
-/// Writes the fabric with the parts of its fit record that still hold.
-Result<void> write_recorded(const RepackCommand& command, const FabricReader& reader, const V2i& levels,
-                            const Fabric& fabric, const FabricWriteOptions& options) {
-  IssueSink sink(command.input);
-  const auto record = fit_record_of(fabric.provenance, reader.header().levels, sink);
-  if (!record) {
-    Fabric unmeasured = fabric;
-    unmeasured.provenance = without_fit_record(fabric.provenance);
-    return write_fabric(command.output, unmeasured, options);
-  }
+/// Whether the values of the fabric differ from the values whose errors its record has.
+bool is_changed(const RepackCommand& command, const FabricReader& reader, const V2i& levels,
+                const FabricWriteOptions& options) {
   LayerSet rounded = options.half;
   rounded.erase(reader.half());
-  bool changed = command.sides_from > 0 && !reader.header().sides.empty();
+  bool changed = levels != V2i(0, reader.header().levels - 1) ||
+                 (command.sides_from > 0 && !reader.header().sides.empty());
   for (const LayerKind layer : all_layers) {
     const bool was = reader.header().layer(layer).has_value();
     changed = changed || (was && (rounded.contains(layer) || !command.layers.contains(layer)));
   }
-  return write_fabric(command.output, fabric, record_of_levels(*record, levels.x, levels.y, changed),
-                      options);
+  return changed;
 }
 
 Result<int> run(const RepackCommand& command) {
@@ -117,9 +110,9 @@ Result<int> run(const RepackCommand& command) {
   options.half.insert(command.to_half);
   options.half.erase(command.to_float);
   auto fabric = must(reader.read_levels(levels.x, levels.y, command.layers));
-  fabric.provenance = without_inputs(fabric.provenance);
   leave_sides_out(fabric, command.sides_from);
-  must(write_recorded(command, reader, levels, fabric, options));
+  if (is_changed(command, reader, levels, options)) fabric.provenance = without_fit_record(fabric.provenance);
+  must(write_fabric(command.output, fabric, options));
   const Json warnings = report_warnings(command.common, precision_warnings(command.output, fabric, options));
   const FabricLevel& base = fabric.levels.front();
   const auto before = size_of_file(command.input);

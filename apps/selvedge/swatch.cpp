@@ -9,6 +9,7 @@
 #include "apps/selvedge/option_groups.h"
 #include "converter/bake/truth_swatch.h"
 #include "converter/stitch/find_cell.h"
+#include "format/fabric/file.h"
 #include "format/picture/display.h"
 #include "format/picture/studio.h"
 #include "format/picture/swatch_picture.h"

@@ -2,20 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 
-#include "converter/bake/journal.h"
 #include "converter/bake/setup.h"
-#include "converter/bake/unit_baker.h"
+#include "converter/bake/texels.h"
+#include "converter/bake/yarn_light.h"
 #include "converter/mesh/find_yarns.h"
-#include "format/base/atomic_file.h"
+#include "format/base/random.h"
 
 namespace selvedge {
 namespace {
 
-/// Stream of random numbers; unit_baker.cpp has the others.
+// Independent streams of random numbers.
+constexpr std::uint64_t stream_views = 1;
 constexpr std::uint64_t stream_cache = 4;
+std::uint64_t stream_of(PairKind kind) { return 2 + 16 * (static_cast<std::uint64_t>(kind) + 1); }
 
 using Clock = std::chrono::steady_clock;
 
@@ -23,88 +26,8 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Writes the units of all journals of one bake into the samples file and adds their figures to the report.
-Result<void> assemble(std::span<BakeJournal> journals, const std::string& output, BakeReport& report) {
-  SamplesHeader header = journals.front().header();
-  const std::vector<BakeUnit> units = units_of(header);
-  std::vector<BakeJournal*> holder(units.size(), nullptr);
-  NoiseSum noise;
-  NoiseSum truth_noise;
-  for (std::size_t u = 0; u < units.size(); ++u) {
-    for (BakeJournal& journal : journals) {
-      if (journal.has(u)) holder[u] = &journal;
-    }
-    if (holder[u] == nullptr) {
-      return fail(Code::samples_malformed, journals.front().path(), "journal",
-                  fmt::format("unit {} of {} is in none of the shards", u, units.size()));
-    }
-    (units[u].kind == BakeUnit::Kind::view ? noise : truth_noise) += holder[u]->noise(u);
-  }
-  nlohmann::json provenance = nlohmann::json::parse(header.provenance);
-  provenance["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", truth_noise.relative()}};
-  header.provenance = provenance.dump();
-
-  auto writer = SamplesWriter::create(output, header);
-  if (!writer) return tl::unexpected(writer.error());
-  for (std::size_t u = 0; u < units.size(); ++u) {
-    UnitSamples samples = blank_samples(header, units[u]);
-    if (auto ok = holder[u]->read(u, planes_of(samples)); !ok) return ok;
-    if (auto ok = write_unit(*writer, header, units[u], samples); !ok) {
-      if (ok.error().file.empty()) ok.error().file = holder[u]->path();
-      return ok;
-    }
-    if (const auto* view = std::get_if<ViewSamples>(&samples)) {
-      for (const float alpha : view->alpha) report.coverage += static_cast<double>(alpha);
-    }
-  }
-  if (auto ok = writer->commit(); !ok) return ok;
-  for (const Error& warning : writer->warnings()) report.remarks.push_back(to_line(warning));
-  report.coverage /= static_cast<double>(header.view_count()) * header.texels();
-  report.noise = noise.relative();
-  report.truth_noise = truth_noise.relative();
-  report.samples = header.samples_per_texel;
-  report.truth_samples = header.truth_samples;
-  report.reference_height = static_cast<double>(header.reference_height);
-  return {};
-}
-
-/// Bakes the units of the shard that are not in its journal.
-Result<void> bake_missing(UnitBaker& baker, BakeJournal& journal, const BakeShard& shard,
-                          Clock::time_point start, const BakeWatcher& watcher, BakeReport& report) {
-  const SamplesHeader& header = journal.header();
-  const std::vector<BakeUnit> units = units_of(header);
-  const auto samples_of = [&](const BakeUnit& unit) {
-    return unit.kind == BakeUnit::Kind::view ? header.samples_per_texel : header.truth_samples;
-  };
-  // Work is measured in rays times lights.
-  const auto cost = [&](const BakeUnit& unit) {
-    if (unit.kind == BakeUnit::Kind::yarns) return 1.0;
-    return samples_of(unit) * (unit.kind == BakeUnit::Kind::view ? 1.0 * header.light_count() : 1.0);
-  };
-  double total = 0;
-  for (std::size_t u = shard.index; u < units.size(); u += shard.count) total += cost(units[u]);
-  double done = 0;
-  NoiseSum noise;
-  for (std::size_t u = shard.index; u < units.size(); u += shard.count) {
-    const bool resumed = journal.has(u);
-    if (!resumed) {
-      NoiseSum unit_noise;
-      UnitSamples samples = baker.bake(units[u], samples_of(units[u]), unit_noise);
-      if (auto ok = journal.write(u, planes_of(samples), unit_noise); !ok) return ok;
-    }
-    ++(resumed ? report.resumed : report.units);
-    if (units[u].kind == BakeUnit::Kind::view) noise += journal.noise(u);
-    done += cost(units[u]);
-    if (watcher && !resumed) {
-      watcher({done / total, static_cast<double>(baker.rays()) / seconds_since(start), noise.relative()});
-    }
-  }
-  report.noise = noise.relative();
-  return {};
-}
-
-/// The yarns to store: those of the mesh, or else those that its surface shows. Heights are the mesh's;
-/// a mesh whose surface is not almost all yarn gets none, since close by nothing else is seen.
+/// The yarns to store: the yarns of the mesh, or else yarns found in its surface. Heights are the mesh's; a
+/// mesh whose surface is not almost all yarn gets no yarns, since close by nothing else is seen.
 /// Precondition: validate(mesh) holds.
 YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
   constexpr double min_share = 0.9;
@@ -122,15 +45,103 @@ YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
   return stored ? std::move(found.yarns) : YarnData();
 }
 
-/// A journal at `journal_path` with all units of the shard.
-Result<BakeJournal> bake_units(const CellMesh& given, const std::string& name, BakeOptions o,
-                               const std::string& provenance, const BakeShard& shard,
-                               const std::string& journal_path, const BakeWatcher& watcher,
-                               BakeReport& report) {
+/// Tells a watcher how far the bake has come. Work is measured in rays times lights.
+class Watch {
+ public:
+  Watch(const BakeWatcher& watcher, const SamplesHeader& header) : watcher_(watcher) {
+    const auto samples = static_cast<double>(header.samples_per_texel);
+    of_view_ = samples * header.light_count();
+    of_pair_ = header.truth_samples;
+    total_ = of_view_ * header.view_count();
+    for (const auto& pairs : header.pairs) total_ += of_pair_ * static_cast<double>(pairs.size());
+  }
+  void view_done(std::uint64_t rays, const NoiseSum& noise) { done(of_view_, rays, noise); }
+  void pair_done(std::uint64_t rays, const NoiseSum& noise) { done(of_pair_, rays, noise); }
+
+ private:
+  void done(double cost, std::uint64_t rays, const NoiseSum& noise) {
+    done_ += cost;
+    if (watcher_)
+      watcher_({done_ / total_, static_cast<double>(rays) / seconds_since(start_), noise.relative()});
+  }
+
+  const BakeWatcher& watcher_;
+  Clock::time_point start_ = Clock::now();
+  double of_view_, of_pair_, total_;
+  double done_ = 0;
+};
+
+/// The samples of one pair set. Indirect light is computed for many pairs together.
+PairSamples bake_pairs(const TexelBaker& baker, IrradianceCache* cache, const TracedCell& cell,
+                       const BakeOptions& o, const SamplesHeader& header, PairKind kind,
+                       const std::function<void()>& done, NoiseSum& noise) {
+  constexpr std::size_t at_once = 64;
+  PairSamples result;
+  result.width = header.width;
+  result.height = header.height;
+  result.pairs = header.pairs[index_of(kind)];
+  std::vector<float> irradiance;
+  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  for (std::size_t p = 0; p < result.pairs.size(); ++p) {
+    const DirectionPair& pair = result.pairs[p];
+    const std::size_t first = p / at_once * at_once;
+    LitBy lit{{&pair.light, 1}, {}, false};
+    if (cache != nullptr) {
+      const std::size_t count = std::min(at_once, result.pairs.size() - first);
+      if (p == first) {
+        std::vector<V3f> lights;
+        for (std::size_t i = 0; i < count; ++i) lights.push_back(result.pairs[first + i].light);
+        irradiance = cache->solve(cell.scene, lights, o.bounces);
+      }
+      lit.indirect = irradiance;
+      lit.solved = count;
+      lit.first = p - first;
+    }
+    NoiseSum of_pair;
+    const PairSamples one =
+        baker.bake_pair(pair, lit, header.truth_samples, seed_of(o.seed, stream_of(kind), p), of_pair);
+    noise += of_pair;
+    append(result.alpha, one.alpha);
+    append(result.alpha_noise, one.alpha_noise);
+    append(result.radiance, one.radiance);
+    append(result.noise, one.noise);
+    done();
+  }
+  return result;
+}
+
+/// The yarns with their light, heights above the lowest point of the cell, as their file gives them back.
+Result<YarnData> lit_yarns(const TracedCell& cell, YarnData yarns, float lowest, const BakeOptions& o,
+                           IrradianceCache* cache, const SamplesHeader& header) {
+  for (V3f& node : yarns.nodes) node.z -= lowest;
+  trace_yarn_light(cell, {o.yarn_paths, o.bounces, o.seed, o.both_sides}, cache, yarns);
+  auto stored =
+      yarns_from_values(curve_values(yarns), indirect_values(yarns), header.yarns, header.period_mm);
+  if (!stored) return stored;
+  if (header.both_sides)
+    stored->through = light_from_values(indirect_values(yarns, true), header.yarns.stations);
+  if (auto ok = validate(*stored, header.period_mm); !ok) return tl::unexpected(ok.error());
+  return stored;
+}
+
+double coverage_of(const Samples& samples) {
+  double sum = 0;
+  for (const ViewSamples& view : samples.views)
+    for (const float alpha : view.alpha) sum += static_cast<double>(alpha);
+  return sum / (static_cast<double>(samples.header.view_count()) * samples.header.texels());
+}
+
+}  // namespace
+
+Result<Baked> bake(const CellMesh& given, const std::string& name, const BakeOptions& options,
+                   const std::string& provenance, const BakeWatcher& watcher) {
   const auto start = Clock::now();
+  BakeOptions o = options;
   if (auto ok = check_options(o, name); !ok) return tl::unexpected(ok.error());
   const auto cell = trace_cell(given, name, o.ground);
   if (!cell) return tl::unexpected(cell.error());
+  Baked baked;
+  BakeReport& report = baked.report;
   CellMesh mesh = given;
   if (o.yarns) mesh.yarns = stored_yarns(given, report);
   const auto plane = plane_of(mesh, *cell, name, o);
@@ -147,92 +158,57 @@ Result<BakeJournal> bake_units(const CellMesh& given, const std::string& name, B
                       max_cache_points));
     }
   }
-  const SamplesHeader header = samples_header(mesh, o, *plane, cell->thickness_mm(), provenance);
-  YarnData yarns = mesh.yarns;
-  const float lowest = bounds_of(mesh).min.z;
-  for (V3f& node : yarns.nodes) node.z -= lowest;
-  UnitBaker baker(*cell, yarns, std::move(cache), o, header, *plane);
-  auto journal = BakeJournal::open(journal_path, header, shard, o.resumable);
-  if (!journal) return journal;
-  if (auto ok = bake_missing(baker, *journal, shard, start, watcher, report); !ok) {
-    return tl::unexpected(ok.error());
+  IrradianceCache* const cached = cache ? &*cache : nullptr;
+  Samples& samples = baked.samples;
+  SamplesHeader& header = samples.header = samples_header(mesh, o, *plane, cell->thickness_mm(), provenance);
+  const TexelBaker baker(cell->scene, cached, o.bounces, V2i(o.width, o.height), *plane / cell->mm);
+  const auto rays = [&] { return baker.rays() + (cached != nullptr ? cached->rays() : 0); };
+  Watch watch(watcher, header);
+
+  const std::vector<V3f> views = directions_of(header.views, header.both_sides);
+  const std::vector<V3f> lights = directions_of(header.lights, header.both_sides);
+  NoiseSum noise;
+  {
+    std::vector<float> irradiance;
+    if (cached != nullptr) irradiance = cached->solve(cell->scene, lights, o.bounces);
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      NoiseSum of_view;
+      ViewSamples view = baker.bake_view(views[v], {lights, irradiance}, o.samples,
+                                         seed_of(o.seed, stream_views, v), of_view);
+      noise += of_view;
+      if (views[v].z < 0)
+        for (V3f& normal : view.normal) normal = mirrored(normal);
+      samples.views.push_back(std::move(view));
+      watch.view_done(rays(), noise);
+    }
   }
-  report.rays = baker.rays();
-  report.seconds = seconds_since(start);
-  report.samples = journal->header().samples_per_texel;
-  report.truth_samples = journal->header().truth_samples;
+  NoiseSum truth_noise;
+  for (const PairKind kind : all_pair_kinds) {
+    samples.pairs[index_of(kind)] = bake_pairs(
+        baker, cached, *cell, o, header, kind, [&] { watch.pair_done(rays(), noise); }, truth_noise);
+  }
+  if (header.yarns.curves > 0) {
+    auto yarns = lit_yarns(*cell, mesh.yarns, bounds_of(mesh).min.z, o, cached, header);
+    if (!yarns) return tl::unexpected(yarns.error());
+    samples.yarns = std::move(*yarns);
+  }
+
+  const auto warnings = round_as_stored(samples);
+  if (!warnings) return tl::unexpected(warnings.error());
+  for (const Error& warning : *warnings) report.remarks.push_back(to_line(warning));
+  nlohmann::json text = nlohmann::json::parse(header.provenance);
+  text["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", truth_noise.relative()}};
+  header.provenance = text.dump();
+  report.coverage = coverage_of(samples);
+  report.noise = noise.relative();
+  report.truth_noise = truth_noise.relative();
+  report.samples = header.samples_per_texel;
+  report.truth_samples = header.truth_samples;
   report.reference_height = *plane;
   report.indirect = o.indirect;
-  return journal;
-}
-
-/// The place of the journal. What a link there leads to is not of whoever names the output: it is refused.
-Result<std::string> journal_of(const std::string& output) {
-  std::string path = output + ".journal";
-  std::error_code none;
-  if (std::filesystem::is_symlink(path, none))
-    return fail(Code::file_unwritable, path, {}, "is a link, where the journal of the bake belongs");
-  return path;
-}
-
-}  // namespace
-
-Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
-                        const std::string& provenance, const std::string& output,
-                        const BakeWatcher& watcher) {
-  const auto start = Clock::now();
-  // Report an unwritable output before the work, not after it.
-  if (const auto writable = AtomicFile::create(output); !writable) return tl::unexpected(writable.error());
-  const auto journal_path = journal_of(output);
-  if (!journal_path) return tl::unexpected(journal_path.error());
-  BakeReport report;
-  auto journal = bake_units(mesh, name, options, provenance, {}, *journal_path, watcher, report);
-  if (!journal) return tl::unexpected(journal.error());
-  if (auto ok = assemble({&*journal, 1}, output, report); !ok) return tl::unexpected(ok.error());
-  journal->remove();
+  report.rays = rays();
   report.seconds = seconds_since(start);
-  return report;
-}
-
-Result<BakeReport> bake_shard(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
-                              const std::string& provenance, const BakeShard& shard,
-                              const std::string& output, const BakeWatcher& watcher) {
-  if (shard.count < 1 || shard.index < 0 || shard.index >= shard.count) {
-    return fail(Code::option_out_of_range, name, "shard",
-                fmt::format("{}/{} is not one of its parts", shard.index, shard.count));
-  }
-  if (const auto writable = AtomicFile::create(output); !writable) return tl::unexpected(writable.error());
-  const auto journal_path = journal_of(output);
-  if (!journal_path) return tl::unexpected(journal_path.error());
-  BakeReport report;
-  // A finished part is read as a journal to go on from: a task that is run again repeats no units.
-  std::error_code none;
-  if (!std::filesystem::exists(*journal_path, none) && BakeJournal::read(output))
-    std::filesystem::copy_file(output, *journal_path, none);
-  auto journal = bake_units(mesh, name, options, provenance, shard, *journal_path, watcher, report);
-  if (!journal) return tl::unexpected(journal.error());
-  if (auto ok = journal->rename(output); !ok) return tl::unexpected(ok.error());
-  return report;
-}
-
-Result<BakeReport> merge_shards(std::span<const std::string> shards, const std::string& output) {
-  const auto start = Clock::now();
-  std::vector<BakeJournal> journals;
-  for (const std::string& path : shards) {
-    auto journal = BakeJournal::read(path);
-    if (!journal) return tl::unexpected(journal.error());
-    if (!journals.empty() &&
-        samples_header_to_json(journal->header()) != samples_header_to_json(journals.front().header())) {
-      return fail(Code::samples_malformed, path, "journal",
-                  fmt::format("is of another bake than {}", journals.front().path()));
-    }
-    journals.push_back(std::move(*journal));
-  }
-  if (journals.empty()) return fail(Code::file_missing, {}, {}, "no shards are given");
-  BakeReport report;
-  if (auto ok = assemble(journals, output, report); !ok) return tl::unexpected(ok.error());
-  report.seconds = seconds_since(start);
-  return report;
+  return baked;
 }
 
 }  // namespace selvedge

@@ -3,16 +3,12 @@
 // Texels lie on the cell's reference plane; each view projects them along its direction onto the mesh, which
 // repeats without end. Light arrives from one direction at a time with unit perpendicular irradiance,
 // directly (with shadows, the yarn's full reflectance) and after up to `bounces` reflections.
-//
-// Every finished view and pair goes into a journal beside the output; the samples file is written from it at
-// the end. A bake that was interrupted continues from its journal.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -24,8 +20,8 @@ namespace selvedge {
 
 /// How interreflection between yarns is computed.
 enum class IndirectLight {
-  cached,  ///< by interpolation between points of the mesh (irradiance_cache.h); meshes that need too many
-           ///< points are traced, which report and file record
+  cached,  ///< by interpolation between points of the mesh (irradiance_cache.h); a mesh that needs too many
+           ///< points is traced, which report and provenance record
   traced   ///< along paths from every sample: slower and noisier, without approximation
 };
 
@@ -44,12 +40,6 @@ struct ReferencePlane {
   double value = 0.9;
 };
 
-/// A part of a bake: the units (views, pairs) whose number leaves `index` when divided by `count`.
-struct BakeShard {
-  int index = 0;
-  int count = 1;
-};
-
 /// Defaults are the paper's scale.
 struct BakeOptions {
   int width = 32;   ///< texels along x, 1 to 4096
@@ -66,26 +56,21 @@ struct BakeOptions {
   ReferencePlane reference;
   int validation_pairs = 96;
   int held_out_pairs = 96;
-  int rim_pairs = 32;
-  /// Pairs by PairKind that replace the random ones; unit directions with z >= 1e-3, or |z| for both sides.
+  /// Pairs that replace the random ones; unit directions with z >= 1e-3, or |z| for both sides.
   std::optional<ByPairKind<std::vector<DirectionPair>>> pairs;
-  int truth_samples = 64;  ///< rays per texel and pair of those sets, even
+  int truth_samples = 64;  ///< rays per texel and pair, even
   std::uint64_t seed = 1;
-  /// Stores the yarn itself (format/fabric/yarns.h): that of the mesh, or else what find_yarns() finds,
-  /// unless more than half of the surface is no round yarn.
+  /// Stores the yarn itself (format/fabric/yarns.h): the yarn of the mesh, or else the result of
+  /// find_yarns(), unless more than a tenth of the surface is no round yarn.
   bool yarns = false;
-  /// Of indirect light, from each of 16 places around every station of a yarn; of yarns with fibres 3/8 of
-  /// them.
+  /// Paths of indirect light from each of 16 places around every station of a yarn; yarn with fibres takes
+  /// 3/8 as many.
   int yarn_paths = 128;
-  std::optional<WholeFabric> whole;  ///< set if width and height belong to a coarser level of this fabric
-  bool resumable = true;  ///< an interrupted bake leaves its journal, from which the next one continues
 };
 
 struct BakeReport {
   double seconds = 0;
-  std::uint64_t rays = 0;       ///< primary, bounce and shadow rays of this run
-  int units = 0;                ///< views and pairs baked in this run
-  int resumed = 0;              ///< views and pairs found in a journal
+  std::uint64_t rays = 0;       ///< primary, bounce and shadow rays
   double coverage = 0;          ///< mean opacity over texels and views
   double noise = 0;             ///< upper estimate of the relative error of the grid's samples (NoiseSum)
   double truth_noise = 0;       ///< the same for the pairs
@@ -104,24 +89,17 @@ struct BakeProgress {
 };
 using BakeWatcher = std::function<void(const BakeProgress&)>;
 
-/// Boundary between the sets of held-out directions: z >= rim_z in the main sets, below it in the rim set.
-inline constexpr double rim_z = 0.15;
+/// Held-out and validation directions have z >= this: near the horizon hardly any light is seen.
+inline constexpr double min_pair_z = 0.15;
 
-/// Bakes `mesh` and writes a samples file. `name` stands for the mesh in messages; `provenance` is a JSON
-/// object that the file keeps beside the options. The same mesh, options and seed give the same bytes for any
-/// number of threads, whether interrupted or not. The journal is `output`.journal; a journal of another bake
-/// is replaced.
-Result<BakeReport> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
-                        const std::string& provenance, const std::string& output,
-                        const BakeWatcher& watcher = {});
+struct Baked {
+  Samples samples;  ///< rounded as in their file
+  BakeReport report;
+};
 
-/// Bakes one shard to `output`, a finished journal for merge_shards().
-Result<BakeReport> bake_shard(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
-                              const std::string& provenance, const BakeShard& shard,
-                              const std::string& output, const BakeWatcher& watcher = {});
-
-/// Merges the shards of one bake, in any order, into the samples file of the whole bake. Refuses
-/// (samples_malformed) shards of different bakes, missing units and damaged files.
-Result<BakeReport> merge_shards(std::span<const std::string> shards, const std::string& output);
+/// Bakes `mesh`. `name` stands for the mesh in messages; `provenance` is a JSON object that the samples keep
+/// beside the options. The same mesh, options and seed give the same samples for any number of threads.
+Result<Baked> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
+                   const std::string& provenance = "{}", const BakeWatcher& watcher = {});
 
 }  // namespace selvedge

@@ -95,7 +95,7 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
         in_range("bounces", o.bounces == unlimited_bounces ? 0 : o.bounces, 0, 64),
         in_range("ground", o.ground.value_or(0), 0, 1),
         in_range("validation-pairs", o.validation_pairs, 0, 65536),
-        in_range("held-out-pairs", o.held_out_pairs, 0, 65536), in_range("rim-pairs", o.rim_pairs, 0, 65536),
+        in_range("held-out-pairs", o.held_out_pairs, 0, 65536),
         in_range("truth-samples", o.truth_samples, 2, max_samples)}) {
     if (!ok) return ok;
   }
@@ -148,13 +148,11 @@ SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& o, double 
   if (o.pairs) {
     header.pairs = *o.pairs;
   } else {
-    header.pairs[0] = random_pairs(o.validation_pairs, rim_z, seed);
-    header.pairs[1] = random_pairs(o.held_out_pairs, rim_z, seed + 1);
-    header.pairs[2] = random_rim_pairs(o.rim_pairs, rim_z, seed + 2);
+    header.pairs[index_of(PairKind::validation)] = random_pairs(o.validation_pairs, min_pair_z, seed);
+    header.pairs[index_of(PairKind::held_out)] = random_pairs(o.held_out_pairs, min_pair_z, seed + 1);
     if (o.both_sides) add_pairs_of_sides(header);
   }
   header.both_sides = o.both_sides;
-  header.whole = o.whole;
   if (o.yarns) header.yarns = counts_of(mesh.yarns);
   nlohmann::json text = nlohmann::json::parse(provenance.empty() ? "{}" : provenance, nullptr, false);
   if (!text.is_object()) text = nlohmann::json::object();

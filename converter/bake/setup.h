@@ -1,4 +1,4 @@
-// What a bake computes before the first ray: checks of its options, its scene and its header.
+// Preparations of a bake before its first ray: checks of options, scene, header.
 #pragma once
 
 #include "converter/bake/bake.h"

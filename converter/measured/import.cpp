@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <mutex>
 #include <numbers>
 #include <optional>
 #include <regex>
@@ -339,45 +340,46 @@ std::vector<V3f> normals_of(const ScatteredValues& known, const std::vector<floa
   return normals;
 }
 
-void write_samples(const std::string& output, const SamplesHeader& header, const std::vector<float>& alpha,
-                   const Sample& sample, const Cells& cells, const std::vector<PairKind>& sets,
-                   const ScatteredValues& known, const ScatterKernel& kernel, const Progress& progress) {
-  SamplesWriter writer = must(SamplesWriter::create(output, header));
+/// The interpolated samples of the grids, and the pairs of the pictures.
+Samples samples_from(const SamplesHeader& header, const std::vector<float>& alpha, const Sample& sample,
+                     const Cells& cells, const std::vector<PairKind>& sets, const ScatteredValues& known,
+                     const ScatterKernel& kernel, const Progress& progress) {
+  Samples samples;
+  samples.header = header;
   const std::vector<V3f> views = directions_of(header.views);
   const std::vector<V3f> lights = directions_of(header.lights);
   const std::vector<V3f> normals = normals_of(known, alpha);
-  constexpr std::size_t at_once = 8;
-  for (int first = 0; first < header.views.count(); first += static_cast<int>(at_once)) {
-    std::vector<ViewSamples> samples(std::min<std::size_t>(at_once, header.views.count() - first));
-    parallel_for(0, static_cast<int>(samples.size()), [&](int i) {
-      std::vector<DirectionPair> pairs;
-      for (const V3f& light : lights) pairs.push_back({light, views[first + i]});
-      const Eigen::MatrixXf values = interpolate(known, kernel, pairs);
-      samples[i].alpha = alpha;
-      samples[i].normal = normals;
-      for (Eigen::Index l = 0; l < values.rows(); ++l) append_row(values.row(l), samples[i].radiance);
-    });
-    for (const ViewSamples& view : samples) must(writer.write_view(view));
-    if (progress) progress(0.7 + 0.3 * (first + static_cast<int>(at_once)) / header.views.count());
-  }
+  samples.views.resize(views.size());
+  std::mutex guard;
+  double done = 0;
+  parallel_for(0, header.views.count(), [&](int v) {
+    std::vector<DirectionPair> pairs;
+    for (const V3f& light : lights) pairs.push_back({light, views[v]});
+    const Eigen::MatrixXf values = interpolate(known, kernel, pairs);
+    ViewSamples& view = samples.views[v];
+    view.alpha = alpha;
+    view.normal = normals;
+    for (Eigen::Index l = 0; l < values.rows(); ++l) append_row(values.row(l), view.radiance);
+    const std::lock_guard lock(guard);
+    done += 1;
+    if (progress) progress(0.7 + 0.3 * done / header.views.count());
+  });
   for (const PairKind kind : all_pair_kinds) {
-    for (std::size_t next = 0; next < sets.size();) {
-      PairSamples pairs;
-      pairs.width = header.width;
-      pairs.height = header.height;
-      for (; next < sets.size() && pairs.pairs.size() < at_once; ++next) {
-        if (sets[next] != kind) continue;
-        pairs.pairs.push_back(sample.pictures[next].pair);
-        pairs.alpha.insert(pairs.alpha.end(), alpha.begin(), alpha.end());
-        append_row(cells.values.row(static_cast<Eigen::Index>(next)), pairs.radiance);
-      }
-      // Not known: the repeats differ by more than noise.
-      pairs.noise.assign(pairs.radiance.size(), V3f(0, 0, 0));
-      pairs.alpha_noise.resize(pairs.alpha.size());
-      must(writer.write_pairs(kind, pairs));
+    PairSamples& pairs = samples.pairs[index_of(kind)];
+    pairs.width = header.width;
+    pairs.height = header.height;
+    for (std::size_t i = 0; i < sets.size(); ++i) {
+      if (sets[i] != kind) continue;
+      pairs.pairs.push_back(sample.pictures[i].pair);
+      pairs.alpha.insert(pairs.alpha.end(), alpha.begin(), alpha.end());
+      append_row(cells.values.row(static_cast<Eigen::Index>(i)), pairs.radiance);
     }
+    // Not known: the repeats differ by more than noise.
+    pairs.noise.assign(pairs.radiance.size(), V3f(0, 0, 0));
+    pairs.alpha_noise.resize(pairs.alpha.size());
   }
-  must(writer.commit());
+  must(round_as_stored(samples));
+  return samples;
 }
 
 std::string provenance_of(const ImportReport& report, const std::string& table) {
@@ -461,7 +463,8 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   header.lights = grid_of(options.lights);
   header.samples_per_texel = header.truth_samples = 1;
   header.provenance = provenance_of(report, table);
-  write_samples(output, header, average.alpha(), sample, cells, sets, known, kernel, progress);
+  must(write_samples(output,
+                     samples_from(header, average.alpha(), sample, cells, sets, known, kernel, progress)));
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;
 }

@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <limits>
 #include <utility>
 
 #include "fitter/budget/level_error.h"
 #include "fitter/products/coded_size.h"
 #include "fitter/products/quantise.h"
 #include "fitter/solve/radiance_scale.h"
+#include "format/base/atomic_file.h"
 #include "format/fabric/layers.h"
 #include "format/samples/pool.h"
 
@@ -54,6 +57,68 @@ double bytes_of_lobes(const FabricLevel& level) {
   return 3.6 * static_cast<double>(level.lobes().size()) + bytes_of_frame(level);
 }
 
+/// Weight of log(error) at level 0, which near views show; 1 at the other levels.
+constexpr double weight_of_level_0 = 5;
+/// Bytes per channel in the file in addition to its values.
+constexpr double bytes_per_channel = 30;
+
+double weight_of(std::size_t level) { return level == 0 ? weight_of_level_0 : 1; }
+
+bool has_basis(const LevelCandidate& candidate) { return candidate.kind == LevelCandidate::Kind::basis; }
+
+/// Few pairs say little about the mean, and a large difference is no error of interpolation.
+constexpr std::size_t min_pairs = 16;
+constexpr double max_brightness = 1.25;
+
+/// l_z max(0, sum over m of c_m phi_m(v) psi_m(l)) of every texel. The products of functions are computed
+/// once for all texels; with evaluate(), the choice takes three times as long. `fabric`: for the grids of
+/// views and lights.
+std::vector<V3f> radiance_of_texels(const BasisFit& basis, const Fabric& fabric, const DirectionPair& pair) {
+  const DirectionTaps views = interpolate(fabric.views, pair.view);
+  const DirectionTaps lights = interpolate(fabric.lights, pair.light);
+  std::vector<V3f> values;  // phi_m(v) psi_m(l)
+  for (const V2i& functions : basis.pairs) {
+    const std::vector<float>& phi = basis.view[functions.x];
+    const std::vector<float>& psi = basis.light[functions.y];
+    float factor = 0;
+    V3f colour(0, 0, 0);
+    for (std::size_t tap = 0; tap < 4; ++tap) {
+      factor += views.weight[tap] * phi[views.cell[tap]];
+      const float* rgb = &psi[3 * lights.cell[tap]];
+      colour += lights.weight[tap] * V3f(rgb[0], rgb[1], rgb[2]);
+    }
+    values.push_back(pair.light.z * factor * colour);
+  }
+  std::vector<V3f> radiance;
+  const float* coefficient = basis.coefficient.data();
+  for (std::size_t t = 0; t < basis.texels(); ++t) {
+    V3f sum(0, 0, 0);
+    for (const V3f& value : values) sum += *coefficient++ * value;
+    for (int c = 0; c < 3; ++c) sum[c] = std::max(sum[c], 0.0F);
+    radiance.push_back(sum);
+  }
+  return radiance;
+}
+
+float interpolated(std::span<const float> opacity, std::size_t texel, std::size_t views,
+                   const DirectionTaps& at) {
+  float alpha = 0;
+  for (std::size_t tap = 0; tap < 4; ++tap) {
+    alpha += at.weight[tap] * opacity[texel * views + at.cell[tap]];
+  }
+  return alpha;
+}
+
+/// Size of the file of a fabric, without its yarn.
+Result<double> file_size(const Fabric& fabric, const FabricWriteOptions& options) {
+  std::error_code error;
+  const auto path = std::filesystem::temp_directory_path(error) / "selvedge-size.fabric.exr";
+  const auto file = AtomicFile::create(path.string());
+  if (!file) return tl::unexpected(file.error());
+  if (auto ok = write_fabric(file->temporary(), fabric, options); !ok) return tl::unexpected(ok.error());
+  return static_cast<double>(std::filesystem::file_size(file->temporary(), error));
+}
+
 /// Without the noise.
 void append(PairSamples& to, const PairSamples& from) {
   to.width = from.width;
@@ -91,8 +156,7 @@ void LayerFitter::add_quantised(std::size_t level, const BasisFit& basis, double
   }
 }
 
-/// Scales the largest radiance to about 1, for sums of squares in single precision. Samples that are not
-/// finite remain so, and fit() reports their place.
+/// Scales the largest radiance to about 1, for sums of squares in single precision.
 void LayerFitter::scale_radiance(SampleLevel& samples, PairSamples& pairs, PairSamples& measured) {
   float largest = 0;
   for (const V3f& r : samples.radiance) largest = std::max({largest, r.x, r.y, r.z});
@@ -132,10 +196,48 @@ Result<void> LayerFitter::fit_lobes(const SampleLevel& samples, const SamplesHea
   fabric_ = std::move(paper->fabric);
   fabric_.levels.clear();
   fabric_.lights = header.lights;
-  training_ = std::move(paper->training);
-  for (V3f& r : training_.radiance) r *= static_cast<float>(scale_);
   warnings_ = std::move(paper->warnings);
   return {};
+}
+
+std::vector<V3f> LayerFitter::shown(std::size_t k, const BasisFit& basis, const DirectionPair& pair) const {
+  std::vector<V3f> radiance = radiance_of_texels(basis, fabric_, pair);
+  const DirectionTaps at = interpolate(fabric_.views, pair.view);
+  for (std::size_t t = 0; t < radiance.size(); ++t) {
+    radiance[t] *= interpolated(levels_[k].paper.opacity(), t, fabric_.views.count(), at);
+  }
+  return radiance;
+}
+
+V3d LayerFitter::brightness(std::size_t k, const BasisFit& basis, const LevelTruth& truth,
+                            const std::vector<DirectionPair>& pairs) const {
+  V3d seen(0, 0, 0);
+  V3d modelled(0, 0, 0);
+  for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
+    for (const V3d& radiance : truth.pairs[pair]) seen += radiance;
+    for (const V3f& radiance : shown(k, basis, pairs[pair])) modelled += V3d(radiance);
+  }
+  V3d ratio(1, 1, 1);
+  if (pairs.size() < min_pairs) return ratio;
+  for (int c = 0; c < 3; ++c) {
+    if (seen[c] > 0 && modelled[c] > 0)
+      ratio[c] = std::clamp(seen[c] / modelled[c], 1 / max_brightness, max_brightness);
+  }
+  return ratio;
+}
+
+void LayerFitter::measure_errors(std::size_t k, const LevelTruth& truth,
+                                 const std::vector<DirectionPair>& pairs) {
+  Level& level = levels_[k];
+  for (LevelCandidate& candidate : level.candidates) {
+    if (candidate.kind != LevelCandidate::Kind::basis) {
+      const bool table = candidate.kind == LevelCandidate::Kind::lobes_and_table;
+      candidate.error = level_error(table ? level.paper : level.plain, fabric_, pairs, truth);
+      continue;
+    }
+    candidate.error =
+        mean_squared_error(truth, [&](std::size_t pair) { return shown(k, candidate.basis, pairs[pair]); });
+  }
 }
 
 /// Adds candidates with a basis that all levels share, and with the paper's model.
@@ -191,6 +293,178 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     if (progress) progress(0.9 + 0.1 * static_cast<double>(k + 1) / static_cast<double>(levels));
   }
   return fitter;
+}
+
+double LayerFitter::bytes_of_bases(const Chosen& chosen) const {
+  BasisList functions;
+  std::size_t products = 0;
+  bool lobes = false;
+  bool table = false;
+  for (const LevelCandidate* candidate : chosen) {
+    table = table || candidate->kind == LevelCandidate::Kind::lobes_and_table;
+    lobes = lobes || !has_basis(*candidate);
+    if (!has_basis(*candidate)) continue;
+    for (const V2i& pair : candidate->basis.pairs) functions.add(candidate->basis, pair);
+    products = std::max(products, candidate->basis.pairs.size());
+  }
+  const FabricLevel& base = levels_.front().paper;
+  double channels = static_cast<double>(products) + fabric_.views.count();  // and opacity
+  if (table) channels += 3 * fabric_.views.count();
+  if (lobes) channels += 6 + 3 * parameter_count(base.lobe_count());
+  return functions.bytes() + bytes_per_channel * channels;
+}
+
+FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate,
+                                  BasisList& functions) const {
+  const Level& level = levels_[k];
+  if (candidate.kind == LevelCandidate::Kind::lobes_and_table) return level.paper;
+  if (candidate.kind == LevelCandidate::Kind::lobes) return level.plain;
+  FabricLevel result;
+  result.width = level.paper.width;
+  result.height = level.paper.height;
+  result.set(LayerKind::opacity, level.paper[LayerKind::opacity]);
+  result.pairs = candidate.basis.pairs;
+  result.set(LayerKind::products, {static_cast<int>(result.pairs.size()), candidate.basis.coefficient});
+  for (V2i& pair : result.pairs) pair = functions.add(candidate.basis, pair);
+  return result;
+}
+
+double LayerFitter::size_of(const Chosen& chosen, double overhead) const {
+  double sum = overhead + bytes_of_bases(chosen);
+  for (const LevelCandidate* candidate : chosen) sum += candidate->bytes;
+  return sum;
+}
+
+double LayerFitter::cost_of(const Chosen& chosen) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < chosen.size(); ++k)
+    sum += weight_of(k) * std::log(std::max(chosen[k]->error, 1e-30));
+  return sum;
+}
+
+LayerFitter::Chosen LayerFitter::best(bool lobes_alone, double bytes, double overhead) const {
+  const auto allowed = [&](const LevelCandidate& candidate) { return !lobes_alone || !has_basis(candidate); };
+  // For each level the candidate with the smallest log(error) + lambda * bytes.
+  const auto best_at = [&](double lambda) {
+    Chosen chosen;
+    for (std::size_t k = 0; k < levels_.size(); ++k) {
+      const LevelCandidate* best = nullptr;
+      double min_cost = std::numeric_limits<double>::infinity();
+      for (const LevelCandidate& candidate : levels_[k].candidates) {
+        const double cost =
+            weight_of(k) * std::log(std::max(candidate.error, 1e-30)) + lambda * candidate.bytes;
+        if (cost >= min_cost || !allowed(candidate)) continue;
+        min_cost = cost;
+        best = &candidate;
+      }
+      chosen.push_back(best);
+    }
+    return chosen;
+  };
+  double low = 1e-9;  // gives too large a file, unless the best candidates fit
+  double high = 1e3;
+  Chosen chosen = best_at(low);
+  if (size_of(chosen, overhead) > bytes) {
+    chosen = best_at(high);
+    for (int i = 0; i < 60; ++i) {
+      const double middle = std::sqrt(low * high);
+      const Chosen tried = best_at(middle);
+      if (size_of(tried, overhead) > bytes) {
+        low = middle;
+      } else {
+        high = middle;
+        chosen = tried;
+      }
+    }
+  }
+
+  // Spends the remaining bytes, step by step, on the candidate with the largest gain per byte.
+  for (bool better = true; better;) {
+    better = false;
+    const double left = bytes - size_of(chosen, overhead);
+    double best_rate = 0;
+    std::size_t best_level = 0;
+    const LevelCandidate* best = nullptr;
+    for (std::size_t k = 0; k < levels_.size(); ++k) {
+      for (const LevelCandidate& candidate : levels_[k].candidates) {
+        const double more = candidate.bytes - chosen[k]->bytes;
+        const double gain = weight_of(k) * std::log(chosen[k]->error / std::max(candidate.error, 1e-30));
+        if (!(gain > 0) || more > left || gain / std::max(more, 1.0) <= best_rate || !allowed(candidate)) {
+          continue;
+        }
+        Chosen tried = chosen;
+        tried[k] = &candidate;
+        if (size_of(tried, overhead) > bytes) continue;
+        best_rate = gain / std::max(more, 1.0);
+        best_level = k;
+        best = &candidate;
+      }
+    }
+    if (best != nullptr) {
+      chosen[best_level] = best;
+      better = true;
+    }
+  }
+  return chosen;
+}
+
+LayerFit LayerFitter::choose(double bytes, double overhead) const {
+  Chosen chosen = best(false, bytes, overhead);
+  const Chosen lobes = best(true, bytes, overhead);
+  const bool fits = size_of(chosen, overhead) <= bytes;
+  const bool lobes_fit = size_of(lobes, overhead) <= bytes;
+  const bool better = fits ? lobes_fit && cost_of(lobes) < cost_of(chosen)
+                           : size_of(lobes, overhead) < size_of(chosen, overhead);
+  if (better) chosen = lobes;
+
+  LayerFit result;
+  result.fabric = fabric_;
+  result.bytes = size_of(chosen, overhead);
+  BasisList functions;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    FabricLevel level = level_of(k, *chosen[k], functions);
+    LevelReport report{level.width, level.height};
+    if (!has_basis(*chosen[k]))
+      report = level.has(LayerKind::table) ? levels_[k].report : levels_[k].plain_report;
+    result.levels.push_back(report);
+    result.errors.push_back(std::sqrt(chosen[k]->error) * scale_);
+    result.fabric.levels.push_back(std::move(level));
+  }
+  const auto bases = std::make_shared<const ProductBases>(functions.bases());
+  for (FabricLevel& level : result.fabric.levels) {
+    if (level.has(LayerKind::products)) level.bases = bases;
+  }
+  set_radiance_scale(result.fabric);
+  result.fabric.radiance_scale *= static_cast<float>(scale_);
+  return result;
+}
+
+Result<LayerFit> LayerFitter::choose_for_file(double budget, const FabricWriteOptions& options) const {
+  constexpr int max_tries = 6;
+  // For the record of the fit, whose errors are not known yet.
+  const double record = 90 + 210.0 * static_cast<double>(levels_.size());
+  double overhead = typical_overhead;
+  double smallest = std::numeric_limits<double>::infinity();
+  LayerFit best;
+  double best_size = 0;
+  for (int i = 0; i < max_tries; ++i) {
+    LayerFit chosen = choose(budget, overhead);
+    const auto written = file_size(chosen.fabric, options);
+    if (!written) return tl::unexpected(written.error());
+    const double size = *written + record;
+    smallest = std::min(smallest, size);
+    // If the file is too large, the correction has a small margin.
+    const double correction = size - chosen.bytes + (size > budget ? 0.002 * budget : 0);
+    if (size <= budget && size > best_size) {
+      best_size = size;
+      best = std::move(chosen);
+    }
+    if (best_size > 0.98 * budget || correction == 0) break;
+    overhead += correction;
+  }
+  if (best_size > 0) return best;
+  return fail(Code::option_out_of_range, {}, "--budget",
+              fmt::format("{:.0f} bytes; the smallest fabric found has {:.0f}", budget, smallest));
 }
 
 }  // namespace selvedge

@@ -13,7 +13,7 @@
 #include "fitter/fit.h"
 #include "fitter/products/basis_list.h"
 #include "fitter/products/texel_basis.h"
-#include "format/fabric/fabric.h"
+#include "format/fabric/file.h"
 #include "format/samples/samples.h"
 
 namespace selvedge {
@@ -30,6 +30,7 @@ struct LevelCandidate {
 struct LayerFit {
   Fabric fabric;
   std::vector<LevelReport> levels;  ///< levels with the paper's model have the figures of their fit
+  std::vector<double> errors;       ///< by level, root mean square on the validation pairs, 1/sr
   double bytes = 0;                 ///< estimated size of the file
 };
 
@@ -46,8 +47,12 @@ class LayerFitter {
   LayerFit choose(double bytes, double overhead = typical_overhead) const;
   static constexpr double typical_overhead = 12000;
 
+  /// The largest fabric found whose file, without yarn, has at most `budget` bytes. choose() only estimates
+  /// sizes, so up to six temporary files are written to correct the estimate. OPTION_OUT_OF_RANGE, with the
+  /// smallest size found, if no file is small enough.
+  Result<LayerFit> choose_for_file(double budget, const FabricWriteOptions& options) const;
+
   /// As in FitResult.
-  const PairSamples& training() const { return training_; }
   const Issues& warnings() const { return warnings_; }
 
  private:
@@ -84,7 +89,6 @@ class LayerFitter {
 
   Fabric fabric_;     ///< without levels
   double scale_ = 1;  ///< samples and pairs were divided by it
-  PairSamples training_;
   Issues warnings_;
   std::vector<Level> levels_;
 };

@@ -7,7 +7,6 @@
 
 #include "format/fabric/names.h"
 #include "format/fabric/rules.h"
-#include "format/quality/fit_record.h"
 
 namespace selvedge {
 namespace {
@@ -107,24 +106,6 @@ void check_levels(const FabricHeader& header, IssueSink& sink) {
   for_each_side(header, [&](const FabricHeader& side) { check_layer_levels(side, sink); });
 }
 
-/// Checks the record of the fit, and its sizes against those of the file.
-void check_fit_record(const ExrReader& file, const FabricHeader& header, IssueSink& sink) {
-  const auto record = fit_record_of(header.provenance, header.levels, sink);
-  if (!record) return;
-  for (int k = 0; k < header.levels; ++k) {
-    const std::uint64_t said = record->levels[k].bytes;
-    std::uint64_t bytes = 0;
-    for (const LayerKind layer : all_layers) {
-      const int part = file.find_part(name_of(layer));
-      if (layers_of_no_level.contains(layer) || part < 0 || !header.has(layer, k)) continue;
-      bytes += file.packed_bytes(part, k);
-    }
-    if (said == bytes) continue;
-    sink.add(Code::fabric_advice, fmt::format("/provenance/fit/levels/{}/bytes", k),
-             fmt::format("says {}; the level takes {}", said, bytes));
-  }
-}
-
 }  // namespace
 
 void check_extras(const ExrReader& file, const FabricHeader& header, IssueSink& sink) {
@@ -155,7 +136,6 @@ void check_extras(const ExrReader& file, const FabricHeader& header, IssueSink& 
     }
   }
   check_levels(header, sink);
-  check_fit_record(file, header, sink);
 }
 
 }  // namespace selvedge

@@ -8,7 +8,7 @@ namespace selvedge::names {
 
 inline constexpr int fabric_version_major = 3;
 inline constexpr int fabric_version_minor = 3;
-inline constexpr int samples_version = 2;
+inline constexpr int samples_version = 3;
 
 // Parts of a fabric file, in the file's order.
 inline constexpr const char* part_preview = "preview";
@@ -49,7 +49,6 @@ inline constexpr const char* part_radiance = "radiance";
 inline constexpr const char* part_surface = "surface";
 inline constexpr const char* part_validation = "validation";
 inline constexpr const char* part_held_out = "held-out";
-inline constexpr const char* part_rim = "rim";
 inline constexpr const char* part_measured = "measured";
 inline constexpr const char* part_light_through = "through.indirect";
 
@@ -90,19 +89,7 @@ inline constexpr const char* pairs = "pairs";
 // In the record of a fit, in a fabric's provenance.
 inline constexpr const char* fit = "fit";
 inline constexpr const char* peak = "peak";
-inline constexpr const char* bytes = "bytes";
 inline constexpr const char* held_out = "heldOut";
-inline constexpr const char* training = "training";
-inline constexpr const char* psnr = "psnr";
-inline constexpr const char* relative_l2 = "relativeL2";
-inline constexpr const char* validation_error = "validationError";
-inline constexpr const char* iterations = "iterations";
-inline constexpr const char* converged = "converged";
-inline constexpr const char* at_limit = "atLimit";
-inline constexpr const char* warnings = "warnings";
-inline constexpr const char* code = "code";
-inline constexpr const char* place = "place";
-inline constexpr const char* message = "message";
 
 // In samples files only.
 inline constexpr const char* both = "both";

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -17,10 +16,37 @@ namespace {
 using nlohmann::json;
 namespace member = names::member;
 
-constexpr ByPairKind<const char*> pair_parts{names::part_validation, names::part_held_out, names::part_rim,
+constexpr ByPairKind<const char*> pair_parts{names::part_validation, names::part_held_out,
                                              names::part_measured};
 
+// Readers of members throw; samples_header_from_json() adds the name of the member.
+
+int whole(const json& number, int min, int max) {
+  if (!number.is_number_integer() || number < min || number > max)
+    throw std::runtime_error(fmt::format("is not a whole number from {} to {}", min, max));
+  return number.get<int>();
+}
+
+float real(const json& number, bool (*good)(float), const char* fault) {
+  const auto value = number.get<float>();
+  if (!std::isfinite(value) || !good(value)) throw std::runtime_error(fault);
+  return value;
+}
+
+float length(const json& number) {
+  return real(
+      number, [](float value) { return value > 0; }, "is not a length");
+}
+
 json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
+
+/// A unit vector, of the upper hemisphere unless both sides are known.
+V3f direction(const json& list, bool both_sides) {
+  const V3f v(list.at(0).get<float>(), list.at(1).get<float>(), list.at(2).get<float>());
+  if (!(std::abs(v.length() - 1) < 1e-3F) || !(v.z >= 0 || both_sides))
+    throw std::runtime_error("has a vector that is not a unit direction above the cloth");
+  return v;
+}
 
 /// A grid with its directions, which are informative.
 json grid_with_directions(const DirectionGrid& grid) {
@@ -31,101 +57,110 @@ json grid_with_directions(const DirectionGrid& grid) {
   return result;
 }
 
-/// A unit vector, of the upper hemisphere unless both sides are known.
-V3f direction_from(const json& list, bool both_sides) {
-  const V3f v(list.at(0).get<float>(), list.at(1).get<float>(), list.at(2).get<float>());
-  if (!(std::abs(v.length() - 1) < 1e-3F) || !(v.z >= 0 || both_sides))
-    throw std::runtime_error("pairs: not a unit direction above the cloth");
-  return v;
+DirectionGrid grid(const json& text) {
+  const auto read = grid_from_json(text, FabricLimits{}.directions);
+  if (!read) throw std::runtime_error(fmt::format("{} {}", read.error().place, read.error().message));
+  return *read;
 }
 
-int whole_from(const json& number, const char* name) {
-  constexpr std::int64_t limit = std::numeric_limits<int>::max();
-  if (!number.is_number_integer() || number < 0 || number > limit) {
-    throw std::runtime_error(fmt::format("{}: not a whole number", name));
-  }
-  return number.get<int>();
-}
-
-float length_from(const json& number, const char* name, bool may_be_zero) {
-  const auto length = number.get<float>();
-  if (!std::isfinite(length) || length < 0 || (length == 0 && !may_be_zero)) {
-    throw std::runtime_error(fmt::format("{}: not a length", name));
-  }
-  return length;
-}
-
-DirectionGrid views_or_lights(const json& text, const char* name) {
-  const auto grid = grid_from_json(text.at(name), FabricLimits{}.directions);
-  if (!grid) throw std::runtime_error(name + grid.error().place + ": " + grid.error().message);
-  return *grid;
-}
-
-int count_from(const json& text, const char* name, int max) {
-  const int value = whole_from(text.at(name), name);
-  if (value < 1 || value > max) throw std::runtime_error(fmt::format("{}: not 1 to {}", name, max));
-  return value;
-}
-
-YarnCounts yarns_from(const json& text) {
-  const FabricLimits limits;
-  YarnCounts counts{count_from(text, member::curves, limits.curves),
-                    count_from(text, member::nodes, limits.nodes),
-                    count_from(text, member::stations, limits.stations)};
-  if (text.contains(member::fields)) counts.fields = count_from(text, member::fields, limits.fields);
-  if (counts.fields < fields_of_round_yarn) throw std::runtime_error("fields: too few");
-  return counts;
-}
-
-/// Throws if a member breaks a rule; the caller converts the exception to an error.
-SamplesHeader header_from(const json& text) {
-  SamplesHeader header;
-  if (const json& version = text.at(member::version); version != names::samples_version) {
-    throw std::runtime_error(fmt::format("version {} is not understood; this program reads version {}",
-                                         version.dump(), names::samples_version));
-  }
-  header.width = whole_from(text.at(member::texels).at(0), member::texels);
-  header.height = whole_from(text.at(member::texels).at(1), member::texels);
-  const int limit = FabricLimits{}.texels_per_side;
-  if (header.width < 1 || header.height < 1 || header.width > limit || header.height > limit) {
-    throw std::runtime_error(fmt::format("texels: not 1 to {} a side", limit));
-  }
-  header.period_mm = {length_from(text.at(member::mm_per_repeat).at(0), member::mm_per_repeat, false),
-                      length_from(text.at(member::mm_per_repeat).at(1), member::mm_per_repeat, false)};
-  header.reference_height = text.at(member::reference_height).get<float>();
-  if (!std::isfinite(header.reference_height)) throw std::runtime_error("referenceHeight: not finite");
-  header.thickness_mm = length_from(text.at(member::thickness), member::thickness, true);
-  header.views = views_or_lights(text, member::views);
-  header.lights = views_or_lights(text, member::lights);
-  header.samples_per_texel = whole_from(text.at(member::samples_per_texel), member::samples_per_texel);
-  header.truth_samples = whole_from(text.at(member::truth_samples), member::truth_samples);
-  if (text.contains(member::sides)) {
-    if (text.at(member::sides) != member::both) throw std::runtime_error("sides: not both");
-    header.both_sides = true;
-  }
+json pairs_json(const SamplesHeader& h) {
+  json sets = json::object();
   for (const PairKind kind : all_pair_kinds) {
-    const json& sets = text.at(member::pairs);
-    if (kind == PairKind::measured && !sets.contains(name_of(kind))) continue;
-    for (const json& pair : sets.at(name_of(kind))) {
-      header.pairs[index_of(kind)].push_back({direction_from(pair.at(member::light), header.both_sides),
-                                              direction_from(pair.at(member::view), header.both_sides)});
-    }
+    const auto& pairs = h.pairs[index_of(kind)];
+    if (kind == PairKind::measured && pairs.empty()) continue;
+    json& list = sets[name_of(kind)] = json::array();
+    for (const DirectionPair& pair : pairs)
+      list.push_back({{member::light, list_of(pair.light)}, {member::view, list_of(pair.view)}});
   }
-  if (text.contains(member::whole)) {
-    const json& whole = text.at(member::whole);
-    const json& texels = whole.at(member::texels);
-    header.whole =
-        WholeFabric{V2i(whole_from(texels.at(0), member::whole), whole_from(texels.at(1), member::whole)),
-                    whole_from(whole.at(member::level), member::whole)};
-    if (std::max(header.whole->texels.x, header.whole->texels.y) > limit || header.whole->level < 1 ||
-        !is_level_of(*header.whole, header.width, header.height)) {
-      throw std::runtime_error("whole: the texels are those of no level of it");
-    }
-  }
-  if (text.contains(names::part_yarns)) header.yarns = yarns_from(text.at(names::part_yarns));
-  header.provenance = text.at(member::provenance).dump();
-  return header;
+  return sets;
 }
+
+void read_pairs(const json& sets, SamplesHeader& h) {
+  for (const PairKind kind : all_pair_kinds) {
+    if (kind == PairKind::measured && !sets.contains(name_of(kind))) continue;
+    for (const json& pair : sets.at(name_of(kind)))
+      h.pairs[index_of(kind)].push_back(
+          {direction(pair.at(member::light), h.both_sides), direction(pair.at(member::view), h.both_sides)});
+  }
+}
+
+json yarns_json(const SamplesHeader& h) {
+  if (h.yarns.curves == 0) return nullptr;
+  return {{member::curves, h.yarns.curves},
+          {member::nodes, h.yarns.nodes},
+          {member::stations, h.yarns.stations},
+          {member::fields, h.yarns.fields}};
+}
+
+void read_yarns(const json& text, SamplesHeader& h) {
+  const FabricLimits limits;
+  h.yarns = {whole(text.at(member::curves), 1, limits.curves), whole(text.at(member::nodes), 1, limits.nodes),
+             whole(text.at(member::stations), 1, limits.stations)};
+  if (text.contains(member::fields))
+    h.yarns.fields = whole(text.at(member::fields), fields_of_round_yarn, limits.fields);
+}
+
+void read_version(const json& version, SamplesHeader& /*header*/) {
+  if (version != names::samples_version)
+    throw std::runtime_error(fmt::format("{} is not understood: this program reads version {}",
+                                         version.dump(), names::samples_version));
+}
+
+constexpr int max_samples = std::numeric_limits<int>::max();
+
+/// A member of the attribute text. Members are read in this order.
+struct Field {
+  const char* name;
+  bool optional;
+  json (*get)(const SamplesHeader& header);  ///< null: left out
+  void (*set)(const json& value, SamplesHeader& header);
+};
+const std::array<Field, 13> fields{{
+    {member::version, false, [](const SamplesHeader&) { return json(names::samples_version); }, read_version},
+    {member::texels, false,
+     [](const SamplesHeader& h) {
+       return json{h.width, h.height};
+     },
+     [](const json& v, SamplesHeader& h) {
+       const int max = FabricLimits{}.texels_per_side;
+       h.width = whole(v.at(0), 1, max);
+       h.height = whole(v.at(1), 1, max);
+     }},
+    {member::mm_per_repeat, false,
+     [](const SamplesHeader& h) {
+       return json{h.period_mm.x, h.period_mm.y};
+     },
+     [](const json& v, SamplesHeader& h) {
+       h.period_mm = {length(v.at(0)), length(v.at(1))};
+     }},
+    {member::reference_height, false, [](const SamplesHeader& h) { return json(h.reference_height); },
+     [](const json& v, SamplesHeader& h) {
+       h.reference_height = real(
+           v, [](float) { return true; }, "is not finite");
+     }},
+    {member::thickness, false, [](const SamplesHeader& h) { return json(h.thickness_mm); },
+     [](const json& v, SamplesHeader& h) {
+       h.thickness_mm = real(
+           v, [](float value) { return value >= 0; }, "is not a length");
+     }},
+    {member::views, false, [](const SamplesHeader& h) { return grid_with_directions(h.views); },
+     [](const json& v, SamplesHeader& h) { h.views = grid(v); }},
+    {member::lights, false, [](const SamplesHeader& h) { return grid_with_directions(h.lights); },
+     [](const json& v, SamplesHeader& h) { h.lights = grid(v); }},
+    {member::samples_per_texel, false, [](const SamplesHeader& h) { return json(h.samples_per_texel); },
+     [](const json& v, SamplesHeader& h) { h.samples_per_texel = whole(v, 0, max_samples); }},
+    {member::truth_samples, false, [](const SamplesHeader& h) { return json(h.truth_samples); },
+     [](const json& v, SamplesHeader& h) { h.truth_samples = whole(v, 0, max_samples); }},
+    {member::sides, true, [](const SamplesHeader& h) { return h.both_sides ? json(member::both) : json(); },
+     [](const json& v, SamplesHeader& h) {
+       if (v != member::both) throw std::runtime_error("is not \"both\"");
+       h.both_sides = true;
+     }},
+    {member::pairs, false, pairs_json, read_pairs},
+    {names::part_yarns, true, yarns_json, read_yarns},
+    {member::provenance, false, [](const SamplesHeader& h) { return provenance_json(h.provenance); },
+     [](const json& v, SamplesHeader& h) { h.provenance = v.dump(); }},
+}};
 
 }  // namespace
 
@@ -138,49 +173,35 @@ std::vector<V3f> directions_of(const DirectionGrid& grid, bool both_sides) {
 const char* name_of(PairKind kind) { return pair_parts[index_of(kind)]; }
 
 std::string samples_header_to_json(const SamplesHeader& header) {
-  json pairs = json::object();
-  for (const PairKind kind : all_pair_kinds) {
-    if (kind == PairKind::measured && header.pairs[index_of(kind)].empty()) continue;
-    json list = json::array();
-    for (const DirectionPair& pair : header.pairs[index_of(kind)]) {
-      list.push_back({{member::light, list_of(pair.light)}, {member::view, list_of(pair.view)}});
-    }
-    pairs[pair_parts[index_of(kind)]] = list;
+  json text = json::object();
+  for (const Field& field : fields) {
+    json value = field.get(header);
+    if (!value.is_null()) text[field.name] = std::move(value);
   }
-  json text{
-      {member::version, names::samples_version},
-      {member::texels, {header.width, header.height}},
-      {member::mm_per_repeat, {header.period_mm.x, header.period_mm.y}},
-      {member::reference_height, header.reference_height},
-      {member::thickness, header.thickness_mm},
-      {member::views, grid_with_directions(header.views)},
-      {member::lights, grid_with_directions(header.lights)},
-      {member::samples_per_texel, header.samples_per_texel},
-      {member::truth_samples, header.truth_samples},
-      {member::pairs, pairs},
-      {member::provenance, provenance_json(header.provenance)},
-  };
-  if (header.yarns.curves > 0) {
-    text[names::part_yarns] = {{member::curves, header.yarns.curves},
-                               {member::nodes, header.yarns.nodes},
-                               {member::stations, header.yarns.stations}};
-    if (header.yarns.fields > fields_of_round_yarn)
-      text[names::part_yarns][member::fields] = header.yarns.fields;
-  }
-  if (header.both_sides) text[member::sides] = member::both;
-  if (header.whole) text[member::whole] = whole_json(*header.whole);
   return text.dump();
 }
 
 Result<SamplesHeader> samples_header_from_json(const std::string& text, const std::string& file) {
+  const auto refuse = [&](const std::string& place, std::string why) {
+    return fail(Code::samples_malformed, file, names::attribute_samples + place, std::move(why));
+  };
   const json members = parse_json(text);
-  if (!members.is_object())
-    return fail(Code::samples_malformed, file, names::attribute_samples, "is not a JSON object");
-  try {
-    return header_from(members);
-  } catch (const std::exception& e) {
-    return fail(Code::samples_malformed, file, names::attribute_samples, reason_of(e));
+  if (!members.is_object()) return refuse("", "is not a JSON object");
+  SamplesHeader header;
+  for (const Field& field : fields) {
+    const std::string place = std::string("/") + field.name;
+    const auto value = members.find(field.name);
+    if (value == members.end()) {
+      if (field.optional) continue;
+      return refuse(place, "is missing");
+    }
+    try {
+      field.set(*value, header);
+    } catch (const std::exception& e) {
+      return refuse(place, reason_of(e));
+    }
   }
+  return header;
 }
 
 }  // namespace selvedge

@@ -10,21 +10,20 @@
 namespace selvedge {
 
 /// Sets of pairs of directions with the truth for each: validation pairs, by which a fit chooses; held-out
-/// pairs, on which errors are measured; rim pairs, measured separately; and those in which measured samples
-/// were taken, from which the grids were interpolated and to which lobes are fitted.
-enum class PairKind { validation, held_out, rim, measured };
-inline constexpr std::array all_pair_kinds{PairKind::validation, PairKind::held_out, PairKind::rim,
-                                           PairKind::measured};
+/// pairs, on which errors are measured; and pairs in which measured samples were taken, from which the grids
+/// were interpolated and to which lobes are fitted.
+enum class PairKind { validation, held_out, measured };
+inline constexpr std::array all_pair_kinds{PairKind::validation, PairKind::held_out, PairKind::measured};
 /// Values for each of them.
 template <class Values>
 using ByPairKind = std::array<Values, all_pair_kinds.size()>;
 
 inline std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kind); }
 
-/// The name of the part of the file: "validation", "held-out", "rim", "measured".
+/// The name of the part of the file: "validation", "held-out", "measured".
 const char* name_of(PairKind kind);
 
-/// The side that a pair is of.
+/// The side of a pair.
 inline Side side_of(const DirectionPair& pair) {
   const bool behind = pair.view.z < 0;
   if (behind == (pair.light.z < 0)) return behind ? Side::back : Side::front;
@@ -38,9 +37,9 @@ struct SamplesHeader : FabricInfo {
   int samples_per_texel = 0;  ///< rays per texel and view
   int truth_samples = 0;      ///< rays per texel of the pair sets
   ByPairKind<std::vector<DirectionPair>> pairs;
-  YarnCounts yarns;  ///< of the yarn that the file holds
-  /// Views and lights are those of the grids and those mirrored in the plane of the cloth, in this order.
-  /// Pairs may lie on any sides.
+  YarnCounts yarns;  ///< of the yarn of the file
+  /// Views and lights: the directions of the grids, then the same mirrored in the plane of the cloth. Pairs
+  /// may lie on any sides.
   bool both_sides = false;
 
   int texels() const { return width * height; }

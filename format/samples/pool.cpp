@@ -22,13 +22,9 @@ std::vector<std::vector<Overlap>> overlaps(int fine, int coarse) {
 }
 
 SampleLevel pool(const SampleLevel& fine) {
-  return pool_rows(fine, 0, fine.height, 0, level_size(fine.height, 1));
-}
-
-SampleLevel pool_rows(const SampleLevel& fine, int first_fine, int fine_height, int first, int count) {
   SampleLevel coarse;
   coarse.width = level_size(fine.width, 1);
-  coarse.height = count;
+  coarse.height = level_size(fine.height, 1);
   coarse.views = fine.views;
   coarse.lights = fine.lights;
   const std::size_t texels = coarse.texels();
@@ -38,16 +34,16 @@ SampleLevel pool_rows(const SampleLevel& fine, int first_fine, int fine_height, 
   coarse.normal.assign(texels, V3f(0, 0, 0));
   coarse.radiance.assign(texels * views * lights, V3f(0, 0, 0));
   const auto columns = overlaps(fine.width, coarse.width);
-  const auto rows = overlaps(fine_height, level_size(fine_height, 1));
+  const auto rows = overlaps(fine.height, coarse.height);
   parallel_for(0, coarse.texels(), [&](std::size_t texel) {
     std::vector<V3d> sum(lights);
     V3d normal(0, 0, 0);
     for (std::size_t view = 0; view < views; ++view) {
       double weight = 0;
       std::fill(sum.begin(), sum.end(), V3d(0, 0, 0));
-      for (const Overlap& row : rows[first + texel / coarse.width]) {
+      for (const Overlap& row : rows[texel / coarse.width]) {
         for (const Overlap& column : columns[texel % coarse.width]) {
-          const std::size_t from = (row.fine - first_fine) * fine.width + column.fine;
+          const std::size_t from = row.fine * fine.width + column.fine;
           // Sums of visible normals are already weighted by opacity.
           if (view == 0) normal += V3d(fine.normal[from]) * (row.share * column.share);
           const double w = row.share * column.share * static_cast<double>(fine.alpha[from * views + view]);

@@ -24,10 +24,6 @@ std::vector<std::vector<Overlap>> overlaps(int fine, int coarse);
 /// Precondition: the level is larger than 1 x 1.
 SampleLevel pool(const SampleLevel& fine);
 
-/// Rows [first, first + count) of the coarser level of a level of height `fine_height`. `fine` has some of
-/// its rows, from `first_fine` on. Precondition: these include all rows that overlap.
-SampleLevel pool_rows(const SampleLevel& fine, int first_fine, int fine_height, int first, int count);
-
 /// Area means of `width` x `height` values for the texels of the next coarser level.
 std::vector<V3d> pool_image(const std::vector<V3d>& values, int width, int height);
 

@@ -11,345 +11,396 @@
 namespace selvedge {
 namespace {
 
-ExrPart scanline_part(const char* name, int width, int height, std::vector<ExrChannel> channels) {
-  ExrPart part;
-  part.name = name;
-  part.width = width;
-  part.height = height;
-  part.compression = "zips";  // chunks of one row: a reader decodes only the rows that it needs
-  part.channels = std::move(channels);
-  return part;
-}
+using Planes = std::vector<std::vector<float>>;
 
-std::vector<ExrChannel> surface_channels() {
-  return {{"surface.opacity"}, {"surface.nx"}, {"surface.ny"}, {"surface.nz"}};
-}
-
-std::vector<ExrChannel> pair_channels(const std::string& part) {
+/// A part of a samples file: `rows` pictures of `width` x `height` pixels below each other.
+struct Part {
+  const char* name;
+  int width, height, rows;
   std::vector<ExrChannel> channels;
-  for (const char* name :
-       {"red", "green", "blue", "opacity", "noise.red", "noise.green", "noise.blue", "noise.opacity"}) {
-    channels.push_back({part + "." + name});
-  }
-  return channels;
+};
+
+/// One picture of the cell per view (downwards) and light (to the right), for image viewers.
+Part radiance_part(const SamplesHeader& h) {
+  return {names::part_radiance, h.width * h.light_count(), h.height, h.view_count(), {{"R"}, {"G"}, {"B"}}};
 }
 
-/// Index of the part that follows those of the first `kinds` sets of pairs.
-int part_after(const SamplesHeader& header, std::size_t kinds) {
-  int part = 2;
-  for (std::size_t k = 0; k < kinds; ++k) part += header.pairs[k].empty() ? 0 : 1;
+Part surface_part(const SamplesHeader& h) {
+  return {names::part_surface,
+          h.width,
+          h.height,
+          h.view_count(),
+          {{"surface.opacity"}, {"surface.nx"}, {"surface.ny"}, {"surface.nz"}}};
+}
+
+Part pair_part(const SamplesHeader& h, PairKind kind) {
+  Part part{name_of(kind), h.width, h.height, static_cast<int>(h.pairs[index_of(kind)].size()), {}};
+  for (const char* channel :
+       {"red", "green", "blue", "opacity", "noise.red", "noise.green", "noise.blue", "noise.opacity"})
+    part.channels.push_back({fmt::format("{}.{}", part.name, channel)});
   return part;
 }
 
-ExrPixels blank(int width, int height, int channels) {
-  const std::size_t count = std::size_t{1} * width * height;
-  return {width, height, std::vector<std::vector<float>>(channels, std::vector<float>(count))};
+Part curve_part(const SamplesHeader& h) {
+  return {names::part_yarns, curve_value_count(h.yarns), 1, 1, {{names::part_yarns, false}}};
+}
+
+Part yarn_light_part(const SamplesHeader& h, const char* name) {
+  return {name, h.yarns.stations, light_values_per_station, 1, {{name, false}}};
 }
 
 tl::unexpected<Error> malformed(const std::string& file, std::string place, std::string message) {
   return fail(Code::samples_malformed, file, std::move(place), std::move(message));
 }
 
-}  // namespace
-
-SamplesWriter::SamplesWriter(ExrWriter writer, SamplesHeader header)
-    : writer_(std::move(writer)), header_(std::move(header)) {}
-
-Result<SamplesWriter> SamplesWriter::create(const std::string& path, const SamplesHeader& header) {
-  std::vector<ExrPart> parts;
-  // One picture of the cell per view (downwards) and light (to the right), for image viewers.
-  parts.push_back(scanline_part(names::part_radiance, header.width * header.light_count(),
-                                header.height * header.view_count(), {{"R"}, {"G"}, {"B"}}));
-  parts.push_back(scanline_part(names::part_surface, header.width, header.height * header.view_count(),
-                                surface_channels()));
-  for (const PairKind kind : all_pair_kinds) {
-    const auto count = static_cast<int>(header.pairs[index_of(kind)].size());
-    if (count == 0) continue;
-    const char* name = name_of(kind);
-    parts.push_back(scanline_part(name, header.width, header.height * count, pair_channels(name)));
+class Writer {
+ public:
+  void add(const Part& from, Planes planes) {
+    ExrPart part;
+    part.name = from.name;
+    part.width = from.width;
+    part.height = from.height * from.rows;
+    part.channels = from.channels;
+    pixels_.push_back({part.width, part.height, std::move(planes)});
+    parts_.push_back(std::move(part));
   }
-  if (header.yarns.curves > 0) {
-    parts.push_back(
-        scanline_part(names::part_yarns, curve_value_count(header.yarns), 1, {{names::part_yarns, false}}));
-    for (const char* part : {names::part_indirect, names::part_light_through}) {
-      if (part == names::part_light_through && !header.both_sides) continue;
-      parts.push_back(scanline_part(part, header.yarns.stations, light_values_per_station, {{part, false}}));
+
+  Result<void> write(const std::string& path, const SamplesHeader& header) {
+    parts_.front().attributes[names::attribute_samples] = samples_header_to_json(header);
+    auto writer = ExrWriter::create(path, parts_);
+    if (!writer) return tl::unexpected(writer.error());
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (auto ok = writer->write_rows(static_cast<int>(i), pixels_[i]); !ok) return ok;
     }
+    return writer->commit();
   }
-  parts.front().attributes[names::attribute_samples] = samples_header_to_json(header);
-  auto writer = ExrWriter::create(path, parts);
-  if (!writer) return tl::unexpected(writer.error());
-  return SamplesWriter(std::move(*writer), header);
+
+ private:
+  std::vector<ExrPart> parts_;
+  std::vector<ExrPixels> pixels_;
+};
+
+Planes blank(const Part& part) {
+  return Planes(part.channels.size(),
+                std::vector<float>(std::size_t{1} * part.width * part.height * part.rows));
 }
 
-void SamplesWriter::update_precision(std::span<const V3f> radiance) {
-  for (const V3f& r : radiance) {
-    for (int c = 0; c < 3; ++c) {
-      max_radiance_ = std::max(max_radiance_, r[c]);
-      max_rounding_ = std::max(max_rounding_, std::abs(r[c] - static_cast<float>(Imath::half(r[c]))));
-    }
-  }
+/// Index in a plane of the part `radiance` of texel `t` under light `l`, seen from view `v`.
+std::size_t radiance_pixel(const SamplesHeader& h, std::size_t v, std::size_t l, std::size_t t) {
+  const std::size_t width = h.width;
+  return ((v * h.height + t / width) * h.light_count() + l) * width + t % width;
 }
 
-Issues SamplesWriter::warnings() const {
-  constexpr float max_share = 0.05F;
-  if (!(max_rounding_ > max_share * max_radiance_)) return {};
-  return {{Code::fabric_precision,
-           {},
-           "radiance",
-           fmt::format("half precision changes radiance by up to {:.3g} % of the largest sample, {:.3g} 1/sr",
-                       100 * max_rounding_ / max_radiance_, max_radiance_)}};
-}
-
-Result<void> SamplesWriter::write_view(const ViewSamples& samples) {
-  update_precision(samples.radiance);
-  const int width = header_.width;
-  const int texels = header_.texels();
-  ExrPixels radiance = blank(width * header_.light_count(), header_.height, 3);
-  for (std::size_t i = 0; i < samples.radiance.size(); ++i) {
-    const auto texel = static_cast<int>(i % texels);
-    const std::size_t light = i / texels;
-    const std::size_t pixel =
-        std::size_t{1} * (texel / width) * radiance.width + light * width + texel % width;
-    for (int c = 0; c < 3; ++c) radiance.planes[c][pixel] = samples.radiance[i][c];
-  }
-  if (auto ok = writer_.write_rows(0, radiance); !ok) return ok;
-  ExrPixels surface = blank(width, header_.height, 4);
-  surface.planes[0] = samples.alpha;
-  for (int texel = 0; texel < texels; ++texel) {
-    for (int c = 0; c < 3; ++c) surface.planes[1 + c][texel] = samples.normal[texel][c];
-  }
-  return writer_.write_rows(1, surface);
-}
-
-Result<void> SamplesWriter::write_pairs(PairKind kind, const PairSamples& samples) {
-  const auto count = static_cast<int>(samples.pairs.size());
-  if (count == 0) return {};
-  update_precision(samples.radiance);
-  ExrPixels pixels = blank(header_.width, header_.height * count, 8);
-  for (std::size_t i = 0; i < samples.alpha.size(); ++i) {
-    for (int c = 0; c < 3; ++c) {
-      pixels.planes[c][i] = samples.radiance[i][c];
-      pixels.planes[4 + c][i] = samples.noise[i][c];
-    }
-  }
-  pixels.planes[3] = samples.alpha;
-  pixels.planes[7] = samples.alpha_noise;
-  return writer_.write_rows(part_after(header_, index_of(kind)), pixels);
-}
-
-Result<void> SamplesWriter::write_yarns(const YarnData& yarns) {
-  const int part = part_after(header_, all_pair_kinds.size());
-  std::vector<float> curves = curve_values(yarns);
-  const ExrPixels pixels{static_cast<int>(curves.size()), 1, {std::move(curves)}};
-  if (auto ok = writer_.write_rows(part, pixels); !ok) return ok;
-  for (int through = 0; through < header_.sides(); ++through) {
-    const ExrPixels light{
-        header_.yarns.stations, light_values_per_station, {indirect_values(yarns, through == 1)}};
-    if (auto ok = writer_.write_rows(part + 1 + through, light); !ok) return ok;
-  }
-  return {};
-}
-
-SamplesReader::SamplesReader(ExrReader reader, SamplesHeader header)
-    : reader_(std::move(reader)), file_header_(std::move(header)), header_(file_header_) {
-  select(Side::front);
-}
-
-void SamplesReader::select(Side side) {
-  header_.side = side;
-  for (const PairKind kind : all_pair_kinds) {
-    auto& pairs = header_.pairs[index_of(kind)];
-    pairs.clear();
-    for (DirectionPair pair : file_header_.pairs[index_of(kind)]) {
-      if (side_of(pair) != side) continue;
-      if (pair.view.z < 0) pair.view = mirrored(pair.view);
-      if (pair.light.z < 0) pair.light = mirrored(pair.light);
-      pairs.push_back(pair);
-    }
-  }
-}
-
-namespace {
-
-/// The index of a scanline part of `width` x `height` pixels.
-Result<int> part_of(const ExrReader& reader, const char* name, int width, int height) {
-  const int index = reader.find_part(name);
-  if (index < 0) return malformed(reader.name(), name, "the part is missing");
+/// The planes of a scanline part in the order of the wanted channels, not in the file's alphabetical one.
+Result<Planes> read_part(ExrReader& reader, const Part& wanted) {
+  const int index = reader.find_part(wanted.name);
+  if (index < 0) return malformed(reader.name(), wanted.name, "the part is missing");
   const ExrPart& part = reader.parts()[index];
-  if (part.tiled || part.width != width || part.height != height) {
-    return malformed(reader.name(), name,
-                     fmt::format("is not a scanline part of {}x{} pixels", width, height));
-  }
-  return index;
-}
-
-/// Reads rows [first, first + count) of a scanline part of `width` x `height` pixels; planes are in the order
-/// of the wanted channels, not in the file's alphabetical one.
-Result<std::vector<std::vector<float>>> read_planes(ExrReader& reader, const char* name, int width,
-                                                    int height, const std::vector<ExrChannel>& wanted,
-                                                    int first, int count) {
-  const Result<int> index = part_of(reader, name, width, height);
-  if (!index) return tl::unexpected(index.error());
-  const ExrPart& part = reader.parts()[*index];
-  if (part.channels.size() != wanted.size()) return malformed(reader.name(), name, "has other channels");
-  auto pixels = reader.read_rows(*index, first, count);
+  const int height = wanted.height * wanted.rows;
+  if (part.tiled || part.width != wanted.width || part.height != height)
+    return malformed(reader.name(), wanted.name,
+                     fmt::format("is not a scanline part of {}x{} pixels", wanted.width, height));
+  if (part.channels.size() != wanted.channels.size())
+    return malformed(reader.name(), wanted.name, "has other channels");
+  auto pixels = reader.read_level(index);
   if (!pixels) return tl::unexpected(pixels.error());
-  std::vector<std::vector<float>> planes;
-  for (const ExrChannel& channel : wanted) {
-    std::size_t found = 0;
-    while (found < part.channels.size() && part.channels[found].name != channel.name) ++found;
-    if (found == part.channels.size()) {
+  Planes planes;
+  for (const ExrChannel& channel : wanted.channels) {
+    const auto found = std::find_if(part.channels.begin(), part.channels.end(),
+                                    [&](const ExrChannel& c) { return c.name == channel.name; });
+    if (found == part.channels.end())
       return malformed(reader.name(), part.name + "/" + channel.name, "is missing");
-    }
-    planes.push_back(std::move(pixels->planes[found]));
+    planes.push_back(std::move(pixels->planes[found - part.channels.begin()]));
   }
   return planes;
 }
 
-tl::unexpected<Error> bad_sample(const std::string& file, const char* part, std::size_t x, std::size_t y,
-                                 float value) {
-  return fail(Code::samples_not_finite, file, fmt::format("{}/pixel {},{}", part, x, y),
-              fmt::format("sample is {}", value));
+/// Refuses samples that are not finite, negative radiance, and opacity outside of [0, 1].
+Result<void> check(const Samples& samples, const std::string& file) {
+  const SamplesHeader& h = samples.header;
+  const std::size_t width = h.width;
+  const std::size_t texels = h.texels();
+  const auto refuse = [&](const char* part, std::size_t x, std::size_t y, float value) {
+    return fail(Code::samples_not_finite, file, fmt::format("{}/pixel {},{}", part, x, y),
+                fmt::format("sample is {}", value));
+  };
+  const auto is_opacity = [](float value) { return value >= 0 && value <= 1; };
+  const auto bad_channel = [](const V3f& r) {
+    for (int c = 0; c < 3; ++c)
+      if (!(r[c] >= 0) || std::isinf(r[c])) return c;
+    return -1;
+  };
+  for (std::size_t v = 0; v < samples.views.size(); ++v) {
+    const ViewSamples& view = samples.views[v];
+    for (std::size_t t = 0; t < texels; ++t) {
+      const float normal = view.normal[t].length2();
+      if (is_opacity(view.alpha[t]) && std::isfinite(normal)) continue;
+      return refuse(names::part_surface, t % width, v * h.height + t / width,
+                    is_opacity(view.alpha[t]) ? normal : view.alpha[t]);
+    }
+    for (std::size_t i = 0; i < view.radiance.size(); ++i) {
+      if (const int c = bad_channel(view.radiance[i]); c >= 0)
+        return refuse(names::part_radiance, i / texels * width + i % width, v * h.height + i % texels / width,
+                      view.radiance[i][c]);
+    }
+  }
+  for (const PairKind kind : all_pair_kinds) {
+    const PairSamples& pairs = samples.pairs[index_of(kind)];
+    for (std::size_t i = 0; i < pairs.alpha.size(); ++i) {
+      const auto refuse_pair = [&](float value) {
+        return refuse(name_of(kind), i % width, i / width, value);
+      };
+      if (const int c = bad_channel(pairs.radiance[i]); c >= 0) return refuse_pair(pairs.radiance[i][c]);
+      if (!is_opacity(pairs.alpha[i])) return refuse_pair(pairs.alpha[i]);
+      if (!std::isfinite(pairs.alpha_noise[i])) return refuse_pair(pairs.alpha_noise[i]);
+      if (!std::isfinite(pairs.noise[i].length2())) return refuse_pair(pairs.noise[i].length2());
+    }
+  }
+  return {};
+}
+
+Result<YarnData> read_yarns(ExrReader& reader, const SamplesHeader& h) {
+  const auto curves = read_part(reader, curve_part(h));
+  if (!curves) return tl::unexpected(curves.error());
+  const auto light = read_part(reader, yarn_light_part(h, names::part_indirect));
+  if (!light) return tl::unexpected(light.error());
+  auto yarns = yarns_from_values(curves->front(), light->front(), h.yarns, h.period_mm);
+  if (yarns && h.both_sides) {
+    const auto through = read_part(reader, yarn_light_part(h, names::part_light_through));
+    if (!through) return tl::unexpected(through.error());
+    yarns->through = light_from_values(through->front(), h.yarns.stations);
+    if (auto ok = validate(*yarns, h.period_mm); !ok) yarns = tl::unexpected(ok.error());
+  }
+  if (!yarns)
+    return malformed(reader.name(), std::string(names::part_yarns) + "/" + yarns.error().place,
+                     yarns.error().message);
+  return yarns;
+}
+
+Result<SamplesHeader> read_header(const ExrReader& reader) {
+  const auto& attributes = reader.parts().front().attributes;
+  const auto found = attributes.find(names::attribute_samples);
+  const auto* text = found == attributes.end() ? nullptr : std::get_if<std::string>(&found->second);
+  if (text == nullptr)
+    return malformed(reader.name(), names::attribute_samples, "attribute is missing: not a samples file");
+  return samples_header_from_json(*text, reader.name());
+}
+
+Result<void> read_views(ExrReader& reader, Samples& samples) {
+  const SamplesHeader& h = samples.header;
+  const auto colour = read_part(reader, radiance_part(h));
+  if (!colour) return tl::unexpected(colour.error());
+  const auto surface = read_part(reader, surface_part(h));
+  if (!surface) return tl::unexpected(surface.error());
+  const std::size_t texels = h.texels();
+  const std::size_t lights = h.light_count();
+  samples.views.resize(h.view_count());
+  for (std::size_t v = 0; v < samples.views.size(); ++v) {
+    ViewSamples& view = samples.views[v];
+    for (std::size_t i = v * texels; i < (v + 1) * texels; ++i) {
+      view.alpha.push_back((*surface)[0][i]);
+      view.normal.emplace_back((*surface)[1][i], (*surface)[2][i], (*surface)[3][i]);
+    }
+    view.radiance.reserve(lights * texels);
+    for (std::size_t i = 0; i < lights * texels; ++i) {
+      const std::size_t pixel = radiance_pixel(h, v, i / texels, i % texels);
+      view.radiance.emplace_back((*colour)[0][pixel], (*colour)[1][pixel], (*colour)[2][pixel]);
+    }
+  }
+  return {};
+}
+
+Result<PairSamples> read_pairs(ExrReader& reader, const SamplesHeader& h, PairKind kind) {
+  PairSamples pairs;
+  pairs.width = h.width;
+  pairs.height = h.height;
+  pairs.pairs = h.pairs[index_of(kind)];
+  if (pairs.pairs.empty()) return pairs;
+  const auto planes = read_part(reader, pair_part(h, kind));
+  if (!planes) return tl::unexpected(planes.error());
+  const Planes& p = *planes;
+  pairs.alpha = p[3];
+  pairs.alpha_noise = p[7];
+  for (std::size_t i = 0; i < p[0].size(); ++i) {
+    pairs.radiance.emplace_back(p[0][i], p[1][i], p[2][i]);
+    pairs.noise.emplace_back(p[4][i], p[5][i], p[6][i]);
+  }
+  return pairs;
+}
+
+Result<Samples> read(Result<ExrReader> reader) {
+  if (!reader) return tl::unexpected(reader.error());
+  auto header = read_header(*reader);
+  if (!header) return tl::unexpected(header.error());
+  Samples samples;
+  samples.header = std::move(*header);
+  if (auto ok = read_views(*reader, samples); !ok) return tl::unexpected(ok.error());
+  for (const PairKind kind : all_pair_kinds) {
+    auto pairs = read_pairs(*reader, samples.header, kind);
+    if (!pairs) return tl::unexpected(pairs.error());
+    samples.pairs[index_of(kind)] = std::move(*pairs);
+  }
+  if (samples.header.yarns.curves > 0) {
+    auto yarns = read_yarns(*reader, samples.header);
+    if (!yarns) return tl::unexpected(yarns.error());
+    samples.yarns = std::move(*yarns);
+  }
+  if (auto ok = check(samples, reader->name()); !ok) return tl::unexpected(ok.error());
+  return samples;
 }
 
 }  // namespace
 
-int max_rows(const SamplesHeader& header, std::size_t bytes) {
-  // Rows of the file hold the lights of both sides.
-  const std::size_t row = sizeof(V3f) * header.width * header.views.count() * header.light_count();
-  return static_cast<int>(std::clamp<std::size_t>(bytes / row, 1, header.height));
-}
-
-Result<SamplesReader> SamplesReader::open(const std::string& path) { return open(ExrReader::open(path)); }
-
-Result<SamplesReader> SamplesReader::open(std::span<const std::uint8_t> bytes, const std::string& name,
-                                          const ExrLimits& limits) {
-  return open(ExrReader::open(bytes, name, limits));
-}
-
-Result<SamplesReader> SamplesReader::open(Result<ExrReader> reader) {
-  if (!reader) return tl::unexpected(reader.error());
-  const std::string path = reader->name();
-  const auto& attributes = reader->parts().front().attributes;
-  const auto found = attributes.find(names::attribute_samples);
-  const auto* text = found == attributes.end() ? nullptr : std::get_if<std::string>(&found->second);
-  if (text == nullptr) {
-    return malformed(path, names::attribute_samples, "attribute is missing: not a samples file");
+PairSamples pairs_of(const PairSamples& all, Side side) {
+  PairSamples result;
+  result.width = all.width;
+  result.height = all.height;
+  const auto texels = static_cast<std::ptrdiff_t>(all.width) * all.height;
+  for (std::size_t p = 0; p < all.pairs.size(); ++p) {
+    DirectionPair pair = all.pairs[p];
+    if (side_of(pair) != side) continue;
+    if (pair.view.z < 0) pair.view = mirrored(pair.view);
+    if (pair.light.z < 0) pair.light = mirrored(pair.light);
+    result.pairs.push_back(pair);
+    const auto append = [&](const auto& from, auto& to) {
+      const auto begin = from.begin() + static_cast<std::ptrdiff_t>(p) * texels;
+      to.insert(to.end(), begin, begin + texels);
+    };
+    append(all.alpha, result.alpha);
+    append(all.radiance, result.radiance);
+    append(all.noise, result.noise);
+    append(all.alpha_noise, result.alpha_noise);
   }
-  auto header = samples_header_from_json(*text, path);
-  if (!header) return tl::unexpected(header.error());
-  // Now, as all that is read gets its room by the header.
-  const int rows = header->height * header->view_count();
-  for (const auto& [name, width] : {std::pair(names::part_radiance, header->width * header->light_count()),
-                                    std::pair(names::part_surface, header->width)}) {
-    if (const auto part = part_of(*reader, name, width, rows); !part) return tl::unexpected(part.error());
-  }
-  return SamplesReader(std::move(*reader), std::move(*header));
+  return result;
 }
 
-Result<SampleLevel> SamplesReader::read_rows(int first_row, int count) {
-  const SamplesHeader& h = header_;
-  const std::string& file = reader_.name();
-  SampleLevel level;
+SideSamples samples_of(const Samples& samples, Side side) {
+  const SamplesHeader& h = samples.header;
+  SideSamples result{h, {}, {}};
+  result.header.side = side;
+  for (const PairKind kind : all_pair_kinds) {
+    result.pairs[index_of(kind)] = pairs_of(samples.pairs[index_of(kind)], side);
+    result.header.pairs[index_of(kind)] = result.pairs[index_of(kind)].pairs;
+  }
+  SampleLevel& level = result.level;
   level.width = h.width;
-  level.height = count;
+  level.height = h.height;
   level.views = h.views.count();
   level.lights = h.lights.count();
-  const std::size_t texels = level.texels();
-  const std::size_t width = h.width;
+  const std::size_t texels = h.texels();
   const std::size_t views = level.views;
   const std::size_t lights = level.lights;
+  const bool behind = view_behind(side);
+  // Lights on the side of the view come first for views in front, and last for those behind.
+  const std::size_t first_light = behind != lets_through(side) ? lights : 0;
   level.alpha.resize(texels * views);
   level.normal.assign(texels, V3f(0, 0, 0));
   level.radiance.resize(texels * views * lights);
-  const bool behind = view_behind(h.side);
-  const std::size_t all_lights = h.light_count();
-  // Lights on the side of the view come first for views in front, and last for those behind.
-  const std::size_t first_light = behind != lets_through(h.side) ? lights : 0;
-  for (std::size_t view = 0; view < views; ++view) {
-    const int first = (static_cast<int>(view) + (behind ? level.views : 0)) * h.height + first_row;
-    const int height = h.height * h.view_count();
-    const auto colour = read_planes(reader_, names::part_radiance, h.width * h.light_count(), height,
-                                    {{"R"}, {"G"}, {"B"}}, first, count);
-    if (!colour) return tl::unexpected(colour.error());
-    const auto surface =
-        read_planes(reader_, names::part_surface, h.width, height, surface_channels(), first, count);
-    if (!surface) return tl::unexpected(surface.error());
-    const auto& seen = *surface;
-    for (std::size_t texel = 0; texel < texels; ++texel) {
-      const std::size_t y = first + texel / width;
-      const float alpha = seen[0][texel];
-      const V3f normal(seen[1][texel], seen[2][texel], seen[3][texel]);
-      if (!is_opacity(alpha)) return bad_sample(file, names::part_surface, texel % width, y, alpha);
-      if (!std::isfinite(normal.length2())) {
-        return bad_sample(file, names::part_surface, texel % width, y, normal.length2());
-      }
-      level.alpha[texel * views + view] = alpha;
-      level.normal[texel] += normal;
-      V3f* out = &level.radiance[(texel * views + view) * lights];
-      for (std::size_t light = 0; light < lights; ++light) {
-        const std::size_t x = (first_light + light) * width + texel % width;
-        const std::size_t pixel = (texel / width) * width * all_lights + x;
-        for (int c = 0; c < 3; ++c) {
-          const float value = (*colour)[c][pixel];
-          if (!is_radiance(value)) return bad_sample(file, names::part_radiance, x, y, value);
-          out[light][c] = value;
-        }
-      }
+  for (std::size_t v = 0; v < views; ++v) {
+    const ViewSamples& view = samples.views[v + (behind ? views : 0)];
+    for (std::size_t t = 0; t < texels; ++t) {
+      level.alpha[t * views + v] = view.alpha[t];
+      level.normal[t] += view.normal[t];
+      V3f* out = &level.radiance[(t * views + v) * lights];
+      for (std::size_t l = 0; l < lights; ++l) out[l] = view.radiance[(first_light + l) * texels + t];
     }
   }
-  return level;
+  return result;
 }
 
-Result<PairSamples> SamplesReader::read_pairs(PairKind kind) {
-  PairSamples samples;
-  samples.width = header_.width;
-  samples.height = header_.height;
-  samples.pairs = header_.pairs[index_of(kind)];
-  if (samples.pairs.empty()) return samples;
-  const char* name = name_of(kind);
-  const auto& all = file_header_.pairs[index_of(kind)];
-  const int rows = header_.height * static_cast<int>(all.size());
-  auto planes = read_planes(reader_, name, header_.width, rows, pair_channels(name), 0, rows);
-  if (!planes) return tl::unexpected(planes.error());
-  const auto& p = *planes;
-  for (std::size_t i = 0; i < p[0].size(); ++i) {
-    if (side_of(all[i / header_.texels()]) != header_.side) continue;
-    for (int c = 0; c < 4; ++c) {
-      const bool good = c < 3 ? is_radiance(p[c][i]) : is_opacity(p[c][i]);
-      if (good && std::isfinite(p[c + 4][i])) continue;
-      return bad_sample(reader_.name(), name, i % header_.width, i / header_.width, p[good ? c + 4 : c][i]);
+Result<Issues> round_as_stored(Samples& samples) {
+  constexpr float max_share = 0.05F;
+  float largest = 0;
+  float change = 0;
+  const auto round = [](float& value) { value = Imath::half(value); };
+  const auto round_radiance = [&](std::vector<V3f>& radiance) {
+    for (V3f& r : radiance) {
+      for (int c = 0; c < 3; ++c) {
+        const float exact = r[c];
+        round(r[c]);
+        largest = std::max(largest, exact);
+        change = std::max(change, std::abs(exact - r[c]));
+      }
     }
-    samples.radiance.emplace_back(p[0][i], p[1][i], p[2][i]);
-    samples.noise.emplace_back(p[4][i], p[5][i], p[6][i]);
-    samples.alpha.push_back(p[3][i]);
-    samples.alpha_noise.push_back(p[7][i]);
+  };
+  const auto round_vectors = [&](std::vector<V3f>& vectors) {
+    for (V3f& v : vectors)
+      for (int c = 0; c < 3; ++c) round(v[c]);
+  };
+  for (ViewSamples& view : samples.views) {
+    std::for_each(view.alpha.begin(), view.alpha.end(), round);
+    round_vectors(view.normal);
+    round_radiance(view.radiance);
   }
-  return samples;
+  for (PairSamples& pairs : samples.pairs) {
+    std::for_each(pairs.alpha.begin(), pairs.alpha.end(), round);
+    std::for_each(pairs.alpha_noise.begin(), pairs.alpha_noise.end(), round);
+    round_vectors(pairs.noise);
+    round_radiance(pairs.radiance);
+  }
+  if (auto ok = check(samples, {}); !ok) return tl::unexpected(ok.error());
+  if (!(change > max_share * largest)) return Issues{};
+  return Issues{
+      {Code::fabric_precision,
+       {},
+       "radiance",
+       fmt::format("half precision changes radiance by up to {:.3g} % of the largest sample, {:.3g} 1/sr",
+                   100 * change / largest, largest)}};
 }
 
-Result<YarnData> SamplesReader::read_yarns() {
-  const YarnCounts& counts = header_.yarns;
-  const auto curves =
-      read_planes(reader_, names::part_yarns, curve_value_count(counts), 1, {{names::part_yarns}}, 0, 1);
-  if (!curves) return tl::unexpected(curves.error());
-  const auto light = read_planes(reader_, names::part_indirect, counts.stations, light_values_per_station,
-                                 {{names::part_indirect}}, 0, light_values_per_station);
-  if (!light) return tl::unexpected(light.error());
-  auto yarns = yarns_from_values(curves->front(), light->front(), counts, header_.period_mm);
-  if (yarns && header_.both_sides) {
-    const auto through =
-        read_planes(reader_, names::part_light_through, counts.stations, light_values_per_station,
-                    {{names::part_light_through}}, 0, light_values_per_station);
-    if (!through) return tl::unexpected(through.error());
-    yarns->through = light_from_values(through->front(), counts.stations);
-    if (auto ok = validate(*yarns, header_.period_mm); !ok) yarns = tl::unexpected(ok.error());
+Result<void> write_samples(const std::string& path, const Samples& samples) {
+  const SamplesHeader& h = samples.header;
+  const std::size_t texels = h.texels();
+  Planes colour = blank(radiance_part(h));
+  Planes surface = blank(surface_part(h));
+  for (std::size_t v = 0; v < samples.views.size(); ++v) {
+    const ViewSamples& view = samples.views[v];
+    for (std::size_t i = 0; i < view.radiance.size(); ++i) {
+      const std::size_t pixel = radiance_pixel(h, v, i / texels, i % texels);
+      for (int c = 0; c < 3; ++c) colour[c][pixel] = view.radiance[i][c];
+    }
+    std::copy(view.alpha.begin(), view.alpha.end(),
+              surface[0].begin() + static_cast<std::ptrdiff_t>(v * texels));
+    for (std::size_t t = 0; t < texels; ++t)
+      for (int c = 0; c < 3; ++c) surface[1 + c][v * texels + t] = view.normal[t][c];
   }
-  if (!yarns)
-    return malformed(reader_.name(), std::string(names::part_yarns) + "/" + yarns.error().place,
-                     yarns.error().message);
-  return yarns;
+  Writer writer;
+  writer.add(radiance_part(h), std::move(colour));
+  writer.add(surface_part(h), std::move(surface));
+  for (const PairKind kind : all_pair_kinds) {
+    const PairSamples& pairs = samples.pairs[index_of(kind)];
+    if (pairs.pairs.empty()) continue;
+    Planes planes = blank(pair_part(h, kind));
+    for (std::size_t i = 0; i < pairs.alpha.size(); ++i) {
+      for (int c = 0; c < 3; ++c) {
+        planes[c][i] = pairs.radiance[i][c];
+        planes[4 + c][i] = pairs.noise[i][c];
+      }
+    }
+    planes[3] = pairs.alpha;
+    planes[7] = pairs.alpha_noise;
+    writer.add(pair_part(h, kind), std::move(planes));
+  }
+  if (h.yarns.curves > 0) {
+    writer.add(curve_part(h), {curve_values(samples.yarns)});
+    writer.add(yarn_light_part(h, names::part_indirect), {indirect_values(samples.yarns)});
+    if (h.both_sides)
+      writer.add(yarn_light_part(h, names::part_light_through), {indirect_values(samples.yarns, true)});
+  }
+  return writer.write(path, h);
+}
+
+Result<Samples> read_samples(const std::string& path) { return read(ExrReader::open(path)); }
+
+Result<Samples> read_samples(std::span<const std::uint8_t> bytes, const std::string& name,
+                             const ExrLimits& limits) {
+  return read(ExrReader::open(bytes, name, limits));
+}
+
+Result<SamplesHeader> read_samples_header(const std::string& path) {
+  const auto reader = ExrReader::open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  return read_header(*reader);
 }
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// Radiance samples of a cell and their file (spec/samples.md), written by `bake`, read by `fit` and
+// Radiance samples of a cell and their file (spec/samples.md): made by `bake` and `import`, read by `fit` and
 // `compare`.
 //
 // Directions, texels and frame are those of the fabric (fabric.h). Radiance is under unit perpendicular
@@ -6,7 +6,6 @@
 // it is not multiplied by opacity.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -16,13 +15,6 @@
 #include "format/samples/header.h"
 
 namespace selvedge {
-
-/// Number of rows of texels with samples of at most `bytes` bytes in memory; at least one, at most all.
-int max_rows(const SamplesHeader& header, std::size_t bytes);
-
-/// What samples may be.
-inline bool is_radiance(float value) { return std::isfinite(value) && value >= 0; }
-inline bool is_opacity(float value) { return value >= 0 && value <= 1; }
 
 /// The samples of one view, for all lights of the file (SamplesHeader::light_count()). Texels are indexed as
 /// in fabric.h.
@@ -44,7 +36,15 @@ struct PairSamples {
   std::vector<float> alpha_noise;  ///< half the difference of alpha
 };
 
-/// The samples of a mip level, or of some of its rows, in the order in which they are fitted.
+/// All samples of a cell.
+struct Samples {
+  SamplesHeader header;
+  std::vector<ViewSamples> views;  ///< header.view_count()
+  ByPairKind<PairSamples> pairs;   ///< of the pairs of the header
+  YarnData yarns;                  ///< header.yarns counts them
+};
+
+/// The samples of a mip level in the order in which they are fitted.
 struct SampleLevel {
   int width = 0;
   int height = 0;
@@ -56,57 +56,32 @@ struct SampleLevel {
   int texels() const { return width * height; }
 };
 
-/// Writes samples to a file as they come; holds at most one view or the pairs of one call in memory.
-class SamplesWriter {
- public:
-  static Result<SamplesWriter> create(const std::string& path, const SamplesHeader& header);
-  /// First all views in their order, then the pairs of each set in their order, in any number of calls.
-  Result<void> write_view(const ViewSamples& samples);
-  Result<void> write_pairs(PairKind kind, const PairSamples& samples);
-  /// Once, where the header has yarns.
-  Result<void> write_yarns(const YarnData& yarns);
-  Result<void> commit() { return writer_.commit(); }
-  /// FABRIC_PRECISION if the rounding to half precision, which has no scale here, changed radiance by more
-  /// than 5 % of the largest value: all samples are too dark.
-  Issues warnings() const;
-
- private:
-  SamplesWriter(ExrWriter writer, SamplesHeader header);
-  void update_precision(std::span<const V3f> radiance);
-  ExrWriter writer_;
-  SamplesHeader header_;
-  float max_radiance_ = 0;
-  float max_rounding_ = 0;  ///< largest difference between radiance and its stored value
+/// The samples of one side of the cloth, all directions mirrored into the upper hemisphere.
+struct SideSamples {
+  SamplesHeader header;  ///< with the pairs of this side
+  SampleLevel level;     ///< level 0
+  ByPairKind<PairSamples> pairs;
 };
+/// Precondition: the front, or header.both_sides.
+SideSamples samples_of(const Samples& samples, Side side);
+/// The same of one set of pairs.
+PairSamples pairs_of(const PairSamples& all, Side side);
 
-/// Reads and checks a samples file. SAMPLES_NOT_FINITE, with the place, for NaN, infinite and negative
-/// samples.
-class SamplesReader {
- public:
-  static Result<SamplesReader> open(const std::string& path);
-  /// From memory; `name` is used in messages. The bytes must outlive the reader.
-  static Result<SamplesReader> open(std::span<const std::uint8_t> bytes, const std::string& name,
-                                    const ExrLimits& limits = {});
-  /// With the pairs of the selected side, mirrored like all its directions into the upper hemisphere.
-  const SamplesHeader& header() const { return header_; }
-  /// Which side the levels and pairs are of that are read; the front at first. Precondition: the front, or
-  /// header().both_sides.
-  void select(Side side);
-  const std::string& name() const { return reader_.name(); }
-  /// All of level 0.
-  Result<SampleLevel> read_level() { return read_rows(0, header_.height); }
-  /// Rows of texels [first, first + count) of level 0, as a level of height `count`.
-  Result<SampleLevel> read_rows(int first, int count);
-  Result<PairSamples> read_pairs(PairKind kind);
-  /// Precondition: header().yarns has curves.
-  Result<YarnData> read_yarns();
+/// Rounds the samples to half precision, as their file stores them. SAMPLES_NOT_FINITE, with the place in the
+/// file, for a sample that is NaN, infinite or negative, or beyond half precision. The issues:
+/// FABRIC_PRECISION if rounding changes radiance by more than 5 % of the largest sample: all samples are too
+/// dark.
+Result<Issues> round_as_stored(Samples& samples);
 
- private:
-  SamplesReader(ExrReader reader, SamplesHeader header);
-  static Result<SamplesReader> open(Result<ExrReader> reader);
-  ExrReader reader_;
-  SamplesHeader file_header_;
-  SamplesHeader header_;
-};
+/// Writes a file. Precondition: the samples have the sizes of their header, and are rounded.
+Result<void> write_samples(const std::string& path, const Samples& samples);
+
+/// Reads and checks a file. SAMPLES_NOT_FINITE, with the place, for NaN, infinite and negative samples.
+Result<Samples> read_samples(const std::string& path);
+/// From memory; `name` is used in messages.
+Result<Samples> read_samples(std::span<const std::uint8_t> bytes, const std::string& name,
+                             const ExrLimits& limits = {});
+/// The header of a file alone.
+Result<SamplesHeader> read_samples_header(const std::string& path);
 
 }  // namespace selvedge

@@ -26,10 +26,9 @@ using bench::need;
 using Seen = std::vector<V3f>;
 
 Seen baked(const CellMesh& mesh, const BakeOptions& options, BakeReport& report) {
-  const std::string path = (std::filesystem::temp_directory_path() / "selvedge-bake-noise.exr").string();
-  report = need(bake(mesh, "mesh", options, "{}", path));
-  SampleLevel level = need(need(SamplesReader::open(path)).read_level());
-  std::filesystem::remove(path);
+  const Baked baked = need(bake(mesh, "mesh", options));
+  report = baked.report;
+  SampleLevel level = samples_of(baked.samples, Side::front).level;
   for (std::size_t i = 0; i < level.radiance.size(); ++i) {
     level.radiance[i] *= level.alpha[i / static_cast<std::size_t>(options.lights)];
   }
@@ -93,7 +92,7 @@ int main(int argc, char** argv) {
   o.width = o.height = number(2, 32);
   o.views = number(3, 8);
   o.lights = number(4, 16);
-  o.held_out_pairs = o.validation_pairs = o.rim_pairs = 0;
+  o.held_out_pairs = o.validation_pairs = 0;
   o.reference.kind = ReferencePlane::Kind::top;  // where the plain loop has its texels
   BakeReport report;
   auto lap = [start = std::chrono::steady_clock::now()]() mutable {

@@ -35,10 +35,18 @@ const CellMesh& knit() {
   return mesh;
 }
 
+/// The result of bake_knit().
+SideSamples& samples_of_knit() {
+  static SideSamples samples;
+  return samples;
+}
+
 void bake_knit(benchmark::State& state) {
   BakeReport report;
   for ([[maybe_unused]] auto _ : state) {
-    report = need(bake(knit(), "plain-knit", BakeOptions{}, "{}", scratch("samples.exr")));
+    Baked baked = need(bake(knit(), "plain-knit", BakeOptions{}));
+    report = std::move(baked.report);
+    samples_of_knit() = samples_of(baked.samples, Side::front);
   }
   state.counters["rays_per_s"] = static_cast<double>(report.rays) / report.seconds;
 }
@@ -124,10 +132,9 @@ void trace_shadow_rays(benchmark::State& state) {
 }
 
 void fit_knit(benchmark::State& state) {
-  auto reader = need(SamplesReader::open(scratch("samples.exr")));
-  const SampleLevel samples = need(reader.read_level());
+  const SideSamples& samples = samples_of_knit();
   for ([[maybe_unused]] auto _ : state) {
-    const FitResult result = need(fit(samples, reader.header(), FitOptions{}));
+    const FitResult result = need(fit(samples.level, samples.header, FitOptions{}));
     state.PauseTiming();
     if (auto ok = write_fabric(scratch("fabric.exr"), result.fabric); !ok) std::exit(1);
     state.ResumeTiming();

@@ -9,13 +9,10 @@
 //     0 to 4 lobes, with and without table
 //   selvedge-fit-bench scale
 //     how time grows with texels, samples and lobes
-//   selvedge-fit-bench memory [TEXELS [VIEWS]]
-//     what a fit holds of a file of TEXELS (128) a side and VIEWS (128) views and lights, of smooth samples
 //   selvedge-fit-bench reflectance FILE...
 //     one texel against measured materials: tables of theta_i,theta_o,dphi,r,g,b over a full grid
 //     (tests/fitter)
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -25,7 +22,7 @@
 
 #include "converter/bake/bake.h"
 #include "converter/stitch/find_cell.h"
-#include "fitter/fit_rows.h"
+#include "fitter/fit.h"
 #include "format/base/parallel.h"
 #include "format/base/random.h"
 #include "format/quality/compare.h"
@@ -46,25 +43,15 @@ struct Input {
   PairSamples held_out;
 };
 
-Input read(const std::string& path) {
-  SamplesReader reader = need(SamplesReader::open(path));
-  Input input;
-  input.header = reader.header();
-  input.level = need(reader.read_level());
-  input.held_out = need(reader.read_pairs(PairKind::held_out));
-  return input;
-}
-
 Input load(const std::string& samples, int texels) {
-  if (std::filesystem::exists(samples)) return read(samples);
   BakeOptions options;
   options.width = options.height = texels;
-  const auto mesh = need(load_cell(samples));
-  const std::string path = (std::filesystem::temp_directory_path() / "selvedge-fit-bench.exr").string();
-  need(bake(mesh, samples, options, "{}", path));
-  Input input = read(path);
-  std::filesystem::remove(path);
-  return input;
+  SideSamples front = samples_of(std::filesystem::exists(samples)
+                                     ? need(read_samples(samples))
+                                     : need(bake(need(load_cell(samples)), samples, options)).samples,
+                                 Side::front);
+  return {std::move(front.header), std::move(front.level),
+          std::move(front.pairs[index_of(PairKind::held_out)])};
 }
 
 struct Run {
@@ -78,14 +65,13 @@ Run run(const SampleLevel& level, const SamplesHeader& header, const FitOptions&
   Run run;
   std::mutex guard;
   const double start = cpu_seconds();
-  RowFit rows(header, options, {}, [&](const TexelSamples& samples, const LobeFitOptions& lobe_options) {
-    auto fits = texel_fit(samples, lobe_options);
-    const std::lock_guard lock(guard);
-    for (const ChannelFit& fit : fits) run.cost += fit.cost;
-    return fits;
-  });
-  rows.add(level);
-  run.result = rows.finish();
+  run.result = need(fit(level, header, options, {}, {},
+                        [&](const TexelSamples& samples, const LobeFitOptions& lobe_options) {
+                          auto fits = texel_fit(samples, lobe_options);
+                          const std::lock_guard lock(guard);
+                          for (const ChannelFit& fit : fits) run.cost += fit.cost;
+                          return fits;
+                        }));
   run.seconds = cpu_seconds() - start;
   return run;
 }
@@ -128,7 +114,7 @@ int speed(const std::string& samples, int step) {
                              [](double sum, const LevelReport& l) { return sum + l.seconds; }));
   for (const LevelReport& level : ours.result.levels) {
     fmt::print("  {:>7}: {:6.1f} evaluations per channel\n", fmt::format("{}x{}", level.width, level.height),
-               *level.iterations);
+               level.iterations);
   }
   // A cell of a few of the rows, with its own coarser levels: the same problem for both.
   Input part = input;
@@ -237,7 +223,7 @@ int scale() {
     double all = 0;
     for (const LevelReport& level : ours.result.levels) {
       const double channels = 3.0 * level.width * level.height;
-      evaluations += *level.iterations * channels;
+      evaluations += level.iterations * channels;
       all += channels;
     }
     const double each = static_cast<double>(grid.count()) * grid.count();
@@ -249,48 +235,6 @@ int scale() {
     row(8, grid, 2);
   }
   for (const int lobe_count : {1, 2, 3, 4}) row(16, {8, 8}, lobe_count);
-  return 0;
-}
-
-int memory(int texels, int directions) {
-  SamplesHeader header;
-  header.width = header.height = texels;
-  header.views = header.lights = grid_of(directions);
-  const std::string path = (std::filesystem::temp_directory_path() / "selvedge-fit-bench.exr").string();
-  SamplesWriter writer = need(SamplesWriter::create(path, header));
-  const auto count = static_cast<std::size_t>(header.texels());
-  for (const V3f& v : directions_of(header.views)) {
-    ViewSamples seen;
-    seen.alpha.assign(count, 1);
-    seen.normal.assign(count, V3f(0, 0, 1));
-    for (const V3f& l : directions_of(header.lights)) {
-      for (std::size_t t = 0; t < count; ++t) {
-        const float lit = l.x * std::cos(0.1F * static_cast<float>(t)) > 0.3F ? 0.5F : 1.0F;
-        seen.radiance.push_back(V3f(0.3F, 0.2F, 0.1F) * (l.z * lit * (1 + v.z)));
-      }
-    }
-    need(writer.write_view(seen));
-  }
-  need(writer.commit());
-  const auto peak_mib = [] {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<double>(usage.ru_maxrss) / 1024;
-  };
-  const double before = peak_mib();
-  SamplesReader reader = need(SamplesReader::open(path));
-  FitOptions options;
-  options.starts = 1;
-  const double start = cpu_seconds();
-  need(fit(reader, options));
-  fmt::print(
-      "{0}x{0} texels, {1} x {1} directions ({2} MiB of samples): fitted in {3:.0f} s of processor, the\n"
-      "process held {4:.0f} MiB at most ({5:.0f} MiB before the fit)\n",
-      texels, directions,
-      count * static_cast<std::size_t>(directions) * static_cast<std::size_t>(directions) * sizeof(V3f) >>
-          20U,
-      cpu_seconds() - start, peak_mib(), before);
-  std::filesystem::remove(path);
   return 0;
 }
 
@@ -317,8 +261,7 @@ int main(int argc, char** argv) {
   if (what == "restarts") return restarts(samples, number(3, 16), number(4, 20));
   if (what == "lobes") return lobes(samples, number(3, 32));
   if (what == "scale") return scale();
-  if (what == "memory") return memory(number(2, 128), number(3, 128));
   if (what == "reflectance") return reflectance({argv + std::min(argc, 2), argv + argc});
-  fmt::print(stderr, "fit_bench: speed, restarts, lobes, scale, memory or reflectance\n");
+  fmt::print(stderr, "fit_bench: speed, restarts, lobes, scale or reflectance\n");
   return 2;
 }

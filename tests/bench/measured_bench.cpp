@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "selvedge-measured-bench SAMPLES FOLDER COUNT [NOISE [SHIFT]]\n");
     return 2;
   }
-  auto reader = bench::need(SamplesReader::open(argv[1]));
-  const PairSamples pairs = bench::need(reader.read_pairs(PairKind::held_out));
+  const Samples samples = bench::need(read_samples(argv[1]));
+  const PairSamples& pairs = samples.pairs[index_of(PairKind::held_out)];
   test::PhotographOptions options;
   // Pixels about as fine as the texels of the samples.
   options.period = V2d(0.89 * pairs.width, 0.93 * pairs.height);
@@ -25,6 +25,6 @@ int main(int argc, char** argv) {
   const auto count = std::min<std::size_t>(std::strtoul(argv[3], nullptr, 10), pairs.pairs.size());
   bench::need(test::photograph(pairs, count, argv[2], options));
   // The width of the sample, for --width.
-  fmt::print("{}\n", static_cast<double>(reader.header().period_mm.x) * options.size.x / options.period.x);
+  fmt::print("{}\n", static_cast<double>(samples.header.period_mm.x) * options.size.x / options.period.x);
   return 0;
 }

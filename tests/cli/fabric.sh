@@ -142,27 +142,23 @@ test_answer_checks_files_of_every_kind() {
 }
 
 test_yarn_goes_from_the_stitch_into_the_fabric() {
-  local pairs=(--held-out-pairs 8 --validation-pairs 4 --rim-pairs 4 --truth-samples 8)
+  local pairs=(--pairs 8 --truth-samples 8)
   local few=(--texels 8 --views 4 --lights 4 --samples 1 --lobes 1 "${pairs[@]}" --quiet)
   exits 0 selvedge make plain-knit --set yarn=tube --yarns on "${few[@]}" -o y.fabric.exr
   exits 0 selvedge info y.fabric.exr
   grep -qE '^yarn +[0-9]+ curves?, [0-9]+ nodes, [0-9]+ bytes$' "$scratch/out" || fail "$(cat "$scratch/out")"
   exits 0 selvedge info y.fabric.exr --json
   holds "r.yarn.curves === r.content.layers.yarns.curves && r.yarn.nodes === r.content.layers.yarns.nodes && r.yarn.bytes > 1000 &&
-    r.content.provenance.fit.levels.reduce((sum, level) => sum + level.bytes, r.yarn.bytes) < r.bytes"
+    r.content.provenance.fit.heldOut.front.length === 4"
   exits 0 selvedge check y.fabric.exr
   # Level -1 is a point: yarn or none.
   exits 0 selvedge evaluate y.fabric.exr --level -1 --uv 0.3,0.4 --json
   holds 'r.alpha === 1 && r.rgb[0] > 0'
   exits 1 selvedge evaluate y.fabric.exr --level -1 --texel 0,0
   exits 1 selvedge evaluate y.fabric.exr --level -1.5 --uv 0,0
-  # By way of samples and shards it is the same.
+  # By way of samples it is the same.
   local bake=(plain-knit --yarns on --texels 8 --views 4 --lights 4 --samples 1 "${pairs[@]}" --quiet)
   selvedge bake "${bake[@]}" -o s.exr
-  selvedge bake "${bake[@]}" --shard 0/2 -o 0.shard
-  selvedge bake "${bake[@]}" --shard 1/2 -o 1.shard
-  selvedge merge 0.shard 1.shard -o m.exr --quiet
-  same s.exr m.exr
   selvedge fit s.exr --lobes 1 --quiet -o f.fabric.exr
   exits 0 selvedge evaluate f.fabric.exr --level -1 --uv 0.3,0.4
   # In a mesh from a file they are found; a sheet has none.
@@ -180,7 +176,7 @@ test_both_sides_go_from_the_bake_into_the_fabric() {
   exits 0 selvedge make plain-knit --set yarn=tube "${few[@]}" --sides both --keep-samples b.samples.exr \
     -o b.fabric.exr --json
   holds 'const s = r.fit.sides; ["back", "through", "back.through"].every(side => s[side].length === 4 &&
-    s[side].every(level => level.heldOut.psnr > 10 && level.bytes > 0))'
+    s[side].every(level => level.heldOutPsnr > 10 && level.bytes > 0))'
   exits 0 selvedge make plain-knit --set yarn=tube "${few[@]}" -o f.fabric.exr
   [ "$(digests_of f.fabric.exr)" = "$(digests_of b.fabric.exr)" ] || fail "the front is another"
   exits 0 selvedge check b.fabric.exr b.samples.exr

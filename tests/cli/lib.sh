@@ -14,8 +14,7 @@ mkdir "$scratch/work"
 cd "$scratch/work"
 
 # Sizes that take fractions of a second and still use every part of the road.
-small=(--texels 8 --views 16 --lights 16 --samples 4 --held-out-pairs 8 --validation-pairs 4 --rim-pairs 4
-  --truth-samples 8)
+small=(--texels 8 --views 16 --lights 16 --samples 4 --pairs 8 --truth-samples 8)
 
 fail() {
   echo "$*" >&2

@@ -33,14 +33,14 @@ test_bytes_are_the_same_for_any_number_of_threads() {
 
 test_make_is_bake_and_fit() {
   selvedge bake plain-weave --set yarn=tube --quality paper -o two.samples.exr --seed 3 --quiet "${small[@]}"
-  selvedge fit two.samples.exr --quality paper -o two.fabric.exr --lobes 1 --half-lobes --quiet
+  selvedge fit two.samples.exr --quality paper -o two.fabric.exr --lobes 1 --quiet
   selvedge make --quality paper plain-weave --set yarn=tube -o one.fabric.exr --keep-samples one.samples.exr \
-    --seed 3 --lobes 1 --half-lobes --quiet \
+    --seed 3 --lobes 1 --quiet \
     "${small[@]}"
   same one.samples.exr two.samples.exr
   same one.fabric.exr two.fabric.exr
   mkdir bare
-  selvedge make --quality paper plain-weave --set yarn=tube -o bare/one.fabric.exr --seed 3 --lobes 1 --half-lobes \
+  selvedge make --quality paper plain-weave --set yarn=tube -o bare/one.fabric.exr --seed 3 --lobes 1 \
     --quiet "${small[@]}"
   same bare/one.fabric.exr two.fabric.exr
   [ "$(ls -A bare)" = one.fabric.exr ] || fail "make leaves more than the fabric: $(ls -A bare)"
@@ -347,19 +347,19 @@ test_compare_prints_a_table_for_each_fabric() {
   selvedge fit plane.samples.exr -o second.fabric.exr --lobes 0 --no-table --quiet
   exits 0 selvedge compare plane.fabric.exr second.fabric.exr plane.samples.exr
   for fabric in plane second; do grep -q "^$fabric.fabric.exr ([0-9]* bytes)$" "$scratch/out"; done
-  for kind in held-out rim validation; do [ "$(grep -c "^  $kind: " "$scratch/out")" = 2 ]; done
-  # Four levels of three sets of two fabrics.
-  [ "$(grep -cE '^ +[0-3] +[0-9]+x[0-9]+ +[0-9.]+' "$scratch/out")" = 24 ] || fail "$(cat "$scratch/out")"
+  for kind in held-out validation; do [ "$(grep -c "^  $kind: " "$scratch/out")" = 2 ]; done
+  # Four levels of two sets of two fabrics.
+  [ "$(grep -cE '^ +[0-3] +[0-9]+x[0-9]+ +[0-9.]+' "$scratch/out")" = 16 ] || fail "$(cat "$scratch/out")"
   exits 0 selvedge compare plane.fabric.exr second.fabric.exr plane.samples.exr --json
-  holds "r.fabrics.length === 2 && r.fabrics.every(f => ['held-out', 'rim', 'validation'].every(
+  holds "r.fabrics.length === 2 && r.fabrics.every(f => ['held-out', 'validation'].every(
     k => f[k].levels.length === 4 && f[k].levels.every(l => l.relativeL2 < 0.01)))"
-  holds "r.fabrics[0]['held-out'].pairs === 8 && r.fabrics[0].rim.pairs === 4 && r.fabrics[0].validation.pairs === 4"
+  holds "r.fabrics[0]['held-out'].pairs === 8 && r.fabrics[0].validation.pairs === 8"
 }
 
 # What the model is for: each part of it brings the fabric closer to directions it has never seen.
 test_lobes_beat_a_diffuse_colour_and_the_table_beats_lobes() {
   selvedge bake plain-knit --set yarn=tube --yarns off -o k.samples.exr --texels 16 --samples 8 --truth-samples 16 \
-    --held-out-pairs 48 --quiet
+    --pairs 48 --quiet
   selvedge fit k.samples.exr -o diffuse.exr --no-table --lobes 0 --quiet
   selvedge fit k.samples.exr -o lobes.exr --no-table --quiet
   selvedge fit k.samples.exr --quality paper -o table.exr --quiet

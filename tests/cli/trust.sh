@@ -161,7 +161,7 @@ test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it(
 test_fabrics_whose_levels_do_not_fit_into_the_memory_are_refused() {
   write_plane plane.obj
   selvedge make --quality paper plane.obj --period 2x2 -o k.fabric.exr --quiet --texels 32 --views 64 --lights 16 \
-    --samples 4 --held-out-pairs 8 --validation-pairs 4 --rim-pairs 4 --truth-samples 8
+    --samples 4 --pairs 8 --truth-samples 8
   write_quad quad.gltf
   selvedge dress quad.gltf k.fabric.exr -o d.gltf --all --no-fallback --quiet
   for input in d.gltf k.fabric.exr; do
@@ -216,36 +216,6 @@ test_numbers_of_meshes_and_textures_that_are_not_there_go_into_no_dressed_garmen
     selvedge dress t.gltf plane.fabric.exr -o o.gltf --material cloth
 }
 
-# write_part FILE STATEMENT: the head of a part of a bake, without any of its records, with the header as `h`.
-write_part() {
-  node --input-type=module -e 'import fs from "node:fs";
-    const [from, to, change] = process.argv.slice(1);
-    const { xxh3_128 } = await import(process.env.KIT);
-    const bytes = fs.readFileSync(from), end = bytes.indexOf(10), words = bytes.toString("latin1", 0, end).split(" ");
-    const h = JSON.parse(bytes.toString("utf8", end + 1, end + 1 + Number(words[4])));
-    eval(change);
-    const text = Buffer.from(JSON.stringify(h));
-    fs.writeFileSync(to, Buffer.concat([Buffer.from(`${words[0]} 0 1 ${xxh3_128(text)} ${text.length}\n`), text]));' whole.part "$@"
-}
-
-test_a_part_of_a_bake_takes_no_more_than_its_bytes() {
-  if sanitized; then exit 77; fi
-  export KIT=$root/spec/conformance/reference/reader.mjs
-  write_plane plane.obj
-  selvedge bake plane.obj --period 2x2 -o whole.part --shard 0/1 --quiet "${small[@]}"
-  # Without any change; records of 6.6 GB each; as many of 0.9 GB as there can be views.
-  local texels='h.texels = [4096, 4096]; h.provenance = {};'
-  write_part same.part ''
-  write_part large.part "$texels h.views.columns = h.views.rows = 1; h.lights.columns = h.lights.rows = 8"
-  write_part many.part "$texels h.views.columns = h.views.rows = 64; h.lights.columns = h.lights.rows = 1"
-  for part in same large many; do
-    refuses SAMPLES_MALFORMED 'unit 0 is damaged' bash -c 'ulimit -t 5 -v 1000000; exec selvedge merge "$0" -o o.exr' $part.part
-  done
-  # A text longer than the file.
-  head -c 100 whole.part | sed '1s/ [0-9]*$/ 16777216/' >text.part
-  refuses SAMPLES_MALFORMED 'its header is damaged' selvedge merge text.part -o o.exr
-}
-
 test_samples_take_no_more_than_their_parts() {
   if sanitized; then exit 77; fi
   make_plane_fabric
@@ -260,19 +230,6 @@ test_samples_take_no_more_than_their_parts() {
     refuses SAMPLES_MALFORMED 'large.exr: radiance: is not a scanline part of 65536x65536 pixels' \
       bash -c 'ulimit -t 5 -v 1000000; exec selvedge "$@"' selvedge $verb
   done
-}
-
-test_a_link_in_the_place_of_a_journal_is_not_followed() {
-  write_plane plane.obj
-  echo mine >mine.txt
-  ln -s mine.txt k.exr.journal
-  ln -s none.txt n.exr.journal
-  for output in k.exr n.exr; do
-    refuses FILE_UNWRITABLE $output.journal selvedge bake plane.obj --period 2x2 -o $output "${small[@]}"
-    refuses FILE_UNWRITABLE $output.journal selvedge bake plane.obj --period 2x2 -o $output --shard 0/2 "${small[@]}"
-  done
-  ln -s mine.txt s.exr.journal
-  refuses FILE_UNWRITABLE s.exr.journal selvedge make plane.obj --period 2x2 -o o.exr --keep-samples s.exr "${small[@]}"
 }
 
 test_all_files_of_a_dressed_garment_are_written_or_none() {

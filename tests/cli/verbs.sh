@@ -112,8 +112,7 @@ test_a_weaving_draft_is_a_stitch() {
   refuses OPTION_OUT_OF_RANGE 'its yarns need 16x16 texels' selvedge bake twill.wif -o o.exr "${small[@]}"
   # Not asked for a number, it takes what the narrowest yarn needs.
   printf '[WARP SPACING]\n1=0.03\n5=0.03\n' >>twill.wif
-  exits 0 selvedge bake twill.wif --set yarn=tube -o t.samples.exr --quiet --views 4 --lights 4 --samples 1 --held-out-pairs 0 \
-    --validation-pairs 0 --rim-pairs 0
+  exits 0 selvedge bake twill.wif --set yarn=tube -o t.samples.exr --quiet --views 4 --lights 4 --samples 1 --pairs 0
   exits 0 selvedge info t.samples.exr --json
   holds "JSON.stringify(r).includes('[44,16]')"
 }

@@ -313,26 +313,6 @@ TEST_CASE("data of two identical or two opposite lobes are recovered in function
   }
 }
 
-TEST_CASE("samples that are NaN, infinite or negative are refused with their place") {
-  for (const float bad :
-       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1e-6F}) {
-    Case c = case_of(glossy);
-    c.level.radiance[(3 * 36 + 7) * 36 + 5].y = bad;
-    auto result = fit(c.level, c.header);
-    REQUIRE_FALSE(result);
-    CHECK(result.error().code == Code::samples_not_finite);
-    CHECK(result.error().place == "texel 1,1, view 7, light 5");
-    c = case_of(glossy);
-    c.level.alpha[36 + 3] = bad;
-    result = fit(c.level, c.header);
-    REQUIRE_FALSE(result);
-    CHECK(result.error().place == "texel 1,0, view 3");
-    c = case_of(glossy);
-    c.level.normal[2].x = bad;
-    CHECK(fit(c.level, c.header).has_value() == (bad < 0));
-  }
-}
-
 TEST_CASE("the float evaluation agrees with the formula in double precision") {
   const Fabric fabric = fitted(case_of(glossy)).fabric;
   Fabric plain = fabric;

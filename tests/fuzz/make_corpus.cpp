@@ -72,25 +72,24 @@ void make_fabrics(const fs::path& path) {
 }
 
 void make_samples(const fs::path& path, const std::string& name, const SamplesHeader& header) {
-  auto writer = checked(SamplesWriter::create((path / name).string(), header));
+  Samples samples;
+  samples.header = header;
   const auto texels = static_cast<std::size_t>(header.texels());
   const auto lights = static_cast<std::size_t>(header.lights.count());
   for (int v = 0; v < header.views.count(); ++v) {
-    ViewSamples view{std::vector<float>(texels, 0.75F), std::vector<V3f>(texels, V3f(0, 0.6F, 0.8F)),
-                     std::vector<V3f>(texels * lights, V3f(0.25F, 0.125F, 0.0625F))};
-    checked(writer.write_view(view));
+    samples.views.push_back({std::vector<float>(texels, 0.75F), std::vector<V3f>(texels, V3f(0, 0.6F, 0.8F)),
+                             std::vector<V3f>(texels * lights, V3f(0.25F, 0.125F, 0.0625F))});
   }
   for (const PairKind kind : all_pair_kinds) {
-    PairSamples pairs;
+    PairSamples& pairs = samples.pairs[index_of(kind)];
     pairs.pairs = header.pairs[static_cast<std::size_t>(kind)];
     const std::size_t count = pairs.pairs.size() * texels;
     pairs.alpha.assign(count, 0.5F);
     pairs.alpha_noise.assign(count, -0.25F);
     pairs.radiance.assign(count, V3f(1, 2, 3));
     pairs.noise.assign(count, V3f(0.5F, -0.5F, 0));
-    checked(writer.write_pairs(kind, pairs));
   }
-  checked(writer.commit());
+  checked(write_samples((path / name).string(), samples));
 }
 
 void make_samples(const fs::path& path) {

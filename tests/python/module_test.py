@@ -15,7 +15,7 @@ build = pathlib.Path(sys.argv.pop(1)).resolve()
 sys.path.insert(0, str(build / "python"))
 import selvedge  # noqa: E402
 
-small = dict(quality="draft", texels=8, views=16, lights=16, samples=4, held_out_pairs=16, validation_pairs=16, rim_pairs=4,
+small = dict(quality="draft", texels=8, views=16, lights=16, samples=4, pairs=16,
              truth_samples=8, set={"yarn": "tube"})
 
 

@@ -44,13 +44,11 @@ BakedYarn bake_stitch(const std::string& stitch, const StitchSettings& settings 
   options.indirect = IndirectLight::traced;
   options.validation_pairs = 1;
   options.held_out_pairs = 24;
-  options.rim_pairs = 1;
   options.truth_samples = 256;
   options.yarns = true;
-  const Folder folder;
-  need(bake(mesh, stitch, options, "{}", folder / "s.exr"));
-  auto reader = need(SamplesReader::open(folder / "s.exr"));
-  BakedYarn baked{reader.header(), need(reader.read_pairs(PairKind::held_out)), need(reader.read_yarns())};
+  Samples samples = need(bake(mesh, stitch, options)).samples;
+  BakedYarn baked{samples.header, std::move(samples.pairs[index_of(PairKind::held_out)]),
+                  std::move(samples.yarns)};
   CHECK(counts_of(baked.yarns) == baked.header.yarns);
   for (std::size_t c = 0; c < mesh.yarns.curves.size(); ++c) {
     YarnCurve curve = baked.yarns.curves[c];

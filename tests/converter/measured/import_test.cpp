@@ -23,16 +23,17 @@ BakeOptions bake_options(int texels_of_it, int pairs, std::uint64_t seed) {
   o.width = o.height = texels_of_it;
   o.views = o.lights = 36;
   o.held_out_pairs = pairs;
-  o.validation_pairs = o.rim_pairs = 0;
+  o.validation_pairs = 0;
   o.truth_samples = 8;
   o.seed = seed;
   return o;
 }
 
 /// Held-out errors of the paper's model, fitted to samples, on pairs of others.
-std::vector<LevelComparison> errors_of(const std::string& samples, const PairSamples& truth) {
-  SamplesReader reader = test::need(SamplesReader::open(samples));
-  const FitResult result = test::need(fit(reader));
+std::vector<LevelComparison> errors_of(const Samples& samples, const PairSamples& truth) {
+  const SideSamples front = samples_of(samples, Side::front);
+  const FitResult result =
+      test::need(fit(front.level, front.header, {}, {}, front.pairs[index_of(PairKind::measured)]));
   return test::need(compare(result.fabric, truth, PairKind::held_out)).levels;
 }
 
@@ -42,14 +43,12 @@ TEST_CASE("a traced weave comes back from pictures with noise and shifts, within
   BakeOptions fine = bake_options(3 * texels, 260, 5);
   fine.views = fine.lights = 1;
   fine.samples = 1;
-  test::need(bake(mesh, "weave", fine, "{}", folder / "fine.exr"));
-  test::need(bake(mesh, "weave", bake_options(texels, 64, 9), "{}", folder / "coarse.exr"));
-  SamplesReader fine_reader = test::need(SamplesReader::open(folder / "fine.exr"));
-  SamplesReader coarse_reader = test::need(SamplesReader::open(folder / "coarse.exr"));
-  const PairSamples truth = test::need(coarse_reader.read_pairs(PairKind::held_out));
+  const Samples photographed = test::need(bake(mesh, "weave", fine)).samples;
+  const Samples coarse = test::need(bake(mesh, "weave", bake_options(texels, 64, 9))).samples;
+  const PairSamples& truth = coarse.pairs[index_of(PairKind::held_out)];
   const test::PhotographOptions photo;
-  test::need(test::photograph(test::need(fine_reader.read_pairs(PairKind::held_out)), 260,
-                              folder / "pictures", photo));
+  test::need(
+      test::photograph(photographed.pairs[index_of(PairKind::held_out)], 260, folder / "pictures", photo));
 
   ImportOptions options;
   options.width_mm = mesh.period.x * photo.size.x / photo.period.x;
@@ -65,8 +64,8 @@ TEST_CASE("a traced weave comes back from pictures with noise and shifts, within
         doctest::Approx(mesh.period.x * photo.period.y / photo.period.x).epsilon(0.003));
   CHECK(report.left_out_error < 0.3);
 
-  const auto own = errors_of(folder / "coarse.exr", truth);
-  const auto measured = errors_of(folder / "import.exr", truth);
+  const auto own = errors_of(coarse, truth);
+  const auto measured = errors_of(test::need(read_samples(folder / "import.exr")), truth);
   REQUIRE(own.size() == measured.size());
   for (std::size_t k = 0; k < own.size(); ++k) {
     CAPTURE(k);
@@ -123,8 +122,7 @@ TEST_CASE("pictures that do not go together are refused in one line") {
   const ImportReport report = test::need(import_pictures(table, options, folder / "p/o.exr"));
   CHECK(report.texels == V2i(8, 6));
   CHECK(report.left_out_error < 0.01);
-  SamplesReader reader = test::need(SamplesReader::open(folder / "p/o.exr"));
-  const PairSamples held = test::need(reader.read_pairs(PairKind::held_out));
+  const PairSamples held = test::need(read_samples(folder / "p/o.exr")).pairs[index_of(PairKind::held_out)];
   REQUIRE(held.pairs.size() == 1);
   for (const V3f& r : held.radiance) CHECK(r.x == doctest::Approx(0.1).epsilon(0.001));
 }

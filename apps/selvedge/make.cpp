@@ -1,0 +1,284 @@
+#include "apps/selvedge/make.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "apps/selvedge/cell_report.h"
+#include "apps/selvedge/commands.h"
+#include "apps/selvedge/make_report.h"
+#include "apps/selvedge/option_groups.h"
+#include "format/base/atomic_file.h"
+
+namespace selvedge {
+namespace {
+
+void add_bake(Options& options, MakeCommand& command) {
+  BakeOptions& bake = command.options.bake;
+  options.group("Bake");
+  const std::string texels = fmt::format("Texels of one repeat [{}x{}]", bake.width, bake.height);
+  options.text("--texels", "N|WxH", texels, [&bake](const std::string& t) {
+    const auto n = whole_numbers_from("--texels", t, 'x', 1, 2, "32 or 32x16");
+    bake.width = n.front();
+    bake.height = n.back();
+  });
+  options.number("--views", bake.views, "N", "View directions").further();
+  options.number("--lights", bake.lights, "N", "Light directions").further();
+  options.number("--samples", bake.samples, "N", "Rays per texel and view").further();
+  add_transport(options, {bake.bounces, bake.indirect, bake.ground, bake.reference});
+  options
+      .number("--pairs", bake.held_out_pairs, "N",
+              "Random pairs of directions to measure errors by, and as many to choose layers by")
+      .further();
+  options.number("--truth-samples", bake.truth_samples, "N", "Rays per texel and pair, rounded down to even")
+      .further();
+  static constexpr std::array<std::string_view, 2> sides{"front", "both"};
+  options.choice(
+      "--sides", sides,
+      "Views and lights of the front alone, or of both sides: cloth that lets light through [front]",
+      [&bake](std::size_t index) { bake.both_sides = index == 1; });
+  static constexpr std::array<std::string_view, 2> on_off{"on", "off"};
+  options.choice("--yarns", on_off, "Store the yarn itself: sharp close by",
+                 [&bake](std::size_t index) { bake.yarns = index == 0; });
+  options.number("--seed", bake.seed, "N", "Same seed, same bytes");
+  options.check([&options, &command] {
+    command.texels_given = options.given("--texels");
+    command.bounces_given = options.given("--bounces");
+    command.options.bake.validation_pairs = command.options.bake.held_out_pairs;
+  });
+}
+
+void add_fit(Options& options, MakeCommand& command) {
+  options.group("Fit");
+  options.number("--lobes", command.options.fit.lobes, "N", "Lafortune lobes per texel").in(0, 16).further();
+  options.set_flag("--no-table", command.options.fit.view_table, false, "Leave the view table out").further();
+  options.bytes("--budget", command.options.budget,
+                "Choose the layers of every level so that the file without its yarn has at most this many "
+                "bytes (K, M: KiB, MiB)");
+}
+
+/// Declares --quality, which sets the options that are not given.
+void add_quality(Options& options, MakeCommand& command) {
+  options.group("");
+  options.choice("--quality", quality_names,
+                 "Speed against accuracy: a quick draft, pictures as good as any, or the model of the paper; "
+                 "options given beside it stay as given [standard]",
+                 [&command](std::size_t index) { command.quality = quality_names[index]; });
+  options.check([&options, &command] {
+    const MakeOptions quality = quality_named(command.quality);
+    MakeOptions& make = command.options;
+    const auto given = [&](const char* name) { return options.declared(name) && options.given(name); };
+    if (!given("--texels")) {
+      make.bake.width = quality.bake.width;
+      make.bake.height = quality.bake.height;
+    }
+    if (!given("--views")) make.bake.views = quality.bake.views;
+    if (!given("--lights")) make.bake.lights = quality.bake.lights;
+    if (!given("--samples")) make.bake.samples = quality.bake.samples;
+    if (!given("--yarns")) make.bake.yarns = quality.bake.yarns;
+    if (!given("--lobes")) make.fit.lobes = quality.fit.lobes;
+    make.write = quality.write;
+    make.budget_texels = 0;
+    if (given("--budget")) return;
+    make.budget.reset();
+    // Without a table by name, layers are not chosen.
+    if (given("--no-table")) return;
+    make.budget = quality.budget;
+    make.budget_texels = quality.budget_texels;
+  });
+}
+
+/// Uses as many texels for each repeat, and no fewer than the stitch demands, by default; refuses fewer.
+Result<void> ensure_texels(const Cell& cell, const MakeCommand& command, BakeOptions& options) {
+  constexpr int max_texels = 4096;
+  if (!cell.stitch) return {};
+  const V2i min_texels = cell.stitch->min_texels;
+  if (!command.texels_given) {
+    options.width = std::max(options.width * cell.stitch->repeats, min_texels.x);
+    options.height = std::max(options.height * cell.stitch->repeats, min_texels.y);
+  }
+  const bool possible = std::max(min_texels.x, min_texels.y) <= max_texels;
+  if (possible && options.width >= min_texels.x && options.height >= min_texels.y) return {};
+  return fail(Code::option_out_of_range, command.input, "--texels",
+              fmt::format("its yarns need {}x{} texels; {}", min_texels.x, min_texels.y,
+                          possible ? fmt::format("{}x{} were asked for", options.width, options.height)
+                                   : fmt::format("at most {} a side are made", max_texels)));
+}
+
+/// Loads the cell and bakes it, with progress.
+Baked bake_cell(const MakeCommand& command) {
+  const CommonOptions& common = command.common;
+  const auto cell = must(find_cell(command.input, command.cell));
+  BakeOptions options = command.options.bake;
+  must(ensure_texels(cell, command, options));
+  // The hue of yarn that scatters inside comes from many bounces.
+  if (!command.bounces_given && !cell.mesh.transmission.empty()) options.bounces = unlimited_bounces;
+  TerminalProgress progress("bake", common.quiet);
+  BakeWatcher watcher;
+  if (const Progress show = progress.callback()) {
+    watcher = [show, &progress](const BakeProgress& p) {
+      progress.note(
+          fmt::format("{:.1f} million rays/s, noise {:.2g} %", p.rays_per_second * 1e-6, 100 * p.noise));
+      show(p.fraction);
+    };
+  }
+  const Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
+                           {"stitch", std::filesystem::path(command.input).filename().string()},
+                           {"vertices", cell.mesh.positions.size()},
+                           {"triangles", cell.mesh.triangles.size()}};
+  auto baked = must(bake(cell.mesh, command.input, options,
+                         provenance.dump(-1, ' ', false, Json::error_handler_t::replace), watcher));
+  // After the work, so that an error is a single line.
+  report_remarks(common, command.input, cell, baked.report.remarks);
+  return baked;
+}
+
+/// Fits samples, with progress; prints the warnings.
+FitOutcome fit_samples(const Samples& samples, const MakeCommand& command) {
+  TerminalProgress progress("fit", command.common.quiet);
+  auto outcome = fit_fabric(samples, command.options, progress.callback());
+  if (!outcome && outcome.error().file.empty()) outcome.error().file = command.input;
+  FitOutcome fitted = must(std::move(outcome));
+  for (Error& warning : fitted.warnings) {
+    warning.file = command.input;
+    if (!(command.common.quiet || command.common.json)) report_issue(warning);
+  }
+  return fitted;
+}
+
+/// A path for a makefile: spaces, # and : are escaped, $ is doubled.
+std::string for_make(const std::string& path) {
+  std::string text;
+  for (const char c : path) {
+    if (c == ' ' || c == '#' || c == ':') text += '\\';
+    if (c == '$') text += '$';
+    text += c;
+  }
+  return text;
+}
+
+/// Writes "output: inputs" as Make and Ninja read it (`gcc -MD`).
+Result<void> write_depfile(const MakeCommand& command) {
+  std::string text = for_make(command.output) + ":";
+  for (const std::string& file : files_of_cell(command.input)) text.append(" ").append(for_make(file));
+  return write_file(command.depfile, text + "\n");
+}
+
+void declare_bake(Options& options, MakeCommand& command) {
+  options.common(command.common);
+  add_cell(options, command.input, command.cell);
+  add_bake(options, command);
+  add_quality(options, command);
+  options.output(command.output, "The samples file").required();
+}
+
+Result<int> run_bake(const MakeCommand& command) {
+  // An unwritable output is told before the work, not after it.
+  must(check_writable({command.output}));
+  const Baked baked = bake_cell(command);
+  must(write_samples(command.output, baked.samples));
+  report(command.common, "bake", bake_json(baked.report, command.output),
+         bake_text(baked.report, command.output));
+  return 0;
+}
+
+void declare_fit(Options& options, MakeCommand& command) {
+  options.common(command.common);
+  options.text("samples", command.input, "FILE", "The samples file").required().reads();
+  add_fit(options, command);
+  add_quality(options, command);
+  options.output(command.output, "The fabric file").required();
+}
+
+Result<int> run_fit(const MakeCommand& command) {
+  must(check_writable({command.output}));
+  const FitOutcome fitted = fit_samples(must(read_samples(command.input)), command);
+  must(write_fabric(command.output, fitted.fabric, command.options.write));
+  const Json json = fit_json(fitted, command.output);
+  report(command.common, "fit", json, fit_text(json));
+  return 0;
+}
+
+Result<int> run_make(const MakeCommand& command) {
+  if (!command.list.empty()) return make_list(command);
+  const MadeFabric made = make_file(command);
+  const Json fit = fit_json(made.fit, command.output);
+  report(command.common, "make", {{"bake", bake_json(made.bake, command.samples)}, {"fit", fit}},
+         bake_text(made.bake, command.samples) + fit_text(fit));
+  return 0;
+}
+
+}  // namespace
+
+void declare_make(Options& options, MakeCommand& command) {
+  options.common(command.common);
+  add_cell(options, command.input, command.cell).required(false);
+  add_bake(options, command);
+  add_fit(options, command);
+  add_quality(options, command);
+  options.output(command.output, "The fabric file");
+  options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file").writes().further();
+  options
+      .text("--depfile", command.depfile, "FILE",
+            "Write the files that were read as a rule for Make and Ninja")
+      .writes()
+      .further();
+  options
+      .text("--list", command.list, "FILE",
+            "Make many fabrics: each line has the words of one make, such as: twill -o twill.fabric.exr")
+      .reads();
+  options.number("--line", command.line, "N", "Make only this line of the list: a job of a job array")
+      .in(1, 1e9);
+  options.check([&options, &command] {
+    const bool many = !command.list.empty();
+    if (many && options.given("input")) refuse("--list", "excludes a stitch");
+    options.refuse_if(many, "has no effect with --list: write it into the list",
+                      {"--output", "--quality", "--keep-samples", "--depfile"});
+    options.refuse_if(!many, "needs --list", {"--line"});
+    if (!many && !options.given("input")) refuse("input", "is required, or --list");
+    if (!many && !options.given("--output")) refuse("--output", "is required");
+  });
+}
+
+Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const std::string& file,
+                                    const std::string& place) {
+  MakeCommand command;
+  const auto good =
+      parse_words([&command](Options& options) { declare_make(options, command); }, words, file, place);
+  if (!good) return tl::unexpected(good.error());
+  return command;
+}
+
+MadeFabric make_fabric(const MakeCommand& command) {
+  Baked baked = bake_cell(command);
+  if (!command.samples.empty()) must(write_samples(command.samples, baked.samples));
+  return {std::move(baked.report), fit_samples(baked.samples, command)};
+}
+
+MadeFabric make_file(const MakeCommand& command) {
+  must(check_writable({command.output, command.samples, command.depfile}));
+  MadeFabric made = make_fabric(command);
+  must(write_fabric(command.output, made.fit.fabric, command.options.write));
+  if (!command.depfile.empty()) must(write_depfile(command));
+  return made;
+}
+
+void add_bake_verb(Program& program) {
+  program.add<MakeCommand>(
+      {"bake", "Light a cell from all sides: stitch -> samples", "selvedge bake plain-knit -o k.samples.exr"},
+      declare_bake, run_bake);
+}
+
+void add_fit_verb(Program& program) {
+  program.add<MakeCommand>(
+      {"fit", "Fit a fabric to samples: samples -> fabric", "selvedge fit k.samples.exr -o k.fabric.exr"},
+      declare_fit, run_fit);
+}
+
+void add_make_verb(Program& program) {
+  program.add<MakeCommand>({"make", "Stitch, bake and fit in one: stitch -> fabric",
+                            "selvedge make plain-weave -o weave.fabric.exr"},
+                           declare_make, run_make);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,50 @@
+// The verbs bake, fit and make: stitch -> samples -> fabric.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/common/options.h"
+#include "apps/common/report.h"
+#include "converter/make/make.h"
+#include "converter/stitch/find_cell.h"
+
+namespace selvedge {
+
+/// The options of the three verbs; each declares some of them.
+struct MakeCommand {
+  CommonOptions common;
+  std::string input;  ///< a stitch, or the samples to fit
+  std::string output;
+  CellOptions cell;
+  MakeOptions options = quality_named(default_quality);
+  std::string quality{default_quality};
+  bool texels_given = false;   ///< if not, the stitch may raise the default
+  bool bounces_given = false;  ///< if not, light within translucent yarn has as many bounces as there are
+  std::string samples;         ///< file to keep them in; empty: none
+  std::string depfile;         ///< empty: none
+  std::string list;            ///< file with the words of a make on each line; empty: a single fabric
+  std::optional<int> line;     ///< of the list, from 1; default: all
+};
+
+/// Declares the options of make.
+void declare_make(Options& options, MakeCommand& command);
+/// Parses the words of a make. OPTION_OUT_OF_RANGE, of `place` in `file`.
+Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const std::string& file,
+                                    const std::string& place);
+
+struct MadeFabric {
+  BakeReport bake;
+  FitOutcome fit;
+};
+/// Meshes, bakes and fits the stitch of a make. Writes no file but the samples that are to be kept. Throws
+/// Failure.
+MadeFabric make_fabric(const MakeCommand& command);
+
+/// Makes the fabrics of a list, or of one of its lines, and reports them.
+Result<int> make_list(const MakeCommand& command);
+/// Makes a fabric and writes its files. Throws Failure.
+MadeFabric make_file(const MakeCommand& command);
+
+}  // namespace selvedge

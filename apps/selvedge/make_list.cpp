@@ -1,0 +1,123 @@
+// make --list: a text file with the words of one make on each line.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <map>
+#include <sstream>
+
+#include "apps/selvedge/make.h"
+#include "format/base/atomic_file.h"
+#include "format/base/printable.h"
+
+namespace selvedge {
+namespace {
+
+struct List {
+  struct Line {
+    int number = 0;  ///< from 1
+    MakeCommand command;
+  };
+  std::vector<Line> lines;  ///< lines with a make
+  int count = 0;            ///< of all lines
+};
+
+/// The words of a line as a shell splits them: blanks, quotes, backslashes; # begins a comment.
+Result<std::vector<std::string>> words_of(const std::string& line, const std::string& file,
+                                          const std::string& place) {
+  std::vector<std::string> words;
+  bool open = false;  // a word has begun
+  char quote = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    const bool blank = quote == 0 && (c == ' ' || c == '\t' || c == '\r');
+    if (quote == 0 && !open && c == '#') break;
+    if (blank) {
+      open = false;
+      continue;
+    }
+    if (!open) words.emplace_back();
+    open = true;
+    if (c == quote) {
+      quote = 0;
+    } else if (quote == 0 && (c == '\'' || c == '"')) {
+      quote = c;
+    } else if (c == '\\' && quote != '\'' && i + 1 < line.size()) {
+      words.back() += line[++i];
+    } else {
+      words.back() += c;
+    }
+  }
+  if (quote != 0) return fail(Code::option_out_of_range, file, place, "a quote is not closed");
+  return words;
+}
+
+/// The makes of the list. All lines are parsed before the first is made: a fault in the last is told at once.
+List read_list(const std::string& path) {
+  constexpr std::uintmax_t max_bytes = std::uintmax_t{64} << 20;
+  const auto refuse = [&](int number, const std::string& why) {
+    throw Failure{{Code::option_out_of_range, path, fmt::format("line {}", number), why}};
+  };
+  List list;
+  std::map<std::string, int> outputs;         // numbers of lines, by the file that they write
+  std::map<std::string, std::string> inputs;  // names, by the file
+  inputs.emplace(identity_of(path), path);
+  std::istringstream text(must(read_file(path, max_bytes)));
+  for (std::string line; std::getline(text, line);) {
+    const std::string place = fmt::format("line {}", ++list.count);
+    if (printable(line) != line) refuse(list.count, "has a control character");
+    const auto words = must(words_of(line, path, place));
+    if (words.empty()) continue;
+    MakeCommand command = must(make_command_of(words, path, place));
+    if (!command.list.empty()) refuse(list.count, "--list has no place in a list");
+    for (const std::string& file : files_of_cell(command.input)) inputs.emplace(identity_of(file), file);
+    for (const std::string& file : {command.output, command.samples, command.depfile}) {
+      if (file.empty()) continue;
+      const auto [before, is_new] = outputs.emplace(identity_of(file), list.count);
+      if (!is_new) refuse(list.count, fmt::format("writes {}, as line {} does", file, before->second));
+    }
+    list.lines.push_back({list.count, std::move(command)});
+  }
+  for (const auto& [file, number] : outputs) {
+    if (const auto read = inputs.find(file); read != inputs.end())
+      refuse(number, fmt::format("writes over {}, an input", read->second));
+  }
+  return list;
+}
+
+}  // namespace
+
+Result<int> make_list(const MakeCommand& command) {
+  const CommonOptions& common = command.common;
+  List list = read_list(command.list);
+  if (command.line && *command.line > list.count)
+    return fail(Code::option_out_of_range, command.list, fmt::format("line {}", *command.line),
+                fmt::format("the list has {} lines", list.count));
+  Json rows = Json::array();
+  int made = 0;
+  int failed = 0;
+  for (List::Line& line : list.lines) {
+    if (command.line && line.number != *command.line) continue;
+    line.command.common = common;
+    const std::string& output = line.command.output;
+    Json row = {{"line", line.number}, {"output", output}};
+    const auto result = guarded(output, [&]() -> Result<MadeFabric> { return make_file(line.command); });
+    std::string text = "failed";
+    if (result) {
+      ++made;
+      const double seconds = result->bake.seconds + result->fit.seconds;
+      row.update({{"bytes", size_of_file(output)}, {"seconds", seconds}});
+      text = fmt::format("{} bytes, {:.1f} s", size_of_file(output), seconds);
+    } else {
+      ++failed;
+      row["error"] = to_json(result.error());
+      if (!common.json) report_error(result.error());
+    }
+    rows.push_back(row);
+    if (!common.json && !common.quiet) fmt::print("{}: {}\n", printable(output), text);
+  }
+  report(common, "make", {{"list", command.list}, {"made", made}, {"failed", failed}, {"fabrics", rows}},
+         fmt::format("{}: {} made, {} failed\n", command.list, made, failed));
+  return failed > 0 ? 1 : 0;
+}
+
+}  // namespace selvedge

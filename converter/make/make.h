@@ -1,0 +1,49 @@
+// From the samples of a cell to its fabric, with all options that the file depends on.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "converter/bake/bake.h"
+#include "fitter/fit.h"
+#include "format/fabric/file.h"
+#include "format/quality/fit_record.h"
+
+namespace selvedge {
+
+/// The same cell and options give the same bytes of the fabric. The defaults are the paper's model at the
+/// paper's scale.
+struct MakeOptions {
+  BakeOptions bake;
+  FitOptions fit;
+  FabricWriteOptions write;
+  /// Bytes of the file without its yarn, within which the layers of every level are chosen
+  /// (fitter/budget/candidates.h); without a budget every level has the paper's layers.
+  std::optional<std::uint64_t> budget;
+  int budget_texels = 0;  ///< texels at level 0 that the budget is for: it grows with more; 0: it is fixed
+};
+
+/// Names of --quality.
+inline constexpr std::array<std::string_view, 3> quality_names{"draft", "standard", "paper"};
+inline constexpr std::string_view default_quality = "standard";
+/// Precondition: it is one of the names.
+MakeOptions quality_named(std::string_view name);
+
+struct FitOutcome {
+  Fabric fabric;  ///< in the precision of its file; the record is in its provenance
+  /// By level, by index_of(Side); empty for a side that the samples do not have.
+  std::array<std::vector<LevelReport>, all_sides.size()> levels;
+  FitRecord record;
+  Issues warnings;
+  double seconds = 0;
+};
+
+/// Fits all sides of the samples, and measures their errors on the held-out pairs. The options of the bake
+/// are ignored. OPTION_OUT_OF_RANGE for a budget that is too small for any fabric.
+Result<FitOutcome> fit_fabric(const Samples& samples, const MakeOptions& options,
+                              const Progress& progress = {});
+
+}  // namespace selvedge

@@ -1,0 +1,173 @@
+#!/usr/bin/env bash
+# bake, fit and make: qualities, sizes, lists of many fabrics.
+# shellcheck source=tests/cli/lib.sh
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
+  exits 0 selvedge make plain-knit --set yarn=tube --quality draft -o a.fabric.exr --json
+  holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.levels[0].layers === "1 lobe x table"'
+  selvedge make plain-knit --set yarn=tube --quality draft --texels 8 --views 36 --lights 36 --samples 2 --lobes 1 \
+    --yarns on -o b.fabric.exr --quiet
+  same a.fabric.exr b.fabric.exr
+  exits 0 selvedge make plain-knit --set yarn=tube --quality standard --texels 8 --budget 20000 --views 16 \
+    --lights 16 -o c.fabric.exr --json
+  holds 'r.bake.samples === 8 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes - r.fit.yarn.bytes - 4000 <= 20000'
+  local few=(--texels 8 --views 16 --lights 16)
+  selvedge make plain-knit --set yarn=tube --quality standard --budget 30000 "${few[@]}" -o d.fabric.exr --quiet
+  selvedge make plain-knit --set yarn=tube --quality paper --samples 8 --budget 30000 --yarns on "${few[@]}" \
+    -o e.fabric.exr --quiet
+  same d.fabric.exr e.fabric.exr
+  # More texels have more bytes; a given size is kept.
+  few=(--views 16 --lights 16 --quality standard --texels 32)
+  exits 0 selvedge make plain-knit --set yarn=tube "${few[@]}" -o h.fabric.exr --json
+  holds 'r.fit.bytes > 40000 && r.fit.bytes <= 400000'
+  exits 0 selvedge make plain-knit --set yarn=tube "${few[@]}" --budget 32K -o h.fabric.exr --json
+  holds 'r.fit.bytes <= 32768 + 8192'
+  refuses OPTION_OUT_OF_RANGE 'the smallest fabric found has' \
+    selvedge make plain-knit --set yarn=tube "${few[@]}" --budget 100 -o none.fabric.exr --quiet
+  exits 2 selvedge make plain-knit --quality best -o d.fabric.exr
+}
+
+test_a_make_without_a_quality_is_the_standard_one() {
+  exits 0 selvedge make plain-knit --set yarn=tube -o a.fabric.exr --json
+  holds 'r.bake.samples === 8 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 32768 && r.fit.yarn.curves === 1'
+  selvedge make plain-knit --set yarn=tube --quality standard -o b.fabric.exr --quiet
+  same a.fabric.exr b.fabric.exr
+  for quality in standard paper; do
+    exits 0 selvedge make plain-knit --set yarn=tube "${small[@]}" --quality $quality --no-table --lobes 1 \
+      -o l.fabric.exr --json
+    holds 'r.fit.levels[0].layers === "1 lobe"'
+  done
+  # Bake and fit by themselves make the same, by way of a file.
+  for quality in "" "--quality paper"; do
+    # shellcheck disable=SC2086
+    {
+      selvedge bake plain-knit --set yarn=tube $quality "${small[@]}" -o s.samples.exr --quiet
+      selvedge fit s.samples.exr $quality -o c.fabric.exr --quiet
+      selvedge make plain-knit --set yarn=tube $quality "${small[@]}" --keep-samples t.samples.exr -o d.fabric.exr \
+        --quiet
+    }
+    same s.samples.exr t.samples.exr
+    same c.fabric.exr d.fabric.exr
+  done
+}
+
+test_bake_takes_light_ground_and_plane() {
+  selvedge bake plain-knit --set yarn=tube -o black.exr "${small[@]}" --bounces unlimited --reference-height 50% \
+    --quiet
+  selvedge bake plain-knit --set yarn=tube -o white.exr "${small[@]}" --bounces unlimited --reference-height 50% \
+    --ground 1 --quiet
+  differ black.exr white.exr
+  exits 0 selvedge info white.exr --json
+  holds "r.content.provenance.bake.bounces === 'unlimited' && r.content.provenance.bake.ground === 1"
+  holds "r.content.provenance.bake.referencePlane === 'share' && r.content.referenceHeight < r.content.thickness"
+  exits 0 selvedge bake plain-knit --set yarn=tube -o traced.exr "${small[@]}" --indirect traced --json
+  holds "r.rays > 0"
+  exits 2 selvedge bake plain-knit -o t.exr --bounces -1
+  exits 2 selvedge bake plain-knit -o t.exr --indirect none
+  exits 2 selvedge bake plain-knit -o t.exr --reference-height high
+}
+
+test_a_bad_number_of_bytes_is_a_usage_error_of_one_line() {
+  for size in 0 0K -5 -5K 99999999999999999999999 1e30 17179869184G 5X '' 1.5; do
+    for verb in "make plain-knit" "fit s.exr"; do
+      # shellcheck disable=SC2086 # several words
+      exits 2 selvedge $verb --budget "$size" -o x.fabric.exr
+      [ "$(wc -l <"$scratch/err")" = 1 ] || fail "not one line: $(cat "$scratch/err")"
+      [ "$(wc -c <"$scratch/err")" -lt 120 ] || fail "a long line: $(cat "$scratch/err")"
+      grep -qF "\"$size\" is not a number of bytes" "$scratch/err" || fail "$(cat "$scratch/err")"
+    done
+  done
+}
+
+test_a_name_that_is_too_long_is_told_as_it_was_given() {
+  write_plane plane.obj
+  local name
+  # There is room for one suffix of a temporary file and not for another, or for none.
+  for length in 229 240 260; do
+    name=$(printf 'a%.0s' $(seq "$length"))
+    refuses FILE_UNWRITABLE "selvedge: $name: File name too long" \
+      selvedge make plane.obj --period 2x2 "${small[@]}" -o "$name" --quiet
+  done
+}
+
+# Lace and satin repeat after many yarns; of a weaving draft with twice as many, eight texels are too few.
+test_a_draft_is_to_be_had_for_stitches_of_many_yarns() {
+  for stitch in lace satin; do
+    exits 0 selvedge make $stitch --set yarn=tube --quality draft -o $stitch.fabric.exr --quiet
+    exits 0 selvedge check $stitch.fabric.exr
+  done
+  {
+    printf '[WIF]\n[WEAVING]\nShafts=4\n'
+    printf '[%s]\nThreads=8\nUnits=Centimeters\nSpacing=0.1\nThickness=0.06\n' WARP WEFT
+    echo '[THREADING]'
+    for i in 1 2 3 4 5 6 7 8; do echo "$i=$(((i - 1) % 4 + 1))"; done
+    echo '[LIFTPLAN]'
+    for i in 1 2 3 4 5 6 7 8; do echo "$i=$(((i - 1) % 4 + 1)),$((i % 4 + 1))"; done
+  } >twill.wif
+  exits 0 selvedge make twill.wif --set yarn=tube --quality draft -o draft.fabric.exr --json
+  holds 'r.fit.levels[0].texels[0] === 16'
+  refuses OPTION_OUT_OF_RANGE 'its yarns need 16x16 texels' \
+    selvedge make twill.wif --quality draft --texels 8 -o none.fabric.exr --quiet
+}
+
+list() {
+  cat >list <<'END'
+# Small fabrics.
+plain-knit --set yarn=tube --set albedo=#a02030 --quality draft --texels 4 --views 16 --lights 16 -o red.fabric.exr
+
+'own stitch.json' --quality draft --texels 4 --views 16 --lights 16 -o own.fabric.exr  # woven
+END
+  selvedge stitch plain-weave --set yarn=tube -o "own stitch.json"
+}
+
+test_a_list_makes_what_its_lines_make_and_a_line_of_it_is_one_job_of_a_job_array() {
+  list
+  exits 0 selvedge make --list list --json
+  holds 'r.made === 2 && r.failed === 0 && r.fabrics[1].line === 4 && r.fabrics[1].output === "own.fabric.exr"'
+  mkdir whole
+  mv ./*.fabric.exr whole
+  # As "#SBATCH --array=1-4" and "selvedge make --list list --line $SLURM_ARRAY_TASK_ID" do; lines 1 and 3 are no work.
+  for task in 1 2 3 4; do exits 0 selvedge make --list list --line $task --quiet; done
+  same red.fabric.exr whole/red.fabric.exr
+  same own.fabric.exr whole/own.fabric.exr
+  selvedge make plain-knit --set yarn=tube --set albedo=#a02030 --quality draft --texels 4 --views 16 --lights 16 \
+    -o red.fabric.exr --quiet
+  same red.fabric.exr whole/red.fabric.exr
+  refuses OPTION_OUT_OF_RANGE 'list: line 5: the list has 4 lines' selvedge make --list list --line 5
+}
+
+test_a_list_is_read_whole_before_any_work_and_goes_on_after_a_fabric_that_fails() {
+  list
+  bad() {
+    sed "$2" list >bad
+    refuses OPTION_OUT_OF_RANGE "bad: line $1" selvedge make --list bad
+  }
+  bad '4: unknown option --vews' '4s/--views/--vews/'
+  bad '4: a quote is not closed' "4s/json'/json/"
+  bad '4: writes own.fabric.exr, as line 2 does' '2s/red.fabric/own.fabric/'
+  bad '2: writes over own stitch.json, an input' "2s/red.fabric.exr/'own stitch.json'/"
+  bad '4: writes over bad, an input' '4s/own.fabric.exr/bad/'
+  bad '4: --list ' '4s/.*/--list list/'
+  bad '4: has a control character' '4s/own/\x1b[31m/'
+  sed -i 's/plain-knit/no-stitch/' list
+  exits 1 selvedge make --list list --json
+  holds 'r.failed === 1 && r.made === 1 && r.fabrics[0].error.code === "STITCH_UNKNOWN"'
+  exits 2 selvedge make --list list -o k.exr
+  exits 2 selvedge make plain-knit -o k.exr --line 1
+  exits 2 selvedge make plain-knit
+}
+
+test_make_writes_a_depfile() {
+  list
+  selvedge make "own stitch.json" "${small[@]}" --depfile d -o k.fabric.exr --quiet
+  [ "$(cat d)" = 'k.fabric.exr: own\ stitch.json' ]
+  printf 'k.fabric.exr:\n\techo made\ninclude d\n' >Makefile
+  if command -v make >/dev/null; then
+    [ "$(make -s k.fabric.exr)" = "make: 'k.fabric.exr' is up to date." ] || [ "$(make -s k.fabric.exr)" = "" ]
+    touch "own stitch.json"
+    [ "$(make -s k.fabric.exr)" = made ]
+  fi
+}
+
+"$2"
