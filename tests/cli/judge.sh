@@ -20,13 +20,6 @@ test_a_fit_reports_what_compare_finds_and_the_fabric_says() {
   exits 0 selvedge check k.fabric.exr --warnings-as-errors
 }
 
-test_the_fabric_has_the_same_bytes_on_any_number_of_threads() {
-  make_samples
-  selvedge fit k.samples.exr -o a.exr --quiet --threads 1
-  selvedge fit k.samples.exr -o b.exr --quiet --threads 3
-  same a.exr b.exr
-}
-
 test_repack_keeps_the_record_while_it_is_true() {
   make_samples
   selvedge fit k.samples.exr --quality paper -o k.fabric.exr --quiet
@@ -42,73 +35,11 @@ test_repack_keeps_the_record_while_it_is_true() {
   done
 }
 
-test_no_output_is_written_over_another_file_of_the_command() {
-  make_samples
-  cp k.samples.exr before.exr
-  ln -s k.samples.exr link.exr
-  ln k.samples.exr hard.exr
-  mkdir folder
-  ln -s "$PWD" folder/up
-  selvedge fit k.samples.exr -o k.fabric.exr --quiet
-  write_quad quad.gltf
-  write_plane plane.obj
-  for file in k.fabric.exr:v.glb quad.gltf:g.usda k.fabric.exr:f.svg k.fabric.exr:k.png; do cp ${file/:/ }; done
-  local before
-  before=$(snapshot)
-  # OPTION OTHER COMMAND...
-  over() {
-    exits 2 "${@:3}"
-    grep -qE -- "^selvedge(-view)?: $1: .* is the file of $2 as well; see " "$scratch/err" || fail "${*:3}: $(cat "$scratch/err")"
-    [ "$(wc -l <"$scratch/err")" = 1 ] && [ ! -s "$scratch/out" ] || fail "${*:3}: $(cat "$scratch/err" "$scratch/out")"
-    [ "$before" = "$(snapshot)" ] || fail "changed: ${*:3}: $(diff <(echo "$before") <(snapshot))"
-  }
-  # A built-in stitch is no file of that name.
-  exits 0 selvedge bake plain-knit -o plain-knit --texels 1 --views 4 --lights 4 --samples 2 --quiet
-  rm plain-knit
-  over --output samples selvedge fit k.samples.exr -o ./k.samples.exr
-  over --output samples selvedge fit link.exr -o k.samples.exr
-  over --output samples selvedge fit k.samples.exr -o hard.exr
-  over --output samples selvedge fit k.samples.exr -o folder/up/k.samples.exr
-  over --output --keep-samples selvedge make plain-knit -o m.exr --keep-samples folder/up/m.exr
-  over --depfile input selvedge make plane.obj -o m.exr --depfile plane.obj
-  over --output --opacity selvedge import t.csv --width 4 --opacity k.png -o k.png
-  over --output input selvedge bake plane.obj -o plane.obj
-  over --output fabric selvedge dress quad.gltf v.glb -o v.glb --all
-  over --output --variant selvedge dress quad.gltf k.fabric.exr -o v.glb --all --variant red=#aa0000 --variant other=v.glb
-  over --usda garment selvedge dress g.usda k.fabric.exr -o o.glb --all --usda g.usda
-  over --usda fabric selvedge dress quad.gltf g.usda -o o.glb --all --usda g.usda
-  over --output --fabric selvedge reattach quad.gltf -o v.glb --fabric cloth=v.glb
-  over --output --environment selvedge swatch k.fabric.exr -o k.samples.exr --environment k.samples.exr
-  over --output --environment selvedge-view render quad.gltf -o k.samples.exr --environment link.exr
-  over --output --compare selvedge-view render quad.gltf -o k.fabric.exr --compare k.fabric.exr
-  over --stats input selvedge-view render quad.gltf -o o.png --stats quad.gltf
-  over --stats --output selvedge-view render quad.gltf -o o.png --stats o.png
-  over --output --output selvedge-view render quad.gltf -o o.png -o folder/up/o.png
-  over --screenshot --environment selvedge-view show quad.gltf --environment k.png --screenshot k.png
-  over --output input selvedge-view page quad.gltf x.html -o x.html
-}
-
-test_a_budget_that_no_fabric_meets_is_refused_with_the_smallest() {
-  make_samples
-  refuses OPTION_OUT_OF_RANGE 'the smallest fabric found has' selvedge fit k.samples.exr -o b.exr --budget 1K
-  [ ! -e b.exr ]
-  exits 0 selvedge fit k.samples.exr -o b.exr --budget 16K
-  [ "$(stat -c %s b.exr)" -le 16384 ]
-}
-
 test_a_fit_without_pairs_has_no_errors_to_tell() {
   selvedge bake plain-knit --set yarn=tube -o bare.samples.exr --quiet "${small[@]}" --pairs 0
   refuses SAMPLES_MALFORMED 'no pairs to choose layers by' selvedge fit bare.samples.exr -o bare.exr
   exits 0 selvedge fit bare.samples.exr --quality paper -o bare.exr --json
   holds "r.levels.every(l => l.heldOutPsnr === null && l.trainingError > 0)"
-}
-
-test_a_truth_is_the_same_for_any_threads_and_bad_settings_are_refused() {
-  swatch() { selvedge swatch --truth plain-knit --set yarn=tube --size 32x24 --samples 4 --quiet "$@"; }
-  swatch -o a.exr --threads 1
-  swatch -o b.exr --threads 3
-  same a.exr b.exr
-  refuses OPTION_OUT_OF_RANGE transmission selvedge swatch --truth plain-knit --set transmission=1.5 -o a.png
 }
 
 test_a_swatch_of_a_lambert_plane_is_the_same_traced_fitted_and_drawn() {
@@ -133,17 +64,6 @@ test_a_traced_swatch_has_the_same_bytes_for_any_threads_and_others_for_another_s
   same a.exr b.exr
   swatch -o c.exr --seed 2
   differ a.exr c.exr
-}
-
-test_a_swatch_refuses_what_it_cannot_draw() {
-  refuses FILE_MISSING none.fabric.exr selvedge swatch none.fabric.exr -o a.png
-  refuses STITCH_UNKNOWN papier selvedge swatch --truth papier -o a.png
-  refuses OPTION_OUT_OF_RANGE samples selvedge swatch --truth plain-knit --samples 1 -o a.png
-  refuses FILE_UNWRITABLE nowhere selvedge swatch --truth plain-knit -o nowhere/a.png
-  exits 2 selvedge swatch --truth plain-knit -o a.jpg
-  exits 2 selvedge swatch --truth plain-knit -o a.png --place far-away
-  exits 2 selvedge swatch --truth plain-knit -o a.png --size 500x100
-  exits 2 selvedge-view render a.glb -o a.png --place near
 }
 
 "$2"

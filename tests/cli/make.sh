@@ -68,29 +68,6 @@ test_bake_takes_light_ground_and_plane() {
   exits 2 selvedge bake plain-knit -o t.exr --reference-height high
 }
 
-test_a_bad_number_of_bytes_is_a_usage_error_of_one_line() {
-  for size in 0 0K -5 -5K 99999999999999999999999 1e30 17179869184G 5X '' 1.5; do
-    for verb in "make plain-knit" "fit s.exr"; do
-      # shellcheck disable=SC2086 # several words
-      exits 2 selvedge $verb --budget "$size" -o x.fabric.exr
-      [ "$(wc -l <"$scratch/err")" = 1 ] || fail "not one line: $(cat "$scratch/err")"
-      [ "$(wc -c <"$scratch/err")" -lt 120 ] || fail "a long line: $(cat "$scratch/err")"
-      grep -qF "\"$size\" is not a number of bytes" "$scratch/err" || fail "$(cat "$scratch/err")"
-    done
-  done
-}
-
-test_a_name_that_is_too_long_is_told_as_it_was_given() {
-  write_plane plane.obj
-  local name
-  # There is room for one suffix of a temporary file and not for another, or for none.
-  for length in 229 240 260; do
-    name=$(printf 'a%.0s' $(seq "$length"))
-    refuses FILE_UNWRITABLE "selvedge: $name: File name too long" \
-      selvedge make plane.obj --period 2x2 "${small[@]}" -o "$name" --quiet
-  done
-}
-
 # Lace and satin repeat after many yarns; of a weaving draft with twice as many, eight texels are too few.
 test_a_draft_is_to_be_had_for_stitches_of_many_yarns() {
   for stitch in lace satin; do
@@ -168,6 +145,25 @@ test_make_writes_a_depfile() {
     touch "own stitch.json"
     [ "$(make -s k.fabric.exr)" = made ]
   fi
+}
+
+test_make_leaves_no_half_file_after_a_signal() {
+  # With job control a background process has Ctrl-C as it comes, instead of ignoring it.
+  set -m
+  echo old >k.fabric.exr
+  local status pid before
+  before=$(snapshot)
+  for signal in INT TERM; do
+    # Minutes of work for any machine: the signal ends it.
+    selvedge make plain-knit --set yarn=tube -o k.fabric.exr --keep-samples k.samples.exr --texels 128 --views 256 \
+      --lights 256 --samples 64 >"$scratch/out" 2>&1 &
+    pid=$! status=0
+    sleep 1
+    kill -$signal $pid
+    wait $pid || status=$?
+    [ "$status" = $((128 + $(kill -l $signal))) ] || fail "status $status after $signal: $(cat "$scratch/out")"
+    [ "$before" = "$(snapshot)" ] || fail "left something behind: $(diff <(echo "$before") <(snapshot))"
+  done
 }
 
 "$2"

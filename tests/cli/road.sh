@@ -31,21 +31,6 @@ test_bytes_are_the_same_for_any_number_of_threads() {
   done
 }
 
-test_make_is_bake_and_fit() {
-  selvedge bake plain-weave --set yarn=tube --quality paper -o two.samples.exr --seed 3 --quiet "${small[@]}"
-  selvedge fit two.samples.exr --quality paper -o two.fabric.exr --lobes 1 --quiet
-  selvedge make --quality paper plain-weave --set yarn=tube -o one.fabric.exr --keep-samples one.samples.exr \
-    --seed 3 --lobes 1 --quiet \
-    "${small[@]}"
-  same one.samples.exr two.samples.exr
-  same one.fabric.exr two.fabric.exr
-  mkdir bare
-  selvedge make --quality paper plain-weave --set yarn=tube -o bare/one.fabric.exr --seed 3 --lobes 1 \
-    --quiet "${small[@]}"
-  same bare/one.fabric.exr two.fabric.exr
-  [ "$(ls -A bare)" = one.fabric.exr ] || fail "make leaves more than the fabric: $(ls -A bare)"
-}
-
 # The files differ by the name of the input in their provenance, and by nothing else.
 test_stitch_description_is_as_good_as_the_built_in_name() {
   for stitch in plain-knit plain-weave; do

@@ -189,18 +189,6 @@ test_an_output_keeps_the_mode_of_what_was_there_and_follows_no_link_to_nothing()
   refuses FILE_UNWRITABLE link.glb selvedge dress quad.gltf plane.fabric.exr -o link.glb --all
 }
 
-test_an_output_with_another_ending_is_wrong_usage() {
-  make_plane_fabric
-  write_quad quad.gltf
-  selvedge dress quad.gltf plane.fabric.exr -o dressed.glb --all --quiet
-  for line in 'dress quad.gltf plane.fabric.exr --all -o o.obj' 'dress quad.gltf plane.fabric.exr --all -o o' \
-    'dress quad.gltf plane.fabric.exr --all -o o.glb --usda o.usd' 'reattach dressed.glb -o o.usda'; do
-    # shellcheck disable=SC2086
-    exits 2 selvedge $line
-    grep -qE 'does not end in' "$scratch/err"
-  done
-}
-
 # What dress adds would get their numbers.
 test_numbers_of_meshes_and_textures_that_are_not_there_go_into_no_dressed_garment() {
   make_plane_fabric
