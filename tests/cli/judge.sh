@@ -36,7 +36,7 @@ test_repack_keeps_the_record_while_it_is_true() {
 }
 
 test_a_fit_without_pairs_has_no_errors_to_tell() {
-  selvedge bake plain-knit --set yarn=tube -o bare.samples.exr --quiet "${small[@]}" --pairs 0
+  selvedge bake plain-knit --set yarn=tube -o bare.samples.exr --quiet "${small[@]:0:8}" --pairs 0
   refuses SAMPLES_MALFORMED 'no pairs to choose layers by' selvedge fit bare.samples.exr -o bare.exr
   exits 0 selvedge fit bare.samples.exr --quality paper -o bare.exr --json
   holds "r.levels.every(l => l.heldOutPsnr === null && l.trainingError > 0)"
