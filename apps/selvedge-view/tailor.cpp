@@ -45,7 +45,7 @@ class Workbench {
   int count_ = 0;
 };
 
-/// What gives a material the fabric as it lies there.
+/// The options that give a material the fabric as it lies there.
 DressOptions options_for(int material, const SceneMaterial& worn, const SceneLimits& limits) {
   const UvTransform& transform = worn.fabric->transform;
   DressOptions options;

@@ -36,7 +36,7 @@ struct LayerFit {
 
 class LayerFitter {
  public:
-  /// Fits all candidates; `measured` is as for fit(). Errors are those of fit(), OPTION_OUT_OF_RANGE for more
+  /// Fits all candidates; `measured` is as for fit(). Errors as of fit(), OPTION_OUT_OF_RANGE for more
   /// than 512 lights, and SAMPLES_MALFORMED without validation pairs.
   static Result<LayerFitter> create(SampleLevel samples, const SamplesHeader& header,
                                     const PairSamples& validation, const FitOptions& options,

@@ -1,7 +1,7 @@
 // Radiance samples of a cell and their file (spec/samples.md): made by `bake` and `import`, read by `fit` and
 // `compare`.
 //
-// Directions, texels and frame are those of the fabric (fabric.h). Radiance is under unit perpendicular
+// Directions, texels and frame as in fabrics (fabric.h). Radiance is under unit perpendicular
 // irradiance, in 1/sr with the light's cosine included, averaged over the yarn that is visible in the texel:
 // it is not multiplied by opacity.
 #pragma once
