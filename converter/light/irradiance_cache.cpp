@@ -188,7 +188,7 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
   std::vector<char> sends(count);
   std::vector<float> next(count * width);
 
-  // Converged if a further reflection adds less than this share. Without an end, what is left then is taken
+  // Converged if a further reflection adds less than this share. Without an end, the rest is then taken
   // for a geometric series: by then each colour falls by the same factor from reflection to reflection.
   const bool endless = bounces == unlimited_bounces;
   const double min_change = endless ? 1e-2 : 1e-4;
@@ -201,9 +201,9 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
   };
   std::vector<Sums> sums(blocks);
   std::vector<char> done(n, 0);
-  std::vector<double> before(width, 0);  ///< what the reflection before changed
+  std::vector<double> before(width, 0);  ///< change by the reflection before
   std::vector<float> rest(width,
-                          0.0F);  ///< of the last change: what follows it, of lights that have converged
+                          0.0F);  ///< share of the last change that follows it, of lights that have converged
   const int rounds = endless ? max_rounds : bounces;
   for (int round = 0; round < rounds; ++round) {
     parallel_for(0, points(), [&](int p) {
@@ -352,7 +352,7 @@ void IrradianceCache::place_points(const RayScene& scene) {
   for (std::size_t p = 0; p < positions.size(); ++p) place(p, false);
   if (sides_ == 1) return;
   // Neighbours that share a back lie in one cell of a lattice and face the same way, as points of one wall
-  // do: what touches it faces it.
+  // do: a wall that touches it faces it.
   const bool shared = scene.is_translucent() && !scene.is_open();
   double area = 0;
   for (const V3i& t : triangles_) {

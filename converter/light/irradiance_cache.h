@@ -68,7 +68,7 @@ class IrradianceCache {
   std::vector<int> first_front_;
   std::vector<V3f> position_;
   std::vector<V3f> normal_;
-  std::vector<V3f> albedo_;   ///< of what goes back, gloss included
+  std::vector<V3f> albedo_;   ///< of light that goes back, gloss included
   std::vector<V3f> through_;  ///< of the light on the other side; empty: the yarn is opaque
   std::vector<int> order_;    ///< permutation of the points that keeps neighbours in space together
   // W in compressed rows.

@@ -349,7 +349,7 @@ bool attach_hairs(RaySceneState& state) {
       low[i] = std::min(low[i], p[i]);
       high[i] = std::max(high[i], p[i]);
     }
-    // Rays begin where they enter the slab: further from a hair than what is passed.
+    // Rays begin where they enter the slab: further from a hair than the passed distance.
     const auto clear = static_cast<double>(2 * near_radii * hairs.radius[k / Hairs::points_each]);
     state.block.z_low = std::min(state.block.z_low, p.z - clear);
     state.block.z_high = std::max(state.block.z_high, p.z + clear);

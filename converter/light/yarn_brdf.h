@@ -3,7 +3,7 @@
 //
 // The wall of a yarn or ply may let light through: of the diffuse part, the share `transmission` leaves on
 // the other side, Lambertian on both sides. A ply is then a hollow tube, and light crosses it by two walls
-// and what bounces between them (cf. Montazeri et al. 2020, "A practical ply-based appearance model of woven
+// and bounces between them (cf. Montazeri et al. 2020, "A practical ply-based appearance model of woven
 // fabrics": plies as surfaces that reflect and transmit). Inside there is no highlight. Only surfaces
 // scatter, so energy and reciprocity hold whatever the geometry.
 //
@@ -32,8 +32,8 @@ struct YarnSurface {
 /// met there (yarn_strands.h).
 YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point);
 
-/// Share of the light that is not in the highlight: 1 - w. In translucent yarn also what the highlight's
-/// facets block, on average: there light goes on where it would be lost.
+/// Share of the light that is not in the highlight: 1 - w. In translucent yarn also the light that the
+/// highlight's facets block, on average: there light goes on where it would be lost.
 double dull_share(const YarnSurface& surface);
 
 /// Whether light from there reaches a viewer through the wall.

@@ -160,7 +160,7 @@ Result<std::vector<MeasuredPicture>> read_names(const std::string& path) {
   return pictures;
 }
 
-/// The pictures with what holds for all of them.
+/// The pictures and their common size, period and texels.
 struct Sample {
   std::string table;
   std::vector<MeasuredPicture> pictures;

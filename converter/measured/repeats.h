@@ -14,7 +14,7 @@ namespace selvedge {
 Image luminance_of(const Image& picture);
 
 /// Mean correlation of pictures of one size and one channel with themselves, moved along x (`axis` 0) or y
-/// (1): [shift in pixels], up to 2/3 of the picture; normalised by what overlaps.
+/// (1): [shift in pixels], up to 2/3 of the picture; normalised by the overlap.
 std::vector<double> autocorrelation(std::span<const Image> pictures, int axis);
 
 /// The period of pictures of one size and one channel along x (`axis` 0) or y (1), in pixels to a fraction:

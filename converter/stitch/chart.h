@@ -39,7 +39,7 @@ struct ChartText {
   std::vector<std::string> remarks;  ///< one line each
 };
 
-/// Refuses (stitch_invalid, place: the line) what it does not know, numbers and counts out of range, rows
+/// Refuses (stitch_invalid, place: the line) unknown keys and stitches, numbers and counts out of range, rows
 /// that are not numbered up or down by one, rows of other lengths, decreases without yarn overs, and cables
 /// for whose crossing there are too few rows.
 Result<ChartText> read_chart(std::string_view text, const std::string& file);

@@ -22,7 +22,7 @@ struct Section {
 double support_of(const Section& section, const V3d& direction);
 
 /// The unit direction from b to a in which there is most room between them, or least overlap, a lying
-/// `apart` (not 0) from b: apart.direction less what both reach is their distance.
+/// `apart` (not 0) from b: apart.direction less both supports is their distance.
 V3d direction_between(const V3d& apart, const Section& a, const Section& b);
 
 /// Half the width and half the thickness, mm, where the yarn lies level.

@@ -38,7 +38,7 @@ const double across_height = 2 * height * std::cos(across_begin);  // in courses
 /// Height, in courses, in which a loop moves by one column: with less, its legs would come too close.
 constexpr double height_per_column = 0.33;
 
-/// How far beside what passes, in columns, its room ends.
+/// The room of a crossing ends so many columns beside it.
 constexpr double band_reach = 1.5;
 
 /// Floats: how far behind the cloth, in depths, and how far above each other, in courses.
@@ -50,7 +50,7 @@ struct Loop {
   int sign = 1;         ///< drawn to the front (1) or to the back (-1)
   int above = 1;        ///< the same for the stitch that holds it
   int lean = 0;         ///< columns from the loop to that stitch
-  int layer = 0;        ///< in front of what it passes (1) or behind it (-1)
+  int layer = 0;        ///< in front of the loops that it passes (1) or behind them (-1)
   bool over = false;    ///< leans over another loop that the same stitch holds
   bool under = false;   ///< another loop leans over it
   bool beside = false;  ///< over: the place above it is free, a yarn over, and it leans from there
@@ -271,7 +271,7 @@ class Drawing {
     return result;
   }
 
-  /// Height of a crossing's band in one column: beside what passes it is as low as elsewhere.
+  /// Height of a crossing's band in one column: beside the crossing it is as low as elsewhere.
   double band_at(const Crossing& crossing, double x) const {
     double part = 0;
     for (const Span& span : crossing.spans) {

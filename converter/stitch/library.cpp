@@ -253,7 +253,7 @@ const std::vector<BuiltIn>& library() {
   return stitches;
 }
 
-/// The last of the settings; refuses what they made of the pattern if that is not valid.
+/// The last setting; refuses a pattern that the settings made invalid.
 Result<void> set_seed(const StitchValues& values, const std::string& name, StitchPattern& pattern) {
   pattern.seed = static_cast<std::uint32_t>(values.number("seed"));
   return validate(pattern, name);

@@ -149,7 +149,7 @@ void set_kind(int index, const std::string& prefix, double shorter_mm, Yarn& yar
   yarn.twist_per_mm = twist_for(single ? kind.fibre_degrees : kind.twist_degrees, yarn.radius_mm);
   yarn.fibre_degrees = single ? 0 : kind.fibre_degrees;
   yarn.hairiness = kind.hairiness;
-  // A hundredth less than what fits: the period may be rounded.
+  // A hundredth less than fits: the period may be rounded.
   yarn.hair_mm = std::min(kind.hair_radii * yarn.radius_mm, 0.99 * shorter_mm / max_hair);
   yarn.hair_loops = kind.hair_loops;
   yarn.irregularity = kind.irregularity;

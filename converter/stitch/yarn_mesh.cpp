@@ -82,7 +82,7 @@ Result<YarnHairs> hairs_for(const StitchPattern& pattern, std::size_t index, int
   if (yarn.hairiness == 0) return hairs;
   double length = 0;
   for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
-  // The mean of what is left of an exponential distribution.
+  // The mean of the cut exponential distribution.
   const double mean = 1 - max_hair / std::expm1(max_hair);
   const double expected = yarn.hairiness * length / (mean * yarn.hair_mm);
   if (expected >= room) {
@@ -196,7 +196,7 @@ V3d fibre_of(const Yarn& yarn, const SurfaceSample& sample) {
   return stretched(tangent + tangent.cross(sample.round) * slope, sample.squeeze).normalized();
 }
 
-/// Strands of fibres are not drawn finer than this, in radii: what is finer is not seen apart.
+/// Strands of fibres are not drawn finer than this, in radii: finer strands are not seen apart.
 constexpr double min_strand = 0.14;
 /// Length over which a strand stays at the surface, in radii.
 constexpr double strand_length = 5;
@@ -256,7 +256,7 @@ void give_strands(const StitchPattern& described, const StitchPattern& laid, Cel
     const double ply = static_cast<double>(radius_of_plies(curve));
     const double climb = 2 * std::numbers::pi * turns * (static_cast<double>(curve.radius) - ply) / length;
     const double lean = static_cast<double>(curve.fibre_slope) * length / (2 * std::numbers::pi * ply);
-    // The frame of the axis turns about a ply by what the ply's course falls short of a flat circle.
+    // The frame of the axis turns about a ply by the angle that the ply's course lacks to a flat circle.
     const double lays = lean * std::hypot(1, climb) + turns * (1 - 1 / std::hypot(1, climb));
     strands.shift =
         static_cast<int>(std::lround(std::clamp(lays * strands.count, -1.0 * max_pieces, 1.0 * max_pieces)));
@@ -307,7 +307,7 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
     curve.flattening = static_cast<float>(yarn.flattening);
     curve.turns = turns_of(yarn, pattern.period_mm);
     curve.radius = static_cast<float>(yarn.radius_mm);
-    // Of the light that falls on it; what comes through the wall is part of its indirect light.
+    // Of the light that falls on it; light through the wall is part of its indirect light.
     curve.albedo = V3f(wall_albedo(V3d(yarn.albedo), yarn.transmission) * (1 - yarn.transmission));
     curve.gloss = yarn.gloss;
     const double around = 2 * std::numbers::pi * yarn.radius_mm;
