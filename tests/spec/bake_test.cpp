@@ -13,6 +13,7 @@
 #include "format/exr/exr.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
+#include "tests/shared_data.h"
 #include "tests/spec/spec_text.h"
 
 using namespace selvedge;
