@@ -20,7 +20,7 @@ struct FitRecord {
 };
 
 /// Measures a side by compare(), and adds its errors; the first side sets the peak. Nothing happens without
-/// pairs. Errors are those of compare().
+/// pairs. Fails as compare() does.
 Result<void> measure_side(const Fabric& side, const PairSamples& held_out, FitRecord& record);
 
 /// A provenance with the record; as it was without pairs.

@@ -117,7 +117,7 @@ TEST_CASE("a traced swatch of one repeat is what the bake sees, texel by texel")
         squared += (V3d(V3f(pixel.x, pixel.y, pixel.z)) - seen).length2();
         expected += V3d(truth.noise[at]).length2();
         mean += static_cast<double>(pixel.x);
-        mean_expected += baked.x;
+        mean_expected += seen.x;
       }
       const double count = 3.0 * width * height;
       const double own = std::sqrt(expected / count);
