@@ -11,6 +11,10 @@
 namespace selvedge {
 namespace {
 
+constexpr int largest_side = 1024;
+constexpr int yarn_side = 64;  ///< of the picture of a fabric with yarn, unless level 0 has more texels
+constexpr int lights_of_integral = 256;
+
 /// Weight of each light: equal parts of the hemisphere, corrected (by less than 1%) so that a Lambertian
 /// texel gives exactly its albedo.
 double weight_of(const std::vector<V3f>& lights) {
@@ -144,14 +148,14 @@ void scale_to(const V3f& mean, Image& image) {
 
 /// Albedo along the normal and opacity of one repeat: of the yarn itself where the fabric has it, whose
 /// levels are coarse, else of the texels of `level`.
-Image base_picture(const Fabric& fabric, int level, const FallbackOptions& options) {
+Image base_picture(const Fabric& fabric, int level) {
   const FabricLevel& source = fabric.levels[level];
   const bool shows_yarn = level == 0 && source.yarns() != nullptr;
   const int longest = std::max(source.width, source.height);
-  const int finer = shows_yarn ? std::max(1, options.yarn_side / longest) : 1;
+  const int finer = shows_yarn ? std::max(1, yarn_side / longest) : 1;
   Image image{source.width * finer, source.height * finer, 4, {}};
   image.pixels.resize(4 * source.texels() * finer * finer);
-  const std::vector<V3f> lights = directions_of(grid_of(options.lights));
+  const std::vector<V3f> lights = directions_of(grid_of(lights_of_integral));
   const V3f up(0, 0, 1);
   parallel_for(0, image.height, [&](int y) {
     for (int x = 0; x < image.width; ++x) {
@@ -204,15 +208,15 @@ V3f mean_color(const Image& image) {
   return weight > 0 ? V3f(sum / weight) : V3f(0, 0, 0);
 }
 
-Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options) {
+Fallback bake_fallback(const Fabric& fabric) {
   int level = 0;
   while (level + 1 < static_cast<int>(fabric.levels.size()) &&
-         std::max(fabric.levels[level].width, fabric.levels[level].height) > options.largest_side) {
+         std::max(fabric.levels[level].width, fabric.levels[level].height) > largest_side) {
     ++level;
   }
   const FabricLevel& source = fabric.levels[level];
   Fallback fallback;
-  fallback.base_color = base_picture(fabric, level, options);
+  fallback.base_color = base_picture(fabric, level);
   fallback.albedo = mean_color(fallback.base_color);
   fallback.holes = has_holes(fabric, level);
   fit_transmission(fabric, fallback);

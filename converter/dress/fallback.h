@@ -34,17 +34,12 @@ struct Fallback {
   V3f transmission_color{1, 1, 1};
 };
 
-struct FallbackOptions {
-  int largest_side = 1024;  ///< of the pictures; larger fabrics are baked from a coarser level
-  int yarn_side = 64;       ///< of the picture of a fabric with yarn, unless level 0 has more texels
-  int lights = 256;         ///< directions of the integral
-};
-
 /// The mean of the first three channels, weighted by alpha where there are four; black if alpha is 0
 /// everywhere.
 V3f mean_color(const Image& image);
 
-/// Precondition: a valid fabric (see validate) with at least one level.
-Fallback bake_fallback(const Fabric& fabric, const FallbackOptions& options = {});
+/// Pictures have at most 1024 pixels a side: larger fabrics are baked from a coarser level. Precondition: a
+/// valid fabric (see validate) with at least one level.
+Fallback bake_fallback(const Fabric& fabric);
 
 }  // namespace selvedge

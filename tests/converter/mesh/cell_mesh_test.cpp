@@ -2,7 +2,9 @@
 
 #include <doctest/doctest.h>
 
+#include <functional>
 #include <limits>
+#include <vector>
 
 #include "tests/require.h"
 
@@ -20,12 +22,6 @@ CellMesh triangle() {
   return mesh;
 }
 
-Error refusal(const CellMesh& mesh) {
-  const Error error = test::error_of(validate(mesh, "m"));
-  CHECK(error.file == "m");
-  return error;
-}
-
 }  // namespace
 
 TEST_CASE("bounds hold all vertices") {
@@ -34,52 +30,32 @@ TEST_CASE("bounds hold all vertices") {
   CHECK(box.max == V3f(1, 2, 5));
 }
 
-TEST_CASE("accepts a triangle") { CHECK(validate(triangle(), "m")); }
-
-TEST_CASE("refuses a mesh without triangles") {
-  CellMesh mesh = triangle();
-  mesh.triangles.clear();
-  CHECK(refusal(mesh).code == Code::mesh_empty);
-}
-
-TEST_CASE("refuses arrays of different sizes") {
-  CellMesh mesh = triangle();
-  mesh.normals.pop_back();
-  CHECK(refusal(mesh).code == Code::mesh_invalid);
-  mesh = triangle();
-  mesh.albedo.emplace_back(0.0F);
-  CHECK(refusal(mesh).code == Code::mesh_invalid);
-}
-
-TEST_CASE("refuses indices out of range, with the triangle") {
-  for (const int bad : {-1, 3}) {
+TEST_CASE("a triangle is a valid mesh, and each broken rule is refused where it is broken") {
+  CHECK(validate(triangle(), "m"));
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  struct Case {
+    Code code;
+    const char* place;
+    std::function<void(CellMesh&)> change;
+  };
+  for (const auto& [code, place, change] : std::vector<Case>{
+           {Code::mesh_empty, "", [](CellMesh& m) { m.triangles.clear(); }},
+           {Code::mesh_invalid, "", [](CellMesh& m) { m.normals.pop_back(); }},
+           {Code::mesh_invalid, "", [](CellMesh& m) { m.albedo.emplace_back(0.0F); }},
+           {Code::mesh_invalid, "triangle 1", [](CellMesh& m) { m.triangles.emplace_back(0, 1, -1); }},
+           {Code::mesh_invalid, "triangle 1", [](CellMesh& m) { m.triangles.emplace_back(0, 1, 3); }},
+           {Code::mesh_not_finite, "vertex 1", [](CellMesh& m) { m.positions[1].y = nan; }},
+           {Code::mesh_not_finite, "vertex 1", [](CellMesh& m) { m.positions[1].y = infinite; }},
+           {Code::mesh_not_finite, "vertex 2", [](CellMesh& m) { m.normals[2].x = nan; }},
+           {Code::mesh_invalid, "vertex 0", [](CellMesh& m) { m.albedo[0].x = infinite; }},
+           {Code::mesh_invalid, "period x", [](CellMesh& m) { m.period.x = 0; }},
+           {Code::mesh_invalid, "period y", [](CellMesh& m) { m.period.y = double{nan}; }}}) {
     CellMesh mesh = triangle();
-    mesh.triangles.emplace_back(0, 1, bad);
-    CHECK(refusal(mesh).code == Code::mesh_invalid);
-    CHECK(refusal(mesh).place == "triangle 1");
-  }
-}
-
-TEST_CASE("refuses vertices that are not finite, with the vertex") {
-  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-    CellMesh mesh = triangle();
-    mesh.positions[1].y = bad;
-    CHECK(refusal(mesh).code == Code::mesh_not_finite);
-    CHECK(refusal(mesh).place == "vertex 1");
-    mesh = triangle();
-    mesh.normals[2].x = bad;
-    CHECK(refusal(mesh).place == "vertex 2");
-    mesh = triangle();
-    mesh.albedo[0].x = bad;
-    CHECK(refusal(mesh).place == "vertex 0");
-  }
-}
-
-TEST_CASE("refuses periods that are not positive") {
-  for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    CellMesh mesh = triangle();
-    mesh.period.x = bad;
-    CHECK(refusal(mesh).code == Code::mesh_invalid);
-    CHECK(refusal(mesh).place == "period x");
+    change(mesh);
+    const Error error = test::error_of(validate(mesh, "m"));
+    CHECK(error.file == "m");
+    CHECK(error.code == code);
+    CHECK(error.place == place);
   }
 }

@@ -164,75 +164,64 @@ TEST_CASE("scale and up axis turn the file's frame into the cell's") {
   CHECK(mesh.albedo[2] == V3f(0.1F, 0.2F, 0.3F));
 }
 
-TEST_CASE("a bad period is refused") {
+TEST_CASE("files that cannot be read are refused where they are wrong") {
+  CHECK(test::error_of(read_mesh("no/such/mesh.obj", two_by_two)).code == Code::file_missing);
   CHECK(refusal("p.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", {.period = V2d(0, 1)}).code ==
         Code::mesh_invalid);
-}
-
-TEST_CASE("missing files and unknown endings are refused") {
-  CHECK(test::error_of(read_mesh("no/such/mesh.obj", two_by_two)).code == Code::file_missing);
-  CHECK(refusal("mesh.3ds", "x").code == Code::mesh_invalid);
-}
-
-TEST_CASE("meshes without triangles are refused") {
-  CHECK(refusal("e.obj", "").code == Code::mesh_empty);
-  CHECK(refusal("e.obj", "v 0 0 0\n").code == Code::mesh_empty);
-  CHECK(refusal("e.ply", ply_header("ascii", 1, xyz, 0) + "0 0 0\n").code == Code::mesh_empty);
-}
-
-TEST_CASE("cut-short files are refused") {
-  const std::string text = ply_header("ascii", 3, xyz, 1) + triangle_rows;
-  for (const std::size_t left : {2U, 8U, 20U, 60U, 100U, 150U}) {
-    REQUIRE(left < text.size());
-    CAPTURE(left);
-    CHECK(refusal("cut.ply", text.substr(0, left)).code == Code::file_damaged);
+  const std::string points = "v 0 0 0 1 1 1\nv 1 0 0\nv 0 1 0\nvn 0 0 1\n";
+  const std::string noise = "\x89PNG\r\n\x1a\n" + std::string(200, '\x7f');
+  std::string nan = ply_header("binary_little_endian", 3, xyz, 1);
+  append<float>(nan, {0, 0, 0, 1, std::nanf(""), 0, 0, 1, 0});
+  append<std::uint8_t>(nan, {3});
+  append<std::int32_t>(nan, {0, 1, 2});
+  struct Case {
+    const char* name;
+    std::string text;
+    Code code;
+    const char* place;
+  };
+  for (const Case& one : std::vector<Case>{
+           {"e.obj", "", Code::mesh_empty, ""},
+           {"e.obj", "v 0 0 0\n", Code::mesh_empty, ""},
+           {"e.ply", ply_header("ascii", 1, xyz, 0) + "0 0 0\n", Code::mesh_empty, ""},
+           {"mesh.3ds", "x", Code::mesh_invalid, ""},
+           {"noise.ply", noise, Code::file_damaged, "line 1"},
+           {"noise.obj", noise, Code::mesh_empty, ""},
+           {"word.obj", "v 0 0 0\nf a b c\n", Code::file_damaged, "line 2"},
+           {"slash.obj", "v 0 0 0\nf /1 /1 /1\n", Code::file_damaged, "line 2"},
+           {"cut.obj", points + "f 1 2", Code::file_damaged, "line 5"},
+           {"cut.obj", "v 0 0 0\nv 1 0", Code::file_damaged, "line 2"},
+           {"nan.obj", "v 0 0 0\nv 1 nan 0\n", Code::mesh_not_finite, "line 2"},
+           {"nan.obj", "v 0 0 0\nv 1 inf 0\n", Code::mesh_not_finite, "line 2"},
+           {"nan.obj", "v 0 0 0\nv 1 1e60 0\n", Code::mesh_not_finite, "line 2"},
+           {"nan.ply", nan, Code::mesh_not_finite, "vertex 1"},
+           {"range.obj", points + "f 1 2 4", Code::file_damaged, "line 5"},
+           {"range.obj", points + "f 1 2 -9", Code::file_damaged, "line 5"},
+           {"range.obj", points + "f 99999//1 2//1 0//1", Code::file_damaged, "line 5"},
+           {"range.obj", points + "f 1 2 99999999999", Code::file_damaged, "line 5"},
+           {"range.ply", ply_header("ascii", 3, xyz, 1) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
+            Code::file_damaged, "face 0"},
+           // Counts of more than the file holds are refused at once.
+           {"huge.ply", ply_header("binary_little_endian", 2000000000, xyz, 0), Code::file_damaged,
+            "vertex 0"},
+           {"huge.ply", ply_header("ascii", 2000000000, xyz, 9), Code::file_damaged, "vertex 0"}}) {
+    CAPTURE(one.text);
+    const Error error = refusal(one.name, one.text);
+    CHECK(error.code == one.code);
+    CHECK(error.place == one.place);
   }
-  CHECK(refusal("cut.ply", text.substr(0, text.size() - 3)).code == Code::file_damaged);
+}
+
+TEST_CASE("PLY files that are cut short are refused") {
+  const std::string text = ply_header("ascii", 3, xyz, 1) + triangle_rows;
   std::string binary = ply_header("binary_little_endian", 3, xyz, 1);
   append<float>(binary, {0, 0, 0, 1, 0, 0, 0, 1, 0});
-  CHECK(refusal("cut.ply", binary).code == Code::file_damaged);
-  CHECK(refusal("cut.ply", binary.substr(0, binary.size() - 10)).code == Code::file_damaged);
-  const Error face = refusal("cut.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2");
-  CHECK(face.code == Code::file_damaged);
-  CHECK(face.place == "line 4");
-  CHECK(refusal("cut.obj", "v 0 0 0\nv 1 0").place == "line 2");
-}
-
-TEST_CASE("headers that promise more than the file holds are refused at once") {
-  CHECK(refusal("huge.ply", ply_header("binary_little_endian", 2000000000, xyz, 0)).code ==
-        Code::file_damaged);
-  CHECK(refusal("huge.ply", ply_header("ascii", 2000000000, xyz, 2000000000)).code == Code::file_damaged);
-}
-
-TEST_CASE("files that are something else are refused") {
-  const std::string noise = "\x89PNG\r\n\x1a\n" + std::string(200, '\x7f');
-  CHECK(refusal("noise.ply", noise).code == Code::file_damaged);
-  CHECK(refusal("noise.obj", noise).code == Code::mesh_empty);
-  CHECK(refusal("word.obj", "v 0 0 0\nf a b c\n").place == "line 2");
-  CHECK(refusal("slash.obj", "v 0 0 0\nf /1 /1 /1\n").place == "line 2");
-}
-
-TEST_CASE("vertices that are not finite are refused") {
-  for (const char* bad : {"nan", "inf", "1e60"}) {
-    const Error error = refusal("nan.obj", std::string("v 0 0 0\nv 1 ") + bad + " 0\nv 0 1 0\nf 1 2 3\n");
-    CHECK(error.code == Code::mesh_not_finite);
-    CHECK(error.place == "line 2");
-  }
-  std::string binary = ply_header("binary_little_endian", 3, xyz, 1);
-  append<float>(binary, {0, 0, 0, 1, std::nanf(""), 0, 0, 1, 0});
   append<std::uint8_t>(binary, {3});
   append<std::int32_t>(binary, {0, 1, 2});
-  const Error error = refusal("nan.ply", binary);
-  CHECK(error.code == Code::mesh_not_finite);
-  CHECK(error.place == "vertex 1");
-}
-
-TEST_CASE("faces that refer to absent vertices are refused where they stand") {
-  const std::string points = "v 0 0 0 1 1 1\nv 1 0 0\nv 0 1 0\nvn 0 0 1\n";
-  for (const char* face : {"f 1 2 4", "f 1 2 -9", "f 99999//1 2//1 0//1", "f 1 2 99999999999"})
-    CHECK(refusal("range.obj", points + face).place == "line 5");
-  CHECK(refusal("range.ply", ply_header("ascii", 3, xyz, 1) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n").place ==
-        "face 0");
+  for (const std::string& whole : {text, binary}) {
+    for (std::size_t size = 0; size + 2 < whole.size(); ++size)
+      CHECK(refusal("cut.ply", whole.substr(0, size)).code == Code::file_damaged);
+  }
 }
 
 TEST_CASE("a stitch written and read again is the same mesh") {

@@ -85,7 +85,7 @@ TEST_CASE("gltf scene: garments have the triangles, vertices and bounds that oth
     if (whole && row["prims_without_normals"] == "0")
       CHECK(counts.vertices == std::stoul(row["decoded_verts"]));
     // The table's bounds hold for meshes that are neither morphed, skinned nor copied; at rest that is
-    // the same for most. tests/node/rest.mjs asks another program about these.
+    // the same for most.
     const bool posed = file.find("SimpleInstancing") != std::string::npos ||
                        file.find("MorphPrimitivesTest") != std::string::npos ||
                        file.find("RiggedSimple/glTF-Draco") != std::string::npos;
