@@ -16,9 +16,8 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   };
   const auto levels = static_cast<int>(fabric.levels.size());
   if (levels == 0) return fail(Code::fabric_malformed, "", "", "the fabric has no level");
-  const int first = fabric.first_level();
-  if (options.level != -1 && (options.level < first || options.level >= first + levels))
-    return refuse("--level", fmt::format("must lie between {} and {}", first, first + levels - 1));
+  if (options.level != -1 && (options.level < 0 || options.level >= levels))
+    return refuse("--level", fmt::format("must lie between 0 and {}", levels - 1));
   if (options.repeats.x < 1 || options.repeats.y < 1 || options.repeats.x > 10000 ||
       options.repeats.y > 10000)
     return refuse("--repeats", "must lie between 1x1 and 10000x10000");
@@ -28,7 +27,7 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   if (!std::isfinite(length) || !(options.view.z > 0))
     return refuse("--view", "must have z > 0 and be finite");
 
-  const FabricLevel& level = fabric.levels[std::max(options.level - first, 0)];
+  const FabricLevel& level = fabric.levels[std::max(options.level, 0)];
   const V2d pixels = V2d(level.width, level.height) * V2d(options.repeats) * options.pixels_per_texel;
   if (!(pixels.x <= index_pass_side_limit && pixels.y <= index_pass_side_limit))
     return refuse("--pixels-per-texel",

@@ -38,9 +38,7 @@ py::dict read_exr(const std::string& path) {
       channels[part.channels[c].name.c_str()] =
           plane_of(read.planes[c], part.channels[c].half, read.height, read.width);
     py::dict attributes;
-    for (const auto& [name, value] : part.attributes) {
-      if (const auto* text = std::get_if<std::string>(&value)) attributes[name.c_str()] = *text;
-    }
+    for (const auto& [name, text] : part.attributes) attributes[name.c_str()] = text;
     parts[part.name.c_str()] = py::make_tuple(attributes, channels);
   }
   return parts;
@@ -79,7 +77,7 @@ void write_samples(const std::string& path, const py::dict& parts) {
     auto writer = ExrWriter::create(file->temporary(), heads);
     if (!writer) return tl::unexpected(writer.error());
     for (std::size_t k = 0; k < heads.size(); ++k) {
-      if (auto good = writer->write_rows(static_cast<int>(k), all[k]); !good) return good;
+      if (auto good = writer->write_level(static_cast<int>(k), 0, all[k]); !good) return good;
     }
     if (auto good = writer->commit(); !good) return good;
     if (auto good = read_samples(file->temporary()); !good) return tl::unexpected(good.error());

@@ -17,15 +17,12 @@ struct OpenFabric {
   FabricFile file;
 };
 
-OpenFabric open_fabric(const std::string& path, int first, int last) {
+OpenFabric open_fabric(const std::string& path) {
   FabricProblem problem;
-  FabricReadOptions options;
-  options.first_level = first;
-  options.last_level = last;
   std::optional<FabricFile> file;
   {
     const py::gil_scoped_release unlock;
-    file = FabricFile::open(path, &problem, options);
+    file = FabricFile::open(path, &problem);
   }
   if (!file)
     raise(problem.code, problem.file, problem.place, problem.message,
@@ -44,8 +41,8 @@ py::object shared(std::span<const T> values, std::vector<py::ssize_t> shape, con
 
 py::dict level_of(const py::object& self, int level) {
   const auto& file = self.cast<const OpenFabric&>().file;
-  if (!file.has_level(level)) throw py::index_error("the level was not read, or does not exist");
   const FabricLevelData data = file.level(level);
+  if (data.width == 0) throw py::index_error("the fabric does not have this level");
   const FabricFacts& facts = file.facts();
   const py::ssize_t h = data.height;
   const py::ssize_t w = data.width;
@@ -98,8 +95,7 @@ py::array_t<float> answered(const char* first, const Directions& with, const Dir
     good = answer(a, v, values);
   }
   if (!good)
-    throw py::value_error(
-        "the level was not read, has no such texel, or a number is not finite or out of its range");
+    throw py::value_error("there is no such level or texel, or a number is not finite or out of its range");
   return out;
 }
 
@@ -156,7 +152,7 @@ OpenFabric turned_over(const OpenFabric& fabric) {
     const py::gil_scoped_release unlock;
     turned = fabric.file.turned_over();
   }
-  if (!turned) throw py::value_error("no level was read");
+  if (!turned) throw py::value_error("too little memory");
   return {std::move(*turned)};
 }
 
@@ -168,9 +164,6 @@ py::dict facts_of(const OpenFabric& fabric) {
   all["thickness_mm"] = facts.thickness_mm;
   all["levels"] = facts.levels;
   all["radiance_scale"] = facts.radiance_scale;
-  all["whole_texels"] = facts.whole_texels;
-  all["whole_level"] = facts.whole_level;
-  all["whole_levels"] = facts.whole_levels;
   all["views"] = std::pair(facts.view_columns, facts.view_rows);
   all["lights"] = std::pair(facts.light_columns, facts.light_rows);
   return all;
@@ -188,7 +181,6 @@ py::array_t<float> grid_directions(int columns, int rows) {
 void add_fabric(py::module_& core) {
   py::class_<OpenFabric>(core, "Fabric")
       .def("facts", &facts_of)
-      .def("has_level", [](const OpenFabric& fabric, int level) { return fabric.file.has_level(level); })
       .def("level", &level_of)
       .def("evaluate", &evaluate)
       .def("evaluate_at", &evaluate_at)

@@ -72,7 +72,7 @@ def _verb(name):
     return verb
 
 
-for _name in ("stitch", "import", "bake", "fit", "make", "plan", "dress", "repack", "reattach", "check", "info",
+for _name in ("stitch", "import", "bake", "fit", "make", "plan", "dress", "reattach", "check", "info",
               "evaluate", "compare", "swatch"):
     globals()[_name + "_" * (_name == "import")] = _verb(_name)  # import_: the other is Python's own word
 
@@ -96,10 +96,10 @@ def _parted(values, shape):
 
 
 class Fabric:
-    """A fabric file, or its levels first_level to last_level. Any number of threads may use one."""
+    """A fabric file. Any number of threads may use one."""
 
-    def __init__(self, path, first_level=0, last_level=1000):
-        self._take(core.open_fabric(os.fsencode(path), first_level, last_level))
+    def __init__(self, path):
+        self._take(core.open_fabric(os.fsencode(path)))
 
     def _take(self, opened):
         self._core = opened

@@ -8,7 +8,7 @@ std::string triple(const V3f& v) { return fmt::format("{: .3f} {: .3f} {: .3f}",
 }  // namespace
 
 void show_messages(const PanelInfo& info, float width) {
-  if (info.message.empty() && info.picture.warnings.empty()) return;
+  if (info.message.empty()) return;
   const float left = scaled(90);  // beside the lights
   ImGui::SetNextWindowPos(ImVec2(left, ImGui::GetIO().DisplaySize.y - scaled(10)), 0, ImVec2(0, 1));
   ImGui::SetNextWindowBgAlpha(0.6F);
@@ -16,8 +16,7 @@ void show_messages(const PanelInfo& info, float width) {
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs |
                    ImGuiWindowFlags_NoFocusOnAppearing);
   ImGui::PushTextWrapPos(std::max(width - 2 * left, left));
-  if (!info.message.empty()) ImGui::TextUnformatted(info.message.c_str());
-  for (const Error& warning : info.picture.warnings) ImGui::TextUnformatted(to_line(warning).c_str());
+  ImGui::TextUnformatted(info.message.c_str());
   ImGui::PopTextWrapPos();
   ImGui::End();
 }

@@ -148,19 +148,13 @@ Json to_json(const RenderStats& stats) {
 }
 
 Json to_json(const Subject& subject, const RenderStats& stats) {
-  Json warnings = Json::array();
-  for (const Error& issue : subject.issues) warnings.push_back(to_line(issue));
-  Json levels = Json::array();
-  for (const LevelRange& range : subject.levels) levels.push_back({range.first, range.last});
   return {{"fabrics", subject.fabrics.size()},
-          {"fabricLevels", levels},
-          {"fabricBytes", {{"read", subject.bytes_read}, {"inFiles", subject.file_bytes}}},
+          {"fabricBytes", subject.file_bytes},
           {"triangles", stats.triangles},
           {"layers", stats.layers},
           {"coveredPixels", stats.covered_pixels},
           {"evaluatedPixels", stats.evaluated_pixels},
           {"remarks", stats.remarks},
-          {"warnings", warnings},
           {"seconds", to_json(stats)}};
 }
 
@@ -183,7 +177,6 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Series& serie
 
 void print_remarks(const Shot& shot, const Series& series) {
   for (std::size_t i = 0; i < shot.subjects.size(); ++i) {
-    for (const Error& issue : shot.subjects[i].issues) report_issue(issue);
     for (const std::vector<std::string>& remarks :
          {shot.subjects[i].scene.remarks, series.stats()[i].remarks}) {
       for (const std::string& remark : remarks)

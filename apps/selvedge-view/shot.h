@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "apps/selvedge-view/render_options.h"
-#include "format/scene/level_bounds.h"
 #include "viewer/load.h"
 
 namespace selvedge {
@@ -16,10 +15,7 @@ struct Subject {
   std::string file;
   Scene scene;
   std::vector<Fabric> fabrics;
-  std::vector<LevelRange> levels;  ///< levels read of each fabric
-  std::uint64_t bytes_read = 0;    ///< of the fabric files
-  std::uint64_t file_bytes = 0;
-  Issues issues;  ///< warnings
+  std::uint64_t file_bytes = 0;  ///< of the fabric files
 };
 
 /// One or two subjects, and how to draw them.

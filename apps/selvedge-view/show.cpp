@@ -119,13 +119,13 @@ Result<int> run(const ShowCommand& command) {
   }
   Tailor tailor = must(make_tailor(command.picture.limits));
   std::string garment = command.picture.input;
-  OpenScene scene = is_fabric ? OpenScene{} : must(open_scene(garment, {}, command.picture.limits));
-  const auto wears_nothing = [](const OpenScene& of) {
+  LoadedScene scene = is_fabric ? LoadedScene{} : must(load_scene(garment, {}, command.picture.limits));
+  const auto wears_nothing = [](const LoadedScene& of) {
     return std::ranges::all_of(fabrics_of(of.scene), [](int fabric) { return fabric < 0; });
   };
   if (!is_fabric && !files.empty() && wears_nothing(scene)) {
     garment = must(tailor.dress(garment, files.front()));
-    scene = must(open_scene(garment, {}, command.picture.limits));
+    scene = must(load_scene(garment, {}, command.picture.limits));
     files.erase(files.begin());
   }
   if (!command.common.quiet) {
@@ -138,7 +138,7 @@ Result<int> run(const ShowCommand& command) {
   if (!gl) return tl::unexpected(gl.error());
   Result<std::unique_ptr<ShowPicture>> picture =
       is_fabric ? ShowPicture::create(std::move(swatch->scene), std::move(swatch->fabrics))
-                : ShowPicture::create(std::move(scene));
+                : ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics));
   if (!picture) return tl::unexpected(picture.error());
   for (const std::string& path : files) {
     if (const auto good = (*picture)->add_fabric(path); !good) return tl::unexpected(good.error());

@@ -79,11 +79,8 @@ Json ShowLoop::to_json() const {
               {"path", path_names[state_.path]},
               {"levels", {{"forced", state_.levels.forced}, {"blend", state_.levels.blend}}},
               {"fabrics", state_.worn.fabrics},
-              {"fabricBytes", {{"read", picture_->bytes_read}, {"inFiles", picture_->file_bytes}}},
               {"command", command()},
               {"message", message_}};
-  all["warnings"] = Json::array();
-  for (const Error& warning : picture_->warnings) all["warnings"].push_back(to_line(warning));
   all["lights"] = Json::array();
   for (const Light& light : picture_->lights) all["lights"].push_back(json_of(light));
   all["probe"] = probe_ ? json_of(*probe_, picture_->fabric_names) : Json();

@@ -1,15 +1,24 @@
-// evaluate: the reflectance of a fabric at one point, for one light and one view.
+// evaluate: the reflectance of a fabric at one point, for one light and one view; or answers to queries on
+// standard input, one a line (spec/conformance, the query protocol).
 #include <fmt/format.h>
+
+#include <iostream>
+#include <map>
 
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
-#include "apps/selvedge/fabric_query.h"
+#include "apps/selvedge/file_kind.h"
+#include "apps/selvedge/query_json.h"
+#include "format/base/guard.h"
+#include "format/base/json_text.h"
+#include "format/base/option_text.h"
 
 namespace selvedge {
 namespace {
 
 struct EvaluateCommand {
   CommonOptions common;
+  bool queries = false;
   std::string fabric;
   double level = 0;
   std::optional<V2i> texel;
@@ -21,7 +30,9 @@ struct EvaluateCommand {
 
 void declare(Options& options, EvaluateCommand& command) {
   options.common(command.common);
-  options.text("fabric", command.fabric, "FILE", "The fabric file").required();
+  options.text("fabric", command.fabric, "FILE", "The fabric file");
+  options.flag("--queries", command.queries,
+               "Answer queries on standard input, one JSON object a line, as spec/conformance has them");
   options.number("--level", command.level, "K",
                  "Mip level; with --uv a fraction blends two, and -1 is the yarn itself");
   const Option texel = options.text("--texel", "X,Y", "Texel of the level, 0,0 at the top left",
@@ -35,7 +46,13 @@ void declare(Options& options, EvaluateCommand& command) {
   options.vector("--view", command.view, "X,Y,Z", "Towards the viewer (default 0,0,1)");
   options.flag("--behind", command.behind,
                "The cloth is seen from behind: z of light and view points out of its back");
-  options.check([&command] {
+  options.check([&options, &command] {
+    if (command.queries) {
+      options.refuse_if(true, "has no effect with --queries",
+                        {"fabric", "--level", "--texel", "--uv", "--light", "--view", "--behind", "--json"});
+      return;
+    }
+    if (command.fabric.empty()) refuse("evaluate", "a fabric file is required");
     if (!command.texel && !command.uv) refuse("evaluate", "--texel or --uv is required");
     const auto unit = [](const char* option, const V3d& v) {
       const std::optional<V3d> direction = direction_of(v);
@@ -65,7 +82,81 @@ Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& qu
   return shading;
 }
 
+/// Answers queries of spec/conformance; keeps the files that it has read.
+class Answerer {
+ public:
+  Result<Json> answer(const std::string& line) {
+    const nlohmann::json query = parse_json(line);
+    if (!query.is_object()) return malformed("", "is not a JSON object");
+    const auto op = query.find("op");
+    const auto file = query.find("file");
+    if (file == query.end() || !file->is_string()) return malformed("file", "is missing or not a string");
+    if (op != query.end() && *op == "evaluate") return shade(file->get<std::string>(), query_from(query));
+    if (op != query.end() && *op == "environment")
+      return shade(file->get<std::string>(), environment_query_from(query));
+    if (op != query.end() && *op == "check") return check(file->get<std::string>());
+    return malformed("op", "is not evaluate, environment or check");
+  }
+
+ private:
+  template <class Query>
+  Result<Json> shade(const std::string& file, const Result<Query>& query) {
+    if (!query) return tl::unexpected(query.error());
+    const auto fabric = fabric_named(file);
+    if (!fabric) return tl::unexpected(fabric.error());
+    const auto shading = shade(**fabric, *query);
+    if (!shading) return tl::unexpected(shading.error());
+    const V3f& rgb = shading->radiance;
+    return Json{{"rgb", {rgb.x, rgb.y, rgb.z}}, {"alpha", shading->alpha}};
+  }
+  static Result<Shading> shade(QueriedFabric& fabric, const FabricQuery& query) {
+    return fabric.shade(query);
+  }
+  static Result<Shading> shade(QueriedFabric& fabric, const EnvironmentQuery& query) {
+    return shown(fabric, query);
+  }
+
+  static Result<Json> check(const std::string& file) {
+    // Unrecognisable content: the name decides.
+    const bool named_gltf = has_ending(file, ".gltf") || has_ending(file, ".glb");
+    const FileKind kind = kind_of(file).value_or(named_gltf ? FileKind::gltf : FileKind::fabric);
+    Json issues = Json::array();
+    for (const Error& issue : check_file(file, kind)) {
+      issues.push_back(to_json(issue));
+      issues.back().erase("file");
+    }
+    return Json{{"issues", issues}};
+  }
+
+  Result<QueriedFabric*> fabric_named(const std::string& file) {
+    const auto found = open_.find(file);
+    if (found != open_.end()) return &found->second;
+    auto fabric = QueriedFabric::open(file);
+    if (!fabric) return tl::unexpected(fabric.error());
+    // Limited, since each entry holds a whole fabric.
+    constexpr std::size_t max_open = 16;
+    if (open_.size() >= max_open) open_.clear();
+    return &open_.emplace(file, std::move(*fabric)).first->second;
+  }
+
+  std::map<std::string, QueriedFabric> open_;
+};
+
+Result<int> answer_queries() {
+  Answerer answerer;
+  for (std::string line; std::getline(std::cin, line);) {
+    const auto answer = guarded("", [&] { return answerer.answer(line); });
+    const Json said = answer ? *answer
+                             : Json{{"error", name_of(answer.error().code)},
+                                    {"place", answer.error().place},
+                                    {"message", answer.error().message}};
+    std::cout << said.dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;
+  }
+  return 0;
+}
+
 Result<int> run(const EvaluateCommand& command) {
+  if (command.queries) return answer_queries();
   const FabricQuery query{command.level,      command.texel,     command.uv,
                           V3f(command.light), V3f(command.view), command.behind};
   const auto shading = must(shading_at(command, query));

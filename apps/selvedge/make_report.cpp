@@ -111,14 +111,12 @@ Json yarn_json(const FabricReader& reader) {
       {"curves", yarns.curves},
       {"nodes", yarns.nodes},
       {"bytes", reader.packed_bytes(LayerKind::yarns, 0) + reader.packed_bytes(LayerKind::indirect, 0)}};
-  if (yarns.fields >= fields_with_strands) json["strands"] = true;
   return json;
 }
 
 std::string yarn_text(const Json& yarn) {
   const int curves = yarn["curves"].get<int>();
-  return fmt::format("{} curve{}{}, {} nodes, {} bytes", curves, curves == 1 ? "" : "s",
-                     yarn.contains("strands") ? " of strands" : "", yarn["nodes"].dump(),
+  return fmt::format("{} curve{}, {} nodes, {} bytes", curves, curves == 1 ? "" : "s", yarn["nodes"].dump(),
                      yarn["bytes"].dump());
 }
 

@@ -13,7 +13,6 @@
 #include "format/picture/display.h"
 #include "format/picture/studio.h"
 #include "format/picture/swatch_picture.h"
-#include "format/scene/level_bounds.h"
 
 namespace selvedge {
 namespace {
@@ -78,7 +77,6 @@ void declare(Options& options, SwatchCommand& command) {
 struct Drawn {
   Frame frame;
   std::optional<TruthSwatch> truth;
-  Issues warnings;
   double seconds = 0;
 };
 
@@ -115,23 +113,10 @@ Drawn trace(const SwatchCommand& command) {
   return drawn;
 }
 
-/// Levels that the picture may need but a partial fabric lacks.
-Issues missing_levels_of(const SwatchCommand& command, const FabricHeader& header, const SwatchShot& shot) {
-  if (command.levels.forced >= 0) return {};
-  const FabricHeader* const headers[] = {&header};
-  std::vector<LackingLevels> lacking;
-  levels_asked(swatch_scene(V2d(header.period_mm), shot), shot.camera, shot.height, command.levels, headers,
-               &lacking);
-  if (!lacking[0].any()) return {};
-  return {lacking_issue(command.input, header, lacking[0])};
-}
-
 Drawn draw(const SwatchCommand& command) {
-  auto reader = must(FabricReader::open(command.input));
-  const auto fabric = must(reader.read());
+  const auto fabric = must(read_fabric(command.input));
   const SwatchShot shot = shot_of(command, V2d(fabric.period_mm));
   Drawn drawn;
-  drawn.warnings = missing_levels_of(command, reader.header(), shot);
   const auto start = std::chrono::steady_clock::now();
   drawn.frame = draw_swatch(fabric, shot, command.levels);
   drawn.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -152,10 +137,9 @@ Drawn make(SwatchCommand command) {
 
 Result<int> run(const SwatchCommand& command) {
   const auto drawn = make(command);
-  const Json warnings = report_warnings(command.common, drawn.warnings);
-  Json json = {{"input", command.input},   {"output", command.output}, {"place", name_of(command.place)},
-               {"width", command.size.x},  {"height", command.size.y}, {"truth", command.truth},
-               {"seconds", drawn.seconds}, {"warnings", warnings}};
+  Json json = {{"input", command.input},  {"output", command.output}, {"place", name_of(command.place)},
+               {"width", command.size.x}, {"height", command.size.y}, {"truth", command.truth},
+               {"seconds", drawn.seconds}};
   std::string text = fmt::format("{} swatch, {}x{} pixels, in {:.2f} s", name_of(command.place),
                                  command.size.x, command.size.y, drawn.seconds);
   if (drawn.truth) {

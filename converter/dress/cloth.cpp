@@ -46,7 +46,7 @@ Cloth read_cloth(const std::string& path, const std::string& output_path, const 
                  SceneLimits& limits) {
   FabricReader reader = must(FabricReader::open(path, {.memory = limits.document.memory}));
   Cloth cloth{must(reader.read()), {}, {}};
-  limits.document.memory -= reader.memory_of(0, reader.header().levels - 1);
+  limits.document.memory -= reader.memory();
   must(check_options(options, options.mm_per_repeat.value_or(V2d(cloth.fabric.period_mm))));
   cloth.source = must(source_of(path, output_path, options.embed.value_or(has_ending(output_path, ".glb"))));
   cloth.digest = must(digest_of_fabric(path));

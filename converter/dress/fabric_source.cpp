@@ -18,10 +18,9 @@ Result<std::string> digest_in(const Result<ExrReader>& reader) {
   if (!reader) return tl::unexpected<Error>(reader.error());
   const auto& attributes = reader->parts().front().attributes;
   const auto found = attributes.find(names::attribute_digest);
-  if (found == attributes.end() || !std::holds_alternative<std::string>(found->second)) {
+  if (found == attributes.end())
     return fail(Code::fabric_malformed, reader->name(), names::attribute_digest, "is not a fabric file");
-  }
-  return std::get<std::string>(found->second);
+  return found->second;
 }
 
 }  // namespace

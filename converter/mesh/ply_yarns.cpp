@@ -125,8 +125,8 @@ Result<void> add_curves(const PlyFile& ply, const std::string& path, CellMesh& m
   const auto of_curves =
       static_cast<std::int64_t>(values.size()) - std::int64_t{values_per_node} * counts.nodes;
   const std::int64_t fields = of_curves / counts.curves;
-  const bool whole = fields >= fields_of_round_yarn && fields <= FabricLimits{}.fields &&
-                     fields * counts.curves == of_curves;
+  const bool whole =
+      fields >= min_yarn_fields && fields <= FabricLimits{}.fields && fields * counts.curves == of_curves;
   if (whole) counts.fields = static_cast<int>(fields);
   for (int c = 0; whole && c < counts.curves; ++c) stations += static_cast<double>(values[counts.curves + c]);
   if (!whole || !(stations >= 1 && stations <= max_stations))

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "format/exr/unpack.h"
+#include "format/exr/exr.h"
 
 namespace selvedge {
 

@@ -11,7 +11,7 @@ namespace selvedge {
 std::span<const CodeRow> code_table() {
   using enum Code;
   using enum Severity;
-  static constexpr std::array<CodeRow, 50> rows{{
+  static constexpr std::array<CodeRow, 47> rows{{
       {file_missing, error, "FILE_MISSING", "The named file does not exist."},
       {file_unreadable, error, "FILE_UNREADABLE", "The file exists but cannot be opened or read."},
       {file_unwritable, error, "FILE_UNWRITABLE", "The output cannot be written; nothing is left behind."},
@@ -34,16 +34,14 @@ std::span<const CodeRow> code_table() {
       {samples_outlier, warning, "SAMPLES_OUTLIER",
        "A sample stands far out of all around it; a fit follows it, and its texel is wrong."},
       {fabric_malformed, error, "FABRIC_MALFORMED", "The EXR file is not a fabric file."},
-      {fabric_version, error, "FABRIC_VERSION", "The fabric file is of another major version."},
-      {fabric_unsupported, error, "FABRIC_UNSUPPORTED",
-       "The fabric has a layer or a layout that this reader does not know."},
+      {fabric_version, error, "FABRIC_VERSION", "The fabric file is of a version that is not read."},
+      {fabric_unsupported, error, "FABRIC_UNSUPPORTED", "The fabric has an unknown layer or layout."},
       {fabric_member, error, "FABRIC_MEMBER",
        "A member of the attribute text is missing, of the wrong type or out of range."},
       {fabric_part, error, "FABRIC_PART",
        "A part of the fabric file is missing or laid out against the rules."},
       {fabric_channel, error, "FABRIC_CHANNEL",
-       "A channel is missing, or of a name or precision that the rules forbid."},
-      {fabric_lossy, error, "FABRIC_LOSSY", "A data part is stored with lossy compression."},
+       "A channel is missing, or a layer needs more channels than a part can have."},
       {fabric_not_finite, error, "FABRIC_NOT_FINITE", "A stored value is NaN, infinite or out of range."},
       {fabric_digest, error, "FABRIC_DIGEST",
        "A digest is missing, or differs from the attributes, names or pixels."},
@@ -56,9 +54,6 @@ std::span<const CodeRow> code_table() {
       {fabric_energy, warning, "FABRIC_ENERGY", "A texel reflects more light than it receives."},
       {fabric_levels, warning, "FABRIC_LEVELS",
        "Levels are missing, or a layer is on some of the levels only."},
-      {fabric_advice, warning, "FABRIC_ADVICE",
-       "Legal, but a tool may be misled: mirrors that differ, unlisted levels that are not zero, "
-       "unknown members."},
       {gltf_malformed, error, "GLTF_MALFORMED", "The glTF file breaks a rule of the glTF specification."},
       {gltf_unsupported, error, "GLTF_UNSUPPORTED", "A required glTF feature is not supported."},
       {gltf_accessor, error, "GLTF_ACCESSOR",
@@ -72,7 +67,6 @@ std::span<const CodeRow> code_table() {
       {gltf_alpha, warning, "GLTF_ALPHA",
        "The alpha mode hides the holes of the fabric, or blends a fabric that has none."},
       {gltf_transform, warning, "GLTF_TRANSFORM", "Fabric and fallback do not lie alike on the surface."},
-      {gltf_mirror, warning, "GLTF_MIRROR", "The mirror in extras is missing or differs from the extension."},
       {gltf_advice, warning, "GLTF_ADVICE", "Legal, but unwise: see the message."},
       {material_missing, error, "MATERIAL_MISSING",
        "The garment has no material of that name, or none to work on."},

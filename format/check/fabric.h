@@ -1,7 +1,9 @@
-// The checker of fabric files: it lists all broken rules; a reader stops at the first.
+// The checker of fabric files: the reader (FabricReader), which goes on after an error, and warnings about
+// good files.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -10,11 +12,16 @@
 
 namespace selvedge {
 
-/// Decodes every chunk of every level and reports every rule of spec/fabric.md that the file breaks, errors
-/// and warnings. Empty: a good file. Places are JSON pointers into the attribute text, or
-/// "part/level N/channel/x,y".
-Issues check_fabric(const std::string& path, const FabricLimits& limits = {});
-Issues check_fabric(std::span<const std::uint8_t> bytes, const std::string& name,
-                    const FabricLimits& limits = {});
+struct CheckedFabric {
+  Issues issues;                 ///< empty: a good file
+  std::optional<Fabric> fabric;  ///< unless there are errors
+  std::string digest;            ///< of its header
+};
+
+/// Places are JSON pointers into the attribute text, or "part/level N/channel/x,y". Warnings are
+/// FABRIC_LEVELS, FABRIC_PEAK and FABRIC_ENERGY.
+CheckedFabric check_fabric(const std::string& path, const FabricLimits& limits = {});
+CheckedFabric check_fabric(std::span<const std::uint8_t> bytes, const std::string& name,
+                           const FabricLimits& limits = {});
 
 }  // namespace selvedge

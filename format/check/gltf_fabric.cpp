@@ -12,7 +12,6 @@
 #include "format/check/fabric.h"
 #include "format/check/gltf.h"
 #include "format/fabric/evaluate.h"
-#include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/material_uses.h"
@@ -130,19 +129,14 @@ class FabricCheck {
       return {};
     }
     const FabricLimits limits{.memory = scene_.memory_left};
-    Issues found =
+    CheckedFabric checked =
         embedded ? check_fabric(fabric.bytes, document_.file, limits) : check_fabric(fabric.path, limits);
-    for (Error& issue : found) {
+    for (Error& issue : checked.issues) {
       if (embedded) issue.place = issue.place.empty() ? place : place + ": " + issue.place;
     }
-    issues_.add(found);
-    if (has_error(found)) return {};
-    auto reader = embedded ? FabricReader::open(fabric.bytes, document_.file, limits)
-                           : FabricReader::open(fabric.path, limits);
-    if (!reader) return {};
-    const auto level = reader->read_levels(0, 0, {LayerKind::opacity});
-    if (!level) return {};
-    return FabricFacts{has_holes(*level, 0), reader->digest()};
+    issues_.add(checked.issues);
+    if (!checked.fabric) return {};
+    return FabricFacts{has_holes(*checked.fabric, 0), checked.digest};
   }
 
   void check_material(const Json& material, int number) {
@@ -175,7 +169,6 @@ class FabricCheck {
                     "no TANGENT for the fallback's normalTexture: viewers make their own");
       });
     }
-    check_mirror(material, place, *reference);
     if (const Entry& facts = entries_[reference->fabric]) check_alpha(material, place, facts->holes);
   }
 
@@ -291,43 +284,6 @@ class FabricCheck {
       issues_.add(Code::gltf_fallback, place,
                   fmt::format("{} of its sampler {} is {}: it does not repeat as the fabric does", axis,
                               number, number_of(wrap, 0)));
-    }
-  }
-
-  void check_mirror(const Json& material, const std::string& place, const FabricReference& reference) {
-    const std::string where = fmt::format("{}/extras/{}", place, fabric_extension);
-    const Json& mirror = member(member(material, "extras"), fabric_extension);
-    if (!mirror.is_object()) {
-      return issues_.add(Code::gltf_mirror, where,
-                         "is missing: tools that drop the extension lose the fabric");
-    }
-    const auto differs = [&](const std::string& key) {
-      issues_.add(Code::gltf_mirror, where + "/" + key, "differs from the extension's");
-    };
-    if (index_of(member(mirror, index)) != reference.fabric) differs(index);
-    int set = std::max(0, index_of(member(mirror, tex_coord)));
-    const UvTransform transform = read_uv_transform(mirror, set);
-    if (set != reference.tex_coord) differs(tex_coord);
-    if (!close(transform, reference.transform)) differs("extensions");
-    const Json& mirrored = entry(reference.fabric);
-    const Json& address = member(mirrored, uri);
-    if (mirror.contains(name) && mirror[name] != member(mirrored, name)) differs(name);
-    if (member(mirror, uri) != address && !string_of(address).starts_with("data:")) differs(uri);
-    const Json& extension = material["extensions"][fabric_extension];
-    if (number_of(member(mirror, mask_cutoff), 0.5) != number_of(member(extension, mask_cutoff), 0.5))
-      differs(mask_cutoff);
-    const auto tint_of = [](const Json& owner) {
-      return owner.contains(tint_factor) ? owner[tint_factor] : Json{1, 1, 1};
-    };
-    if (tint_of(mirror) != tint_of(extension)) differs(tint_factor);
-    const Json& parts = array_of(mirror, kept);
-    for (const char* part : {mask_texture, normal_texture, tint_texture}) {
-      const bool remembered = std::find(parts.begin(), parts.end(), part) != parts.end();
-      if (remembered != extension.contains(part)) differs(kept);
-    }
-    const Entry& facts = entries_[reference.fabric];
-    if (facts && mirror.contains(digest) && mirror[digest] != facts->digest) {
-      issues_.add(Code::gltf_mirror, where + "/" + digest, "is that of another fabric");
     }
   }
 

@@ -1,5 +1,6 @@
-// OpenEXR files: float and half channels in one or more parts, scanline or tiled with mip levels. They are
-// written by OpenEXR (exr.cpp) and read by our own code (reader.cpp), which trusts nothing in a file.
+// OpenEXR files of several parts, as fabric and samples files are: the subset of spec/fabric.md, "Container".
+// They are written by OpenEXR (exr.cpp) and read by our own code (reader.cpp), which trusts nothing in a
+// file.
 #pragma once
 
 #include <cstdint>
@@ -7,16 +8,12 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <string_view>
-#include <variant>
 #include <vector>
 
 #include "format/base/error.h"
 #include "format/base/vec.h"
 
 namespace selvedge {
-
-using ExrValue = std::variant<std::string, int, float, V2f, V3f>;
 
 struct ExrChannel {
   std::string name;
@@ -28,22 +25,13 @@ struct ExrPart {
   std::string name;
   int width = 0;
   int height = 0;
-  bool tiled = false;      ///< else scanlines
-  bool mipmapped = false;  ///< implies tiled; every level down to 1 x 1
+  bool mipmapped = false;  ///< tiles of every level down to 1 x 1; else scanlines of one level
   int levels = 1;
-  int tile_width = 0;  ///< of a tiled part; 0: the writer chooses
-  int tile_height = 0;
-  /// One of none, rle, zips, zip, piz (lossless), pxr24, b44, b44a, dwaa, dwab (lossy).
-  std::string compression = "zip";
-  bool increasing_y = true;  ///< line order; else decreasing or, for tiles, any
-  /// Whether the display window is the data window. Only read: the writer gives every part the first one's.
-  bool display_is_data = true;
-  std::vector<ExrChannel> channels;  ///< names unique within the part; read back in the file's order
-  std::map<std::string, ExrValue> attributes;  ///< without those that every EXR file has
+  V2i tile{0, 0};                                 ///< size in pixels; (0, 0): the writer chooses
+  bool zip = true;                                ///< compressed by ZIP; else not at all
+  std::vector<ExrChannel> channels;               ///< names unique within the part; read in the file's order
+  std::map<std::string, std::string> attributes;  ///< texts, without the attributes of every EXR file
 };
-
-/// Whether the compression may change pixels. PXR24 keeps halves but rounds floats, so it counts as lossy.
-bool is_lossy(std::string_view compression);
 
 /// Pixels of one level: planes[channel][y * width + x], channels in the order of ExrPart::channels.
 struct ExrPixels {
@@ -63,11 +51,10 @@ struct ExrLimits {
   int attributes = 1 << 12;  ///< of a part
 };
 
-/// Writes parts in their order, each level or row exactly once, rows from top to bottom. The file appears at
-/// `path` with commit(). Its bytes do not depend on the number of threads.
+/// Writes at least two parts in their order, each level exactly once. The file appears at `path` with
+/// commit(). Its bytes do not depend on the number of threads.
 class ExrWriter {
  public:
-  /// A lossy or unknown compression is OPTION_OUT_OF_RANGE.
   static Result<ExrWriter> create(const std::string& path, std::vector<ExrPart> parts);
   ExrWriter(ExrWriter&&) noexcept;
   ExrWriter& operator=(ExrWriter&&) noexcept;
@@ -75,8 +62,6 @@ class ExrWriter {
 
   /// A value beyond the range of half precision (65,504) is an error, never rounded to infinity.
   Result<void> write_level(int part, int level, const ExrPixels& pixels);
-  /// Appends rows to a scanline part: pixels.height rows of the part's width.
-  Result<void> write_rows(int part, const ExrPixels& pixels);
   Result<void> commit();
 
  private:
@@ -85,10 +70,10 @@ class ExrWriter {
   std::unique_ptr<State> state_;
 };
 
-/// Checks the whole structure of the file when it is opened (scan.h) and reads pixels on demand. Rejects
-/// deep parts, sub-sampled channels, unsigned channels, windows that do not begin at (0, 0) and level modes
-/// other than one level or mip maps rounded down. A reader is not thread-safe; two readers of one file share
-/// nothing.
+/// Checks headers, offset tables and headers of chunks when the file is opened, and reads pixels on demand.
+/// EXR_MALFORMED for a file that breaks a rule of OpenEXR, EXR_UNSUPPORTED beyond the subset, FILE_DAMAGED
+/// for tables and chunks that contradict the headers or reach beyond the file, FILE_TOO_LARGE beyond a limit.
+/// A reader is not thread-safe; two readers of one file share nothing.
 class ExrReader {
  public:
   static Result<ExrReader> open(const std::string& path, const ExrLimits& limits = {});
@@ -103,26 +88,22 @@ class ExrReader {
   const std::vector<ExrPart>& parts() const;
   /// Index of the part with this name, or -1.
   int find_part(const std::string& part_name) const;
-  /// Bytes of the file that were read so far, headers included, each counted once.
-  std::uint64_t bytes_read() const;
   /// Compressed size of a level's pixels in the file, without the headers of the chunks.
   std::uint64_t packed_bytes(int part, int level = 0) const;
-  /// EXR_UNSUPPORTED for parts in a lossy compression, although parts() lists them.
   Result<ExrPixels> read_level(int part, int level = 0);
-  /// Rows [first, first + count) of a scanline part.
-  Result<ExrPixels> read_rows(int part, int first, int count);
 
  private:
   struct State;
   explicit ExrReader(std::unique_ptr<State> state);
   static Result<ExrReader> open(std::unique_ptr<State> state);
-  /// Rows [first, first + height) of a level that is `width` wide.
-  Result<ExrPixels> read(int part, int level, int first, int width, int height);
   std::unique_ptr<State> state_;
 };
 
 /// XXH3-128 (xxHash 0.8) over the decoded pixels, as 32 lower-case hexadecimal digits: channels in byte order
 /// of their names, each plane row by row from the top, little-endian in the channel's own precision.
 std::string digest_of(const ExrPart& part, const ExrPixels& pixels);
+
+/// Size of a chunk's pixels after ZIP compression; may be larger than the pixels.
+std::size_t exr_zip_size(std::span<const std::uint8_t> pixels);
 
 }  // namespace selvedge

@@ -3,30 +3,87 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "format/base/mip.h"
+#include "format/exr/bytes.h"
 
 namespace selvedge {
 namespace {
 
 /// Width and height of a chunk away from the edges.
 V2i chunk_size(const ExrPart& part) {
-  if (part.tiled) return {part.tile_width, part.tile_height};
-  return {part.width, exr_compressions[exr_compression_index(part.compression)].rows};
+  if (part.mipmapped) return part.tile;
+  return {part.width, part.zip ? 16 : 1};
+}
+
+[[noreturn]] void damaged(std::string place, std::string message) {
+  throw ExrRefusal{Code::file_damaged, std::move(place), std::move(message)};
+}
+
+/// Reads the offset table of a part, 8 bytes per chunk, at offset `at`, which is advanced to its end.
+std::vector<std::uint64_t> read_table(const InputFile& source, const ExrPart& part, std::uint64_t& at) {
+  const std::uint64_t count = exr_chunk_count(part);
+  if (count > (source.size() - at) / 8)
+    damaged(part.name, fmt::format("ends within the offsets of the {} chunks", count));
+  std::vector<std::uint8_t> bytes(count * 8);
+  if (!source.read(at, bytes)) throw ExrRefusal{Code::file_unreadable, part.name, "cannot be read"};
+  at += bytes.size();
+  ExrBytes numbers(bytes);
+  std::vector<std::uint64_t> table(count);
+  for (std::uint64_t& offset : table) offset = numbers.u64();
+  return table;
+}
+
+/// Bytes [begin, end) of a file.
+struct Range {
+  std::uint64_t begin = 0;
+  std::uint64_t end = 0;
+};
+
+/// Whether chunks share bytes: a small file could refer to the same pixels a million times.
+bool overlap(std::vector<Range>& ranges) {
+  std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) { return a.begin < b.begin; });
+  return std::adjacent_find(ranges.begin(), ranges.end(),
+                            [](const Range& a, const Range& b) { return a.end > b.begin; }) != ranges.end();
+}
+
+/// Checks the header of the chunk at this offset, which is at least `first`; sets the chunk's size and offset
+/// in the file, and returns its bytes.
+Range locate(const InputFile& source, const ExrPart& part, int part_index, std::uint64_t first,
+             std::uint64_t offset, const ExrLimits& limits, ExrChunk& chunk) {
+  std::vector<std::int32_t> expected{part_index, chunk.y};
+  if (part.mipmapped) expected = {part_index, chunk.x, chunk.y, chunk.level, chunk.level};
+  const std::uint64_t head_bytes = (expected.size() + 1) * 4;
+  if (offset < first || offset > source.size() || source.size() - offset < head_bytes)
+    damaged(exr_place(part, chunk), fmt::format("its offset {} is outside of the chunks", offset));
+  std::array<std::uint8_t, 24> bytes{};
+  if (!source.read(offset, std::span(bytes).first(head_bytes)))
+    damaged(exr_place(part, chunk), "cannot be read");
+  ExrBytes head(bytes);
+  for (const std::int32_t number : expected) {
+    if (head.i32() != number) damaged(exr_place(part, chunk), "another chunk stands at its offset");
+  }
+  const std::uint64_t packed = head.u32();
+  const std::uint64_t pixels = std::uint64_t{1} * chunk.width * chunk.height;
+  const std::uint64_t unpacked = pixels * exr_pixel_bytes(part);
+  if (packed > source.size() - offset - head_bytes)
+    damaged(exr_place(part, chunk), "reaches beyond the end of the file");
+  // Chunks that ZIP does not make smaller are stored uncompressed, so `packed` is at most `unpacked`.
+  if (packed == 0 || packed > unpacked || (!part.zip && packed != unpacked))
+    damaged(exr_place(part, chunk), fmt::format("has {} packed bytes for {} of pixels", packed, unpacked));
+  const std::uint64_t floats = pixels * part.channels.size() * sizeof(float);
+  if (floats > limits.expansion * packed) {
+    throw ExrRefusal{Code::file_too_large, part.name,
+                     fmt::format("{} bytes of pixels from {} bytes", floats, packed)};
+  }
+  chunk.packed_bytes = static_cast<std::uint32_t>(packed);
+  chunk.offset = offset + head_bytes;
+  return {offset, chunk.offset + packed};
 }
 
 }  // namespace
-
-int exr_compression_index(std::string_view name) {
-  const auto found = std::find_if(exr_compressions.begin(), exr_compressions.end(),
-                                  [&](const ExrCompression& row) { return row.name == name; });
-  return found == exr_compressions.end() ? -1 : static_cast<int>(found - exr_compressions.begin());
-}
-
-bool is_lossy(std::string_view compression) {
-  const int index = exr_compression_index(compression);
-  return index >= 0 && exr_compressions[index].lossy;
-}
 
 std::uint64_t exr_chunk_count(const ExrPart& part) {
   const V2i size = chunk_size(part);
@@ -49,7 +106,7 @@ std::vector<ExrChunk> exr_chunks(const ExrPart& part) {
       for (std::int64_t x = 0; x < width; x += size.x) {
         const auto left = static_cast<int>(x);
         const auto top = static_cast<int>(y);
-        chunks.push_back({level, left / size.x, part.tiled ? top / size.y : top, left, top,
+        chunks.push_back({level, left / size.x, part.mipmapped ? top / size.y : top, left, top,
                           std::min(size.x, width - left), std::min(size.y, height - top)});
       }
     }
@@ -68,8 +125,26 @@ std::string exr_place(const std::string& part, const std::string& member) {
 }
 
 std::string exr_place(const ExrPart& part, const ExrChunk& chunk) {
-  return exr_place(part.name, part.tiled ? fmt::format("level {}/tile {},{}", chunk.level, chunk.x, chunk.y)
-                                         : fmt::format("row {}", chunk.y));
+  return exr_place(part.name, part.mipmapped
+                                  ? fmt::format("level {}/tile {},{}", chunk.level, chunk.x, chunk.y)
+                                  : fmt::format("row {}", chunk.y));
+}
+
+ExrLayout read_exr_layout(const InputFile& source, const ExrLimits& limits) {
+  ExrLayout layout = read_exr_headers(source, limits);
+  std::vector<std::vector<std::uint64_t>> tables;
+  std::uint64_t at = layout.end;
+  for (const ExrPart& part : layout.parts) tables.push_back(read_table(source, part, at));
+  std::vector<Range> ranges;
+  for (std::size_t p = 0; p < tables.size(); ++p) {
+    std::vector<ExrChunk>& chunks = layout.chunks.emplace_back(exr_chunks(layout.parts[p]));
+    for (std::size_t c = 0; c < chunks.size(); ++c) {
+      ranges.push_back(
+          locate(source, layout.parts[p], static_cast<int>(p), at, tables[p][c], limits, chunks[c]));
+    }
+  }
+  if (overlap(ranges)) damaged({}, "chunks share bytes of the file");
+  return layout;
 }
 
 }  // namespace selvedge

@@ -1,34 +1,26 @@
-// Chunks and compressions of an EXR part, as its header defines them.
+// Headers and chunks of an EXR file, before a pixel is decoded. OpenEXR's C++ reader searches the file for
+// the chunks of a broken table, which can take minutes, and accepts a truncated file; its C core (3.1.5)
+// drops repeated attributes and sorts channels, so that a wrong value or the pixels of another channel would
+// be read (docs/architecture.md).
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "format/base/input_file.h"
 #include "format/exr/exr.h"
 
 namespace selvedge {
 
-struct ExrCompression {
-  std::string_view name;
-  int rows;  ///< of a chunk of a scanline part
-  bool lossy;
+/// Thrown and caught within this folder only.
+struct ExrRefusal {
+  Code code;
+  std::string place;
+  std::string message;
 };
 
-/// Indexed by the number of the compression in the file.
-inline constexpr std::array exr_compressions{
-    ExrCompression{"none", 1, false},  ExrCompression{"rle", 1, false},  ExrCompression{"zips", 1, false},
-    ExrCompression{"zip", 16, false},  ExrCompression{"piz", 32, false}, ExrCompression{"pxr24", 16, true},
-    ExrCompression{"b44", 32, true},   ExrCompression{"b44a", 32, true}, ExrCompression{"dwaa", 32, true},
-    ExrCompression{"dwab", 256, true},
-};
-
-/// Index into exr_compressions, or -1.
-int exr_compression_index(std::string_view name);
-
-/// A chunk, its pixels within its level, and where they lie in the file.
+/// A chunk, its pixels within its level, and its place in the file.
 struct ExrChunk {
   int level = 0;
   int x = 0;  ///< column and row of a tile; 0 and the first pixel row of a scanline chunk
@@ -39,10 +31,20 @@ struct ExrChunk {
   int height = 0;
   std::uint32_t packed_bytes = 0;
   std::uint64_t offset = 0;  ///< of the packed pixels in the file, after the chunk's header
-  bool is_read = false;      ///< the reader has read its pixels before
 };
 
-/// Number of chunks of the part. Precondition: its size, tiles, levels and compression are valid.
+struct ExrLayout {
+  std::vector<ExrPart> parts;
+  std::vector<std::vector<ExrChunk>> chunks;  ///< per part, in the order of exr_chunks()
+  std::uint64_t end = 0;                      ///< of the headers, where the offset tables begin
+};
+
+/// Reads headers, offset tables and headers of chunks. Throws ExrRefusal, with the codes of ExrReader.
+ExrLayout read_exr_layout(const InputFile& source, const ExrLimits& limits);
+/// Its first half: the headers.
+ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits);
+
+/// Number of chunks of the part. Precondition: its size, tiles and levels are valid.
 std::uint64_t exr_chunk_count(const ExrPart& part);
 
 /// All chunks in the order of the part's offset table: by level, then by rows from the top, then from the

@@ -1,15 +1,17 @@
 #include <Imath/half.h>
-#include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <new>
+#include <numeric>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "format/base/digest.h"
 #include "format/base/mip.h"
 #include "format/exr/bytes.h"
-#include "format/exr/exr.h"
-#include "format/exr/scan.h"
-#include "format/exr/unpack.h"
+#include "format/exr/layout.h"
 
 namespace selvedge {
 
@@ -17,8 +19,7 @@ struct ExrReader::State {
   std::string name;
   ExrLimits limits;
   InputFile source;
-  ExrScan scan;
-  std::uint64_t bytes_read = 0;
+  ExrLayout layout;
 };
 
 ExrReader::ExrReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -26,12 +27,11 @@ ExrReader::ExrReader(ExrReader&&) noexcept = default;
 ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
 ExrReader::~ExrReader() = default;
 const std::string& ExrReader::name() const { return state_->name; }
-const std::vector<ExrPart>& ExrReader::parts() const { return state_->scan.parts; }
-std::uint64_t ExrReader::bytes_read() const { return state_->bytes_read; }
+const std::vector<ExrPart>& ExrReader::parts() const { return state_->layout.parts; }
 
 std::uint64_t ExrReader::packed_bytes(int part, int level) const {
   std::uint64_t sum = 0;
-  for (const ExrChunk& chunk : state_->scan.chunks[part]) {
+  for (const ExrChunk& chunk : state_->layout.chunks[part]) {
     if (chunk.level == level) sum += chunk.packed_bytes;
   }
   return sum;
@@ -47,20 +47,19 @@ int ExrReader::find_part(const std::string& part_name) const {
 Result<ExrReader> ExrReader::open(const std::string& path, const ExrLimits& limits) {
   auto source = InputFile::open(path);
   if (!source) return tl::unexpected(source.error());
-  return open(std::make_unique<State>(State{path, limits, std::move(*source), {}, 0}));
+  return open(std::make_unique<State>(State{path, limits, std::move(*source), {}}));
 }
 
 Result<ExrReader> ExrReader::open(std::span<const std::uint8_t> bytes, const std::string& name,
                                   const ExrLimits& limits) {
-  return open(std::make_unique<State>(State{name, limits, InputFile(bytes), {}, 0}));
+  return open(std::make_unique<State>(State{name, limits, InputFile(bytes), {}}));
 }
 
 Result<ExrReader> ExrReader::open(std::unique_ptr<State> state) {
   try {
-    auto scan = scan_exr(state->source, state->name, state->limits);
-    if (!scan) return tl::unexpected(scan.error());
-    state->scan = std::move(*scan);
-    state->bytes_read = state->scan.bytes;
+    state->layout = read_exr_layout(state->source, state->limits);
+  } catch (ExrRefusal& refusal) {
+    return fail(refusal.code, state->name, std::move(refusal.place), std::move(refusal.message));
   } catch (const std::bad_alloc&) {
     return fail(Code::file_too_large, state->name, {}, "out of memory");
   }
@@ -69,25 +68,45 @@ Result<ExrReader> ExrReader::open(std::unique_ptr<State> state) {
 
 namespace {
 
-/// Copies the chunk's rows within [first, first + pixels.height) of the level to `pixels`, which begin at
-/// `first`.
-void copy_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> bytes, int first,
+/// Inverts the transform before ZIP: first the even bytes, then the odd ones, each as its difference from the
+/// byte before, plus 128.
+void undo_differences(std::span<std::uint8_t> differences, std::span<std::uint8_t> pixels) {
+  for (std::size_t i = 1; i < differences.size(); ++i) {
+    differences[i] = static_cast<std::uint8_t>(differences[i - 1] + differences[i] - 128);
+  }
+  const std::size_t half = (pixels.size() + 1) / 2;
+  for (std::size_t i = 0; i < half; ++i) pixels[2 * i] = differences[i];
+  for (std::size_t i = half; i < pixels.size(); ++i) pixels[2 * (i - half) + 1] = differences[i];
+}
+
+/// Decodes a chunk: row by row from the top, within a row channel by channel in the part's order,
+/// little-endian. False if the packed bytes do not decode to exactly the size of `pixels`. OpenEXR 3.1
+/// accepts a chunk that holds too few bytes and returns uninitialised memory for the missing pixels.
+bool unpack(std::span<const std::uint8_t> packed, std::span<std::uint8_t> pixels) {
+  if (packed.size() == pixels.size()) {  // not compressed
+    std::copy(packed.begin(), packed.end(), pixels.begin());
+    return true;
+  }
+  std::vector<std::uint8_t> differences(pixels.size());
+  uLongf count = differences.size();
+  if (uncompress(differences.data(), &count, packed.data(), packed.size()) != Z_OK || count != pixels.size())
+    return false;
+  undo_differences(differences, pixels);
+  return true;
+}
+
+void copy_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std::uint8_t> bytes,
                 ExrPixels& pixels) {
   for (int y = 0; y < chunk.height; ++y) {
-    const int row = chunk.top + y - first;
-    const bool wanted = row >= 0 && row < pixels.height;
     for (std::size_t c = 0; c < part.channels.size(); ++c) {
       const std::size_t size = part.channels[c].half ? 2 : 4;
-      if (wanted) {
-        float* out = pixels.planes[c].data() + std::size_t{1} * row * pixels.width + chunk.left;
-        const std::uint8_t* in = bytes.data();
-        for (int x = 0; x < chunk.width; ++x, in += size) {
-          if (size == 2) {
-            const auto bits = static_cast<std::uint16_t>(in[0] | in[1] << 8);
-            out[x] = Imath::half(Imath::half::FromBits, bits);
-          } else {
-            out[x] = ExrBytes({in, 4}).f32();
-          }
+      float* out = pixels.planes[c].data() + std::size_t{1} * (chunk.top + y) * pixels.width + chunk.left;
+      const std::uint8_t* in = bytes.data();
+      for (int x = 0; x < chunk.width; ++x, in += size) {
+        if (size == 2) {
+          out[x] = Imath::half(Imath::half::FromBits, static_cast<std::uint16_t>(in[0] | in[1] << 8));
+        } else {
+          out[x] = ExrBytes({in, 4}).f32();
         }
       }
       bytes = bytes.subspan(chunk.width * size);
@@ -99,54 +118,65 @@ void copy_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std:
 
 Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
   const ExrPart& part = parts()[part_index];
-  // read() refuses levels that do not exist.
-  const bool exists = level >= 0 && level < part.levels;
-  const int width = exists ? level_size(part.width, level) : 0;
-  return read(part_index, level, 0, width, exists ? level_size(part.height, level) : 0);
-}
-
-Result<ExrPixels> ExrReader::read_rows(int part_index, int first, int count) {
-  return read(part_index, 0, first, parts()[part_index].width, count);
-}
-
-Result<ExrPixels> ExrReader::read(int part_index, int level, int first, int width, int height) {
-  const ExrPart& part = parts()[part_index];
   const auto refused = [&](Code code, std::string message) {
     return fail(code, name(), part.name, std::move(message));
   };
-  if (level < 0 || level >= part.levels || first < 0 || height < 0 ||
-      first > level_size(part.height, level) - height) {
-    return refused(Code::file_damaged, "the part has no such level or rows");
-  }
-  if (is_lossy(part.compression)) {
-    return refused(Code::exr_unsupported,
-                   fmt::format("pixels in the lossy compression '{}' are not read", part.compression));
-  }
-  const std::uint64_t count = std::uint64_t{1} * width * height;
+  if (level < 0 || level >= part.levels) return refused(Code::file_damaged, "the part has no such level");
+  ExrPixels pixels{level_size(part.width, level), level_size(part.height, level), {}};
+  const std::uint64_t count = std::uint64_t{1} * pixels.width * pixels.height;
   const std::uint64_t bytes = count * part.channels.size() * sizeof(float);
-  if (bytes > state_->limits.bytes_per_read) {
+  if (bytes > state_->limits.bytes_per_read)
     return refused(Code::file_too_large, fmt::format("{} bytes of pixels at once", bytes));
-  }
   try {
-    ExrPixels pixels;
-    pixels.width = width;
-    pixels.height = height;
     pixels.planes.assign(part.channels.size(), std::vector<float>(count));
     std::vector<std::uint8_t> packed;
     std::vector<std::uint8_t> unpacked;
-    for (ExrChunk& chunk : state_->scan.chunks[part_index]) {
-      if (chunk.level != level || chunk.top >= first + height || chunk.top + chunk.height <= first) continue;
-      if (!std::exchange(chunk.is_read, true)) state_->bytes_read += chunk.packed_bytes;
+    for (const ExrChunk& chunk : state_->layout.chunks[part_index]) {
+      if (chunk.level != level) continue;
       packed.resize(chunk.packed_bytes);
       unpacked.resize(exr_pixel_bytes(part) * chunk.width * chunk.height);
-      if (!state_->source.read(chunk.offset, packed) || !exr_unpack(part, chunk, packed, unpacked))
+      if (!state_->source.read(chunk.offset, packed) || !unpack(packed, unpacked))
         return fail(Code::file_damaged, name(), exr_place(part, chunk), "cannot be decoded");
-      copy_chunk(part, chunk, unpacked, first, pixels);
+      copy_chunk(part, chunk, unpacked, pixels);
     }
     return pixels;
   } catch (const std::bad_alloc&) {
     return refused(Code::file_too_large, "out of memory");
   }
+}
+
+std::size_t exr_zip_size(std::span<const std::uint8_t> pixels) {
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); i += 2) bytes.push_back(pixels[i]);
+  for (std::size_t i = 1; i < pixels.size(); i += 2) bytes.push_back(pixels[i]);
+  for (std::size_t i = bytes.size(); i-- > 1;) {
+    bytes[i] = static_cast<std::uint8_t>(bytes[i] - bytes[i - 1] + 128);
+  }
+  uLongf size = compressBound(bytes.size());
+  std::vector<std::uint8_t> packed(size);
+  // Cannot fail: the buffer has the maximum size.
+  compress(packed.data(), &size, bytes.data(), bytes.size());
+  return size;
+}
+
+std::string digest_of(const ExrPart& part, const ExrPixels& pixels) {
+  std::vector<std::size_t> order(part.channels.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return part.channels[a].name < part.channels[b].name; });
+  Digest digest;
+  std::vector<Imath::half> halves;
+  for (const std::size_t channel : order) {
+    const std::vector<float>& plane = pixels.planes[channel];
+    if (part.channels[channel].half) {
+      halves.assign(plane.begin(), plane.end());
+      digest.update(halves.data(), halves.size() * sizeof(Imath::half));
+    } else {
+      digest.update(plane.data(), plane.size() * sizeof(float));
+    }
+  }
+  return digest.hex();
 }
 
 }  // namespace selvedge

@@ -49,7 +49,7 @@ Shading blend(const Shading& a, const Shading& b, float weight_of_b);
 
 /// Whether the fabric has visible holes, on which alphaMode and the fallback depend: more than 0.05 % of the
 /// level is open, seen from straight above. Opacity is a mean over the area, so that levels
-/// agree up to noise and the rounding of half precision, and a partial fabric agrees with the whole.
+/// agree up to noise and the rounding of half precision.
 /// Precondition: a valid fabric (see validate) that has the level.
 bool has_holes(const Fabric& fabric, int level);
 

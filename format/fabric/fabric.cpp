@@ -199,9 +199,9 @@ float largest_yarn_pixel(const Fabric& fabric) {
   float radius = 0;
   for (const YarnCurve& curve : fabric.levels.front().yarns()->data().curves)
     radius = std::max(radius, radius_of_plies(curve));
-  const V2f texel = fabric.period_mm / V2f(whole_texels(fabric));
+  const V2f texel = fabric.period_mm / V2f(fabric.texels());
   const float limit = 1.3F * radius / std::sqrt(texel.x * texel.y);
-  float size = std::ldexp(0.84F, fabric.first_level());
+  float size = 0.84F;
   for (std::size_t k = 1; k < fabric.levels.size() && 2 * size <= limit; ++k) size *= 2;
   return size;
 }
@@ -229,20 +229,6 @@ LayerShape shape_of(const Fabric& fabric) {
     shape.light_functions = static_cast<int>(bases->light.size()) / shape.lights;
   }
   return shape;
-}
-
-bool is_level_of(const WholeFabric& whole, int width, int height) {
-  // After 31 halvings every size is 1.
-  const int level = std::min(whole.level, 31);
-  return whole.level >= 0 && whole.texels.x >= 1 && whole.texels.y >= 1 &&
-         level_size(whole.texels.x, level) == width && level_size(whole.texels.y, level) == height &&
-         whole.level < level_count(whole.texels.x, whole.texels.y);
-}
-
-bool has_more_levels(const WholeFabric& whole, int levels) {
-  if (whole.levels == 0) return whole.level > 0;
-  return whole.levels > levels && whole.levels >= whole.level + levels &&
-         whole.levels <= level_count(whole.texels.x, whole.texels.y);
 }
 
 V3f tangent_of(const V3f& normal) {
@@ -279,12 +265,6 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
   if (static_cast<int>(fabric.levels.size()) > level_count(base.width, base.height)) {
     return fail(Code::fabric_malformed, {}, "levels", "more levels than down to 1x1");
   }
-  if (fabric.whole && (std::max(fabric.whole->texels.x, fabric.whole->texels.y) > limits.texels_per_side ||
-                       !is_level_of(*fabric.whole, base.width, base.height))) {
-    return fail(Code::fabric_malformed, {}, "whole", "level 0 is no level of it");
-  }
-  if (fabric.whole && !has_more_levels(*fabric.whole, static_cast<int>(fabric.levels.size())))
-    return fail(Code::fabric_malformed, {}, "whole", "its levels are not more than the fabric has");
   const LayerShape shape = shape_of(fabric);
   for (int k = 0; k < static_cast<int>(fabric.levels.size()); ++k) {
     const FabricLevel& level = fabric.levels[k];

@@ -112,15 +112,6 @@ struct FabricLevel {
   std::shared_ptr<const Yarns> yarns_;
 };
 
-/// The whole fabric of a partial fabric, whose level 0 is level `level` of the whole. Levels before it, after
-/// the last one, or both are missing.
-struct WholeFabric {
-  V2i texels{1, 1};  ///< of level 0 of the whole
-  int level = 1;     ///< >= 0
-  int levels = 0;    ///< of the whole; 0: unknown, but at least those of the part
-  bool operator==(const WholeFabric&) const = default;
-};
-
 /// Properties that all levels of a fabric share.
 struct FabricInfo {
   V2f period_mm{1, 1};  ///< size of one repeat along u and v
@@ -131,11 +122,7 @@ struct FabricInfo {
   DirectionGrid lights;    ///< layout of the light table and of psi; else unused
   Side side = Side::front;
   float radiance_scale = 1;  ///< factor on f of all texels, > 0: keeps the layers' numbers in half precision
-  std::string provenance = "{}";     ///< JSON object: options, seed, software; "{}" if unknown
-  std::optional<WholeFabric> whole;  ///< of a partial fabric
-
-  /// The level of the whole fabric that is level 0 here.
-  int first_level() const { return whole ? whole->level : 0; }
+  std::string provenance = "{}";  ///< JSON object: options, seed, software; "{}" if unknown
 };
 
 struct Fabric : FabricInfo {
@@ -187,22 +174,9 @@ struct FabricLimits {
   std::uint64_t memory = default_memory;
 };
 
-/// Texels of level 0 of the whole fabric, of a Fabric or a FabricHeader.
-template <class F>
-V2i whole_texels(const F& fabric) {
-  return fabric.whole ? fabric.whole->texels : fabric.texels();
-}
-
-/// Whether level whole.level of the whole has `width` x `height` texels.
-bool is_level_of(const WholeFabric& whole, int width, int height);
-
-/// Whether the whole can have more levels than a part of `levels` levels. Precondition: is_level_of() holds
-/// for level 0 of the part.
-bool has_more_levels(const WholeFabric& whole, int levels);
-
-/// Width of the pixels at which texels take over from the yarn itself, in texels of level 0 of the whole
-/// fabric: 0.84 of a texel of the coarsest level where this is at most 1.3 radii of the thickest yarn, or
-/// else of level 0 of this fabric. Larger pixels take more time in yarn than in texels. 0 without yarn.
+/// Width of the pixels at which texels take over from the yarn itself, in texels of level 0: 0.84 of a
+/// texel of the coarsest level where this is at most 1.3 radii of the thickest yarn, or else of level 0.
+/// Larger pixels take more time in yarn than in texels. 0 without yarn.
 float largest_yarn_pixel(const Fabric& fabric);
 
 /// The functions that all levels with products share; null without products.

@@ -13,8 +13,6 @@ namespace selvedge {
 struct FabricWriteOptions {
   /// Layers in 16 bits, the others in 32. Half precision ruins a lobe with a large exponent.
   LayerSet half = table_layers;
-  /// none, rle, zips, zip or piz. OPTION_OUT_OF_RANGE for lossy and unknown codecs.
-  std::string codec = "zip";
 };
 
 /// FABRIC_PRECISION for layers that the options' precision would change too much (warnings.h); file: `path`.
@@ -29,7 +27,16 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric,
 /// fabric is valid (validate()).
 Fabric as_stored(const Fabric& fabric, const LayerSet& half);
 
-/// Reads levels and layers of a fabric file on demand.
+/// The header digest, over the attribute text and the names of all parts and channels, so that exchanged
+/// names are detected.
+std::string header_digest(const std::string& text, const std::vector<ExrPart>& parts);
+
+/// The attribute text as stored; null if part 0 has none.
+const std::string* fabric_text(const std::vector<ExrPart>& parts);
+
+/// Reads a fabric file: first the headers, then everything. The functions with a sink are the one
+/// implementation of the rules of spec/fabric.md: they go on after an error, as far as that makes sense, and
+/// the others return the first error that they find.
 class FabricReader {
  public:
   /// Reads and checks the headers; no pixels.
@@ -37,54 +44,39 @@ class FabricReader {
   /// From memory; `name` is used in messages. The bytes must outlive the reader.
   static Result<FabricReader> open(std::span<const std::uint8_t> bytes, const std::string& name,
                                    const FabricLimits& limits = {});
+  static std::optional<FabricReader> open(ExrReader file, const FabricLimits& limits, IssueSink& sink);
 
   const std::string& name() const { return file_.name(); }
   const FabricHeader& header() const { return header_; }
   /// The attribute text as stored: a JSON object.
-  const std::string& text() const { return text_; }
+  const std::string& text() const { return *fabric_text(file_.parts()); }
   /// The header digest, which differs between fabrics.
-  std::string digest() const;
-  /// The layers that the file has in 16 bits, in all channels of their parts.
-  LayerSet half() const;
+  std::string digest() const { return header_digest(text(), file_.parts()); }
 
-  /// Bytes that these layers of levels [first, last] take at most, with what reading them takes, but for the
-  /// cells of yarn. Precondition: both levels exist.
-  std::uint64_t memory_of(int first, int last, const LayerSet& layers = LayerSet::all()) const;
+  /// Bytes that the fabric takes at most, with what reading it takes, but for the cells of yarn.
+  std::uint64_t memory() const;
   /// The memory of FabricLimits from now on.
   void allow_memory(std::uint64_t bytes) { memory_ = bytes; }
 
-  /// A level of the front with those of `layers` that it has, and the bases of its products; checks digests
-  /// and values. FILE_TOO_LARGE beyond the memory of FabricLimits. Precondition: 0 <= level <
-  /// header().levels.
-  Result<FabricLevel> read_level(int level, LayerSet layers = LayerSet::all());
-  /// Levels [first, last] of all sides as a fabric, with Fabric::whole if it is a partial one. Precondition:
-  /// both levels exist, and first <= last.
-  Result<Fabric> read_levels(int first, int last, LayerSet layers = LayerSet::all());
-  Result<Fabric> read() { return read_levels(0, header_.levels - 1); }
+  /// Reads all levels and layers; checks digests and values. FILE_TOO_LARGE beyond the memory of
+  /// FabricLimits.
+  Result<Fabric> read();
+  std::optional<Fabric> read(IssueSink& sink);
 
   /// Compressed size of a level of a layer in the file; 0 if the level does not have it. The bases are at
   /// level 0.
   std::uint64_t packed_bytes(LayerKind kind, int level, Side side = Side::front) const;
-
-  /// Bytes of the file that were read so far, headers included, each counted once.
-  std::uint64_t bytes_read() const { return file_.bytes_read(); }
+  /// Whether the file has some channel of the layer in 16 bits.
+  bool is_half(LayerKind kind, Side side = Side::front) const;
 
  private:
-  FabricReader(ExrReader file, FabricHeader header, std::string text, std::uint64_t memory);
-  static Result<FabricReader> open(Result<ExrReader> file, const FabricLimits& limits);
+  FabricReader(ExrReader file, FabricHeader header, std::uint64_t memory)
+      : file_(std::move(file)), header_(std::move(header)), memory_(memory) {}
 
-  /// `room`: bytes for the cells of yarn.
-  Result<FabricLevel> read_level(const FabricHeader& side, int level, const LayerSet& layers,
-                                 std::uint64_t room);
-  Result<void> check_memory(int first, int last, const LayerSet& layers) const;
-  Result<void> read_layer(const FabricHeader& side, LayerKind kind, int level, FabricLevel& result);
-  /// The functions that all levels share; read once.
-  Result<std::shared_ptr<const ProductBases>> bases(const FabricHeader& side);
+  Fabric read_side(const FabricHeader& side, IssueSink& sink);
 
   ExrReader file_;
   FabricHeader header_;
-  std::array<std::shared_ptr<const ProductBases>, all_sides.size()> bases_;
-  std::string text_;
   std::uint64_t memory_;
 };
 
@@ -92,5 +84,8 @@ class FabricReader {
 Result<Fabric> read_fabric(const std::string& path, const FabricLimits& limits = {});
 Result<Fabric> read_fabric(std::span<const std::uint8_t> bytes, const std::string& name,
                            const FabricLimits& limits = {});
+
+/// The limits of the file that has the fabric.
+ExrLimits exr_limits(const FabricLimits& limits);
 
 }  // namespace selvedge

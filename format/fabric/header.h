@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "format/base/issue_sink.h"
 #include "format/fabric/fabric.h"
 
 namespace selvedge {
@@ -14,14 +15,12 @@ namespace selvedge {
 struct LayerHeader {
   std::vector<int> levels;              ///< levels that have the layer; strictly increasing, at least one
   std::vector<std::string> digests;     ///< of the pixels of each of these levels
-  bool half = true;                     ///< for information only: the part's channels decide
   std::vector<std::vector<V2i>> pairs;  ///< of each of these levels; LayerKind::products only
 };
 
 /// Everything that is known of a file before its pixels are read.
 struct FabricHeader : FabricInfo {
-  std::string model;  ///< for information only
-  int width = 1;      ///< texels of level 0
+  int width = 1;  ///< texels of level 0
   int height = 1;
   int levels = 1;
   LayerShape shape;                                                  ///< of the layers in the file
@@ -51,24 +50,12 @@ void for_each_side(const FabricHeader& header, const Visit& visit) {
 /// The header of a fabric's file but for its layers and other sides. Precondition: the fabric has a level.
 FabricHeader header_without_layers(const Fabric& fabric);
 
-/// Minor version of the file: 1 with other sides than the front, 2 with more than round yarn, 3 with flat
-/// sections or hairs.
-inline int minor_version(const FabricHeader& header) {
-  if (header.shape.yarns.fields > fields_with_strands) return 3;
-  if (header.shape.yarns.fields > fields_of_round_yarn) return 2;
-  return header.sides.empty() ? 0 : 1;
-}
+/// The attribute text of a file.
+std::string header_to_json(FabricHeader header);
 
-/// Number of levels of the whole fabric; if it is unknown, up to the last level of the file.
-int whole_levels(const FabricHeader& header);
-
-/// "level 3" or "levels 3-4".
-std::string levels_text(int first, int last);
-
-/// A sentence about the levels of the whole that the file has and lacks; empty if it lacks none.
-std::string missing_levels(const FabricHeader& header);
-
-/// A fabric with the properties of levels [first, last] of the file; its levels are left empty.
-Fabric partial_fabric(const FabricHeader& header, int first, int last);
+/// The inverse. Adds issues for text that is not JSON, another version, and members that break a rule; then
+/// there is no header.
+std::optional<FabricHeader> header_from_json(const std::string& text, const FabricLimits& limits,
+                                             IssueSink& sink);
 
 }  // namespace selvedge

@@ -1,5 +1,3 @@
-#include "format/fabric/header_json.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,217 +5,280 @@
 #include <utility>
 
 #include "format/base/json_text.h"
-#include "format/fabric/json_member.h"
+#include "format/fabric/header.h"
+#include "format/fabric/json_io.h"
 #include "format/fabric/json_parts.h"
-#include "format/fabric/layers_json.h"
 #include "format/fabric/names.h"
 
 namespace selvedge {
 namespace {
 
 using nlohmann::json;
-namespace member = names::member;
 
-/// Whether a layer of the file uses the grid of lights.
-bool has_lights(const FabricHeader& header) {
-  return header.layer(LayerKind::light).has_value() || header.layer(LayerKind::bases).has_value();
-}
+/// Reads or writes the attribute text of one fabric.
+class TextIo {
+ public:
+  explicit TextIo(const FabricLimits& limits) : limits_(limits) {}
 
-/// The whole fabric of a file with `levels` levels (0: invalid), the first of which has `texels`.
-std::optional<WholeFabric> whole_from(const Member& text, const V2i& texels, int levels,
-                                      const FabricLimits& limits) {
-  text.warn_of_unknown_members({member::level, member::levels, member::texels});
-  const auto size = text.require_pair(member::texels);
-  const auto width = size[0].whole_number(1, limits.texels_per_side);
-  const auto height = size[1].whole_number(1, limits.texels_per_side);
-  const Member level = text.require(member::level);
-  if (!width || !height) return std::nullopt;
-  const int all = level_count(*width, *height);
-  const auto number = level.whole_number(0, all - 1);
-  if (!number) return std::nullopt;
-  WholeFabric whole{V2i(*width, *height), *number};
-  if (!is_level_of(whole, texels.x, texels.y)) {
-    text.refuse(fmt::format("level {} of {}x{} texels does not have {}x{}", *number, *width, *height,
-                            texels.x, texels.y));
-    return std::nullopt;
+  void root(const JsonIo& text, FabricHeader& header) const {
+    text.wholes("texels", header.width, header.height, 1, limits_.texels_per_side);
+    if (text.reads() && text.sink().has_error()) return;  // other members depend on them
+    text.reals("mmPerRepeat", header.period_mm, RealRule::positive);
+    text.real("referenceHeight", header.reference_height);
+    text.real("thickness", header.thickness_mm, RealRule::not_negative);
+    text.whole("levels", header.levels, 1, level_count(header.width, header.height));
+    if (text.reads()) check_reserved(text);
+    side(text, header);
+    if (text.reads()) {
+      require_layer(text, header, LayerKind::yarns, header, LayerKind::indirect);
+      require_layer(text, header, LayerKind::indirect, header, LayerKind::yarns);
+    }
+    if (!text.optional("sides", !header.sides.empty())) return;
+    const JsonIo sides = text.object("sides");
+    for (const Side wanted : other_sides) {
+      if (!sides || !sides.optional(name_of(wanted), header.side_of(wanted) != nullptr)) continue;
+      const JsonIo other = sides.object(name_of(wanted));
+      if (!other) continue;
+      if (text.reads()) header.sides.push_back(new_side(header, wanted));
+      FabricHeader& of = *std::ranges::find(header.sides, wanted, &FabricHeader::side);
+      side(other, of);
+      if (text.reads()) check_side(other, header, of);
+    }
   }
-  if (text.has(member::levels)) {
-    const auto count = text.require(member::levels).whole_number(*number + levels, all);
-    if (!count) return std::nullopt;
-    whole.levels = *count;
-  }
-  if (levels == 0 || has_more_levels(whole, levels)) return whole;
-  level.refuse("is 0, and no coarser level is missing");
-  return std::nullopt;
-}
 
-/// Sets the counts of the shape that depend on several members.
-void complete_shape(FabricHeader& header) {
-  LayerShape& shape = header.shape;
-  shape.views = header.views.count();
-  shape.lights = header.lights.count();
-  shape.base_texels = header.width * header.height;
+ private:
+  /// Members that later versions define.
+  static void check_reserved(const JsonIo& text) {
+    for (const char* name : {"variation", "recipe", "sheet", "fallback"}) {
+      if (text.has(name)) (void)text.object(name);
+    }
+    if (!text.has("colourways")) return;
+    for (const JsonIo& item : text.items("colourways")) {
+      if (!item.value().is_object()) item.refuse("is not an object");
+    }
+  }
+
+  /// The members of every side.
+  void side(const JsonIo& text, FabricHeader& header) const {
+    if (text.optional("radianceScale", header.radiance_scale != 1))
+      text.real("radianceScale", header.radiance_scale, RealRule::positive);
+    if (!text.reads()) {
+      text.set("provenance", provenance_json(header.provenance));
+    } else if (const JsonIo provenance = text.object("provenance")) {
+      header.provenance = provenance.value().dump();
+    }
+    grid(text, "views", header.views);
+    layers(text, header);
+    const bool has_lights = header.layer(LayerKind::light) || header.layer(LayerKind::bases);
+    if (has_lights) grid(text, "lights", header.lights);
+    if (text.reads()) {
+      require_layer(text, header, LayerKind::products, header, LayerKind::bases);
+      complete_shape(header);
+    }
+  }
+
+  void grid(const JsonIo& text, const char* name, DirectionGrid& grid) const {
+    if (!text.reads()) return text.set(name, grid_json(grid));
+    const JsonIo member = text.object(name);
+    if (!member) return;
+    const auto result = grid_from_json(member.value(), limits_.directions);
+    if (result) {
+      grid = *result;
+    } else {
+      text.sink().add(result.error().code, member.place() + result.error().place, result.error().message);
+    }
+  }
+
+  void layers(const JsonIo& text, FabricHeader& header) const {
+    const JsonIo layers = text.object("layers");
+    const JsonIo digests = text.object("digests");
+    if (!layers || !digests) return;
+    for (const LayerKind kind : all_layers) {
+      auto& layer = header.layer(kind);
+      const char* name = name_of(kind);
+      if (!layers.optional(name, layer.has_value())) continue;
+      if (!layers_of(header.side).contains(kind)) {
+        layers.refuse(name, fmt::format("{} does not have this layer", name_of(header.side)));
+        continue;
+      }
+      const JsonIo of_layer = layers.object(name);
+      if (!of_layer) continue;
+      if (!layer) layer.emplace();
+      members_of(kind, of_layer, *layer, header);
+      digests.texts(name, layer->digests, layer->levels.size());
+    }
+    if (text.reads()) check_unknown(layers);
+  }
+
+  void members_of(LayerKind kind, const JsonIo& text, LayerHeader& layer, FabricHeader& header) const {
+    constexpr LayerSet of_level_0{LayerKind::bases, LayerKind::yarns, LayerKind::indirect};
+    LayerShape& shape = header.shape;
+    text.increasing("levels", layer.levels, header.levels - 1);
+    if (text.reads() && of_level_0.contains(kind) && layer.levels != std::vector{0})
+      text.refuse("levels", "is not level 0 alone");
+    if (kind == LayerKind::lobes) text.whole("lobes", shape.lobes, 0, limits_.lobes);
+    if (kind == LayerKind::products) pairs(text, layer);
+    if (kind == LayerKind::bases) {
+      if (const JsonIo functions = text.object("functions")) {
+        functions.whole("views", shape.view_functions, 0, limits_.functions);
+        functions.whole("lights", shape.light_functions, 1, limits_.functions);
+      }
+    }
+    if (kind == LayerKind::yarns) {
+      text.whole("curves", shape.yarns.curves, 1, limits_.curves);
+      text.whole("nodes", shape.yarns.nodes, 2, limits_.nodes);
+      text.whole("stations", shape.yarns.stations, 1, limits_.stations);
+      text.whole("fields", shape.yarns.fields, min_yarn_fields, limits_.fields);
+    }
+    if (!text.reads()) {
+      if (kind == LayerKind::yarns || kind == LayerKind::indirect) text.set("optional", true);
+    } else if (text.has("optional") && !text.value()["optional"].is_boolean()) {
+      text.refuse("optional", "is neither true nor false");
+    }
+  }
+
+  /// The pairs of functions of each of the layer's levels.
+  void pairs(const JsonIo& text, LayerHeader& layer) const {
+    if (!text.reads()) {
+      json lists = json::array();
+      for (const auto& pairs : layer.pairs) {
+        json& list = lists.emplace_back(json::array());
+        for (const V2i& pair : pairs) list.push_back({pair.x, pair.y});
+      }
+      return text.set("pairs", std::move(lists));
+    }
+    const std::size_t errors = text.sink().errors();
+    const std::vector<JsonIo> lists = text.items("pairs");
+    if (lists.size() != layer.levels.size() && text.sink().errors() == errors)
+      text.refuse("pairs",
+                  fmt::format("has {} items, the layer {} levels", lists.size(), layer.levels.size()));
+    for (const JsonIo& list : lists) {
+      if (!list.value().is_array() || list.value().empty() ||
+          std::cmp_greater(list.value().size(), limits_.products))
+        return list.refuse(fmt::format("is not an array of 1 to {} pairs", limits_.products));
+      std::vector<V2i>& pairs = layer.pairs.emplace_back();
+      for (const JsonIo& pair : list.items()) {
+        const json& numbers = pair.value();
+        const auto is_function = [&](std::size_t i, int count) {
+          return numbers[i].is_number_integer() && numbers[i] >= 0 && numbers[i] < count;
+        };
+        if (!numbers.is_array() || numbers.size() != 2 || !is_function(0, limits_.functions + 1) ||
+            !is_function(1, limits_.functions))
+          return pair.refuse("is not a pair of functions");
+        pairs.emplace_back(numbers[0].get<int>(), numbers[1].get<int>());
+      }
+    }
+  }
+
+  static void check_unknown(const JsonIo& layers) {
+    for (const auto& [name, layer] : layers.value().items()) {
+      const bool optional = layer.is_object() && layer.contains("optional") && layer["optional"] == true;
+      if (layer_named(name) || optional) continue;
+      layers.sink().add(Code::fabric_unsupported, pointer_to(layers.place(), name),
+                        "is an unknown layer that is not optional");
+    }
+  }
+
+  static void require_layer(const JsonIo& text, const FabricHeader& header, LayerKind kind,
+                            const FabricHeader& others, LayerKind other) {
+    if (header.layer(kind) && !others.layer(other))
+      text.sink().add(Code::fabric_member, fmt::format("{}/layers/{}", text.place(), name_of(kind)),
+                      fmt::format("there is no layer {}", name_of(other)));
+  }
+
+  static FabricHeader new_side(const FabricHeader& front, Side side) {
+    FabricHeader header = front;
+    header.sides.clear();
+    header.layers = {};
+    header.shape = {.side = side, .yarns = front.shape.yarns};
+    header.side = side;
+    header.radiance_scale = 1;
+    return header;
+  }
+
+  static void check_side(const JsonIo& text, const FabricHeader& front, const FabricHeader& header) {
+    const FabricHeader* const seen =
+        front.side_of(header.side == Side::back_through ? Side::back : Side::front);
+    if (seen == nullptr || (lets_through(header.side) && header.views != seen->views))
+      return text.refuse("the views are not those of the side that is seen");
+    require_layer(text, header, LayerKind::indirect, front, LayerKind::yarns);
+    for (int k = 0; k < header.levels; ++k) {
+      const int shown = header.level_of_texels(k);
+      if (shown == k) continue;
+      if (shown < 0) return text.refuse(fmt::format("level {} and all coarser levels have no layer", k));
+      if (header.has(LayerKind::frame, k) || header.has(LayerKind::opacity, k))
+        return text.refuse(fmt::format("level {} has a layer, but no reflectance", k));
+    }
+  }
+
+  /// Sets the counts of the shape that depend on several members.
+  static void complete_shape(FabricHeader& header) {
+    LayerShape& shape = header.shape;
+    shape.views = header.views.count();
+    shape.lights = header.lights.count();
+    shape.base_texels = header.width * header.height;
+    const auto& products = header.layer(LayerKind::products);
+    if (!products) return;
+    for (const auto& pairs : products->pairs)
+      shape.products = std::max(shape.products, static_cast<int>(pairs.size()));
+  }
+
+  FabricLimits limits_;
+};
+
+void check_pairs(const FabricHeader& header, IssueSink& sink) {
   const auto& products = header.layer(LayerKind::products);
   if (!products) return;
-  for (const auto& pairs : products->pairs) {
-    shape.products = std::max(shape.products, static_cast<int>(pairs.size()));
+  for (std::size_t i = 0; i < products->pairs.size(); ++i) {
+    for (std::size_t m = 0; m < products->pairs[i].size(); ++m) {
+      const V2i& pair = products->pairs[i][m];
+      if (pair.x <= header.shape.view_functions && pair.y < header.shape.light_functions) continue;
+      const std::string side =
+          header.side == Side::front ? "" : fmt::format("/sides/{}", name_of(header.side));
+      return sink.add(Code::fabric_member, fmt::format("{}/layers/products/pairs/{}/{}", side, i, m),
+                      fmt::format("({}, {}) is not a pair of the bases' functions", pair.x, pair.y));
+    }
   }
 }
 
 }  // namespace
 
-namespace {
-
-/// The members that every side has of its own.
-json side_json(const FabricHeader& header) {
-  json text = {{member::views, grid_json(header.views)},
-               {member::provenance, provenance_json(header.provenance)}};
-  write_layers(header, text);
-  if (has_lights(header)) text[member::lights] = grid_json(header.lights);
-  if (header.radiance_scale != 1) text[member::radiance_scale] = header.radiance_scale;
-  return text;
-}
-
-/// Reads the members that every side has of its own. False if nothing can be read without them.
-bool read_side(const Member& text, FabricHeader& header, const FabricLimits& limits) {
-  if (text.has(member::radiance_scale)) {
-    header.radiance_scale = text.require(member::radiance_scale).real_number(true).value_or(1);
-  }
-  if (const Member provenance = text.require_object(member::provenance)) {
-    header.provenance = provenance.value->dump();
-  }
-  const auto views = grid_member(text.require(member::views), limits);
-  if (!views) return false;
-  header.views = *views;
-  read_layers(text, header, limits);
-  if (has_lights(header)) {
-    const auto lights = grid_member(text.require(member::lights), limits);
-    if (!lights) return false;
-    header.lights = *lights;
-  }
-  check_bases(header, text);
-  return true;
-}
-
-/// Adds a side of the front's texels and levels to its header.
-void read_other_side(const Member& text, Side side, FabricHeader& front, const FabricLimits& limits) {
-  text.warn_of_unknown_members({member::radiance_scale, member::views, member::lights, member::layers,
-                                member::digests, member::provenance});
-  FabricHeader header = front;
-  header.sides.clear();
-  header.layers = {};
-  header.shape = {.side = side, .yarns = front.shape.yarns};
-  header.side = side;
-  header.radiance_scale = 1;
-  if (!read_side(text, header, limits)) return;
-  const FabricHeader* const seen = front.side_of(side == Side::back_through ? Side::back : Side::front);
-  if (seen == nullptr || (lets_through(side) && header.views != seen->views)) {
-    return text.refuse("the views are not those of the side that is seen");
-  }
-  require_layer(header, LayerKind::indirect, front, LayerKind::yarns, text);
-  for (int k = 0; k < header.levels; ++k) {
-    const int shown = header.level_of_texels(k);
-    if (shown == k) continue;
-    if (shown < 0) return text.refuse(fmt::format("level {} has no layer of it, nor has a coarser one", k));
-    if (header.has(LayerKind::frame, k) || header.has(LayerKind::opacity, k))
-      return text.refuse(fmt::format("level {} has a layer of it, but no reflectance", k));
-  }
-  complete_shape(header);
-  front.sides.push_back(std::move(header));
-}
-
-}  // namespace
-
-std::string header_to_json(const FabricHeader& header) {
-  json text = side_json(header);
-  text[member::version] = {names::fabric_version_major, minor_version(header)};
-  text[member::model] = header.model;
-  text[member::texels] = {header.width, header.height};
-  text[member::levels] = header.levels;
-  text[member::mm_per_repeat] = {header.period_mm.x, header.period_mm.y};
-  text[member::reference_height] = header.reference_height;
-  text[member::thickness] = header.thickness_mm;
-  for (const FabricHeader& other : header.sides) text[member::sides][name_of(other.side)] = side_json(other);
-  if (header.whole) text[member::whole] = whole_json(*header.whole);
+std::string header_to_json(FabricHeader header) {
+  json text = {{"version", {names::fabric_version_major, names::fabric_version_minor}}};
+  TextIo({}).root(JsonIo::writer(text), header);
   return text.dump();
 }
 
-std::optional<json> parse_fabric_text(const std::string& text, IssueSink& sink) {
-  json parsed = parse_json(text);
+std::optional<FabricHeader> header_from_json(const std::string& text, const FabricLimits& limits,
+                                             IssueSink& sink) {
+  const json parsed = parse_json(text);
   if (!parsed.is_object()) {
     sink.add(Code::fabric_malformed, names::attribute_fabric, "is not a JSON object");
     return std::nullopt;
   }
-  const auto version = Member{&parsed, {}, &sink}.require_pair(member::version);
-  if (!version[0]) return std::nullopt;
-  if (!version[0].value->is_number_integer()) {
-    version[0].refuse("is not a whole number");
+  const auto version = parsed.find("version");
+  const auto is_number = [](const json& n) { return n.is_number_integer() && n >= 0; };
+  if (version == parsed.end() || !version->is_array() || version->size() != 2 || !is_number((*version)[0]) ||
+      !is_number((*version)[1])) {
+    sink.add(Code::fabric_member, "/version", "is not a pair of whole numbers");
     return std::nullopt;
   }
-  if (*version[0].value != names::fabric_version_major) {
-    sink.add(Code::fabric_version, "/version",
-             fmt::format("version {} is not understood; this program reads version {}",
-                         parsed[member::version].dump(), names::fabric_version_major));
+  const json& major = (*version)[0];
+  if (major != names::fabric_version_major) {
+    const std::string number = major.dump() + "." + (*version)[1].dump();
+    sink.add(
+        Code::fabric_version, "/version",
+        major < names::fabric_version_major
+            ? fmt::format("fabric version {} is no longer read: make the fabric again with 'selvedge make'",
+                          number)
+            : fmt::format("fabric version {} is not known, only {}.x", number, names::fabric_version_major));
     return std::nullopt;
   }
-  if (!version[1].whole_number(0, std::numeric_limits<int>::max())) return std::nullopt;
-  return parsed;
-}
-
-std::optional<FabricHeader> header_from_json(const json& members, const FabricLimits& limits,
-                                             IssueSink& sink) {
+  const std::size_t errors = sink.errors();
   FabricHeader header;
-  const Member text{&members, {}, &sink};
-  const json& minor = members[member::version][1];
-  if (minor > names::fabric_version_minor) {
-    sink.add(Code::fabric_advice, "/version/1",
-             fmt::format("minor version {}; what it may have added is not known", minor.dump()));
-  }
-  text.warn_of_unknown_members({member::version, member::model, member::texels, member::levels,
-                                member::mm_per_repeat, member::reference_height, member::thickness,
-                                member::radiance_scale, member::views, member::lights, member::layers,
-                                member::digests, member::provenance, member::whole, member::sides});
-  const auto model = members.find(member::model);
-  if (model == members.end() || !model->is_string()) {
-    sink.add(Code::fabric_advice, "/model", "is missing or not a string");
-  } else {
-    header.model = model->get<std::string>();
-  }
-  const auto texels = text.require_pair(member::texels);
-  const auto width = texels[0].whole_number(1, limits.texels_per_side);
-  const auto height = texels[1].whole_number(1, limits.texels_per_side);
-  const auto period = text.require_pair(member::mm_per_repeat);
-  header.period_mm.x = period[0].real_number(true).value_or(1);
-  header.period_mm.y = period[1].real_number(true).value_or(1);
-  header.reference_height = text.require(member::reference_height).real_number().value_or(0);
-  const Member thickness = text.require(member::thickness);
-  header.thickness_mm = thickness.real_number().value_or(0);
-  if (header.thickness_mm < 0) thickness.refuse("is negative");
-  const Member levels = text.require(member::levels);
-  const int count = width && height ? levels.whole_number(1, level_count(*width, *height)).value_or(0) : 0;
-  if (text.has(member::whole) && width && height) {
-    if (const Member whole = text.require_object(member::whole)) {
-      header.whole = whole_from(whole, V2i(*width, *height), count, limits);
-    }
-  }
-  if (count == 0) return std::nullopt;
-  header.width = *width;
-  header.height = *height;
-  header.levels = count;
-  if (!read_side(text, header, limits)) return std::nullopt;
-  require_layer(header, LayerKind::yarns, header, LayerKind::indirect, text);
-  require_layer(header, LayerKind::indirect, header, LayerKind::yarns, text);
-  complete_shape(header);
-  if (text.has(member::sides)) {
-    const Member sides = text.require_object(member::sides);
-    for (const Side side : other_sides) {
-      if (!sides || !sides.has(name_of(side))) continue;
-      if (const Member other = sides.require_object(name_of(side))) {
-        read_other_side(other, side, header, limits);
-      }
-    }
-    if (sides) sides.warn_of_unknown_members({"back", "through", "back.through"});
-  }
+  TextIo(limits).root(JsonIo::reader(parsed, sink), header);
+  if (sink.errors() == errors) for_each_side(header, [&](const FabricHeader& h) { check_pairs(h, sink); });
+  if (sink.errors() > errors) return std::nullopt;
   return header;
 }
 

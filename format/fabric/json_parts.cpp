@@ -20,12 +20,6 @@ json grid_json(const DirectionGrid& grid) {
           {names::member::rows, grid.rows}};
 }
 
-json whole_json(const WholeFabric& whole) {
-  json text{{names::member::level, whole.level}, {names::member::texels, {whole.texels.x, whole.texels.y}}};
-  if (whole.levels > 0) text[names::member::levels] = whole.levels;
-  return text;
-}
-
 Result<DirectionGrid> grid_from_json(const json& grid, int max_directions) {
   if (!grid.is_object()) return fail(Code::fabric_member, {}, {}, "is not an object");
   const std::string layout_place = std::string("/") + names::member::layout;
@@ -51,17 +45,6 @@ Result<DirectionGrid> grid_from_json(const json& grid, int max_directions) {
                 fmt::format("{}x{} directions; {} are allowed", result.columns, result.rows, max_directions));
   }
   return result;
-}
-
-std::optional<DirectionGrid> grid_member(const Member& grid, const FabricLimits& limits) {
-  if (!grid) return std::nullopt;
-  const auto result = grid_from_json(*grid.value, limits.directions);
-  if (!result) {
-    grid.sink->add(result.error().code, grid.place + result.error().place, result.error().message);
-    return std::nullopt;
-  }
-  grid.warn_of_unknown_members({names::member::layout, names::member::columns, names::member::rows});
-  return *result;
 }
 
 }  // namespace selvedge

@@ -6,8 +6,6 @@
 
 #include "format/base/error.h"
 #include "format/fabric/directions.h"
-#include "format/fabric/fabric.h"
-#include "format/fabric/json_member.h"
 
 namespace selvedge {
 
@@ -17,14 +15,8 @@ nlohmann::json provenance_json(const std::string& provenance);
 /// `layout`, `columns` and `rows`.
 nlohmann::json grid_json(const DirectionGrid& grid);
 
-/// `level` and `texels`.
-nlohmann::json whole_json(const WholeFabric& whole);
-
 /// The inverse of grid_json(), for grids of 1 to `max_directions` directions. FABRIC_UNSUPPORTED if the
 /// layout is unknown, else FABRIC_MEMBER; the place is a JSON pointer relative to the grid.
 Result<DirectionGrid> grid_from_json(const nlohmann::json& grid, int max_directions);
-
-/// The same of a member; the sink says why there is no grid.
-std::optional<DirectionGrid> grid_member(const Member& grid, const FabricLimits& limits);
 
 }  // namespace selvedge

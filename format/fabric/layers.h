@@ -82,19 +82,16 @@ struct Layer {
   bool operator==(const Layer&) const = default;
 };
 
-/// Numbers of a curve: without the member `fields`, which more need; up to version 3.2; and now.
-inline constexpr int fields_of_round_yarn = 11;
-inline constexpr int fields_with_plies = 18;
-inline constexpr int fields_with_strands = 24;
-inline constexpr int fields_with_flattening = 25;
-inline constexpr int fields_with_hairs = 30;
+/// Numbers of a curve: all, and the least that a file may have.
+inline constexpr int yarn_fields = 30;
+inline constexpr int min_yarn_fields = 11;
 
 /// How much yarn a fabric holds (yarns.h); 0: none.
 struct YarnCounts {
   int curves = 0;
   int nodes = 0;
-  int stations = 0;                   ///< of indirect light
-  int fields = fields_of_round_yarn;  ///< numbers of a curve
+  int stations = 0;          ///< of indirect light
+  int fields = yarn_fields;  ///< numbers of a curve
   bool operator==(const YarnCounts&) const = default;
 };
 

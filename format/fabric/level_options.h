@@ -5,7 +5,7 @@ namespace selvedge {
 
 struct LevelOptions {
   bool blend = true;  ///< between the two nearest levels
-  int forced = -1;    ///< unless -1: this level of the whole fabric everywhere, clamped to those in the file
+  int forced = -1;    ///< unless -1: this level everywhere, clamped to the last
   float bias = 0;     ///< added to the level
   /// The mean of the texels under the pixel, by their shares of its area; else the nearest texel.
   bool area = false;

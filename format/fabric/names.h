@@ -6,8 +6,8 @@
 
 namespace selvedge::names {
 
-inline constexpr int fabric_version_major = 3;
-inline constexpr int fabric_version_minor = 3;
+inline constexpr int fabric_version_major = 4;
+inline constexpr int fabric_version_minor = 0;
 inline constexpr int samples_version = 3;
 
 // Parts of a fabric file, in the file's order.
@@ -27,22 +27,15 @@ inline constexpr std::array<const char*, 4> preview_channels{"R", "G", "B", "A"}
 inline constexpr std::array<const char*, 3> colour_suffix{"red", "green", "blue"};
 inline constexpr std::array<const char*, 6> frame_channels{"nx", "ny", "nz", "tx", "ty", "tz"};
 inline constexpr std::array<const char*, 4> lobe_parameters{"cx", "cy", "cz", "n"};
-inline constexpr std::array<char, 5> colour_endings{'R', 'G', 'B', 'A', 'Y'};
 
-// Attributes of part 0: one JSON text, its digest, and copies of some members for people and other tools.
+// Attributes of part 0: one JSON text and its digest.
 inline constexpr const char* attribute_fabric = "selvedge.fabric";
 inline constexpr const char* attribute_samples = "selvedge.samples";
 inline constexpr const char* attribute_digest = "selvedge.digest";
-inline constexpr const char* attribute_version = "selvedge.version";
-inline constexpr const char* attribute_model = "selvedge.model";
-inline constexpr const char* attribute_period = "selvedge.mmPerRepeat";
-inline constexpr const char* attribute_reference_height = "selvedge.referenceHeight";
 inline constexpr const char* attribute_wrap = "wrapmodes";
 
 inline constexpr const char* wrap_periodic = "periodic,periodic";
 inline constexpr const char* layout_equal_area = "equal-area";
-inline constexpr const char* precision_half = "half";
-inline constexpr const char* precision_float = "float";
 
 // Parts of a samples file.
 inline constexpr const char* part_radiance = "radiance";
@@ -58,14 +51,11 @@ inline constexpr const char* part_light_through = "through.indirect";
 namespace selvedge::names::member {
 
 inline constexpr const char* version = "version";
-inline constexpr const char* model = "model";
 inline constexpr const char* texels = "texels";
 inline constexpr const char* levels = "levels";
 inline constexpr const char* mm_per_repeat = "mmPerRepeat";
 inline constexpr const char* reference_height = "referenceHeight";
 inline constexpr const char* thickness = "thickness";
-inline constexpr const char* radiance_scale = "radianceScale";
-inline constexpr const char* whole = "whole";
 inline constexpr const char* level = "level";
 inline constexpr const char* views = "views";
 inline constexpr const char* layout = "layout";
@@ -73,15 +63,10 @@ inline constexpr const char* columns = "columns";
 inline constexpr const char* rows = "rows";
 inline constexpr const char* layers = "layers";
 inline constexpr const char* sides = "sides";
-inline constexpr const char* lobes = "lobes";
-inline constexpr const char* functions = "functions";
 inline constexpr const char* curves = "curves";
 inline constexpr const char* nodes = "nodes";
 inline constexpr const char* stations = "stations";
 inline constexpr const char* fields = "fields";
-inline constexpr const char* precision = "precision";
-inline constexpr const char* optional = "optional";
-inline constexpr const char* digests = "digests";
 inline constexpr const char* provenance = "provenance";
 inline constexpr const char* lights = "lights";
 inline constexpr const char* pairs = "pairs";

@@ -6,10 +6,8 @@
 
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
-#include "format/fabric/header_json.h"
 #include "format/fabric/level_values.h"
 #include "format/fabric/names.h"
-#include "format/fabric/rules.h"
 #include "format/fabric/warnings.h"
 
 namespace selvedge {
@@ -24,20 +22,18 @@ bool is_stored(const Fabric& fabric, LayerKind kind, int k) {
   return kind == LayerKind::bases ? k == 0 && bases_of(fabric) != nullptr : fabric.levels[k].has(kind);
 }
 
-ExrPart new_part(const Fabric& fabric, const std::string& name, const FabricWriteOptions& options) {
+ExrPart new_part(const Fabric& fabric, const std::string& name) {
   ExrPart part;
   part.name = name;
   part.width = fabric.texels().x;
   part.height = fabric.texels().y;
-  part.compression = options.codec;
-  part.attributes[names::attribute_wrap] = std::string(names::wrap_periodic);
+  part.attributes[names::attribute_wrap] = names::wrap_periodic;
   return part;
 }
 
 ExrPart data_part(const Fabric& fabric, LayerKind kind, const LayerShape& shape,
                   const FabricWriteOptions& options) {
-  ExrPart part = new_part(fabric, part_name(kind, shape.side), options);
-  part.tiled = true;
+  ExrPart part = new_part(fabric, part_name(kind, shape.side));
   part.mipmapped = true;
   part.levels = level_count(part.width, part.height);
   for (const std::string& channel : channel_names(kind, shape)) {
@@ -46,8 +42,8 @@ ExrPart data_part(const Fabric& fabric, LayerKind kind, const LayerShape& shape,
   return part;
 }
 
-ExrPart preview_part(const Fabric& fabric, const FabricWriteOptions& options) {
-  ExrPart part = new_part(fabric, names::part_preview, options);
+ExrPart preview_part(const Fabric& fabric) {
+  ExrPart part = new_part(fabric, names::part_preview);
   for (const char* channel : names::preview_channels) part.channels.push_back({channel});
   return part;
 }
@@ -112,7 +108,6 @@ struct SideLayer {
 /// The layer's header, with the digests of its pixels.
 LayerHeader entry_for(const Fabric& fabric, LayerKind kind, const LayerShape& shape, const ExrPart& part) {
   LayerHeader entry;
-  entry.half = part.channels.empty() || part.channels.front().half;
   for (int k = 0; k < static_cast<int>(fabric.levels.size()); ++k) {
     if (!is_stored(fabric, kind, k)) continue;
     entry.levels.push_back(k);
@@ -181,7 +176,7 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
   };
   if (auto ok = validate(fabric); !ok) return failed(ok.error());
   FabricHeader header;
-  std::vector<ExrPart> parts{preview_part(fabric, options)};
+  std::vector<ExrPart> parts{preview_part(fabric)};
   std::vector<SideLayer> layers;
   for (const Side side : all_sides) {
     const Fabric* const sided = side == Side::front ? &fabric : fabric.side_of(side);
@@ -194,12 +189,12 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric, const F
       header.sides.push_back(std::move(*added));
     }
   }
+  if (layers.empty()) return fail(Code::fabric_malformed, path, "layers", "the fabric has no layer");
   const std::string text = header_to_json(header);
   const std::string digest = header_digest(text, parts);
   auto& attributes = parts.front().attributes;
   attributes[names::attribute_fabric] = text;
   attributes[names::attribute_digest] = digest;
-  attributes.merge(mirrors_of(header));
 
   auto writer = ExrWriter::create(path, parts);
   if (!writer) return tl::unexpected(writer.error());

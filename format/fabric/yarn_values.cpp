@@ -9,9 +9,7 @@
 namespace selvedge {
 namespace {
 
-constexpr int known_fields = fields_with_hairs;
-
-std::array<float, known_fields> values_of(const YarnCurve& c) {
+std::array<float, yarn_fields> values_of(const YarnCurve& c) {
   const YarnPlies& p = c.plies;
   const YarnStrands& s = c.strands;
   return {static_cast<float>(c.nodes),
@@ -46,14 +44,6 @@ std::array<float, known_fields> values_of(const YarnCurve& c) {
           c.hairs.kept};
 }
 
-/// How many fields say all of the curve.
-int fields_of(const YarnCurve& curve) {
-  if (curve.hairs != YarnHairs()) return fields_with_hairs;
-  if (curve.flattening != 1) return fields_with_flattening;
-  if (curve.strands != YarnStrands()) return fields_with_strands;
-  return curve.plies == YarnPlies() ? fields_of_round_yarn : fields_with_plies;
-}
-
 /// A whole number that a float holds; min - 1 for any other value.
 int whole(float value, int min, int max) {
   return value >= static_cast<float>(min) && value <= static_cast<float>(max) && std::floor(value) == value
@@ -65,25 +55,18 @@ int whole(float value, int min, int max) {
 
 YarnCounts counts_of(const YarnData& data) {
   YarnCounts counts{static_cast<int>(data.curves.size()), static_cast<int>(data.nodes.size()), 0};
-  for (const YarnCurve& curve : data.curves) {
-    counts.stations += curve.stations;
-    counts.fields = std::max(counts.fields, fields_of(curve));
-  }
+  for (const YarnCurve& curve : data.curves) counts.stations += curve.stations;
   return counts;
 }
 
 std::vector<float> curve_values(const YarnData& data) {
   std::vector<float> values;
-  const auto add = [&](int first, int end) {
-    for (int field = first; field < end; ++field) {
-      for (const YarnCurve& curve : data.curves) values.push_back(values_of(curve)[field]);
-    }
-  };
-  add(0, fields_of_round_yarn);
+  for (int field = 0; field < yarn_fields; ++field) {
+    for (const YarnCurve& curve : data.curves) values.push_back(values_of(curve)[field]);
+  }
   for (int axis = 0; axis < values_per_node; ++axis) {
     for (const V3f& node : data.nodes) values.push_back(node[axis]);
   }
-  add(fields_of_round_yarn, counts_of(data).fields);
   return values;
 }
 
@@ -146,12 +129,11 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
                                    const YarnCounts& counts, const V2f& period) {
   YarnData data;
   constexpr int many = 1 << 24;
-  const std::array<float, known_fields> plain = values_of({});
+  const std::array<float, yarn_fields> plain = values_of({});
   for (int c = 0; c < counts.curves; ++c) {
-    // Fields that follow the nodes may be missing; others that follow are of later versions.
+    // The last fields may be missing; fields beyond the known ones are of later versions.
     const auto value = [&](int field) {
-      const int before = field < fields_of_round_yarn ? 0 : values_per_node * counts.nodes;
-      return field < counts.fields ? curves[before + field * counts.curves + c] : plain[field];
+      return field < counts.fields ? curves[field * counts.curves + c] : plain[field];
     };
     YarnCurve curve;
     curve.nodes = whole(value(0), 0, many);
@@ -176,7 +158,7 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
     curve.hairs = {whole(value(25), -many, many), value(26), value(27), value(28), value(29)};
     data.curves.push_back(curve);
   }
-  const std::span<const float> nodes = curves.subspan(fields_of_round_yarn * counts.curves);
+  const std::span<const float> nodes = curves.subspan(std::size_t{1} * counts.fields * counts.curves);
   for (int n = 0; n < counts.nodes; ++n) {
     data.nodes.emplace_back(nodes[n], nodes[counts.nodes + n], nodes[2 * counts.nodes + n]);
   }

@@ -14,27 +14,22 @@
 namespace selvedge {
 
 struct FabricFile::State {
-  Fabric fabric;  // its level 0 is first_level of the file
+  Fabric fabric;
   FabricFacts facts;
-  int first_level = 0;
   std::vector<FabricYarnCurve> curves;
 
-  /// Null without yarn, or if level 0 was not read.
-  const Yarns* yarns() const { return fabric.levels.empty() ? nullptr : fabric.levels.front().yarns().get(); }
+  /// Null without yarn.
+  const Yarns* yarns() const { return fabric.levels.front().yarns().get(); }
 
-  /// Null if the level was not read.
+  /// Null if there is no such level.
   const FabricLevel* level(int level) const {
-    const auto count = static_cast<int>(fabric.levels.size());
-    return level >= first_level && level - first_level < count ? &fabric.levels[level - first_level]
-                                                               : nullptr;
+    return level >= 0 && level < facts.levels ? &fabric.levels[level] : nullptr;
   }
-  /// The level, clamped, as one of `fabric`. Nothing if one of the two next to it was not read or a number is
-  /// not finite.
+  /// The level, clamped, as one of `fabric`. Nothing if a number is not finite.
   std::optional<double> level_at(double wanted, double u, double v) const;
   /// Null, with `problem` set, if the file is refused.
   template <class Open>
-  static std::shared_ptr<const State> read(const std::string& name, const Open& open, FabricProblem* problem,
-                                           const FabricReadOptions& options);
+  static std::shared_ptr<const State> read(const std::string& name, const Open& open, FabricProblem* problem);
 };
 
 namespace {
@@ -45,7 +40,6 @@ FabricProblem problem_of(const Error& error) {
 }
 
 FabricFacts facts_of(const FabricHeader& header) {
-  const V2i whole = whole_texels(header);
   return {{header.period_mm.x, header.period_mm.y},
           header.reference_height,
           header.thickness_mm,
@@ -54,10 +48,7 @@ FabricFacts facts_of(const FabricHeader& header) {
           header.views.rows,
           header.lights.columns,
           header.lights.rows,
-          header.radiance_scale,
-          {whole.x, whole.y},
-          header.first_level(),
-          header.whole ? header.whole->levels : header.levels};
+          header.radiance_scale};
 }
 
 std::vector<FabricYarnCurve> curves_of(const YarnData& data) {
@@ -129,22 +120,17 @@ FabricFile::FabricFile(std::shared_ptr<const State> state) : state_(std::move(st
 
 template <class Open>
 std::shared_ptr<const FabricFile::State> FabricFile::State::read(const std::string& name, const Open& open,
-                                                                 FabricProblem* problem,
-                                                                 const FabricReadOptions& options) {
+                                                                 FabricProblem* problem) {
   using Read = Result<std::shared_ptr<const State>>;
   Read result = guarded(name, [&]() -> Read {
     Result<FabricReader> reader = open();
     if (!reader) return tl::unexpected(reader.error());
     auto state = std::make_shared<State>();
     state->facts = facts_of(reader->header());
-    state->first_level = std::max(options.first_level, 0);
-    const int last = std::min(options.last_level, state->facts.levels - 1);
-    if (state->first_level <= last) {
-      auto levels = reader->read_levels(state->first_level, last);
-      if (!levels) return tl::unexpected(levels.error());
-      state->fabric = std::move(*levels);
-      if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
-    }
+    auto fabric = reader->read();
+    if (!fabric) return tl::unexpected(fabric.error());
+    state->fabric = std::move(*fabric);
+    if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
     return std::shared_ptr<const State>(std::move(state));
   });
   if (result) return std::move(*result);
@@ -154,12 +140,7 @@ std::shared_ptr<const FabricFile::State> FabricFile::State::read(const std::stri
 
 std::optional<double> FabricFile::State::level_at(double wanted, double u, double v) const {
   if (!std::isfinite(wanted) || !std::isfinite(u) || !std::isfinite(v)) return {};
-  const double clamped = std::clamp(wanted, yarns() != nullptr ? -1.0 : 0.0, facts.levels - 1.0);
-  // Level -1 comes with level 0.
-  for (const double k : {std::floor(clamped), std::ceil(clamped)}) {
-    if (level(std::max(static_cast<int>(k), 0)) == nullptr) return {};
-  }
-  return clamped - first_level;
+  return std::clamp(wanted, yarns() != nullptr ? -1.0 : 0.0, facts.levels - 1.0);
 }
 
 namespace {
@@ -176,7 +157,7 @@ FabricLimits limits_of(const FabricReadOptions& options) {
 std::optional<FabricFile> FabricFile::open(const std::string& path, FabricProblem* problem,
                                            const FabricReadOptions& options) {
   auto state = State::read(
-      path, [&] { return FabricReader::open(path, limits_of(options)); }, problem, options);
+      path, [&] { return FabricReader::open(path, limits_of(options)); }, problem);
   if (state == nullptr) return {};
   return FabricFile(std::move(state));
 }
@@ -185,14 +166,12 @@ std::optional<FabricFile> FabricFile::open(std::span<const std::byte> bytes, con
                                            FabricProblem* problem, const FabricReadOptions& options) {
   const std::span unsigned_bytes(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
   auto state = State::read(
-      name, [&] { return FabricReader::open(unsigned_bytes, name, limits_of(options)); }, problem, options);
+      name, [&] { return FabricReader::open(unsigned_bytes, name, limits_of(options)); }, problem);
   if (state == nullptr) return {};
   return FabricFile(std::move(state));
 }
 
 const FabricFacts& FabricFile::facts() const { return state_->facts; }
-
-bool FabricFile::has_level(int level) const { return state_->level(level) != nullptr; }
 
 FabricLevelData FabricFile::level(int level) const {
   FabricLevelData data;
@@ -296,12 +275,10 @@ bool FabricFile::pdf_at(double level, double u, double v, std::span<const std::a
 
 std::optional<FabricFile> FabricFile::turned_over() const {
   const Fabric& front = state_->fabric;
-  if (front.levels.empty()) return {};
   if (front.side_of(Side::back) == nullptr) return *this;
   try {
     auto state = std::make_shared<State>();
     state->facts = state_->facts;
-    state->first_level = state_->first_level;
     Fabric& back = state->fabric = selvedge::turned_over(front);
     state->facts.view_columns = back.views.columns;
     state->facts.view_rows = back.views.rows;
@@ -316,7 +293,6 @@ std::optional<FabricFile> FabricFile::turned_over() const {
 }
 
 std::vector<std::uint32_t> FabricFile::gpu_words() const {
-  if (state_->fabric.levels.empty()) return {};
   try {
     return selvedge::gpu_words({&state_->fabric, 1});
   } catch (const std::exception&) {
@@ -326,7 +302,7 @@ std::vector<std::uint32_t> FabricFile::gpu_words() const {
 
 std::vector<FabricProblem> check_fabric_file(const std::string& path) {
   std::vector<FabricProblem> problems;
-  const auto issues = guarded(path, [&]() -> Result<Issues> { return check_fabric(path); });
+  const auto issues = guarded(path, [&]() -> Result<Issues> { return check_fabric(path).issues; });
   if (!issues) return {problem_of(issues.error())};
   for (const Error& issue : *issues) problems.push_back(problem_of(issue));
   return problems;

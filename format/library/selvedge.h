@@ -61,11 +61,6 @@ struct FabricFacts {
   int light_columns = 0;  ///< the grid of stored lights; undefined without light tables and bases
   int light_rows = 0;
   float radiance_scale = 1;  ///< factor on the radiance of all texels, not included in FabricLevelData
-  /// Of a partial fabric: texels of the whole fabric's level 0, the level of the whole that is the file's
-  /// level 0, and the number of levels of the whole (0: unknown). Otherwise those of the file.
-  std::array<int, 2> whole_texels{};
-  int whole_level = 0;
-  int whole_levels = 0;
 };
 
 /// The values of one level: every layer that a file can have. A span is empty if the level does not have the
@@ -118,8 +113,6 @@ struct FabricYarns {
 };
 
 struct FabricReadOptions {
-  int first_level = 0;
-  int last_level = 1000;  ///< only levels from first to last are read
   /// A file beyond these limits is refused before anything is allocated. Defaults: those of the
   /// specification.
   int max_texels_per_side = 4096;
@@ -130,7 +123,7 @@ struct FabricReadOptions {
 
 class SELVEDGE_PUBLIC FabricFile {
  public:
-  /// Verifies the digests of the levels that it reads. Returns nothing for a bad file and sets `problem`,
+  /// Verifies all digests. Returns nothing for a bad file and sets `problem`,
   /// unless that is null.
   static std::optional<FabricFile> open(const std::string& path, FabricProblem* problem = nullptr,
                                         const FabricReadOptions& options = {});
@@ -141,10 +134,7 @@ class SELVEDGE_PUBLIC FabricFile {
 
   const FabricFacts& facts() const;
 
-  /// Whether the level exists and was read.
-  bool has_level(int level) const;
-
-  /// Empty if has_level() is false.
+  /// Empty if the level does not exist.
   FabricLevelData level(int level) const;
 
   /// The yarn of level 0, valid as long as this FabricFile. Empty without yarn, or if level 0 was not read.

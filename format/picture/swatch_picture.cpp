@@ -37,8 +37,8 @@ void add_texels(const Fabric& fabric, int level, const LevelOptions& options, co
     const V2f u(up * of);
     return TexelSlopes<float>{r.x, r.y, u.x, u.y};
   };
-  const float pixel = pixel_size(slopes(V2d(whole_texels(fabric))));
-  const PixelBox<float> box = pixel_box(slopes(size), std::ldexp(pixel, -(fabric.first_level() + level)));
+  const float pixel = pixel_size(slopes(V2d(fabric.texels())));
+  const PixelBox<float> box = pixel_box(slopes(size), std::ldexp(pixel, -level));
   const V2d centre = uv * size;
   const V2i first(static_cast<int>(std::floor(centre.x - static_cast<double>(box.reach_x) + 0.5)),
                   static_cast<int>(std::floor(centre.y - static_cast<double>(box.reach_y) + 0.5)));
@@ -77,20 +77,19 @@ void add_points(const LevelOptions& options, const V2d& uv, const V2d& right, co
 void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv, const V2d& right,
                const V2d& up, std::vector<Tap>& taps) {
   taps.clear();
-  const V2d size(whole_texels(fabric));
+  const V2d size(fabric.texels());
   const V2f r(right * size);
   const V2f u(up * size);
   const float pixel = pixel_size<float>({r.x, r.y, u.x, u.y});
   const float wanted =
       options.forced >= 0 ? static_cast<float>(options.forced) : std::log2(pixel) + options.bias;
-  const float relative = wanted - static_cast<float>(fabric.first_level());
   const float yarn =
       options.forced >= 0
           ? 0
           : yarn_share(pixel, largest_yarn_pixel(fabric) * largest_by_points(options.points), options.blend);
   if (yarn > 0) add_points(options, uv, right, up, yarn, taps);
   const auto last = static_cast<float>(fabric.levels.size() - 1);
-  const float level = relative > 0 ? std::min(relative, last) : 0;
+  const float level = wanted > 0 ? std::min(wanted, last) : 0;
   const int lower = static_cast<int>(level);
   const float of_upper = blend_of_levels(level - std::floor(level), options.blend);
   for (const int k : {0, 1}) {

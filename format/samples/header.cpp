@@ -96,8 +96,7 @@ void read_yarns(const json& text, SamplesHeader& h) {
   const FabricLimits limits;
   h.yarns = {whole(text.at(member::curves), 1, limits.curves), whole(text.at(member::nodes), 1, limits.nodes),
              whole(text.at(member::stations), 1, limits.stations)};
-  if (text.contains(member::fields))
-    h.yarns.fields = whole(text.at(member::fields), fields_of_round_yarn, limits.fields);
+  h.yarns.fields = whole(text.at(member::fields), min_yarn_fields, limits.fields);
 }
 
 void read_version(const json& version, SamplesHeader& /*header*/) {

@@ -70,7 +70,7 @@ class Writer {
     auto writer = ExrWriter::create(path, parts_);
     if (!writer) return tl::unexpected(writer.error());
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (auto ok = writer->write_rows(static_cast<int>(i), pixels_[i]); !ok) return ok;
+      if (auto ok = writer->write_level(static_cast<int>(i), 0, pixels_[i]); !ok) return ok;
     }
     return writer->commit();
   }
@@ -97,7 +97,7 @@ Result<Planes> read_part(ExrReader& reader, const Part& wanted) {
   if (index < 0) return malformed(reader.name(), wanted.name, "the part is missing");
   const ExrPart& part = reader.parts()[index];
   const int height = wanted.height * wanted.rows;
-  if (part.tiled || part.width != wanted.width || part.height != height)
+  if (part.mipmapped || part.width != wanted.width || part.height != height)
     return malformed(reader.name(), wanted.name,
                      fmt::format("is not a scanline part of {}x{} pixels", wanted.width, height));
   if (part.channels.size() != wanted.channels.size())
@@ -180,7 +180,7 @@ Result<YarnData> read_yarns(ExrReader& reader, const SamplesHeader& h) {
 Result<SamplesHeader> read_header(const ExrReader& reader) {
   const auto& attributes = reader.parts().front().attributes;
   const auto found = attributes.find(names::attribute_samples);
-  const auto* text = found == attributes.end() ? nullptr : std::get_if<std::string>(&found->second);
+  const auto* text = found == attributes.end() ? nullptr : &found->second;
   if (text == nullptr)
     return malformed(reader.name(), names::attribute_samples, "attribute is missing: not a samples file");
   return samples_header_from_json(*text, reader.name());

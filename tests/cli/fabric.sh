@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fabric files written again, and questions asked of them.
+# Questions asked of fabric files.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 make_knit_fabric() { selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr --quiet "${small[@]}"; }
@@ -11,77 +11,13 @@ says() {
 }
 
 digests_of() { says "$1" t.digests; }
-precisions_of() { says "$1" 'Object.values(t.layers).map(l => l.precision).join()'; }
-
-test_repack_without_options_changes_neither_values_nor_precision() {
-  make_knit_fabric
-  for options in '' '--half-lobes' '--float-tables' '--half-lobes --float-tables'; do
-    # shellcheck disable=SC2086
-    exits 0 selvedge repack k.fabric.exr -o a.exr $options
-    exits 0 selvedge repack a.exr -o b.exr
-    same a.exr b.exr
-    exits 0 selvedge repack b.exr -o b.exr
-    same a.exr b.exr
-  done
-  exits 0 selvedge repack k.fabric.exr -o a.exr --json
-  holds "r.layers.lobes === 'float' && r.layers.table === 'half' && r.bytes > 1000 && r.levels === 4 && r.codec === 'zip'"
-  [ "$(digests_of k.fabric.exr)" = "$(digests_of a.exr)" ]
-}
-
-test_repack_to_another_precision_and_codec() {
-  make_knit_fabric
-  selvedge repack k.fabric.exr -o half.exr --half-lobes --quiet
-  [ "$(precisions_of half.exr)" = '"half,half,half,half"' ]
-  selvedge repack k.fabric.exr -o float.exr --float-tables --quiet
-  [ "$(precisions_of float.exr)" = '"float,float,float,float"' ]
-  # What 16 bits hold comes through 32 bits and back.
-  selvedge repack float.exr -o back.exr --half-tables --quiet
-  [ "$(digests_of back.exr)" = "$(digests_of k.fabric.exr)" ]
-  for codec in none rle zips piz; do
-    exits 0 selvedge repack k.fabric.exr -o other.exr --codec $codec
-    exits 0 selvedge check other.exr
-    [ "$(digests_of other.exr)" = "$(digests_of k.fabric.exr)" ]
-  done
-}
-
-test_repack_of_some_levels_and_layers() {
-  make_knit_fabric
-  exits 0 selvedge repack k.fabric.exr -o upper.exr --levels 1-2 --json
-  holds "r.texels.join() === '4,4' && r.levels === 2"
-  exits 0 selvedge check upper.exr
-  for level in 0 1; do
-    selvedge evaluate upper.exr --level $level --texel 1,1 --light 1,2,3 --view -1,0,2 --json >upper.json
-    selvedge evaluate k.fabric.exr --level $((level + 1)) --texel 1,1 --light 1,2,3 --view -1,0,2 --json >whole.json
-    [ "$(grep -A 99 '"texel"' upper.json)" = "$(grep -A 99 '"texel"' whole.json)" ] || fail "level $level differs"
-  done
-  exits 0 selvedge repack k.fabric.exr -o one.exr --levels 3 --layers lobes,opacity
-  [ "$(says one.exr 'Object.keys(t.layers).join()')" = '"lobes,opacity"' ]
-  [ "$(says one.exr t.texels)" = '[1,1]' ]
-}
-
-test_repack_refuses_what_it_cannot_do() {
-  make_knit_fabric
-  cut_short k.fabric.exr short.exr
-  for codec in pxr24 b44 b44a dwaa dwab; do
-    refuses OPTION_OUT_OF_RANGE "'$codec' is lossy" selvedge repack k.fabric.exr -o o.exr --codec $codec
-  done
-  refuses OPTION_OUT_OF_RANGE --levels selvedge repack k.fabric.exr -o o.exr --levels 2-4
-  refuses OPTION_OUT_OF_RANGE --levels selvedge repack k.fabric.exr -o o.exr --levels 2-1
-  refuses '(FILE_DAMAGED|EXR_MALFORMED)' short.exr selvedge repack short.exr -o o.exr
-  refuses FILE_MISSING none.exr selvedge repack none.exr -o o.exr
-  refuses FILE_UNWRITABLE absent selvedge repack k.fabric.exr -o absent/o.exr
-  exits 2 selvedge repack k.fabric.exr
-  exits 2 selvedge repack k.fabric.exr -o o.exr --half-lobes --float-lobes
-  exits 2 selvedge repack k.fabric.exr -o o.exr --layers lobes,glitter
-  exits 2 selvedge repack k.fabric.exr -o o.exr --levels a-b
-}
 
 # answers EXPRESSION LINE...: what answer says to these lines is true of `r`, the list of its answers.
 answers() {
   local expression=$1
   shift
   printf '%s\n' "$@" >queries.jsonl
-  exits 0 selvedge answer <queries.jsonl
+  exits 0 selvedge evaluate --queries <queries.jsonl
   [ "$(wc -l <"$scratch/out")" = $# ] || fail "not one answer for each of: $*"
   sed '1s/^/[/; $!s/$/,/; $s/$/]/' "$scratch/out" >answers.json
   holds "$expression" answers.json
@@ -184,24 +120,6 @@ test_both_sides_go_from_the_bake_into_the_fabric() {
   grep -qE '^sides +front, back, through, back.through$' "$scratch/out" || fail "$(cat "$scratch/out")"
   exits 0 selvedge info b.samples.exr --json
   holds 'r.content.sides === "both"'
-  exits 0 selvedge repack b.fabric.exr -o c.exr --levels 1-2
-  exits 0 selvedge check c.exr
-  [ "$(says c.exr 't.sides.through.layers.lobes.levels')" = '[0,1]' ]
-  exits 0 selvedge repack b.fabric.exr -o c.exr --layers opacity,yarns,indirect
-  exits 0 selvedge check c.exr
-  [ "$(says c.exr 't.sides === undefined')" = true ]
-  exits 0 selvedge repack b.fabric.exr -o c.exr --sides-from 1
-  exits 0 selvedge check c.exr
-  grep -q FABRIC_LEVELS "$scratch/err" && fail "$(cat "$scratch/err")"
-  [ "$(says c.exr '[0, 1].map(k => ["lobes", "table", "products"].some(
-    layer => t.sides.back.layers[layer]?.levels.includes(k)))')" = '[false,true]' ]
-  [ "$(wc -c <c.exr)" -lt "$(wc -c <b.fabric.exr)" ]
-  exits 0 selvedge evaluate c.exr --level 1 --texel 1,2 --behind --json
-  local coarse fine
-  coarse=$(<"$scratch/out")
-  exits 0 selvedge evaluate c.exr --texel 3,5 --behind --json
-  fine=$(<"$scratch/out")
-  [ "${coarse#*rgb}" = "${fine#*rgb}" ] || fail "$coarse $fine"
   # Light behind the cloth: the front, and the back on its own side.
   for light in 0,0.6,0.8 0,0.6,-0.8; do
     for side in '' --behind; do
@@ -219,7 +137,7 @@ test_both_sides_go_from_the_bake_into_the_fabric() {
 test_files_that_releases_wrote_are_read_with_the_same_values() {
   local release
   for release in "$root"/tests/data/kept/*/; do
-    (cd "$release" && selvedge check ./*.exr && selvedge answer <queries.jsonl) >all
+    (cd "$release" && selvedge check ./*.exr && selvedge evaluate --queries <queries.jsonl) >all
     grep '^{' all >answers
     node -e 'const fs = require("fs");
       const [ours, kept] = process.argv.slice(1).map((f) => fs.readFileSync(f, "utf8").trim().split("\n").map(JSON.parse));

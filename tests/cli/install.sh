@@ -36,7 +36,7 @@ test_a_program_outside_of_the_tree_reads_a_fabric_through_the_installed_library(
       "$(sed -n "$((level + 1))p" read.txt)" "$scratch/out"
     # The mean of random lights beside the sum over all directions, within four standard errors.
     echo "{\"op\":\"environment\",\"file\":\"f.exr\",\"level\":$level,\"texel\":[$((4 >> level)),$((4 >> level))],\"view\":[0,0,1],
-      \"background\":[0,0,0],\"environment\":{\"kind\":\"constant\",\"a\":[1,1,1]}}" | tr -d '\n' | selvedge answer >white.json
+      \"background\":[0,0,0],\"environment\":{\"kind\":\"constant\",\"a\":[1,1,1]}}" | tr -d '\n' | selvedge evaluate --queries >white.json
     node -e 'const [, line, answer] = process.argv;
       const [mean, error] = line.match(/reflects (\S+) \+- (\S+) of green/).slice(1).map(Number);
       const { rgb, alpha } = JSON.parse(answer);

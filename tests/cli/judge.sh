@@ -20,21 +20,6 @@ test_a_fit_reports_what_compare_finds_and_the_fabric_says() {
   exits 0 selvedge check k.fabric.exr --warnings-as-errors
 }
 
-test_repack_keeps_the_record_while_it_is_true() {
-  make_samples
-  selvedge fit k.samples.exr --quality paper -o k.fabric.exr --quiet
-  selvedge repack k.fabric.exr -o same.exr --codec none --quiet
-  exits 0 selvedge info same.exr --json
-  holds 'r.content.provenance.fit.heldOut.front.length === 4'
-  # Other values have other errors.
-  for options in --half-lobes '--layers lobes,frame,opacity'; do
-    # shellcheck disable=SC2086
-    exits 0 selvedge repack k.fabric.exr -o other.exr $options
-    exits 0 selvedge info other.exr --json
-    holds 'r.content.provenance.fit.heldOut === undefined && r.content.provenance.fit.lobes === 2'
-  done
-}
-
 test_a_fit_without_pairs_has_no_errors_to_tell() {
   selvedge bake plain-knit --set yarn=tube -o bare.samples.exr --quiet "${small[@]:0:8}" --pairs 0
   refuses SAMPLES_MALFORMED 'no pairs to choose layers by' selvedge fit bare.samples.exr -o bare.exr

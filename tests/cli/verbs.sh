@@ -2,7 +2,7 @@
 # What holds for every verb: help, reports, exit statuses, progress; and the verbs that only read.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-verbs=(stitch bake import fit make plan dress reattach repack check info evaluate answer compare swatch)
+verbs=(stitch bake import fit make plan dress reattach check info evaluate compare swatch)
 
 # The examples that the help of a verb gives, one per line.
 examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\1/p'; }
@@ -173,7 +173,7 @@ test_report_of_every_verb_is_json() {
   reports selvedge info selvedge info k.fabric.exr
   reports selvedge evaluate selvedge evaluate k.fabric.exr --uv 0.5,0.5
   holds "r.rgb.length === 3 && r.alpha >= 0 && r.alpha <= 1"
-  reports selvedge repack selvedge repack k.fabric.exr -o r.fabric.exr
+
   holds "r.bytes === $(stat -c %s r.fabric.exr) && r.bytesBefore === $(stat -c %s k.fabric.exr)"
   reports selvedge compare selvedge compare k.fabric.exr k.samples.exr
   reports selvedge-view render selvedge-view render quad.glb -o quad.png --size 64x64 --quiet

@@ -68,13 +68,12 @@ ExrHeader header_from(Input& in) {
 
 bool is_tiled(const ExrHeader& header) { return header.find("tiles") != nullptr; }
 
-std::optional<ExrChunk> chunk_at(const std::string& bytes, std::uint64_t offset, bool multi_part,
-                                 bool tiled) {
+std::optional<ExrChunk> chunk_at(const std::string& bytes, std::uint64_t offset, bool tiled) {
   Input in(bytes);
   if (offset > bytes.size()) return std::nullopt;
   in.at = offset;
   ExrChunk chunk;
-  const int words = (multi_part ? 1 : 0) + (tiled ? 4 : 1);
+  const int words = tiled ? 5 : 2;
   for (int i = 0; i < words; ++i) chunk.place.push_back(in.number<std::int32_t>());
   chunk.data = in.take(in.number<std::uint32_t>());
   if (!in.good) return std::nullopt;
@@ -98,29 +97,21 @@ std::optional<ExrFile> take_apart(const std::string& bytes) {
   ExrFile file;
   if (in.number<std::uint32_t>() != magic) return std::nullopt;
   file.version = in.number<std::uint32_t>();
-  do {
+  for (;;) {
     ExrHeader header = header_from(in);
     if (!in.good) return std::nullopt;
-    if (file.multi_part() && header.attributes.empty()) break;
+    if (header.attributes.empty()) break;
     file.headers.push_back(std::move(header));
-  } while (file.multi_part());
+  }
 
   for (std::size_t p = 0; p < file.headers.size(); ++p) {
     const std::string* count = file.headers[p].find("chunkCount");
-    std::uint64_t chunks = 0;
-    if (count != nullptr && count->size() == 4) {
-      std::uint32_t value = 0;
-      std::memcpy(&value, count->data(), 4);
-      chunks = value;
-    } else {
-      // The table ends where the first chunk begins.
-      Input first(bytes);
-      first.at = in.at;
-      chunks = (first.number<std::uint64_t>() - in.at) / 8;
-    }
+    if (count == nullptr || count->size() != 4) return std::nullopt;
+    std::uint32_t chunks = 0;
+    std::memcpy(&chunks, count->data(), 4);
     if (chunks > (bytes.size() - in.at) / 8) return std::nullopt;
-    for (std::uint64_t i = 0; i < chunks; ++i) {
-      auto chunk = chunk_at(bytes, in.number<std::uint64_t>(), file.multi_part(), is_tiled(file.headers[p]));
+    for (std::uint32_t i = 0; i < chunks; ++i) {
+      auto chunk = chunk_at(bytes, in.number<std::uint64_t>(), is_tiled(file.headers[p]));
       if (!chunk) return std::nullopt;
       chunk->part = p;
       file.chunks.push_back(std::move(*chunk));
@@ -143,7 +134,7 @@ std::string put_together(const ExrFile& file) {
     }
     out += '\0';
   }
-  if (file.multi_part()) out += '\0';
+  out += '\0';
   std::uint64_t offset = out.size() + 8 * file.chunks.size();
   for (const ExrChunk& chunk : file.chunks) {
     append(out, offset);
@@ -180,7 +171,7 @@ std::optional<ExrPart> part_of(const ExrHeader& header) {
 
 std::optional<std::string> unpack(const std::string& packed, char compression, std::size_t size) {
   if (packed.size() == size) return packed;  // stored as it is, where packing gains nothing
-  if (compression != 2 && compression != 3) return std::nullopt;
+  if (compression != 3) return std::nullopt;
   std::string bytes(size, '\0');
   uLongf length = static_cast<uLongf>(size);
   if (uncompress(reinterpret_cast<Bytef*>(bytes.data()), &length,
@@ -196,7 +187,7 @@ std::optional<std::string> unpack(const std::string& packed, char compression, s
 }
 
 std::string pack(const std::string& pixels, char compression) {
-  if (compression != 2 && compression != 3) return pixels;
+  if (compression != 3) return pixels;
   const std::size_t size = pixels.size();
   std::string bytes(size, '\0');
   for (std::size_t i = 0; i < size; ++i) bytes[i % 2 == 0 ? i / 2 : (size + 1) / 2 + i / 2] = pixels[i];

@@ -32,8 +32,7 @@ struct ExrChunk {
 };
 
 struct ExrFile {
-  std::uint32_t version = 2;
-  bool multi_part() const { return (version & 0x1000U) != 0; }
+  std::uint32_t version = 0x1002;  ///< of several parts
   std::vector<ExrHeader> headers;
   std::vector<ExrChunk> chunks;  ///< part by part
 };
@@ -46,7 +45,7 @@ std::string put_together(const ExrFile& file);
 /// A part as ExrReader would give it: name, channels, size of level 0; nothing if the header does not say.
 std::optional<ExrPart> part_of(const ExrHeader& header);
 
-/// The pixels of a chunk that holds `width` x `height` of them, without its compression: none, ZIPS or ZIP.
+/// The pixels of a chunk that holds `width` x `height` of them, without its compression: none or ZIP.
 std::optional<std::string> unpack(const std::string& packed, char compression, std::size_t size);
 std::string pack(const std::string& pixels, char compression);
 

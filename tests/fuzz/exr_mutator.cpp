@@ -31,21 +31,22 @@ std::size_t row_size(const ExrPart& part, int width) {
   return size;
 }
 
-/// Width and height of the pixels in a chunk, as long as it is a row or the only tile of its level.
+char compression_of(const ExrHeader& header) {
+  const std::string* compression = header.find("compression");
+  return compression == nullptr || compression->empty() ? '\0' : compression->front();
+}
+
+/// Width and height of the pixels in a chunk, as long as it is rows or the only tile of its level.
 std::optional<std::pair<int, int>> extent_of(const ExrFile& file, const ExrChunk& chunk,
                                              const ExrPart& part) {
   constexpr int largest = 64;
   if (part.width < 1 || part.height < 1 || part.width > 4096) return std::nullopt;
-  if (!part.mipmapped) return std::pair(part.width, 1);
-  const std::size_t at = file.multi_part() ? 1 : 0;
-  const int level = chunk.place[at + 2];
+  const bool zip = compression_of(file.headers[chunk.part]) == 3;
+  if (!part.mipmapped)
+    return std::pair(part.width, zip ? std::clamp(part.height - chunk.place[1], 1, 16) : 1);
+  const int level = chunk.place[3];
   if (part.width > largest || part.height > largest || level < 0 || level > 16) return std::nullopt;
   return std::pair(level_size(part.width, level), level_size(part.height, level));
-}
-
-char compression_of(const ExrHeader& header) {
-  const std::string* compression = header.find("compression");
-  return compression == nullptr || compression->empty() ? '\0' : compression->front();
 }
 
 std::optional<std::string> pixels_of(const ExrFile& file, const ExrChunk& chunk, const ExrPart& part) {
@@ -127,7 +128,7 @@ std::string pixel_digest(const ExrFile& file, std::size_t part_index, int level)
   const auto part = part_of(file.headers[part_index]);
   if (!part) return {};
   for (const ExrChunk& chunk : file.chunks) {
-    if (chunk.part != part_index || chunk.place.size() < 4 || chunk.place[chunk.place.size() - 2] != level) {
+    if (chunk.part != part_index || chunk.place.size() < 5 || chunk.place[chunk.place.size() - 2] != level) {
       continue;
     }
     const auto bytes = pixels_of(file, chunk, *part);

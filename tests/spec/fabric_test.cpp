@@ -41,7 +41,7 @@ Fabric example() {
 }
 
 std::string text_attribute(const ExrReader& reader, const std::string& name) {
-  return std::get<std::string>(reader.parts().front().attributes.at(name));
+  return reader.parts().front().attributes.at(name);
 }
 
 /// Paths of all members, with the names of parts as the page has them; `open` ones may hold anything.

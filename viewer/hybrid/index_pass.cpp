@@ -135,16 +135,14 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
     v.right.store(&block.v_right[first]);
     u.up.store(&block.u_up[first]);
     v.up.store(&block.v_up[first]);
-    const Wide first_level = Wide::load(&texels.first_level[first]);
-    const Wide relative = (options.forced >= 0 ? Wide(static_cast<float>(options.forced))
-                                               : wide_log2(size) + Wide(options.bias)) -
-                          first_level;
+    const Wide wanted =
+        options.forced >= 0 ? Wide(static_cast<float>(options.forced)) : wide_log2(size) + Wide(options.bias);
     const Wide largest = options.forced >= 0 ? Wide(0) : Wide::load(&corners.largest_yarn_pixel[first]);
     yarn_share(size, largest * Wide(largest_by_points(options.points)), options.blend)
         .store(&block.yarn[first]);
     const Wide last = Wide::load(&corners.last_level[first]);
     // Level 0 for NaN as well.
-    const Wide level = min(max(relative, Wide(0)), last);
+    const Wide level = min(max(wanted, Wide(0)), last);
     const Wide lower = floor(level);
     lower.store(&texels.lower[first]);
     min(lower + Wide(1), last).store(&texels.upper[first]);
@@ -185,7 +183,6 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
   std::uint32_t known_surface = ~0U;
   float width = 1;
   float height = 1;
-  float first_level = 0;
   float last_level = 0;
   float counts = 0;
   float yarn = 0;
@@ -208,22 +205,20 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
       known_surface = triangle.surface;
       const int fabric = scene.materials[known_surface].fabric;
       width = height = 1;
-      first_level = last_level = 0;
+      last_level = 0;
       counts = fabric >= 0 ? 1 : 0;
       yarn = 0;
       if (fabric >= 0) {
         const PackedFabric& packed = scene.fabrics[fabric];
-        const V2i whole = whole_texels(*packed.fabric);
-        width = static_cast<float>(whole.x);
-        height = static_cast<float>(whole.y);
-        first_level = static_cast<float>(packed.fabric->first_level());
+        const V2i size = packed.fabric->texels();
+        width = static_cast<float>(size.x);
+        height = static_cast<float>(size.y);
         yarn = packed.largest_yarn_pixel;
         last_level = static_cast<float>(packed.levels.size() - 1);
       }
     }
     texels.width[lane] = width;
     texels.height[lane] = height;
-    texels.first_level[lane] = first_level;
     corners.last_level[lane] = last_level;
     texels.counts[lane] = lane < pixels.count ? counts : 0;
     corners.largest_yarn_pixel[lane] = lane < pixels.count ? yarn : 0;

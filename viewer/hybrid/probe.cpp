@@ -32,15 +32,14 @@ PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, con
   probe.fabric = index.materials[probe.surface].fabric;
   if (probe.fabric >= 0) {
     const std::vector<PackedLevel>& levels = index.fabrics[probe.fabric].levels;
-    const int first_level = index.fabrics[probe.fabric].fabric->first_level();
     probe.uv = V2d(block.uv(0));
-    probe.texels_per_pixel = slope_of(block, 0) * V2d(whole_texels(*index.fabrics[probe.fabric].fabric));
+    probe.texels_per_pixel = slope_of(block, 0) * V2d(index.fabrics[probe.fabric].fabric->texels());
     for (std::size_t i = 0; i < block.texel_count; ++i) {
       const LaneTexels& texels = block.texels[i];
       if (!(texels.weight[0] > 0)) continue;
       const int width = levels[texels.level[0]].width;
-      probe.texels.push_back({first_level + texels.level[0],
-                              V2i(texels.texel[0] % width, texels.texel[0] / width), texels.weight[0]});
+      probe.texels.push_back(
+          {texels.level[0], V2i(texels.texel[0] % width, texels.texel[0] / width), texels.weight[0]});
     }
   }
   const LaneFrames frames = garment_frames(shading.camera, shading.width, shading.height, block);

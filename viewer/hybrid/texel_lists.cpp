@@ -33,7 +33,7 @@ SELVEDGE_INLINE WideLevel<N> level_of(const TexelInputs& inputs, bool coarser, s
   using Wide = WideFloat<N>;
   WideLevel<N> result;
   result.number = Wide::load(coarser ? &inputs.upper[first] : &inputs.lower[first]);
-  result.scale = power_of_two(-(Wide::load(&inputs.first_level[first]) + result.number));
+  result.scale = power_of_two(-result.number);
   result.width = size_of_level<N>(Wide::load(&inputs.width[first]), result.scale);
   result.height = size_of_level<N>(Wide::load(&inputs.height[first]), result.scale);
   return result;

@@ -16,8 +16,7 @@ struct TexelInputs {
   alignas(64) LaneFloats size;    ///< pixel_size() in texels of level 0 of the whole fabric
   alignas(64) LaneFloats width;   ///< of level 0 of the whole fabric
   alignas(64) LaneFloats height;
-  alignas(64) LaneFloats first_level;  ///< of the whole, that is level 0 of the file
-  alignas(64) LaneFloats counts;       ///< weight of texels: 0 without a fabric, less than 1 beside yarn
+  alignas(64) LaneFloats counts;  ///< weight of texels: 0 without a fabric, less than 1 beside yarn
 };
 
 /// Fills the block's texels. The block has the changes of texture coordinates.

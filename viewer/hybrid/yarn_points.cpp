@@ -90,7 +90,7 @@ class PixelShader {
  public:
   PixelShader(const ShadingScene& scene, std::span<ShadedBlock> blocks, const PackedFabric& packed)
       : points_(scene.points), blocks_(blocks), of_(pixels_of(scene, blocks, packed)), shader_(packed, of_) {
-    const V2i texels = whole_texels(*packed.fabric);
+    const V2i texels = packed.fabric->texels();
     texels_ = static_cast<float>(texels.x) * static_cast<float>(texels.y);
     coarse_pixel_ = 0.2F * packed.largest_yarn_pixel;
     V3f sum(0, 0, 0);

@@ -5,8 +5,8 @@
 
 #include "format/gltf/memory.h"
 #include "format/scene/footprint.h"
-#include "format/scene/pixel_cover.h"
 #include "viewer/gl/objects.h"
+#include "viewer/light/step_bound.h"
 
 namespace selvedge {
 namespace {

@@ -108,13 +108,13 @@ void pack_bases(const Fabric& fabric, const ProductBases& bases, PackedFabric& p
 
 }  // namespace
 
-std::uint64_t packed_memory(const FabricHeader& header, const LevelRange& range) {
+std::uint64_t packed_memory(const FabricHeader& header) {
   std::uint64_t groups = 0;
   const bool turns = header.side_of(Side::back) != nullptr;
   for_each_side(header, [&](const FabricHeader& side) {
     // Turned over, the fabric is a copy of its own, of front or back and of all light that comes through.
     const std::uint64_t copies = turns && side.side != Side::front ? 3 : 1;
-    for (int k = range.first; k <= range.last; ++k) {
+    for (int k = 0; k < header.levels; ++k) {
       const auto has = [&](LayerKind kind) { return side.has(kind, side.level_of_texels(k)); };
       int of_texel = 3;
       if (has(LayerKind::lobes)) of_texel += 3 * side.shape.lobes;

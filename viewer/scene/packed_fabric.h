@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "format/fabric/header.h"
-#include "format/scene/level_bounds.h"
 
 namespace selvedge {
 
@@ -68,8 +67,8 @@ struct PackedFabric {
   const PackedFabric& seen_from(float side) const { return side < 0 && turned ? *turned : *this; }
 };
 
-/// Bytes that these levels of a file take once more, packed, all sides included.
-std::uint64_t packed_memory(const FabricHeader& header, const LevelRange& range);
+/// Bytes that the fabric of a file takes once more, packed, all sides included.
+std::uint64_t packed_memory(const FabricHeader& header);
 
 /// `fabric` must outlive the result. Precondition: validate() holds.
 PackedFabric pack(const Fabric& fabric);

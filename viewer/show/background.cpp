@@ -24,14 +24,11 @@ ShownPicture shown(const ShowPicture& picture, int divisor, std::int64_t frames)
   result.draw_seconds = picture.draw_seconds();
   result.display_seconds = picture.display_seconds();
   result.frames = frames;
-  result.warnings = picture.warnings();
   for (const SceneMaterial& material : picture.scene().materials)
     result.materials.push_back(!material.fabric ? "" : material.name.empty() ? "material" : material.name);
   for (const SceneFabric& fabric : picture.scene().fabrics) result.fabric_names.push_back(fabric.name);
   for (const Fabric& fabric : picture.fabrics())
-    result.levels = std::max(result.levels, fabric.first_level() + static_cast<int>(fabric.levels.size()));
-  result.bytes_read = picture.bytes_read();
-  result.file_bytes = picture.file_bytes();
+    result.levels = std::max(result.levels, static_cast<int>(fabric.levels.size()));
   result.size = picture.size();
   result.own_lights = lights_of(picture.scene());
   return result;

@@ -37,13 +37,10 @@ struct ShownPicture {
   RenderStats stats;
   double draw_seconds = 0;
   double display_seconds = 0;
-  std::int64_t frames = 0;  ///< drawn so far, samples of pictures at rest not counted
-  Issues warnings;
+  std::int64_t frames = 0;                ///< drawn so far, samples of pictures at rest not counted
   std::vector<std::string> materials;     ///< names; empty names for those without fabric
   std::vector<std::string> fabric_names;  ///< to choose from
-  int levels = 1;  ///< the most that a fabric has, coarser than any that the file leaves out
-  std::uint64_t bytes_read = 0;
-  std::uint64_t file_bytes = 0;
+  int levels = 1;                 ///< the most that a fabric has, coarser than any that the file leaves out
   double size = 1;                ///< diagonal of the scene, m
   std::vector<Light> own_lights;  ///< of the scene's file
 };

@@ -6,6 +6,7 @@
 #include "format/fabric/file.h"
 #include "format/picture/environment.h"
 #include "format/picture/image.h"
+#include "viewer/load.h"
 #include "viewer/scene/change_fabrics.h"
 #include "viewer/show/background.h"
 
@@ -83,11 +84,11 @@ Result<std::string> BackgroundPicture::put_on(const std::string& path) {
 /// The garment before stays until a picture of the other one is there. `name`: of what the user has opened.
 Result<std::string> BackgroundPicture::show_garment(const std::string& path, const std::string& name,
                                                     bool keeps_camera) {
-  Result<OpenScene> scene = open_scene(path, {}, limits_);
+  Result<LoadedScene> scene = load_scene(path, {}, limits_);
   if (!scene) return tl::unexpected(scene.error());
   std::string remarks;
   for (const std::string& remark : scene->scene.remarks) remarks += (remarks.empty() ? "" : "\n") + remark;
-  auto picture = ShowPicture::create(std::move(*scene));
+  auto picture = ShowPicture::create(std::move(scene->scene), std::move(scene->fabrics));
   if (!picture) return tl::unexpected(picture.error());
   const double aspect = static_cast<double>(wish_.size.x) / wish_.size.y;
   const Result<ShowState> first = (*picture)->first_state({}, aspect);

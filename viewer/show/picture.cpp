@@ -32,30 +32,6 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vecto
   return picture;
 }
 
-Result<std::unique_ptr<ShowPicture>> ShowPicture::create(OpenScene open) {
-  // The smallest part of each file that is a valid fabric.
-  std::vector<LevelRange> coarsest;
-  for (const FabricReader& reader : open.readers) {
-    const int last = reader.header().levels - 1;
-    coarsest.push_back({last, last});
-  }
-  auto fabrics = read_fabrics(open, coarsest);
-  if (!fabrics) return tl::unexpected(fabrics.error());
-  auto picture = create(std::move(open.scene), std::move(*fabrics));
-  if (!picture) return picture;
-  // The readers refer to the scene's bytes, which do not move with it.
-  (*picture)->readers_ = std::move(open.readers);
-  (*picture)->file_bytes_ = open.file_bytes;
-  (*picture)->memory_ = open.memory;
-  return picture;
-}
-
-std::uint64_t ShowPicture::bytes_read() const {
-  std::uint64_t sum = 0;
-  for (const FabricReader& reader : readers_) sum += reader.bytes_read();
-  return sum;
-}
-
 Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double aspect) const {
   ShowState state;
   Result<CameraOptions> orbit = start_orbit(corners_, aspect, options);
@@ -67,7 +43,7 @@ Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double 
 }
 
 Result<void> ShowPicture::add_fabric(const std::string& path) {
-  Result<Fabric> fabric = read_fabric(path, {.memory = memory_.left()});
+  Result<Fabric> fabric = read_fabric(path, {.memory = scene_.memory_left});
   if (!fabric) return tl::unexpected(fabric.error());
   drop_renderers();
   fabrics_.push_back(std::move(*fabric));
@@ -97,7 +73,7 @@ Result<void> ShowPicture::load(const ShowState& state) {
 Result<void> ShowPicture::load(const Outfit& outfit, Side& side) {
   side.dressed = change_fabrics(scene_, fabrics_, outfit.fabrics);
   fit_fabrics(outfit.fits, fabrics_, side.dressed);
-  side.dressed.memory_left = memory_.left() / sides().size();
+  side.dressed.memory_left = scene_.memory_left / sides().size();
   Result<std::unique_ptr<Renderer>> renderer = Renderer::create(side.dressed, fabrics_, options_);
   if (!renderer) return tl::unexpected(renderer.error());
   side.renderer = std::move(*renderer);
@@ -122,74 +98,6 @@ void ShowPicture::set_light(const ShowState& state) {
   if (state.backdrop) options_.backdrop = state.backdrop_blur;
 }
 
-namespace {
-
-/// Puts levels before those of a fabric, on all its sides.
-void add_finer(Fabric& fabric, const Fabric& finer, const std::optional<WholeFabric>& whole) {
-  fabric.levels.insert(fabric.levels.begin(), finer.levels.begin(), finer.levels.end());
-  fabric.whole = whole;
-  for (std::size_t i = 0; i < finer.sides.size(); ++i) {
-    if (!finer.sides[i]) continue;
-    Fabric side = *fabric.sides[i];
-    add_finer(side, *finer.sides[i], whole);
-    fabric.sides[i] = std::make_shared<const Fabric>(std::move(side));
-  }
-}
-
-}  // namespace
-
-/// Reads the levels that a picture of so many rows needs and that are not read yet.
-Result<void> ShowPicture::read_levels(const ShowState& state, int rows) {
-  // Added files are read whole.
-  std::vector<FabricHeader> added;
-  for (std::size_t i = readers_.size(); i < fabrics_.size(); ++i)
-    added.push_back(header_without_layers(fabrics_[i]));
-  std::vector<const FabricHeader*> headers;
-  for (const FabricReader& reader : readers_) headers.push_back(&reader.header());
-  for (const FabricHeader& header : added) headers.push_back(&header);
-  std::vector<LackingLevels> lacking(headers.size());
-  std::vector<LevelRange> asked;
-  for (const Side& side : sides()) {
-    std::vector<LackingLevels> of_side;
-    const std::vector<LevelRange> ranges =
-        levels_asked(side.dressed, camera_, rows, options_.levels, headers, &of_side);
-    if (asked.empty()) asked = ranges;
-    for (std::size_t i = 0; i < asked.size(); ++i) {
-      asked[i].first = std::min(asked[i].first, ranges[i].first);
-      lacking[i] |= of_side[i];
-    }
-  }
-  warnings_.clear();
-  for (std::size_t i = 0; i < lacking.size(); ++i) {
-    if (state.levels.forced >= 0) {
-      if (auto issue = lacking_issue(scene_.fabrics[i].name, *headers[i], state.levels.forced))
-        warnings_.push_back(std::move(*issue));
-    } else if (lacking[i].any()) {
-      warnings_.push_back(lacking_issue(scene_.fabrics[i].name, *headers[i], lacking[i]));
-    }
-  }
-  bool more = false;
-  for (std::size_t i = 0; i < readers_.size(); ++i) {
-    const int before = readers_[i].header().first_level();
-    const int last = readers_[i].header().levels - 1;
-    const int there = fabrics_[i].first_level() - before;
-    const auto wears = [&](const Outfit& outfit) {
-      return std::ranges::find(outfit.fabrics, static_cast<int>(i)) != outfit.fabrics.end();
-    };
-    const bool worn = wears(state.worn) || (state.beside && wears(*state.beside));
-    int first = asked[i].first;
-    if (state.levels.forced >= 0) first = std::clamp(state.levels.forced - before, 0, last);
-    if (!worn || first >= there) continue;
-    // Their textures take what may be needed for levels, too.
-    drop_renderers();
-    Result<Fabric> finer = read_levels_within(readers_[i], {first, there - 1}, memory_);
-    if (!finer) return tl::unexpected(finer.error());
-    add_finer(fabrics_[i], *finer, partial_fabric(readers_[i].header(), first, last).whole);
-    more = true;
-  }
-  return more ? load(state) : Result<void>();
-}
-
 Result<void> ShowPicture::draw(const ShowState& state) {
   const Clock::time_point start = Clock::now();
   const double aspect = static_cast<double>(options_.width) / options_.height;
@@ -197,8 +105,6 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   if (!camera) return tl::unexpected(camera.error());
   camera_ = *camera;
   options_.levels = state.levels;
-  // Loading resets the lights.
-  if (auto good = read_levels(state, options_.height); !good) return good;
   set_light(state);
   options_.lights = lights_in_world(state, camera_);
   for (Side& side : sides()) {
@@ -255,11 +161,6 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
   constexpr int n = samples_at_rest;
   options_.interrupted = interrupted;
   if (!sides_[0].renderer || options_.path != RenderPath::hybrid || refined_ == n * n) return false;
-  // Samples are smaller than pixels, and may need finer levels.
-  if (refined_ == 0) {
-    if (auto good = read_levels(state, n * options_.height); !good) return tl::unexpected(good.error());
-    options_.lights = lights_in_world(state, camera_);
-  }
   RenderOptions options = options_;
   options.levels.footprint = 1.0F / n;
   Camera camera = camera_;

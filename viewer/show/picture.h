@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "viewer/load.h"
+#include "format/fabric/file.h"
 #include "viewer/renderer.h"
 #include "viewer/show/state.h"
 
@@ -19,9 +19,6 @@ class ShowPicture {
  public:
   /// `fabrics[i]` is scene.fabrics[i]; further ones may follow.
   static Result<std::unique_ptr<ShowPicture>> create(Scene scene, std::vector<Fabric> fabrics);
-
-  /// Levels of these fabrics are read on first use, and kept.
-  static Result<std::unique_ptr<ShowPicture>> create(OpenScene open);
 
   /// The initial state, with the fabrics of the scene and `options` as an orbit.
   Result<ShowState> first_state(const CameraOptions& options, double aspect) const;
@@ -46,19 +43,15 @@ class ShowPicture {
   /// The nearest surface at a point of [0, 1)^2, from the top left, of the last picture, if there is one.
   Result<std::optional<PixelProbe>> probe(const V2d& point);
 
-  const Scene& scene() const { return scene_; }                    ///< its fabrics are fabrics()
-  const Scene& dressed() const { return sides_[0].dressed; }       ///< in what is worn
-  const std::vector<Fabric>& fabrics() const { return fabrics_; }  ///< with the levels read so far
-  std::uint64_t bytes_read() const;                                ///< of files that are read level by level
-  std::uint64_t file_bytes() const { return file_bytes_; }         ///< of all these files
-  double size() const { return size_; }                            ///< diagonal of the scene, m
+  const Scene& scene() const { return scene_; }               ///< its fabrics are fabrics()
+  const Scene& dressed() const { return sides_[0].dressed; }  ///< in what is worn
+  const std::vector<Fabric>& fabrics() const { return fabrics_; }
+  double size() const { return size_; }  ///< diagonal of the scene, m
 
   /// What is worn, and left of the bar what is worn beside it.
   const Frame& frame() const { return two_ ? divided_ : sides_[0].frame; }
   const Camera& camera() const { return camera_; }
   const std::vector<Light>& lights() const { return options_.lights; }
-  /// Levels that the picture may need but no file has.
-  const Issues& warnings() const { return warnings_; }
   const RenderStats& stats() const { return stats_; }
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }  ///< `frame` in display.h's form
   double draw_seconds() const { return draw_seconds_; }
@@ -80,7 +73,6 @@ class ShowPicture {
   void drop_renderers();
   Result<void> load(const ShowState& state);
   Result<void> load(const Outfit& outfit, Side& side);
-  Result<void> read_levels(const ShowState& state, int rows);
   Result<void> draw(const ShowState& state);
   void display(const ShowState& state);
   void set_light(const ShowState& state);
@@ -89,9 +81,6 @@ class ShowPicture {
   std::array<Side, 2> sides_;  ///< ShowState::worn and ShowState::beside
   bool two_ = false;           ///< the second is shown
   std::vector<Fabric> fabrics_;
-  std::vector<FabricReader> readers_;  ///< of the first fabrics, or none
-  std::uint64_t file_bytes_ = 0;
-  MemoryAccount memory_{default_memory};  ///< for levels that are not read yet
   std::vector<V3d> corners_;
   double size_ = 1;
   RenderOptions options_;
@@ -103,7 +92,6 @@ class ShowPicture {
   int refined_ = 0;  ///< number of samples added
   RenderStats stats_;
   RenderStats other_stats_;  ///< of what is worn beside
-  Issues warnings_;
   std::vector<std::uint8_t> bytes_;
   double draw_seconds_ = 0;
   double display_seconds_ = 0;

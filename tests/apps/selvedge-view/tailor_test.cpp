@@ -13,10 +13,10 @@ TEST_CASE("what the window saves is worn as it was there, embedded or beside, tu
   const Tailor tailor = need(make_tailor({}));
   // A garment without a fabric is dressed first.
   const std::string dressed = need(tailor.dress(shop.garment, shop.fabric));
-  OpenScene open = need(open_scene(dressed));
+  LoadedScene open = need(load_scene(dressed));
   REQUIRE(open.scene.fabrics.size() == 1);
   CHECK(open.scene.fabrics[0].path.empty());
-  std::vector<Fabric> fabrics = need(read_fabrics(open));
+  std::vector<Fabric> fabrics = std::move(open.fabrics);
   const std::string other = shop.folder / "other.exr";
   need(write_fabric(other, net_fabric(V2d(3, 3))));
   fabrics.push_back(need(read_fabric(other)));

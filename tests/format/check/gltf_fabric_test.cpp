@@ -234,27 +234,6 @@ TEST_CASE("gltf check: what a consumer would see wrongly is a warning") {
              s.primitive()["attributes"].erase("TANGENT");
            },
            Code::gltf_advice, "/meshes/0/primitives/0/attributes"},
-          {"no mirror", [](Square& s) { s.material().erase("extras"); }, Code::gltf_mirror,
-           "/materials/0/extras/SELVEDGE_materials_fabric"},
-          {"another index in the mirror",
-           [](Square& s) { s.at("/materials/0/extras/SELVEDGE_materials_fabric")["index"] = 2; },
-           Code::gltf_mirror, "/materials/0/extras/SELVEDGE_materials_fabric/index"},
-          {"another uri in the mirror",
-           [](Square& s) { s.at("/materials/0/extras/SELVEDGE_materials_fabric")["uri"] = "x"; },
-           Code::gltf_mirror, "/materials/0/extras/SELVEDGE_materials_fabric/uri"},
-          {"another mask's cutoff in the mirror",
-           [](Square& s) { s.at("/materials/0/extras/SELVEDGE_materials_fabric")["maskCutoff"] = 0.25; },
-           Code::gltf_mirror, "/materials/0/extras/SELVEDGE_materials_fabric/maskCutoff"},
-          {"a tint that the mirror has not",
-           [](Square& s) {
-             s.at("/materials/0/extensions/SELVEDGE_materials_fabric")["tintFactor"] = {1, 0.5, 1};
-           },
-           Code::gltf_mirror, "/materials/0/extras/SELVEDGE_materials_fabric/tintFactor"},
-          {"a texture that the extension has not in the mirror",
-           [](Square& s) {
-             s.at("/materials/0/extras/SELVEDGE_materials_fabric")["kept"] = {"normalTexture"};
-           },
-           Code::gltf_mirror, "/materials/0/extras/SELVEDGE_materials_fabric/kept"},
           {"no normals",
            [](Square& s) {
              s.primitive()["attributes"].erase("NORMAL");

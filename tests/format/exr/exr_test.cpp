@@ -3,6 +3,9 @@
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 
+#include <limits>
+
+#include "format/base/mip.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 
@@ -11,65 +14,95 @@ using test::Folder;
 
 namespace {
 
-ExrPart part_of(const char* name, int width, int height, bool half) {
+ExrPart part_of(const char* name, int width, int height, bool half, bool mipmapped = false) {
   ExrPart part;
   part.name = name;
   part.width = width;
   part.height = height;
+  part.mipmapped = mipmapped;
   part.channels = {{"b", half}, {"a", half}};
   return part;
 }
 
 /// Both planes count their pixels, the second one backwards.
-ExrPixels ramp(int width, int height, int from = 0) {
+ExrPixels ramp(int width, int height) {
   ExrPixels pixels{width, height, std::vector<std::vector<float>>(2)};
   for (int i = 0; i < width * height; ++i) {
-    pixels.planes[0].push_back(static_cast<float>(from + i));
-    pixels.planes[1].push_back(static_cast<float>(-from - i));
+    pixels.planes[0].push_back(static_cast<float>(i % 1000));
+    pixels.planes[1].push_back(static_cast<float>(-(i % 1000)));
   }
   return pixels;
 }
 
-}  // namespace
-
-TEST_CASE("rows written in pieces are read in any range") {
-  const Folder folder;
-  auto writer = test::need(ExrWriter::create(folder / "a.exr", {part_of("rows", 3, 10, true)}));
-  REQUIRE(writer.write_rows(0, ramp(3, 4)));
-  REQUIRE(writer.write_rows(0, ramp(3, 6, 12)));
+/// Writes ramps of all levels.
+void write(const std::string& path, const std::vector<ExrPart>& parts) {
+  auto writer = test::need(ExrWriter::create(path, parts));
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    const int levels = parts[p].mipmapped ? level_count(parts[p].width, parts[p].height) : 1;
+    for (int k = 0; k < levels; ++k) {
+      const ExrPixels pixels = ramp(level_size(parts[p].width, k), level_size(parts[p].height, k));
+      REQUIRE(writer.write_level(static_cast<int>(p), k, pixels));
+    }
+  }
   REQUIRE(writer.commit());
-  auto reader = test::need(ExrReader::open(folder / "a.exr"));
-  CHECK(reader.find_part("rows") == 0);
-  CHECK(reader.find_part("columns") == -1);
-  const auto rows = test::need(reader.read_rows(0, 3, 2));
-  // The file orders channels by name: "a" comes first.
-  CHECK(reader.parts()[0].channels[0].name == "a");
-  CHECK(rows.planes[1] == std::vector<float>{9, 10, 11, 12, 13, 14});
-  CHECK(rows.planes[0][0] == -9);
 }
 
-TEST_CASE("attributes of every kind come back") {
+}  // namespace
+
+TEST_CASE("every level of every part is read as it was written, with ZIP and without") {
   const Folder folder;
-  ExrPart part = part_of("attributes", 1, 1, false);
-  part.attributes = {
-      {"text", std::string("t")}, {"whole", 7}, {"real", 0.1F}, {"v2", V2f(1, 2)}, {"v3", V3f(3, 4, 5)}};
-  auto writer = test::need(ExrWriter::create(folder / "a.exr", {part}));
-  REQUIRE(writer.write_rows(0, ramp(1, 1)));
-  REQUIRE(writer.commit());
-  const auto reader = test::need(ExrReader::open(folder / "a.exr"));
-  for (const auto& [name, value] : part.attributes) CHECK(reader.parts()[0].attributes.at(name) == value);
+  for (const bool zip : {true, false}) {
+    for (const bool half : {true, false}) {
+      std::vector<ExrPart> parts{part_of("rows", 40, 37, half), part_of("tiles", 70, 33, half, true)};
+      for (ExrPart& part : parts) part.zip = zip;
+      parts[0].attributes["text"] = "t";
+      parts[1].tile = {32, 16};
+      write(folder / "a.exr", parts);
+      auto reader = test::need(ExrReader::open(folder / "a.exr"));
+      CHECK(reader.find_part("tiles") == 1);
+      CHECK(reader.find_part("columns") == -1);
+      CHECK(reader.parts()[0].attributes.at("text") == "t");
+      CHECK(reader.parts()[1].zip == zip);
+      CHECK(reader.parts()[1].tile == V2i(32, 16));
+      CHECK(reader.parts()[1].levels == 7);
+      // The file orders channels by name: "a" comes first.
+      CHECK(reader.parts()[0].channels[0].name == "a");
+      CHECK(reader.parts()[0].channels[0].half == half);
+      for (int p = 0; p < 2; ++p) {
+        for (int k = 0; k < reader.parts()[p].levels; ++k) {
+          const ExrPixels read = test::need(reader.read_level(p, k));
+          const ExrPixels written = ramp(level_size(parts[p].width, k), level_size(parts[p].height, k));
+          CHECK(read.planes[1] == written.planes[0]);
+          CHECK(read.planes[0] == written.planes[1]);
+        }
+      }
+      CHECK_FALSE(reader.read_level(0, 1));
+    }
+  }
+}
+
+TEST_CASE("values beyond half precision and a file of one part are not written") {
+  const Folder folder;
+  const ExrPart part = part_of("rows", 2, 1, true);
+  CHECK_FALSE(ExrWriter::create(folder / "a.exr", {part}));
+  for (const float wrong : {65536.0F, std::numeric_limits<float>::quiet_NaN()}) {
+    auto writer = test::need(ExrWriter::create(folder / "a.exr", {part, part_of("more", 2, 1, true)}));
+    const auto written = writer.write_level(0, 0, {2, 1, {{0, wrong}, {0, 0}}});
+    CHECK(test::error_of(written).place == "rows/b/pixel 1,0");
+  }
+  CHECK(folder.files() == 0);
 }
 
 TEST_CASE("black compresses as far as ZIP goes and is read all the same") {
   const Folder folder;
-  ExrPart part = part_of("black", 1024, 1024, true);
-  part.mipmapped = true;
-  auto writer = test::need(ExrWriter::create(folder / "a.exr", {part}));
+  const std::vector<ExrPart> parts{part_of("black", 1024, 1024, true, true), part_of("rows", 1, 1, true)};
+  auto writer = test::need(ExrWriter::create(folder / "a.exr", parts));
   for (int level = 0, size = 1024; size >= 1; ++level, size /= 2) {
     const auto count = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
     REQUIRE(
         writer.write_level(0, level, {size, size, {std::vector<float>(count), std::vector<float>(count)}}));
   }
+  REQUIRE(writer.write_level(1, 0, ramp(1, 1)));
   REQUIRE(writer.commit());
   auto reader = test::need(ExrReader::open(folder / "a.exr"));
   CHECK(reader.read_level(0, 0));
@@ -77,9 +110,7 @@ TEST_CASE("black compresses as far as ZIP goes and is read all the same") {
 
 TEST_CASE("more than the limit is refused before anything is allocated") {
   const Folder folder;
-  auto writer = test::need(ExrWriter::create(folder / "a.exr", {part_of("rows", 8, 8, false)}));
-  REQUIRE(writer.write_rows(0, ramp(8, 8)));
-  REQUIRE(writer.commit());
+  write(folder / "a.exr", {part_of("rows", 8, 8, false), part_of("more", 8, 8, false)});
   const auto refused = [&](const ExrLimits& limits) {
     auto reader = ExrReader::open(folder / "a.exr", limits);
     if (!reader) return reader.error().code == Code::file_too_large;
@@ -87,13 +118,16 @@ TEST_CASE("more than the limit is refused before anything is allocated") {
     return !pixels && pixels.error().code == Code::file_too_large;
   };
   CHECK_FALSE(refused({}));
+  CHECK(refused({.header_bytes = 100}));
   CHECK(refused({.pixels_per_part = 63}));
   CHECK(refused({.bytes_per_read = 511}));
   CHECK(refused({.expansion = 0}));
+  CHECK(refused({.parts = 1}));
   CHECK(refused({.channels = 1}));
+  CHECK(refused({.attributes = 5}));
 }
 
-TEST_CASE("what has no places to read at is refused and not waited for") {
+TEST_CASE("a pipe, a device and a folder are refused and not waited for") {
   const Folder folder;
   REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
   CHECK(ExrReader::open(folder / "pipe").error().code == Code::file_unreadable);

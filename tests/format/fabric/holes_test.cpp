@@ -2,7 +2,6 @@
 
 #include <doctest/doctest.h>
 
-#include "format/fabric/rules.h"
 #include "tests/format/fabrics.h"
 
 namespace selvedge {

@@ -167,7 +167,7 @@ void check_fabric(const Fabric& fabric, const std::vector<double>& levels, std::
 }
 
 Fabric kept(const char* name) {
-  return test::need(read_fabric(std::string(SELVEDGE_SOURCE_DIR "/tests/data/kept/0.1.0/") + name));
+  return test::need(read_fabric(std::string(SELVEDGE_SOURCE_DIR "/tests/data/kept/4.0/") + name));
 }
 
 /// Its yarn reflects a share in highlights.

@@ -128,28 +128,8 @@ TEST_CASE("the library gives the yarn as it was written, and shows it at level -
     CHECK(shown.alpha == expected.alpha);
     CHECK(shown.rgb[1] == expected.radiance.y);
   }
-  // Of the coarser levels alone, or of a fabric without yarn, there is none.
-  const auto coarse = test::need(FabricFile::open(folder / "f.exr", nullptr, {.first_level = 1}));
-  CHECK(coarse.yarns().curves.empty());
-  CHECK_FALSE(coarse.evaluate_at(-1, 0.3, 0.4, light, view));
   const Written written;
   CHECK(test::need(FabricFile::open(written.path)).yarns().nodes.empty());
-}
-
-TEST_CASE("a part of a fabric says what it is a part of") {
-  const Folder folder;
-  Fabric fabric = random_fabric(5, 2, {1, 1}, 1, 3);
-  fabric.whole = WholeFabric{{20, 9}, 2, 5};
-  REQUIRE(write_fabric(folder / "part.exr", fabric));
-  const auto part = test::need(FabricFile::open(folder / "part.exr"));
-  CHECK(part.facts().whole_texels == std::array{20, 9});
-  CHECK(part.facts().whole_level == 2);
-  CHECK(part.facts().whole_levels == 5);
-  const Written written;
-  const auto whole = test::need(FabricFile::open(written.path));
-  CHECK(whole.facts().whole_texels == std::array{6, 5});
-  CHECK(whole.facts().whole_level == 0);
-  CHECK(whole.facts().whole_levels == whole.facts().levels);
 }
 
 TEST_CASE("many directions at once give what each gives alone") {
@@ -203,26 +183,6 @@ TEST_CASE("the library evaluates as the reference does, and says nothing where t
   CHECK_FALSE(file.evaluate(99, 0, 0, l, v));
   CHECK_FALSE(file.evaluate_at(0, std::numeric_limits<double>::quiet_NaN(), 0, l, v));
   CHECK_FALSE(file.evaluate(0, 0, 0, {std::numeric_limits<float>::infinity(), 0, 0}, v));
-}
-
-TEST_CASE("levels that were not asked for are not there, the others are what they were") {
-  const Written written;
-  FabricReadOptions options;
-  options.first_level = options.last_level = 1;
-  const auto whole = test::need(FabricFile::open(written.path));
-  const auto part = test::need(FabricFile::open(written.path, nullptr, options));
-  CHECK(part.facts().levels == whole.facts().levels);
-  CHECK_FALSE(part.has_level(0));
-  CHECK(part.has_level(1));
-  CHECK_FALSE(part.has_level(2));
-  CHECK(part.level(0).parameters.empty());
-  const std::array<float, 3> up{0, 0, 1};
-  CHECK(part.evaluate(1, 1, 1, up, up)->rgb == whole.evaluate(1, 1, 1, up, up)->rgb);
-  CHECK(part.evaluate_at(1, 0.4, 0.4, up, up)->rgb == whole.evaluate_at(1, 0.4, 0.4, up, up)->rgb);
-  CHECK_FALSE(part.evaluate_at(1.5, 0.4, 0.4, up, up));
-  options.first_level = std::numeric_limits<int>::max();
-  const auto nothing = test::need(FabricFile::open(written.path, nullptr, options));
-  CHECK_FALSE(nothing.has_level(0));
 }
 
 TEST_CASE("a fabric beyond the limits that a program sets is refused") {
@@ -294,11 +254,10 @@ TEST_CASE("the library draws lights as the sampler does, from both sides, and sa
   CHECK_FALSE(front.sample_at(0, 0.3, 0.4, std::span(views).first(3), randoms, drawn));
   CHECK_FALSE(front.pdf_at(std::numeric_limits<double>::infinity(), 0, 0, view, view));
   CHECK(test::need(front.sample_at(0, 0.3, 0.4, {0, 0, -1}, {0.5F, 0.5F, 0})).pdf == 0);
-  // One side alone looks the same from behind; levels that were not read have no lights.
+  // One side alone looks the same from behind.
   const Written written;
-  const auto part = test::need(FabricFile::open(written.path, nullptr, {.first_level = 1}));
+  const auto part = test::need(FabricFile::open(written.path));
   CHECK(test::need(part.turned_over()).evaluate_at(1, 0.4, 0.4, view, view)->rgb ==
         part.evaluate_at(1, 0.4, 0.4, view, view)->rgb);
-  CHECK_FALSE(part.sample_at(0, 0.4, 0.4, view, {0, 0, 0}));
   CHECK(part.sample_at(1, 0.4, 0.4, view, {0, 0, 0}));
 }
