@@ -6,5 +6,6 @@ int main(int argc, char** argv) {
   selvedge::add_render_verb(program);
   selvedge::add_page_verb(program);
   selvedge::add_show_verb(program);
+  selvedge::add_trade_verb(program);
   return program.run(argc, argv);
 }
