@@ -315,17 +315,6 @@ void Options::check(std::function<void()> check) { checks_.push_back(std::move(c
 bool Options::given(const char* name) const { return app_.count(name) > 0; }
 bool Options::declared(const char* name) const { return app_.get_option_no_throw(name) != nullptr; }
 
-std::string Options::as_given(std::initializer_list<std::string_view> without) const {
-  std::string text;
-  for (const CLI::Option* option : app_.get_options()) {
-    const std::string name = "--" + (option->get_lnames().empty() ? "" : option->get_lnames().front());
-    const bool counts = std::find(without.begin(), without.end(), name) == without.end();
-    if (option->get_positional() || option->count() == 0 || !counts) continue;
-    for (const std::string& value : option->results()) text += name + "=" + value + "\n";
-  }
-  return text;
-}
-
 Result<void> parse_words(const std::function<void(Options&)>& declare, std::vector<std::string> words,
                          const std::string& file, const std::string& place) {
   CLI::App app;

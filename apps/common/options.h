@@ -130,9 +130,6 @@ class Options {
   /// Precondition: the option is declared.
   bool given(const char* name) const;
   bool declared(const char* name) const;
-  /// The options that are on the command line, but for `without` and positional words: "--name=value" a line,
-  /// in the order of their declaration.
-  std::string as_given(std::initializer_list<std::string_view> without) const;
   /// If `here`, refuses the first of these options that is given, with the reason `why`.
   void refuse_if(bool here, const char* why, std::initializer_list<const char*> names) const;
 

@@ -25,7 +25,7 @@ void add_bake(Options& options, MakeCommand& command) {
   options.number("--views", bake.views, "N", "View directions").further();
   options.number("--lights", bake.lights, "N", "Light directions").further();
   options.number("--samples", bake.samples, "N", "Rays per texel and view").further();
-  add_transport(options, {bake.bounces, bake.indirect, bake.ground, bake.reference});
+  add_transport(options, {bake.bounces, bake.ground, bake.reference});
   options
       .number("--pairs", bake.held_out_pairs, "N",
               "Random pairs of directions to measure errors by, and as many to choose layers by")

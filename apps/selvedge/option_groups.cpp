@@ -67,13 +67,6 @@ void add_transport(Options& options, const TransportOptions& transport) {
                                : whole_numbers_from("--bounces", t, ',', 1, 1, "2 or unlimited")[0];
                  if (t != "unlimited" && bounces < 0) refuse("--bounces", "must not be negative");
                });
-  static constexpr std::array<std::string_view, 2> kinds{"cached", "traced"};
-  options
-      .choice("--indirect", kinds, transport.indirect,
-              fmt::format("Indirect light once per point of the mesh, or along paths: slower, without "
-                          "approximation [{}]",
-                          name_of(transport.indirect)))
-      .further();
   options
       .number("--ground", transport.ground, "ALBEDO",
               "Albedo of a plane that the cloth lies on (default: black)")

@@ -17,7 +17,6 @@ void add_settings(Options& options, CellOptions& cell);
 /// Indirect light and reference plane, of a bake or of a traced swatch.
 struct TransportOptions {
   int& bounces;
-  IndirectLight& indirect;
   std::optional<double>& ground;
   ReferencePlane& reference;
 };

@@ -19,7 +19,6 @@ namespace {
 struct StitchCommand {
   CommonOptions common;
   bool list = false;
-  bool show = false;   ///< print the description on standard output
   std::string input;   ///< built-in name, stitch description, draft, chart or mesh file
   std::string output;  ///< .obj, .ply or .json; empty: report only
   CellOptions cell;
@@ -29,13 +28,10 @@ void declare(Options& options, StitchCommand& command) {
   options.common(command.common);
   add_cell(options, command.input, command.cell).required(false);
   options.flag("--list", command.list, "The built-in stitches, or the parameters of one");
-  options.flag("--show", command.show, "Print the stitch description (JSON) on standard output");
   options.output(command.output, "The cell's mesh (.obj .ply), or the stitch description (.json)",
                  {".obj", ".ply", ".json"});
   options.check([&command] {
-    if (command.input.empty() && (command.show || !command.list))
-      refuse("stitch", command.show ? "--show needs a stitch" : "a stitch or --list is required");
-    if (command.show && command.list) refuse("--show", "has no meaning with --list");
+    if (command.input.empty() && !command.list) refuse("stitch", "a stitch or --list is required");
   });
 }
 
@@ -87,12 +83,7 @@ std::string lines_of(const std::vector<std::string>& remarks) {
 
 Result<int> write_description(const StitchCommand& command) {
   const auto stitch = must(find_stitch(command.input, command.cell.settings));
-  const std::string json = to_json(stitch.pattern);
-  if (command.output.empty()) {
-    fmt::print("{}", json);
-    return 0;
-  }
-  must(write_file(command.output, json));
+  must(write_file(command.output, to_json(stitch.pattern)));
   const StitchPattern& pattern = stitch.pattern;
   report(command.common, "stitch",
          {{"stitch", pattern.name},
@@ -106,7 +97,7 @@ Result<int> write_description(const StitchCommand& command) {
 
 Result<int> run(const StitchCommand& command) {
   if (command.list) return list_stitches(command);
-  if (command.show || has_ending(command.output, ".json")) return write_description(command);
+  if (has_ending(command.output, ".json")) return write_description(command);
   const auto cell = must(find_cell(command.input, command.cell));
   const CellMesh& mesh = cell.mesh;
   if (!command.output.empty()) {
@@ -148,7 +139,7 @@ Result<int> run(const StitchCommand& command) {
 }  // namespace
 
 void add_stitch_verb(Program& program) {
-  program.add<StitchCommand>({"stitch", "Mesh one cell of a stitch, or show its description",
+  program.add<StitchCommand>({"stitch", "Mesh one cell of a stitch, or write its description",
                               "selvedge stitch plain-knit -o plain-knit.ply"},
                              declare, run);
 }

@@ -61,7 +61,7 @@ void declare(Options& options, SwatchCommand& command) {
   options.group("With --truth");
   TruthOptions& trace = command.trace;
   options.number("--samples", trace.samples, "N", "Rays a pixel, an even number");
-  add_transport(options, {trace.bounces, trace.indirect, trace.ground, trace.reference});
+  add_transport(options, {trace.bounces, trace.ground, trace.reference});
   options.number("--seed", trace.seed, "N", "Same seed, same picture");
   options.check([&options, &command] {
     options.refuse_if(command.environment.empty(), "has no effect without --environment",
@@ -70,7 +70,7 @@ void declare(Options& options, SwatchCommand& command) {
     if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
     options.refuse_if(!command.truth, "is for --truth, not for a fabric file",
                       {"--set", "--grid", "--period", "--unit", "--up", "--albedo", "--samples", "--bounces",
-                       "--indirect", "--ground", "--reference-height", "--seed"});
+                       "--ground", "--reference-height", "--seed"});
   });
 }
 
@@ -102,10 +102,7 @@ Drawn trace(const SwatchCommand& command) {
   TerminalProgress progress("swatch", command.common.quiet);
   const SwatchShot shot = shot_of(command, cell.mesh.period);
   auto truth = must(trace_swatch(cell.mesh, command.input, shot, command.trace, progress.callback()));
-  std::vector<std::string> remarks;
-  if (truth.indirect != command.trace.indirect)
-    remarks.emplace_back("the mesh is too large for cached indirect light: paths are traced");
-  report_remarks(command.common, command.input, cell, remarks);
+  report_remarks(command.common, command.input, cell, {});
   Drawn drawn;
   drawn.frame = std::move(truth.frame);
   drawn.seconds = truth.seconds;
@@ -147,7 +144,6 @@ Result<int> run(const SwatchCommand& command) {
     json["rays"] = drawn.truth->rays;
     json["noise"] = drawn.truth->noise;
     json["alphaNoise"] = drawn.truth->alpha_noise;
-    json["indirect"] = name_of(drawn.truth->indirect);
     text += fmt::format(", {:.1f} million rays, standard error {:.2g} (opacity {:.2g})",
                         static_cast<double>(drawn.truth->rays) * 1e-6, drawn.truth->noise,
                         drawn.truth->alpha_noise);

@@ -77,18 +77,16 @@ test_version_is_the_projects() {
   done
 }
 
-test_show_prints_a_description_that_is_read_again_and_set_moves_it() {
-  exits 0 selvedge stitch twill --show --set warp_plies=2 --set weft_albedo=0.5,0.25,0.125
-  holds "r.selvedge_stitch === 1 && r.yarns.length === 8 && r.yarns[0].plies === 2 && r.yarns[4].albedo[1] === 0.25"
-  cp "$scratch/out" twill.json
-  exits 0 selvedge stitch twill.json --show
-  same "$scratch/out" twill.json
+test_a_description_is_read_again_and_set_moves_it() {
+  exits 0 selvedge stitch twill -o twill.json --set warp_plies=2 --set weft_albedo=0.5,0.25,0.125
+  holds "r.selvedge_stitch === 1 && r.yarns.length === 8 && r.yarns[0].plies === 2 && r.yarns[4].albedo[1] === 0.25" twill.json
+  exits 0 selvedge stitch twill.json -o again.json
+  same again.json twill.json
   exits 0 selvedge stitch twill --list --json
   holds "r.parameters.some(p => p.name === 'warp_plies' && p.value[0] === 1 && p.range[1] === 8)"
   exits 0 selvedge stitch plain-knit --set yarn=tube --set wale_mm=2.5 --json --grid 20
   holds "r.periodMm[0] === 2.5 && Math.abs(r.clearanceMm) < 0.012"
   exits 2 selvedge stitch twill --set warp_plies
-  exits 2 selvedge stitch --show
 }
 
 # write_twill FILE YARNS: a 2/2 twill of YARNS x YARNS yarns, 1 mm apart, that repeats after 4.
@@ -124,8 +122,8 @@ test_a_knitting_chart_is_a_stitch() {
   holds "r.remarks[0] === 'yarn B floats behind 7 stitches of row 2: knitters catch what is longer than 5'"
   # The built-in stitch, from its chart.
   printf 'name: rib\nwale_mm: 4.5\nyarn A: albedo=0.58,0.36,0.07 radius_mm=0.56\n1: k p\n' >rib.txt
-  selvedge stitch rib.txt --show >of-chart.json
-  selvedge stitch rib --show >built-in.json
+  selvedge stitch rib.txt -o of-chart.json --quiet
+  selvedge stitch rib -o built-in.json --quiet
   same of-chart.json built-in.json
   exits 0 selvedge make rib.txt --set yarn=tube -o r.fabric.exr --quiet --texels 16 "${small[@]:2}"
   refuses OPTION_OUT_OF_RANGE 'its yarns need 32x8 texels' selvedge bake dots.txt -o o.exr "${small[@]}"
