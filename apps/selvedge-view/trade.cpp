@@ -131,7 +131,7 @@ std::vector<std::vector<std::string>> combinations(const std::vector<Swept>& swe
     for (const auto& words : all) {
       for (const std::string& value : swept.values) {
         longer.push_back(words);
-        longer.back().push_back(swept.name + "=" + value);
+        longer.back().push_back(fmt::format("{}={}", swept.name, value));
       }
     }
     all = std::move(longer);
@@ -144,7 +144,7 @@ std::vector<std::vector<std::string>> combinations(const std::vector<Swept>& swe
 
 std::string joined(const std::vector<std::string>& words, const char* before) {
   std::string text;
-  for (const std::string& word : words) text += before + shell_word(word);
+  for (const std::string& word : words) text.append(before).append(shell_word(word));
   return text;
 }
 
@@ -196,7 +196,7 @@ class Sweep {
     }
     must(write_file(command_.output + "/trade.csv", csv_of(rows)));
     must(write_file(command_.output + "/index.html",
-                    trade_page("Speed against accuracy: " + command_.input, rows, pictures_,
+                    trade_page(fmt::format("Speed against accuracy: {}", command_.input), rows, pictures_,
                                truths_.size() == 1 ? png_of(truths_.begin()->second.frame) : "")));
     return rows;
   }
@@ -212,7 +212,7 @@ class Sweep {
 
   std::string path_of(const std::vector<std::string>& swept) const {
     std::string name = "fabric";
-    for (const std::string& word : swept) name += '-' + word.substr(2);
+    for (const std::string& word : swept) name.append("-").append(word.substr(2));
     for (char& c : name) {
       if (c == '/') c = '_';
     }
@@ -220,7 +220,7 @@ class Sweep {
   }
 
   void make(Made& made) {
-    note("make" + joined(made.words, " "));
+    note(fmt::format("make{}", joined(made.words, " ")));
     made.seconds = timed([&] { made.fabric = make_file(made.command).fit.fabric; });
   }
 
@@ -250,7 +250,7 @@ class Sweep {
     std::string mesh;
     for (const std::string& word : made.words) {
       for (const char* option : {"--set=", "--grid=", "--period=", "--unit=", "--up=", "--albedo="}) {
-        if (word.starts_with(option)) mesh += word + "\n";
+        if (word.starts_with(option)) mesh.append(word).append("\n");
       }
     }
     if (const auto known = truths_.find(mesh); known != truths_.end()) return known->second;
@@ -279,7 +279,7 @@ class Sweep {
 
   Json row_of(const Made& made, const std::vector<std::string>& words) {
     const Truth& truth = truth_of(made);
-    note("render" + joined(words, " "));
+    note(fmt::format("render{}", joined(words, " ")));
     const Shot shot = read_shot(render_of(words, made.command.output));
     const Subject& subject = shot.subjects.front();
     const Camera& camera = shot.cameras.front();

@@ -44,7 +44,7 @@ Result<Json> rows_of(const std::string& csv, const std::string& name);
 std::vector<bool> pareto_front(const std::vector<V2d>& points);
 
 /// A page with plots and the rows; it needs no file beside it. `pictures[i]` is the PNG of row i, `truth`
-/// that of the traced stitch or empty.
+/// the PNG of the traced stitch or empty.
 std::string trade_page(const std::string& title, const Json& rows, const std::vector<std::string>& pictures,
                        const std::string& truth);
 

@@ -26,7 +26,7 @@ struct SwatchCommand {
   TruthOptions trace;
   SwatchView place = SwatchView::near;
   V2i size{320, 240};
-  std::vector<Light> lights;  ///< empty: those of the place
+  std::vector<Light> lights;  ///< empty: the lights of the place
   std::string environment;    ///< a picture of radiance; empty: none
   EnvironmentOptions around;
   LevelOptions levels = best_levels;  ///< without `truth`
