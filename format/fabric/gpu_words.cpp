@@ -200,8 +200,6 @@ void add_fabric(const Fabric& fabric, std::vector<uint>& result) {
   words.set(fabric_light_rows, fabric.lights.rows);
   words.set(fabric_radiance_scale, fabric.radiance_scale);
   words.set(fabric_reference_height, fabric.reference_height);
-  words.set(fabric_width, fabric.texels().x);
-  words.set(fabric_height, fabric.texels().y);
   words.set(fabric_largest_yarn_pixel, largest_yarn_pixel(fabric));
   if (const auto bases = bases_of(fabric)) {
     words.set(fabric_view_basis, bases->view);

@@ -56,7 +56,6 @@ inline constexpr const char* levels = "levels";
 inline constexpr const char* mm_per_repeat = "mmPerRepeat";
 inline constexpr const char* reference_height = "referenceHeight";
 inline constexpr const char* thickness = "thickness";
-inline constexpr const char* level = "level";
 inline constexpr const char* views = "views";
 inline constexpr const char* layout = "layout";
 inline constexpr const char* columns = "columns";

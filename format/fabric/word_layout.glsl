@@ -12,16 +12,13 @@ const uint fabric_radiance_scale = 5u;
 const uint fabric_view_basis = 6u;   // place of phi: [a - 1][view]
 const uint fabric_light_basis = 7u;  // place of psi: [b][light][channel]
 const uint fabric_reference_height = 8u;  // mm
-const uint fabric_width = 9u;             // texels of level 0 of the whole fabric
-const uint fabric_height = 10u;
-const uint fabric_first_level = 11u;   // the level of the whole fabric that is the first level here
-const uint fabric_yarns = 12u;         // place of the yarn itself, level -1
-const uint fabric_largest_yarn_pixel = 13u;  // width in texels of level 0 of the whole fabric; 0: no yarn
+const uint fabric_yarns = 9u;                // place of the yarn itself, level -1
+const uint fabric_largest_yarn_pixel = 10u;  // width in texels of level 0; 0: no yarn
 // Places of other fabrics, or 0: lit by mirrored lights from behind, and seen from behind; as places of words, they
 // count as fabrics of numbers.
-const uint fabric_through = 14u;
-const uint fabric_turned = 15u;
-const uint fabric_level_places = 16u;  // of level 0; the place of level k is k words further
+const uint fabric_through = 11u;
+const uint fabric_turned = 12u;
+const uint fabric_level_places = 13u;  // of level 0; the place of level k is k words further
 
 // Words of a level, counted from its place.
 const uint level_width = 0u;

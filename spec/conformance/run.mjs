@@ -47,7 +47,7 @@ function parse_arguments([...words]) {
   return {...options, command: words};
 }
 
-/** Where the fixtures are; they are made where there are none. */
+/** The folder of the fixtures, which are made if they are missing. */
 function kit_folder(given) {
   if (given) return given;
   if (existsSync(join(beside, 'vectors'))) return beside;
@@ -118,10 +118,7 @@ function compare(query, answer) {
     ...query.rgb.map(
       (expected, c) => distance(answer.rgb[c], expected, relative * Math.abs(expected) + absolute)));
   if (worst <= 1) return {worst};
-  return {
-    worst,
-    failure: `rgb ${answer.rgb} alpha ${answer.alpha} instead of rgb ${query.rgb} alpha ${query.alpha}`
-  };
+  return {worst, failure: `rgb ${answer.rgb} alpha ${answer.alpha} instead of rgb ${query.rgb} alpha ${query.alpha}`};
 }
 
 /** What display quality asks, with its tolerances. */
@@ -134,7 +131,7 @@ async function run_vectors(name, ask, display) {
   const vectors = JSON.parse(readFileSync(join(here, 'vectors', name), 'utf8'));
   const queries = display ? of_display(vectors.queries) : vectors.queries;
   const row = {kind: 'vectors', name: `vectors/${name}`, queries: queries.length, worst: 0, failures: []};
-  row.squares = 0;  // sum of those of `worst`
+  row.squares = 0;  // sum of the squares of `worst`
   for (const query of queries) {
     const {rgb, alpha, tolerance, why, error, ...asked} = query;
     const answer = await ask({op: 'evaluate', file: join(here, vectors.file), ...asked});
@@ -206,10 +203,7 @@ async function run_check(kind, name, expected, ask, codes_only) {
   return row;
 }
 
-const SOUND = {
-  issues: [],
-  others: 'none'
-};
+const SOUND = {issues: [], others: 'none'};
 
 /** The garment in a folder. */
 const garment_in = (folder) => readdirSync(folder).find((name) => /\.gl(tf|b)$/.test(name));

@@ -22,8 +22,8 @@ const options = '--quality paper --texels 12x8 --views 16 --lights 16 --threads 
 execFileSync(selvedge, ['make', 'plain-knit', '--set', 'yarn=tube', ...options, '-o', file]);
 
 const bytes = readFileSync(file);
-assert.deepEqual(check_fabric(bytes).filter(({ severity }) => severity === 'error'), []);
-const fabric = open_fabric(bytes);
+assert.deepEqual((await check_fabric(bytes)).filter(({ severity }) => severity === 'error'), []);
+const fabric = await open_fabric(bytes);
 assert.deepEqual(Object.keys(fabric.layers).sort(), ['frame', 'lobes', 'opacity', 'table']);
 const levels = Array.from({ length: fabric.levels }, (_, k) => read_fabric_level(fabric, k));
 const level = (k) => levels[k];

@@ -45,11 +45,11 @@ void shade_level(uint index, uint level, vec2 uv, vec2 right, vec2 up, vec3 view
   ivec2 size = size_of(fabric, level);
   vec2 centre = (uv - floor(uv)) * vec2(size);
   bool nearest = by_area == 0 || forced_level >= 0;
-  vec2 whole = vec2(float(word(fabric + fabric_width)), float(word(fabric + fabric_height)));
-  float scale = exp2(-float(level + word(fabric + fabric_first_level)));
+  vec2 finest = vec2(size_of(fabric, 0u));
+  float scale = exp2(-float(level));
   vec2 farthest = vec2(1e6);
   PixelBox box = pixel_box(clamp(right * vec2(size), -farthest, farthest), clamp(up * vec2(size), -farthest, farthest),
-                           pixel_size(right * whole, up * whole) * scale);
+                           pixel_size(right * finest, up * finest) * scale);
   ivec2 first = nearest ? min(ivec2(centre), size - 1) : ivec2(floor(centre - box.reach + 0.5));
   ivec2 count = nearest ? ivec2(1) : ivec2(ceil(2.0 * box.reach));
   float total = nearest ? 1.0 : 0.0;
@@ -120,10 +120,9 @@ float grazing_depth(uint fabric, vec2 right, vec2 up, mat2x3 turn, vec3 view, ma
 // `side`: 1 where the front is seen, else -1.
 vec4 shade_fabric(uint index, vec2 uv, vec2 right, vec2 up, mat2x3 turn, float side, vec3 view, mat3 frame) {
   uint fabric = word(index);
-  vec2 size = vec2(float(word(fabric + fabric_width)), float(word(fabric + fabric_height)));
-  uint first_level = word(fabric + fabric_first_level);
+  vec2 size = vec2(size_of(fabric, 0u));
   float pixel_width = pixel_size(right * size, up * size);
-  float level = (forced_level >= 0 ? float(forced_level) : log2(pixel_width) + level_bias) - float(first_level);
+  float level = forced_level >= 0 ? float(forced_level) : log2(pixel_width) + level_bias;
   vec4 sum = vec4(0.0);
   float of_texels = 1.0;
 #ifdef YARN

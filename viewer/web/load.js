@@ -25,5 +25,5 @@ export async function load_words(source) {
   if (source.words) return {sky: sky_of(source.words)};
   const bytes = source instanceof ArrayBuffer ? source : await fetched(source);
   const fabric = await open_fabric(new Uint8Array(bytes));
-  return {...pack_fabric(fabric), levels: fabric.levels, mm_per_repeat: fabric.mmPerRepeat.map(Number)};
+  return {...pack_fabric(fabric), levels: fabric.levels, mm_per_repeat: fabric.mmPerRepeat};
 }

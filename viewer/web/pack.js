@@ -1,19 +1,8 @@
 // Packs a fabric into the words that the shaders read: the twin of format/fabric/gpu_words.cpp.
 import {word_layout} from './glsl.js';
 import {
-  ANGLES,
-  COLOURS,
-  LAYERS,
-  LIGHTS,
-  PARAMETERS,
-  base_count,
-  direction_name,
-  grid_size,
-  hash,
-  level_size,
-  pairs_at,
-  read_layer,
-  yarns_of
+  ANGLES, COLOURS, LAYERS, LIGHTS, PARAMETERS, base_count, direction_name, grid_size, hash, level_size, pairs_at,
+  read_layer, yarns_of
 } from './reader/index.js';
 import {cells_of} from './yarn_cells.js';
 
@@ -62,7 +51,7 @@ function interleaved(channels) {
 
 const to_half = (() => {
   const number = new Float32Array(1), bits = new Uint32Array(number.buffer);
-  /** The bits of the half that is x, or -1 where there is none. */
+  /** The bits of the half that is x, or -1 if no half is. */
   return (x) => {
     number[0] = x;
     const sign = bits[0] >>> 16 & 0x8000, exponent = (bits[0] >>> 23 & 255) - 112, fraction = bits[0] & 0x7FFFFF;
@@ -140,7 +129,7 @@ function add_level(words, fabric, seen, k) {
   return level;
 }
 
-/** The numbers of the bases: those of the views, then those of the lights. */
+/** The numbers of the bases: [of the views, of the lights]. */
 function base_numbers(fabric) {
   const values = read_layer(fabric, 'bases', 0), {of_views, all} = base_count(fabric);
   const [w, h] = fabric.texels;
@@ -261,7 +250,7 @@ function largest_yarn_pixel({mmPerRepeat, texels: [w, h], levels}, thickest) {
 
 /** Appends a side of a fabric, with the opacity of the side that is `seen`, and yarn or null, and returns its place. */
 function add_fabric(words, fabric, seen, yarns) {
-  const {texels, levels, views, lights, layers, radianceScale = 1} = fabric;
+  const {levels, views, lights, layers, radianceScale = 1} = fabric;
   const place = words.room(AT.fabric_level_places + levels);
   const set = (name, value) => {
     words.words[place + AT[name]] = value;
@@ -273,8 +262,6 @@ function add_fabric(words, fabric, seen, yarns) {
   set('fabric_light_rows', lights?.rows ?? 0);
   words.set_numbers(place + AT.fabric_radiance_scale, radianceScale);
   words.set_numbers(place + AT.fabric_reference_height, fabric.referenceHeight);
-  set('fabric_width', texels[0]);
-  set('fabric_height', texels[1]);
   if (layers.products) {
     const [of_views, of_lights] = base_numbers(fabric);
     set('fabric_view_basis', words.numbers(of_views));

@@ -1,4 +1,4 @@
-// Reflection of light from all around, from a fabric's words: the twin of pack_around() in
+// Responses of a fabric to light from all around, from its words: the twin of pack_around() in
 // viewer/scene/packed_fabric.cpp and of format/fabric/yarn_sky.cpp.
 import {smooth_basis} from './environment.js';
 import {AT} from './pack.js';
@@ -7,7 +7,7 @@ import {ANGLES, LIGHTS} from './reader/yarns.js';
 import {cross, dot, minus, plus, times, unit} from './reader/vector.js';
 
 const {PI, abs, cos, floor, hypot, max, min, sin, sqrt} = Math;
-/** Directions of the integrals of products, and of yarn's at so many angles about it. */
+/** Directions in integrals of products, and in integrals of yarn at so many angles about it. */
 const FINE = 32, SKY = [8, 12], AROUND_YARN = 12;
 const MIN_RISE = 1 / 32, LEAVE_RADII = 1 / 64, NOWHERE = 1e30;
 /** Of plies, as the shader has it: how the sky darkens between them; and the mean share of their normals outwards. */
@@ -141,7 +141,7 @@ class YarnRays {
   }
 }
 
-/** From functions of smooth light to functions of indirect light: integrals of z B_j B_k. */
+/** Integrals of z B_j B_k: the functions of indirect light times the functions of smooth light. */
 function upper_products() {
   const products = Array.from({length: LIGHTS}, () => new Float64Array(LIGHTS));
   for (const d of directions_of(64, 64)) {
@@ -266,7 +266,7 @@ function sky_of_yarn(of, fabric) {
   return result;
 }
 
-/** Words to be appended to a fabric's, as around.glsl has them. */
+/** Words to be appended to a fabric's words, in the layout of around.glsl. */
 export function sky_of(words) {
   const of = {words, floats: new Float32Array(words.buffer, words.byteOffset, words.length)};
   const place_in = (fabric, name) => fabric === 0 ? 0 : words[fabric + AT[name]];

@@ -20,7 +20,7 @@ const sun = (axis) => ({kind: 'disc', a: A, b: [800, 700, 600], axis, degrees: 2
 const small_sun = (axis) => ({kind: 'disc', a: A, b: [4e4, 3.6e4, 3.2e4], axis, degrees: 0.27});
 const all = (axis) => [constant, cosine(axis), lobe(axis, 8), step(axis), sun(axis), small_sun(axis)];
 
-/** Axes of a fabric in the world: that of a turned cloth, and its back. */
+/** Axes of a fabric in the world: of a turned cloth, and of its back. */
 const TURNED = [[0.36, 0.48, 0.8], [-0.8, 0.6, 0], [-0.48, -0.64, 0.6]];
 const BACK = [...TURNED.slice(0, 2), TURNED[2].map((x) => -x)];
 
@@ -32,10 +32,7 @@ const MATT = [
   ['the cosine about the normal', cosine(UP), by_hand(PI, 2 * PI / 3)],
   ['the cosine', cosine(SIDE), by_hand(PI, 2 * PI / 3 * SIDE[2])],
   ['the lobe about the normal', lobe(UP, 6), by_hand(PI, 2 * PI / 8)],
-  [
-    'the lobe of exponent 1', lobe(LOW, 1),
-    by_hand(PI, 2 / 3 * (sin(acos(LOW[2])) + (PI - acos(LOW[2])) * LOW[2]))
-  ],
+  ['the lobe of exponent 1', lobe(LOW, 1), by_hand(PI, 2 / 3 * (sin(acos(LOW[2])) + (PI - acos(LOW[2])) * LOW[2]))],
   ['the step', step(SIDE), by_hand(PI, PI / 2 * (1 + SIDE[2]))],
   ['the step at the horizon, from below', step([0, 0, -1]), by_hand(PI, 0)],
   ['the sun', sun(SIDE), by_hand(PI, PI * sin(2 * PI / 180) ** 2 * SIDE[2])],

@@ -1,4 +1,4 @@
-// The examples of the pages, with the digests and the answers that stand there.
+// The examples of the pages, with the digests and answers on the pages.
 import {ask, by_texel} from './extremes.mjs';
 import {framed} from './make.mjs';
 
@@ -17,10 +17,8 @@ const as_on_the_page = (text) => JSON
 export const examples = [
   {
     name: 'example-fabric',
-    about: 'the example of fabric.md; its digests are those of the page',
-    texels: [2, 1],
-    grid: [1, 2],
-    layers: {lobes: {}, opacity: {levels: [0]}},
+    about: 'the example of fabric.md with the digests of the page',
+    texels: [2, 1], grid: [1, 2], layers: {lobes: {}, opacity: {levels: [0]}},
     mmPerRepeat: [2, 1],
     provenance: {software: 'example'},
     value: {
@@ -29,15 +27,14 @@ export const examples = [
     },
     string: as_on_the_page,
     digests: [
-      'bfbcaf43e7a5b52f270059dc3fcfb75d', '997649a0a42a3c632677d4728a15dcce',
+      '44eb11e9c4ef48672cff13faf364d0eb', '997649a0a42a3c632677d4728a15dcce',
       'fec8acf204b4fab47a5f85b8bd066c58', 'eb42b3d18423dad1e0ef8970900ced8a'
     ],
   },
   {
     name: 'example-brdf',
-    about: 'the example of brdf.md; the first answer is that of the page',
-    texels: [1, 1],
-    layers: {lobes: {}, frame: {precision: 'float'}, table: {}, opacity: {}},
+    about: 'the example of brdf.md; the page has the first answer',
+    texels: [1, 1], layers: {lobes: {}, frame: {precision: 'float'}, table: {}, opacity: {}},
     value: {
       lobes: (level, channel) => channel.startsWith('lobes.diffuse') ?
         {red: 0.1, green: 0.2, blue: 0.3}[channel.slice(14)] :

@@ -16,6 +16,10 @@ export const by_texel = (lobe) => (level, channel, t) => {
   return channel.startsWith('lobes.diffuse') ? values.rho : values[channel.split('.')[2]];
 };
 
+/** Values of channels by their colour. */
+export const by_colour = (red, green, blue) => (level, channel) =>
+  channel.endsWith('red') ? red : channel.endsWith('green') ? green : blue;
+
 /** A query of level 0. */
 export const ask = (texel, light, view, why) => ({level: 0, texel, light, view, why});
 
@@ -23,16 +27,8 @@ export const extremes = [
   {
     name: 'extreme-rho',
     about: 'rho of 0, subnormal, huge and the largest number',
-    texels: [5, 1],
-    levels: 1,
-    K: 0,
-    layers: ['lobes', 'table'],
-    value: {
-      lobes: by_texel((t) => ({rho: [0, 1e-40, 1e30, LARGEST, 3e38][t]})),
-      table: (level, channel) => channel.endsWith('red') ? 4 :
-        channel.endsWith('green')                        ? 0.25 :
-                                                           0,
-    },
+    texels: [5, 1], levels: 1, K: 0, layers: ['lobes', 'table'],
+    value: {lobes: by_texel((t) => ({rho: [0, 1e-40, 1e30, LARGEST, 3e38][t]})), table: by_colour(4, 0.25, 0)},
     queries: [
       ask([0, 0], OBLIQUE, UP, 'rho = 0 without lobes: f = 0'),
       ask([1, 0], OBLIQUE, UP, 'a subnormal rho: may count as 0'),
@@ -46,17 +42,11 @@ export const extremes = [
   {
     name: 'extreme-exponents',
     about: 'exponents 0, 0.001, 1, 200 and 5,000 with bases below, at and above 1',
-    texels: [5, 3],
-    levels: 1,
-    layers: ['lobes'],
+    texels: [5, 3], levels: 1, layers: ['lobes'],
     value: {
       lobes: by_texel((t) => ({
-                        rho: 0.125,
-                        cx: 0,
-                        cy: 0,
-                        cz: [0.75, 1, 1.015625][Math.floor(t / 5)],
-                        n: [0, 0.0010000000474974513, 1, 200, 5000][t % 5],
-                      })),
+        rho: 0.125, cx: 0, cy: 0, cz: [0.75, 1, 1.015625][Math.floor(t / 5)], n: [0, 0.0010000000474974513, 1, 200, 5000][t % 5],
+      })),
     },
     queries: [0, 1, 2].flatMap((j) => [0, 1, 2, 3, 4].flatMap((i) => {
       const what = `n = ${[0, 0.001, 1, 200, 5000][i]}, cz = ${[0.75, 1, 1.015625][j]}`;
@@ -69,18 +59,12 @@ export const extremes = [
   {
     name: 'extreme-coefficients',
     about: 'coefficients 0, negative and huge',
-    texels: [6, 1],
-    levels: 1,
-    K: 2,
-    layers: ['lobes'],
+    texels: [6, 1], levels: 1, K: 2, layers: ['lobes'],
     value: {
       lobes: by_texel((t, j) => ({
-                        rho: 0.25,
-                        cx: [0, -1, 1, 0, -1000, 1e-20][t],
-                        cy: [0, -1, 1, 0, -1000, 1e-20][t],
-                        cz: [0, -1, 0.5, -0.5, j ? 1000 : -1000, 1e-20][t],
-                        n: [0, 3, 2, 0, 2, 0.5][t],
-                      })),
+        rho: 0.25, cx: [0, -1, 1, 0, -1000, 1e-20][t], cy: [0, -1, 1, 0, -1000, 1e-20][t],
+        cz: [0, -1, 0.5, -0.5, j ? 1000 : -1000, 1e-20][t], n: [0, 3, 2, 0, 2, 0.5][t],
+      })),
     },
     queries: [
       ask([0, 0], OBLIQUE, BACK, 'C = 0: the base is 0 and the lobe adds 0, although n = 0'),
@@ -99,15 +83,10 @@ export const extremes = [
   {
     name: 'extreme-overflow',
     about: 'powers beyond the largest number are held there, before T and after it',
-    texels: [3, 1],
-    levels: 1,
-    layers: ['lobes', 'table', 'opacity'],
-    grid: [2, 1],
+    texels: [3, 1], levels: 1, layers: ['lobes', 'table', 'opacity'], grid: [2, 1],
     value: {
       lobes: by_texel((t) => ({rho: 1, cx: 0, cy: 0, cz: [100, 100, 10][t], n: [200, 5000, 30][t]})),
-      table: (level, channel) => channel.endsWith('red') ? 0.5 :
-        channel.endsWith('green')                        ? 2 :
-                                                           0,
+      table: by_colour(0.5, 2, 0),
       opacity: () => 1,
     },
     queries: [
@@ -121,8 +100,7 @@ export const extremes = [
   {
     name: 'extreme-overflow-levels',
     about: 'held values in both blended levels',
-    texels: [2, 1],
-    layers: ['lobes'],
+    texels: [2, 1], layers: ['lobes'],
     value: {lobes: by_texel(() => ({rho: 1, cx: 0, cy: 0, cz: 100, n: 200}))},
     queries: [{
       level: 0.5,
@@ -135,8 +113,7 @@ export const extremes = [
   {
     name: 'extreme-alpha-0',
     about: 'alpha 0 at all views, at some, and nearly',
-    texels: [4, 1],
-    layers: ['lobes', 'table', 'opacity'],
+    texels: [4, 1], layers: ['lobes', 'table', 'opacity'],
     value: {
       opacity: (level, channel, t) => {
         const k = Number(channel.slice(8));
@@ -147,7 +124,7 @@ export const extremes = [
     },
     queries: [
       ask([0, 0], OBLIQUE, UP, 'alpha = 0 at all views: with a table f = 0'),
-      ask([1, 0], OBLIQUE, UP, 'the three views with alpha = 0 count for nothing: T is that of view 0'),
+      ask([1, 0], OBLIQUE, UP, 'the three views with alpha = 0 have no effect: T of view 0'),
       ask([1, 0], OBLIQUE, unit([0.5, 0.5, 0.2]), 'only views with alpha = 0: f = 0'),
       ask([2, 0], OBLIQUE, UP, 'T is the mean of views 1 and 2'),
       ask([3, 0], OBLIQUE, UP, 'alpha of the smallest half: T is not disturbed'),
@@ -157,41 +134,26 @@ export const extremes = [
         uv: [0.1, 0.5],
         light: OBLIQUE,
         view: UP,
-        why: 'alpha = 0 at the finer level: f is that of the coarser'
+        why: 'alpha = 0 at the finer level: f of the coarser'
       },
       {level: 1, uv: [0.1, 0.5], light: OBLIQUE, view: UP, why: 'a whole level counts alone'},
     ],
   },
   {
     name: 'extreme-alpha-0-no-table',
-    about: 'alpha 0 without a table: f is that of the lobes',
-    texels: [2, 1],
-    layers: ['lobes', 'opacity'],
+    about: 'alpha 0 without a table: f of the lobes',
+    texels: [2, 1], layers: ['lobes', 'opacity'],
     value: {opacity: (level) => level === 0 ? 0 : 1},
     queries: [
       ask([0, 0], OBLIQUE, UP, 'alpha = 0 without a table: f is not 0'),
-      {
-        level: 0,
-        uv: [0.1, 0.5],
-        light: OBLIQUE,
-        view: UP,
-        why: 'a whole level by uv: f is not 0 although alpha is'
-      },
-      {
-        level: 0.5,
-        uv: [0.1, 0.5],
-        light: OBLIQUE,
-        view: UP,
-        why: 'f is that of level 1, which alone can be seen'
-      },
+      {level: 0, uv: [0.1, 0.5], light: OBLIQUE, view: UP, why: 'a whole level by uv: f is not 0 although alpha is'},
+      {level: 0.5, uv: [0.1, 0.5], light: OBLIQUE, view: UP, why: 'f of level 1, which alone can be seen'},
     ],
   },
   {
     name: 'extreme-frames',
     about: 'normals tilted to the horizon and below it, tangents that are not the usual ones',
-    texels: [4, 1],
-    levels: 1,
-    layers: {lobes: {}, frame: {precision: 'float'}},
+    texels: [4, 1], levels: 1, layers: {lobes: {}, frame: {precision: 'float'}},
     value: {
       frame: framed(
         (level, t) =>
@@ -215,9 +177,7 @@ export const extremes = [
   {
     name: 'frame-not-quite-unit',
     about: 'frames 0.4 % from unit and perpendicular count as stored',
-    texels: [2, 1],
-    levels: 1,
-    layers: {lobes: {}, frame: {precision: 'float'}},
+    texels: [2, 1], levels: 1, layers: {lobes: {}, frame: {precision: 'float'}},
     value: {
       frame: framed(
         (level, t) =>
@@ -227,25 +187,14 @@ export const extremes = [
   {
     name: 'scale-small',
     about: 'radiance of about 1e-8 in half precision, by a scale of the file',
-    texels: [4, 2],
-    K: 2,
-    radianceScale: 2 ** -27,
+    texels: [4, 2], K: 2, radianceScale: 2 ** -27,
     layers: {lobes: {precision: 'half'}, frame: {}, table: {}, opacity: {}},
   },
   {
     name: 'scale-large',
     about: 'a scale of 1e8, not a power of two: rho of 0, 1, the largest half, and too large',
-    texels: [4, 1],
-    levels: 1,
-    K: 0,
-    radianceScale: 123456789,
-    layers: ['lobes', 'table'],
-    value: {
-      lobes: by_texel((t) => ({rho: [0, 1, 65504, 1e33][t]})),
-      table: (level, channel) => channel.endsWith('red') ? 1 :
-        channel.endsWith('green')                        ? 0.25 :
-                                                           0,
-    },
+    texels: [4, 1], levels: 1, K: 0, radianceScale: 123456789, layers: ['lobes', 'table'],
+    value: {lobes: by_texel((t) => ({rho: [0, 1, 65504, 1e33][t]})), table: by_colour(1, 0.25, 0)},
     queries: [
       ask([0, 0], OBLIQUE, UP, 'rho = 0: f = 0'),
       ask([1, 0], OBLIQUE, UP, 'the scale itself'),
@@ -256,25 +205,16 @@ export const extremes = [
   {
     name: 'scale-of-products',
     about: 'the scale multiplies what products give, once',
-    texels: [2, 2],
-    levels: 2,
-    radianceScale: 0.001,
-    layers: {products: {}, bases: {levels: [0]}},
+    texels: [2, 2], levels: 2, radianceScale: 0.001, layers: {products: {}, bases: {levels: [0]}},
   },
   {
     name: 'extreme-halves',
     about: 'the smallest, the largest and subnormal halves',
-    texels: [3, 1],
-    levels: 1,
-    layers: {lobes: {precision: 'half'}, table: {}, opacity: {}},
+    texels: [3, 1], levels: 1, layers: {lobes: {precision: 'half'}, table: {}, opacity: {}},
     value: {
       lobes: by_texel((t) => ({
-                        rho: [2 ** -24, 65504, 2 ** -15][t],
-                        cx: 0,
-                        cy: 0,
-                        cz: [1, 2 ** -14, 0.5][t],
-                        n: [65504, 1, 2 ** -20][t]
-                      })),
+        rho: [2 ** -24, 65504, 2 ** -15][t], cx: 0, cy: 0, cz: [1, 2 ** -14, 0.5][t], n: [65504, 1, 2 ** -20][t],
+      })),
       table: (level, channel, t) => [2 ** -24, 65504, 2 ** -16][t],
       opacity: (level, channel, t) => [2 ** -24, 1, 1 - 2 ** -11][t],
     },

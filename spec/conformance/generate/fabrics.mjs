@@ -4,7 +4,7 @@ import {attribute, pack_values} from '../reference/exr_write.mjs';
 import {examples} from './examples.mjs';
 import {extremes} from './extremes.mjs';
 import {unknown_part} from './broken/common.mjs';
-import {part_of} from './make.mjs';
+import {mix_precisions, part_of} from './make.mjs';
 import {lights_and_products} from './products.mjs';
 import {sides} from './sides.mjs';
 import {yarns} from './yarns.mjs';
@@ -15,57 +15,25 @@ const byte_order = (a, b) => Buffer.compare(Buffer.from(a.name), Buffer.from(b.n
 const combinations = Array.from({length: 16}, (_, bits) => {
   const layers = ['lobes', 'frame', 'table', 'opacity'].filter((_, i) => bits >> i & 1);
   return {
-    name: layers.length ? `layers-${layers.join('-')}` : 'layers-none',
+    name: `layers-${layers.join('-') || 'none'}`,
     layers,
-    plain: layers.length === 0,
-    about: layers.length ?
-      `has the layers ${layers.join(', ')}` :
-      'has no layer: f = l_z and alpha = 1; the only part is stored in the plain form of OpenEXR',
+    about: layers.length ? `has the layers ${layers.join(', ')}` : 'has no layer: f = l_z and alpha = 1',
   };
 });
 
-const lobes = [0, 2, 3, 16].map((K) => ({
-                                  name: `lobes-${K}`,
-                                  about: `${K} lobes`,
-                                  K,
-                                  texels: [2, 2],
-                                  layers: ['lobes'],
-                                }));
+const lobes = [0, 2, 3, 16].map((K) => ({name: `lobes-${K}`, about: `${K} lobes`, K, texels: [2, 2], layers: ['lobes']}));
 
 const precisions = [
-  {name: 'precision-half-lobes', about: 'lobes in half precision', layers: {lobes: {precision: 'half'}}},
-  {
-    name: 'precision-float-frame',
-    about: 'frame in single precision',
-    layers: {lobes: {}, frame: {precision: 'float'}}
-  },
-  {
-    name: 'precision-float-table',
-    about: 'view table in single precision',
-    layers: {lobes: {}, table: {precision: 'float'}}
-  },
-  {
-    name: 'precision-float-opacity',
-    about: 'opacity in single precision',
-    layers: {lobes: {}, opacity: {precision: 'float'}}
-  },
+  ...[['lobes', 'half'], ['frame', 'float'], ['table', 'float'], ['opacity', 'float']].map(([layer, precision]) => ({
+    name: `precision-${precision}-${layer}`,
+    about: `${layer} in ${precision} precision`,
+    layers: {lobes: {}, [layer]: {precision}},
+  })),
   {
     name: 'precision-mixed',
     about: 'every second channel of each part in the other precision: each channel says its own',
-    layers: ['lobes', 'frame', 'table', 'opacity'],
-    texels: [2, 2],
-    before: (parts, fabric) => {
-      for (const part of parts.slice(1)) {
-        part.channels.forEach((channel, i) => {
-          if (i % 2 === 0) return;
-          channel.type = channel.type === 'half' ? 'float' : 'half';
-          part.levels.forEach(
-            ({width, height, values}, k) => values.set(
-              channel.name,
-              pack_values(fabric.layers[part.name].values(k, channel.name, {width, height}), channel.type)));
-        });
-      }
-    },
+    layers: ['lobes', 'frame', 'table', 'opacity'], texels: [2, 2],
+    before: mix_precisions,
   },
 ];
 
@@ -92,15 +60,12 @@ const levels = [
   {
     name: 'levels-fewer-than-the-chain',
     about: '2 levels of a chain of 4; the stored rest is zeros and no level',
-    texels: [8, 8],
-    levels: 2,
-    layers: ['lobes', 'opacity'],
+    texels: [8, 8], levels: 2, layers: ['lobes', 'opacity'],
   },
   {
     name: 'levels-unlisted-not-zero',
     about: 'levels that are not listed hold numbers; no reader may use them',
-    texels: [8, 4],
-    layers: ['lobes', 'table'],
+    texels: [8, 4], layers: ['lobes', 'table'],
     text: (text) => {
       text.levels = 3;
       text.layers.lobes.levels = [0, 1];
@@ -109,48 +74,21 @@ const levels = [
       text.digests.table = [0, 2].map((k) => text.digests.table[k]);
     },
   },
-  {
-    name: 'levels-one',
-    about: 'level 0 alone, of 8 x 2',
-    texels: [8, 2],
-    levels: 1,
-    layers: ['lobes', 'frame']
-  },
-  {
-    name: 'levels-part-of-a-whole',
-    about: 'levels 1 and 2 of 5; queries count the file\'s own',
-    texels: [8, 4],
-    levels: 2,
-    whole: {texels: [16, 9], level: 1, levels: 5},
-    layers: ['lobes', 'opacity'],
-  },
-  {
-    name: 'levels-part-without-coarser-ones',
-    about: 'levels 0 and 1 of 4, of a whole that has the same level 0',
-    texels: [8, 5],
-    levels: 2,
-    whole: {texels: [8, 5], level: 0, levels: 4},
-    layers: ['lobes', 'table'],
-  },
+  {name: 'levels-one', about: 'level 0 alone, of 8 x 2', texels: [8, 2], levels: 1, layers: ['lobes', 'frame']},
 ];
 
 const sizes = [[1, 1], [2, 1], [1, 2], [3, 5], [7, 4], [33, 1], [65, 2]].map(
   ([w, h]) => ({
     name: `size-${w}x${h}`,
     about: `${w} x ${h} texels${w > 64 ? ', two tiles side by side at level 0' : ''}`,
-    texels: [w, h],
-    layers: ['lobes', 'opacity'],
-    grid: [1, 1],
+    texels: [w, h], layers: ['lobes', 'opacity'], grid: [1, 1],
   }));
 
-const grids = [[1, 1], [1, 7], [2, 2], [3, 2], [8, 8], [8, 16], [16, 16]].map(
+const grids = [[1, 1], [1, 7], [2, 2], [3, 2], [8, 8], [8, 16]].map(
   ([columns, rows]) => ({
     name: `grid-${columns}x${rows}`,
     about: `views in a grid of ${columns} x ${rows}`,
-    grid: [columns, rows],
-    texels: columns * rows > 64 ? [1, 1] : [2, 1],
-    K: 0,
-    layers: ['lobes', 'table', 'opacity'],
+    grid: [columns, rows], texels: columns * rows > 64 ? [1, 1] : [2, 1], K: 0, layers: ['lobes', 'table', 'opacity'],
     many_views: true,
     // Few different values, so that the files stay small.
     value: {
@@ -214,60 +152,59 @@ const unknowns = [
   },
   {
     name: 'unknown-minor-version',
-    about: 'version 3.9',
+    about: 'version 4.9',
     layers: ['lobes'],
     text: (text) => {
-      text.version = [3, 9];
+      text.version = [4, 9];
     }
+  },
+  {
+    name: 'reserved-names',
+    about: 'members and optional layers that version 4.0 reserves',
+    layers: ['lobes'],
+    text: (text) => {
+      Object.assign(text, {
+        variation: {seed: 1},
+        recipe: {stitch: 'rib', parameters: {yarn: 'wool'}, text: 'k2 p2'},
+        sheet: {composition: 'wool', gramsPerSquareMetre: 180},
+        fallback: {metallicFactor: 0},
+        colourways: [{name: 'red'}, {}],
+      });
+      for (const layer of ['squash', 'back.squash']) text.layers[layer] = {levels: [0], optional: true};
+    },
   },
 ];
 
 const layouts = [
   {
     name: 'layout-parts-reversed',
-    about: 'parts in the reverse order, the attributes in part 0 all the same',
+    about: 'data parts in the reverse order',
     layers: ['lobes', 'frame', 'table', 'opacity'],
-    before: (parts) => parts.reverse(),
+    before: (parts) => parts.push(...parts.splice(1).reverse()),
   },
   {
     name: 'layout-chunks-reversed',
     about: 'chunks in the reverse order; the chunk tables find them',
-    texels: [5, 6],
-    layers: ['lobes', 'opacity'],
+    texels: [5, 6], layers: ['lobes', 'opacity'],
     order: (chunks) => chunks.toReversed()
   },
   ...[[1, 1], [5, 3], [16, 2], [4096, 4096]].map(([width, height]) => ({
-                                                   name: `layout-tiles-${width}x${height}`,
-                                                   about: `tiles of ${width} x ${height}`,
-                                                   texels: [7, 4],
-                                                   layers: ['lobes', 'opacity'],
-                                                   before: (parts) => parts.slice(1).forEach((part) => {
-                                                     part.tile = {width, height};
-                                                   }),
-                                                 })),
-  ...['none', 'rle', 'zips', 'piz'].map(
-    (compression) => ({
-      name: `layout-compression-${compression}`,
-      about: `compression ${compression.toUpperCase()} in all parts`,
-      texels: [3, 20],
-      layers: ['lobes', 'opacity'],
-      grid: [1, 1],
-      value: {lobes: (level, channel) => channel.includes('.n.') ? 2 : undefined},
-      before: (parts) => parts.forEach((part) => {
-        part.compression = compression;
-      }),
-    })),
-  {
-    name: 'layout-compression-piz-packed',
-    about: 'compression PIZ where it makes chunks smaller: of halves and floats, tiles of odd sides',
-    texels: [37, 21],
-    layers: {lobes: {}, table: {}},
-    K: 0,
-    value: {lobes: (level, channel, t) => 0.125 * (t % 5), table: (level, channel, t) => t % 300 / 256 + 0.5},
-    before: (parts) => parts.forEach((part) => {
-      part.compression = 'piz';
+    name: `layout-tiles-${width}x${height}`,
+    about: `tiles of ${width} x ${height}`,
+    texels: [7, 4], layers: ['lobes', 'opacity'],
+    before: (parts) => parts.slice(1).forEach((part) => {
+      part.tile = {width, height};
     }),
-  },
+  })),
+  ...['none', 'zip'].map((compression) => ({
+    name: `layout-compression-${compression}`,
+    about: `compression ${compression} in all parts, chunks of several lines`,
+    texels: [3, 20], layers: ['lobes', 'opacity'], grid: [1, 1],
+    value: {lobes: (level, channel) => channel.includes('.n.') ? 2 : undefined},
+    before: (parts) => parts.forEach((part) => {
+      part.compression = compression;
+    }),
+  })),
   {
     name: 'layout-gaps',
     about: 'bytes that belong to no chunk, before, between and behind the chunks; a reader ignores them',
@@ -294,16 +231,8 @@ const layouts = [
   {
     name: 'layout-4096x1',
     about: 'as many texels along a side as there may be',
-    texels: [4096, 1],
-    levels: 1,
-    layers: ['opacity'],
-    grid: [1, 1],
+    texels: [4096, 1], levels: 1, layers: ['opacity'], grid: [1, 1],
     value: {opacity: (level, channel, t) => t % 2},
-  },
-  {
-    name: 'layout-multi-part-of-one',
-    about: 'no layer, the only part in the multi-part form',
-    layers: [],
   },
 ];
 

@@ -22,16 +22,16 @@ function as_glb(gltf) {
 /** The fabric on UV set 1, which only the fabric and its fallback take. */
 function on_set_1(g) {
   g.meshes[0].primitives[0].attributes.TEXCOORD_1 = 2;
-  const [{extensions, extras, pbrMetallicRoughness}] = g.materials;
-  for (const info of [extensions[NAME].fabric, extras[NAME], pbrMetallicRoughness.baseColorTexture])
+  const [{extensions, pbrMetallicRoughness}] = g.materials;
+  for (const info of [extensions[NAME].fabric, pbrMetallicRoughness.baseColorTexture])
     info.texCoord = 1;
 }
 
 /** A second material with the fabric, another transform, in a variant. */
 function with_variant(g) {
   const variant = structuredClone(g.materials[0]);
-  const [{extensions, extras, pbrMetallicRoughness}] = [variant];
-  for (const info of [extensions[NAME].fabric, extras[NAME], pbrMetallicRoughness.baseColorTexture])
+  const {extensions, pbrMetallicRoughness} = variant;
+  for (const info of [extensions[NAME].fabric, pbrMetallicRoughness.baseColorTexture])
     info.extensions = {KHR_texture_transform: {scale: [8, 8], rotation: 0.5, offset: [0.25, 0]}};
   g.materials.push(variant);
   g.extensionsUsed.push('KHR_materials_variants');
@@ -60,10 +60,6 @@ export function with_parts(g) {
   });
   Object.assign(material, {alphaMode: 'MASK', alphaCutoff: 0.25, normalTexture: {index: 1, texCoord: 1, scale: 0.5}});
   Object.assign(material.pbrMetallicRoughness, {baseColorTexture: own(), baseColorFactor: [0.2, 0.39, 0.59, 1]});
-  Object.assign(material.extras[NAME], {
-    maskCutoff: 0.25, tintFactor: [0.5, 1, 1.5], kept: ['maskTexture', 'normalTexture', 'tintTexture'],
-    baseColorTexture: {texCoord: 1},
-  });
 }
 
 /** Garments without any issue. */

@@ -1,8 +1,7 @@
 // From a short description of a fixture to the bytes of its file.
-import {write_exr} from '../reference/exr_write.mjs';
+import {pack_values, write_exr} from '../reference/exr_write.mjs';
 import {add_side, fabric_parts, fabric_text, seal} from '../reference/fabric_write.mjs';
 import {LAYERS, SPREAD, used_count} from '../reference/reader.mjs';
-import {deflate} from './deflate.mjs';
 import {random, unit} from './random.mjs';
 
 const PRECISION = {
@@ -54,11 +53,11 @@ export const framed = (frame) => (level, channel, t) => {
  *   texels, levels, grid [columns, rows], K     default 3 x 2, all, 2 x 2, 1
  *   light_grid [columns, rows], functions [views, lights]     default 1 x 3, [1, 2]
  *   pairs        (level) => [[a, b], ...]; default (0, 0) and (1, 1)
- *   yarns        the members of the layer `yarns`: { curves, nodes, stations }
+ *   yarns        the members of the layer `yarns`: { curves, nodes, stations, fields }
  *   sides        { back: fixture, ... }: the other sides, in this form
- *   layers       { name: { levels, precision } }, or names only; all levels and the usual precision by
- * default mmPerRepeat, provenance value        { layer: (level, channel, texel) => number }; undefined: an
- * ordinary value
+ *   layers       { name: { levels, precision } }, or names only; default: all levels, the usual precision
+ *   value        { layer: (level, channel, texel) => number }; undefined: an ordinary value
+ *   mmPerRepeat, referenceHeight, thickness, radianceScale, provenance
  */
 export function fabric_of(fixture) {
   const {name, texels = [3, 2], grid = [2, 2], K = 1, value = {}} = fixture;
@@ -69,11 +68,7 @@ export function fabric_of(fixture) {
     thickness = 0.75,
     mmPerRepeat = [2.5, 1.25],
     radianceScale,
-    whole,
-    provenance =
-    {
-      software: 'conformance kit'
-    }
+    provenance = {software: 'conformance kit'}
   } = fixture;
   const chain = Math.floor(Math.log2(Math.max(...texels))) + 1;
   const levels = fixture.levels ?? chain;
@@ -90,7 +85,6 @@ export function fabric_of(fixture) {
     referenceHeight,
     thickness,
     ...(radianceScale === undefined ? {} : {radianceScale}),
-    ...(whole === undefined ? {} : {whole}),
     views: {columns: grid[0], rows: grid[1]},
     lights: {columns: light_grid[0], rows: light_grid[1]},
   };
@@ -121,11 +115,10 @@ export function fabric_of(fixture) {
  * The bytes of a fixture's file. Besides what fabric_of takes:
  *   before   changes the list of parts; digests follow
  *   text     changes the attribute text, an object
- *   string   writes the text; JSON by default
- *   after    changes the parts when all digests are made
+ *   string   writes the text; default: JSON.stringify
+ *   after    changes the parts after all digests
  *   order, gap  of the chunks, as in write_exr
- *   plain    true: a file of one part in OpenEXR's plain form
- *   deflate  packs chunks of ZIP and ZIPS instead of the generator's own
+ *   deflate  packs chunks of ZIP instead of the generator's own
  *   bytes    changes the bytes of the file
  */
 export function file_of(fixture) {
@@ -137,15 +130,28 @@ export function file_of(fixture) {
     const {sides: _, text: __, value: ___, ...shared} = fixture;
     const other = add_side(fabric_of({...shared, ...own, name: `${fixture.name} ${side}`}), side);
     parts.push(...other.parts);
-    text.version[1] ||= 1;
     (text.sides ??= {})[side] = other.text;
   }
   fixture.text?.(text);
-  seal(parts, fixture.string ? fixture.string(text) : JSON.stringify(text), fabric);
+  seal(parts, fixture.string ? fixture.string(text) : JSON.stringify(text));
   fixture.after?.(parts);
-  const bytes = write_exr(
-    {multipart: !fixture.plain, parts, order: fixture.order, gap: fixture.gap}, fixture.deflate ?? deflate);
+  const bytes = write_exr({parts, order: fixture.order, gap: fixture.gap}, fixture.deflate);
   return fixture.bytes?.(bytes) ?? bytes;
 }
 
 export const part_of = (parts, name) => parts.find((part) => part.name === name);
+
+/** Stores every second channel of the data parts in the other precision. */
+export function mix_precisions(parts, fabric) {
+  for (const part of parts.slice(1)) {
+    const {levels, values: of} = fabric.layers[part.name];
+    part.channels.forEach((channel, i) => {
+      if (i % 2 === 0) return;
+      channel.type = channel.type === 'half' ? 'float' : 'half';
+      part.levels.forEach(({width, height, values}, k) => {
+        const numbers = levels.includes(k) ? of(k, channel.name, {width, height}) : Array(width * height).fill(0);
+        values.set(channel.name, pack_values(numbers, channel.type));
+      });
+    });
+  }
+}

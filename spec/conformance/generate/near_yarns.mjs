@@ -1,4 +1,4 @@
-// Queries about the yarn itself, and how far single precision may be from the answer: the evaluation once more
+// Queries of the yarn itself, and how far single precision may be from the answer: the evaluation once more
 // beside the point, the light and the view.
 import {evaluate_yarns, trace} from '../reference/yarns.mjs';
 import {random, random_direction, unit} from './random.mjs';

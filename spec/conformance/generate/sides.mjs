@@ -41,8 +41,7 @@ export const sides = [
   {
     name: 'sides-left-out',
     about: 'levels that leave a side out, of texels that do not halve',
-    texels: [10, 5],
-    layers: ['lobes', 'opacity'],
+    texels: [10, 5], layers: ['lobes', 'opacity'],
     sides: {
       'back': {layers: {lobes: {levels: [1, 3]}, opacity: {levels: [1]}}},
       'through': {layers: {lobes: {levels: [3]}, table: {levels: [2, 3]}}},

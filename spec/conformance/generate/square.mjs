@@ -5,11 +5,7 @@ const data_uri = (bytes, type = 'application/octet-stream') =>
 const f32 = (...numbers) => Buffer.from(new Float32Array(numbers).buffer);
 const u16 = (...numbers) => Buffer.from(new Uint16Array(numbers).buffer);
 const u8 = (...numbers) => Buffer.from(numbers);
-export const bytes_of = {
-  f32,
-  u16,
-  u8
-};
+export const bytes_of = {f32, u16, u8};
 
 /**
  * Where the values of the square's accessors begin: 0 POSITION, 1 NORMAL, 2 TANGENT, 3 TEXCOORD_0, 4
@@ -88,7 +84,7 @@ export const padded = (bytes, fill) => Buffer.concat([bytes, Buffer.alloc(-bytes
 const json_bytes = (json) => Buffer.from(JSON.stringify(json));
 
 /**
- * A fixture of the square, changed: `change` takes { json, bytes } and may write `uri`, that of the buffer.
+ * A fixture of the square, changed: `change` takes { json, bytes } and may write the buffer's `uri`.
  * more: `issues` instead of code and place, `others`, `text`: changes the file's text, `beside`: other files.
  */
 export function of_square(code, what, about, place, change, {text = (t) => t, beside = {}, ...more} = {}) {

@@ -20,13 +20,7 @@ function* ordinary_queries(fixture, fabric, level) {
   const pick = (k) => [Math.floor(next() * level(k).width), Math.floor(next() * level(k).height)];
   for (let k = 0; k < fabric.levels; ++k) {
     for (let n = 0; n < (k === 0 ? 3 : 2); ++n) {
-      yield {
-        level: k,
-        texel: pick(k),
-        light: direction(),
-        view: direction(),
-        why: 'light and view at random'
-      };
+      yield {level: k, texel: pick(k), light: direction(), view: direction(), why: 'light and view at random'};
     }
   }
   const k = Math.floor(next() * fabric.levels);
@@ -190,7 +184,7 @@ function tolerance_of({rgb, alpha, powers}, grids) {
   if (absolute > 1e-30) reasons.push('cancellation in a dot product leaves an absolute error');
   if (absolute > 0 && absolute <= 1e-30) reasons.push('a number below 2^-126 may become 0');
   if (grids && relative > 0 && powers <= 32 * U)
-    reasons.push(`rounding, and that of the place ${grids}`);
+    reasons.push(`rounding, also of the place ${grids}`);
   else if (relative > 0 && reasons.length === 0)
     reasons.push('rounding alone');
   return {tolerance, reason: reasons.join('; ')};
@@ -204,13 +198,10 @@ const ok = ({rgb, alpha}, result) => rgb.every(({value, error}, c) => {
 }) &&
   Number.isFinite(alpha.error);
 
-/**
- * The vectors of a file: { file, about, queries }. A query of the fixture that no tolerance fits is an
- * error.
- */
-export function vectors_of(fixture, bytes) {
-  const fabric = open_fabric(bytes);
-  const digests = [header_digest(fabric.file), ...Object.values(fabric.raw.digests).flat()];
+/** The vectors of a file: { file, about, queries }. A query of the fixture that no tolerance fits is an error. */
+export async function vectors_of(fixture, bytes) {
+  const fabric = await open_fabric(bytes);
+  const digests = [header_digest(fabric), ...Object.values(fabric.raw.digests).flat()];
   if (fixture.digests && String(fixture.digests) !== String(digests))
     throw new Error(`${fixture.name}: other digests than on the page: ${digests}`);
   const seen = [seen_from(fabric, false), seen_from(fabric, true)], {level} = seen[0];

@@ -2,48 +2,39 @@
 
 const LAYERS = ['lobes', 'yarns', 'indirect'];
 const STRAIGHT = {
-  stations: 1,
-  turns: [1, 0],
-  radius: 0.25,
-  albedo: [0.75, 0.5, 0.25],
-  gloss: 0,
-  roughness: 0.5,
-  slope: 0,
+  stations: 1, turns: [1, 0], radius: 0.25, albedo: [0.75, 0.5, 0.25], gloss: 0, roughness: 0.5, slope: 0,
   nodes: [[0.25, -0.5, 0.5], [1.5, -0.5, 0.5]],
 };
 
-/** A curve without plies. */
-const ROUND = {count: 1, divisions: 1, shift: 0, phase: 0, groove: [0, 0, 0]};
-/** A curve without strands. */
-const SMOOTH = {count: 0, pieces: 2, shift: 0, seed: 0, irregularity: 0, swells: 1};
-/** A curve without hairs, and a round section. */
-const BALD = {count: 0, length: 0, loops: 0, radius: 0, kept: 1};
-const PLAIN = {flattening: 1};
-const FIELDS = 11;
+/** Members of curves that have no plies, strands, flattening and hairs: the fields from 11 on. */
+const LATER = {
+  plies: {count: 1, divisions: 1, shift: 0, phase: 0, groove: [0, 0, 0]},
+  strands: {count: 0, pieces: 2, shift: 0, seed: 0, irregularity: 0, swells: 1},
+  section: {flattening: 1},
+  hairs: {count: 0, length: 0, loops: 0, radius: 0, kept: 1},
+};
 
-/** Column after column of a table. */
-const by_column = (rows) => rows[0].flatMap((_, i) => rows.map((row) => row[i]));
-
-/** What a fixture says of its curves: the members of the layer and its values, in the order of spec/fabric.md. */
-export function of_curves(curves, [w, h] = [3, 2]) {
+/**
+ * Layer members and values of curves, in the order of spec/fabric.md: with 30 fields, with 31 where a curve has the member
+ * `unknown`, or with the first `fields` alone.
+ */
+export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity} = {}) {
   const nodes = curves.flatMap((curve) => curve.nodes);
-  const fields = curves.map(
-    ({nodes: own, stations, turns, radius, albedo, gloss, roughness, slope}) =>
-      [own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope]);
-  const members = [['hairs', BALD], ['section', PLAIN], ['strands', SMOOTH], ['plies', ROUND]];
-  const used = members.slice(members.findIndex(([name]) => curves.some((curve) => curve[name]))).reverse();
-  const is_later = curves.some((curve) => members.some(([name]) => curve[name]));
-  const later = !is_later ? [] : curves.map(
-    (curve) => used.flatMap(([name, plain]) => Object.values({...plain, ...curve[name]}).flat()));
-  const numbers = [...by_column(fields), ...by_column(nodes), ...later.length ? by_column(later) : []];
+  const rows = curves.map((curve) => {
+    const {nodes: own, stations, turns, radius, albedo, gloss, roughness, slope} = curve;
+    const later = Object.entries(LATER).flatMap(([name, plain]) => Object.values({...plain, ...curve[name]}).flat());
+    const further = 'unknown' in curve ? [curve.unknown] : [];
+    return [own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope, ...later, ...further].slice(0, fields);
+  });
+  const by_column = (table) => table[0].flatMap((_, i) => table.map((row) => row[i]));
+  const numbers = [...by_column(rows), ...by_column(nodes)];
   return {
-    texels: [w, h],
-    layers: LAYERS,
+    texels: [w, h], layers: LAYERS,
     yarns: {
       curves: curves.length,
       nodes: nodes.length,
       stations: curves.reduce((sum, {stations}) => sum + stations, 0),
-      ...later.length && {fields: FIELDS + later[0].length},
+      fields: rows[0].length,
     },
     value: {yarns: (level, channel, t) => numbers[Number(channel.split('.')[1]) * w * h + t]},
   };
@@ -52,42 +43,24 @@ export function of_curves(curves, [w, h] = [3, 2]) {
 /** Yarn along x, and along y, over and under each other; segments of different lengths. */
 const weft = {
   ...STRAIGHT,
-  stations: 3,
-  radius: 0.2,
-  gloss: 0.5,
-  roughness: 0.25,
-  slope: 0.5,
+  stations: 3, radius: 0.2, gloss: 0.5, roughness: 0.25, slope: 0.5,
   nodes: [[0, -0.3, 0.75], [0.4, -0.32, 0.7], [0.6, -0.3, 0.55], [1.25, -0.28, 0.3], [2.2, -0.3, 0.6]],
 };
 const warp = {
   ...STRAIGHT,
-  stations: 2,
-  turns: [0, -1],
-  albedo: [0.125, 0.5, 1],
-  gloss: 0.25,
-  roughness: 0.0625,
-  slope: -0.25,
+  stations: 2, turns: [0, -1], albedo: [0.125, 0.5, 1], gloss: 0.25, roughness: 0.0625, slope: -0.25,
   nodes: [[0.5, -0.3, 0.3], [0.55, -0.8, 0.7], [0.5, -1.2, 0.5]],
 };
 /** Flat, with a corner at each of its four nodes. */
 const ring = {
   ...STRAIGHT,
-  stations: 4,
-  turns: [0, 0],
-  radius: 0.125,
-  gloss: 1,
-  roughness: 1,
+  stations: 4, turns: [0, 0], radius: 0.125, gloss: 1, roughness: 1,
   nodes: [[1.5, -0.7, 0.8], [2, -0.7, 0.8], [2, -1.1, 0.8], [1.5, -1.1, 0.7]],
 };
 /** Upright: the first tangent is near the z axis. */
 const loop = {
   ...STRAIGHT,
-  stations: 1,
-  turns: [0, 0],
-  gloss: 0.5,
-  roughness: 0.005,
-  slope: 1,
-  radius: 0.1,
+  stations: 1, turns: [0, 0], gloss: 0.5, roughness: 0.005, slope: 1, radius: 0.1,
   nodes: [[0.2, -0.5, 0.3], [0.2, -0.5, 0.7], [0.6, -0.4, 1], [1, -0.4, 0.6], [0.6, -0.5, 0.2], [0.3, -0.55, 0.1]],
 };
 
@@ -99,21 +72,6 @@ const five = {...loop, plies: {count: 5, divisions: 3, shift: -7, phase: 3, groo
 /** Yarn of every kind: three that cross, and one upright. */
 export const crossing = {...of_curves([weft, warp, ring, loop]), thickness: 1.125};
 export const plied = {...of_curves([three, ring, five]), thickness: 1.125};
-
-/** What of_curves() gives, with a field more of `curves` curves. */
-const with_field = (of, curves) => {
-  const last = (fields) => fields * curves + 3 * of.yarns.nodes;
-  return {
-    ...of,
-    yarns: {...of.yarns, fields: of.yarns.fields + 1},
-    value: {
-      yarns: (level, channel, t) => {
-        const i = Number(channel.split('.')[1]) * of.texels[0] * of.texels[1] + t;
-        return i < last(of.yarns.fields) ? of.value.yarns(level, channel, t) : i < last(of.yarns.fields + 1) ? 7 : 0;
-      },
-    },
-  };
-};
 
 const hairs = {count: 40, length: 0.3, loops: 0.25, radius: 0.04, kept: 0.75};
 const uneven = {irregularity: 0.125, swells: 4, seed: 99};
@@ -144,7 +102,7 @@ export const yarns = [
   {
     name: 'yarns-upright',
     about: 'a loop that begins upright, with less roughness than counts; one texel, so every number has a channel',
-    ...of_curves([loop], [1, 1]),
+    ...of_curves([loop], {texels: [1, 1]}),
   },
   {
     name: 'yarns-strands',
@@ -208,18 +166,22 @@ export const yarns = [
     layers: {table: {}, opacity: {}, yarns: {}, indirect: {precision: 'float'}},
   },
   {
-    name: 'yarns-later-fields',
-    about: 'version 3.9, and a field of curves that a reader does not know',
-    ...with_field(of_curves([{...three, hairs}, two]), 2),
+    name: 'yarns-more-fields',
+    about: 'version 4.9, and a field of curves that a reader does not know',
+    ...of_curves([{...three, hairs, unknown: 7}, {...two, unknown: 7}]),
     text: (text) => {
-      text.version = [3, 9];
+      text.version = [4, 9];
     },
+  },
+  {
+    name: 'yarns-fewer-fields',
+    about: 'curves without the fields from 18 on: no strands, no hairs, a round section',
+    ...of_curves([three, two], {fields: 18}),
   },
   {
     name: 'yarns-partial',
     about: 'yarn beside products, of no other layer than these',
     ...of_curves([weft, warp]),
-    layers: ['products', 'bases', 'yarns', 'indirect'],
-    referenceHeight: 0.25,
+    layers: ['products', 'bases', 'yarns', 'indirect'], referenceHeight: 0.25,
   },
 ];

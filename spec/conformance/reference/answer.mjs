@@ -18,10 +18,10 @@ function read_bytes(file) {
   }
 }
 
-/** What is seen of a file's cloth from one side; what was read is kept. */
-function open(file, behind) {
+/** seen_from() of a file's fabric, cached. */
+async function open(file, behind) {
   if (!opened.has(file)) {
-    const fabric = open_fabric(read_bytes(file));
+    const fabric = await open_fabric(read_bytes(file));
     opened.set(file, [seen_from(fabric, false), seen_from(fabric, true)]);
   }
   return opened.get(file)[behind ? 1 : 0];
@@ -33,11 +33,11 @@ const refuse = (message) => {
 const numbers = (x, n) => Array.isArray(x) && x.length === n && x.every((a) => Number.isFinite(a));
 
 /** f and alpha at a query's place, a function of light and view. */
-function place_of({file, level: wanted, texel, uv, behind = false}) {
+async function place_of({file, level: wanted, texel, uv, behind = false}) {
   if (!Number.isFinite(wanted)) refuse('level is a number');
   if ((texel === undefined) === (uv === undefined)) refuse('one of texel and uv');
   if (typeof behind !== 'boolean') refuse('behind is a boolean');
-  const seen = open(file, behind);
+  const seen = await open(file, behind);
   if (uv !== undefined) {
     if (!numbers(uv, 2)) refuse('uv is two numbers');
     return (light, view) => {
@@ -55,9 +55,9 @@ function place_of({file, level: wanted, texel, uv, behind = false}) {
   };
 }
 
-function evaluate({light, view, ...place}) {
+async function evaluate({light, view, ...place}) {
   if (!numbers(light, 3) || !numbers(view, 3)) refuse('light and view are three numbers each');
-  return place_of(place)(light, view);
+  return (await place_of(place))(light, view);
 }
 
 const is_unit = (d) => numbers(d, 3) && Math.abs(Math.hypot(...d) - 1) < 0.01;
@@ -65,7 +65,7 @@ const is_unit = (d) => numbers(d, 3) && Math.abs(Math.hypot(...d) - 1) < 0.01;
 const is_frame = (axes) => Array.isArray(axes) && axes.length === 3 && axes.every(is_unit) &&
   [[0, 1], [0, 2], [1, 2]].every(([i, k]) => Math.abs(dot(axes[i], axes[k])) < 0.01);
 
-function environment({view, environment: given, frame, background, ...place}) {
+async function environment({view, environment: given, frame, background, ...place}) {
   const {kind, a, b, axis, exponent, degrees} = given ?? {};
   if (!is_unit(view)) refuse('view is a unit vector');
   if (!['constant', 'cosine', 'lobe', 'disc'].includes(kind)) refuse('an environment is of one of four kinds');
@@ -79,29 +79,29 @@ function environment({view, environment: given, frame, background, ...place}) {
   if (background !== undefined && !numbers(background, 3)) refuse('background is three numbers');
   if (frame !== undefined && !is_frame(frame)) refuse('frame is three directions at right angles');
   const turn = (d) => d && frame ? in_frame(frame, d) : d;
-  const at = place_of(place), towards = turn(view), both = open(place.file, place.behind).through !== null;
+  const at = await place_of(place), towards = turn(view), both = (await open(place.file, place.behind)).through !== null;
   return shown((light) => at(light, towards), towards, {...given, axis: turn(axis)}, background, {both});
 }
 
-function check(file) {
+async function check(file) {
   try {
     const bytes = read_bytes(file);
-    return /\.gl(tf|b)$/.test(file) ? check_gltf(file, bytes) : check_fabric(bytes);
+    return await (/\.gl(tf|b)$/.test(file) ? check_gltf(file, bytes) : check_fabric(bytes));
   } catch (error) {
     if (!(error instanceof Issue)) throw error;
     return [{code: error.code, severity: 'error', place: error.place, message: error.message}];
   }
 }
 
-function answer(line) {
+async function answer(line) {
   let query;
   try {
     query = JSON.parse(line);
   } catch (error) { return {error: 'JSON_MALFORMED', message: error.message}; }
   try {
-    if (query?.op === 'evaluate') return evaluate(query);
-    if (query?.op === 'environment') return environment(query);
-    if (query?.op === 'check') return {issues: check(query.file)};
+    if (query?.op === 'evaluate') return await evaluate(query);
+    if (query?.op === 'environment') return await environment(query);
+    if (query?.op === 'check') return {issues: await check(query.file)};
     return refuse('op is evaluate, environment or check');
   } catch (error) {
     if (!(error instanceof Issue)) throw error;
@@ -109,6 +109,5 @@ function answer(line) {
   }
 }
 
-createInterface({input: process.stdin, crlfDelay: Infinity}).on('line', (line) => {
-  process.stdout.write(JSON.stringify(answer(line)) + '\n');
-});
+for await (const line of createInterface({input: process.stdin, crlfDelay: Infinity}))
+  process.stdout.write(JSON.stringify(await answer(line)) + '\n');

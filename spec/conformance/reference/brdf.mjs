@@ -62,7 +62,7 @@ export function interpolated(grid, point, value) {
   return grid_weights(grid, point).reduce((sum, [k, weight]) => sum + weight * value(k), 0);
 }
 
-/** F of formula (3) for one channel of a texel; T of the view. */
+/** F of formula (3) for one channel of a texel; with T of the view. */
 function bracket(level, texel, T, c, view_point, light_point) {
   const {table, light, products, views, lights} = level;
   let sum = table || light || !products ? T : 0;

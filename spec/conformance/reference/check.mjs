@@ -1,40 +1,9 @@
-// Every broken rule of a fabric file, and what is legal but unwise (codes of spec/issues.md).
+// All faults of a fabric file, and warnings about its levels, lobes and energy (codes of spec/issues.md).
 import {evaluate_texel} from './brdf.mjs';
 import {cell_direction} from './directions.mjs';
 import {make_level} from './level.mjs';
-import {
-  Issue,
-  LAYERS,
-  LOSSY,
-  SIDES,
-  SPREAD,
-  chain_length,
-  check_windows,
-  float_at,
-  is_laid_out,
-  latin1,
-  layer_channels,
-  level_of_texels,
-  open_fabric,
-  read_layer,
-  read_level,
-  yarns_of
-} from './reader.mjs';
+import {Issue, LAYERS, SPREAD, chain_length, level_of_texels, open_fabric, read_layer, yarns_of} from './reader.mjs';
 
-const MEMBERS = [
-  'version', 'model', 'texels', 'levels', 'mmPerRepeat', 'referenceHeight', 'thickness', 'radianceScale',
-  'views', 'lights', 'layers', 'digests', 'provenance', 'whole', 'sides'
-];
-const LAYER_MEMBERS = ['levels', 'precision', 'optional'];
-const OWN_MEMBERS = {
-  lobes: ['lobes'],
-  products: ['pairs'],
-  bases: ['functions'],
-  yarns: ['curves', 'nodes', 'stations', 'fields']
-};
-const SIDE_MEMBERS = ['radianceScale', 'views', 'lights', 'layers', 'digests', 'provenance'];
-const MINOR_VERSION = 3;
-const PREVIEW_CHANNELS = ['R', 'G', 'B', 'A'];
 const LARGE_EXPONENT = 102.4;  // from here on halves cost a lobe's peak some per cent
 const LARGEST_HALF = 65504;
 const ENERGY_LIMIT = 1.01;
@@ -45,7 +14,7 @@ const ENERGY_LIGHTS = [[0, 0, 1], [LOW, 0, 0.5], [-LOW, 0, 0.5], [0, LOW, 0.5], 
 
 const has_error = (issues) => issues.some(({severity}) => severity === 'error');
 
-/** Runs `work`; an Issue that it throws becomes one of the list. */
+/** Runs `work`; an Issue that it throws is added to the list. */
 function collect(issues, work) {
   try {
     work();
@@ -55,115 +24,9 @@ function collect(issues, work) {
   }
 }
 
-function check_text(fabric, advise) {
-  const {raw, file} = fabric;
-  const unknown = (object, known, at) => {
-    for (const name of Object.keys(object ?? {}))
-      if (!known.includes(name)) advise(`${at}/${name}`, 'is not known');
-  };
-  unknown(raw.sides, SIDES, '/sides');
-  if (raw.version[1] > MINOR_VERSION) advise('/version/1', 'is newer than what is known here');
-  if (typeof raw.model !== 'string') advise('/model', 'is missing or not a string');
-  unknown(raw, MEMBERS, '');
-  const check_side = (own, at, prefix) => {
-    for (const grid of ['views', 'lights']) unknown(own[grid], ['layout', 'columns', 'rows'], `${at}/${grid}`);
-    unknown(own.digests, Object.keys(own.layers), `${at}/digests`);
-    for (const [name, layer] of Object.entries(own.layers)) {
-      const place = `${at}/layers/${name}`;
-      if (!LAYERS.includes(name)) {
-        advise(place, 'is not known');
-        continue;
-      }
-      unknown(layer, [...LAYER_MEMBERS, ...(OWN_MEMBERS[name] ?? [])], place);
-      const part = file.parts.find((p) => p.name === prefix + name);
-      if (part.channels.some(({type}) => type !== layer.precision))
-        advise(`${place}/precision`, 'is not that of the channels');
-    }
-  };
-  check_side(raw, '', '');
-  for (const side of Object.keys(fabric.sides)) {
-    unknown(raw.sides[side], SIDE_MEMBERS, `/sides/${side}`);
-    check_side(raw.sides[side], `/sides/${side}`, `${side}.`);
-  }
-  const mirror = (name, type, same) => {
-    const attribute = file.parts[0].attributes.get(`selvedge.${name}`);
-    if (attribute?.type !== type || !same(attribute.value))
-      advise(`selvedge.${name}`, 'differs from the attribute text');
-  };
-  const single = Math.fround;
-  mirror('version', 'string', (v) => latin1(v) === raw.version?.join('.'));
-  mirror('model', 'string', (v) => new TextDecoder().decode(v) === raw.model);
-  mirror(
-    'mmPerRepeat', 'v2f', (v) => [0, 1].every((i) => float_at(v, 4 * i) === single(raw.mmPerRepeat?.[i])));
-  mirror('referenceHeight', 'float', (v) => float_at(v, 0) === single(raw.referenceHeight));
-}
-
-/** Which side's layer a part is: { of, layer, prefix }, `of` being the side's fabric. */
-function side_of_part(fabric, name) {
-  const side = [...SIDES].reverse().find((s) => name.startsWith(`${s}.`));
-  if (!side) return {of: fabric, layer: name, prefix: ''};
-  return {of: fabric.sides[side], layer: name.slice(side.length + 1), prefix: `${side}.`};
-}
-
-/** What a part SHOULD have, and what of it is not known. */
-function advise_on_part(part, fabric, advise) {
-  const {name, attributes, channels, tile, compression} = part;
-  if (!attributes.has('wrapmodes') || latin1(attributes.get('wrapmodes').value) !== 'periodic,periodic')
-    advise(`${name}/wrapmodes`, 'is not periodic,periodic');
-  const has = channels.map((channel) => channel.name);
-  if (name === 'preview') {
-    if (tile) advise(name, 'is tiled');
-    if (LOSSY.includes(compression)) advise(name, `compression ${compression}`);
-    for (const channel of PREVIEW_CHANNELS)
-      if (!has.includes(channel)) advise(`${name}/${channel}`, 'is missing');
-    return;
-  }
-  const {of, layer, prefix} = side_of_part(fabric, name);
-  if (!of?.layers[layer] || !is_laid_out(layer, of)) return;
-  const known = layer_channels(layer, of).map((channel) => prefix + channel);
-  for (const channel of has)
-    if (!known.includes(channel)) advise(`${name}/${channel}`, 'is not known');
-}
-
-/** What does not keep a reader from reading right: parts of no listed layer, names of channels. */
-function check_surroundings(fabric, report, advise) {
-  const {file: {parts}, texels, raw} = fabric;
-  if (!parts.some(({name}) => name === 'preview'))
-    report('FABRIC_PART', 'preview', 'the part is missing');
-  else if (parts[0].name !== 'preview')
-    advise(parts[0].name, 'the first part is not the preview');
-  const owner = new Map();
-  const is_listed = (name) => {
-    const {of, layer} = side_of_part(fabric, name);
-    return LAYERS.includes(layer) && (of === fabric ? raw : of?.raw)?.layers?.[layer];
-  };
-  for (const part of parts) {
-    advise_on_part(part, fabric, advise);
-    if (part.name === 'preview')
-      check_windows(part, texels, report);
-    else if (!is_listed(part.name)) {
-      check_windows(part, texels, report);
-      advise(part.name, 'the part is of no known layer');
-    }
-    for (const {name} of part.channels) {
-      const place = `${part.name}/${name}`;
-      if (owner.has(name)) report('FABRIC_CHANNEL', place, `also in part ${owner.get(name)}`);
-      owner.set(name, part.name);
-      if (part.name !== 'preview' && /[RGBAY]$/.test(name))
-        report('FABRIC_CHANNEL', place, 'a name that tools take for a colour');
-    }
-  }
-}
-
 function check_levels(fabric, warn) {
   const chain = fabric.texels ? chain_length(...fabric.texels) : 0;
-  const {whole} = fabric;
-  const beyond = (whole?.level ?? 0) + fabric.levels, all = whole?.levels ?? beyond;
-  if (fabric.levels < chain && all === beyond) warn('FABRIC_LEVELS', '/levels', `${fabric.levels} of ${chain} levels`);
-  if (whole) {
-    const missing = Array.from({length: all}, (_, k) => k).filter((k) => k < whole.level || k >= beyond);
-    warn('FABRIC_LEVELS', '/whole', `the levels ${missing.join(', ')} of ${all} are missing`);
-  }
+  if (fabric.levels < chain) warn('FABRIC_LEVELS', '/levels', `${fabric.levels} of ${chain} levels`);
   for (const [side, {layers, shown}] of [['', fabric], ...Object.entries(fabric.sides)]) {
     for (const [name, {levels}] of Object.entries(layers)) {
       if (['products', ...SPREAD].includes(name)) continue;
@@ -175,7 +38,7 @@ function check_levels(fabric, warn) {
   }
 }
 
-/** What of the light from `light` a texel sends to all views: the integral of alpha f v_z, per channel. */
+/** The share of the light from `light` that a texel sends to all views: the integral of alpha f v_z, per channel. */
 function reflected(level, texel, light) {
   const sums = [0, 0, 0];
   for (const view of ENERGY_VIEWS) {
@@ -228,7 +91,7 @@ function check_lobes(level, at, half, warn) {
     warn('FABRIC_PEAK', at, `an exponent of ${exponent} in half precision`);
 }
 
-/** Warns of lobes and energy of level k. `numbers`: by side, those of its layers. */
+/** Warns of lobes and energy of level k. `numbers`: of the layers, by side. */
 function check_light(fabric, numbers, k, warn) {
   const fabrics = {front: fabric, ...fabric.sides}, levels = {};
   for (const [side, of] of Object.entries(fabrics)) {
@@ -251,45 +114,33 @@ function check_light(fabric, numbers, k, warn) {
 }
 
 /** The issues of the bytes of a fabric file: { code, severity, place, message }. */
-export function check_fabric(bytes) {
+export async function check_fabric(bytes) {
   const issues = [];
-  const warn = (code, place, message) => issues.push({code, severity: 'warning', place, message});
-  const advise = (place, message) => warn('FABRIC_ADVICE', place, message);
-  const report = (code, place, message) => {
-    issues.push({code, severity: 'error', place, message});
+  const note = (severity) => (code, place, message) => {
+    issues.push({code, severity, place, message});
   };
+  const report = note('error'), warn = note('warning');
   let fabric;
-  collect(issues, () => {
-    fabric = open_fabric(bytes, report);
-  });
-  if (!fabric) return issues;
-  check_surroundings(fabric, report, advise);
-  for (const part of fabric.file.parts) {
-    if (LOSSY.includes(part.compression)) continue;
-    part.levels.forEach((_, k) => {
-      const {of, layer} = side_of_part(fabric, part.name);
-      if (of?.layers[layer]?.levels.includes(k)) return;
-      collect(issues, () => {
-        const zero = [...read_level(part, k).values()].every(({bytes: data}) => data.every((b) => b === 0));
-        if (!zero && of?.layers[layer])
-          advise(`${part.name}/level ${k}`, 'is not listed, but not zero');
-      });
+  try {
+    fabric = await open_fabric(bytes, report);
+  } catch (error) {
+    collect(issues, () => {
+      throw error;
     });
+    return issues;
   }
   check_levels(fabric, warn);
   const whole = !has_error(issues);
-  const bases = {};  // they stand at level 0 and belong to all
-  if (whole) check_text(fabric, advise);
+  const bases = {};  // stored at level 0, for all levels
   for (let k = 0; k < (fabric.levels ?? 0); ++k) {
     const before = issues.length, numbers = {};
     for (const [side, of] of Object.entries({front: fabric, ...fabric.sides})) {
       const own = numbers[side] = {}, prefix = side === 'front' ? '' : `${side}.`;
-      const note = (code, place, message) => report(code, prefix + place, message);
       for (const name of LAYERS) {
         if (side !== 'front' && name === 'yarns') continue;
         if (level_of_texels(of, name, k) === k)
           collect(issues, () => {
-            own[name] = read_layer(of, name, k, note);
+            own[name] = read_layer(of, name, k, (code, place, message) => report(code, prefix + place, message));
           });
       }
       if (k === 0) bases[side] = own.bases;
@@ -297,7 +148,7 @@ export function check_fabric(bytes) {
         collect(issues, () => yarns_of(fabric, own));
       own.bases = bases[side];
     }
-    // Of a fabric that is not whole the light says nothing.
+    // The energy of a faulty fabric says nothing.
     if (whole && !has_error(issues.slice(before))) check_light(fabric, numbers, k, warn);
   }
   return issues;

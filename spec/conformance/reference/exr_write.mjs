@@ -1,7 +1,6 @@
-// Writes OpenEXR 2 files of the kinds that the reader reads.
+// Writes OpenEXR 2 files of the subset that fabrics are stored in.
 import {deflateSync} from 'node:zlib';
 import {BYTES, COMPRESSIONS, LINES_PER_CHUNK, PIXEL_TYPES} from './reader.mjs';
-import {pack_piz} from './piz_pack.mjs';
 
 const text = (s) => Buffer.from(s + '\0', 'latin1');
 const i32 = (...values) => {
@@ -52,38 +51,12 @@ function do_filter(data) {
   return out;
 }
 
-function pack_rle(data) {
-  const out = [];
-  for (let i = 0; i < data.length;) {
-    let run = 1;
-    while (run < 128 && data[i + run] === data[i]) ++run;
-    if (run > 2) {
-      out.push(run - 1, data[i]);
-      i += run;
-    } else {
-      let n = 1;
-      while (n < 127 && i + n < data.length &&
-             !(data[i + n] === data[i + n + 1] && data[i + n] === data[i + n + 2]))
-        ++n;
-      out.push(256 - n, ...data.subarray(i, i + n));
-      i += n;
-    }
-  }
-  return Buffer.from(out);
-}
-
-function pack(data, {compression, channels}, width, height, deflate) {
-  const packers = {
-    rle: () => pack_rle(do_filter(data)),
-    zips: () => deflate(do_filter(data)),
-    zip: () => deflate(do_filter(data)),
-    piz: () => pack_piz(data, channels.map(({type}) => BYTES[type] / 2), width, height),
-  };
-  const packed = packers[compression]?.() ?? data;
+function pack(data, compression, deflate) {
+  const packed = compression === 'zip' ? deflate(do_filter(data)) : data;
   return packed.length < data.length ? packed : data;
 }
 
-/** The chunks of a part: { level, x, y, head, data } with the coordinates that stand before the data. */
+/** The chunks of a part: { head, data } with the coordinates before the data. */
 function part_chunks(part, deflate) {
   const {tile, channels, compression} = part;
   const chunks = [];
@@ -103,8 +76,7 @@ function part_chunks(part, deflate) {
             rows.push(values.get(name).subarray(first * BYTES[type], end * BYTES[type]));
           }
         }
-        const size = [Math.min(step_x, width - x), Math.min(step_y, height - y)];
-        chunks.push({head, data: pack(Buffer.concat(rows), part, ...size, deflate)});
+        chunks.push({head, data: pack(Buffer.concat(rows), compression, deflate)});
       }
     }
   });
@@ -117,33 +89,22 @@ function channel_list(channels) {
   return ['chlist', Buffer.concat([...entries, Buffer.from([0])])];
 }
 
-function part_attributes(part, chunk_count, multipart) {
-  const {width, height} = part.levels[0];
+function part_attributes(part, chunk_count) {
+  const {width, height} = part.levels[0], {tile} = part;
   const window = attribute.box2i(0, 0, width - 1, height - 1);
   const attributes = {
     name: attribute.string(part.name),
-    ...(
-      multipart ? {
-        type: attribute.string(part.tile ? 'tiledimage' : 'scanlineimage'),
-        chunkCount: attribute.int(chunk_count)
-      } :
-                  {}),
+    type: attribute.string(tile ? 'tiledimage' : 'scanlineimage'),
+    chunkCount: attribute.int(chunk_count),
     channels: channel_list(part.channels),
-    compression: ['compression', Buffer.from([COMPRESSIONS.indexOf(part.compression)])],
+    compression: ['compression', Buffer.from([COMPRESSIONS[part.compression]])],
     dataWindow: window,
     displayWindow: window,
     lineOrder: ['lineOrder', Buffer.from([0])],
     pixelAspectRatio: attribute.float(1),
     screenWindowCenter: attribute.v2f(0, 0),
     screenWindowWidth: attribute.float(1),
-    ...(
-      part.tile ? {
-        tiles: [
-          'tiledesc',
-          Buffer.concat([i32(part.tile.width, part.tile.height), Buffer.from([part.mipmap ? 1 : 0])])
-        ]
-      } :
-                  {}),
+    ...(tile ? {tiles: ['tiledesc', Buffer.concat([i32(tile.width, tile.height), Buffer.from([1])])]} : {}),
     ...part.attributes,
   };
   return Object.entries(attributes).filter(([, value]) => value !== null);
@@ -152,43 +113,34 @@ function part_attributes(part, chunk_count, multipart) {
 /**
  * The bytes of a file.
  *
- *   multipart  false: the plain form, for one part only
- *   parts      { name, channels, compression, levels, tile, mipmap, attributes }
+ *   parts      { name, channels, compression, levels, tile, attributes }
  *     channels   [{ name, type }] in byte order of their names; type 'half' or 'float'
  *     levels     [{ width, height, values }]; values: a Map from channel names to bytes (pack_values)
- *     tile       { width, height }, or null for scan lines; mipmap: whether the levels are mip levels
+ *     tile       { width, height }, or null for scan lines; the levels of tiles are mip levels
  *     data       () => the packed bytes of each chunk, instead of the values
- *     attributes { name: [type, bytes] }, added to those that OpenEXR asks for; null takes one away
- *   order      the order of the chunks in the file: takes and gives a list of { part, ... }; as they come if
- * absent
+ *     attributes { name: [type, bytes] }, added to those that OpenEXR asks for; null removes one
+ *   order      the order of the chunks in the file: takes and gives a list of { part, ... }; default: the tables' order
  *   gap        bytes of no meaning before, between and behind the chunks
  */
-export function write_exr(
-  {multipart = true, parts, order = (chunks) => chunks, gap = 0}, deflate = deflateSync) {
+export function write_exr({parts, order = (chunks) => chunks, gap = 0}, deflate = deflateSync) {
   const chunks = parts.map((part) => part_chunks(part, deflate));
   const long = parts.some(
-    (part) => [...part.channels.map((c) => c.name), ...Object.keys(part.attributes ?? {})].some(
-      (n) => n.length > 31));
-  const flags = (multipart ? 0x1000 : parts[0].tile ? 0x200 : 0) | (long ? 0x400 : 0);
-  const head = [i32(20000630, 2 | flags)];
+    (part) => [...part.channels.map((c) => c.name), ...Object.keys(part.attributes ?? {})].some((n) => n.length > 31));
+  const head = [i32(20000630, 0x1002 | (long ? 0x400 : 0))];
   parts.forEach((part, i) => {
-    for (const [name, [type, value]] of part_attributes(part, chunks[i].length, multipart)) {
+    for (const [name, [type, value]] of part_attributes(part, chunks[i].length))
       head.push(text(name), text(type), i32(value.length), value);
-    }
     head.push(Buffer.from([0]));
   });
-  if (multipart) head.push(Buffer.from([0]));
+  head.push(Buffer.from([0]));
 
   const all = chunks.flatMap((list, part) => list.map((chunk) => ({part, ...chunk})));
-  const tables = Buffer.alloc(8 * all.length);
-  const space = Buffer.alloc(gap, 0xFF);
-  const body = [space];
+  const tables = Buffer.alloc(8 * all.length), space = Buffer.alloc(gap, 0xFF), body = [space];
   let at = head.reduce((sum, b) => sum + b.length, 0) + tables.length + gap;
   const entries = new Map(all.map((chunk, i) => [chunk, i]));
   for (const chunk of order(all)) {
     tables.writeBigUInt64LE(BigInt(at), 8 * entries.get(chunk));
-    const bytes = Buffer.concat(
-      [...(multipart ? [i32(chunk.part)] : []), chunk.head, i32(chunk.data.length), chunk.data, space]);
+    const bytes = Buffer.concat([i32(chunk.part), chunk.head, i32(chunk.data.length), chunk.data, space]);
     body.push(bytes);
     at += bytes.length;
   }

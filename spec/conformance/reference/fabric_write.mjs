@@ -1,16 +1,9 @@
-// Writes fabric files (spec/fabric.md).
+// The parts of fabric files (spec/fabric.md), which write_exr() writes.
 import {make_level} from './level.mjs';
 import {
-  LAYERS,
-  chain_length,
-  channel_values,
-  header_digest,
-  layer_channels,
-  level_size,
-  needs_lights,
-  pixel_digest
+  LAYERS, chain_length, channel_values, header_digest, layer_channels, level_size, needs_lights, pixel_digest
 } from './reader.mjs';
-import {attribute, pack_values, write_exr} from './exr_write.mjs';
+import {attribute, pack_values} from './exr_write.mjs';
 import {evaluate_texel} from './brdf.mjs';
 
 const byte_order = (a, b) => Buffer.compare(Buffer.from(a.name), Buffer.from(b.name));
@@ -27,7 +20,6 @@ function layer_part(fabric, name) {
     channels,
     compression: 'zip',
     tile: {width: side, height: side},
-    mipmap: true,
     attributes: {wrapmodes: attribute.string('periodic,periodic')},
     levels: Array.from(
       {length: chain_length(w, h)},
@@ -45,7 +37,7 @@ function layer_part(fabric, name) {
 }
 
 /** Level `k` as a reader will see it: the stored numbers. */
-export function stored_level(fabric, parts, k) {
+function stored_level(fabric, parts, k) {
   const layers = Object.fromEntries(LAYERS.map((name) => {
     const at = name === 'bases' ? 0 : k;
     const part = fabric.layers[name]?.levels.includes(at) ? parts.find((p) => p.name === name) : null;
@@ -83,36 +75,36 @@ function preview_part(fabric, parts) {
   };
 }
 
-/** The parts of a fabric file, the attributes of part 0 still missing. */
+/**
+ * The parts of a fabric file without the attributes of part 0 (seal()).
+ *
+ * A fabric: { texels, levels, mmPerRepeat, referenceHeight, thickness, views: { columns, rows }, lights, provenance, layers }
+ * with layers: { name: { levels, precision, values(level, channel, { width, height }) } } and the layer's other members of
+ * the attribute text, values giving the numbers of a channel row by row. `lights` may be missing without a layer over lights.
+ */
 export function fabric_parts(fabric) {
   const parts = LAYERS.filter((name) => fabric.layers[name]).map((name) => layer_part(fabric, name));
   return [preview_part(fabric, parts), ...parts];
 }
 
-const model_of = ({layers}) => (layers.lobes?.levels.includes(0) ? 'lafortune' : 'constant') +
-  (layers.table?.levels.includes(0) ? '-view-table' : '');
-
 /** The attribute text as an object, with the digests of the parts. */
 export function fabric_text(fabric, parts) {
-  const {texels, levels, mmPerRepeat, referenceHeight, thickness, views, lights, provenance} = fabric;
-  const {radianceScale, whole} = fabric;
+  const {texels, levels, mmPerRepeat, referenceHeight, thickness, radianceScale, views, lights, provenance} = fabric;
   const grid = ({columns, rows}) => ({layout: 'equal-area', columns, rows});
   const used = LAYERS.filter((name) => fabric.layers[name]);
   const entries = (make) => Object.fromEntries(
     used.map((name) => [name, make(fabric.layers[name], parts.find((p) => p.name === name))]));
   return {
-    version: [3, fabric.layers.yarns?.fields > 24 ? 3 : fabric.layers.yarns?.fields ? 2 : 0],
-    model: model_of(fabric),
+    version: [4, 0],
     texels,
     levels,
     mmPerRepeat,
     referenceHeight,
     thickness,
     ...(radianceScale === undefined ? {} : {radianceScale}),
-    ...(whole === undefined ? {} : {whole}),
     views: grid(views),
     ...(used.some(needs_lights) ? {lights: grid(lights)} : {}),
-    layers: entries(({levels: listed, values, ...members}) => ({levels: listed, ...members})),
+    layers: entries(({levels: listed, values, precision, ...members}) => ({levels: listed, ...members})),
     digests: entries(
       (layer, part) => layer.levels.map(
         (k) => pixel_digest(
@@ -141,32 +133,11 @@ export function add_side(fabric, side) {
   return {parts, text};
 }
 
-/** Gives part 0 its attributes: the text (a string), the mirrors, and last the header digest. */
-export function seal(parts, text, fabric) {
+/** Gives part 0 its attributes: the text (a string) and the header digest. */
+export function seal(parts, text) {
   const value = attribute.string(text);
-  const mirrors = {
-    'selvedge.version': attribute.string(`3.${/"version":\[3,([12])\]/.exec(text)?.[1] ?? 0}`),
-    'selvedge.model': attribute.string(model_of(fabric)),
-    'selvedge.mmPerRepeat': attribute.v2f(...fabric.mmPerRepeat),
-    'selvedge.referenceHeight': attribute.float(fabric.referenceHeight),
-  };
   const digest = header_digest({
     parts: [{...parts[0], attributes: new Map([['selvedge.fabric', {value: value[1]}]])}, ...parts.slice(1)]
   });
-  Object.assign(
-    parts[0].attributes, {'selvedge.fabric': value, 'selvedge.digest': attribute.string(digest), ...mirrors});
-}
-
-/**
- * The bytes of a fabric file.
- *
- * A fabric: { texels, levels, mmPerRepeat, referenceHeight, thickness, views: { columns, rows }, lights,
- * provenance, layers } with layers: { name: { levels, precision, values(level, channel, { width, height }) }
- * } and what the attribute text has for the layer beside these, values giving the numbers of a channel row by
- * row. Without a layer over lights `lights` may be missing.
- */
-export function write_fabric(fabric, deflate) {
-  const parts = fabric_parts(fabric);
-  seal(parts, JSON.stringify(fabric_text(fabric, parts)), fabric);
-  return write_exr({multipart: parts.length > 1, parts}, deflate);
+  Object.assign(parts[0].attributes, {'selvedge.fabric': value, 'selvedge.digest': attribute.string(digest)});
 }

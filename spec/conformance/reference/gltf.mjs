@@ -2,13 +2,13 @@
 import {evaluate_texel} from './brdf.mjs';
 import {check_fabric} from './check.mjs';
 import {read_fabric_level} from './level.mjs';
-import {Issue, header_digest, is_object, open_fabric} from './reader.mjs';
+import {Issue, is_object, open_fabric} from './reader.mjs';
 import {read_buffers, read_container, resolve_uri} from './gltf_container.mjs';
 import {check_core} from './gltf_core.mjs';
 
 const NAME = 'SELVEDGE_materials_fabric';
 const EXCLUDED = ['KHR_materials_unlit', 'KHR_materials_pbrSpecularGlossiness'];
-const WARNINGS = ['GLTF_FALLBACK', 'GLTF_ALPHA', 'GLTF_TRANSFORM', 'GLTF_MIRROR', 'GLTF_ADVICE'];
+const WARNINGS = ['GLTF_FALLBACK', 'GLTF_ALPHA', 'GLTF_TRANSFORM', 'GLTF_ADVICE'];
 /** The objects of what should be an array of them, each with its index. */
 const objects = (array) =>
   Array.isArray(array) ? array.map((x, i) => [x, i]).filter(([x]) => is_object(x)) : [];
@@ -25,7 +25,7 @@ function fabric_bytes(file, {gltf, buffers}, item, place) {
   return data.subarray(begin, begin + size);
 }
 
-function check_item(file, parsed, item, place, issues) {
+async function check_item(file, parsed, item, place, issues) {
   const error = (code, at, message) => {
     issues.push({code, severity: 'error', place: at, message});
   };
@@ -48,9 +48,9 @@ function check_item(file, parsed, item, place, issues) {
   if (issues.length > before) return null;
   try {
     const bytes = fabric_bytes(file, parsed, item, place);
-    const found = check_fabric(bytes);
+    const found = await check_fabric(bytes);
     found.forEach((issue) => issues.push({...issue, place: `${place}: ${issue.place}`}));
-    return found.some(({severity}) => severity === 'error') ? null : open_fabric(bytes);
+    return found.some(({severity}) => severity === 'error') ? null : await open_fabric(bytes);
   } catch (issue) {
     if (!(issue instanceof Issue)) throw issue;
     error(issue.code, issue.place, issue.message);
@@ -158,20 +158,7 @@ function check_fallback(material, reference, place, report) {
   for (const [at, texture, of_garment] of pairs) {
     if (texture && !same(transform_of(texture), transform_of(of_garment ?? reference)))
       report('GLTF_TRANSFORM', place, 'fallback and fabric do not lie alike');
-    if (texture && of_garment && texture.index !== of_garment.index) warn(at, 'is another texture than that of the extension');
-  }
-}
-
-function check_mirror(material, reference, {name, uri}, fabric, place, report) {
-  const mirror = material.extras?.[NAME];
-  if (!is_object(mirror)) return report('GLTF_MIRROR', place, 'no mirror in extras');
-  const address = String(uri).startsWith('data:') ? mirror.uri : uri;
-  const here =
-    {...reference, name, uri: address, digest: mirror.digest && fabric && header_digest(fabric.file)};
-  for (const member of ['index', 'texCoord', 'extensions', 'name', 'uri', 'digest']) {
-    const otherwise = member === 'texCoord' ? 0 : undefined;
-    if (!same(mirror[member] ?? otherwise, here[member] ?? otherwise))
-      report('GLTF_MIRROR', `${place}/extras/${NAME}/${member}`, 'differs from what it mirrors');
+    if (texture && of_garment && texture.index !== of_garment.index) warn(at, 'is not the texture of the extension');
   }
 }
 
@@ -207,12 +194,11 @@ function check_material(gltf, material, i, fabrics, items, report) {
   check_wrapping(gltf, material, place, report);
   check_primitives(gltf, material, i, set, report);
   check_fallback(material, reference, place, report);
-  check_mirror(material, reference, items[reference.index], fabric, place, report);
   if (fabric) check_alpha(material, fabric, place, report);
 }
 
 /** The issues of a glTF file: { code, severity, place, message }. */
-export function check_gltf(file, bytes) {
+export async function check_gltf(file, bytes) {
   const issues = [];
   const report = (code, place, message) =>
     issues.push({code, severity: WARNINGS.includes(code) ? 'warning' : 'error', place, message});
@@ -228,8 +214,9 @@ export function check_gltf(file, bytes) {
   if (!gltf.extensionsUsed?.includes?.(NAME)) wrong('/extensionsUsed', 'does not list the extension');
   const items = Array.isArray(root?.fabrics) ? root.fabrics : [];
   if (items.length === 0) wrong(`/extensions/${NAME}/fabrics`, 'is not a list of fabrics');
-  const fabrics = items.map(
-    (item, i) => check_item(file, {gltf, buffers}, item, `/extensions/${NAME}/fabrics/${i}`, issues));
+  const fabrics = [];
+  for (const [i, item] of items.entries())
+    fabrics.push(await check_item(file, {gltf, buffers}, item, `/extensions/${NAME}/fabrics/${i}`, issues));
   for (const [material, i] of users) check_material(gltf, material, i, fabrics, items, report);
   return issues;
 }

@@ -1,4 +1,4 @@
-// What glTF files are made of: GLB chunks, JSON, buffers and what URIs lead to (glTF 2.0, chapters 2 to 4).
+// Containers of glTF: GLB chunks, JSON, buffers and the files of URIs (glTF 2.0, chapters 2 to 4).
 import {readFileSync} from 'node:fs';
 import {dirname, resolve} from 'node:path';
 import {Issue, is_object, parse_json} from './reader.mjs';
@@ -39,14 +39,6 @@ function split_glb(bytes, report) {
   return {json: chunks[0], binary: chunks[1] ?? null};
 }
 
-/** Numbers as JSON.parse gives them: to glTF 4.0 is an integer. */
-function plain_numbers(value) {
-  if (Array.isArray(value)) return value.map(plain_numbers);
-  if (is_object(value))
-    return Object.fromEntries(Object.entries(value).map(([name, x]) => [name, plain_numbers(x)]));
-  return value instanceof Number ? Number(value) : value;
-}
-
 /** { gltf, binary, is_glb } of a .gltf or .glb file; null where it is broken. */
 export function read_container(bytes, report) {
   const is_glb = bytes.length >= 4 && bytes.readUInt32LE(0) === MAGIC;
@@ -54,7 +46,7 @@ export function read_container(bytes, report) {
   if (!parts) return null;
   let gltf;
   try {
-    gltf = plain_numbers(parse_json(parts.json, NESTING));
+    gltf = parse_json(parts.json, NESTING);
   } catch (error) {
     if (!(error instanceof SyntaxError)) throw error;
     report('GLTF_MALFORMED', '', error.message);
@@ -65,7 +57,7 @@ export function read_container(bytes, report) {
   return null;
 }
 
-/** The bytes behind a uri, beside `file`; an Issue if there are none. */
+/** The bytes behind a uri, beside `file`; an Issue if they cannot be read. */
 export function resolve_uri(file, uri, place) {
   const fail = (code, message) => {
     throw new Issue(code, place, message);
@@ -83,7 +75,7 @@ export function resolve_uri(file, uri, place) {
   } catch (error) { return fail('GLTF_REFERENCE', error.message); }
 }
 
-/** The bytes of buffer `i`, as long as the buffer says; null where there are none. */
+/** The bytes of buffer `i`, as long as the buffer says; null if they are missing. */
 function read_buffer(file, {gltf, binary, is_glb}, i, report) {
   const place = `/buffers/${i}`, {uri, byteLength} = gltf.buffers[i];
   let bytes = null;

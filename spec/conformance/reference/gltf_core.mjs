@@ -1,4 +1,4 @@
-// What a reader of glTF 2.0 checks before it believes a file: version, lists, indices, bounds, values. The other
+// Checks of a glTF 2.0 file before it is used: version, lists, indices, bounds, values. The other
 // rules of glTF are the Khronos validator's work.
 import {resolve_uri} from './gltf_container.mjs';
 import {Issue, is_object} from './reader.mjs';
@@ -17,15 +17,7 @@ const READERS = {
   5125: ['readUInt32LE', 4],
   5126: ['readFloatLE', 4]
 };
-const COMPONENTS = {
-  SCALAR: 1,
-  VEC2: 2,
-  VEC3: 3,
-  VEC4: 4,
-  MAT2: 4,
-  MAT3: 9,
-  MAT4: 16
-};
+const COMPONENTS = {SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16};
 const ATTRIBUTES = {
   POSITION: [3],
   NORMAL: [3],

@@ -1,22 +1,13 @@
 // The levels of a fabric as brdf.mjs wants them.
 import {
-  COLOURS,
-  LAYERS,
-  PARAMETERS,
-  base_count,
-  direction_name,
-  grid_size,
-  level_size,
-  pairs_at,
-  read_layer,
-  yarns_of
+  COLOURS, LAYERS, PARAMETERS, base_count, direction_name, grid_size, level_size, pairs_at, read_layer, yarns_of
 } from './reader.mjs';
 
 const each = (n, make) => Array.from({length: n}, (_, i) => make(i));
 
 /**
  * A level as brdf.mjs wants it, from the numbers of its layers, Maps from channels to arrays, null where
- * absent; those of `bases` are level 0's. `text` has the members of the attribute text.
+ * absent; `bases` of level 0. `text` has the members of the attribute text.
  */
 export function make_level(text, level, numbers) {
   const {texels, views, lights, layers, radianceScale = 1} = text;

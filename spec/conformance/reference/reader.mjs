@@ -1,2 +1,2 @@
-// The kit shares the reader of the package for browsers; in the installed archive it lies in a folder beside.
+// The kit uses the reader of the package for browsers, which the installed archive has in a folder beside.
 export * from '../../../viewer/web/reader/index.js';

@@ -1,4 +1,4 @@
-// The visible yarn (spec/brdf.md, Yarn), from yarns_of of the reader.
+// Evaluates the yarn itself (spec/brdf.md, Yarn), the result of the reader's yarns_of.
 import {across, cross, dot, minus, plus, squeezed, stretched, times, unit, wide} from './reader.mjs';
 import {strand_at} from './strands.mjs';
 

@@ -1,7 +1,8 @@
 // The page that `selvedge-view page` writes: garments side by side, one camera, two lights that a finger can move, or an
 // environment that it turns.
 import {
-  AmbientLight, Box3, Color, DirectionalLight, Group, LinearSRGBColorSpace, PerspectiveCamera, Scene, Vector3, WebGLRenderer
+  AmbientLight, Box3, Color, DirectionalLight, Group, LinearSRGBColorSpace, PerspectiveCamera, Scene, Vector3,
+  WebGLRenderer
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
@@ -52,7 +53,7 @@ function draw() {
   }
   const begin = performance.now();
   renderer.render(scene, camera);
-  // The time of the frame is that of its pixels.
+  // The time of a frame ends when its pixels are drawn.
   const gl = renderer.getContext();
   gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
   state.ms = performance.now() - begin;
@@ -72,7 +73,7 @@ function redraw() {
 }
 function refine() {
   const is_slow = 4 * state.ms > LONG;
-  // The time of the first frame with a shader is that of its compiler.
+  // The first frame with a shader includes the time of its compiler.
   if (due || (is_slow && measured_again) || (!is_slow && state.coarse <= FINEST)) return;
   if (is_slow)
     measured_again = true;

@@ -3,7 +3,6 @@
 /** A DataView of the bytes of a typed array. */
 export const view_of = (bytes) => new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 
-export const float_at = (bytes, at) => view_of(bytes).getFloat32(at, true);
 export const int_at = (bytes, at) => view_of(bytes).getInt32(at, true);
 
 /** The text whose characters have the numbers of the bytes. */
@@ -21,7 +20,7 @@ export function latin1_bytes(text) {
   return bytes;
 }
 
-/** The text of UTF-8, a byte order mark included; a TypeError where it is none. */
+/** The text of UTF-8, a byte order mark included; a TypeError for other bytes. */
 export const utf8 = (bytes) => new TextDecoder('utf-8', {fatal: true, ignoreBOM: true}).decode(bytes);
 
 /** The bytes of a list of arrays, one after the other. */

@@ -1,29 +1,14 @@
-// Reads OpenEXR 2 files as far as fabrics need it: scanline and tiled parts, one level or mip levels rounded
-// down, half and float channels, lossless compression. The structure of the whole file is checked first; then
-// one level of one part is decoded at a time (exr_level.js).
-import {float_at, int_at, latin1, latin1_bytes, utf8, view_of} from './bytes.js';
-import {Issue} from './issue.js';
+// Reads the subset of OpenEXR 2 that fabrics are stored in (spec/fabric.md, "The OpenEXR file"): files of several parts,
+// each scanline or tiled with mip levels, half or float, uncompressed or ZIP. The structure of the whole file is checked
+// before any chunk is unpacked.
+import {int_at, latin1, latin1_bytes, utf8, view_of} from './bytes.js';
+import {Issue, throw_issue} from './issue.js';
 
-export const COMPRESSIONS = ['none', 'rle', 'zips', 'zip', 'piz', 'pxr24', 'b44', 'b44a', 'dwaa', 'dwab'];
-export const LINES_PER_CHUNK = {
-  none: 1,
-  rle: 1,
-  zips: 1,
-  zip: 16,
-  piz: 32,
-  pxr24: 16,
-  b44: 32,
-  b44a: 32,
-  dwaa: 32,
-  dwab: 256
-};
+/** Compressions by their numbers in the file, and the lines in their chunks. */
+export const COMPRESSIONS = {none: 0, zip: 3};
+export const LINES_PER_CHUNK = {none: 1, zip: 16};
 export const PIXEL_TYPES = ['uint', 'half', 'float'];
-const LINE_ORDERS = ['increasing', 'decreasing', 'random'];
-export const BYTES = {
-  uint: 4,
-  half: 2,
-  float: 4
-};
+export const BYTES = {half: 2, float: 4};
 export const LIMITS = {
   parts: 64,
   channels: 32768,
@@ -33,50 +18,18 @@ export const LIMITS = {
   level_bytes: 2 ** 32,  // as floats
   expansion: 2200,       // of a chunk, as floats
 };
-export const LOSSY = ['pxr24', 'b44', 'b44a', 'dwaa', 'dwab'];
+const MULTIPART = 0x1000, LONG_NAMES = 0x400, MIPMAP_ROUND_DOWN = 1;
 
-const MULTIPART = 0x1000, LONG_NAMES = 0x400, TILED = 0x200;
-const WINDOW_LIMIT = Math.floor((2 ** 31 - 1) / 2);
-
-/** The sizes of attributes whose type has one. */
-const TYPE_SIZES = {
-  box2f: 16,
-  box2i: 16,
-  chromaticities: 32,
-  compression: 1,
-  double: 8,
-  envmap: 1,
-  float: 4,
-  int: 4,
-  keycode: 28,
-  lineOrder: 1,
-  m33d: 72,
-  m33f: 36,
-  m44d: 128,
-  m44f: 64,
-  rational: 8,
-  tiledesc: 9,
-  timecode: 8,
-  v2d: 16,
-  v2f: 8,
-  v2i: 8,
-  v3d: 24,
-  v3f: 12,
-  v3i: 12
-};
-const STANDARD_TYPES = {
-  channels: 'chlist',
-  compression: 'compression',
-  dataWindow: 'box2i',
-  displayWindow: 'box2i',
-  lineOrder: 'lineOrder',
-  pixelAspectRatio: 'float',
-  screenWindowCenter: 'v2f',
-  screenWindowWidth: 'float',
-  name: 'string',
-  type: 'string',
-  chunkCount: 'int',
-  tiles: 'tiledesc'
+/** Attributes that are read: their types, and the sizes of values that have one. */
+const ATTRIBUTES = {
+  name: ['string'],
+  type: ['string'],
+  channels: ['chlist'],
+  compression: ['compression', 1],
+  dataWindow: ['box2i', 16],
+  lineOrder: ['lineOrder', 1],
+  chunkCount: ['int', 4],
+  tiles: ['tiledesc', 9],
 };
 
 /** Size of level `k` of a side of `n` texels. */
@@ -85,6 +38,10 @@ export const level_size = (n, k) => Math.max(1, Math.floor(n / 2 ** k));
 /** Number of levels down to 1 x 1. */
 export const chain_length = (w, h) => Math.floor(Math.log2(Math.max(w, h))) + 1;
 
+const malformed = (place, message) => throw_issue('EXR_MALFORMED', place, message);
+const unsupported = (place, message) => throw_issue('EXR_UNSUPPORTED', place, message);
+const too_large = (place, message) => throw_issue('FILE_TOO_LARGE', place, message);
+
 /** Whether the bytes of a name (a latin1 string) are UTF-8 without control characters. */
 function is_printable(name) {
   try {
@@ -92,7 +49,7 @@ function is_printable(name) {
   } catch { return false; }
 }
 
-/** A cursor over bytes that it never leaves; over a file it reads no more than the headers may have. */
+/** A cursor over the headers, which stays within the bytes and the limit of headers. */
 class Cursor {
   constructor(bytes, longest_name) {
     this.bytes = bytes;
@@ -100,10 +57,8 @@ class Cursor {
     this.longest_name = longest_name;
   }
   take(n) {
-    if (n < 0 || this.at + n > this.bytes.length)
-      throw new Issue('EXR_MALFORMED', '', 'the header is cut short');
-    if (this.at + n > LIMITS.header_bytes)
-      throw new Issue('FILE_TOO_LARGE', '', `more than ${LIMITS.header_bytes} bytes of headers`);
+    if (n < 0 || this.at + n > this.bytes.length) malformed('', 'the header is cut short');
+    if (this.at + n > LIMITS.header_bytes) too_large('', `more than ${LIMITS.header_bytes} bytes of headers`);
     return this.bytes.subarray(this.at, this.at += n);
   }
   i32() {
@@ -111,228 +66,222 @@ class Cursor {
   }
   name() {
     const end = this.bytes.indexOf(0, this.at);
-    if (end < 0) throw new Issue('EXR_MALFORMED', '', 'a name is not ended');
-    if (end - this.at > this.longest_name)
-      throw new Issue('EXR_MALFORMED', '', `a name is longer than ${this.longest_name} bytes`);
+    if (end < 0) malformed('', 'a name without end');
+    if (end - this.at > this.longest_name) malformed('', `a name is longer than ${this.longest_name} bytes`);
     const name = latin1(this.take(end - this.at));
-    if (!is_printable(name)) throw new Issue('EXR_MALFORMED', '', 'a name is not printable UTF-8');
+    if (!is_printable(name)) malformed('', 'a name is not printable UTF-8');
     this.take(1);
     return name;
   }
 }
 
 function parse_channels(bytes, longest_name, place) {
-  const cursor = new Cursor(bytes, longest_name);
-  const channels = [];
+  const cursor = new Cursor(bytes, longest_name), channels = [];
   for (let name; (name = cursor.name()) !== '';) {
     const type = PIXEL_TYPES[cursor.i32()];
     cursor.take(4);
-    const sampling = [cursor.i32(), cursor.i32()];
-    if (!type) throw new Issue('EXR_MALFORMED', place, `channel ${name} has an unknown pixel type`);
-    if (type === 'uint') throw new Issue('EXR_UNSUPPORTED', place, `channel ${name} holds integers`);
-    if (sampling[0] !== 1 || sampling[1] !== 1)
-      throw new Issue('EXR_UNSUPPORTED', place, `channel ${name} is sub-sampled`);
-    if (channels.length > 0 && channels.at(-1).name >= name)
-      throw new Issue('EXR_MALFORMED', place, `channels are not sorted, or ${name} is there twice`);
-    if (channels.length === LIMITS.channels)
-      throw new Issue('FILE_TOO_LARGE', place, `more than ${LIMITS.channels} channels`);
+    const samplings = [cursor.i32(), cursor.i32()];
+    if (!BYTES[type]) unsupported(place, `channel ${name} is neither half nor float`);
+    if (samplings.some((n) => n !== 1)) unsupported(place, `channel ${name} is sub-sampled`);
+    if (channels.length > 0 && channels.at(-1).name >= name) malformed(place, `channel ${name} is a duplicate or not in order`);
+    if (channels.length === LIMITS.channels) too_large(place, `more than ${LIMITS.channels} channels`);
     channels.push({name, type});
   }
-  if (cursor.at !== bytes.length)
-    throw new Issue('EXR_MALFORMED', place, 'bytes follow the list of channels');
-  if (channels.length === 0) throw new Issue('EXR_MALFORMED', place, 'the part has no channels');
+  if (cursor.at !== bytes.length) malformed(place, 'bytes follow the list of channels');
+  if (channels.length === 0) malformed(place, 'the part has no channels');
   return channels;
 }
 
 /** The attributes of a header, a Map from names to { type, value }. */
 function parse_attributes(cursor, place) {
-  const wrong = (message) => {
-    throw new Issue('EXR_MALFORMED', place, message);
-  };
   const attributes = new Map();
   for (let name; (name = cursor.name()) !== '';) {
-    const type = cursor.name();
-    const value = cursor.take(cursor.i32());
-    if (attributes.has(name)) wrong(`attribute ${name} is there twice`);
-    if (value.length !== (TYPE_SIZES[type] ?? value.length))
-      wrong(`attribute ${name} of type ${type} has ${value.length} bytes`);
-    if (type !== (STANDARD_TYPES[name] ?? type)) wrong(`attribute ${name} is of type ${type}`);
-    if (attributes.size === LIMITS.attributes)
-      throw new Issue('FILE_TOO_LARGE', place, `more than ${LIMITS.attributes} attributes`);
+    const type = cursor.name(), value = cursor.take(cursor.i32());
+    if (attributes.has(name)) malformed(place, `duplicate attribute ${name}`);
+    const [wanted = type, size = value.length] = ATTRIBUTES[name] ?? [];
+    if (type !== wanted || value.length !== size) malformed(place, `attribute ${name} of type ${type} has ${value.length} bytes`);
+    if (attributes.size === LIMITS.attributes) too_large(place, `more than ${LIMITS.attributes} attributes`);
     attributes.set(name, {type, value});
   }
   return attributes;
 }
 
-/** The chunks of a part in the order of the table, each with the numbers that stand at its beginning. */
+/** The chunks of a part in the order of the table, each with the numbers at its beginning. */
 function chunks_of(levels, tile, compression, most, place) {
   const chunks = [];
   levels.forEach((size, level) => {
     const step_x = tile ? tile.width : size.width, step_y = tile ? tile.height : LINES_PER_CHUNK[compression];
-    if (Math.ceil(size.width / step_x) * Math.ceil(size.height / step_y) > most - chunks.length) {
-      throw new Issue('FILE_DAMAGED', place, 'more chunks than the file can hold');
-    }
+    if (Math.ceil(size.width / step_x) * Math.ceil(size.height / step_y) > most - chunks.length)
+      throw_issue('FILE_DAMAGED', place, 'more chunks than the file can hold');
     for (let y = 0; y < size.height; y += step_y) {
       for (let x = 0; x < size.width; x += step_x) {
         const width = Math.min(step_x, size.width - x), height = Math.min(step_y, size.height - y);
-        const head = tile ? [x / step_x, y / step_y, level, level] : [y];
-        chunks.push({level, x, y, width, height, head});
+        chunks.push({level, x, y, width, height, head: tile ? [x / step_x, y / step_y, level, level] : [y]});
       }
     }
   });
   return chunks;
 }
 
-function parse_tiles(value, {width, height}, place) {
-  const tile = {width: int_at(value, 0), height: int_at(value, 4), mode: value[8] & 15};
-  const rounding = value[8] >> 4;
-  if (tile.width < 1 || tile.height < 1) throw new Issue('EXR_MALFORMED', place, 'the tiles are empty');
-  if (tile.mode > 2 || rounding > 1) throw new Issue('EXR_MALFORMED', place, 'unknown mode of tiles');
-  if (tile.mode === 2 || (tile.mode === 1 && rounding === 1))
-    throw new Issue('EXR_UNSUPPORTED', place, 'rip maps, and levels rounded up, are not read');
-  const count = tile.mode === 1 ? chain_length(width, height) : 1;
-  const levels =
-    Array.from({length: count}, (_, k) => ({width: level_size(width, k), height: level_size(height, k)}));
-  return {tile, levels};
-}
-
-function parse_header(cursor, index, version) {
-  const multipart = (version & MULTIPART) !== 0;
+function parse_header(cursor, index) {
   const attributes = parse_attributes(cursor, `part ${index}`);
-  const string = (name) => attributes.has(name) ? latin1(attributes.get(name).value) : undefined;
-  const name = string('name') ?? '';
-  const place = name || `part ${index}`;
-  const wrong = (message) => {
-    throw new Issue('EXR_MALFORMED', place, message);
-  };
-  const unsupported = (message) => {
-    throw new Issue('EXR_UNSUPPORTED', place, message);
-  };
-  const need = (attribute) =>
-    attributes.get(attribute)?.value ?? wrong(`the attribute ${attribute} is missing`);
-  const window = (attribute) => {
-    const v = need(attribute), corners = [0, 4, 8, 12].map((at) => int_at(v, at));
-    if (corners.some((x) => Math.abs(x) > WINDOW_LIMIT)) wrong(`${attribute} is out of range`);
-    if (corners[0] > corners[2] || corners[1] > corners[3]) wrong(`${attribute} is empty`);
-    return corners;
-  };
-  if (multipart) ['name', 'type'].forEach(need);
-  if (!is_printable(name) || (multipart && name === '')) wrong('the part has no printable name');
-  const kind = string('type') ?? (version & TILED ? 'tiledimage' : 'scanlineimage');
-  if (kind !== 'scanlineimage' && kind !== 'tiledimage') unsupported(`parts of type ${kind} are not read`);
-  if (!multipart && (kind === 'tiledimage') !== ((version & TILED) !== 0)) wrong('type and flags differ');
-  const dataWindow = window('dataWindow'), displayWindow = window('displayWindow');
-  const pixelAspectRatio = float_at(need('pixelAspectRatio'), 0);
-  if (!(pixelAspectRatio >= Math.fround(1e-6) && pixelAspectRatio <= 1e6))
-    wrong('pixelAspectRatio is out of range');
-  need('screenWindowCenter');
-  const screen = float_at(need('screenWindowWidth'), 0);
-  if (!(screen >= 0 && screen < Infinity)) wrong('screenWindowWidth is out of range');
-  const compression = COMPRESSIONS[need('compression')[0]] ?? unsupported('an unknown compression');
-  const lineOrder = LINE_ORDERS[need('lineOrder')[0]] ?? wrong('an unknown line order');
-  if (lineOrder === 'random' && kind === 'scanlineimage') wrong('scan lines in random order');
-  const [x0, y0, x1, y1] = dataWindow;
-  const width = x1 - x0 + 1, height = y1 - y0 + 1;
-  if (width * height > LIMITS.pixels) throw new Issue('FILE_TOO_LARGE', place, `${width} x ${height} pixels`);
-  if (x0 !== 0 || y0 !== 0) unsupported('the data window does not begin at (0, 0)');
-  const {tile, levels} = kind === 'tiledimage' ? parse_tiles(need('tiles'), {width, height}, place) :
-                                                 {tile: null, levels: [{width, height}]};
+  let place = `part ${index}`;
+  const need = (attribute) => attributes.get(attribute)?.value ?? malformed(place, `the attribute ${attribute} is missing`);
+  const name = latin1(need('name'));
+  if (!is_printable(name) || name === '') malformed(place, 'the part has no printable name');
+  place = name;
+  const kind = latin1(need('type'));
+  if (kind !== 'scanlineimage' && kind !== 'tiledimage') unsupported(place, `parts of type ${kind} are not read`);
+  const [left, top, right, bottom] = [0, 4, 8, 12].map((at) => int_at(need('dataWindow'), at));
+  const width = right - left + 1, height = bottom - top + 1;
+  if (width < 1 || height < 1) malformed(place, 'the data window is empty');
+  if (width * height > LIMITS.pixels) too_large(place, `${width} x ${height} pixels`);
+  if (left !== 0 || top !== 0) unsupported(place, 'the data window does not begin at (0, 0)');
+  const number = need('compression')[0], compression = Object.keys(COMPRESSIONS).find((c) => COMPRESSIONS[c] === number);
+  if (!compression) unsupported(place, `compression ${number} is not read, only none (0) and ZIP (3)`);
+  if (need('lineOrder')[0] !== 0) unsupported(place, 'the line order is not increasing');
+  let tile = null, levels = [{width, height}];
+  if (kind === 'tiledimage') {
+    const tiles = need('tiles');
+    tile = {width: int_at(tiles, 0), height: int_at(tiles, 4)};
+    if (tile.width < 1 || tile.height < 1) malformed(place, 'the tiles are empty');
+    if (tiles[8] !== MIPMAP_ROUND_DOWN) unsupported(place, 'the tiles are not of mip levels rounded down');
+    levels = Array.from(
+      {length: chain_length(width, height)}, (_, k) => ({width: level_size(width, k), height: level_size(height, k)}));
+  }
   const channels = parse_channels(need('channels'), cursor.longest_name, place);
   const chunks = chunks_of(levels, tile, compression, cursor.bytes.length / 8, place);
-  if (multipart) need('chunkCount');
-  if (attributes.has('chunkCount') && int_at(need('chunkCount'), 0) !== chunks.length)
-    wrong('chunkCount is not the number of chunks');
-  return {
-    name,
-    index,
-    kind,
-    attributes,
-    channels,
-    compression,
-    lineOrder,
-    dataWindow,
-    displayWindow,
-    pixelAspectRatio,
-    tile,
-    levels,
-    chunks
-  };
+  if (int_at(need('chunkCount'), 0) !== chunks.length) malformed(place, 'chunkCount is not the number of chunks');
+  return {name, index, attributes, channels, compression, tile, levels, chunks};
 }
 
-/** What all parts share, and what differs between any two of them. */
-function check_together(parts) {
-  for (const part of parts) {
-    for (const name of ['displayWindow', 'pixelAspectRatio']) {
-      if (String(part[name]) !== String(parts[0][name]))
-        throw new Issue('EXR_MALFORMED', part.name, `${name} is not that of the first part`);
-    }
-    if (parts.find(({name}) => name === part.name) !== part)
-      throw new Issue('EXR_MALFORMED', part.name, 'two parts have the same name');
-  }
-}
-
-/** Finds the packed bytes of the chunks, none of them decoded. */
-function place_chunks({bytes, first, multipart, parts}) {
+/** Finds the packed bytes of all chunks, which begin at `first` or after it. */
+function place_chunks(bytes, first, parts) {
   const used = [], view = view_of(bytes);
   for (const part of parts) {
     const pixel = part.channels.reduce((sum, {type}) => sum + BYTES[type], 0);
     for (const chunk of part.chunks) {
       const damaged = (wrong, message) => {
-        if (wrong) throw new Issue('FILE_DAMAGED', `${part.name}/level ${chunk.level}`, message);
+        if (wrong) throw_issue('FILE_DAMAGED', `${part.name}/level ${chunk.level}`, message);
       };
-      const head = multipart ? [part.index, ...chunk.head] : chunk.head;
-      const begin = chunk.offset + 4 * head.length + 4;
-      damaged(chunk.offset < first || begin > bytes.length, 'a chunk lies outside of the chunks');
-      damaged(
-        head.some((x, i) => view.getInt32(chunk.offset + 4 * i, true) !== x),
-        'another chunk stands where one should');
-      const size = view.getInt32(begin - 4, true);
+      const head = [part.index, ...chunk.head], begin = chunk.offset + 4 * head.length + 4;
+      damaged(chunk.offset < first || begin > bytes.length, 'the offset of a chunk is out of range');
+      damaged(head.some((x, i) => view.getInt32(chunk.offset + 4 * i, true) !== x), 'the offset leads to another chunk');
+      const size = view.getInt32(begin - 4, true), pixels = chunk.width * chunk.height;
       damaged(size < 1 || begin + size > bytes.length, 'a chunk is empty or cut short');
-      const pixels = chunk.width * chunk.height;
-      if (!LOSSY.includes(part.compression)) {
-        damaged(size > pixel * pixels, 'a chunk is longer than its pixels');
-        damaged(
-          part.compression === 'none' && size !== pixel * pixels, 'a chunk is not as long as its pixels');
-        if (4 * part.channels.length * pixels > LIMITS.expansion * size)
-          throw new Issue('FILE_TOO_LARGE', part.name, `${pixels} pixels from ${size} bytes`);
-      }
+      damaged(size > pixel * pixels, 'a chunk is longer than its pixels');
+      damaged(part.compression === 'none' && size !== pixel * pixels, 'a chunk is not as long as its pixels');
+      if (4 * part.channels.length * pixels > LIMITS.expansion * size) too_large(part.name, `${pixels} pixels from ${size} bytes`);
       chunk.packed = bytes.subarray(begin, begin + size);
       used.push([chunk.offset, begin + size]);
     }
   }
   used.sort((a, b) => a[0] - b[0]);
-  if (used.some(([begin], i) => i > 0 && begin < used[i - 1][1]))
-    throw new Issue('FILE_DAMAGED', '', 'two chunks share bytes');
+  if (used.some(([begin], i) => i > 0 && begin < used[i - 1][1])) throw_issue('FILE_DAMAGED', '', 'two chunks share bytes');
 }
 
-/** Headers and chunks of a file (a Uint8Array), the structure of all of it checked. */
+/** { parts }: the headers and chunks of a file (a Uint8Array), the structure of the whole file checked. */
 export function read_headers(bytes) {
-  if (bytes.length < 8 || int_at(bytes, 0) !== 20000630)
-    throw new Issue('EXR_MALFORMED', '', 'not an OpenEXR file');
+  if (bytes.length < 8 || int_at(bytes, 0) !== 20000630) malformed('', 'not an OpenEXR file');
   const version = int_at(bytes, 4);
-  if ((version & 0xFF) !== 2 || version & ~(0xFF | MULTIPART | LONG_NAMES | TILED))
-    throw new Issue('EXR_UNSUPPORTED', '', 'another version, deep data or an unknown kind of OpenEXR file');
-  const multipart = (version & MULTIPART) !== 0;
-  if (multipart && version & TILED)
-    throw new Issue('EXR_MALFORMED', '', 'several parts, and the flag for tiles of one');
-  const cursor = new Cursor(bytes, version & LONG_NAMES ? 255 : 31);
+  if ((version & ~LONG_NAMES) !== (2 | MULTIPART)) unsupported('', 'not a file of several parts, of version 2 and without deep data');
+  const cursor = new Cursor(bytes, version & LONG_NAMES ? 255 : 31), parts = [];
   cursor.at = 8;
-  const parts = [];
   do {
-    if (parts.length === LIMITS.parts)
-      throw new Issue('FILE_TOO_LARGE', '', `more than ${LIMITS.parts} parts`);
-    parts.push(parse_header(cursor, parts.length, version));
-  } while (multipart && bytes[cursor.at] !== 0);
-  if (multipart) cursor.take(1);
-  check_together(parts);
+    if (parts.length === LIMITS.parts) too_large('', `more than ${LIMITS.parts} parts`);
+    const part = parse_header(cursor, parts.length);
+    if (parts.some(({name}) => name === part.name)) malformed(part.name, 'duplicate name of a part');
+    parts.push(part);
+  } while (bytes[cursor.at] !== 0);
+  cursor.take(1);
   let {at} = cursor;
   const view = view_of(bytes);
   for (const part of parts) {
     if (at + 8 * part.chunks.length > bytes.length)
-      throw new Issue('FILE_DAMAGED', part.name, 'the table of chunks is cut short');
+      throw_issue('FILE_DAMAGED', part.name, 'the table of chunks is cut short');
     for (const chunk of part.chunks) chunk.offset = Number(view.getBigUint64((at += 8) - 8, true));
   }
-  const file = {bytes, first: at, multipart, parts};
-  place_chunks(file);
-  return file;
+  place_chunks(bytes, at, parts);
+  return {parts};
+}
+
+/** The `size` bytes of a zlib stream; null if it is damaged or of another size. */
+async function inflate(packed, size) {
+  const reader = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate')).getReader();
+  const out = new Uint8Array(size);
+  try {
+    for (let at = 0;;) {
+      const {done, value} = await reader.read();
+      if (done) return at === size ? out : null;
+      if (at + value.length > size) {
+        await reader.cancel();
+        return null;
+      }
+      out.set(value, at);
+      at += value.length;
+    }
+  } catch { return null; }
+}
+
+/** Undoes the filter of ZIP: differences between bytes, even bytes before odd ones. */
+function undo_filter(data) {
+  for (let i = 1; i < data.length; ++i) data[i] = data[i] + data[i - 1] - 128;
+  const out = new Uint8Array(data.length), half = (data.length + 1) >> 1;
+  for (let i = 0; i < data.length; ++i) out[i] = data[(i & 1 ? half : 0) + (i >> 1)];
+  return out;
+}
+
+const floats_of = ({channels, levels}, level) => channels.length * levels[level].width * levels[level].height;
+
+/** Unpacks the chunks of some levels of a part for read_level(): `data`, the pixels row by row, or null of damaged ones. */
+export async function unpack(part, levels) {
+  const pixel = part.channels.reduce((sum, {type}) => sum + BYTES[type], 0);
+  for (const chunk of part.chunks) {
+    if (!levels.includes(chunk.level) || 4 * floats_of(part, chunk.level) > LIMITS.level_bytes) continue;
+    const {packed} = chunk, size = pixel * chunk.width * chunk.height;
+    // Chunks that deflate would not shrink are stored as they are.
+    const filtered = packed.length === size ? null : await inflate(packed, size);
+    chunk.data = packed.length === size ? packed : filtered && undo_filter(filtered);
+  }
+}
+
+/**
+ * One unpacked level of one part: a Map from channel names, in the order of the header, to { type, bytes }, the values row
+ * by row from the top, little-endian, without padding.
+ */
+export function read_level(part, level) {
+  const {width, height} = part.levels[level], place = `${part.name}/level ${level}`;
+  if (4 * floats_of(part, level) > LIMITS.level_bytes) too_large(place, 'the decoded level is too large');
+  const channels = new Map(part.channels.map(({name, type}) => [name, {type, bytes: new Uint8Array(width * height * BYTES[type])}]));
+  for (const chunk of part.chunks) {
+    if (chunk.level !== level) continue;
+    if (!chunk.data) throw new Issue('FILE_DAMAGED', place, 'a chunk cannot be decoded');
+    let at = 0;
+    for (let y = chunk.y; y < chunk.y + chunk.height; ++y) {
+      for (const {type, bytes} of channels.values()) {
+        const size = chunk.width * BYTES[type];
+        bytes.set(chunk.data.subarray(at, at += size), (y * width + chunk.x) * BYTES[type]);
+      }
+    }
+  }
+  return channels;
+}
+
+/** The value of the 16 bits of an IEEE half. */
+function half_to_number(bits) {
+  const sign = bits & 0x8000 ? -1 : 1, exponent = (bits >> 10) & 31, fraction = bits & 1023;
+  if (exponent === 31) return fraction ? NaN : sign * Infinity;
+  return sign * (exponent ? 2 ** (exponent - 15) * (1 + fraction / 1024) : 2 ** -24 * fraction);
+}
+
+let halves;
+
+/** The values of a channel of read_level, a Float32Array. Typed arrays are little-endian, like the file. */
+export function channel_values({type, bytes}) {
+  const {buffer, byteOffset, length} = bytes.byteOffset % BYTES[type] === 0 ? bytes : Uint8Array.from(bytes);
+  if (type === 'float') return new Float32Array(buffer, byteOffset, length / 4);
+  halves ??= Float32Array.from({length: 65536}, (_, half) => half_to_number(half));
+  const bits = new Uint16Array(buffer, byteOffset, length / 2), values = new Float32Array(bits.length);
+  for (let i = 0; i < bits.length; ++i) values[i] = halves[bits[i]];
+  return values;
 }

@@ -1,4 +1,4 @@
-/** What is wrong with a file: a code of spec/issues.md, where in the file, and a sentence. */
+/** A fault of a file: a code of spec/issues.md, the place in the file, and a sentence. */
 export class Issue extends Error {
   constructor(code: string, place: string, message: string);
   readonly code: string;
@@ -34,8 +34,8 @@ export interface Fabric {
   sides: Partial<Record<'back' | 'through' | 'back.through', Fabric>>;
 }
 
-/** Reads headers and text; no pixel is touched. Throws an Issue. */
-export function open_fabric(bytes: Uint8Array): Fabric;
+/** Reads headers and text and unpacks the pixels. Throws an Issue. */
+export function open_fabric(bytes: Uint8Array): Promise<Fabric>;
 
 /**
  * The numbers of a layer at a level by channel, each in rows from the top; null where the level lacks the layer. Digest and
@@ -44,7 +44,7 @@ export function open_fabric(bytes: Uint8Array): Fabric;
 export function read_layer(fabric: Fabric, layer: LayerName, level: number): Map<string, Float32Array> | null;
 
 /** The digest of the header as 32 hexadecimal digits. */
-export function header_digest(file: object): string;
+export function header_digest(fabric: Fabric): string;
 
 /** XXH3 of 128 bits as 32 hexadecimal digits. */
 export function xxh3_128(bytes: Uint8Array): string;

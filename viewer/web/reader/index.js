@@ -1,42 +1,16 @@
 // Reads fabric files (spec/fabric.md), in browsers and in Node.
-export {float_at, int_at, joined, latin1, latin1_bytes, utf8} from './bytes.js';
+export {joined, latin1, latin1_bytes, utf8} from './bytes.js';
 export {
-  BYTES,
-  COMPRESSIONS,
-  LINES_PER_CHUNK,
-  LOSSY,
-  PIXEL_TYPES,
-  chain_length,
-  level_size,
-  read_headers
+  BYTES, COMPRESSIONS, LINES_PER_CHUNK, PIXEL_TYPES, chain_length, channel_values, level_size, read_headers,
+  read_level
 } from './exr.js';
-export {channel_values, read_level} from './exr_level.js';
-export {
-  SIDES,
-  check_windows,
-  header_digest,
-  is_laid_out,
-  open_fabric,
-  pixel_digest,
-  read_layer
-} from './fabric.js';
+export {SIDES, header_digest, open_fabric, pixel_digest, read_layer} from './fabric.js';
 export {Issue} from './issue.js';
-export {Decimal, is_number, is_object, parse_json} from './json.js';
+export {is_object, parse_json} from './json.js';
 export {
-  COLOURS,
-  LAYERS,
-  PARAMETERS,
-  SPREAD,
-  base_count,
-  direction_name,
-  grid_size,
-  layer_channels,
-  level_of_texels,
-  needs_lights,
-  pairs_at,
-  used_count
+  COLOURS, LAYERS, PARAMETERS, SPREAD, base_count, direction_name, grid_size, layer_channels, level_of_texels,
+  needs_lights, pairs_at, used_count
 } from './layers.js';
-export {LONG_RUN, LONG_RUN_LEAST, WORDS, canonical_codes, each_word, planes_of, wavelets} from './piz.js';
 export {across, cross, dot, minus, plus, times, unit} from './vector.js';
 export {hash, noise, swell} from './swells.js';
 export {squeezed, stretched, wide} from './sections.js';

@@ -2,9 +2,7 @@
 // many numbers of them mean something.
 import {indirect_count, yarn_count} from './yarns.js';
 
-export const LAYERS = [
-  'lobes', 'frame', 'table', 'opacity', 'light', 'products', 'bases', 'yarns', 'indirect'
-];
+export const LAYERS = ['lobes', 'frame', 'table', 'opacity', 'light', 'products', 'bases', 'yarns', 'indirect'];
 /** Those of level 0 alone, with numbers that belong to no texel but are spread over the texels. */
 export const SPREAD = ['bases', 'yarns', 'indirect'];
 export const COLOURS = ['red', 'green', 'blue'];
@@ -24,7 +22,7 @@ export const direction_name = (layer, k, suffix = '') => `${layer}.${String(k).p
 export const grid_size = (grid) => grid ? grid.columns * grid.rows : 0;
 
 /**
- * How many numbers the bases are: { of_views, all }, from the members of the text; those of the views come
+ * How many numbers the bases are: { of_views, all }, from the members of the text; numbers of views come
  * first.
  */
 export function base_count({views, lights, layers: {bases}}) {
@@ -89,7 +87,7 @@ export function layer_channels(layer, text) {
 
 /**
  * How many numbers of a channel mean something: the last channel of a spread layer may have more than it needs, and
- * a level's products may be fewer than those of another.
+ * a level may have fewer products than another.
  */
 export function used_count(layer, text, level, channel) {
   if (SPREAD.includes(layer)) {

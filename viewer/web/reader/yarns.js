@@ -4,7 +4,7 @@
 // light(station, j, k, colour) }; lengths in mm. A segment: { curve, radius, start, along, length, tangents: [t_i,
 // t_(i+1)], and of both ends across: A, out: E, and stations: the place along the curve; rows: of the noise of strands;
 // ball: radius of that about its start; rank: of hairs, else 0; reach: the largest radius; squeeze: g of flat yarn }. Its
-// radii, length, tangents and `round`, which is along, are those of the round section. Of a hair, across[0] has cos a,
+// radii, length, tangents and `round`, which is along, belong to the round section. Of a hair, across[0] has cos a,
 // sin a and u of its root.
 import {hairs_of} from './hairs.js';
 import {squeeze_of, squeezed, stretched, thin} from './sections.js';
@@ -13,9 +13,8 @@ import {swell} from './swells.js';
 import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
 const {abs, atan2, cos, floor, fround, hypot, max, min, sin} = Math;
-/** Numbers of a curve before the nodes, those that may follow the nodes (where they do not: these), and of a node. */
-const FIELDS = 11, LATER_FIELDS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1];
-const AXES = 3;
+/** Values of the fields from 11 on of files that have fewer. */
+const DEFAULTS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1];
 /** Functions of the angle, and of the light, that indirect light has coefficients of. */
 export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
@@ -38,20 +37,17 @@ const LEAST_FLATTENING = fround(0.3);
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
 
-/** How many numbers the layers have. */
-export const yarn_count = ({curves, nodes, fields = FIELDS}) => fields * curves + AXES * nodes;
-/** Where a number of curve 0 is: of a field, and of an axis of a node. */
-const field_place = ({curves, nodes}, field) => field * curves + (field < FIELDS ? 0 : AXES * nodes);
-const axis_place = ({curves, nodes}, axis) => FIELDS * curves + axis * nodes;
+/** How many numbers the layers have: the fields of all curves one after the other, then x, y and z of all nodes. */
+export const yarn_count = ({curves, nodes, fields}) => fields * curves + 3 * nodes;
 export const indirect_count = ({stations}) => 3 * ANGLES * LIGHTS * stations;
 
 function curves_of(counts, number, point) {
-  const {curves, nodes, fields = FIELDS} = counts;
+  const {curves, nodes, fields} = counts;
   let first = 0;
   return Array.from({length: curves}, (_, c) => {
-    const field = (f) => f < fields ? number(field_place(counts, f) + c) : LATER_FIELDS[f - FIELDS];
+    const field = (f) => f < fields ? number(f * curves + c) : DEFAULTS[f - 11];
     const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope, ...later] =
-      Array.from({length: FIELDS + LATER_FIELDS.length}, (__, f) => field(f));
+      Array.from({length: 11 + DEFAULTS.length}, (__, f) => field(f));
     const [count, divisions, shift, phase, r, g, b, ...of_strands] = later, groove = [r, g, b];
     const strands = strands_of(of_strands), flattening = of_strands[6], hairs = hairs_from(of_strands.slice(7));
     const points = Array.from({length: max(0, min(own, nodes - first)) | 0}, (__, n) => point(first + n));
@@ -80,7 +76,7 @@ const are_hairs = ({count, length, loops, radius, kept}, longest) => is_whole(co
   [length, radius].every((x) => x >= 0 && x <= longest) && [loops, kept].every((x) => x >= 0 && x <= 1) &&
   (count === 0 || (length > 0 && fround(radius * kept) > 0));
 
-/** The place of the first curve, node or count that a reader must refuse, and why; null where there is none. */
+/** The place of the first curve, node or count that a reader must refuse, and why; null if there is no fault. */
 function fault_of({period, curves, counts, point}) {
   const reach = [...period, max(...period)].map((side) => REACH * side);
   for (let n = 0; n < counts.nodes; ++n)
@@ -109,7 +105,7 @@ function fault_of({period, curves, counts, point}) {
     if (curve.plies.count > 1 && segments_of(curve, period).some(({along, radius}) => hypot(...along) < LEAST_LENGTH * radius))
       return [`curve ${c}`, 'has a ply of which a node lies where the next does'];
   }
-  return stations === counts.stations ? null : ['light', 'the stations are not those of the curves'];
+  return stations === counts.stations ? null : ['light', 'the curves have another number of stations'];
 }
 
 /** From each node of a curve to the next. */
@@ -126,7 +122,7 @@ function tangents_at(nodes) {
   });
 }
 
-/** Per node of a curve, and for where it begins again: { p, tangent, across, share }, share being that of the chain before it. */
+/** Per node of a curve, and for where it begins again: { p, tangent, across, share }, share: of the chain before it. */
 function axis_of(curve, period) {
   const ways = ways_of(curve, period), n = ways.length, lengths = ways.map((way) => hypot(...way));
   const end = plus(curve.points[n - 1], ways[n - 1]), nodes = [...curve.points, end];
@@ -148,7 +144,7 @@ function axis_of(curve, period) {
 
 /**
  * The segments of a chain: of nodes -1 to n + 1, and what nodes 0 to n have, `middle` being a place on the yarn's axis;
- * rows: of the noise, that of its first strand, and of the first on what the chain goes on as.
+ * rows: of the noise, for its first strand, and for the first strand of the chain that follows it.
  */
 function chained(curve, nodes, ends, radius, rows = [0, 0]) {
   const tangents = tangents_at(nodes);
@@ -238,9 +234,9 @@ function turn_over(curve, period, thickness) {
 }
 
 /**
- * The yarns of a fabric from the numbers of its layers, Maps from channels to arrays. `text` has the members of
- * the attribute text. An Issue where they are none. `over`: turned over, but for the light; `sideways` of a curve says
- * whether its angles then counted from the x axis.
+ * The yarns of a fabric from its attribute text and the numbers of its layers, Maps from channels to arrays. Throws an
+ * Issue where they are out of range. `over`: turned over, but for the light; `sideways` of a curve says whether its angles
+ * then count from the x axis.
  */
 export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight, thickness}, layer, over = false) {
   const counts = layers.yarns, period = mmPerRepeat.map(fround);
@@ -249,7 +245,7 @@ export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight, 
     return (i) => channels[floor(i / (w * h))][i % (w * h)];
   };
   const of_yarns = number('yarns'), of_light = number('indirect');
-  const point = (n) => [0, 1, 2].map((axis) => of_yarns(axis_place(counts, axis) + n));
+  const point = (n) => [0, 1, 2].map((axis) => of_yarns(counts.fields * counts.curves + axis * counts.nodes + n));
   const given = curves_of(counts, of_yarns, point);
   const fault = fault_of({period, curves: given, counts, point});
   if (fault) throw new Issue('FABRIC_MALFORMED', `yarns/${fault[0]}`, fault[1]);

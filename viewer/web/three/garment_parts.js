@@ -1,4 +1,4 @@
-// Textures of a garment beside its fabric: mask, normals and tint, members of the extension.
+// Textures and factors of the garment beside its fabric: mask, normals and tint, members of the extension.
 import {Matrix3, SRGBColorSpace, Vector3} from 'three';
 
 const TEXTURES = {mask: 'maskTexture', normal: 'normalTexture', tint_texture: 'tintTexture'};

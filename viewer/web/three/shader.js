@@ -57,7 +57,7 @@ float side_of_light(mat4 shadow, vec4 place, vec3 normal) {
 
 /**
  * three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. `tangents`: the name of an attribute;
- * `has_vertex_light`: whether light from all around comes from surroundings.js; `parts`: garment_parts.js.
+ * `has_vertex_light`: whether surroundings.js gives the light from all around; `parts`: garment_parts.js.
  */
 export function vertex_shader(of_three, uv_set, tangents, has_vertex_light, parts) {
   const kept = part_vertex(parts);
@@ -74,7 +74,7 @@ ${kept.defines}${of_three
 const SUN_LIGHTS = ShaderChunk.lights_pars_begin.includes('NUM_SUN_LIGHTS') ? ' + NUM_SUN_LIGHTS' : '';
 
 const FRAGMENT_NAMES = `
-// Chunks for the fallback alone.
+// Features of the chunks for the fallback alone.
 #undef STANDARD
 #undef PHYSICAL
 #undef USE_CLEARCOAT

@@ -5,9 +5,9 @@
 //   surroundings.stand(renderer, garment);                  // after it has moved, too
 //   surroundings.set({turn: 30, strength: 1});
 import {
-  Box3, BufferAttribute, Color, DataTexture, DirectionalLight, DoubleSide, EquirectangularReflectionMapping, FloatType,
-  LinearFilter, Matrix3, Mesh, NearestFilter, OrthographicCamera, RGBAFormat, Scene, ShaderMaterial, Sphere, Vector3,
-  WebGLRenderTarget
+  Box3, BufferAttribute, Color, DataTexture, DirectionalLight, DoubleSide, EquirectangularReflectionMapping,
+  FloatType, LinearFilter, Matrix3, Mesh, NearestFilter, OrthographicCamera, RGBAFormat, Scene, ShaderMaterial,
+  Sphere, Vector3, WebGLRenderTarget
 } from 'three';
 import {project, shares_of, smooth_basis, take_lamps} from '../environment.js';
 
@@ -183,7 +183,7 @@ export class Surroundings {
     target.dispose();
   }
 
-  /** The shares of light from a direction that are hidden from vertices, the mean of 3 x 3 texels between those of the map. */
+  /** The shares of light from a direction that are hidden from vertices, the mean of 3 x 3 lookups between the texels of the map. */
   #hide({mesh, hidden}, i, depths, matrix) {
     const {center, radius} = this.sphere, texel = 2 * radius / SKY_MAP, direction = spiral[i];
     const {position, normal} = mesh.geometry.attributes, p = new Vector3(), n = new Vector3();

@@ -1,6 +1,6 @@
 // Tangents along growing u, for the frame of a fabric: vertices with the same position, normal and coordinates share one,
 // the mean over their triangles by angle (format/scene/tangents.h). Where mirrored and other triangles meet in a vertex,
-// and where nothing else is known, it is zero, and the shader takes the triangle's.
+// and where nothing else is known, it is zero, and the shader takes the tangent of the triangle.
 import {BufferAttribute} from 'three';
 
 const names = new Map();

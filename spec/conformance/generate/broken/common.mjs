@@ -1,9 +1,9 @@
-// What the broken files have in common. A fixture: { name: 'CODE-what', about, issues, others, evaluate }
-// besides what make.mjs takes.
+// Functions for broken files. A fixture: { name: 'CODE-what', about, issues, others, evaluate } besides the members that
+// make.mjs takes.
 //
-//   issues    what a checker must find: { code or [codes of which one fits], place }
-//   others    'none' or 'allowed': whether errors beside these may be reported
-//   evaluate  the query that a reader must refuse; null where a reader may not notice
+//   issues    the issues that a checker must find: { code or [codes of which one fits], place }
+//   others    'none' or 'allowed': whether further errors may be reported
+//   evaluate  the query that a reader must refuse
 import {read_headers} from '../../reference/reader.mjs';
 
 const UP = [0, 0, 1];
@@ -18,38 +18,24 @@ export const lobe = ({rho, xy = 0, z, n}) => (level, channel) => {
 
 /** The file that the rules are broken in: sound in all else, and no reason for a warning. */
 export const base = {
-  layers: ['lobes', 'opacity'],
-  K: 0,
-  grid: [2, 1],
+  layers: ['lobes', 'opacity'], K: 0, grid: [2, 1],
   value: {lobes: lobe({rho: 0.1, xy: -0.25, z: 0.5, n: 2})},
 };
-export const all_layers = {
-  ...base,
-  K: 1,
-  layers: ['lobes', 'frame', 'table', 'opacity']
-};
-export const opacity_on_0 = {
-  layers: {lobes: {}, opacity: {levels: [0]}}
-};
+export const all_layers = {...base, K: 1, layers: ['lobes', 'frame', 'table', 'opacity']};
+export const opacity_on_0 = {layers: {lobes: {}, opacity: {levels: [0]}}};
 
 export const broken = (code, what, about, place, changes, from = base) => ({
   ...from,
   name: `${[code].flat()[0]}-${what}`,
   about,
   issues: [{code, place}],
-  others: 'none',
-  evaluate: ask(0),
+  others: 'none', evaluate: ask(0),
   ...changes,
 });
-export const others = {
-  others: 'allowed'
-};
-export const unread = {
-  evaluate: null
-};
+export const others = {others: 'allowed'};
 export const MALFORMED_OR_DAMAGED = ['EXR_MALFORMED', 'FILE_DAMAGED'];
 
-/** Sets the member of an object that a JSON pointer names; undefined takes it away. */
+/** Sets the member of an object that a JSON pointer names; undefined removes it. */
 export const set = (pointer, value) => (object) => {
   const names = pointer.split('/').slice(1);
   const last = names.pop();
@@ -62,6 +48,23 @@ export const set = (pointer, value) => (object) => {
 
 /** Several changes one after the other. */
 export const all = (...changes) => (object) => changes.forEach((change) => change(object));
+
+/**
+ * Fixtures of members of the text, from rows [what, pointer, value, more]: the member is `value`, or missing where that is
+ * undefined, or `value` is a function that changes the text. `more`: of the fixture, others 'allowed' by default.
+ */
+export const members_of = (sound, rows) => rows.map(([what, pointer, value, more = others]) => broken(
+  'FABRIC_MEMBER', what, `${pointer}: ${what.replaceAll('-', ' ')}`, pointer,
+  {text: typeof value === 'function' ? value : set(pointer, value), ...more}, sound));
+/** Of rows: no other error follows. */
+export const alone = {};
+
+/** Removes a channel of a part. */
+export const drop_channel = (name) => (parts) => {
+  const part = parts.find((p) => p.name === name.split('.')[0]);
+  part.channels = part.channels.filter((channel) => channel.name !== name);
+  part.levels.forEach(({values}) => values.delete(name));
+};
 
 /** Where the value of an attribute of a part begins, and its size. */
 export function find_attribute(bytes, part, name) {
@@ -108,17 +111,9 @@ export const zeros = (channels, width, height) => ({
     new Map(channels.map(({name, type}) => [name, Buffer.alloc(width * height * (type === 'half' ? 2 : 4))]))
 });
 
-/** A part that a reader does not know, laid out as the data parts of a fabric of 3 x 2 texels are. */
+/** An unknown part, laid out as the data parts of a fabric of 3 x 2 texels. */
 export function unknown_part(name, channel, level_count = 2) {
   const channels = [{name: channel, type: 'half'}];
   const levels = [zeros(channels, 3, 2), zeros(channels, 1, 1)].slice(0, level_count);
-  return {
-    name,
-    compression: 'none',
-    tile: {width: 32, height: 32},
-    mipmap: true,
-    attributes: {},
-    channels,
-    levels
-  };
+  return {name, compression: 'none', tile: {width: 32, height: 32}, attributes: {}, channels, levels};
 }
