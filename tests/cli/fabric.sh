@@ -82,9 +82,9 @@ test_yarn_goes_from_the_stitch_into_the_fabric() {
   local few=(--texels 8 --views 4 --lights 4 --samples 1 --lobes 1 "${pairs[@]}" --quiet)
   exits 0 selvedge make plain-knit --set yarn=tube --yarns on "${few[@]}" -o y.fabric.exr
   exits 0 selvedge info y.fabric.exr
-  grep -qE '^yarn +[0-9]+ curves?, [0-9]+ nodes, [0-9]+ bytes$' "$scratch/out" || fail "$(cat "$scratch/out")"
+  grep -qE '^yarn +[0-9]+ curves, [0-9]+ nodes$' "$scratch/out" || fail "$(cat "$scratch/out")"
   exits 0 selvedge info y.fabric.exr --json
-  holds "r.yarn.curves === r.content.layers.yarns.curves && r.yarn.nodes === r.content.layers.yarns.nodes && r.yarn.bytes > 1000 &&
+  holds "r.layers.find(l => l.layer === 'yarns').bytes[0] > 1000 && r.content.layers.yarns.curves > 0 &&
     r.content.provenance.fit.heldOut.front.length === 4"
   exits 0 selvedge check y.fabric.exr
   # Level -1 is a point: yarn or none.
@@ -117,7 +117,7 @@ test_both_sides_go_from_the_bake_into_the_fabric() {
   [ "$(digests_of f.fabric.exr)" = "$(digests_of b.fabric.exr)" ] || fail "the front is another"
   exits 0 selvedge check b.fabric.exr b.samples.exr
   exits 0 selvedge info b.fabric.exr
-  grep -qE '^sides +front, back, through, back.through$' "$scratch/out" || fail "$(cat "$scratch/out")"
+  for side in back through back.through; do grep -qE " $side\.(lobes|products) " "$scratch/out" || fail "$(cat "$scratch/out")"; done
   exits 0 selvedge info b.samples.exr --json
   holds 'r.content.sides === "both"'
   # Light behind the cloth: the front, and the back on its own side.

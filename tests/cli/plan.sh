@@ -67,15 +67,4 @@ test_the_options_of_a_plan_make_a_smaller_fabric_of_the_same_picture() {
   exits 0 compare-pictures quad.png part.png --max 0.1
 }
 
-# Frames of a turntable read every level that they ask for once.
-test_many_frames_read_a_level_once() {
-  make_cloth
-  for frames in 12 24; do
-    exits 0 selvedge-view render quad.glb -o turn.png --turntable $frames "${far_view[@]}" --json
-    node -p 'JSON.parse(require("fs").readFileSync(process.argv[1])).fabricBytes.read' "$scratch/out" >bytes.$frames
-  done
-  same bytes.12 bytes.24
-  holds 'r.fabricBytes.read < r.fabricBytes.inFiles / 2'
-}
-
 "$2"

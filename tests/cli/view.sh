@@ -86,20 +86,6 @@ test_render_tone_curves_are_those_of_the_help() {
   exits 2 selvedge-view render plane.fabric.exr -o x.png --tone-map filmic
 }
 
-test_render_reads_only_the_levels_that_it_shows() {
-  make_scene
-  selvedge-view render quad.glb -o near.png --size 400x400 --zoom 40 --stats near.json
-  selvedge-view render quad.glb -o far.png --size 40x40 --distance-factor 4 --stats far.json
-  holds 'r.fabricBytes.inFiles === require("fs").statSync("k.fabric.exr").size' near.json
-  holds 'r.fabricLevels.length === 1 && r.fabricLevels[0][0] === 0' near.json
-  holds 'r.fabricBytes.read > 0.6 * r.fabricBytes.inFiles && r.fabricBytes.read <= r.fabricBytes.inFiles' near.json
-  holds 'r.fabricLevels[0][0] > 0 && r.fabricBytes.read < 0.6 * r.fabricBytes.inFiles' far.json
-  selvedge-view render k.fabric.exr -o swatch.png --stats swatch.json
-  holds 'r.fabricLevels[0][0] === 0 && r.fabricBytes.read <= r.fabricBytes.inFiles' swatch.json
-  selvedge-view render k.fabric.exr -o level.png --level 2 --stats level.json
-  holds 'r.fabricLevels[0][0] === 2 && r.fabricLevels[0][1] === 2 && r.fabricBytes.read < 0.5 * r.fabricBytes.inFiles' level.json
-}
-
 test_render_refuses_options_that_would_count_for_nothing() {
   make_scene
   exits 2 selvedge-view render k.fabric.exr -o s.png --azimuth 20

@@ -114,7 +114,7 @@ class Module(unittest.TestCase):
         del fabric  # the arrays keep it
         np.testing.assert_allclose(np.linalg.norm(level["frames"], axis=-1), 1, atol=2e-3)
         with self.assertRaises(IndexError):
-            selvedge.Fabric("k.fabric.exr", last_level=1).level(2)
+            selvedge.Fabric("k.fabric.exr").level(9)
 
     def test_samples_go_out_and_in(self):
         samples = selvedge.Samples("k.samples.exr")
