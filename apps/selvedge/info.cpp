@@ -33,7 +33,8 @@ constexpr const char* cell_lines =
     "texels         {texels}\nmm per repeat  {mmPerRepeat/0:.4g} x {mmPerRepeat/1:.4g}\nthickness      "
     "{thickness:.4g} mm, reference "
     "height "
-    "{referenceHeight:.4g} mm\nmade of        {provenance/stitch}, {provenance/triangles} triangles\nmade by        {provenance/software}\n";
+    "{referenceHeight:.4g} mm\nmade of        {provenance/stitch}, {provenance/triangles} triangles\nmade by "
+    "       {provenance/software}\n";
 
 Info fabric_info(const std::string& path, const SceneLimits& limits) {
   const auto reader = must(FabricReader::open(path, {.memory = limits.document.memory}));
@@ -160,7 +161,7 @@ Result<int> run(const InfoCommand& command) {
 
 void add_info_verb(Program& program) {
   program.add<InfoCommand>(
-      {"info", "What is in a fabric, samples or glTF file", "selvedge info k.fabric.exr"}, declare, run);
+      {"info", "Contents of a fabric, samples or glTF file", "selvedge info k.fabric.exr"}, declare, run);
 }
 
 }  // namespace selvedge

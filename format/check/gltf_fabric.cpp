@@ -162,7 +162,7 @@ class FabricCheck {
       issues_.add(Code::gltf_advice, place + "/doubleSided", "is not true: the cloth's back is not drawn");
     }
     check_fallback(material, place, *reference);
-    // Tangents of a normal texture that was baked from the fabric; garments rarely bring those of their own.
+    // Tangents of a normal texture that was baked from the fabric; garments rarely bring their own.
     if (material.contains(normal_texture) && !own(material, normal_texture).is_object()) {
       each_without("TANGENT", number, [&](const std::string& where) {
         issues_.add(Code::gltf_advice, where,
@@ -192,7 +192,7 @@ class FabricCheck {
     });
   }
 
-  /// What the garment brings: its textures, mask and tint.
+  /// Parts of the garment: its textures, mask and tint.
   void check_parts(const Json& extension, int number, const std::string& place) {
     const std::string within = fmt::format("{}/extensions/{}/", place, fabric_extension);
     for (const char* part : {mask_texture, normal_texture, tint_texture}) {
@@ -251,7 +251,7 @@ class FabricCheck {
         const UvTransform transform = read_uv_transform(of_garment, set);
         check_layout(info, where, "the extension's texture", set, transform);
         if (member(info, index) != member(of_garment, index))
-          issues_.add(Code::gltf_fallback, where, "is another texture than that of the extension");
+          issues_.add(Code::gltf_fallback, where, "is another texture than the extension's");
         return;
       }
       check_layout(info, where, "the fabric", reference.tex_coord, reference.transform);

@@ -13,7 +13,7 @@ namespace selvedge {
 /// because the colour of a hole has no meaning. Precondition: `level` exists and (x, y) lies within it.
 Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view);
 
-/// As above for a level of one side; `info` is that of its fabric, and the radiance is 0 for light.z <= 0.
+/// As above for a level of one side; `info`: of its fabric, and the radiance is 0 for light.z <= 0.
 Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y, const V3f& light,
                  const V3f& view);
 
@@ -37,7 +37,7 @@ struct LevelBlend {
 LevelBlend level_blend(double level, int count, int first = 0);
 
 /// Evaluates the texel at texture coordinates (u, v), which repeat. A fractional level is the alpha-weighted
-/// blend of the two levels next to it; levels are clamped to those of the fabric.
+/// blend of the two levels next to it; levels are clamped to the fabric's.
 /// Level -1 is the yarn itself at (u, v), if the fabric has it.
 Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& light, const V3f& view);
 

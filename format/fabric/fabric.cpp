@@ -181,7 +181,7 @@ Fabric turned_over(const Fabric& fabric) {
   }
   const Fabric* through = fabric.side_of(Side::through);
   const Fabric* const back_through = fabric.side_of(Side::back_through);
-  // The opacity that it gets is that of other views.
+  // It gets the opacity of other views.
   if (through != nullptr && through->views != turned.views) through = nullptr;
   turned.sides = {};
   if (back_through != nullptr || through != nullptr) {
@@ -290,12 +290,12 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
   for (const auto& other : fabric.sides) {
     if (!other) continue;
     if (other->levels.size() != fabric.levels.size() || other->texels() != fabric.texels()) {
-      return fail(Code::fabric_malformed, {}, name_of(other->side), "its levels are not those of the front");
+      return fail(Code::fabric_malformed, {}, name_of(other->side), "its levels differ from the front's");
     }
     const Fabric* const seen = other->side == Side::back_through ? fabric.side_of(Side::back) : &fabric;
     if (seen == nullptr || (lets_through(other->side) && other->views != seen->views)) {
       return fail(Code::fabric_malformed, {}, fmt::format("{}/views", name_of(other->side)),
-                  "are not those of the side that is seen");
+                  "differ from the visible side's");
     }
     if (auto ok = validate(*other, limits); !ok) return ok;
   }

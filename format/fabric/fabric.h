@@ -130,7 +130,7 @@ struct Fabric : FabricInfo {
   std::vector<FabricLevel> levels;
   /// The other sides of the cloth (by index_of(Side) - 1), each with the texels and levels of the front; null
   /// where the file has none. Directions are in the frame of the side that is seen, and lights that come
-  /// through are mirrored into its upper half. The opacity of such a side is that of the side that is seen.
+  /// through are mirrored into its upper half. The opacity of such a side is the visible side's.
   std::array<std::shared_ptr<const Fabric>, other_sides.size()> sides;
 
   /// Of level 0. Precondition: the fabric has a level.
@@ -151,11 +151,11 @@ void for_each_side(const Fabric& fabric, const Visit& visit) {
   }
 }
 
-/// Leaves the other sides out of the levels before `first`, which show those of the next coarser level. The
+/// Leaves the other sides out of the levels before `first`, which show the next coarser level's. The
 /// last level keeps them.
 void leave_sides_out(Fabric& fabric, int first);
 
-/// The fabric turned over, so that its back is its front: levels of the back, or those of the front where it
+/// The fabric turned over, so that its back is its front: levels of the back, or of the front where it
 /// has none, and the yarn from below. Precondition: it has a back.
 Fabric turned_over(const Fabric& fabric);
 

@@ -26,7 +26,7 @@ class Words {
   void set(uint at, const V3f& value) {
     for (uint k = 0; k < 3; ++k) set(at + k, value[static_cast<int>(k)]);
   }
-  /// Sets the place to that of what is appended next.
+  /// Sets the place to the place of the next appended word.
   void set_place(uint at) { (*this)[at] = static_cast<uint>(words_.size()); }
   /// Appends the values, and sets their place.
   void set(uint at, std::span<const float> values) {

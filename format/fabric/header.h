@@ -34,13 +34,13 @@ struct FabricHeader : FabricInfo {
   int entry(LayerKind kind, int level) const;
   bool has(LayerKind kind, int level) const { return entry(kind, level) >= 0; }
   /// The level whose texels a level shows: itself, or of another side that leaves it out, the next coarser
-  /// one that it has; -1 where there is none.
+  /// one that it has; -1 without any.
   int level_of_texels(int level) const;
   /// This header or one of its sides; null without.
   const FabricHeader* side_of(Side wanted) const;
 };
 
-/// Calls `visit` with the header and those of its other sides.
+/// Calls `visit` with the header and the headers of its other sides.
 template <class Visit>
 void for_each_side(const FabricHeader& header, const Visit& visit) {
   visit(header);

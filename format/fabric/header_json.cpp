@@ -200,7 +200,7 @@ class TextIo {
     const FabricHeader* const seen =
         front.side_of(header.side == Side::back_through ? Side::back : Side::front);
     if (seen == nullptr || (lets_through(header.side) && header.views != seen->views))
-      return text.refuse("the views are not those of the side that is seen");
+      return text.refuse("the views differ from the visible side's");
     require_layer(text, header, LayerKind::indirect, front, LayerKind::yarns);
     for (int k = 0; k < header.levels; ++k) {
       const int shown = header.level_of_texels(k);

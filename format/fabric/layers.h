@@ -108,7 +108,7 @@ struct LayerShape {
   int base_texels = 1;  ///< of level 0, which the values of bases, yarns and indirect light are spread over
 };
 
-/// The name of a layer's part: that of the kind, after "back." and the like where it is not of the front.
+/// The name of a layer's part: its kind's, after "back." and the like for other sides than the front.
 std::string part_name(LayerKind kind, Side side);
 
 /// The inverse of part_name(): nothing for other parts.

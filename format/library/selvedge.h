@@ -1,7 +1,7 @@
 // The installed library: reads fabric files, evaluates them, and packs them for a graphics card.
 // This is the only installed header; it needs the standard library alone. Link to selvedge::selvedge.
 //
-// Frames, units and formulas are those of the specification (fabric.md, brdf.md; Daubert et al. 2001,
+// Frames, units and formulas follow the specification (fabric.md, brdf.md; Daubert et al. 2001,
 // section 3): directions are unit vectors in the fabric's frame that point away from the cloth, radiance is
 // in 1/sr under unit perpendicular irradiance with the light's cosine included, and is not multiplied by
 // opacity. Texel (i, j) is i to the right and j down; arrays are texel by texel, index j * width + i.
@@ -113,7 +113,7 @@ struct FabricYarns {
 };
 
 struct FabricReadOptions {
-  /// A file beyond these limits is refused before anything is allocated. Defaults: those of the
+  /// A file beyond these limits is refused before anything is allocated. Defaults of the
   /// specification.
   int max_texels_per_side = 4096;
   int max_directions = 4096;
@@ -150,7 +150,7 @@ class SELVEDGE_PUBLIC FabricFile {
                 std::span<const std::array<float, 3>> views, std::span<FabricRadiance> out) const;
 
   /// At texture coordinates, which repeat, with v growing downwards. A fractional level blends the two levels
-  /// next to it; level -1 is the yarn itself, where there is some. Levels are clamped to those of the file.
+  /// next to it; level -1 is the yarn itself, if present. Levels are clamped to the file's.
   /// Nothing if one of the two was not read or a number is not finite.
   std::optional<FabricRadiance> evaluate_at(double level, double u, double v,
                                             const std::array<float, 3>& light,

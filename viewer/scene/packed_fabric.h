@@ -53,7 +53,7 @@ struct PackedFabric {
   int light_stride = 0;            ///< padded with 0 to whole vectors
   std::vector<float> view_basis;   ///< [view][a - 1]
   std::vector<Group> light_basis;  ///< [light][b]: psi_b, 0
-  /// What the psi_b make of smooth light (smooth_light.h): [b][function][colour], the cosine included.
+  /// Response of the psi_b to smooth light (smooth_light.h): [b][function][colour], the cosine included.
   std::vector<float> around_basis;
   std::vector<float> yarn_sky;  ///< sky_of() the yarn; empty without yarn
   bool needs_views = false;     ///< some level looks views up
@@ -63,7 +63,7 @@ struct PackedFabric {
   std::shared_ptr<const PackedFabric> turned;  ///< as seen from behind; null: as from in front
   std::shared_ptr<const Fabric> own;           ///< the source, if nobody else has it
 
-  /// What is seen of the side, 1 for the front and -1 for the back.
+  /// The visible side, 1 for the front and -1 for the back.
   const PackedFabric& seen_from(float side) const { return side < 0 && turned ? *turned : *this; }
 };
 
