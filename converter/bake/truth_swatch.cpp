@@ -14,7 +14,7 @@ namespace selvedge {
 namespace {
 
 /// Of random numbers, beside the pixels' numbers.
-constexpr std::uint64_t stream_cache = 103;
+constexpr std::uint64_t stream_truth_cache = 103;
 
 class SwatchTracer {
  public:
@@ -115,7 +115,7 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
   if (!plane) return tl::unexpected(plane.error());
   std::optional<IrradianceCache> cache;
   if (o.indirect == IndirectLight::cached) {
-    cache = IrradianceCache::build(cell->scene, seed_of(o.seed, stream_cache, 0));
+    cache = IrradianceCache::build(cell->scene, seed_of(o.seed, stream_truth_cache, 0));
     if (!cache) o.indirect = IndirectLight::traced;
   }
   SwatchTracer tracer(cell->scene, cache ? &*cache : nullptr, shot, o, *plane / cell->mm, cell->mm / 1000);

@@ -90,7 +90,7 @@ Eigen::MatrixX3d irradiance_at(const TracedCell& cell, const SurfacePoint& point
 }
 
 /// A place of the surface about a station, and the light that it reflects.
-struct Place {
+struct CachePoint {
   V3d above;  ///< mm, in front of it; what a ray from there meets too early is other yarn
   V3d normal;
   double radius;  ///< mm
@@ -102,20 +102,20 @@ struct Place {
   Eigen::RowVectorXd light;  ///< [side][function][colour]
 };
 
-std::vector<Place> places_about(const Yarns& yarns, int curve, int station) {
+std::vector<CachePoint> places_about(const Yarns& yarns, int curve, int station) {
   const YarnCurve& own = yarns.data().curves[curve];
   const int plies = own.plies.count;
   const int around = plies == 1 ? angles : angles_of_plies / plies;
   // Plies touch their neighbours so far from their outermost line; what lies beyond is inside of the yarn.
   const double reach = pi / 2 + pi / plies;
-  std::vector<Place> places;
+  std::vector<CachePoint> places;
   for (int ply = 0; ply < plies; ++ply) {
     const YarnFrame frame = yarns.frame_at(curve, station, ply);
     const V3d tangent(frame.tangent);
     const V3d from(plies == 1 ? frame.across : frame.out);
     for (int a = 0; a < around; ++a) {
       const double angle = plies == 1 ? 2 * pi * a / around : reach * (2 * (a + 0.5) / around - 1);
-      Place place;
+      CachePoint place;
       const V3d round = from * std::cos(angle) + tangent.cross(from) * std::sin(angle);
       const V2d squeeze(frame.squeeze);
       place.normal = squeezed(round, squeeze).normalized();
@@ -134,7 +134,7 @@ std::vector<Place> places_about(const Yarns& yarns, int curve, int station) {
 }
 
 /// Whether a ray from above the place meets its own surface, past hairs.
-bool is_open(const TracedCell& cell, const Place& place, SurfacePoint& point) {
+bool is_open(const TracedCell& cell, const CachePoint& place, SurfacePoint& point) {
   constexpr double past = 1e-3;  // radii
   V3d from = place.above / cell.mm;
   do {
@@ -150,12 +150,12 @@ bool is_open(const TracedCell& cell, const Place& place, SurfacePoint& point) {
 
 /// Gives places that other yarn covers the mean of the station's open ones, or of the nearest stations' that
 /// have any.
-void fill_covered(std::vector<std::vector<Place>>& stations) {
+void fill_covered(std::vector<std::vector<CachePoint>>& stations) {
   const auto count = static_cast<int>(stations.size());
   std::vector<Eigen::RowVectorXd> means(count);
   for (int s = 0; s < count; ++s) {
     double open = 0;
-    for (const Place& place : stations[s]) {
+    for (const CachePoint& place : stations[s]) {
       if (!place.open) continue;
       if (open == 0) means[s].setZero(place.light.size());
       means[s] += place.light * place.weight;
@@ -172,20 +172,20 @@ void fill_covered(std::vector<std::vector<Place>>& stations) {
       }
     }
     if (mean.size() == 0) return;
-    for (Place& place : stations[s]) {
+    for (CachePoint& place : stations[s]) {
       if (!place.open) place.light = mean;
     }
   }
 }
 
-/// The coefficients, [function of the angle][light of Place], that fit the places best.
-Eigen::MatrixXd solved_for(const std::vector<Place>& places, const V3f& groove) {
+/// The coefficients, [function of the angle][light of a point], that fit the places best.
+Eigen::MatrixXd solved_for(const std::vector<CachePoint>& places, const V3f& groove) {
   Eigen::MatrixXd result(angle_functions, places.front().light.size());
   for (int colour = 0; colour < 3; ++colour) {
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(angle_functions, angle_functions);
     Eigen::MatrixXd right = Eigen::MatrixXd::Zero(angle_functions, result.cols() / 3);
     for (int i = 1; i < angle_functions; ++i) normal(i, i) = smoothing * (i < 3 ? 1 : 4);
-    for (const Place& place : places) {
+    for (const CachePoint& place : places) {
       const auto row = place.row * (1 + static_cast<double>(groove[colour]) * place.outward);
       normal += place.weight * row.transpose() * row;
       for (int k = 0; k < right.cols(); ++k)
@@ -199,7 +199,7 @@ Eigen::MatrixXd solved_for(const std::vector<Place>& places, const V3f& groove) 
 
 /// The best fit to the light from above, of each colour. `by_light`: the functions of lights,
 /// [light][function].
-V3f groove_of(const std::vector<std::vector<Place>>& stations, const Eigen::MatrixXd& by_light) {
+V3f groove_of(const std::vector<std::vector<CachePoint>>& stations, const Eigen::MatrixXd& by_light) {
   constexpr int parts = 16;
   const Eigen::MatrixXd weights = by_light.transpose() * by_light;
   V3f best(0, 0, 0);
@@ -209,7 +209,7 @@ V3f groove_of(const std::vector<std::vector<Place>>& stations, const Eigen::Matr
     V3d error(0, 0, 0);
     for (const auto& places : stations) {
       const Eigen::MatrixXd solved = solved_for(places, groove);
-      for (const Place& place : places) {
+      for (const CachePoint& place : places) {
         const double factor = 1 + static_cast<double>(groove.x) * place.outward;
         const Eigen::RowVectorXd off =
             place.light.head(columns) - (factor * place.row * solved).leftCols(columns);
@@ -258,11 +258,11 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
     const V3f reflected =
         curve.albedo * (1 - curve.gloss.weight) +
         V3f(curve.gloss.weight * static_cast<float>(mean_gloss_albedo(curve.gloss.roughness)));
-    std::vector<std::vector<Place>> places(curve.stations);
+    std::vector<std::vector<CachePoint>> places(curve.stations);
     parallel_for(0, curve.stations, [&](int station) {
       places[station] = places_about(yarns, static_cast<int>(c), station);
       for (std::size_t a = 0; a < places[station].size(); ++a) {
-        Place& at = places[station][a];
+        CachePoint& at = places[station][a];
         at.light = Eigen::RowVectorXd::Zero(sides * columns);
         SurfacePoint point;
         if (!is_open(cell, at, point)) continue;

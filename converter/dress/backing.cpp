@@ -19,7 +19,8 @@ V3d normal_of(const V3f& a, const V3f& b, const V3f& c) { return (V3d(b) - V3d(a
 
 /// Unit normals, or zero where there are no triangles: means over the vertices in one point, and where these
 /// cancel out, as of two layers back to back, over the vertex alone.
-std::vector<V3d> normals_of(const std::vector<V3f>& positions, const std::vector<std::uint32_t>& triangles) {
+std::vector<V3d> vertex_normals(const std::vector<V3f>& positions,
+                                const std::vector<std::uint32_t>& triangles) {
   std::vector<V3d> own(positions.size(), V3d(0, 0, 0));
   for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
     const V3d normal =
@@ -100,7 +101,7 @@ Result<int> add_backing(GltfDocument& document, int material, const std::set<Pla
     const double local = area_of({positions.begin(), positions.end()}, triangles);
     if (!(local > 0) || !(seen->second.area > 0)) continue;
     const double distance = backing.distance / std::sqrt(seen->second.area / local);
-    const std::vector<V3d> normals = normals_of(positions, triangles);
+    const std::vector<V3d> normals = vertex_normals(positions, triangles);
     for (std::size_t i = 0; i < positions.size(); ++i) positions[i] -= V3f(normals[i] * distance);
     for (const char* own : {"extensions", "extras"}) primitive.erase(own);
     drop_colors(primitive["attributes"]);

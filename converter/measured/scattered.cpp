@@ -15,7 +15,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// A pair as the kernel takes it.
-struct Place {
+struct PairPoint {
   V3d light;
   V3d view;
   V2d light_disc;
@@ -24,26 +24,26 @@ struct Place {
 
 V2d disc(const V3d& d) { return V2d(d.x, d.y) / std::sqrt(1 + std::max(d.z, 0.0)); }
 
-Place place_of(const DirectionPair& pair) {
+PairPoint place_of(const DirectionPair& pair) {
   const V3d light(pair.light);
   const V3d view(pair.view);
   return {light, view, disc(light), disc(view)};
 }
 
-std::vector<Place> places_of(std::span<const DirectionPair> pairs) {
-  std::vector<Place> places;
+std::vector<PairPoint> places_of(std::span<const DirectionPair> pairs) {
+  std::vector<PairPoint> places;
   for (const DirectionPair& pair : pairs) places.push_back(place_of(pair));
   return places;
 }
 
-double covariance(const Place& a, const Place& b, const ScatterKernel& k) {
+double covariance(const PairPoint& a, const PairPoint& b, const ScatterKernel& k) {
   const double light = (a.light_disc - b.light_disc).length2() / (k.light_scale * k.light_scale);
   const double view = (a.view_disc - b.view_disc).length2() / (k.view_scale * k.view_scale);
   const double q = std::sqrt(3 * (light + view));
   return (1 + q) * std::exp(-q) + k.trend * (1 + a.light.dot(b.light)) * (1 + a.view.dot(b.view));
 }
 
-Eigen::LLT<MatrixXd> factor(const std::vector<Place>& known, const ScatterKernel& kernel) {
+Eigen::LLT<MatrixXd> factor(const std::vector<PairPoint>& known, const ScatterKernel& kernel) {
   const auto count = static_cast<Eigen::Index>(known.size());
   MatrixXd matrix(count, count);
   for (Eigen::Index j = 0; j < count; ++j) {
@@ -55,7 +55,8 @@ Eigen::LLT<MatrixXd> factor(const std::vector<Place>& known, const ScatterKernel
 
 /// The error at a pair that is left out is its coefficient over the diagonal of the inverse (Rasmussen and
 /// Williams, equation 5.12).
-double error_left_out(const std::vector<Place>& known, const MatrixXd& values, const ScatterKernel& kernel) {
+double error_left_out(const std::vector<PairPoint>& known, const MatrixXd& values,
+                      const ScatterKernel& kernel) {
   const Eigen::LLT<MatrixXd> solver = factor(known, kernel);
   MatrixXd inverse = MatrixXd::Identity(values.rows(), values.rows());
   solver.matrixL().solveInPlace(inverse);
@@ -83,7 +84,7 @@ ScatterKernel choose_kernel(const ScatteredValues& known, std::uint64_t seed) {
       for (Eigen::Index s = 0; s < sketches; ++s) sketch(i, s) += (signs >> s & 1U) != 0 ? value : -value;
     }
   }
-  std::vector<Place> places;
+  std::vector<PairPoint> places;
   for (const Eigen::Index i : chosen) places.push_back(place_of(known.pairs[i]));
 
   ScatterKernel best;
@@ -110,8 +111,8 @@ ScatterKernel choose_kernel(const ScatteredValues& known, std::uint64_t seed) {
 Eigen::MatrixXf interpolate(const ScatteredValues& known, const ScatterKernel& kernel,
                             std::span<const DirectionPair> pairs) {
   constexpr std::size_t max_pairs = 2000;
-  const std::vector<Place> wanted = places_of(pairs);
-  std::vector<Place> places = places_of(known.pairs);
+  const std::vector<PairPoint> wanted = places_of(pairs);
+  std::vector<PairPoint> places = places_of(known.pairs);
   std::vector<Eigen::Index> used(places.size());
   std::iota(used.begin(), used.end(), 0);
   if (used.size() > max_pairs) {
@@ -121,7 +122,7 @@ Eigen::MatrixXf interpolate(const ScatteredValues& known, const ScatterKernel& k
     std::stable_sort(used.begin(), used.end(),
                      [&](Eigen::Index a, Eigen::Index b) { return distance(a) < distance(b); });
     used.resize(max_pairs);
-    std::vector<Place> nearest;
+    std::vector<PairPoint> nearest;
     for (const Eigen::Index i : used) nearest.push_back(places[i]);
     places = std::move(nearest);
   }

@@ -17,9 +17,10 @@ std::vector<double> middles_of(const std::vector<double>& widths) {
   return middles;
 }
 
-/// A chain through one point per crossing, horizontal there. `at(along, height)` makes points of the cloth.
+/// A chain through one point per crossing, horizontal there. `at(along, height_at)` makes points of the
+/// cloth.
 std::vector<BezierSegment> waving(const std::vector<double>& crossings,
-                                  const std::function<double(std::size_t)>& height,
+                                  const std::function<double(std::size_t)>& height_at,
                                   const std::function<V3d(double, double)>& at) {
   const std::size_t count = crossings.size() - 1;
   const double period = crossings.back();
@@ -28,8 +29,8 @@ std::vector<BezierSegment> waving(const std::vector<double>& crossings,
     const bool last = k + 1 == count;
     const double a = crossings[k];
     const double b = last ? crossings[0] + period : crossings[k + 1];
-    const double height_a = height(k);
-    const double height_b = height(last ? 0 : k + 1);
+    const double height_a = height_at(k);
+    const double height_b = height_at(last ? 0 : k + 1);
     const double third = (b - a) / 3;
     chain.push_back({at(a, height_a), at(a + third, height_a), at(b - third, height_b), at(b, height_b)});
   }
@@ -48,18 +49,18 @@ StitchPattern draw_weave(const Weave& weave, const std::string& name) {
   constexpr double wave = 0.3;
   for (std::size_t i = 0; i < weave.warp.size(); ++i) {
     Yarn yarn = weave.warp[i];
-    const auto height = [&](std::size_t j) {
+    const auto height_at = [&](std::size_t j) {
       return wave * weave.weft[j].radius_mm * (weave.over(i, j) ? 1 : -1);
     };
-    yarn.segments = waving(y, height, [&](double along, double z) { return V3d(x[i], along, z); });
+    yarn.segments = waving(y, height_at, [&](double along, double z) { return V3d(x[i], along, z); });
     pattern.yarns.push_back(std::move(yarn));
   }
   for (std::size_t j = 0; j < weave.weft.size(); ++j) {
     Yarn yarn = weave.weft[j];
-    const auto height = [&](std::size_t i) {
+    const auto height_at = [&](std::size_t i) {
       return wave * weave.warp[i].radius_mm * (weave.over(i, j) ? -1 : 1);
     };
-    yarn.segments = waving(x, height, [&](double along, double z) { return V3d(along, y[j], z); });
+    yarn.segments = waving(x, height_at, [&](double along, double z) { return V3d(along, y[j], z); });
     pattern.yarns.push_back(std::move(yarn));
   }
   return pattern;

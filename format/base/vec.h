@@ -15,4 +15,7 @@ using Imath::V3f;
 using Imath::V3i;
 using Imath::V4f;
 
+/// Linear interpolation: a where share is 0, b where it is 1.
+inline V3f mix(const V3f& a, const V3f& b, float share) { return a + (b - a) * share; }
+
 }  // namespace selvedge

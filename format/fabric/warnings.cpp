@@ -27,7 +27,7 @@ struct Maximum {
   }
 };
 
-float max_exponent(const FabricLevel& level) {
+float largest_exponent(const FabricLevel& level) {
   float largest = 0;
   const std::size_t stride = parameter_count(level.lobe_count());
   for (std::size_t i = 0; i < level.lobes().size(); ++i) {
@@ -169,7 +169,7 @@ void warn_of_energy(const LitSide& reflecting, const LitSide& other, int level_i
   constexpr std::size_t max_pairs = 131072;
   const FabricLevel& level = *reflecting.level;
   const float exponent =
-      std::max(max_exponent(level), other.level != nullptr ? max_exponent(*other.level) : 0.0F);
+      std::max(largest_exponent(level), other.level != nullptr ? largest_exponent(*other.level) : 0.0F);
   const double side = std::ceil(2.5 * std::sqrt(static_cast<double>(exponent)));
   const std::vector<WeightedDirection> directions =
       disc_directions(static_cast<int>(std::clamp(side, 24.0, 256.0)));

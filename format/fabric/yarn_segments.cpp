@@ -182,8 +182,6 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
   }
 }
 
-V3f mix(const V3f& a, const V3f& b, float share) { return a + (b - a) * share; }
-
 V3f across_of(const V3f& d, const V3f& unit_axis) {
   const V3f across = d - unit_axis * unit_axis.dot(d);
   return across.length2() > 0 ? across.normalized() : across;

@@ -12,8 +12,6 @@
 namespace selvedge {
 namespace {
 
-V3f mix(const V3f& a, const V3f& b, float share) { return a + (b - a) * share; }
-
 tl::unexpected<Error> refuse(const std::string& place, std::string why) {
   return fail(Code::fabric_malformed, {}, place, std::move(why));
 }

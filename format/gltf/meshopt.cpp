@@ -18,13 +18,13 @@ using names::gltf::meshopt;
 /// The attribute codec spends at least 2 bits on 16 bytes, the index codecs a byte on an index or a triangle.
 constexpr std::size_t bytes_per_byte = 64;
 
-enum class Mode { attributes, triangles, indices, unknown };
+enum class StreamMode { attributes, triangles, indices, unknown };
 enum class Filter { none, octahedral, quaternion, exponential, unknown };
 
-NLOHMANN_JSON_SERIALIZE_ENUM(Mode, {{Mode::unknown, nullptr},
-                                    {Mode::attributes, "ATTRIBUTES"},
-                                    {Mode::triangles, "TRIANGLES"},
-                                    {Mode::indices, "INDICES"}})
+NLOHMANN_JSON_SERIALIZE_ENUM(StreamMode, {{StreamMode::unknown, nullptr},
+                                          {StreamMode::attributes, "ATTRIBUTES"},
+                                          {StreamMode::triangles, "TRIANGLES"},
+                                          {StreamMode::indices, "INDICES"}})
 NLOHMANN_JSON_SERIALIZE_ENUM(Filter, {{Filter::unknown, ""},
                                       {Filter::none, nullptr},
                                       {Filter::none, "NONE"},
@@ -34,7 +34,7 @@ NLOHMANN_JSON_SERIALIZE_ENUM(Filter, {{Filter::unknown, ""},
 
 /// A view's compressed stream, as the extension describes it.
 struct Stream {
-  Mode mode = Mode::attributes;
+  StreamMode mode = StreamMode::attributes;
   Filter filter = Filter::none;
   std::size_t count = 0;
   std::size_t stride = 0;
@@ -53,11 +53,12 @@ const char* extension_of(const Json& object) {
 /// The rule of the extension that the numbers of a stream break; nullptr if they keep all.
 const char* fault_of(const Stream& s) {
   if (s.count == 0) return "count is not a positive integer";
-  if (s.mode == Mode::attributes && (s.stride == 0 || s.stride > 256 || s.stride % 4 != 0))
+  if (s.mode == StreamMode::attributes && (s.stride == 0 || s.stride > 256 || s.stride % 4 != 0))
     return "byteStride is no multiple of 4 up to 256";
-  if (s.mode != Mode::attributes && s.stride != 2 && s.stride != 4) return "byteStride is neither 2 nor 4";
-  if (s.mode != Mode::attributes && s.filter != Filter::none) return "a filter on indices";
-  if (s.mode == Mode::triangles && s.count % 3 != 0) return "count is no multiple of 3";
+  if (s.mode != StreamMode::attributes && s.stride != 2 && s.stride != 4)
+    return "byteStride is neither 2 nor 4";
+  if (s.mode != StreamMode::attributes && s.filter != Filter::none) return "a filter on indices";
+  if (s.mode == StreamMode::triangles && s.count % 3 != 0) return "count is no multiple of 3";
   if (s.filter == Filter::octahedral && s.stride != 4 && s.stride != 8)
     return "byteStride is neither 4 nor 8 for filter OCTAHEDRAL";
   if (s.filter == Filter::quaternion && s.stride != 8) return "byteStride is not 8 for filter QUATERNION";
@@ -69,9 +70,12 @@ Stream stream_of(GltfReader& reader, const Json& view, const Json& extension, co
   const auto refuse = [&](Code code, std::string message) { reader.fail(code, place, std::move(message)); };
   const auto size = [&](const char* key) { return size_of(member(extension, key)).value_or(0); };
   const Json& filter = member(extension, "filter");
-  Stream stream{
-      member(extension, "mode").get<Mode>(), filter.get<Filter>(), size("count"), size("byteStride"), {}};
-  if (stream.mode == Mode::unknown) refuse(Code::gltf_malformed, "unknown mode");
+  Stream stream{member(extension, "mode").get<StreamMode>(),
+                filter.get<Filter>(),
+                size("count"),
+                size("byteStride"),
+                {}};
+  if (stream.mode == StreamMode::unknown) refuse(Code::gltf_malformed, "unknown mode");
   if (stream.filter == Filter::unknown)
     refuse(Code::gltf_unsupported, fmt::format("filter \"{}\"", string_of(filter)));
   if (const char* fault = fault_of(stream)) refuse(Code::gltf_malformed, fault);
@@ -104,8 +108,8 @@ Stream stream_of(GltfReader& reader, const Json& view, const Json& extension, co
 /// Whether the stream has a version that meshoptimizer does not know: 1 of the attribute codec.
 bool is_newer(const Stream& stream) {
   constexpr std::uint8_t attributes = 0xa0;
-  return stream.mode == Mode::attributes && !stream.bytes.empty() && (stream.bytes[0] & 0xf0) == attributes &&
-         stream.bytes[0] != attributes;
+  return stream.mode == StreamMode::attributes && !stream.bytes.empty() &&
+         (stream.bytes[0] & 0xf0) == attributes && stream.bytes[0] != attributes;
 }
 
 bool decode(const Stream& s, std::uint8_t* out) {

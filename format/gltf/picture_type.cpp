@@ -7,7 +7,7 @@ namespace {
 
 using Size = Imath::Vec2<std::int64_t>;
 
-Size size_of(std::int64_t width, std::int64_t height) {
+Size picture_size(std::int64_t width, std::int64_t height) {
   return width > 0 && height > 0 ? Size(width, height) : Size(0, 0);
 }
 
@@ -23,7 +23,7 @@ Size jpeg_size(std::span<const std::uint8_t> bytes) {
     }
     // Frames are C0 to CF but for tables of codes, an extension and arithmetic coding.
     if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC)
-      return size_of(word(at + 7), word(at + 5));
+      return picture_size(word(at + 7), word(at + 5));
     const bool bare = marker == 0 || marker == 1 || (marker >= 0xD0 && marker <= 0xD8);
     at += 2 + (bare ? 0 : static_cast<std::size_t>(word(at + 2)));
   }
@@ -52,7 +52,7 @@ Imath::Vec2<std::int64_t> picture_size(std::span<const std::uint8_t> bytes) {
     for (std::size_t i = at; i < at + 4; ++i) value = value * 256 + bytes[i];
     return value;
   };
-  if (type == "image/png") return bytes.size() >= 24 ? size_of(number(16), number(20)) : Size(0, 0);
+  if (type == "image/png") return bytes.size() >= 24 ? picture_size(number(16), number(20)) : Size(0, 0);
   return type == "image/jpeg" ? jpeg_size(bytes) : Size(0, 0);
 }
 

@@ -15,7 +15,7 @@ namespace {
 constexpr int yarn_points = 8;
 
 /// The truth of one pair at one level, by texel; or what a fabric shows, without noise.
-struct Image {
+struct PairImage {
   std::vector<V3d> colour;  ///< alpha * r
   std::vector<V3d> noise;   ///< of the colour
   std::vector<V3d> alpha;   ///< alpha in x, its noise in y
@@ -49,13 +49,13 @@ struct Sums {
   }
 };
 
-void add(const Shading& shading, Image& image) {
+void add(const Shading& shading, PairImage& image) {
   image.colour.emplace_back(shading.radiance * shading.alpha);
   image.alpha.emplace_back(static_cast<double>(shading.alpha), 0.0, 0.0);
 }
 
 /// Level `k` at `size` texels, 2^n times as many as it has along a side.
-Image shown_by_level(const Fabric& fabric, int k, const V2i& size, const DirectionPair& pair) {
+PairImage shown_by_level(const Fabric& fabric, int k, const V2i& size, const DirectionPair& pair) {
   const FabricLevel& level = fabric.levels[k];
   const V2i parts(size.x / level.width, size.y / level.height);
   std::vector<Shading> shadings;
@@ -63,7 +63,7 @@ Image shown_by_level(const Fabric& fabric, int k, const V2i& size, const Directi
     for (int x = 0; x < level.width; ++x)
       shadings.push_back(evaluate(fabric, k, x, y, pair.light, pair.view));
   }
-  Image image;
+  PairImage image;
   for (int y = 0; y < size.y; ++y) {
     for (int x = 0; x < size.x; ++x) add(shadings[y / parts.y * level.width + x / parts.x], image);
   }
@@ -71,8 +71,8 @@ Image shown_by_level(const Fabric& fabric, int k, const V2i& size, const Directi
 }
 
 /// The yarn: the mean over yarn_points^2 points of every texel.
-Image shown_by_yarn(const Fabric& fabric, const V2i& size, const DirectionPair& pair) {
-  Image image;
+PairImage shown_by_yarn(const Fabric& fabric, const V2i& size, const DirectionPair& pair) {
+  PairImage image;
   for (int y = 0; y < size.y; ++y) {
     for (int x = 0; x < size.x; ++x) {
       V3d colour(0, 0, 0);
@@ -92,7 +92,7 @@ Image shown_by_yarn(const Fabric& fabric, const V2i& size, const DirectionPair& 
   return image;
 }
 
-Sums compare_images(const Image& shown, const Image& truth, const V2i& size) {
+Sums compare_images(const PairImage& shown, const PairImage& truth, const V2i& size) {
   Sums sums;
   for (int y = 0; y < size.y; ++y) {
     for (int x = 0; x < size.x; ++x) {
@@ -145,8 +145,8 @@ Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& size
   const std::size_t levels = sizes.size();
   std::vector<std::vector<Sums>> by_pair(truth.pairs.size(), std::vector<Sums>(levels));
   parallel_for(0, result.pairs, [&](std::size_t pair) {
-    Image image;
-    Image answer;
+    PairImage image;
+    PairImage answer;
     for (std::size_t i = pair * texels; i < (pair + 1) * texels; ++i) {
       image.colour.push_back(V3d(truth.radiance[i]) * static_cast<double>(truth.alpha[i]));
       image.noise.emplace_back(V3d(truth.noise[i]));
@@ -187,7 +187,7 @@ Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& size
 Comparison compare_fabric(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak,
                           std::size_t finer) {
   const auto sizes = sizes_of(truth, static_cast<int>(finer + fabric.levels.size()));
-  return compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, Image& image) {
+  return compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, PairImage& image) {
     const int own = static_cast<int>(k > finer ? k - finer : 0);
     image = shown_by_level(fabric, own, sizes[k], truth.pairs[pair]);
   });
@@ -231,7 +231,7 @@ Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairK
 Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
   const auto sizes = sizes_of(truth, static_cast<int>(fabric.levels.size()));
   Comparison result =
-      compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, Image& image) {
+      compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, PairImage& image) {
         if (k > 0) {
           image.pool(sizes[k - 1]);
         } else {
