@@ -10,7 +10,6 @@ namespace selvedge {
 namespace {
 
 constexpr double degrees_per_height = 180;
-constexpr double radians_per_degree = std::numbers::pi / 180;
 constexpr double factor_per_step = 0.9;
 
 /// The camera's right and up axes.

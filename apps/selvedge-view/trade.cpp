@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <filesystem>
@@ -19,11 +20,22 @@
 #include "format/base/random.h"
 #include "format/picture/display.h"
 #include "format/quality/compare.h"
-#include "format/quality/picture_error.h"
 #include "viewer/renderer.h"
 
 namespace selvedge {
 namespace {
+
+/// Clipped sRGB values, not rounded to bytes.
+Image display_values(const Frame& frame) {
+  Image image = to_display_image(frame, default_display());
+  for (float& value : image.pixels) value = linear_to_srgb(value > 0 ? std::min(value, 1.0F) : 0.0F);
+  return image;
+}
+
+/// dB of display values beside the truth's; at most 200, so that equal pictures have a finite figure.
+double picture_psnr(const Frame& frame, const Frame& truth) {
+  return std::min(200.0, must(compare_images(display_values(frame), display_values(truth))).psnr);
+}
 
 /// An option, and the values that a sweep gives it.
 struct Swept {
@@ -306,7 +318,7 @@ class Sweep {
                 {figures::work, made.seconds.work},
                 {figures::held_out, held_out ? Json(held_out->levels.front().psnr) : Json()},
                 {figures::frame, 1000 * work[2]},
-                {figures::picture, psnr_of(must(picture_error(frame, truth.frame)).mean_square)},
+                {figures::picture, picture_psnr(frame, truth.frame)},
                 {"make", fmt::format("selvedge make {}{} -o {}", shell_word(command_.input),
                                      joined(made.words, " "), shell_word(made.command.output))},
                 {"render", fmt::format("selvedge-view render {} --place {} --size {}x{}{} -o picture.png",

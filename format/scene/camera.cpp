@@ -10,8 +10,6 @@
 namespace selvedge {
 namespace {
 
-constexpr double radians_per_degree = std::numbers::pi / 180;
-
 Result<void> check(const CameraOptions& o) {
   const auto refuse = [](const char* option, const char* reason) -> Result<void> {
     return fail(Code::option_out_of_range, "", option, reason);

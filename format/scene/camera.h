@@ -1,6 +1,7 @@
 // Cameras: perspective and parallel projections, from options that frame a scene or from the scene's own.
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,6 +11,8 @@
 #include "format/scene/scene.h"
 
 namespace selvedge {
+
+inline constexpr double radians_per_degree = std::numbers::pi / 180;
 
 enum class Projection { perspective, parallel };
 

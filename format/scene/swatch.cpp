@@ -12,7 +12,6 @@
 namespace selvedge {
 namespace {
 
-constexpr double radians_per_degree = std::numbers::pi / 180;
 constexpr double field_of_view = 10 * radians_per_degree;
 
 struct Place {

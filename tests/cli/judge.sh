@@ -37,7 +37,7 @@ test_a_swatch_of_a_lambert_plane_is_the_same_traced_fitted_and_drawn() {
     exits 0 selvedge swatch plane.fabric.exr --place "$view" --size 40x30 -o fabric.png
     exits 0 selvedge-view render plane.fabric.exr --place "$view" --size 40x30 -o viewer.png
     exits 0 compare-pictures truth.png fabric.png --json
-    holds '(r.psnr === null || r.psnr > 40) && r.ssim > 0.99'
+    holds '(r.psnr === null || r.psnr > 40)'
     exits 0 compare-pictures fabric.png viewer.png --max 0.004
   done
 }

@@ -1,5 +1,5 @@
 // compare-pictures FIRST SECOND [--max BOUND] [--json]: how far two pictures of the tests are apart. PNG
-// values are compared as stored (sRGB-encoded, 1 is white), EXR values as they are; PSNR and SSIM are of the
+// values are compared as stored (sRGB-encoded, 1 is white), EXR values as they are; PSNR is of the
 // colours alone. Exit status 1 for a bad picture, or a difference of more than the bound.
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 
 #include "apps/common/report.h"
 #include "format/picture/image.h"
-#include "format/quality/ssim.h"
 
 namespace selvedge {
 namespace {
@@ -22,16 +21,8 @@ int run(const std::string& first_path, const std::string& second_path, double ma
     return error;
   };
   const ImageDifference d = must(compare_images(first, second).map_error(of_second));
-  const auto similarity = must(structural_similarity(first, second));
-  // The similarity is undefined for pictures that are too small, and NaN for pictures with NaN.
-  const bool similar = similarity && std::isfinite(*similarity);
-  const Json json{{"maxAbsolute", d.max_absolute},
-                  {"x", d.x},
-                  {"y", d.y},
-                  {"channel", d.channel},
-                  {"rmse", d.rmse},
-                  {"psnr", d.psnr},
-                  {"ssim", similar ? Json(*similarity) : Json(nullptr)}};
+  const Json json{{"maxAbsolute", d.max_absolute}, {"x", d.x},       {"y", d.y},
+                  {"channel", d.channel},          {"rmse", d.rmse}, {"psnr", d.psnr}};
   report(
       common, "compare", json,
       filled("max {maxAbsolute:.6g} at ({x}, {y}) channel {channel}, RMSE {rmse:.6g}, PSNR {psnr:.2f} dB\n",
