@@ -31,8 +31,6 @@ std::span<const CodeRow> code_table() {
       {samples_not_finite, error, "SAMPLES_NOT_FINITE", "A sample is NaN, infinite or negative."},
       {samples_sparse, warning, "SAMPLES_SPARSE",
        "Samples leave something open: texels that are never seen, fewer samples than parameters."},
-      {samples_outlier, warning, "SAMPLES_OUTLIER",
-       "A sample stands far out of all around it; a fit follows it, and its texel is wrong."},
       {fabric_malformed, error, "FABRIC_MALFORMED", "The EXR file is not a fabric file."},
       {fabric_version, error, "FABRIC_VERSION", "The fabric file is of a version that is not read."},
       {fabric_unsupported, error, "FABRIC_UNSUPPORTED", "The fabric has an unknown layer or layout."},

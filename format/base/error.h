@@ -31,7 +31,6 @@ enum class Code {
   samples_malformed,
   samples_not_finite,
   samples_sparse,
-  samples_outlier,
   fabric_malformed,
   fabric_version,
   fabric_unsupported,

@@ -116,20 +116,4 @@ std::vector<DirectionPair> random_pairs(int count, double z_min, std::uint64_t s
   return pairs;
 }
 
-std::vector<DirectionPair> random_rim_pairs(int count, double z_max, std::uint64_t seed) {
-  // Directions with z below this are left out: a ray along the cloth would never end.
-  constexpr double min_z = 1e-3;
-  std::vector<DirectionPair> pairs;
-  for (int i = 0; i < count; ++i) {
-    Random random(seed, i);
-    DirectionPair pair;
-    do {
-      pair.light = random_direction(random, min_z);
-      pair.view = random_direction(random, min_z);
-    } while (pair.light.z >= z_max && pair.view.z >= z_max);
-    pairs.push_back(pair);
-  }
-  return pairs;
-}
-
 }  // namespace selvedge

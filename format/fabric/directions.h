@@ -57,8 +57,4 @@ struct DirectionPair {
 /// hemisphere. The same seed gives the same pairs on every machine.
 std::vector<DirectionPair> random_pairs(int count, double z_min, std::uint64_t seed);
 
-/// `count` pairs, uniform over the pairs of the hemisphere with at least one direction below z_max: the rim
-/// that random_pairs(.., z_max, ..) leaves out.
-std::vector<DirectionPair> random_rim_pairs(int count, double z_max, std::uint64_t seed);
-
 }  // namespace selvedge

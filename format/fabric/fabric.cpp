@@ -156,16 +156,6 @@ void Fabric::add_side(Fabric other) {
   place = std::make_shared<const Fabric>(std::move(other));
 }
 
-void leave_sides_out(Fabric& fabric, int first) {
-  for (const Side side : other_sides) {
-    if (fabric.side_of(side) == nullptr) continue;
-    Fabric other = *fabric.side_of(side);
-    for (int k = std::min(first, static_cast<int>(other.levels.size()) - 1) - 1; k >= 0; --k)
-      other.levels[k].take_texels(other.levels[k + 1], 1);
-    fabric.add_side(std::move(other));
-  }
-}
-
 Fabric turned_over(const Fabric& fabric) {
   const auto pick = [](const Fabric* wanted, const Fabric* other, Side side) {
     Fabric result = wanted != nullptr ? *wanted : *other;

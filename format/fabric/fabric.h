@@ -151,10 +151,6 @@ void for_each_side(const Fabric& fabric, const Visit& visit) {
   }
 }
 
-/// Leaves the other sides out of the levels before `first`, which show the next coarser level's. The
-/// last level keeps them.
-void leave_sides_out(Fabric& fabric, int first);
-
 /// The fabric turned over, so that its back is its front: levels of the back, or of the front where it
 /// has none, and the yarn from below. Precondition: it has a back.
 Fabric turned_over(const Fabric& fabric);

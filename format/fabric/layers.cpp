@@ -105,15 +105,6 @@ std::optional<LayerKind> layer_named(std::string_view name) {
   return std::nullopt;
 }
 
-std::optional<PartLayer> layer_of_part(std::string_view part) {
-  for (const Side side : all_sides) {
-    for (const LayerKind kind : all_layers) {
-      if (part == part_name(kind, side)) return PartLayer{kind, side};
-    }
-  }
-  return std::nullopt;
-}
-
 int channel_count(LayerKind kind, const LayerShape& shape) { return row_of(kind).count(shape); }
 
 bool fits_a_part(LayerKind kind, const LayerShape& shape) {

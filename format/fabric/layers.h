@@ -111,13 +111,6 @@ struct LayerShape {
 /// The name of a layer's part: its kind's, after "back." and the like for other sides than the front.
 std::string part_name(LayerKind kind, Side side);
 
-/// The inverse of part_name(): nothing for other parts.
-struct PartLayer {
-  LayerKind kind = LayerKind::lobes;
-  Side side = Side::front;
-};
-std::optional<PartLayer> layer_of_part(std::string_view part);
-
 /// Number of channels of a layer's part.
 int channel_count(LayerKind kind, const LayerShape& shape);
 

@@ -27,12 +27,4 @@ Image to_linear_image(const Frame& frame) {
   return image;
 }
 
-Frame to_frame(const Image& image) {
-  Frame frame{image.width, image.height, {}};
-  for (std::size_t i = 0; i + 3 < image.pixels.size(); i += 4) {
-    frame.pixels.emplace_back(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2], image.pixels[i + 3]);
-  }
-  return frame;
-}
-
 }  // namespace selvedge

@@ -24,7 +24,4 @@ void box_filter(std::span<const V4f> large, int first_row, int n, Frame& frame);
 /// The frame without a display transform: linear, premultiplied, four channels.
 Image to_linear_image(const Frame& frame);
 
-/// The inverse of to_linear_image(). Precondition: four channels.
-Frame to_frame(const Image& image);
-
 }  // namespace selvedge

@@ -62,13 +62,6 @@ std::optional<FitRecord> fit_record_of(const std::string& provenance) {
   return record;
 }
 
-std::string without_fit_record(const std::string& provenance) {
-  json text = provenance_json(provenance);
-  if (const auto fit = text.find(member::fit); fit != text.end() && fit->is_object())
-    fit->erase(member::held_out);
-  return text.dump();
-}
-
 std::string layers_text(const FabricLevel& level) {
   std::string text;
   const auto join = [&](const char* between, const std::string& more) {

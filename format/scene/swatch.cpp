@@ -1,12 +1,9 @@
 #include "format/scene/swatch.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "format/base/digest.h"
 #include "format/exr/exr.h"
 
 namespace selvedge {
@@ -52,25 +49,6 @@ SwatchShot swatch_shot(SwatchView view, const V2d& period_mm, int width, int hei
   camera.far = distance * 100;
   shot.lights = key_and_fill_lights();
   return shot;
-}
-
-std::string digest_of_shots(const V2d& period_mm, int width, int height) {
-  std::string text;
-  const auto add = [&](const auto& v) {
-    for (int i = 0; i < static_cast<int>(v.dimensions()); ++i) text += fmt::format("{:.9g} ", v[i]);
-  };
-  for (const SwatchView view : all_swatch_views) {
-    const SwatchShot shot = swatch_shot(view, period_mm, width, height);
-    const Camera& camera = shot.camera;
-    text += fmt::format("{} {}x{} ", static_cast<int>(camera.projection), shot.width, shot.height);
-    for (const V3d& axis : {camera.position, camera.right, camera.up, camera.to_viewer}) add(axis);
-    for (const V2d& window : {camera.window_centre, camera.window_half}) add(window);
-    for (const Light& light : shot.lights) {
-      add(light.direction);
-      add(light.irradiance);
-    }
-  }
-  return digest_of(text);
 }
 
 Scene swatch_scene(const V2d& period_mm, const V2i& first, const V2i& end) {

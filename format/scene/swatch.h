@@ -41,10 +41,6 @@ struct SwatchShot {
 /// frame.
 SwatchShot swatch_shot(SwatchView view, const V2d& period_mm, int width, int height);
 
-/// A digest of the four shots, with numbers to nine digits: it tells whether another version has the same
-/// places and lights.
-std::string digest_of_shots(const V2d& period_mm, int width, int height);
-
 /// A rectangle in the plane z = 0 with fabric 0: repeats [first, end) along u and v. Periods in mm.
 Scene swatch_scene(const V2d& period_mm, const V2i& first, const V2i& end);
 

@@ -89,10 +89,3 @@ TEST_CASE("random pairs are uniform in solid angle above their limit") {
   // z is uniform on [0.15, 1]: mean 0.575, standard error 0.85/sqrt(12 count) = 0.0017; bound: 5 of them.
   CHECK(std::abs(mean - 0.575) < 5 * 0.85 / std::sqrt(12.0 * count));
 }
-
-TEST_CASE("rim pairs have a direction in the rim") {
-  for (const DirectionPair& pair : random_rim_pairs(500, 0.15, 3)) {
-    CHECK(std::min(pair.light.z, pair.view.z) < 0.15F);
-    CHECK(std::min(pair.light.z, pair.view.z) > 0);
-  }
-}

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "format/check/fabric.h"
@@ -47,6 +48,17 @@ TEST_CASE("all sides of a fabric come back from its file") {
   // What is wrong with random numbers is their energy.
   for (const Error& issue : check_fabric(folder / "a.exr").issues) {
     CHECK((issue.code == Code::fabric_energy || issue.code == Code::fabric_peak));
+  }
+}
+
+/// Leaves the other sides out of the levels before `first`, as a writer may.
+void leave_sides_out(Fabric& fabric, int first) {
+  for (const Side side : other_sides) {
+    if (fabric.side_of(side) == nullptr) continue;
+    Fabric other = *fabric.side_of(side);
+    for (int k = std::min(first, static_cast<int>(other.levels.size()) - 1) - 1; k >= 0; --k)
+      other.levels[k].take_texels(other.levels[k + 1], 1);
+    fabric.add_side(std::move(other));
   }
 }
 
