@@ -6,6 +6,8 @@
 #pragma once
 
 #include <span>
+#include <string>
+#include <vector>
 
 #include "format/scene/camera.h"
 
@@ -38,5 +40,13 @@ void orbit_about(CameraOptions& orbit, const V3d& seen);
 /// Turns a direction in the camera's axes by a drag, as if the light were on the near side of a sphere: half
 /// a turn for the height of the window.
 V3d turn_light(const V3d& direction, const V2d& drag);
+
+/// Cameras once around the scene in `frames` >= 1 equal steps, all looking at the same point from the same
+/// distance: the options' values, or the scene's centre and the distance that shows everything in all frames.
+Result<std::vector<Camera>> turntable(std::span<const V3d> points, double aspect,
+                                      const CameraOptions& options, int frames);
+
+/// "name.png" -> "name-0001.png" for frame 0.
+std::string frame_path(const std::string& path, int frame);
 
 }  // namespace selvedge

@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "apps/common/shared_options.h"
 #include "apps/common/html.h"
+#include "apps/common/shared_options.h"
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge-view/picture_options.h"
 #include "format/base/atomic_file.h"

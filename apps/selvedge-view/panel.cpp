@@ -19,8 +19,8 @@ constexpr float panel_width = 330;
 constexpr std::array<std::string_view, 4> quarter_turns{"0 deg", "90 deg", "180 deg", "270 deg"};
 
 /// The name of the first fabric that is worn.
-std::string outfit_name(const Outfit& outfit, const std::vector<std::string>& fabrics) {
-  for (const int fabric : outfit.fabrics) {
+std::string choice_name(const FabricChoice& choice, const std::vector<std::string>& fabrics) {
+  for (const int fabric : choice.fabrics) {
     if (fabric >= 0 && fabric < static_cast<int>(fabrics.size())) return fabrics[fabric];
   }
   return "core material";
@@ -273,8 +273,8 @@ void Panel::edit_bar(const PanelInfo& info, ShowState& state, PanelRequest& requ
   constexpr ImU32 white = IM_COL32(255, 255, 255, 220);
   draw.AddLine(ImVec2(x, 0), ImVec2(x, height), white, scaled(1.5F));
   draw.AddCircleFilled(ImVec2(x, height / 2), scaled(6), white);
-  const auto tell = [&](const Outfit& outfit, bool on_left) {
-    const std::string name = outfit_name(outfit, info.picture.fabric_names);
+  const auto tell = [&](const FabricChoice& choice, bool on_left) {
+    const std::string name = choice_name(choice, info.picture.fabric_names);
     const ImVec2 size = ImGui::CalcTextSize(name.c_str());
     const ImVec2 at(on_left ? x - size.x - grip : x + grip, scaled(10));
     draw.AddRectFilled(ImVec2(at.x - 4, at.y - 2), ImVec2(at.x + size.x + 4, at.y + size.y + 2),

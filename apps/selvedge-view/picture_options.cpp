@@ -59,7 +59,7 @@ void add_environment(Options& options, std::string& name, EnvironmentOptions& en
   options.number("--environment-strength", environment.strength, "FACTOR", "Factor on its radiance")
       .in(0, 1e6);
   options.check([&options, &name] {
-    options.refuse_if(name == "none", "counts for nothing with --environment none",
+    options.refuse_if(name == "none", "has no effect with --environment none",
                       {"--environment-turn", "--environment-strength"});
   });
 }
@@ -112,19 +112,19 @@ void add_light(Options& options, PictureOptions& picture) {
 void check_picture(const Options& options, const PictureOptions& picture) {
   const auto is_far_away = [](const Light& light) { return light.kind == LightKind::directional; };
   const bool has_distance = picture.camera.distance.has_value();
-  options.refuse_if(has_ending(picture.input, ".exr"), "counts for nothing with a swatch, which is flat",
+  options.refuse_if(has_ending(picture.input, ".exr"), "has no effect with a swatch, which is flat",
                     {"--shadows"});
   options.refuse_if(std::none_of(picture.lights.begin(), picture.lights.end(), is_far_away),
-                    "counts for nothing without --light", {"--light-frame"});
+                    "has no effect without --light", {"--light-frame"});
   // A parallel camera shows everything, or the same height as a perspective one at the distance.
   options.refuse_if(picture.camera.projection == Projection::parallel && !has_distance,
-                    "counts for nothing with --orthographic, without --distance", {"--fov"});
-  options.refuse_if(has_distance, "counts for nothing with --distance", {"--distance-factor"});
-  options.refuse_if(!picture.backdrop, "counts for nothing without --backdrop", {"--backdrop-blur"});
+                    "has no effect with --orthographic, without --distance", {"--fov"});
+  options.refuse_if(has_distance, "has no effect with --distance", {"--distance-factor"});
+  options.refuse_if(!picture.backdrop, "has no effect without --backdrop", {"--backdrop-blur"});
   const bool is_dark =
       picture.environment == "none" ||
       (picture.environment.empty() && (has_ending(picture.input, ".exr") || !picture.lights.empty()));
-  options.refuse_if(is_dark, "counts for nothing without --environment",
+  options.refuse_if(is_dark, "has no effect without --environment",
                     {"--backdrop", "--environment-turn", "--environment-strength"});
 }
 

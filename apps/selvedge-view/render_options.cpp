@@ -12,49 +12,25 @@ namespace {
 constexpr std::array<std::string_view, 3> context_names{"auto", "osmesa", "egl"};
 constexpr std::array contexts{ContextKind::automatic, ContextKind::osmesa, ContextKind::egl};
 
-constexpr std::array<std::string_view, 4> frame_quality_names{"draft", "standard", "high", "reference"};
-
-struct FrameQuality {
-  LevelOptions levels = best_levels;
-  int supersample = 1;
-};
-/// By the index of the name. Points of `high` are nearly as fine as 2 x 2 samples a pixel with 2 x 2 points
-/// each, for a third to a half of their time.
-constexpr std::array<FrameQuality, 4> frame_qualities{
-    {{{}, 1}, {}, {{true, -1, -1.5F, true, 3}, 1}, {best_levels, 3}}};
-
-/// Sets levels and supersampling, except options on the command line.
-void set_quality(const Options& options, std::size_t quality, RenderCommand& command) {
-  const FrameQuality& wanted = frame_qualities[quality];
-  LevelOptions& levels = command.picture.levels;
-  if (!options.given("--supersample")) command.render.supersample = wanted.supersample;
-  if (!options.given("--level")) levels.forced = wanted.levels.forced;
-  if (!options.given("--level-blend")) levels.blend = wanted.levels.blend;
-  if (!options.given("--points")) levels.points = wanted.levels.points;
-  if (options.given("--filter")) return;
-  levels.area = wanted.levels.area;
-  levels.bias = wanted.levels.bias;
-}
-
 /// Refuses options that have no effect with this input or beside the others.
 void check_render(const Options& options, const RenderCommand& command) {
   const bool swatch = has_ending(command.picture.input, ".exr");
   options.refuse_if(swatch, "is for scenes, not for a swatch",
                     {"--azimuth", "--elevation", "--fov", "--distance", "--distance-factor", "--look-at",
                      "--zoom", "--focus", "--camera", "--scene", "--variant", "--orthographic", "--turntable",
-                     "--compare", "--layers", "--ambient"});
-  options.refuse_if(!command.camera_of_file.empty(), "counts for nothing with --camera",
+                     "--layers", "--ambient"});
+  options.refuse_if(!command.camera_of_file.empty(), "has no effect with --camera",
                     {"--azimuth", "--elevation", "--fov", "--orthographic", "--distance", "--distance-factor",
-                     "--look-at"});
+                     "--look-at", "--turntable"});
   check_picture(options, command.picture);
   options.refuse_if(!swatch, "is for fabrics, not for a scene",
                     {"--place", "--repeats", "--view", "--pixels-per-texel"});
-  options.refuse_if(command.place.has_value(), "counts for nothing with --place",
+  options.refuse_if(command.place.has_value(), "has no effect with --place",
                     {"--repeats", "--view", "--pixels-per-texel"});
-  options.refuse_if(swatch && !command.place,
-                    "counts for nothing with a swatch of whole texels, without --place", {"--size"});
+  options.refuse_if(swatch && !command.place, "has no effect with a swatch of whole texels, without --place",
+                    {"--size"});
   options.refuse_if(options.given("--level"),
-                    "counts for nothing with --level, which shows the nearest texels of one level",
+                    "has no effect with --level, which shows the nearest texels of one level",
                     {"--filter", "--level-blend", "--level-bias", "--points"});
   options.refuse_if(command.render.path == RenderPath::paper,
                     "has no effect with --path paper, which shows nearest texels and no yarn",
@@ -105,25 +81,11 @@ void declare(Options& options, RenderCommand& command) {
   options.number("--supersample", command.render.supersample, "N",
                  "Draw N times larger per side, and average");
   add_input(options, picture);
-  options.choice(
-      "--quality", frame_quality_names,
-      "Filter, points and samples a pixel that are worth their time (standard: the default); options given "
-      "beside it stay as given",
-      [&command](std::size_t index) { command.quality = index; });
   add_drawing(options, command);
   options
       .number("--turntable", command.turntable, "N",
               "Draw N frames once around a scene: name-0001.png and so on, all of them or none")
       .in(1, 9999);
-  options
-      .text("--compare", command.compare, "FILE",
-            "Draw beside it another scene (.gltf, .glb), or the same scene in another fabric (.exr), with "
-            "the same camera and lights; a black line lies between them")
-      .reads();
-  options
-      .text("--stats", command.stats, "FILE|-",
-            "Report sizes, times and bytes as JSON into a file; - is --json")
-      .writes();
   options.group("Camera (scenes)");
   add_camera(options, picture.camera);
   options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");
@@ -135,7 +97,6 @@ void declare(Options& options, RenderCommand& command) {
   add_light(options, picture);
   options.check([&options, &command] {
     check_render(options, command);
-    if (command.quality) set_quality(options, *command.quality, command);
     LevelOptions& levels = command.picture.levels;
     if (options.given("--level-bias")) levels.bias = command.level_bias;
     command.picture.swatch.level = levels.forced;

@@ -17,15 +17,12 @@ struct RenderCommand {
   PictureOptions picture;
   std::vector<std::string> outputs;  ///< .png or .exr
   V2i size{800, 600};
-  RenderOptions render;                ///< path, context and supersampling
-  std::string camera_of_file;          ///< scenes: name or number; empty: PictureOptions::camera
-  SceneChoice choice;                  ///< scenes
-  std::optional<SwatchView> place;     ///< fabric files: instead of PictureOptions::swatch
-  std::optional<std::size_t> quality;  ///< index into frame_quality_names
-  float level_bias = 0;                ///< instead of LevelOptions::bias, where it is given
-  int turntable = 0;                   ///< frames once around the scene; 0: one frame
-  std::string compare;                 ///< scenes: a scene or fabric to draw beside it; empty: nothing
-  std::string stats;                   ///< file for the report; "-": standard output; empty: none
+  RenderOptions render;             ///< path, context and supersampling
+  std::string camera_of_file;       ///< scenes: name or number; empty: PictureOptions::camera
+  SceneChoice choice;               ///< scenes
+  std::optional<SwatchView> place;  ///< fabric files: instead of PictureOptions::swatch
+  float level_bias = 0;             ///< instead of LevelOptions::bias, where it is given
+  int turntable = 0;                ///< frames once around the scene; 0: one frame
 };
 
 void declare(Options& options, RenderCommand& command);

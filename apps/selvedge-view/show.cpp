@@ -5,9 +5,9 @@
 
 #include "apps/common/shared_options.h"
 #include "apps/selvedge-view/commands.h"
+#include "apps/selvedge-view/garment_writer.h"
 #include "apps/selvedge-view/picture_options.h"
 #include "apps/selvedge-view/show_loop.h"
-#include "apps/selvedge-view/tailor.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/base/printable.h"
@@ -52,7 +52,7 @@ void declare(Options& options, ShowCommand& command) {
 /// A swatch of a fabric as a scene.
 struct LoadedSwatch {
   Scene scene;
-  std::vector<Fabric> fabrics;  ///< those of Scene::fabrics
+  std::vector<Fabric> fabrics;  ///< of Scene::fabrics
 };
 Result<LoadedSwatch> load_swatch(const ShowCommand& command) {
   Result<Fabric> fabric =
@@ -117,14 +117,14 @@ Result<int> run(const ShowCommand& command) {
     std::error_code unknown;
     (std::filesystem::is_directory(path, unknown) ? folders : files).push_back(path);
   }
-  Tailor tailor = must(make_tailor(command.picture.limits));
+  GarmentWriter writer = must(make_garment_writer(command.picture.limits));
   std::string garment = command.picture.input;
   LoadedScene scene = is_fabric ? LoadedScene{} : must(load_scene(garment, {}, command.picture.limits));
   const auto wears_nothing = [](const LoadedScene& of) {
     return std::ranges::all_of(fabrics_of(of.scene), [](int fabric) { return fabric < 0; });
   };
   if (!is_fabric && !files.empty() && wears_nothing(scene)) {
-    garment = must(tailor.dress(garment, files.front()));
+    garment = must(writer.dress(garment, files.front()));
     scene = must(load_scene(garment, {}, command.picture.limits));
     files.erase(files.begin());
   }
@@ -146,7 +146,7 @@ Result<int> run(const ShowCommand& command) {
   const Result<ShowState> state = first_state(command, **window, **picture);
   if (!state) return tl::unexpected(state.error());
   BackgroundPicture background(std::move(*picture), garment, command.picture.input, command.picture.limits,
-                               std::move(tailor), [] { Window::wake(); });
+                               std::move(writer), [] { Window::wake(); });
   for (const std::string& folder : folders) background.add_file(folder);
   ShowLoop show(
       {command.picture.input, command.screenshot, command.common.json || !command.screenshot.empty()},

@@ -136,8 +136,9 @@ Result<bool> ShowLoop::step() {
   // Steps of the wheel leave the point under the cursor where it is; nothing else does.
   if (change >= Change::frame && input.wheel == 0) aimed_.reset();
   // The last probe stays while the mouse is on the panel or turns the view.
-  const std::optional<V2d> probed = cursor && !panel_.holds() ? cursor : wished_probe_;
-  if (change != Change::none || size != wished_size_ || probed != wished_probe_) wish(change, size, probed);
+  const std::optional<V2d> probed = cursor && !panel_.holds() ? cursor : requested_probe_;
+  if (change != Change::none || size != requested_size_ || probed != requested_probe_)
+    send_request(change, size, probed);
   if (change != Change::none) settling_ = frames_to_settle;
   constexpr std::array<GLfloat, 4> black{0, 0, 0, 1};
   gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -146,7 +147,7 @@ Result<bool> ShowLoop::step() {
   gl_.Finish();
   window_seconds_ = seconds_since(start);
   longest_step_ = std::max(longest_step_, window_seconds_);
-  // What came before the wish to close is shown first.
+  // Events before the request to close are shown first.
   if (request.close || window_.wants_to_close()) closes_ = true;
   if (closes_ && !closes_after_ && (finished_ || !options_.tells_the_end)) closes_after_ = 1;
   return closes_after_ && (*closes_after_)-- == 0;
@@ -155,55 +156,55 @@ Result<bool> ShowLoop::step() {
 /// Empty for a fabric.
 std::string ShowLoop::command() const {
   if (has_ending(input_, ".exr")) return {};
-  return command_of(input_, picture_->own_lights, state_, wished_size_);
+  return command_of(input_, picture_->own_lights, state_, requested_size_);
 }
 
-void ShowLoop::wish(Change change, const V2i& size, const std::optional<V2d>& probed) {
-  wish_number_ = background_.set_wish({state_, change, size, probed, era_});
-  wished_size_ = size;
-  wished_probe_ = probed;
+void ShowLoop::send_request(Change change, const V2i& size, const std::optional<V2d>& probed) {
+  request_number_ = background_.request({state_, change, size, probed, generation_});
+  requested_size_ = size;
+  requested_probe_ = probed;
   finished_ = false;
 }
 
-/// What the thread of the picture has to tell.
+/// Takes the updates of the picture's thread.
 Result<void> ShowLoop::receive() {
-  PictureNews news = background_.poll();
-  if (news.failure) return tl::unexpected(*news.failure);
-  if (!news.messages.empty()) message_ = fmt::format("{}", fmt::join(news.messages, "\n"));
-  for (const auto& environment : news.environments) {
+  RenderUpdate update = background_.poll();
+  if (update.failure) return tl::unexpected(*update.failure);
+  if (!update.messages.empty()) message_ = fmt::format("{}", fmt::join(update.messages, "\n"));
+  for (const auto& environment : update.environments) {
     state_.environments.push_back(environment);
     state_.environment = static_cast<int>(state_.environments.size()) - 1;
     pending_ = Change::frame;
   }
-  for (OfferedFabric& offer : news.offers) {
+  for (OfferedFabric& offer : update.offers) {
     const auto& made = offers_.emplace_back(std::make_unique<ShownOffer>(std::move(offer.path), gl_));
     made->picture.load(thumbnail_side, thumbnail_side, offer.picture.data());
   }
-  if (news.garment) {
-    input_ = news.garment->path;
-    if (news.garment->camera) first_camera_ = state_.camera = *news.garment->camera;
-    state_.worn = news.garment->worn;
+  if (update.garment) {
+    input_ = update.garment->path;
+    if (update.garment->camera) first_camera_ = state_.camera = *update.garment->camera;
+    state_.worn = update.garment->worn;
     state_.beside.reset();
     state_.hidden.clear();
   }
-  if (news.state) state_ = *news.state;
-  if (news.worn) {
-    state_.worn = *news.worn;
+  if (update.state) state_ = *update.state;
+  if (update.worn) {
+    state_.worn = *update.worn;
     state_.hidden.clear();
   }
-  if (news.state || news.garment || news.worn) {
+  if (update.state || update.garment || update.worn) {
     pending_ = Change::frame;
     aimed_.reset();
   }
-  era_ = news.era;
-  probe_ = news.probe;
-  if (news.probe && news.probe_wish == wish_number_) {
-    aimed_ = news.probed;
-    aim_ = news.probe->position;
+  generation_ = update.generation;
+  probe_ = update.probe;
+  if (update.probe && update.probe_request == request_number_) {
+    aimed_ = update.probed;
+    aim_ = update.probe->position;
   }
-  finished_ = news.finished && pending_ == Change::none;
-  if (!news.picture) return {};
-  picture_ = news.picture;
+  finished_ = update.finished && pending_ == Change::none;
+  if (!update.picture) return {};
+  picture_ = update.picture;
   shown_.load(picture_->width, picture_->height, picture_->bytes.data());
   return {};
 }

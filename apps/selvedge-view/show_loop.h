@@ -1,4 +1,4 @@
-// The loop of `show`: from the events to a wish, from the newest picture to the window.
+// The loop of `show`: from the events to a request, from the newest picture to the window.
 #pragma once
 
 #include <chrono>
@@ -29,7 +29,7 @@ class ShowLoop {
   Result<bool> step();
   /// The command line of the picture; empty for a fabric.
   std::string command() const;
-  void wish(Change change, const V2i& size, const std::optional<V2d>& probed);
+  void send_request(Change change, const V2i& size, const std::optional<V2d>& probed);
   /// Updates by the thread of the picture.
   Result<void> receive();
 
@@ -46,9 +46,9 @@ class ShowLoop {
   std::shared_ptr<const ShownPicture> picture_ = std::make_shared<const ShownPicture>();
   V2i window_size_{0, 0};
   Change pending_ = Change::scene;
-  V2i wished_size_{0, 0};
-  std::optional<V2d> wished_probe_;
-  int era_ = 0;
+  V2i requested_size_{0, 0};
+  std::optional<V2d> requested_probe_;
+  int generation_ = 0;
   bool finished_ = false;  ///< picture and probe answer the last request
   double window_seconds_ = 0;
   double longest_step_ = 0;  ///< seconds from events to the window that shows them
@@ -56,7 +56,7 @@ class ShowLoop {
   bool closes_ = false;
   std::optional<int> closes_after_;  ///< so many frames
   std::optional<PixelProbe> probe_;
-  std::uint64_t wish_number_ = 0;
+  std::uint64_t request_number_ = 0;
   std::optional<V2d> aimed_;  ///< where the mouse was ...
   V3d aim_{0, 0, 0};          ///< ... over this point, world, m
   const std::optional<PixelProbe> no_probe_;

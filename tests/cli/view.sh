@@ -11,7 +11,7 @@ png_size() {
 
 test_render_turntable_draws_every_frame_once_around() {
   make_scene
-  selvedge-view render quad.glb -o turn.png -o turn.exr --size 60x40 --turntable 4 --elevation 20 --stats turn.json
+  selvedge-view render quad.glb -o turn.png -o turn.exr --size 60x40 --turntable 4 --elevation 20 --json >turn.json
   [ "$(echo turn*)" = 'turn-0001.exr turn-0001.png turn-0002.exr turn-0002.png turn-0003.exr turn-0003.png turn-0004.exr turn-0004.png turn.json' ] || fail "$(echo turn*)"
   holds 'r.frames === 4 && r.width === 60 && r.height === 40 && r.seconds.evaluation > 0' turn.json
   [ "$(png_size turn-0003.png)" = 60x40 ] || fail "$(png_size turn-0003.png)"
@@ -32,27 +32,6 @@ test_render_turntable_leaves_all_frames_or_none() {
   refuses OPTION_OUT_OF_RANGE --turntable selvedge-view render quad.glb -o many.png --size 20x20 --turntable 721
   exits 2 selvedge-view render quad.glb -o turn.png --turntable 0
   exits 2 selvedge-view render k.fabric.exr -o turn.png --turntable 4
-}
-
-test_render_compare_puts_two_scenes_beside_each_other() {
-  make_scene
-  make_plane_fabric
-  selvedge-view render quad.glb -o one.exr --size 50x40 --quiet
-  selvedge-view render quad.glb -o both.exr -o both.png --size 50x40 --compare quad.glb --stats both.json --quiet
-  [ "$(png_size both.png)" = 104x40 ] || fail "$(png_size both.png)"
-  holds 'r.compare.input === "quad.glb" && r.compare.coveredPixels === r.coveredPixels' both.json
-  selvedge-view render quad.glb -o fabric.png --size 50x40 --compare plane.fabric.exr --quiet
-  selvedge-view render quad.glb -o scene.png --size 50x40 --compare quad.glb --quiet
-  differ fabric.png scene.png
-  same scene.png both.png
-  # The other fabric by itself: dressed in it, the quad looks the same but for the rounding of its repeats.
-  selvedge dress quad.gltf plane.fabric.exr -o plane.glb --all --quiet
-  selvedge-view render quad.glb -o dressed.png --size 50x40 --compare plane.glb --quiet
-  exits 0 compare-pictures fabric.png dressed.png --max 0.01
-  refuses FILE_MISSING nothing.glb selvedge-view render quad.glb -o x.png --compare nothing.glb
-  cut_short plane.fabric.exr short.fabric.exr
-  refuses FILE_DAMAGED short.fabric.exr selvedge-view render quad.glb -o x.png --compare short.fabric.exr
-  exits 2 selvedge-view render k.fabric.exr -o x.png --compare quad.glb
 }
 
 test_render_tone_curves_are_those_of_the_help() {
@@ -86,7 +65,7 @@ test_render_tone_curves_are_those_of_the_help() {
   exits 2 selvedge-view render plane.fabric.exr -o x.png --tone-map filmic
 }
 
-test_render_refuses_options_that_would_count_for_nothing() {
+test_render_refuses_options_that_would_have_no_effect() {
   make_scene
   exits 2 selvedge-view render k.fabric.exr -o s.png --azimuth 20
   exits 2 selvedge-view render k.fabric.exr -o s.png --variant red
@@ -96,7 +75,7 @@ test_render_refuses_options_that_would_count_for_nothing() {
     grep -q -- "^selvedge-view: $1: .*--help$" "$scratch/err" || fail "$*: $(cat "$scratch/err")"
   }
   local option
-  for option in '--turntable 2' '--compare quad.glb' '--zoom 2' '--focus 0,0' '--layers 2' '--ambient 1' '--size 20x20' --shadows; do
+  for option in '--turntable 2' '--zoom 2' '--focus 0,0' '--layers 2' '--ambient 1' '--size 20x20' --shadows; do
     # shellcheck disable=SC2086
     idle "${option% *}" k.fabric.exr $option
   done
@@ -120,39 +99,6 @@ test_render_refuses_options_that_would_count_for_nothing() {
   idle --filter quad.glb --path paper --filter area
   idle --points quad.glb --path paper --points 3
   [ ! -e s.png ] || fail "wrote s.png"
-}
-
-test_render_quality_is_a_set_of_options_and_those_given_beside_it_stay() {
-  make_scene
-  draw() {
-    local to=$1
-    shift
-    selvedge-view render quad.glb -o "$to.exr" --size 64x48 --elevation 15 "$@"
-  }
-  local best=(--filter area --level-blend on)
-  draw draft --quality draft
-  draw as-draft --filter nearest --level-blend on
-  same draft.exr as-draft.exr
-  draw standard --quality standard
-  draw as-standard "${best[@]}"
-  same standard.exr as-standard.exr
-  differ draft.exr standard.exr
-  draw high --quality high
-  draw as-high "${best[@]}" --level-bias -1.5 --points 3
-  same high.exr as-high.exr
-  draw reference --quality reference
-  draw as-reference "${best[@]}" --supersample 3
-  same reference.exr as-reference.exr
-  selvedge make plain-knit --set yarn=tube "${small[@]}" -o yarn.fabric.exr --quiet
-  for points in 1 3; do
-    selvedge-view render yarn.fabric.exr --place near --size 64x48 --quality high --points $points -o "$points.exr"
-  done
-  selvedge-view render yarn.fabric.exr --place near --size 64x48 --quality high -o high-yarn.exr
-  differ 1.exr 3.exr
-  same 3.exr high-yarn.exr
-  draw mixed --quality reference --supersample 1
-  draw as-mixed --filter area --level-blend on
-  same mixed.exr as-mixed.exr
 }
 
 # What lights of 1e-6 and 1e12 make is what a light of 1 makes, times that.
@@ -245,7 +191,7 @@ test_render_shadows_are_an_option() {
   local view=(quad.glb --size 60x40 --quiet --environment none)
   selvedge-view render "${view[@]}" -o plain.exr --no-shadows
   # A flat square shadows nothing: the same picture, made another way.
-  selvedge-view render "${view[@]}" --shadows -o shadows.exr --stats shadows.json
+  selvedge-view render "${view[@]}" --shadows -o shadows.exr --json >shadows.json
   exits 0 compare-pictures plain.exr shadows.exr --max 0
   holds 'r.seconds.shadows > 0' shadows.json
   # A second square before it, on the way of the light.
@@ -270,19 +216,9 @@ test_render_shadows_are_an_option() {
   exits 2 selvedge-view render quad.glb -o x.png --shadows=many
 }
 
-test_render_stats_are_a_file_or_standard_output() {
-  make_scene
-  exits 0 selvedge-view render quad.glb -o a.png --size 20x20 --stats -
-  holds '["prepare", "project", "geometry", "readBack", "evaluation", "filter", "read", "write", "total"].every(s => r.seconds[s] >= 0)'
-  exits 0 selvedge-view render quad.glb -o a.png --size 20x20 --stats a.json
-  [ ! -s "$scratch/out" ] || fail "both: $(cat "$scratch/out")"
-  holds 'r.verb === "render" && r.triangles === 2 && r.layers === 1' a.json
-  refuses FILE_UNWRITABLE missing selvedge-view render quad.glb -o b.png --stats missing/a.json
-}
-
 test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {
   make_scene
-  selvedge-view render quad.glb -o paper.png --size 60x40 --path paper --stats paper.json
+  selvedge-view render quad.glb -o paper.png --size 60x40 --path paper --json >paper.json
   holds 'r.path === "paper" && r.coveredPixels > 0 && r.seconds.geometry > 0 && r.seconds.evaluation > 0' paper.json
   selvedge-view render quad.glb -o hybrid.png --size 60x40 --filter nearest
   differ paper.png hybrid.png

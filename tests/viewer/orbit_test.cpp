@@ -9,7 +9,6 @@
 #include "tests/require.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/show/state.h"
-#include "viewer/turntable.h"
 
 namespace selvedge {
 namespace {
@@ -183,14 +182,6 @@ TEST_CASE("a turntable keeps its distance and shows everything all the way round
   // A quarter of the way.
   CHECK(cameras[3].right.dot(cameras[0].right) == doctest::Approx(0).epsilon(1e-9));
   CHECK(cameras[3].position.dot(cameras[0].right) > 0);
-}
-
-TEST_CASE("one frame is the camera that the options ask for") {
-  CameraOptions options;
-  options.azimuth = 33;
-  const std::vector<Camera> cameras = test::need(turntable(cube, aspect, options, 0));
-  REQUIRE(cameras.size() == 1);
-  CHECK(cameras[0].position == camera_of(options).position);
 }
 
 TEST_CASE("frames of a series are numbered from 1 with four digits") {

@@ -43,17 +43,14 @@ void round_to_paper_bits(const IndexScene& scene, PixelBlock& block, TexelInputs
     const float length2 = t.x[lane] * t.x[lane] + t.y[lane] * t.y[lane] + t.z[lane] * t.z[lane];
     if (!(length2 > min_tangent2)) t.x[lane] = t.y[lane] = t.z[lane] = 0;
 
-    const std::vector<PackedLevel>& levels = scene.fabrics[fabric].levels;
-    const auto last = static_cast<float>(levels.size() - 1);
-    if (scene.levels.forced < 0) {
-      // OpenGL's level, without the sharper blending of other pictures; the first for NaN.
-      const float exact = std::log2(texels.size[lane]);
-      const float level = exact > 0 ? std::min(exact, last) : 0.0F;
-      const float blue = std::round(level * level_step) / level_step;
-      texels.lower[lane] = scene.levels.blend ? std::floor(level) : std::round(level);
-      texels.upper[lane] = std::min(texels.lower[lane] + 1, last);
-      texels.weight[lane] = scene.levels.blend ? std::clamp(blue - texels.lower[lane], 0.0F, 1.0F) : 0.0F;
+    if (scene.levels.blend) {
+      const float blue = std::round((texels.lower[lane] + texels.weight[lane]) * level_step) / level_step;
+      texels.weight[lane] = std::clamp(blue - texels.lower[lane], 0.0F, 1.0F);
+    } else if (texels.weight[lane] > 0) {
+      texels.lower[lane] = texels.upper[lane];
+      texels.weight[lane] = 0;
     }
+    const std::vector<PackedLevel>& levels = scene.fabrics[fabric].levels;
     const PackedLevel& finer = levels[static_cast<std::size_t>(texels.lower[lane])];
     texels.u[lane] = middle_of_texel(texels.u[lane], finer.width);
     texels.v[lane] = middle_of_texel(texels.v[lane], finer.height);

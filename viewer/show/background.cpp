@@ -2,14 +2,21 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <utility>
 
 #include "format/base/guard.h"
+#include "format/base/option_text.h"
+#include "format/fabric/file.h"
+#include "format/picture/environment.h"
+#include "format/picture/image.h"
+#include "viewer/load.h"
+#include "viewer/scene/change_fabrics.h"
 
 namespace selvedge {
 namespace {
 
-/// How long a wish has to stay before its picture is drawn in full, as the mouse may still move.
+/// How long a request has to stay before its picture is drawn in full, as the mouse may still move.
 constexpr std::chrono::milliseconds still_after{100};
 
 ShownPicture shown(const ShowPicture& picture, int divisor, std::int64_t frames) {
@@ -37,13 +44,13 @@ ShownPicture shown(const ShowPicture& picture, int divisor, std::int64_t frames)
 }  // namespace
 
 BackgroundPicture::BackgroundPicture(std::unique_ptr<ShowPicture> picture, std::string garment,
-                                     std::string name, const SceneLimits& limits, Tailor tailor,
+                                     std::string name, const SceneLimits& limits, GarmentWriter writer,
                                      std::function<void()> wake)
     : picture_(std::move(picture)),
       garment_(std::move(garment)),
       name_(std::move(name)),
       limits_(limits),
-      tailor_(std::move(tailor)),
+      garment_writer_(std::move(writer)),
       wake_(std::move(wake)),
       thread_([this] { run(); }) {}
 
@@ -58,87 +65,99 @@ BackgroundPicture::~BackgroundPicture() {
   thread_.join();
 }
 
-std::uint64_t BackgroundPicture::set_wish(PictureWish wish) {
+std::uint64_t BackgroundPicture::request(RenderRequest request) {
   std::uint64_t number = 0;
   {
     const std::lock_guard lock(mutex_);
-    if (next_) wish.change = std::max(wish.change, next_->change);
-    if (wish.change != Change::none) interrupted_ = true;
+    if (next_) request.change = std::max(request.change, next_->change);
+    if (request.change != Change::none) interrupted_ = true;
     asked_ = true;
-    next_ = std::move(wish);
-    news_.finished = false;
-    number = ++wishes_;
+    next_ = std::move(request);
+    update_.finished = false;
+    number = ++requests_;
   }
   there_is_work_.notify_one();
   return number;
 }
 
-void BackgroundPicture::ask(const std::string& path,
-                            Result<std::string> (BackgroundPicture::*action)(const std::string&),
-                            Tasks& tasks) {
+void BackgroundPicture::ask(const std::string& path, Action action, When when) {
   {
     const std::lock_guard lock(mutex_);
-    tasks.push_back({path, action});
-    if (&tasks == &urgent_) interrupted_ = asked_ = true;
-    news_.finished = false;
+    tasks_.push_back({when, path, action});
+    if (when == When::at_once) interrupted_ = asked_ = true;
+    update_.finished = false;
   }
   there_is_work_.notify_one();
 }
 
-PictureNews BackgroundPicture::poll() {
-  const std::lock_guard lock(mutex_);
-  PictureNews rest;
-  rest.finished = news_.finished;
-  rest.era = news_.era;
-  rest.probed = news_.probed;
-  rest.probe = news_.probe;
-  rest.probe_wish = news_.probe_wish;
-  return std::exchange(news_, std::move(rest));
+/// The tasks whose time has come, under the mutex: all that are for at once, or one of the others.
+std::vector<BackgroundPicture::Task> BackgroundPicture::take_tasks() {
+  const auto take = [&](When when, std::size_t most) {
+    std::vector<Task> taken;
+    for (auto task = tasks_.begin(); task != tasks_.end() && taken.size() < most;) {
+      if (task->when != when) {
+        ++task;
+        continue;
+      }
+      taken.push_back(std::move(*task));
+      task = tasks_.erase(task);
+    }
+    return taken;
+  };
+  std::vector<Task> tasks = take(When::at_once, tasks_.size());
+  if (!tasks.empty() || probes_ || stage_ < Stage::samples) return tasks;
+  if (stage_ == Stage::rest) tasks = take(When::at_rest, 1);
+  return tasks.empty() ? take(When::between_samples, 1) : tasks;
 }
 
-/// Changes the news under the mutex, then wakes the window.
-void BackgroundPicture::tell(const std::function<void(PictureNews&)>& change) {
+RenderUpdate BackgroundPicture::poll() {
+  const std::lock_guard lock(mutex_);
+  RenderUpdate rest;
+  rest.finished = update_.finished;
+  rest.generation = update_.generation;
+  rest.probed = update_.probed;
+  rest.probe = update_.probe;
+  rest.probe_request = update_.probe_request;
+  return std::exchange(update_, std::move(rest));
+}
+
+/// Changes the update under the mutex, then wakes the window.
+void BackgroundPicture::tell(const std::function<void(RenderUpdate&)>& change) {
   {
     const std::lock_guard lock(mutex_);
-    change(news_);
-    news_.finished = !next_ && urgent_.empty() && soon_.empty() && at_rest_.empty() &&
-                     (stage_ == Stage::samples || stage_ == Stage::rest) && !probes_;
+    change(update_);
+    update_.finished = !next_ && tasks_.empty() && stage_ >= Stage::samples && !probes_;
   }
   wake_();
 }
 
 void BackgroundPicture::tell_message(const std::string& message) {
-  tell([&](PictureNews& news) { news.messages.push_back(message); });
+  tell([&](RenderUpdate& update) { update.messages.push_back(message); });
 }
 
 void BackgroundPicture::run() {
   for (;;) {
-    Tasks tasks;
+    std::vector<Task> tasks;
     {
       std::unique_lock lock(mutex_);
-      const auto is_asked = [&] { return closes_ || next_ || !urgent_.empty(); };
+      const auto is_asked = [&] {
+        return closes_ || next_ || std::ranges::find(tasks_, When::at_once, &Task::when) != tasks_.end();
+      };
       if (stage_ == Stage::full) there_is_work_.wait_for(lock, still_after, is_asked);
-      there_is_work_.wait(lock, [&] {
-        return is_asked() || stage_ != Stage::rest || probes_ || !soon_.empty() || !at_rest_.empty();
-      });
+      there_is_work_.wait(lock,
+                          [&] { return is_asked() || stage_ != Stage::rest || probes_ || !tasks_.empty(); });
       if (closes_) break;
-      tasks.swap(urgent_);
       interrupted_ = false;
       asked_ = false;
       if (next_) {
-        number_ = wishes_;
+        number_ = requests_;
         take(*std::exchange(next_, std::nullopt));
       }
-      const bool drawn = (stage_ == Stage::samples || stage_ == Stage::rest) && !probes_ && tasks.empty();
-      Tasks& patient = stage_ == Stage::rest && !at_rest_.empty() ? at_rest_ : soon_;
-      if (drawn && !patient.empty()) {
-        tasks.push_back(std::move(patient.front()));
-        patient.pop_front();
-      }
+      tasks = take_tasks();
     }
     for (const Task& task : tasks) perform(task);
     if (const auto good = guarded("", [&] { return step(); }); !good) {
-      tell([&](PictureNews& news) { news.failure = good.error(); });
+      tell([&](RenderUpdate& update) { update.failure = good.error(); });
       break;
     }
   }
@@ -148,23 +167,23 @@ void BackgroundPicture::run() {
 
 void BackgroundPicture::perform(const Task& task) {
   const Result<std::string> said = guarded(task.path, [&] { return (this->*task.action)(task.path); });
-  tell([&](PictureNews& news) {
+  tell([&](RenderUpdate& update) {
     // Of the fabrics of a folder, only the faults are worth a line.
     if (!said || task.action != &BackgroundPicture::offer)
-      news.messages.push_back(said ? *said : to_line(said.error()));
+      update.messages.push_back(said ? *said : to_line(said.error()));
   });
 }
 
-void BackgroundPicture::take(PictureWish wish) {
-  if (wish.era != era_) return;
-  if (wish.size != wish_.size) wish.change = std::max(wish.change, Change::frame);
-  change_ = std::max(change_, wish.change);
+void BackgroundPicture::take(RenderRequest request) {
+  if (request.generation != generation_) return;
+  if (request.size != request_.size) request.change = std::max(request.change, Change::frame);
+  change_ = std::max(change_, request.change);
   if (change_ != Change::none) stage_ = Stage::first;
   probes_ = true;
-  wish_ = std::move(wish);
+  request_ = std::move(request);
 }
 
-/// One step of the way from the wish to its best picture.
+/// One step of the way from the request to its best picture.
 Result<void> BackgroundPicture::step() {
   if (stage_ == Stage::first) return draw_first();
   if (stage_ == Stage::full) {
@@ -178,25 +197,25 @@ Result<void> BackgroundPicture::step() {
   return {};
 }
 
-/// The first picture of the wish, which is small where a large one takes long.
+/// The first picture of the request, which is small where a large one takes long.
 Result<void> BackgroundPicture::draw_first() {
   const int divisor =
       change_ == Change::display ? divisor_ : size_divisor(full_seconds_, first_picture_seconds);
-  if (auto good = picture_->update(wish_.state, change_, wish_.size, divisor, &closes_); !good) {
+  if (auto good = picture_->update(request_.state, change_, request_.size, divisor, &closes_); !good) {
     if (!good_) return good;
     // Back to the last good state, as not every path draws everything.
-    wish_.state = *good_;
-    ++era_;
-    tell([&](PictureNews& news) {
-      news.messages.push_back(to_line(good.error()));
-      news.state = *good_;
-      news.era = era_;
+    request_.state = *good_;
+    ++generation_;
+    tell([&](RenderUpdate& update) {
+      update.messages.push_back(to_line(good.error()));
+      update.state = *good_;
+      update.generation = generation_;
     });
     change_ = Change::scene;
-    if (auto again = picture_->update(wish_.state, change_, wish_.size, divisor, &closes_); !again)
+    if (auto again = picture_->update(request_.state, change_, request_.size, divisor, &closes_); !again)
       return again;
   }
-  good_ = wish_.state;
+  good_ = request_.state;
   divisor_ = divisor;
   if (std::exchange(change_, Change::none) >= Change::frame) {
     ++frames_;
@@ -205,13 +224,13 @@ Result<void> BackgroundPicture::draw_first() {
   stage_ = divisor > 1 ? Stage::full : Stage::samples;
   show();
   // The wheel wants to know what is under the mouse; the probe of the full picture follows.
-  if (divisor > 1 && wish_.probed) probe();
+  if (divisor > 1 && request_.probed) probe();
   return {};
 }
 
 void BackgroundPicture::draw_in_full() {
-  const auto good = picture_->update(wish_.state, Change::frame, wish_.size, 1, &interrupted_);
-  // What was drawn in part is of no use, not even for another display of it.
+  const auto good = picture_->update(request_.state, Change::frame, request_.size, 1, &interrupted_);
+  // A part of a picture is of no use, not even for another display of it.
   if (!good || interrupted_) change_ = std::max(change_, Change::frame);
   if (!good) {
     // The small picture stays.
@@ -231,48 +250,186 @@ void BackgroundPicture::draw_in_full() {
 }
 
 void BackgroundPicture::add_samples() {
-  const Result<bool> more = picture_->refine(wish_.state, &asked_);
+  const Result<bool> more = picture_->refine(request_.state, &asked_);
   if (more && *more) {
     show();
   } else if (!more || !asked_) {
     stage_ = Stage::rest;
-    tell([&](PictureNews& news) {
-      if (!more) news.messages.push_back(to_line(more.error()));
+    tell([&](RenderUpdate& update) {
+      if (!more) update.messages.push_back(to_line(more.error()));
     });
   }
 }
 
 void BackgroundPicture::show(const std::optional<ShownGarment>& garment) {
   auto picture = std::make_shared<const ShownPicture>(shown(*picture_, divisor_, frames_));
-  tell([&](PictureNews& news) {
-    news.picture = std::move(picture);
+  tell([&](RenderUpdate& update) {
+    update.picture = std::move(picture);
     if (!garment) return;
-    news.garment = garment;
-    news.state.reset();
-    news.worn.reset();
-    news.era = era_;
-    news.probed.reset();
-    news.probe.reset();
+    update.garment = garment;
+    update.state.reset();
+    update.worn.reset();
+    update.generation = generation_;
+    update.probed.reset();
+    update.probe.reset();
   });
 }
 
 void BackgroundPicture::probe() {
   std::optional<PixelProbe> seen;
   std::string message;
-  if (wish_.probed) {
-    Result<std::optional<PixelProbe>> found = picture_->probe(*wish_.probed);
+  if (request_.probed) {
+    Result<std::optional<PixelProbe>> found = picture_->probe(*request_.probed);
     if (found) {
       seen = std::move(*found);
     } else {
       message = to_line(found.error());
     }
   }
-  tell([&](PictureNews& news) {
-    news.probed = wish_.probed;
-    news.probe = std::move(seen);
-    news.probe_wish = number_;
-    if (!message.empty()) news.messages.push_back(message);
+  tell([&](RenderUpdate& update) {
+    update.probed = request_.probed;
+    update.probe = std::move(seen);
+    update.probe_request = number_;
+    if (!message.empty()) update.messages.push_back(message);
   });
+}
+
+// Actions about files.
+
+Result<std::string> BackgroundPicture::add(const std::string& path) {
+  std::error_code unknown;
+  if (std::filesystem::is_directory(path, unknown)) {
+    const std::vector<std::string> fabrics = fabrics_in(path);
+    if (fabrics.empty()) return fail(Code::file_missing, path, {}, "there is no fabric file in this folder");
+    for (const std::string& fabric : fabrics) {
+      if (offered_.insert(fabric).second) ask(fabric, &BackgroundPicture::offer, When::between_samples);
+    }
+  } else if (has_ending(path, ".glb") || has_ending(path, ".gltf")) {
+    return show_garment(path, path, false);
+  } else if (const auto fabric = FabricReader::open(path)) {
+    if (wears_nothing()) return put_on(path);
+    if (auto good = add_fabric(path); !good) return tl::unexpected(good.error());
+    change_ = Change::scene;
+    stage_ = Stage::first;
+  } else if (const auto read = read_environment(path, {}, limits_.document.memory)) {
+    tell([&](RenderUpdate& update) {
+      update.environments.push_back(
+          std::make_shared<const Surroundings>(Surroundings{path, *read, divide(*read)}));
+    });
+  } else {
+    return tl::unexpected(has_ending(path, ".exr") ? fabric.error() : read.error());
+  }
+  return std::string();
+}
+
+Result<void> BackgroundPicture::add_fabric(const std::string& path) {
+  if (added_.contains(path)) return {};
+  if (auto good = picture_->add_fabric(path); !good) return good;
+  added_[path] = static_cast<int>(picture_->fabrics().size()) - 1;
+  return {};
+}
+
+Result<std::string> BackgroundPicture::offer(const std::string& path) {
+  Result<OfferedFabric> offered = offer_of(path, limits_.document.memory, asked_);
+  if (!offered) return tl::unexpected(offered.error());
+  if (asked_) {
+    ask(path, &BackgroundPicture::offer, When::between_samples);  // the picture comes first
+  } else {
+    tell([&](RenderUpdate& update) { update.offers.push_back(std::move(*offered)); });
+  }
+  return std::string();
+}
+
+bool BackgroundPicture::wears_nothing() const {
+  return std::ranges::all_of(fabrics_of(picture_->scene()), [](int fabric) { return fabric < 0; });
+}
+
+Result<std::string> BackgroundPicture::put_on(const std::string& path) {
+  if (wears_nothing()) {
+    const Result<std::string> dressed = garment_writer_.dress(garment_, path);
+    if (!dressed) return tl::unexpected(dressed.error());
+    return show_garment(*dressed, name_, true);
+  }
+  if (auto good = add_fabric(path); !good) return tl::unexpected(good.error());
+  std::vector<int> worn = fabrics_of(picture_->scene());
+  for (int& fabric : worn) fabric = fabric < 0 ? -1 : added_[path];
+  request_.state.worn.fabrics = worn;
+  request_.state.hidden.clear();
+  change_ = Change::scene;
+  stage_ = Stage::first;
+  ++generation_;
+  tell([&](RenderUpdate& update) {
+    update.worn = request_.state.worn;
+    update.generation = generation_;
+  });
+  return std::string();
+}
+
+/// The garment before stays until a picture of the other one is there. `name`: of what the user has opened.
+Result<std::string> BackgroundPicture::show_garment(const std::string& path, const std::string& name,
+                                                    bool keeps_camera) {
+  Result<LoadedScene> scene = load_scene(path, {}, limits_);
+  if (!scene) return tl::unexpected(scene.error());
+  std::string remarks;
+  for (const std::string& remark : scene->scene.remarks) remarks += (remarks.empty() ? "" : "\n") + remark;
+  auto picture = ShowPicture::create(std::move(scene->scene), std::move(scene->fabrics));
+  if (!picture) return tl::unexpected(picture.error());
+  const double aspect = static_cast<double>(request_.size.x) / request_.size.y;
+  const Result<ShowState> first = (*picture)->first_state({}, aspect);
+  if (!first) return tl::unexpected(first.error());
+  ShowState state = request_.state;
+  if (!keeps_camera) state.camera = first->camera;
+  state.worn = first->worn;
+  state.beside.reset();
+  state.hidden.clear();
+  const int divisor = size_divisor(1e9, first_picture_seconds);
+  if (auto good = (*picture)->update(state, Change::scene, request_.size, divisor, &closes_); !good)
+    return tl::unexpected(good.error());
+  picture_ = std::move(*picture);
+  good_ = request_.state = std::move(state);
+  divisor_ = divisor;
+  change_ = Change::none;
+  stage_ = Stage::full;
+  probes_ = true;
+  garment_ = path;
+  name_ = name;
+  added_.clear();
+  ++frames_;
+  ++generation_;
+  full_seconds_ = picture_->draw_seconds() * divisor * divisor;
+  show(ShownGarment{name, keeps_camera ? std::nullopt : std::optional(first->camera), first->worn});
+  return remarks;
+}
+
+namespace {
+
+std::string free_file(const std::string& stem, const char* ending) {
+  std::string path;
+  std::error_code unknown;
+  for (int i = 1; path.empty() || std::filesystem::exists(path, unknown); ++i)
+    path = stem + "-" + std::to_string(i) + ending;
+  return path;
+}
+
+}  // namespace
+
+Result<std::string> BackgroundPicture::write_picture(const std::string& stem) {
+  const Frame& frame = picture_->frame();
+  Image image{frame.width, frame.height, 3, {}};
+  image.pixels.reserve(frame.pixels.size() * 3);
+  for (std::size_t i = 0; i < picture_->bytes().size(); ++i) {
+    if (i % 4 != 3) image.pixels.push_back(static_cast<float>(picture_->bytes()[i]) / 255);
+  }
+  const std::string path = free_file(stem, ".png");
+  if (const auto good = write_png(path, image, Transfer::keep); !good) return tl::unexpected(good.error());
+  return "saved " + path;
+}
+
+Result<std::string> BackgroundPicture::write_garment(const std::string& stem) {
+  const std::string path = free_file(stem, ".glb");
+  Result<std::string> remarks = garment_writer_.save(garment_, picture_->dressed(), path);
+  if (!remarks) return remarks;
+  return "saved " + path + (remarks->empty() ? "" : "\n" + *remarks);
 }
 
 }  // namespace selvedge

@@ -17,20 +17,21 @@
 
 namespace selvedge {
 
-/// What a window wants to see.
-struct PictureWish {
+/// The picture that a window asks for.
+struct RenderRequest {
   ShowState state;
-  Change change = Change::none;    ///< since the last wish
+  Change change = Change::none;    ///< since the last request
   V2i size{1, 1};                  ///< of the picture, pixels
   std::optional<V2d> probed = {};  ///< a point of it, as in ShowPicture::probe()
-  int era = 0;  ///< PictureNews::era, on which the state is based; a wish of an older one is dropped
+  int generation =
+      0;  ///< RenderUpdate::generation, on which the state is based; a request of an older one is dropped
 };
 
 /// A picture, and what the panel tells of it and of the scene.
 struct ShownPicture {
   int width = 0;
   int height = 0;
-  int divisor = 1;                  ///< it is smaller than the wish by so much per side
+  int divisor = 1;                  ///< it is smaller than the request by so much per side
   std::vector<std::uint8_t> bytes;  ///< in display.h's form
   Camera camera;
   std::vector<Light> lights;
@@ -45,36 +46,36 @@ struct ShownPicture {
   std::vector<Light> own_lights;  ///< of the scene's file
 };
 
-/// What the window takes over of another garment.
+/// Another garment, which the window shows from now on.
 struct ShownGarment {
   std::string path;
-  std::optional<CameraOptions> camera;  ///< none: that of the window stays
-  Outfit worn;
+  std::optional<CameraOptions> camera;  ///< nullopt: the window keeps its camera
+  FabricChoice worn;
 };
 
-/// What happened since the last look.
-struct PictureNews {
+/// Changes since the last poll().
+struct RenderUpdate {
   std::shared_ptr<const ShownPicture> picture;  ///< null: no other than before
-  /// What lies at the last point that was probed, PictureWish::probed.
+  /// The last point that was probed (RenderRequest::probed), and the surface there.
   std::optional<V2d> probed;
   std::optional<PixelProbe> probe;
-  std::uint64_t probe_wish = 0;  ///< the number of its wish
+  std::uint64_t probe_request = 0;  ///< the number of its request
   /// The window goes on from another garment, of which `picture` is, too, or from the last good state, as the
-  /// wish could not be drawn. Wishes of the era before are dropped.
+  /// request could not be drawn. Requests of the generation before are dropped.
   std::optional<ShownGarment> garment;
   std::optional<ShowState> state;
-  std::optional<Outfit> worn;  ///< was put on, after all of these; the era is another, too
-  int era = 0;
+  std::optional<FabricChoice> worn;  ///< was put on, after all of these; the generation is another, too
+  int generation = 0;
   std::vector<std::shared_ptr<const Surroundings>> environments;  ///< that were added
   std::vector<OfferedFabric> offers;                              ///< that were added
   std::vector<std::string> messages;  ///< errors and remarks, a line each; an empty one: a file was added
   std::optional<Error> failure;       ///< nothing can be drawn any more
-  /// The last wish has its picture in full size, and its probe.
+  /// The last request has its picture in full size, and its probe.
   bool finished = false;
 };
 
-/// What changes files of garments, beyond the viewer. Called from the thread of the picture.
-struct Tailor {
+/// Functions that write files of garments; called from the thread of the picture.
+struct GarmentWriter {
   /// Dresses a garment in a fabric, and returns the file of the result, which nothing else uses.
   std::function<Result<std::string>(const std::string& garment, const std::string& fabric)> dress;
   /// Writes a garment as it is worn. Returns remarks.
@@ -88,50 +89,52 @@ inline constexpr double first_picture_seconds = 0.05;
 class BackgroundPicture {
  public:
   /// `garment`: the file of the picture's scene, `name` the one that the user has named. Calls `wake` from
-  /// its thread whenever there is news. `limits` are those of garments that are added.
+  /// its thread whenever there is an update. `limits` hold for garments that are added.
   BackgroundPicture(std::unique_ptr<ShowPicture> picture, std::string garment, std::string name,
-                    const SceneLimits& limits, Tailor tailor, std::function<void()> wake);
+                    const SceneLimits& limits, GarmentWriter writer, std::function<void()> wake);
   /// Ends what is being drawn.
   ~BackgroundPicture();
   BackgroundPicture(const BackgroundPicture&) = delete;
   BackgroundPicture& operator=(const BackgroundPicture&) = delete;
 
-  /// Replaces the wish before; a change ends what is being drawn for that, except its small first picture.
-  /// Returns the wish's number.
-  std::uint64_t set_wish(PictureWish wish);
+  /// Replaces the request before; a change ends what is being drawn for that, except its small first picture.
+  /// Returns the request's number.
+  std::uint64_t request(RenderRequest request);
   /// Adds a fabric, a folder of fabrics or an environment to choose from, or shows another garment.
-  void add_file(const std::string& path) { ask(path, &BackgroundPicture::add, urgent_); }
+  void add_file(const std::string& path) { ask(path, &BackgroundPicture::add, When::at_once); }
   /// Puts a fabric on everything that wears one, or dresses a garment on which nothing does.
-  void wear(const std::string& path) { ask(path, &BackgroundPicture::put_on, urgent_); }
+  void wear(const std::string& path) { ask(path, &BackgroundPicture::put_on, When::at_once); }
   /// Writes the picture once it has all samples, to the first of STEM-1.png, STEM-2.png ... that is not
   /// there.
-  void save_picture(const std::string& stem) { ask(stem, &BackgroundPicture::write_picture, at_rest_); }
+  void save_picture(const std::string& stem) { ask(stem, &BackgroundPicture::write_picture, When::at_rest); }
   /// Writes the garment as it is worn then, to STEM-1.glb and so on.
-  void save_garment(const std::string& stem) { ask(stem, &BackgroundPicture::write_garment, at_rest_); }
-  PictureNews poll();
+  void save_garment(const std::string& stem) { ask(stem, &BackgroundPicture::write_garment, When::at_rest); }
+  RenderUpdate poll();
 
  private:
+  enum class When { at_once, between_samples, at_rest };
+  using Action = Result<std::string> (BackgroundPicture::*)(const std::string& path);
   struct Task {
+    When when;
     std::string path;
-    Result<std::string> (BackgroundPicture::*action)(const std::string& path);
+    Action action;
   };
-  using Tasks = std::deque<Task>;
 
-  void ask(const std::string& path, Result<std::string> (BackgroundPicture::*action)(const std::string&),
-           Tasks& tasks);
+  void ask(const std::string& path, Action action, When when);
+  std::vector<Task> take_tasks();
   void perform(const Task& task);
 
-  /// What is to be done next for the wish.
+  /// The next step for the request.
   enum class Stage { first, full, samples, rest };
 
   void run();
-  void take(PictureWish wish);
+  void take(RenderRequest request);
   Result<void> step();
   Result<void> draw_first();
   void draw_in_full();
   void add_samples();
   void probe();
-  // Tasks about a file, with what is to be said of it.
+  // Actions: each returns a message about the file.
   Result<std::string> add(const std::string& path);
   Result<void> add_fabric(const std::string& path);
   Result<std::string> offer(const std::string& path);
@@ -142,20 +145,18 @@ class BackgroundPicture {
   Result<std::string> show_garment(const std::string& path, const std::string& name, bool keeps_camera);
   void show(const std::optional<ShownGarment>& garment = {});
   void tell_message(const std::string& message);
-  void tell(const std::function<void(PictureNews&)>& change);
+  void tell(const std::function<void(RenderUpdate&)>& change);
 
   // Of the window and of the thread, under the mutex.
   std::mutex mutex_;
   std::condition_variable there_is_work_;
-  std::optional<PictureWish> next_;
-  std::uint64_t wishes_ = 0;
-  Tasks urgent_;
-  Tasks soon_;     ///< between samples of the picture
-  Tasks at_rest_;  ///< for which it has to be done
-  PictureNews news_;
+  std::optional<RenderRequest> next_;
+  std::uint64_t requests_ = 0;
+  std::deque<Task> tasks_;
+  RenderUpdate update_;
   std::atomic<bool> closes_{false};
   std::atomic<bool> interrupted_{false};  ///< what is drawn in full is not wanted any more
-  std::atomic<bool> asked_{false};        ///< there is a wish
+  std::atomic<bool> asked_{false};        ///< there is a request
 
   // Of the thread alone.
   std::unique_ptr<ShowPicture> picture_;
@@ -164,15 +165,15 @@ class BackgroundPicture {
   std::map<std::string, int> added_;  ///< fabrics, by file
   std::set<std::string> offered_;
   SceneLimits limits_;
-  Tailor tailor_;
+  GarmentWriter garment_writer_;
   std::function<void()> wake_;
-  PictureWish wish_;
-  std::uint64_t number_ = 0;      ///< of the wish
+  RenderRequest request_;
+  std::uint64_t number_ = 0;      ///< of the request
   Change change_ = Change::none;  ///< since the last picture
   int divisor_ = 1;               ///< of the last picture
-  int era_ = 0;
+  int generation_ = 0;
   Stage stage_ = Stage::rest;
-  bool probes_ = false;            ///< the probe of the wish is still to be made
+  bool probes_ = false;            ///< the probe of the request is still to be made
   std::optional<ShowState> good_;  ///< the last state that could be drawn
   double full_seconds_ = 1e9;      ///< for a picture of full size
   std::int64_t frames_ = 0;

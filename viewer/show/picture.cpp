@@ -70,9 +70,9 @@ Result<void> ShowPicture::load(const ShowState& state) {
   return load(*state.beside, sides_[1]);
 }
 
-Result<void> ShowPicture::load(const Outfit& outfit, Side& side) {
-  side.dressed = change_fabrics(scene_, fabrics_, outfit.fabrics);
-  fit_fabrics(outfit.fits, fabrics_, side.dressed);
+Result<void> ShowPicture::load(const FabricChoice& choice, Side& side) {
+  side.dressed = change_fabrics(scene_, fabrics_, choice.fabrics);
+  fit_fabrics(choice.fits, fabrics_, side.dressed);
   side.dressed.memory_left = scene_.memory_left / sides().size();
   Result<std::unique_ptr<Renderer>> renderer = Renderer::create(side.dressed, fabrics_, options_);
   if (!renderer) return tl::unexpected(renderer.error());

@@ -34,7 +34,7 @@ class ShowPicture {
                       const std::atomic<bool>* interrupted = nullptr);
 
   /// Adds the next of samples_at_rest x samples_at_rest samples of each pixel to the picture of the last
-  /// update(), in which they replace the first ones; after the last it is that of so much supersampling.
+  /// update(), in which they replace the first ones; after the last the picture has so much supersampling.
   /// Returns whether the picture changed: not if all are there or it was interrupted, and on the hybrid path
   /// alone.
   Result<bool> refine(const ShowState& state, const std::atomic<bool>* interrupted = nullptr);
@@ -48,7 +48,7 @@ class ShowPicture {
   const std::vector<Fabric>& fabrics() const { return fabrics_; }
   double size() const { return size_; }  ///< diagonal of the scene, m
 
-  /// What is worn, and left of the bar what is worn beside it.
+  /// The frame: left of the bar the fabrics that are compared with, else the worn ones.
   const Frame& frame() const { return two_ ? divided_ : sides_[0].frame; }
   const Camera& camera() const { return camera_; }
   const std::vector<Light>& lights() const { return options_.lights; }
@@ -58,7 +58,7 @@ class ShowPicture {
   double display_seconds() const { return display_seconds_; }
 
  private:
-  /// The scene in one outfit.
+  /// The scene in one choice.
   struct Side {
     Scene dressed;
     std::unique_ptr<Renderer> renderer;
@@ -72,7 +72,7 @@ class ShowPicture {
   std::span<Side> sides() { return {sides_.data(), two_ ? sides_.size() : 1}; }
   void drop_renderers();
   Result<void> load(const ShowState& state);
-  Result<void> load(const Outfit& outfit, Side& side);
+  Result<void> load(const FabricChoice& choice, Side& side);
   Result<void> draw(const ShowState& state);
   void display(const ShowState& state);
   void set_light(const ShowState& state);

@@ -23,7 +23,7 @@ struct Surroundings {
 };
 
 /// Fabrics of the materials.
-struct Outfit {
+struct FabricChoice {
   std::vector<int> fabrics;  ///< index into the fabrics; -1: the core material
   std::vector<FabricFit> fits;
 };
@@ -46,10 +46,10 @@ struct ShowState {
   LevelOptions levels;
   int layers = 8;
   int path = 0;  ///< a RenderPath
-  Outfit worn;
+  FabricChoice worn;
   std::vector<int> hidden;  ///< the fabrics while the core materials are shown, or empty
   /// Worn left of the bar, to be compared.
-  std::optional<Outfit> beside;
+  std::optional<FabricChoice> beside;
   float bar = 0.5F;  ///< in [0, 1], from the left side of the picture
   bool probes = true;
 };

@@ -43,7 +43,7 @@ ShowState state_of(const ShowPicture& picture) {
 
 /// Instead of the converter: whatever is dressed becomes a triangle without a fabric, and what is saved is
 /// names.
-Tailor tailor() {
+GarmentWriter garment_writer() {
   return {
       [](const std::string& garment, const std::string& fabric) -> Result<std::string> {
         test::write_bytes(fabric + ".gltf", triangle);
@@ -61,14 +61,14 @@ class Listener {
  public:
   explicit Listener(std::unique_ptr<ShowPicture> shown)
       : state(state_of(*shown)),
-        background(std::move(shown), "square.glb", "square.glb", {}, tailor(), [] {}) {}
+        background(std::move(shown), "square.glb", "square.glb", {}, garment_writer(), [] {}) {}
 
   /// Polls until `is_there`, which must be so within a time that only a dead thread takes.
   template <class Condition>
   void listen(Condition is_there) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
     do {
-      PictureNews now = background.poll();
+      RenderUpdate now = background.poll();
       REQUIRE_FALSE(now.failure.has_value());
       if (now.picture) picture = now.picture;
       if (now.garment) {
@@ -80,7 +80,7 @@ class Listener {
       for (const OfferedFabric& offer : now.offers) offers.push_back(offer);
       if (now.garment) garment = now.garment->path;
       for (const std::string& line : now.messages) message = line;
-      era = now.era;
+      generation = now.generation;
       finished = now.finished;
       probe = now.probe;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -90,8 +90,8 @@ class Listener {
   void listen_to_the_end() {
     listen([&] { return finished; });
   }
-  void wish(Change change, const std::optional<V2d>& probed = {}) {
-    background.set_wish({state, change, size, probed, era});
+  void send_request(Change change, const std::optional<V2d>& probed = {}) {
+    background.request({state, change, size, probed, generation});
   }
 
   ShowState state;
@@ -100,7 +100,7 @@ class Listener {
   std::vector<OfferedFabric> offers;
   std::string garment;
   std::string message;
-  int era = 0;
+  int generation = 0;
   bool finished = false;
   BackgroundPicture background;
 };
@@ -114,12 +114,12 @@ std::vector<std::uint8_t> bytes_at_rest(const ShowState& state) {
   return picture->bytes();
 }
 
-TEST_CASE("a picture made in the background ends as the one at rest, whatever was wished before") {
+TEST_CASE("a picture made in the background ends as the one at rest, whatever was requested before") {
   Listener window(picture_of(square()));
   for (int i = 0; i < 60; ++i) {
     window.state.camera.azimuth = i;
     window.state.display.exposure = i % 7 == 0 ? 2 : 1;
-    window.wish(i == 0 ? Change::scene : i % 7 == 0 ? Change::display : Change::frame);
+    window.send_request(i == 0 ? Change::scene : i % 7 == 0 ? Change::display : Change::frame);
     if (i % 10 == 0) window.listen([&] { return true; });
   }
   const std::vector<std::uint8_t> expected = bytes_at_rest(window.state);
@@ -128,12 +128,12 @@ TEST_CASE("a picture made in the background ends as the one at rest, whatever wa
   CHECK(window.picture->divisor == 1);
   // A further probe draws nothing.
   const std::int64_t frames = window.picture->frames;
-  window.wish(Change::none, V2d(0.5, 0.5));
+  window.send_request(Change::none, V2d(0.5, 0.5));
   window.listen_to_the_end();
   REQUIRE(window.probe);
   CHECK(window.probe->pixel == V2i(50, 40));
   CHECK(window.picture->frames == frames);
-  window.wish(Change::display);
+  window.send_request(Change::display);
   window.listen_to_the_end();
   CHECK(window.picture->frames == frames);
 }
@@ -156,29 +156,29 @@ TEST_CASE("an interrupted picture is drawn again in full") {
 
 TEST_CASE("what cannot be drawn is told, and the window goes back to what could be") {
   Listener window(picture_of(square()));
-  window.wish(Change::scene);
+  window.send_request(Change::scene);
   window.listen_to_the_end();
   const ShowState good = window.state;
   // More texels of a shadow map than are allowed.
   window.state.shadows = 1 << 30;
-  window.wish(Change::frame);
-  window.listen([&] { return window.era == 1 && window.finished; });
+  window.send_request(Change::frame);
+  window.listen([&] { return window.generation == 1 && window.finished; });
   CHECK(window.message.find("OPTION_OUT_OF_RANGE") != std::string::npos);
   CHECK(window.state.shadows == good.shadows);
   const std::vector<std::uint8_t> expected = bytes_at_rest(good);
   window.listen([&] { return window.picture->bytes == expected; });
-  // A wish that was made before the window knew is dropped.
+  // A request that was made before the window knew is dropped.
   ShowState late = good;
   late.worn.fabrics.clear();
-  window.background.set_wish({late, Change::scene, size, {}, 0});
-  window.wish(Change::none);
+  window.background.request({late, Change::scene, size, {}, 0});
+  window.send_request(Change::none);
   window.listen([&] { return window.finished && window.picture->bytes == expected; });
 }
 
 TEST_CASE("files that are added are another garment, an environment or an error") {
   const test::Folder folder;
   Listener window(picture_of(square()));
-  window.wish(Change::scene);
+  window.send_request(Change::scene);
   window.listen_to_the_end();
   const auto first = window.picture;
   window.background.add_file(folder / "none.glb");
@@ -189,8 +189,8 @@ TEST_CASE("files that are added are another garment, an environment or an error"
   CHECK(window.picture->materials == first->materials);
   test::write_bytes(folder / "triangle.gltf", triangle);
   window.background.add_file(folder / "triangle.gltf");
-  window.listen([&] { return window.era == 1; });
-  window.wish(Change::frame);
+  window.listen([&] { return window.generation == 1; });
+  window.send_request(Change::frame);
   window.listen_to_the_end();
   CHECK(window.message.empty());
   CHECK(window.picture->size == doctest::Approx(std::sqrt(8.0)));
@@ -204,7 +204,7 @@ TEST_CASE("the fabrics of a folder are offered with pictures, worn when chosen, 
   test::write_bytes(folder / "c.exr", "no fabric");
   test::write_bytes(folder / "d.txt", "no fabric either");
   Listener window(picture_of(square()));
-  window.wish(Change::scene);
+  window.send_request(Change::scene);
   window.background.add_file(folder.path().string());
   window.listen([&] { return window.offers.size() == 2 && window.finished; });
   CHECK(window.offers[0].path == folder / "a.exr");
@@ -216,11 +216,11 @@ TEST_CASE("the fabrics of a folder are offered with pictures, worn when chosen, 
   window.listen([&] { return window.message.find("c.exr") != std::string::npos; });
   const std::vector<std::uint8_t> before = window.picture->bytes;
   CHECK(switch_beside(window.state) == Change::scene);
-  window.wish(Change::scene);
+  window.send_request(Change::scene);
   window.listen_to_the_end();
   for (int i = 1; i <= 2; ++i) {  // the second time it is there
     window.background.wear(folder / "b.exr");
-    window.listen([&] { return window.era == i && window.finished; });
+    window.listen([&] { return window.generation == i && window.finished; });
     CHECK(window.state.worn.fabrics == std::vector<int>{1});
     CHECK(window.state.beside.has_value());
     CHECK(window.picture->fabric_names.size() == 2);
@@ -236,9 +236,9 @@ TEST_CASE("a fabric for a garment without one dresses it, under its own name") {
   test::write_bytes(folder / "plain.gltf", triangle);
   Listener window(picture_of(square()));
   window.background.add_file(folder / "plain.gltf");
-  window.listen([&] { return window.era == 1; });
+  window.listen([&] { return window.generation == 1; });
   window.background.wear(folder / "knit");
-  window.listen([&] { return window.era == 2; });
+  window.listen([&] { return window.generation == 2; });
   CHECK(window.garment == folder / "plain.gltf");
   window.listen_to_the_end();
 }

@@ -89,7 +89,7 @@ TEST_CASE("a picture at rest gets nine samples a pixel, and a change begins anew
   CHECK_FALSE(test::need(picture->refine(state)));
 }
 
-TEST_CASE("two outfits show side by side what each shows alone, at rest, wherever the bar is") {
+TEST_CASE("two choices of fabrics show side by side what each shows alone, at rest, wherever the bar is") {
   const V2i size(100, 80);
   const auto at_rest = [&](const ShowState& state) {
     auto picture = picture_of(two_squares(), two_fabrics());

@@ -6,6 +6,6 @@
 namespace selvedge {
 
 /// Dressed garments are files of a folder of its own, which goes with the last copy of the result.
-Result<Tailor> make_tailor(const SceneLimits& limits);
+Result<GarmentWriter> make_garment_writer(const SceneLimits& limits);
 
 }  // namespace selvedge

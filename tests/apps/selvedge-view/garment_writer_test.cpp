@@ -1,4 +1,4 @@
-#include "apps/selvedge-view/tailor.h"
+#include "apps/selvedge-view/garment_writer.h"
 
 #include <numbers>
 
@@ -10,9 +10,9 @@ namespace selvedge::test {
 
 TEST_CASE("what the window saves is worn as it was there, embedded or beside, turned, larger and tinted") {
   Workshop shop;
-  const Tailor tailor = need(make_tailor({}));
+  const GarmentWriter writer = need(make_garment_writer({}));
   // A garment without a fabric is dressed first.
-  const std::string dressed = need(tailor.dress(shop.garment, shop.fabric));
+  const std::string dressed = need(writer.dress(shop.garment, shop.fabric));
   LoadedScene open = need(load_scene(dressed));
   REQUIRE(open.scene.fabrics.size() == 1);
   CHECK(open.scene.fabrics[0].path.empty());
@@ -28,7 +28,7 @@ TEST_CASE("what the window saves is worn as it was there, embedded or beside, tu
       Scene worn = change_fabrics(open.scene, fabrics, std::vector<int>(open.scene.materials.size(), chosen));
       const std::vector<FabricFit> fits(worn.materials.size(), {1.5, turns, V3f(1, 0.5F, 0.25F)});
       fit_fabrics(fits, fabrics, worn);
-      need(tailor.save(shop.garment, worn, shop.output));
+      need(writer.save(shop.garment, worn, shop.output));
       const Scene saved = need(read_scene(shop.output));
       REQUIRE(saved.materials.size() == worn.materials.size());
       int with_fabric = 0;
@@ -51,7 +51,7 @@ TEST_CASE("what the window saves is worn as it was there, embedded or beside, tu
   }
   SUBCASE("nothing that wears a fabric is nothing to save") {
     const Scene bare = change_fabrics(open.scene, fabrics, std::vector<int>(open.scene.materials.size(), -1));
-    CHECK(error_of(tailor.save(shop.garment, bare, shop.folder / "none.glb")).code == Code::garment_empty);
+    CHECK(error_of(writer.save(shop.garment, bare, shop.folder / "none.glb")).code == Code::garment_empty);
     CHECK_FALSE(std::filesystem::exists(shop.folder / "none.glb"));
   }
 }

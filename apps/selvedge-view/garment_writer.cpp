@@ -1,4 +1,4 @@
-#include "apps/selvedge-view/tailor.h"
+#include "apps/selvedge-view/garment_writer.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -90,12 +90,12 @@ Result<std::string> save(Workbench& bench, const SceneLimits& limits, const std:
 
 }  // namespace
 
-Result<Tailor> make_tailor(const SceneLimits& limits) {
+Result<GarmentWriter> make_garment_writer(const SceneLimits& limits) {
   const auto made =
       guarded("", []() -> Result<std::shared_ptr<Workbench>> { return std::make_shared<Workbench>(); });
   if (!made) return tl::unexpected(made.error());
   const auto& bench = *made;
-  return Tailor{
+  return GarmentWriter{
       [bench, limits](const std::string& garment, const std::string& fabric) -> Result<std::string> {
         std::string path = bench->next(".glb");
         const Result<DressReport> report =
