@@ -7,7 +7,6 @@
 
 #include "format/base/parallel.h"
 #include "format/gltf/memory.h"
-#include "viewer/hybrid/paper_bits.h"
 #include "viewer/hybrid/path.h"
 #include "viewer/light/picture_textures.h"
 #include "viewer/light/sky.h"
@@ -44,6 +43,36 @@ Result<void> check_draw(const DrawOptions& o) {
   if (o.levels.forced < -1) return refuse("--level", "must not be negative");
   if (o.shadows != 0 && (o.shadows < min_shadow_size || o.shadows > max_shadow_size))
     return refuse("--shadows", fmt::format("must lie between {} and {}", min_shadow_size, max_shadow_size));
+  return {};
+}
+
+/// Texels per side that the published path's colours of 8 bits can index.
+constexpr int paper_side_limit = 256;
+
+/// Refuses --path paper where a material has a fabric that the paper does not have. A line in `remarks` for
+/// each fabric whose yarn shows as texels.
+Result<void> check_paper_fabrics(const Scene& scene, const Materials& materials,
+                                 const std::vector<Fabric>& fabrics, std::vector<std::string>& remarks) {
+  for (std::size_t i = 0; i < fabrics.size(); ++i) {
+    if (std::ranges::find(materials.surfaces, static_cast<int>(i), &SurfaceMaterial::fabric) ==
+        materials.surfaces.end())
+      continue;
+    const std::string name = i < scene.fabrics.size() ? scene.fabrics[i].name : scene.file;
+    const auto refuse = [&](const std::string& reason) {
+      return fail(Code::option_out_of_range, name, "--path",
+                  fmt::format("paper: {}; --path hybrid draws it", reason));
+    };
+    const FabricLevel& finest = fabrics[i].levels.front();
+    if (finest.width > paper_side_limit || finest.height > paper_side_limit)
+      return refuse(fmt::format("{} x {} texels; 8 bits index {} a side", finest.width, finest.height,
+                                paper_side_limit));
+    for (const FabricLevel& level : fabrics[i].levels) {
+      if (level.has(LayerKind::light)) return refuse("the fabric has a light table");
+      if (level.has(LayerKind::products)) return refuse("the fabric has products");
+    }
+    if (finest.yarns())
+      remarks.push_back(fmt::format("{}: --path paper draws level 0 in place of the yarn", name));
+  }
   return {};
 }
 

@@ -19,7 +19,7 @@ struct IndexScene {
   std::span<const SurfaceMaterial> materials;  ///< of the surfaces
   std::span<const PackedFabric> fabrics;
   LevelOptions levels;
-  bool paper_bits = false;  ///< as published, in colours of 8 bits (paper_bits.h)
+  bool paper_bits = false;  ///< as published: what OpenGL wrote is rounded to colours of 8 bits
 };
 
 /// Pixels of a frame in any order, each with its visible triangle.

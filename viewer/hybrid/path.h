@@ -17,7 +17,7 @@ namespace selvedge {
 class HybridPath final : public FramePath {
  public:
   /// `gl` and `scene` must outlive the object. With `paper_bits`, what OpenGL would write in the published
-  /// path is rounded to its colours of 8 bits (paper_bits.h), nearest texels alone. GRAPHICS_UNAVAILABLE.
+  /// path is rounded to its colours of 8 bits, nearest texels alone. GRAPHICS_UNAVAILABLE.
   static Result<std::unique_ptr<HybridPath>> create(const GlFunctions& gl, const PreparedScene& scene,
                                                     const FrameSize& size, bool paper_bits = false);
 

@@ -1,5 +1,4 @@
-#include "viewer/hybrid/paper_bits.h"
-
+// The published path: colours of 8 bits in the index pass.
 #include <doctest/doctest.h>
 
 #include <cmath>
