@@ -293,11 +293,10 @@ class Sweep {
     const Truth& truth = truth_of(made);
     note(fmt::format("render{}", joined(words, " ")));
     const Shot shot = read_shot(render_of(words, made.command.output));
-    const Subject& subject = shot.subjects.front();
     const Camera& camera = shot.cameras.front();
     RenderOptions options = shot.options;
     options.lights = shot.look.all_lights(camera);
-    const auto renderer = must(Renderer::create(subject.scene, subject.fabrics, shot.options));
+    const auto renderer = must(Renderer::create(shot.scene, shot.fabrics, shot.options));
     Frame frame;
     RenderStats stats;
     // The median of three, after one that warms up.
