@@ -154,7 +154,7 @@ void add_render_verb(Program& program) {
        "EXR: linear radiance * opacity, and opacity.\n"
        "Tone curves of an exposed colour c: reinhard is c / (1 + Y), Y its luminance (Reinhard et al. 2002,\n"
        "equation 3); aces is c (2.51 c + 0.03) / (c (2.43 c + 0.59) + 0.14) per channel (Narkowicz 2016).\n"},
-      declare, run);
+      declare_render, run);
 }
 
 }  // namespace selvedge

@@ -70,7 +70,7 @@ void add_swatch(Options& options, RenderCommand& command) {
 
 }  // namespace
 
-void declare(Options& options, RenderCommand& command) {
+void declare_render(Options& options, RenderCommand& command) {
   PictureOptions& picture = command.picture;
   options.common(command.common);
   options.list("-o,--output", command.outputs, "FILE", "The picture, .png or .exr; may be repeated")

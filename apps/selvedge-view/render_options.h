@@ -25,6 +25,6 @@ struct RenderCommand {
   int turntable = 0;                ///< frames once around the scene; 0: one frame
 };
 
-void declare(Options& options, RenderCommand& command);
+void declare_render(Options& options, RenderCommand& command);
 
 }  // namespace selvedge

@@ -82,7 +82,7 @@ Swept sweep_from(const std::string& text) {
     at = end;
   }
   swept.of_make = has_option<MakeCommand>(declare_make, swept.name);
-  if (!swept.of_make && !has_option<RenderCommand>(declare, swept.name))
+  if (!swept.of_make && !has_option<RenderCommand>(declare_render, swept.name))
     refuse("--sweep", fmt::format("neither make nor render has {}", swept.name));
   return swept;
 }
@@ -247,7 +247,7 @@ class Sweep {
                                    fmt::format("{}x{}", command_.size.x, command_.size.y)};
     words.insert(words.end(), swept.begin(), swept.end());
     RenderCommand render;
-    must(parse_words([&render](Options& options) { declare(options, render); }, words, file, "--sweep"));
+    must(parse_words([&render](Options& options) { declare_render(options, render); }, words, file, "--sweep"));
     return render;
   }
 

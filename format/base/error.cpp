@@ -11,7 +11,7 @@ namespace selvedge {
 std::span<const CodeRow> code_table() {
   using enum Code;
   using enum Severity;
-  static constexpr std::array<CodeRow, 47> rows{{
+  static constexpr std::array<CodeRow, 46> rows{{
       {file_missing, error, "FILE_MISSING", "The named file does not exist."},
       {file_unreadable, error, "FILE_UNREADABLE", "The file exists but cannot be opened or read."},
       {file_unwritable, error, "FILE_UNWRITABLE", "The output cannot be written; nothing is left behind."},

@@ -11,7 +11,7 @@ namespace selvedge {
 namespace {
 
 // Locations in pbr_fragment.glsl.
-enum Uniform : GLint {
+enum PbrUniform : GLint {
   is_pbr = 20,
   base_color,
   opaque_from,

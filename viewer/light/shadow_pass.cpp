@@ -13,7 +13,7 @@ namespace selvedge {
 namespace {
 
 // Locations in shadow_vertex.glsl and shadow_fragment.glsl.
-enum Uniform : GLint { row_x, row_y, row_z, row_w, map_size, cutoff };
+enum ShadowUniform : GLint { row_x, row_y, row_z, row_w, map_size, cutoff };
 constexpr GLuint mask_unit = 0;
 
 /// Surfaces whose fabric has a mask.

@@ -10,7 +10,7 @@ namespace selvedge {
 namespace {
 
 constexpr int direction_count = 48;
-constexpr int map_size = 512;
+constexpr int sky_size = 512;
 constexpr int vertices_per_task = 1024;
 
 /// Points of a spiral, each with the same part of the sphere.
@@ -45,7 +45,7 @@ Result<SkyVisibility> sky_visibility(const GlFunctions& gl, const MergedSurfaces
     std::vector<Light> lamps;
     for (std::size_t i = first; i < std::min<std::size_t>(first + max_shadows, direction_count); ++i)
       lamps.push_back({V3d(sky.directions[i])});
-    if (auto good = (*pass)->draw(shadow_views(lamps, mesh.positions, V3d(0, 0, 0), map_size)); !good)
+    if (auto good = (*pass)->draw(shadow_views(lamps, mesh.positions, V3d(0, 0, 0), sky_size)); !good)
       return tl::unexpected(good.error());
     const std::span<const ShadowMap> maps = (*pass)->read();
     for_vertices(count, [&](std::size_t i) {
