@@ -44,8 +44,7 @@ void declare(Options& options, PageCommand& command) {
   options.flag("--backdrop", command.backdrop, "Shows it behind the garments");
   options.number("--backdrop-blur", command.blur, "SHARE", "Blurred, up to 1").in(0, 1);
   options.check([&options, &command] {
-    options.refuse_if(command.environment == "none", "has no effect with --environment none",
-                      {"--backdrop"});
+    options.refuse_if(command.environment == "none", "has no effect with --environment none", {"--backdrop"});
     options.refuse_if(!command.backdrop, "has no effect without --backdrop", {"--backdrop-blur"});
   });
 }

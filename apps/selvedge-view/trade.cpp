@@ -247,7 +247,8 @@ class Sweep {
                                    fmt::format("{}x{}", command_.size.x, command_.size.y)};
     words.insert(words.end(), swept.begin(), swept.end());
     RenderCommand render;
-    must(parse_words([&render](Options& options) { declare_render(options, render); }, words, file, "--sweep"));
+    must(parse_words([&render](Options& options) { declare_render(options, render); }, words, file,
+                     "--sweep"));
     return render;
   }
 
