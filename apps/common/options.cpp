@@ -249,10 +249,6 @@ Option Options::flag(const char* name, std::function<void()> set, const std::str
   return add(app_.add_flag_callback(name, std::move(set), help), "");
 }
 
-Option Options::flag(const char* name, int& value, int otherwise, const std::string& help) {
-  return add(app_.add_flag(fmt::format("{}{{{}}}", name, otherwise), value, help), "");
-}
-
 Option Options::text(const char* name, std::string& value, const char* type, const std::string& help) {
   return add(app_.add_option(name, value, help)->capture_default_str(), type);
 }

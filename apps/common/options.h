@@ -98,8 +98,6 @@ class Options {
     return flag(
         name, [&target, value] { target = value; }, help);
   }
-  /// A flag with an optional number as --name=number; `otherwise` without it.
-  Option flag(const char* name, int& value, int otherwise, const std::string& help);
 
   Option text(const char* name, std::string& value, const char* type, const std::string& help);
   /// A text that `read` converts while parsing; it may refuse() the text.

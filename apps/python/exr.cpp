@@ -46,7 +46,7 @@ py::dict read_exr(const std::string& path) {
 
 /// Writes parts as read_exr() returns them. The file appears once it has been read back as a good samples
 /// file.
-void write_samples(const std::string& path, const py::dict& parts) {
+void write_parts(const std::string& path, const py::dict& parts) {
   std::vector<ExrPart> heads;
   std::vector<ExrPixels> all;
   for (const auto& [name, value] : parts) {
@@ -96,7 +96,7 @@ void write_samples(const std::string& path, const py::dict& parts) {
 
 void add_exr(py::module_& core) {
   core.def("read_exr", &read_exr);
-  core.def("write_samples", &write_samples);
+  core.def("write_samples", &write_parts);
 }
 
 }  // namespace selvedge

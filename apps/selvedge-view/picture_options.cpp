@@ -1,5 +1,7 @@
 #include "apps/selvedge-view/picture_options.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <numbers>
@@ -7,7 +9,6 @@
 #include "apps/common/shared_options.h"
 #include "format/base/option_text.h"
 #include "format/picture/studio.h"
-#include "viewer/light/shadows.h"
 
 namespace selvedge {
 namespace {
@@ -73,13 +74,10 @@ void add_light(Options& options, PictureOptions& picture) {
   options.choice("--light-frame", frame_names,
                  "Axes of --light: the scene's, or the camera's (right, up, towards the viewer)",
                  [&picture](std::size_t index) { picture.lights_in_camera_frame = index == 1; });
-  // A flag, since a separate number could be the input.
   options
-      .flag("--shadows", picture.shadows, default_shadow_size,
-            "Texels per side of the shadow maps of directional lights and spots, as --shadows=SIZE")
-      .in(min_shadow_size, max_shadow_size);
-  options.set_flag("--no-shadows", picture.shadows, -1,
-                   "Nothing in the scene hides light from anything else");
+      .number("--shadows", picture.shadows, "SIZE",
+              "Texels per side of the shadow maps of directional lights and spots, 16 to 8192; 0: no shadows")
+      .in(0, max_shadow_size);
   options
       .number(
           "--ambient", picture.ambient, "SHARE",
@@ -114,6 +112,8 @@ void check_picture(const Options& options, const PictureOptions& picture) {
   const bool has_distance = picture.camera.distance.has_value();
   options.refuse_if(has_ending(picture.input, ".exr"), "has no effect with a swatch, which is flat",
                     {"--shadows"});
+  if (picture.shadows > 0 && picture.shadows < min_shadow_size)
+    refuse("--shadows", fmt::format("must be 0 or lie between {} and {}", min_shadow_size, max_shadow_size));
   options.refuse_if(std::none_of(picture.lights.begin(), picture.lights.end(), is_far_away),
                     "has no effect without --light", {"--light-frame"});
   // A parallel camera shows everything, or the same height as a perspective one at the distance.
@@ -155,8 +155,7 @@ Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& ow
   look.display = picture.display;
   if (look.environment) look.display.exposure = 1;
   if (picture.exposure) look.display.exposure = static_cast<float>(*picture.exposure);
-  if (!is_swatch && picture.shadows >= 0)
-    look.shadows = picture.shadows > 0 ? picture.shadows : default_shadow_size;
+  if (!is_swatch) look.shadows = picture.shadows;
   return look;
 }
 

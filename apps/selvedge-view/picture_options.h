@@ -10,6 +10,7 @@
 #include "format/gltf/limits.h"
 #include "format/picture/display.h"
 #include "format/picture/environment.h"
+#include "viewer/light/shadows.h"
 #include "viewer/render.h"
 #include "viewer/swatch.h"
 
@@ -23,9 +24,9 @@ struct PictureOptions {
   std::vector<Light> lights;            ///< empty: the scene's, else the environment
   bool lights_in_camera_frame = false;  ///< directional lights are in the camera's axes
   DisplayOptions display = default_display();
-  std::optional<double> exposure;  ///< by default 1 in an environment, else default_display()'s
-  double ambient = 0;              ///< radiance from all sides, times pi
-  int shadows = 0;                 ///< texels of maps; 0: the default of scenes; -1: no maps
+  std::optional<double> exposure;     ///< by default 1 in an environment, else default_display()'s
+  double ambient = 0;                 ///< radiance from all sides, times pi
+  int shadows = default_shadow_size;  ///< texels per side of maps of scenes; 0: no maps
   LevelOptions levels = best_levels;
   int layers = RenderOptions{}.layers;
   std::string environment;    ///< a picture of radiance, "studio" or "none"; empty: what suits the input

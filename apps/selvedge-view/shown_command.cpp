@@ -69,11 +69,7 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
     add("--environment", "none");
   }
   add("--ambient", state.ambient);
-  if (state.shadows == 0) {
-    line += " --no-shadows";
-  } else {
-    add("--shadows", state.shadows);
-  }
+  add("--shadows", state.shadows);
   if (camera.projection == Projection::parallel) line += " --orthographic";
   add("--exposure", state.display.exposure);
   add("--tone-map", tone_curve_names[static_cast<std::size_t>(state.display.tone)]);

@@ -74,7 +74,7 @@ test_show_refuses_what_it_cannot_read_before_a_window_opens() {
 test_show_probes_the_texel_under_the_mouse_and_its_light() {
   need_screen
   make_cloth
-  with_window quad.glb --level 0 --level-blend off --environment none --no-shadows -- 'mousemove 200 250' 'mousemove 233 287'
+  with_window quad.glb --level 0 --level-blend off --environment none --shadows 0 -- 'mousemove 200 250' 'mousemove 233 287'
   [ ! -s errors.txt ] || fail "says: $(cat errors.txt)"
   # Where the ray through the pixel's centre meets the plane z = 0; dressing repeats the fabric by its size.
   selvedge info k.fabric.exr --json >info.json

@@ -75,7 +75,7 @@ test_render_refuses_options_that_would_have_no_effect() {
     grep -q -- "^selvedge-view: $1: .*--help$" "$scratch/err" || fail "$*: $(cat "$scratch/err")"
   }
   local option
-  for option in '--turntable 2' '--zoom 2' '--focus 0,0' '--layers 2' '--ambient 1' '--size 20x20' --shadows; do
+  for option in '--turntable 2' '--zoom 2' '--focus 0,0' '--layers 2' '--ambient 1' '--size 20x20' '--shadows 512'; do
     # shellcheck disable=SC2086
     idle "${option% *}" k.fabric.exr $option
   done
@@ -189,9 +189,9 @@ test_render_draws_materials_without_fabric_by_their_core_parameters() {
 test_render_shadows_are_an_option() {
   make_scene
   local view=(quad.glb --size 60x40 --quiet --environment none)
-  selvedge-view render "${view[@]}" -o plain.exr --no-shadows
+  selvedge-view render "${view[@]}" -o plain.exr --shadows 0
   # A flat square shadows nothing: the same picture, made another way.
-  selvedge-view render "${view[@]}" --shadows -o shadows.exr --json >shadows.json
+  selvedge-view render "${view[@]}" -o shadows.exr --json >shadows.json
   exits 0 compare-pictures plain.exr shadows.exr --max 0
   holds 'r.seconds.shadows > 0' shadows.json
   # A second square before it, on the way of the light.
@@ -201,19 +201,19 @@ test_render_shadows_are_an_option() {
     fs.writeFileSync("two.gltf", JSON.stringify(g));'
   selvedge dress two.gltf k.fabric.exr -o two.glb --all --quiet
   view=(two.glb --size 60x40 --quiet --light 1,0,1)
-  selvedge-view render "${view[@]}" -o open.exr --no-shadows
+  selvedge-view render "${view[@]}" -o open.exr --shadows 0
   local path
   for path in hybrid shader; do
-    selvedge-view render "${view[@]}" -o "$path.exr" --shadows=512 --path "$path" --context osmesa
+    selvedge-view render "${view[@]}" -o "$path.exr" --shadows 512 --path "$path" --context osmesa
     exits 1 compare-pictures open.exr "$path.exr" --max 0.02
   done
   exits 0 compare-pictures hybrid.exr shader.exr --max 1e-3
   # Scenes have them without a word.
-  selvedge-view render "${view[@]}" -o again.exr --shadows
+  selvedge-view render "${view[@]}" -o again.exr
   selvedge-view render "${view[@]}" -o default.exr
   same again.exr default.exr
-  exits 2 selvedge-view render quad.glb -o x.png --shadows=8
-  exits 2 selvedge-view render quad.glb -o x.png --shadows=many
+  exits 2 selvedge-view render quad.glb -o x.png --shadows 8
+  exits 2 selvedge-view render quad.glb -o x.png --shadows many
 }
 
 test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {

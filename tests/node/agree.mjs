@@ -35,7 +35,7 @@ function compare(name, file, fabric) {
     ['info', refusal('selvedge', 'info', file)],
     // Drawn or refused: light has no part in it.
     ['render', refusal('selvedge-view', 'render', file, '-o', join(work, 'o.png'), '--size', '8x8', '--environment', 'none',
-      '--no-shadows')],
+      '--shadows', '0')],
     ['dress', refusal('selvedge', 'dress', file, fabric, '-o', join(work, 'o.glb'), '--all', '--no-fallback')],
   ];
   for (const [verb, code] of codes) {

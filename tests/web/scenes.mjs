@@ -138,7 +138,7 @@ await in_browser(package_folder, { made: folder }, async ({ page, errors }) => {
       '--environment-strength', STRENGTH];
     run('selvedge-view', 'render', path(file), '-o', path(`${name}.exr`), '--size', `${width}x${height}`,
       '--look-at', look_at.join(','), '--distance', distance, '--azimuth', azimuth, '--elevation', elevation,
-      ...around ?? lights.flatMap((light) => ['--light', light.join(',')]), ...shades ? [] : ['--no-shadows'], '--quiet');
+      ...around ?? lights.flatMap((light) => ['--light', light.join(',')]), ...shades ? [] : ['--shadows', '0'], '--quiet');
     const { pixels, ms, shows } = await page.evaluate(async (query) => {
       const { drawn } = await import('/test/scene_page.js');
       return drawn(...query);

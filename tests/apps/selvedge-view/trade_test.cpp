@@ -20,11 +20,11 @@ TEST_CASE("limits choose the best picture, or the fastest of a quality") {
     return found == nullptr ? std::string("none") : (*found)["setting"].get<std::string>();
   };
   CHECK(chosen({}) == "d");
-  CHECK(chosen({.bytes = 30}) == "b");
-  CHECK(chosen({.bytes = 19}) == "a");
-  CHECK(chosen({.picture = 24}) == "b");
-  CHECK(chosen({.picture = 24, .seconds = 1.5}) == "none");
-  CHECK(chosen({.seconds = 3}) == "b");
+  CHECK(chosen({30, {}, {}}) == "b");
+  CHECK(chosen({19, {}, {}}) == "a");
+  CHECK(chosen({{}, 24, {}}) == "b");
+  CHECK(chosen({{}, 24, 1.5}) == "none");
+  CHECK(chosen({{}, {}, 3}) == "b");
 }
 
 TEST_CASE("a table is read as it was written") {
