@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <set>
 #include <string_view>
 
 #include "format/base/json_text.h"
@@ -50,6 +51,15 @@ class ReferenceCheck {
 
   void check() {
     for (const Reference& reference : references) follow(document_.json, reference.path, "", reference.array);
+    check_tree();
+    const Json& animations = array_of(document_.json, "animations");
+    for (std::size_t i = 0; i < animations.size(); ++i) {
+      const std::string place = fmt::format("/animations/{}", i);
+      const Json& channels = array_of(animations[i], "channels");
+      for (std::size_t k = 0; k < channels.size(); ++k)
+        need(animations[i], "samplers", member(channels[k], "sampler"),
+             fmt::format("{}/channels/{}/sampler", place, k), place);
+    }
     const Json& materials = array_of(document_.json, "materials");
     for (std::size_t i = 0; i < materials.size(); ++i)
       check_textures(materials[i], fmt::format("/materials/{}", i));
@@ -61,15 +71,35 @@ class ReferenceCheck {
   }
 
  private:
-  /// A member may be absent or null.
-  void need(const char* array, const Json& number, const std::string& place) {
+  /// A number of `owner`'s array, which lies at `array_place`. It may be absent or null.
+  void need(const Json& owner, const char* array, const Json& number, const std::string& place,
+            const std::string& array_place) {
     if (number.is_null()) return;
-    const Json& owner = array == std::string_view("variants")
-                            ? member(member(document_.json, "extensions"), names::gltf::variants)
-                            : document_.json;
     const int index = index_of(number);
     if (index < 0 || static_cast<std::size_t>(index) >= array_of(owner, array).size())
-      issues_.add(Code::gltf_accessor, place, fmt::format("there is no /{}/{}", array, index));
+      issues_.add(Code::gltf_accessor, place, fmt::format("there is no {}/{}/{}", array_place, array, index));
+  }
+
+  void need(const char* array, const Json& number, const std::string& place) {
+    const bool variant = array == std::string_view("variants");
+    need(variant ? member(member(document_.json, "extensions"), names::gltf::variants) : document_.json,
+         array, number, place, "");
+  }
+
+  /// A node has one parent at most, and a scene's node none.
+  void check_tree() {
+    const Json& nodes = array_of(document_.json, "nodes");
+    std::vector<int> parents(nodes.size());
+    const auto reach = [&](int index) {
+      if (index < 0 || static_cast<std::size_t>(index) >= parents.size() || parents[index]++ == 0) return;
+      issues_.add(Code::gltf_malformed, fmt::format("/nodes/{}", index), "the node is reached twice");
+    };
+    for (const Json& node : nodes)
+      for (const Json& child : array_of(node, "children")) reach(index_of(child));
+    std::set<int> roots;
+    for (const Json& scene : array_of(document_.json, "scenes"))
+      for (const Json& node : array_of(scene, "nodes")) roots.insert(index_of(node));
+    for (const int root : roots) reach(root);
   }
 
   /// Checks the numbers at `path` below `json`, which lies at `place`.

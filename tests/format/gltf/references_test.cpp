@@ -68,6 +68,7 @@ TEST_CASE("references: all that are there are good, and each that is not is name
                             "/meshes/0/primitives/0/extensions/KHR_materials_variants/mappings/0/material",
                             "/meshes/0/primitives/0/extensions/KHR_materials_variants/mappings/0/variants/0",
                             "/animations/0/channels/0/target/node",
+                            "/animations/0/channels/0/sampler",
                             "/animations/0/samplers/0/input",
                             "/animations/0/samplers/0/output",
                             "/materials/0/normalTexture/index",
