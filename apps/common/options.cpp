@@ -327,6 +327,13 @@ Result<void> parse_words(const std::function<void(Options&)>& declare, std::vect
   }
 }
 
+void Options::refuse_all_but(std::initializer_list<const char*> names, const char* why) const {
+  for (const CLI::Option* option : app_.get_options()) {
+    const std::string name = option->get_name();
+    if (option->count() > 0 && std::find(names.begin(), names.end(), name) == names.end()) refuse(name, why);
+  }
+}
+
 void Options::refuse_if(bool here, const char* why, std::initializer_list<const char*> names) const {
   for (const char* name : names) {
     if (here && given(name)) refuse(name, why);

@@ -18,7 +18,7 @@ double number_of(const Json& row, const char* member) {
 }
 
 std::string field(const Json& value) {
-  const std::string text = value.is_null() ? "" : value.is_string() ? value.get<std::string>() : value.dump();
+  std::string text = value.is_null() ? "" : value.is_string() ? value.get<std::string>() : value.dump();
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);

@@ -54,7 +54,7 @@ Result<FileKind> kind_of(const std::string& path) {
 Issues check_file(const std::string& path, FileKind kind, const SceneLimits& limits) {
   if (kind == FileKind::fabric) return check_fabric(path, {.memory = limits.document.memory}).issues;
   if (kind == FileKind::samples) {
-    const auto samples = read_samples(path);
+    const auto samples = read_samples(path, limits.document.memory);
     return samples ? Issues{} : Issues{samples.error()};
   }
   return check_garment(path, limits);

@@ -232,8 +232,10 @@ void declare_make(Options& options, MakeCommand& command) {
   options.check([&options, &command] {
     const bool many = !command.list.empty();
     if (many && options.given("input")) refuse("--list", "excludes a stitch");
-    options.refuse_if(many, "has no effect with --list: write it into the list",
-                      {"--output", "--quality", "--keep-samples", "--depfile"});
+    if (many) {
+      options.refuse_all_but({"--list", "--line", "--json", "--quiet", "--threads"},
+                             "has no effect with --list: write it into the list");
+    }
     options.refuse_if(!many, "needs --list", {"--line"});
     if (!many && !options.given("input")) refuse("input", "is required, or --list");
     if (!many && !options.given("--output")) refuse("--output", "is required");

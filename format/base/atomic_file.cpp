@@ -62,14 +62,13 @@ std::optional<mode_t> mode_of(const std::string& path) {
   return status.st_mode & 0777;
 }
 
-/// The id of the process that made a temporary file, from the suffix of its name: ".part-PID-N" or
-/// ".part-PID-N.journal". 0 for other names.
+/// The id of the process that made a temporary file, from the suffix of its name: ".part-PID-N". 0 for other
+/// names.
 int process_of(const std::string& suffix) {
   int process = 0;
   int end = 0;
   if (std::sscanf(suffix.c_str(), ".part-%d-%*[0-9]%n", &process, &end) != 1 || end == 0) return 0;
-  const bool ends = suffix[end] == '\0' || suffix[end] == '.';
-  return ends && std::isdigit(static_cast<unsigned char>(suffix[6])) != 0 ? process : 0;
+  return suffix[end] == '\0' && std::isdigit(static_cast<unsigned char>(suffix[6])) != 0 ? process : 0;
 }
 
 /// Removes temporary files of this target whose process does not run here any more and, by their locks, on no

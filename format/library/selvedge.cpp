@@ -127,9 +127,9 @@ std::shared_ptr<const FabricFile::State> FabricFile::State::read(const std::stri
     if (!reader) return tl::unexpected(reader.error());
     auto state = std::make_shared<State>();
     state->facts = facts_of(reader->header());
-    auto fabric = reader->read();
-    if (!fabric) return tl::unexpected(fabric.error());
-    state->fabric = std::move(*fabric);
+    auto read = reader->read();
+    if (!read) return tl::unexpected(read.error());
+    state->fabric = std::move(*read);
     if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
     return std::shared_ptr<const State>(std::move(state));
   });

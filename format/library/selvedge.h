@@ -180,8 +180,8 @@ class SELVEDGE_PUBLIC FabricFile {
   /// without memory.
   std::optional<FabricFile> turned_over() const;
 
-  /// The levels that were read, packed for a graphics card in the layout of word_layout.glsl, which is
-  /// installed beside this header and used by selvedge-view's shader. Empty if no level was read.
+  /// The levels, packed for a graphics card in the layout of word_layout.glsl, which is
+  /// installed beside this header and used by selvedge-view's shader..
   std::vector<std::uint32_t> gpu_words() const;
 
  private:

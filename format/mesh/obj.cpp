@@ -111,7 +111,7 @@ class ObjReader {
       return fail(Code::mesh_not_finite, file_, place(), "a vertex is NaN, infinite or beyond a float");
     mesh.positions.push_back(*position + V3d(0, 0, 0));  // -0 and 0 become the same bits
     std::vector<V3f>& colours = mesh.colours.values;
-    const std::optional<V3d> colour = numbers_at(words, 4);
+    const std::optional<V3d> colour = numbers_at(words, words.size() == 8 ? 5 : 4);
     if (colour || !colours.empty()) colours.resize(mesh.positions.size(), V3f(-1));
     if (colour) colours.back() = V3f(*colour);
     return {};

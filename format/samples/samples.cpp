@@ -228,8 +228,16 @@ Result<PairSamples> read_pairs(ExrReader& reader, const SamplesHeader& h, PairKi
   return pairs;
 }
 
-Result<Samples> read(Result<ExrReader> reader) {
+Result<Samples> read(Result<ExrReader> reader, std::uint64_t memory) {
   if (!reader) return tl::unexpected(reader.error());
+  // Values are decoded, laid out by view and by pair, and copied for one side.
+  constexpr std::uint64_t value_price = 3 * sizeof(float);
+  MemoryAccount account(memory);
+  for (const ExrPart& part : reader->parts()) {
+    const std::uint64_t pixels = std::uint64_t{1} * part.width * part.height;
+    if (!account.take(pixels * part.channels.size(), value_price))
+      return tl::unexpected<Error>(beyond_memory(reader->name(), part.name, "its values", memory));
+  }
   auto header = read_header(*reader);
   if (!header) return tl::unexpected(header.error());
   Samples samples;
@@ -390,11 +398,13 @@ Result<void> write_samples(const std::string& path, const Samples& samples) {
   return writer.write(path, h);
 }
 
-Result<Samples> read_samples(const std::string& path) { return read(ExrReader::open(path)); }
+Result<Samples> read_samples(const std::string& path, std::uint64_t memory) {
+  return read(ExrReader::open(path), memory);
+}
 
 Result<Samples> read_samples(std::span<const std::uint8_t> bytes, const std::string& name,
                              const ExrLimits& limits) {
-  return read(ExrReader::open(bytes, name, limits));
+  return read(ExrReader::open(bytes, name, limits), default_memory);
 }
 
 Result<SamplesHeader> read_samples_header(const std::string& path) {

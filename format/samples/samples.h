@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "format/base/memory.h"
 #include "format/exr/exr.h"
 #include "format/samples/header.h"
 
@@ -77,7 +78,7 @@ Result<Issues> round_as_stored(Samples& samples);
 Result<void> write_samples(const std::string& path, const Samples& samples);
 
 /// Reads and checks a file. SAMPLES_NOT_FINITE, with the place, for NaN, infinite and negative samples.
-Result<Samples> read_samples(const std::string& path);
+Result<Samples> read_samples(const std::string& path, std::uint64_t memory = default_memory);
 /// From memory; `name` is used in messages.
 Result<Samples> read_samples(std::span<const std::uint8_t> bytes, const std::string& name,
                              const ExrLimits& limits = {});

@@ -128,6 +128,7 @@ test_a_list_is_read_whole_before_any_work_and_goes_on_after_a_fabric_that_fails(
   exits 1 selvedge make --list list --json
   holds 'r.failed === 1 && r.made === 1 && r.fabrics[0].error.code === "STITCH_UNKNOWN"'
   exits 2 selvedge make --list list -o k.exr
+  exits 2 selvedge make --list list --texels 2
   exits 2 selvedge make plain-knit -o k.exr --line 1
   exits 2 selvedge make plain-knit
 }

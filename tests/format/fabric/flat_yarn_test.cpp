@@ -199,7 +199,7 @@ TEST_CASE("the surface about a station is that which rays meet") {
   CHECK(met > 10);
 }
 
-TEST_CASE("a file of flat yarn is of version 3.3, has a field more, and is read as it was written") {
+TEST_CASE("a file of flat yarn is read as it was written") {
   const Folder folder;
   Fabric fabric = random_fabric(8, 8, {2, 2}, 1, 3);
   const YarnData data = aslant(0.7F);

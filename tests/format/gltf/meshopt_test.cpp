@@ -133,6 +133,7 @@ TEST_CASE("meshopt: octahedral vectors and quaternions come back within their bi
   file.add(attributes(quaternions, 8), "ATTRIBUTES", turns.size(), 8)["filter"] = "QUATERNION";
   const GltfDocument document = test::need(file.load());
   const auto first = values_of<std::int8_t>(document, 0);
+  REQUIRE(first.size() == 4 * vectors.size());
   for (std::size_t i = 0; i < first.size(); ++i)
     CHECK(std::abs(first[i] / 127.0F - vectors[i / 4][static_cast<int>(i % 4)]) < 0.02F);
   const auto second = values_of<std::int16_t>(document, 1);
