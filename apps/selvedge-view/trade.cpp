@@ -201,7 +201,15 @@ class Sweep {
     std::error_code error;
     std::filesystem::create_directories(command_.output, error);
     if (error) throw Failure{{Code::file_unwritable, command_.output, "", error.message()}};
-    for (Made& made : made_) make(made);
+    // A setting without a fabric is told, and has no row.
+    failed_ = std::erase_if(made_, [&](Made& made) {
+      const Result<void> done = guarded(made.command.output, [&]() -> Result<void> {
+        make(made);
+        return {};
+      });
+      if (!done) report_error(done.error());
+      return !done;
+    });
     Json rows = Json::array();
     for (Made& made : made_) {
       for (const auto& words : renders_) rows.push_back(row_of(made, words));
@@ -212,6 +220,9 @@ class Sweep {
                                truths_.size() == 1 ? png_of(truths_.begin()->second.frame) : "")));
     return rows;
   }
+
+  /// Settings without a fabric.
+  std::size_t failed() const { return failed_; }
 
  private:
   Made parsed(const std::vector<std::string>& swept) const {
@@ -339,16 +350,18 @@ class Sweep {
   std::vector<std::vector<std::string>> makes_;
   std::vector<std::vector<std::string>> renders_;
   std::vector<Made> made_;
+  std::size_t failed_ = 0;
   std::map<std::string, Truth> truths_;  ///< by the options of the mesh
   std::vector<std::string> pictures_;    ///< PNG files of the rows
 };
 
 Result<int> run(const TradeCommand& command) {
   limit_mesa_threads(command.common.threads);
+  Sweep sweep(command);
   const Json rows =
       command.is_table()
           ? must(rows_of(must(read_file(command.input, std::uintmax_t{1} << 24)), command.input))
-          : Sweep(command).run();
+          : sweep.run();
   Json json = {{"input", command.input}, {"rows", rows}};
   std::string text = table_text(rows, {{"setting", "{setting}"},
                                        {"bytes", "{bytes:.0f}"},
@@ -367,7 +380,7 @@ Result<int> run(const TradeCommand& command) {
   }
   if (!command.output.empty()) text += fmt::format("-> {}/index.html, trade.csv\n", command.output);
   report(command.common, "trade", json, text);
-  return 0;
+  return sweep.failed() == 0 ? 0 : 1;
 }
 
 }  // namespace

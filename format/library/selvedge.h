@@ -181,7 +181,7 @@ class SELVEDGE_PUBLIC FabricFile {
   std::optional<FabricFile> turned_over() const;
 
   /// The levels, packed for a graphics card in the layout of word_layout.glsl, which is
-  /// installed beside this header and used by selvedge-view's shader..
+  /// installed beside this header and used by selvedge-view's shader.
   std::vector<std::uint32_t> gpu_words() const;
 
  private:

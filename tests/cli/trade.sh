@@ -34,6 +34,13 @@ test_a_sweep_measures_every_combination_and_limits_choose_from_its_table() {
   refuses OPTION_OUT_OF_RANGE other.csv selvedge-view trade other.csv --max-bytes 1
 }
 
+test_a_sweep_goes_on_without_settings_that_cannot_be_made() {
+  exits 1 selvedge-view trade plain-knit --sweep set=yarn=tube --sweep views=16 --sweep lights=16 --sweep samples=2 \
+    --sweep budget=10,20K --size 32x24 --truth-samples 4 -o sweep --json
+  holds 'r.rows.length === 1 && r.rows[0].setting.includes("budget=20K")'
+  [ "$(wc -l <"$scratch/err")" = 1 ] && [ "$(wc -l <sweep/trade.csv)" = 2 ]
+}
+
 test_a_sweep_refuses_wrong_values_before_the_work() {
   exits 2 sweep --sweep colour=1
   exits 2 sweep --sweep texels
