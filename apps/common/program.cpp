@@ -194,7 +194,7 @@ Result<int> Program::status_of(const Verb& verb) {
   return guarded(first_file(verb.options->app()), [&]() -> Result<int> {
     try {
       // An output that cannot be written is told before the work.
-      must(verb.options->check_outputs());
+      value_or_throw(verb.options->check_outputs());
       return verb.work();
     } catch (const std::exception&) {
       // No fault of the input: run() tells it.

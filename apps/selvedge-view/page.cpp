@@ -58,7 +58,7 @@ std::string read_template() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path file = program.parent_path().parent_path() / "share" / "selvedge" / "page.html";
-  return must(read_file(file.string()).map_error([](Error unread) {
+  return value_or_throw(read_file(file.string()).map_error([](Error unread) {
     unread.message =
         "the page is part of the build where Node.js and the packages of tests/node are there (npm ci)";
     return unread;
@@ -67,11 +67,11 @@ std::string read_template() {
 
 /// Puts fabrics that are files of their own into the document.
 void embed_fabrics(GltfDocument& document) {
-  const auto fabrics = must(read_fabric_entries(document));
+  const auto fabrics = value_or_throw(read_fabric_entries(document));
   for (std::size_t i = 0; i < fabrics.size(); ++i) {
     const std::string& path = fabrics[i].path;
     if (path.empty()) continue;
-    const auto bytes = must(read_file(path));
+    const auto bytes = value_or_throw(read_file(path));
     const int view = append_view(document, bytes_of(bytes));
     Json& entry = document.json["extensions"][names::gltf::fabric_extension][names::gltf::fabrics][i];
     entry.erase("uri");
@@ -81,9 +81,9 @@ void embed_fabrics(GltfDocument& document) {
 
 /// The bytes of a .glb file that has all of a garment, its geometry plain.
 std::string whole_garment(const std::string& path, const GltfLimits& limits) {
-  auto document = must(load_gltf(path, limits));
+  auto document = value_or_throw(load_gltf(path, limits));
   embed_fabrics(document);
-  const auto bytes = must(pack_glb(std::move(document)));
+  const auto bytes = value_or_throw(pack_glb(std::move(document)));
   return {bytes.begin(), bytes.end()};
 }
 
@@ -93,8 +93,9 @@ constexpr int environment_width = 64;
 /// The element that holds an environment, as red, green, blue of its pixels; none without one.
 std::string environment_element(const PageCommand& command) {
   if (command.environment == "none") return "";
-  Environment small = reduced(
-      must(environment_named(command.environment, {}, command.limits.document.memory)), environment_width);
+  Environment small =
+      reduced(value_or_throw(environment_named(command.environment, {}, command.limits.document.memory)),
+              environment_width);
   for (V3f& c : small.radiance) c *= static_cast<float>(command.around.strength);
   const std::span<const V3f> pixels = small.radiance;
   const std::string backdrop = command.backdrop ? fmt::format(" data-backdrop=\"{}\"", command.blur) : "";
@@ -109,9 +110,9 @@ Result<int> run(const PageCommand& command) {
   int garments = 0;
   for (const std::string& input : command.inputs) {
     const bool is_fabric = input.ends_with(".exr");
-    if (is_fabric) must(read_fabric(input));
+    if (is_fabric) value_or_throw(read_fabric(input));
     const std::string bytes =
-        is_fabric ? must(read_file(input)) : whole_garment(input, command.limits.document);
+        is_fabric ? value_or_throw(read_file(input)) : whole_garment(input, command.limits.document);
     garments += is_fabric ? 0 : 1;
     scripts += fmt::format("<script type=\"text/plain\" data-{}=\"{}\">{}</script>\n",
                            is_fabric ? "fabric" : "garment", escaped(fs::path(input).filename().string()),
@@ -121,7 +122,7 @@ Result<int> run(const PageCommand& command) {
     return fail(Code::garment_empty, command.inputs.front(), {}, "a page shows at least one garment");
   const std::string marker = "<!--GARMENTS-->\n";
   page.replace(page.find(marker), marker.size(), scripts);
-  must(write_file(command.output, page));
+  value_or_throw(write_file(command.output, page));
   report(command.common, "page",
          {{"output", command.output},
           {"garments", garments},

@@ -52,15 +52,16 @@ std::vector<AtomicFile> open_files(const RenderCommand& command, std::size_t fra
   std::vector<AtomicFile> files;
   for (std::size_t i = 0; i < frames; ++i) {
     for (const std::string& path : command.outputs)
-      files.push_back(
-          must(AtomicFile::create(command.turntable > 0 ? frame_path(path, static_cast<int>(i)) : path)));
+      files.push_back(value_or_throw(
+          AtomicFile::create(command.turntable > 0 ? frame_path(path, static_cast<int>(i)) : path)));
   }
   return files;
 }
 
 /// Draws all frames into temporary files; returns the sums of their statistics, and the seconds of writing.
 std::pair<RenderStats, double> draw(const Shot& shot, const std::vector<AtomicFile>& files) {
-  const std::unique_ptr<Renderer> renderer = must(Renderer::create(shot.scene, shot.fabrics, shot.options));
+  const std::unique_ptr<Renderer> renderer =
+      value_or_throw(Renderer::create(shot.scene, shot.fabrics, shot.options));
   const std::size_t files_per_frame = files.size() / shot.cameras.size();
   RenderOptions options = shot.options;
   Frame frame;
@@ -70,14 +71,15 @@ std::pair<RenderStats, double> draw(const Shot& shot, const std::vector<AtomicFi
   for (const Camera& camera : shot.cameras) {
     options.lights = shot.look.all_lights(camera);
     RenderStats stats;
-    must(renderer->draw(camera, options, frame, stats));
+    value_or_throw(renderer->draw(camera, options, frame, stats));
     add(stats, sum);
     const Clock::time_point start = Clock::now();
     for (std::size_t i = 0; i < files_per_frame; ++i, ++file) {
-      must(write(shot.look.display, frame, file->path(), file->temporary()).map_error([&](Error error) {
-        error.file = file->path();
-        return error;
-      }));
+      value_or_throw(
+          write(shot.look.display, frame, file->path(), file->temporary()).map_error([&](Error error) {
+            error.file = file->path();
+            return error;
+          }));
     }
     write_seconds += seconds_since(start);
   }
@@ -124,12 +126,12 @@ Result<int> run(const RenderCommand& command) {
   }
   const Clock::time_point start = Clock::now();
   // Reported before a large garment is read.
-  if (command.turntable == 0) must(check_writable(command.outputs));
+  if (command.turntable == 0) value_or_throw(check_writable(command.outputs));
   const Shot shot = read_shot(command);
   const double read = seconds_since(start);
   std::vector<AtomicFile> files = open_files(command, shot.cameras.size());
   const auto [stats, write_seconds] = draw(shot, files);
-  must(commit_all(std::move(files)));
+  value_or_throw(commit_all(std::move(files)));
   if (!command.common.quiet) print_remarks(shot, stats);
   Json all = to_json(command, shot, stats);
   all["seconds"]["read"] = read;

@@ -12,9 +12,9 @@ namespace {
 
 /// The swatch of a fabric file; adds the lights of its place to `own_lights`.
 void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& own_lights) {
-  auto reader = must(FabricReader::open(command.picture.input));
+  auto reader = value_or_throw(FabricReader::open(command.picture.input));
   MemoryAccount memory(command.picture.limits.document.memory);
-  const Fabric& fabric = shot.fabrics.emplace_back(must(load_fabric(reader, memory)));
+  const Fabric& fabric = shot.fabrics.emplace_back(value_or_throw(load_fabric(reader, memory)));
   Swatch swatch;
   if (command.place) {
     const V2d period(fabric.period_mm);
@@ -22,7 +22,7 @@ void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& o
     swatch = Swatch{swatch_scene(period, place), place.camera, place.width, place.height};
     own_lights = std::move(place.lights);
   } else {
-    swatch = must(make_swatch(fabric, command.picture.swatch));
+    swatch = value_or_throw(make_swatch(fabric, command.picture.swatch));
   }
   shot.scene = std::move(swatch.scene);
   shot.scene.file = command.picture.input;
@@ -37,12 +37,13 @@ void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& o
 }
 
 std::vector<Camera> cameras_of(const RenderCommand& command, const Scene& scene) {
-  const auto points = must(world_points(scene));
+  const auto points = value_or_throw(world_points(scene));
   const double aspect = static_cast<double>(command.size.x) / command.size.y;
   if (command.turntable > 0)
-    return must(turntable(points, aspect, command.picture.camera, command.turntable));
-  if (command.camera_of_file.empty()) return {must(make_camera(points, aspect, command.picture.camera))};
-  return {must(camera_of(scene, command.camera_of_file, points, aspect, command.picture.camera))};
+    return value_or_throw(turntable(points, aspect, command.picture.camera, command.turntable));
+  if (command.camera_of_file.empty())
+    return {value_or_throw(make_camera(points, aspect, command.picture.camera))};
+  return {value_or_throw(camera_of(scene, command.camera_of_file, points, aspect, command.picture.camera))};
 }
 
 }  // namespace
@@ -59,12 +60,12 @@ Shot read_shot(const RenderCommand& command) {
     read_swatch(command, shot, own_lights);
   } else {
     static_cast<LoadedScene&>(shot) =
-        must(load_scene(command.picture.input, command.choice, command.picture.limits));
+        value_or_throw(load_scene(command.picture.input, command.choice, command.picture.limits));
     shot.cameras = cameras_of(command, shot.scene);
     own_lights = lights_of(shot.scene);
   }
   std::uint64_t& memory = shot.scene.memory_left;
-  shot.look = must(look_of(command.picture, own_lights, memory));
+  shot.look = value_or_throw(look_of(command.picture, own_lights, memory));
   if (shot.look.environment)
     memory -= std::min(memory, shot.look.environment->radiance.size() * environment_price);
   shot.options.shadows = shot.look.shadows;

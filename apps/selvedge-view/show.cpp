@@ -117,15 +117,16 @@ Result<int> run(const ShowCommand& command) {
     std::error_code unknown;
     (std::filesystem::is_directory(path, unknown) ? folders : files).push_back(path);
   }
-  GarmentWriter writer = must(make_garment_writer(command.picture.limits));
+  GarmentWriter writer = value_or_throw(make_garment_writer(command.picture.limits));
   std::string garment = command.picture.input;
-  LoadedScene scene = is_fabric ? LoadedScene{} : must(load_scene(garment, {}, command.picture.limits));
+  LoadedScene scene =
+      is_fabric ? LoadedScene{} : value_or_throw(load_scene(garment, {}, command.picture.limits));
   const auto wears_nothing = [](const LoadedScene& of) {
     return std::ranges::all_of(fabrics_of(of.scene), [](int fabric) { return fabric < 0; });
   };
   if (!is_fabric && !files.empty() && wears_nothing(scene)) {
-    garment = must(writer.dress(garment, files.front()));
-    scene = must(load_scene(garment, {}, command.picture.limits));
+    garment = value_or_throw(writer.dress(garment, files.front()));
+    scene = value_or_throw(load_scene(garment, {}, command.picture.limits));
     files.erase(files.begin());
   }
   if (!command.common.quiet) {

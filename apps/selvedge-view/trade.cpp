@@ -34,7 +34,7 @@ Image display_values(const Frame& frame) {
 
 /// dB of display values beside the truth's; at most 200, so that equal pictures have a finite figure.
 double picture_psnr(const Frame& frame, const Frame& truth) {
-  return std::min(200.0, must(compare_images(display_values(frame), display_values(truth))).psnr);
+  return std::min(200.0, value_or_throw(compare_images(display_values(frame), display_values(truth))).psnr);
 }
 
 /// An option, and the values that a sweep gives it.
@@ -175,7 +175,7 @@ Seconds timed(const Work& work) {
 }
 
 std::string png_of(const Frame& frame) {
-  const auto bytes = must(encode_png(to_display_image(frame, default_display())));
+  const auto bytes = value_or_throw(encode_png(to_display_image(frame, default_display())));
   return {bytes.begin(), bytes.end()};
 }
 
@@ -214,10 +214,11 @@ class Sweep {
     for (Made& made : made_) {
       for (const auto& words : renders_) rows.push_back(row_of(made, words));
     }
-    must(write_file(command_.output + "/trade.csv", csv_of(rows)));
-    must(write_file(command_.output + "/index.html",
-                    trade_page(fmt::format("Speed against accuracy: {}", command_.input), rows, pictures_,
-                               truths_.size() == 1 ? png_of(truths_.begin()->second.frame) : "")));
+    value_or_throw(write_file(command_.output + "/trade.csv", csv_of(rows)));
+    value_or_throw(
+        write_file(command_.output + "/index.html",
+                   trade_page(fmt::format("Speed against accuracy: {}", command_.input), rows, pictures_,
+                              truths_.size() == 1 ? png_of(truths_.begin()->second.frame) : "")));
     return rows;
   }
 
@@ -228,7 +229,7 @@ class Sweep {
   Made parsed(const std::vector<std::string>& swept) const {
     std::vector<std::string> words{command_.input, "-o", path_of(swept)};
     words.insert(words.end(), swept.begin(), swept.end());
-    Made made{swept, must(make_command_of(words, command_.input, "--sweep")), {}, {}};
+    Made made{swept, value_or_throw(make_command_of(words, command_.input, "--sweep")), {}, {}};
     made.command.common.quiet = true;
     return made;
   }
@@ -258,8 +259,8 @@ class Sweep {
                                    fmt::format("{}x{}", command_.size.x, command_.size.y)};
     words.insert(words.end(), swept.begin(), swept.end());
     RenderCommand render;
-    must(parse_words([&render](Options& options) { declare_render(options, render); }, words, file,
-                     "--sweep"));
+    value_or_throw(parse_words([&render](Options& options) { declare_render(options, render); }, words, file,
+                               "--sweep"));
     return render;
   }
 
@@ -279,11 +280,11 @@ class Sweep {
     }
     if (const auto known = truths_.find(mesh); known != truths_.end()) return known->second;
     note("the traced stitch");
-    const CellMesh cell = must(find_cell(command_.input, made.command.cell)).mesh;
+    const CellMesh cell = value_or_throw(find_cell(command_.input, made.command.cell)).mesh;
     TruthOptions trace;
     trace.samples = command_.truth_samples;
     const SwatchShot shot = swatch_shot(command_.place, cell.period, command_.size.x, command_.size.y);
-    Truth truth{must(trace_swatch(cell, command_.input, shot, trace)).frame, {}};
+    Truth truth{value_or_throw(trace_swatch(cell, command_.input, shot, trace)).frame, {}};
     BakeOptions pairs;
     pairs.width = pairs.height = 1;
     for (const Made& other : made_) {
@@ -296,7 +297,7 @@ class Sweep {
     pairs.held_out_pairs = 48;
     pairs.truth_samples = 32;
     pairs.seed = mix(made.command.options.bake.seed) >> 1;
-    Samples baked = must(bake(cell, command_.input, pairs)).samples;
+    Samples baked = value_or_throw(bake(cell, command_.input, pairs)).samples;
     truth.held_out = std::move(baked.pairs[static_cast<std::size_t>(PairKind::held_out)]);
     return truths_[mesh] = std::move(truth);
   }
@@ -308,13 +309,13 @@ class Sweep {
     const Camera& camera = shot.cameras.front();
     RenderOptions options = shot.options;
     options.lights = shot.look.all_lights(camera);
-    const auto renderer = must(Renderer::create(shot.scene, shot.fabrics, shot.options));
+    const auto renderer = value_or_throw(Renderer::create(shot.scene, shot.fabrics, shot.options));
     Frame frame;
     RenderStats stats;
     // The median of three, after one that warms up.
     std::vector<double> work;
     for (int i = 0; i < 4; ++i)
-      work.push_back(timed([&] { must(renderer->draw(camera, options, frame, stats)); }).work);
+      work.push_back(timed([&] { value_or_throw(renderer->draw(camera, options, frame, stats)); }).work);
     std::sort(work.begin() + 1, work.end());
     pictures_.push_back(png_of(frame));
     // Texels that are no part of the truth's by a power of two have no figure.
@@ -360,7 +361,8 @@ Result<int> run(const TradeCommand& command) {
   Sweep sweep(command);
   const Json rows =
       command.is_table()
-          ? must(rows_of(must(read_file(command.input, std::uintmax_t{1} << 24)), command.input))
+          ? value_or_throw(
+                rows_of(value_or_throw(read_file(command.input, std::uintmax_t{1} << 24)), command.input))
           : sweep.run();
   Json json = {{"input", command.input}, {"rows", rows}};
   std::string text = table_text(rows, {{"setting", "{setting}"},

@@ -64,12 +64,12 @@ std::string add_kind(PairKind kind, const Comparison& comparison, const std::opt
 
 Result<int> run(const CompareCommand& command) {
   const std::string& samples = command.files.back();
-  const ByPairKind<PairSamples> truth = samples_of(must(read_samples(samples)), Side::front).pairs;
+  const ByPairKind<PairSamples> truth = samples_of(value_or_throw(read_samples(samples)), Side::front).pairs;
   Json json = {{"samples", samples}, {"fabrics", Json::array()}};
   std::string text;
   for (std::size_t i = 0; i + 1 < command.files.size(); ++i) {
     const std::string& path = command.files[i];
-    const Fabric fabric = must(read_fabric(path));
+    const Fabric fabric = value_or_throw(read_fabric(path));
     Json judged = {{"fabric", path}, {"bytes", size_of_file(path)}};
     text += filled("{fabric} ({bytes} bytes)\n", judged);
     double peak = 0;
@@ -78,7 +78,7 @@ Result<int> run(const CompareCommand& command) {
       if (pairs.pairs.empty()) continue;
       auto comparison = compare(fabric, pairs, kind, peak);
       if (!comparison) comparison.error().file = path;
-      const Comparison levels = must(std::move(comparison));
+      const Comparison levels = value_or_throw(std::move(comparison));
       std::optional<Comparison> yarn;
       if (fabric.levels.front().yarns()) yarn = compare_yarn(fabric, pairs, kind, levels.peak);
       text += add_kind(kind, levels, yarn, judged);

@@ -107,7 +107,7 @@ void declare(Options& options, DressCommand& command) {
 }
 
 Result<int> run(const DressCommand& command) {
-  const auto dressed = must(dress(command.garment, command.fabric, command.output, command.dress));
+  const auto dressed = value_or_throw(dress(command.garment, command.fabric, command.output, command.dress));
   for (const std::string& warning : dressed.warnings) {
     if (!command.common.quiet) report_remark(command.garment, warning);
   }

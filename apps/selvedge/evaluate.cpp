@@ -68,7 +68,7 @@ Json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 
 /// The level must exist, also with texture coordinates: another number is a mistake.
 Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& query) {
-  auto fabric = must(QueriedFabric::open(command.fabric));
+  auto fabric = value_or_throw(QueriedFabric::open(command.fabric));
   const int first = query.uv ? fabric.first_level() : 0;
   const int last = fabric.levels() - 1;
   if (!(query.level >= first && query.level <= last)) {
@@ -159,7 +159,7 @@ Result<int> run(const EvaluateCommand& command) {
   if (command.queries) return answer_queries();
   const FabricQuery query{command.level,      command.texel,     command.uv,
                           V3f(command.light), V3f(command.view), command.behind};
-  const auto shading = must(shading_at(command, query));
+  const auto shading = value_or_throw(shading_at(command, query));
   Json json = {{"level", command.level}};
   if (command.texel) json["texel"] = {command.texel->x, command.texel->y};
   if (command.uv) json["uv"] = {command.uv->x, command.uv->y};

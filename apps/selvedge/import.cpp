@@ -52,7 +52,8 @@ void declare(Options& options, ImportCommand& command) {
 Result<int> run(const ImportCommand& command) {
   const auto r = [&] {
     TerminalProgress progress("import", command.common.quiet);
-    return must(import_pictures(command.table, command.import, command.output, progress.callback()));
+    return value_or_throw(
+        import_pictures(command.table, command.import, command.output, progress.callback()));
   }();
   Json json = {{"output", command.output},
                {"bytes", size_of_file(command.output)},

@@ -37,7 +37,7 @@ constexpr const char* cell_lines =
     "       {provenance/software}\n";
 
 Info fabric_info(const std::string& path, const SceneLimits& limits) {
-  const auto reader = must(FabricReader::open(path, {.memory = limits.document.memory}));
+  const auto reader = value_or_throw(FabricReader::open(path, {.memory = limits.document.memory}));
   const FabricHeader& header = reader.header();
   Json content = Json::parse(reader.text());
   Json layers = Json::array();
@@ -72,7 +72,7 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
 }
 
 Info samples_info(const std::string& path) {
-  const SamplesHeader h = must(read_samples_header(path));
+  const SamplesHeader h = value_or_throw(read_samples_header(path));
   Json pairs = Json::object();
   for (const PairKind kind : all_pair_kinds)
     pairs[name_of(kind)] = h.pairs[static_cast<std::size_t>(kind)].size();
@@ -110,7 +110,7 @@ Json brings_json(const GarmentParts& parts) {
 }
 
 Info gltf_info(const std::string& path, const SceneLimits& limits) {
-  const auto scene = must(read_scene(path, limits));
+  const auto scene = value_or_throw(read_scene(path, limits));
   std::size_t triangles = 0;
   for (const SceneInstance& instance : scene.instances)
     triangles += scene.primitives[instance.primitive].indices.size() / 3;
@@ -145,7 +145,7 @@ Info gltf_info(const std::string& path, const SceneLimits& limits) {
 }
 
 Result<int> run(const InfoCommand& command) {
-  const auto kind = must(kind_of(command.file));
+  const auto kind = value_or_throw(kind_of(command.file));
   const Info info = kind == FileKind::fabric    ? fabric_info(command.file, command.limits)
                     : kind == FileKind::samples ? samples_info(command.file)
                                                 : gltf_info(command.file, command.limits);

@@ -108,9 +108,9 @@ Result<void> ensure_texels(const Cell& cell, const MakeCommand& command, BakeOpt
 /// Loads the cell and bakes it, with progress.
 Baked bake_cell(const MakeCommand& command) {
   const CommonOptions& common = command.common;
-  const auto cell = must(find_cell(command.input, command.cell));
+  const auto cell = value_or_throw(find_cell(command.input, command.cell));
   BakeOptions options = command.options.bake;
-  must(ensure_texels(cell, command, options));
+  value_or_throw(ensure_texels(cell, command, options));
   // The hue of yarn that scatters inside comes from many bounces.
   if (!command.bounces_given && !cell.mesh.transmission.empty()) options.bounces = unlimited_bounces;
   TerminalProgress progress("bake", common.quiet);
@@ -126,8 +126,8 @@ Baked bake_cell(const MakeCommand& command) {
                            {"stitch", std::filesystem::path(command.input).filename().string()},
                            {"vertices", cell.mesh.positions.size()},
                            {"triangles", cell.mesh.triangles.size()}};
-  auto baked = must(bake(cell.mesh, command.input, options,
-                         provenance.dump(-1, ' ', false, Json::error_handler_t::replace), watcher));
+  auto baked = value_or_throw(bake(cell.mesh, command.input, options,
+                                   provenance.dump(-1, ' ', false, Json::error_handler_t::replace), watcher));
   // After the work, so that an error is a single line.
   report_remarks(common, command.input, cell, baked.report.remarks);
   return baked;
@@ -138,7 +138,7 @@ FitOutcome fit_samples(const Samples& samples, const MakeCommand& command) {
   TerminalProgress progress("fit", command.common.quiet);
   auto outcome = fit_fabric(samples, command.options, progress.callback());
   if (!outcome && outcome.error().file.empty()) outcome.error().file = command.input;
-  FitOutcome fitted = must(std::move(outcome));
+  FitOutcome fitted = value_or_throw(std::move(outcome));
   for (Error& warning : fitted.warnings) {
     warning.file = command.input;
     if (!(command.common.quiet || command.common.json)) report_issue(warning);
@@ -174,9 +174,9 @@ void declare_bake(Options& options, MakeCommand& command) {
 
 Result<int> run_bake(const MakeCommand& command) {
   // An unwritable output is told before the work, not after it.
-  must(check_writable({command.output}));
+  value_or_throw(check_writable({command.output}));
   const Baked baked = bake_cell(command);
-  must(write_samples(command.output, baked.samples));
+  value_or_throw(write_samples(command.output, baked.samples));
   report(command.common, "bake", bake_json(baked.report, command.output),
          bake_text(baked.report, command.output));
   return 0;
@@ -191,9 +191,9 @@ void declare_fit(Options& options, MakeCommand& command) {
 }
 
 Result<int> run_fit(const MakeCommand& command) {
-  must(check_writable({command.output}));
-  const FitOutcome fitted = fit_samples(must(read_samples(command.input)), command);
-  must(write_fabric(command.output, fitted.fabric, command.options.write));
+  value_or_throw(check_writable({command.output}));
+  const FitOutcome fitted = fit_samples(value_or_throw(read_samples(command.input)), command);
+  value_or_throw(write_fabric(command.output, fitted.fabric, command.options.write));
   const Json json = fit_json(fitted, command.output);
   report(command.common, "fit", json, fit_text(json));
   return 0;
@@ -253,15 +253,15 @@ Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const
 
 MadeFabric make_fabric(const MakeCommand& command) {
   Baked baked = bake_cell(command);
-  if (!command.samples.empty()) must(write_samples(command.samples, baked.samples));
+  if (!command.samples.empty()) value_or_throw(write_samples(command.samples, baked.samples));
   return {std::move(baked.report), fit_samples(baked.samples, command)};
 }
 
 MadeFabric make_file(const MakeCommand& command) {
-  must(check_writable({command.output, command.samples, command.depfile}));
+  value_or_throw(check_writable({command.output, command.samples, command.depfile}));
   MadeFabric made = make_fabric(command);
-  must(write_fabric(command.output, made.fit.fabric, command.options.write));
-  if (!command.depfile.empty()) must(write_depfile(command));
+  value_or_throw(write_fabric(command.output, made.fit.fabric, command.options.write));
+  if (!command.depfile.empty()) value_or_throw(write_depfile(command));
   return made;
 }
 

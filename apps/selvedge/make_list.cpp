@@ -61,13 +61,13 @@ List read_list(const std::string& path) {
   std::map<std::string, int> outputs;         // numbers of lines, by the file that they write
   std::map<std::string, std::string> inputs;  // names, by the file
   inputs.emplace(identity_of(path), path);
-  std::istringstream text(must(read_file(path, max_bytes)));
+  std::istringstream text(value_or_throw(read_file(path, max_bytes)));
   for (std::string line; std::getline(text, line);) {
     const std::string place = fmt::format("line {}", ++list.count);
     if (printable(line) != line) refuse(list.count, "has a control character");
-    const auto words = must(words_of(line, path, place));
+    const auto words = value_or_throw(words_of(line, path, place));
     if (words.empty()) continue;
-    MakeCommand command = must(make_command_of(words, path, place));
+    MakeCommand command = value_or_throw(make_command_of(words, path, place));
     if (!command.list.empty()) refuse(list.count, "--list has no place in a list");
     for (const std::string& file : files_of_cell(command.input)) inputs.emplace(identity_of(file), file);
     for (const std::string& file : {command.output, command.samples, command.depfile}) {

@@ -64,7 +64,7 @@ std::string bake_text(const BakeReport& r, const std::string& output) {
 }
 
 Json fit_json(const FitOutcome& outcome, const std::string& output) {
-  const auto reader = must(FabricReader::open(output));
+  const auto reader = value_or_throw(FabricReader::open(output));
   Json json = {{"output", output},
                {"bytes", size_of_file(output)},
                {"sharedBytes", reader.packed_bytes(LayerKind::bases, 0)},

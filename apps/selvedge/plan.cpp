@@ -58,7 +58,7 @@ void declare(Options& options, PlanCommand& command) {
 }
 
 std::vector<Camera> cameras_of(const Scene& scene, const PlanCommand& command) {
-  const std::vector<V3d> points = must(world_points(scene));
+  const std::vector<V3d> points = value_or_throw(world_points(scene));
   const double aspect = static_cast<double>(command.size.x) / command.size.y;
   std::vector<std::string> names = command.cameras;
   if (names.empty() && !command.own_camera) {
@@ -66,8 +66,8 @@ std::vector<Camera> cameras_of(const Scene& scene, const PlanCommand& command) {
   }
   std::vector<Camera> cameras;
   for (const std::string& name : names)
-    cameras.push_back(must(camera_of(scene, name, points, aspect, command.camera)));
-  if (cameras.empty()) cameras.push_back(must(make_camera(points, aspect, command.camera)));
+    cameras.push_back(value_or_throw(camera_of(scene, name, points, aspect, command.camera)));
+  if (cameras.empty()) cameras.push_back(value_or_throw(make_camera(points, aspect, command.camera)));
   return cameras;
 }
 
@@ -186,12 +186,12 @@ Json material_json(const Seen& seen, const Fabric& fabric) {
 }
 
 Result<int> run(const PlanCommand& command) {
-  const Scene scene = must(read_scene(command.scene, command.limits, command.choice));
+  const Scene scene = value_or_throw(read_scene(command.scene, command.limits, command.choice));
   std::vector<Fabric> fabrics;
   const FabricLimits limits{.memory = scene.memory_left};
   for (const SceneFabric& fabric : scene.fabrics) {
-    fabrics.push_back(must(fabric.path.empty() ? read_fabric(fabric.bytes, fabric.name, limits)
-                                               : read_fabric(fabric.path, limits)));
+    fabrics.push_back(value_or_throw(fabric.path.empty() ? read_fabric(fabric.bytes, fabric.name, limits)
+                                                         : read_fabric(fabric.path, limits)));
   }
   std::vector<V2d> texels(scene.materials.size(), V2d(1, 1));
   for (std::size_t i = 0; i < texels.size(); ++i) {

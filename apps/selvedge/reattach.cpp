@@ -32,7 +32,7 @@ void declare(Options& options, ReattachCommand& command) {
 }
 
 Result<int> run(const ReattachCommand& command) {
-  const auto restored = must(reattach(command.input, command.output, command.reattach));
+  const auto restored = value_or_throw(reattach(command.input, command.output, command.reattach));
   for (const std::string& warning : restored.warnings) {
     if (!command.common.quiet) report_remark(command.input, warning);
   }

@@ -82,8 +82,8 @@ std::string lines_of(const std::vector<std::string>& remarks) {
 }
 
 Result<int> write_description(const StitchCommand& command) {
-  const auto stitch = must(find_stitch(command.input, command.cell.settings));
-  must(write_file(command.output, to_json(stitch.pattern)));
+  const auto stitch = value_or_throw(find_stitch(command.input, command.cell.settings));
+  value_or_throw(write_file(command.output, to_json(stitch.pattern)));
   const StitchPattern& pattern = stitch.pattern;
   report(command.common, "stitch",
          {{"stitch", pattern.name},
@@ -98,10 +98,10 @@ Result<int> write_description(const StitchCommand& command) {
 Result<int> run(const StitchCommand& command) {
   if (command.list) return list_stitches(command);
   if (has_ending(command.output, ".json")) return write_description(command);
-  const auto cell = must(find_cell(command.input, command.cell));
+  const auto cell = value_or_throw(find_cell(command.input, command.cell));
   const CellMesh& mesh = cell.mesh;
   if (!command.output.empty()) {
-    must(write_mesh(command.output, mesh));
+    value_or_throw(write_mesh(command.output, mesh));
   }
   const Box box = bounds_of(mesh);
   const float height = box.max.z - box.min.z;
@@ -114,7 +114,7 @@ Result<int> run(const StitchCommand& command) {
       fmt::format("{}: {} vertices, {} triangles, {:g} x {:g} mm, {:.3g} mm thick", command.input,
                   mesh.positions.size(), mesh.triangles.size(), mesh.period.x, mesh.period.y, height);
   if (cell.stitch) {
-    const auto clearance = must(minimum_clearance(cell.stitch->pattern, command.input));
+    const auto clearance = value_or_throw(minimum_clearance(cell.stitch->pattern, command.input));
     json["yarns"] = cell.stitch->pattern.yarns.size();
     json["clearanceMm"] = clearance;
     json["thicknessShare"] = cell.stitch->thickness_share;

@@ -98,10 +98,11 @@ std::vector<Light> lamps_above(const Environment& environment) {
 }
 
 Drawn trace(const SwatchCommand& command) {
-  const auto cell = must(find_cell(command.input, command.cell));
+  const auto cell = value_or_throw(find_cell(command.input, command.cell));
   TerminalProgress progress("swatch", command.common.quiet);
   const SwatchShot shot = shot_of(command, cell.mesh.period);
-  auto truth = must(trace_swatch(cell.mesh, command.input, shot, command.trace, progress.callback()));
+  auto truth =
+      value_or_throw(trace_swatch(cell.mesh, command.input, shot, command.trace, progress.callback()));
   report_remarks(command.common, command.input, cell, {});
   Drawn drawn;
   drawn.frame = std::move(truth.frame);
@@ -111,7 +112,7 @@ Drawn trace(const SwatchCommand& command) {
 }
 
 Drawn draw(const SwatchCommand& command) {
-  const auto fabric = must(read_fabric(command.input));
+  const auto fabric = value_or_throw(read_fabric(command.input));
   const SwatchShot shot = shot_of(command, V2d(fabric.period_mm));
   Drawn drawn;
   const auto start = std::chrono::steady_clock::now();
@@ -122,13 +123,14 @@ Drawn draw(const SwatchCommand& command) {
 
 Drawn make(SwatchCommand command) {
   if (!command.environment.empty()) {
-    command.lights = lamps_above(must(environment_named(command.environment, command.around)));
+    command.lights = lamps_above(value_or_throw(environment_named(command.environment, command.around)));
   }
   Drawn drawn = command.truth ? trace(command) : draw(command);
   DisplayOptions display = default_display();
   if (!command.environment.empty()) display.exposure = 1;
-  must(command.output.ends_with(".exr") ? write_exr(command.output, to_linear_image(drawn.frame))
-                                        : write_png(command.output, to_display_image(drawn.frame, display)));
+  value_or_throw(command.output.ends_with(".exr")
+                     ? write_exr(command.output, to_linear_image(drawn.frame))
+                     : write_png(command.output, to_display_image(drawn.frame, display)));
   return drawn;
 }
 

@@ -44,12 +44,13 @@ const Fallback& Cloth::fallback() {
 
 Cloth read_cloth(const std::string& path, const std::string& output_path, const DressOptions& options,
                  SceneLimits& limits) {
-  FabricReader reader = must(FabricReader::open(path, {.memory = limits.document.memory}));
-  Cloth cloth{must(reader.read()), {}, {}};
+  FabricReader reader = value_or_throw(FabricReader::open(path, {.memory = limits.document.memory}));
+  Cloth cloth{value_or_throw(reader.read()), {}, {}};
   limits.document.memory -= reader.memory();
-  must(check_options(options, options.mm_per_repeat.value_or(V2d(cloth.fabric.period_mm))));
-  cloth.source = must(source_of(path, output_path, options.embed.value_or(has_ending(output_path, ".glb"))));
-  cloth.digest = must(digest_of_fabric(path));
+  value_or_throw(check_options(options, options.mm_per_repeat.value_or(V2d(cloth.fabric.period_mm))));
+  cloth.source =
+      value_or_throw(source_of(path, output_path, options.embed.value_or(has_ending(output_path, ".glb"))));
+  cloth.digest = value_or_throw(digest_of_fabric(path));
   return cloth;
 }
 

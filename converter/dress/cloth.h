@@ -26,7 +26,7 @@ struct Cloth {
 };
 
 /// Reads a fabric, takes its memory from the limits, and refuses options that do not go with it. To be
-/// caught: a Failure (must()).
+/// caught: a Failure (value_or_throw()).
 Cloth read_cloth(const std::string& path, const std::string& output_path, const DressOptions& options,
                  SceneLimits& limits);
 

@@ -55,17 +55,17 @@ class Dresser {
 
   DressReport dress() {
     ChosenMaterials chosen =
-        must(choose_materials(document_, {options_.materials, options_.all, options_.except}));
+        value_or_throw(choose_materials(document_, {options_.materials, options_.all, options_.except}));
     report_.warnings = chosen.left_alone;
     std::set<int> textures = textures_in_use(document_);
     uses_ = uses_of(document_.json);
     reserve_memory(chosen.materials);
-    Scene scene = must(read_scene(document_, limits_));
+    Scene scene = value_or_throw(read_scene(document_, limits_));
     if (options_.unwrap || options_.backing) in_scene_ = places_in(scene);
     if (options_.unwrap) {
       unwrap_all(chosen.materials);
       scene = Scene();  // before the next takes its place in memory
-      scene = must(read_scene(document_, limits_));
+      scene = value_or_throw(read_scene(document_, limits_));
     }
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
     report_.bounds = bounds_of(scene);
@@ -73,9 +73,10 @@ class Dresser {
       throw Failure{Error{Code::mesh_not_finite, document_.file, "/nodes", "a node transform overflows"}};
     }
     for (std::optional<Cloth>& cloth : cloths_) {
-      if (cloth) cloth->index = must(add_fabric(document_, cloth->source));
+      if (cloth) cloth->index = value_or_throw(add_fabric(document_, cloth->source));
     }
-    for (const int material : chosen.materials) attempt(material, [&] { must(dress(material, scene)); });
+    for (const int material : chosen.materials)
+      attempt(material, [&] { value_or_throw(dress(material, scene)); });
     if (report_.materials.empty()) {
       throw Failure{left_out_.value_or(
           Error{Code::garment_empty, document_.file, "/materials", "the materials are on no triangles"})};
@@ -153,12 +154,12 @@ class Dresser {
   void unwrap_material(int material, std::set<Place>& done) {
     std::set<Place> places = fresh_places(material, done);
     if (places.empty()) return;
-    const Unwrapped made =
-        changing_failures([&] { return must(unwrap(document_, places, options_.tex_coord, in_scene_)); },
-                          [&](Error error) {
-                            if (error.place.empty()) error.place = fmt::format("/materials/{}", material);
-                            return error;
-                          });
+    const Unwrapped made = changing_failures(
+        [&] { return value_or_throw(unwrap(document_, places, options_.tex_coord, in_scene_)); },
+        [&](Error error) {
+          if (error.place.empty()) error.place = fmt::format("/materials/{}", material);
+          return error;
+        });
     report_.unwrapped.emplace(material, made);
     if (made.replaced) {
       report_.warnings.push_back(fmt::format(
@@ -197,7 +198,7 @@ class Dresser {
                   fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name));
     }
     warn_of_uvs(where, size);
-    KeptParts parts = must(keep_parts(document_, material, scene, places, masks_, options_.keep));
+    KeptParts parts = value_or_throw(keep_parts(document_, material, scene, places, masks_, options_.keep));
     for (const std::string& warning : parts.warnings) report_.warnings.push_back(where + ": " + warning);
     dressed.kept = std::move(parts.kept);
     if (options_.fallback) dressed.replaced = std::move(parts.replaced);
@@ -247,7 +248,7 @@ class Dresser {
   }
 
   void write_fallback(int material, Cloth& cloth, const DressedUse& use, const std::set<Place>& places) {
-    if (!cloth.textures) cloth.textures = must(add_fallback_textures(document_, cloth.fallback()));
+    if (!cloth.textures) cloth.textures = value_or_throw(add_fallback_textures(document_, cloth.fallback()));
     set_fallback(document_, material, cloth.fallback(), *cloth.textures, use.reference);
     if (cloth.textures->normal < 0 || keeps(names::gltf::normal_texture, material)) return;
     for (const Place& place : places) {
@@ -255,13 +256,13 @@ class Dresser {
       if (!with_tangents_.insert(place).second) continue;
       if (use.stale_tangents)
         drop_tangents(document_.json["meshes"][place.first]["primitives"][place.second]);
-      if (must(add_tangents(document_, place.first, place.second, options_.tex_coord)))
+      if (value_or_throw(add_tangents(document_, place.first, place.second, options_.tex_coord)))
         ++report_.tangents_added;
     }
   }
 
   void add_colourway(const Colourway& colourway, Cloth& cloth) {
-    const int variant = must(add_variant(document_, colourway.name));
+    const int variant = value_or_throw(add_variant(document_, colourway.name));
     bool shown = false;
     for (auto& [material, use] : dressed_) {
       const int copy = copy_for_variant(document_, material, uses_[material], variant);
@@ -310,7 +311,7 @@ class Dresser {
       std::set<Place> places = fresh_places(material, done);
       const V2d mm = use.size.metres * 1000.0 / use.reference.transform.scale;
       const Backing backing{*options_.backing, behind * std::min(std::abs(mm.x), std::abs(mm.y)) / 1000};
-      report_.backed += must(add_backing(document_, material, places, in_scene_, backing));
+      report_.backed += value_or_throw(add_backing(document_, material, places, in_scene_, backing));
       done.merge(places);
     }
   }
@@ -335,10 +336,10 @@ class Dresser {
 std::vector<AtomicFile> stage_usd(const GltfDocument& document, const std::string& path,
                                   const SceneLimits& limits, DressReport& report) {
   if (path.empty()) return {};
-  const UsdFiles files = must(usd_of(document, path, limits));
+  const UsdFiles files = value_or_throw(usd_of(document, path, limits));
   report.warnings.insert(report.warnings.end(), files.remarks.begin(), files.remarks.end());
   std::vector<AtomicFile> staged;
-  for (const UsdFile& file : files.files) staged.push_back(must(stage_file(file.path, file.bytes)));
+  for (const UsdFile& file : files.files) staged.push_back(value_or_throw(stage_file(file.path, file.bytes)));
   return staged;
 }
 
@@ -354,22 +355,22 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
       if (!colourway.fabric.empty())
         cloths.back() = read_cloth(colourway.fabric, output_path, options, limits);
     }
-    GltfDocument document = must(load_gltf(garment_path, limits.document));
-    must(check_references(document));
+    GltfDocument document = value_or_throw(load_gltf(garment_path, limits.document));
+    value_or_throw(check_references(document));
     // Moved first, so that the fabric's URI and the existing ones are relative to the same folder.
     move_document(document, std::filesystem::path(output_path).parent_path().string());
-    must(size_garment(document, options.unit, options.height, limits));
+    value_or_throw(size_garment(document, options.unit, options.height, limits));
     DressReport report = Dresser(document, cloths, options, limits).dress();
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));
     std::vector<AtomicFile> usd = stage_usd(document, options.usd, limits, report);
-    StagedGltf staged = must(stage_gltf(std::move(document), output_path));
+    StagedGltf staged = value_or_throw(stage_gltf(std::move(document), output_path));
     report.bytes = staged.bytes;
     for (AtomicFile& file : usd) {
       report.usd_files.push_back(file.path());
       staged.files.push_back(std::move(file));
     }
-    must(commit_all(std::move(staged.files)));
+    value_or_throw(commit_all(std::move(staged.files)));
     return report;
   } catch (const Failure& failure) {
     return tl::unexpected(failure.error);

@@ -146,7 +146,7 @@ class Keeper {
       return info;
     }
     Json texture = document_.json["textures"][base];
-    const int view = append_view(document_, must(encode_png(alpha, Transfer::keep)));
+    const int view = append_view(document_, value_or_throw(encode_png(alpha, Transfer::keep)));
     const int image =
         append(document_.json["images"], {{name, "mask"}, {mime_type, "image/png"}, {buffer_view, view}});
     texture["source"] = image;

@@ -54,7 +54,7 @@ Offer offer_of(const std::string& text) {
     offer.name = text.substr(0, equals);
     offer.file = text.substr(equals + 1);
   }
-  offer.digest = must(digest_of_fabric(offer.file));
+  offer.digest = value_or_throw(digest_of_fabric(offer.file));
   return offer;
 }
 
@@ -64,24 +64,24 @@ class Restorer {
       : document_(document), output_(output), options_(options) {}
 
   ReattachReport restore() {
-    must(find_lost());
-    must(find_fabrics());
+    value_or_throw(find_lost());
+    value_or_throw(find_fabrics());
     const Uses uses = uses_of(document_.json);
-    for (const LostMaterial& lost : lost_) must(restore(lost, uses));
+    for (const LostMaterial& lost : lost_) value_or_throw(restore(lost, uses));
     return std::move(report_);
   }
 
  private:
   Result<void> find_lost() {
-    const std::vector<SceneFabric> present = must(read_fabric_entries(document_));
+    const std::vector<SceneFabric> present = value_or_throw(read_fabric_entries(document_));
     const Json& materials = member(document_.json, "materials");
     const int count = materials.is_array() ? static_cast<int>(materials.size()) : 0;
     for (int i = 0; i < count; ++i) {
-      if (must(read_fabric_reference(document_, i, static_cast<int>(present.size())))) {
+      if (value_or_throw(read_fabric_reference(document_, i, static_cast<int>(present.size())))) {
         report_.attached.push_back(i);
         continue;
       }
-      std::optional<Mirror> mirror = must(read_mirror(document_, i));
+      std::optional<Mirror> mirror = value_or_throw(read_mirror(document_, i));
       if (!mirror) continue;
       LostMaterial lost{i, std::move(*mirror), {}, -1};
       look_around(lost, present);
@@ -168,7 +168,7 @@ class Restorer {
                   fmt::format("{}: {}", fault->member, fault->reason));
     }
     if (const auto places = uses.find(lost.material); places != uses.end()) {
-      must(check_uvs(document_, places->second, placement->tex_coord));
+      value_or_throw(check_uvs(document_, places->second, placement->tex_coord));
     }
     set_fabric_reference(document_, lost.material, {fabric, placement->tex_coord, placement->transform});
     for (const std::string& part : restore_parts(document_, lost.material, lost.mirror))
@@ -182,18 +182,18 @@ class Restorer {
   /// Checks the fabric's file and adds it to the document.
   int add(const LostMaterial& lost, const std::string& label) {
     if (!digests_.contains(lost.file)) {
-      must(read_fabric(lost.file, {.memory = options_.limits.document.memory}));
-      digests_[lost.file] = must(digest_of_fabric(lost.file));
+      value_or_throw(read_fabric(lost.file, {.memory = options_.limits.document.memory}));
+      digests_[lost.file] = value_or_throw(digest_of_fabric(lost.file));
     }
     if (!lost.mirror.digest.empty() && lost.mirror.digest != digests_[lost.file]) {
       report_.warnings.push_back(
           fmt::format("{}: {} is another fabric than the one that was attached", label, lost.file));
     }
     const bool embed = lost.mirror.uri.empty();  // as it was
-    FabricSource source = must(source_of(lost.file, output_, embed));
+    FabricSource source = value_or_throw(source_of(lost.file, output_, embed));
     if (!lost.mirror.name.empty()) source.name = lost.mirror.name;
     if (embed && embedded_.insert(lost.file).second) ++report_.embedded;
-    return must(add_fabric(document_, source));
+    return value_or_throw(add_fabric(document_, source));
   }
 
   GltfDocument& document_;
@@ -210,14 +210,14 @@ class Restorer {
 Result<ReattachReport> reattach(const std::string& input_path, const std::string& output_path,
                                 const ReattachOptions& options) {
   try {
-    GltfDocument document = must(load_gltf(input_path, options.limits.document));
-    must(check_references(document));
+    GltfDocument document = value_or_throw(load_gltf(input_path, options.limits.document));
+    value_or_throw(check_references(document));
     // Moved first, so that the URIs of all fabrics are relative to the same folder.
     move_document(document, fs::path(output_path).parent_path().string());
     ReattachReport report = Restorer(document, output_path, options).restore();
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));
-    report.bytes = must(save_gltf(std::move(document), output_path));
+    report.bytes = value_or_throw(save_gltf(std::move(document), output_path));
     return report;
   } catch (const Failure& failure) {
     return tl::unexpected(failure.error);

@@ -237,7 +237,7 @@ V2d period_of(const Sample& sample, const ImportOptions& options) {
     take_pixels(account, sample, steepest.size() * sizeof(float) + reading_price);
     std::vector<Image> pictures;
     for (const MeasuredPicture* picture : steepest)
-      pictures.push_back(luminance_of(must(read_picture(*picture, sample.size, options))));
+      pictures.push_back(luminance_of(value_or_throw(read_picture(*picture, sample.size, options))));
     for (const int axis : {0, 1}) {
       const auto found = find_period(pictures, axis);
       if (!found) {
@@ -304,7 +304,7 @@ Cells read_cells(const Sample& sample, const RepeatAverage& average, ImportOptio
           picture ? Result<RepeatAverage::Cell>(average.average(*picture)) : tl::unexpected(picture.error());
     });
     for (int i = first; i < end; ++i) {
-      const auto cell = must(std::move(read[i - first]));
+      const auto cell = value_or_throw(std::move(read[i - first]));
       for (int t = 0; t < sample.texel_count(); ++t)
         for (int c = 0; c < 3; ++c)
           cells.values(i, Eigen::Index{3} * t + c) = cell.values[t][c] * std::numbers::inv_pi_v<float>;
@@ -378,7 +378,7 @@ Samples samples_from(const SamplesHeader& header, const std::vector<float>& alph
     pairs.noise.assign(pairs.radiance.size(), V3f(0, 0, 0));
     pairs.alpha_noise.resize(pairs.alpha.size());
   }
-  must(round_as_stored(samples));
+  value_or_throw(round_as_stored(samples));
   return samples;
 }
 
@@ -414,9 +414,9 @@ MemoryAccount check_options(const ImportOptions& o, const Sample& sample) {
 Result<ImportReport> import_all(const std::string& table, const ImportOptions& options,
                                 const std::string& output, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
-  Sample sample{table, must(read_picture_table(table))};
+  Sample sample{table, value_or_throw(read_picture_table(table))};
   {
-    const Image first = must(read_picture(sample.pictures.front(), V2i(0, 0), options));
+    const Image first = value_or_throw(read_picture(sample.pictures.front(), V2i(0, 0), options));
     sample.size = V2i(first.width, first.height);
   }
   sample.period = period_of(sample, options);
@@ -429,8 +429,9 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
     ImportOptions as_it_is;
     as_it_is.colours = PictureColours::linear;
     as_it_is.max_memory = memory.left();
-    return options.opacity.empty() ? Image()
-                                   : must(read_picture({options.opacity, {}, 1, 0}, sample.size, as_it_is));
+    return options.opacity.empty()
+               ? Image()
+               : value_or_throw(read_picture({options.opacity, {}, 1, 0}, sample.size, as_it_is));
   };
   const RepeatAverage average(sample.size, sample.period, sample.texels, opacity());
   const Cells cells = read_cells(sample, average, options, memory, progress);
@@ -463,8 +464,8 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   header.lights = grid_of(options.lights);
   header.samples_per_texel = header.truth_samples = 1;
   header.provenance = provenance_of(report, table);
-  must(write_samples(output,
-                     samples_from(header, average.alpha(), sample, cells, sets, known, kernel, progress)));
+  value_or_throw(write_samples(
+      output, samples_from(header, average.alpha(), sample, cells, sets, known, kernel, progress)));
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;
 }

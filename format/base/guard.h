@@ -1,7 +1,7 @@
 // The end of the way for exceptions: what a library of others throws, or memory that there is not, becomes an
 // error as any other. For the entries of programs and of the installed library; inside, an exception that
-// reaches a caller is a fault, and the fuzz targets take it as one. Also must(), with which work of many
-// steps, such as a verb, ends with the first error of a step.
+// reaches a caller is a fault, and the fuzz targets take it as one. Also value_or_throw(), with which work of
+// many steps, such as a verb, ends with the first error of a step.
 #pragma once
 
 #include <string>
@@ -20,7 +20,7 @@ struct Failure {
 /// The value of `result`; throws its error as a Failure. Only where a caller catches it, as
 /// guarded() does: no Failure leaves a library.
 template <class T>
-T must(Result<T> result) {
+T value_or_throw(Result<T> result) {
   if (!result) throw Failure{std::move(result.error())};
   if constexpr (!std::is_void_v<T>) return std::move(*result);
 }

@@ -51,11 +51,11 @@ class MeshDocument {
     const bool is_obj = has_ending(document_.file, ".obj");
     take(bytes.size(), is_obj ? obj_memory_factor : ply_memory_factor, "its text");
     if (is_obj) {
-      mesh_ = must(read_obj(bytes, document_.file));
+      mesh_ = value_or_throw(read_obj(bytes, document_.file));
       for (const std::string& name : mesh_.material_files) read_materials(name);
     } else {
-      const PlyFile ply = must(read_ply(bytes, document_.file));
-      mesh_ = must(mesh_of(ply, document_.file));
+      const PlyFile ply = value_or_throw(read_ply(bytes, document_.file));
+      mesh_ = value_or_throw(mesh_of(ply, document_.file));
       read_comments(ply.comments);
     }
     make_primitives();
@@ -75,7 +75,7 @@ class MeshDocument {
     if (name.starts_with('/') || name.find(':') != std::string::npos) name = name.substr(name.rfind('/') + 1);
     if (name.empty() || document_.other_files == OtherFiles::none) return {};
     const std::string path = (std::filesystem::path(document_.folder) / name).string();
-    return must(resolve_uri(document_, relative_uri(path, document_.folder), place));
+    return value_or_throw(resolve_uri(document_, relative_uri(path, document_.folder), place));
   }
 
   void read_materials(const std::string& name) {

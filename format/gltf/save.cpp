@@ -158,17 +158,18 @@ Result<StagedGltf> stage(GltfDocument& document, const std::string& path) {
   move_document(document, output.parent_path().string());
   StagedGltf staged;
   if (binary) {
-    const Bytes file = must(pack(document, path));
+    const Bytes file = value_or_throw(pack(document, path));
     staged.bytes = file.size();
-    staged.files.push_back(must(stage_file(path, file)));
+    staged.files.push_back(value_or_throw(stage_file(path, file)));
     return staged;
   }
   Bytes buffer = merge_buffers(document);
   const std::string target = buffer.empty() ? "" : buffer_path(document, inputs, output).string();
   if (!buffer.empty()) document.json["buffers"][0]["uri"] = relative_uri(target, document.folder);
   const std::string text = document.json.dump(2) + "\n";
-  AtomicFile file = must(stage_file(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}));
-  if (!buffer.empty()) staged.files.push_back(must(stage_file(target, buffer)));
+  AtomicFile file =
+      value_or_throw(stage_file(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}));
+  if (!buffer.empty()) staged.files.push_back(value_or_throw(stage_file(target, buffer)));
   staged.files.push_back(std::move(file));
   staged.bytes = buffer.size() + text.size();
   return staged;

@@ -87,7 +87,7 @@ void add_hairs(const CellMesh& mesh, Fibres& fibres) {
 }  // namespace
 
 Fibres lay_fibres(const StitchPattern& pattern, const CellMesh& mesh, int each_ply) {
-  const auto laid = must(lay_plies(pattern, pattern.name));
+  const auto laid = value_or_throw(lay_plies(pattern, pattern.name));
   Fibres fibres;
   fibres.period = laid.period_mm;
   for (std::size_t y = 0; y < laid.yarns.size(); ++y) {

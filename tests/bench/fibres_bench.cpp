@@ -82,13 +82,13 @@ void print(const std::string& model, const char* light, const V3d& albedo, const
 StitchPattern pattern_of(const std::string& stitch, int kind, const V3d& albedo, double transmission) {
   StitchSettings settings{{"colour", {albedo.x, albedo.y, albedo.z}}};
   if (kind > 0) settings["yarn"] = {static_cast<double>(kind)};
-  auto found = must(find_stitch(stitch, settings));
+  auto found = value_or_throw(find_stitch(stitch, settings));
   for (Yarn& yarn : found.pattern.yarns) yarn.transmission = std::max(0.0, transmission);
   return found.pattern;
 }
 
 Energies of_surface(const StitchPattern& pattern, bool diffuse, int paths) {
-  const auto cell = must(trace_cell(must(mesh_stitch(pattern)), pattern.name, {}));
+  const auto cell = value_or_throw(trace_cell(value_or_throw(mesh_stitch(pattern)), pattern.name, {}));
   const PathTracer tracer(cell.scene, unlimited_bounces);
   const double above = static_cast<double>(cell.scene.bounds().max.z) + 1;
   return energies(cell.scene.period(), above, diffuse, paths,
@@ -109,7 +109,7 @@ Energies of_surface(const StitchPattern& pattern, bool diffuse, int paths) {
 }
 
 Energies of_fibres(const StitchPattern& pattern, int each_ply, bool diffuse, int paths) {
-  const auto fibres = lay_fibres(pattern, must(mesh_stitch(pattern)), each_ply);
+  const auto fibres = lay_fibres(pattern, value_or_throw(mesh_stitch(pattern)), each_ply);
   const FibreScene scene(fibres);
   const FibreTracer tracer(scene, fibres.yarns, unlimited_bounces);
   return energies(scene.period(), scene.high() + 1, diffuse, paths,
@@ -152,8 +152,8 @@ int print_energies(int argc, char** argv) {
 }
 
 int draw(int argc, char** argv) {
-  const StitchPattern pattern = must(find_stitch(argv[2], {})).pattern;
-  const CellMesh mesh = must(mesh_stitch(pattern));
+  const StitchPattern pattern = value_or_throw(find_stitch(argv[2], {})).pattern;
+  const CellMesh mesh = value_or_throw(mesh_stitch(pattern));
   SwatchShot shot = swatch_shot(SwatchView::near, mesh.period, 240, 180);
   if (argc > 5) shot.lights.clear();
   for (int k = 5; k < argc; ++k) {
@@ -169,8 +169,8 @@ int draw(int argc, char** argv) {
   const FibreScene scene(fibres);
   const FibreTracer tracer(scene, fibres.yarns, options.bounces);
   const LightChoice choice(shot.lights);
-  const auto cell = must(trace_cell(mesh, pattern.name, {}));
-  const double plane = must(plane_of(mesh, cell, pattern.name, bake_like(options)));
+  const auto cell = value_or_throw(trace_cell(mesh, pattern.name, {}));
+  const double plane = value_or_throw(plane_of(mesh, cell, pattern.name, bake_like(options)));
   const SwatchCell place{scene.period(), 1e-3, static_cast<double>(bounds_of(mesh).min.z) + plane,
                          scene.high()};
   const TruthSwatch drawn =
@@ -186,7 +186,7 @@ int draw(int argc, char** argv) {
                    return rays;
                  },
                  {});
-  must(write_exr(argv[4], to_linear_image(drawn.frame)));
+  value_or_throw(write_exr(argv[4], to_linear_image(drawn.frame)));
   fmt::print("noise {:.2g}\n", drawn.noise);
   return 0;
 }

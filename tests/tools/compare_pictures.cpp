@@ -14,13 +14,14 @@ namespace {
 
 int run(const std::string& first_path, const std::string& second_path, double max,
         const CommonOptions& common) {
-  const auto first = must(read_image(first_path, Transfer::keep));
-  const auto second = must(read_image(second_path, Transfer::keep, default_memory - memory_of(first)));
+  const auto first = value_or_throw(read_image(first_path, Transfer::keep));
+  const auto second =
+      value_or_throw(read_image(second_path, Transfer::keep, default_memory - memory_of(first)));
   const auto of_second = [&](Error error) {
     if (error.file.empty()) error.file = second_path;
     return error;
   };
-  const ImageDifference d = must(compare_images(first, second).map_error(of_second));
+  const ImageDifference d = value_or_throw(compare_images(first, second).map_error(of_second));
   const Json json{{"maxAbsolute", d.max_absolute}, {"x", d.x},       {"y", d.y},
                   {"channel", d.channel},          {"rmse", d.rmse}, {"psnr", d.psnr}};
   report(

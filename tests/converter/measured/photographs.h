@@ -76,7 +76,7 @@ inline Result<void> photograph(const PairSamples& samples, std::size_t count, co
           }
         }
       }
-      must(write_exr(fmt::format("{}/{}.exr", folder, p), picture));
+      value_or_throw(write_exr(fmt::format("{}/{}.exr", folder, p), picture));
       const V3f& l = samples.pairs[p].light;
       const V3f& v = samples.pairs[p].view;
       table += fmt::format("{}.exr,{},{},{},{},{},{},{}\n", p, l.x, l.y, l.z, v.x, v.y, v.z, exposure);

@@ -44,13 +44,13 @@ TEST_CASE("guard: must ends work with the error of a step") {
     if (number % 2 != 0) return fail(Code::json_malformed, "b", "", "odd");
     return number / 2;
   };
-  CHECK(guarded("a", [&] { return Result<int>(must(half(must(half(12)))) + 1); }) == 4);
+  CHECK(guarded("a", [&] { return Result<int>(value_or_throw(half(value_or_throw(half(12)))) + 1); }) == 4);
   const auto renamed = [](Error error) {
     error.file = "c";
     return error;
   };
   const auto fails = [&]() -> Result<int> {
-    return changing_failures([&] { return must(half(must(half(10)))); }, renamed);
+    return changing_failures([&] { return value_or_throw(half(value_or_throw(half(10)))); }, renamed);
   };
   CHECK(to_line(test::error_of(guarded("a", fails))) == "c: odd [JSON_MALFORMED]");
 }
