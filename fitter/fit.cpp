@@ -28,7 +28,7 @@ double seconds_since(Clock::time_point start) {
 /// Rounded as in the file, so that lobes are fitted in the frame in which they are evaluated.
 V3f in_half_precision(const V3f& v) { return {Imath::half(v.x), Imath::half(v.y), Imath::half(v.z)}; }
 
-float clamp_to_finite(double value) {
+float to_finite_float(double value) {
   constexpr auto largest = static_cast<double>(std::numeric_limits<float>::max());
   return static_cast<float>(std::clamp(value, -largest, largest));
 }
@@ -57,9 +57,9 @@ void store(const std::array<ChannelFit, 3>& fits, std::size_t texel, FabricLevel
   for (int c = 0; c < 3; ++c) {
     const ChannelFit& fit = fits[c];
     float* parameters = &level.lobes()[(texel * 3 + c) * fit.parameters.size()];
-    std::transform(fit.parameters.begin(), fit.parameters.end(), parameters, clamp_to_finite);
+    std::transform(fit.parameters.begin(), fit.parameters.end(), parameters, to_finite_float);
     for (std::size_t v = 0; level.has(LayerKind::table) && v < fit.table.size(); ++v) {
-      level.view_table()[texel * fit.table.size() + v][c] = clamp_to_finite(fit.table[v]);
+      level.view_table()[texel * fit.table.size() + v][c] = to_finite_float(fit.table[v]);
     }
   }
 }

@@ -152,7 +152,7 @@ struct Renderer::State {
       // 48 maps of a million triangles take six seconds.
       constexpr std::size_t most_triangles = std::size_t{1} << 20;
       const bool fits = scene.mesh.triangles.size() <= most_triangles &&
-                        textures->leave(scene.mesh.positions.size() * memory_price::shaded_vertex);
+                        textures->leave(scene.mesh.positions.size() * bytes_per::shaded_vertex);
       if (!fits)
         remarks.emplace_back(
             "light from all around has no shadows: the scene has more than 2^20 triangles, or does not fit "

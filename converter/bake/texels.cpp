@@ -164,7 +164,7 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
     V3f albedo;
     float diffuse = 1;
     if (glossy || varied) {
-      const YarnSurface surface = surface_at(scene_, points[i]);
+      const YarnBrdf surface = surface_at(scene_, points[i]);
       normal = V3f(surface.normal);
       albedo = V3f(surface.albedo);
       diffuse -= surface.gloss.weight;
@@ -216,7 +216,7 @@ std::uint64_t TexelBaker::light_through(const Packet& packet, const PointPacket&
   std::uint64_t rays = 0;
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
-    const YarnSurface surface = surface_at(scene_, points[i]);
+    const YarnBrdf surface = surface_at(scene_, points[i]);
     for (std::size_t l = 0; l < lights.size(); ++l) {
       if (!comes_through(surface, V3d(lights[l]))) continue;
       const V3d light = direct_light(scene_, points[i], surface, lights[l], -surface.inward, rays);

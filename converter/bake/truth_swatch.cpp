@@ -60,7 +60,7 @@ class SwatchTracer {
  private:
   std::uint64_t light_directly(const SurfacePoint& point, const V3d& view, std::span<const V3f> lights,
                                std::span<V3d> radiance) const {
-    const YarnSurface surface = surface_at(scene_, point);
+    const YarnBrdf surface = surface_at(scene_, point);
     std::uint64_t rays = 0;
     for (std::size_t l = 0; l < lights.size(); ++l) {
       radiance[l] += direct_light(scene_, point, surface, lights[l], view, rays);

@@ -77,7 +77,7 @@ Eigen::MatrixX3d irradiance_at(const TracedCell& cell, const SurfacePoint& point
     const V3d direction = cosine_direction(V3d(point.face_normal), sampler.next());
     SurfacePoint at;
     if (!scene.trace(scene.leave(point), direction, at)) continue;
-    const YarnSurface surface = surface_at(scene, at);
+    const YarnBrdf surface = surface_at(scene, at);
     for (std::size_t l = 0; l < lights.size(); ++l) {
       sum[l] += direct_light(scene, at, surface, lights[l], -direction, rays);
     }

@@ -383,7 +383,7 @@ void IrradianceCache::place_points(const RayScene& scene) {
 }
 
 void IrradianceCache::add_shares(const RayScene& scene, const SurfacePoint& point) {
-  const YarnSurface surface = surface_at(scene, point);
+  const YarnBrdf surface = surface_at(scene, point);
   if (scene.is_translucent()) {
     const DiffuseShares shares = diffuse_shares(surface);
     albedo_.push_back(shares.back);

@@ -46,7 +46,7 @@ double width_of(const Gloss& gloss) {
 }
 
 /// A direction in the frame (fibre, across, normal).
-V3d local(const YarnSurface& s, const V3d& d) {
+V3d local(const YarnBrdf& s, const V3d& d) {
   return {d.dot(s.fibre), d.dot(s.normal.cross(s.fibre)), d.dot(s.normal)};
 }
 
@@ -79,7 +79,7 @@ V3f aligned(const V3f& fibre, const V3f& reference) { return fibre.dot(reference
 /// Turns the normal and the fibre of a surface to the met strand, and changes its albedo.
 /// The normal stays on the ray's side. Of a hair only the albedo changes. Surfaces beside yarns, and points
 /// that no ray met, stay.
-void add_strand(const CellMesh& mesh, const SurfacePoint& point, YarnSurface& surface) {
+void add_strand(const CellMesh& mesh, const SurfacePoint& point, YarnBrdf& surface) {
   if (mesh.places.empty() || point.view == V3f(0, 0, 0)) return;
   const YarnPlace place = place_at(mesh, point);
   if (place.skin < 0) return;
@@ -115,13 +115,13 @@ V3d cosine_direction(const V3d& normal, const V2d& square) {
       .normalized();
 }
 
-double dull_share(const YarnSurface& s) {
+double dull_share(const YarnBrdf& s) {
   const auto w = static_cast<double>(s.gloss.weight);
   return 1 - (s.transmission > 0 && w > 0 ? w * mean_gloss_albedo(s.gloss.roughness) : w);
 }
 
-YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
-  YarnSurface s;
+YarnBrdf surface_at(const RayScene& scene, const SurfacePoint& point) {
+  YarnBrdf s;
   s.normal = V3d(point.face_normal);
   s.albedo = V3d(scene.albedo(point));
   s.inward = -s.normal;
@@ -161,20 +161,20 @@ YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point) {
   return s;
 }
 
-double gloss_reflectance(const YarnSurface& surface, const V3d& light, const V3d& view) {
+double gloss_reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view) {
   return gloss_reflectance(local(surface, light), local(surface, view),
                            static_cast<double>(surface.gloss.roughness));
 }
 
-bool comes_through(const YarnSurface& surface, const V3d& light) {
+bool comes_through(const YarnBrdf& surface, const V3d& light) {
   return surface.transmission > 0 && light.dot(surface.inward) > 0;
 }
 
-double incidence(const YarnSurface& surface, const V3d& light) {
+double incidence(const YarnBrdf& surface, const V3d& light) {
   return std::max(0.0, light.dot(comes_through(surface, light) ? surface.inward : surface.normal));
 }
 
-V3d reflectance(const YarnSurface& surface, const V3d& light, const V3d& view) {
+V3d reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view) {
   if (comes_through(surface, light)) {
     return surface.albedo * (dull_share(surface) * surface.transmission / pi);
   }
@@ -185,7 +185,7 @@ V3d reflectance(const YarnSurface& surface, const V3d& light, const V3d& view) {
   return diffuse + V3d(w * gloss_reflectance(surface, light, view));
 }
 
-void GlossPacket::set(std::size_t lane, const YarnSurface& surface, const V3d& view) {
+void GlossPacket::set(std::size_t lane, const YarnBrdf& surface, const V3d& view) {
   const auto put = [&](const V3d& vector, Lanes& x, Lanes& y, Lanes& z) {
     x[lane] = static_cast<float>(vector.x);
     y[lane] = static_cast<float>(vector.y);
@@ -219,7 +219,7 @@ SELVEDGE_WIDE void GlossPacket::reflectance(const V3f& light, std::array<float, 
   }
 }
 
-std::optional<BsdfSample> sample_bsdf(const YarnSurface& surface, const V3d& view, const V2d& random) {
+std::optional<BsdfSample> sample_bsdf(const YarnBrdf& surface, const V3d& view, const V2d& random) {
   const double w = static_cast<double>(surface.gloss.weight);
   if (w == 0 || random.x >= w) {
     const double t = surface.transmission;
@@ -260,8 +260,8 @@ double mean_gloss_albedo(float roughness) {
   return table[below] * (1 - share) + table[below + 1] * share;
 }
 
-V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnSurface& surface,
-                 const V3f& light, const V3d& view, std::uint64_t& rays) {
+V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrdf& surface, const V3f& light,
+                 const V3d& view, std::uint64_t& rays) {
   const V3d towards(light);
   const bool through = comes_through(surface, towards);
   // Of closed yarn only the outside is lit.
@@ -273,7 +273,7 @@ V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnSur
   return reflectance(surface, towards, view) * cosine;
 }
 
-DiffuseShares diffuse_shares(const YarnSurface& surface) {
+DiffuseShares diffuse_shares(const YarnBrdf& surface) {
   const V3f albedo(surface.albedo);
   const Gloss gloss = surface.gloss;
   const auto t = static_cast<float>(surface.transmission);

@@ -19,7 +19,7 @@
 namespace selvedge {
 
 /// All directions are unit and point away from the surface.
-struct YarnSurface {
+struct YarnBrdf {
   V3d normal{0, 0, 1};
   V3d albedo{0, 0, 0};  ///< of the wall (wall_albedo.h)
   V3d fibre{1, 0, 0};   ///< unit, in the plane of the surface
@@ -30,28 +30,28 @@ struct YarnSurface {
 
 /// The surface at a point, with the fibre projected to the triangle's plane, and the strand of fibres that is
 /// met there (yarn_strands.h).
-YarnSurface surface_at(const RayScene& scene, const SurfacePoint& point);
+YarnBrdf surface_at(const RayScene& scene, const SurfacePoint& point);
 
 /// Share of the light that is not in the highlight: 1 - w. In translucent yarn also the light that the
 /// highlight's facets block, on average: there light goes on where it would be lost.
-double dull_share(const YarnSurface& surface);
+double dull_share(const YarnBrdf& surface);
 
 /// Whether light from there reaches a viewer through the wall.
-bool comes_through(const YarnSurface& surface, const V3d& light);
+bool comes_through(const YarnBrdf& surface, const V3d& light);
 
 /// Cosine of the light's incidence, on the side that it comes from; 0 where it lies below both.
-double incidence(const YarnSurface& surface, const V3d& light);
+double incidence(const YarnBrdf& surface, const V3d& light);
 
 /// f in 1/sr, also of light that comes through; 0 if a direction lies below the surface.
-V3d reflectance(const YarnSurface& surface, const V3d& light, const V3d& view);
+V3d reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view);
 
 /// The gloss term of f without its weight w.
-double gloss_reflectance(const YarnSurface& surface, const V3d& light, const V3d& view);
+double gloss_reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view);
 
 /// The gloss of up to 16 points, each with its own view, for one light at a time; in single precision.
 class GlossPacket {
  public:
-  void set(std::size_t lane, const YarnSurface& surface, const V3d& view);
+  void set(std::size_t lane, const YarnBrdf& surface, const V3d& view);
   /// The weight times gloss_reflectance() of every lane; 0 if light or view lies below the surface.
   void reflectance(const V3f& light, std::array<float, packet_size>& result) const;
 
@@ -69,7 +69,7 @@ struct BsdfSample {
   V3d weight{0, 0, 0};
 };
 /// Nothing if a facet reflects below the surface. `random` lies in [0, 1)^2.
-std::optional<BsdfSample> sample_bsdf(const YarnSurface& surface, const V3d& view, const V2d& random);
+std::optional<BsdfSample> sample_bsdf(const YarnBrdf& surface, const V3d& view, const V2d& random);
 
 /// A cosine-distributed direction around `normal`; area preserving in `square`, which lies in [0, 1)^2.
 V3d cosine_direction(const V3d& normal, const V2d& square);
@@ -79,15 +79,15 @@ double mean_gloss_albedo(float roughness);
 
 /// Light straight from a lamp of unit perpendicular irradiance that leaves a point towards `view`, where the
 /// lamp is not hidden. Adds the shadow ray to `rays`.
-V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnSurface& surface,
-                 const V3f& light, const V3d& view, std::uint64_t& rays);
+V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrdf& surface, const V3f& light,
+                 const V3d& view, std::uint64_t& rays);
 
 /// Shares of uniform light that leave a point equally in all directions: the albedos for indirect light.
 struct DiffuseShares {
   V3f back{0, 0, 0};     ///< on the side that it falls on, gloss included
   V3f through{0, 0, 0};  ///< on the other side
 };
-DiffuseShares diffuse_shares(const YarnSurface& surface);
+DiffuseShares diffuse_shares(const YarnBrdf& surface);
 DiffuseShares diffuse_shares(const RayScene& scene, const SurfacePoint& point);
 
 }  // namespace selvedge

@@ -106,7 +106,7 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, M
     return refuse(Code::file_too_large, "",
                   fmt::format("a JSON object with more than {} members", limits.members));
   }
-  if (!account.take(text.size(), 1) || !account.take(demands.values, memory_price::json_value)) {
+  if (!account.take(text.size(), 1) || !account.take(demands.values, bytes_per::json_value)) {
     Error beyond = beyond_memory("", "", fmt::format("{} values of JSON", demands.values), limits.memory);
     return refuse(beyond.code, "", std::move(beyond.message));
   }

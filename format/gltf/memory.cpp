@@ -42,15 +42,15 @@ Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit) {
     return tl::unexpected<Error>(beyond_memory(scene.file, "", what, limit));
   };
   for (const ScenePrimitive& primitive : scene.primitives) {
-    if (!account.take(primitive.positions.size(), memory_price::vertex) ||
-        !account.take(primitive.indices.size(), memory_price::index))
+    if (!account.take(primitive.positions.size(), bytes_per::vertex) ||
+        !account.take(primitive.indices.size(), bytes_per::index))
       return refuse("its primitives");
   }
   for (const SceneInstance& instance : scene.instances) {
     const ScenePrimitive& primitive = scene.primitives[instance.primitive];
-    if (!account.take(1, memory_price::instance) ||
-        !account.take(primitive.positions.size(), memory_price::placed_vertex) ||
-        !account.take(primitive.indices.size() / 3, memory_price::placed_triangle))
+    if (!account.take(1, bytes_per::instance) ||
+        !account.take(primitive.positions.size(), bytes_per::placed_vertex) ||
+        !account.take(primitive.indices.size() / 3, bytes_per::placed_triangle))
       return refuse("its instances");
   }
   std::uint64_t encoded = 0;
@@ -62,8 +62,8 @@ Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit) {
 
 bool take_textures(MemoryAccount& account, std::uint64_t pixels, std::uint64_t largest,
                    std::uint64_t encoded) {
-  return account.take(pixels, memory_price::pixel) && account.take(largest, memory_price::decoding) &&
-         account.take(encoded, memory_price::encoded_pixel);
+  return account.take(pixels, bytes_per::pixel) && account.take(largest, bytes_per::decoding) &&
+         account.take(encoded, bytes_per::encoded_pixel);
 }
 
 Result<void> check_textures(const Scene& scene, MemoryAccount account) {

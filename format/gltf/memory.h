@@ -11,7 +11,7 @@
 namespace selvedge {
 
 /// Bytes that one of these takes at most, reading and drawing.
-namespace memory_price {
+namespace bytes_per {
 inline constexpr std::uint64_t json_value = 128;       ///< in the parsed text, beside the text itself
 inline constexpr std::uint64_t vertex = 160;           ///< of a primitive, with what reading it takes
 inline constexpr std::uint64_t index = 12;             ///< of a primitive
@@ -23,7 +23,7 @@ inline constexpr std::uint64_t shaded_vertex =
 inline constexpr std::uint64_t pixel = 16;  ///< of a texture, with its levels
 inline constexpr std::uint64_t decoding = 24;      ///< of the largest texture, while it is made, beside that
 inline constexpr std::uint64_t encoded_pixel = 8;  ///< of the largest picture, while it is decoded
-}  // namespace memory_price
+}  // namespace bytes_per
 
 /// The memory that a scene and its encoded pictures leave of `limit` bytes when they are drawn;
 /// FILE_TOO_LARGE beyond it. Textures come on top, by what a frame shows of them

@@ -107,7 +107,7 @@ class MeshDocument {
           std::all_of(face.begin(), face.end(), [](const MeshCorner& c) { return c.uv >= 0; });
       const auto [entry, is_new] = parts.try_emplace({name, has_uvs});
       if (is_new) {
-        take(values_of_part, memory_price::json_value, "its materials");
+        take(values_of_part, bytes_per::json_value, "its materials");
         entry->second = {material_of(name), has_uvs, {}};
       }
       for (std::size_t k = 2; k < face.size(); ++k) {

@@ -154,8 +154,8 @@ class Reader {
     const std::uint64_t indices = std::uint64_t{listed} * (triangles ? 1 : 3);
     // Flat normals make a vertex of every corner.
     const bool flat = member(attributes, "NORMAL").is_null();
-    return memory_.take(flat ? std::max<std::uint64_t>(vertices, indices) : vertices, memory_price::vertex) &&
-           memory_.take(indices, memory_price::index);
+    return memory_.take(flat ? std::max<std::uint64_t>(vertices, indices) : vertices, bytes_per::vertex) &&
+           memory_.take(indices, bytes_per::index);
   }
 
   /// The same of primitives in so many places.
@@ -166,9 +166,9 @@ class Reader {
       vertices += scene_.primitives[primitive].positions.size();
       triangles += scene_.primitives[primitive].indices.size() / 3;
     }
-    return memory_.take(places * primitives.size(), memory_price::instance) &&
-           memory_.take(places, vertices * memory_price::placed_vertex) &&
-           memory_.take(places, triangles * memory_price::placed_triangle);
+    return memory_.take(places * primitives.size(), bytes_per::instance) &&
+           memory_.take(places, vertices * bytes_per::placed_vertex) &&
+           memory_.take(places, triangles * bytes_per::placed_triangle);
   }
 
   static const Json& mappings_of(const Json& primitive) {

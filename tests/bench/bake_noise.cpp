@@ -53,7 +53,7 @@ Seen plain_loop(const CellMesh& mesh, const BakeOptions& o) {
                      (1 - (texel / o.width + random.uniform()) / o.height) * mesh.period.y, top);
         SurfacePoint point;
         if (!scene.trace(at + view * (mesh.period.x / view.z), -view, point)) continue;
-        const YarnSurface surface = surface_at(scene, point);
+        const YarnBrdf surface = surface_at(scene, point);
         for (std::size_t l = 0; l < lights.size(); ++l) {
           const V3d light(lights[l]);
           if (surface.normal.dot(light) <= 0 || scene.occluded(point, lights[l])) continue;

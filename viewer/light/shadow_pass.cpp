@@ -73,7 +73,7 @@ std::uint64_t ShadowPass::mask_bytes(const Materials& materials) {
     pixels += std::uint64_t{1} * static_cast<std::uint64_t>(halved_size(picture.size.x, halvings)) *
               static_cast<std::uint64_t>(halved_size(picture.size.y, halvings));
   }
-  return pixels * memory_price::pixel;
+  return pixels * bytes_per::pixel;
 }
 
 /// The triangles of surfaces with a mask, and what their drawing needs.

@@ -80,7 +80,7 @@ std::uint64_t BackgroundPicture::request(RenderRequest request) {
   return number;
 }
 
-void BackgroundPicture::ask(const std::string& path, Action action, When when) {
+void BackgroundPicture::queue(const std::string& path, Action action, When when) {
   {
     const std::lock_guard lock(mutex_);
     tasks_.push_back({when, path, action});
@@ -122,7 +122,7 @@ RenderUpdate BackgroundPicture::poll() {
 }
 
 /// Changes the update under the mutex, then wakes the window.
-void BackgroundPicture::tell(const std::function<void(RenderUpdate&)>& change) {
+void BackgroundPicture::post(const std::function<void(RenderUpdate&)>& change) {
   {
     const std::lock_guard lock(mutex_);
     change(update_);
@@ -131,8 +131,8 @@ void BackgroundPicture::tell(const std::function<void(RenderUpdate&)>& change) {
   wake_();
 }
 
-void BackgroundPicture::tell_message(const std::string& message) {
-  tell([&](RenderUpdate& update) { update.messages.push_back(message); });
+void BackgroundPicture::post_message(const std::string& message) {
+  post([&](RenderUpdate& update) { update.messages.push_back(message); });
 }
 
 void BackgroundPicture::run() {
@@ -151,13 +151,13 @@ void BackgroundPicture::run() {
       asked_ = false;
       if (next_) {
         number_ = requests_;
-        take(*std::exchange(next_, std::nullopt));
+        accept(*std::exchange(next_, std::nullopt));
       }
       tasks = take_tasks();
     }
     for (const Task& task : tasks) perform(task);
     if (const auto good = guarded("", [&] { return step(); }); !good) {
-      tell([&](RenderUpdate& update) { update.failure = good.error(); });
+      post([&](RenderUpdate& update) { update.failure = good.error(); });
       break;
     }
   }
@@ -167,14 +167,14 @@ void BackgroundPicture::run() {
 
 void BackgroundPicture::perform(const Task& task) {
   const Result<std::string> said = guarded(task.path, [&] { return (this->*task.action)(task.path); });
-  tell([&](RenderUpdate& update) {
+  post([&](RenderUpdate& update) {
     // Of the fabrics of a folder, only the faults are worth a line.
     if (!said || task.action != &BackgroundPicture::offer)
       update.messages.push_back(said ? *said : to_line(said.error()));
   });
 }
 
-void BackgroundPicture::take(RenderRequest request) {
+void BackgroundPicture::accept(RenderRequest request) {
   if (request.generation != generation_) return;
   if (request.size != request_.size) request.change = std::max(request.change, Change::frame);
   change_ = std::max(change_, request.change);
@@ -206,7 +206,7 @@ Result<void> BackgroundPicture::draw_first() {
     // Back to the last good state, as not every path draws everything.
     request_.state = *good_;
     ++generation_;
-    tell([&](RenderUpdate& update) {
+    post([&](RenderUpdate& update) {
       update.messages.push_back(to_line(good.error()));
       update.state = *good_;
       update.generation = generation_;
@@ -235,7 +235,7 @@ void BackgroundPicture::draw_in_full() {
   if (!good) {
     // The small picture stays.
     stage_ = Stage::rest;
-    tell_message(to_line(good.error()));
+    post_message(to_line(good.error()));
     return;
   }
   if (interrupted_) {
@@ -255,7 +255,7 @@ void BackgroundPicture::add_samples() {
     show();
   } else if (!more || !asked_) {
     stage_ = Stage::rest;
-    tell([&](RenderUpdate& update) {
+    post([&](RenderUpdate& update) {
       if (!more) update.messages.push_back(to_line(more.error()));
     });
   }
@@ -263,7 +263,7 @@ void BackgroundPicture::add_samples() {
 
 void BackgroundPicture::show(const std::optional<ShownGarment>& garment) {
   auto picture = std::make_shared<const ShownPicture>(shown(*picture_, divisor_, frames_));
-  tell([&](RenderUpdate& update) {
+  post([&](RenderUpdate& update) {
     update.picture = std::move(picture);
     if (!garment) return;
     update.garment = garment;
@@ -286,7 +286,7 @@ void BackgroundPicture::probe() {
       message = to_line(found.error());
     }
   }
-  tell([&](RenderUpdate& update) {
+  post([&](RenderUpdate& update) {
     update.probed = request_.probed;
     update.probe = std::move(seen);
     update.probe_request = number_;
@@ -302,7 +302,7 @@ Result<std::string> BackgroundPicture::add(const std::string& path) {
     const std::vector<std::string> fabrics = fabrics_in(path);
     if (fabrics.empty()) return fail(Code::file_missing, path, {}, "there is no fabric file in this folder");
     for (const std::string& fabric : fabrics) {
-      if (offered_.insert(fabric).second) ask(fabric, &BackgroundPicture::offer, When::between_samples);
+      if (offered_.insert(fabric).second) queue(fabric, &BackgroundPicture::offer, When::between_samples);
     }
   } else if (has_ending(path, ".glb") || has_ending(path, ".gltf")) {
     return show_garment(path, path, false);
@@ -312,7 +312,7 @@ Result<std::string> BackgroundPicture::add(const std::string& path) {
     change_ = Change::scene;
     stage_ = Stage::first;
   } else if (const auto read = read_environment(path, {}, limits_.document.memory)) {
-    tell([&](RenderUpdate& update) {
+    post([&](RenderUpdate& update) {
       update.environments.push_back(
           std::make_shared<const Surroundings>(Surroundings{path, *read, divide(*read)}));
     });
@@ -333,9 +333,9 @@ Result<std::string> BackgroundPicture::offer(const std::string& path) {
   Result<OfferedFabric> offered = offer_of(path, limits_.document.memory, asked_);
   if (!offered) return tl::unexpected(offered.error());
   if (asked_) {
-    ask(path, &BackgroundPicture::offer, When::between_samples);  // the picture comes first
+    queue(path, &BackgroundPicture::offer, When::between_samples);  // the picture comes first
   } else {
-    tell([&](RenderUpdate& update) { update.offers.push_back(std::move(*offered)); });
+    post([&](RenderUpdate& update) { update.offers.push_back(std::move(*offered)); });
   }
   return std::string();
 }
@@ -358,7 +358,7 @@ Result<std::string> BackgroundPicture::put_on(const std::string& path) {
   change_ = Change::scene;
   stage_ = Stage::first;
   ++generation_;
-  tell([&](RenderUpdate& update) {
+  post([&](RenderUpdate& update) {
     update.worn = request_.state.worn;
     update.generation = generation_;
   });

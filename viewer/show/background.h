@@ -101,14 +101,18 @@ class BackgroundPicture {
   /// Returns the request's number.
   std::uint64_t request(RenderRequest request);
   /// Adds a fabric, a folder of fabrics or an environment to choose from, or shows another garment.
-  void add_file(const std::string& path) { ask(path, &BackgroundPicture::add, When::at_once); }
+  void add_file(const std::string& path) { queue(path, &BackgroundPicture::add, When::at_once); }
   /// Puts a fabric on everything that wears one, or dresses a garment on which nothing does.
-  void wear(const std::string& path) { ask(path, &BackgroundPicture::put_on, When::at_once); }
+  void wear(const std::string& path) { queue(path, &BackgroundPicture::put_on, When::at_once); }
   /// Writes the picture once it has all samples, to the first of STEM-1.png, STEM-2.png ... that is not
   /// there.
-  void save_picture(const std::string& stem) { ask(stem, &BackgroundPicture::write_picture, When::at_rest); }
+  void save_picture(const std::string& stem) {
+    queue(stem, &BackgroundPicture::write_picture, When::at_rest);
+  }
   /// Writes the garment as it is worn then, to STEM-1.glb and so on.
-  void save_garment(const std::string& stem) { ask(stem, &BackgroundPicture::write_garment, When::at_rest); }
+  void save_garment(const std::string& stem) {
+    queue(stem, &BackgroundPicture::write_garment, When::at_rest);
+  }
   RenderUpdate poll();
 
  private:
@@ -120,7 +124,7 @@ class BackgroundPicture {
     Action action;
   };
 
-  void ask(const std::string& path, Action action, When when);
+  void queue(const std::string& path, Action action, When when);
   std::vector<Task> take_tasks();
   void perform(const Task& task);
 
@@ -128,7 +132,7 @@ class BackgroundPicture {
   enum class Stage { first, full, samples, rest };
 
   void run();
-  void take(RenderRequest request);
+  void accept(RenderRequest request);
   Result<void> step();
   Result<void> draw_first();
   void draw_in_full();
@@ -144,8 +148,8 @@ class BackgroundPicture {
   bool wears_nothing() const;
   Result<std::string> show_garment(const std::string& path, const std::string& name, bool keeps_camera);
   void show(const std::optional<ShownGarment>& garment = {});
-  void tell_message(const std::string& message);
-  void tell(const std::function<void(RenderUpdate&)>& change);
+  void post_message(const std::string& message);
+  void post(const std::function<void(RenderUpdate&)>& change);
 
   // Of the window and of the thread, under the mutex.
   std::mutex mutex_;

@@ -55,7 +55,7 @@ Result<void> ShowPicture::add_fabric(const std::string& path) {
 
 /// Renderers point to the fabrics.
 void ShowPicture::drop_renderers() {
-  for (Side& side : sides_) side.renderer.reset();
+  for (ShownSide& side : sides_) side.renderer.reset();
 }
 
 Result<void> ShowPicture::load(const ShowState& state) {
@@ -70,7 +70,7 @@ Result<void> ShowPicture::load(const ShowState& state) {
   return load(*state.beside, sides_[1]);
 }
 
-Result<void> ShowPicture::load(const FabricChoice& choice, Side& side) {
+Result<void> ShowPicture::load(const FabricChoice& choice, ShownSide& side) {
   side.dressed = change_fabrics(scene_, fabrics_, choice.fabrics);
   fit_fabrics(choice.fits, fabrics_, side.dressed);
   side.dressed.memory_left = scene_.memory_left / sides().size();
@@ -107,7 +107,7 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   options_.levels = state.levels;
   set_light(state);
   options_.lights = lights_in_world(state, camera_);
-  for (Side& side : sides()) {
+  for (ShownSide& side : sides()) {
     RenderStats& stats = &side == &sides_[0] ? stats_ : other_stats_;
     if (auto good = side.renderer->draw(camera_, options_, side.frame, stats); !good) return good;
   }
@@ -145,7 +145,7 @@ Result<void> ShowPicture::update(const ShowState& state, Change change, const V2
     if (auto good = load(state); !good) return good;
     change = Change::scene;
   } else {
-    for (Side& side : sides()) {
+    for (ShownSide& side : sides()) {
       if (auto good = side.renderer->resize(options_); !good) return good;
     }
   }
@@ -168,13 +168,13 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
   const V2d place((refined_ % n + 0.5) / n - 0.5, (row + 0.5) / n - 0.5);
   camera.window_centre += place * camera.window_half * 2.0 / V2d(options.width, options.height);
   RenderStats unwanted;
-  for (Side& side : sides()) {
+  for (ShownSide& side : sides()) {
     if (auto good = side.renderer->draw(camera, options, side.sample, unwanted); !good)
       return tl::unexpected(good.error());
     if (options_.ends()) return false;
   }
   ++refined_;
-  for (Side& side : sides()) {
+  for (ShownSide& side : sides()) {
     if (refined_ == 1) {
       side.first = side.frame;
       side.samples.assign(side.frame.pixels.size(), V4f(0, 0, 0, 0));

@@ -59,7 +59,7 @@ class ShowPicture {
 
  private:
   /// The scene in one choice.
-  struct Side {
+  struct ShownSide {
     Scene dressed;
     std::unique_ptr<Renderer> renderer;
     Frame frame;
@@ -69,17 +69,17 @@ class ShowPicture {
   };
 
   ShowPicture() = default;
-  std::span<Side> sides() { return {sides_.data(), two_ ? sides_.size() : 1}; }
+  std::span<ShownSide> sides() { return {sides_.data(), two_ ? sides_.size() : 1}; }
   void drop_renderers();
   Result<void> load(const ShowState& state);
-  Result<void> load(const FabricChoice& choice, Side& side);
+  Result<void> load(const FabricChoice& choice, ShownSide& side);
   Result<void> draw(const ShowState& state);
   void display(const ShowState& state);
   void set_light(const ShowState& state);
 
   Scene scene_;
-  std::array<Side, 2> sides_;  ///< ShowState::worn and ShowState::beside
-  bool two_ = false;           ///< the second is shown
+  std::array<ShownSide, 2> sides_;  ///< ShowState::worn and ShowState::beside
+  bool two_ = false;                ///< the second is shown
   std::vector<Fabric> fabrics_;
   std::vector<V3d> corners_;
   double size_ = 1;

@@ -68,7 +68,7 @@ TEST_CASE("a hair has its root's colour, a round normal and its own direction as
   SurfacePoint point;
   REQUIRE(scene.trace({0.01, 0.501, 3}, {0, 0, -1}, point));
   REQUIRE(point.hair >= 0);
-  const YarnSurface s = surface_at(scene, point);
+  const YarnBrdf s = surface_at(scene, point);
   CHECK(s.normal.length() == doctest::Approx(1));
   CHECK(std::abs(s.normal.dot(s.fibre)) < 1e-6);
   CHECK(s.normal.z > 0.95);  // in the middle of the hair

@@ -39,7 +39,7 @@ TEST_CASE("strands of fibres turn normals and fibres and keep the mean colour") 
   double turned = 0;
   int count = 0;
   look_down(scene, [&](const SurfacePoint& point) {
-    const YarnSurface s = surface_at(scene, point);
+    const YarnBrdf s = surface_at(scene, point);
     CHECK(s.normal.length() == doctest::Approx(1));
     CHECK(s.fibre.length() == doctest::Approx(1));
     CHECK(std::abs(s.normal.dot(s.fibre)) < 1e-6);
@@ -73,7 +73,7 @@ TEST_CASE("rays meet the strands on the mesh that a file's yarn has there") {
     if (!hit || point.face_normal.z < 0.5F) return;
     YarnPoint seen = yarns.point_at(*hit);
     yarns.add_strands(seen, {0, 0, 1});
-    const YarnSurface traced = surface_at(scene, point);
+    const YarnBrdf traced = surface_at(scene, point);
     ++met;
     same += (traced.normal - V3d(seen.strand)).length() < 0.3 ? 1 : 0;
     const double shade = traced.albedo.x / static_cast<double>(scene.albedo(point).x);
@@ -92,14 +92,14 @@ TEST_CASE("a tube has no strands, and irregular yarn changes its colour alone") 
   double least = 1;
   double most = 0;
   look_down(thick, [&](const SurfacePoint& point) {
-    const YarnSurface s = surface_at(thick, point);
+    const YarnBrdf s = surface_at(thick, point);
     CHECK(s.normal == V3d(point.face_normal));
     least = std::min(least, s.albedo.x);
     most = std::max(most, s.albedo.x);
   });
   CHECK(most / least > 1.15);
   look_down(tube, [&](const SurfacePoint& point) {
-    const YarnSurface s = surface_at(tube, point);
+    const YarnBrdf s = surface_at(tube, point);
     CHECK(s.normal == V3d(point.face_normal));
     CHECK(s.albedo == V3d(tube.albedo(point)));
   });

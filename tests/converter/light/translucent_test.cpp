@@ -96,7 +96,7 @@ TEST_CASE("a Lambert sheet sends its share of the light back and the other one t
   const double dull = 1 - 0.25 * mean_gloss_albedo(0.3F);
   const double wall = wall_albedo(static_cast<double>(0.8F), static_cast<double>(0.3F));
   const double through = dull * wall * 0.3 / pi * std::abs(static_cast<double>(lights[0].z));
-  YarnSurface glossy;
+  YarnBrdf glossy;
   glossy.gloss = {0.25F, 0.3F};
   const double back = (dull * wall * 0.7 / pi + 0.25 * gloss_reflectance(glossy, V3d(lights[1]), V3d(view))) *
                       static_cast<double>(lights[1].z);

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-YarnSurface yarn(double albedo, float weight, float roughness) {
-  YarnSurface s;
+YarnBrdf yarn(double albedo, float weight, float roughness) {
+  YarnBrdf s;
   s.normal = V3d(0.2, -0.3, 0.8).normalized();
   s.fibre = s.normal.cross(V3d(0, 1, 0)).normalized();
   s.albedo = V3d(albedo);
@@ -23,14 +23,14 @@ YarnSurface yarn(double albedo, float weight, float roughness) {
 }
 
 /// Unit, at this elevation's cosine and azimuth from the fibre.
-V3d direction(const YarnSurface& s, double cosine, double azimuth) {
+V3d direction(const YarnBrdf& s, double cosine, double azimuth) {
   const double planar = std::sqrt(1 - cosine * cosine);
   return s.fibre * (planar * std::cos(azimuth)) + s.normal.cross(s.fibre) * (planar * std::sin(azimuth)) +
          s.normal * cosine;
 }
 
 /// Share of the light from `l` that is reflected, by the midpoint rule.
-double albedo_by_quadrature(const YarnSurface& s, const V3d& l) {
+double albedo_by_quadrature(const YarnBrdf& s, const V3d& l) {
   constexpr int rows = 300;
   constexpr int columns = 600;
   double sum = 0;
@@ -47,7 +47,7 @@ double albedo_by_quadrature(const YarnSurface& s, const V3d& l) {
 }  // namespace
 
 TEST_CASE("yarn is reciprocal") {
-  const YarnSurface s = yarn(0.4, 0.7F, 0.2F);
+  const YarnBrdf s = yarn(0.4, 0.7F, 0.2F);
   for (std::uint32_t i = 0; i < 200; ++i) {
     PathSampler sampler(i, 1);
     const V3d a = cosine_direction(s.normal, sampler.next());
@@ -58,7 +58,7 @@ TEST_CASE("yarn is reciprocal") {
 
 TEST_CASE("yarn reflects no more light than falls on it, from any direction") {
   for (const float roughness : {0.1F, 0.3F, 1.0F}) {
-    const YarnSurface white = yarn(1, 1, roughness);
+    const YarnBrdf white = yarn(1, 1, roughness);
     for (const double cosine : {0.02, 0.1, 0.3, 0.6, 0.9, 1.0}) {
       for (const double azimuth : {0.0, 0.4, 0.8, 1.2, pi / 2}) {
         const V3d l = direction(white, cosine, azimuth);
@@ -85,7 +85,7 @@ TEST_CASE("yarn reflects no more light than falls on it, from any direction") {
 
 TEST_CASE("a packet has the gloss of single points") {
   GlossPacket packet;
-  std::array<YarnSurface, packet_size> surfaces;
+  std::array<YarnBrdf, packet_size> surfaces;
   std::array<V3d, packet_size> views;
   for (std::size_t i = 0; i < packet_size; ++i) {
     surfaces[i] = yarn(0.5, 0.1F + 0.05F * static_cast<float>(i), 0.05F + 0.05F * static_cast<float>(i));
