@@ -18,8 +18,8 @@ struct LoadedScene {
 };
 
 /// Reads a glTF file and its fabrics. Materials whose fabric file is missing keep their core parameters, with
-/// a remark; a broken one is an error. FILE_TOO_LARGE for fabrics that take more than the limits' memory,
-/// reading and drawing. Other errors are those of read_scene().
+/// a remark; a broken file is an error. FILE_TOO_LARGE for fabrics that take more than the limits' memory,
+/// reading and drawing. Also the errors of read_scene().
 Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choice = {},
                                const SceneLimits& limits = {});
 

@@ -101,7 +101,7 @@ void show_help() {
   row("wheel", "nearer, further");
   row("P", "probe");
   row("C", "without fabrics, as other viewers see it");
-  row("B", "compare what is worn with what comes, by a bar");
+  row("B", "compare the present fabric with later ones, by a bar");
   row("S  D", "save the picture, the dressed garment");
   row("F", "next fabric on everything");
   row("R  H", "first view, hide this panel");

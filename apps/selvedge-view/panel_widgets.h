@@ -70,7 +70,7 @@ bool choose(const char* id, const Names& names, int& chosen, const std::string& 
   return changed;
 }
 
-/// Below, over a picture that is so wide: in the panel, its lines would push away what the mouse aims at.
+/// Drawn over the picture, of this width: in the panel the text would move the widgets under the cursor.
 void show_messages(const PanelInfo& info, float width);
 void show_probe(const PanelInfo& info);
 void show_times(const PanelInfo& info);

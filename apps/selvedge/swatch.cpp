@@ -49,10 +49,9 @@ void declare(Options& options, SwatchCommand& command) {
       "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "
       "and a fill light of 0.3)");
   options
-      .text(
-          "--environment", command.environment, "FILE|studio",
-          "Light from all around instead: an equirectangular picture (.hdr, .exr), as a lamp for each pixel "
-          "of 32 x 16 and up to four for what is bright. The exposure of PNG files is then 1")
+      .text("--environment", command.environment, "FILE|studio",
+            "Environment light instead: an equirectangular picture (.hdr, .exr), as a lamp for each pixel of "
+            "32 x 16 and up to four for bright spots. The exposure of PNG files is then 1")
       .reads();
   options.number("--environment-turn", command.around.turn, "DEGREES", "Turns it about the upward axis")
       .in(-360, 360);

@@ -238,7 +238,7 @@ class Dresser {
         report_.warnings.push_back(fmt::format("{}: {:.0f} % of its area {}", where, 100 * share, what));
     };
     warn(size.stretched, fmt::format("shows cloth stretched more than {} times one way", max_stretch));
-    warn(size.without, "has texture coordinates that cover none, and will show streaks");
+    warn(size.without, "has degenerate texture coordinates and will show streaks");
   }
 
   /// TANGENT belongs to the UV set of the normal texture.

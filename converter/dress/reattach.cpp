@@ -90,9 +90,9 @@ class Restorer {
     if (!lost_.empty()) return {};
     return fail(Code::material_missing, document_.file, "/materials",
                 report_.attached.empty()
-                    ? "no material remembers a fabric in its extras"
+                    ? "no material has the record of a fabric in its extras"
                     : fmt::format("nothing to restore: {} of {} materials have a fabric, "
-                                  "the others remember none",
+                                  "the extras of the others have no record of a fabric",
                                   report_.attached.size(), count));
   }
 

@@ -62,7 +62,7 @@ Result<void> size_garment(GltfDocument& document, double unit, std::optional<dou
     const double present = bounds.isEmpty() ? 0 : bounds.size().y;
     // A flat cloth that lies down has none but rounding.
     if (!(present > 1e-3 * bounds.size().length()))
-      return fail(Code::option_out_of_range, document.file, "height", "the garment has none");
+      return fail(Code::option_out_of_range, document.file, "height", "the garment has no height");
     factor = *height / present;
   }
   if (factor == 1) return {};

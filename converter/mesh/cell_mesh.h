@@ -36,7 +36,7 @@ struct Hairs {
   std::vector<V3f> points;    ///< mm, hair by hair
   std::vector<int> roots;     ///< of each, the triangle that it grows from: it has its albedo and gloss
   std::vector<float> radius;  ///< of each, mm
-  std::vector<float> passed;  ///< of each, the share of rays that go on as if it was not there
+  std::vector<float> passed;  ///< transparency of each
 };
 
 struct CellMesh {

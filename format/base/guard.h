@@ -1,7 +1,7 @@
-// The end of the way for exceptions: what a library of others throws, or memory that there is not, becomes an
-// error as any other. For the entries of programs and of the installed library; inside, an exception that
-// reaches a caller is a fault, and the fuzz targets take it as one. Also value_or_throw(), with which work of
-// many steps, such as a verb, ends with the first error of a step.
+// Exception boundary: turns exceptions of third-party libraries, std::bad_alloc included, into Errors. For
+// the entry points of programs and of the installed library; an exception that reaches another caller is a
+// bug, which the fuzz targets report. Also value_or_throw(), which ends work of many steps at the first
+// error.
 #pragma once
 
 #include <string>

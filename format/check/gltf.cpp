@@ -47,7 +47,7 @@ void check_places(const Scene& scene, IssueSink& issues) {
       const ScenePrimitive& primitive = scene.primitives[instance.primitive];
       return issues.add(Code::mesh_not_finite,
                         fmt::format("/meshes/{}/primitives/{}", primitive.mesh, primitive.index),
-                        "a node places it beyond all numbers");
+                        "node transform overflows");
     }
   }
 }

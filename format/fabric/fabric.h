@@ -50,7 +50,7 @@ struct ProductBases {
 struct FabricLevel {
   int width = 0;
   int height = 0;
-  bool of_coarser = false;                    ///< its texels are those of the next level: take_texels()
+  bool of_coarser = false;                    ///< texels copied from the next level: take_texels()
   std::vector<V2i> pairs;                     ///< (a, b) of product m
   std::shared_ptr<const ProductBases> bases;  ///< of a level with products; the same in all levels
 
@@ -66,7 +66,7 @@ struct FabricLevel {
   /// Sets a layer of equal values.
   void add(LayerKind kind, int channels, float value = 0);
   void remove(LayerKind kind) { layers_[index_of(kind)] = {}; }
-  /// Gives each texel the values of the one of a level `steps` coarser that it lies in; yarn stays.
+  /// Copies texel values from the level `steps` coarser; keeps the yarn.
   void take_texels(const FabricLevel& coarser, int steps);
   /// Sets the layers of yarn and its indirect light. Null: removes them.
   void set_yarns(std::shared_ptr<const Yarns> yarns);

@@ -1,4 +1,4 @@
-// The environment of whoever has none: a room made by a formula.
+// Default environment: a procedural studio.
 #pragma once
 
 #include "format/picture/environment.h"

@@ -329,7 +329,7 @@ TEST_CASE("dress: bad input is one error and no output") {
   CHECK(refused(everything) == Code::file_missing);
 }
 
-TEST_CASE("dress: a node that places what stays as it is beyond all numbers is refused") {
+TEST_CASE("dress: a node whose transform overflows is refused, also if its mesh stays as it is") {
   Workshop workshop;
   workshop.edit([](Json& json) {
     json["meshes"].push_back(json["meshes"][0]);
