@@ -72,7 +72,7 @@ const MEMBERS = [
 const OPTIONAL = [
   ['radianceScale', is_positive, 'a positive number'],
   ...['variation', 'recipe', 'sheet', 'fallback'].map((name) => [name, ...object]),
-  ['colourways', (x) => Array.isArray(x) && x.every(is_object), 'an array of objects'],
+  ['colourways', Array.isArray, 'an array'],
 ];
 
 /** A list of products for each of `levels` levels; for any number of levels where that is null. */
@@ -107,8 +107,8 @@ function check_members(text, report) {
     if (member(text, '', name, test, what)) good[name] = text[name];
   };
   for (const row of MEMBERS) take(...row);
-  for (const row of OPTIONAL)
-    if (Object.hasOwn(text, row[0])) take(...row);
+  for (const row of OPTIONAL) if (Object.hasOwn(text, row[0])) take(...row);
+  for (const i of (good.colourways ?? []).keys()) member(good.colourways, '/colourways', i, ...object);
   const chain = good.texels ? chain_length(...good.texels) : 13;
   take('levels', ...integer(1, chain));
 

@@ -93,7 +93,7 @@ const members = members_of(base, [
   // Members that version 4.0 reserves.
   ...['variation', 'recipe', 'sheet', 'fallback'].map((name) => [`${name}-array`, `/${name}`, [], alone]),
   ['colourways-object', '/colourways', {}, alone],
-  ['colourways-of-texts', '/colourways', ['red'], {issues: [{code: 'FABRIC_MEMBER', place: '/colourways'}]}],
+  ['colourways-of-texts', '/colourways', ['red'], {issues: [{code: 'FABRIC_MEMBER', place: '/colourways/0'}]}],
   ['views-array', '/views', [2, 1]],
   ['views-layout-missing', '/views/layout', missing],
   ['views-layout-number', '/views/layout', 1],
