@@ -112,6 +112,11 @@ struct HelpText : CLI::Formatter {
     if (group == further_options && !all) return "";
     return CLI::Formatter::make_group(std::move(group), is_positional, std::move(options));
   }
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    std::string text = CLI::Formatter::make_help(app, std::move(name), mode);
+    for (std::size_t at = 0; (at = text.find("\n\n\n")) != std::string::npos;) text.erase(at, 1);
+    return text;
+  }
 };
 
 }  // namespace

@@ -33,10 +33,8 @@ void add_bake(Options& options, MakeCommand& command) {
   options.number("--truth-samples", bake.truth_samples, "N", "Rays per texel and pair, rounded down to even")
       .further();
   static constexpr std::array<std::string_view, 2> sides{"front", "both"};
-  options.choice(
-      "--sides", sides,
-      "Views and lights of the front alone, or of both sides: cloth that lets light through [front]",
-      [&bake](std::size_t index) { bake.both_sides = index == 1; });
+  options.choice("--sides", sides, "both: also the back, for cloth that lets light through [front]",
+                 [&bake](std::size_t index) { bake.both_sides = index == 1; });
   static constexpr std::array<std::string_view, 2> on_off{"on", "off"};
   options.choice("--yarns", on_off, "Store the yarn itself: sharp close by",
                  [&bake](std::size_t index) { bake.yarns = index == 0; });
@@ -53,16 +51,14 @@ void add_fit(Options& options, MakeCommand& command) {
   options.number("--lobes", command.options.fit.lobes, "N", "Lafortune lobes per texel").in(0, 16).further();
   options.set_flag("--no-table", command.options.fit.view_table, false, "Leave the view table out").further();
   options.bytes("--budget", command.options.budget,
-                "Choose the layers of every level so that the file without its yarn has at most this many "
-                "bytes (K, M: KiB, MiB)");
+                "At most so many bytes without the yarn (K, M: KiB, MiB): chooses layers");
 }
 
 /// Declares --quality, which sets the options that are not given.
 void add_quality(Options& options, MakeCommand& command) {
   options.group("");
   options.choice("--quality", quality_names,
-                 "Speed against accuracy: a quick draft, pictures as good as any, or the model of the paper; "
-                 "options given beside it stay as given [standard]",
+                 "draft: quick; paper: the paper's model; options beside it win [standard]",
                  [&command](std::size_t index) { command.quality = quality_names[index]; });
   options.check([&options, &command] {
     const MakeOptions quality = quality_named(command.quality);
@@ -225,7 +221,7 @@ void declare_make(Options& options, MakeCommand& command) {
       .further();
   options
       .text("--list", command.list, "FILE",
-            "Make many fabrics: each line has the words of one make, such as: twill -o twill.fabric.exr")
+            "Make many fabrics, one a line, such as: twill -o twill.fabric.exr")
       .reads();
   options.number("--line", command.line, "N", "Make only this line of the list: a job of a job array")
       .in(1, 1e9);

@@ -10,7 +10,7 @@ namespace selvedge {
 
 void add_settings(Options& options, CellOptions& cell) {
   options.list("--set", "NAME=VALUE",
-               "Set a parameter of the stitch (selvedge stitch --list NAME); may be repeated",
+               "A parameter of the stitch (selvedge stitch --list NAME); may be repeated",
                [&cell](const std::vector<std::string>& given) {
                  for (const std::string& text : given) {
                    const std::size_t before = cell.settings.size();

@@ -38,6 +38,7 @@ test_help_of_every_verb_has_an_example_that_runs() {
   for verb in "${verbs[@]}"; do
     exits 0 selvedge "$verb" --help
     grep -q 'Exit status: 0 good, 1 .*, 2 usage' "$scratch/out" || fail "$verb tells no exit statuses"
+    [ "$verb" != make ] || [ "$(fold -w 100 "$scratch/out" | wc -l)" -le 40 ] || fail "make --help is longer than a screen"
     example=$(examples selvedge "$verb")
     [ -n "$example" ] || fail "$verb has no example"
     # At their full size some take a while, and yarn of fibres more so.
