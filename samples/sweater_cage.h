@@ -27,8 +27,7 @@ V3d sleeve_direction(int side);
 /// Across the sleeve, away from the line under the arm.
 V3d sleeve_up(int side);
 
-/// Some 300 quads; metres, y up, facing +z, the hem's edge at y = -0.035. The bands (hem, collar, cuffs) are
-/// one quad high.
+/// Some 300 quads; metres, y up, facing +z, the hem at y = -0.035. Hem, collar and cuffs are one quad high.
 QuadSurface sweater_cage();
 
 /// Signed distance, about, in metres, from a person without head and hands who wears the sweater; positive

@@ -48,8 +48,7 @@ class Option {
   const Option& reads(bool named = false) const;
   const Option& rewrites() const;
   /// Names a file that the verb writes; Program checks that it can. Two outputs may not be one file, and
-  /// neither
-  /// "" nor, unless the type ends in "|-", "-" is an output.
+  /// neither "" nor, unless the type ends in "|-", "-" is an output.
   const Option& writes() const;
   const Option& excludes(const Option& other) const;
   /// Lists the option in --help-all and in the man page alone.

@@ -114,9 +114,7 @@ void declare(Options& options, TradeCommand& command) {
   options
       .number("--min-db", command.limits.picture, "X", "Choose a setting: a picture of at least so many dB")
       .in(0, 200);
-  options
-      .number("--max-seconds", command.limits.seconds, "S",
-              "Choose a setting: made in at most so many seconds")
+  options.number("--max-seconds", command.limits.seconds, "S", "Choose a setting: made in so many seconds")
       .in(0, 1e9);
   options.check([&options, &command] {
     if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");

@@ -214,17 +214,9 @@ void declare_make(Options& options, MakeCommand& command) {
   add_quality(options, command);
   options.output(command.output, "The fabric file");
   options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file").writes().further();
-  options
-      .text("--depfile", command.depfile, "FILE",
-            "Write the files that were read as a rule for Make and Ninja")
-      .writes()
-      .further();
-  options
-      .text("--list", command.list, "FILE",
-            "Make many fabrics, one a line, such as: twill -o twill.fabric.exr")
-      .reads();
-  options.number("--line", command.line, "N", "Make only this line of the list: a job of a job array")
-      .in(1, 1e9);
+  options.text("--depfile", command.depfile, "FILE", "The input files as a rule for Make").writes().further();
+  options.text("--list", command.list, "FILE", "Many fabrics, a line each: twill -o t.fabric.exr").reads();
+  options.number("--line", command.line, "N", "Make this line alone: a job of a job array").in(1, 1e9);
   options.check([&options, &command] {
     const bool many = !command.list.empty();
     if (many && options.given("input")) refuse("--list", "excludes a stitch");

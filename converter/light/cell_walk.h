@@ -55,8 +55,7 @@ inline RTCRay ray_from(const V3d& origin, const V3d& direction, double far) {
   return ray;
 }
 
-/// Moves the origin of a ray from above or below onto the slab that holds the cell. False if the ray misses
-/// it.
+/// Moves the origin of a ray from above or below onto the slab of the cell. False if the ray misses it.
 inline bool onto_slab(const CellBlock& block, V3d& origin, const V3d& direction) {
   if (origin.z > block.z_high) {
     if (direction.z >= 0) return false;

@@ -40,8 +40,7 @@ class IrradianceCache {
   /// Rays of build() and solve() so far.
   std::uint64_t rays() const { return rays_; }
 
-  /// The points around `point` and their weights; false on the inside of closed opaque yarn, where there is
-  /// no light.
+  /// The points around `point` and their weights; false on the unlit inside of closed opaque yarn.
   bool taps(const SurfacePoint& point, CacheTaps& taps) const;
   /// Indirect irradiance of all points per unit perpendicular irradiance of each light, after 1 to `bounces`
   /// reflections (or until convergence): [point][channel][light].

@@ -79,8 +79,7 @@ class RayScene {
   /// of translucent cells alone.
   bool is_open() const;
 
-  /// Finds the first surface along the ray from `origin` (anywhere, mm) in unit `direction`; false without
-  /// one.
+  /// Finds the first surface along the ray from `origin` (anywhere, mm) in unit `direction`; false: none.
   bool trace(const V3d& origin, const V3d& direction, SurfacePoint& point) const;
   /// The same for up to 16 origins and one direction. Bit i of the result is set if ray i met points[i].
   std::uint32_t trace(std::span<const V3d> origins, const V3d& direction, PointPacket& points) const;

@@ -18,9 +18,8 @@ inline constexpr std::uint64_t index = 12;             ///< of a primitive
 inline constexpr std::uint64_t instance = 320;         ///< of a primitive, without its vertices
 inline constexpr std::uint64_t placed_vertex = 256;    ///< of an instance: surface, merged mesh, projection
 inline constexpr std::uint64_t placed_triangle = 128;  ///< of an instance: corners and lists
-inline constexpr std::uint64_t shaded_vertex =
-    320;                                    ///< of an instance in an environment: shares, light, its copies
-inline constexpr std::uint64_t pixel = 16;  ///< of a texture, with its levels
+inline constexpr std::uint64_t shaded_vertex = 320;    ///< of an instance in an environment: shares, light
+inline constexpr std::uint64_t pixel = 16;             ///< of a texture, with its levels
 inline constexpr std::uint64_t decoding = 24;      ///< of the largest texture, while it is made, beside that
 inline constexpr std::uint64_t encoded_pixel = 8;  ///< of the largest picture, while it is decoded
 }  // namespace bytes_per

@@ -57,10 +57,9 @@ test_check_counts_warnings_and_can_take_them_for_errors() {
 }
 
 test_check_and_fit_refuse_the_same_damaged_samples() {
-  local at size check fit counts=(0 0)
+  local at check fit counts=(0 0)
   make_plane_fabric
-  size=$(stat -c %s plane.samples.exr)
-  for at in $(seq 4 97 1200) $(seq 1200 $((size / 12)) "$size"); do
+  for at in $(seq 4 97 1200) $(seq 1200 900 "$(stat -c %s plane.samples.exr)"); do
     check=0 fit=0
     { head -c "$at" plane.samples.exr && printf '\245' && tail -c +$((at + 2)) plane.samples.exr; } >bad.samples.exr
     selvedge check bad.samples.exr >/dev/null 2>&1 || check=$?
@@ -69,15 +68,6 @@ test_check_and_fit_refuse_the_same_damaged_samples() {
     counts[check]=$((counts[check] + 1))
   done
   [ "${counts[1]}" -gt 10 ] || fail "${counts[*]} files were good and bad"
-}
-
-test_check_misses_a_fabric_beside_the_garment() {
-  make_plane_fabric
-  write_quad quad.gltf
-  selvedge dress quad.gltf plane.fabric.exr -o dressed.gltf --all --quiet
-  exits 0 selvedge check dressed.gltf
-  mv plane.fabric.exr elsewhere.exr
-  refuses GLTF_REFERENCE plane.fabric.exr selvedge check dressed.gltf --quiet
 }
 
 "$2"

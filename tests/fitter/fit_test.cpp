@@ -119,8 +119,7 @@ TEST_CASE("a factor on the view goes into the table, whose mean is 1") {
 }
 
 TEST_CASE("the table stays near 1 where the lobes are almost dark") {
-  // <g, g> and <g, r> per view: the lobes see 1e-4 of the others' cosine in the last one, the data a little
-  // noise.
+  // <g, g> and <g, r> per view: the lobes see 1e-4 of the others' cosine in the last one, the data noise.
   TexelSamples samples;
   samples.views = 4;
   const std::vector<double> square{2.5, 2.5, 2.5, 2.5e-8};

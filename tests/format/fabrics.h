@@ -12,8 +12,7 @@ inline float uniform(Random& random, double low, double high) {
   return static_cast<float>(low + (high - low) * random.uniform());
 }
 
-/// The paper's layers at every level, holes included; all values are exact in half precision where the file
-/// holds halves.
+/// The paper's layers at every level, holes included; values are exact in the half precision of the file.
 inline Fabric random_fabric(int width, int height, DirectionGrid views, int lobes, std::uint64_t seed) {
   Fabric fabric;
   fabric.period_mm = {5, 4};

@@ -177,8 +177,7 @@ struct Query {
   V4f light;
 };
 
-/// The share of random queries that GLSL answers with an error above 1e-3, relative to 1 + the reference's
-/// answer.
+/// The share of random queries that GLSL answers with an error above 1e-3, relative to 1 + the reference.
 double share_beyond(std::unique_ptr<GraphicsContext> context) {
   std::vector<Fabric> fabrics;
   for (Case& of : cases()) {

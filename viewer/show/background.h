@@ -23,8 +23,7 @@ struct RenderRequest {
   Change change = Change::none;    ///< since the last request
   V2i size{1, 1};                  ///< of the picture, pixels
   std::optional<V2d> probed = {};  ///< a point of it, as in ShowPicture::probe()
-  int generation =
-      0;  ///< RenderUpdate::generation, on which the state is based; a request of an older one is dropped
+  int generation = 0;  ///< RenderUpdate::generation of the state; a request of an older one is dropped
 };
 
 /// A picture, and what the panel tells of it and of the scene.
@@ -104,8 +103,7 @@ class BackgroundPicture {
   void add_file(const std::string& path) { queue(path, &BackgroundPicture::add, When::at_once); }
   /// Puts a fabric on everything that wears one, or dresses a garment on which nothing does.
   void wear(const std::string& path) { queue(path, &BackgroundPicture::put_on, When::at_once); }
-  /// Writes the picture once it has all samples, to the first of STEM-1.png, STEM-2.png ... that is not
-  /// there.
+  /// Writes the picture once it has all samples, to the first free name of STEM-1.png, STEM-2.png ...
   void save_picture(const std::string& stem) {
     queue(stem, &BackgroundPicture::write_picture, When::at_rest);
   }

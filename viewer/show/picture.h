@@ -28,15 +28,13 @@ class ShowPicture {
   Result<void> add_fabric(const std::string& path);
 
   /// Updates the picture after a change, for a window of `size` pixels, drawn smaller by `divisor` per side.
-  /// Ends soon once
-  /// `*interrupted` is true; the next update must then be Change::frame or more.
+  /// Ends soon once `*interrupted` is true; the next update must then be Change::frame or more.
   Result<void> update(const ShowState& state, Change change, const V2i& size, int divisor,
                       const std::atomic<bool>* interrupted = nullptr);
 
   /// Adds the next of samples_at_rest x samples_at_rest samples of each pixel to the picture of the last
   /// update(), in which they replace the first ones; after the last the picture has so much supersampling.
-  /// Returns whether the picture changed: not if all are there or it was interrupted, and on the hybrid path
-  /// alone.
+  /// Returns whether the picture changed: not if all are there or it was interrupted; on the hybrid path.
   Result<bool> refine(const ShowState& state, const std::atomic<bool>* interrupted = nullptr);
   static constexpr int samples_at_rest = 3;
 

@@ -39,7 +39,7 @@ TEST_CASE("guard: whatever is thrown is an error of the file, with a code, and a
         "b");
 }
 
-TEST_CASE("guard: must ends work with the error of a step") {
+TEST_CASE("guard: value_or_throw() ends work with the error of a step") {
   const auto half = [](int number) -> Result<int> {
     if (number % 2 != 0) return fail(Code::json_malformed, "b", "", "odd");
     return number / 2;

@@ -59,8 +59,7 @@ TEST_CASE("no pair of directions exceeds the peak of a lobe, and some come near"
 }
 
 TEST_CASE("a lobe past half precision is a warning") {
-  // 2^16 = 65,536 is the first power of two beyond 65,504. So strong a lobe also breaks the balance of
-  // energy.
+  // 2^16 = 65,536 is the first power of two beyond 65,504. So strong a lobe breaks the energy balance, too.
   const Issues issues = warnings_of(phong(0, 2, 16));
   REQUIRE(issues.size() >= 1);
   CHECK(issues[0].code == Code::fabric_peak);

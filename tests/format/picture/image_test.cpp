@@ -146,8 +146,7 @@ TEST_CASE("image: what cannot be read is an error and leaves nothing behind") {
   const Folder folder;
   CHECK(read_image(folder / "none.png").error().code == Code::file_missing);
   const auto bytes = test::need(encode_png(ramp(32, 32, 4)));
-  // Not more of the PNG: OpenImageIO 2.4 leaks a few bytes when libpng gives up, which the sanitizer would
-  // report.
+  // Not more of the PNG: OpenImageIO 2.4 leaks a few bytes when libpng gives up, and the sanitizer reports.
   CHECK(decode_image({bytes.data(), 8}, "short").error().code == Code::image_unreadable);
   REQUIRE(write_exr(folder / "whole.exr", ramp(32, 32, 4)));
   const std::string exr = *read_file(folder / "whole.exr");

@@ -62,8 +62,7 @@ TEST_CASE("a constant error has the figures that follow by hand") {
 }
 
 TEST_CASE("yarn is compared at every size, by its share of a texel") {
-  // A straight yarn of radius 1/2 in a repeat of 2: from above it covers a half, and its texels all or
-  // nothing.
+  // A straight yarn of radius 1/2 in a repeat of 2: from above it covers a half, its texels all or none.
   Fabric fabric = constant_fabric(0.5F, 1);
   fabric.period_mm = V2f(2, 2);
   fabric.levels[0].set_yarns(std::make_shared<const Yarns>(test::straight(2, 0.5F), V2f(2, 2)));
