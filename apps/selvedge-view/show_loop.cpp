@@ -20,7 +20,7 @@ constexpr double idle = 0.5;
 /// Frames that the panel needs to settle after an event.
 constexpr int frames_to_settle = 3;
 
-double seconds_since(std::chrono::steady_clock::time_point t) {
+double seconds_from(std::chrono::steady_clock::time_point t) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
 }
 
@@ -145,7 +145,7 @@ Result<bool> ShowLoop::step() {
   gl_.ClearNamedFramebufferfv(0, GL_COLOR, 0, black.data());
   panel_.end(shown_.name());
   gl_.Finish();
-  window_seconds_ = seconds_since(start);
+  window_seconds_ = seconds_from(start);
   longest_step_ = std::max(longest_step_, window_seconds_);
   // Events before the request to close are shown first.
   if (request.close || window_.wants_to_close()) closes_ = true;

@@ -12,7 +12,7 @@
 namespace selvedge {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// target += weight * source. Element by element: the same for any width of registers.
 SELVEDGE_WIDE void add_row(const float* source, float weight, std::size_t count, float* target) {

@@ -12,8 +12,7 @@
 // Emission, occlusion, doubleSided, extras and other extensions stay. Pictures that nothing uses any more
 // leave the file. Primitives without TANGENT get it for the normal texture of the fabric.
 //
-// Colourways are copies of the dressed materials under the names of variants, of which the garment's own
-// stay.
+// Colourways are copies of the dressed materials under the names of variants; the garment's own stay.
 #pragma once
 
 #include <map>

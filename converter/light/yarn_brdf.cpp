@@ -39,7 +39,7 @@ YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
   return place;
 }
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 double width_of(const Gloss& gloss) {
   return std::max(min_gloss_width, static_cast<double>(gloss.roughness));

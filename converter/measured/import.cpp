@@ -161,7 +161,7 @@ Result<std::vector<MeasuredPicture>> read_names(const std::string& path) {
 }
 
 /// The pictures and their common size, period and texels.
-struct Sample {
+struct FlatSample {
   std::string table;
   std::vector<MeasuredPicture> pictures;
   V2i size{0, 0};  ///< pixels
@@ -210,7 +210,7 @@ Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, cons
 }
 
 /// Takes `price` bytes for each pixel of a picture.
-void take_pixels(MemoryAccount& account, const Sample& sample, std::uint64_t price) {
+void take_pixels(MemoryAccount& account, const FlatSample& sample, std::uint64_t price) {
   const V2i& size = sample.size;
   if (!account.take(std::uint64_t{1} * size.x * size.y, price)) {
     throw Failure{beyond_memory(
@@ -220,7 +220,7 @@ void take_pixels(MemoryAccount& account, const Sample& sample, std::uint64_t pri
 
 /// The period in pixels: from the options, or found in the pictures that are seen and lit most steeply,
 /// where neighbouring yarns hide least of each other.
-V2d period_of(const Sample& sample, const ImportOptions& options) {
+V2d period_of(const FlatSample& sample, const ImportOptions& options) {
   constexpr std::size_t used = 16;
   const V2d size(sample.size);
   V2d period = options.period_mm.value_or(V2d(0, 0)) * (size.x / options.width_mm);
@@ -241,7 +241,7 @@ V2d period_of(const Sample& sample, const ImportOptions& options) {
     for (const int axis : {0, 1}) {
       const auto found = find_period(pictures, axis);
       if (!found) {
-        must<void>(fail(
+        value_or_throw<void>(fail(
             Code::image_mismatch, sample.table, {},
             fmt::format("the pictures show no period along {}: give it (--period)", axis == 0 ? "x" : "y")));
       }
@@ -251,8 +251,9 @@ V2d period_of(const Sample& sample, const ImportOptions& options) {
   constexpr double rounding = 1.01;
   for (const int axis : {0, 1}) {
     if (!(period[axis] >= 1 && period[axis] <= rounding * size[axis])) {
-      must<void>(refuse_option("--period", fmt::format("{:.4g} pixels; a picture has {} along {}",
-                                                       period[axis], size[axis], axis == 0 ? "x" : "y")));
+      value_or_throw<void>(
+          refuse_option("--period", fmt::format("{:.4g} pixels; a picture has {} along {}", period[axis],
+                                                size[axis], axis == 0 ? "x" : "y")));
     }
     period[axis] = std::min(period[axis], size[axis]);
   }
@@ -285,7 +286,7 @@ struct Cells {
 };
 
 /// As many pictures at once as `memory` has room for.
-Cells read_cells(const Sample& sample, const RepeatAverage& average, ImportOptions options,
+Cells read_cells(const FlatSample& sample, const RepeatAverage& average, ImportOptions options,
                  MemoryAccount memory, const Progress& progress) {
   const std::uint64_t left = memory.left();
   take_pixels(memory, sample, reading_price);
@@ -341,7 +342,7 @@ std::vector<V3f> normals_of(const ScatteredValues& known, const std::vector<floa
 }
 
 /// The interpolated samples of the grids, and the pairs of the pictures.
-Samples samples_from(const SamplesHeader& header, const std::vector<float>& alpha, const Sample& sample,
+Samples samples_from(const SamplesHeader& header, const std::vector<float>& alpha, const FlatSample& sample,
                      const Cells& cells, const std::vector<PairKind>& sets, const ScatteredValues& known,
                      const ScatterKernel& kernel, const Progress& progress) {
   Samples samples;
@@ -393,7 +394,7 @@ std::string provenance_of(const ImportReport& report, const std::string& table) 
 }
 
 /// The memory left beside the texels of the pictures.
-MemoryAccount check_options(const ImportOptions& o, const Sample& sample) {
+MemoryAccount check_options(const ImportOptions& o, const FlatSample& sample) {
   MemoryAccount memory(o.max_memory);
   // All pictures, and those that the grids are interpolated from.
   if (!memory.take(sample.pictures.size(), std::uint64_t{24} * sample.texel_count())) {
@@ -405,7 +406,7 @@ MemoryAccount check_options(const ImportOptions& o, const Sample& sample) {
   const double pixels =
       sample.texel_count() * std::max(1.0 * o.views * o.lights, static_cast<double>(sample.pictures.size()));
   if (pixels > static_cast<double>(ExrLimits{}.pixels_per_part)) {
-    must<void>(refuse_option(
+    value_or_throw<void>(refuse_option(
         "--texels", fmt::format("texels x views x lights, or pictures, are {:.3g}: too many", pixels)));
   }
   return memory;
@@ -414,7 +415,7 @@ MemoryAccount check_options(const ImportOptions& o, const Sample& sample) {
 Result<ImportReport> import_all(const std::string& table, const ImportOptions& options,
                                 const std::string& output, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
-  Sample sample{table, value_or_throw(read_picture_table(table))};
+  FlatSample sample{table, value_or_throw(read_picture_table(table))};
   {
     const Image first = value_or_throw(read_picture(sample.pictures.front(), V2i(0, 0), options));
     sample.size = V2i(first.width, first.height);

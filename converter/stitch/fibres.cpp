@@ -30,7 +30,7 @@ constexpr std::array<YarnKind, 7> kinds{{
     {"polyester", 12, 1.600, 0.12, 0.6, 3, -32, 17, 0, 1.0, 0, 0.01, 0.7},
 }};
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Share that a dielectric reflects of unpolarised light that falls on it at this cosine.
 double fresnel(double cosine, double refraction) {

@@ -12,7 +12,7 @@
 namespace selvedge {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Share of the lights that is drawn whatever the energies are estimated to be.
 constexpr double floor_share = 0.1;

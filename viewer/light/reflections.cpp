@@ -11,7 +11,7 @@
 namespace selvedge {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr int rough_levels = 8;
 /// Of the first level.
 constexpr int mirror_width = 2048;
