@@ -3,7 +3,7 @@
 namespace selvedge {
 namespace {
 
-std::string triple(const V3f& v) { return fmt::format("{: .3f} {: .3f} {: .3f}", v.x, v.y, v.z); }
+std::string columns_of(const V3f& v) { return fmt::format("{: .3f} {: .3f} {: .3f}", v.x, v.y, v.z); }
 
 }  // namespace
 
@@ -40,10 +40,10 @@ void show_probe(const PanelInfo& info) {
   } else {
     row("fabric", "none");
   }
-  row("view", "{}", triple(p.view));
+  row("view", "{}", columns_of(p.view));
   for (std::size_t i = 0; i < p.lights.size(); ++i)
-    row(fmt::format("light {}", i + 1).c_str(), "{}", triple(p.lights[i]));
-  row("radiance", "{}", triple(p.radiance));
+    row(fmt::format("light {}", i + 1).c_str(), "{}", columns_of(p.lights[i]));
+  row("radiance", "{}", columns_of(p.radiance));
   row("alpha", "{:.4f}", p.alpha);
 }
 
