@@ -42,9 +42,9 @@ void add_drawing(Options& options, RenderCommand& command) {
                  "Evaluate fabrics on the processor (default) or by OpenGL. paper: on the processor as "
                  "published in 2001, in colours of 8 bits, nearest texels");
   options
-      .number(
-          "--points", command.picture.levels.points, "N",
-          "Points along either side of a pixel that shows the yarn itself; more of them show it further away")
+      .number("--points", command.picture.levels.points, "N",
+              "Rays along either side of a pixel that shows the yarn itself; twice as many samples of cell "
+              "images")
       .in(1, 8);
   options
       .number("--level-bias", command.level_bias, "LEVELS",
@@ -78,6 +78,7 @@ void declare_render(Options& options, RenderCommand& command) {
       .ends_in({".png", ".exr"})
       .writes();
   options.size("--size", command.size, "Size of a scene's picture in pixels", 1, 1'000'000);
+  command.render.supersample = 2;  // outlines are smooth
   options.number("--supersample", command.render.supersample, "N",
                  "Draw N times larger per side, and average");
   add_input(options, picture);
@@ -100,8 +101,10 @@ void declare_render(Options& options, RenderCommand& command) {
     LevelOptions& levels = command.picture.levels;
     if (options.given("--level-bias")) levels.bias = command.level_bias;
     command.picture.swatch.level = levels.forced;
-    // A forced level is shown with its exact texels.
+    // A forced level, and a swatch of whole texels, are shown with their exact texels.
     if (levels.forced >= 0) levels.area = false;
+    const bool whole_texels = has_ending(command.picture.input, ".exr") && !command.place;
+    if (whole_texels && !options.given("--supersample")) command.render.supersample = 1;
   });
 }
 

@@ -54,6 +54,7 @@ Shot read_shot(const RenderCommand& command) {
   shot.options.width = command.size.x;
   shot.options.height = command.size.y;
   shot.options.levels = command.picture.levels;
+  shot.options.cells.samples = 2 * static_cast<float>(command.picture.levels.points);
   shot.options.layers = command.picture.layers;
   std::vector<Light> own_lights;
   if (has_ending(command.picture.input, ".exr")) {

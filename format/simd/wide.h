@@ -20,7 +20,7 @@
 #define SELVEDGE_THREE_BODIES(name, parameters, arguments)                                             \
   void name##_plain parameters { name<4> arguments; }                                                  \
   __attribute__((target("avx2,fma"))) void name##_avx2 parameters { name<8> arguments; }               \
-  __attribute__((target("avx512f"))) void name##_avx512 parameters { name<16> arguments; }             \
+  __attribute__((target("avx512f,fma"))) void name##_avx512 parameters { name<16> arguments; }         \
   auto name##_for_this_processor()->void(*) parameters {                                               \
     if (__builtin_cpu_supports("avx512f") != 0) return name##_avx512;                                  \
     if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) return name##_avx2; \

@@ -152,6 +152,20 @@ SELVEDGE_INLINE WideFloat<N> positive_power(const WideFloat<N>& base, const Wide
   return result;
 }
 
+/// The arc tangent of x in [-1, 1] to 1e-7: a polynomial interpolated at Chebyshev nodes in x^2.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> wide_arctan(const WideFloat<N>& x) {
+  const WideFloat<N> s = x * x;
+  WideFloat<N> sum = s * WideFloat<N>(-0.00455979211F) + WideFloat<N>(0.0237805191F);
+  sum = sum * s + WideFloat<N>(-0.0588297546F);
+  sum = sum * s + WideFloat<N>(0.0986886546F);
+  sum = sum * s + WideFloat<N>(-0.140032902F);
+  sum = sum * s + WideFloat<N>(0.199669614F);
+  sum = sum * s + WideFloat<N>(-0.333318114F);
+  sum = sum * s + WideFloat<N>(0.999999881F);
+  return sum * x;
+}
+
 template <std::size_t N>
 struct WideVec3 {
   WideFloat<N> x, y, z;

@@ -1,14 +1,17 @@
 // Frames of dressed garments: selvedge-bench-view [--rows FILE] [--rates] SCENE.glb ...
-// With --rates: frames a second of the whole garment, of a view in which a repeat has 30 pixels, and of one
-// in which it has 120 and the cloth fills the frame, and the stages of a frame. Otherwise ms of a frame by
-// every path, and how fast the fabric is evaluated beside the reference.
+// With --rates: frames of an orbit around the garment, and at rest, with 8, 15, 30 and 120 pixels a repeat,
+// two lamps fixed to the garment and its shadows: processor time, and dB to 8 x 8 rays a pixel of the shader
+// path, without and with the garment's shadows. Otherwise ms of a frame by every path, and how fast the
+// fabric is evaluated beside the reference.
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <numbers>
 
 #include "format/base/parallel.h"
 #include "format/fabric/evaluate.h"
 #include "tests/bench/rows.h"
+#include "viewer/light/shadows.h"
 #include "viewer/load.h"
 #include "viewer/renderer.h"
 
@@ -78,12 +81,6 @@ class Drawing {
     renderer_ = need(Renderer::create(subject.loaded.scene, subject.loaded.fabrics, options_));
   }
 
-  double pixels_of_a_repeat(double of_zoom) {
-    const auto probe = need(renderer_->probe(camera(of_zoom, 0), options_, size / 2));
-    if (!probe || probe->fabric < 0) return 0;
-    return subject_.loaded.fabrics[probe->fabric].levels.front().width / probe->texels_per_pixel.x;
-  }
-
   /// So many frames of a slow turn after `first` others, which compile shaders and touch memory for the first
   /// time.
   Samples draw(double of_zoom, double degrees, int frames, int first = 2) {
@@ -120,31 +117,119 @@ double covered_percent(const RenderStats& stats) {
   return 100.0 * static_cast<double>(stats.covered_pixels) / (size.x * size.y);
 }
 
-void frame_rates(const Subject& subject, bench::Rows& rows) {
-  constexpr int frames = 20;
-  struct View {
-    const char* name;
-    double pixels_of_a_repeat;  ///< in the frame's middle
-  };
-  Drawing drawing(subject, RenderPath::hybrid, best_levels);
-  const double whole = drawing.pixels_of_a_repeat(1);
-  fmt::print(
-      "{}: {} x {}, {} threads, two lights, default filter; ms, medians of {}\n\n"
-      "| | pixels a repeat | covered | surfaces evaluated | project | geometry | read back | texels, frames, "
-      "light | frame | processor | frames/s |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
-      subject.name, size.x, size.y, thread_count(), frames);
-  for (const View& view : {View{"whole", 8}, View{"band", 30}, View{"close", 120}}) {
-    const double of_zoom = view.pixels_of_a_repeat / whole;
-    const Samples samples = drawing.draw(of_zoom, 0.05, frames);
-    const RenderStats& last = samples.last();
-    fmt::print("| {} | {:.1f} | {:.1f} % | {:.2f} | {} | {:.2f} |\n", view.name,
-               drawing.pixels_of_a_repeat(of_zoom), covered_percent(last),
-               static_cast<double>(last.evaluated_pixels) / static_cast<double>(last.covered_pixels),
-               samples.text(), 1e3 / samples.frame());
+/// 8-bit display value over grey.
+double displayed(const V4f& pixel, int channel) {
+  const double c = std::clamp(
+      std::numbers::pi * static_cast<double>(pixel[channel]) + 0.18 * (1 - static_cast<double>(pixel.w)), 0.0,
+      1.0);
+  return 255 * (c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055);
+}
+
+/// PSNR in dB of the middle of a frame to a smaller one, where either shows something.
+double decibels(const Frame& frame, const Frame& middle) {
+  double sum = 0;
+  double count = 0;
+  for (int y = 0; y < middle.height; ++y) {
+    for (int x = 0; x < middle.width; ++x) {
+      const V4f& a = frame.pixels[(y + (frame.height - middle.height) / 2) * frame.width + x +
+                                  (frame.width - middle.width) / 2];
+      const V4f& b = middle.pixels[y * middle.width + x];
+      if (!(a.w > 0 || b.w > 0)) continue;
+      for (int c = 0; c < 3; ++c) sum += std::pow(displayed(a, c) - displayed(b, c), 2);
+      count += 3;
+    }
+  }
+  return 10 * std::log10(255 * 255 * count / std::max(sum, 1e-9));
+}
+
+class Rates {
+ public:
+  explicit Rates(const Subject& subject) : subject_(subject) {
+    options_.levels = best_levels;
+    options_.context = ContextKind::osmesa;
+    options_.lights = default_lights(camera(1, 0));
+    const auto probe = need(renderer(options_)->probe(camera(1, 0), sized(options_, 1), size / 2));
+    if (probe && probe->fabric >= 0)
+      whole_ = subject.loaded.fabrics[probe->fabric].levels.front().width / probe->texels_per_pixel.x;
+  }
+
+  /// `degrees`: of a frame of the orbit.
+  void measure(const char* name, double pixels_of_a_repeat, double degrees, int shadows, bench::Rows& rows) {
+    const double of_zoom = pixels_of_a_repeat / whole_;
+    RenderOptions options = sized(options_, 1);
+    options.shadows = shadows;
+    // The middle of the frame, an eighth along either side; of the whole garment, a quarter.
+    const int part = pixels_of_a_repeat > 10 ? 8 : 4;
+    RenderOptions rays = sized(options, part);
+    rays.path = RenderPath::shader;
+    rays.supersample = 8;
+    rays.levels.points = 1;
+    RenderStats stats;
+    Frame reference;
+    need(renderer(rays)->draw(camera(of_zoom * part, 0), rays, reference, stats));
+
+    constexpr int frames = 24;
+    Frame frame;
+    std::vector<double> times;
+    options.cells = moving_cell_images;
+    const auto moving = renderer(options);
+    for (int i = -frames; i <= 0; ++i) {
+      const double start = bench::cpu_seconds();
+      need(moving->draw(camera(of_zoom, degrees * i), options, frame, stats));
+      if (i > -frames / 2) times.push_back(1e3 * (bench::cpu_seconds() - start));
+    }
+    std::nth_element(times.begin(), times.begin() + frames / 4, times.end());
+    const double milliseconds = times[frames / 4];
+    const double moving_db = decibels(frame, reference);
+    options.cells = {};
+    options.supersample = 2;
+    const auto at_rest = renderer(options);
+    const double start = bench::wall_seconds();
+    need(at_rest->draw(camera(of_zoom, 0), options, frame, stats));
+    const double seconds = bench::wall_seconds() - start;
+    const double rest_db = decibels(frame, reference);
+    fmt::print("| {} | {:.0f} | {} | {:.0f} | {:.1f} | {:.1f} | {:.1f} |\n", name, pixels_of_a_repeat,
+               shadows, milliseconds, moving_db, seconds, rest_db);
     std::fflush(stdout);
-    const std::string name = fmt::format("rate/{}/{}", subject.name, view.name);
-    rows.add(name, 1e3 / samples.frame(), "frames/s");
-    rows.add(name + "/processor", samples.processor(), "ms");
+    const std::string row = fmt::format("rate/{}/{}/{}", subject_.name, name, shadows);
+    rows.add(row + "/moving", milliseconds, "ms");
+    rows.add(row + "/moving/dB", moving_db, "dB");
+    rows.add(row + "/rest/dB", rest_db, "dB");
+  }
+
+ private:
+  static RenderOptions sized(RenderOptions options, int part) {
+    options.width = size.x / part;
+    options.height = size.y / part;
+    return options;
+  }
+  std::unique_ptr<Renderer> renderer(const RenderOptions& options) const {
+    return need(Renderer::create(subject_.loaded.scene, subject_.loaded.fabrics, options));
+  }
+  Camera camera(double of_zoom, double azimuth) const {
+    CameraOptions view;
+    view.zoom = of_zoom;
+    view.azimuth = azimuth;
+    return need(make_camera(subject_.points, static_cast<double>(size.x) / size.y, view));
+  }
+
+  const Subject& subject_;
+  RenderOptions options_;
+  double whole_ = 1;  ///< pixels of a repeat at zoom 1
+};
+
+void frame_rates(const Subject& subject, bench::Rows& rows) {
+  fmt::print(
+      "{}: {} x {}, {} threads\n\n| view | pixels a repeat | shadow maps | moving, ms of processor | dB | at "
+      "rest, s "
+      "| dB |\n|---|---|---|---|---|---|---|\n",
+      subject.name, size.x, size.y, thread_count());
+  Rates rates(subject);
+  for (const int shadows : {0, default_shadow_size}) {
+    rates.measure("whole", 8, 1, shadows, rows);
+    rates.measure("patch of a line", 15, 1, shadows, rows);
+    rates.measure("band", 30, 1, shadows, rows);
+    rates.measure("close", 120, 0.5, shadows, rows);
   }
 }
 

@@ -54,7 +54,7 @@ test_a_program_outside_of_the_tree_draws_a_fabric_with_the_installed_shader() {
   cmake -S "$root/samples/reader" -B reader -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/out"
   cmake --build reader --target fabric-picture >"$scratch/out"
   reader/fabric-picture f.exr drawn.ppm
-  selvedge-view render f.exr -o expected.png --repeats 4x4 --pixels-per-texel 8 --background 0,0,0 \
+  selvedge-view render f.exr -o expected.png --path shader --repeats 4x4 --pixels-per-texel 8 --background 0,0,0 \
     --light 0.3,0.5,1 --light 1,0.2,0.4,0.3 --quiet
   # The picture is not black; at most 1 % of the pixels differ by more than 1 of 255.
   [ "$(tail -c +16 drawn.ppm | tr -d '\000-\017' | wc -c)" -gt 10000 ] || fail "a black picture"

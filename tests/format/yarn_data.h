@@ -82,6 +82,40 @@ inline Fabric with_yarn(Fabric fabric, std::uint64_t seed) {
   return fabric;
 }
 
+/// Waves along x and, half a wave higher, along y, as smooth as fabrics; glossy, twisted, and lit by other
+/// yarn at random.
+inline YarnData waves(float period, int curves, bool strands) {
+  constexpr int nodes = 48;
+  YarnData data;
+  Random random(3);
+  for (int c = 0; c < curves; ++c) {
+    YarnCurve curve;
+    curve.nodes = nodes;
+    curve.stations = 3;
+    curve.turns = c % 2 == 0 ? V2i(1, 0) : V2i(0, 1);
+    curve.radius = 0.08F * period;
+    curve.albedo = {0.7F, 0.5F, 0.3F};
+    curve.gloss = {0.2F, 0.4F};
+    curve.fibre_slope = 0.5F;
+    if (c % 2 == 1) curve.flattening = 0.6F;  // one round and one of plies
+    if (c >= 2) curve.plies = {c, 3, 2 * c + 1, 0.5F, {-0.5F, 0.25F, 0.75F}};
+    // Three quarters have strands: wide and thin ones, one as of yarn turned over.
+    if (strands && c % 4 > 0)
+      curve.strands = {c % 4 == 1 ? 9 : c % 4 == 2 ? -16 : 400, 5, 22, 7 * c, 0.1F, 3};
+    data.curves.push_back(curve);
+    const float side = (static_cast<float>(c / 2) + 0.5F) / static_cast<float>((curves + 1) / 2);
+    for (int i = 0; i < nodes; ++i) {
+      const float along = static_cast<float>(i) / nodes;
+      const float wave = std::sin(2 * std::numbers::pi_v<float> * (along + 0.5F * side)) * 0.1F;
+      const V3f node(along, side + wave, c % 2 == 0 ? 0.2F + wave : 0.2F - wave);
+      data.nodes.push_back((c % 2 == 0 ? node : V3f(node.y, node.x, node.z)) * period);
+    }
+    for (int i = 0; i < curve.stations * light_values_per_station; ++i)
+      data.light.push_back(static_cast<float>(0.02 * random.uniform()));
+  }
+  return data;
+}
+
 /// Its yarn but for the first curve gets strands, which shift, and changes of colour.
 inline Fabric with_strands(Fabric fabric) {
   YarnData data = fabric.levels.front().yarns()->data();

@@ -7,9 +7,10 @@
 
 #include "apps/selvedge/query_json.h"
 #include "format/base/json_text.h"
+#include "format/cells/cell_image.h"
 #include "format/fabric/evaluate.h"
 #include "format/picture/environment.h"
-#include "viewer/hybrid/yarn_samples.h"
+#include "viewer/hybrid/evaluate_lanes.h"
 
 namespace {
 
@@ -79,18 +80,28 @@ Shading shade_texel(const PackedFabric& packed, int number, const FabricQuery& q
   return {alpha > 0 ? radiance / alpha : V3f(0, 0, 0), alpha};
 }
 
+/// The lamps by the reference, with shadows of the yarn; light from all around as cell images have it.
 Shading shade_yarn(const PackedFabric& packed, const FabricQuery& query, const EnvironmentLight& light) {
-  YarnPixels pixels;
-  pixels.pixels.emplace_back().view = query.view;
-  for (const Light& lamp : light.lamps) {
-    pixels.irradiance.push_back(lamp.irradiance);
-    pixels.lights.push_back({V3f(lamp.direction), 1});
+  const Yarns& yarns = *packed.fabric->levels.front().yarns();
+  const float plane = packed.fabric->reference_height;
+  const auto hit = yarns.trace(*query.uv, plane, query.view);
+  if (!hit) return {V3f(0, 0, 0), 0};
+  V3f sum(0, 0, 0);
+  for (const Light& lamp : light.lamps)
+    sum += yarns.shade(*query.uv, plane, V3f(lamp.direction), query.view).radiance * lamp.irradiance;
+  const CellYarn cell(yarns, plane, packed.yarn_sky);
+  CellView view;
+  view.view = query.view;
+  view.around = light.rest;
+  const std::span<const Yarns::Segment> segments = yarns.inside().segments;
+  std::int32_t piece = 0;  // plies come before hairs
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(segments.size()); ++i) {
+    const bool hair = segments[hit->segment].rank > 0;
+    if ((segments[i].rank > 0) == hair ? i < hit->segment : hair) ++piece;
   }
-  pixels.around.push_back(light.rest);
-  YarnSample sample;
-  sample.uv = V2f(*query.uv);
-  SampleShader(packed, pixels).look({&sample, 1});
-  return {sample.radiance, sample.segment == no_segment ? 0.0F : 1.0F};
+  return {
+      sum + shade_points(cell, cell.pieces(0), view, std::array{CellPoint{piece, hit->from_start}}).front(),
+      1};
 }
 
 nlohmann::json answer(const nlohmann::json& line) {

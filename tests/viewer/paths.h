@@ -58,4 +58,30 @@ inline double share_apart(const Setting& setting) {
   return static_cast<double>(apart) / static_cast<double>(a.pixels.size());
 }
 
+/// PSNR in dB of a picture to a mean of `larger` x `larger` pixels of another one, colours and opacity.
+inline double decibels(const Frame& frame, const Frame& fine, int larger) {
+  double sum = 0;
+  for (int y = 0; y < frame.height; ++y) {
+    for (int x = 0; x < frame.width; ++x) {
+      V4f mean(0, 0, 0, 0);
+      for (int k = 0; k < larger * larger; ++k)
+        mean += fine.pixels[(y * larger + k / larger) * fine.width + x * larger + k % larger];
+      mean /= static_cast<float>(larger * larger);
+      const V4f& p = frame.pixels[y * frame.width + x];
+      for (int c = 0; c < 3; ++c) sum += std::pow(shown(p[c]) - shown(mean[c]), 2);
+      sum += std::pow(255 * static_cast<double>(p.w - mean.w), 2);
+    }
+  }
+  return 10 * std::log10(255 * 255 * 4.0 * static_cast<double>(frame.pixels.size()) / std::max(sum, 1e-9));
+}
+
+/// Of the hybrid path's picture beside rays through the yarn, `larger` x `larger` of the shader path a pixel.
+inline double decibels_to_rays(const Setting& setting, int larger = 4) {
+  Setting fine = setting;
+  fine.options.width *= larger;
+  fine.options.height *= larger;
+  fine.options.levels.points = 1;
+  return decibels(drawn(setting, RenderPath::hybrid), drawn(fine, RenderPath::shader), larger);
+}
+
 }  // namespace selvedge::test

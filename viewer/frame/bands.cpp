@@ -6,7 +6,7 @@ namespace selvedge {
 namespace {
 
 constexpr int pixels_per_band = 1 << 21;
-constexpr int bands_per_frame = 6;
+constexpr int bands_per_frame = 3;
 constexpr int rasteriser_tile = 64;
 
 }  // namespace

@@ -30,9 +30,33 @@ struct FrameSize {
   int layers = 8;       ///< maximum number of surfaces that a pixel shows behind each other
 };
 
+/// Images of yarn (viewer/cells). The defaults are for pictures at rest.
+struct CellImageOptions {
+  float samples = 4;       ///< along a pixel's side
+  float patch_pixels = 1;  ///< longest side of what more than one repeat shares an image, pixels
+  float patch_turn = 360;  ///< PatchLimits::turn
+  bool hairs = true;
+  bool hair_shadows = true;
+  bool coarse_shading = false;  ///< CellView
+  float shadow_texels = 2;      ///< CellView
+  float detail = 8;             ///< CellView
+  float piece_pixels = 1.5F;    ///< CellView
+  float behind = 1;             ///< share of the samples of what only shows behind other surfaces
+  float fresh =
+      1;  ///< share of the images in sight that a frame makes again where view or light have changed
+  float turns = 30;         ///< changes of a direction, in radians, times this are outdated by 1
+  float rest = 0.5F / 255;  ///< transparency through which nothing is looked at
+  std::size_t memory = std::size_t{256} << 20;  ///< bytes of all images
+};
+
+/// For frames that move.
+inline constexpr CellImageOptions moving_cell_images{2, 128, 360,  false, false, true,      1,
+                                                     2, 2,   0.7F, 0.25F, 30,    3.0F / 255};
+
 /// Options that may change from frame to frame.
 struct DrawOptions {
   LevelOptions levels;
+  CellImageOptions cells;
   std::vector<Light> lights;
   /// Times pi, the even radiance in `around` that its environment has not: mirror images lack it.
   float ambient = 0;

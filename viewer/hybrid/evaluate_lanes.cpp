@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "format/fabric/lafortune.h"
-#include "viewer/hybrid/fetch.h"
+#include "format/simd/fetch.h"
 #include "viewer/hybrid/wide_directions.h"
 
 namespace selvedge {

@@ -10,12 +10,9 @@
 #include "format/fabric/smooth_light.h"
 #include "viewer/frame/options.h"
 #include "viewer/scene/packed_fabric.h"
+#include "viewer/scene/pixel_triangles.h"
 
 namespace selvedge {
-
-inline constexpr std::size_t lane_count = 16;
-
-using LaneFloats = std::array<float, lane_count>;
 
 /// Unit vectors in the fabric's frame.
 struct LaneDirections {

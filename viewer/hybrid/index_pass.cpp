@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "format/scene/footprint.h"
-#include "viewer/hybrid/fetch.h"
+#include "format/simd/fetch.h"
 #include "viewer/hybrid/pbr_shading.h"
 
 namespace selvedge {
@@ -271,7 +271,7 @@ struct Corners {
   std::array<std::array<const Group*, lane_count>, 3> screen;
   std::array<std::array<const Group*, lane_count>, 3> attributes;
   alignas(64) LaneFloats last_level;
-  alignas(64) LaneFloats largest_yarn_pixel;
+  alignas(64) LaneFloats largest_cell_pixel;
 };
 
 /// A value at the three corners, interpolated.
@@ -391,9 +391,8 @@ SELVEDGE_INLINE void interpolate_lanes(const Corners& corners, const LevelOption
     v.up.store(&block.v_up[first]);
     const Wide wanted =
         options.forced >= 0 ? Wide(static_cast<float>(options.forced)) : wide_log2(size) + Wide(options.bias);
-    const Wide largest = options.forced >= 0 ? Wide(0) : Wide::load(&corners.largest_yarn_pixel[first]);
-    yarn_share(size, largest * Wide(largest_by_points(options.points)), options.blend)
-        .store(&block.yarn[first]);
+    const Wide largest = options.forced >= 0 ? Wide(0) : Wide::load(&corners.largest_cell_pixel[first]);
+    yarn_share(size, largest, options.blend).store(&block.yarn[first]);
     const Wide last = Wide::load(&corners.last_level[first]);
     // Level 0 for NaN as well.
     const Wide level = min(max(wanted, Wide(0)), last);
@@ -467,7 +466,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
         const V2i size = packed.fabric->texels();
         width = static_cast<float>(size.x);
         height = static_cast<float>(size.y);
-        yarn = packed.largest_yarn_pixel;
+        yarn = scene.cells ? packed.largest_cell_pixel : 0;
         last_level = static_cast<float>(packed.levels.size() - 1);
       }
     }
@@ -475,7 +474,7 @@ void find_texels(const IndexScene& scene, const PixelTriangles& pixels, PixelBlo
     texels.height[lane] = height;
     corners.last_level[lane] = last_level;
     texels.counts[lane] = lane < pixels.count ? counts : 0;
-    corners.largest_yarn_pixel[lane] = lane < pixels.count ? yarn : 0;
+    corners.largest_cell_pixel[lane] = lane < pixels.count ? yarn : 0;
   }
 
   if (pixels.has_pbr) find_slopes(scene, block);

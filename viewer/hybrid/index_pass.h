@@ -20,17 +20,7 @@ struct IndexScene {
   std::span<const PackedFabric> fabrics;
   LevelOptions levels;
   bool paper_bits = false;  ///< as published: what OpenGL wrote is rounded to colours of 8 bits
-};
-
-/// Pixels of a frame in any order, each with its visible triangle.
-struct PixelTriangles {
-  std::size_t count = 0;                             ///< number of pixels in use; at least 1
-  std::array<std::uint16_t, lane_count> x{};         ///< pixel of the frame
-  std::array<std::uint16_t, lane_count> y{};         ///< counted from the bottom
-  std::array<std::uint32_t, lane_count> triangle{};  ///< index into MergedSurfaces::triangles
-  std::array<bool, lane_count> back{};
-  bool has_pbr = false;  ///< some surface of the scene needs `pbr`
-  std::array<PbrPixel, lane_count> pbr{};
+  bool cells = true;        ///< yarn shows by cell images where pixels are small; else texels show everywhere
 };
 
 /// The surfaces at these pixels.

@@ -14,10 +14,6 @@ namespace selvedge {
 /// Maximum number of surfaces that a pixel can show behind each other.
 inline constexpr int max_layers = 64;
 
-/// Remaining transparency below which a pixel counts as opaque: half a step of an 8-bit picture.
-inline constexpr float opaque_rest = 0.5F / 255;
-inline bool is_open(const V4f& pixel) { return !(1 - pixel.w < opaque_rest); }
-
 /// Statistics of a band.
 struct LayerCount {
   std::int64_t covered = 0;    ///< pixels that are not empty
@@ -26,14 +22,14 @@ struct LayerCount {
   LayerCount& operator+=(const LayerCount& b);
 };
 
-/// Shades and overwrites the pixels of a band, at most `layers` surfaces deep, on all cores. Deep pixels stay
-/// empty and are added to `deep`.
-LayerCount shade_band(const IndexScene& index, const ShadingScene& shading,
+/// Shades and overwrites the pixels of a band, at most `layers` surfaces deep, on all cores. Of deep pixels
+/// only the nearest surface; if more shows behind it, they are added to `deep`.
+LayerCount shade_band(const IndexScene& index, const ShadingScene& shading, CellPass& cells,
                       const std::array<DrawnSide, 2>& sides, int layers, const BandPixels& pixels,
                       DeepPixels& deep);
 
-/// The same for deep pixels. Precondition: all their layers are known.
-LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, const DeepPixels& deep,
-                      int layers, const BandPixels& pixels);
+/// The other surfaces of deep pixels. Precondition: all their layers are known.
+LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, CellPass& cells,
+                      const DeepPixels& deep, int layers, const BandPixels& pixels);
 
 }  // namespace selvedge

@@ -33,6 +33,7 @@ ProjectedVertices HybridPath::place(const Camera& camera) {
 
 IndexScene HybridPath::index(const ProjectedVertices& projected, const FrameView& view) const {
   IndexScene index{scene_.mesh, projected, scene_.materials.surfaces, scene_.fabrics, view.options.levels};
+  index.cells = !paper_bits_ && view.options.levels.forced < 0;
   if (paper_bits_) {
     index.paper_bits = true;
     index.levels.area = false;
@@ -50,7 +51,7 @@ ShadingScene HybridPath::shading(const FrameView& view) const {
   shading.around = view.options.around ? &*view.options.around : nullptr;
   shading.around_vertices = view.around_vertices;
   shading.reflections = view.reflections.get();
-  shading.points = view.options.levels.points;
+  shading.cells = &cells_;
   shading.options = &view.options;
   return shading;
 }
@@ -97,7 +98,7 @@ Result<void> HybridPath::shade(const IndexScene& index, const ShadingScene& shad
   Stopwatch watch;
   const BandPixels pixels = pixels_of(bands_, first_row, frame, band.large);
   DeepPixels deep(bands_.width, pixels.rows);
-  LayerCount seen = shade_band(index, shading, band.sides, layers_, pixels, deep);
+  LayerCount seen = shade_band(index, shading, cells_, band.sides, layers_, pixels, deep);
   if (!deep.empty()) {
     if (band.sides[0].seen.colours.empty()) {
       deep.cast(scene_.mesh, index.projected, band.sides, first_row);
@@ -106,7 +107,7 @@ Result<void> HybridPath::shade(const IndexScene& index, const ShadingScene& shad
       const FrameTiles where{first_row, pixels.rows, {}};
       if (auto good = draw_behind(index, where, band.sides, deep, watch, stats); !good) return good;
     }
-    seen += shade_deep(index, shading, deep, layers_, pixels);
+    seen += shade_deep(index, shading, cells_, deep, layers_, pixels);
   }
   watch.add_to(stats.evaluation);
   stats.covered_pixels += seen.covered;
@@ -124,6 +125,7 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
   const ProjectedVertices projected = place(view.camera);
   std::vector<TriangleLists> lists =
       list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
+  cells_.begin(view, bands_.supersample, shading.shadows, projected);
   watch.add_to(stats.project);
   const IndexScene index = this->index(projected, view);
   // Surfaces without fabric need further rounds of the same band, so drawing and shading cannot overlap.
@@ -182,7 +184,11 @@ Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const
   pixels.back[0] = nearest->back;
   pixels.has_pbr = pass_->has_pbr();
   pixels.pbr[0] = sides[nearest->back ? 1 : 0].pbr_at(pixel.x);
-  return probe_pixel(index(projected, view), shading(view), pixels);
+  const ShadingScene shading = this->shading(view);
+  cells_.begin(view, bands_.supersample, shading.shadows, projected);
+  if (cells_.shows(nearest->triangle)) cells_.see(nearest->triangle, nearest->back, pixel.x, row);
+  cells_.make();
+  return probe_pixel(index(projected, view), shading, pixels);
 }
 
 }  // namespace selvedge

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "viewer/cells/cell_pass.h"
 #include "viewer/frame/frame_path.h"
 #include "viewer/hybrid/layers.h"
 #include "viewer/hybrid/probe.h"
@@ -34,7 +35,8 @@ class HybridPath final : public FramePath {
     std::vector<V4f> large;  ///< supersampled pixels
   };
 
-  HybridPath(const PreparedScene& scene, bool paper_bits) : scene_(scene), paper_bits_(paper_bits) {}
+  HybridPath(const PreparedScene& scene, bool paper_bits)
+      : scene_(scene), paper_bits_(paper_bits), cells_(scene) {}
   ProjectedVertices place(const Camera& camera);
   ShadingScene shading(const FrameView& view) const;
   IndexScene index(const ProjectedVertices& projected, const FrameView& view) const;
@@ -51,6 +53,7 @@ class HybridPath final : public FramePath {
   int layers_ = 1;
   std::unique_ptr<VisibilityPass> pass_;
   std::array<Band, 2> in_flight_;
+  CellPass cells_;
 };
 
 }  // namespace selvedge

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "format/simd/wide_float.h"
+#include "viewer/cells/cell_pass.h"
 #include "viewer/hybrid/pbr_shading.h"
-#include "viewer/hybrid/yarn_points.h"
 #include "viewer/scene/view_rays.h"
 
 namespace selvedge {
@@ -331,6 +331,33 @@ void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScr
   }
 }
 
+void add_cells(const ShadingScene& scene, ShadedBlock& shaded) {
+  const PixelPlaces& block = shaded.places;
+  if (!block.shows_yarn || scene.cells == nullptr) return;
+  PixelTriangles pixels;
+  std::array<std::size_t, lane_count> lanes;
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    if (!(block.yarn[lane] > 0)) continue;
+    const std::size_t i = pixels.count++;
+    lanes[i] = lane;
+    pixels.x[i] = block.x[lane];
+    pixels.y[i] = block.y[lane];
+    pixels.triangle[i] = block.triangle[lane];
+    pixels.back[i] = block.side[lane] < 0;
+  }
+  if (pixels.count == 0) return;
+  CellShading cells;
+  scene.cells->look(pixels, cells);
+  for (std::size_t i = 0; i < pixels.count; ++i) {
+    const std::size_t lane = lanes[i];
+    const V4f value = cells.at(i) * block.yarn[lane];
+    shaded.light.red[lane] += value.x;
+    shaded.light.green[lane] += value.y;
+    shaded.light.blue[lane] += value.z;
+    shaded.light.alpha[lane] += value.w;
+  }
+}
+
 void finish_light(const ShadingScene& scene, ShadedBlock& shaded) {
   static const auto finish = finish_for_this_processor();
   const PixelPlaces& block = shaded.places;
@@ -371,7 +398,7 @@ void finish_light(const ShadingScene& scene, ShadedBlock& shaded) {
 
 const LaneShading& shade(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch) {
   shade_texels(scene, block, scratch, scratch.block);
-  if (block.shows_yarn) add_yarn(scene, std::span(&scratch.block, 1));
+  add_cells(scene, scratch.block);
   finish_light(scene, scratch.block);
   return scratch.block.light;
 }

@@ -23,6 +23,8 @@ struct LaneFrames {
   LaneDirections view;  ///< towards the viewer, in the frame
 };
 
+class CellPass;
+
 struct ShadingScene {
   const Camera& camera;
   int width = 1;  ///< of the whole frame
@@ -40,7 +42,7 @@ struct ShadingScene {
   /// Share of it that reaches the vertices of `mesh`; empty: all.
   std::span<const SmoothLight> around_vertices{};
   const Reflections* reflections = nullptr;  ///< of the environment; null: none
-  int points = 2;                            ///< LevelOptions::points
+  const CellPass* cells = nullptr;           ///< null: yarn shows as texels alone
   const DrawOptions* options = nullptr;      ///< may interrupt the work; null: nothing does
   bool ends() const { return options != nullptr && options->ends(); }
 };
@@ -71,9 +73,12 @@ struct ShadingScratch {
   ShadedBlock block;
 };
 
-/// Sets `result` to the block in the light of its texels; yarn (yarn_points.h) is still to be added.
+/// Sets `result` to the block in the light of its texels; cell images are still to be added.
 void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScratch& scratch,
                   ShadedBlock& result);
+
+/// Adds the cell images of the block's pixels to their light, by the weight of yarn.
+void add_cells(const ShadingScene& scene, ShadedBlock& block);
 
 /// The last stage: opaque materials, emission, and surfaces without fabric (shade_pbr()).
 void finish_light(const ShadingScene& scene, ShadedBlock& block);

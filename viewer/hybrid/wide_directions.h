@@ -13,20 +13,6 @@ struct WideTaps {
   WideFloat<N> weight[4];   // NOLINT(modernize-avoid-c-arrays)
 };
 
-/// The arc tangent of x in [-1, 1] to 1e-7: a polynomial interpolated at Chebyshev nodes in x^2.
-template <std::size_t N>
-SELVEDGE_INLINE WideFloat<N> wide_arctan(const WideFloat<N>& x) {
-  const WideFloat<N> s = x * x;
-  WideFloat<N> sum = s * WideFloat<N>(-0.00455979211F) + WideFloat<N>(0.0237805191F);
-  sum = sum * s + WideFloat<N>(-0.0588297546F);
-  sum = sum * s + WideFloat<N>(0.0986886546F);
-  sum = sum * s + WideFloat<N>(-0.140032902F);
-  sum = sum * s + WideFloat<N>(0.199669614F);
-  sum = sum * s + WideFloat<N>(-0.333318114F);
-  sum = sum * s + WideFloat<N>(0.999999881F);
-  return sum * x;
-}
-
 /// interpolate() of directions.h in single precision. The concentric map's four quarters are merged to two:
 /// the longer of x and y gives the signed radius, their ratio the angle.
 template <std::size_t N>

@@ -131,7 +131,10 @@ std::uint64_t packed_memory(const FabricHeader& header) {
 PackedFabric pack(const Fabric& fabric) {
   PackedFabric packed;
   packed.fabric = &fabric;
-  packed.largest_yarn_pixel = largest_yarn_pixel(fabric);
+  if (fabric.levels.front().yarns())
+    packed.largest_cell_pixel =
+        std::sqrt(static_cast<float>(fabric.texels().x) * static_cast<float>(fabric.texels().y)) /
+        least_cell_pixels;
   for (const FabricLevel& level : fabric.levels) {
     const PackedLayout layout = layout_of(level);
     const auto found = std::find(packed.layouts.begin(), packed.layouts.end(), layout);

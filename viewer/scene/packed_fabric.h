@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "format/fabric/header.h"
+#include "format/simd/group.h"
 
 namespace selvedge {
 
@@ -29,8 +30,6 @@ struct PackedLayout {
   int coefficient_groups() const { return (products + 15) / 16 * 4; }
 };
 
-using Group = std::array<float, 4>;
-
 struct PackedLevel {
   int width = 0;
   int height = 0;
@@ -42,8 +41,11 @@ struct PackedLevel {
   std::vector<Group> coefficients;  ///< [texel][coefficient_groups]
 };
 
+/// Below so many pixels a repeat, in the mean of both sides, texels show in place of cell images.
+inline constexpr float least_cell_pixels = 3;
+
 struct PackedFabric {
-  float largest_yarn_pixel = 0;    ///< of the fabric
+  float largest_cell_pixel = 0;    ///< pixels so wide, in texels of level 0, show cell images; 0: no yarn
   const Fabric* fabric = nullptr;  ///< its source
   std::vector<PackedLevel> levels;
   std::vector<PackedLayout> layouts;

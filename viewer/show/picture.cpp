@@ -105,6 +105,7 @@ Result<void> ShowPicture::draw(const ShowState& state) {
   if (!camera) return tl::unexpected(camera.error());
   camera_ = *camera;
   options_.levels = state.levels;
+  options_.cells = moving_cell_images;
   set_light(state);
   options_.lights = lights_in_world(state, camera_);
   for (ShownSide& side : sides()) {
@@ -163,6 +164,7 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
   if (!sides_[0].renderer || options_.path != RenderPath::hybrid || refined_ == n * n) return false;
   RenderOptions options = options_;
   options.levels.footprint = 1.0F / n;
+  options.cells = {};
   Camera camera = camera_;
   const int row = refined_ / n;
   const V2d place((refined_ % n + 0.5) / n - 0.5, (row + 0.5) / n - 0.5);

@@ -2,8 +2,8 @@
 // shuffles are several times as fast as the CPU's gather instructions.
 #pragma once
 
+#include "format/simd/group.h"
 #include "format/simd/wide_float.h"
-#include "viewer/scene/packed_fabric.h"
 
 namespace selvedge {
 

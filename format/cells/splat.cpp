@@ -1,0 +1,294 @@
+#include "format/cells/splat.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/fabric/lifted.h"
+#include "format/simd/wide_float.h"
+
+namespace selvedge {
+namespace {
+
+/// A piece as a quadric over the texels. At (x, y) texels, g is the ray's distance from the axis, and the ray
+/// meets the cylinder where r^2 - g^2 >= 0; depth is z + sqrt(r^2 - g^2), place along the axis w + depth *
+/// w_depth. Without the root that place is linear, too (axis_x): it bounds the texels of a row that the piece
+/// reaches.
+enum Linear {
+  g_at,
+  g_x,
+  g_y,
+  z_at,
+  z_x,
+  z_y,
+  w_at,
+  w_x,
+  w_y,
+  r2,
+  r,
+  inverse_g_x,
+  low_x,
+  high_x,
+  low_y,
+  high_y,
+  w_depth,
+  low_w,
+  high_w,
+  axis_x,
+  inverse_axis_x,
+  least_axis,
+  most_axis,
+  shown,
+  linear_count
+};
+
+/// Share of its radius by which a ply's piece is longer at either end: it takes the place of the joints'
+/// balls.
+constexpr float joint = 0.12F;
+
+/// Sets up N pieces from `base` on; false if none of them shows.
+template <std::size_t N>
+SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& period, float plane,
+                            const SplatView& view, const V2f& texel, float (*to)[N]) {
+  using Wide = WideFloat<N>;
+  const auto number = [&](YarnPieces::Number n) __attribute__((always_inline)) {
+    return Wide::load(&pieces.numbers[n][base]);
+  };
+  const Wide zero(0);
+  const Wide one(1);
+  const Wide rank = number(YarnPieces::rank);
+  Wide radius = number(YarnPieces::radius);
+  Wide is_shown = one;
+  if (base + static_cast<int>(N) > pieces.plies) {
+    const Wide wider = min(max(Wide(view.width / 2), radius), number(YarnPieces::reach));
+    is_shown = if_greater(rank, zero, if_greater(radius, wider * rank, one, zero), one);
+    radius = if_greater(rank, zero, wider, radius);
+    if (!any_greater(is_shown, zero)) return false;
+  }
+  const Wide kx(view.slope.x);
+  const Wide ky(view.slope.y);
+  const Wide sx = number(YarnPieces::start_x);
+  const Wide sy = number(YarnPieces::start_y);
+  const Wide sz = number(YarnPieces::start_z);
+  const Wide gx = number(YarnPieces::squeeze_x);
+  const Wide gy = number(YarnPieces::squeeze_y);
+  const Wide ax = number(YarnPieces::axis_x);
+  const Wide ay = number(YarnPieces::axis_y);
+  const Wide az = number(YarnPieces::axis_z);
+  // The ray (x, y, 0) + t (kx, ky, 1) in the round section: f0 + x fx + y fy + t e.
+  const Wide part_e = gx * kx + gy * ky;
+  const Wide ex = kx - gx * part_e;
+  const Wide ey = ky - gy * part_e;
+  const Wide along_e = ax * ex + ay * ey + az;
+  const Wide e2 = ex * ex + ey * ey + one;
+  const Wide inverse = one / max(e2 - along_e * along_e, e2 * Wide(1e-7F));
+  const Wide nx = ey * az - ay;
+  const Wide ny = ax - ex * az;
+  const Wide nz = ex * ay - ey * ax;
+  const Wide cx = -(kx * Wide(plane)) - sx;
+  const Wide cy = -(ky * Wide(plane)) - sy;
+  const Wide cz = -sz;
+  const Wide part_c = gx * cx + gy * cy;
+  const Wide f0x = cx - gx * part_c;
+  const Wide f0y = cy - gy * part_c;
+  const Wide fxx = one - gx * gx;
+  const Wide fxy = -(gx * gy);
+  const Wide fyy = one - gy * gy;
+  Wide g[3] = {(f0x * nx + f0y * ny + cz * nz) * inverse, (fxx * nx + fxy * ny) * inverse,  // NOLINT
+               (fxy * nx + fyy * ny) * inverse};
+  Wide w[3] = {ax * f0x + ay * f0y + az * cz, ax * fxx + ay * fxy, ax * fxy + ay * fyy};  // NOLINT
+  Wide z[3] = {(w[0] * along_e - (ex * f0x + ey * f0y + cz)) * inverse,                   // NOLINT
+               (w[1] * along_e - (ex * fxx + ey * fxy)) * inverse,
+               (w[2] * along_e - (ex * fxy + ey * fyy)) * inverse};
+  const Wide radius2 = radius * radius * inverse;
+  // The box of its shadow on the plane along the rays.
+  const Wide wide = radius / (one - gx * gx - gy * gy);
+  const Wide from_x = sx - kx * (sz - Wide(plane));
+  const Wide from_y = sy - ky * (sz - Wide(plane));
+  const Wide along_x = number(YarnPieces::along_x) - kx * number(YarnPieces::along_z);
+  const Wide along_y = number(YarnPieces::along_y) - ky * number(YarnPieces::along_z);
+  const Wide reach_x = wide * Wide(std::sqrt(1 + view.slope.x * view.slope.x));
+  const Wide reach_y = wide * Wide(std::sqrt(1 + view.slope.y * view.slope.y));
+  const Wide left = from_x + min(along_x, zero) - reach_x;
+  const Wide bottom = from_y + min(along_y, zero) - reach_y;
+  // Without whole repeats, and in texels.
+  const Wide moved_x = floor(left * Wide(1 / period.x)) * Wide(period.x);
+  const Wide moved_y = floor(bottom * Wide(1 / period.y)) * Wide(period.y);
+  const Wide half(0.5F);
+  const auto put = [&](Linear n, const Wide& value) __attribute__((always_inline)) { value.store(to[n]); };
+  const auto put_linear = [&](Linear first, const Wide* c) __attribute__((always_inline)) {
+    const Wide in_x = c[1] * Wide(texel.x);
+    const Wide in_y = c[2] * Wide(texel.y);
+    (c[0] + c[1] * moved_x + c[2] * moved_y + half * (in_x + in_y)).store(to[first]);
+    in_x.store(to[first + 1]);
+    in_y.store(to[first + 2]);
+  };
+  put_linear(g_at, g);
+  put_linear(z_at, z);
+  put_linear(w_at, w);
+  put(r2, radius2);
+  put(r, sqrt(radius2));
+  const Wide per_texel = g[1] * Wide(texel.x);
+  put(inverse_g_x, if_greater(abs(per_texel), Wide(1e-9F), one / per_texel, zero));
+  put(low_x, (left - moved_x) * Wide(1 / texel.x) - half);
+  put(high_x, (from_x + max(along_x, zero) + reach_x - moved_x) * Wide(1 / texel.x) - half);
+  put(low_y, (bottom - moved_y) * Wide(1 / texel.y) - half);
+  put(high_y, (from_y + max(along_y, zero) + reach_y - moved_y) * Wide(1 / texel.y) - half);
+  put(w_depth, along_e);
+  const Wide over = if_greater(rank, zero, zero, radius * Wide(joint));
+  const Wide high = number(YarnPieces::length) + over;
+  put(low_w, -over);
+  put(high_w, high);
+  const Wide axis = (w[1] + along_e * z[1]) * Wide(texel.x);
+  put(axis_x, axis);
+  put(inverse_axis_x, if_greater(abs(axis), Wide(1e-9F), one / axis, zero));
+  const Wide root = sqrt(radius2);
+  put(least_axis, -over - max(along_e, zero) * root);
+  put(most_axis, high + max(-along_e, zero) * root);
+  put(shown, is_shown);
+  return true;
+}
+
+/// Draws piece `number`, lane i of `of`.
+template <std::size_t N, bool with_pieces, std::size_t Width>
+SELVEDGE_INLINE void draw(const float (*of)[Width], int i, std::int32_t number, DepthGrid& grid) {
+  using Wide = WideFloat<N>;
+  using Lane = Lanes<N>;
+  Wide lanes;
+  for (std::size_t k = 0; k < N; ++k) lanes.v[k] = static_cast<float>(k);
+  const int first_row = static_cast<int>(std::ceil(of[low_y][i]));
+  const int last_row = static_cast<int>(std::floor(of[high_y][i]));
+  const float radius = of[r][i];
+  const float inverse = of[inverse_g_x][i];
+  const float half = radius * std::abs(inverse);
+  const Wide radius2(of[r2][i]);
+  const Wide gx(of[g_x][i]);
+  const Wide zx(of[z_x][i]);
+  const Wide wx(of[w_x][i]);
+  const Wide wz(of[w_depth][i]);
+  const Wide low(of[low_w][i]);
+  const Wide high(of[high_w][i]);
+  const Wide nothing(no_depth);
+  const typename Lane::Ints own = typename Lane::Ints{} + number;
+  int row = first_row;
+  while (row >= grid.height) row -= grid.height;
+  for (int j = first_row; j <= last_row; ++j, row = row + 1 == grid.height ? 0 : row + 1) {
+    const auto y = static_cast<float>(j);
+    const float g = of[g_at][i] + of[g_y][i] * y;
+    float left = of[low_x][i];
+    float right = of[high_x][i];
+    if (inverse != 0) {
+      const float middle = -g * inverse;
+      left = std::max(left, middle - half);
+      right = std::min(right, middle + half);
+    } else if (std::abs(g) > radius) {
+      continue;
+    }
+    const float depth = of[z_at][i] + of[z_y][i] * y;
+    const float along = of[w_at][i] + of[w_y][i] * y;
+    const float axis = along + of[w_depth][i] * depth;
+    if (const float per = of[inverse_axis_x][i]; per != 0) {
+      const float one_end = (of[least_axis][i] - axis) * per;
+      const float other_end = (of[most_axis][i] - axis) * per;
+      left = std::max(left, std::min(one_end, other_end));
+      right = std::min(right, std::max(one_end, other_end));
+    } else if (axis < of[least_axis][i] || axis > of[most_axis][i]) {
+      continue;
+    }
+    const int first = static_cast<int>(std::ceil(left));
+    const int last = static_cast<int>(std::floor(right));
+    if (first > last) continue;
+    const Wide gr(g);
+    const Wide zr(depth);
+    const Wide wr(along);
+    float* const depths = &grid.z[static_cast<std::size_t>(row) * grid.stride];
+    std::int32_t* const pieces =
+        with_pieces ? &grid.piece[static_cast<std::size_t>(row) * grid.stride] : nullptr;
+    int column = first;
+    while (column >= grid.width) column -= grid.width;
+    for (int c = first; c <= last; c += static_cast<int>(N)) {
+      const Wide x = Wide(static_cast<float>(c)) + lanes;
+      const Wide distance = gr + gx * x;
+      const Wide inside = radius2 - distance * distance;
+      const Wide z = zr + zx * x + sqrt(max(inside, Wide(0)));
+      const Wide place = wr + wx * x + z * wz;
+      const Wide meets = min(inside, min(place - low, high - place));
+      const Wide seen = if_greater(Wide(0), meets, nothing, z);
+      const Wide before = Wide::load(depths + column);
+      max(seen, before).store(depths + column);
+      if constexpr (with_pieces) {
+        typename Lane::Ints known;
+        std::memcpy(&known, pieces + column, sizeof known);
+        const typename Lane::Ints now = seen.v > before.v ? own : known;
+        std::memcpy(pieces + column, &now, sizeof now);
+      }
+      column += static_cast<int>(N);
+      while (column >= grid.width) column -= grid.width;
+    }
+  }
+}
+
+/// Columns behind the row's end belong to its begin.
+void fold(DepthGrid& grid, int columns) {
+  for (int row = 0; row < grid.height; ++row) {
+    const std::size_t begin = static_cast<std::size_t>(row) * grid.stride;
+    for (int i = 0; i < columns; ++i) {
+      const std::size_t to = begin + i;
+      const std::size_t from = to + grid.width;
+      if (!(grid.z[from] > grid.z[to])) continue;
+      grid.z[to] = grid.z[from];
+      if (!grid.piece.empty()) grid.piece[to] = grid.piece[from];
+    }
+    for (int i = 0; i < columns; ++i) grid.z[begin + grid.width + i] = grid.z[begin + i];
+  }
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE void splat_pieces(const YarnPieces& pieces, const V2f& period, float plane,
+                                  const SplatView& view, DepthGrid& grid) {
+  const V2f texel(period.x / static_cast<float>(grid.width), period.y / static_cast<float>(grid.height));
+  // Most pieces are a few texels wide.
+  constexpr std::size_t span = std::min(N, std::size_t{8});
+  const int count = view.hairs ? pieces.count() : pieces.plies;
+  alignas(64) float of[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
+  for (int base = 0; base < count; base += static_cast<int>(N)) {
+    if (!set_up<N>(pieces, base, period, plane, view, texel, of)) continue;
+    const int lanes = std::min(static_cast<int>(N), count - base);
+    for (int i = 0; i < lanes; ++i) {
+      if (!(of[shown][i] > 0)) continue;
+      if (grid.piece.empty())
+        draw<span, false, N>(of, i, base + i, grid);
+      else
+        draw<span, true, N>(of, i, base + i, grid);
+    }
+  }
+}
+SELVEDGE_THREE_BODIES(splat_pieces,
+                      (const YarnPieces& pieces, const V2f& period, float plane, const SplatView& view,
+                       DepthGrid& grid),
+                      (pieces, period, plane, view, grid))
+
+constexpr int columns_behind = 16;
+static_assert(columns_behind <= min_cell_texels);
+
+}  // namespace
+
+void DepthGrid::resize(int columns, int rows, bool with_pieces) {
+  width = columns;
+  height = rows;
+  stride = columns + columns_behind;
+  z.assign(static_cast<std::size_t>(stride) * rows, no_depth);
+  piece.resize(with_pieces ? z.size() : 0);
+}
+
+V2f slope_of(const V3f& direction) {
+  const float rise = std::max(direction.z, min_rise);
+  return {direction.x / rise, direction.y / rise};
+}
+
+void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, DepthGrid& grid) {
+  static const auto draw_all = splat_pieces_for_this_processor();
+  draw_all(pieces, yarn.yarns().period(), yarn.plane(), view, grid);
+  fold(grid, columns_behind);
+}
+
+}  // namespace selvedge

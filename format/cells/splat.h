@@ -1,0 +1,40 @@
+// Splatter: the depth of yarn, and the piece at it, for all rays of one direction through a repeating cell.
+//
+// The image is a grid of width x height texels over one period of the plane z = `plane`; the ray of a texel
+// passes the plane at the texel's centre. Rows follow y, columns x (yarns.h). Everything repeats.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "format/cells/yarn_pieces.h"
+
+namespace selvedge {
+
+inline constexpr int min_cell_texels = 16;  ///< of an image's side
+inline constexpr float no_depth = -1e30F;
+
+/// Depths of a cell; `stride` - `width` columns follow each row, which repeat its first ones.
+struct DepthGrid {
+  int width = 0;
+  int height = 0;
+  int stride = 0;
+  std::vector<float> z;             ///< mm, where the ray meets yarn; no_depth where it meets none
+  std::vector<std::int32_t> piece;  ///< undefined where it meets none; empty if unwanted
+  void resize(int columns, int rows, bool with_pieces);
+};
+
+struct SplatView {
+  V2f slope{0, 0};  ///< way along x and y of a ray for each mm of height, towards the viewer
+  /// Width of what a ray stands for, mm: of thinner hairs only a share is met, and these are as much wider.
+  float width = 0;
+  bool hairs = true;
+};
+
+/// Slope of rays from a unit direction: rays rise by at least min_rise (lifted.h).
+V2f slope_of(const V3f& direction);
+
+/// Fills a grid of at least min_cell_texels x min_cell_texels, whose size is set.
+void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, DepthGrid& grid);
+
+}  // namespace selvedge

@@ -1,0 +1,251 @@
+// The surface of yarn at several points at once: the twin of Yarns::point_at() and
+// format/fabric/yarn_strands.h, held to them by tests. For files that use format/simd/wide_float.h.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <numbers>
+
+#include "format/fabric/lifted.h"
+#include "format/fabric/yarns.h"
+#include "format/simd/fetch.h"
+
+namespace selvedge {
+
+template <std::size_t N>
+SELVEDGE_INLINE WideVec3<N> unit(const WideVec3<N>& v) {
+  return v * (WideFloat<N>(1) / sqrt(v.dot(v)));
+}
+
+/// Layout of a segment's lanes: groups of four floats, the members in their order.
+static_assert(offsetof(Yarns::Segment, start) == 0 && offsetof(Yarns::Segment, along) == 12 &&
+              offsetof(Yarns::Segment, tangent) == 24 && offsetof(Yarns::Segment, across) == 48 &&
+              offsetof(Yarns::Segment, out) == 72 && offsetof(Yarns::Segment, inverse_length2) == 96 &&
+              offsetof(Yarns::Segment, station) == 100 && offsetof(Yarns::Segment, stations) == 104 &&
+              offsetof(Yarns::Segment, radius) == 108 && offsetof(Yarns::Segment, squeeze) == 120 &&
+              sizeof(Yarns::Segment) >= 128);
+
+template <std::size_t N>
+struct SegmentLanes {
+  /// `flat`: not all are round.
+  SELVEDGE_INLINE SegmentLanes(const Group* const* from, bool flat) {
+    WideFloat<N> rows[28];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in registers
+    for (std::size_t group = 0; group < 7; ++group) fetch<N>(from, group, rows + 4 * group);
+    const auto vector = [&](std::size_t row) { return WideVec3<N>{rows[row], rows[row + 1], rows[row + 2]}; };
+    start = vector(0);
+    along = vector(3);
+    for (std::size_t end = 0; end < 2; ++end) {
+      tangent[end] = vector(6 + 3 * end);
+      across[end] = vector(12 + 3 * end);
+      out[end] = vector(18 + 3 * end);
+    }
+    inverse_length2 = rows[24];
+    station = rows[25];
+    stations = rows[26];
+    radius = rows[27];
+    squeeze_x = WideFloat<N>(0);
+    squeeze_y = WideFloat<N>(0);
+    if (!flat) return;
+    fetch<N>(from, 7, rows);
+    squeeze_x = rows[2];
+    squeeze_y = rows[3];
+  }
+  SELVEDGE_INLINE WideVec3<N> squeezed(const WideVec3<N>& p) const {
+    const WideFloat<N> part = squeeze_x * p.x + squeeze_y * p.y;
+    return {p.x - squeeze_x * part, p.y - squeeze_y * part, p.z};
+  }
+  SELVEDGE_INLINE WideVec3<N> stretched(const WideVec3<N>& p) const {
+    const WideFloat<N> thin = WideFloat<N>(1) - squeeze_x * squeeze_x - squeeze_y * squeeze_y;
+    const WideFloat<N> part = (squeeze_x * p.x + squeeze_y * p.y) / thin;
+    return {p.x + squeeze_x * part, p.y + squeeze_y * part, p.z};
+  }
+  WideVec3<N> start, along;
+  WideVec3<N> tangent[2], across[2], out[2];  // NOLINT(modernize-avoid-c-arrays)
+  WideFloat<N> inverse_length2, station, stations, radius, squeeze_x, squeeze_y;
+};
+
+// Strands at many points at once: the twin of format/fabric/yarn_strands.h, held to it by a test.
+
+/// Strands that are not seen apart make their yarn so much darker, and the square of the highlight's width so
+/// much larger: means over strands (spec/brdf.md, "Over a surface").
+constexpr float hidden_loss = 0.06F;
+constexpr float hidden_roughness2 = 0.05F;
+
+/// Strands of the lanes' curves.
+struct StrandCurves {
+  using Floats = std::array<float, yarn_lanes>;
+  alignas(64) Floats strands, shift, lays, pieces, irregularity, swells;
+  alignas(64) Floats first_row, later_row;                 ///< StrandRows
+  alignas(64) Floats width;                                ///< of a strand, mm
+  alignas(64) Floats sense_x, sense_y;                     ///< Yarns::Inside::strand_sense; 0: no strands
+  alignas(64) std::array<std::uint32_t, yarn_lanes> seed;  ///< hashed
+};
+
+/// Turns of an angle, in [-1/2, 1/2].
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> wide_turns(const WideFloat<N>& cosine, const WideFloat<N>& sine) {
+  using Wide = WideFloat<N>;
+  const Wide x = abs(cosine);
+  const Wide y = abs(sine);
+  const Wide ratio = min(x, y) / max(max(x, y), Wide(1e-30F));
+  const Wide eighth = wide_arctan(ratio) * Wide(0.5F * std::numbers::inv_pi_v<float>);
+  const Wide quarter = if_greater(y, x, Wide(0.25F) - eighth, eighth);
+  const Wide half = if_greater(Wide(0), cosine, Wide(0.5F) - quarter, quarter);
+  return if_greater(Wide(0), sine, -half, half);
+}
+
+/// The noise of lanes; whole numbers of at most 23 bits are floats as well as bits.
+template <std::size_t N>
+struct StrandNoiseLanes {
+  using Wide = WideFloat<N>;
+  using Bits = typename Lanes<N>::Bits;
+  using Floats = typename Lanes<N>::Floats;
+  Bits seed;
+
+  static SELVEDGE_INLINE Bits bits_of(const Wide& whole) { return (Bits)(whole.v + 8388608.0F) & 0x7fffffU; }
+  static SELVEDGE_INLINE Wide number_of(const Bits& bits) {
+    return Wide((Floats)(bits | 0x4b000000U)) - Wide(8388608.0F);
+  }
+  SELVEDGE_INLINE Bits at(const Bits& row, const Bits& place) const {
+    Bits x = seed ^ (row << 16 | place);
+    x = (x ^ x >> 16) * 0x7feb352dU;
+    x = (x ^ x >> 15) * 0x846ca68bU;
+    return x ^ x >> 16;
+  }
+  SELVEDGE_INLINE Wide offset(const Wide& row) const {
+    return number_of(at(bits_of(row), Bits{} + place_of_offset) >> 9) * Wide(0x1p-23F);
+  }
+  static SELVEDGE_INLINE Wide value(const Bits& bits, int k) {
+    return (number_of(bits >> 8 * k & 255U) - Wide(127.5F)) * Wide(0.013531648F);
+  }
+};
+
+template <std::size_t N>
+struct StrandBlendLanes {
+  WideFloat<N> here, next;
+  SELVEDGE_INLINE explicit StrandBlendLanes(const WideFloat<N>& part) {
+    const WideFloat<N> one(1);
+    const WideFloat<N> smooth = part * part * (WideFloat<N>(3) - WideFloat<N>(2) * part);
+    const WideFloat<N> scale = one / sqrt(smooth * smooth + (one - smooth) * (one - smooth));
+    here = (one - smooth) * scale;
+    next = smooth * scale;
+  }
+  SELVEDGE_INLINE WideFloat<N> noise(const typename Lanes<N>::Bits& a, const typename Lanes<N>::Bits& b,
+                                     int k) const {
+    return here * StrandNoiseLanes<N>::value(a, k) + next * StrandNoiseLanes<N>::value(b, k);
+  }
+};
+
+template <std::size_t N>
+struct StrandChangeLanes {
+  WideFloat<N> across, along, turn;
+  WideFloat<N> shade;   ///< relative change of the albedo
+  WideFloat<N> colour;  ///< factor of the albedo, of the yarn's irregularity
+};
+
+/// strand_change() of the lanes from i on, at the angle and share of the chain that lie there.
+template <std::size_t N>
+SELVEDGE_INLINE StrandChangeLanes<N> strand_change_lanes(const StrandCurves& curves, std::size_t i,
+                                                         const WideFloat<N>& cosine, const WideFloat<N>& sine,
+                                                         WideFloat<N> share) {
+  using Wide = WideFloat<N>;
+  using Noise = StrandNoiseLanes<N>;
+  using Bits = typename Lanes<N>::Bits;
+  const Wide zero(0);
+  const Wide one(1);
+  Noise noise;
+  std::memcpy(&noise.seed, &curves.seed[i], sizeof noise.seed);
+  share = share - floor(share);
+
+  const Wide swells = Wide::load(&curves.swells[i]);
+  const Wide swell = share * swells;
+  const Wide first = min(floor(swell), swells - one);
+  const Wide second = if_greater(swells, first + one, first + one, zero);
+  const Bits yarn = Bits{} + row_of_yarn;
+  const StrandBlendLanes<N> of_swell(swell - first);
+  const Wide colour =
+      of_swell.noise(noise.at(yarn, Noise::bits_of(first)), noise.at(yarn, Noise::bits_of(second)), 3);
+
+  const Wide sense_x = Wide::load(&curves.sense_x[i]);
+  const Wide sense_y = Wide::load(&curves.sense_y[i]);
+  const Wide sense = sense_x * sense_y;
+  const Wide strands = Wide::load(&curves.strands[i]);
+  Wide turns = wide_turns<N>(sense_x * cosine, sense_y * sine) - Wide::load(&curves.lays[i]) * share;
+  turns = turns - floor(turns);
+  const Wide strand = turns * strands;
+  const Wide own = min(floor(strand), strands - one);
+  const Wide row = own + Wide::load(&curves.first_row[i]);
+  Wide later = own + Wide::load(&curves.shift[i]);
+  later = if_greater(strands, later, later, later - strands) + Wide::load(&curves.later_row[i]);
+  const Wide pieces = Wide::load(&curves.pieces[i]);
+  const Wide offset = noise.offset(row);
+  const Wide place = share * pieces + offset + share * (noise.offset(later) - offset);
+  const Wide here = floor(place);
+  const auto bits = [&](const Wide& at) {
+    return noise.at(Noise::bits_of(if_greater(pieces, at, row, later)),
+                    Noise::bits_of(if_greater(pieces, at, at, at - pieces)));
+  };
+  const StrandBlendLanes<N> blend(place - here);
+  const Bits a = bits(here);
+  const Bits b = bits(here + one);
+  const Wide slope =
+      Wide(strand_roundness) * (Wide(2) * (strand - own) - one) + Wide(strand_tilt) * blend.noise(a, b, 0);
+  const Wide some = abs(sense);
+  return {sense * slope, some * Wide(strand_lift) * blend.noise(a, b, 1),
+          sense * Wide(strand_sway) * blend.noise(a, b, 2), some * Wide(strand_shade) * blend.noise(a, b, 3),
+          one + Wide::load(&curves.irregularity[i]) * colour};
+}
+
+/// A place on the curve's axis, its direction there, and the way from it to the hit.
+template <std::size_t N>
+struct OnCurve {
+  WideFloat<N> share;
+  WideVec3<N> tangent;
+  WideVec3<N> out;
+};
+
+/// The nearest point of the cubic curve, as Yarns::point_at() has it.
+template <std::size_t N>
+SELVEDGE_INLINE OnCurve<N> nearest_on_curve(const SegmentLanes<N>& s, const WideVec3<N>& from_start) {
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  const Vec& along = s.along;
+  const Wide& inverse = s.inverse_length2;
+  const Wide length = sqrt(Wide(1) / inverse);
+  const Vec first = s.tangent[0] * length;
+  const Vec second = s.tangent[1] * length;
+  OnCurve<N> at;
+  for (int step = 0; step < 2; ++step) {
+    const Wide next = step == 0 ? from_start.dot(along) * inverse
+                                : at.share + at.out.dot(at.tangent) / at.tangent.dot(at.tangent);
+    at.share = max(Wide(-0.25F), min(Wide(1.25F), next));
+    const Wide& share = at.share;
+    const Wide rest = Wide(1) - share;
+    at.tangent = along * (Wide(6) * share * rest) + first * (rest * (Wide(1) - Wide(3) * share)) +
+                 second * (share * (Wide(3) * share - Wide(2)));
+    at.out = from_start - along * (share * share * (Wide(3) - Wide(2) * share)) -
+             first * (share * rest * rest) + second * (share * share * rest);
+  }
+  at.tangent = unit(at.tangent);
+  return at;
+}
+
+/// Gloss of width r along x and 1 along y (yarn_reflectance.h), without its weight; 0 below the horizon.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> gloss_of(const WideVec3<N>& l, const WideVec3<N>& v,
+                                      const WideFloat<N>& roughness) {
+  using Wide = WideFloat<N>;
+  const Wide one(1);
+  const Wide r = max(Wide(static_cast<float>(min_gloss_width)), roughness);
+  const Wide r2 = r * r;
+  const auto masking = [&](const WideVec3<N>& d) {
+    return (sqrt(one + (r2 * d.x * d.x + d.y * d.y) / (d.z * d.z)) - one) * Wide(0.5F);
+  };
+  const WideVec3<N> h = l + v;
+  const Wide q = (h.x * h.x / r2 + h.y * h.y + h.z * h.z) / h.dot(h);
+  return one /
+         (Wide(4 * std::numbers::pi_v<float>) * r * q * q * (one + masking(l) + masking(v)) * l.z * v.z);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,103 @@
+#include "format/cells/yarn_pieces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+namespace selvedge {
+namespace {
+
+/// Segments of a ply that one piece stands for.
+constexpr std::array<int, 6> detail_lengths{1, 2, 3, 4, 6, 9};
+constexpr std::size_t padding = 16;
+
+/// One segment in place of `chain`.
+Yarns::Segment chord(std::span<const Yarns::Segment> chain) {
+  Yarns::Segment s = chain.front();
+  const Yarns::Segment& last = chain.back();
+  s.along = last.start + last.along - s.start;
+  s.tangent[1] = last.tangent[1];
+  s.across[1] = last.across[1];
+  s.out[1] = last.out[1];
+  s.stations = 0;
+  s.radius = 0;
+  for (const Yarns::Segment& part : chain) {
+    s.stations += part.stations;
+    s.radius += part.radius / static_cast<float>(chain.size());
+  }
+  s.squeeze = chain[chain.size() / 2].squeeze;
+  s.inverse_length2 = 1 / squeezed(s.along, s.squeeze).length2();
+  return s;
+}
+
+std::array<Group, 2> strands_of(const YarnCurve& curve, const V2f& sense, const Yarns::Segment& s) {
+  const YarnStrands& of = curve.strands;
+  const bool some = of.count != 0 && !(s.rank > 0);
+  const auto count = some ? static_cast<float>(std::abs(of.count)) : 1.0F;
+  const float width = 2 * std::numbers::pi_v<float> * s.wide(s.radius) / count;
+  return {{{count, some ? static_cast<float>(shift_within_turn(of)) : 0, static_cast<float>(of.shift) / count,
+            static_cast<float>(s.rows.first)},
+           {static_cast<float>(s.rows.later), width, some ? sense.x : 0, some ? sense.y : 0}}};
+}
+
+/// Pieces as long as so many segments of mean length `step`, of each curve as many of its own as fit.
+YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
+  const Yarns::Inside inside = yarns.inside();
+  const YarnData& data = yarns.data();
+  YarnPieces pieces;
+  std::vector<Yarns::Segment> hairs;
+  std::span<const Yarns::Segment> rest = inside.segments;
+  for (const YarnCurve& curve : data.curves) {
+    const int of_ply = curve.nodes * curve.plies.divisions;
+    float length = 0;
+    for (const Yarns::Segment& s : rest.first(of_ply)) length += s.along.length();
+    const float fit = static_cast<float>(segments) * step * static_cast<float>(of_ply) / length;
+    const int chain = std::clamp(static_cast<int>(fit * 1.01F), 1, segments);
+    for (int ply = 0; ply < curve.plies.count; ++ply) {
+      for (int i = 0; i < of_ply; i += chain)
+        pieces.segments.push_back(chord(rest.subspan(i, std::min(chain, of_ply - i))));
+      rest = rest.subspan(of_ply);
+    }
+    for (; !rest.empty() && rest.front().rank > 0; rest = rest.subspan(1)) hairs.push_back(rest.front());
+  }
+  pieces.plies = pieces.count();
+  pieces.segments.insert(pieces.segments.end(), hairs.begin(), hairs.end());
+  for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.segments.size() + padding);
+  for (const Yarns::Segment& s : pieces.segments) {
+    const V3f axis = squeezed(s.along, s.squeeze);
+    const float length = axis.length();
+    const std::array<float, YarnPieces::number_count> numbers{
+        s.start.x, s.start.y,       s.start.z,       s.along.x,       s.along.y,
+        s.along.z, axis.x / length, axis.y / length, axis.z / length, length,
+        s.radius,  s.squeeze.x,     s.squeeze.y,     s.rank,          s.reach};
+    for (std::size_t k = 0; k < numbers.size(); ++k) pieces.numbers[k].push_back(numbers[k]);
+    pieces.strands.push_back(strands_of(data.curves[s.curve], inside.strand_sense[s.curve], s));
+  }
+  for (std::vector<float>& values : pieces.numbers) values.resize(pieces.segments.size() + padding);
+  return pieces;
+}
+
+}  // namespace
+
+CellYarn::CellYarn(const Yarns& yarns, float plane, std::span<const float> sky)
+    : yarns_(&yarns), plane_(plane), sky_(sky) {
+  for (const YarnCurve& curve : yarns.data().curves) flat_ |= curve.flattening != 1;
+  int plies = 0;
+  for (const Yarns::Segment& s : yarns.inside().segments) {
+    if (s.rank > 0) continue;
+    step_ += s.along.length();
+    ++plies;
+  }
+  step_ /= static_cast<float>(plies);
+  for (const int segments : detail_lengths) details_.push_back(pieces_of(yarns, segments, step_));
+}
+
+const YarnPieces& CellYarn::pieces(float longest) const {
+  std::size_t best = 0;
+  while (best + 1 < details_.size() && static_cast<float>(detail_lengths[best + 1]) * step_ <= longest)
+    ++best;
+  return details_[best];
+}
+
+}  // namespace selvedge

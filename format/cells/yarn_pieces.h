@@ -1,0 +1,68 @@
+// The yarn of a fabric as the splatter of cell images takes it: pieces at several levels of detail.
+//
+// Frame: as in format/fabric/yarns.h. A piece is a straight cylinder, which stands for one or more segments
+// of a ply, or for a piece of a hair.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "format/fabric/yarns.h"
+#include "format/simd/group.h"
+
+namespace selvedge {
+
+/// Pieces of one level of detail: first all plies, then all hairs.
+struct YarnPieces {
+  /// Numbers of a piece for the splatter; mm, axes as of Yarns::Segment.
+  enum Number {
+    start_x,
+    start_y,
+    start_z,
+    along_x,
+    along_y,
+    along_z,
+    axis_x,
+    axis_y,
+    axis_z,  ///< unit, in the round section
+    length,  ///< in the round section
+    radius,
+    squeeze_x,
+    squeeze_y,
+    rank,
+    reach,
+    number_count
+  };
+  std::vector<Yarns::Segment> segments;
+  /// Of the strands: count, shift within a turn, lays, first row; later row, width in mm, strand sense x and
+  /// y.
+  std::vector<std::array<Group, 2>> strands;
+  std::array<std::vector<float>, number_count> numbers;  ///< padded by a vector's width
+  int plies = 0;                                         ///< number of pieces that are no hairs
+  int count() const { return static_cast<int>(segments.size()); }
+};
+
+/// One side of a fabric, prepared for images of its cell. Immutable: for any number of threads.
+class CellYarn {
+ public:
+  /// `plane`: Fabric::reference_height. `sky`: sky_of() the yarn, or empty. Both must outlive the object.
+  CellYarn(const Yarns& yarns, float plane, std::span<const float> sky);
+
+  const Yarns& yarns() const { return *yarns_; }
+  float plane() const { return plane_; }
+  std::span<const float> sky() const { return sky_; }
+  bool is_flat() const { return flat_; }  ///< whether some section is an ellipse
+  /// The coarsest pieces that are at most `longest` mm long, or the finest.
+  const YarnPieces& pieces(float longest) const;
+
+ private:
+  const Yarns* yarns_;
+  float plane_;
+  std::span<const float> sky_;
+  bool flat_ = false;
+  float step_ = 0;                   ///< mean length of a segment, mm
+  std::vector<YarnPieces> details_;  ///< of detail_lengths
+};
+
+}  // namespace selvedge

@@ -1,0 +1,10 @@
+// Four floats that are loaded at once.
+#pragma once
+
+#include <array>
+
+namespace selvedge {
+
+using Group = std::array<float, 4>;
+
+}  // namespace selvedge

@@ -1,0 +1,231 @@
+#include "format/cells/cell_image.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "format/fabric/lifted.h"
+#include "format/fabric/yarn_sky.h"
+#include "tests/format/yarn_data.h"
+
+namespace selvedge {
+namespace {
+
+constexpr V2f period(2.5F, 1.75F);
+constexpr float plane = 0.3F;
+
+/// Glossy curves with strands and thick places, one turned over, some of plies.
+YarnData stranded(Random& random, bool hairs) {
+  YarnData data = test::plied(test::tangle(random, period, 6));
+  for (std::size_t c = 0; c < data.curves.size(); ++c) {
+    YarnCurve& curve = data.curves[c];
+    curve.gloss = {0.3F, 0.4F};
+    curve.fibre_slope = 0.4F;
+    if (hairs) curve.hairs = {c == 4 ? -60 : 60, 0.4F, 0.3F, 0.02F, 0.9F};
+    if (c % 2 == 1) curve.flattening = 0.5F;
+    if (c % 3 == 0) continue;  // smooth
+    const int count = static_cast<int>(5 + 7 * c);
+    curve.strands = {c == 4 ? -count : count, 5, -17, static_cast<int>(c), 0.2F, 3};
+  }
+  return data;
+}
+
+V3f upwards(Random& random, double lowest = 0.1) {
+  const double z = lowest + (1 - lowest) * random.uniform();
+  const double turn = 2 * std::numbers::pi * random.uniform();
+  const double r = std::sqrt(1 - z * z);
+  return V3f(V3d(r * std::cos(turn), r * std::sin(turn), z));
+}
+
+/// The finest piece of each segment: pieces are sorted, plies before hairs.
+std::vector<std::int32_t> pieces_of_segments(const Yarns& yarns) {
+  std::vector<std::int32_t> numbers;
+  std::int32_t plies = 0;
+  std::int32_t hairs = 0;
+  for (const Yarns::Segment& s : yarns.inside().segments) plies += s.rank > 0 ? 0 : 1;
+  std::int32_t ply = 0;
+  for (const Yarns::Segment& s : yarns.inside().segments)
+    numbers.push_back(s.rank > 0 ? plies + hairs++ : ply++);
+  return numbers;
+}
+
+}  // namespace
+
+TEST_CASE("a point of an image is lit as Yarns lights it: strands, gloss, indirect light, light through") {
+  Random random(3);
+  YarnData data = stranded(random, true);
+  for (float& value : data.light) value *= static_cast<float>(0.5 + random.uniform());
+  data.through = data.light;
+  const Yarns yarns(std::move(data), period);
+  const CellYarn cell(yarns, plane, {});
+  const std::vector<std::int32_t> numbers = pieces_of_segments(yarns);
+  int seen = 0;
+  int of_hairs = 0;
+  int apart = 0;
+  for (int round = 0; round < 400; ++round) {
+    CellView view;
+    view.view = upwards(random);
+    view.lamps = {{upwards(random), V3f(1, 2, 3)}, {upwards(random), V3f(0.5F)}};
+    const bool behind = round % 2 == 1;
+    if (behind) view.lamps[1].direction.z *= -1;
+    std::vector<CellPoint> points;
+    std::vector<V3f> expected;
+    for (int i = 0; i < 40; ++i) {
+      const auto hit = yarns.trace(V2d(random.uniform(), random.uniform()), plane, view.view);
+      if (!hit) continue;
+      YarnPoint point = yarns.point_at(*hit);
+      yarns.add_strands(point, view.view);
+      V3f sum(0, 0, 0);
+      for (const CellLamp& lamp : view.lamps) {
+        const V3f above(lamp.direction.x, lamp.direction.y, std::abs(lamp.direction.z));
+        const bool through = lamp.direction.z < 0;
+        sum += indirect_light(yarns.transfer_at(point, through), above) * point.brightness * lamp.irradiance;
+        if (!through) sum += yarns.direct(point, lamp.direction, view.view) * lamp.irradiance;
+      }
+      points.push_back({numbers[hit->segment], hit->from_start});
+      expected.push_back(sum);
+      of_hairs += point.hair ? 1 : 0;
+    }
+    const std::vector<V3f> found = shade_points(cell, cell.pieces(0), view, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      ++seen;
+      apart += (found[i] - expected[i]).length() < 1e-3F * (1 + expected[i].length()) ? 0 : 1;
+    }
+  }
+  MESSAGE(apart, " of ", seen);
+  CHECK(seen > 5000);
+  CHECK(of_hairs > 500);
+  // Rounding takes either of two strands within 10^-4 of their edge.
+  CHECK(apart < seen / 500);
+}
+
+TEST_CASE("the splatter sees what rays see, from everywhere, hairs and flat sections included") {
+  Random random(5);
+  for (const bool hairs : {false, true}) {
+    // As smooth as fabrics: pieces have no balls at their joints.
+    YarnData data = stranded(random, hairs);
+    data.nodes.clear();
+    for (std::size_t c = 0; c < data.curves.size(); ++c) {
+      YarnCurve& curve = data.curves[c];
+      curve.nodes = 64;
+      curve.turns = c % 2 == 0 ? V2i(1, 0) : V2i(0, 1);
+      for (int i = 0; i < curve.nodes; ++i) {
+        const float share = static_cast<float>(i) / 64;
+        const float wave =
+            0.15F * std::sin(2 * std::numbers::pi_v<float> * (share + 0.2F * static_cast<float>(c)));
+        const float side = 0.3F * static_cast<float>(c) + wave;
+        data.nodes.push_back(c % 2 == 0 ? V3f(share * period.x, side, plane + wave)
+                                        : V3f(side, share * period.y, plane - wave));
+      }
+    }
+    const Yarns yarns(std::move(data), period);
+    const CellYarn cell(yarns, plane, {});
+    int apart = 0;
+    int count = 0;
+    for (int round = 0; round < 12; ++round) {
+      const V3f view = upwards(random, round < 2 ? 0.06 : 0.3);
+      DepthGrid grid;
+      grid.resize(90, 50, true);
+      splat(cell, cell.pieces(0), {slope_of(view), 0, true}, grid);
+      for (int row = 0; row < grid.height; ++row) {
+        for (int column = 0; column < grid.width; ++column) {
+          const V2d uv((column + 0.5) / grid.width, -(row + 0.5) / grid.height);
+          const auto hit = yarns.trace(uv, plane, view);
+          const float z = grid.z[static_cast<std::size_t>(row) * grid.stride + column];
+          const bool met = z > no_depth;
+          ++count;
+          if (met != hit.has_value()) {
+            ++apart;
+          } else if (hit) {
+            const float depth = yarns.inside().segments[hit->segment].start.z + hit->from_start.z;
+            apart += std::abs(z - depth) < 0.02F ? 0 : 1;
+          }
+        }
+      }
+    }
+    MESSAGE(apart, " of ", count);
+    CHECK(apart < count / 50);
+  }
+}
+
+TEST_CASE("an image has the mean radiance and opacity of rays with shadows, whatever its size") {
+  Random random(7);
+  const Yarns yarns(stranded(random, false), period);
+  const CellYarn cell(yarns, plane, {});
+  CellView view;
+  view.view = V3f(0.3F, -0.2F, 0.9F).normalized();
+  view.lamps = {{V3f(-0.5F, 0.3F, 0.8F).normalized(), V3f(1, 1, 1)}};
+  V3d radiance(0, 0, 0);
+  double opacity = 0;
+  constexpr int side = 160;
+  for (int i = 0; i < side * side; ++i) {
+    const V2d uv((i % side + 0.5) / side, (i / side + 0.5) / side);  // NOLINT: whole rows
+    const Shading s = yarns.shade(uv, plane, view.lamps[0].direction, view.view);
+    radiance += V3d(s.radiance) * static_cast<double>(s.alpha) / (side * side);
+    opacity += static_cast<double>(s.alpha) / (side * side);
+  }
+  struct Case {
+    float pixel;
+    float samples;
+    bool coarse;
+    double error;
+  };
+  for (const Case& of : {Case{1 / 40.0F, 4, false, 0.01}, Case{1 / 10.0F, 4, false, 0.02},
+                         Case{1 / 20.0F, 2, true, 0.03}, Case{1 / 4.0F, 4, false, 0.03}}) {
+    CAPTURE(of.pixel);
+    view.size = cell_size({of.pixel, of.pixel}, of.samples);
+    view.coarse_shading = of.coarse;
+    view.shadow_texels = 4;
+    CellScratch scratch;
+    CellImage image;
+    make_cell_image(cell, view, scratch, image);
+    V3d sum(0, 0, 0);
+    double alpha = 0;
+    const auto number = [](std::uint16_t bits) {
+      return std::ldexp(static_cast<double>(bits % 2048 + (bits >= 2048 ? 2048 : 0)),
+                        std::max(bits / 2048, 1) - 26);
+    };
+    for (const CellTexel& t : image.texels) {
+      sum += V3d(number(t[0]), number(t[1]), number(t[2])) * static_cast<double>(image.scale);
+      alpha += number(t[3]);
+    }
+    const auto count = static_cast<double>(image.texels.size());
+    CHECK(alpha / count == doctest::Approx(opacity).epsilon(of.error));
+    CHECK(sum.x / count == doctest::Approx(radiance.x).epsilon(of.error));
+    CHECK(sum.z / count == doctest::Approx(radiance.z).epsilon(of.error));
+  }
+}
+
+TEST_CASE("images of cells of 0.01 mm and 10 m, of grazing views and lights, and of odd sizes are finite") {
+  Random random(9);
+  for (const float scale : {0.004F, 1.0F, 4000.0F}) {
+    YarnData data = stranded(random, true);
+    for (V3f& node : data.nodes) node *= scale;
+    for (YarnCurve& curve : data.curves) {
+      curve.radius *= scale;
+      curve.hairs.length *= scale;
+      curve.hairs.radius *= scale;
+    }
+    const Yarns yarns(std::move(data), period * scale);
+    const std::vector<float> sky = sky_of(yarns);
+    const CellYarn cell(yarns, plane * scale, sky);
+    for (const V2f& pixel : {V2f(0.01F, 1.0F), V2f(1000.0F, 1e-9F), V2f(0.1F, 0.1F)}) {
+      CellView view;
+      view.view = V3f(0.99996F, 0.001F, 0.0087F).normalized();
+      view.lamps = {{V3f(-0.9999F, 0.01F, 0.001F).normalized(), V3f(1e12F), 0}, {V3f(0, 0, -1), V3f(1), 1}};
+      view.around.emplace().factors.fill(V3f(0.5F));
+      view.planes = 2;
+      view.size = cell_size(pixel, 2);
+      CHECK(view.size.samples.x <= max_cell_samples);
+      CHECK(view.size.samples.y >= min_cell_texels);
+      CellScratch scratch;
+      CellImage image;
+      make_cell_image(cell, view, scratch, image);
+      CHECK(std::isfinite(image.scale));
+      CHECK(image.texels.size() == static_cast<std::size_t>(image.width) * image.height * 2);
+    }
+  }
+}
+
+}  // namespace selvedge

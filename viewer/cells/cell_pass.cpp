@@ -1,0 +1,456 @@
+#include "viewer/cells/cell_pass.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+
+#include "format/base/parallel.h"
+#include "format/simd/fetch.h"
+#include "format/simd/wide_float.h"
+
+namespace selvedge {
+namespace {
+
+/// A triangle that touches more units along one side is looked at pixel by pixel.
+constexpr int most_units = 6;
+/// Bounds of the factor by which a pixel is brighter than its image.
+constexpr float most_brighter = 2;
+constexpr std::size_t chunk = 2048;
+
+template <class Body>
+void for_all(std::size_t count, const Body& body) {
+  parallel_for(0, static_cast<int>((count + chunk - 1) / chunk), [&](int part) {
+    const std::size_t first = chunk * static_cast<std::size_t>(part);
+    for (std::size_t i = first; i < std::min(first + chunk, count); ++i) body(i);
+  });
+}
+
+bool same_light(const Light& a, const Light& b) {
+  return a.direction == b.direction && a.irradiance == b.irradiance && a.kind == b.kind &&
+         a.position == b.position && a.range == b.range && a.cos_inner == b.cos_inner &&
+         a.cos_outer == b.cos_outer;
+}
+
+V3f normal_of(const MergedSurfaces& mesh, std::uint32_t vertex) {
+  const Group& g = mesh.attributes[vertex][0];
+  return {g[0], g[1], g[2]};
+}
+
+V2f uv_of(const MergedSurfaces& mesh, std::uint32_t vertex) {
+  return {mesh.attributes[vertex][0][3], mesh.attributes[vertex][1][3]};
+}
+
+/// Share of a light that reaches a vertex, on the light's side of the cloth.
+float share_at(const CellLights& lights, const ShadowMap& map, const V3f& point, V3f normal) {
+  const Light& light = lights.lights[map.view.light];
+  const V3f direction = light.kind == LightKind::directional
+                            ? V3f(light.direction)
+                            : V3f(light_share_at(light, lights.origin + V3d(point)).direction);
+  if (normal.dot(direction) < 0) normal = -normal;
+  return shadow_share(map, point, normal, direction);
+}
+
+}  // namespace
+
+CellPass::CellPass(const PreparedScene& scene)
+    : scene_(scene), store_(scene.mesh, scene.materials.surfaces, scene.fabrics, scene.origin) {
+  const MergedSurfaces& mesh = scene.mesh;
+  if (store_.patches().empty()) return;
+  kinds_.assign(mesh.triangles.size(), Kind::none);
+  for (std::size_t i = 0; i < kinds_.size(); ++i) {
+    if (store_.patches().place(static_cast<std::uint32_t>(i)).chart < 0) continue;
+    const std::uint32_t surface = mesh.triangles[i].surface;
+    const SurfaceMaterial& m = scene.materials.surfaces[surface];
+    const std::vector<PbrMaterial>& pbr = scene.materials.pbr;
+    const bool emits = surface < pbr.size() && pbr[surface].emissive != V3f(0, 0, 0);
+    kinds_[i] = m.tinted || m.bends || m.occluded || emits ? Kind::changed : Kind::plain;
+  }
+  extents_.resize(mesh.triangles.size());
+  seen_.resize(mesh.triangles.size());
+  seen_patches_.resize(2 * store_.patches().count());
+  numbers_.resize(seen_patches_.size());
+  calls_.resize(seen_patches_.size());
+  for_all(mesh.triangles.size(), [&](std::size_t i) {
+    const auto& corners = mesh.triangles[i].corners;
+    const V2f first = uv_of(mesh, corners[0]);
+    const auto units = static_cast<float>(store_.patches().units_of_repeat());
+    V2f low(HUGE_VALF, HUGE_VALF);
+    V2f high(-HUGE_VALF, -HUGE_VALF);
+    for (const std::uint32_t corner : corners) {
+      const V2f at = (uv_of(mesh, corner) - V2f(std::floor(first.x), std::floor(first.y))) * units;
+      low = {std::min(low.x, std::floor(at.x)), std::min(low.y, std::floor(at.y))};
+      high = {std::max(high.x, std::floor(at.x)), std::max(high.y, std::floor(at.y))};
+    }
+    if (!(high.x - low.x < most_units && high.y - low.y < most_units)) return;
+    if (!(std::abs(low.x) < 100 && std::abs(low.y) < 100)) return;
+    extents_[i] = {static_cast<std::int16_t>(low.x), static_cast<std::int16_t>(low.y),
+                   static_cast<std::int16_t>(high.x), static_cast<std::int16_t>(high.y)};
+  });
+}
+
+void CellPass::begin(const FrameView& view, int supersample, std::span<const ShadowMap> shadows,
+                     const ProjectedVertices& projected) {
+  const LevelOptions& levels = view.options.levels;
+  active_ = !store_.patches().empty() && levels.forced < 0;
+  if (!active_) return;
+  lights_ = {view.options.lights, shadows, view.options.around ? &*view.options.around : nullptr,
+             view.around_vertices, scene_.origin};
+  projected_ = &projected;
+  middle_x_ = 0.5F * static_cast<float>(projected.width) - 0.5F;
+  middle_y_ = 0.5F * static_cast<float>(projected.height) - 0.5F;
+  store_.begin(view.camera, {projected.width, projected.height}, view.options, supersample, lights_);
+  light_vertices();
+  set_planes(projected);
+}
+
+/// Brightness and shadows at the vertices, where lights have changed.
+void CellPass::light_vertices() {
+  const bool same_lights =
+      known_lights_.size() == lights_.lights.size() && !brightness_.empty() &&
+      std::equal(known_lights_.begin(), known_lights_.end(), lights_.lights.begin(), same_light);
+  std::vector<SmoothLight> around(lights_.around_vertices.begin(), lights_.around_vertices.end());
+  if (around.empty() && lights_.around != nullptr) around.push_back(*lights_.around);
+  std::vector<ShadowView> views;
+  for (const ShadowMap& map : lights_.shadows) views.push_back(map.view);
+  const MergedSurfaces& mesh = scene_.mesh;
+  if (!same_lights || around != known_around_) {
+    brightness_.resize(mesh.positions.size());
+    for_all(mesh.positions.size(), [&](std::size_t i) {
+      const SmoothLight* const there = around.empty()       ? nullptr
+                                       : around.size() == 1 ? around.data()
+                                                            : &around[i];
+      const V3f normal = normal_of(mesh, static_cast<std::uint32_t>(i));
+      brightness_[i] = {lights_.brightness(normal, mesh.positions[i], there),
+                        lights_.brightness(-normal, mesh.positions[i], there)};
+    });
+  }
+  if (!same_lights || views != known_views_) {
+    shares_.resize(lights_.shadows.size());
+    for (std::size_t map = 0; map < shares_.size(); ++map) {
+      shares_[map].resize(mesh.positions.size());
+      for_all(mesh.positions.size(), [&](std::size_t i) {
+        shares_[map][i] = share_at(lights_, lights_.shadows[map], mesh.positions[i],
+                                   normal_of(mesh, static_cast<std::uint32_t>(i)));
+      });
+    }
+  }
+  known_lights_.assign(lights_.lights.begin(), lights_.lights.end());
+  known_views_ = std::move(views);
+  known_around_ = std::move(around);
+}
+
+/// Homogeneous coordinates, as in the index pass: correct in perspective and for corners behind the viewer.
+void CellPass::set_planes(const ProjectedVertices& projected) {
+  const MergedSurfaces& mesh = scene_.mesh;
+  planes_.resize(mesh.triangles.size());
+  for_all(mesh.triangles.size(), [&](std::size_t i) {
+    if (!shows(static_cast<std::uint32_t>(i))) return;
+    const auto& corners = mesh.triangles[i].corners;
+    std::array<V3d, 3> p;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Group& g = projected.screen[corners[k]];
+      p[k] = V3d(g[0], g[1], g[2]);
+    }
+    const std::array edges{p[1].cross(p[2]), p[2].cross(p[0]), p[0].cross(p[1])};
+    const double det = p[0].dot(edges[0]);
+    const double scale = std::abs(det) > 1e-30 ? 1 / det : 0;
+    const std::size_t side = det < 0 ? 1 : 0;
+    const V2f first = uv_of(mesh, corners[0]);
+    const V2f whole(std::floor(first.x), std::floor(first.y));
+    std::array<V3d, 4> sums;
+    sums.fill(V3d(0, 0, 0));
+    for (std::size_t k = 0; k < 3; ++k) {
+      const V2f uv = uv_of(mesh, corners[k]) - whole;
+      const V3d edge = edges[k] * scale;
+      sums[0] += edge;
+      sums[1] += edge * static_cast<double>(uv.x);
+      sums[2] += edge * static_cast<double>(uv.y);
+      sums[3] += edge * static_cast<double>(brightness_[corners[k]][side]);
+    }
+    std::array<float, 12> flat;
+    for (std::size_t k = 0; k < 12; ++k) flat[k] = static_cast<float>(sums[k / 3][static_cast<int>(k % 3)]);
+    std::memcpy(planes_[i].coefficients.data(), flat.data(), sizeof flat);
+    planes_[i].place = store_.patches().place(static_cast<std::uint32_t>(i));
+  });
+}
+
+CellPass::Surface CellPass::surface_at(std::uint32_t triangle, float x, float y) const {
+  const auto& corners = scene_.mesh.triangles[triangle].corners;
+  std::array<V2f, 3> p;
+  std::array<float, 3> w;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Group& g = projected_->screen[corners[k]];
+    p[k] = {g[0] - x * g[2], g[1] - y * g[2]};
+  }
+  const auto cross = [](const V2f& a, const V2f& b) { return a.x * b.y - a.y * b.x; };
+  w = {cross(p[1], p[2]), cross(p[2], p[0]), cross(p[0], p[1])};
+  const float sum = w[0] + w[1] + w[2];
+  Surface surface{V3f(0, 0, 0), V3f(0, 0, 0)};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float share = sum != 0 ? w[k] / sum : 1.0F / 3;
+    surface.point += scene_.mesh.positions[corners[k]] * share;
+    surface.normal += normal_of(scene_.mesh, corners[k]) * share;
+  }
+  surface.normal.normalize();
+  return surface;
+}
+
+float CellPass::share_of(std::size_t light, const Surface& surface) const {
+  for (const ShadowMap& map : lights_.shadows) {
+    if (map.view.light == light) return share_at(lights_, map, surface.point, surface.normal);
+  }
+  return 1;
+}
+
+void CellPass::see(std::uint32_t triangle, bool back, int x, int y) {
+  const auto mark = [](std::uint8_t& flag, std::uint8_t bit) {
+    const std::atomic_ref<std::uint8_t> of(flag);
+    if ((of.load(std::memory_order_relaxed) & bit) == 0) of.fetch_or(bit, std::memory_order_relaxed);
+  };
+  if (!extents_[triangle].is_large()) {
+    mark(seen_[triangle], back ? 2 : 1);
+    return;
+  }
+  const std::array<Group, 3>& c = planes_[triangle].coefficients;
+  const float px = static_cast<float>(x) - middle_x_;
+  const float py = static_cast<float>(y) - middle_y_;
+  const float sum = c[0][0] * px + c[0][1] * py + c[0][2];
+  const float inverse = sum != 0 ? 1 / sum : 0;
+  const Patches& patches = store_.patches();
+  const auto unit = [&](float a, float b, float d) {
+    const float place = (a * px + b * py + d) * inverse;
+    const float at = std::isfinite(place) ? std::clamp(place, -1e8F, 1e8F) : 0;
+    return patches.unit(static_cast<int>(std::floor(at)), at - std::floor(at));
+  };
+  const std::uint32_t patch =
+      patches.at(patches.place(triangle), unit(c[0][3], c[1][0], c[1][1]), unit(c[1][2], c[1][3], c[2][0]));
+  mark(seen_patches_[2 * patch + (back ? 1 : 0)], 1);
+}
+
+PatchNeed& CellPass::need(PatchSide patch) {
+  if (calls_[patch] != call_) {
+    calls_[patch] = call_;
+    numbers_[patch] = static_cast<std::uint32_t>(needs_.size());
+    needs_.push_back({patch, 0, 0});
+  }
+  return needs_[numbers_[patch]];
+}
+
+void CellPass::make(bool behind) {
+  if (!active_) return;
+  ++call_;
+  needs_.clear();
+  std::uint32_t mapped = 0;
+  for (const ShadowMap& map : lights_.shadows) mapped |= map.view.light < 32 ? 1U << map.view.light : 0;
+  const std::uint32_t always = ~mapped;
+  const Patches& patches = store_.patches();
+  for (std::uint32_t i = 0; i < seen_.size(); ++i) {
+    if (seen_[i] == 0) continue;
+    std::uint32_t lit = always;
+    std::uint32_t unlit = 0;
+    for (std::size_t map = 0; map < shares_.size(); ++map) {
+      const std::uint32_t bit =
+          lights_.shadows[map].view.light < 32 ? 1U << lights_.shadows[map].view.light : 0;
+      for (const std::uint32_t corner : scene_.mesh.triangles[i].corners) {
+        const float share = shares_[map][corner];
+        if (share > 1.0F / 256) lit |= bit;
+        if (share < 1 - 1.0F / 256) unlit |= bit;
+      }
+    }
+    const Extent& extent = extents_[i];
+    for (int v = extent.low_v; v <= extent.high_v; ++v) {
+      for (int u = extent.low_u; u <= extent.high_u; ++u) {
+        const std::uint32_t patch = patches.at(patches.place(i), u, v);
+        for (std::uint32_t side = 0; side < 2; ++side) {
+          if ((seen_[i] >> side & 1) == 0) continue;
+          PatchNeed& of = need(2 * patch + side);
+          of.lit |= lit;
+          of.unlit |= unlit;
+        }
+      }
+    }
+    seen_[i] = 0;
+  }
+  for (std::uint32_t i = 0; i < seen_patches_.size(); ++i) {
+    if (seen_patches_[i] == 0) continue;
+    PatchNeed& of = need(i);
+    of.lit = ~0U;
+    of.unlit = mapped;
+    seen_patches_[i] = 0;
+  }
+  store_.make(needs_, behind);
+}
+
+namespace {
+
+/// Repeats and places within them at pixels, and brightness.
+struct LanePlaces {
+  alignas(64) std::array<std::int32_t, lane_count> repeat_u{}, repeat_v{};
+  alignas(64) LaneFloats u{}, v{}, brightness{};
+};
+
+struct PlaneLanes {
+  std::array<const Group*, lane_count> from;
+  alignas(64) LaneFloats x, y;
+};
+
+template <std::size_t N>
+SELVEDGE_INLINE void place_lanes(const PlaneLanes& planes, LanePlaces& to) {
+  using Wide = WideFloat<N>;
+  for (std::size_t first = 0; first < lane_count; first += N) {
+    Wide c[12];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in registers
+    for (std::size_t group = 0; group < 3; ++group) fetch<N>(&planes.from[first], group, c + 4 * group);
+    const Wide x = Wide::load(&planes.x[first]);
+    const Wide y = Wide::load(&planes.y[first]);
+    const Wide one(1);
+    const Wide sum = c[0] * x + c[1] * y + c[2];
+    const Wide inverse = if_greater(abs(sum), Wide(0), one / sum, Wide(0));
+    const auto place = [&](std::size_t k, LaneFloats & in_repeat,
+                           std::array<std::int32_t, lane_count> & repeat) __attribute__((always_inline)) {
+      const Wide farthest(1e8F);
+      const Wide at = max(min((c[k] * x + c[k + 1] * y + c[k + 2]) * inverse, farthest), -farthest);
+      const Wide whole = floor(at);
+      min(max(at - whole, Wide(0)), one).store(&in_repeat[first]);
+      store_whole(whole, &repeat[first]);
+    };
+    place(3, to.u, to.repeat_u);
+    place(6, to.v, to.repeat_v);
+    ((c[9] * x + c[10] * y + c[11]) * inverse).store(&to.brightness[first]);
+  }
+}
+SELVEDGE_THREE_BODIES(place_lanes, (const PlaneLanes& planes, LanePlaces& to), (planes, to))
+
+using Quad = Lanes<4>::Floats;
+using Halves = std::uint16_t __attribute__((vector_size(8)));
+
+/// A texel's numbers, 2^-112 times as large (cell_image.cpp).
+SELVEDGE_INLINE Quad unpack(const CellTexel* texel) {
+  Halves halves;
+  std::memcpy(&halves, texel, sizeof halves);
+  return (Quad)(__builtin_convertvector(halves, Lanes<4>::Bits) << 12);
+}
+
+/// Looks of the lanes, and their texels.
+struct LookLanes {
+  std::array<const CellLook*, lane_count> looks;
+  alignas(64) std::array<std::int32_t, lane_count> here, beside, below,
+      across;  ///< indices of the four texels
+  alignas(64) LaneFloats part_x, part_y, brighter;
+  std::array<Group, lane_count>* pixels;
+};
+
+SELVEDGE_INLINE Quad mean_of(const LookLanes& lanes, std::size_t lane, const CellTexel* texels) {
+  const Quad a = unpack(texels + lanes.here[lane]);
+  const Quad b = unpack(texels + lanes.beside[lane]);
+  const Quad c = unpack(texels + lanes.below[lane]);
+  const Quad d = unpack(texels + lanes.across[lane]);
+  const Quad upper = a + (b - a) * lanes.part_x[lane];
+  return upper + (c + (d - c) * lanes.part_x[lane] - upper) * lanes.part_y[lane];
+}
+
+/// Finds the texels around the places within the repeat, and their means.
+template <std::size_t N>
+SELVEDGE_INLINE void look_lanes(const LanePlaces& places, LookLanes& lanes) {
+  using Wide = WideFloat<N>;
+  static_assert(offsetof(CellLook, size) % sizeof(Group) == 0);
+  const Wide zero(0);
+  const Wide one(1);
+  for (std::size_t i = 0; i < lane_count; i += N) {
+    const Group* from[N];  // NOLINT(modernize-avoid-c-arrays)
+    for (std::size_t k = 0; k < N; ++k) from[k] = &lanes.looks[i + k]->size;
+    Wide size[4];   // NOLINT(modernize-avoid-c-arrays): width, height, first x and y
+    Wide light[4];  // NOLINT(modernize-avoid-c-arrays): brightness, scale
+    fetch<N>(from, 0, size);
+    fetch<N>(from, 1, light);
+    Wide x = Wide::load(&places.u[i]) * size[0] - size[2];
+    Wide y = (one - Wide::load(&places.v[i])) * size[1] - size[3];
+    x = if_greater(zero, x, x + size[0], x);
+    y = if_greater(zero, y, y + size[1], y);
+    Wide column = floor(x);
+    Wide row = floor(y);
+    (x - column).store(&lanes.part_x[i]);
+    (y - row).store(&lanes.part_y[i]);
+    column = if_greater(size[0], column, column, zero);
+    row = if_greater(size[1], row, row, zero);
+    const Wide next_column = if_greater(size[0], column + one, column + one, zero);
+    const Wide next_row = if_greater(size[1], row + one, row + one, zero);
+    store_whole(row * size[0] + column, &lanes.here[i]);
+    store_whole(row * size[0] + next_column, &lanes.beside[i]);
+    store_whole(next_row * size[0] + column, &lanes.below[i]);
+    store_whole(next_row * size[0] + next_column, &lanes.across[i]);
+    const Wide brighter = Wide::load(&places.brightness[i]) * light[0];
+    (max(min(brighter, Wide(most_brighter)), Wide(1 / most_brighter)) * light[1]).store(&lanes.brighter[i]);
+  }
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    const float brighter = lanes.brighter[lane] * 0x1p112F;
+    const Quad sum =
+        mean_of(lanes, lane, lanes.looks[lane]->texels) * Quad{brighter, brighter, brighter, 0x1p112F};
+    std::memcpy(&(*lanes.pixels)[lane], &sum, sizeof sum);
+  }
+}
+SELVEDGE_THREE_BODIES(look_lanes, (const LanePlaces& places, LookLanes& lanes), (places, lanes))
+
+/// A look of nothing.
+constexpr CellTexel empty_texel{};
+const CellLook empty_look{{1, 1, 0, 0}, 1, 0, &empty_texel, 0, false};
+
+}  // namespace
+
+void CellPass::look(const PixelTriangles& pixels, CellShading& shading) const {
+  static const auto place_all = place_lanes_for_this_processor();
+  static const auto look_all = look_lanes_for_this_processor();
+  PlaneLanes planes;
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    const std::size_t source = lane < pixels.count ? lane : 0;
+    planes.from[lane] = planes_[pixels.triangle[source]].coefficients.data();
+    planes.x[lane] = static_cast<float>(pixels.x[source]) - middle_x_;
+    planes.y[lane] = static_cast<float>(pixels.y[source]) - middle_y_;
+  }
+  LanePlaces places;
+  place_all(planes, places);
+  LookLanes lanes;
+  lanes.pixels = &shading.pixels;
+  shading.with_texels = 0;
+  std::uint32_t own = 0;
+  const Patches& patches = store_.patches();
+  const CellLook* look = &empty_look;
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    // Neighbours mostly lie in one repeat, and repeats in one patch.
+    const bool known =
+        lane > 0 && patches.units_of_repeat() == 1 && pixels.triangle[lane] == pixels.triangle[lane - 1] &&
+        places.repeat_u[lane] == places.repeat_u[lane - 1] &&
+        places.repeat_v[lane] == places.repeat_v[lane - 1] && pixels.back[lane] == pixels.back[lane - 1];
+    if (lane >= pixels.count) {
+      look = &empty_look;
+    } else if (!known) {
+      const std::uint32_t patch = patches.at(planes_[pixels.triangle[lane]].place,
+                                             patches.unit(places.repeat_u[lane], places.u[lane]),
+                                             patches.unit(places.repeat_v[lane], places.v[lane]));
+      look = &store_.look(2 * patch + (pixels.back[lane] ? 1U : 0U));
+      if (look->texels == nullptr) look = &empty_look;
+      own |= look->own;
+    }
+    lanes.looks[lane] = look;
+    shading.with_texels |= static_cast<std::uint32_t>(look->shows_texels) << lane;
+  }
+  look_all(places, lanes);
+  if (own == 0) return;
+  for (std::size_t lane = 0; lane < pixels.count; ++lane) {
+    const CellLook& of = *lanes.looks[lane];
+    if (of.own == 0) continue;
+    const Surface surface = surface_at(pixels.triangle[lane], planes.x[lane], planes.y[lane]);
+    const CellTexel* plane = of.texels;
+    Quad sum{};
+    for (std::uint32_t left = of.own; left != 0; left &= left - 1) {
+      plane += static_cast<std::ptrdiff_t>(of.size[0] * of.size[1]);
+      const float share = share_of(static_cast<std::size_t>(std::countr_zero(left)), surface);
+      if (share > 0) sum += mean_of(lanes, lane, plane) * share;
+    }
+    sum *= lanes.brighter[lane] * 0x1p112F;
+    for (std::size_t c = 0; c < 3; ++c) shading.pixels[lane][c] += sum[c];
+  }
+}
+
+}  // namespace selvedge

@@ -1,0 +1,94 @@
+// The cell images under the pixels of a frame: which are in sight, and what pixels show of them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "viewer/cells/cell_store.h"
+#include "viewer/frame/frame_path.h"
+#include "viewer/scene/pixel_triangles.h"
+
+namespace selvedge {
+
+/// Cell images at sixteen pixels: radiance times opacity, and opacity.
+struct CellShading {
+  std::array<Group, lane_count> pixels;
+  V4f at(std::size_t lane) const {
+    const Group& p = pixels[lane];
+    return {p[0], p[1], p[2], p[3]};
+  }
+  /// Lanes whose pixels are so large that texels of the fabric's levels show as well.
+  std::uint32_t with_texels = 0;
+};
+
+class CellPass {
+ public:
+  /// `scene` must outlive the object.
+  explicit CellPass(const PreparedScene& scene);
+
+  /// Begins a frame. The arguments must outlive it.
+  void begin(const FrameView& view, int supersample, std::span<const ShadowMap> shadows,
+             const ProjectedVertices& projected);
+  /// Whether a triangle has cell images in this frame.
+  bool shows(std::uint32_t triangle) const { return active_ && kinds_[triangle] != Kind::none; }
+  /// Whether it has, and its material changes nothing of them.
+  bool is_plain(std::uint32_t triangle) const { return active_ && kinds_[triangle] == Kind::plain; }
+  /// Notes that a pixel shows a triangle of which shows() holds. From any thread.
+  void see(std::uint32_t triangle, bool back, int x, int y);
+  /// Makes images of what was seen since the last call.
+  void make(bool behind = false);
+  /// Precondition: shows() holds for all, and make() was called after all were seen. From any thread.
+  void look(const PixelTriangles& pixels, CellShading& shading) const;
+
+  const CellStore& store() const { return store_; }
+
+ private:
+  /// Perspective planes over the frame, a x + b y + c of pixels from its middle, whose quotients by the first
+  /// are interpolated: 1, u and v without whole repeats of the first corner, brightness. One line of the
+  /// cache.
+  struct alignas(64) Planes {
+    std::array<Group, 3> coefficients{};
+    Patches::Place place;
+  };
+  enum class Kind : std::uint8_t { none, changed, plain };
+  /// Units of patches that a triangle touches, from its place; too many: none.
+  struct Extent {
+    std::int16_t low_u = 0, low_v = 0, high_u = -1, high_v = -1;
+    bool is_large() const { return high_u < low_u; }
+  };
+  void light_vertices();
+  void set_planes(const ProjectedVertices& projected);
+  PatchNeed& need(PatchSide patch);
+  struct Surface {
+    V3f point, normal;
+  };
+  /// At a pixel, so far from the frame's middle.
+  Surface surface_at(std::uint32_t triangle, float x, float y) const;
+  float share_of(std::size_t light, const Surface& surface) const;
+
+  const PreparedScene& scene_;
+  CellStore store_;
+  bool active_ = false;
+  CellLights lights_;
+  std::vector<Kind> kinds_;                       ///< of triangles
+  std::vector<Extent> extents_;                   ///< of triangles
+  std::vector<std::array<float, 2>> brightness_;  ///< of vertices, front and back
+  std::vector<std::vector<float>> shares_;        ///< [shadow map][vertex]: share of the light
+  std::vector<Light> known_lights_;               ///< of brightness_ and shares_
+  std::vector<ShadowView> known_views_;
+  std::vector<SmoothLight> known_around_;
+  std::vector<Planes> planes_;              ///< of triangles
+  std::vector<std::uint8_t> seen_;          ///< of triangles: 1 front, 2 back
+  std::vector<std::uint8_t> seen_patches_;  ///< by patch and side, of large triangles
+  std::vector<std::uint32_t> numbers_;      ///< of patches and sides in `needs_`, by `calls_`
+  std::vector<std::uint32_t> calls_;
+  std::uint32_t call_ = 0;
+  std::vector<PatchNeed> needs_;
+  const ProjectedVertices* projected_ = nullptr;
+  float middle_x_ = 0, middle_y_ = 0;
+};
+
+}  // namespace selvedge

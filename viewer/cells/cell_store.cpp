@@ -1,0 +1,371 @@
+#include "viewer/cells/cell_store.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "format/base/parallel.h"
+#include "format/scene/footprint.h"
+
+namespace selvedge {
+namespace {
+
+/// The least cosine between view and a patch's normal: patches at an outline may face away in the mean.
+constexpr float min_facing_patch = 0.08F;
+/// Images of other patches are of use until then.
+constexpr float most_outdated = 16;
+
+/// Irradiance over pi of a surface with this normal, of luminance: degrees 0 to 2 of the light, by the
+/// clamped cosine (Ramamoorthi and Hanrahan 2001).
+float bright_around(const SmoothLight& light, const V3f& n) {
+  const std::array<float, smooth_functions> basis = smooth_basis(n.x, n.y, n.z);
+  float sum = 0;
+  for (std::size_t k = 0; k < smooth_functions; ++k) {
+    const V3f& f = light.factors[k];
+    sum += (k == 0 ? 1.0F : k < 4 ? 2.0F / 3 : 0.25F) * basis[k] * (f.x + f.y + f.z) / 3;
+  }
+  return std::max(sum, 0.0F);
+}
+
+/// Share of the light of one side that yarn of the other side gets: it stands out of the cloth.
+constexpr float bright_beyond = 0.15F;
+
+/// Distance of yarn from the plane of the cloth, on either side, repeats; 0: no yarn.
+std::vector<float> reliefs_of(std::span<const PackedFabric> fabrics) {
+  std::vector<float> reliefs;
+  for (const PackedFabric& fabric : fabrics) {
+    float& relief = reliefs.emplace_back(0.0F);
+    if (!(fabric.largest_cell_pixel > 0)) continue;
+    for (const float side : {1.0F, -1.0F}) {
+      const Fabric& seen = *fabric.seen_from(side).fabric;
+      const Yarns& yarns = *seen.levels.front().yarns();
+      const float plane = seen.reference_height;
+      const float most = std::max(yarns.inside().high - plane, plane - yarns.inside().low);
+      relief = std::max({relief, most / std::min(yarns.period().x, yarns.period().y), 1e-3F});
+    }
+  }
+  return reliefs;
+}
+
+}  // namespace
+
+float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there) const {
+  float sum = 0;
+  for (const Light& light : lights) {
+    V3f direction(light.direction);
+    auto share = 1.0F;
+    if (light.kind != LightKind::directional) {
+      const LightShare there = light_share_at(light, origin + V3d(point));
+      direction = V3f(there.direction);
+      share = static_cast<float>(std::min(there.share, 1e24));
+    }
+    const float cosine = normal.dot(direction);
+    const V3f& e = light.irradiance;
+    sum += share * (e.x + e.y + e.z) / 3 *
+           ((1 - bright_beyond) * std::max(cosine, 0.0F) + bright_beyond * 0.5F * (1 + cosine));
+  }
+  if (around_there != nullptr) sum += std::numbers::pi_v<float> * bright_around(*around_there, normal);
+  // Not 0 where nothing shines.
+  return std::max(sum, 1e-6F);
+}
+
+/// An image, and what it was made for. Counts its bytes.
+struct CellStore::Kept {
+  explicit Kept(std::size_t& all_bytes) : bytes(all_bytes) {}
+  Kept(const Kept&) = delete;
+  Kept& operator=(const Kept&) = delete;
+  ~Kept() { bytes -= image.bytes(); }
+  std::size_t& bytes;
+  CellImage image;
+  CellView view;
+  V2f pixel{1, 1};
+  float samples = 1;
+  std::uint32_t own = 0, lit = 0;  ///< lights with a plane of their own; of the others, those that shine
+  float brightness = 1;
+  std::uint64_t used = 0;  ///< call of make()
+};
+
+struct CellStore::Wanted {
+  CellView view;
+  const CellYarn* yarn = nullptr;
+  V2f pixel{1, 1};
+  std::uint32_t own = 0, lit = 0;
+  float brightness = 1;
+};
+
+CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
+                     std::span<const PackedFabric> fabrics, const V3d& origin)
+    : mesh_(mesh),
+      materials_(materials),
+      fabrics_(fabrics),
+      origin_(origin),
+      yarns_(fabrics.size()),
+      patches_(mesh, materials, reliefs_of(fabrics)) {
+  for (std::size_t i = 0; i < fabrics.size(); ++i) {
+    if (!(fabrics[i].largest_cell_pixel > 0)) continue;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const PackedFabric& seen = fabrics[i].seen_from(side == 0 ? 1.0F : -1.0F);
+      yarns_[i][side] = std::make_unique<CellYarn>(*seen.fabric->levels.front().yarns(),
+                                                   seen.fabric->reference_height, seen.yarn_sky);
+    }
+  }
+  kept_.resize(2 * patches_.count());
+  looks_.resize(2 * patches_.count());
+}
+
+CellStore::~CellStore() = default;
+
+void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
+                      const CellLights& lights) {
+  camera_ = &camera;
+  interrupts_ = &options;
+  options_ = options.cells;
+  footprint_ = options.levels.footprint;
+  // Samples, texels of shadows and detail are of a pixel of the picture.
+  const float share = footprint_ / static_cast<float>(supersample);
+  for (float* per_pixel : {&options_.samples, &options_.shadow_texels, &options_.detail}) *per_pixel *= share;
+  lights_ = lights;
+  lights_.origin = origin_;
+  made_ = 0;
+  coarser_ = false;
+  frame_ = call_ + 1;
+  patches_.choose(camera, origin_, frame, {options_.patch_pixels, options_.patch_turn});
+}
+
+CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const {
+  const Patch& patch = patches_[need.patch / 2];
+  const float side = need.patch % 2 == 0 ? 1.0F : -1.0F;
+  Wanted result;
+  const int fabric = materials_[mesh_.triangles[patch.triangle].surface].fabric;
+  result.yarn = yarns_[fabric][need.patch % 2].get();
+  result.pixel = patches_.shown(need.patch / 2).pixel;
+
+  const V3f to_viewer = camera_->projection == Projection::parallel
+                            ? V3f(camera_->to_viewer)
+                            : V3f((camera_->position - origin_ - V3d(patch.centre)).normalized());
+  const V3f own_normal = patch.normal.length() > 0 ? patch.normal.normalized() * side : to_viewer;
+  V3f normal = own_normal;
+  if (const float facing = normal.dot(to_viewer); facing < min_facing_patch)
+    normal = (normal + to_viewer * (min_facing_patch - facing)).normalized();
+  V3f tangent = patch.tangent - normal * normal.dot(patch.tangent);
+  if (!(tangent.length2() > 1e-12F)) {
+    const V3f axis = std::abs(normal.x) < 0.9F ? V3f(1, 0, 0) : V3f(0, 1, 0);
+    tangent = axis - normal * normal.dot(axis);
+  }
+  tangent.normalize();
+  const V3f up = normal.cross(tangent) * (patch.handedness < 0 ? -side : side);
+  const auto local = [&](const V3f& d) { return V3f(d.dot(tangent), d.dot(up), d.dot(normal)); };
+  result.view.view = local(to_viewer).normalized();
+
+  result.own = need.lit & need.unlit;
+  const std::uint32_t off = need.unlit & ~need.lit;
+  for (std::size_t i = 0; i < lights_.lights.size(); ++i) {
+    const Light& light = lights_.lights[i];
+    const std::uint32_t bit = i < 32 ? 1U << i : 0;
+    if ((off & bit) != 0) continue;
+    V3f direction(light.direction);
+    V3f irradiance = light.irradiance;
+    if (light.kind != LightKind::directional) {
+      const LightShare there = light_share_at(light, origin_ + V3d(patch.centre));
+      direction = V3f(there.direction);
+      irradiance *= static_cast<float>(std::min(there.share, 1e24));
+    }
+    if ((result.own & bit) == 0) result.lit |= bit;
+    const int plane = (result.own & bit) != 0 ? 1 + std::popcount(result.own & (bit - 1)) : 0;
+    result.view.lamps.push_back({local(direction), irradiance, plane});
+  }
+  result.view.planes = 1 + std::popcount(result.own);
+  const SmoothLight* around = lights_.around;
+  SmoothLight mean;
+  if (around != nullptr && !lights_.around_vertices.empty()) {
+    for (const std::uint32_t corner : mesh_.triangles[patch.triangle].corners) {
+      for (std::size_t k = 0; k < smooth_functions; ++k)
+        mean.factors[k] += lights_.around_vertices[corner].factors[k] / 3.0F;
+    }
+    around = &mean;
+  }
+  if (around != nullptr) {
+    SmoothLight& in_frame = result.view.around.emplace();
+    for (int c = 0; c < 3; ++c) {
+      std::array<float, smooth_functions> of_colour;
+      for (std::size_t k = 0; k < smooth_functions; ++k) of_colour[k] = around->factors[k][c];
+      of_colour = turned(of_colour, tangent, up, normal);
+      for (std::size_t k = 0; k < smooth_functions; ++k) in_frame.factors[k][c] = of_colour[k];
+    }
+  }
+  result.brightness = lights_.brightness(own_normal, patch.centre, around);
+  result.view.hairs = options_.hairs;
+  result.view.hair_shadows = options_.hair_shadows;
+  result.view.coarse_shading = options_.coarse_shading;
+  result.view.shadow_texels = options_.shadow_texels;
+  result.view.detail = options_.detail;
+  result.view.piece_pixels = options_.piece_pixels;
+  result.view.size = cell_size(result.pixel * footprint_, samples);
+  return result;
+}
+
+/// How far an image is from what is wanted: 0 as it is, infinite: of no use.
+float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples) const {
+  // Lights with a plane of their own may be in shadow or not; others must be as they were.
+  if ((wanted.own & ~kept.own) != 0 || ((wanted.lit ^ kept.lit) & ~kept.own) != 0) return HUGE_VALF;
+  if (kept.view.lamps.size() < wanted.view.lamps.size()) return HUGE_VALF;
+  const float ratio = std::max({wanted.pixel.x / kept.pixel.x, kept.pixel.x / wanted.pixel.x,
+                                wanted.pixel.y / kept.pixel.y, kept.pixel.y / wanted.pixel.y});
+  if (ratio > 2) return HUGE_VALF;
+  float worst = 2 * (ratio - 1);
+  const auto turn = [](const V3f& a, const V3f& b) { return (a - b).length(); };
+  worst = std::max(worst, turn(kept.view.view, wanted.view.view) * options_.turns);
+  if (kept.view.lamps.size() == wanted.view.lamps.size()) {
+    for (std::size_t i = 0; i < wanted.view.lamps.size(); ++i) {
+      const CellLamp& now = wanted.view.lamps[i];
+      const CellLamp& then = kept.view.lamps[i];
+      worst = std::max(worst, turn(now.direction, then.direction) * options_.turns);
+      const float bright = now.irradiance.length();
+      worst = std::max(worst, 10 * (now.irradiance - then.irradiance).length() / std::max(bright, 1e-9F));
+    }
+  }
+  if (wanted.view.around.has_value() != kept.view.around.has_value()) return HUGE_VALF;
+  if (wanted.view.around) {
+    const float bright = wanted.view.around->factors[0].length();
+    for (std::size_t k = 0; k < smooth_functions; ++k) {
+      const float change = (wanted.view.around->factors[k] - kept.view.around->factors[k]).length();
+      worst = std::max(worst, 5 * change / std::max(bright, 1e-9F));
+    }
+  }
+  if (kept.samples < samples) worst = std::max(worst, 1.0F);
+  return worst;
+}
+
+void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
+  ++call_;
+  const float samples = options_.samples * (behind ? options_.behind : 1);
+  struct Work {
+    PatchSide patch = 0;
+    float outdated = 0;
+    double cost = 0;
+    Wanted wanted;
+    std::shared_ptr<Kept> kept;
+  };
+  std::vector<Work> all(needs.size());
+  parallel_for(0, static_cast<int>((needs.size() + 63) / 64), [&](int part) {
+    for (std::size_t i = 64 * static_cast<std::size_t>(part);
+         i < std::min<std::size_t>(64 * (part + 1), needs.size()); ++i) {
+      Work& work = all[i];
+      work.patch = needs[i].patch;
+      work.wanted = wanted(needs[i], samples);
+      work.kept = kept_[work.patch];
+      work.outdated = work.kept ? outdated(*work.kept, work.wanted, samples) : HUGE_VALF;
+      if (work.outdated == HUGE_VALF && options_.fresh < 1) {
+        work.kept = of_kin(work.patch, work.wanted, samples);
+        if (work.kept) work.outdated = outdated(*work.kept, work.wanted, samples) + 1;
+      }
+      const CellSize& size = work.wanted.view.size;
+      work.cost =
+          static_cast<double>(size.samples.x) * size.samples.y * (1 + 0.1 * work.wanted.view.planes) + 1500;
+    }
+  });
+  double allowed = 0;
+  for (const Work& work : all) {
+    // A patch that another call of this frame has seen counts once.
+    if (!kept_[work.patch] || kept_[work.patch]->used < frame_) allowed += work.cost;
+  }
+  allowed *= options_.fresh;
+  std::vector<Work*> order;
+  double bytes = 0;
+  for (Work& work : all) {
+    // Images that turned less look the same.
+    if (work.outdated > (options_.fresh < 1 ? 0.25F : 1e-3F)) order.push_back(&work);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Work* a, const Work* b) { return a->outdated > b->outdated; });
+  std::size_t count = 0;
+  double spent = 0;
+  for (; count < order.size(); ++count) {
+    const Work& work = *order[count];
+    if (work.outdated < HUGE_VALF) {
+      if (spent >= allowed) break;
+      spent += work.cost;
+    }
+    const CellSize& size = work.wanted.view.size;
+    bytes += 8.0 * size.samples.x * size.samples.y / (size.stride * size.stride) * work.wanted.view.planes;
+  }
+  order.resize(count);
+  if (const auto most = static_cast<double>(options_.memory); bytes > most) {
+    const float fewer = samples * static_cast<float>(std::sqrt(most / bytes));
+    for (Work* work : order) work->wanted.view.size = cell_size(work->wanted.pixel * footprint_, fewer);
+    coarser_ = true;
+  }
+  for (Work& work : all) {
+    if (!kept_[work.patch]) alive_.push_back(work.patch);
+    kept_[work.patch] = std::move(work.kept);
+  }
+  for (const Work* work : order) kept_[work->patch] = std::make_shared<Kept>(bytes_);
+  parallel_for(0, static_cast<int>(order.size()), [&](int i) {
+    thread_local CellScratch scratch;
+    if (interrupts_->ends()) return;
+    Wanted& of = order[i]->wanted;
+    Kept& kept = *kept_[order[i]->patch];
+    make_cell_image(*of.yarn, of.view, scratch, kept.image);
+    kept.view = std::move(of.view);
+    kept.pixel = of.pixel;
+    kept.samples = samples;
+    kept.own = of.own;
+    kept.lit = of.lit;
+    kept.brightness = of.brightness;
+  });
+  // Of an interrupted frame parts are missing.
+  for (const Work* work : order) {
+    if (kept_[work->patch]->image.texels.empty()) kept_[work->patch].reset();
+  }
+  made_ += static_cast<std::int64_t>(order.size());
+  for (const Work* work : order) bytes_ += kept_[work->patch] ? kept_[work->patch]->image.bytes() : 0;
+  std::erase_if(alive_, [&](PatchSide patch) { return !kept_[patch]; });
+  for (const Work& work : all) {
+    looks_[work.patch] = {};
+    if (!kept_[work.patch]) continue;
+    Kept& kept = *kept_[work.patch];
+    kept.used = call_;
+    const CellImage& image = kept.image;
+    CellLook& look = looks_[work.patch];
+    look = {{static_cast<float>(image.width), static_cast<float>(image.height), image.first.x, image.first.y},
+            1 / kept.brightness,
+            image.scale,
+            image.texels.data(),
+            kept.own,
+            false};
+    const int fabric = materials_[mesh_.triangles[patches_[work.patch / 2].triangle].surface].fabric;
+    const V2i texels = fabrics_[fabric].fabric->texels();
+    const float width = std::sqrt(work.wanted.pixel.x * work.wanted.pixel.y * static_cast<float>(texels.x) *
+                                  static_cast<float>(texels.y));
+    look.shows_texels = width * 1.5F > fabrics_[fabric].largest_cell_pixel;
+  }
+  trim();
+}
+
+/// An image of a patch around or within this one that is of use.
+std::shared_ptr<CellStore::Kept> CellStore::of_kin(PatchSide patch, const Wanted& wanted,
+                                                   float samples) const {
+  const std::uint32_t side = patch % 2;
+  const std::uint32_t up = patches_.parent(patch / 2);
+  const std::uint32_t down = patches_.child(patch / 2);
+  for (const std::uint32_t kin : {up, down, patches_.parent(up), patches_.child(down)}) {
+    const std::shared_ptr<Kept>& kept = kept_[2 * kin + side];
+    if (kept && outdated(*kept, wanted, samples) < most_outdated) return kept;
+  }
+  return nullptr;
+}
+
+/// Forgets images of earlier calls, the oldest first, until the others fit.
+void CellStore::trim() {
+  if (bytes_ <= options_.memory) return;
+  std::stable_sort(alive_.begin(), alive_.end(),
+                   [&](PatchSide a, PatchSide b) { return kept_[a]->used > kept_[b]->used; });
+  while (bytes_ > options_.memory && !alive_.empty() && kept_[alive_.back()]->used + 1 < call_) {
+    kept_[alive_.back()].reset();
+    looks_[alive_.back()] = {};
+    alive_.pop_back();
+  }
+}
+
+}  // namespace selvedge

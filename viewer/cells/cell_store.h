@@ -1,0 +1,101 @@
+// Cell images of a garment: made for the patches that a frame shows, and kept from frame to frame.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "format/cells/cell_image.h"
+#include "viewer/cells/patches.h"
+#include "viewer/frame/options.h"
+#include "viewer/light/shadows.h"
+#include "viewer/scene/packed_fabric.h"
+
+namespace selvedge {
+
+/// Lights of a frame. Bit i of masks is light i; lights after the 32nd count as never in a garment's shadow.
+struct CellLights {
+  std::span<const Light> lights;
+  std::span<const ShadowMap> shadows;
+  const SmoothLight* around = nullptr;           ///< world axes; null: none
+  std::span<const SmoothLight> around_vertices;  ///< of the mesh; empty: `around` everywhere
+  V3d origin{0, 0, 0};                           ///< of the mesh's coordinates
+
+  /// Brightness of a white surface, about as bright as yarn: what cell images are scaled by from place to
+  /// place. `point`: relative to the origin. Positive.
+  float brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there) const;
+};
+
+/// A patch seen from one side: twice the patch's number, + 1 for the back.
+using PatchSide = std::uint32_t;
+
+/// A patch in sight, and the lights on it.
+struct PatchNeed {
+  PatchSide patch = 0;
+  std::uint32_t lit = 0;    ///< lights of which some of it has a share
+  std::uint32_t unlit = 0;  ///< lights of which some of it lacks a share
+};
+
+/// An image as pixels look it up.
+struct CellLook {
+  Group size{};          ///< width and height in texels, CellImage::first
+  float brightness = 1;  ///< CellLights::brightness() that the image was made for, inverse
+  float scale = 1;       ///< of radiance
+  const CellTexel* texels = nullptr;
+  std::uint32_t own = 0;      ///< lights that have a plane of their own, in their order behind plane 0
+  bool shows_texels = false;  ///< so small on the screen that texels of the fabric's levels show, too
+};
+
+class CellStore {
+ public:
+  /// All must outlive the object. `fabric_of`: of surfaces, -1: none.
+  CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
+            std::span<const PackedFabric> fabrics, const V3d& origin);
+  ~CellStore();
+
+  const Patches& patches() const { return patches_; }
+  /// Begins a frame: chooses patches. `supersample`: pixels of the frame along either side of a pixel of the
+  /// picture.
+  void begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
+             const CellLights& lights);
+  /// Makes images that are missing, and of others the most outdated, for these patches. Each call keeps the
+  /// images of the last two calls, and others while they fit into CellImageOptions::memory. `behind`: only
+  /// holes of other surfaces show them.
+  void make(std::span<const PatchNeed> needs, bool behind);
+  const CellLook& look(PatchSide patch) const { return looks_[patch]; }
+  std::int64_t images_made() const { return made_; }  ///< of this frame
+  /// Whether images were made with fewer samples than wanted, so as to fit into CellImageOptions::memory.
+  bool is_coarser() const { return coarser_; }
+
+ private:
+  struct Kept;
+  struct Wanted;
+  Wanted wanted(const PatchNeed& need, float samples) const;
+  float outdated(const Kept& kept, const Wanted& wanted, float samples) const;
+  std::shared_ptr<Kept> of_kin(PatchSide patch, const Wanted& wanted, float samples) const;
+  void trim();
+
+  const MergedSurfaces& mesh_;
+  std::span<const SurfaceMaterial> materials_;
+  std::span<const PackedFabric> fabrics_;
+  V3d origin_;
+  std::vector<std::array<std::unique_ptr<CellYarn>, 2>> yarns_;  ///< of fabrics, by side; null without yarn
+  Patches patches_;
+  std::size_t bytes_ = 0;                    ///< of the images
+  std::vector<std::shared_ptr<Kept>> kept_;  ///< by patch and side; a patch may show the image of its kin
+  std::vector<CellLook> looks_;
+  std::vector<PatchSide> alive_;
+  const Camera* camera_ = nullptr;
+  CellImageOptions options_;
+  float footprint_ = 1;                      ///< LevelOptions::footprint
+  const DrawOptions* interrupts_ = nullptr;  ///< DrawOptions::ends()
+  CellLights lights_;
+  std::uint64_t call_ = 0;   ///< of make()
+  std::uint64_t frame_ = 0;  ///< first call of the frame
+  std::int64_t made_ = 0;
+  bool coarser_ = false;
+};
+
+}  // namespace selvedge

@@ -1,0 +1,334 @@
+#include "viewer/cells/patches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <unordered_map>
+
+namespace selvedge {
+namespace {
+
+/// Largest number of smallest patches: more of them are larger.
+constexpr double max_cells = 1 << 18;
+/// Sides of the smallest patches, if these are not too many, and of the largest: powers of two.
+constexpr int finest_level = -3;
+constexpr int coarsest_level = 5;
+/// Yarn may be so far from its place at the border of a patch, pixels.
+constexpr float most_apart = 0.5F;
+constexpr std::int32_t no_chart = -1;
+constexpr float largest_turn = 30;  ///< degrees
+/// Patches that turn out of sight are split while they are larger, pixels.
+constexpr float outline_pixels = 24;
+
+V2f uv_of(const MergedSurfaces& mesh, std::uint32_t vertex) {
+  const auto& [normal_u, tangent_v] = mesh.attributes[vertex];
+  return {normal_u[3], tangent_v[3]};
+}
+V3f xyz(const Group& g) { return {g[0], g[1], g[2]}; }
+
+/// Sets of vertices that triangles join.
+class Components {
+ public:
+  explicit Components(std::size_t count) : parents_(count) {
+    std::iota(parents_.begin(), parents_.end(), 0U);
+  }
+  std::uint32_t find(std::uint32_t i) {
+    while (parents_[i] != i) i = parents_[i] = parents_[parents_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) { parents_[find(a)] = find(b); }
+
+ private:
+  std::vector<std::uint32_t> parents_;
+};
+
+struct Box {
+  float relief = 0;
+  V2d low{HUGE_VAL, HUGE_VAL};
+  V2d high{-HUGE_VAL, -HUGE_VAL};
+  double cells(int level) const {
+    const double side = std::exp2(level);
+    return (std::floor((high.x - low.x) / side) + std::max(1 / side, 1.0)) *
+           (std::floor((high.y - low.y) / side) + std::max(1 / side, 1.0));
+  }
+};
+
+V2i level_size(const Patches::Chart& chart, std::size_t level) {
+  const auto halved = [&](int size) { return ((size - 1) >> level) + 1; };
+  return {halved(chart.size.x), halved(chart.size.y)};
+}
+
+void add(const Patch& of, Patch& to) {
+  if (!(of.area > 0)) return;
+  to.normal += of.normal;
+  to.tangent += of.tangent;
+  to.along_u += of.along_u;
+  to.along_v += of.along_v;
+  to.centre += of.centre;
+  to.area += of.area;
+  to.handedness += of.handedness;
+  to.triangle = of.triangle;
+}
+
+}  // namespace
+
+Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
+                 std::span<const float> reliefs) {
+  places_.resize(mesh.triangles.size());
+  Components components(mesh.positions.size());
+  const auto has_yarn = [&](const MergedTriangle& t) {
+    const int fabric = materials[t.surface].fabric;
+    return fabric >= 0 && reliefs[fabric] > 0;
+  };
+  for (const MergedTriangle& t : mesh.triangles) {
+    if (!has_yarn(t)) continue;
+    components.join(t.corners[0], t.corners[1]);
+    components.join(t.corners[1], t.corners[2]);
+  }
+  std::unordered_map<std::uint32_t, std::int32_t> numbers;
+  std::vector<Box> boxes;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const MergedTriangle& t = mesh.triangles[i];
+    if (!has_yarn(t)) continue;
+    const auto [at, fresh] =
+        numbers.try_emplace(components.find(t.corners[0]), static_cast<std::int32_t>(boxes.size()));
+    if (fresh) boxes.emplace_back().relief = reliefs[materials[t.surface].fabric];
+    places_[i].chart = at->second;
+    Box& box = boxes[at->second];
+    for (const std::uint32_t corner : t.corners) {
+      const V2d uv(uv_of(mesh, corner));
+      box.low = {std::min(box.low.x, std::floor(uv.x)), std::min(box.low.y, std::floor(uv.y))};
+      box.high = {std::max(box.high.x, std::floor(uv.x)), std::max(box.high.y, std::floor(uv.y))};
+    }
+  }
+  first_level_ = finest_level;
+  const auto cells = [&] {
+    double sum = 0;
+    for (const Box& box : boxes) sum += box.cells(first_level_);
+    return sum;
+  };
+  while (first_level_ < 30 && cells() > max_cells) ++first_level_;
+  std::size_t table = 0;
+  for (const Box& box : boxes) {
+    Chart& chart = charts_.emplace_back();
+    chart.relief = box.relief;
+    const double side = std::exp2(first_level_);
+    // All of the last repeat.
+    const double units = units_of_repeat() - 1;
+    chart.size = {static_cast<int>((box.high.x - box.low.x) / side + units) + 1,
+                  static_cast<int>((box.high.y - box.low.y) / side + units) + 1};
+    chart.table = table;
+    table += static_cast<std::size_t>(chart.size.x) * chart.size.y;
+    for (int level = 0; level <= std::max(coarsest_level - first_level_, 0); ++level) {
+      chart.levels.push_back(patches_.size());
+      const V2i size = level_size(chart, static_cast<std::size_t>(level));
+      patches_.resize(patches_.size() + static_cast<std::size_t>(size.x) * size.y);
+      if (size == V2i(1, 1)) break;
+    }
+  }
+  table_.resize(table);
+  shown_.resize(patches_.size());
+  constexpr double farthest = 1 << 30;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    Place& place = places_[i];
+    if (place.chart == no_chart) continue;
+    const V2d uv(uv_of(mesh, mesh.triangles[i].corners[0]));
+    const V2d& low = boxes[place.chart].low;
+    const double units = units_of_repeat();
+    place.u = static_cast<std::int32_t>(std::clamp((std::floor(uv.x) - low.x) * units, 0.0, farthest));
+    place.v = static_cast<std::int32_t>(std::clamp((std::floor(uv.y) - low.y) * units, 0.0, farthest));
+  }
+  add_up(mesh);
+}
+
+/// Samples all triangles, at least twice along each smallest patch, and adds patches up to larger ones.
+void Patches::add_up(const MergedSurfaces& mesh) {
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Place& place = places_[i];
+    if (place.chart == no_chart) continue;
+    const Chart& chart = charts_[place.chart];
+    const MergedTriangle& t = mesh.triangles[i];
+    std::array<V3f, 3> p;
+    std::array<V3f, 3> n;
+    std::array<V3f, 3> tangent;
+    std::array<V2f, 3> uv;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = t.corners[k];
+      p[k] = mesh.positions[vertex];
+      n[k] = xyz(mesh.attributes[vertex][0]);
+      tangent[k] = xyz(mesh.attributes[vertex][1]);
+      uv[k] = uv_of(mesh, vertex);
+    }
+    const V2f first(std::floor(uv[0].x), std::floor(uv[0].y));
+    for (V2f& c : uv) c -= first;
+    const V2f one = uv[1] - uv[0];
+    const V2f two = uv[2] - uv[0];
+    const V3f e1 = p[1] - p[0];
+    const V3f e2 = p[2] - p[0];
+    const float area = 0.5F * e1.cross(e2).length();
+    const float det = one.x * two.y - two.x * one.y;
+    if (!(area > 0) || !(std::abs(det) > 0)) continue;
+    Patch sample;
+    sample.triangle = static_cast<std::uint32_t>(i);
+    sample.handedness = t.handedness;
+    const float side = std::exp2(static_cast<float>(first_level_));
+    const float longest = std::max({std::abs(one.x), std::abs(one.y), std::abs(two.x), std::abs(two.y),
+                                    std::abs(one.x - two.x), std::abs(one.y - two.y)}) /
+                          side;
+    const int parts = std::clamp(static_cast<int>(std::ceil(2 * longest)), 1, 2048);
+    const float weight = area / static_cast<float>(parts * parts);
+    const V3f along_u = (e1 * two.y - e2 * one.y) / det;
+    const V3f along_v = (e2 * one.x - e1 * two.x) / det;
+    for (int a = 0; a < parts; ++a) {
+      for (int b = 0; b < 2 * (parts - a) - 1; ++b) {
+        // Centroids of the parts, upright and turned over.
+        const float third = b % 2 == 0 ? 1.0F / 3 : 2.0F / 3;
+        const float l1 = (static_cast<float>(a) + third) / static_cast<float>(parts);
+        const float l2 = (static_cast<float>(b / 2) + third) / static_cast<float>(parts);  // NOLINT: whole
+        const float l0 = 1 - l1 - l2;
+        const auto mean = [&](const auto& of) { return of[0] * l0 + of[1] * l1 + of[2] * l2; };
+        const V2f at = mean(uv);
+        const auto unit_of = [&](float c) {
+          const float repeat = std::floor(c);
+          return unit(static_cast<int>(std::clamp(repeat, -1e8F, 1e8F)), c - repeat);
+        };
+        Patch& patch = patches_[chart.levels[0] + cell(place.v, unit_of(at.y), chart.size.y) * chart.size.x +
+                                cell(place.u, unit_of(at.x), chart.size.x)];
+        sample.normal = mean(n).normalized() * weight;
+        sample.tangent = mean(tangent) * weight;
+        sample.along_u = along_u * weight;
+        sample.along_v = along_v * weight;
+        sample.centre = mean(p) * weight;
+        sample.area = weight;
+        sample.handedness = t.handedness * weight;
+        add(sample, patch);
+      }
+    }
+  }
+  for (std::uint32_t i = 0; i < patches_.size(); ++i) kin_.push_back({i, i});
+  for (const Chart& chart : charts_) {
+    for (std::size_t level = 1; level < chart.levels.size(); ++level) {
+      const V2i size = level_size(chart, level);
+      const V2i finer = level_size(chart, level - 1);
+      for (int y = 0; y < finer.y; ++y) {
+        for (int x = 0; x < finer.x; ++x) {
+          const auto from =
+              static_cast<std::uint32_t>(chart.levels[level - 1] + static_cast<std::size_t>(y) * finer.x + x);
+          const auto to = static_cast<std::uint32_t>(chart.levels[level] +
+                                                     static_cast<std::size_t>(y / 2) * size.x + x / 2);
+          add(patches_[from], patches_[to]);
+          kin_[from][0] = to;
+          if (patches_[from].area > 0) kin_[to][1] = from;
+        }
+      }
+    }
+  }
+  for (Patch& patch : patches_) {
+    if (!(patch.area > 0)) continue;
+    const float scale = 1 / patch.area;
+    for (V3f* mean : {&patch.normal, &patch.tangent, &patch.along_u, &patch.along_v, &patch.centre})
+      *mean *= scale;
+  }
+}
+
+/// A camera and its frame.
+struct Patches::View {
+  V3f position, right, up, back;
+  bool parallel;
+  float scale;     ///< pixels for a metre, at unit depth in perspective
+  V2f half_frame;  ///< pixels
+  V2f centre;      ///< of the window, pixels
+  PatchLimits limits;
+};
+
+void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits) {
+  View view{V3f(camera.position - origin),
+            V3f(camera.right),
+            V3f(camera.up),
+            V3f(camera.projection == Projection::parallel ? camera.to_viewer : camera.back()),
+            camera.projection == Projection::parallel,
+            static_cast<float>(frame.x / (2 * camera.window_half.x)),
+            V2f(static_cast<float>(frame.x), static_cast<float>(frame.y)) * 0.5F,
+            V2f(camera.window_centre),
+            limits};
+  view.centre *= view.scale;
+  for (const Chart& chart : charts_) {
+    const std::size_t top = chart.levels.size() - 1;
+    const V2i size = level_size(chart, top);
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x)
+        choose_in(chart, view, top, {x, y},
+                  static_cast<std::uint32_t>(chart.levels[top] + static_cast<std::size_t>(y) * size.x + x));
+    }
+  }
+}
+
+void Patches::choose_in(const Chart& chart, const View& view, std::size_t level, const V2i& at,
+                        std::uint32_t above) {
+  const V2i size = level_size(chart, level);
+  auto number =
+      static_cast<std::uint32_t>(chart.levels[level] + static_cast<std::size_t>(at.y) * size.x + at.x);
+  const Patch& patch = patches_[number];
+  bool splits = level > 0 && patch.area > 0;
+  if (!(patch.area > 0)) {
+    number = above;
+  } else {
+    ShownPatch& shown = shown_[number];
+    const V3f away = patch.centre - view.position;
+    const float repeats = std::exp2(static_cast<float>(level) + static_cast<float>(first_level_));
+    const float radius = repeats * (patch.along_u.length() + patch.along_v.length());
+    float depth = 1;
+    V3f to_viewer = view.back;
+    if (!view.parallel) {
+      depth = std::max(-away.dot(view.back), 0.05F * radius);
+      const float distance = away.length();
+      if (distance > 0) to_viewer = away * (-1 / distance);
+    }
+    const float scale = view.scale / depth;
+    const V2f middle = V2f(away.dot(view.right), away.dot(view.up)) * scale - view.centre;
+    const float reach = radius * scale;
+    shown.in_frame =
+        std::abs(middle.x) < view.half_frame.x + reach && std::abs(middle.y) < view.half_frame.y + reach;
+    // Inverse of the change of pixels for a repeat: its rows' lengths are a pixel's width along u and v.
+    const V3f u = patch.along_u - to_viewer * to_viewer.dot(patch.along_u);
+    const V3f v = patch.along_v - to_viewer * to_viewer.dot(patch.along_v);
+    const V2f a = V2f(u.dot(view.right), u.dot(view.up)) * scale;
+    const V2f b = V2f(v.dot(view.right), v.dot(view.up)) * scale;
+    const float det = std::max(std::abs(a.x * b.y - a.y * b.x), 0.02F * (a.length2() + b.length2()) + 1e-20F);
+    shown.pixel = {b.length() / det, a.length() / det};
+    // A cap of unit normals whose mean is so long reaches so far.
+    const float turn_cosine = 2 * patch.normal.length() - 1;
+    const float of_repeat = std::max(a.length(), b.length());
+    const float longest = repeats * of_repeat;
+    const float degrees = std::min(view.limits.turn / std::max(of_repeat, 1e-3F), largest_turn);
+    const float facing = std::abs(patch.normal.dot(to_viewer));
+    const float spread = std::sqrt(std::max(0.0F, 1 - turn_cosine * turn_cosine));
+    if (splits && repeats > 1) {
+      splits =
+          shown.in_frame && (turn_cosine < std::cos(degrees * static_cast<float>(radians_per_degree)) ||
+                             longest > view.limits.pixels || (facing < spread && longest > outline_pixels));
+    } else if (splits) {
+      // Directions to the viewer differ by so much from the middle to the border, and yarn is as much
+      // elsewhere.
+      const float apart = view.parallel ? 0 : 0.5F * longest / view.scale;
+      const float turn = 0.5F * std::acos(std::clamp(turn_cosine, -1.0F, 1.0F));
+      splits = shown.in_frame && (apart + turn) * chart.relief * of_repeat > most_apart;
+    }
+  }
+  if (splits) {
+    const V2i finer = level_size(chart, level - 1);
+    for (int y = 2 * at.y; y < std::min(2 * at.y + 2, finer.y); ++y) {
+      for (int x = 2 * at.x; x < std::min(2 * at.x + 2, finer.x); ++x)
+        choose_in(chart, view, level - 1, {x, y}, number);
+    }
+    return;
+  }
+  const int side = 1 << level;
+  for (int y = at.y * side; y < std::min((at.y + 1) * side, chart.size.y); ++y) {
+    const auto row = table_.begin() +
+                     static_cast<std::ptrdiff_t>(chart.table + static_cast<std::size_t>(y) * chart.size.x);
+    std::fill(row + at.x * side, row + std::min((at.x + 1) * side, chart.size.x), number);
+  }
+}
+
+}  // namespace selvedge

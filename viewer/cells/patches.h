@@ -1,0 +1,109 @@
+// Patches of a garment: squares of 1, 2, 4 ... repeats of one chart, each of which shows one cell image;
+// parts of a repeat where it is so large that its rays are far from parallel.
+//
+// A chart is a set of triangles that share vertices. Its patches form a quadtree over texture coordinates; a
+// frame takes the largest ones whose normals turn little and that are small on the screen.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "format/scene/camera.h"
+#include "viewer/scene/mesh.h"
+
+namespace selvedge {
+
+/// Means over the surface of a patch; m, relative to the mesh's origin.
+struct Patch {
+  V3f normal{0, 0, 0};  ///< of unit normals: its length tells how much they turn
+  V3f tangent{0, 0, 0};
+  V3f along_u{0, 0, 0};  ///< change of place for a repeat
+  V3f along_v{0, 0, 0};
+  V3f centre{0, 0, 0};
+  float area = 0;              ///< m^2; 0: no surface
+  float handedness = 0;        ///< sum over the area
+  std::uint32_t triangle = 0;  ///< one of its triangles
+};
+
+/// A patch as a frame shows it.
+struct ShownPatch {
+  V2f pixel{1, 1};  ///< width of a pixel along u and v, repeats
+  bool in_frame = false;
+};
+
+/// Limits for patches of more than one repeat.
+struct PatchLimits {
+  float pixels = 1;  ///< of their longest side
+  /// Of the turn from their mean normal, in degrees, times the pixels of a repeat: yarn seen from another
+  /// side is so much elsewhere.
+  float turn = 0;
+};
+
+class Patches {
+ public:
+  /// Of the triangles whose surface has a fabric with a relief: distance of its yarn from the plane, repeats;
+  /// 0: no yarn.
+  Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
+          std::span<const float> reliefs);
+
+  struct Chart {
+    V2i size{1, 1};  ///< of the table, in smallest patches
+    float relief = 0;
+    std::size_t table = 0;            ///< its first entry of the table
+    std::vector<std::size_t> levels;  ///< first patch of each level, finest first
+  };
+  /// Where a triangle lies: the unit of its first corner's repeat, relative to the chart's first.
+  struct Place {
+    std::int32_t chart = -1;  ///< -1: no yarn
+    std::int32_t u = 0;
+    std::int32_t v = 0;
+  };
+
+  std::size_t count() const { return patches_.size(); }
+  const Patch& operator[](std::size_t i) const { return patches_[i]; }
+  const ShownPatch& shown(std::size_t i) const { return shown_[i]; }
+  /// The patch around a patch, and a patch within it; itself at the ends.
+  std::uint32_t parent(std::uint32_t i) const { return kin_[i][0]; }
+  std::uint32_t child(std::uint32_t i) const { return kin_[i][1]; }
+  const Place& place(std::uint32_t triangle) const { return places_[triangle]; }
+  bool empty() const { return charts_.empty(); }
+
+  /// Chooses the patches of a frame.
+  void choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits);
+
+  /// Units are parts of repeats along either side, or whole ones.
+  int units_of_repeat() const { return 1 << std::max(-first_level_, 0); }
+  /// The unit, counted from a place's, at a place within a repeat.
+  int unit(int repeat, float within) const {
+    const int units = units_of_repeat();
+    return repeat * units + std::min(static_cast<int>(within * static_cast<float>(units)), units - 1);
+  }
+  /// The chosen patch at a unit; any of the chart beyond its border.
+  std::uint32_t at(const Place& place, int u, int v) const {
+    const Chart& chart = charts_[place.chart];
+    return table_[chart.table + cell(place.v, v, chart.size.y) * chart.size.x +
+                  cell(place.u, u, chart.size.x)];
+  }
+
+ private:
+  std::size_t cell(std::int32_t from, int unit, int size) const {
+    const std::int64_t at = (std::int64_t{from} + unit) >> std::max(first_level_, 0);
+    return static_cast<std::size_t>(at < 0 ? 0 : at >= size ? size - 1 : at);
+  }
+  void add_up(const MergedSurfaces& mesh);
+  struct View;
+  void choose_in(const Chart& chart, const View& view, std::size_t level, const V2i& at, std::uint32_t above);
+
+  int first_level_ = 0;  ///< 2^first_level repeats are a side of the smallest patches
+  std::vector<Chart> charts_;
+  std::vector<Place> places_;  ///< of the triangles
+  std::vector<Patch> patches_;
+  std::vector<std::array<std::uint32_t, 2>> kin_;  ///< parent, child
+  std::vector<ShownPatch> shown_;
+  std::vector<std::uint32_t> table_;  ///< of each chart's smallest patches, the chosen one
+};
+
+}  // namespace selvedge
