@@ -158,8 +158,8 @@ class Rates {
     const double of_zoom = pixels_of_a_repeat / whole_;
     RenderOptions options = sized(options_, 1);
     options.shadows = shadows;
-    // The middle of the frame, an eighth along either side; of the whole garment, a quarter.
-    const int part = pixels_of_a_repeat > 10 ? 8 : 4;
+    // The middle of the frame, a twelfth along either side; of the whole garment, a sixth.
+    const int part = pixels_of_a_repeat > 10 ? 12 : 6;
     RenderOptions rays = sized(options, part);
     rays.path = RenderPath::shader;
     rays.supersample = 8;
