@@ -70,6 +70,13 @@ class Samples {
   std::vector<Sample> samples_;
 };
 
+Camera camera_at(const Subject& subject, double of_zoom, double azimuth) {
+  CameraOptions view;
+  view.zoom = of_zoom;
+  view.azimuth = azimuth;
+  return need(make_camera(subject.points, static_cast<double>(size.x) / size.y, view));
+}
+
 class Drawing {
  public:
   Drawing(const Subject& subject, RenderPath path, const LevelOptions& levels) : subject_(subject) {
@@ -101,12 +108,7 @@ class Drawing {
   }
 
  private:
-  Camera camera(double of_zoom, double azimuth) const {
-    CameraOptions view;
-    view.zoom = of_zoom;
-    view.azimuth = azimuth;
-    return need(make_camera(subject_.points, static_cast<double>(size.x) / size.y, view));
-  }
+  Camera camera(double of_zoom, double azimuth) const { return camera_at(subject_, of_zoom, azimuth); }
 
   const Subject& subject_;
   RenderOptions options_;
@@ -206,12 +208,7 @@ class Rates {
   std::unique_ptr<Renderer> renderer(const RenderOptions& options) const {
     return need(Renderer::create(subject_.loaded.scene, subject_.loaded.fabrics, options));
   }
-  Camera camera(double of_zoom, double azimuth) const {
-    CameraOptions view;
-    view.zoom = of_zoom;
-    view.azimuth = azimuth;
-    return need(make_camera(subject_.points, static_cast<double>(size.x) / size.y, view));
-  }
+  Camera camera(double of_zoom, double azimuth) const { return camera_at(subject_, of_zoom, azimuth); }
 
   const Subject& subject_;
   RenderOptions options_;

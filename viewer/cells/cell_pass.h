@@ -43,8 +43,6 @@ class CellPass {
   /// Precondition: shows() holds for all, and make() was called after all were seen. From any thread.
   void look(const PixelTriangles& pixels, CellShading& shading) const;
 
-  const CellStore& store() const { return store_; }
-
  private:
   /// Perspective planes over the frame, a x + b y + c of pixels from its middle, whose quotients by the first
   /// are interpolated: 1, u and v without whole repeats of the first corner, brightness. One line of the

@@ -127,8 +127,6 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   for (float* per_pixel : {&options_.samples, &options_.shadow_texels, &options_.detail}) *per_pixel *= share;
   lights_ = lights;
   lights_.origin = origin_;
-  made_ = 0;
-  coarser_ = false;
   frame_ = call_ + 1;
   patches_.choose(camera, origin_, frame, {options_.patch_pixels, options_.patch_turn});
 }
@@ -294,7 +292,6 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
   if (const auto most = static_cast<double>(options_.memory); bytes > most) {
     const float fewer = samples * static_cast<float>(std::sqrt(most / bytes));
     for (Work* work : order) work->wanted.view.size = cell_size(work->wanted.pixel * footprint_, fewer);
-    coarser_ = true;
   }
   for (Work& work : all) {
     if (!kept_[work.patch]) alive_.push_back(work.patch);
@@ -318,7 +315,6 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
   for (const Work* work : order) {
     if (kept_[work->patch]->image.texels.empty()) kept_[work->patch].reset();
   }
-  made_ += static_cast<std::int64_t>(order.size());
   for (const Work* work : order) bytes_ += kept_[work->patch] ? kept_[work->patch]->image.bytes() : 0;
   std::erase_if(alive_, [&](PatchSide patch) { return !kept_[patch]; });
   for (const Work& work : all) {

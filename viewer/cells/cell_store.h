@@ -65,9 +65,6 @@ class CellStore {
   /// holes of other surfaces show them.
   void make(std::span<const PatchNeed> needs, bool behind);
   const CellLook& look(PatchSide patch) const { return looks_[patch]; }
-  std::int64_t images_made() const { return made_; }  ///< of this frame
-  /// Whether images were made with fewer samples than wanted, so as to fit into CellImageOptions::memory.
-  bool is_coarser() const { return coarser_; }
 
  private:
   struct Kept;
@@ -94,8 +91,6 @@ class CellStore {
   CellLights lights_;
   std::uint64_t call_ = 0;   ///< of make()
   std::uint64_t frame_ = 0;  ///< first call of the frame
-  std::int64_t made_ = 0;
-  bool coarser_ = false;
 };
 
 }  // namespace selvedge
