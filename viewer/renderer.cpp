@@ -120,7 +120,7 @@ struct Renderer::State {
   Result<HybridPath*> hybrid() {
     if (kind != RenderPath::shader) return static_cast<HybridPath*>(path.get());
     if (!probes) {
-      auto made = HybridPath::create(gl, scene, size);
+      auto made = HybridPath::create(gl, scene, size, RenderPath::hybrid);
       if (!made) return tl::unexpected(made.error());
       probes = std::move(*made);
     }
@@ -253,13 +253,12 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
     s.path = std::move(*path);
     return {};
   };
-  const bool paper = s.kind == RenderPath::paper;
-  if (paper) {
+  if (s.kind == RenderPath::paper) {
     const auto good = check_paper_fabrics(scene, s.scene.materials, fabrics, s.remarks);
     if (!good) return tl::unexpected(good.error());
   }
   const auto made = s.kind == RenderPath::shader ? keep(ShaderPath::create(s.gl, s.scene, fabrics, options))
-                                                 : keep(HybridPath::create(s.gl, s.scene, options, paper));
+                                                 : keep(HybridPath::create(s.gl, s.scene, options, s.kind));
   if (!made) return tl::unexpected(made.error());
   watch.add_to(s.prepare);
   return std::unique_ptr<Renderer>(new Renderer(std::move(state)));

@@ -39,8 +39,8 @@ void check_render(const Options& options, const RenderCommand& command) {
 
 void add_drawing(Options& options, RenderCommand& command) {
   options.choice("--path", path_names, command.render.path,
-                 "Evaluate fabrics on the processor (default) or by OpenGL. paper: on the processor as "
-                 "published in 2001, in colours of 8 bits, nearest texels");
+                 "Finds triangles, and shades: OpenGL and the processor (hybrid, the default), the "
+                 "processor (raster), OpenGL (shader); paper: as published in 2001, in colours of 8 bits");
   options
       .number("--points", command.picture.levels.points, "N",
               "Rays along either side of a pixel that shows the yarn itself; twice as many samples of cell "

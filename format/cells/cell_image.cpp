@@ -356,35 +356,24 @@ float pixel_width(const V2f& period, const CellSize& size) {
   return std::min(wide(period.x, size.pixel.x, size.samples.x), wide(period.y, size.pixel.y, size.samples.y));
 }
 
-constexpr int max_shadow_side = 512;
 /// Texels of the shadow grid, and least share of the period, by which points leave the yarn before they are
 /// looked up.
 constexpr float shadow_bias = 0.7F;
 constexpr float least_bias = 0.003F;
 
-/// The lamps before the cell; draws their shadow grids.
-std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, float pixel, float width,
-                                    std::vector<DepthGrid>& grids) {
+/// The lamps before the cell, with their shadows. `pixel`: its width, mm.
+std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, float pixel,
+                                    CellShadows& shadows) {
   const V2f period = yarn.yarns().period();
-  const float texel = pixel / view.shadow_texels;
-  const YarnPieces& pieces = yarn.pieces(view.piece_pixels * std::min(pixel, texel));
-  if (grids.size() < view.lamps.size()) grids.resize(view.lamps.size());
   std::vector<FrontLamp> lamps;
-  for (std::size_t i = 0; i < view.lamps.size(); ++i) {
-    const CellLamp& lamp = view.lamps[i];
+  for (const CellLamp& lamp : view.lamps) {
     if (!(lamp.direction.z > 0)) continue;
-    const V2f slope = slope_of(lamp.direction);
-    const auto texels = [&](float length, float along) {
-      const float count = length / (texel * std::sqrt(1 + along * along));
-      return static_cast<int>(
-          std::clamp(count + 0.5F, static_cast<float>(min_cell_texels), static_cast<float>(max_shadow_side)));
-    };
-    DepthGrid& grid = grids[i];
-    grid.resize(texels(period.x, slope.x), texels(period.y, slope.y), false);
-    splat(yarn, pieces, {slope, width, view.hairs && view.hair_shadows}, grid);
+    const CellShadow& shadow = shadows.cast(
+        lamp.direction, {pixel / view.shadow_texels, view.piece_pixels * std::min(view.shadow_texels, 1.0F),
+                         view.shadow_texels / view.detail, view.hairs && view.hair_shadows});
     lamps.push_back({lifted(lamp.direction), lamp.irradiance, std::min(1.0F, lamp.direction.z / min_rise),
-                     lamp.plane, slope, &grid,
-                     shadow_bias * std::max(texel, least_bias * std::min(period.x, period.y))});
+                     lamp.plane, shadow.slope, &shadow.grid,
+                     shadow_bias * std::max(shadow.texel, least_bias * std::min(period.x, period.y))});
   }
   return lamps;
 }
@@ -395,7 +384,8 @@ class PointShader {
   PointShader(const ShadingJob& job, const V2f& slope, const DepthGrid& seen, std::vector<Group>& raw)
       : job_(job), slope_(slope), seen_(seen), raw_(raw), period_(job.yarn.yarns().period()) {}
 
-  void shade() {
+  /// Returns CellImage::above.
+  float shade() {
     const int step = job_.view.coarse_shading ? 2 : 1;
     for (int row = 0; row < seen_.height; row += step) {
       for (int column = 0; column < seen_.width; column += step) {
@@ -406,6 +396,7 @@ class PointShader {
       }
     }
     flush();
+    return points_ > 0 ? heights_ / points_ : 0;
   }
 
  private:
@@ -449,6 +440,8 @@ class PointShader {
   void add(std::int32_t piece, int column, int row, float centre, float depth, bool four) {
     const Yarns::Segment& s = job_.pieces.segments[piece];
     const float above = depth - job_.yarn.plane();
+    heights_ += four ? 4 * above : above;
+    points_ += four ? 4 : 1;
     const auto beside = [&](int texel, int count, float period, float slope, float start, float along) {
       const float at =
           (static_cast<float>(texel) + centre) * period / static_cast<float>(count) + slope * above - start;
@@ -477,6 +470,7 @@ class PointShader {
   const DepthGrid& seen_;
   std::vector<Group>& raw_;
   V2f period_;
+  float heights_ = 0, points_ = 0;
   Batch batch_{};
 };
 
@@ -508,17 +502,20 @@ void filter(const CellView& view, const std::vector<Group>& raw, std::vector<Gro
   image.height = lines / size.stride;
   image.first = {0.5F * static_cast<float>(size.pixel.x) / static_cast<float>(size.stride),
                  0.5F * static_cast<float>(size.pixel.y) / static_cast<float>(size.stride)};
-  image.texels.resize(static_cast<std::size_t>(image.width) * image.height * view.planes);
-  rows.resize(plane_texels);
+  image.texels.resize(image.plane_texels() * view.planes);
+  const int kept_rows = size.pixel.y + 1;
+  rows.resize(static_cast<std::size_t>(kept_rows) * columns);
   const float mean = 1 / static_cast<float>(size.pixel.x * size.pixel.y);
   const Quad scale = Quad{1 / image.scale, 1 / image.scale, 1 / image.scale, 1} * mean;
   for (int plane = 0; plane < view.planes; ++plane) {
     const Group* const from = raw.data() + plane * plane_texels;
-    CellTexel* to = image.texels.data() + static_cast<std::size_t>(plane) * image.width * image.height;
-    // Running sums: first along the rows, then, of all columns at once, along the columns.
-    for (int row = 0; row < lines; ++row) {
-      const Group* const in = from + static_cast<std::size_t>(row) * columns;
-      Group* const out = &rows[static_cast<std::size_t>(row) * columns];
+    CellTexel* to = image.texels.data() + plane * image.plane_texels();
+    // Running sums: along a row, then, of all columns at once, along the columns. Only the sums of
+    // a pixel's rows are kept, since an image is larger than the processor's cache.
+    const auto row_of = [&](int row) { return &rows[static_cast<std::size_t>(row % kept_rows) * columns]; };
+    const auto sum_row = [&](int row) {
+      const Group* const in = from + static_cast<std::size_t>(row < lines ? row : row - lines) * columns;
+      Group* const out = row_of(row);
       Quad sum{};
       for (int i = 0; i < size.pixel.x; ++i) sum += quad_of(in[i]);
       for (int i = 0; i < columns; ++i) {
@@ -526,21 +523,24 @@ void filter(const CellView& view, const std::vector<Group>& raw, std::vector<Gro
         const int next = i + size.pixel.x < columns ? i + size.pixel.x : i + size.pixel.x - columns;
         sum += quad_of(in[next]) - quad_of(in[i]);
       }
-    }
+    };
     sums.assign(columns, Group{});
-    const auto row_of = [&](int row) { return &rows[static_cast<std::size_t>(row) * columns]; };
     for (int row = 0; row < size.pixel.y; ++row) {
+      sum_row(row);
       for (int i = 0; i < columns; ++i) add(quad_of(row_of(row)[i]), sums[i]);
     }
     for (int row = 0; row < lines; ++row) {
       if (row % size.stride == 0) {
-        for (int i = 0; i < columns; i += size.stride) *to++ = pack(quad_of(sums[i]) * scale);
+        CellTexel* const begin = to;
+        for (int i = 0; i + size.stride <= columns; i += size.stride) *to++ = pack(quad_of(sums[i]) * scale);
+        *to++ = *begin;
       }
+      sum_row(row + size.pixel.y);
       const Group* const before = row_of(row);
-      const Group* const next =
-          row_of(row + size.pixel.y < lines ? row + size.pixel.y : row + size.pixel.y - lines);
+      const Group* const next = row_of(row + size.pixel.y);
       for (int i = 0; i < columns; ++i) add(quad_of(next[i]) - quad_of(before[i]), sums[i]);
     }
+    std::copy_n(to - static_cast<std::ptrdiff_t>(image.height) * image.stride(), image.stride(), to);
   }
 }
 
@@ -565,7 +565,8 @@ CellSize cell_size(const V2f& pixel, float samples) {
   return size;
 }
 
-void make_cell_image(const CellYarn& yarn, const CellView& view, CellScratch& scratch, CellImage& image) {
+void make_cell_image(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch,
+                     CellImage& image) {
   const V2f period = yarn.yarns().period();
   const float pixel = pixel_width(period, view.size);
   const CellSize& size = view.size;
@@ -574,11 +575,11 @@ void make_cell_image(const CellYarn& yarn, const CellView& view, CellScratch& sc
   const V2f slope = slope_of(view.view);
   scratch.seen.resize(size.samples.x, size.samples.y, true);
   splat(yarn, pieces, {slope, width, view.hairs}, scratch.seen);
-  const std::vector<FrontLamp> lamps = cast_shadows(yarn, view, pixel, width, scratch.shadows);
+  const std::vector<FrontLamp> lamps = cast_shadows(yarn, view, pixel, shadows);
   const std::vector<Slot> slots = fill_table(yarn, view, scratch.table);
   const ShadingJob job{yarn, pieces, view, lamps, slots, scratch.table, width};
   scratch.raw.assign(static_cast<std::size_t>(size.samples.x) * size.samples.y * view.planes, Group{});
-  PointShader(job, slope, scratch.seen, scratch.raw).shade();
+  image.above = PointShader(job, slope, scratch.seen, scratch.raw).shade();
   filter(view, scratch.raw, scratch.rows, scratch.sums, image);
 }
 

@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "format/cells/splat.h"
+#include "format/cells/cell_shadows.h"
 #include "format/fabric/smooth_light.h"
 
 namespace selvedge {
@@ -50,7 +50,7 @@ struct CellView {
   bool hair_shadows = true;
   float shadow_texels = 1;    ///< texels of shadow grids for each pixel
   float piece_pixels = 1.5F;  ///< longest piece of a ply; 1.5 cost 0.06 dB
-  /// Hairs and strands are seen as by so many rays along a pixel's side (Yarns, YarnWidths).
+  /// Hairs and strands are seen as by so many rays along a pixel's side (Yarns::trace()).
   float detail = 8;
   /// One shading for 2 x 2 samples of one ply.
   bool coarse_shading = false;
@@ -67,22 +67,26 @@ struct CellImage {
   /// whole repeats, where texel (i, j) has whole coordinates.
   V2f first{0, 0};
   float scale = 1;  ///< of radiance
+  float above = 0;  ///< mean height of the visible yarn over CellYarn::plane(), mm
   int planes = 1;
-  std::vector<CellTexel> texels;  ///< [plane][row][column]
+  /// [plane][row][column]; the first row and column are repeated behind the last ones.
+  std::vector<CellTexel> texels;
+  int stride() const { return width + 1; }
+  std::size_t plane_texels() const { return static_cast<std::size_t>(stride()) * (height + 1); }
   std::size_t bytes() const { return texels.size() * sizeof(CellTexel); }
 };
 
 /// Memory that calls reuse; one per thread.
 struct CellScratch {
   DepthGrid seen;
-  std::vector<DepthGrid> shadows;
   std::vector<Group> table;  ///< [station][angle function][slot]
   std::vector<Group> raw;    ///< [plane][row][column]: radiance, opacity
   std::vector<Group> rows, sums;
 };
 
-/// The same bytes for the same arguments on processors of one vector width.
-void make_cell_image(const CellYarn& yarn, const CellView& view, CellScratch& scratch, CellImage& image);
+/// `shadows`: of the same yarn. The same bytes for the same arguments on processors of one vector width.
+void make_cell_image(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch,
+                     CellImage& image);
 
 /// Radiance that leaves points of the yarn towards the viewer, without shadows within the cell, as images
 /// have it: for tests against Yarns.

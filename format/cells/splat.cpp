@@ -247,7 +247,7 @@ SELVEDGE_INLINE void splat_pieces(const YarnPieces& pieces, const V2f& period, f
                                   const SplatView& view, DepthGrid& grid) {
   const V2f texel(period.x / static_cast<float>(grid.width), period.y / static_cast<float>(grid.height));
   // Most pieces are a few texels wide.
-  constexpr std::size_t span = std::min(N, std::size_t{8});
+  constexpr std::size_t span = N;
   const int count = view.hairs ? pieces.count() : pieces.plies;
   alignas(64) float of[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
   for (int base = 0; base < count; base += static_cast<int>(N)) {

@@ -72,14 +72,14 @@ struct SegmentLanes {
 constexpr float hidden_loss = 0.06F;
 constexpr float hidden_roughness2 = 0.05F;
 
-/// Strands of the lanes' curves.
+/// Strands of the curves of at most sixteen lanes.
 struct StrandCurves {
-  using Floats = std::array<float, yarn_lanes>;
+  using Floats = std::array<float, 16>;
   alignas(64) Floats strands, shift, lays, pieces, irregularity, swells;
-  alignas(64) Floats first_row, later_row;                 ///< StrandRows
-  alignas(64) Floats width;                                ///< of a strand, mm
-  alignas(64) Floats sense_x, sense_y;                     ///< Yarns::Inside::strand_sense; 0: no strands
-  alignas(64) std::array<std::uint32_t, yarn_lanes> seed;  ///< hashed
+  alignas(64) Floats first_row, later_row;         ///< StrandRows
+  alignas(64) Floats width;                        ///< of a strand, mm
+  alignas(64) Floats sense_x, sense_y;             ///< Yarns::Inside::strand_sense; 0: no strands
+  alignas(64) std::array<std::uint32_t, 16> seed;  ///< hashed
 };
 
 /// Turns of an angle, in [-1/2, 1/2].

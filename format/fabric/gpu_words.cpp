@@ -76,18 +76,6 @@ void add_level(const FabricLevel& level, std::vector<uint>& result) {
   }
 }
 
-/// Whether a ray that walks alone can meet the segment in its cell, the middle of which is the origin: the
-/// lists also hold what lies beside the cell.
-bool reaches_cell(const Yarns::Block& block, std::size_t k, const Yarns::Segment& segment,
-                  const V2f& cell_size) {
-  const V2f start(block.start[0][k], block.start[1][k]);
-  const V2f along(segment.along.x, segment.along.y);
-  const float length2 = along.length2();
-  const float share = length2 > 0 ? std::clamp(-start.dot(along) / length2, 0.0F, 1.0F) : 0;
-  return (start + along * share).length() <=
-         1.001F * (segment.wide(block.reach[k]) + 0.5F * cell_size.length());
-}
-
 void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
   const std::size_t first = result.size();
   result.resize(first + inside.grid.size() * cell_words);
@@ -96,10 +84,7 @@ void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
     const std::size_t place = result.size();
     std::vector<std::pair<const Yarns::Block*, std::size_t>> near;
     for (const Yarns::Block& block : inside.blocks.subspan(cell.first, cell.blocks)) {
-      for (std::size_t k = 0; k < yarn_block && block.reach[k] > 0; ++k) {
-        if (reaches_cell(block, k, inside.segments[block.segment[k]], inside.cell_size))
-          near.emplace_back(&block, k);
-      }
+      for (std::size_t k = 0; k < yarn_block && block.reach[k] > 0; ++k) near.emplace_back(&block, k);
     }
     // Hairs that vanish first are the last.
     std::stable_sort(near.begin(), near.end(), [&](const auto& a, const auto& b) {

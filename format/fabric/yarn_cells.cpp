@@ -9,13 +9,9 @@
 namespace selvedge {
 namespace {
 
-/// Rays that are traced together lie at most so far from the one in their middle, in cells.
-constexpr double beside_share = 1;
-
 struct Grid {
   V2i cells;
   V2d cell;  ///< mm
-  double beside;
   double half_diagonal;
 };
 
@@ -28,15 +24,11 @@ Grid grid_of(double radius, const V2f& period_mm) {
   const V2i cells{std::max(1, static_cast<int>(period.x / size)),
                   std::max(1, static_cast<int>(period.y / size))};
   const V2d cell(period.x / cells.x, period.y / cells.y);
-  return {cells, cell, beside_share * std::min(cell.x, cell.y), 0.5 * cell.length() * 1.001};
+  return {cells, cell, 0.5 * cell.length() * 1.001};
 }
 
-/// How far from its axis a segment is listed in cells that it touches. Rays count as thick in round sections,
-/// so thicker across flat ones.
-double reach_of(const Yarns::Segment& s, double beside) {
-  const double share = 1 - static_cast<double>(s.squeeze.length2());
-  return 1.001 * (static_cast<double>(s.reach) + beside) / share;
-}
+/// How far from its axis a segment reaches.
+double reach_of(const Yarns::Segment& s) { return 1.001 * static_cast<double>(s.wide(s.reach)); }
 
 }  // namespace
 
@@ -57,7 +49,7 @@ double memory_of(const YarnData& data, const V2f& period) {
   double entries = 0;
   for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
     for (const Yarns::Segment& s : segments_with_hairs(curve, nodes, period)) {
-      const double around = reach_of(s, grid.beside) + 2 * grid.half_diagonal;
+      const double around = reach_of(s) + 2 * grid.half_diagonal;
       // The cells whose middles are near enough lie within these bounds about the segment.
       const double area = around * (2 * V2d(s.along.x, s.along.y).length() + std::numbers::pi * around);
       entries += area / (grid.cell.x * grid.cell.y);
@@ -77,11 +69,10 @@ void Yarns::place_in_cells() {
     ++count;
   }
   radius /= count;
-  const auto [cells, cell, beside, half_diagonal] = grid_of(radius, period_);
+  const auto [cells, cell, half_diagonal] = grid_of(radius, period_);
   const V2d period(period_);
   cells_ = cells;
   cell_size_ = {period_.x / static_cast<float>(cells_.x), period_.y / static_cast<float>(cells_.y)};
-  beside_ = static_cast<float>(beside);
 
   struct Copy {
     int segment;
@@ -92,7 +83,7 @@ void Yarns::place_in_cells() {
     const Segment& s = segments_[i];
     const V2d a(s.start.x, s.start.y);
     const V2d along(s.along.x, s.along.y);
-    const double reach = reach_of(s, static_cast<double>(beside_));
+    const double reach = reach_of(s);
     const V2d low = V2d(std::min(a.x, a.x + along.x), std::min(a.y, a.y + along.y)) - V2d(reach);
     const V2d high = V2d(std::max(a.x, a.x + along.x), std::max(a.y, a.y + along.y)) + V2d(reach);
     for (int y = static_cast<int>(std::floor(low.y / cell.y));

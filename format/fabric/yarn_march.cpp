@@ -1,47 +1,35 @@
-// Rays against Yarns: sixteen at once, in packets of those that lie close enough together. Each segment that
-// the walk finds (yarn_walk.h) is tested with all rays of a packet, one in each lane.
+// Rays against Yarns: a ray passes the cells one after another, and meets or misses the segments of a block
+// at once.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "format/fabric/lifted.h"
-#include "format/fabric/yarn_walk.h"
+#include "format/fabric/yarns.h"
+#include "format/simd/wide_float.h"
 
 namespace selvedge {
 namespace {
 
-/// Where rays come from; values of lanes that are not in `lanes` have no effect.
-struct Rays {
-  const YarnLanes& from;       ///< view rays: offsets from `uv`, in repeats; others: mm
-  const YarnLanes& direction;  ///< towards the viewer or the light
-  std::uint32_t lanes;
-  const YarnWidths& widths;
-  V2d uv{0, 0};
-  float plane = 0;
+/// Rays that have visited so many cells meet nothing more.
+constexpr int max_cells_of_a_ray = 16384;
+/// Distance to what a ray does not meet.
+constexpr float no_yarn = std::numeric_limits<float>::max();
+/// Segments count in a cell by this share of its side before it, so that rounding hides none.
+constexpr float yarn_slack = 1e-3F;
+
+/// A ray by the height that it has travelled.
+struct Ray {
+  V3f origin{0, 0, 0};     ///< within the period
+  V3f direction{0, 0, 1};  ///< z: 1, or -1 for rays from above
+  float height = 0;        ///< to travel
+  float width = 0;         ///< of what it stands for, mm
 };
 
-/// Squares of a segment's radii for rays of these lanes: of its side, and of the ball about its start.
-template <std::size_t N>
-struct Radii {
-  WideFloat<N> side2, ball2;
-  SELVEDGE_INLINE Radii(const Yarns::Block& block, std::size_t k, const float* widths)
-      : side2(block.radius[k] * block.radius[k]), ball2(block.reach[k] * block.reach[k]) {
-    if (!(block.rank[k] > 0)) return;
-    // A hair, which may stand for others.
-    const WideFloat<N> own(block.radius[k]);
-    const WideFloat<N> r =
-        min(max(WideFloat<N>::load(widths) * WideFloat<N>(0.5F), own), WideFloat<N>(block.reach[k]));
-    side2 = ball2 = if_greater(own, r * WideFloat<N>(block.rank[k]), r * r, WideFloat<N>(-1));
-  }
-};
-
-float least_width(const YarnWidths& widths, std::uint32_t lanes) {
-  float least = no_yarn;
-  for (std::size_t i = 0; i < yarn_lanes; ++i)
-    if ((lanes >> i & 1) != 0) least = std::min(least, widths[i]);
-  return least;
-}
-
-/// The result of the kernels' bodies: the lanes that meet yarn, unless rays were too far apart.
-struct Found {
-  std::uint32_t lanes = 0;
-  std::uint32_t too_wide = 0;  ///< if not 0: lanes that are close enough to the first
+struct Met {
+  int segment = -1;
+  float height = no_yarn;  ///< travelled
+  V3f from_start{0, 0, 0};
 };
 
 float wrapped(double value, float period) {
@@ -50,329 +38,213 @@ float wrapped(double value, float period) {
   return result < period ? result : 0;
 }
 
-/// The largest of the lanes.
-SELVEDGE_INLINE float largest(const YarnFloats& lanes) {
-  using Wide = WideFloat<4>;
-  Wide most = Wide::load(lanes.data());
-  for (std::size_t i = 4; i < yarn_lanes; i += 4) most = max(most, Wide::load(&lanes[i]));
-  std::array<float, 4> four;
-  most.store(four.data());
-  return std::max(std::max(four[0], four[1]), std::max(four[2], four[3]));
-}
-
-SELVEDGE_INLINE float least(const YarnFloats& lanes) {
-  using Wide = WideFloat<4>;
-  Wide low = Wide::load(lanes.data());
-  for (std::size_t i = 4; i < yarn_lanes; i += 4) low = min(low, Wide::load(&lanes[i]));
-  std::array<float, 4> four;
-  low.store(four.data());
-  return std::min(std::min(four[0], four[1]), std::min(four[2], four[3]));
-}
-
-/// `a` where the lane's bit is set, else `b`.
+/// squeezed() of yarn_section.h.
 template <std::size_t N>
-SELVEDGE_INLINE WideFloat<N> in_lanes(std::uint32_t lanes, std::size_t first, const WideFloat<N>& a,
-                                      const WideFloat<N>& b) {
-  return if_greater(lanes_of_bits<N>(lanes >> first), WideFloat<N>(0), a, b);
+SELVEDGE_INLINE WideVec3<N> squeezed_lanes(const WideVec3<N>& p, const WideFloat<N>& x,
+                                           const WideFloat<N>& y) {
+  const WideFloat<N> part = x * p.x + y * p.y;
+  return {p.x - x * part, p.y - y * part, p.z};
 }
 
-/// The squares of the distances of rays from a line in level planes, at their farthest; 0 in other lanes.
+/// A ray in the frames of N segments of a block, those from i on.
 template <std::size_t N>
-SELVEDGE_INLINE void find_beside(const YarnPacket& packet, std::uint32_t lanes, const V2f& from,
-                                 const V2f& slope, YarnFloats& beside2) {
-  constexpr std::size_t width = std::min(N, yarn_block);
-  using Wide = WideFloat<width>;
-  for (std::size_t i = 0; i < yarn_lanes; i += width) {
-    const Wide x = Wide::load(&packet.x[i]) - Wide(from.x);
-    const Wide y = Wide::load(&packet.y[i]) - Wide(from.y);
-    const Wide end_x = x + (Wide::load(&packet.slope_x[i]) - Wide(slope.x)) * Wide(packet.height);
-    const Wide end_y = y + (Wide::load(&packet.slope_y[i]) - Wide(slope.y)) * Wide(packet.height);
-    in_lanes(lanes, i, max(x * x + y * y, end_x * end_x + end_y * end_y), Wide(0)).store(&beside2[i]);
+struct InRoundSections {
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  SELVEDGE_INLINE InRoundSections(const Yarns::Block& block, std::size_t i, const V3f& at, const Ray& ray) {
+    from = {Wide(at.x) - Wide::load(&block.start[0][i]), Wide(at.y) - Wide::load(&block.start[1][i]),
+            Wide(at.z) - Wide::load(&block.start[2][i])};
+    d = {Wide(ray.direction.x), Wide(ray.direction.y), Wide(ray.direction.z)};
+    if (block.flat) {
+      const Wide x = Wide::load(&block.squeeze[0][i]);
+      const Wide y = Wide::load(&block.squeeze[1][i]);
+      from = squeezed_lanes(from, x, y);
+      d = squeezed_lanes(d, x, y);
+    }
+    const Vec axis{Wide::load(&block.axis[0][i]), Wide::load(&block.axis[1][i]),
+                   Wide::load(&block.axis[2][i])};
+    d2 = d.dot(d);
+    along = axis.dot(from);
+    slope = axis.dot(d);
+    back = d.dot(from);
+    normal = d.cross(axis);
+    // Hairs may stand for others: then they are wider, and only a share of them is there.
+    const Wide own = Wide::load(&block.radius[i]);
+    const Wide rank = Wide::load(&block.rank[i]);
+    const Wide reach = Wide::load(&block.reach[i]);
+    const Wide wider = min(max(Wide(ray.width / 2), own), reach);
+    const Wide of_hair = if_greater(own, wider * rank, wider * wider, Wide(-1));
+    side2 = if_greater(rank, Wide(0), of_hair, own * own);
+    ball2 = if_greater(rank, Wide(0), of_hair, reach * reach);
   }
-}
+  Vec from, d, normal;
+  Wide d2, along, slope, back;
+  Wide side2, ball2;  ///< squares of radii: of the side, and of the ball about the start
+};
 
-/// Finishes a packet of which x, y, slope_x, slope_y, start, rises and height are set, x and y being counted
-/// from `base`. Returns 0 if it is narrow enough for the cells, else lanes that are close to the first.
+/// The nearest segment of a block that the ray enters within the range of heights from `at`; of shadow rays
+/// any one that it meets in front of `at` or later.
 template <std::size_t N>
-SELVEDGE_INLINE std::uint32_t find_middle(const Yarns::Inside& yarns, const V2f& period, const V2d& base,
-                                          float z, std::uint32_t lanes, YarnPacket& packet) {
-  constexpr std::size_t width = std::min(N, yarn_block);
-  using Wide = WideFloat<width>;
-  const auto first = static_cast<std::size_t>(std::countr_zero(lanes));
-  const auto last = static_cast<std::size_t>(std::bit_width(lanes)) - 1;
-  const auto middle = [&](const YarnFloats& of) { return (of[first] + of[last]) / 2; };
-  const V2f from(middle(packet.x), middle(packet.y));
-  packet.slope = {middle(packet.slope_x), middle(packet.slope_y)};
-  alignas(64) YarnFloats beside2;
-  find_beside<N>(packet, lanes, from, packet.slope, beside2);
-  packet.beside = std::sqrt(largest(beside2));
-  if (packet.beside > yarns.beside && first != last) {
-    // Rays that are 2/3 as close to the first are close enough to the line between any two of them.
-    find_beside<N>(packet, lanes, {packet.x[first], packet.y[first]},
-                   {packet.slope_x[first], packet.slope_y[first]}, beside2);
-    std::uint32_t close = 1U << first;
-    for (std::size_t i = first; i < yarn_lanes; ++i)
-      close |= static_cast<std::uint32_t>(2.26F * beside2[i] < yarns.beside * yarns.beside) << i;
-    return close & lanes;
-  }
-  packet.middle = {wrapped(base.x + static_cast<double>(from.x), period.x),
-                   wrapped(base.y + static_cast<double>(from.y), period.y), z};
-  for (std::size_t i = 0; i < yarn_lanes; i += width) {
-    (Wide::load(&packet.x[i]) - Wide(from.x)).store(&packet.x[i]);
-    (Wide::load(&packet.y[i]) - Wide(from.y)).store(&packet.y[i]);
-  }
-  return 0;
-}
-
-/// Ways along x and y by the height that rays along the lifted directions gain.
-template <std::size_t N>
-SELVEDGE_INLINE void find_slopes(const Rays& rays, float sign, YarnPacket& packet) {
-  constexpr std::size_t width = std::min(N, yarn_block);
-  using Wide = WideFloat<width>;
-  for (std::size_t i = 0; i < yarn_lanes; i += width) {
-    const Wide scale = Wide(sign) / max(Wide::load(&rays.direction.z[i]), Wide(min_rise));
-    const Wide x = Wide::load(&rays.direction.x[i]) * scale;
-    const Wide y = Wide::load(&rays.direction.y[i]) * scale;
-    x.store(&packet.slope_x[i]);
-    y.store(&packet.slope_y[i]);
-    (Wide(1) / (x * x + y * y + Wide(1))).store(&packet.per_d2[i]);
-  }
-  packet.rises = sign;
-}
-
-template <std::size_t N>
-SELVEDGE_INLINE void first_hits(const Yarns::Inside& yarns, const V2f& period, const Rays& rays,
-                                YarnHits& hits, Found& found) {
+SELVEDGE_INLINE void meet_block(const Yarns::Block& block, const V3f& at, const Ray& ray, bool shadow,
+                                float entered, const V2f& range, Met& met) {
   constexpr std::size_t width = std::min(N, yarn_block);
   using Wide = WideFloat<width>;
   using Vec = WideVec3<width>;
-  YarnPacket packet;
-  find_slopes<N>(rays, -1, packet);
-  // From a little higher: a ray that begins on a yarn does not enter it.
-  const float above = yarns.high + (yarns.high - yarns.low) / 256;
-  const double rise = static_cast<double>(above) - static_cast<double>(rays.plane);
-  const auto one = static_cast<std::size_t>(std::countr_zero(rays.lanes));
-  const V2d repeats(static_cast<double>(period.x), -static_cast<double>(period.y));
-  const V2d uv = rays.uv + V2d(rays.from.x[one], rays.from.y[one]);
-  const V2d base = uv * repeats - V2d(packet.slope_x[one], packet.slope_y[one]) * rise;
-  for (std::size_t i = 0; i < yarn_lanes; i += width) {
-    const auto off = [&](const YarnFloats& from, const YarnFloats& slope, double repeat) {
-      const Wide apart = Wide::load(&from[i]) - Wide(from[one]);
-      return (apart - floor(apart + Wide(0.5F))) * Wide(static_cast<float>(repeat)) -
-             (Wide::load(&slope[i]) - Wide(slope[one])) * Wide(static_cast<float>(rise));
-    };
-    off(rays.from.x, packet.slope_x, repeats.x).store(&packet.x[i]);
-    off(rays.from.y, packet.slope_y, repeats.y).store(&packet.y[i]);
-  }
-  packet.height = above - yarns.low;
-  packet.width = least_width(rays.widths, rays.lanes);
-  found.too_wide = find_middle<N>(yarns, period, base, above, rays.lanes, packet);
-  if (found.too_wide != 0) return;
-  alignas(64) YarnFloats nearest;
-  alignas(64) YarnFloats segment{};
-  for (std::size_t i = 0; i < yarn_lanes; ++i) nearest[i] = (rays.lanes >> i & 1) != 0 ? no_yarn : -no_yarn;
-  float far = no_yarn;
-  const auto test = [&](const Yarns::Block& block, std::size_t k, const V3f& at, float entered) {
-    const Vec axis{Wide(block.axis[0][k]), Wide(block.axis[1][k]), Wide(block.axis[2][k])};
-    const V3f to_middle = at - V3f(block.start[0][k], block.start[1][k], block.start[2][k]);
-    const Wide zero(0);
-    const Wide nothing(no_yarn);
-    const V2f squeeze(block.squeeze[0][k], block.squeeze[1][k]);
-    const bool flat = squeeze != V2f(0, 0);
-    bool nearer = false;
-    for (std::size_t i = 0; i < yarn_lanes; i += width) {
-      const Radii<width> radii(block, k, &rays.widths[i]);
-      const Vec way{Wide::load(&packet.slope_x[i]), Wide::load(&packet.slope_y[i]), Wide(packet.rises)};
-      const Vec beside{Wide::load(&packet.x[i]), Wide::load(&packet.y[i]), zero};
-      const Vec d_beside{way.x - Wide(packet.slope.x), way.y - Wide(packet.slope.y), zero};
-      const Vec begin =
-          Vec{Wide(to_middle.x), Wide(to_middle.y), Wide(to_middle.z)} + (beside + d_beside * Wide(entered));
-      Vec d = way;
-      Vec from = begin;
-      Wide per_d2 = Wide::load(&packet.per_d2[i]);
-      if (flat) {
-        d = squeezed_lanes(way, Wide(squeeze.x), Wide(squeeze.y));
-        from = squeezed_lanes(begin, Wide(squeeze.x), Wide(squeeze.y));
-        per_d2 = Wide(1) / d.dot(d);
-      }
-      const Wide along = axis.dot(from);
-      const Wide slope = axis.dot(d);
-      const Wide back = d.dot(from);
-      const Wide start(-entered);
-      // The side: between the lines lie |gap| / |normal|.
-      const Vec normal = d.cross(axis);
-      const Wide a = normal.dot(normal);
-      const Wide gap = from.dot(normal);
-      const Wide h = a * radii.side2 - gap * gap;
-      const Wide side = (along * slope - back - sqrt(max(h, zero))) / a;
-      const Wide where = along + side * slope;
-      Wide entry = if_greater(h, zero, side, nothing);
-      entry = if_greater(where, zero, entry, nothing);
-      entry = if_greater(Wide(block.length[k]), where, entry, nothing);
-      entry = if_greater(entry, start, entry, nothing);
-      // The round end. The other end is the next segment's.
-      const Vec off = from.cross(d);
-      const Wide d2 = d.dot(d);
-      const Wide g = d2 * radii.ball2 - off.dot(off);
-      Wide end = if_greater(g, zero, (-back - sqrt(max(g, zero))) * per_d2, nothing);
-      end = if_greater(end, start, end, nothing);
-      entry = min(entry, end);
-      const Wide before = Wide::load(&nearest[i]);
-      // `no_yarn` stays what it is.
-      const Wide distance = entry + Wide(entered);
-      if (!any_greater(before, distance)) continue;
-      nearer = true;
-      const Vec off_start = begin + way * entry;
-      const auto keep = [&](const Wide& value, float* to) {
-        if_greater(before, distance, value, Wide::load(to)).store(to);
-      };
-      keep(distance, &nearest[i]);
-      keep(off_start.x, &hits.from_start.x[i]);
-      keep(off_start.y, &hits.from_start.y[i]);
-      keep(off_start.z, &hits.from_start.z[i]);
-      keep(Wide(static_cast<float>(block.segment[k])), &segment[i]);
-    }
-    if (nearer) far = largest(nearest);
-  };
-  walk_yarns<N>(yarns, period, packet, far, test, [] {});
-  for (std::size_t i = 0; i < yarn_lanes; ++i) {
-    if ((rays.lanes >> i & 1) == 0 || !(nearest[i] < no_yarn)) continue;
-    hits.segment[i] = static_cast<std::int32_t>(segment[i]);
-    found.lanes |= 1U << i;
-  }
-}
-SELVEDGE_THREE_BODIES(first_hits,
-                      (const Yarns::Inside& yarns, const V2f& period, const Rays& rays, YarnHits& hits,
-                       Found& found),
-                      (yarns, period, rays, hits, found))
-
-/// The rays that come, from where they begin, nearer to a segment's line than its radius.
-template <std::size_t N>
-SELVEDGE_INLINE void hidden(const Yarns::Inside& yarns, const V2f& period, const Rays& rays, Found& found) {
-  constexpr std::size_t width = std::min(N, yarn_block);
-  using Wide = WideFloat<width>;
-  YarnPacket packet;
-  find_slopes<N>(rays, 1, packet);
-  const auto one = static_cast<std::size_t>(std::countr_zero(rays.lanes));
-  alignas(64) YarnFloats heights;  // downwards
-  for (std::size_t i = 0; i < yarn_lanes; i += width)
-    in_lanes(rays.lanes, i, -Wide::load(&rays.from.z[i]), Wide(-no_yarn)).store(&heights[i]);
-  const float lowest = -largest(heights);
-  const auto start_of = [&](std::size_t i) { return Wide::load(&rays.from.z[i]) - Wide(lowest); };
-  for (std::size_t i = 0; i < yarn_lanes; i += width) {
-    const Wide start = start_of(i);
-    const auto off = [&](const YarnFloats& from, const YarnFloats& slope, float repeat) {
-      const Wide apart = Wide::load(&from[i]) - Wide(from[one]);
-      return apart - floor(apart * Wide(1 / repeat) + Wide(0.5F)) * Wide(repeat) -
-             Wide::load(&slope[i]) * start;
-    };
-    off(rays.from.x, packet.slope_x, period.x).store(&packet.x[i]);
-    off(rays.from.y, packet.slope_y, period.y).store(&packet.y[i]);
-    start.store(&packet.start[i]);
-  }
-  packet.height = std::max(0.0F, yarns.high - lowest);
-  packet.width = least_width(rays.widths, rays.lanes);
-  found.too_wide =
-      find_middle<N>(yarns, period, V2d(rays.from.x[one], rays.from.y[one]), lowest, rays.lanes, packet);
-  if (found.too_wide != 0) return;
-  float far = no_yarn;
-  // How deep in yarn rays come, as squares; lanes without a ray count as hidden.
-  alignas(64) YarnFloats depth;
-  for (std::size_t i = 0; i < yarn_lanes; i += width)
-    in_lanes(rays.lanes, i, Wide(-no_yarn), Wide(no_yarn)).store(&depth[i]);
-  const auto test = [&](const Yarns::Block& block, std::size_t k, const V3f& at, float entered) {
-    const WideVec3<N> axis{WideFloat<N>(block.axis[0][k]), WideFloat<N>(block.axis[1][k]),
-                           WideFloat<N>(block.axis[2][k])};
-    const V3f to_middle = at - V3f(block.start[0][k], block.start[1][k], block.start[2][k]);
-    const WideFloat<N> zero(0);
-    const WideFloat<N> length(block.length[k]);
-    const V2f squeeze(block.squeeze[0][k], block.squeeze[1][k]);
-    const bool flat = squeeze != V2f(0, 0);
-    for (std::size_t i = 0; i < yarn_lanes; i += N) {
-      WideVec3<N> d{WideFloat<N>::load(&packet.slope_x[i]), WideFloat<N>::load(&packet.slope_y[i]),
-                    WideFloat<N>(packet.rises)};
-      const WideFloat<N> start = WideFloat<N>::load(&packet.start[i]) - WideFloat<N>(entered);
-      const WideVec3<N> beside{WideFloat<N>::load(&packet.x[i]), WideFloat<N>::load(&packet.y[i]), zero};
-      const WideVec3<N> d_beside{d.x - WideFloat<N>(packet.slope.x), d.y - WideFloat<N>(packet.slope.y),
-                                 zero};
-      // From where the ray begins.
-      WideVec3<N> from =
-          WideVec3<N>{WideFloat<N>(to_middle.x), WideFloat<N>(to_middle.y), WideFloat<N>(to_middle.z)} +
-          (beside + d_beside * WideFloat<N>(entered)) + d * start;
-      WideFloat<N> per_d2 = WideFloat<N>::load(&packet.per_d2[i]);
-      if (flat) {
-        d = squeezed_lanes(d, WideFloat<N>(squeeze.x), WideFloat<N>(squeeze.y));
-        from = squeezed_lanes(from, WideFloat<N>(squeeze.x), WideFloat<N>(squeeze.y));
-        per_d2 = WideFloat<N>(1) / d.dot(d);
-      }
-      const WideFloat<N> along = axis.dot(from);
-      const WideFloat<N> slope = axis.dot(d);
-      const WideFloat<N> back = d.dot(from);
-      const WideFloat<N> d2 = d.dot(d);
-      const WideVec3<N> normal = d.cross(axis);
+  const Wide zero(0);
+  const Wide nothing(no_yarn);
+  for (std::size_t i = 0; i < yarn_block; i += width) {
+    const InRoundSections<width> s(block, i, at, ray);
+    const Wide length = Wide::load(&block.length[i]);
+    const Wide start(-entered);
+    if (shadow) {
       // The nearest points of line and segment; then, of the part that belongs to the ray.
-      const WideFloat<N> nearest = max(zero, min(length, (along * d2 - back * slope) / normal.dot(normal)));
-      const WideFloat<N> way = max(zero, (nearest * slope - back) * per_d2);
-      const WideFloat<N> place = max(zero, min(length, along + way * slope));
-      const WideVec3<N> off = from + d * way - axis * place;
-      const Radii<N> radii(block, k, &rays.widths[i]);
-      max(radii.side2 - off.dot(off), WideFloat<N>::load(&depth[i])).store(&depth[i]);
+      const Wide middle =
+          max(zero, min(length, (s.along * s.d2 - s.back * s.slope) / s.normal.dot(s.normal)));
+      const Wide way = max(start, (middle * s.slope - s.back) / s.d2);
+      const Wide place = max(zero, min(length, s.along + way * s.slope));
+      const Vec axis{Wide::load(&block.axis[0][i]), Wide::load(&block.axis[1][i]),
+                     Wide::load(&block.axis[2][i])};
+      const Vec off = s.from + s.d * way - axis * place;
+      if (any_greater(s.side2, off.dot(off))) met.segment = block.segment[i];
+      continue;
     }
-  };
-  const auto tested = [&] {
-    if (least(depth) > 0) far = -no_yarn;
-  };
-  walk_yarns<N>(yarns, period, packet, far, test, tested);
-  for (std::size_t i = 0; i < yarn_lanes; i += width)
-    found.lanes |= bits_where_greater(Wide::load(&depth[i]), Wide(0)) << i & rays.lanes;
-}
-SELVEDGE_THREE_BODIES(hidden, (const Yarns::Inside& yarns, const V2f& period, const Rays& rays, Found& found),
-                      (yarns, period, rays, found))
-
-/// The lanes in which find(rays, found) finds something, in packets that are narrow enough for the cells.
-template <class Find>
-std::uint32_t find_in_packets(Rays rays, const Find& find) {
-  Found found;
-  for (std::uint32_t left = rays.lanes; left != 0; left &= ~rays.lanes) {
-    rays.lanes = left;
-    for (find(rays, found); found.too_wide != 0; find(rays, found)) rays.lanes = found.too_wide;
+    // The side: between the lines lie |gap| / |normal|.
+    const Wide a = s.normal.dot(s.normal);
+    const Wide gap = s.from.dot(s.normal);
+    const Wide h = a * s.side2 - gap * gap;
+    const Wide side = (s.along * s.slope - s.back - sqrt(max(h, zero))) / a;
+    const Wide where = s.along + side * s.slope;
+    Wide entry = if_greater(h, zero, side, nothing);
+    entry = if_greater(where, zero, entry, nothing);
+    entry = if_greater(length, where, entry, nothing);
+    entry = if_greater(entry, start, entry, nothing);
+    // The round end. The other end is the next segment's.
+    const Vec off = s.from.cross(s.d);
+    const Wide g = s.d2 * s.ball2 - off.dot(off);
+    Wide end = if_greater(g, zero, (-s.back - sqrt(max(g, zero))) / s.d2, nothing);
+    end = if_greater(end, start, end, nothing);
+    entry = min(entry, end);
+    entry = if_greater(entry, Wide(range.x), entry, nothing);
+    if (!any_greater(Wide(range.y), entry)) continue;
+    alignas(32) std::array<float, width> entries;
+    entry.store(entries.data());
+    for (std::size_t k = 0; k < width; ++k) {
+      if (!(entries[k] < range.y && entries[k] + entered < met.height)) continue;
+      met.segment = block.segment[i + k];
+      met.height = entries[k] + entered;
+      met.from_start = at + ray.direction * entries[k] -
+                       V3f(block.start[0][i + k], block.start[1][i + k], block.start[2][i + k]);
+    }
   }
-  return found.lanes;
+}
+
+/// Walks along one axis of the cells.
+struct CellAxis {
+  CellAxis(float origin, float direction, float size, int cells)
+      : step(direction > 0 ? 1 : -1), count(cells) {
+    cell = std::clamp(static_cast<int>(origin / size), 0, cells - 1);
+    const float edge = static_cast<float>(cell + (direction > 0 ? 1 : 0)) * size;
+    leaves = direction != 0 ? (edge - origin) / direction : no_yarn;
+    each = direction != 0 ? size / std::abs(direction) : no_yarn;
+  }
+  /// Whether the ray comes into the next repeat.
+  bool advance() {
+    ++taken;
+    cell += step;
+    if (cell >= 0 && cell < count) return false;
+    cell -= step * count;
+    return true;
+  }
+  float next() const { return leaves + static_cast<float>(taken) * each; }
+  int cell = 0;
+  int step;
+  int count;
+  int taken = 0;
+  float leaves = 0;
+  float each = 0;
+};
+
+template <std::size_t N>
+SELVEDGE_INLINE void walk(const Yarns::Inside& yarns, const V2f& period, const Ray& ray, bool shadow,
+                          Met& met) {
+  const V3f& direction = ray.direction;
+  CellAxis x(ray.origin.x, direction.x, yarns.cell_size.x, yarns.cells.x);
+  CellAxis y(ray.origin.y, direction.y, yarns.cell_size.y, yarns.cells.y);
+  const float overlap = yarn_slack * std::min(x.each, y.each);
+  const float beyond = yarn_slack * (yarns.high - yarns.low);
+  V3f origin = ray.origin;
+  float entered = 0;
+  for (int visited = 0; visited < max_cells_of_a_ray; ++visited) {
+    const float left = std::min({x.next(), y.next(), ray.height});
+    const Yarns::Cell& cell = yarns.grid[static_cast<std::size_t>(y.cell) * yarns.cells.x + x.cell];
+    const float from = origin.z + direction.z * entered;
+    const float to = origin.z + direction.z * left;
+    if (cell.blocks > 0 && std::min(from, to) <= cell.high + beyond &&
+        std::max(from, to) >= cell.low - beyond) {
+      const V3f at = origin + direction * entered -
+                     V3f((static_cast<float>(x.cell) + 0.5F) * yarns.cell_size.x,
+                         (static_cast<float>(y.cell) + 0.5F) * yarns.cell_size.y, 0);
+      const V2f range(visited == 0 ? -no_yarn : -overlap, left - entered);
+      for (std::uint32_t b = cell.first; b < cell.first + cell.blocks; ++b) {
+        const Yarns::Block& block = yarns.blocks[b];
+        if (block.low > std::max(from, to) + beyond || block.high < std::min(from, to) - beyond ||
+            ray.width >= block.empty_for)
+          continue;
+        meet_block<N>(block, at, ray, shadow, entered, range, met);
+        if (shadow && met.segment >= 0) return;
+      }
+    }
+    if (std::min(met.height, ray.height) <= left) return;
+    entered = left;
+    if (x.next() <= left) {
+      if (x.advance()) origin.x -= static_cast<float>(x.step) * period.x;
+    } else {
+      if (y.advance()) origin.y -= static_cast<float>(y.step) * period.y;
+    }
+  }
+}
+SELVEDGE_THREE_BODIES(walk,
+                      (const Yarns::Inside& yarns, const V2f& period, const Ray& ray, bool shadow, Met& met),
+                      (yarns, period, ray, shadow, met))
+
+/// A ray through a point, mm, of any repeat; upwards or from above.
+Ray ray_of(const V2d& through, float height, const V3f& direction, float sign, const V2f& period) {
+  const float rise = std::max(direction.z, min_rise);
+  const V3f way(sign * direction.x / rise, sign * direction.y / rise, sign);
+  return {{wrapped(through.x, period.x), wrapped(through.y, period.y), height}, way, 0, 0};
 }
 
 }  // namespace
 
-std::uint32_t Yarns::trace(const V2d& uv, const YarnLanes& beside, float plane, const YarnLanes& view,
-                           std::uint32_t lanes, YarnHits& hits, const YarnWidths& widths) const {
-  static const auto first = first_hits_for_this_processor();
-  const Inside inside = this->inside();
-  return find_in_packets({beside, view, lanes, widths, uv, plane},
-                         [&](const Rays& rays, Found& found) { first(inside, period_, rays, hits, found); });
+std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view, float width) const {
+  static const auto walk_all = walk_for_this_processor();
+  // From a little higher: a ray that begins on a yarn does not enter it.
+  const float above = high_ + (high_ - low_) / 256;
+  const double rise = (static_cast<double>(above) - static_cast<double>(plane)) /
+                      static_cast<double>(std::max(view.z, min_rise));
+  const V2d through = uv * V2d(static_cast<double>(period_.x), -static_cast<double>(period_.y)) +
+                      V2d(static_cast<double>(view.x), static_cast<double>(view.y)) * rise;
+  Ray ray = ray_of(through, above, view, -1, period_);
+  ray.height = above - low_;
+  ray.width = width;
+  Met met;
+  walk_all(inside(), period_, ray, false, met);
+  if (met.segment < 0) return std::nullopt;
+  return YarnHit{met.segment, met.from_start};
 }
 
-std::uint32_t Yarns::occluded(const YarnLanes& from, const YarnLanes& light, std::uint32_t lanes,
-                              const YarnWidths& widths) const {
-  static const auto find_hidden = hidden_for_this_processor();
-  const Inside inside = this->inside();
-  return find_in_packets({from, light, lanes, widths},
-                         [&](const Rays& rays, Found& found) { find_hidden(inside, period_, rays, found); });
-}
-
-std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view) const {
-  YarnLanes views;
-  views.set(0, view);
-  YarnHits hits;
-  if (trace(uv, {}, plane, views, 1, hits) == 0) return std::nullopt;
-  return YarnHit{hits.segment[0], hits.from_start.at(0)};
+bool Yarns::occluded(const V3f& from, const V3f& light) const {
+  static const auto walk_all = walk_for_this_processor();
+  Ray ray = ray_of(V2d(V2f(from.x, from.y)), from.z, light, 1, period_);
+  ray.height = std::max(0.0F, high_ - from.z);
+  Met met;
+  walk_all(inside(), period_, ray, true, met);
+  return met.segment >= 0;
 }
 
 bool Yarns::occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const {
   const Segment& s = segments_[hit.segment];
-  YarnLanes from;
-  from.set(0, s.start + hit.from_start + point.normal * (leave_radii * s.radius));
-  YarnLanes lights;
-  lights.set(0, light);
-  return occluded(from, lights, 1) != 0;
+  return occluded(s.start + hit.from_start + point.normal * (leave_radii * s.radius), light);
 }
 
 }  // namespace selvedge

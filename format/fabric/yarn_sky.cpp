@@ -14,7 +14,6 @@ namespace {
 constexpr int angles = 12;
 constexpr DirectionGrid sky{8, 12};
 constexpr float sky_part = 2 * std::numbers::pi_v<float> / static_cast<float>(sky.columns * sky.rows);
-static_assert(sky.columns * sky.rows % yarn_lanes == 0);
 
 using SkyFactors = std::array<float, smooth_functions>;
 
@@ -47,24 +46,12 @@ float mean_gloss(float roughness) {
 /// Integrals over the lights that reach the point of the cosine, times the functions.
 SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std::span<const V3f> lights) {
   SkyFactors factors{};
-  YarnLanes from;
-  YarnLanes to;
-  for (std::size_t first = 0; first < lights.size(); first += yarn_lanes) {
-    std::uint32_t facing = 0;
-    for (std::size_t i = 0; i < yarn_lanes; ++i) {
-      from.set(i, point);
-      to.set(i, lights[first + i]);
-      facing |= static_cast<std::uint32_t>(normal.dot(lifted(lights[first + i])) > 0) << i;
-    }
-    if (facing == 0) continue;
-    const std::uint32_t lit = facing & ~yarns.occluded(from, to, facing);
-    for (std::size_t i = 0; i < yarn_lanes; ++i) {
-      if ((lit >> i & 1) == 0) continue;
-      const V3f& l = lights[first + i];
-      const float part = sky_part * normal.dot(lifted(l)) * std::min(1.0F, l.z / min_rise);
-      const auto basis = smooth_basis(l.x, l.y, l.z);
-      for (int k = 0; k < smooth_functions; ++k) factors[k] += part * basis[k];
-    }
+  for (const V3f& l : lights) {
+    const float cosine = normal.dot(lifted(l));
+    if (!(cosine > 0) || yarns.occluded(point, l)) continue;
+    const float part = sky_part * cosine * std::min(1.0F, l.z / min_rise);
+    const auto basis = smooth_basis(l.x, l.y, l.z);
+    for (int k = 0; k < smooth_functions; ++k) factors[k] += part * basis[k];
   }
   return factors;
 }

@@ -153,28 +153,6 @@ struct YarnFrame {
 /// Segments that are tested together.
 inline constexpr std::size_t yarn_block = 8;
 
-/// Rays that are traced together, and a vector for each of them.
-inline constexpr std::size_t yarn_lanes = 16;
-struct YarnLanes {
-  alignas(64) std::array<float, yarn_lanes> x{}, y{}, z{};
-  V3f at(std::size_t lane) const { return {x[lane], y[lane], z[lane]}; }
-  void set(std::size_t lane, const V3f& v) {
-    x[lane] = v.x;
-    y[lane] = v.y;
-    z[lane] = v.z;
-  }
-};
-
-/// Widths of what rays stand for, mm: of hairs thinner than it only a share is met, and these are as much
-/// wider (spec/brdf.md, "Over a surface"). 0: all hairs as they are.
-using YarnWidths = std::array<float, yarn_lanes>;
-
-/// YarnHit of each lane.
-struct YarnHits {
-  std::array<std::int32_t, yarn_lanes> segment{};
-  YarnLanes from_start;
-};
-
 /// Whether angles about a curve count from the x axis, since its first tangent stands too steeply.
 inline bool counts_from_the_side(const V3f& tangent) { return std::abs(tangent.z) >= 0.9F; }
 
@@ -188,8 +166,10 @@ class Yarns {
   const V2f& period() const { return period_; }
 
   /// The first yarn that the ray from the viewer meets which passes the plane z = `plane` at (u, v). Rays
-  /// rise by at least 1/32 a unit of way in the plane: a lower `view` counts as one that does.
-  std::optional<YarnHit> trace(const V2d& uv, float plane, const V3f& view) const;
+  /// rise by at least 1/32 a unit of way in the plane: a lower `view` counts as one that does. `width`: of
+  /// what the ray stands for, mm: of thinner hairs only a share is met, and these are as much wider
+  /// (spec/brdf.md, "Over a surface").
+  std::optional<YarnHit> trace(const V2d& uv, float plane, const V3f& view, float width = 0) const;
   /// Without strands.
   YarnPoint point_at(const YarnHit& hit) const;
   /// Turns fibre and normal to the strand's that is seen from unit `view`.
@@ -199,13 +179,8 @@ class Yarns {
   YarnFrame frame_at(int curve, int station, int ply) const;
   /// Whether yarn lies between the point and unit `light`, which is lifted like a view.
   bool occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const;
-  /// The same for rays in the bits of `lanes`, through uv + (x, y) of `beside`; fast where they are close
-  /// together. Returns the bits of those that meet yarn; hits of others are undefined.
-  std::uint32_t trace(const V2d& uv, const YarnLanes& beside, float plane, const YarnLanes& view,
-                      std::uint32_t lanes, YarnHits& hits, const YarnWidths& widths = {}) const;
-  /// The lanes in which yarn hides the light from points, mm, of any repeats.
-  std::uint32_t occluded(const YarnLanes& from, const YarnLanes& light, std::uint32_t lanes,
-                         const YarnWidths& widths = {}) const;
+  /// The same for a point, mm, of any repeat.
+  bool occluded(const V3f& from, const V3f& light) const;
   /// f(l, v) of the point by direct light, whether or not yarn hides it.
   V3f direct(const YarnPoint& point, const V3f& light, const V3f& view) const;
   /// Of light from above, or of light that comes `through`, if that is known.
@@ -258,7 +233,6 @@ class Yarns {
     float high = 0;
     V2i cells;
     V2f cell_size;                       ///< mm
-    float beside;                        ///< mm; the grid's lists hold also what lies so far beside cells
     std::span<const Cell> grid;          ///< [row][column]
     std::span<const Block> blocks;       ///< of the cells
     std::span<const Segment> segments;   ///< one for each node of a yarn or ply
@@ -267,8 +241,7 @@ class Yarns {
     std::span<const V2f> strand_sense;
   };
   Inside inside() const {
-    return {low_,  high_,   cells_,    cell_size_,     beside_,
-            grid_, blocks_, segments_, first_station_, strand_sense_};
+    return {low_, high_, cells_, cell_size_, grid_, blocks_, segments_, first_station_, strand_sense_};
   }
 
  private:
@@ -285,7 +258,6 @@ class Yarns {
   std::vector<V2f> strand_sense_;
   V2i cells_{1, 1};
   V2f cell_size_{1, 1};
-  float beside_ = 0;  ///< mm; the cells' lists hold also what lies so far beside them
   std::vector<Cell> grid_;
   std::vector<Block> blocks_;
 };

@@ -62,30 +62,6 @@ SELVEDGE_INLINE bool any_greater(const WideFloat<N>& a, const WideFloat<N>& b) {
   return any != 0;
 }
 
-/// 1 where the lane's bit is set, else 0.
-template <std::size_t N>
-SELVEDGE_INLINE WideFloat<N> lanes_of_bits(std::uint32_t bits) {
-  using Lane = Lanes<N>;
-  typename Lane::Ints bit{};
-  for (std::size_t i = 0; i < N; ++i) bit[i] = 1 << i;
-  const typename Lane::Ints set = (bit & static_cast<std::int32_t>(bits)) != 0;
-  return WideFloat<N>((typename Lane::Floats)(set & 0x3f800000));
-}
-
-/// Bit i: whether a > b in lane i. For widths up to 8.
-template <std::size_t N>
-SELVEDGE_INLINE std::uint32_t bits_where_greater(const WideFloat<N>& a, const WideFloat<N>& b) {
-  using Ints = typename Lanes<N>::Ints;
-  Ints bits{};
-  for (std::size_t i = 0; i < N; ++i) bits[i] = 1 << i;
-  const Ints found = (Ints)(a.v > b.v) & bits;
-  std::uint64_t pairs[N / 2];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in a register
-  std::memcpy(pairs, &found, sizeof pairs);
-  std::uint64_t all = 0;
-  for (std::size_t i = 0; i < N / 2; ++i) all |= pairs[i];
-  return static_cast<std::uint32_t>(all | all >> 32);
-}
-
 /// The smaller; `b` if one of them is NaN.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> min(const WideFloat<N>& a, const WideFloat<N>& b) {

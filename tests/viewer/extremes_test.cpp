@@ -61,8 +61,8 @@ Frame drawn(const Extreme& of, RenderPath path) {
 }
 
 void on_both_paths(const Extreme& of, const std::function<void(const Frame&)>& check) {
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
-    CAPTURE(path == RenderPath::hybrid);
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader}) {
+    CAPTURE(path_names[static_cast<std::size_t>(path)]);
     check(drawn(of, path));
   }
 }
@@ -171,7 +171,7 @@ TEST_CASE("a camera inside the cloth, and one in its plane, see what is before t
 
 TEST_CASE("the picture follows the light's strength from 1e-6 to 1e9") {
   Extreme of = facing_square(test::random_fabric(8, 8, 1), 3);
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader}) {
     of.options.lights[0].irradiance = V3f(1);
     const Frame plain = drawn(of, path);
     for (const float strength : {1e-6F, 1e9F}) {
@@ -194,7 +194,7 @@ TEST_CASE("triangles without area change nothing, and one of a kilometre is as f
   Extreme large = of;
   for (V3f& p : large.scene.primitives[0].positions) p *= 500.0F;
   for (V2d& uv : large.scene.primitives[0].tex_coords[0]) uv *= 500.0;
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader}) {
     const Frame plain = drawn(of, path);
     CHECK(drawn(with, path).pixels == plain.pixels);
     CHECK(apart(drawn(large, path), plain) < 1e-5);
@@ -206,7 +206,7 @@ TEST_CASE("texture coordinates a million repeats away show the same texels") {
   for (const double away : {1e6, -1e6}) {
     Extreme far = of;
     for (V2d& uv : far.scene.primitives[0].tex_coords[0]) uv += V2d(away, -away);
-    for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader})
+    for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader})
       CHECK(apart(drawn(far, path), drawn(of, path)) < 1e-6);
   }
 }
@@ -217,7 +217,7 @@ TEST_CASE("a hundred lights are a hundred times one of them") {
   Extreme hundred = one;
   hundred.options.lights.assign(100, one.options.lights[0]);
   one.options.lights[0].irradiance = V3f(100);
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader})
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader})
     CHECK(apart(drawn(hundred, path), drawn(one, path)) < 1e-4);
 }
 

@@ -39,9 +39,9 @@ inline double shown(float linear) {
 }
 
 /// The share of pixels that differ by more than 2 of 255.
-inline double share_apart(const Setting& setting) {
+inline double share_apart(const Setting& setting, RenderPath path = RenderPath::shader) {
   const Frame a = drawn(setting, RenderPath::hybrid);
-  const Frame b = drawn(setting, RenderPath::shader);
+  const Frame b = drawn(setting, path);
   int apart = 0;
   double worst = 0;
   int covered = 0;

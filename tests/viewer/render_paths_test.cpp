@@ -101,4 +101,44 @@ TEST_CASE("hybrid and shader agree on surfaces with and without fabric, one behi
   CHECK(test::share_apart(setting) <= 0.001);
 }
 
+TEST_CASE(
+    "the processor finds the triangles that OpenGL finds: through many holes, inside cloth, behind the "
+    "viewer") {
+  struct Case {
+    int spheres;
+    CameraOptions camera;
+  };
+  CameraOptions within;
+  within.look_at = V3d(0, 0.3, -0.2);
+  within.distance = 0.9;
+  within.field_of_view = 100;
+  CameraOptions apart;
+  apart.azimuth = 35;
+  apart.elevation = -70;
+  apart.zoom = 0.02;
+  CameraOptions near;
+  near.zoom = 40;
+  near.azimuth = 190;
+  CameraOptions parallel;
+  parallel.projection = Projection::parallel;
+  // Edges of quads lie on centres of pixels.
+  parallel.azimuth = 45;
+  for (const Case& of : {Case{4, {}}, Case{4, within}, Case{1, apart}, Case{2, near}, Case{3, parallel}}) {
+    test::Setting setting = sphere_in(test::random_fabric(16, 16, 1));
+    for (int i = 1; i < of.spheres; ++i)
+      test::add(setting.scene, test::sphere(24 + i, 12, V2d(12, 6)), test::material(0),
+                M44d().setScale(1 - 0.15 * i) * M44d().setTranslation(V3d(0.1 * i, 0, 0)));
+    setting.camera = of.camera;
+    const Frame frame = test::drawn(setting, RenderPath::raster);
+    const Frame other = test::drawn(setting, RenderPath::hybrid);
+    std::size_t apart_count = 0;
+    for (std::size_t i = 0; i < frame.pixels.size(); ++i) {
+      const V4f difference = frame.pixels[i] - other.pixels[i];
+      if (!(difference.length() < 1e-5F)) ++apart_count;
+    }
+    CAPTURE(of.spheres);
+    CHECK(apart_count <= frame.pixels.size() / 1000);
+  }
+}
+
 }  // namespace selvedge

@@ -17,7 +17,12 @@ namespace {
 constexpr int most_units = 6;
 /// Bounds of the factor by which a pixel is brighter than its image.
 constexpr float most_brighter = 2;
+/// Smaller shares of a light are not seen.
+constexpr float unseen_share = 1.0F / 256;
 constexpr std::size_t chunk = 2048;
+
+/// Of a light in masks (CellLights).
+std::uint32_t bit_of(std::size_t light) { return light < 32 ? 1U << light : 0; }
 
 template <class Body>
 void for_all(std::size_t count, const Body& body) {
@@ -58,8 +63,10 @@ CellPass::CellPass(const PreparedScene& scene)
     : scene_(scene), store_(scene.mesh, scene.materials.surfaces, scene.fabrics, scene.origin) {
   const MergedSurfaces& mesh = scene.mesh;
   if (store_.patches().empty()) return;
-  kinds_.assign(mesh.triangles.size(), Kind::none);
-  for (std::size_t i = 0; i < kinds_.size(); ++i) {
+  // One more for nothing().
+  kinds_.assign(mesh.triangles.size() + 1, Kind::none);
+  planes_.resize(mesh.triangles.size() + 1);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (store_.patches().place(static_cast<std::uint32_t>(i)).chart < 0) continue;
     const std::uint32_t surface = mesh.triangles[i].surface;
     const SurfaceMaterial& m = scene.materials.surfaces[surface];
@@ -127,14 +134,22 @@ void CellPass::light_vertices() {
     });
   }
   if (!same_lights || views != known_views_) {
-    shares_.resize(lights_.shadows.size());
-    for (std::size_t map = 0; map < shares_.size(); ++map) {
-      shares_[map].resize(mesh.positions.size());
-      for_all(mesh.positions.size(), [&](std::size_t i) {
-        shares_[map][i] = share_at(lights_, lights_.shadows[map], mesh.positions[i],
-                                   normal_of(mesh, static_cast<std::uint32_t>(i)));
-      });
-    }
+    std::vector<Shares> of_vertices(mesh.positions.size());
+    for_all(of_vertices.size(), [&](std::size_t i) {
+      for (const ShadowMap& map : lights_.shadows) {
+        const float share =
+            share_at(lights_, map, mesh.positions[i], normal_of(mesh, static_cast<std::uint32_t>(i)));
+        if (share > unseen_share) of_vertices[i].lit |= bit_of(map.view.light);
+        if (share < 1 - unseen_share) of_vertices[i].unlit |= bit_of(map.view.light);
+      }
+    });
+    shares_.assign(mesh.triangles.size(), {});
+    for_all(shares_.size(), [&](std::size_t i) {
+      for (const std::uint32_t corner : mesh.triangles[i].corners) {
+        shares_[i].lit |= of_vertices[corner].lit;
+        shares_[i].unlit |= of_vertices[corner].unlit;
+      }
+    });
   }
   known_lights_.assign(lights_.lights.begin(), lights_.lights.end());
   known_views_ = std::move(views);
@@ -144,9 +159,8 @@ void CellPass::light_vertices() {
 /// Homogeneous coordinates, as in the index pass: correct in perspective and for corners behind the viewer.
 void CellPass::set_planes(const ProjectedVertices& projected) {
   const MergedSurfaces& mesh = scene_.mesh;
-  planes_.resize(mesh.triangles.size());
   for_all(mesh.triangles.size(), [&](std::size_t i) {
-    if (!shows(static_cast<std::uint32_t>(i))) return;
+    if (kinds_[i] == Kind::none) return;
     const auto& corners = mesh.triangles[i].corners;
     std::array<V3d, 3> p;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -197,39 +211,50 @@ CellPass::Surface CellPass::surface_at(std::uint32_t triangle, float x, float y)
   return surface;
 }
 
-float CellPass::share_of(std::size_t light, const Surface& surface) const {
+float CellPass::share_of(std::size_t light, std::uint32_t triangle, float x, float y) const {
+  const Shares& shares = shares_[triangle];
+  if ((shares.lit & bit_of(light)) == 0) return 0;
+  if ((shares.unlit & bit_of(light)) == 0) return 1;
   for (const ShadowMap& map : lights_.shadows) {
-    if (map.view.light == light) return share_at(lights_, map, surface.point, surface.normal);
+    if (map.view.light != light) continue;
+    const Surface surface = surface_at(triangle, x, y);
+    return share_at(lights_, map, surface.point, surface.normal);
   }
   return 1;
 }
 
-void CellPass::see(std::uint32_t triangle, bool back, int x, int y) {
+void CellPass::see(SeenSurface surface, int x, int y) {
+  const std::uint32_t triangle = surface / 2;
   const auto mark = [](std::uint8_t& flag, std::uint8_t bit) {
     const std::atomic_ref<std::uint8_t> of(flag);
     if ((of.load(std::memory_order_relaxed) & bit) == 0) of.fetch_or(bit, std::memory_order_relaxed);
   };
   if (!extents_[triangle].is_large()) {
-    mark(seen_[triangle], back ? 2 : 1);
+    mark(seen_[triangle], surface % 2 == 0 ? 1 : 2);
     return;
   }
   const std::array<Group, 3>& c = planes_[triangle].coefficients;
-  const float px = static_cast<float>(x) - middle_x_;
-  const float py = static_cast<float>(y) - middle_y_;
-  const float sum = c[0][0] * px + c[0][1] * py + c[0][2];
+  const V2f at_pixel = from_middle(x, y);
+  const float sum = c[0][0] * at_pixel.x + c[0][1] * at_pixel.y + c[0][2];
   const float inverse = sum != 0 ? 1 / sum : 0;
   const Patches& patches = store_.patches();
   const auto unit = [&](float a, float b, float d) {
-    const float place = (a * px + b * py + d) * inverse;
+    const float place = (a * at_pixel.x + b * at_pixel.y + d) * inverse;
     const float at = std::isfinite(place) ? std::clamp(place, -1e8F, 1e8F) : 0;
     return patches.unit(static_cast<int>(std::floor(at)), at - std::floor(at));
   };
   const std::uint32_t patch =
       patches.at(patches.place(triangle), unit(c[0][3], c[1][0], c[1][1]), unit(c[1][2], c[1][3], c[2][0]));
-  mark(seen_patches_[2 * patch + (back ? 1 : 0)], 1);
+  mark(seen_patches_[2 * patch + surface % 2], 1);
 }
 
-PatchNeed& CellPass::need(PatchSide patch) {
+/// A patch that only shows through holes may be coarser, and shares the image of the patch around it.
+PatchNeed& CellPass::need(PatchSide patch, bool behind) {
+  if (behind && !store_.is_made(patch)) {
+    const PatchSide around = 2 * store_.patches().parent(patch / 2) + patch % 2;
+    shared_.push_back({patch, around});
+    patch = around;
+  }
   if (calls_[patch] != call_) {
     calls_[patch] = call_;
     numbers_[patch] = static_cast<std::uint32_t>(needs_.size());
@@ -242,32 +267,22 @@ void CellPass::make(bool behind) {
   if (!active_) return;
   ++call_;
   needs_.clear();
+  shared_.clear();
   std::uint32_t mapped = 0;
-  for (const ShadowMap& map : lights_.shadows) mapped |= map.view.light < 32 ? 1U << map.view.light : 0;
+  for (const ShadowMap& map : lights_.shadows) mapped |= bit_of(map.view.light);
   const std::uint32_t always = ~mapped;
   const Patches& patches = store_.patches();
   for (std::uint32_t i = 0; i < seen_.size(); ++i) {
     if (seen_[i] == 0) continue;
-    std::uint32_t lit = always;
-    std::uint32_t unlit = 0;
-    for (std::size_t map = 0; map < shares_.size(); ++map) {
-      const std::uint32_t bit =
-          lights_.shadows[map].view.light < 32 ? 1U << lights_.shadows[map].view.light : 0;
-      for (const std::uint32_t corner : scene_.mesh.triangles[i].corners) {
-        const float share = shares_[map][corner];
-        if (share > 1.0F / 256) lit |= bit;
-        if (share < 1 - 1.0F / 256) unlit |= bit;
-      }
-    }
     const Extent& extent = extents_[i];
     for (int v = extent.low_v; v <= extent.high_v; ++v) {
       for (int u = extent.low_u; u <= extent.high_u; ++u) {
         const std::uint32_t patch = patches.at(patches.place(i), u, v);
         for (std::uint32_t side = 0; side < 2; ++side) {
           if ((seen_[i] >> side & 1) == 0) continue;
-          PatchNeed& of = need(2 * patch + side);
-          of.lit |= lit;
-          of.unlit |= unlit;
+          PatchNeed& of = need(2 * patch + side, behind);
+          of.lit |= always | shares_[i].lit;
+          of.unlit |= shares_[i].unlit;
         }
       }
     }
@@ -275,25 +290,27 @@ void CellPass::make(bool behind) {
   }
   for (std::uint32_t i = 0; i < seen_patches_.size(); ++i) {
     if (seen_patches_[i] == 0) continue;
-    PatchNeed& of = need(i);
+    PatchNeed& of = need(i, behind);
     of.lit = ~0U;
     of.unlit = mapped;
     seen_patches_[i] = 0;
   }
   store_.make(needs_, behind);
+  for (const auto& [patch, other] : shared_) store_.share(patch, other);
 }
 
 namespace {
 
-/// Repeats and places within them at pixels, and brightness.
+/// Repeats and places within them at pixels, the units there, and brightness.
 struct LanePlaces {
-  alignas(64) std::array<std::int32_t, lane_count> repeat_u{}, repeat_v{};
-  alignas(64) LaneFloats u{}, v{}, brightness{};
+  alignas(64) std::array<std::int32_t, lane_count> repeat_u, repeat_v, unit;
+  alignas(64) LaneFloats u, v, brightness;
 };
 
 struct PlaneLanes {
   std::array<const Group*, lane_count> from;
-  alignas(64) LaneFloats x, y;
+  const CellPixels* pixels = nullptr;
+  float units = 1;  ///< Patches::units_of_repeat()
 };
 
 template <std::size_t N>
@@ -302,52 +319,57 @@ SELVEDGE_INLINE void place_lanes(const PlaneLanes& planes, LanePlaces& to) {
   for (std::size_t first = 0; first < lane_count; first += N) {
     Wide c[12];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in registers
     for (std::size_t group = 0; group < 3; ++group) fetch<N>(&planes.from[first], group, c + 4 * group);
-    const Wide x = Wide::load(&planes.x[first]);
-    const Wide y = Wide::load(&planes.y[first]);
+    const Wide x = Wide::load(&planes.pixels->x[first]);
+    const Wide y = Wide::load(&planes.pixels->y[first]);
     const Wide one(1);
+    const Wide units(planes.units);
     const Wide sum = c[0] * x + c[1] * y + c[2];
     const Wide inverse = if_greater(abs(sum), Wide(0), one / sum, Wide(0));
+    // The place within the repeat; returns its unit.
     const auto place = [&](std::size_t k, LaneFloats & in_repeat,
                            std::array<std::int32_t, lane_count> & repeat) __attribute__((always_inline)) {
       const Wide farthest(1e8F);
       const Wide at = max(min((c[k] * x + c[k + 1] * y + c[k + 2]) * inverse, farthest), -farthest);
       const Wide whole = floor(at);
-      min(max(at - whole, Wide(0)), one).store(&in_repeat[first]);
+      const Wide within = min(max(at - whole, Wide(0)), one);
+      within.store(&in_repeat[first]);
       store_whole(whole, &repeat[first]);
+      return min(floor(within * units), units - one);
     };
-    place(3, to.u, to.repeat_u);
-    place(6, to.v, to.repeat_v);
+    const Wide unit_u = place(3, to.u, to.repeat_u);
+    const Wide unit_v = place(6, to.v, to.repeat_v);
+    store_whole(unit_u + unit_v * units, &to.unit[first]);
     ((c[9] * x + c[10] * y + c[11]) * inverse).store(&to.brightness[first]);
   }
 }
 SELVEDGE_THREE_BODIES(place_lanes, (const PlaneLanes& planes, LanePlaces& to), (planes, to))
 
 using Quad = Lanes<4>::Floats;
-using Halves = std::uint16_t __attribute__((vector_size(8)));
-
-/// A texel's numbers, 2^-112 times as large (cell_image.cpp).
-SELVEDGE_INLINE Quad unpack(const CellTexel* texel) {
-  Halves halves;
-  std::memcpy(&halves, texel, sizeof halves);
-  return (Quad)(__builtin_convertvector(halves, Lanes<4>::Bits) << 12);
-}
+using Octet = Lanes<8>::Floats;
+using Halves = std::uint16_t __attribute__((vector_size(16)));
 
 /// Looks of the lanes, and their texels.
 struct LookLanes {
   std::array<const CellLook*, lane_count> looks;
-  alignas(64) std::array<std::int32_t, lane_count> here, beside, below,
-      across;  ///< indices of the four texels
+  alignas(64) std::array<std::int32_t, lane_count> texel, stride;  ///< the first of 2 x 2
   alignas(64) LaneFloats part_x, part_y, brighter;
   std::array<Group, lane_count>* pixels;
 };
 
+/// Two texels beside each other, 2^-112 times as large (cell_image.cpp).
+SELVEDGE_INLINE Octet unpack(const CellTexel* texels) {
+  Halves halves;
+  std::memcpy(&halves, texels, sizeof halves);
+  return (Octet)(__builtin_convertvector(halves, Lanes<8>::Bits) << 12);
+}
+
 SELVEDGE_INLINE Quad mean_of(const LookLanes& lanes, std::size_t lane, const CellTexel* texels) {
-  const Quad a = unpack(texels + lanes.here[lane]);
-  const Quad b = unpack(texels + lanes.beside[lane]);
-  const Quad c = unpack(texels + lanes.below[lane]);
-  const Quad d = unpack(texels + lanes.across[lane]);
-  const Quad upper = a + (b - a) * lanes.part_x[lane];
-  return upper + (c + (d - c) * lanes.part_x[lane] - upper) * lanes.part_y[lane];
+  texels += lanes.texel[lane];
+  const Octet upper = unpack(texels);
+  const Octet both = upper + (unpack(texels + lanes.stride[lane]) - upper) * lanes.part_y[lane];
+  const Quad left = __builtin_shufflevector(both, both, 0, 1, 2, 3);
+  const Quad right = __builtin_shufflevector(both, both, 4, 5, 6, 7);
+  return left + (right - left) * lanes.part_x[lane];
 }
 
 /// Finds the texels around the places within the repeat, and their means.
@@ -374,12 +396,9 @@ SELVEDGE_INLINE void look_lanes(const LanePlaces& places, LookLanes& lanes) {
     (y - row).store(&lanes.part_y[i]);
     column = if_greater(size[0], column, column, zero);
     row = if_greater(size[1], row, row, zero);
-    const Wide next_column = if_greater(size[0], column + one, column + one, zero);
-    const Wide next_row = if_greater(size[1], row + one, row + one, zero);
-    store_whole(row * size[0] + column, &lanes.here[i]);
-    store_whole(row * size[0] + next_column, &lanes.beside[i]);
-    store_whole(next_row * size[0] + column, &lanes.below[i]);
-    store_whole(next_row * size[0] + next_column, &lanes.across[i]);
+    const Wide stride = size[0] + one;
+    store_whole(row * stride + column, &lanes.texel[i]);
+    store_whole(stride, &lanes.stride[i]);
     const Wide brighter = Wide::load(&places.brightness[i]) * light[0];
     (max(min(brighter, Wide(most_brighter)), Wide(1 / most_brighter)) * light[1]).store(&lanes.brighter[i]);
   }
@@ -393,59 +412,60 @@ SELVEDGE_INLINE void look_lanes(const LanePlaces& places, LookLanes& lanes) {
 SELVEDGE_THREE_BODIES(look_lanes, (const LanePlaces& places, LookLanes& lanes), (places, lanes))
 
 /// A look of nothing.
-constexpr CellTexel empty_texel{};
-const CellLook empty_look{{1, 1, 0, 0}, 1, 0, &empty_texel, 0, false};
+constexpr std::array<CellTexel, 4> empty_texels{};
+const CellLook empty_look{{1, 1, 0, 0}, 1, 0, empty_texels.data(), 0, false, false};
 
 }  // namespace
 
-void CellPass::look(const PixelTriangles& pixels, CellShading& shading) const {
+void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
   static const auto place_all = place_lanes_for_this_processor();
   static const auto look_all = look_lanes_for_this_processor();
+  const Patches& patches = store_.patches();
   PlaneLanes planes;
-  for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    const std::size_t source = lane < pixels.count ? lane : 0;
-    planes.from[lane] = planes_[pixels.triangle[source]].coefficients.data();
-    planes.x[lane] = static_cast<float>(pixels.x[source]) - middle_x_;
-    planes.y[lane] = static_cast<float>(pixels.y[source]) - middle_y_;
-  }
+  planes.pixels = &pixels;
+  planes.units = static_cast<float>(patches.units_of_repeat());
+  for (std::size_t lane = 0; lane < lane_count; ++lane)
+    planes.from[lane] = planes_[pixels.surface[lane] / 2].coefficients.data();
   LanePlaces places;
   place_all(planes, places);
   LookLanes lanes;
   lanes.pixels = &shading.pixels;
-  shading.with_texels = 0;
+  shading.with_texels = shading.solid = 0;
   std::uint32_t own = 0;
-  const Patches& patches = store_.patches();
   const CellLook* look = &empty_look;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    // Neighbours mostly lie in one repeat, and repeats in one patch.
-    const bool known =
-        lane > 0 && patches.units_of_repeat() == 1 && pixels.triangle[lane] == pixels.triangle[lane - 1] &&
-        places.repeat_u[lane] == places.repeat_u[lane - 1] &&
-        places.repeat_v[lane] == places.repeat_v[lane - 1] && pixels.back[lane] == pixels.back[lane - 1];
-    if (lane >= pixels.count) {
+    const SeenSurface surface = pixels.surface[lane];
+    // Neighbours mostly lie in one patch.
+    const bool known = lane > 0 && surface == pixels.surface[lane - 1] &&
+                       places.repeat_u[lane] == places.repeat_u[lane - 1] &&
+                       places.repeat_v[lane] == places.repeat_v[lane - 1] &&
+                       places.unit[lane] == places.unit[lane - 1];
+    if (!known) {
+      const Patches::Place& place = planes_[surface / 2].place;
       look = &empty_look;
-    } else if (!known) {
-      const std::uint32_t patch = patches.at(planes_[pixels.triangle[lane]].place,
-                                             patches.unit(places.repeat_u[lane], places.u[lane]),
-                                             patches.unit(places.repeat_v[lane], places.v[lane]));
-      look = &store_.look(2 * patch + (pixels.back[lane] ? 1U : 0U));
-      if (look->texels == nullptr) look = &empty_look;
+      if (place.chart >= 0) {
+        const std::uint32_t patch = patches.at(place, patches.unit(places.repeat_u[lane], places.u[lane]),
+                                               patches.unit(places.repeat_v[lane], places.v[lane]));
+        if (const CellLook& of_patch = store_.look(2 * patch + surface % 2); of_patch.texels != nullptr)
+          look = &of_patch;
+      }
       own |= look->own;
     }
     lanes.looks[lane] = look;
     shading.with_texels |= static_cast<std::uint32_t>(look->shows_texels) << lane;
+    shading.solid |= static_cast<std::uint32_t>(look->is_solid) << lane;
   }
   look_all(places, lanes);
   if (own == 0) return;
-  for (std::size_t lane = 0; lane < pixels.count; ++lane) {
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
     const CellLook& of = *lanes.looks[lane];
     if (of.own == 0) continue;
-    const Surface surface = surface_at(pixels.triangle[lane], planes.x[lane], planes.y[lane]);
     const CellTexel* plane = of.texels;
     Quad sum{};
     for (std::uint32_t left = of.own; left != 0; left &= left - 1) {
-      plane += static_cast<std::ptrdiff_t>(of.size[0] * of.size[1]);
-      const float share = share_of(static_cast<std::size_t>(std::countr_zero(left)), surface);
+      plane += static_cast<std::ptrdiff_t>((of.size[0] + 1) * (of.size[1] + 1));
+      const float share = share_of(static_cast<std::size_t>(std::countr_zero(left)), pixels.surface[lane] / 2,
+                                   pixels.x[lane], pixels.y[lane]);
       if (share > 0) sum += mean_of(lanes, lane, plane) * share;
     }
     sum *= lanes.brighter[lane] * 0x1p112F;

@@ -13,6 +13,12 @@
 
 namespace selvedge {
 
+/// Surfaces at sixteen pixels, from the frame's middle.
+struct CellPixels {
+  std::array<SeenSurface, lane_count> surface{};
+  alignas(64) LaneFloats x{}, y{};
+};
+
 /// Cell images at sixteen pixels: radiance times opacity, and opacity.
 struct CellShading {
   std::array<Group, lane_count> pixels;
@@ -22,6 +28,8 @@ struct CellShading {
   }
   /// Lanes whose pixels are so large that texels of the fabric's levels show as well.
   std::uint32_t with_texels = 0;
+  /// Lanes whose holes show the yarn around them: values are still to be divided by their opacity.
+  std::uint32_t solid = 0;
 };
 
 class CellPass {
@@ -33,15 +41,23 @@ class CellPass {
   void begin(const FrameView& view, int supersample, std::span<const ShadowMap> shadows,
              const ProjectedVertices& projected);
   /// Whether a triangle has cell images in this frame.
-  bool shows(std::uint32_t triangle) const { return active_ && kinds_[triangle] != Kind::none; }
+  bool shows(SeenSurface surface) const { return active_ && kinds_[surface / 2] != Kind::none; }
   /// Whether it has, and its material changes nothing of them.
-  bool is_plain(std::uint32_t triangle) const { return active_ && kinds_[triangle] == Kind::plain; }
+  bool is_plain(SeenSurface surface) const { return active_ && kinds_[surface / 2] == Kind::plain; }
+  /// In place of a surface: look() gives 0 there.
+  SeenSurface nothing() const { return 2 * static_cast<SeenSurface>(scene_.mesh.triangles.size()); }
+  /// Whether see() must be told of all pixels of a triangle.
+  bool is_large(SeenSurface surface) const { return extents_[surface / 2].is_large(); }
   /// Notes that a pixel shows a triangle of which shows() holds. From any thread.
-  void see(std::uint32_t triangle, bool back, int x, int y);
+  void see(SeenSurface surface, int x, int y);
   /// Makes images of what was seen since the last call.
   void make(bool behind = false);
+  /// Place of a pixel from the frame's middle.
+  V2f from_middle(int x, int y) const {
+    return {static_cast<float>(x) - middle_x_, static_cast<float>(y) - middle_y_};
+  }
   /// Precondition: shows() holds for all, and make() was called after all were seen. From any thread.
-  void look(const PixelTriangles& pixels, CellShading& shading) const;
+  void look(const CellPixels& pixels, CellShading& shading) const;
 
  private:
   /// Perspective planes over the frame, a x + b y + c of pixels from its middle, whose quotients by the first
@@ -59,13 +75,18 @@ class CellPass {
   };
   void light_vertices();
   void set_planes(const ProjectedVertices& projected);
-  PatchNeed& need(PatchSide patch);
+  PatchNeed& need(PatchSide patch, bool behind);
   struct Surface {
     V3f point, normal;
   };
   /// At a pixel, so far from the frame's middle.
   Surface surface_at(std::uint32_t triangle, float x, float y) const;
-  float share_of(std::size_t light, const Surface& surface) const;
+  /// Lights of which the corners of a triangle have some share, and lack some.
+  struct Shares {
+    std::uint32_t lit = 0, unlit = 0;
+  };
+  /// At a pixel of a triangle, so far from the frame's middle.
+  float share_of(std::size_t light, std::uint32_t triangle, float x, float y) const;
 
   const PreparedScene& scene_;
   CellStore store_;
@@ -74,7 +95,7 @@ class CellPass {
   std::vector<Kind> kinds_;                       ///< of triangles
   std::vector<Extent> extents_;                   ///< of triangles
   std::vector<std::array<float, 2>> brightness_;  ///< of vertices, front and back
-  std::vector<std::vector<float>> shares_;        ///< [shadow map][vertex]: share of the light
+  std::vector<Shares> shares_;                    ///< of triangles, of lights with a shadow map
   std::vector<Light> known_lights_;               ///< of brightness_ and shares_
   std::vector<ShadowView> known_views_;
   std::vector<SmoothLight> known_around_;
@@ -85,6 +106,7 @@ class CellPass {
   std::vector<std::uint32_t> calls_;
   std::uint32_t call_ = 0;
   std::vector<PatchNeed> needs_;
+  std::vector<std::array<PatchSide, 2>> shared_;  ///< patches that look like others
   const ProjectedVertices* projected_ = nullptr;
   float middle_x_ = 0, middle_y_ = 0;
 };

@@ -89,6 +89,7 @@ struct CellStore::Kept {
 struct CellStore::Wanted {
   CellView view;
   const CellYarn* yarn = nullptr;
+  CellShadows* shadows = nullptr;
   V2f pixel{1, 1};
   std::uint32_t own = 0, lit = 0;
   float brightness = 1;
@@ -101,6 +102,7 @@ CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial
       fabrics_(fabrics),
       origin_(origin),
       yarns_(fabrics.size()),
+      shadows_(fabrics.size()),
       patches_(mesh, materials, reliefs_of(fabrics)) {
   for (std::size_t i = 0; i < fabrics.size(); ++i) {
     if (!(fabrics[i].largest_cell_pixel > 0)) continue;
@@ -108,6 +110,7 @@ CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial
       const PackedFabric& seen = fabrics[i].seen_from(side == 0 ? 1.0F : -1.0F);
       yarns_[i][side] = std::make_unique<CellYarn>(*seen.fabric->levels.front().yarns(),
                                                    seen.fabric->reference_height, seen.yarn_sky);
+      shadows_[i][side] = std::make_unique<CellShadows>(*yarns_[i][side]);
     }
   }
   kept_.resize(2 * patches_.count());
@@ -115,6 +118,8 @@ CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial
 }
 
 CellStore::~CellStore() = default;
+
+bool CellStore::is_made(PatchSide patch) const { return kept_[patch] && kept_[patch]->used >= frame_; }
 
 void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
                       const CellLights& lights) {
@@ -137,6 +142,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const 
   Wanted result;
   const int fabric = materials_[mesh_.triangles[patch.triangle].surface].fabric;
   result.yarn = yarns_[fabric][need.patch % 2].get();
+  result.shadows = shadows_[fabric][need.patch % 2].get();
   result.pixel = patches_.shown(need.patch / 2).pixel;
 
   const V3f to_viewer = camera_->projection == Projection::parallel
@@ -303,7 +309,7 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
     if (interrupts_->ends()) return;
     Wanted& of = order[i]->wanted;
     Kept& kept = *kept_[order[i]->patch];
-    make_cell_image(*of.yarn, of.view, scratch, kept.image);
+    make_cell_image(*of.yarn, of.view, *of.shadows, scratch, kept.image);
     kept.view = std::move(of.view);
     kept.pixel = of.pixel;
     kept.samples = samples;
@@ -329,14 +335,30 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
             image.scale,
             image.texels.data(),
             kept.own,
+            false,
             false};
-    const int fabric = materials_[mesh_.triangles[patches_[work.patch / 2].triangle].surface].fabric;
+    const SurfaceMaterial& material = materials_[mesh_.triangles[patches_[work.patch / 2].triangle].surface];
+    // Seen from a new side, yarn above the plane is elsewhere in an older image.
+    const V2f moved = (slope_of(work.wanted.view.view) - slope_of(kept.view.view)) * image.above /
+                      work.wanted.yarn->yarns().period();
+    for (int axis = 0; axis < 2; ++axis) {
+      float& first = look.size[2 + axis];
+      first -= moved[axis] * look.size[axis];
+      first -= std::floor(first / look.size[axis]) * look.size[axis];
+    }
+    look.is_solid = !material.keeps_opacity;
+    const int fabric = material.fabric;
     const V2i texels = fabrics_[fabric].fabric->texels();
     const float width = std::sqrt(work.wanted.pixel.x * work.wanted.pixel.y * static_cast<float>(texels.x) *
                                   static_cast<float>(texels.y));
     look.shows_texels = width * 1.5F > fabrics_[fabric].largest_cell_pixel;
   }
   trim();
+  for (auto& sides : shadows_) {
+    for (auto& shadows : sides) {
+      if (shadows) shadows->trim(options_.memory / 4 / shadows_.size());
+    }
+  }
 }
 
 /// An image of a patch around or within this one that is of use.

@@ -45,6 +45,7 @@ struct CellLook {
   float scale = 1;       ///< of radiance
   const CellTexel* texels = nullptr;
   std::uint32_t own = 0;      ///< lights that have a plane of their own, in their order behind plane 0
+  bool is_solid = false;      ///< its holes show the yarn around them
   bool shows_texels = false;  ///< so small on the screen that texels of the fabric's levels show, too
 };
 
@@ -65,6 +66,10 @@ class CellStore {
   /// holes of other surfaces show them.
   void make(std::span<const PatchNeed> needs, bool behind);
   const CellLook& look(PatchSide patch) const { return looks_[patch]; }
+  /// Whether a call of this frame has made or kept the patch's own image.
+  bool is_made(PatchSide patch) const;
+  /// Lets a patch look like another one until the next call of make() for it.
+  void share(PatchSide patch, PatchSide other) { looks_[patch] = looks_[other]; }
 
  private:
   struct Kept;
@@ -78,7 +83,9 @@ class CellStore {
   std::span<const SurfaceMaterial> materials_;
   std::span<const PackedFabric> fabrics_;
   V3d origin_;
-  std::vector<std::array<std::unique_ptr<CellYarn>, 2>> yarns_;  ///< of fabrics, by side; null without yarn
+  /// Of fabrics, by side; null without yarn.
+  std::vector<std::array<std::unique_ptr<CellYarn>, 2>> yarns_;
+  std::vector<std::array<std::unique_ptr<CellShadows>, 2>> shadows_;
   Patches patches_;
   std::size_t bytes_ = 0;                    ///< of the images
   std::vector<std::shared_ptr<Kept>> kept_;  ///< by patch and side; a patch may show the image of its kin

@@ -16,7 +16,7 @@ constexpr int coarsest_level = 5;
 /// Yarn may be so far from its place at the border of a patch, pixels.
 constexpr float most_apart = 0.5F;
 constexpr std::int32_t no_chart = -1;
-constexpr float largest_turn = 30;  ///< degrees
+constexpr float largest_turn = 25;  ///< degrees
 /// Patches that turn out of sight are split while they are larger, pixels.
 constexpr float outline_pixels = 24;
 

@@ -17,10 +17,11 @@
 
 namespace selvedge {
 
-/// The path that finds texels and shades them: the CPU (hybrid), OpenGL (shader), or the CPU with nearest
-/// texels and all colours of the index pass rounded to 8 bits, as published (paper); docs/view.md.
-enum class RenderPath { hybrid, shader, paper };
-inline constexpr std::array<std::string_view, 3> path_names{"hybrid", "shader", "paper"};
+/// The processor that shades: the CPU (hybrid), the CPU, which also finds the triangles where it can
+/// (raster), OpenGL (shader), or the CPU with nearest texels and all colours of the index pass rounded to 8
+/// bits, as published (paper); docs/view.md.
+enum class RenderPath { hybrid, raster, shader, paper };
+inline constexpr std::array<std::string_view, 4> path_names{"hybrid", "raster", "shader", "paper"};
 
 /// Sizes that determine the memory of a renderer.
 struct FrameSize {
@@ -50,8 +51,8 @@ struct CellImageOptions {
 };
 
 /// For frames that move.
-inline constexpr CellImageOptions moving_cell_images{2, 128, 360,  false, false, true,      1,
-                                                     2, 2,   0.7F, 0.25F, 30,    3.0F / 255};
+inline constexpr CellImageOptions moving_cell_images{2, 64, 360, false, false, true,      1,
+                                                     2, 2,  1,   0.16F, 30,    3.0F / 255};
 
 /// Options that may change from frame to frame.
 struct DrawOptions {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "viewer/hybrid/visibility_pass.h"
+#include "viewer/scene/pixel_triangles.h"
 
 namespace selvedge {
 
@@ -24,29 +25,35 @@ struct DrawnSide {
 struct DeepHit {
   std::uint32_t pixel = 0;  ///< y * width + x of the band
   float depth = 0;
-  std::uint32_t triangle = 0;  ///< of the mesh
-  bool back = false;
-  PbrPixel pbr;
+  SeenSurface surface = 0;
+  std::uint32_t number = 0;  ///< of the pixel, of all deep ones
+  std::uint32_t pbr = 0;     ///< of DeepLayers::pbr
 };
 
-/// The surfaces of pixels: pixel i has hits starts[i] ... starts[i + 1] - 1, nearest first.
+/// Hits by pixel, nearest first: starts[i] ... starts[i + 1] - 1 are hits of one pixel.
 struct DeepLayers {
   std::vector<DeepHit> hits;
   std::vector<std::uint32_t> starts{0};
+  std::vector<PbrPixel> pbr;  ///< empty if no surface of the scene needs it
   std::size_t pixels() const { return starts.size() - 1; }
+  PbrPixel pbr_of(const DeepHit& hit) const { return pbr.empty() ? PbrPixel{} : pbr[hit.pbr]; }
 };
 
-/// The deep pixels of a band, collected until all their layers are known.
+/// Of so many pixels. The order does not depend on the order of `hits`.
+DeepLayers by_pixel(std::size_t pixels, std::span<const DeepHit> hits);
+
+/// The deep pixels of a band of a scene with surfaces without fabric, collected until OpenGL has drawn all
+/// their layers: only it evaluates the masks of such surfaces.
 class DeepPixels {
  public:
-  DeepPixels(int width, int rows);
+  explicit DeepPixels(int width, int rows) : width_(width), rows_(rows) {}
 
   struct Pixel {
     std::uint32_t pixel = 0;
     std::array<std::uint8_t, 2> counts{};  ///< number of surfaces by side (front, back)
   };
   /// Adds pixels, each at most once.
-  void add(std::span<const Pixel> pixels);
+  void add(std::span<const Pixel> pixels) { pixels_.insert(pixels_.end(), pixels.begin(), pixels.end()); }
   bool empty() const { return pixels_.empty(); }
   /// Whether some pixel has a surface of this side in this round.
   bool has_more(int side, int round) const;
@@ -54,26 +61,13 @@ class DeepPixels {
   std::vector<std::uint8_t> tiles(int side, int round) const;
   /// Adds the surfaces that a round has drawn at these pixels.
   void add_round(int side, int round, const DrawnSide& drawn);
-  /// Finds all surfaces at these pixels on the CPU, on all cores: far less work than further rounds of OpenGL
-  /// for a few pixels. Precondition: all surfaces have a fabric; only OpenGL evaluates the masks of others.
-  void cast(const MergedSurfaces& mesh, const ProjectedVertices& projected,
-            const std::array<DrawnSide, 2>& sides, int first_row);
-  /// All layers; the bytes do not depend on the order in which surfaces were added.
-  DeepLayers sorted() const;
+  DeepLayers layers();
 
  private:
-  struct Place {
-    std::size_t tile;
-    std::uint32_t bit;
-  };
-  Place place_of(std::uint32_t pixel) const;
-
-  int width_;
-  int rows_;
-  int tile_columns_;
-  std::vector<std::uint64_t> tiles_;  ///< mask of pixels of each tile, row by row
+  int width_, rows_;
   std::vector<Pixel> pixels_;
   std::vector<DeepHit> hits_;
+  std::vector<PbrPixel> pbr_;
 };
 
 }  // namespace selvedge

@@ -11,29 +11,93 @@
 namespace selvedge {
 namespace {
 
-constexpr int rows_per_task = 16;
-/// Pixels of a row that are tested together.
-constexpr int square = 4;
+constexpr int rows_per_task = Raster::strip_rows;
 constexpr std::size_t deep_pixels_per_task = 1024;
 
 /// Collects sixteen pixels at a time, shades them, and composites them behind the pixels' colours.
 class Painter {
  public:
   Painter(const IndexScene& index, const ShadingScene& shading, bool has_pbr, const BandPixels& pixels)
-      : index_(index),
-        shading_(shading),
+      : shading_(shading),
         pixels_(pixels),
         rest_(shading.options != nullptr ? shading.options->cells.rest : CellImageOptions().rest),
-        has_pbr_(has_pbr) {}
+        has_pbr_(has_pbr),
+        has_cells_(index.cells),
+        index_(index) {}
 
-  void add(int x, int y, std::uint32_t triangle, bool back, const PbrPixel& pbr) {
+  /// Overwrites the next sixteen pixels of a row, or those left of its end: cell images alone, 0 where others
+  /// show. Returns the lanes of others, which are to be added.
+  std::uint32_t put_row(int x, int y, const SeenSurface* surfaces) {
+    const int count = std::min(static_cast<int>(lane_count), pixels_.width - x);
+    V4f* const to = &at(x, y);
+    std::uint32_t others = 0;
+    std::uint32_t plain = 0;
+    const SeenSurface nothing = shading_.cells->nothing();
+    SeenSurface known = no_surface;
+    std::uint32_t known_plain = 0;
+    for (int lane = 0; lane < count; ++lane) {
+      const SeenSurface surface = surfaces[lane];
+      if (surface != known) {
+        known = surface;
+        known_plain = surface != no_surface && is_plain(surface) ? 1 : 0;
+      }
+      const std::uint32_t shows = surface != no_surface ? 1 : 0;
+      plain |= known_plain << lane;
+      others |= (shows & ~known_plain) << lane;
+      row_.surface[lane] = known_plain != 0 ? surface : nothing;
+    }
+    std::fill(row_.surface.begin() + count, row_.surface.end(), nothing);
+    count_ += std::popcount(plain | others);
+    if (plain == 0) {
+      std::fill_n(to, count, V4f(0, 0, 0, 0));
+      return others;
+    }
+    const V2f first = shading_.cells->from_middle(x, pixels_.first_row + y);
+    for (std::size_t lane = 0; lane < lane_count; ++lane) row_.x[lane] = first.x + static_cast<float>(lane);
+    row_.y.fill(first.y);
+    shading_.cells->look(row_, seen_);
+    std::memcpy(static_cast<void*>(to), seen_.pixels.data(), count * sizeof(V4f));
+    for (std::uint32_t left = seen_.solid; left != 0; left &= left - 1) {
+      const int lane = std::countr_zero(left);
+      if (lane < count && to[lane].w > 0) to[lane] /= to[lane].w;
+    }
+    for (std::uint32_t left = seen_.with_texels; left != 0; left &= left - 1) {
+      const int lane = std::countr_zero(left);
+      if (lane >= count || row_.surface[lane] == nothing) continue;
+      to[lane] = V4f(0, 0, 0, 0);
+      others |= 1U << lane;
+    }
+    return others;
+  }
+
+  /// Adds a pixel that shows more than cell images, and was counted.
+  void add_texels(int x, int y, SeenSurface surface, const PbrPixel& pbr) {
+    if (!texels_) texels_ = std::make_unique<Texels>();
+    PixelTriangles& waiting = texels_->waiting;
+    waiting.has_pbr = has_pbr_;
+    const std::size_t lane = waiting.count++;
+    waiting.x[lane] = static_cast<std::uint16_t>(x);
+    waiting.y[lane] = static_cast<std::uint16_t>(pixels_.first_row + y);
+    waiting.triangle[lane] = surface / 2;
+    waiting.back[lane] = surface % 2 != 0;
+    if (has_pbr_) waiting.pbr[lane] = pbr;
+    if (waiting.count == lane_count) shade_texels();
+  }
+
+  void add(int x, int y, SeenSurface surface, const PbrPixel& pbr) {
     ++count_;
-    if (!index_.cells || !shading_.cells->is_plain(triangle)) {
-      add_texels(x, pixels_.first_row + y, triangle, back, pbr);
+    if (!is_plain(surface)) {
+      add_texels(x, y, surface, pbr);
       return;
     }
-    put(cells_, x, pixels_.first_row + y, triangle, back);
-    if (cells_.count == lane_count) look_up();
+    const std::size_t lane = waiting_++;
+    const V2f place = shading_.cells->from_middle(x, pixels_.first_row + y);
+    row_.surface[lane] = surface;
+    row_.x[lane] = place.x;
+    row_.y[lane] = place.y;
+    x_[lane] = x;
+    y_[lane] = y;
+    if (waiting_ == lane_count) look_up();
   }
 
   /// Shades the remaining pixels. A pixel must not be added again before.
@@ -54,44 +118,26 @@ class Painter {
     ShadingScratch scratch;
   };
 
-  static void put(PixelTriangles& to, int x, int y, std::uint32_t triangle, bool back) {
-    const std::size_t lane = to.count++;
-    to.x[lane] = static_cast<std::uint16_t>(x);
-    to.y[lane] = static_cast<std::uint16_t>(y);
-    to.triangle[lane] = triangle;
-    to.back[lane] = back;
-  }
+  bool is_plain(SeenSurface surface) const { return has_cells_ && shading_.cells->is_plain(surface); }
 
-  void add_texels(int x, int row, std::uint32_t triangle, bool back, const PbrPixel& pbr) {
-    if (!texels_) texels_ = std::make_unique<Texels>();
-    PixelTriangles& waiting = texels_->waiting;
-    waiting.has_pbr = has_pbr_;
-    put(waiting, x, row, triangle, back);
-    if (has_pbr_) waiting.pbr[waiting.count - 1] = pbr;
-    if (waiting.count == lane_count) shade_texels();
-  }
+  V4f& at(int x, int y) { return pixels_.at(x, y); }
 
-  V4f& at(int x, int row) { return pixels_.at(x, row - pixels_.first_row); }
-
-  /// Most pixels show their cell image alone.
   void look_up() {
-    if (cells_.count == 0) return;
-    shading_.cells->look(cells_, seen_);
-    for (std::size_t lane = 0; lane < cells_.count; ++lane) {
-      const int x = cells_.x[lane];
-      const int y = cells_.y[lane];
-      const std::uint32_t triangle = cells_.triangle[lane];
+    if (waiting_ == 0) return;
+    std::fill(row_.surface.begin() + static_cast<std::ptrdiff_t>(waiting_), row_.surface.end(),
+              shading_.cells->nothing());
+    shading_.cells->look(row_, seen_);
+    for (std::size_t lane = 0; lane < waiting_; ++lane) {
       if ((seen_.with_texels >> lane & 1) != 0) {
-        add_texels(x, y, triangle, cells_.back[lane], {});
+        add_texels(x_[lane], y_[lane], row_.surface[lane], {});
         continue;
       }
       V4f value = seen_.at(lane);
-      if (!index_.materials[index_.mesh.triangles[triangle].surface].keeps_opacity && value.w > 0)
-        value /= value.w;
-      V4f& pixel = at(x, y);
+      if ((seen_.solid >> lane & 1) != 0 && value.w > 0) value /= value.w;
+      V4f& pixel = at(x_[lane], y_[lane]);
       pixel += value * (1 - pixel.w);
     }
-    cells_.count = 0;
+    waiting_ = 0;
   }
 
   void shade_texels() {
@@ -100,142 +146,186 @@ class Painter {
     find_texels(index_, texels_->waiting, block);
     const LaneShading& light = shade(shading_, block, texels_->scratch);
     for (std::size_t lane = 0; lane < block.count; ++lane) {
-      V4f& pixel = at(block.x[lane], block.y[lane]);
+      V4f& pixel = at(block.x[lane], block.y[lane] - pixels_.first_row);
       pixel += V4f(light.red[lane], light.green[lane], light.blue[lane], light.alpha[lane]) * (1 - pixel.w);
     }
     texels_->waiting.count = 0;
   }
 
-  const IndexScene& index_;
   const ShadingScene& shading_;
   const BandPixels& pixels_;
   float rest_;
-  bool has_pbr_;
-  PixelTriangles cells_;  ///< pixels that most likely show a cell image alone
+  bool has_pbr_, has_cells_;
+  const IndexScene& index_;
+  CellPixels row_;  ///< pixels that most likely show a cell image alone
+  std::array<int, lane_count> x_{}, y_{};
+  std::size_t waiting_ = 0;
   CellShading seen_;
   std::unique_ptr<Texels> texels_;
   std::int64_t count_ = 0;
 };
 
-/// Whether so many depths of a row, the next of a square, are all 1.
-bool are_empty(const float* depth) {
-  constexpr auto one = std::bit_cast<std::uint32_t>(1.0F);
-  std::array<std::uint32_t, square> bits;
-  std::memcpy(bits.data(), depth, sizeof bits);
-  std::uint32_t difference = 0;
-  for (const std::uint32_t b : bits) difference |= b ^ one;
-  return difference == 0;
+/// Composites the surfaces behind the nearest ones at deep pixels first ... end - 1.
+void paint_layers(Painter& painter, const DeepLayers& deep, std::size_t first, std::size_t end, int layers,
+                  const BandPixels& pixels, LayerCount& count) {
+  // Layer by layer, since a pixel must be composited before it is tested for being opaque. The first is
+  // there.
+  for (int layer = 1; layer < layers; ++layer) {
+    const std::int64_t before = painter.count();
+    for (std::size_t k = first; k < end; ++k) {
+      if (deep.starts[k] + layer >= deep.starts[k + 1]) continue;
+      const DeepHit& hit = deep.hits[deep.starts[k] + layer];
+      const int x = static_cast<int>(hit.pixel) % pixels.width;
+      const int y = static_cast<int>(hit.pixel) / pixels.width;
+      if (painter.is_open(pixels.at(x, y))) painter.add(x, y, hit.surface, deep.pbr_of(hit));
+    }
+    painter.paint();
+    if (painter.count() == before) break;
+    count.layers = std::max(count.layers, layer + 1);
+  }
 }
 
 /// Shades some rows of a band, the work of one task.
 class RowShader {
  public:
-  RowShader(const IndexScene& index, const ShadingScene& shading, CellPass& cells,
-            const std::array<DrawnSide, 2>& sides, int layers, const BandPixels& pixels, int first)
+  RowShader(const IndexScene& index, const ShadingScene& shading, CellPass& cells, BandSurfaces& surfaces,
+            int layers, const BandPixels& pixels, int task)
       : index_(index),
         cells_(cells),
-        sides_(sides),
+        surfaces_(surfaces),
         layers_(layers),
         pixels_(pixels),
-        first_(first),
-        end_(std::min(first + rows_per_task, pixels.rows)),
-        painter_(index, shading, !sides[0].seen.colours.empty(), pixels) {}
+        task_(task),
+        first_(task * rows_per_task),
+        end_(std::min(first_ + rows_per_task, pixels.rows)),
+        painter_(index, shading, surfaces.has_pbr(), pixels) {}
 
-  /// Notes the cell images of the nearest surfaces.
+  /// Finds the nearest surfaces, and the ones of the other side behind them; notes the cell images of the
+  /// nearest.
   void see_nearest() {
+    thread_local std::array<RasterRows, 2> rows;
+    if (surfaces_.cast) {
+      for (std::size_t side = 0; side < 2; ++side) surfaces_.raster[side].draw(task_, rows[side]);
+    }
     for (int y = first_; y < end_; ++y) {
-      std::fill_n(&pixels_.at(0, y), pixels_.width, V4f(0, 0, 0, 0));
-      if (!index_.cells) continue;
-      for_nearest(y, [&](int x, std::size_t i, std::size_t side, float, float) {
-        if (const std::uint32_t seen = triangle(side, i); cells_.shows(seen))
-          cells_.see(seen, side == 1, x, pixels_.first_row + y);
-      });
+      const std::span nearest(&surfaces_.nearest[index_of(0, y)], static_cast<std::size_t>(pixels_.width));
+      const std::span behind(&surfaces_.behind[index_of(0, y)], nearest.size());
+      if (surfaces_.cast)
+        merge_sides(rows, static_cast<std::size_t>(y - first_) * rows[0].stride, nearest, behind);
+      else
+        merge_drawn(index_of(0, y), nearest, behind);
+      SeenSurface known = no_surface;
+      for (int x = 0; x < pixels_.width; ++x) note(nearest[x], x, y, known);
     }
   }
 
-  /// Shades the nearest surfaces, and notes the cell images of those that show behind them.
+  /// Shades the nearest surfaces, and lists the deep pixels of which more shows.
   void shade_nearest() {
     for (int y = first_; y < end_; ++y) {
-      for_nearest(y, [&](int x, std::size_t i, std::size_t side, float front, float back) {
-        painter_.add(x, y, triangle(side, i), side == 1, sides_[side].pbr_at(i));
-        if (layers_ == 1) return;
-        const std::array<std::uint8_t, 2> counts{front < 1 ? sides_[0].seen.counts[i] : std::uint8_t{0},
-                                                 back < 1 ? sides_[1].seen.counts[i] : std::uint8_t{0}};
-        if (counts[0] + counts[1] > 1) behind_.push_back({x, y, 1 - side, counts});
-      });
+      for (int x = 0; x < pixels_.width; x += lane_count) {
+        const SeenSurface* const nearest = &surfaces_.nearest[index_of(x, y)];
+        for (std::uint32_t left = painter_.put_row(x, y, nearest); left != 0; left &= left - 1) {
+          const int lane = std::countr_zero(left);
+          painter_.add_texels(x + lane, y, nearest[lane],
+                              surfaces_.pbr_at(nearest[lane], index_of(x + lane, y)));
+        }
+      }
     }
     painter_.paint();
     count_.covered = count_.evaluated = painter_.count();
     count_.layers = painter_.count() > 0 ? 1 : 0;
-    std::erase_if(behind_, [&](const Behind& b) { return !painter_.is_open(pixels_.at(b.x, b.y)); });
-    for (const Behind& b : behind_) {
-      const std::size_t i = index_of(b.x, b.y);
-      if (b.is_deep()) {
-        deep_.push_back({static_cast<std::uint32_t>(i), b.counts});
-      } else if (const std::uint32_t seen = triangle(b.side, i); cells_.shows(seen)) {
-        cells_.see(seen, b.side == 1, b.x, pixels_.first_row + b.y);
+    for (int y = first_; y < end_; ++y) {
+      for (int x = 0; x < pixels_.width; ++x) {
+        SeenSurface& behind = surfaces_.behind[index_of(x, y)];
+        if (behind == no_surface) continue;
+        const bool is_deep = behind == deep_surface;
+        const bool is_open = layers_ > 1 && painter_.is_open(pixels_.at(x, y));
+        if (is_deep && is_open) deep_.push_back(static_cast<std::uint32_t>(index_of(x, y)));
+        if (is_deep || !is_open) behind = no_surface;
       }
     }
   }
 
-  /// Shades the surfaces of the other side behind the nearest ones.
+  /// Finds all surfaces at deep pixels, and notes the cell images of all that may show behind the nearest.
+  void see_behind() {
+    SeenSurface known = no_surface;
+    for (int y = first_; y < end_; ++y) {
+      for (int x = 0; x < pixels_.width; ++x) note(surfaces_.behind[index_of(x, y)], x, y, known);
+    }
+    if (surfaces_.has_pbr() || deep_.empty()) return;
+    std::vector<DeepHit> hits;
+    for (const Raster& raster : surfaces_.raster) raster.find(task_, deep_, hits);
+    layers_of_deep_ = by_pixel(deep_.size(), hits);
+    for (std::size_t k = 0; k < layers_of_deep_.pixels(); ++k) {
+      for (std::size_t i = layers_of_deep_.starts[k] + 1; i < layers_of_deep_.starts[k + 1]; ++i) {
+        const DeepHit& hit = layers_of_deep_.hits[i];
+        note(hit.surface, static_cast<int>(hit.pixel) % pixels_.width,
+             static_cast<int>(hit.pixel) / pixels_.width, known);
+      }
+    }
+  }
+
+  /// Shades the surfaces behind the nearest ones.
   void shade_behind() {
     const std::int64_t before = painter_.count();
-    for (const Behind& b : behind_) {
-      if (b.is_deep()) continue;
-      const std::size_t i = index_of(b.x, b.y);
-      painter_.add(b.x, b.y, triangle(b.side, i), b.side == 1, sides_[b.side].pbr_at(i));
+    for (int y = first_; y < end_; ++y) {
+      const SeenSurface* const behind = &surfaces_.behind[index_of(0, y)];
+      for (int x = 0; x < pixels_.width; ++x) {
+        if (behind[x] == no_surface) continue;
+        painter_.add(x, y, behind[x], surfaces_.pbr_at(behind[x], index_of(x, y)));
+      }
     }
     painter_.paint();
-    count_.evaluated = painter_.count();
     if (painter_.count() > before) count_.layers = 2;
+    paint_layers(painter_, layers_of_deep_, 0, layers_of_deep_.pixels(), layers_, pixels_, count_);
+    count_.evaluated = painter_.count();
   }
 
   const LayerCount& count() const { return count_; }
-  const std::vector<DeepPixels::Pixel>& deep() const { return deep_; }
+  const std::vector<std::uint32_t>& deep() const { return deep_; }
 
  private:
-  /// A pixel with surfaces behind its nearest one.
-  struct Behind {
-    int x, y;
-    std::size_t side;                    ///< that is not nearest
-    std::array<std::uint8_t, 2> counts;  ///< of both sides
-    /// Whether a side covers itself.
-    bool is_deep() const { return counts[0] > 1 || counts[1] > 1; }
-  };
-
   std::size_t index_of(int x, int y) const { return static_cast<std::size_t>(y) * pixels_.width + x; }
-  std::uint32_t triangle(std::size_t side, std::size_t i) const {
-    return sides_[side].list[sides_[side].seen.triangles[i]];
+
+  void note(SeenSurface surface, int x, int y, SeenSurface& known) {
+    if (surface == known || surface >= deep_surface || !index_.cells || !cells_.shows(surface)) return;
+    cells_.see(surface, x, pixels_.first_row + y);
+    known = cells_.is_large(surface) ? no_surface : surface;
   }
 
-  /// visit(x, index, nearest side, depth of front, depth of back) for the pixels of a row that show
-  /// something.
-  template <class Visit>
-  void for_nearest(int y, const Visit& visit) const {
-    const std::size_t row = index_of(0, y);
-    const std::array depth{&sides_[0].seen.depth[row], &sides_[1].seen.depth[row]};
-    for (int left = 0; left < pixels_.width; left += square) {
-      const int right = std::min(left + square, pixels_.width);
-      if (right - left == square && are_empty(depth[0] + left) && are_empty(depth[1] + left)) continue;
-      for (int x = left; x < right; ++x) {
-        const float front = depth[0][x];
-        const float back = depth[1][x];
-        if (front < 1 || back < 1) visit(x, row + x, back < front ? 1U : 0U, front, back);
-      }
+  /// As merge_sides(), of a row that OpenGL has drawn; its first pixel has index `row`.
+  void merge_drawn(std::size_t row, std::span<SeenSurface> nearest, std::span<SeenSurface> behind) const {
+    const std::array<DrawnSide, 2>& sides = surfaces_.sides;
+    const auto surface = [&](std::size_t side, std::size_t i) {
+      return static_cast<SeenSurface>(2 * sides[side].list[sides[side].seen.triangles[i]] + side);
+    };
+    for (std::size_t x = 0; x < nearest.size(); ++x) {
+      const std::size_t i = row + x;
+      const float front = sides[0].seen.depth[i];
+      const float back = sides[1].seen.depth[i];
+      nearest[x] = behind[x] = no_surface;
+      if (!(front < 1 || back < 1)) continue;
+      const std::size_t side = back < front ? 1 : 0;
+      nearest[x] = surface(side, i);
+      const int in_front = front < 1 ? sides[0].seen.counts[i] : 0;
+      const int in_back = back < 1 ? sides[1].seen.counts[i] : 0;
+      if (in_front > 1 || in_back > 1)
+        behind[x] = deep_surface;
+      else if (in_front + in_back > 1)
+        behind[x] = surface(1 - side, i);
     }
   }
 
   const IndexScene& index_;
   CellPass& cells_;
-  const std::array<DrawnSide, 2>& sides_;
+  BandSurfaces& surfaces_;
   int layers_;
   const BandPixels& pixels_;
-  int first_, end_;
+  int task_, first_, end_;
   Painter painter_;
-  std::vector<Behind> behind_;
   LayerCount count_;
-  std::vector<DeepPixels::Pixel> deep_;
+  std::vector<std::uint32_t> deep_;  ///< pixels, ascending
+  DeepLayers layers_of_deep_;
 };
 
 }  // namespace
@@ -247,69 +337,66 @@ LayerCount& LayerCount::operator+=(const LayerCount& b) {
   return *this;
 }
 
+void BandSurfaces::set_up(const IndexScene& index, int first_row, int rows) {
+  for (std::size_t side = 0; side < 2; ++side)
+    raster[side].begin(index.mesh, index.projected, sides[side].list, side == 1, first_row, rows);
+}
+
 LayerCount shade_band(const IndexScene& index, const ShadingScene& shading, CellPass& cells,
-                      const std::array<DrawnSide, 2>& sides, int layers, const BandPixels& pixels,
-                      DeepPixels& deep) {
+                      BandSurfaces& surfaces, int layers, const BandPixels& pixels, DeepPixels& deep) {
   const int tasks = (pixels.rows + rows_per_task - 1) / rows_per_task;
+  const std::size_t size = static_cast<std::size_t>(pixels.rows) * pixels.width;
+  surfaces.nearest.resize(size);
+  surfaces.behind.resize(size);
   std::vector<std::unique_ptr<RowShader>> rows(tasks);
   parallel_for(0, tasks, [&](int task) {
-    rows[task] =
-        std::make_unique<RowShader>(index, shading, cells, sides, layers, pixels, task * rows_per_task);
+    rows[task] = std::make_unique<RowShader>(index, shading, cells, surfaces, layers, pixels, task);
     rows[task]->see_nearest();
   });
   if (shading.ends()) return {};
   cells.make();
   parallel_for(0, tasks, [&](int task) { rows[task]->shade_nearest(); });
   if (shading.ends()) return {};
+  const bool casts = !surfaces.has_pbr();
+  if (casts && !surfaces.cast &&
+      std::any_of(rows.begin(), rows.end(), [](const auto& part) { return !part->deep().empty(); }))
+    surfaces.set_up(index, pixels.first_row, pixels.rows);
+  parallel_for(0, tasks, [&](int task) { rows[task]->see_behind(); });
   cells.make(true);
   parallel_for(0, tasks, [&](int task) { rows[task]->shade_behind(); });
   LayerCount sum;
+  std::vector<DeepPixels::Pixel> deep_pixels;
   for (const auto& part : rows) {
     sum += part->count();
-    deep.add(part->deep());
+    if (casts) continue;
+    for (const std::uint32_t pixel : part->deep()) {
+      const std::array<DrawnSide, 2>& sides = surfaces.sides;
+      deep_pixels.push_back({pixel, {sides[0].seen.counts[pixel], sides[1].seen.counts[pixel]}});
+    }
   }
+  deep.add(deep_pixels);
   return sum;
 }
 
-LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, CellPass& cells,
-                      const DeepPixels& deep, int layers, const BandPixels& pixels) {
-  const DeepLayers layered = deep.sorted();
+LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, CellPass& cells, DeepPixels& deep,
+                      int layers, const BandPixels& pixels) {
+  const DeepLayers layered = deep.layers();
   const std::size_t count = layered.pixels();
   const std::size_t tasks = (count + deep_pixels_per_task - 1) / deep_pixels_per_task;
   std::vector<LayerCount> counts(tasks);
-  const auto x_of = [&](std::uint32_t pixel) {
-    return static_cast<int>(pixel % static_cast<std::uint32_t>(pixels.width));
-  };
-  const auto y_of = [&](std::uint32_t pixel) {
-    return static_cast<int>(pixel / static_cast<std::uint32_t>(pixels.width));
-  };
   for (const DeepHit& hit : layered.hits) {
-    if (cells.shows(hit.triangle))
-      cells.see(hit.triangle, hit.back, x_of(hit.pixel), pixels.first_row + y_of(hit.pixel));
+    if (!index.cells || !cells.shows(hit.surface)) continue;
+    cells.see(hit.surface, static_cast<int>(hit.pixel) % pixels.width,
+              pixels.first_row + static_cast<int>(hit.pixel) / pixels.width);
   }
   cells.make(true);
   parallel_for(0, static_cast<int>(tasks), [&](int task) {
     if (shading.ends()) return;
     const std::size_t first = task * deep_pixels_per_task;
-    const std::size_t end = std::min(first + deep_pixels_per_task, count);
-    LayerCount& count_of_task = counts[task];
     Painter painter(index, shading, true, pixels);
-    // Layer by layer, since a pixel must be composited before it is tested for being opaque. The first is
-    // there.
-    for (int layer = 1; layer < layers; ++layer) {
-      const std::int64_t before = painter.count();
-      for (std::size_t k = first; k < end; ++k) {
-        if (layered.starts[k] + layer >= layered.starts[k + 1]) continue;
-        const DeepHit& hit = layered.hits[layered.starts[k] + layer];
-        const int x = x_of(hit.pixel);
-        const int y = y_of(hit.pixel);
-        if (painter.is_open(pixels.at(x, y))) painter.add(x, y, hit.triangle, hit.back, hit.pbr);
-      }
-      painter.paint();
-      if (painter.count() == before) break;
-      count_of_task.layers = layer + 1;
-    }
-    count_of_task.evaluated = painter.count();
+    paint_layers(painter, layered, first, std::min(first + deep_pixels_per_task, count), layers, pixels,
+                 counts[task]);
+    counts[task].evaluated = painter.count();
   });
   LayerCount sum;
   for (const LayerCount& part : counts) sum += part;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "viewer/hybrid/deep_pixels.h"
+#include "viewer/hybrid/raster.h"
 #include "viewer/hybrid/shade.h"
 
 namespace selvedge {
@@ -22,14 +23,28 @@ struct LayerCount {
   LayerCount& operator+=(const LayerCount& b);
 };
 
-/// Shades and overwrites the pixels of a band, at most `layers` surfaces deep, on all cores. Of deep pixels
-/// only the nearest surface; if more shows behind it, they are added to `deep`.
-LayerCount shade_band(const IndexScene& index, const ShadingScene& shading, CellPass& cells,
-                      const std::array<DrawnSide, 2>& sides, int layers, const BandPixels& pixels,
-                      DeepPixels& deep);
+/// The surfaces at a band's pixels.
+struct BandSurfaces {
+  std::array<DrawnSide, 2>
+      sides;                     ///< front and back, as OpenGL has drawn them; of a cast band only the lists
+  std::array<Raster, 2> raster;  ///< of a cast band, and of another one with deep pixels
+  bool cast = false;
+  /// At y * width + x, no_surface: none. Memory of shade_band().
+  std::vector<SeenSurface> nearest, behind;
+  bool has_pbr() const { return !sides[0].seen.colours.empty(); }
+  PbrPixel pbr_at(SeenSurface surface, std::size_t i) const { return sides[surface % 2].pbr_at(i); }
+  /// Sets up `raster` from the lists.
+  void set_up(const IndexScene& index, int first_row, int rows);
+};
 
-/// The other surfaces of deep pixels. Precondition: all their layers are known.
-LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, CellPass& cells,
-                      const DeepPixels& deep, int layers, const BandPixels& pixels);
+/// Shades and overwrites the pixels of a band, at most `layers` surfaces deep, on all cores. In a scene with
+/// surfaces without fabric only the nearest surface of deep pixels; if more shows behind it, they are added
+/// to `deep`.
+LayerCount shade_band(const IndexScene& index, const ShadingScene& shading, CellPass& cells,
+                      BandSurfaces& surfaces, int layers, const BandPixels& pixels, DeepPixels& deep);
+
+/// The other surfaces of deep pixels of such a scene. Precondition: all their layers are known.
+LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, CellPass& cells, DeepPixels& deep,
+                      int layers, const BandPixels& pixels);
 
 }  // namespace selvedge

@@ -8,8 +8,8 @@
 namespace selvedge {
 
 Result<std::unique_ptr<HybridPath>> HybridPath::create(const GlFunctions& gl, const PreparedScene& scene,
-                                                       const FrameSize& size, bool paper_bits) {
-  std::unique_ptr<HybridPath> path(new HybridPath(scene, paper_bits));
+                                                       const FrameSize& size, RenderPath kind) {
+  std::unique_ptr<HybridPath> path(new HybridPath(scene, kind));
   path->bands_ = bands_of(size);
   path->layers_ = size.layers;
   auto pass = VisibilityPass::create(gl, scene.mesh, scene.materials, path->bands_);
@@ -33,8 +33,9 @@ ProjectedVertices HybridPath::place(const Camera& camera) {
 
 IndexScene HybridPath::index(const ProjectedVertices& projected, const FrameView& view) const {
   IndexScene index{scene_.mesh, projected, scene_.materials.surfaces, scene_.fabrics, view.options.levels};
-  index.cells = !paper_bits_ && view.options.levels.forced < 0;
-  if (paper_bits_) {
+  const bool paper = kind_ == RenderPath::paper;
+  index.cells = !paper && view.options.levels.forced < 0;
+  if (paper) {
     index.paper_bits = true;
     index.levels.area = false;
     index.levels.bias = 0;
@@ -98,15 +99,11 @@ Result<void> HybridPath::shade(const IndexScene& index, const ShadingScene& shad
   Stopwatch watch;
   const BandPixels pixels = pixels_of(bands_, first_row, frame, band.large);
   DeepPixels deep(bands_.width, pixels.rows);
-  LayerCount seen = shade_band(index, shading, cells_, band.sides, layers_, pixels, deep);
+  LayerCount seen = shade_band(index, shading, cells_, band.surfaces, layers_, pixels, deep);
   if (!deep.empty()) {
-    if (band.sides[0].seen.colours.empty()) {
-      deep.cast(scene_.mesh, index.projected, band.sides, first_row);
-    } else {
-      watch.add_to(stats.evaluation);
-      const FrameTiles where{first_row, pixels.rows, {}};
-      if (auto good = draw_behind(index, where, band.sides, deep, watch, stats); !good) return good;
-    }
+    watch.add_to(stats.evaluation);
+    const FrameTiles where{first_row, pixels.rows, {}};
+    if (auto good = draw_behind(index, where, band.surfaces.sides, deep, watch, stats); !good) return good;
     seen += shade_deep(index, shading, cells_, deep, layers_, pixels);
   }
   watch.add_to(stats.evaluation);
@@ -129,7 +126,8 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
   watch.add_to(stats.project);
   const IndexScene index = this->index(projected, view);
   // Surfaces without fabric need further rounds of the same band, so drawing and shading cannot overlap.
-  const bool at_once = thread_count() == 1 || pass_->has_pbr();
+  const bool casts = kind_ == RenderPath::raster && !pass_->has_pbr();
+  const bool at_once = thread_count() == 1 || pass_->has_pbr() || casts;
   RenderStats shaded;
   std::future<Result<void>> shading_before;
   const auto finish_before = [&] { return shading_before.valid() ? shading_before.get() : Result<void>(); };
@@ -138,7 +136,16 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
     Band& band = in_flight_[i % 2];
     const FrameTiles where{first_row, bands_.rows_from(first_row), {}};
     watch = {};
-    if (auto good = draw_nearest(std::move(lists[i]), where, band.sides, watch, stats); !good) return good;
+    band.surfaces.cast = casts;
+    if (casts) {
+      band.surfaces.sides[0].list = std::move(lists[i].front);
+      band.surfaces.sides[1].list = std::move(lists[i].back);
+      band.surfaces.set_up(index, first_row, where.rows);
+      watch.add_to(stats.geometry);
+    } else if (auto good = draw_nearest(std::move(lists[i]), where, band.surfaces.sides, watch, stats);
+               !good) {
+      return good;
+    }
     if (auto good = finish_before(); !good) return good;
     const auto shade = [&, first_row] { return this->shade(index, shading, first_row, band, frame, shaded); };
     if (!at_once) {
@@ -163,7 +170,7 @@ Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const
   RenderStats unwanted;
   const int row = bands_.height - 1 - pixel.y;
   const ProjectedVertices projected = place(view.camera);
-  std::array<DrawnSide, 2>& sides = in_flight_[0].sides;
+  std::array<DrawnSide, 2>& sides = in_flight_[0].surfaces.sides;
   // A band of one row, restricted to the tile that holds the pixel.
   FrameTiles where{row, 1, {}};
   where.tiles.resize((bands_.width + tile_side - 1) / tile_side);
@@ -186,7 +193,8 @@ Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const
   pixels.pbr[0] = sides[nearest->back ? 1 : 0].pbr_at(pixel.x);
   const ShadingScene shading = this->shading(view);
   cells_.begin(view, bands_.supersample, shading.shadows, projected);
-  if (cells_.shows(nearest->triangle)) cells_.see(nearest->triangle, nearest->back, pixel.x, row);
+  if (const SeenSurface seen = 2 * nearest->triangle + (nearest->back ? 1 : 0); cells_.shows(seen))
+    cells_.see(seen, pixel.x, row);
   cells_.make();
   return probe_pixel(index(projected, view), shading, pixels);
 }

@@ -17,10 +17,11 @@ namespace selvedge {
 
 class HybridPath final : public FramePath {
  public:
-  /// `gl` and `scene` must outlive the object. With `paper_bits`, what OpenGL would write in the published
-  /// path is rounded to its colours of 8 bits, nearest texels alone. GRAPHICS_UNAVAILABLE.
+  /// `gl` and `scene` must outlive the object. With RenderPath::paper, what OpenGL would write in the
+  /// published path is rounded to its colours of 8 bits, nearest texels alone; with RenderPath::raster, the
+  /// CPU finds the triangles, if all surfaces have a fabric. GRAPHICS_UNAVAILABLE.
   static Result<std::unique_ptr<HybridPath>> create(const GlFunctions& gl, const PreparedScene& scene,
-                                                    const FrameSize& size, bool paper_bits = false);
+                                                    const FrameSize& size, RenderPath kind);
 
   Result<void> resize(const FrameSize& size) override;
   Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats) override;
@@ -31,12 +32,11 @@ class HybridPath final : public FramePath {
  private:
   /// A band in progress: while one is shaded the next is drawn.
   struct Band {
-    std::array<DrawnSide, 2> sides;
+    BandSurfaces surfaces;
     std::vector<V4f> large;  ///< supersampled pixels
   };
 
-  HybridPath(const PreparedScene& scene, bool paper_bits)
-      : scene_(scene), paper_bits_(paper_bits), cells_(scene) {}
+  HybridPath(const PreparedScene& scene, RenderPath kind) : scene_(scene), kind_(kind), cells_(scene) {}
   ProjectedVertices place(const Camera& camera);
   ShadingScene shading(const FrameView& view) const;
   IndexScene index(const ProjectedVertices& projected, const FrameView& view) const;
@@ -48,7 +48,7 @@ class HybridPath final : public FramePath {
                      Frame& frame, RenderStats& stats);
 
   const PreparedScene& scene_;
-  bool paper_bits_;
+  RenderPath kind_;
   FrameBands bands_;
   int layers_ = 1;
   std::unique_ptr<VisibilityPass> pass_;

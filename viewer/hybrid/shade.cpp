@@ -334,23 +334,19 @@ void shade_texels(const ShadingScene& scene, const PixelBlock& block, ShadingScr
 void add_cells(const ShadingScene& scene, ShadedBlock& shaded) {
   const PixelPlaces& block = shaded.places;
   if (!block.shows_yarn || scene.cells == nullptr) return;
-  PixelTriangles pixels;
-  std::array<std::size_t, lane_count> lanes;
-  for (std::size_t lane = 0; lane < block.count; ++lane) {
-    if (!(block.yarn[lane] > 0)) continue;
-    const std::size_t i = pixels.count++;
-    lanes[i] = lane;
-    pixels.x[i] = block.x[lane];
-    pixels.y[i] = block.y[lane];
-    pixels.triangle[i] = block.triangle[lane];
-    pixels.back[i] = block.side[lane] < 0;
+  CellPixels pixels;
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    const bool shows = lane < block.count && block.yarn[lane] > 0;
+    pixels.surface[lane] =
+        shows ? 2 * block.triangle[lane] + (block.side[lane] < 0 ? 1 : 0) : scene.cells->nothing();
   }
-  if (pixels.count == 0) return;
+  pixels.x = block.from_middle_x;
+  pixels.y = block.from_middle_y;
   CellShading cells;
   scene.cells->look(pixels, cells);
-  for (std::size_t i = 0; i < pixels.count; ++i) {
-    const std::size_t lane = lanes[i];
-    const V4f value = cells.at(i) * block.yarn[lane];
+  for (std::size_t lane = 0; lane < block.count; ++lane) {
+    if (!(block.yarn[lane] > 0)) continue;
+    const V4f value = cells.at(lane) * block.yarn[lane];
     shaded.light.red[lane] += value.x;
     shaded.light.green[lane] += value.y;
     shaded.light.blue[lane] += value.z;

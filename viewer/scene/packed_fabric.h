@@ -42,7 +42,7 @@ struct PackedLevel {
 };
 
 /// Below so many pixels a repeat, in the mean of both sides, texels show in place of cell images.
-inline constexpr float least_cell_pixels = 3;
+inline constexpr float least_cell_pixels = 2;
 
 struct PackedFabric {
   float largest_cell_pixel = 0;    ///< pixels so wide, in texels of level 0, show cell images; 0: no yarn

@@ -13,6 +13,10 @@ inline constexpr std::size_t lane_count = 16;
 
 using LaneFloats = std::array<float, lane_count>;
 
+/// A triangle as it is seen: twice its index in MergedSurfaces::triangles, + 1 for its back.
+using SeenSurface = std::uint32_t;
+inline constexpr SeenSurface no_surface = ~SeenSurface{0};
+
 /// Pixels of a frame in any order, each with its visible triangle.
 struct PixelTriangles {
   std::size_t count = 0;                             ///< number of pixels in use; at least 1

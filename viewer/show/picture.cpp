@@ -161,7 +161,7 @@ Result<void> ShowPicture::update(const ShowState& state, Change change, const V2
 Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>* interrupted) {
   constexpr int n = samples_at_rest;
   options_.interrupted = interrupted;
-  if (!sides_[0].renderer || options_.path != RenderPath::hybrid || refined_ == n * n) return false;
+  if (!sides_[0].renderer || options_.path > RenderPath::raster || refined_ == n * n) return false;
   RenderOptions options = options_;
   options.levels.footprint = 1.0F / n;
   options.cells = {};

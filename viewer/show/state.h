@@ -45,7 +45,7 @@ struct ShowState {
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;
-  int path = 0;  ///< a RenderPath
+  int path = static_cast<int>(RenderPath::raster);
   FabricChoice worn;
   std::vector<int> hidden;  ///< the fabrics while the core materials are shown, or empty
   /// Worn left of the bar, to be compared.

@@ -177,20 +177,24 @@ TEST_CASE("an image has the mean radiance and opacity of rays with shadows, what
     view.size = cell_size({of.pixel, of.pixel}, of.samples);
     view.coarse_shading = of.coarse;
     view.shadow_texels = 4;
+    CellShadows shadows(cell);
     CellScratch scratch;
     CellImage image;
-    make_cell_image(cell, view, scratch, image);
+    make_cell_image(cell, view, shadows, scratch, image);
     V3d sum(0, 0, 0);
     double alpha = 0;
     const auto number = [](std::uint16_t bits) {
       return std::ldexp(static_cast<double>(bits % 2048 + (bits >= 2048 ? 2048 : 0)),
                         std::max(bits / 2048, 1) - 26);
     };
-    for (const CellTexel& t : image.texels) {
+    for (int i = 0; i < image.width * image.height; ++i) {
+      const CellTexel& t = image.texels[i / image.width * image.stride() + i % image.width];
       sum += V3d(number(t[0]), number(t[1]), number(t[2])) * static_cast<double>(image.scale);
       alpha += number(t[3]);
     }
-    const auto count = static_cast<double>(image.texels.size());
+    for (int row = 0; row <= image.height; ++row)
+      CHECK(image.texels[row * image.stride()] == image.texels[row * image.stride() + image.width]);
+    const auto count = static_cast<double>(image.width) * image.height;
     CHECK(alpha / count == doctest::Approx(opacity).epsilon(of.error));
     CHECK(sum.x / count == doctest::Approx(radiance.x).epsilon(of.error));
     CHECK(sum.z / count == doctest::Approx(radiance.z).epsilon(of.error));
@@ -219,12 +223,37 @@ TEST_CASE("images of cells of 0.01 mm and 10 m, of grazing views and lights, and
       view.size = cell_size(pixel, 2);
       CHECK(view.size.samples.x <= max_cell_samples);
       CHECK(view.size.samples.y >= min_cell_texels);
+      CellShadows shadows(cell);
       CellScratch scratch;
       CellImage image;
-      make_cell_image(cell, view, scratch, image);
+      make_cell_image(cell, view, shadows, scratch, image);
       CHECK(std::isfinite(image.scale));
-      CHECK(image.texels.size() == static_cast<std::size_t>(image.width) * image.height * 2);
+      CHECK(image.texels.size() == 2 * image.plane_texels());
     }
+  }
+}
+
+TEST_CASE(
+    "lamps from nearly one direction share a grid, whose shadows move by a quarter of a texel at most") {
+  Random random(5);
+  const Yarns yarns(stranded(random, false), period);
+  const CellYarn cell(yarns, plane, {});
+  CellShadows shadows(cell);
+  const float relief = yarns.inside().high - yarns.inside().low;
+  for (int i = 0; i < 200; ++i) {
+    const V3f direction = upwards(random, 0.02);
+    const ShadowDetail detail{0.02F, 2, 0.25F, true};
+    const CellShadow& shadow = shadows.cast(direction, detail);
+    const V2f moved = (slope_of(direction) - shadow.slope) * relief;
+    // Texels are as much longer along the slope.
+    CHECK(std::abs(moved.x) <= 0.3F * shadow.texel * std::sqrt(1 + shadow.slope.x * shadow.slope.x));
+    CHECK(std::abs(moved.y) <= 0.3F * shadow.texel * std::sqrt(1 + shadow.slope.y * shadow.slope.y));
+    CHECK(&shadows.cast(direction, detail) == &shadow);
+    CHECK(&shadows.cast(direction, {0.04F, 2, 0.25F, true}) != &shadow);
+    CellShadows others(cell);
+    others.cast(upwards(random, 0.02), detail);
+    CHECK(others.cast(direction, detail).grid.z == shadow.grid.z);
+    if (i % 50 == 49) shadows.trim(0);
   }
 }
 

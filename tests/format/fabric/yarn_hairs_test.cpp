@@ -48,21 +48,9 @@ double cover(const Yarns& yarns, float width) {
   constexpr int side = 1000;
   int met = 0;
   for (int y = 0; y < side; ++y) {
-    for (int x = 0; x < side; x += static_cast<int>(yarn_lanes)) {
-      YarnLanes at;
-      YarnLanes view;
-      YarnWidths widths;
-      widths.fill(width);
-      for (std::size_t i = 0; i < yarn_lanes; ++i) {
-        at.set(i, V3f((static_cast<float>(x) + static_cast<float>(i) + 0.5F) / side,
-                      (static_cast<float>(y) + 0.5F) / side, 0));
-        view.set(i, V3f(0, 0, 1));
-      }
-      YarnHits hits;
-      const std::uint32_t found = yarns.trace(V2d(0, 0), at, 0, view, 0xffff, hits, widths);
-      for (std::size_t i = 0; i < yarn_lanes; ++i) {
-        if ((found >> i & 1) != 0 && yarns.inside().segments[hits.segment[i]].rank > 0) ++met;
-      }
+    for (int x = 0; x < side; ++x) {
+      const auto hit = yarns.trace(V2d(x + 0.5, y + 0.5) / side, 0, V3f(0, 0, 1), width);
+      if (hit && yarns.inside().segments[hit->segment].rank > 0) ++met;
     }
   }
   return met / static_cast<double>(side * side);

@@ -2,7 +2,6 @@
 
 #include <doctest/doctest.h>
 
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -172,91 +171,6 @@ TEST_CASE("what rays meet, and what hides the light, is what the segments say in
   CHECK(differ == 0);
   CHECK(elsewhere <= 1);
   CHECK(shadows_differ <= 1);
-}
-
-namespace {
-
-/// A random ray as the lanes have it, each with its own view and light.
-struct Sixteen {
-  YarnLanes beside, view, light;
-};
-
-Sixteen close_rays(Random& random, float apart, double least_z, float spread) {
-  Sixteen rays;
-  const V3f view = upwards(random, least_z);
-  const V3f light = upwards(random, least_z);
-  const auto near = [&](const V3f& d) {
-    const auto off = [&] { return spread * static_cast<float>(random.uniform() - 0.5); };
-    V3f turned = d + V3f(off(), off(), 0);
-    return turned.normalized();
-  };
-  for (std::size_t i = 0; i < yarn_lanes; ++i) {
-    const auto off = [&] { return apart * static_cast<float>(random.uniform() - 0.5); };
-    rays.beside.set(i, {off(), off(), 0});
-    rays.view.set(i, near(view));
-    rays.light.set(i, near(light));
-  }
-  return rays;
-}
-
-}  // namespace
-
-TEST_CASE("rays that are traced together meet what each meets alone, near or far apart, any lanes of them") {
-  Random random(13);
-  const V2f period(2.5F, 1.75F);
-  const Yarns yarns(flattened(tangle(random, period, 5)), period);
-  int met = 0;
-  int differ = 0;
-  int hidden = 0;
-  int shadows_differ = 0;
-  for (int i = 0; i < 3000; ++i) {
-    // From a thousandth of a repeat to several, some of it across the seam.
-    const float apart = std::pow(10.0F, static_cast<float>(-3 + i % 5));
-    const Sixteen rays = close_rays(random, apart, i % 2 == 0 ? 0.3 : 0.001, i % 3 == 0 ? 0.1F : 0.001F);
-    const V2d uv(random.uniform(), i % 7 == 0 ? 1e-4 : random.uniform());
-    const auto lanes = static_cast<std::uint32_t>(random.uniform() * 65535) + 1;
-    YarnHits hits;
-    const std::uint32_t found = yarns.trace(uv, rays.beside, 0.1F, rays.view, lanes, hits);
-    CHECK((found & ~lanes) == 0);
-    YarnLanes from;
-    std::uint32_t lit = 0;
-    std::uint32_t shaded = 0;
-    for (std::size_t k = 0; k < yarn_lanes; ++k) {
-      if ((lanes >> k & 1) == 0) continue;
-      const V2d at = uv + V2d(static_cast<double>(rays.beside.x[k]), static_cast<double>(rays.beside.y[k]));
-      const auto hit = yarns.trace(at, 0.1F, rays.view.at(k));
-      const bool same = hit.has_value() == ((found >> k & 1) != 0);
-      if (!hit || !same) {
-        differ += same ? 0 : 1;
-        continue;
-      }
-      ++met;
-      const auto place = [&](int segment, const V3f& off) {
-        return yarns.inside().segments[segment].start + off;
-      };
-      V3f apart_by = place(hits.segment[k], hits.from_start.at(k)) - place(hit->segment, hit->from_start);
-      for (int axis = 0; axis < 2; ++axis)
-        apart_by[axis] -= std::round(apart_by[axis] / period[axis]) * period[axis];
-      if (apart_by.length() > 0.01F * yarns.inside().segments[hit->segment].radius) {
-        ++differ;
-        continue;
-      }
-      const YarnPoint point = yarns.point_at(*hit);
-      from.set(k, place(hit->segment, hit->from_start) +
-                      point.normal * (yarns.inside().segments[hit->segment].radius / 64));
-      lit |= 1U << k;
-      if (yarns.occluded(*hit, point, rays.light.at(k))) shaded |= 1U << k;
-    }
-    if (lit == 0) continue;
-    const std::uint32_t together = yarns.occluded(from, rays.light, lit);
-    hidden += std::popcount(shaded);
-    shadows_differ += std::popcount(together ^ shaded);
-  }
-  CHECK(met > 8000);
-  CHECK(hidden > 2000);
-  // Rounding may decide either way at an edge: once in 10,000 rays.
-  CHECK(differ <= met / 10000);
-  CHECK(shadows_differ <= met / 10000);
 }
 
 TEST_CASE(

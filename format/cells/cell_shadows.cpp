@@ -1,0 +1,72 @@
+#include "format/cells/cell_shadows.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace selvedge {
+namespace {
+
+constexpr int max_side = 512;  ///< of a grid
+/// Largest shift of a shadow by the rounding of its direction, texels, and the largest step.
+constexpr float most_moved = 0.25F;
+constexpr float largest_step = 0.1F;
+
+std::size_t bytes_of(const DepthGrid& grid) { return grid.z.size() * sizeof(float); }
+
+}  // namespace
+
+CellShadows::CellShadows(const CellYarn& yarn) : yarn_(yarn) {
+  const Yarns::Inside inside = yarn.yarns().inside();
+  relief_ = std::max(inside.high - inside.low, 1e-9F);
+}
+
+const CellShadow& CellShadows::cast(const V3f& direction, ShadowDetail detail) {
+  detail.texel = std::exp2(std::round(4 * std::log2(std::clamp(detail.texel, 1e-12F, 1e12F))) / 4);
+  // The arguments of the hyperbolic sines that are its slopes: texels are as much longer where light is
+  // slanted.
+  const float step = std::min(2 * most_moved * detail.texel / relief_, largest_step);
+  const V2f slope = slope_of(direction);
+  const auto rounded = [&](float s) { return static_cast<std::int32_t>(std::lround(std::asinh(s) / step)); };
+  const Key key{detail, rounded(slope.x), rounded(slope.y)};
+  {
+    const std::scoped_lock lock(mutex_);
+    if (const auto found = kept_.find(key); found != kept_.end()) {
+      found->second.used = call_;
+      return *found->second.shadow;
+    }
+  }
+  auto made = std::make_unique<CellShadow>();
+  made->slope = {std::sinh(static_cast<float>(key.x) * step), std::sinh(static_cast<float>(key.y) * step)};
+  made->texel = detail.texel;
+  const V2f period = yarn_.yarns().period();
+  const auto texels = [&](float length, float along) {
+    const float count = length / (detail.texel * std::sqrt(1 + along * along));
+    return static_cast<int>(
+        std::clamp(count + 0.5F, static_cast<float>(min_cell_texels), static_cast<float>(max_side)));
+  };
+  made->grid.resize(texels(period.x, made->slope.x), texels(period.y, made->slope.y), false);
+  splat(yarn_, yarn_.pieces(detail.piece * detail.texel),
+        {made->slope, detail.width * detail.texel, detail.hairs}, made->grid);
+  const std::scoped_lock lock(mutex_);
+  // Another thread may have been faster, with the same result.
+  Kept& kept = kept_[key];
+  kept.used = call_;
+  if (!kept.shadow) {
+    bytes_ += bytes_of(made->grid);
+    kept.shadow = std::move(made);
+  }
+  return *kept.shadow;
+}
+
+void CellShadows::trim(std::size_t most_bytes) {
+  if (bytes_ > most_bytes) {
+    std::erase_if(kept_, [&](const auto& entry) {
+      if (entry.second.used == call_) return false;
+      bytes_ -= bytes_of(entry.second.shadow->grid);
+      return true;
+    });
+  }
+  ++call_;
+}
+
+}  // namespace selvedge
