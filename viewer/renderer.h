@@ -23,7 +23,8 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// Draws the scene from `camera`. The bytes depend neither on the number of threads nor on earlier frames.
+  /// Draws the scene from `camera`. The bytes depend neither on the number of threads nor, if all images
+  /// are made again (CellImageOptions::fresh), on earlier frames.
   /// Call on the thread that created the object. The memory of `frame` is reused.
   Result<void> draw(const Camera& camera, const DrawOptions& options, Frame& frame, RenderStats& stats);
 

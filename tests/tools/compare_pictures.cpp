@@ -1,6 +1,7 @@
 // compare-pictures FIRST SECOND [--max BOUND] [--json]: how far two pictures of the tests are apart. PNG
 // values are compared as stored (sRGB-encoded, 1 is white), EXR values as they are; PSNR is of the
-// colours alone. Exit status 1 for a bad picture, or a difference of more than the bound.
+// colours alone; --json has the mean linear values of PNGs, too. Exit status 1 for a bad picture, or a
+// difference of more than the bound.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -12,6 +13,19 @@
 namespace selvedge {
 namespace {
 
+/// Mean linear value of the colours of a picture with sRGB-encoded values.
+double mean_radiance(const Image& image) {
+  double sum = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    if (image.channels == 4 && i % 4 == 3) continue;
+    const auto x = static_cast<double>(image.pixels[i]);
+    sum += x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
 int run(const std::string& first_path, const std::string& second_path, double max,
         const CommonOptions& common) {
   const auto first = value_or_throw(read_image(first_path, Transfer::keep));
@@ -22,8 +36,13 @@ int run(const std::string& first_path, const std::string& second_path, double ma
     return error;
   };
   const ImageDifference d = value_or_throw(compare_images(first, second).map_error(of_second));
-  const Json json{{"maxAbsolute", d.max_absolute}, {"x", d.x},       {"y", d.y},
-                  {"channel", d.channel},          {"rmse", d.rmse}, {"psnr", d.psnr}};
+  const Json json{{"maxAbsolute", d.max_absolute},
+                  {"x", d.x},
+                  {"y", d.y},
+                  {"channel", d.channel},
+                  {"rmse", d.rmse},
+                  {"psnr", d.psnr},
+                  {"means", {mean_radiance(first), mean_radiance(second)}}};
   report(
       common, "compare", json,
       filled("max {maxAbsolute:.6g} at ({x}, {y}) channel {channel}, RMSE {rmse:.6g}, PSNR {psnr:.2f} dB\n",

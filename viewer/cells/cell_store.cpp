@@ -133,7 +133,7 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   lights_ = lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;
-  patches_.choose(camera, origin_, frame, {options_.patch_pixels, options_.patch_turn});
+  patches_.choose(camera, origin_, frame, {options_.patch_pixels, options_.patch_turn}, lights.lights);
 }
 
 CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const {

@@ -17,8 +17,8 @@ constexpr int coarsest_level = 5;
 constexpr float most_apart = 0.5F;
 constexpr std::int32_t no_chart = -1;
 constexpr float largest_turn = 25;  ///< degrees
-/// Patches that turn out of sight are split while they are larger, pixels.
-constexpr float outline_pixels = 24;
+/// Patches that turn out of sight, or away from a light, are split while they are larger, pixels.
+constexpr float outline_pixels = 16;
 
 V2f uv_of(const MergedSurfaces& mesh, std::uint32_t vertex) {
   const auto& [normal_u, tangent_v] = mesh.attributes[vertex];
@@ -239,9 +239,21 @@ struct Patches::View {
   V2f half_frame;  ///< pixels
   V2f centre;      ///< of the window, pixels
   PatchLimits limits;
+  V3d origin;
+  std::span<const Light> lights;
+  /// Whether normals of a patch, which turn so far, face a light and face away from it.
+  bool turns_away(const Patch& patch, float spread) const {
+    return std::any_of(lights.begin(), lights.end(), [&](const Light& light) {
+      const V3f towards = light.kind == LightKind::directional
+                              ? V3f(light.direction)
+                              : V3f((light.position - origin - V3d(patch.centre)).normalized());
+      return std::abs(patch.normal.dot(towards)) < spread;
+    });
+  }
 };
 
-void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits) {
+void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
+                     std::span<const Light> lights) {
   View view{V3f(camera.position - origin),
             V3f(camera.right),
             V3f(camera.up),
@@ -250,7 +262,9 @@ void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, 
             static_cast<float>(frame.x / (2 * camera.window_half.x)),
             V2f(static_cast<float>(frame.x), static_cast<float>(frame.y)) * 0.5F,
             V2f(camera.window_centre),
-            limits};
+            limits,
+            origin,
+            lights};
   view.centre *= view.scale;
   for (const Chart& chart : charts_) {
     const std::size_t top = chart.levels.size() - 1;
@@ -304,9 +318,10 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     const float facing = std::abs(patch.normal.dot(to_viewer));
     const float spread = std::sqrt(std::max(0.0F, 1 - turn_cosine * turn_cosine));
     if (splits && repeats > 1) {
-      splits =
-          shown.in_frame && (turn_cosine < std::cos(degrees * static_cast<float>(radians_per_degree)) ||
-                             longest > view.limits.pixels || (facing < spread && longest > outline_pixels));
+      splits = shown.in_frame &&
+               (turn_cosine < std::cos(degrees * static_cast<float>(radians_per_degree)) ||
+                longest > view.limits.pixels ||
+                (longest > outline_pixels && (facing < spread || view.turns_away(patch, spread))));
     } else if (splits) {
       // Directions to the viewer differ by so much from the middle to the border, and yarn is as much
       // elsewhere.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "format/scene/camera.h"
+#include "format/scene/lights.h"
 #include "viewer/scene/mesh.h"
 
 namespace selvedge {
@@ -72,7 +73,8 @@ class Patches {
   bool empty() const { return charts_.empty(); }
 
   /// Chooses the patches of a frame.
-  void choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits);
+  void choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
+              std::span<const Light> lights);
 
   /// Units are parts of repeats along either side, or whole ones.
   int units_of_repeat() const { return 1 << std::max(-first_level_, 0); }

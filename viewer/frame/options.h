@@ -51,8 +51,8 @@ struct CellImageOptions {
 };
 
 /// For frames that move.
-inline constexpr CellImageOptions moving_cell_images{2, 64, 360, false, false, true,      1,
-                                                     2, 2,  1,   0.16F, 30,    3.0F / 255};
+inline constexpr CellImageOptions moving_cell_images{2, 64, 360, true,  false, true,      1,
+                                                     4, 2,  1,   0.16F, 30,    3.0F / 255};
 
 /// Options that may change from frame to frame.
 struct DrawOptions {

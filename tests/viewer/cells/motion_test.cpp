@@ -1,0 +1,166 @@
+// Moving frames: patches have no visible borders, and nothing flickers, beside rays of the shader path.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "format/fabric/file.h"
+#include "tests/require.h"
+#include "tests/viewer/paths.h"
+#include "viewer/cells/patches.h"
+#include "viewer/renderer.h"
+
+namespace selvedge {
+namespace {
+
+constexpr V2d repeats(120, 60);
+constexpr int larger = 3;  ///< rays along a pixel's side
+
+/// A sphere of yarn.
+test::Setting yarn_ball(int width, int height) {
+  test::Setting setting;
+  test::add(setting.scene, test::sphere(64, 32, repeats), test::material(0));
+  setting.fabrics = {test::need(read_fabric(SELVEDGE_SOURCE_DIR "/tests/data/kept/4.0/yarn.fabric.exr"))};
+  setting.options.width = width;
+  setting.options.height = height;
+  setting.options.context = ContextKind::osmesa;
+  setting.options.layers = 2;
+  setting.options.levels.points = 1;
+  setting.camera.elevation = 20;
+  setting.options.lights = default_lights(test::camera_of(setting));
+  return setting;
+}
+
+/// Mean of the colours on a display, by pixels; of rays the mean over a pixel.
+std::vector<double> grey(const Frame& frame, int larger_by) {
+  const int width = frame.width / larger_by;
+  std::vector<double> result(static_cast<std::size_t>(width) * (frame.height / larger_by));
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    V4f mean(0, 0, 0, 0);
+    for (int k = 0; k < larger_by * larger_by; ++k) {
+      const int x = static_cast<int>(i) % width * larger_by + k % larger_by;
+      const int y = static_cast<int>(i) / width * larger_by + k / larger_by;
+      mean += frame.pixels[static_cast<std::size_t>(y) * frame.width + x];
+    }
+    mean /= static_cast<float>(larger_by * larger_by);
+    result[i] = (test::shown(mean.x) + test::shown(mean.y) + test::shown(mean.z)) / 3;
+  }
+  return result;
+}
+
+/// Frames of a path for cameras, the last ones.
+std::vector<std::vector<double>> drawn(test::Setting setting, RenderPath path,
+                                       std::span<const CameraOptions> cameras) {
+  const int larger_by = path == RenderPath::shader ? larger : 1;
+  setting.options.path = path;
+  setting.options.width *= larger_by;
+  setting.options.height *= larger_by;
+  setting.options.cells = moving_cell_images;
+  const auto renderer = test::need(Renderer::create(setting.scene, setting.fabrics, setting.options));
+  std::vector<std::vector<double>> frames;
+  for (const CameraOptions& camera : cameras) {
+    setting.camera = camera;
+    Frame frame;
+    RenderStats stats;
+    test::need(renderer->draw(test::camera_of(setting), setting.options, frame, stats));
+    frames.push_back(grey(frame, larger_by));
+  }
+  return frames;
+}
+
+double percentile(std::vector<double>& values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+}  // namespace
+
+TEST_CASE("borders of patches are no more wrong than the yarn within them") {
+  test::Setting setting = yarn_ball(240, 180);
+  const std::vector<double> frame = drawn(setting, RenderPath::raster, std::span(&setting.camera, 1)).front();
+  const std::vector<double> rays = drawn(setting, RenderPath::shader, std::span(&setting.camera, 1)).front();
+  const Camera camera = test::camera_of(setting);
+  const V3d origin(0, 0, 0);
+  const MergedSurfaces mesh = merge(test::need(build_surfaces(setting.scene, origin)));
+  std::vector<SurfaceMaterial> materials(1);
+  materials[0].fabric = 0;
+  const std::vector<float> reliefs{0.2F};
+  Patches patches(mesh, materials, reliefs);
+  const V2i size(setting.options.width, setting.options.height);
+  patches.choose(camera, origin, size, {moving_cell_images.patch_pixels, moving_cell_images.patch_turn},
+                 setting.options.lights);
+  const V2f first(mesh.attributes[mesh.triangles[0].corners[0]][0][3],
+                  mesh.attributes[mesh.triangles[0].corners[0]][1][3]);
+  const auto patch_at = [&](int x, int y) -> std::int64_t {
+    const V2d place = camera.window_centre +
+                      camera.window_half * V2d((2.0 * x + 1) / size.x - 1, 1 - (2.0 * y + 1) / size.y);
+    const V3d d = (camera.right * place.x + camera.up * place.y - camera.back()).normalized();
+    const double b = d.dot(camera.position);
+    const double h = b * b - camera.position.length2() + 1;
+    // Not near the outline, where a pixel's rays meet many repeats.
+    if (h < 0.1) return -1;
+    const V3d n = camera.position + d * (-b - std::sqrt(h));
+    if (std::abs(n.y) > 0.8) return -1;
+    const double turn = std::atan2(n.x, n.z) / (2 * std::numbers::pi);
+    const V2d uv((turn < 0 ? turn + 1 : turn) * repeats.x, std::acos(n.y) / std::numbers::pi * repeats.y);
+    const auto unit = [&](double at, float from) {
+      return patches.unit(static_cast<int>(std::floor(at) - std::floor(static_cast<double>(from))),
+                          static_cast<float>(at - std::floor(at)));
+    };
+    return patches.at(patches.place(0), unit(uv.x, first.x), unit(uv.y, first.y));
+  };
+  std::vector<double> borders;
+  std::vector<double> inside;
+  for (int y = 0; y + 1 < size.y; ++y) {
+    for (int x = 0; x + 1 < size.x; ++x) {
+      const std::int64_t here = patch_at(x, y);
+      for (const int other : {1, size.x}) {
+        const std::int64_t there = other == 1 ? patch_at(x + 1, y) : patch_at(x, y + 1);
+        if (here < 0 || there < 0) continue;
+        const int i = y * size.x + x;
+        (here == there ? inside : borders)
+            .push_back(std::abs((frame[i + other] - frame[i]) - (rays[i + other] - rays[i])));
+      }
+    }
+  }
+  REQUIRE(borders.size() > 1000);
+  MESSAGE(borders.size(), " of ", inside.size(),
+          " lie on borders; differences of gradients of 255: ", percentile(borders, 0.5), " ",
+          percentile(borders, 0.99), " ", percentile(borders, 0.999), "; inside ", percentile(inside, 0.5),
+          " ", percentile(inside, 0.99), " ", percentile(inside, 0.999));
+  // Without the factor of a pixel's own light (CellLook::brightness) the ratios are 1.28 and 1.34.
+  CHECK(percentile(borders, 0.99) <= 1.2 * percentile(inside, 0.99));
+  CHECK(percentile(borders, 0.999) <= 1.25 * percentile(inside, 0.999));
+}
+
+TEST_CASE("an orbit and a slow zoom change as smoothly as rays do") {
+  for (const bool zooms : {false, true}) {
+    const test::Setting setting = yarn_ball(96, 72);
+    std::vector<CameraOptions> cameras(14, setting.camera);
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      const auto step = static_cast<double>(i);
+      if (zooms)
+        cameras[i].zoom = 1 + 0.004 * step;
+      else
+        cameras[i].azimuth = 0.25 * step;
+    }
+    const auto second_difference = [](const std::vector<std::vector<double>>& frames) {
+      double sum = 0;
+      double count = 0;
+      for (std::size_t t = 1; t + 1 < frames.size(); ++t) {
+        for (std::size_t i = 0; i < frames[t].size(); ++i) {
+          sum += std::abs(frames[t - 1][i] - 2 * frames[t][i] + frames[t + 1][i]);
+          ++count;
+        }
+      }
+      return sum / count;
+    };
+    const double of_frames = second_difference(drawn(setting, RenderPath::raster, cameras));
+    const double of_rays = second_difference(drawn(setting, RenderPath::shader, cameras));
+    MESSAGE("mean second difference ", of_frames, " of 255, of rays ", of_rays);
+    CHECK(of_frames <= 1.3 * of_rays + 0.5);
+  }
+}
+
+}  // namespace selvedge
