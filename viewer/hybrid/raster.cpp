@@ -179,10 +179,10 @@ void Raster::begin(const MergedSurfaces& mesh, const ProjectedVertices& projecte
 template <class Wanted, class Visit>
 void Raster::each_span(int strip, const Wanted& wanted, const Visit& visit) const {
   const int first = strip * strip_rows;
-  const int end = std::min(first + strip_rows, rows_);
+  const int last_row = std::min(first + strip_rows, rows_) - 1;
   for (std::uint32_t i = strips_[strip]; i < strips_[strip + 1]; ++i) {
     const Triangle& t = triangles_[listed_[i]];
-    for (int row = std::max(t.low, first); row <= std::min(t.high, end - 1); ++row) {
+    for (int row = std::max(t.low, first); row <= std::min(t.high, last_row); ++row) {
       if (!wanted(t, row)) continue;
       const double y = first_row_ + row;
       int from = 0;
