@@ -37,7 +37,6 @@ const CellShadow& CellShadows::cast(const V3f& direction, ShadowDetail detail) {
   }
   auto made = std::make_unique<CellShadow>();
   made->slope = {std::sinh(static_cast<float>(key.x) * step), std::sinh(static_cast<float>(key.y) * step)};
-  made->texel = detail.texel;
   const V2f period = yarn_.yarns().period();
   const auto texels = [&](float length, float along) {
     const float count = length / (detail.texel * std::sqrt(1 + along * along));
@@ -45,6 +44,12 @@ const CellShadow& CellShadows::cast(const V3f& direction, ShadowDetail detail) {
         std::clamp(count + 0.5F, static_cast<float>(min_cell_texels), static_cast<float>(max_side)));
   };
   made->grid.resize(texels(period.x, made->slope.x), texels(period.y, made->slope.y), false);
+  // Of a small grid, texels are smaller than asked for.
+  const auto width = [](float length, float along, int count) {
+    return length / (static_cast<float>(count) * std::sqrt(1 + along * along));
+  };
+  made->texel = std::min(detail.texel, std::max(width(period.x, made->slope.x, made->grid.width),
+                                                width(period.y, made->slope.y, made->grid.height)));
   splat(yarn_, yarn_.pieces(detail.piece * detail.texel),
         {made->slope, detail.width * detail.texel, detail.hairs}, made->grid);
   const std::scoped_lock lock(mutex_);

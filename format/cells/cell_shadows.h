@@ -24,7 +24,7 @@ struct ShadowDetail {
 struct CellShadow {
   DepthGrid grid;
   V2f slope{0, 0};  ///< of the light for which the grid was made
-  float texel = 0;  ///< mm
+  float texel = 0;  ///< width, mm; less than asked for in a small grid
 };
 
 /// The grids of one side of a fabric. For any number of threads, but for trim().
