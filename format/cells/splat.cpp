@@ -149,8 +149,8 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
 }
 
 /// Draws piece `number`, lane i of `of`.
-template <std::size_t N, bool with_pieces, std::size_t Width>
-SELVEDGE_INLINE void draw(const float (*of)[Width], int i, std::int32_t number, DepthGrid& grid) {
+template <std::size_t N, bool with_pieces>
+SELVEDGE_INLINE void draw(const float (*of)[N], int i, std::int32_t number, DepthGrid& grid) {
   using Wide = WideFloat<N>;
   using Lane = Lanes<N>;
   Wide lanes;
@@ -246,8 +246,6 @@ template <std::size_t N>
 SELVEDGE_INLINE void splat_pieces(const YarnPieces& pieces, const V2f& period, float plane,
                                   const SplatView& view, DepthGrid& grid) {
   const V2f texel(period.x / static_cast<float>(grid.width), period.y / static_cast<float>(grid.height));
-  // Most pieces are a few texels wide.
-  constexpr std::size_t span = N;
   const int count = view.hairs ? pieces.count() : pieces.plies;
   alignas(64) float of[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
   for (int base = 0; base < count; base += static_cast<int>(N)) {
@@ -256,9 +254,9 @@ SELVEDGE_INLINE void splat_pieces(const YarnPieces& pieces, const V2f& period, f
     for (int i = 0; i < lanes; ++i) {
       if (!(of[shown][i] > 0)) continue;
       if (grid.piece.empty())
-        draw<span, false, N>(of, i, base + i, grid);
+        draw<N, false>(of, i, base + i, grid);
       else
-        draw<span, true, N>(of, i, base + i, grid);
+        draw<N, true>(of, i, base + i, grid);
     }
   }
 }

@@ -39,9 +39,9 @@ inline double shown(float linear) {
 }
 
 /// The share of pixels that differ by more than 2 of 255.
-inline double share_apart(const Setting& setting, RenderPath path = RenderPath::shader) {
+inline double share_apart(const Setting& setting) {
   const Frame a = drawn(setting, RenderPath::hybrid);
-  const Frame b = drawn(setting, path);
+  const Frame b = drawn(setting, RenderPath::shader);
   int apart = 0;
   double worst = 0;
   int covered = 0;

@@ -356,7 +356,7 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
   trim();
   for (auto& sides : shadows_) {
     for (auto& shadows : sides) {
-      if (shadows) shadows->trim(options_.memory / 4 / shadows_.size());
+      if (shadows) shadows->trim(options_.memory / 8 / shadows_.size());
     }
   }
 }

@@ -47,7 +47,7 @@ struct CellImageOptions {
       1;  ///< share of the images in sight that a frame makes again where view or light have changed
   float turns = 30;         ///< changes of a direction, in radians, times this are outdated by 1
   float rest = 0.5F / 255;  ///< transparency through which nothing is looked at
-  std::size_t memory = std::size_t{256} << 20;  ///< bytes of all images
+  std::size_t memory = std::size_t{256} << 20;  ///< bytes of all images; their shadow grids: a quarter
 };
 
 /// For frames that move.

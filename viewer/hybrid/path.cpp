@@ -24,13 +24,6 @@ Result<void> HybridPath::resize(const FrameSize& size) {
   return pass_->resize(bands_);
 }
 
-ProjectedVertices HybridPath::place(const Camera& camera) {
-  ProjectedVertices projected =
-      project(scene_.mesh, clip_matrix(camera, scene_.origin), bands_.width, bands_.height);
-  pass_->place(projected);
-  return projected;
-}
-
 IndexScene HybridPath::index(const ProjectedVertices& projected, const FrameView& view) const {
   IndexScene index{scene_.mesh, projected, scene_.materials.surfaces, scene_.fabrics, view.options.levels};
   const bool paper = kind_ == RenderPath::paper;
@@ -119,15 +112,16 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
   Stopwatch watch;
   const ShadingScene shading = this->shading(view);
   if (view.shadows != nullptr) watch.add_to(stats.shadows);
-  const ProjectedVertices projected = place(view.camera);
+  const ProjectedVertices projected =
+      project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
+  if (!casts()) pass_->place(projected);
   std::vector<TriangleLists> lists =
       list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
   cells_.begin(view, bands_.supersample, shading.shadows, projected);
   watch.add_to(stats.project);
   const IndexScene index = this->index(projected, view);
   // Surfaces without fabric need further rounds of the same band, so drawing and shading cannot overlap.
-  const bool casts = kind_ == RenderPath::raster && !pass_->has_pbr();
-  const bool at_once = thread_count() == 1 || pass_->has_pbr() || casts;
+  const bool at_once = thread_count() == 1 || pass_->has_pbr() || casts();
   RenderStats shaded;
   std::future<Result<void>> shading_before;
   const auto finish_before = [&] { return shading_before.valid() ? shading_before.get() : Result<void>(); };
@@ -136,8 +130,8 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
     Band& band = in_flight_[i % 2];
     const FrameTiles where{first_row, bands_.rows_from(first_row), {}};
     watch = {};
-    band.surfaces.cast = casts;
-    if (casts) {
+    band.surfaces.cast = casts();
+    if (casts()) {
       band.surfaces.sides[0].list = std::move(lists[i].front);
       band.surfaces.sides[1].list = std::move(lists[i].back);
       band.surfaces.set_up(index, first_row, where.rows);
@@ -169,7 +163,9 @@ Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const
   Stopwatch watch;
   RenderStats unwanted;
   const int row = bands_.height - 1 - pixel.y;
-  const ProjectedVertices projected = place(view.camera);
+  const ProjectedVertices projected =
+      project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
+  pass_->place(projected);
   std::array<DrawnSide, 2>& sides = in_flight_[0].surfaces.sides;
   // A band of one row, restricted to the tile that holds the pixel.
   FrameTiles where{row, 1, {}};

@@ -37,7 +37,8 @@ class HybridPath final : public FramePath {
   };
 
   HybridPath(const PreparedScene& scene, RenderPath kind) : scene_(scene), kind_(kind), cells_(scene) {}
-  ProjectedVertices place(const Camera& camera);
+  /// Whether the CPU finds the triangles.
+  bool casts() const { return kind_ == RenderPath::raster && !pass_->has_pbr(); }
   ShadingScene shading(const FrameView& view) const;
   IndexScene index(const ProjectedVertices& projected, const FrameView& view) const;
   Result<void> draw_nearest(TriangleLists lists, const FrameTiles& where, std::array<DrawnSide, 2>& sides,
