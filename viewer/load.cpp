@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "format/gltf/memory.h"
-#include "viewer/scene/packed_fabric.h"
+#include "viewer/scene/fabric_sides.h"
 
 namespace selvedge {
 
@@ -14,7 +14,8 @@ Result<Fabric> load_fabric(FabricReader& reader, MemoryAccount& memory) {
     return tl::unexpected(beyond_memory(reader.name(), "", "the values of the fabric", memory.limit()));
   };
   reader.allow_memory(memory.left());
-  if (auto good = take(reader.memory() + packed_memory(header)); !good) return tl::unexpected(good.error());
+  if (auto good = take(reader.memory() + memory_turned_over(header)); !good)
+    return tl::unexpected(good.error());
   Result<Fabric> fabric = reader.read();
   if (!fabric) return fabric;
   if (const auto yarns = fabric->levels.front().yarns()) {

@@ -235,7 +235,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
   if (!materials) return tl::unexpected(materials.error());
   s.scene.materials = std::move(*materials);
   s.scene.mesh = merge(*surfaces);
-  for (const Fabric& fabric : fabrics) s.scene.fabrics.push_back(pack(fabric));
+  for (const Fabric& fabric : fabrics) s.scene.fabrics.emplace_back(fabric);
 
   if (!context) {
     Result<std::unique_ptr<GraphicsContext>> own = make_context(options);

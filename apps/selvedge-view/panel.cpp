@@ -151,7 +151,6 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& req
   raise(request.change, choose("##path", path_names, state.path), Change::scene);
   const std::string shown = state.levels.forced < 0 ? "by footprint" : fmt::format("{}", state.levels.forced);
   slider(request.change, "level", state.levels.forced, -1, info.picture.levels - 1, shown.c_str());
-  box(request.change, "blend two levels", state.levels.blend);
   slider(request.change, "layers", state.layers, 1, max_layers);
   if (ImGui::Button("first view (R)")) request.resets_camera = true;
   ImGui::SameLine();

@@ -13,8 +13,6 @@
 namespace selvedge {
 namespace {
 
-constexpr std::array<std::string_view, 2> on_off{"on", "off"};
-constexpr std::array<std::string_view, 2> filter_names{"nearest", "area"};
 constexpr std::array<std::string_view, 2> frame_names{"world", "camera"};
 
 }  // namespace
@@ -24,22 +22,12 @@ void add_input(Options& options, PictureOptions& picture) {
       .required()
       .reads();
   add_limits(options, picture.limits);
-  LevelOptions& levels = picture.levels;
   options.number("--layers", picture.layers, "N",
                  "Surfaces behind each other that show through holes (1 to 64)");
-  options.choice("--level-blend", on_off, "Blend between two mip levels (default on)",
-                 [&levels](std::size_t index) { levels.blend = index == 0; });
   options
-      .number("--level", levels.forced, "K",
+      .number("--level", picture.levels.forced, "K",
               "Mip level of the whole fabric to show everywhere (default: by the pixel's footprint)")
       .in(0, 30);
-  options.choice("--filter", filter_names,
-                 "Colour of a pixel: the mean of the texels under it (area, the default), or the nearest "
-                 "texel: faster, rougher",
-                 [&levels](std::size_t index) {
-                   levels.area = index == 1;
-                   levels.bias = levels.area ? best_levels.bias : 0.0F;
-                 });
 }
 
 void add_repeats(Options& options, SwatchOptions& swatch) {

@@ -27,7 +27,7 @@ struct PictureOptions {
   std::optional<double> exposure;     ///< by default 1 in an environment, else default_display()'s
   double ambient = 0;                 ///< radiance from all sides, times pi
   int shadows = default_shadow_size;  ///< texels per side of maps of scenes; 0: no maps
-  LevelOptions levels = best_levels;
+  LevelOptions levels;
   int layers = RenderOptions{}.layers;
   std::string environment;    ///< a picture of radiance, "studio" or "none"; empty: what suits the input
   EnvironmentOptions around;  ///< of it

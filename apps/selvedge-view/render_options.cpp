@@ -30,11 +30,9 @@ void check_render(const Options& options, const RenderCommand& command) {
   options.refuse_if(swatch && !command.place, "has no effect with a swatch of whole texels, without --place",
                     {"--size"});
   options.refuse_if(options.given("--level"),
-                    "has no effect with --level, which shows the nearest texels of one level",
-                    {"--filter", "--level-blend", "--level-bias", "--points"});
+                    "has no effect with --level, which shows the texels of one level", {"--points"});
   options.refuse_if(command.render.path == RenderPath::paper,
-                    "has no effect with --path paper, which shows nearest texels and no yarn",
-                    {"--filter", "--points", "--level-bias"});
+                    "has no effect with --path paper, which shows nearest texels and no yarn", {"--points"});
 }
 
 void add_drawing(Options& options, RenderCommand& command) {
@@ -46,10 +44,6 @@ void add_drawing(Options& options, RenderCommand& command) {
               "Rays along either side of a pixel that shows the yarn itself; twice as many samples of cell "
               "images")
       .in(1, 8);
-  options
-      .number("--level-bias", command.level_bias, "LEVELS",
-              "Coarser levels than usual, or finer: below 0 (default -1 with --filter area, else 0)")
-      .in(-3, 3);
   options.choice("--context", context_names,
                  "Whose OpenGL: Mesa's software rasteriser, or EGL's first device (default auto: EGL for the "
                  "shader path, if it is there)",
@@ -98,11 +92,8 @@ void declare_render(Options& options, RenderCommand& command) {
   add_light(options, picture);
   options.check([&options, &command] {
     check_render(options, command);
-    LevelOptions& levels = command.picture.levels;
-    if (options.given("--level-bias")) levels.bias = command.level_bias;
-    command.picture.swatch.level = levels.forced;
-    // A forced level, and a swatch of whole texels, are shown with their exact texels.
-    if (levels.forced >= 0) levels.area = false;
+    command.picture.swatch.level = command.picture.levels.forced;
+    // A swatch of whole texels shows each of them as it is.
     const bool whole_texels = has_ending(command.picture.input, ".exr") && !command.place;
     if (whole_texels && !options.given("--supersample")) command.render.supersample = 1;
   });

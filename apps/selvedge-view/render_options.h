@@ -21,7 +21,6 @@ struct RenderCommand {
   std::string camera_of_file;       ///< scenes: name or number; empty: PictureOptions::camera
   SceneChoice choice;               ///< scenes
   std::optional<SwatchView> place;  ///< fabric files: instead of PictureOptions::swatch
-  float level_bias = 0;             ///< instead of LevelOptions::bias, where it is given
   int turntable = 0;                ///< frames once around the scene; 0: one frame
 };
 

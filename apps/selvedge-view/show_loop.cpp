@@ -77,7 +77,7 @@ Json ShowLoop::to_json() const {
                 {"distance", state_.camera.distance.value_or(0)},
                 {"lookAt", {look_at.x, look_at.y, look_at.z}}}},
               {"path", path_names[state_.path]},
-              {"levels", {{"forced", state_.levels.forced}, {"blend", state_.levels.blend}}},
+              {"levels", {{"forced", state_.levels.forced}}},
               {"fabrics", state_.worn.fabrics},
               {"command", command()},
               {"message", message_}};

@@ -35,11 +35,7 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
   add("--look-at", triple(camera.look_at.value_or(V3d(0, 0, 0))));
   add("--distance", camera.distance.value_or(0));
   add("--path", path_names[state.path]);
-  if (state.levels.forced >= 0) {
-    add("--level", state.levels.forced);
-  } else if (!state.levels.blend) {
-    add("--level-blend", "off");
-  }
+  if (state.levels.forced >= 0) add("--level", state.levels.forced);
   add("--layers", state.layers);
   // The lights of `render` without options.
   const bool in_environment = state.environment >= 0;

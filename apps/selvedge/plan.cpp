@@ -10,8 +10,8 @@
 #include "apps/selvedge/commands.h"
 #include "format/base/mip.h"
 #include "format/fabric/file.h"
+#include "format/fabric/footprint.h"
 #include "format/fabric/level_options.h"
-#include "format/scene/footprint.h"
 #include "format/scene/scene_points.h"
 
 namespace selvedge {
@@ -125,7 +125,7 @@ void add_triangle(const std::array<V4d, 3>& clip, const std::array<V2d, 3>& at, 
     const auto slope = [&](const V3d& of, int axis) {
       return static_cast<float>((of[axis] - of.dot(screen) * w * one[axis]) * w * pixel[axis]);
     };
-    const TexelSlopes<float> slopes{slope(u, 0), slope(v, 0), slope(u, 1), slope(v, 1)};
+    const TexelSlopes slopes{{slope(u, 0), slope(v, 0)}, {slope(u, 1), slope(v, 1)}};
     const double size = pixel_size(slopes);
     seen.smallest = std::min(seen.smallest, size);
     seen.largest = std::max(seen.largest, size);
@@ -164,15 +164,15 @@ Json material_json(const Seen& seen, const Fabric& fabric) {
   constexpr double margin = 1e-3;  // in levels, for rounding errors
   const int last = static_cast<int>(fabric.levels.size()) - 1;
   const auto level = [&](double size) {
-    return std::log2(std::clamp(size, 1e-30, 1e30)) + static_cast<double>(best_levels.bias);
+    return std::log2(std::clamp(size, 1e-30, 1e30)) + static_cast<double>(level_bias);
   };
   const bool is_seen = seen.fronts || seen.backs;
   const int first =
       is_seen ? std::clamp(static_cast<int>(std::floor(level(seen.smallest) - margin)), 0, last) : last;
   const int coarsest =
       is_seen ? std::clamp(static_cast<int>(std::ceil(level(seen.largest) + margin)), first, last) : last;
-  const float largest = largest_yarn_pixel(fabric) * largest_by_points(best_levels.points);
-  const bool yarn = is_seen && yarn_share(static_cast<float>(seen.smallest), largest, true) > 0;
+  const float largest = largest_yarn_pixel(fabric) * largest_by_points(LevelOptions().points);
+  const bool yarn = is_seen && yarn_share(static_cast<float>(seen.smallest), largest) > 0;
   const V2i texels(level_size(fabric.texels().x, first), level_size(fabric.texels().y, first));
   const char* sides = !is_seen ? "none" : !seen.backs ? "front" : seen.fronts ? "both" : "back";
   return {{"seen", is_seen},

@@ -29,7 +29,6 @@ struct SwatchCommand {
   std::vector<Light> lights;  ///< empty: the lights of the place
   std::string environment;    ///< a picture of radiance; empty: none
   EnvironmentOptions around;
-  LevelOptions levels = best_levels;  ///< without `truth`
 };
 
 void declare(Options& options, SwatchCommand& command) {
@@ -115,7 +114,7 @@ Drawn draw(const SwatchCommand& command) {
   const SwatchShot shot = shot_of(command, V2d(fabric.period_mm));
   Drawn drawn;
   const auto start = std::chrono::steady_clock::now();
-  drawn.frame = draw_swatch(fabric, shot, command.levels);
+  drawn.frame = draw_swatch(fabric, shot);
   drawn.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return drawn;
 }

@@ -565,21 +565,35 @@ CellSize cell_size(const V2f& pixel, float samples) {
   return size;
 }
 
-void make_cell_image(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch,
-                     CellImage& image) {
-  const V2f period = yarn.yarns().period();
-  const float pixel = pixel_width(period, view.size);
-  const CellSize& size = view.size;
+namespace {
+
+/// Adds the yarn to the samples of an image; returns CellImage::above.
+float add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch) {
+  const float pixel = pixel_width(yarn.yarns().period(), view.size);
   const float width = pixel / view.detail;
   const YarnPieces& pieces = yarn.pieces(view.piece_pixels * pixel);
   const V2f slope = slope_of(view.view);
-  scratch.seen.resize(size.samples.x, size.samples.y, true);
+  scratch.seen.resize(view.size.samples.x, view.size.samples.y, true);
   splat(yarn, pieces, {slope, width, view.hairs}, scratch.seen);
   const std::vector<FrontLamp> lamps = cast_shadows(yarn, view, pixel, shadows);
   const std::vector<Slot> slots = fill_table(yarn, view, scratch.table);
   const ShadingJob job{yarn, pieces, view, lamps, slots, scratch.table, width};
+  return PointShader(job, slope, scratch.seen, scratch.raw).shade();
+}
+
+}  // namespace
+
+void make_cell_image(const CellSource& source, const CellView& view, CellScratch& scratch, CellImage& image) {
+  const CellSize& size = view.size;
+  const float of_yarn = view.levels.yarn;
   scratch.raw.assign(static_cast<std::size_t>(size.samples.x) * size.samples.y * view.planes, Group{});
-  image.above = PointShader(job, slope, scratch.seen, scratch.raw).shade();
+  image.above = of_yarn > 0 ? add_yarn(*source.yarn, view, *source.shadows, scratch) : 0;
+  if (of_yarn < 1) {
+    for (Group& sample : scratch.raw) {
+      for (float& value : sample) value *= of_yarn;
+    }
+    source.texels->add(view, scratch.raw);
+  }
   filter(view, scratch.raw, scratch.rows, scratch.sums, image);
 }
 

@@ -7,11 +7,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "format/cells/cell_view.h"
 #include "format/cells/yarn_pieces.h"
 
 namespace selvedge {
 
-inline constexpr int min_cell_texels = 16;  ///< of an image's side
 inline constexpr float no_depth = -1e30F;
 
 /// Depths of a cell; `stride` - `width` columns follow each row, which repeat its first ones.

@@ -19,17 +19,17 @@ V3f clamp_to_finite(V3f radiance) {
 
 }  // namespace
 
-ViewFactors view_factors(const FabricLevel& level, const DirectionGrid& grid, int texel, const V3f& view) {
+ViewFactors view_factors(const FabricLevel& level, const DirectionTaps& views, int texel) {
   ViewFactors result;
   const std::span<const V3f> table = level.view_table();
   const std::span<const float> opacity = level.opacity();
   if (table.empty() && opacity.empty()) return result;
-  const DirectionTaps taps = interpolate(grid, view);
+  const auto count = static_cast<int>((table.empty() ? opacity.size() : table.size()) / level.texels());
   V3f colour(0, 0, 0);
   float alpha = 0;
   for (std::size_t tap = 0; tap < 4; ++tap) {
-    const std::size_t entry = index_of(texel, taps.cell[tap], grid.count());
-    const float weight = taps.weight[tap] * (opacity.empty() ? 1.0F : opacity[entry]);
+    const std::size_t entry = index_of(texel, views.cell[tap], count);
+    const float weight = views.weight[tap] * (opacity.empty() ? 1.0F : opacity[entry]);
     alpha += weight;
     if (!table.empty()) colour += weight * table[entry];
   }
@@ -98,23 +98,23 @@ V3f bracket(V3f sum) {
 
 /// The bracket of the formula, by which g is multiplied.
 V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t texel, const V3f& view_table,
-                   const V3f& light, const V3f& view) {
+                   const DirectionTaps& lights, const DirectionTaps& views) {
   const std::span<const V3f> light_table = level.light_table();
   const bool products = level.has(LayerKind::products);
   if (light_table.empty() && !products) return view_table;
-  const DirectionTaps lights = interpolate(info.lights, light);
   V3f sum = level.has(LayerKind::table) || !light_table.empty() ? view_table : V3f(0, 0, 0);
   if (!light_table.empty()) {
     sum *= interpolated(&light_table[index_of(static_cast<int>(texel), 0, info.lights.count())], lights);
   }
-  if (products) sum += product_sum(level, info, texel, interpolate(info.views, view), lights);
+  if (products) sum += product_sum(level, info, texel, views, lights);
   return bracket(sum);
 }
 
 }  // namespace
 
 std::vector<V3f> light_factors(const FabricLevel& level, const FabricInfo& info, int texel, const V3f& view) {
-  const V3f view_table = view_factors(level, info.views, texel, view).colour;
+  const DirectionTaps views = interpolate(info.views, view);
+  const V3f view_table = view_factors(level, views, texel).colour;
   const std::span<const V3f> light_table = level.light_table();
   const bool products = level.has(LayerKind::products);
   if (light_table.empty() && !products) return {view_table};
@@ -122,7 +122,6 @@ std::vector<V3f> light_factors(const FabricLevel& level, const FabricInfo& info,
   const bool has_tables = level.has(LayerKind::table) || !light_table.empty();
   std::vector<V3f> sums(lights, has_tables ? view_table : V3f(0, 0, 0));
   for (int k = 0; k < lights && !light_table.empty(); ++k) sums[k] *= light_table[index_of(texel, k, lights)];
-  const DirectionTaps views = interpolate(info.views, view);
   for (std::size_t m = 0; products && m < level.pairs.size(); ++m) {
     const float factor = view_factor(level, info, texel, views, m);
     const V3f* psi = &level.bases->light[index_of(level.pairs[m].y, 0, lights)];
@@ -132,18 +131,21 @@ std::vector<V3f> light_factors(const FabricLevel& level, const FabricInfo& info,
   return sums;
 }
 
+V3f radiance_of(const FabricLevel& level, const FabricInfo& info, int texel, const ViewFactors& factors,
+                const TappedDirection& light, const TappedDirection& view) {
+  if (!(light.direction.z > 0 && view.direction.z > 0)) return V3f(0, 0, 0);
+  const V3f product =
+      clamp_to_finite(table_radiance(level, info, texel, factors.colour, light.taps, view.taps) *
+                      lobe_radiance(level, texel, light.direction, view.direction));
+  return clamp_to_finite(info.radiance_scale * product);
+}
+
 Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y, const V3f& light,
                  const V3f& view) {
   const int texel = y * level.width + x;
-  const ViewFactors factors = view_factors(level, info.views, texel, view);
-  Shading shading;
-  shading.alpha = factors.alpha;
-  if (light.z > 0 && view.z > 0) {
-    const V3f product = clamp_to_finite(table_radiance(level, info, texel, factors.colour, light, view) *
-                                        lobe_radiance(level, texel, light, view));
-    shading.radiance = clamp_to_finite(info.radiance_scale * product);
-  }
-  return shading;
+  const TappedDirection seen(info.views, view);
+  const ViewFactors factors = view_factors(level, seen.taps, texel);
+  return {radiance_of(level, info, texel, factors, TappedDirection(info.lights, light), seen), factors.alpha};
 }
 
 Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view) {

@@ -22,7 +22,18 @@ struct ViewFactors {
   V3f colour{1, 1, 1};
   float alpha = 1;
 };
-ViewFactors view_factors(const FabricLevel& level, const DirectionGrid& grid, int texel, const V3f& view);
+ViewFactors view_factors(const FabricLevel& level, const DirectionTaps& views, int texel);
+
+/// A direction and its cells: many texels share them.
+struct TappedDirection {
+  TappedDirection(const DirectionGrid& grid, const V3f& towards)
+      : direction(towards), taps(interpolate(grid, towards)) {}
+  V3f direction;
+  DirectionTaps taps;
+};
+/// f(l, v) of a texel whose view_factors() are known; 0 where light or view is not above the cloth.
+V3f radiance_of(const FabricLevel& level, const FabricInfo& info, int texel, const ViewFactors& factors,
+                const TappedDirection& light, const TappedDirection& view);
 
 /// The bracket F(l, v) of the formula for each stored light; for a texel where it does not depend on the
 /// light, one value.

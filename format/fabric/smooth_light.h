@@ -37,6 +37,14 @@ struct SmoothLight {
   bool operator==(const SmoothLight&) const = default;
 };
 
+/// In the plane z = 0.
+inline SmoothLight mirrored(SmoothLight light) {
+  for (std::size_t k = 0; k < smooth_functions; ++k) {
+    if (is_odd_in_z(k)) light.factors[k] = -light.factors[k];
+  }
+  return light;
+}
+
 /// One colour of a smooth light in other axes, three unit vectors at right angles of either hand: direction d
 /// of these axes is d.x x + d.y y + d.z z.
 template <class T, class Vec>
@@ -68,6 +76,18 @@ constexpr std::array<T, smooth_functions> turned(const std::array<T, smooth_func
           T(2) * dot(y, of_z),
           half * (dot(x, of_x) - dot(y, of_y)),
           half * dot(z, of_z)};
+}
+
+/// All of a smooth light in other axes.
+inline SmoothLight turned(const SmoothLight& light, const V3f& x, const V3f& y, const V3f& z) {
+  SmoothLight result;
+  for (int c = 0; c < 3; ++c) {
+    std::array<float, smooth_functions> colour{};
+    for (std::size_t k = 0; k < smooth_functions; ++k) colour[k] = light.factors[k][c];
+    colour = turned(colour, x, y, z);
+    for (std::size_t k = 0; k < smooth_functions; ++k) result.factors[k][c] = colour[k];
+  }
+  return result;
 }
 
 }  // namespace selvedge

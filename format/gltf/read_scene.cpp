@@ -24,10 +24,10 @@ namespace {
 /// Reading stops after this number of broken primitives.
 constexpr int max_failures = 100;
 
-class Reader {
+class SceneReader {
  public:
   /// `everything`: reads all nodes, and goes on after an error.
-  Reader(const GltfDocument& document, const SceneLimits& limits, bool everything, IssueSink& issues)
+  SceneReader(const GltfDocument& document, const SceneLimits& limits, bool everything, IssueSink& issues)
       : document_(document),
         limits_(limits),
         memory_(limits.document.memory - std::min(limits.document.memory, document.taken)),
@@ -308,13 +308,13 @@ class Reader {
 
 Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits, const SceneChoice& choice) {
   IssueSink issues(document.file);
-  Scene scene = Reader(document, limits, false, issues).read(choice);
+  Scene scene = SceneReader(document, limits, false, issues).read(choice);
   if (issues.has_error()) return tl::unexpected<Error>(issues.first_error());
   return scene;
 }
 
 Scene read_everything(const GltfDocument& document, const SceneLimits& limits, IssueSink& issues) {
-  return Reader(document, limits, true, issues).read({});
+  return SceneReader(document, limits, true, issues).read({});
 }
 
 Result<Scene> read_scene(const std::string& path, const SceneLimits& limits, const SceneChoice& choice) {

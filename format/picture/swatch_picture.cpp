@@ -5,7 +5,7 @@
 
 #include "format/base/parallel.h"
 #include "format/fabric/evaluate.h"
-#include "format/scene/footprint.h"
+#include "format/fabric/footprint.h"
 
 namespace selvedge {
 namespace {
@@ -27,29 +27,24 @@ V2d uv_of(const Fabric& fabric, const V2d& point) {
 void add_texels(const Fabric& fabric, int level, const LevelOptions& options, const V2d& uv, const V2d& right,
                 const V2d& up, float weight, std::vector<Tap>& taps) {
   const FabricLevel& texels = fabric.levels[level];
-  if (!options.area || options.forced >= 0) {
+  if (options.forced >= 0) {
     taps.push_back({level, {wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height)}, weight});
     return;
   }
   const V2d size(texels.width, texels.height);
-  const auto slopes = [&](const V2d& of) {
-    const V2f r(right * of);
-    const V2f u(up * of);
-    return TexelSlopes<float>{r.x, r.y, u.x, u.y};
-  };
+  const auto slopes = [&](const V2d& of) { return TexelSlopes{V2f(right * of), V2f(up * of)}; };
   const float pixel = pixel_size(slopes(V2d(fabric.texels())));
-  const PixelBox<float> box = pixel_box(slopes(size), std::ldexp(pixel, -level));
+  const PixelBox box = pixel_box(slopes(size), std::ldexp(pixel, -level));
   const V2d centre = uv * size;
-  const V2i first(static_cast<int>(std::floor(centre.x - static_cast<double>(box.reach_x) + 0.5)),
-                  static_cast<int>(std::floor(centre.y - static_cast<double>(box.reach_y) + 0.5)));
+  const V2i first(static_cast<int>(std::floor(centre.x - static_cast<double>(box.reach.x) + 0.5)),
+                  static_cast<int>(std::floor(centre.y - static_cast<double>(box.reach.y) + 0.5)));
   const std::size_t begin = taps.size();
   float sum = 0;
   for (int y = first.y; y < first.y + max_pixel_texels; ++y) {
     for (int x = first.x; x < first.x + max_pixel_texels; ++x) {
       const V2d at(x + 0.5, y + 0.5);
       const V2f away(at - centre);
-      if (away.x >= box.reach_x || away.y >= box.reach_y) continue;
-      const float share = texel_share(box, away.x, away.y);
+      const float share = texel_share(box, away);
       if (!(share > 0)) continue;
       sum += share;
       taps.push_back({level,
@@ -78,20 +73,17 @@ void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv,
                const V2d& up, std::vector<Tap>& taps) {
   taps.clear();
   const V2d size(fabric.texels());
-  const V2f r(right * size);
-  const V2f u(up * size);
-  const float pixel = pixel_size<float>({r.x, r.y, u.x, u.y});
+  const float pixel = pixel_size({V2f(right * size), V2f(up * size)});
   const float wanted =
-      options.forced >= 0 ? static_cast<float>(options.forced) : std::log2(pixel) + options.bias;
-  const float yarn =
-      options.forced >= 0
-          ? 0
-          : yarn_share(pixel, largest_yarn_pixel(fabric) * largest_by_points(options.points), options.blend);
+      options.forced >= 0 ? static_cast<float>(options.forced) : std::log2(pixel) + level_bias;
+  const float yarn = options.forced >= 0
+                         ? 0
+                         : yarn_share(pixel, largest_yarn_pixel(fabric) * largest_by_points(options.points));
   if (yarn > 0) add_points(options, uv, right, up, yarn, taps);
   const auto last = static_cast<float>(fabric.levels.size() - 1);
   const float level = wanted > 0 ? std::min(wanted, last) : 0;
   const int lower = static_cast<int>(level);
-  const float of_upper = blend_of_levels(level - std::floor(level), options.blend);
+  const float of_upper = blend_of_levels(level - std::floor(level));
   for (const int k : {0, 1}) {
     const float weight = (1 - yarn) * (k == 1 ? of_upper : 1 - of_upper);
     if (weight > 0) add_texels(fabric, lower + k, options, uv, right, up, weight, taps);

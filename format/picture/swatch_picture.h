@@ -11,6 +11,6 @@ namespace selvedge {
 
 /// Chooses levels and texels by the pixel's footprint (footprint.h), as the viewer does. The result does not
 /// depend on the number of threads. Precondition: the fabric has levels.
-Frame draw_swatch(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& levels = best_levels);
+Frame draw_swatch(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& levels = {});
 
 }  // namespace selvedge

@@ -150,9 +150,6 @@ std::vector<float> draw(GLuint program, int width, int height) {
   glUseProgram(program);
   // level_options.glsl: the defaults of selvedge-view.
   glUniform1i(glGetUniformLocation(program, "forced_level"), -1);
-  glUniform1i(glGetUniformLocation(program, "blend_levels"), 1);
-  glUniform1f(glGetUniformLocation(program, "level_bias"), -1);
-  glUniform1i(glGetUniformLocation(program, "by_area"), 1);
   glUniform1i(glGetUniformLocation(program, "points"), 2);
   constexpr std::array<GLfloat, 8> lights{0.3F, 0.5F, 1.0F, 1.0F, 1.0F, 0.2F, 0.4F, 0.3F};
   glUniform3f(view_uniform, 0, 0, 1);

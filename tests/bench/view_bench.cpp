@@ -147,7 +147,6 @@ double decibels(const Frame& frame, const Frame& middle) {
 class Rates {
  public:
   explicit Rates(const Subject& subject) : subject_(subject) {
-    options_.levels = best_levels;
     options_.context = ContextKind::osmesa;
     options_.lights = default_lights(camera(1, 0));
     const auto probe = need(renderer(options_)->probe(camera(1, 0), sized(options_, 1), size / 2));
@@ -244,83 +243,6 @@ void draw_by_all_paths(const Subject& subject, bench::Rows& rows) {
   }
 }
 
-/// Pixels in sixteens, each with two texels under two lights: what a frame asks for.
-struct Lanes {
-  LaneDirections view;
-  std::array<LaneLight, 2> lights;
-  std::array<LaneTexels, 2> texels;
-};
-
-std::vector<Lanes> make_lanes(const Fabric& fabric) {
-  const std::vector<DirectionPair> pairs = random_pairs(1024, 0.05, 1);
-  std::vector<Lanes> all(256);
-  std::size_t number = 0;
-  for (Lanes& block : all) {
-    for (std::size_t lane = 0; lane < lane_count; ++lane, ++number) {
-      const auto set = [&](LaneDirections& to, const V3f& d) {
-        to.x[lane] = d.x;
-        to.y[lane] = d.y;
-        to.z[lane] = d.z;
-      };
-      set(block.view, pairs[number % 1024].view);
-      for (std::size_t i = 0; i < 2; ++i) {
-        set(block.lights[i].direction, pairs[(number + 5 * i) % 1024].light);
-        block.lights[i].share[lane] = 1;
-        const std::size_t level = std::min(1 + i, fabric.levels.size() - 1);
-        block.texels[i].level[lane] = static_cast<std::int32_t>(level);
-        block.texels[i].texel[lane] =
-            static_cast<std::int32_t>(number * 7 % static_cast<std::size_t>(fabric.levels[level].texels()));
-        block.texels[i].weight[lane] = 0.5F;
-      }
-    }
-  }
-  return all;
-}
-
-/// Evaluations (one texel under one light) per second, the best of twelve.
-template <class Body>
-double rate(std::size_t blocks, const Body& body) {
-  double best = 0;
-  for (int repeat = 0; repeat < 12; ++repeat) {
-    const double start = bench::wall_seconds();
-    body();
-    best = std::max(best, static_cast<double>(blocks * lane_count * 4) / (bench::wall_seconds() - start));
-  }
-  return best;
-}
-
-/// On one thread, sixteen pixels at once beside the reference.
-void evaluate_rates(const Fabric& fabric, const std::string& name, bench::Rows& rows) {
-  const PackedFabric packed = pack(fabric);
-  const std::vector<Lanes> all = make_lanes(fabric);
-  float kept = 0;  // so that the compiler leaves nothing out
-  const double scalar = rate(all.size(), [&] {
-    for (const Lanes& block : all) {
-      for (std::size_t lane = 0; lane < lane_count; ++lane) {
-        const auto of_lane = [lane](const LaneDirections& d) { return V3f(d.x[lane], d.y[lane], d.z[lane]); };
-        for (const LaneTexels& of : block.texels) {
-          const int columns = fabric.levels[of.level[lane]].width;
-          for (const LaneLight& light : block.lights) {
-            kept += evaluate(fabric, of.level[lane], of.texel[lane] % columns, of.texel[lane] / columns,
-                             of_lane(light.direction), of_lane(block.view))
-                        .radiance.x;
-          }
-        }
-      }
-    }
-  });
-  const double lanes = rate(all.size(), [&] {
-    LaneScratch scratch;
-    LaneShading sum;
-    for (const Lanes& block : all)
-      evaluate_lanes(packed, block.texels, block.view, block.lights, scratch, sum);
-    kept += sum.red[0];
-  });
-  fmt::print("{}: reference {:.1f} M evaluations/s a thread, sixteen at once {:.1f} M/s = {:.1f} x{}\n", name,
-             scalar / 1e6, lanes / 1e6, lanes / scalar, std::isnan(kept) ? " (NaN)" : "");
-  rows.add("evaluation/" + name + "/one_thread", lanes / scalar, "x reference");
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -342,8 +264,6 @@ int main(int argc, char** argv) {
   }
   for (const Subject& subject : subjects)
     rates ? frame_rates(subject, rows) : draw_by_all_paths(subject, rows);
-  if (!rates && !subjects.front().loaded.fabrics.empty())
-    evaluate_rates(subjects.front().loaded.fabrics.front(), subjects.front().name, rows);
   rows.write();
   return 0;
 }

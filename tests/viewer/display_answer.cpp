@@ -9,8 +9,8 @@
 #include "format/base/json_text.h"
 #include "format/cells/cell_image.h"
 #include "format/fabric/evaluate.h"
+#include "format/fabric/yarn_sky.h"
 #include "format/picture/environment.h"
-#include "viewer/hybrid/evaluate_lanes.h"
 
 namespace {
 
@@ -44,52 +44,35 @@ Environment picture_of(const ClosedEnvironment& e) {
   return picture;
 }
 
-void set(LaneDirections& directions, const V3f& d) {
-  directions.x[0] = d.x;
-  directions.y[0] = d.y;
-  directions.z[0] = d.z;
-}
-
-Shading shade_texel(const PackedFabric& packed, int number, const FabricQuery& query,
+Shading shade_texel(const Fabric& fabric, int number, const FabricQuery& query,
                     const EnvironmentLight& light) {
-  const PackedLevel& level = packed.levels[number];
+  const FabricLevel& level = fabric.levels[number];
   const V2i texel = query.texel.value_or(
       query.uv ? V2i(wrap_texel(query.uv->x, level.width), wrap_texel(query.uv->y, level.height))
                : V2i(0, 0));
-  LaneTexels texels;
-  texels.weight[0] = 1;
-  texels.texel[0] = texel.y * level.width + texel.x;
-  texels.level[0] = number;
-  LaneDirections view;
-  set(view, query.view);
-  std::vector<LaneLight> lamps(light.lamps.size());
-  for (std::size_t i = 0; i < lamps.size(); ++i) {
-    set(lamps[i].direction, V3f(light.lamps[i].direction));
-    lamps[i].share[0] = 1;
-    lamps[i].irradiance = light.lamps[i].irradiance;
-  }
-  LaneSmoothLight around;
-  for (std::size_t k = 0; k < smooth_functions; ++k) {
-    for (int c = 0; c < 3; ++c) around.factors[k][static_cast<std::size_t>(c)][0] = light.rest.factors[k][c];
-  }
-  LaneScratch scratch;
-  LaneShading sum;
-  evaluate_lanes(packed, {&texels, 1}, view, lamps, scratch, sum, &around);
-  const float alpha = sum.alpha[0];
-  const V3f radiance(sum.red[0], sum.green[0], sum.blue[0]);
-  return {alpha > 0 ? radiance / alpha : V3f(0, 0, 0), alpha};
+  CellView view;
+  view.view = query.view;
+  for (const Light& lamp : light.lamps) view.lamps.push_back({V3f(lamp.direction), lamp.irradiance, 0});
+  view.around = light.rest;
+  view.levels = {0, number, 0};
+  view.size = texel_size(fabric, {0, 0}, number);
+  std::vector<Group> samples(level.texels(), Group{});
+  CellTexels(fabric).add(view, samples);
+  const auto& [red, green, blue, alpha] = samples[(level.height - 1 - texel.y) * level.width + texel.x];
+  return {alpha > 0 ? V3f(red, green, blue) / alpha : V3f(0, 0, 0), alpha};
 }
 
 /// The lamps by the reference, with shadows of the yarn; light from all around as cell images have it.
-Shading shade_yarn(const PackedFabric& packed, const FabricQuery& query, const EnvironmentLight& light) {
-  const Yarns& yarns = *packed.fabric->levels.front().yarns();
-  const float plane = packed.fabric->reference_height;
+Shading shade_yarn(const Fabric& fabric, const FabricQuery& query, const EnvironmentLight& light) {
+  const Yarns& yarns = *fabric.levels.front().yarns();
+  const float plane = fabric.reference_height;
   const auto hit = yarns.trace(*query.uv, plane, query.view);
   if (!hit) return {V3f(0, 0, 0), 0};
   V3f sum(0, 0, 0);
   for (const Light& lamp : light.lamps)
     sum += yarns.shade(*query.uv, plane, V3f(lamp.direction), query.view).radiance * lamp.irradiance;
-  const CellYarn cell(yarns, plane, packed.yarn_sky);
+  const std::vector<float> sky = sky_of(yarns);
+  const CellYarn cell(yarns, plane, sky);
   CellView view;
   view.view = query.view;
   view.around = light.rest;
@@ -109,11 +92,9 @@ nlohmann::json answer(const nlohmann::json& line) {
   const Fabric fabric = read_fabric(line["file"].get<std::string>()).value();
   const bool turns = query.place.behind && fabric.side_of(Side::back) != nullptr;
   const Fabric seen = turns ? turned_over(fabric) : fabric;
-  const PackedFabric packed = pack(seen);
   const EnvironmentLight light = divide(picture_of(query.environment));
   const auto at = [&](int level) {
-    return level < 0 ? shade_yarn(packed, query.place, light)
-                     : shade_texel(packed, level, query.place, light);
+    return level < 0 ? shade_yarn(seen, query.place, light) : shade_texel(seen, level, query.place, light);
   };
   const LevelBlend between = level_blend(query.place.level, static_cast<int>(fabric.levels.size()), -1);
   const Shading near = at(between.lower);

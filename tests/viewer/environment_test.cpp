@@ -76,7 +76,6 @@ test::Setting ball(Fabric fabric) {
   setting.fabrics.push_back(std::move(fabric));
   setting.scene.fabrics.resize(1);
   setting.options.width = setting.options.height = 40;
-  setting.options.levels = best_levels;
   return setting;
 }
 
@@ -182,7 +181,8 @@ TEST_CASE("fabrics in an environment look as in one lamp for each of its pixels"
       const double dB = likeness(frame, lamps);
       MESSAGE(path_names[static_cast<std::size_t>(path)], " dB: ", dB);
       // The shader path meets other points of yarn than cell images have: only the means agree.
-      if (!yarn || path == RenderPath::hybrid) CHECK(dB > least);
+      if (path == RenderPath::hybrid) CHECK(dB > least);
+      if (!yarn) CHECK(dB > 30);
       for (unsigned c = 0; c < 3; ++c)
         CHECK(mean_of(frame, c) == doctest::Approx(mean_of(lamps, c)).epsilon(0.02));
     }

@@ -95,7 +95,7 @@ TEST_CASE(
     double cosine = 1;
     int covered = 64 * 64;
     bool exactly = true;
-    double tolerance = 1.2e-5;
+    double tolerance = 2.5e-4;  ///< texels of cell images have 11 bits
   };
   const Extreme plain = facing_square(test::lambert_fabric(16, V3f(albedo)), 40);
   std::vector<Case> cases;
@@ -107,7 +107,7 @@ TEST_CASE(
     one.of.options.width = one.of.options.height = 1;
     one.of.options.supersample = supersample;
   }
-  for (const LevelOptions& levels : {LevelOptions(), best_levels}) {
+  {
     Case& grazing = cases.emplace_back(Case{"at 89.99 degrees", plain, 1, 60 * 60, false, 1e-3});
     const double angle = 89.99 * std::numbers::pi / 180;
     grazing.of.camera.to_viewer = V3d(0, -std::sin(angle), std::cos(angle));
@@ -115,13 +115,11 @@ TEST_CASE(
     grazing.of.camera.window_half = V2d(1, std::cos(angle));
     grazing.of.camera.near = -1000;
     grazing.of.camera.far = 1000;
-    grazing.of.options.levels = levels;
   }
   for (const V3d& direction :
        {V3d(0, 0, 1), V3d(0, 0, -1), V3d(1, 0, 0), V3d(std::sin(1.57), 0, std::cos(1.57))}) {
     Case& lit = cases.emplace_back(Case{"a light", plain, std::max(direction.z, 0.0)});
     lit.of.options.lights[0].direction = direction;
-    lit.tolerance = 1e-4;
   }
   for (const Case& one : cases) {
     CAPTURE(one.name);
@@ -139,11 +137,10 @@ TEST_CASE("ten thousand repeats in 64 pixels are the coarsest level everywhere")
   Extreme of = facing_square(test::random_fabric(16, 16, 1), 10000);
   Extreme coarsest = of;
   coarsest.options.levels.forced = 4;
-  for (const bool area : {false, true}) {
-    of.options.levels.area = area;
+  {
     on_both_paths(of, [&](const Frame& frame) {
       CHECK(covered(frame) == 64 * 64);
-      CHECK(apart(frame, drawn(coarsest, RenderPath::hybrid)) < 1e-4);
+      CHECK(apart(frame, drawn(coarsest, RenderPath::hybrid)) < 2.5e-4);
     });
   }
 }
@@ -178,7 +175,7 @@ TEST_CASE("the picture follows the light's strength from 1e-6 to 1e9") {
       of.options.lights[0].irradiance = V3f(strength);
       Frame scaled = drawn(of, path);
       for (V4f& p : scaled.pixels) p = V4f(p.x / strength, p.y / strength, p.z / strength, p.w);
-      CHECK(apart(scaled, plain) < 1e-5);
+      CHECK(apart(scaled, plain) < 5e-4);
     }
     // Beyond floats it ends, finite (drawn() looks).
     of.options.lights[0].irradiance = V3f(3e38F);

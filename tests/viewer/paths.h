@@ -38,26 +38,6 @@ inline double shown(float linear) {
   return 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055);
 }
 
-/// The share of pixels that differ by more than 2 of 255.
-inline double share_apart(const Setting& setting) {
-  const Frame a = drawn(setting, RenderPath::hybrid);
-  const Frame b = drawn(setting, RenderPath::shader);
-  int apart = 0;
-  double worst = 0;
-  int covered = 0;
-  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-    double difference = 255 * std::abs(static_cast<double>(a.pixels[i].w - b.pixels[i].w));
-    for (int c = 0; c < 3; ++c)
-      difference = std::max(difference, std::abs(shown(a.pixels[i][c]) - shown(b.pixels[i][c])));
-    worst = std::max(worst, difference);
-    if (difference > 2) ++apart;
-    if (a.pixels[i].w > 0) ++covered;
-  }
-  CHECK(covered > static_cast<int>(a.pixels.size() / 8));
-  MESSAGE("largest difference ", worst, " of 255, ", apart, " of ", a.pixels.size(), " pixels beyond 2");
-  return static_cast<double>(apart) / static_cast<double>(a.pixels.size());
-}
-
 /// PSNR in dB of a picture to a mean of `larger` x `larger` pixels of another one, colours and opacity.
 inline double decibels(const Frame& frame, const Frame& fine, int larger) {
   double sum = 0;
@@ -73,6 +53,18 @@ inline double decibels(const Frame& frame, const Frame& fine, int larger) {
     }
   }
   return 10 * std::log10(255 * 255 * 4.0 * static_cast<double>(frame.pixels.size()) / std::max(sum, 1e-9));
+}
+
+/// Of the hybrid path's picture to the shader path's, which evaluates each pixel for itself. At least an
+/// eighth of the frame shows something.
+inline double decibels_apart(const Setting& setting) {
+  const Frame a = drawn(setting, RenderPath::hybrid);
+  const Frame b = drawn(setting, RenderPath::shader);
+  const auto covered = std::count_if(a.pixels.begin(), a.pixels.end(), [](const V4f& p) { return p.w > 0; });
+  CHECK(covered > static_cast<std::ptrdiff_t>(a.pixels.size() / 8));
+  const double db = decibels(a, b, 1);
+  MESSAGE("hybrid to shader: ", db, " dB");
+  return db;
 }
 
 /// Of the hybrid path's picture beside rays through the yarn, `larger` x `larger` of the shader path a pixel.

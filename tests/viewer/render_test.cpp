@@ -41,7 +41,7 @@ TEST_CASE("a Lambertian sphere shows albedo / pi * cosine * irradiance, as a fab
       const double along = -camera.position.dot(away);
       const double under_root = along * along - camera.position.length2() + 1;
       // The silhouette is a polygon's, and normals there are bent to the horizon.
-      if (under_root < 0.01) continue;
+      if (under_root < 0.03) continue;
       const V3d normal = camera.position + away * (along - std::sqrt(under_root));
       const double cosine = std::max(0.0, normal.dot(from_the_side.direction));
       for (unsigned c = 0; c < 3; ++c) {
@@ -73,8 +73,8 @@ TEST_CASE("through a half transparent cloth half of what lies behind is seen") {
     const Frame frame = render_or_fail(scene, {test::lambert_fabric(4, V3f(1, 0, 0), 0.5F)},
                                        camera_for(scene, options), options, &stats);
     const V4f pixel = middle(frame);
-    CHECK(pixel.x == doctest::Approx(0.5 / std::numbers::pi));
-    CHECK(pixel.y == doctest::Approx(0.5 / std::numbers::pi));
+    CHECK(pixel.x == doctest::Approx(0.5 / std::numbers::pi).epsilon(5e-4));
+    CHECK(pixel.y == doctest::Approx(0.5 / std::numbers::pi).epsilon(5e-4));
     CHECK(pixel.z == 0);
     CHECK(pixel.w == 1);
     CHECK(stats.layers == 2);
@@ -89,7 +89,7 @@ TEST_CASE("a material with alpha mode OPAQUE ignores the fabric's opacity") {
   const RenderOptions options = small({{V3d(0, 0, 1), V3f(1, 1, 1)}});
   const Frame frame = render_or_fail(scene, {test::lambert_fabric(4, V3f(1, 0, 0), 0.5F)},
                                      camera_for(scene, options), options);
-  CHECK(middle(frame).x == doctest::Approx(1 / std::numbers::pi));
+  CHECK(middle(frame).x == doctest::Approx(1 / std::numbers::pi).epsilon(5e-4));
   CHECK(middle(frame).w == 1);
 }
 

@@ -8,6 +8,7 @@
 #include "format/fabric/evaluate.h"
 #include "format/picture/swatch_picture.h"
 #include "tests/require.h"
+#include "tests/viewer/paths.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 
@@ -24,6 +25,20 @@ Result<Frame> render_swatch(const Fabric& fabric, const SwatchOptions& swatch_op
   return render(swatch.scene, {fabric}, swatch.camera, options);
 }
 
+/// Radiance times opacity, and opacity, of a texel; by_size: the mean of the texels of the finer level that
+/// lie within it.
+V4f texel_of(const Fabric& fabric, int level, bool by_size, const V2i& at, const V3f& light,
+             const V3f& view) {
+  const int parts = by_size && level > 0 ? 2 : 1;
+  V4f sum(0, 0, 0, 0);
+  for (int i = 0; i < parts * parts; ++i) {
+    const Shading s =
+        evaluate(fabric, level - parts + 1, parts * at.x + i % parts, parts * at.y + i / parts, light, view);
+    sum += V4f(s.radiance.x * s.alpha, s.radiance.y * s.alpha, s.radiance.z * s.alpha, s.alpha);
+  }
+  return sum / static_cast<float>(parts * parts);
+}
+
 /// Largest difference between a swatch of one pixel per texel and the reference, relative to the peak.
 double difference(const Fabric& fabric, int level, const V2i& repeats, const V3d& view, const V3d& light,
                   int swatch_level) {
@@ -33,7 +48,6 @@ double difference(const Fabric& fabric, int level, const V2i& repeats, const V3d
   swatch.view = view;
   if (swatch_level < 0) swatch.pixels_per_texel = std::pow(0.5, level);
   RenderOptions options;
-  options.levels.blend = false;
   options.lights = {{light.normalized(), V3f(1, 1, 1)}};
   const Frame frame = test::need(render_swatch(fabric, swatch, options));
   const FabricLevel& of = fabric.levels[level];
@@ -43,23 +57,23 @@ double difference(const Fabric& fabric, int level, const V2i& repeats, const V3d
   double worst = 0;
   for (int y = 0; y < frame.height; ++y) {
     for (int x = 0; x < frame.width; ++x) {
-      const Shading expected = evaluate(fabric, level, x % of.width, y % of.height, V3f(light.normalized()),
-                                        V3f(view.normalized()));
+      const V4f expected = texel_of(fabric, level, swatch_level < 0, V2i(x % of.width, y % of.height),
+                                    V3f(light.normalized()), V3f(view.normalized()));
       const V4f& pixel = frame.pixels[y * frame.width + x];
       for (int c = 0; c < 3; ++c) {
-        const double value = expected.alpha * expected.radiance[c];
+        const auto value = static_cast<double>(expected[c]);
         peak = std::max(peak, value);
         worst = std::max(worst, std::abs(value - pixel[static_cast<unsigned>(c)]));
       }
-      worst = std::max(worst, static_cast<double>(std::abs(expected.alpha - pixel.w)) * peak);
+      worst = std::max(worst, static_cast<double>(std::abs(expected.w - pixel.w)) * peak);
     }
   }
   REQUIRE(peak > 0);
   return worst / peak;
 }
 
-// The path from quad to pixel is exact but for the roundings of float frames and directions.
-constexpr double rounding = 1e-5;
+// Texels of cell images have 11 bits of mantissa.
+constexpr double rounding = 0x1p-11;
 
 TEST_CASE("a swatch of one pixel per texel equals the reference evaluation on every level") {
   for (const V2i& size : {V2i(8, 8), V2i(5, 3), V2i(16, 4), V2i(1, 1), V2i(33, 20)}) {
@@ -72,7 +86,7 @@ TEST_CASE("a swatch of one pixel per texel equals the reference evaluation on ev
   }
 }
 
-TEST_CASE("one pixel per 2^k texels makes OpenGL choose level k") {
+TEST_CASE("a pixel of 2^k texels is the mean of four texels of the level below k") {
   const Fabric fabric = test::random_fabric(32, 32, 3);
   for (int k = 0; k < 5; ++k) {
     CAPTURE(k);
@@ -99,11 +113,10 @@ TEST_CASE("a swatch refuses what cannot be shown") {
   CHECK(code_of(options) == Code::option_out_of_range);
 }
 
-TEST_CASE("a swatch from a place is within 1/255 of the reference evaluation's picture of it") {
-  // An independent way: rays against the plane, texel by texel. On 99.9 % of the pixels: single precision
-  // puts a pixel's centre into a neighbour's texel now and then.
-  for (const bool best : {true, false}) {
-    const LevelOptions levels = best ? best_levels : LevelOptions();
+TEST_CASE("a swatch from a place looks as the reference evaluation's picture of it") {
+  // An independent way: rays against the plane, texel by texel.
+  {
+    const LevelOptions levels;
     for (const V2i& size : {V2i(16, 16), V2i(12, 20)}) {
       Fabric fabric = test::random_fabric(size.x, size.y, 3);
       fabric.period_mm = V2f(4, 5);
@@ -119,16 +132,10 @@ TEST_CASE("a swatch from a place is within 1/255 of the reference evaluation's p
         options.levels = levels;
         options.lights = shot.lights;
         const Frame frame = test::need(render(swatch_scene(period, shot), {fabric}, shot.camera, options));
-        float peak = 0;
-        for (const V4f& p : expected.pixels) peak = std::max({peak, p.x, p.y, p.z});
-        REQUIRE(peak > 0);
-        int far = 0;
-        for (std::size_t i = 0; i < expected.pixels.size(); ++i) {
-          const V4f d = frame.pixels[i] - expected.pixels[i];
-          const float worst = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z), std::abs(d.w) * peak});
-          far += worst > peak / 255 ? 1 : 0;
-        }
-        CHECK(far <= 3);
+        const double db = test::decibels(frame, expected, 1);
+        MESSAGE(name_of(view), ": ", db, " dB");
+        // At a grazing angle pixels lie across the texels' rows.
+        CHECK(db > (view == SwatchView::grazing ? 22 : 30));
       }
     }
   }

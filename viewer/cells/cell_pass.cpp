@@ -15,8 +15,6 @@ namespace {
 
 /// A triangle that touches more units along one side is looked at pixel by pixel.
 constexpr int most_units = 6;
-/// Bounds of the factor by which a pixel is brighter than its image.
-constexpr float most_brighter = 2;
 /// Smaller shares of a light are not seen.
 constexpr float unseen_share = 1.0F / 256;
 constexpr std::size_t chunk = 2048;
@@ -38,15 +36,6 @@ bool same_light(const Light& a, const Light& b) {
          a.cos_outer == b.cos_outer;
 }
 
-V3f normal_of(const MergedSurfaces& mesh, std::uint32_t vertex) {
-  const Group& g = mesh.attributes[vertex][0];
-  return {g[0], g[1], g[2]};
-}
-
-V2f uv_of(const MergedSurfaces& mesh, std::uint32_t vertex) {
-  return {mesh.attributes[vertex][0][3], mesh.attributes[vertex][1][3]};
-}
-
 /// Share of a light that reaches a vertex, on the light's side of the cloth.
 float share_at(const CellLights& lights, const ShadowMap& map, const V3f& point, V3f normal) {
   const Light& light = lights.lights[map.view.light];
@@ -62,9 +51,11 @@ float share_at(const CellLights& lights, const ShadowMap& map, const V3f& point,
 CellPass::CellPass(const PreparedScene& scene)
     : scene_(scene), store_(scene.mesh, scene.materials.surfaces, scene.fabrics, scene.origin) {
   const MergedSurfaces& mesh = scene.mesh;
-  if (store_.patches().empty()) return;
   // One more for nothing().
   kinds_.assign(mesh.triangles.size() + 1, Kind::none);
+  uneven_.resize(kinds_.size());
+  if (store_.patches().empty()) return;
+  beyond_.resize(mesh.positions.size());
   planes_.resize(mesh.triangles.size() + 1);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (store_.patches().place(static_cast<std::uint32_t>(i)).chart < 0) continue;
@@ -73,6 +64,7 @@ CellPass::CellPass(const PreparedScene& scene)
     const std::vector<PbrMaterial>& pbr = scene.materials.pbr;
     const bool emits = surface < pbr.size() && pbr[surface].emissive != V3f(0, 0, 0);
     kinds_[i] = m.tinted || m.bends || m.occluded || emits ? Kind::changed : Kind::plain;
+    for (const std::uint32_t corner : mesh.triangles[i].corners) beyond_[corner] = store_.beyond(m.fabric);
   }
   extents_.resize(mesh.triangles.size());
   seen_.resize(mesh.triangles.size());
@@ -81,12 +73,12 @@ CellPass::CellPass(const PreparedScene& scene)
   calls_.resize(seen_patches_.size());
   for_all(mesh.triangles.size(), [&](std::size_t i) {
     const auto& corners = mesh.triangles[i].corners;
-    const V2f first = uv_of(mesh, corners[0]);
+    const V2f first = mesh.uv(corners[0]);
     const auto units = static_cast<float>(store_.patches().units_of_repeat());
     V2f low(HUGE_VALF, HUGE_VALF);
     V2f high(-HUGE_VALF, -HUGE_VALF);
     for (const std::uint32_t corner : corners) {
-      const V2f at = (uv_of(mesh, corner) - V2f(std::floor(first.x), std::floor(first.y))) * units;
+      const V2f at = (mesh.uv(corner) - V2f(std::floor(first.x), std::floor(first.y))) * units;
       low = {std::min(low.x, std::floor(at.x)), std::min(low.y, std::floor(at.y))};
       high = {std::max(high.x, std::floor(at.x)), std::max(high.y, std::floor(at.y))};
     }
@@ -97,19 +89,82 @@ CellPass::CellPass(const PreparedScene& scene)
   });
 }
 
-void CellPass::begin(const FrameView& view, int supersample, std::span<const ShadowMap> shadows,
+void CellPass::begin(const FrameView& view, bool shows, int supersample, std::span<const ShadowMap> shadows,
                      const ProjectedVertices& projected) {
-  const LevelOptions& levels = view.options.levels;
-  active_ = !store_.patches().empty() && levels.forced < 0;
+  active_ = shows && !store_.patches().empty();
   if (!active_) return;
   lights_ = {view.options.lights, shadows, view.options.around ? &*view.options.around : nullptr,
              view.around_vertices, scene_.origin};
   projected_ = &projected;
+  mapped_ = 0;
+  for (const ShadowMap& map : shadows) mapped_ |= bit_of(map.view.light);
+  nearest_ = view.options.levels.forced >= 0;
   middle_x_ = 0.5F * static_cast<float>(projected.width) - 0.5F;
   middle_y_ = 0.5F * static_cast<float>(projected.height) - 0.5F;
   store_.begin(view.camera, {projected.width, projected.height}, view.options, supersample, lights_);
   light_vertices();
   set_planes(projected);
+}
+
+/// Whether a triangle is wide beside its distance to a point light or a spot, or texels lie across a
+/// terminator.
+bool CellPass::is_lit_unevenly(std::size_t triangle) const {
+  const auto& corners = scene_.mesh.triangles[triangle].corners;
+  const auto corner = [&](std::size_t k) { return scene_.mesh.positions[corners[k]]; };
+  const auto normal = [&](std::size_t k) { return scene_.mesh.normal(corners[k]); };
+  const float wide = std::max(
+      {(corner(1) - corner(0)).length(), (corner(2) - corner(1)).length(), (corner(0) - corner(2)).length()});
+  return std::any_of(lights_.lights.begin(), lights_.lights.end(), [&](const Light& light) {
+    if (light.kind == LightKind::directional) {
+      const V3f d(light.direction);
+      const bool faces = normal(0).dot(d) > 0;
+      return beyond_[corners[0]] == 0 && (faces != (normal(1).dot(d) > 0) || faces != (normal(2).dot(d) > 0));
+    }
+    const V3f at(light.position - lights_.origin);
+    const float near =
+        std::min({(at - corner(0)).length(), (at - corner(1)).length(), (at - corner(2)).length()});
+    return wide > 0.1F * std::max(near - wide, 0.0F);
+  });
+}
+
+float CellPass::brighter(SeenSurface surface, int x, int y, const V3f& normal, const V3f& point,
+                         const SmoothLight* around, float of_environment) const {
+  const std::uint32_t triangle = surface / 2;
+  const std::array<Group, 3>& c = planes_[triangle].coefficients;
+  const V2f at = from_middle(x, y);
+  const float by_corners =
+      (c[2][1] * at.x + c[2][2] * at.y + c[2][3]) / (c[0][0] * at.x + c[0][1] * at.y + c[0][2]);
+  const CellLook& image = store_.look(2 * patch_at(triangle, at) + surface % 2);
+  const float beyond = beyond_[scene_.mesh.triangles[triangle].corners[0]];
+  const float bright = lights_.brightness(normal, point, around, beyond, of_environment);
+  constexpr float most = 8;
+  const float applied = std::clamp(by_corners * image.brightness, image.least_brighter, image.most_brighter);
+  const float ratio = std::clamp(bright * image.brightness, 0.0F, most) / applied;
+  return ratio >= 0 ? ratio : 1;
+}
+
+/// Samples the share of a light within a triangle that is larger than shadows may be.
+void CellPass::add_inner_shares(const ShadowMap& map, std::size_t triangle) {
+  constexpr float shadow_texels = 32;
+  constexpr int most_parts = 64;
+  const MergedSurfaces& mesh = scene_.mesh;
+  const auto& corners = mesh.triangles[triangle].corners;
+  const V3f a = mesh.positions[corners[0]];
+  const V3f b = mesh.positions[corners[1]] - a;
+  const V3f c = mesh.positions[corners[2]] - a;
+  const float longest = std::max({b.length(), c.length(), (b - c).length()});
+  const int parts = std::clamp(static_cast<int>(longest / (shadow_texels * map.view.texel)), 1, most_parts);
+  for (int i = 0; i <= parts && parts > 1; ++i) {
+    for (int j = 0; j <= parts - i; ++j) {
+      const V2f at(static_cast<float>(i) / static_cast<float>(parts),
+                   static_cast<float>(j) / static_cast<float>(parts));
+      const V3f normal = mesh.normal(corners[0]) * (1 - at.x - at.y) + mesh.normal(corners[1]) * at.x +
+                         mesh.normal(corners[2]) * at.y;
+      const float share = share_at(lights_, map, a + b * at.x + c * at.y, normal.normalized());
+      if (share > unseen_share) shares_[triangle].lit |= bit_of(map.view.light);
+      if (share < 1 - unseen_share) shares_[triangle].unlit |= bit_of(map.view.light);
+    }
+  }
 }
 
 /// Brightness and shadows at the vertices, where lights have changed.
@@ -128,17 +183,18 @@ void CellPass::light_vertices() {
       const SmoothLight* const there = around.empty()       ? nullptr
                                        : around.size() == 1 ? around.data()
                                                             : &around[i];
-      const V3f normal = normal_of(mesh, static_cast<std::uint32_t>(i));
-      brightness_[i] = {lights_.brightness(normal, mesh.positions[i], there),
-                        lights_.brightness(-normal, mesh.positions[i], there)};
+      const V3f normal = mesh.normal(static_cast<std::uint32_t>(i));
+      brightness_[i] = {lights_.brightness(normal, mesh.positions[i], there, beyond_[i]),
+                        lights_.brightness(-normal, mesh.positions[i], there, beyond_[i])};
     });
+    for_all(mesh.triangles.size(), [&](std::size_t i) { uneven_[i] = is_lit_unevenly(i) ? 1 : 0; });
   }
   if (!same_lights || views != known_views_) {
     std::vector<Shares> of_vertices(mesh.positions.size());
     for_all(of_vertices.size(), [&](std::size_t i) {
       for (const ShadowMap& map : lights_.shadows) {
         const float share =
-            share_at(lights_, map, mesh.positions[i], normal_of(mesh, static_cast<std::uint32_t>(i)));
+            share_at(lights_, map, mesh.positions[i], mesh.normal(static_cast<std::uint32_t>(i)));
         if (share > unseen_share) of_vertices[i].lit |= bit_of(map.view.light);
         if (share < 1 - unseen_share) of_vertices[i].unlit |= bit_of(map.view.light);
       }
@@ -149,6 +205,7 @@ void CellPass::light_vertices() {
         shares_[i].lit |= of_vertices[corner].lit;
         shares_[i].unlit |= of_vertices[corner].unlit;
       }
+      for (const ShadowMap& map : lights_.shadows) add_inner_shares(map, i);
     });
   }
   known_lights_.assign(lights_.lights.begin(), lights_.lights.end());
@@ -171,12 +228,12 @@ void CellPass::set_planes(const ProjectedVertices& projected) {
     const double det = p[0].dot(edges[0]);
     const double scale = std::abs(det) > 1e-30 ? 1 / det : 0;
     const std::size_t side = det < 0 ? 1 : 0;
-    const V2f first = uv_of(mesh, corners[0]);
+    const V2f first = mesh.uv(corners[0]);
     const V2f whole(std::floor(first.x), std::floor(first.y));
     std::array<V3d, 4> sums;
     sums.fill(V3d(0, 0, 0));
     for (std::size_t k = 0; k < 3; ++k) {
-      const V2f uv = uv_of(mesh, corners[k]) - whole;
+      const V2f uv = mesh.uv(corners[k]) - whole;
       const V3d edge = edges[k] * scale;
       sums[0] += edge;
       sums[1] += edge * static_cast<double>(uv.x);
@@ -205,13 +262,14 @@ CellPass::Surface CellPass::surface_at(std::uint32_t triangle, float x, float y)
   for (std::size_t k = 0; k < 3; ++k) {
     const float share = sum != 0 ? w[k] / sum : 1.0F / 3;
     surface.point += scene_.mesh.positions[corners[k]] * share;
-    surface.normal += normal_of(scene_.mesh, corners[k]) * share;
+    surface.normal += scene_.mesh.normal(corners[k]) * share;
   }
   surface.normal.normalize();
   return surface;
 }
 
 float CellPass::share_of(std::size_t light, std::uint32_t triangle, float x, float y) const {
+  if ((mapped_ & bit_of(light)) == 0) return 1;
   const Shares& shares = shares_[triangle];
   if ((shares.lit & bit_of(light)) == 0) return 0;
   if ((shares.unlit & bit_of(light)) == 0) return 1;
@@ -233,19 +291,21 @@ void CellPass::see(SeenSurface surface, int x, int y) {
     mark(seen_[triangle], surface % 2 == 0 ? 1 : 2);
     return;
   }
+  mark(seen_patches_[2 * patch_at(triangle, from_middle(x, y)) + surface % 2], 1);
+}
+
+std::uint32_t CellPass::patch_at(std::uint32_t triangle, const V2f& pixel) const {
   const std::array<Group, 3>& c = planes_[triangle].coefficients;
-  const V2f at_pixel = from_middle(x, y);
-  const float sum = c[0][0] * at_pixel.x + c[0][1] * at_pixel.y + c[0][2];
+  const float sum = c[0][0] * pixel.x + c[0][1] * pixel.y + c[0][2];
   const float inverse = sum != 0 ? 1 / sum : 0;
   const Patches& patches = store_.patches();
   const auto unit = [&](float a, float b, float d) {
-    const float place = (a * at_pixel.x + b * at_pixel.y + d) * inverse;
+    const float place = (a * pixel.x + b * pixel.y + d) * inverse;
     const float at = std::isfinite(place) ? std::clamp(place, -1e8F, 1e8F) : 0;
     return patches.unit(static_cast<int>(std::floor(at)), at - std::floor(at));
   };
-  const std::uint32_t patch =
-      patches.at(patches.place(triangle), unit(c[0][3], c[1][0], c[1][1]), unit(c[1][2], c[1][3], c[2][0]));
-  mark(seen_patches_[2 * patch + surface % 2], 1);
+  return patches.at(patches.place(triangle), unit(c[0][3], c[1][0], c[1][1]),
+                    unit(c[1][2], c[1][3], c[2][0]));
 }
 
 /// A patch that only shows through holes may be coarser, and shares the image of the patch around it.
@@ -268,9 +328,7 @@ void CellPass::make(bool behind) {
   ++call_;
   needs_.clear();
   shared_.clear();
-  std::uint32_t mapped = 0;
-  for (const ShadowMap& map : lights_.shadows) mapped |= bit_of(map.view.light);
-  const std::uint32_t always = ~mapped;
+  const std::uint32_t always = ~mapped_;
   const Patches& patches = store_.patches();
   for (std::uint32_t i = 0; i < seen_.size(); ++i) {
     if (seen_[i] == 0) continue;
@@ -292,7 +350,7 @@ void CellPass::make(bool behind) {
     if (seen_patches_[i] == 0) continue;
     PatchNeed& of = need(i, behind);
     of.lit = ~0U;
-    of.unlit = mapped;
+    of.unlit = mapped_;
     seen_patches_[i] = 0;
   }
   store_.make(needs_, behind);
@@ -354,6 +412,7 @@ struct LookLanes {
   alignas(64) std::array<std::int32_t, lane_count> texel, stride;  ///< the first of 2 x 2
   alignas(64) LaneFloats part_x, part_y, brighter;
   std::array<Group, lane_count>* pixels;
+  bool nearest = false;  ///< texels are not interpolated
 };
 
 /// Two texels beside each other, 2^-112 times as large (cell_image.cpp).
@@ -383,7 +442,7 @@ SELVEDGE_INLINE void look_lanes(const LanePlaces& places, LookLanes& lanes) {
     const Group* from[N];  // NOLINT(modernize-avoid-c-arrays)
     for (std::size_t k = 0; k < N; ++k) from[k] = &lanes.looks[i + k]->size;
     Wide size[4];   // NOLINT(modernize-avoid-c-arrays): width, height, first x and y
-    Wide light[4];  // NOLINT(modernize-avoid-c-arrays): brightness, scale
+    Wide light[4];  // NOLINT(modernize-avoid-c-arrays): brightness, scale, bounds of the factor
     fetch<N>(from, 0, size);
     fetch<N>(from, 1, light);
     Wide x = Wide::load(&places.u[i]) * size[0] - size[2];
@@ -392,20 +451,23 @@ SELVEDGE_INLINE void look_lanes(const LanePlaces& places, LookLanes& lanes) {
     y = if_greater(zero, y, y + size[1], y);
     Wide column = floor(x);
     Wide row = floor(y);
-    (x - column).store(&lanes.part_x[i]);
-    (y - row).store(&lanes.part_y[i]);
+    const auto part_of = [&](const Wide& part) __attribute__((always_inline)) {
+      return lanes.nearest ? floor(part + Wide(0.5F)) : part;
+    };
+    part_of(x - column).store(&lanes.part_x[i]);
+    part_of(y - row).store(&lanes.part_y[i]);
     column = if_greater(size[0], column, column, zero);
     row = if_greater(size[1], row, row, zero);
     const Wide stride = size[0] + one;
     store_whole(row * stride + column, &lanes.texel[i]);
     store_whole(stride, &lanes.stride[i]);
     const Wide brighter = Wide::load(&places.brightness[i]) * light[0];
-    (max(min(brighter, Wide(most_brighter)), Wide(1 / most_brighter)) * light[1]).store(&lanes.brighter[i]);
+    (max(min(brighter, light[3]), light[2]) * light[1]).store(&lanes.brighter[i]);
   }
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    const float brighter = lanes.brighter[lane] * 0x1p112F;
+    const float brighter = lanes.brighter[lane];
     const Quad sum =
-        mean_of(lanes, lane, lanes.looks[lane]->texels) * Quad{brighter, brighter, brighter, 0x1p112F};
+        mean_of(lanes, lane, lanes.looks[lane]->texels) * 0x1p112F * Quad{brighter, brighter, brighter, 1};
     std::memcpy(&(*lanes.pixels)[lane], &sum, sizeof sum);
   }
 }
@@ -413,7 +475,7 @@ SELVEDGE_THREE_BODIES(look_lanes, (const LanePlaces& places, LookLanes& lanes), 
 
 /// A look of nothing.
 constexpr std::array<CellTexel, 4> empty_texels{};
-const CellLook empty_look{{1, 1, 0, 0}, 1, 0, empty_texels.data(), 0, false, false};
+const CellLook empty_look{{1, 1, 0, 0}, 1, 0, 0, 1, empty_texels.data(), 0, false};
 
 }  // namespace
 
@@ -430,7 +492,8 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
   place_all(planes, places);
   LookLanes lanes;
   lanes.pixels = &shading.pixels;
-  shading.with_texels = shading.solid = 0;
+  lanes.nearest = nearest_;
+  shading.solid = 0;
   std::uint32_t own = 0;
   const CellLook* look = &empty_look;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
@@ -452,7 +515,6 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
       own |= look->own;
     }
     lanes.looks[lane] = look;
-    shading.with_texels |= static_cast<std::uint32_t>(look->shows_texels) << lane;
     shading.solid |= static_cast<std::uint32_t>(look->is_solid) << lane;
   }
   look_all(places, lanes);
@@ -468,7 +530,7 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
                                    pixels.x[lane], pixels.y[lane]);
       if (share > 0) sum += mean_of(lanes, lane, plane) * share;
     }
-    sum *= lanes.brighter[lane] * 0x1p112F;
+    sum = sum * 0x1p112F * lanes.brighter[lane];
     for (std::size_t c = 0; c < 3; ++c) shading.pixels[lane][c] += sum[c];
   }
 }

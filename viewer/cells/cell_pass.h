@@ -26,8 +26,6 @@ struct CellShading {
     const Group& p = pixels[lane];
     return {p[0], p[1], p[2], p[3]};
   }
-  /// Lanes whose pixels are so large that texels of the fabric's levels show as well.
-  std::uint32_t with_texels = 0;
   /// Lanes whose holes show the yarn around them: values are still to be divided by their opacity.
   std::uint32_t solid = 0;
 };
@@ -37,13 +35,21 @@ class CellPass {
   /// `scene` must outlive the object.
   explicit CellPass(const PreparedScene& scene);
 
-  /// Begins a frame. The arguments must outlive it.
-  void begin(const FrameView& view, int supersample, std::span<const ShadowMap> shadows,
+  /// Begins a frame. The arguments must outlive it. `shows`: whether it shows cell images.
+  void begin(const FrameView& view, bool shows, int supersample, std::span<const ShadowMap> shadows,
              const ProjectedVertices& projected);
   /// Whether a triangle has cell images in this frame.
   bool shows(SeenSurface surface) const { return active_ && kinds_[surface / 2] != Kind::none; }
-  /// Whether it has, and its material changes nothing of them.
-  bool is_plain(SeenSurface surface) const { return active_ && kinds_[surface / 2] == Kind::plain; }
+  /// Whether it has, and its material or a light near to it changes nothing of them.
+  bool is_plain(SeenSurface surface) const {
+    return active_ && kinds_[surface / 2] == Kind::plain && !is_uneven(surface);
+  }
+  /// Whether light varies over a triangle in other ways than its corners tell.
+  bool is_uneven(SeenSurface surface) const { return uneven_[surface / 2]; }
+  /// How much brighter a point of a triangle is than its corners tell: with another normal, and of light from
+  /// all around; with these factors on lamps of an environment.
+  float brighter(SeenSurface surface, int x, int y, const V3f& normal, const V3f& point,
+                 const SmoothLight* around, float of_environment) const;
   /// In place of a surface: look() gives 0 there.
   SeenSurface nothing() const { return 2 * static_cast<SeenSurface>(scene_.mesh.triangles.size()); }
   /// Whether see() must be told of all pixels of a triangle.
@@ -74,6 +80,10 @@ class CellPass {
     bool is_large() const { return high_u < low_u; }
   };
   void light_vertices();
+  bool is_lit_unevenly(std::size_t triangle) const;
+  void add_inner_shares(const ShadowMap& map, std::size_t triangle);
+  /// At a pixel, from the frame's middle.
+  std::uint32_t patch_at(std::uint32_t triangle, const V2f& pixel) const;
   void set_planes(const ProjectedVertices& projected);
   PatchNeed& need(PatchSide patch, bool behind);
   struct Surface {
@@ -91,10 +101,14 @@ class CellPass {
   const PreparedScene& scene_;
   CellStore store_;
   bool active_ = false;
+  bool nearest_ = false;  ///< a forced level shows its texels as they are
   CellLights lights_;
+  std::uint32_t mapped_ = 0;                      ///< lights with a shadow map
   std::vector<Kind> kinds_;                       ///< of triangles
   std::vector<Extent> extents_;                   ///< of triangles
+  std::vector<float> beyond_;                     ///< of vertices: CellLights::brightness()
   std::vector<std::array<float, 2>> brightness_;  ///< of vertices, front and back
+  std::vector<std::uint8_t> uneven_;              ///< of triangles
   std::vector<Shares> shares_;                    ///< of triangles, of lights with a shadow map
   std::vector<Light> known_lights_;               ///< of brightness_ and shares_
   std::vector<ShadowView> known_views_;

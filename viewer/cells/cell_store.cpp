@@ -6,13 +6,14 @@
 #include <numbers>
 
 #include "format/base/parallel.h"
-#include "format/scene/footprint.h"
+#include "format/fabric/yarn_sky.h"
 
 namespace selvedge {
 namespace {
 
 /// The least cosine between view and a patch's normal: patches at an outline may face away in the mean.
 constexpr float min_facing_patch = 0.08F;
+constexpr float least_rise = 0.1F;  ///< of a light over a patch of texels
 /// Images of other patches are of use until then.
 constexpr float most_outdated = 16;
 
@@ -28,46 +29,33 @@ float bright_around(const SmoothLight& light, const V3f& n) {
   return std::max(sum, 0.0F);
 }
 
-/// Share of the light of one side that yarn of the other side gets: it stands out of the cloth.
-constexpr float bright_beyond = 0.15F;
-
-/// Distance of yarn from the plane of the cloth, on either side, repeats; 0: no yarn.
-std::vector<float> reliefs_of(std::span<const PackedFabric> fabrics) {
-  std::vector<float> reliefs;
-  for (const PackedFabric& fabric : fabrics) {
-    float& relief = reliefs.emplace_back(0.0F);
-    if (!(fabric.largest_cell_pixel > 0)) continue;
-    for (const float side : {1.0F, -1.0F}) {
-      const Fabric& seen = *fabric.seen_from(side).fabric;
-      const Yarns& yarns = *seen.levels.front().yarns();
-      const float plane = seen.reference_height;
-      const float most = std::max(yarns.inside().high - plane, plane - yarns.inside().low);
-      relief = std::max({relief, most / std::min(yarns.period().x, yarns.period().y), 1e-3F});
-    }
-  }
-  return reliefs;
-}
+/// CellLights::brightness(): yarn stands out of the cloth.
+constexpr float beyond_yarn = 0.15F;
+constexpr float beyond_thin_cloth = 0.5F;
+/// Of cloth without yarn, whose texels change with the view as if some of them lay so high, repeats.
+constexpr float relief_of_texels = 0.2F;
 
 }  // namespace
 
-float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there) const {
+float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there,
+                             float beyond, float of_environment) const {
   float sum = 0;
   for (const Light& light : lights) {
     V3f direction(light.direction);
-    auto share = 1.0F;
+    float share = light.of_environment ? of_environment : 1;
     if (light.kind != LightKind::directional) {
       const LightShare there = light_share_at(light, origin + V3d(point));
       direction = V3f(there.direction);
-      share = static_cast<float>(std::min(there.share, 1e24));
+      share *= static_cast<float>(std::min(there.share, 1e24));
     }
     const float cosine = normal.dot(direction);
     const V3f& e = light.irradiance;
     sum += share * (e.x + e.y + e.z) / 3 *
-           ((1 - bright_beyond) * std::max(cosine, 0.0F) + bright_beyond * 0.5F * (1 + cosine));
+           ((1 - beyond) * std::max(cosine, 0.0F) + beyond * 0.5F * (1 + cosine));
   }
   if (around_there != nullptr) sum += std::numbers::pi_v<float> * bright_around(*around_there, normal);
-  // Not 0 where nothing shines.
-  return std::max(sum, 1e-6F);
+  // Not 0 where nothing shines, and finite.
+  return std::clamp(sum, 1e-30F, 1e30F);
 }
 
 /// An image, and what it was made for. Counts its bytes.
@@ -81,6 +69,7 @@ struct CellStore::Kept {
   CellView view;
   V2f pixel{1, 1};
   float samples = 1;
+  int forced = -1;                 ///< LevelOptions::forced
   std::uint32_t own = 0, lit = 0;  ///< lights with a plane of their own; of the others, those that shine
   float brightness = 1;
   std::uint64_t used = 0;  ///< call of make()
@@ -88,31 +77,54 @@ struct CellStore::Kept {
 
 struct CellStore::Wanted {
   CellView view;
-  const CellYarn* yarn = nullptr;
-  CellShadows* shadows = nullptr;
+  CellSource source;
+  V2f period{1, 1};  ///< mm
   V2f pixel{1, 1};
   std::uint32_t own = 0, lit = 0;
   float brightness = 1;
 };
 
-CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
-                     std::span<const PackedFabric> fabrics, const V3d& origin)
-    : mesh_(mesh),
-      materials_(materials),
-      fabrics_(fabrics),
-      origin_(origin),
-      yarns_(fabrics.size()),
-      shadows_(fabrics.size()),
-      patches_(mesh, materials, reliefs_of(fabrics)) {
-  for (std::size_t i = 0; i < fabrics.size(); ++i) {
-    if (!(fabrics[i].largest_cell_pixel > 0)) continue;
-    for (std::size_t side = 0; side < 2; ++side) {
-      const PackedFabric& seen = fabrics[i].seen_from(side == 0 ? 1.0F : -1.0F);
-      yarns_[i][side] = std::make_unique<CellYarn>(*seen.fabric->levels.front().yarns(),
-                                                   seen.fabric->reference_height, seen.yarn_sky);
-      shadows_[i][side] = std::make_unique<CellShadows>(*yarns_[i][side]);
+CellStore::ClothSide::ClothSide(const Fabric& seen) : fabric(seen), texels(seen) {
+  const std::shared_ptr<const Yarns>& yarns = seen.levels.front().yarns();
+  if (!yarns) return;
+  sky = sky_of(*yarns);
+  yarn.emplace(*yarns, seen.reference_height, sky);
+  shadows.emplace(*yarn);
+}
+
+std::vector<CellStore::Cloth> CellStore::cloths_of(std::span<const FabricSides> fabrics) {
+  std::vector<Cloth> cloths;
+  for (const FabricSides& sides : fabrics) {
+    Cloth& cloth = cloths.emplace_back();
+    cloth.front = std::make_unique<ClothSide>(*sides.front);
+    if (sides.turned) cloth.back = std::make_unique<ClothSide>(*sides.turned);
+    cloth.relief = relief_of_texels;
+    cloth.beyond = sides.lets_light_through() ? beyond_thin_cloth : 0;
+    for (const bool behind : {false, true}) {
+      const ClothSide& side = cloth.seen_from(behind);
+      if (!side.yarn) continue;
+      const Yarns& yarns = side.yarn->yarns();
+      const float plane = side.yarn->plane();
+      const float most = std::max(yarns.inside().high - plane, plane - yarns.inside().low);
+      cloth.relief = std::max(cloth.relief, most / std::min(yarns.period().x, yarns.period().y));
+      cloth.beyond = beyond_yarn;
+      cloth.has_yarn = true;
     }
   }
+  return cloths;
+}
+
+CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
+                     std::span<const FabricSides> fabrics, const V3d& origin)
+    : mesh_(mesh),
+      materials_(materials),
+      origin_(origin),
+      cloths_(cloths_of(fabrics)),
+      patches_(mesh, materials, [&] {
+        std::vector<float> reliefs;
+        for (const Cloth& cloth : cloths_) reliefs.push_back(cloth.relief);
+        return reliefs;
+      }()) {
   kept_.resize(2 * patches_.count());
   looks_.resize(2 * patches_.count());
 }
@@ -126,9 +138,9 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   camera_ = &camera;
   interrupts_ = &options;
   options_ = options.cells;
-  footprint_ = options.levels.footprint;
+  levels_ = options.levels;
   // Samples, texels of shadows and detail are of a pixel of the picture.
-  const float share = footprint_ / static_cast<float>(supersample);
+  const float share = levels_.footprint / static_cast<float>(supersample);
   for (float* per_pixel : {&options_.samples, &options_.shadow_texels, &options_.detail}) *per_pixel *= share;
   lights_ = lights;
   lights_.origin = origin_;
@@ -141,8 +153,9 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const 
   const float side = need.patch % 2 == 0 ? 1.0F : -1.0F;
   Wanted result;
   const int fabric = materials_[mesh_.triangles[patch.triangle].surface].fabric;
-  result.yarn = yarns_[fabric][need.patch % 2].get();
-  result.shadows = shadows_[fabric][need.patch % 2].get();
+  ClothSide& cloth = cloths_[fabric].seen_from(need.patch % 2 != 0);
+  result.source = cloth.source();
+  result.period = cloth.fabric.period_mm;
   result.pixel = patches_.shown(need.patch / 2).pixel;
 
   const V3f to_viewer = camera_->projection == Projection::parallel
@@ -164,6 +177,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const 
 
   result.own = need.lit & need.unlit;
   const std::uint32_t off = need.unlit & ~need.lit;
+  float lifted = 0;  // brightness
   for (std::size_t i = 0; i < lights_.lights.size(); ++i) {
     const Light& light = lights_.lights[i];
     const std::uint32_t bit = i < 32 ? 1U << i : 0;
@@ -177,7 +191,15 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const 
     }
     if ((result.own & bit) == 0) result.lit |= bit;
     const int plane = (result.own & bit) != 0 ? 1 + std::popcount(result.own & (bit - 1)) : 0;
-    result.view.lamps.push_back({local(direction), irradiance, plane});
+    V3f lamp = local(direction);
+    // Parts of texels' patch may face a light that its mean does not.
+    if (!cloths_[fabric].has_yarn && std::abs(lamp.z) < least_rise) {
+      lifted += (irradiance.x + irradiance.y + irradiance.z) / 3 * (1 - cloths_[fabric].beyond) *
+                (least_rise - std::max(lamp.z, 0.0F));
+      lamp.z = least_rise;
+      lamp.normalize();
+    }
+    result.view.lamps.push_back({lamp, irradiance, plane});
   }
   result.view.planes = 1 + std::popcount(result.own);
   const SmoothLight* around = lights_.around;
@@ -189,23 +211,18 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const 
     }
     around = &mean;
   }
-  if (around != nullptr) {
-    SmoothLight& in_frame = result.view.around.emplace();
-    for (int c = 0; c < 3; ++c) {
-      std::array<float, smooth_functions> of_colour;
-      for (std::size_t k = 0; k < smooth_functions; ++k) of_colour[k] = around->factors[k][c];
-      of_colour = turned(of_colour, tangent, up, normal);
-      for (std::size_t k = 0; k < smooth_functions; ++k) in_frame.factors[k][c] = of_colour[k];
-    }
-  }
-  result.brightness = lights_.brightness(own_normal, patch.centre, around);
+  if (around != nullptr) result.view.around = turned(*around, tangent, up, normal);
+  result.brightness = lights_.brightness(own_normal, patch.centre, around, cloths_[fabric].beyond) + lifted;
   result.view.hairs = options_.hairs;
   result.view.hair_shadows = options_.hair_shadows;
   result.view.coarse_shading = options_.coarse_shading;
   result.view.shadow_texels = options_.shadow_texels;
   result.view.detail = options_.detail;
   result.view.piece_pixels = options_.piece_pixels;
-  result.view.size = cell_size(result.pixel * footprint_, samples);
+  const V2f shown = result.pixel * levels_.footprint;
+  CellLevels& levels = result.view.levels = shown_levels(cloth.fabric, shown, levels_.forced);
+  result.view.size =
+      levels.yarn > 0 ? cell_size(shown, samples) : texel_size(cloth.fabric, shown, levels.finer);
   return result;
 }
 
@@ -213,7 +230,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const 
 float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples) const {
   // Lights with a plane of their own may be in shadow or not; others must be as they were.
   if ((wanted.own & ~kept.own) != 0 || ((wanted.lit ^ kept.lit) & ~kept.own) != 0) return HUGE_VALF;
-  if (kept.view.lamps.size() < wanted.view.lamps.size()) return HUGE_VALF;
+  if (kept.view.lamps.size() < wanted.view.lamps.size() || kept.forced != levels_.forced) return HUGE_VALF;
   const float ratio = std::max({wanted.pixel.x / kept.pixel.x, kept.pixel.x / wanted.pixel.x,
                                 wanted.pixel.y / kept.pixel.y, kept.pixel.y / wanted.pixel.y});
   if (ratio > 2) return HUGE_VALF;
@@ -297,7 +314,10 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
   order.resize(count);
   if (const auto most = static_cast<double>(options_.memory); bytes > most) {
     const float fewer = samples * static_cast<float>(std::sqrt(most / bytes));
-    for (Work* work : order) work->wanted.view.size = cell_size(work->wanted.pixel * footprint_, fewer);
+    for (Work* work : order) {
+      if (work->wanted.view.levels.yarn > 0)
+        work->wanted.view.size = cell_size(work->wanted.pixel * levels_.footprint, fewer);
+    }
   }
   for (Work& work : all) {
     if (!kept_[work.patch]) alive_.push_back(work.patch);
@@ -309,10 +329,11 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
     if (interrupts_->ends()) return;
     Wanted& of = order[i]->wanted;
     Kept& kept = *kept_[order[i]->patch];
-    make_cell_image(*of.yarn, of.view, *of.shadows, scratch, kept.image);
+    make_cell_image(of.source, of.view, scratch, kept.image);
     kept.view = std::move(of.view);
     kept.pixel = of.pixel;
     kept.samples = samples;
+    kept.forced = levels_.forced;
     kept.own = of.own;
     kept.lit = of.lit;
     kept.brightness = of.brightness;
@@ -329,34 +350,32 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
     Kept& kept = *kept_[work.patch];
     kept.used = call_;
     const CellImage& image = kept.image;
+    const SurfaceMaterial& material = materials_[mesh_.triangles[patches_[work.patch / 2].triangle].surface];
+    // Matt texels are as bright as their normal tells; yarn stands out of the cloth.
+    const bool has_yarn = cloths_[material.fabric].has_yarn;
     CellLook& look = looks_[work.patch];
     look = {{static_cast<float>(image.width), static_cast<float>(image.height), image.first.x, image.first.y},
             1 / kept.brightness,
             image.scale,
+            has_yarn ? 0.5F : 0.0F,
+            has_yarn ? 2.0F : 8.0F,
             image.texels.data(),
             kept.own,
-            false,
             false};
-    const SurfaceMaterial& material = materials_[mesh_.triangles[patches_[work.patch / 2].triangle].surface];
     // Seen from a new side, yarn above the plane is elsewhere in an older image.
-    const V2f moved = (slope_of(work.wanted.view.view) - slope_of(kept.view.view)) * image.above /
-                      work.wanted.yarn->yarns().period();
+    const V2f moved =
+        (slope_of(work.wanted.view.view) - slope_of(kept.view.view)) * image.above / work.wanted.period;
     for (int axis = 0; axis < 2; ++axis) {
       float& first = look.size[2 + axis];
       first -= moved[axis] * look.size[axis];
       first -= std::floor(first / look.size[axis]) * look.size[axis];
     }
     look.is_solid = !material.keeps_opacity;
-    const int fabric = material.fabric;
-    const V2i texels = fabrics_[fabric].fabric->texels();
-    const float width = std::sqrt(work.wanted.pixel.x * work.wanted.pixel.y * static_cast<float>(texels.x) *
-                                  static_cast<float>(texels.y));
-    look.shows_texels = width * 1.5F > fabrics_[fabric].largest_cell_pixel;
   }
   trim();
-  for (auto& sides : shadows_) {
-    for (auto& shadows : sides) {
-      if (shadows) shadows->trim(options_.memory / 8 / shadows_.size());
+  for (const Cloth& cloth : cloths_) {
+    for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
+      if (side != nullptr && side->shadows) side->shadows->trim(options_.memory / 8 / cloths_.size());
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,7 +12,7 @@
 #include "viewer/cells/patches.h"
 #include "viewer/frame/options.h"
 #include "viewer/light/shadows.h"
-#include "viewer/scene/packed_fabric.h"
+#include "viewer/scene/fabric_sides.h"
 
 namespace selvedge {
 
@@ -23,9 +24,11 @@ struct CellLights {
   std::span<const SmoothLight> around_vertices;  ///< of the mesh; empty: `around` everywhere
   V3d origin{0, 0, 0};                           ///< of the mesh's coordinates
 
-  /// Brightness of a white surface, about as bright as yarn: what cell images are scaled by from place to
-  /// place. `point`: relative to the origin. Positive.
-  float brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there) const;
+  /// Brightness of white cloth: what cell images are scaled by from place to place. `point`: relative to the
+  /// origin. `beyond`: share of the light of one side that the other side gets. `of_environment`: factor on
+  /// lamps of an environment. Positive.
+  float brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there, float beyond,
+                   float of_environment = 1) const;
 };
 
 /// A patch seen from one side: twice the patch's number, + 1 for the back.
@@ -43,20 +46,23 @@ struct CellLook {
   Group size{};          ///< width and height in texels, CellImage::first
   float brightness = 1;  ///< CellLights::brightness() that the image was made for, inverse
   float scale = 1;       ///< of radiance
+  /// Bounds of the factor by which a pixel is brighter than its image.
+  float least_brighter = 0.5F, most_brighter = 2;
   const CellTexel* texels = nullptr;
-  std::uint32_t own = 0;      ///< lights that have a plane of their own, in their order behind plane 0
-  bool is_solid = false;      ///< its holes show the yarn around them
-  bool shows_texels = false;  ///< so small on the screen that texels of the fabric's levels show, too
+  std::uint32_t own = 0;  ///< lights that have a plane of their own, in their order behind plane 0
+  bool is_solid = false;  ///< its holes show the yarn around them
 };
 
 class CellStore {
  public:
   /// All must outlive the object. `fabric_of`: of surfaces, -1: none.
   CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
-            std::span<const PackedFabric> fabrics, const V3d& origin);
+            std::span<const FabricSides> fabrics, const V3d& origin);
   ~CellStore();
 
   const Patches& patches() const { return patches_; }
+  /// CellLights::brightness(): of yarn, and of cloth that lets light through.
+  float beyond(int fabric) const { return cloths_[fabric].beyond; }
   /// Begins a frame: chooses patches. `supersample`: pixels of the frame along either side of a pixel of the
   /// picture.
   void begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
@@ -81,11 +87,26 @@ class CellStore {
 
   const MergedSurfaces& mesh_;
   std::span<const SurfaceMaterial> materials_;
-  std::span<const PackedFabric> fabrics_;
+  /// One side of a fabric.
+  struct ClothSide {
+    explicit ClothSide(const Fabric& seen);
+    const Fabric& fabric;
+    CellTexels texels;
+    std::vector<float> sky;  ///< sky_of() the yarn
+    std::optional<CellYarn> yarn;
+    std::optional<CellShadows> shadows;
+    CellSource source() { return {yarn ? &*yarn : nullptr, shadows ? &*shadows : nullptr, &texels}; }
+  };
+  struct Cloth {
+    std::unique_ptr<ClothSide> front, back;  ///< no back: as the front
+    float relief = 0;  ///< distance of yarn from the plane of the cloth, on either side, repeats
+    float beyond = 0;
+    bool has_yarn = false;
+    ClothSide& seen_from(bool behind) const { return behind && back ? *back : *front; }
+  };
+  static std::vector<Cloth> cloths_of(std::span<const FabricSides> fabrics);
   V3d origin_;
-  /// Of fabrics, by side; null without yarn.
-  std::vector<std::array<std::unique_ptr<CellYarn>, 2>> yarns_;
-  std::vector<std::array<std::unique_ptr<CellShadows>, 2>> shadows_;
+  std::vector<Cloth> cloths_;
   Patches patches_;
   std::size_t bytes_ = 0;                    ///< of the images
   std::vector<std::shared_ptr<Kept>> kept_;  ///< by patch and side; a patch may show the image of its kin
@@ -93,7 +114,7 @@ class CellStore {
   std::vector<PatchSide> alive_;
   const Camera* camera_ = nullptr;
   CellImageOptions options_;
-  float footprint_ = 1;                      ///< LevelOptions::footprint
+  LevelOptions levels_;
   const DrawOptions* interrupts_ = nullptr;  ///< DrawOptions::ends()
   CellLights lights_;
   std::uint64_t call_ = 0;   ///< of make()

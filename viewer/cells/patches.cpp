@@ -16,15 +16,13 @@ constexpr int coarsest_level = 5;
 /// Yarn may be so far from its place at the border of a patch, pixels.
 constexpr float most_apart = 0.5F;
 constexpr std::int32_t no_chart = -1;
+/// Texture coordinates beyond are on it.
+constexpr double farthest = 1 << 30;
+/// Patches are split for point lights while they reach so far, in distances to the light.
+constexpr float wide_for_light = 0.1F;
 constexpr float largest_turn = 25;  ///< degrees
 /// Patches that turn out of sight, or away from a light, are split while they are larger, pixels.
 constexpr float outline_pixels = 16;
-
-V2f uv_of(const MergedSurfaces& mesh, std::uint32_t vertex) {
-  const auto& [normal_u, tangent_v] = mesh.attributes[vertex];
-  return {normal_u[3], tangent_v[3]};
-}
-V3f xyz(const Group& g) { return {g[0], g[1], g[2]}; }
 
 /// Sets of vertices that triangles join.
 class Components {
@@ -76,12 +74,9 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
                  std::span<const float> reliefs) {
   places_.resize(mesh.triangles.size());
   Components components(mesh.positions.size());
-  const auto has_yarn = [&](const MergedTriangle& t) {
-    const int fabric = materials[t.surface].fabric;
-    return fabric >= 0 && reliefs[fabric] > 0;
-  };
+  const auto has_fabric = [&](const MergedTriangle& t) { return materials[t.surface].fabric >= 0; };
   for (const MergedTriangle& t : mesh.triangles) {
-    if (!has_yarn(t)) continue;
+    if (!has_fabric(t)) continue;
     components.join(t.corners[0], t.corners[1]);
     components.join(t.corners[1], t.corners[2]);
   }
@@ -89,14 +84,15 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
   std::vector<Box> boxes;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const MergedTriangle& t = mesh.triangles[i];
-    if (!has_yarn(t)) continue;
+    if (!has_fabric(t)) continue;
     const auto [at, fresh] =
         numbers.try_emplace(components.find(t.corners[0]), static_cast<std::int32_t>(boxes.size()));
     if (fresh) boxes.emplace_back().relief = reliefs[materials[t.surface].fabric];
     places_[i].chart = at->second;
     Box& box = boxes[at->second];
     for (const std::uint32_t corner : t.corners) {
-      const V2d uv(uv_of(mesh, corner));
+      V2d uv(mesh.uv(corner));
+      for (int axis = 0; axis < 2; ++axis) uv[axis] = std::clamp(uv[axis], -farthest, farthest);
       box.low = {std::min(box.low.x, std::floor(uv.x)), std::min(box.low.y, std::floor(uv.y))};
       box.high = {std::max(box.high.x, std::floor(uv.x)), std::max(box.high.y, std::floor(uv.y))};
     }
@@ -128,15 +124,15 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
   }
   table_.resize(table);
   shown_.resize(patches_.size());
-  constexpr double farthest = 1 << 30;
   for (std::size_t i = 0; i < places_.size(); ++i) {
     Place& place = places_[i];
     if (place.chart == no_chart) continue;
-    const V2d uv(uv_of(mesh, mesh.triangles[i].corners[0]));
+    const V2d uv(mesh.uv(mesh.triangles[i].corners[0]));
     const V2d& low = boxes[place.chart].low;
     const double units = units_of_repeat();
-    place.u = static_cast<std::int32_t>(std::clamp((std::floor(uv.x) - low.x) * units, 0.0, farthest));
-    place.v = static_cast<std::int32_t>(std::clamp((std::floor(uv.y) - low.y) * units, 0.0, farthest));
+    constexpr double last = 1 << 30;
+    place.u = static_cast<std::int32_t>(std::clamp((std::floor(uv.x) - low.x) * units, 0.0, last));
+    place.v = static_cast<std::int32_t>(std::clamp((std::floor(uv.y) - low.y) * units, 0.0, last));
   }
   add_up(mesh);
 }
@@ -155,9 +151,9 @@ void Patches::add_up(const MergedSurfaces& mesh) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = t.corners[k];
       p[k] = mesh.positions[vertex];
-      n[k] = xyz(mesh.attributes[vertex][0]);
-      tangent[k] = xyz(mesh.attributes[vertex][1]);
-      uv[k] = uv_of(mesh, vertex);
+      n[k] = mesh.normal(vertex);
+      tangent[k] = mesh.tangent(vertex);
+      uv[k] = mesh.uv(vertex);
     }
     const V2f first(std::floor(uv[0].x), std::floor(uv[0].y));
     for (V2f& c : uv) c -= first;
@@ -241,13 +237,21 @@ struct Patches::View {
   PatchLimits limits;
   V3d origin;
   std::span<const Light> lights;
+  V3f towards(const Light& light, const Patch& patch) const {
+    return light.kind == LightKind::directional ? V3f(light.direction)
+                                                : V3f(light.position - origin - V3d(patch.centre));
+  }
   /// Whether normals of a patch, which turn so far, face a light and face away from it.
   bool turns_away(const Patch& patch, float spread) const {
     return std::any_of(lights.begin(), lights.end(), [&](const Light& light) {
-      const V3f towards = light.kind == LightKind::directional
-                              ? V3f(light.direction)
-                              : V3f((light.position - origin - V3d(patch.centre)).normalized());
-      return std::abs(patch.normal.dot(towards)) < spread;
+      return std::abs(patch.normal.dot(towards(light, patch).normalized())) < spread;
+    });
+  }
+  /// Whether a patch, which reaches so far, m, is near to a point light or a spot.
+  bool is_near_light(const Patch& patch, float reach_of_patch) const {
+    return std::any_of(lights.begin(), lights.end(), [&](const Light& light) {
+      return light.kind != LightKind::directional &&
+             reach_of_patch > wide_for_light * towards(light, patch).length();
     });
   }
 };
@@ -303,11 +307,18 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     const float reach = radius * scale;
     shown.in_frame =
         std::abs(middle.x) < view.half_frame.x + reach && std::abs(middle.y) < view.half_frame.y + reach;
-    // Inverse of the change of pixels for a repeat: its rows' lengths are a pixel's width along u and v.
-    const V3f u = patch.along_u - to_viewer * to_viewer.dot(patch.along_u);
-    const V3f v = patch.along_v - to_viewer * to_viewer.dot(patch.along_v);
-    const V2f a = V2f(u.dot(view.right), u.dot(view.up)) * scale;
-    const V2f b = V2f(v.dot(view.right), v.dot(view.up)) * scale;
+    // Change of pixels for a step, and its inverse for a repeat: its rows' lengths are a pixel's width along
+    // u and v.
+    const V3f across = view.parallel ? view.back / view.back.dot(view.right.cross(view.up)) : view.back;
+    const auto on_screen = [&](const V3f& step) {
+      const V2f flat(step.dot(view.right), step.dot(view.up));
+      if (!view.parallel)
+        return (flat + V2f(away.dot(view.right), away.dot(view.up)) / depth * step.dot(across)) * scale;
+      const V3f moved = across * step.dot(view.right.cross(view.up));
+      return (flat - V2f(moved.dot(view.right), moved.dot(view.up))) * scale;
+    };
+    const V2f a = on_screen(patch.along_u);
+    const V2f b = on_screen(patch.along_v);
     const float det = std::max(std::abs(a.x * b.y - a.y * b.x), 0.02F * (a.length2() + b.length2()) + 1e-20F);
     shown.pixel = {b.length() / det, a.length() / det};
     // A cap of unit normals whose mean is so long reaches so far.
@@ -317,7 +328,9 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     const float degrees = std::min(view.limits.turn / std::max(of_repeat, 1e-3F), largest_turn);
     const float facing = std::abs(patch.normal.dot(to_viewer));
     const float spread = std::sqrt(std::max(0.0F, 1 - turn_cosine * turn_cosine));
-    if (splits && repeats > 1) {
+    if (splits && shown.in_frame && longest > 1 && view.is_near_light(patch, radius / 2)) {
+      splits = true;
+    } else if (splits && repeats > 1) {
       splits = shown.in_frame &&
                (turn_cosine < std::cos(degrees * static_cast<float>(radians_per_degree)) ||
                 longest > view.limits.pixels ||

@@ -45,8 +45,8 @@ struct PatchLimits {
 
 class Patches {
  public:
-  /// Of the triangles whose surface has a fabric with a relief: distance of its yarn from the plane, repeats;
-  /// 0: no yarn.
+  /// Of the triangles whose surface has a fabric. `reliefs`, of fabrics: distance from the plane of the cloth
+  /// of what they show, repeats.
   Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
           std::span<const float> reliefs);
 
@@ -58,7 +58,7 @@ class Patches {
   };
   /// Where a triangle lies: the unit of its first corner's repeat, relative to the chart's first.
   struct Place {
-    std::int32_t chart = -1;  ///< -1: no yarn
+    std::int32_t chart = -1;  ///< -1: no fabric
     std::int32_t u = 0;
     std::int32_t v = 0;
   };

@@ -11,6 +11,7 @@
 #include "viewer/frame/options.h"
 #include "viewer/light/reflections.h"
 #include "viewer/light/shadow_pass.h"
+#include "viewer/scene/fabric_sides.h"
 #include "viewer/scene/materials.h"
 #include "viewer/scene/mesh.h"
 
@@ -21,7 +22,7 @@ struct PreparedScene {
   V3d origin{0, 0, 0};  ///< world, m, of the mesh's coordinates
   MergedSurfaces mesh;
   Materials materials;
-  std::vector<PackedFabric> fabrics;
+  std::vector<FabricSides> fabrics;
 };
 
 struct FrameView {

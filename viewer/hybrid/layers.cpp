@@ -14,96 +14,96 @@ namespace {
 constexpr int rows_per_task = Raster::strip_rows;
 constexpr std::size_t deep_pixels_per_task = 1024;
 
-/// Collects sixteen pixels at a time, shades them, and composites them behind the pixels' colours.
+/// Shades pixels, and composites them behind the pixels' colours.
 class Painter {
  public:
-  Painter(const IndexScene& index, const ShadingScene& shading, bool has_pbr, const BandPixels& pixels)
-      : shading_(shading),
-        pixels_(pixels),
-        rest_(shading.options != nullptr ? shading.options->cells.rest : CellImageOptions().rest),
-        has_pbr_(has_pbr),
-        has_cells_(index.cells),
-        index_(index) {}
+  Painter(const FrameScene& scene, const BandPixels& pixels)
+      : scene_(scene), pixels_(pixels), rest_(scene.view.options.cells.rest) {}
 
-  /// Overwrites the next sixteen pixels of a row, or those left of its end: cell images alone, 0 where others
-  /// show. Returns the lanes of others, which are to be added.
-  std::uint32_t put_row(int x, int y, const SeenSurface* surfaces) {
+  /// Overwrites the next sixteen pixels of a row, or those left of its end. `pbr_at`: of a lane.
+  template <class PbrAt>
+  void put_row(int x, int y, const SeenSurface* surfaces, const PbrAt& pbr_at) {
     const int count = std::min(static_cast<int>(lane_count), pixels_.width - x);
     V4f* const to = &at(x, y);
-    std::uint32_t others = 0;
+    std::uint32_t others = 0;  // lanes
     std::uint32_t plain = 0;
-    const SeenSurface nothing = shading_.cells->nothing();
+    std::uint32_t cells = 0;
+    const SeenSurface nothing = scene_.cells.nothing();
     SeenSurface known = no_surface;
+    std::uint32_t known_cell = 0;
     std::uint32_t known_plain = 0;
     for (int lane = 0; lane < count; ++lane) {
       const SeenSurface surface = surfaces[lane];
       if (surface != known) {
         known = surface;
-        known_plain = surface != no_surface && is_plain(surface) ? 1 : 0;
+        known_cell = surface != no_surface && scene_.cells.shows(surface) ? 1 : 0;
+        known_plain = known_cell != 0 && scene_.cells.is_plain(surface) ? 1 : 0;
       }
       const std::uint32_t shows = surface != no_surface ? 1 : 0;
+      cells |= known_cell << lane;
       plain |= known_plain << lane;
-      others |= (shows & ~known_plain) << lane;
-      row_.surface[lane] = known_plain != 0 ? surface : nothing;
+      others |= (shows & ~known_cell) << lane;
+      row_.surface[lane] = known_cell != 0 ? surface : nothing;
     }
-    std::fill(row_.surface.begin() + count, row_.surface.end(), nothing);
-    count_ += std::popcount(plain | others);
-    if (plain == 0) {
+    count_ += std::popcount(cells | others);
+    if (cells == 0) {
       std::fill_n(to, count, V4f(0, 0, 0, 0));
-      return others;
+    } else {
+      std::fill(row_.surface.begin() + count, row_.surface.end(), nothing);
+      const V2f first = scene_.cells.from_middle(x, pixels_.first_row + y);
+      for (std::size_t lane = 0; lane < lane_count; ++lane) row_.x[lane] = first.x + static_cast<float>(lane);
+      row_.y.fill(first.y);
+      scene_.cells.look(row_, seen_);
+      std::memcpy(static_cast<void*>(to), seen_.pixels.data(), count * sizeof(V4f));
+      for (std::uint32_t left = seen_.solid; left != 0; left &= left - 1) {
+        const int lane = std::countr_zero(left);
+        if (lane < count && to[lane].w > 0) to[lane] /= to[lane].w;
+      }
     }
-    const V2f first = shading_.cells->from_middle(x, pixels_.first_row + y);
-    for (std::size_t lane = 0; lane < lane_count; ++lane) row_.x[lane] = first.x + static_cast<float>(lane);
-    row_.y.fill(first.y);
-    shading_.cells->look(row_, seen_);
-    std::memcpy(static_cast<void*>(to), seen_.pixels.data(), count * sizeof(V4f));
-    for (std::uint32_t left = seen_.solid; left != 0; left &= left - 1) {
+    for (std::uint32_t left = others | (cells & ~plain); left != 0; left &= left - 1) {
       const int lane = std::countr_zero(left);
-      if (lane < count && to[lane].w > 0) to[lane] /= to[lane].w;
+      const bool is_cell = (cells >> lane & 1) != 0;
+      const SeenSurface surface = surfaces[lane];
+      to[lane] = is_cell
+                     ? change_cell(scene_, surface, x + lane, pixels_.first_row + y, pbr_at(lane), to[lane])
+                     : shade_pixel(scene_, surface, x + lane, pixels_.first_row + y, pbr_at(lane));
     }
-    for (std::uint32_t left = seen_.with_texels; left != 0; left &= left - 1) {
-      const int lane = std::countr_zero(left);
-      if (lane >= count || row_.surface[lane] == nothing) continue;
-      to[lane] = V4f(0, 0, 0, 0);
-      others |= 1U << lane;
-    }
-    return others;
   }
 
-  /// Adds a pixel that shows more than cell images, and was counted.
-  void add_texels(int x, int y, SeenSurface surface, const PbrPixel& pbr) {
-    if (!texels_) texels_ = std::make_unique<Texels>();
-    PixelTriangles& waiting = texels_->waiting;
-    waiting.has_pbr = has_pbr_;
-    const std::size_t lane = waiting.count++;
-    waiting.x[lane] = static_cast<std::uint16_t>(x);
-    waiting.y[lane] = static_cast<std::uint16_t>(pixels_.first_row + y);
-    waiting.triangle[lane] = surface / 2;
-    waiting.back[lane] = surface % 2 != 0;
-    if (has_pbr_) waiting.pbr[lane] = pbr;
-    if (waiting.count == lane_count) shade_texels();
-  }
-
+  /// A pixel must not be added again before paint().
   void add(int x, int y, SeenSurface surface, const PbrPixel& pbr) {
     ++count_;
-    if (!is_plain(surface)) {
-      add_texels(x, y, surface, pbr);
+    if (!scene_.cells.shows(surface)) {
+      V4f& pixel = at(x, y);
+      pixel += shade_pixel(scene_, surface, x, pixels_.first_row + y, pbr) * (1 - pixel.w);
       return;
     }
     const std::size_t lane = waiting_++;
-    const V2f place = shading_.cells->from_middle(x, pixels_.first_row + y);
+    const V2f place = scene_.cells.from_middle(x, pixels_.first_row + y);
     row_.surface[lane] = surface;
     row_.x[lane] = place.x;
     row_.y[lane] = place.y;
-    x_[lane] = x;
-    y_[lane] = y;
-    if (waiting_ == lane_count) look_up();
+    at_[lane] = {x, y};
+    pbr_[lane] = pbr;
+    if (waiting_ == lane_count) paint();
   }
 
-  /// Shades the remaining pixels. A pixel must not be added again before.
+  /// Shades the remaining pixels.
   void paint() {
-    look_up();
-    shade_texels();
+    if (waiting_ == 0) return;
+    std::fill(row_.surface.begin() + static_cast<std::ptrdiff_t>(waiting_), row_.surface.end(),
+              scene_.cells.nothing());
+    scene_.cells.look(row_, seen_);
+    for (std::size_t lane = 0; lane < waiting_; ++lane) {
+      const auto& [x, y] = at_[lane];
+      V4f value = seen_.at(lane);
+      if ((seen_.solid >> lane & 1) != 0 && value.w > 0) value /= value.w;
+      if (!scene_.cells.is_plain(row_.surface[lane]))
+        value = change_cell(scene_, row_.surface[lane], x, pixels_.first_row + y, pbr_[lane], value);
+      V4f& pixel = at(x, y);
+      pixel += value * (1 - pixel.w);
+    }
+    waiting_ = 0;
   }
 
   std::int64_t count() const { return count_; }
@@ -111,57 +111,16 @@ class Painter {
   bool is_open(const V4f& pixel) const { return 1 - pixel.w >= rest_; }
 
  private:
-  /// Pixels that show more than cell images.
-  struct Texels {
-    PixelTriangles waiting;
-    PixelBlock block;
-    ShadingScratch scratch;
-  };
-
-  bool is_plain(SeenSurface surface) const { return has_cells_ && shading_.cells->is_plain(surface); }
-
   V4f& at(int x, int y) { return pixels_.at(x, y); }
 
-  void look_up() {
-    if (waiting_ == 0) return;
-    std::fill(row_.surface.begin() + static_cast<std::ptrdiff_t>(waiting_), row_.surface.end(),
-              shading_.cells->nothing());
-    shading_.cells->look(row_, seen_);
-    for (std::size_t lane = 0; lane < waiting_; ++lane) {
-      if ((seen_.with_texels >> lane & 1) != 0) {
-        add_texels(x_[lane], y_[lane], row_.surface[lane], {});
-        continue;
-      }
-      V4f value = seen_.at(lane);
-      if ((seen_.solid >> lane & 1) != 0 && value.w > 0) value /= value.w;
-      V4f& pixel = at(x_[lane], y_[lane]);
-      pixel += value * (1 - pixel.w);
-    }
-    waiting_ = 0;
-  }
-
-  void shade_texels() {
-    if (!texels_ || texels_->waiting.count == 0) return;
-    PixelBlock& block = texels_->block;
-    find_texels(index_, texels_->waiting, block);
-    const LaneShading& light = shade(shading_, block, texels_->scratch);
-    for (std::size_t lane = 0; lane < block.count; ++lane) {
-      V4f& pixel = at(block.x[lane], block.y[lane] - pixels_.first_row);
-      pixel += V4f(light.red[lane], light.green[lane], light.blue[lane], light.alpha[lane]) * (1 - pixel.w);
-    }
-    texels_->waiting.count = 0;
-  }
-
-  const ShadingScene& shading_;
+  const FrameScene& scene_;
   const BandPixels& pixels_;
   float rest_;
-  bool has_pbr_, has_cells_;
-  const IndexScene& index_;
-  CellPixels row_;  ///< pixels that most likely show a cell image alone
-  std::array<int, lane_count> x_{}, y_{};
+  CellPixels row_;
+  std::array<std::array<int, 2>, lane_count> at_{};
+  std::array<PbrPixel, lane_count> pbr_;
   std::size_t waiting_ = 0;
   CellShading seen_;
-  std::unique_ptr<Texels> texels_;
   std::int64_t count_ = 0;
 };
 
@@ -188,17 +147,16 @@ void paint_layers(Painter& painter, const DeepLayers& deep, std::size_t first, s
 /// Shades some rows of a band, the work of one task.
 class RowShader {
  public:
-  RowShader(const IndexScene& index, const ShadingScene& shading, CellPass& cells, BandSurfaces& surfaces,
-            int layers, const BandPixels& pixels, int task)
-      : index_(index),
-        cells_(cells),
+  RowShader(const FrameScene& scene, CellPass& cells, BandSurfaces& surfaces, int layers,
+            const BandPixels& pixels, int task)
+      : cells_(cells),
         surfaces_(surfaces),
         layers_(layers),
         pixels_(pixels),
         task_(task),
         first_(task * rows_per_task),
         end_(std::min(first_ + rows_per_task, pixels.rows)),
-        painter_(index, shading, surfaces.has_pbr(), pixels) {}
+        painter_(scene, pixels) {}
 
   /// Finds the nearest surfaces, and the ones of the other side behind them; notes the cell images of the
   /// nearest.
@@ -223,15 +181,12 @@ class RowShader {
   void shade_nearest() {
     for (int y = first_; y < end_; ++y) {
       for (int x = 0; x < pixels_.width; x += lane_count) {
-        const SeenSurface* const nearest = &surfaces_.nearest[index_of(x, y)];
-        for (std::uint32_t left = painter_.put_row(x, y, nearest); left != 0; left &= left - 1) {
-          const int lane = std::countr_zero(left);
-          painter_.add_texels(x + lane, y, nearest[lane],
-                              surfaces_.pbr_at(nearest[lane], index_of(x + lane, y)));
-        }
+        painter_.put_row(x, y, &surfaces_.nearest[index_of(x, y)], [&](int lane) {
+          const std::size_t i = index_of(x + lane, y);
+          return surfaces_.pbr_at(surfaces_.nearest[i], i);
+        });
       }
     }
-    painter_.paint();
     count_.covered = count_.evaluated = painter_.count();
     count_.layers = painter_.count() > 0 ? 1 : 0;
     for (int y = first_; y < end_; ++y) {
@@ -288,7 +243,7 @@ class RowShader {
   std::size_t index_of(int x, int y) const { return static_cast<std::size_t>(y) * pixels_.width + x; }
 
   void note(SeenSurface surface, int x, int y, SeenSurface& known) {
-    if (surface == known || surface >= deep_surface || !index_.cells || !cells_.shows(surface)) return;
+    if (surface == known || surface >= deep_surface || !cells_.shows(surface)) return;
     cells_.see(surface, x, pixels_.first_row + y);
     known = cells_.is_large(surface) ? no_surface : surface;
   }
@@ -316,7 +271,6 @@ class RowShader {
     }
   }
 
-  const IndexScene& index_;
   CellPass& cells_;
   BandSurfaces& surfaces_;
   int layers_;
@@ -337,30 +291,31 @@ LayerCount& LayerCount::operator+=(const LayerCount& b) {
   return *this;
 }
 
-void BandSurfaces::set_up(const IndexScene& index, int first_row, int rows) {
-  for (std::size_t side = 0; side < 2; ++side)
-    raster[side].begin(index.mesh, index.projected, sides[side].list, side == 1, first_row, rows);
+void BandSurfaces::set_up(const FrameScene& scene, int first_row, int rows) {
+  for (std::size_t side = 0; side < 2; ++side) {
+    raster[side].begin(scene.prepared.mesh, scene.projected, sides[side].list, side == 1, first_row, rows);
+  }
 }
 
-LayerCount shade_band(const IndexScene& index, const ShadingScene& shading, CellPass& cells,
-                      BandSurfaces& surfaces, int layers, const BandPixels& pixels, DeepPixels& deep) {
+LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& surfaces, int layers,
+                      const BandPixels& pixels, DeepPixels& deep) {
   const int tasks = (pixels.rows + rows_per_task - 1) / rows_per_task;
   const std::size_t size = static_cast<std::size_t>(pixels.rows) * pixels.width;
   surfaces.nearest.resize(size);
   surfaces.behind.resize(size);
   std::vector<std::unique_ptr<RowShader>> rows(tasks);
   parallel_for(0, tasks, [&](int task) {
-    rows[task] = std::make_unique<RowShader>(index, shading, cells, surfaces, layers, pixels, task);
+    rows[task] = std::make_unique<RowShader>(scene, cells, surfaces, layers, pixels, task);
     rows[task]->see_nearest();
   });
-  if (shading.ends()) return {};
+  if (scene.view.options.ends()) return {};
   cells.make();
   parallel_for(0, tasks, [&](int task) { rows[task]->shade_nearest(); });
-  if (shading.ends()) return {};
+  if (scene.view.options.ends()) return {};
   const bool casts = !surfaces.has_pbr();
   if (casts && !surfaces.cast &&
       std::any_of(rows.begin(), rows.end(), [](const auto& part) { return !part->deep().empty(); }))
-    surfaces.set_up(index, pixels.first_row, pixels.rows);
+    surfaces.set_up(scene, pixels.first_row, pixels.rows);
   parallel_for(0, tasks, [&](int task) { rows[task]->see_behind(); });
   cells.make(true);
   parallel_for(0, tasks, [&](int task) { rows[task]->shade_behind(); });
@@ -378,22 +333,22 @@ LayerCount shade_band(const IndexScene& index, const ShadingScene& shading, Cell
   return sum;
 }
 
-LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, CellPass& cells, DeepPixels& deep,
-                      int layers, const BandPixels& pixels) {
+LayerCount shade_deep(const FrameScene& scene, CellPass& cells, DeepPixels& deep, int layers,
+                      const BandPixels& pixels) {
   const DeepLayers layered = deep.layers();
   const std::size_t count = layered.pixels();
   const std::size_t tasks = (count + deep_pixels_per_task - 1) / deep_pixels_per_task;
   std::vector<LayerCount> counts(tasks);
   for (const DeepHit& hit : layered.hits) {
-    if (!index.cells || !cells.shows(hit.surface)) continue;
+    if (!cells.shows(hit.surface)) continue;
     cells.see(hit.surface, static_cast<int>(hit.pixel) % pixels.width,
               pixels.first_row + static_cast<int>(hit.pixel) / pixels.width);
   }
   cells.make(true);
   parallel_for(0, static_cast<int>(tasks), [&](int task) {
-    if (shading.ends()) return;
+    if (scene.view.options.ends()) return;
     const std::size_t first = task * deep_pixels_per_task;
-    Painter painter(index, shading, true, pixels);
+    Painter painter(scene, pixels);
     paint_layers(painter, layered, first, std::min(first + deep_pixels_per_task, count), layers, pixels,
                  counts[task]);
     counts[task].evaluated = painter.count();
@@ -401,6 +356,15 @@ LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, Cell
   LayerCount sum;
   for (const LayerCount& part : counts) sum += part;
   return sum;
+}
+
+V4f shade_surface(const FrameScene& scene, SeenSurface seen, const V2i& pixel, const PbrPixel& pbr) {
+  V4f light(0, 0, 0, 0);
+  const BandPixels one{pixel.y, pixel.x + 1, 1, &light - pixel.x, 0};
+  Painter painter(scene, one);
+  painter.add(pixel.x, 0, seen, pbr);
+  painter.paint();
+  return light;
 }
 
 }  // namespace selvedge

@@ -34,17 +34,20 @@ struct BandSurfaces {
   bool has_pbr() const { return !sides[0].seen.colours.empty(); }
   PbrPixel pbr_at(SeenSurface surface, std::size_t i) const { return sides[surface % 2].pbr_at(i); }
   /// Sets up `raster` from the lists.
-  void set_up(const IndexScene& index, int first_row, int rows);
+  void set_up(const FrameScene& scene, int first_row, int rows);
 };
 
 /// Shades and overwrites the pixels of a band, at most `layers` surfaces deep, on all cores. In a scene with
 /// surfaces without fabric only the nearest surface of deep pixels; if more shows behind it, they are added
 /// to `deep`.
-LayerCount shade_band(const IndexScene& index, const ShadingScene& shading, CellPass& cells,
-                      BandSurfaces& surfaces, int layers, const BandPixels& pixels, DeepPixels& deep);
+LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& surfaces, int layers,
+                      const BandPixels& pixels, DeepPixels& deep);
 
 /// The other surfaces of deep pixels of such a scene. Precondition: all their layers are known.
-LayerCount shade_deep(const IndexScene& index, const ShadingScene& shading, CellPass& cells, DeepPixels& deep,
-                      int layers, const BandPixels& pixels);
+LayerCount shade_deep(const FrameScene& scene, CellPass& cells, DeepPixels& deep, int layers,
+                      const BandPixels& pixels);
+
+/// Light of one surface at a pixel, counted from the lower left. Its cell image has been made.
+V4f shade_surface(const FrameScene& scene, SeenSurface seen, const V2i& pixel, const PbrPixel& pbr);
 
 }  // namespace selvedge

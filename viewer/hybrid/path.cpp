@@ -24,30 +24,11 @@ Result<void> HybridPath::resize(const FrameSize& size) {
   return pass_->resize(bands_);
 }
 
-IndexScene HybridPath::index(const ProjectedVertices& projected, const FrameView& view) const {
-  IndexScene index{scene_.mesh, projected, scene_.materials.surfaces, scene_.fabrics, view.options.levels};
-  const bool paper = kind_ == RenderPath::paper;
-  index.cells = !paper && view.options.levels.forced < 0;
-  if (paper) {
-    index.paper_bits = true;
-    index.levels.area = false;
-    index.levels.bias = 0;
-  }
-  return index;
-}
-
-ShadingScene HybridPath::shading(const FrameView& view) const {
-  ShadingScene shading{view.camera,         bands_.width,        bands_.height, scene_.materials.surfaces,
-                       scene_.fabrics,      view.options.lights, &scene_.mesh,  scene_.origin,
-                       scene_.materials.pbr};
-  if (view.shadows != nullptr) shading.shadows = view.shadows->read();
-  shading.ambient = view.options.ambient;
-  shading.around = view.options.around ? &*view.options.around : nullptr;
-  shading.around_vertices = view.around_vertices;
-  shading.reflections = view.reflections.get();
-  shading.cells = &cells_;
-  shading.options = &view.options;
-  return shading;
+FrameScene HybridPath::begin(const FrameView& view, const ProjectedVertices& projected) {
+  FrameScene scene{scene_, view, projected, {}, cells_, kind_ == RenderPath::paper};
+  if (view.shadows != nullptr) scene.shadows = view.shadows->read();
+  cells_.begin(view, !scene.paper, bands_.supersample, scene.shadows, projected);
+  return scene;
 }
 
 /// Draws the first round of both sides of the cloth.
@@ -66,7 +47,7 @@ Result<void> HybridPath::draw_nearest(TriangleLists lists, const FrameTiles& whe
 }
 
 /// Draws the surfaces behind the first round at deep pixels.
-Result<void> HybridPath::draw_behind(const IndexScene& index, FrameTiles where,
+Result<void> HybridPath::draw_behind(const FrameScene& scene, FrameTiles where,
                                      std::array<DrawnSide, 2>& sides, DeepPixels& deep, Stopwatch& watch,
                                      RenderStats& stats) {
   for (int side = 0; side < 2; ++side) {
@@ -74,7 +55,7 @@ Result<void> HybridPath::draw_behind(const IndexScene& index, FrameTiles where,
     deep.add_round(side, 0, drawn);
     for (int round = 1; round < layers_ && deep.has_more(side, round); ++round) {
       where.tiles = deep.tiles(side, round);
-      drawn.list = sift_triangles(scene_.mesh, index.projected, drawn.list, where);
+      drawn.list = sift_triangles(scene_.mesh, scene.projected, drawn.list, where);
       if (auto good = pass_->draw(side, round, where.first_row, drawn.list); !good) return good;
       pass_->finish();
       watch.add_to(stats.geometry);
@@ -87,17 +68,17 @@ Result<void> HybridPath::draw_behind(const IndexScene& index, FrameTiles where,
 }
 
 /// Shades a band into the frame. Draws only if the scene has surfaces without fabric.
-Result<void> HybridPath::shade(const IndexScene& index, const ShadingScene& shading, int first_row,
-                               Band& band, Frame& frame, RenderStats& stats) {
+Result<void> HybridPath::shade(const FrameScene& scene, int first_row, Band& band, Frame& frame,
+                               RenderStats& stats) {
   Stopwatch watch;
   const BandPixels pixels = pixels_of(bands_, first_row, frame, band.large);
   DeepPixels deep(bands_.width, pixels.rows);
-  LayerCount seen = shade_band(index, shading, cells_, band.surfaces, layers_, pixels, deep);
+  LayerCount seen = shade_band(scene, cells_, band.surfaces, layers_, pixels, deep);
   if (!deep.empty()) {
     watch.add_to(stats.evaluation);
     const FrameTiles where{first_row, pixels.rows, {}};
-    if (auto good = draw_behind(index, where, band.surfaces.sides, deep, watch, stats); !good) return good;
-    seen += shade_deep(index, shading, cells_, deep, layers_, pixels);
+    if (auto good = draw_behind(scene, where, band.surfaces.sides, deep, watch, stats); !good) return good;
+    seen += shade_deep(scene, cells_, deep, layers_, pixels);
   }
   watch.add_to(stats.evaluation);
   stats.covered_pixels += seen.covered;
@@ -110,16 +91,17 @@ Result<void> HybridPath::shade(const IndexScene& index, const ShadingScene& shad
 
 Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
   Stopwatch watch;
-  const ShadingScene shading = this->shading(view);
-  if (view.shadows != nullptr) watch.add_to(stats.shadows);
+  if (view.shadows != nullptr) {
+    view.shadows->read();
+    watch.add_to(stats.shadows);
+  }
   const ProjectedVertices projected =
       project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
   if (!casts()) pass_->place(projected);
   std::vector<TriangleLists> lists =
       list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
-  cells_.begin(view, bands_.supersample, shading.shadows, projected);
+  const FrameScene scene = begin(view, projected);
   watch.add_to(stats.project);
-  const IndexScene index = this->index(projected, view);
   // Surfaces without fabric need further rounds of the same band, so drawing and shading cannot overlap.
   const bool at_once = thread_count() == 1 || pass_->has_pbr() || casts();
   RenderStats shaded;
@@ -134,14 +116,14 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
     if (casts()) {
       band.surfaces.sides[0].list = std::move(lists[i].front);
       band.surfaces.sides[1].list = std::move(lists[i].back);
-      band.surfaces.set_up(index, first_row, where.rows);
+      band.surfaces.set_up(scene, first_row, where.rows);
       watch.add_to(stats.geometry);
     } else if (auto good = draw_nearest(std::move(lists[i]), where, band.surfaces.sides, watch, stats);
                !good) {
       return good;
     }
     if (auto good = finish_before(); !good) return good;
-    const auto shade = [&, first_row] { return this->shade(index, shading, first_row, band, frame, shaded); };
+    const auto shade = [&, first_row] { return this->shade(scene, first_row, band, frame, shaded); };
     if (!at_once) {
       shading_before = std::async(std::launch::async, shade);
     } else if (auto good = shade(); !good) {
@@ -179,20 +161,11 @@ Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const
     return tl::unexpected(good.error());
   const std::optional<NearestSurface> nearest = nearest_surface(sides, pixel.x);
   if (!nearest) return std::nullopt;
-  PixelTriangles pixels;
-  pixels.count = 1;
-  pixels.x[0] = static_cast<std::uint16_t>(pixel.x);
-  pixels.y[0] = static_cast<std::uint16_t>(row);
-  pixels.triangle[0] = nearest->triangle;
-  pixels.back[0] = nearest->back;
-  pixels.has_pbr = pass_->has_pbr();
-  pixels.pbr[0] = sides[nearest->back ? 1 : 0].pbr_at(pixel.x);
-  const ShadingScene shading = this->shading(view);
-  cells_.begin(view, bands_.supersample, shading.shadows, projected);
-  if (const SeenSurface seen = 2 * nearest->triangle + (nearest->back ? 1 : 0); cells_.shows(seen))
-    cells_.see(seen, pixel.x, row);
+  const SeenSurface seen = 2 * nearest->triangle + (nearest->back ? 1 : 0);
+  const FrameScene scene = begin(view, projected);
+  if (cells_.shows(seen)) cells_.see(seen, pixel.x, row);
   cells_.make();
-  return probe_pixel(index(projected, view), shading, pixels);
+  return probe_pixel(scene, seen, V2i(pixel.x, row), sides[seen % 2].pbr_at(pixel.x));
 }
 
 }  // namespace selvedge

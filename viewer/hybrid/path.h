@@ -39,14 +39,13 @@ class HybridPath final : public FramePath {
   HybridPath(const PreparedScene& scene, RenderPath kind) : scene_(scene), kind_(kind), cells_(scene) {}
   /// Whether the CPU finds the triangles.
   bool casts() const { return kind_ == RenderPath::raster && !pass_->has_pbr(); }
-  ShadingScene shading(const FrameView& view) const;
-  IndexScene index(const ProjectedVertices& projected, const FrameView& view) const;
+  /// Begins a frame.
+  FrameScene begin(const FrameView& view, const ProjectedVertices& projected);
   Result<void> draw_nearest(TriangleLists lists, const FrameTiles& where, std::array<DrawnSide, 2>& sides,
                             Stopwatch& watch, RenderStats& stats);
-  Result<void> draw_behind(const IndexScene& index, FrameTiles where, std::array<DrawnSide, 2>& sides,
+  Result<void> draw_behind(const FrameScene& scene, FrameTiles where, std::array<DrawnSide, 2>& sides,
                            DeepPixels& deep, Stopwatch& watch, RenderStats& stats);
-  Result<void> shade(const IndexScene& index, const ShadingScene& shading, int first_row, Band& band,
-                     Frame& frame, RenderStats& stats);
+  Result<void> shade(const FrameScene& scene, int first_row, Band& band, Frame& frame, RenderStats& stats);
 
   const PreparedScene& scene_;
   RenderPath kind_;

@@ -1,56 +1,52 @@
 #include "viewer/hybrid/probe.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "format/fabric/evaluate.h"
+
 namespace selvedge {
-namespace {
-
-/// Change per pixel of the texture coordinates of a lane, along u and v.
-V2d slope_of(const PixelBlock& block, std::size_t lane) {
-  const V2d right(block.uv_right(lane));
-  const V2d up(block.uv_up(lane));
-  return {std::hypot(right.x, up.x), std::hypot(right.y, up.y)};
-}
-
-}  // namespace
-
 std::optional<NearestSurface> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i) {
   const std::size_t side = sides[1].seen.depth[i] < sides[0].seen.depth[i] ? 1 : 0;
   if (!(sides[side].seen.depth[i] < 1)) return std::nullopt;
   return NearestSurface{sides[side].list[sides[side].seen.triangles[i]], side == 1};
 }
 
-PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, const PixelTriangles& pixels) {
-  PixelBlock block;
-  find_texels(index, pixels, block);
+PixelProbe probe_pixel(const FrameScene& scene, SeenSurface seen, const V2i& pixel, const PbrPixel& pbr) {
+  const GarmentPoint point = garment_point(scene, seen, pixel.x, pixel.y);
   PixelProbe probe;
-  probe.pixel = V2i(block.x[0], index.projected.height - 1 - block.y[0]);
-  probe.surface = block.surface[0];
-  probe.triangle = pixels.triangle[0];
-  probe.back = pixels.back[0];
-  probe.position = seen_point(*shading.mesh, shading.origin, block, 0);
-  probe.fabric = index.materials[probe.surface].fabric;
+  probe.pixel = V2i(pixel.x, scene.projected.height - 1 - pixel.y);
+  probe.surface = point.surface;
+  probe.triangle = point.triangle;
+  probe.back = point.back;
+  probe.position = scene.prepared.origin + V3d(point.position);
+  probe.fabric = scene.prepared.materials.surfaces[probe.surface].fabric;
+  bool through = false;
   if (probe.fabric >= 0) {
-    const std::vector<PackedLevel>& levels = index.fabrics[probe.fabric].levels;
-    probe.uv = V2d(block.uv(0));
-    probe.texels_per_pixel = slope_of(block, 0) * V2d(index.fabrics[probe.fabric].fabric->texels());
-    for (std::size_t i = 0; i < block.texel_count; ++i) {
-      const LaneTexels& texels = block.texels[i];
-      if (!(texels.weight[0] > 0)) continue;
-      const int width = levels[texels.level[0]].width;
+    const Fabric& fabric = scene.prepared.fabrics[probe.fabric].seen_from(point.back);
+    through = fabric.side_of(Side::through) != nullptr;
+    probe.uv = V2d(point.uv);
+    const V2f repeats(std::hypot(point.uv_right.x, point.uv_up.x),
+                      std::hypot(point.uv_right.y, point.uv_up.y));
+    probe.texels_per_pixel = V2d(repeats) * V2d(fabric.texels());
+    const CellLevels levels = shown_levels(fabric, repeats, scene.view.options.levels.forced);
+    const auto add = [&](int level, float weight) {
+      if (!(weight > 0)) return;
+      const FabricLevel& of = fabric.levels[std::max(level, 0)];
       probe.texels.push_back(
-          {texels.level[0], V2i(texels.texel[0] % width, texels.texel[0] / width), texels.weight[0]});
-    }
+          {level, {wrap_texel(probe.uv.x, of.width), wrap_texel(probe.uv.y, of.height)}, weight});
+    };
+    add(-1, levels.yarn);
+    add(levels.finer, (1 - levels.yarn) * (1 - levels.coarser));
+    add(levels.finer + 1, (1 - levels.yarn) * levels.coarser);
   }
-  const LaneFrames frames = garment_frames(shading.camera, shading.width, shading.height, block);
-  const auto first = [](const LaneDirections& d) { return V3f(d.x[0], d.y[0], d.z[0]); };
-  probe.view = first(frames.view);
-  ShadingScratch scratch;
-  const LaneShading& light = shade(shading, block, scratch);
-  for (const LaneLight& lane_light : scratch.block.lights)
-    probe.lights.push_back(first(lane_light.direction));
-  probe.alpha = light.alpha[0];
-  if (probe.alpha > 0) probe.radiance = V3f(light.red[0], light.green[0], light.blue[0]) / probe.alpha;
+  const GarmentFrame frame = garment_frame(scene, point);
+  probe.view = frame.into(point.to_viewer);
+  for (const ArrivingLight& light : lights_at(scene, point, frame, through))
+    probe.lights.push_back(light.direction);
+  const V4f light = shade_surface(scene, seen, pixel, pbr);
+  probe.alpha = light.w;
+  if (probe.alpha > 0) probe.radiance = V3f(light.x, light.y, light.z) / probe.alpha;
   return probe;
 }
 

@@ -10,9 +10,9 @@
 
 namespace selvedge {
 
-/// A texel in the footprint of a pixel.
+/// The texel of a level at the middle of a pixel.
 struct ProbedTexel {
-  int level = 0;
+  int level = 0;    ///< -1: the yarn itself
   V2i texel{0, 0};  ///< row 0 at the top
   float weight = 0;
 };
@@ -25,7 +25,7 @@ struct PixelProbe {
   bool back = false;           ///< the back of the cloth is visible
   V3d position{0, 0, 0};       ///< m, world
   int fabric = -1;             ///< -1: the surface has neither fabric nor texels
-  V2d uv{0, 0};                ///< in [0, 1), without whole repeats
+  V2d uv{0, 0};                ///< in [0, 1], without whole repeats
   V2d texels_per_pixel{0, 0};  ///< of the whole fabric's level 0, along u and v
   std::vector<ProbedTexel> texels;
   V3f view{0, 0, 1};        ///< unit, towards the viewer
@@ -42,7 +42,7 @@ struct NearestSurface {
 /// The nearest surface at pixel `i` of a band, from the first round; nothing if the pixel is empty.
 std::optional<NearestSurface> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i);
 
-/// Precondition: `pixels` holds one pixel, and `shading` the mesh.
-PixelProbe probe_pixel(const IndexScene& index, const ShadingScene& shading, const PixelTriangles& pixels);
+/// `pixel`: from the lower left. Its cell image has been made.
+PixelProbe probe_pixel(const FrameScene& scene, SeenSurface seen, const V2i& pixel, const PbrPixel& pbr);
 
 }  // namespace selvedge

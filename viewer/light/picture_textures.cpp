@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "format/base/mip.h"
 #include "format/gltf/memory.h"
-#include "format/scene/footprint.h"
 #include "viewer/gl/objects.h"
 #include "viewer/light/step_bound.h"
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "format/scene/camera.h"
+#include "format/simd/group.h"
 #include "viewer/scene/material.h"
-#include "viewer/scene/packed_fabric.h"
 #include "viewer/scene/surfaces.h"
 
 namespace selvedge {
@@ -23,11 +23,17 @@ struct MergedSurfaces {
   std::vector<V3f> positions;
   /// Two groups per vertex: normal and u; tangent and v.
   std::vector<std::array<Group, 2>> attributes;
+  V3f normal(std::uint32_t vertex) const { return xyz(attributes[vertex][0]); }
+  V3f tangent(std::uint32_t vertex) const { return xyz(attributes[vertex][1]); }
+  V2f uv(std::uint32_t vertex) const { return {attributes[vertex][0][3], attributes[vertex][1][3]}; }
   std::vector<MergedTriangle> triangles;  ///< in the order of the surfaces
   /// Surface::more_uvs, [mapping - 1][vertex], and Surface::colors, [vertex]; (0, 0) and white for a surface
   /// without them, empty if all surfaces lack them.
   std::vector<std::vector<V2f>> more_uvs;
   std::vector<V4f> colors;
+
+ private:
+  static V3f xyz(const Group& g) { return {g[0], g[1], g[2]}; }
 };
 
 MergedSurfaces merge(std::span<const Surface> surfaces);

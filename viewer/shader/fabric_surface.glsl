@@ -44,7 +44,7 @@ void shade_level(uint index, uint level, vec2 uv, vec2 right, vec2 up, vec3 view
   uint through = fabric + fabric_through;
   ivec2 size = size_of(fabric, level);
   vec2 centre = (uv - floor(uv)) * vec2(size);
-  bool nearest = by_area == 0 || forced_level >= 0;
+  bool nearest = forced_level >= 0;
   vec2 finest = vec2(size_of(fabric, 0u));
   float scale = exp2(-float(level));
   vec2 farthest = vec2(1e6);
@@ -122,12 +122,12 @@ vec4 shade_fabric(uint index, vec2 uv, vec2 right, vec2 up, mat2x3 turn, float s
   uint fabric = word(index);
   vec2 size = vec2(size_of(fabric, 0u));
   float pixel_width = pixel_size(right * size, up * size);
-  float level = forced_level >= 0 ? float(forced_level) : log2(pixel_width) + level_bias;
+  float level = forced_level >= 0 ? float(forced_level) : log2(pixel_width) - 1.0;  // level_bias
   vec4 sum = vec4(0.0);
   float of_texels = 1.0;
 #ifdef YARN
   if (word(fabric + fabric_yarns) != 0u && forced_level < 0) {
-    of_texels -= yarn_share(pixel_width, number(fabric + fabric_largest_yarn_pixel) * max(0.5, float(points - 1)), blend_levels != 0);
+    of_texels -= yarn_share(pixel_width, number(fabric + fabric_largest_yarn_pixel) * max(0.5, float(points - 1)));
     uint yarn = word(fabric + fabric_yarns);
     vec2 period = vec2(number(yarn + yarn_period), number(yarn + yarn_period + 1u));
     float spacing = width_across_view(right * period, up * period) / float(points);
@@ -142,7 +142,7 @@ vec4 shade_fabric(uint index, vec2 uv, vec2 right, vec2 up, mat2x3 turn, float s
 #endif
   level = clamp(level, 0.0, float(word(fabric + fabric_level_count) - 1u));
   float lower = floor(level);
-  float of_upper = blend_of_levels(level - lower, blend_levels != 0, 2.0);
+  float of_upper = blend_of_levels(level - lower, 2.0);
   for (int k = 0; k < 2; ++k) {
     float part = of_texels * (k == 0 ? 1.0 - of_upper : of_upper);
     if (part == 0.0) continue;

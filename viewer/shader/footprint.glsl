@@ -1,4 +1,4 @@
-// The texels under a pixel: the GLSL twin of format/scene/footprint.h. `right` and `up`: change of texture
+// The texels under a pixel: the GLSL twin of format/fabric/footprint.h. `right` and `up`: change of texture
 // coordinates per pixel, in texels of a level.
 const float max_elongation = 8.0;
 const float max_pixel_size = 3.5;
@@ -57,10 +57,10 @@ float texel_share(PixelBox box, vec2 from_centre) {
   return all(lessThan(abs(from_centre), box.reach)) ? share.x * share.y : 0.0;
 }
 
-float blend_of_levels(float part, bool blends, float steep) {
-  return clamp((part - 0.5) * (blends ? steep : 1e6) + 0.5, 0.0, 1.0);
+float blend_of_levels(float part, float steep) {
+  return clamp((part - 0.5) * steep + 0.5, 0.0, 1.0);
 }
 
-float yarn_share(float size, float largest, bool blends) {
-  return largest > 0.0 ? blend_of_levels(log2(largest / size) + 0.5, blends, 4.0) : 0.0;
+float yarn_share(float size, float largest) {
+  return largest > 0.0 ? blend_of_levels(log2(largest / size) + 0.5, 4.0) : 0.0;
 }

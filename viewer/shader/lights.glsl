@@ -1,4 +1,4 @@
-// The lights at surface_point, and, with AROUND, from all around; SHADOWS: dimmed by shadow_shares, which the includer computes for the pixel. Four per
+// The lights at garment_point, and, with AROUND, from all around; SHADOWS: dimmed by shadow_shares, which the includer computes for the pixel. Four per
 // light: direction towards it (spot: against its axis) and kind (0 directional, 1 point, 2 spot); irradiance and
 // range; position and where the cone begins; where it ends, 1 + the number of its shadow map, whether it is of an
 // environment.
@@ -6,7 +6,7 @@ layout(std430, binding = 4) readonly buffer Lights { vec4 lights[]; };
 layout(location = 5) uniform int lights_in_use;
 
 float share_of_lamps = 1.0;  // of an environment, that a texture leaves a fabric
-vec3 surface_point;  // relative to the origin of the vertices
+vec3 garment_point;  // relative to the origin of the vertices
 uint light_count() { return uint(lights_in_use); }
 bool is_of_environment(uint i) { return lights[4u * i + 3u].z != 0.0; }
 void open_light_at(uint i, out vec3 direction, out vec3 irradiance) {
@@ -16,7 +16,7 @@ void open_light_at(uint i, out vec3 direction, out vec3 irradiance) {
   irradiance = irradiance_range.xyz;
   if (towards_kind.w == 0.0) return;
   // As light_share_at() (lights.h).
-  vec3 towards = lights[4u * i + 2u].xyz - surface_point;
+  vec3 towards = lights[4u * i + 2u].xyz - garment_point;
   float distance2 = dot(towards, towards);
   if (!(distance2 > 0.0)) {
     irradiance = vec3(0.0);

@@ -6,7 +6,9 @@
 #include <array>
 #include <bit>
 
+#include "format/cells/cell_texels.h"
 #include "format/fabric/gpu_words.h"
+#include "format/fabric/yarn_sky.h"
 #include "viewer/gl/glsl.h"
 #include "viewer/gl/objects.h"
 #include "viewer/scene/view_rays.h"
@@ -33,10 +35,7 @@ enum Uniform : GLint {
   ray_up,
   lights_in_use,
   forced_level,
-  blend_levels,
-  level_bias,
-  by_area,
-  ambient,
+  ambient = 10,
   points,
   around_stride,
   skies,
@@ -60,7 +59,7 @@ enum SurfaceFlag : std::int32_t {
 constexpr std::uint32_t highest_bit = 0x80000000U;
 
 /// Appends what the fabrics make of light from all around, as around.glsl has it, and returns its place.
-std::size_t append_skies(std::span<const PackedFabric> fabrics, std::vector<std::uint32_t>& words) {
+std::size_t append_skies(std::span<const FabricSides> fabrics, std::vector<std::uint32_t>& words) {
   const std::size_t first = words.size();
   std::size_t at = first;
   words.resize(first + 6 * fabrics.size());
@@ -68,11 +67,13 @@ std::size_t append_skies(std::span<const PackedFabric> fabrics, std::vector<std:
     words[at++] = static_cast<std::uint32_t>(words.size());
     for (const float value : values) words.push_back(std::bit_cast<std::uint32_t>(value));
   };
-  for (const PackedFabric& fabric : fabrics) {
-    for (const PackedFabric* seen : {&fabric, fabric.turned.get()}) {
-      append(seen != nullptr ? seen->around_basis : std::span<const float>());
-      append(seen != nullptr ? seen->yarn_sky : std::span<const float>());
-      append(seen != nullptr && seen->through ? seen->through->around_basis : std::span<const float>());
+  for (const FabricSides& fabric : fabrics) {
+    for (const Fabric* seen : {fabric.front, fabric.turned.get()}) {
+      const Fabric* const through = seen != nullptr ? seen->side_of(Side::through) : nullptr;
+      const bool has_yarn = seen != nullptr && seen->levels.front().yarns();
+      append(seen != nullptr ? smooth_response(*seen) : std::vector<float>());
+      append(has_yarn ? sky_of(*seen->levels.front().yarns()) : std::vector<float>());
+      append(through != nullptr ? smooth_response(*through) : std::vector<float>());
     }
   }
   return first;
@@ -237,9 +238,6 @@ void ShaderPath::shade_round(int round, const FrameView& view, GLuint program,
   set_uniform(gl_, shading::ray_up, rays.up);
   gl_.Uniform1i(shading::lights_in_use, static_cast<GLint>(view.options.lights.size()));
   gl_.Uniform1i(shading::forced_level, levels.forced);
-  gl_.Uniform1i(shading::blend_levels, levels.blend ? 1 : 0);
-  gl_.Uniform1f(shading::level_bias, levels.bias);
-  gl_.Uniform1i(shading::by_area, levels.area ? 1 : 0);
   if (shows_yarn_) gl_.Uniform1i(shading::points, levels.points);
   if (view.options.around) {
     gl_.Uniform1i(shading::around_stride, view.around_vertices.empty() ? 0 : 3 * smooth_functions);

@@ -76,7 +76,7 @@ void main() {
     normal_v[k] = vertices[at + 1u];
     tangent_of[k] = vertices[at + 2u];
   }
-  surface_point = vertices[3u * triangle.x].xyz +
+  garment_point = vertices[3u * triangle.x].xyz +
                   within.at.x * (vertices[3u * triangle.y].xyz - vertices[3u * triangle.x].xyz) +
                   within.at.y * (vertices[3u * triangle.z].xyz - vertices[3u * triangle.x].xyz);
   vec3 ray = ray_base + ray_right * pixel.x + ray_up * pixel.y;
@@ -109,7 +109,7 @@ void main() {
     vec3 irradiance;
     open_light_at(i, direction, irradiance);
     vec3 leaving = lets_through && dot(normal, direction) < 0.0 ? -normal : normal;
-    shadow_shares[map - 1] = shadow_share(uint(map - 1), surface_point, leaving, direction);
+    shadow_shares[map - 1] = shadow_share(uint(map - 1), garment_point, leaving, direction);
   }
 #endif
   vec3 tangent = tangent_across(normal, t);

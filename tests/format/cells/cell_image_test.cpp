@@ -180,7 +180,7 @@ TEST_CASE("an image has the mean radiance and opacity of rays with shadows, what
     CellShadows shadows(cell);
     CellScratch scratch;
     CellImage image;
-    make_cell_image(cell, view, shadows, scratch, image);
+    make_cell_image({&cell, &shadows}, view, scratch, image);
     V3d sum(0, 0, 0);
     double alpha = 0;
     const auto number = [](std::uint16_t bits) {
@@ -226,7 +226,7 @@ TEST_CASE("images of cells of 0.01 mm and 10 m, of grazing views and lights, and
       CellShadows shadows(cell);
       CellScratch scratch;
       CellImage image;
-      make_cell_image(cell, view, shadows, scratch, image);
+      make_cell_image({&cell, &shadows}, view, scratch, image);
       CHECK(std::isfinite(image.scale));
       CHECK(image.texels.size() == 2 * image.plane_texels());
     }

@@ -10,7 +10,7 @@
 #include "tests/format/files.h"
 #include "tests/format/gltf_fixtures.h"
 #include "tests/require.h"
-#include "tests/viewer/indexed.h"
+#include "tests/viewer/shapes.h"
 
 namespace selvedge {
 namespace {

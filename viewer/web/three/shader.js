@@ -96,10 +96,7 @@ uniform vec3 emissive;
 #include <clipping_planes_pars_fragment>
 
 uniform int forced_level;
-// level_options.glsl, as selvedge-view has them.
-const int blend_levels = 1;
-const float level_bias = -1.0;
-const int by_area = 1;
+// level_options.glsl, as selvedge-view has it.
 const int points = 2;
 varying vec2 fabric_uv;
 varying vec3 fabric_along_u;

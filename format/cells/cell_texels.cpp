@@ -1,0 +1,240 @@
+#include "format/cells/cell_texels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "format/fabric/evaluate.h"
+#include "format/fabric/footprint.h"
+#include "format/fabric/level_options.h"
+
+namespace selvedge {
+namespace {
+
+using Quad = float __attribute__((vector_size(16)));
+
+Quad quad_of(const V3f& c) { return Quad{c.x, c.y, c.z, 0}; }
+
+/// Infinite radiance would spread, and NaN.
+Quad tame(const Quad& radiance) {
+  const Quad most = Quad{} + 1e30F;
+  return radiance == radiance ? (radiance < most ? radiance : most) : Quad{};
+}
+
+/// Whether radiance is linear in what texels have.
+bool is_linear(const FabricLevel& level) {
+  return level.has(LayerKind::products) && !level.has(LayerKind::lobes) && !level.has(LayerKind::frame) &&
+         !level.has(LayerKind::table) && !level.has(LayerKind::light);
+}
+
+V3f psi(const ProductBases& bases, const FabricInfo& info, std::size_t b, const DirectionTaps& taps) {
+  V3f sum(0, 0, 0);
+  for (std::size_t tap = 0; tap < 4; ++tap)
+    sum += bases.light[b * info.lights.count() + taps.cell[tap]] * taps.weight[tap];
+  return sum;
+}
+
+/// A ring of directions of one height, and the solid angle of each.
+struct Ring {
+  float z;
+  int count;
+  float solid_angle;
+};
+/// Gauss-Legendre over the height: polynomials of z up to degree 5 have their integrals over the hemisphere.
+constexpr float two_pi = 2 * std::numbers::pi_v<float>;
+constexpr std::array rings{Ring{0.112701665F, 4, two_pi * 5 / 18 / 4}, Ring{0.5F, 5, two_pi * 8 / 18 / 5},
+                           Ring{0.887298335F, 3, two_pi * 5 / 18 / 3}};
+
+/// Adds the radiance of a linear level's texels times their opacity: for each lamp, and for light from all
+/// around, products have one factor for all texels.
+void add_linear(const FabricLevel& level, const Fabric& fabric, std::span<const float> of_around,
+                const DirectionTaps& view, std::span<const CellLamp> lamps, const SmoothLight* around,
+                std::span<const float> alpha, std::span<Quad> texels) {
+  const std::size_t products = level.pairs.size();
+  std::vector<float> phi(products, 1.0F);
+  for (std::size_t m = 0; m < products; ++m) {
+    const int a = level.pairs[m].x;
+    if (a == 0) continue;
+    phi[m] = 0;
+    for (std::size_t tap = 0; tap < 4; ++tap)
+      phi[m] += level.bases->view[std::size_t{1} * (a - 1) * fabric.views.count() + view.cell[tap]] *
+                view.weight[tap];
+  }
+  std::vector<Quad> factors(products);
+  const auto add = [&](const Quad& scale, int plane) {
+    const float* c = level.coefficients().data();
+    Quad* to = texels.data() + std::size_t{1} * plane * level.texels();
+    for (std::size_t i = 0; i < alpha.size(); ++i) {
+      Quad sum{};
+      for (std::size_t m = 0; m < products; ++m) sum += factors[m] * *c++;
+      const Quad radiance = tame(sum * scale);
+      *to++ += (radiance > 0 ? radiance : Quad{}) * alpha[i];
+    }
+  };
+  for (const CellLamp& lamp : lamps) {
+    const DirectionTaps taps = interpolate(fabric.lights, lamp.direction);
+    for (std::size_t m = 0; m < products; ++m)
+      factors[m] = quad_of(psi(*level.bases, fabric, level.pairs[m].y, taps)) * phi[m];
+    add(quad_of(lamp.irradiance) * (lamp.direction.z * fabric.radiance_scale), lamp.plane);
+  }
+  if (around == nullptr) return;
+  for (std::size_t m = 0; m < products; ++m) {
+    V3f sum(0, 0, 0);
+    const float* of = &of_around[std::size_t{3} * smooth_functions * level.pairs[m].y];
+    for (const V3f& factor : around->factors) {
+      sum += factor * V3f(of[0], of[1], of[2]);
+      of += 3;
+    }
+    factors[m] = quad_of(sum) * phi[m];
+  }
+  add(Quad{} + fabric.radiance_scale, 0);
+}
+
+void add_texels(const FabricLevel& level, const Fabric& fabric, const TappedDirection& view,
+                std::vector<CellLamp> lamps, const SmoothLight* around, std::span<Quad> texels) {
+  // The dark side of what a scene hides from itself is below 0 here and there.
+  if (around != nullptr) {
+    const float least = lets_through(fabric.side) ? 0 : std::numeric_limits<float>::lowest();
+    const std::vector<CellLamp> smooth = smooth_lamps(*around, least);
+    lamps.insert(lamps.end(), smooth.begin(), smooth.end());
+  }
+  std::vector<TappedDirection> directions;
+  for (const CellLamp& lamp : lamps) directions.emplace_back(fabric.lights, lamp.direction);
+  for (int i = 0; i < level.texels(); ++i) {
+    const ViewFactors factors = view_factors(level, view.taps, i);
+    if (!(factors.alpha > 0)) continue;
+    for (std::size_t k = 0; k < lamps.size(); ++k) {
+      const V3f radiance = radiance_of(level, fabric, i, factors, directions[k], view);
+      texels[std::size_t{1} * lamps[k].plane * level.texels() + i] +=
+          tame(quad_of(radiance * lamps[k].irradiance)) * factors.alpha;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<CellLamp> smooth_lamps(const SmoothLight& around, float least) {
+  std::vector<CellLamp> lamps;
+  for (const Ring& ring : rings) {
+    const float planar = std::sqrt(1 - ring.z * ring.z);
+    for (int i = 0; i < ring.count; ++i) {
+      const float angle = two_pi * (static_cast<float>(i) + ring.z) / static_cast<float>(ring.count);
+      CellLamp& lamp = lamps.emplace_back();
+      lamp.direction = {planar * std::cos(angle), planar * std::sin(angle), ring.z};
+      const auto basis = smooth_basis(lamp.direction.x, lamp.direction.y, ring.z);
+      for (std::size_t k = 0; k < smooth_functions; ++k) lamp.irradiance += around.factors[k] * basis[k];
+      for (int c = 0; c < 3; ++c) lamp.irradiance[c] = std::max(lamp.irradiance[c], least) * ring.solid_angle;
+    }
+  }
+  return lamps;
+}
+
+std::vector<float> smooth_response(const Fabric& fabric) {
+  constexpr DirectionGrid grid{32, 32};
+  const std::shared_ptr<const ProductBases> bases = bases_of(fabric);
+  if (!bases) return {};
+  const std::size_t functions = bases->light.size() / fabric.lights.count();
+  std::vector<float> response(functions * smooth_functions * 3, 0.0F);
+  for (const V3f& d : directions_of(grid)) {
+    const DirectionTaps taps = interpolate(fabric.lights, d);
+    const auto basis = smooth_basis(d.x, d.y, d.z);
+    const float part = d.z * two_pi / static_cast<float>(grid.count());
+    for (std::size_t b = 0; b < functions; ++b) {
+      const V3f of_b = psi(*bases, fabric, b, taps) * part;
+      for (std::size_t k = 0; k < smooth_functions; ++k) {
+        for (int c = 0; c < 3; ++c) response[(b * smooth_functions + k) * 3 + c] += of_b[c] * basis[k];
+      }
+    }
+  }
+  return response;
+}
+
+CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
+  const std::vector<FabricLevel>& levels = fabric.levels;
+  const int last = static_cast<int>(levels.size()) - 1;
+  if (forced >= 0) return {0, std::min(forced, last), 0};
+  const V2f texels(fabric.texels());
+  const V2f size = pixel * texels;
+  const float width = pixel_size({V2f(size.x, 0), V2f(0, size.y)});
+  const float largest = levels.front().yarns() ? std::sqrt(texels.x * texels.y) / least_yarn_pixels : 0;
+  const float level = std::clamp(std::log2(width) + level_bias, 0.0F, static_cast<float>(last));
+  CellLevels shown{yarn_share(width, largest), static_cast<int>(level), 0};
+  // Larger images take too much memory.
+  const auto is_large = [&](const FabricLevel& of) {
+    return std::max(of.width, of.height) > max_cell_samples;
+  };
+  while (shown.finer < last && is_large(levels[shown.finer])) ++shown.finer;
+  if (shown.finer < last) shown.coarser = blend_of_levels(level - static_cast<float>(shown.finer));
+  return shown;
+}
+
+CellSize texel_size(const Fabric& fabric, const V2f& pixel, int level) {
+  const FabricLevel& of = fabric.levels[level];
+  CellSize size{{of.width, of.height}, {1, 1}, 1};
+  for (int axis = 0; axis < 2; ++axis) {
+    const float texels = std::min(pixel[axis], 1.0F) * static_cast<float>(size.samples[axis]);
+    size.pixel[axis] = std::max(1, static_cast<int>(std::lround(texels)));
+  }
+  return size;
+}
+
+CellTexels::CellTexels(const Fabric& fabric) : front_{&fabric, smooth_response(fabric)} {
+  if (const Fabric* const through = fabric.side_of(Side::through))
+    through_ = {through, smooth_response(*through)};
+}
+
+void CellTexels::add_level(const CellView& view, int number, float weight, std::span<Group> samples) const {
+  if (!(weight > 0)) return;
+  const FabricLevel& level = front_.fabric->levels[number];
+  const std::size_t count = level.texels();
+  std::vector<Quad> texels(count * view.planes);
+  const TappedDirection seen(front_.fabric->views, view.view);
+  std::vector<float> alpha(count);
+  for (std::size_t i = 0; i < count; ++i)
+    alpha[i] = view_factors(level, seen.taps, static_cast<int>(i)).alpha;
+  for (const bool behind : {false, true}) {
+    const Layer& layer = behind ? through_ : front_;
+    if (layer.fabric == nullptr) continue;
+    std::vector<CellLamp> lamps;
+    for (const CellLamp& lamp : view.lamps) {
+      const float z = behind ? -lamp.direction.z : lamp.direction.z;
+      if (!(z > 0)) continue;
+      lamps.push_back(lamp);
+      lamps.back().direction.z = z;
+    }
+    std::optional<SmoothLight> around = view.around;
+    if (around && behind) around = mirrored(*around);
+    const FabricLevel& own = layer.fabric->levels[number];
+    const SmoothLight* const smooth = around ? &*around : nullptr;
+    if (is_linear(own))
+      add_linear(own, *layer.fabric, layer.response, seen.taps, lamps, smooth, alpha, texels);
+    else
+      add_texels(own, *layer.fabric, seen, std::move(lamps), smooth, texels);
+  }
+  // A sample shows the texel in which its middle lies. Rows of samples rise, texels' fall.
+  const V2i& size = view.size.samples;
+  const auto texel_at = [](int sample, int samples, int of) { return (2 * sample + 1) * of / (2 * samples); };
+  Group* to = samples.data();
+  for (int plane = 0; plane < view.planes; ++plane) {
+    for (int y = 0; y < size.y; ++y) {
+      const std::size_t row =
+          std::size_t{1} * (level.height - 1 - texel_at(y, size.y, level.height)) * level.width;
+      for (int x = 0; x < size.x; ++x, ++to) {
+        const std::size_t i = row + texel_at(x, size.x, level.width);
+        const Quad& value = texels[plane * count + i];
+        for (std::size_t c = 0; c < 3; ++c) (*to)[c] += weight * value[c];
+        if (plane == 0) (*to)[3] += weight * alpha[i];
+      }
+    }
+  }
+}
+
+void CellTexels::add(const CellView& view, std::span<Group> samples) const {
+  const CellLevels& levels = view.levels;
+  const float left = 1 - levels.yarn;
+  add_level(view, levels.finer, left * (1 - levels.coarser), samples);
+  add_level(view, levels.finer + 1, left * levels.coarser, samples);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,52 @@
+// The texels of a fabric's levels, as cell images show them: in place of yarn that a pixel covers many times,
+// and of yarn that a fabric does not have. Fabrics without yarn, and views from afar.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "format/cells/cell_view.h"
+#include "format/fabric/fabric.h"
+#include "format/simd/group.h"
+
+namespace selvedge {
+
+/// Below so many pixels a repeat, in the mean of both sides, texels show in place of yarn.
+inline constexpr float least_yarn_pixels = 2;
+
+/// Response of a fabric's psi_b to smooth light, [b][function][colour]: integrals over the hemisphere, the
+/// cosine included. Empty without products.
+std::vector<float> smooth_response(const Fabric& fabric);
+
+/// The upper half of light from all around as twelve lamps, none below `least`: polynomials of z up to degree
+/// 5 have their integrals.
+std::vector<CellLamp> smooth_lamps(const SmoothLight& around, float least);
+
+/// For pixels of `pixel` repeats along u and v. The finer level has 2 to 4 texels along a pixel. A `forced`
+/// level shows alone; -1: none is forced.
+CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced);
+/// Of images that show texels alone: samples are the texels of this level.
+CellSize texel_size(const Fabric& fabric, const V2f& pixel, int level);
+
+/// One side of a fabric. Immutable: for any number of threads.
+class CellTexels {
+ public:
+  /// `fabric` must outlive the object.
+  explicit CellTexels(const Fabric& fabric);
+
+  /// Adds texels by their weights to the samples of an image, [plane][row][column], the lowest row
+  /// first: radiance times opacity, and opacity.
+  void add(const CellView& view, std::span<Group> samples) const;
+
+ private:
+  /// The fabric, or its side that lets light through.
+  struct Layer {
+    const Fabric* fabric = nullptr;
+    std::vector<float> response;  ///< smooth_response()
+  };
+  void add_level(const CellView& view, int level, float weight, std::span<Group> samples) const;
+
+  Layer front_, through_;  ///< a null fabric: nothing comes through
+};
+
+}  // namespace selvedge

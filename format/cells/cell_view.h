@@ -1,0 +1,56 @@
+// View, light and pixels that a cell image is made for.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "format/base/vec.h"
+#include "format/fabric/smooth_light.h"
+
+namespace selvedge {
+
+/// Light from one direction, in the frame of the fabric (yarns.h); from behind where z < 0.
+struct CellLamp {
+  V3f direction{0, 0, 1};   ///< unit, towards the light
+  V3f irradiance{0, 0, 0};  ///< on a surface that faces it
+  int plane = 0;            ///< of the image, to which its light is added
+};
+
+/// Smallest side of an image of yarn, in samples: smaller ones alias.
+inline constexpr int min_cell_texels = 16;
+/// Longest side of an image, in samples.
+inline constexpr int max_cell_samples = 1024;
+
+/// Sizes of an image: samples along x (u) and y, and samples of a pixel.
+struct CellSize {
+  V2i samples{min_cell_texels, min_cell_texels};
+  V2i pixel{1, 1};
+  int stride = 1;  ///< every so many filtered samples one is kept
+  bool operator==(const CellSize&) const = default;
+};
+
+/// Weights of the yarn and of two neighbouring levels of texels; their sum is 1.
+struct CellLevels {
+  float yarn = 1;
+  int finer = 0;      ///< level
+  float coarser = 0;  ///< share of the next level in what the yarn leaves
+};
+
+struct CellView {
+  V3f view{0, 0, 1};  ///< unit, towards the viewer; z > 0
+  std::vector<CellLamp> lamps;
+  std::optional<SmoothLight> around;  ///< in the frame of the fabric; added to plane 0
+  CellLevels levels;
+  CellSize size;
+  int planes = 1;
+  bool hairs = true;
+  bool hair_shadows = true;
+  float shadow_texels = 1;    ///< texels of shadow grids for each pixel
+  float piece_pixels = 1.5F;  ///< longest piece of a ply; 1.5 cost 0.06 dB
+  /// Hairs and strands are seen as by so many rays along a pixel's side (Yarns::trace()).
+  float detail = 8;
+  /// One shading for 2 x 2 samples of one ply.
+  bool coarse_shading = false;
+};
+
+}  // namespace selvedge
