@@ -54,18 +54,11 @@ void add(const Shading& shading, PairImage& image) {
   image.alpha.emplace_back(static_cast<double>(shading.alpha), 0.0, 0.0);
 }
 
-/// Level `k` at `size` texels, 2^n times as many as it has along a side.
-PairImage shown_by_level(const Fabric& fabric, int k, const V2i& size, const DirectionPair& pair) {
+PairImage shown_by_level(const Fabric& fabric, int k, const DirectionPair& pair) {
   const FabricLevel& level = fabric.levels[k];
-  const V2i parts(size.x / level.width, size.y / level.height);
-  std::vector<Shading> shadings;
-  for (int y = 0; y < level.height; ++y) {
-    for (int x = 0; x < level.width; ++x)
-      shadings.push_back(evaluate(fabric, k, x, y, pair.light, pair.view));
-  }
   PairImage image;
-  for (int y = 0; y < size.y; ++y) {
-    for (int x = 0; x < size.x; ++x) add(shadings[y / parts.y * level.width + x / parts.x], image);
+  for (int y = 0; y < level.height; ++y) {
+    for (int x = 0; x < level.width; ++x) add(evaluate(fabric, k, x, y, pair.light, pair.view), image);
   }
   return image;
 }
@@ -183,27 +176,6 @@ Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& size
   return result;
 }
 
-/// `finer`: number of levels of the truth before the fabric's level 0.
-Comparison compare_fabric(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak,
-                          std::size_t finer) {
-  const auto sizes = sizes_of(truth, static_cast<int>(finer + fabric.levels.size()));
-  return compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, PairImage& image) {
-    const int own = static_cast<int>(k > finer ? k - finer : 0);
-    image = shown_by_level(fabric, own, sizes[k], truth.pairs[pair]);
-  });
-}
-
-Result<Comparison> refuse(const Fabric& fabric, PairKind kind, const char* more) {
-  const FabricLevel& base = fabric.levels.front();
-  return fail(
-      Code::fabric_mismatch, {}, name_of(kind),
-      fmt::format("the samples are not of {}x{} texels as the fabric is{}", base.width, base.height, more));
-}
-
-bool is_whole(const PairSamples& truth) {
-  return truth.alpha.size() == truth.pairs.size() * truth.width * truth.height;
-}
-
 }  // namespace
 
 double peak_of(const PairSamples& truth) {
@@ -223,9 +195,14 @@ double peak_of(const PairSamples& truth) {
 
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
   const FabricLevel& base = fabric.levels.front();
-  if (truth.width != base.width || truth.height != base.height || !is_whole(truth))
-    return refuse(fabric, kind, "");
-  return compare_fabric(fabric, truth, kind, peak, 0);
+  if (truth.width != base.width || truth.height != base.height ||
+      truth.alpha.size() != truth.pairs.size() * truth.width * truth.height)
+    return fail(Code::fabric_mismatch, {}, name_of(kind),
+                fmt::format("the samples are not of {}x{} texels as the fabric is", base.width, base.height));
+  const auto sizes = sizes_of(truth, static_cast<int>(fabric.levels.size()));
+  return compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, PairImage& image) {
+    image = shown_by_level(fabric, static_cast<int>(k), truth.pairs[pair]);
+  });
 }
 
 Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
@@ -240,18 +217,6 @@ Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind
       });
   for (LevelComparison& level : result.levels) level.level = -1;
   return result;
-}
-
-Result<Comparison> compare_with_finer(const Fabric& fabric, const PairSamples& truth, PairKind kind,
-                                      double peak) {
-  const FabricLevel& base = fabric.levels.front();
-  if (!is_whole(truth)) return refuse(fabric, kind, "");
-  V2i size(base.width, base.height);
-  std::size_t finer = 0;
-  for (; size.x < truth.width && size.y < truth.height; size *= 2) ++finer;
-  if (size != V2i(truth.width, truth.height))
-    return refuse(fabric, kind, ", nor of 2, 4, 8 ... times as many");
-  return compare_fabric(fabric, truth, kind, peak, finer);
 }
 
 }  // namespace selvedge

@@ -51,10 +51,4 @@ Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairK
 /// Preconditions: the fabric has yarn, and compare() takes the truth.
 Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak);
 
-/// As compare(), against pairs with 2^d times as many texels along both sides as the fabric's level 0,
-/// d >= 0, so that figures of fabrics of different sizes can be compared. The levels are the truth's;
-/// levels finer than the fabric's are compared with its level 0. FABRIC_MISMATCH for other sizes.
-Result<Comparison> compare_with_finer(const Fabric& fabric, const PairSamples& truth, PairKind kind,
-                                      double peak = 0);
-
 }  // namespace selvedge

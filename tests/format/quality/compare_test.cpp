@@ -133,45 +133,6 @@ TEST_CASE("where nearly all is black the peak is the brightest, and a wrong fit 
   CHECK(one.levels[0].psnr < 20);
 }
 
-TEST_CASE("against a finer truth each texel stands for those within it") {
-  // The truth is what the fabric shows, every texel four times.
-  const Fabric fabric = test::random_fabric(4, 4, {4, 4}, 2, 5);
-  PairSamples truth = constant_truth(6, 0, 0);
-  truth.width = truth.height = 8;
-  truth.alpha.clear();
-  truth.radiance.clear();
-  for (const DirectionPair& pair : truth.pairs) {
-    for (int i = 0; i < 64; ++i) {
-      const Shading s = evaluate(fabric, 0, i % 8 / 2, i / 16, pair.light, pair.view);
-      truth.alpha.push_back(s.alpha);
-      truth.radiance.push_back(s.radiance);
-    }
-  }
-  truth.alpha_noise.assign(truth.alpha.size(), 0);
-  truth.noise.assign(truth.alpha.size(), V3f(0, 0, 0));
-  const auto result = test::need(compare_with_finer(fabric, truth, PairKind::held_out));
-  REQUIRE(result.levels.size() == 4);
-  CHECK(result.levels[0].width == 8);
-  // Radiance times alpha rounds in floats.
-  CHECK(result.levels[0].psnr > 150);
-  // Means of four equal values round in double precision, and radiance is divided by alpha before.
-  CHECK(result.levels[1].relative_l2 < 1e-6);
-  CHECK(result.levels[3].width == 1);
-}
-
-TEST_CASE("against a truth of its own size the finer comparison is the plain one") {
-  const Fabric fabric = constant_fabric(0.5F, 1);
-  const PairSamples truth = constant_truth(8, 0.8F, 0.5F);
-  const auto plain = test::need(compare(fabric, truth, PairKind::held_out));
-  const auto finer = test::need(compare_with_finer(fabric, truth, PairKind::held_out));
-  REQUIRE(finer.levels.size() == plain.levels.size());
-  for (std::size_t k = 0; k < plain.levels.size(); ++k) CHECK(finer.levels[k].psnr == plain.levels[k].psnr);
-  PairSamples odd = constant_truth(8, 0.8F, 0.5F);
-  odd.width = 2;
-  odd.height = 8;
-  CHECK(test::error_of(compare_with_finer(fabric, odd, PairKind::held_out)).code == Code::fabric_mismatch);
-}
-
 TEST_CASE("samples of another size are refused, even with as many texels") {
   PairSamples truth = constant_truth(2, 1, 1);
   truth.width = 8;
