@@ -1,18 +1,16 @@
-// Frames of dressed garments: selvedge-bench-view [--rows FILE] [--rates] SCENE.glb ...
-// With --rates: frames of an orbit around the garment, and at rest, with 8, 15, 30 and 120 pixels a repeat,
-// two lamps fixed to the garment and its shadows: processor time, and dB to 8 x 8 rays a pixel of the shader
-// path, without and with the garment's shadows. Otherwise ms of a frame by every path, and how fast the
-// fabric is evaluated beside the reference.
+// Frames of dressed garments: selvedge-bench-view [--rows FILE] [--rates | --references FOLDER] SCENE.glb ...
+// With --rates: frames of an orbit around a garment of yarn under two lamps fixed to it, and at rest, with 8,
+// 15, 30 and 120 pixels a repeat and shadow maps: processor time, and dB to the rays of march.h; --references
+// writes pictures of these. Otherwise ms of a frame by every path.
 #include <algorithm>
 #include <filesystem>
-#include <functional>
 #include <numbers>
 
 #include "format/base/parallel.h"
-#include "format/fabric/evaluate.h"
+#include "format/picture/image.h"
+#include "tests/bench/march.h"
 #include "tests/bench/rows.h"
 #include "viewer/light/shadows.h"
-#include "viewer/load.h"
 #include "viewer/renderer.h"
 
 namespace {
@@ -21,12 +19,23 @@ using namespace selvedge;
 using bench::need;
 
 constexpr V2i size(1920, 1080);
-constexpr double zoom = 1.15;  ///< the sweater then covers more than half of the pixels
+/// The plain knit of the demo of commit 1d1769a2, in the current version of the file, and references of the
+/// sample sweater in it.
+constexpr const char* pinned_folder = "tests/bench/frames";
 
 struct Subject {
   std::string name;
   LoadedScene loaded;
   std::vector<V3d> points;
+  Camera camera(double zoom, double azimuth) const {
+    CameraOptions view;
+    view.zoom = zoom;
+    view.azimuth = azimuth;
+    return need(make_camera(points, static_cast<double>(size.x) / size.y, view));
+  }
+  std::unique_ptr<Renderer> renderer(const RenderOptions& options) const {
+    return need(Renderer::create(loaded.scene, loaded.fabrics, options));
+  }
 };
 
 Subject load(const std::string& path) {
@@ -35,197 +44,180 @@ Subject load(const std::string& path) {
   return subject;
 }
 
-struct Sample {
-  double wall = 0;
-  double processor = 0;
-  RenderStats stats;
-};
-
-/// Medians over frames, ms.
-class Samples {
- public:
-  void add(const Sample& sample) { samples_.push_back(sample); }
-  double frame() const { return median(&Sample::wall); }
-  double processor() const { return median(&Sample::processor); }
-  double stage(double RenderStats::*seconds) const {
-    return median([seconds](const Sample& s) { return s.stats.*seconds; });
-  }
-  /// "project | geometry | read back | evaluation | frame | processor".
-  std::string text() const {
-    return fmt::format("{:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f}", stage(&RenderStats::project),
-                       stage(&RenderStats::geometry), stage(&RenderStats::read_back),
-                       stage(&RenderStats::evaluation), frame(), processor());
-  }
-  const RenderStats& last() const { return samples_.back().stats; }
-
- private:
-  template <class Seconds>
-  double median(const Seconds& seconds) const {
-    std::vector<double> values;
-    for (const Sample& s : samples_) values.push_back(std::invoke(seconds, s) * 1e3);
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  }
-  std::vector<Sample> samples_;
-};
-
-Camera camera_at(const Subject& subject, double of_zoom, double azimuth) {
-  CameraOptions view;
-  view.zoom = of_zoom;
-  view.azimuth = azimuth;
-  return need(make_camera(subject.points, static_cast<double>(size.x) / size.y, view));
+RenderOptions options_of(RenderPath path) {
+  RenderOptions options;
+  options.path = path;
+  options.context = ContextKind::osmesa;
+  options.width = size.x;
+  options.height = size.y;
+  return options;
 }
 
-class Drawing {
- public:
-  Drawing(const Subject& subject, RenderPath path, const LevelOptions& levels) : subject_(subject) {
-    options_.path = path;
-    options_.levels = levels;
-    options_.context = ContextKind::osmesa;
-    options_.width = size.x;
-    options_.height = size.y;
-    renderer_ = need(Renderer::create(subject.loaded.scene, subject.loaded.fabrics, options_));
+/// Frames that a renderer draws, and what each takes, ms.
+struct Drawing {
+  std::unique_ptr<Renderer> renderer;
+  Frame frame{};
+  RenderStats stats{};
+  std::vector<double> wall{}, processor{};
+  void draw(const Camera& camera, const RenderOptions& options) {
+    const double start = bench::wall_seconds();
+    const double start_processor = bench::cpu_seconds();
+    need(renderer->draw(camera, options, frame, stats));
+    wall.push_back(1e3 * (bench::wall_seconds() - start));
+    processor.push_back(1e3 * (bench::cpu_seconds() - start_processor));
   }
-
-  /// So many frames of a slow turn after `first` others, which compile shaders and touch memory for the first
-  /// time.
-  Samples draw(double of_zoom, double degrees, int frames, int first = 2) {
-    Samples samples;
-    Frame frame;
-    for (int i = -first; i < frames; ++i) {
-      const Camera at = camera(of_zoom, degrees * i);
-      options_.lights = default_lights(at);
-      Sample sample;
-      const double start = bench::wall_seconds();
-      const double start_processor = bench::cpu_seconds();
-      need(renderer_->draw(at, options_, frame, sample.stats));
-      sample.wall = bench::wall_seconds() - start;
-      sample.processor = bench::cpu_seconds() - start_processor;
-      if (i >= 0) samples.add(sample);
-    }
-    return samples;
-  }
-
- private:
-  Camera camera(double of_zoom, double azimuth) const { return camera_at(subject_, of_zoom, azimuth); }
-
-  const Subject& subject_;
-  RenderOptions options_;
-  std::unique_ptr<Renderer> renderer_;
 };
 
-double covered_percent(const RenderStats& stats) {
-  return 100.0 * static_cast<double>(stats.covered_pixels) / (size.x * size.y);
+/// Of the last `count` of them.
+double median(std::span<const double> values, std::size_t count) {
+  std::vector<double> last(values.end() - static_cast<std::ptrdiff_t>(count), values.end());
+  std::ranges::nth_element(last, last.begin() + static_cast<std::ptrdiff_t>(count / 2));
+  return last[count / 2];
 }
 
-/// 8-bit display value over grey.
-double displayed(const V4f& pixel, int channel) {
-  const double c = std::clamp(
-      std::numbers::pi * static_cast<double>(pixel[channel]) + 0.18 * (1 - static_cast<double>(pixel.w)), 0.0,
-      1.0);
-  return 255 * (c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055);
+/// Linear light, white being 1, over grey.
+Image over_grey(const Frame& frame) {
+  Image image{frame.width, frame.height, 3, {}};
+  for (const V4f& p : frame.pixels) {
+    const V3f light = V3f(p.x, p.y, p.z) * std::numbers::pi_v<float> + V3f(0.18F * (1 - p.w));
+    image.pixels.insert(image.pixels.end(), {light.x, light.y, light.z});
+  }
+  return image;
 }
 
-/// PSNR in dB of the middle of a frame to a smaller one, where either shows something.
-double decibels(const Frame& frame, const Frame& middle) {
+/// PSNR in dB, as displayed, of the middle of a frame to a smaller picture, where either shows something.
+double decibels(const Frame& frame, const Image& middle) {
+  const Image shown = over_grey(frame);
+  const auto displayed = [](float light) { return 255 * linear_to_srgb(std::clamp(light, 0.0F, 1.0F)); };
   double sum = 0;
   double count = 0;
   for (int y = 0; y < middle.height; ++y) {
     for (int x = 0; x < middle.width; ++x) {
-      const V4f& a = frame.pixels[(y + (frame.height - middle.height) / 2) * frame.width + x +
-                                  (frame.width - middle.width) / 2];
-      const V4f& b = middle.pixels[y * middle.width + x];
-      if (!(a.w > 0 || b.w > 0)) continue;
-      for (int c = 0; c < 3; ++c) sum += std::pow(displayed(a, c) - displayed(b, c), 2);
+      const int pixel =
+          (y + (frame.height - middle.height) / 2) * frame.width + x + (frame.width - middle.width) / 2;
+      V3f apart(0);
+      for (int c = 0; c < 3; ++c) {
+        apart[c] = displayed(shown.pixels[3 * pixel + c]) -
+                   displayed(middle.pixels[middle.channels * (y * middle.width + x) + c]);
+      }
+      // Files are rounded to whole numbers.
+      if (frame.pixels[pixel].w == 0 && apart.length() < 1) continue;
+      sum += static_cast<double>(apart.length2());
       count += 3;
     }
   }
   return 10 * std::log10(255 * 255 * count / std::max(sum, 1e-9));
 }
 
+/// References show the middle of a frame, one `part`th of either side.
+struct View {
+  const char* name;
+  double pixels_of_a_repeat;
+  double degrees;  ///< of a frame of the orbit
+  double part;
+};
+constexpr std::array views{View{"whole", 8, 1, 2.5}, View{"patch of a line", 15, 1, 4},
+                           View{"band", 30, 1, 4}, View{"close", 120, 0.5, 4}};
+
 class Rates {
  public:
   explicit Rates(const Subject& subject) : subject_(subject) {
-    options_.context = ContextKind::osmesa;
-    options_.lights = default_lights(camera(1, 0));
-    const auto probe = need(renderer(options_)->probe(camera(1, 0), sized(options_, 1), size / 2));
+    options_.shadows = default_shadow_size;
+    const Camera camera = subject.camera(1, 0);
+    options_.lights = default_lights(camera);
+    const auto probe = need(subject.renderer(options_)->probe(camera, options_, size / 2));
     if (probe && probe->fabric >= 0)
       whole_ = subject.loaded.fabrics[probe->fabric].levels.front().width / probe->texels_per_pixel.x;
   }
 
-  /// `degrees`: of a frame of the orbit.
-  void measure(const char* name, double pixels_of_a_repeat, double degrees, int shadows, bench::Rows& rows) {
-    const double of_zoom = pixels_of_a_repeat / whole_;
-    RenderOptions options = sized(options_, 1);
-    options.shadows = shadows;
-    // The middle of the frame, a twelfth along either side; of the whole garment, a sixth.
-    const int part = pixels_of_a_repeat > 10 ? 12 : 6;
-    RenderOptions rays = sized(options, part);
-    rays.path = RenderPath::shader;
-    rays.supersample = 8;
-    rays.levels.points = 1;
-    RenderStats stats;
-    Frame reference;
-    need(renderer(rays)->draw(camera(of_zoom * part, 0), rays, reference, stats));
+  Image reference(const View& view) const {
+    return over_grey(bench::march(subject_.loaded, camera(view, 0, view.part), V2i(V2d(size) / view.part),
+                                  options_.lights, options_.shadows));
+  }
 
-    constexpr int frames = 24;
-    Frame frame;
-    std::vector<double> times;
-    options.cells = moving_cell_images;
-    const auto moving = renderer(options);
-    for (int i = -frames; i <= 0; ++i) {
-      const double start = bench::cpu_seconds();
-      need(moving->draw(camera(of_zoom, degrees * i), options, frame, stats));
-      if (i > -frames / 2) times.push_back(1e3 * (bench::cpu_seconds() - start));
-    }
-    std::nth_element(times.begin(), times.begin() + frames / 4, times.end());
-    const double milliseconds = times[frames / 4];
-    const double moving_db = decibels(frame, reference);
-    options.cells = {};
+  void measure(const View& view, const Image& reference, bench::Rows& rows) const {
+    fmt::print("| {} | {:.0f} |", view.name, view.pixels_of_a_repeat);
+    const auto add = [&](const char* name, double value, const char* unit, int digits = 1) {
+      fmt::print(" {:.{}f} |", value, digits);
+      std::fflush(stdout);
+      rows.add(fmt::format("rate/{}/{}/{}", subject_.name, view.name, name), value, unit);
+    };
+    RenderOptions options = options_;
+    const Moving raster = move(view, options, 8, false, reference);
+    add("moving", raster.milliseconds, "ms", 0);
+    options.path = RenderPath::hybrid;
+    add("moving/hybrid", move(view, options, 2, false, reference).milliseconds, "ms", 0);
+    add("moving/dB", raster.decibels, "dB");
+    options = options_;
     options.supersample = 2;
-    const auto at_rest = renderer(options);
-    const double start = bench::wall_seconds();
-    need(at_rest->draw(camera(of_zoom, 0), options, frame, stats));
-    const double seconds = bench::wall_seconds() - start;
-    const double rest_db = decibels(frame, reference);
-    fmt::print("| {} | {:.0f} | {} | {:.0f} | {:.1f} | {:.1f} | {:.1f} |\n", name, pixels_of_a_repeat,
-               shadows, milliseconds, moving_db, seconds, rest_db);
-    std::fflush(stdout);
-    const std::string row = fmt::format("rate/{}/{}/{}", subject_.name, name, shadows);
-    rows.add(row + "/moving", milliseconds, "ms");
-    rows.add(row + "/moving/dB", moving_db, "dB");
-    rows.add(row + "/rest/dB", rest_db, "dB");
+    Drawing rest{subject_.renderer(options)};
+    rest.draw(camera(view, 0), options);
+    add("rest", rest.wall[0] / 1e3, "s");
+    add("rest/dB", decibels(rest.frame, reference), "dB");
+    options = options_;
+    options.shadows = 0;
+    add("moving/without_shadows", move(view, options, 2, false, reference).milliseconds, "ms", 0);
+    add("moving/turning_lamps", move(view, options_, 2, true, reference).milliseconds, "ms", 0);
+    fmt::print("\n");
   }
 
  private:
-  static RenderOptions sized(RenderOptions options, int part) {
-    options.width = size.x / part;
-    options.height = size.y / part;
-    return options;
+  struct Moving {
+    double milliseconds = 0;  ///< of the processor
+    double decibels = 0;
+  };
+  /// Means over orbits that end in the reference's view. Each begins a frame earlier, so that other images
+  /// are old at its end.
+  Moving move(const View& view, RenderOptions options, int phases, bool lamps_turn,
+              const Image& reference) const {
+    constexpr int frames = 16;
+    options.cells = moving_cell_images;
+    Moving mean;
+    for (int phase = 0; phase < phases; ++phase) {
+      Drawing drawing{subject_.renderer(options)};
+      for (int i = -frames - phase; i <= 0; ++i) {
+        const Camera at = camera(view, i);
+        if (lamps_turn) options.lights = default_lights(at);
+        drawing.draw(at, options);
+      }
+      mean.milliseconds += median(drawing.processor, frames / 2) / phases;
+      mean.decibels += decibels(drawing.frame, reference) / phases;
+    }
+    return mean;
   }
-  std::unique_ptr<Renderer> renderer(const RenderOptions& options) const {
-    return need(Renderer::create(subject_.loaded.scene, subject_.loaded.fabrics, options));
+  /// Of a frame of the orbit, or of its middle.
+  Camera camera(const View& view, int frame, double part = 1) const {
+    return subject_.camera(part * view.pixels_of_a_repeat / whole_, view.degrees * frame);
   }
-  Camera camera(double of_zoom, double azimuth) const { return camera_at(subject_, of_zoom, azimuth); }
 
   const Subject& subject_;
-  RenderOptions options_;
+  RenderOptions options_ = options_of(RenderPath::raster);
   double whole_ = 1;  ///< pixels of a repeat at zoom 1
 };
 
+std::string picture_of(const std::string& folder, const View& view) {
+  return fmt::format("{}/{:.0f}.png", folder, view.pixels_of_a_repeat);
+}
+
+void write_references(const Subject& subject, const std::string& folder) {
+  const Rates rates(subject);
+  for (const View& view : views) need(write_png(picture_of(folder, view), rates.reference(view)));
+}
+
 void frame_rates(const Subject& subject, bench::Rows& rows) {
   fmt::print(
-      "{}: {} x {}, {} threads\n\n| view | pixels a repeat | shadow maps | moving, ms of processor | dB | at "
-      "rest, s "
-      "| dB |\n|---|---|---|---|---|---|---|\n",
+      "{}: {} x {}, {} threads; ms of processor, and dB to a march of rays\n\n"
+      "| view | pixels a repeat | moving, `raster` | `hybrid` | dB | at rest, s | dB | moving, no shadows of "
+      "the "
+      "garment | lamps of the camera |\n|---|---|---|---|---|---|---|---|---|\n",
       subject.name, size.x, size.y, thread_count());
-  Rates rates(subject);
-  for (const int shadows : {0, default_shadow_size}) {
-    rates.measure("whole", 8, 1, shadows, rows);
-    rates.measure("patch of a line", 15, 1, shadows, rows);
-    rates.measure("band", 30, 1, shadows, rows);
-    rates.measure("close", 120, 0.5, shadows, rows);
+  const Rates rates(subject);
+  const auto yarn_of = [](const Fabric& fabric) { return fabric.levels.front().yarns()->data(); };
+  const Fabric knit = need(read_fabric(fmt::format("{}/plain-knit.fabric.exr", pinned_folder)));
+  const bool pinned = yarn_of(subject.loaded.fabrics.front()) == yarn_of(knit);
+  for (const View& view : views) {
+    rates.measure(view, pinned ? need(read_image(picture_of(pinned_folder, view))) : rates.reference(view),
+                  rows);
   }
 }
 
@@ -233,13 +225,24 @@ void frame_rates(const Subject& subject, bench::Rows& rows) {
 void draw_by_all_paths(const Subject& subject, bench::Rows& rows) {
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
     const std::string name(path_names[static_cast<std::size_t>(path)]);
-    const bool hybrid = path == RenderPath::hybrid;
-    const Samples samples = Drawing(subject, path, {}).draw(zoom, 0.25, hybrid ? 30 : 1, hybrid ? 2 : 0);
-    fmt::print("| {} | {} | {:.1f} % | {} |\n", subject.name, name, covered_percent(samples.last()),
-               samples.text());
+    RenderOptions options = options_of(path);
+    Drawing drawing{subject.renderer(options)};
+    // The first frames compile shaders and touch memory for the first time.
+    const std::size_t frames = path == RenderPath::hybrid ? 30 : 1;
+    for (std::size_t i = 0; i < (frames > 1 ? frames + 2 : 1); ++i) {
+      const Camera at = subject.camera(1.15, 0.25 * static_cast<double>(i));  // covers half of the pixels
+      options.lights = default_lights(at);
+      drawing.draw(at, options);
+    }
+    const double wall = median(drawing.wall, frames);
+    const double processor = median(drawing.processor, frames);
+    const RenderStats& s = drawing.stats;
+    fmt::print("| {} | {} | {:.1f} % | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", subject.name,
+               name, 100.0 * static_cast<double>(s.covered_pixels) / (size.x * size.y), 1e3 * s.project,
+               1e3 * s.geometry, 1e3 * s.read_back, 1e3 * s.evaluation, wall, processor);
     std::fflush(stdout);
-    rows.add(fmt::format("frame/{}/{}", subject.name, name), samples.frame(), "ms");
-    rows.add(fmt::format("frame/{}/{}/processor", subject.name, name), samples.processor(), "ms");
+    rows.add(fmt::format("frame/{}/{}", subject.name, name), wall, "ms");
+    rows.add(fmt::format("frame/{}/{}/processor", subject.name, name), processor, "ms");
   }
 }
 
@@ -249,21 +252,25 @@ int main(int argc, char** argv) {
   bench::Rows rows(argc, argv);
   std::vector<std::string> files = rows.arguments();
   const bool rates = !files.empty() && files[0] == "--rates";
-  if (rates) files.erase(files.begin());
+  const std::string folder = files.size() > 1 && files[0] == "--references" ? files[1] : "";
+  files.erase(files.begin(), files.begin() + (rates ? 1 : folder.empty() ? 0 : 2));
   if (files.empty()) {
-    fmt::print(stderr, "usage: selvedge-bench-view [--rows FILE] [--rates] SCENE.glb ...\n");
+    fmt::print(stderr,
+               "usage: selvedge-bench-view [--rows FILE] [--rates | --references FOLDER] SCENE.glb ...\n");
     return 2;
   }
-  std::vector<Subject> subjects;
-  for (const std::string& file : files) subjects.push_back(load(file));
-  if (!rates) {
+  if (!rates && folder.empty()) {
     fmt::print(
         "| scene | path | covered | project | geometry | read back | texels, frames, light | frame (ms) | "
-        "processor "
-        "|\n|---|---|---|---|---|---|---|---|---|\n");
+        "processor |\n|---|---|---|---|---|---|---|---|---|\n");
   }
-  for (const Subject& subject : subjects)
-    rates ? frame_rates(subject, rows) : draw_by_all_paths(subject, rows);
+  for (const std::string& file : files) {
+    const Subject subject = load(file);
+    if (!folder.empty())
+      write_references(subject, folder);
+    else
+      rates ? frame_rates(subject, rows) : draw_by_all_paths(subject, rows);
+  }
   rows.write();
   return 0;
 }
