@@ -76,15 +76,6 @@ struct Lanes {
     exponential(log * exponent, power);
     power = base > 1e-30F ? power : Floats{};
   }
-
-  /// base^exponent, element by element; 0 unless the base is above 1e-30. Relative error below
-  /// 1e-6 + 4e-7 |exponent ln base|; clamped to 2^-126 .. 2^127.
-  static SELVEDGE_INLINE void power(const Floats& base, const Floats& exponent, Floats& result) {
-    Floats log;
-    natural_log(base > 1e-30F ? base : Floats{} + 1.0F, log);
-    exponential(log * exponent, result);
-    result = base > 1e-30F ? result : Floats{};
-  }
 };
 
 }  // namespace selvedge

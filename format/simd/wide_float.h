@@ -111,23 +111,6 @@ SELVEDGE_TO_WHOLE(8)
 SELVEDGE_TO_WHOLE(16)
 #undef SELVEDGE_TO_WHOLE
 
-/// 2^a of an integer a in [-126, 127].
-template <std::size_t N>
-SELVEDGE_INLINE WideFloat<N> power_of_two(const WideFloat<N>& a) {
-  using Lane = Lanes<N>;
-  // The low bits of a + 1.5 * 2^23 are the integer a.
-  const typename Lane::Ints whole = (typename Lane::Ints)(a.v + Lane::rounder) - Lane::rounder_bits;
-  return WideFloat<N>((typename Lane::Floats)((whole + 127) << 23));
-}
-
-/// The power in the formula of lafortune.h; error as of Lanes::power.
-template <std::size_t N>
-SELVEDGE_INLINE WideFloat<N> positive_power(const WideFloat<N>& base, const WideFloat<N>& exponent) {
-  WideFloat<N> result;
-  Lanes<N>::power(base.v, exponent.v, result.v);
-  return result;
-}
-
 /// The arc tangent of x in [-1, 1] to 1e-7: a polynomial interpolated at Chebyshev nodes in x^2.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> wide_arctan(const WideFloat<N>& x) {

@@ -12,8 +12,8 @@
 namespace selvedge::bench {
 
 /// Means of 8 x 8 regular rays a pixel, which meet yarn as Yarns::trace() does: hairs are as wide as rays and
-/// fewer (spec/brdf.md, "Over a surface"). `shadows`: side of the garment's shadow maps in texels; 0: none. Preconditions: a perspective camera, directional lights; all
-/// surfaces wear yarn and keep its opacity.
+/// fewer (spec/brdf.md, "Over a surface"). `shadows`: side of the garment's shadow maps in texels; 0: none.
+/// Preconditions: a perspective camera, directional lights; all surfaces wear yarn and keep its opacity.
 Frame march(const LoadedScene& loaded, const Camera& camera, const V2i& size, std::span<const Light> lights,
             int shadows);
 

@@ -100,17 +100,9 @@ test_render_refuses_options_that_would_have_no_effect() {
 # What lights of 1e-6 and 1e12 make is what a light of 1 makes, times that.
 test_lights_of_any_intensity_make_numbers() {
   make_scene
-  local size=(--place near --size 32x24 --supersample 1 --quiet) of largest
-  selvedge swatch k.fabric.exr --place near --size 32x24 -o dark.exr --quiet --light 0.3,0.2,1,0
+  local size=(--place near --size 32x24 --supersample 1 --quiet) of
   for of in '1' '1e-3' '1e-6' '1e9' '1e12'; do
     selvedge-view render k.fabric.exr -o "view$of.exr" "${size[@]}" --light "0.3,0.2,1,$of" --exposure "$(node -p "3/$of")" -o "view$of.png"
-    selvedge swatch k.fabric.exr --place near --size 32x24 -o "swatch$of.exr" --quiet --light "0.3,0.2,1,$of"
-    exits 0 compare-pictures "swatch$of.exr" dark.exr --json
-    largest=$(node -p 'JSON.parse(require("fs").readFileSync(process.argv[1])).maxAbsolute' "$scratch/out")
-    exits 0 compare-pictures "view$of.exr" "swatch$of.exr" --json
-    # The texels' weights under a pixel are of single precision, and so is the opacity's sum of them; of 1e-6 the
-    # radiance is below that, and the pictures by exposure tell.
-    holds "r.maxAbsolute <= 5e-6 + 1e-5 * $largest"
     exits 0 compare-pictures view1.png "view$of.png" --max 0.005
   done
   exits 2 selvedge-view render k.fabric.exr -o x.png --light 0,0,1,1e13

@@ -25,7 +25,7 @@ const fabric = make_fabric();
 // Bounds on the root mean square difference of two pictures: without quantisation vertices only change their order
 // (measured: up to 1e-4); with gltfpack's 14, 12 and 8 bits for positions, texture coordinates and normals, texels at
 // the edge of a pixel change places (measured: 0.003 to 0.004). A garment in the wrong repeats differs by 0.1 and more.
-const bounds = { quantised: 0.008, exact: 3e-4 };
+const bounds = { quantised: 0.008, exact: 1e-3 };  // other orders of triangles make other patches
 for (const [garment, form, kind] of [
   ['sweater', 'glb', 'exact'], ['sweater', 'gltf', 'quantised'],
 ]) {

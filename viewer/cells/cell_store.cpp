@@ -145,7 +145,8 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   lights_ = lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;
-  patches_.choose(camera, origin_, frame, {options_.patch_pixels, options_.patch_turn}, lights.lights);
+  patches_.choose(camera, origin_, frame, {options_.patch_pixels, options_.patch_turn, options_.patch_apart},
+                  lights.lights);
 }
 
 CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const {

@@ -13,8 +13,6 @@ constexpr double max_cells = 1 << 18;
 /// Sides of the smallest patches, if these are not too many, and of the largest: powers of two.
 constexpr int finest_level = -3;
 constexpr int coarsest_level = 5;
-/// Yarn may be so far from its place at the border of a patch, pixels.
-constexpr float most_apart = 0.5F;
 constexpr std::int32_t no_chart = -1;
 /// Texture coordinates beyond are on it.
 constexpr double farthest = 1 << 30;
@@ -340,7 +338,7 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
       // elsewhere.
       const float apart = view.parallel ? 0 : 0.5F * longest / view.scale;
       const float turn = 0.5F * std::acos(std::clamp(turn_cosine, -1.0F, 1.0F));
-      splits = shown.in_frame && (apart + turn) * chart.relief * of_repeat > most_apart;
+      splits = shown.in_frame && (apart + turn) * chart.relief * of_repeat > view.limits.apart;
     }
   }
   if (splits) {

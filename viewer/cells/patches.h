@@ -41,6 +41,8 @@ struct PatchLimits {
   /// Of the turn from their mean normal, in degrees, times the pixels of a repeat: yarn seen from another
   /// side is so much elsewhere.
   float turn = 0;
+  /// Yarn of parts of a repeat may be so far from its place at their border, pixels.
+  float apart = 0.5F;
 };
 
 class Patches {

@@ -33,9 +33,10 @@ struct FrameSize {
 
 /// Images of yarn (viewer/cells). The defaults are for pictures at rest.
 struct CellImageOptions {
-  float samples = 4;       ///< along a pixel's side
-  float patch_pixels = 1;  ///< longest side of what more than one repeat shares an image, pixels
-  float patch_turn = 360;  ///< PatchLimits::turn
+  float samples = 4;         ///< along a pixel's side
+  float patch_pixels = 1;    ///< longest side of what more than one repeat shares an image, pixels
+  float patch_turn = 360;    ///< PatchLimits::turn
+  float patch_apart = 0.5F;  ///< PatchLimits::apart
   bool hairs = true;
   bool hair_shadows = true;
   bool coarse_shading = false;  ///< CellView
@@ -51,8 +52,8 @@ struct CellImageOptions {
 };
 
 /// For frames that move.
-inline constexpr CellImageOptions moving_cell_images{2, 64, 360, true,  false, true,      1,
-                                                     4, 2,  1,   0.16F, 30,    3.0F / 255};
+inline constexpr CellImageOptions moving_cell_images{2, 64, 360, 2, true,  false, true,
+                                                     1, 4,  2,   1, 0.16F, 30,    3.0F / 255};
 
 /// Options that may change from frame to frame.
 struct DrawOptions {
