@@ -18,14 +18,10 @@ std::vector<V3d> normals_of(const Assembly& assembly) {
   std::vector<V3d> normals(assembly.points.size(), V3d(0, 0, 0));
   for (const Patch& patch : assembly.patches) {
     for (const V3i& t : patch.triangles) {
-      std::array<std::size_t, 3> p{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t vertex = static_cast<std::size_t>(t[static_cast<int>(k)]);
-        p[k] = static_cast<std::size_t>(patch.points[vertex]);
-      }
+      const std::array<int, 3> p{patch.points[t[0]], patch.points[t[1]], patch.points[t[2]]};
       const V3d& a = assembly.points[p[0]];
       const V3d normal = (assembly.points[p[1]] - a).cross(assembly.points[p[2]] - a);
-      for (const std::size_t point : p) normals[point] += normal;
+      for (const int point : p) normals[point] += normal;
     }
   }
   for (V3d& normal : normals) normal.normalize();
@@ -39,7 +35,7 @@ Garment garment_of(const Assembly& assembly, const std::string& name) {
   for (const Patch& patch : assembly.patches) {
     auto material = std::find_if(garment.materials.begin(), garment.materials.end(),
                                  [&](const GarmentMaterial& m) { return m.name == patch.material; });
-    const std::size_t index = static_cast<std::size_t>(material - garment.materials.begin());
+    const std::size_t index = material - garment.materials.begin();
     if (material == garment.materials.end()) {
       garment.materials.push_back(material_named(patch.material));
       garment.primitives.emplace_back().material = static_cast<int>(index);
@@ -47,7 +43,7 @@ Garment garment_of(const Assembly& assembly, const std::string& name) {
     GarmentPrimitive& primitive = garment.primitives[index];
     const std::uint32_t first = static_cast<std::uint32_t>(primitive.positions.size());
     for (std::size_t v = 0; v < patch.points.size(); ++v) {
-      const std::size_t point = static_cast<std::size_t>(patch.points[v]);
+      const std::size_t point = patch.points[v];
       primitive.positions.emplace_back(assembly.points[point]);
       primitive.normals.emplace_back(V3f(normals[point]).normalized());
       primitive.tex_coords.emplace_back(patch.tex_coords[v]);

@@ -43,8 +43,7 @@ std::vector<V3d> drape(const Cloth& cloth, const std::function<double(const V3d&
       positions[v] += velocities[v] * h;
     }
     for (const Thread& thread : cloth.threads) {
-      const std::size_t a = static_cast<std::size_t>(thread.a);
-      const std::size_t b = static_cast<std::size_t>(thread.b);
+      const int a = thread.a, b = thread.b;
       const double weight_a = cloth.held[a] ? 0 : 1;
       const double weight_b = cloth.held[b] ? 0 : 1;
       if (weight_a + weight_b == 0) continue;
@@ -73,8 +72,7 @@ std::vector<V3d> smooth(const Cloth& cloth, int rounds, double swell) {
     std::vector<int> counts(positions.size(), 0);
     for (const Thread& thread : cloth.threads) {
       if (thread.compliance > 0) continue;
-      const std::size_t a = static_cast<std::size_t>(thread.a);
-      const std::size_t b = static_cast<std::size_t>(thread.b);
+      const int a = thread.a, b = thread.b;
       sums[a] += positions[b];
       ++counts[a];
       sums[b] += positions[a];

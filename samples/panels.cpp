@@ -1,8 +1,9 @@
 #include "samples/panels.h"
 
+#include <Imath/ImathBox.h>
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
 namespace selvedge::samples {
@@ -45,32 +46,15 @@ void move_to(Chart& chart, const std::vector<V3d>& positions) {
 }
 
 void turn_to_grain(Chart& chart, const V3d& down, double middle_u) {
-  V2d grain(0, 0);  // where `down` goes in the plane, weighted by area
-  for (const V3i& t : chart.panel.triangles) {
-    const std::size_t i = static_cast<std::size_t>(t[0]);
-    const std::size_t j = static_cast<std::size_t>(t[1]);
-    const std::size_t k = static_cast<std::size_t>(t[2]);
-    const V3d p = chart.panel.positions[j] - chart.panel.positions[i];
-    const V3d q = chart.panel.positions[k] - chart.panel.positions[i];
-    const V2d a = chart.plane[j] - chart.plane[i];
-    const V2d b = chart.plane[k] - chart.plane[i];
-    // The gradient of `down . P` over the plane, times the doubled area.
-    const double along_p = down.dot(p);
-    const double along_q = down.dot(q);
-    grain += V2d(along_p * b.y - along_q * a.y, along_q * a.x - along_p * b.x);
-  }
-  grain.normalize();
+  const V2d grain =
+      gradient_of(chart.panel, chart.plane, down).normalized();  // where `down` goes in the plane
   // (u, v up): `grain` shall become (0, -1); then v is turned to grow downwards.
-  double low_u = std::numeric_limits<double>::max();
-  double high_u = std::numeric_limits<double>::lowest();
-  double low_v = low_u;
+  Imath::Box2d box;
   for (V2d& p : chart.plane) {
     p = V2d(p.y * grain.x - p.x * grain.y, p.x * grain.x + p.y * grain.y);
-    low_u = std::min(low_u, p.x);
-    high_u = std::max(high_u, p.x);
-    low_v = std::min(low_v, p.y);
+    box.extendBy(p);
   }
-  const V2d origin((low_u + high_u) / 2 - middle_u, low_v);
+  const V2d origin((box.min.x + box.max.x) / 2 - middle_u, box.min.y);
   for (V2d& p : chart.plane) p -= origin;
 }
 

@@ -28,28 +28,29 @@ void report_issue(const Error& issue) {
   fmt::print(stderr, "{}: {}: {}\n", program_name, name_of(severity_of(issue.code)), to_line(issue));
 }
 
-Json report_warnings(const CommonOptions& common, const Issues& warnings) {
-  Json list = Json::array();
-  for (const Error& warning : warnings) {
-    list.push_back(to_json(warning));
-    if (!(common.quiet || common.json)) report_issue(warning);
-  }
-  return list;
-}
-
 void report_remark(const std::string& file, const std::string& remark) {
   if (report_target != nullptr) return;
   fmt::print(stderr, "{}: {}: {}\n", program_name, printable(file), printable(remark));
 }
 
+void report_remarks(const CommonOptions& common, const std::string& file,
+                    const std::vector<std::string>& remarks) {
+  if (common.json || common.quiet) return;
+  for (const std::string& remark : remarks) report_remark(file, remark);
+}
+
 namespace {
 
 std::string value_text(const Json& value, const std::string& format) {
-  if (value.is_null()) return "-";
+  if (value.is_null() || (value.is_array() && value.empty())) return "-";
   if (value.is_string()) return value.get<std::string>();
   if (value.is_boolean()) return value.get<bool>() ? "on" : "off";
-  if (value.is_array() && value.size() == 2)
-    return fmt::format("{}x{}", value_text(value[0], format), value_text(value[1], format));
+  if (value.is_array()) {
+    const char* between = value.size() == 2 && value[0].is_number() ? "x" : ", ";
+    std::string text = value_text(value[0], format);
+    for (std::size_t i = 1; i < value.size(); ++i) text += between + value_text(value[i], format);
+    return text;
+  }
   if (value.is_number() && !format.empty())
     return fmt::format(fmt::runtime(fmt::format("{{{}}}", format)), value.get<double>());
   return value.dump();
@@ -63,12 +64,19 @@ std::string filled(const std::string& pattern, const Json& json) {
   for (std::size_t open; (open = pattern.find('{', at)) != std::string::npos;) {
     const std::size_t close = pattern.find('}', open);
     const std::size_t colon = std::min(pattern.find(':', open), close);
-    const Json::json_pointer member(fmt::format("/{}", pattern.substr(open + 1, colon - open - 1)));
+    const std::string name = pattern.substr(open + 1, colon - open - 1);
+    const Json::json_pointer member(name.empty() ? "" : "/" + name);
     text += pattern.substr(at, open - at);
     text += value_text(json.contains(member) ? json[member] : Json(), pattern.substr(colon, close - colon));
     at = close + 1;
   }
   return text + pattern.substr(at);
+}
+
+std::string lines_text(const Json& rows, const std::string& pattern) {
+  std::string text;
+  for (const Json& row : rows) text += filled(pattern, row) + "\n";
+  return text;
 }
 
 std::string table_text(const Json& rows, std::initializer_list<Column> columns) {

@@ -37,19 +37,23 @@ void report_error(const Error& error);
 /// The same with "error: " or "warning: " before the file, for verbs that report both.
 void report_issue(const Error& issue);
 
-/// The warnings as JSON; prints them on standard error, too, unless --quiet or --json.
-Json report_warnings(const CommonOptions& common, const Issues& warnings);
-
 /// A remark without a code: "program: file: remark" on standard error.
 void report_remark(const std::string& file, const std::string& remark);
+/// All of them, unless --quiet or --json.
+void report_remarks(const CommonOptions& common, const std::string& file,
+                    const std::vector<std::string>& remarks);
 
 /// Prints to standard output: with --json the report, framed with the program's version, the report format's
 /// version and the verb; else `text`, unless --quiet.
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text);
 
 /// `pattern` with each {member}, or {member:.2f}, replaced by that member of the report; a slash leads to
-/// members of members. Pairs stand as 8x8, truths as on and off, null and absent members as "-".
+/// members of members. Pairs of numbers stand as 8x8, other lists with commas, truths as on and off; null,
+/// absent members and empty lists as "-". {} is the report itself.
 std::string filled(const std::string& pattern, const Json& json);
+
+/// A line of filled() for each row.
+std::string lines_text(const Json& rows, const std::string& pattern);
 
 struct Column {
   const char* heading;

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "format/base/guard.h"
+
 namespace selvedge {
 namespace {
 
@@ -16,8 +18,7 @@ double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 
 /// Integral of f times share(cosine) over the directions whose cosine to the axis is more than `least`: a
 /// mean over a spiral, each point of which stands for the same area.
 template <class Share>
-Result<V3d> integral(QueriedFabric& fabric, FabricQuery query, const V3d& axis, double least,
-                     const Share& share) {
+V3d integral(QueriedFabric& fabric, FabricQuery query, const V3d& axis, double least, const Share& share) {
   const V3d side = axis.cross(std::abs(axis.x) < 0.5 ? V3d(1, 0, 0) : V3d(0, 1, 0)).normalized();
   const V3d other = axis.cross(side);
   V3d sum(0, 0, 0);
@@ -28,9 +29,7 @@ Result<V3d> integral(QueriedFabric& fabric, FabricQuery query, const V3d& axis, 
     const double sine = std::sqrt(1 - cosine * cosine);
     query.light = V3f(axis * cosine + (side * std::cos(angle) + other * std::sin(angle)) * sine);
     if (query.light.z <= 0 && !fabric.lets_through()) continue;
-    const auto shading = fabric.shade(query);
-    if (!shading) return tl::unexpected(shading.error());
-    sum += V3d(shading->radiance) * share(cosine);
+    sum += V3d(value_or_throw(fabric.shade(query)).radiance) * share(cosine);
   }
   return sum * (two_pi * (1 - least) / direction_count);
 }
@@ -51,26 +50,20 @@ double ClosedEnvironment::pattern(double cosine) const {
   return 0;
 }
 
-Result<Shading> shown(QueriedFabric& fabric, const EnvironmentQuery& query) {
+Shading shown(QueriedFabric& fabric, const EnvironmentQuery& query) {
   const ClosedEnvironment& e = query.environment;
-  auto straight = fabric.shade(query.place);
-  if (!straight) return straight;
-  const auto even =
-      integral(fabric, query.place, V3d(0, 0, 1), fabric.lets_through() ? -1 : 0, [](double) { return 1.0; });
-  if (!even) return tl::unexpected(even.error());
-  V3d light = e.a * *even;
+  Shading result = value_or_throw(fabric.shade(query.place));
+  V3d light = e.a * integral(fabric, query.place, V3d(0, 0, 1), fabric.lets_through() ? -1 : 0,
+                             [](double) { return 1.0; });
   if (e.kind != ClosedEnvironment::Kind::constant) {
     // A small disc has all of the directions.
     const bool disc = e.kind == ClosedEnvironment::Kind::disc;
     const double least = disc ? cosine_of(e.degrees) : e.kind == ClosedEnvironment::Kind::lobe ? 0 : -1;
-    const auto shaped = integral(fabric, query.place, e.axis, least,
-                                 [&](double cosine) { return disc ? 1 : e.pattern(cosine); });
-    if (!shaped) return tl::unexpected(shaped.error());
-    light += e.b * *shaped;
+    light += e.b * integral(fabric, query.place, e.axis, least,
+                            [&](double cosine) { return disc ? 1 : e.pattern(cosine); });
   }
-  const double alpha = straight->alpha;
+  const double alpha = result.alpha;
   const V3d radiance = light * alpha + query.background.value_or(e.at(-V3d(query.place.view))) * (1 - alpha);
-  Shading result{V3f(0, 0, 0), straight->alpha};
   for (int c = 0; c < 3; ++c)
     result.radiance[c] =
         static_cast<float>(std::min(radiance[c], static_cast<double>(std::numeric_limits<float>::max())));

@@ -35,7 +35,7 @@ struct EnvironmentQuery {
 };
 
 /// The radiance towards the view, holes and what lies behind them included, and the opacity. The integral is
-/// a sum over half a million directions. Errors as of QueriedFabric::shade.
-Result<Shading> shown(QueriedFabric& fabric, const EnvironmentQuery& query);
+/// a sum over half a million directions. Throws Failure, with errors as of QueriedFabric::shade.
+Shading shown(QueriedFabric& fabric, const EnvironmentQuery& query);
 
 }  // namespace selvedge

@@ -1,15 +1,12 @@
 // dress: attaches a fabric to materials of a glTF garment.
 #include "converter/dress/dress.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <array>
 #include <set>
 
 #include "apps/common/shared_options.h"
+#include "apps/selvedge/bounds_json.h"
 #include "apps/selvedge/commands.h"
-#include "apps/selvedge/uv_report.h"
 #include "converter/stitch/parameters.h"
 #include "format/base/printable.h"
 
@@ -111,57 +108,55 @@ Result<int> run(const DressCommand& command) {
   for (const std::string& warning : dressed.warnings) {
     if (!command.common.quiet) report_remark(command.garment, warning);
   }
+  const auto pair = [](const V2d& v) { return Json{v.x, v.y}; };
   Json materials = Json::array();
-  std::string text;
   for (const DressedMaterial& m : dressed.materials) {
-    Json entry = uv_json(m.size);
-    entry.update({{"index", m.index},
-                  {"name", m.name},
-                  {"primitives", m.primitives},
-                  {"repeats", {m.repeats.x, m.repeats.y}},
-                  {"kept", m.kept},
-                  {"replaced", m.replaced}});
-    materials.push_back(entry);
-    text += fmt::format("#{} {}: {} primitives, {:.5g} x {:.5g} repeats; {}\n", m.index, m.name, m.primitives,
-                        m.repeats.x, m.repeats.y, uv_text(m.size));
-    if (!m.kept.empty()) text += fmt::format("   keeps {}\n", fmt::join(m.kept, ", "));
-    for (const std::string& what : m.replaced) text += fmt::format("   replaces {}\n", what);
+    materials.push_back({{"index", m.index},
+                         {"name", m.name},
+                         {"primitives", m.primitives},
+                         {"repeats", pair(m.repeats)},
+                         {"metresPerUv", pair(m.size.metres)},
+                         {"metresPerUvLow", pair(m.size.low)},
+                         {"metresPerUvHigh", pair(m.size.high)},
+                         {"stretched", m.size.stretched},
+                         {"withoutUvs", m.size.without},
+                         {"kept", m.kept},
+                         {"replaced", m.replaced}});
   }
   Json unwrapped = Json::array();
-  for (const auto& [material, made] : dressed.unwrapped) {
+  for (const auto& [material, made] : dressed.unwrapped)
     unwrapped.push_back({{"index", material}, {"charts", made.charts}, {"stretch", made.stretch}});
-    text += fmt::format("#{} unwrapped into {} charts, 95 % of its area stretched less than {:.2f} times\n",
-                        material, made.charts, made.stretch);
-  }
   Json variants = Json::array();
   for (const VariantMaterial& v : dressed.variants) {
-    Json entry = {
-        {"name", v.variant}, {"index", v.index}, {"of", v.of}, {"repeats", {v.repeats.x, v.repeats.y}}};
-    if (v.tint) entry["tint"] = {v.tint->x, v.tint->y, v.tint->z};
-    variants.push_back(entry);
-    text += fmt::format(
-        "#{} for #{} in variant \"{}\": {:.5g} x {:.5g} repeats{}\n", v.index, v.of, v.variant, v.repeats.x,
-        v.repeats.y,
-        v.tint ? fmt::format(", tinted {:.3g} {:.3g} {:.3g}", v.tint->x, v.tint->y, v.tint->z) : "");
+    variants.push_back({{"name", v.variant}, {"index", v.index}, {"of", v.of}, {"repeats", pair(v.repeats)}});
+    if (v.tint) variants.back()["tint"] = {v.tint->x, v.tint->y, v.tint->z};
   }
-  if (dressed.backed > 0) text += fmt::format("backing behind {} primitives\n", dressed.backed);
-  text += fmt::format("fabric {}, tangents added to {} primitives -> {} ({} bytes)\n",
-                      dressed.embedded ? "embedded" : "beside", dressed.tangents_added, command.output,
-                      dressed.bytes);
-  for (const std::string& file : dressed.usd_files) text += fmt::format("USD: {}\n", file);
-  report(command.common, "dress",
-         {{"output", command.output},
-          {"bytes", dressed.bytes},
-          {"bounds", bounds_json(dressed.bounds)},
-          {"embedded", dressed.embedded},
-          {"usd", dressed.usd_files},
-          {"tangentsAdded", dressed.tangents_added},
-          {"backed", dressed.backed},
-          {"materials", materials},
-          {"variants", variants},
-          {"unwrapped", unwrapped},
-          {"warnings", dressed.warnings}},
-         text);
+  const Json json{{"output", command.output},
+                  {"bytes", dressed.bytes},
+                  {"bounds", bounds_json(dressed.bounds)},
+                  {"embedded", dressed.embedded},
+                  {"usd", dressed.usd_files},
+                  {"tangentsAdded", dressed.tangents_added},
+                  {"backed", dressed.backed},
+                  {"materials", materials},
+                  {"variants", variants},
+                  {"unwrapped", unwrapped},
+                  {"warnings", dressed.warnings}};
+  report(command.common, "dress", json,
+         lines_text(materials,
+                    "#{index} {name}: {primitives} primitives, {repeats:.5g} repeats, {metresPerUv:.3g} m a "
+                    "unit of uv (nine tenths of the area {metresPerUvLow:.3g} to {metresPerUvHigh:.3g}), "
+                    "shares stretched {stretched:.2f}, without uv {withoutUvs:.1g}; keeps {kept}; replaces "
+                    "{replaced}") +
+             lines_text(unwrapped,
+                        "#{index} unwrapped into {charts} charts, 95 % of its area stretched less than "
+                        "{stretch:.2f} times") +
+             lines_text(variants,
+                        "#{index} for #{of} in variant \"{name}\": {repeats:.5g} repeats, tint "
+                        "{tint:.3g}") +
+             filled("fabric embedded {embedded}, backing behind {backed} primitives, tangents added to "
+                    "{tangentsAdded} -> {output} ({bytes} bytes), USD {usd}\n",
+                    json));
   return 0;
 }
 

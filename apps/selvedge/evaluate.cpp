@@ -82,41 +82,35 @@ Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& qu
   return shading;
 }
 
-/// Answers queries of spec/conformance; keeps the files that it has read.
+/// Answers queries of spec/conformance; keeps the files that it has read. Throws Failure.
 class Answerer {
  public:
-  Result<Json> answer(const std::string& line) {
+  Json answer(const std::string& line) {
     const nlohmann::json query = parse_json(line);
-    if (!query.is_object()) return malformed("", "is not a JSON object");
+    if (!query.is_object()) malformed("", "is not a JSON object");
     const auto op = query.find("op");
     const auto file = query.find("file");
-    if (file == query.end() || !file->is_string()) return malformed("file", "is missing or not a string");
-    if (op != query.end() && *op == "evaluate") return shade(file->get<std::string>(), query_from(query));
-    if (op != query.end() && *op == "environment")
-      return shade(file->get<std::string>(), environment_query_from(query));
-    if (op != query.end() && *op == "check") return check(file->get<std::string>());
-    return malformed("op", "is not evaluate, environment or check");
+    if (file == query.end() || !file->is_string()) malformed("file", "is missing or not a string");
+    const auto name = file->get<std::string>();
+    if (op != query.end() && *op == "check") return check(name);
+    if (op != query.end() && *op == "evaluate") {
+      const FabricQuery asked = query_from(query);
+      return answer_of(value_or_throw(fabric_named(name).shade(asked)));
+    }
+    if (op != query.end() && *op == "environment") {
+      const EnvironmentQuery asked = environment_query_from(query);
+      return answer_of(shown(fabric_named(name), asked));
+    }
+    malformed("op", "is not evaluate, environment or check");
   }
 
  private:
-  template <class Query>
-  Result<Json> shade(const std::string& file, const Result<Query>& query) {
-    if (!query) return tl::unexpected(query.error());
-    const auto fabric = fabric_named(file);
-    if (!fabric) return tl::unexpected(fabric.error());
-    const auto shading = shade(**fabric, *query);
-    if (!shading) return tl::unexpected(shading.error());
-    const V3f& rgb = shading->radiance;
-    return Json{{"rgb", {rgb.x, rgb.y, rgb.z}}, {"alpha", shading->alpha}};
-  }
-  static Result<Shading> shade(QueriedFabric& fabric, const FabricQuery& query) {
-    return fabric.shade(query);
-  }
-  static Result<Shading> shade(QueriedFabric& fabric, const EnvironmentQuery& query) {
-    return shown(fabric, query);
+  static Json answer_of(const Shading& shading) {
+    const V3f& rgb = shading.radiance;
+    return {{"rgb", {rgb.x, rgb.y, rgb.z}}, {"alpha", shading.alpha}};
   }
 
-  static Result<Json> check(const std::string& file) {
+  static Json check(const std::string& file) {
     // Unrecognisable content: the name decides.
     const bool named_gltf = has_ending(file, ".gltf") || has_ending(file, ".glb");
     const FileKind kind = kind_of(file).value_or(named_gltf ? FileKind::gltf : FileKind::fabric);
@@ -125,18 +119,16 @@ class Answerer {
       issues.push_back(to_json(issue));
       issues.back().erase("file");
     }
-    return Json{{"issues", issues}};
+    return {{"issues", issues}};
   }
 
-  Result<QueriedFabric*> fabric_named(const std::string& file) {
-    const auto found = open_.find(file);
-    if (found != open_.end()) return &found->second;
-    auto fabric = QueriedFabric::open(file);
-    if (!fabric) return tl::unexpected(fabric.error());
+  QueriedFabric& fabric_named(const std::string& file) {
+    if (const auto found = open_.find(file); found != open_.end()) return found->second;
+    QueriedFabric fabric = value_or_throw(QueriedFabric::open(file));
     // Limited, since each entry holds a whole fabric.
     constexpr std::size_t max_open = 16;
     if (open_.size() >= max_open) open_.clear();
-    return &open_.emplace(file, std::move(*fabric)).first->second;
+    return open_.emplace(file, std::move(fabric)).first->second;
   }
 
   std::map<std::string, QueriedFabric> open_;
@@ -145,7 +137,7 @@ class Answerer {
 Result<int> answer_queries() {
   Answerer answerer;
   for (std::string line; std::getline(std::cin, line);) {
-    const auto answer = guarded("", [&] { return answerer.answer(line); });
+    const auto answer = guarded("", [&]() -> Result<Json> { return answerer.answer(line); });
     const Json said = answer ? *answer
                              : Json{{"error", name_of(answer.error().code)},
                                     {"place", answer.error().place},

@@ -1,6 +1,4 @@
 // import: pictures of a sample -> samples.
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "apps/selvedge/commands.h"
@@ -55,26 +53,24 @@ Result<int> run(const ImportCommand& command) {
     return value_or_throw(
         import_pictures(command.table, command.import, command.output, progress.callback()));
   }();
-  Json json = {{"output", command.output},
-               {"bytes", size_of_file(command.output)},
-               {"seconds", r.seconds},
-               {"pictures", r.pictures},
-               {"heldOut", r.held_out},
-               {"texels", {r.texels.x, r.texels.y}},
-               {"mmPerRepeat", {r.period_mm.x, r.period_mm.y}},
-               {"repeats", {r.repeats.x, r.repeats.y}},
-               {"irregularity", r.irregularity},
-               {"leftOutError", r.left_out_error}};
+  const Json json = {{"output", command.output},
+                     {"bytes", size_of_file(command.output)},
+                     {"seconds", r.seconds},
+                     {"pictures", r.pictures},
+                     {"heldOut", r.held_out},
+                     {"texels", {r.texels.x, r.texels.y}},
+                     {"mmPerRepeat", {r.period_mm.x, r.period_mm.y}},
+                     {"repeats", {r.repeats.x, r.repeats.y}},
+                     {"irregularity", r.irregularity},
+                     {"leftOutError", r.left_out_error}};
   report(
       command.common, "import", json,
-      fmt::format(
-          "{} pictures, {} of them held out, in {:.1f} s -> {} ({} bytes)\n"
-          "  a repeat has {:.4g} x {:.4g} mm, {} x {} texels; {:.1f} x {:.1f} in a picture, which differ by "
-          "{:.2g} %\n"
-          "  error between the directions: {:.2g} %\n",
-          r.pictures, r.held_out, r.seconds, command.output, size_of_file(command.output), r.period_mm.x,
-          r.period_mm.y, r.texels.x, r.texels.y, r.repeats.x, r.repeats.y, 100 * r.irregularity,
-          100 * r.left_out_error));
+      filled("{pictures} pictures, {heldOut} of them held out, in {seconds:.1f} s -> {output} ({bytes} "
+             "bytes)\n"
+             "  a repeat has {mmPerRepeat:.4g} mm, {texels} texels; {repeats:.1f} in a picture, which differ "
+             "by {irregularity:.2g}\n"
+             "  error between the directions: {leftOutError:.2g}, relative\n",
+             json));
   return 0;
 }
 

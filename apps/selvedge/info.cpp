@@ -2,9 +2,10 @@
 #include <fmt/format.h>
 
 #include "apps/common/shared_options.h"
+#include "apps/selvedge/bounds_json.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
-#include "apps/selvedge/uv_report.h"
+#include "converter/dress/uv_scale.h"
 #include "format/fabric/file.h"
 #include "format/gltf/read_scene.h"
 #include "format/samples/samples.h"

@@ -4,7 +4,6 @@
 
 #include <filesystem>
 
-#include "apps/selvedge/cell_report.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/make_report.h"
 #include "apps/selvedge/option_groups.h"
@@ -110,22 +109,16 @@ Baked bake_cell(const MakeCommand& command) {
   // The hue of yarn that scatters inside comes from many bounces.
   if (!command.bounces_given && !cell.mesh.transmission.empty()) options.bounces = unlimited_bounces;
   TerminalProgress progress("bake", common.quiet);
-  BakeWatcher watcher;
-  if (const Progress show = progress.callback()) {
-    watcher = [show, &progress](const BakeProgress& p) {
-      progress.note(
-          fmt::format("{:.1f} million rays/s, noise {:.2g} %", p.rays_per_second * 1e-6, 100 * p.noise));
-      show(p.fraction);
-    };
-  }
   const Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
                            {"stitch", std::filesystem::path(command.input).filename().string()},
                            {"vertices", cell.mesh.positions.size()},
                            {"triangles", cell.mesh.triangles.size()}};
   auto baked = value_or_throw(bake(cell.mesh, command.input, options,
-                                   provenance.dump(-1, ' ', false, Json::error_handler_t::replace), watcher));
+                                   provenance.dump(-1, ' ', false, Json::error_handler_t::replace),
+                                   progress.callback()));
   // After the work, so that an error is a single line.
-  report_remarks(common, command.input, cell, baked.report.remarks);
+  report_remarks(common, command.input, cell.remarks);
+  report_remarks(common, command.input, baked.report.remarks);
   return baked;
 }
 
@@ -169,12 +162,10 @@ void declare_bake(Options& options, MakeCommand& command) {
 }
 
 Result<int> run_bake(const MakeCommand& command) {
-  // An unwritable output is told before the work, not after it.
-  value_or_throw(check_writable({command.output}));
   const Baked baked = bake_cell(command);
   value_or_throw(write_samples(command.output, baked.samples));
-  report(command.common, "bake", bake_json(baked.report, command.output),
-         bake_text(baked.report, command.output));
+  const Json json = bake_json(baked.report, command.output);
+  report(command.common, "bake", json, bake_text(json));
   return 0;
 }
 
@@ -187,7 +178,6 @@ void declare_fit(Options& options, MakeCommand& command) {
 }
 
 Result<int> run_fit(const MakeCommand& command) {
-  value_or_throw(check_writable({command.output}));
   const FitOutcome fitted = fit_samples(value_or_throw(read_samples(command.input)), command);
   value_or_throw(write_fabric(command.output, fitted.fabric, command.options.write));
   const Json json = fit_json(fitted, command.output);
@@ -198,9 +188,9 @@ Result<int> run_fit(const MakeCommand& command) {
 Result<int> run_make(const MakeCommand& command) {
   if (!command.list.empty()) return make_list(command);
   const MadeFabric made = make_file(command);
-  const Json fit = fit_json(made.fit, command.output);
-  report(command.common, "make", {{"bake", bake_json(made.bake, command.samples)}, {"fit", fit}},
-         bake_text(made.bake, command.samples) + fit_text(fit));
+  const Json json{{"bake", bake_json(made.bake, command.samples)},
+                  {"fit", fit_json(made.fit, command.output)}};
+  report(command.common, "make", json, bake_text(json["bake"]) + fit_text(json["fit"]));
   return 0;
 }
 

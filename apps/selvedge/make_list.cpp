@@ -101,19 +101,17 @@ Result<int> make_list(const MakeCommand& command) {
     const std::string& output = line.command.output;
     Json row = {{"line", line.number}, {"output", output}};
     const auto result = guarded(output, [&]() -> Result<MadeFabric> { return make_file(line.command); });
-    std::string text = "failed";
     if (result) {
       ++made;
-      const double seconds = result->bake.seconds + result->fit.seconds;
-      row.update({{"bytes", size_of_file(output)}, {"seconds", seconds}});
-      text = fmt::format("{} bytes, {:.1f} s", size_of_file(output), seconds);
+      row.update({{"bytes", size_of_file(output)}, {"seconds", result->bake.seconds + result->fit.seconds}});
     } else {
       ++failed;
       row["error"] = to_json(result.error());
       if (!common.json) report_error(result.error());
     }
     rows.push_back(row);
-    if (!common.json && !common.quiet) fmt::print("{}: {}\n", printable(output), text);
+    const char* pattern = result ? "{output}: {bytes} bytes, {seconds:.1f} s\n" : "{output}: failed\n";
+    if (!common.json && !common.quiet) fmt::print("{}", printable(filled(pattern, row)));
   }
   report(common, "make", {{"list", command.list}, {"made", made}, {"failed", failed}, {"fabrics", rows}},
          fmt::format("{}: {} made, {} failed\n", command.list, made, failed));

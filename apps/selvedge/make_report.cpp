@@ -36,6 +36,15 @@ Json level_json(const FitOutcome& outcome, const FabricReader& reader, Side side
   return json;
 }
 
+/// `curves`, `nodes`, and `bytes` of both layers of yarn in the file; null without yarn.
+Json yarn_json(const FabricReader& reader) {
+  const YarnCounts& yarns = reader.header().shape.yarns;
+  if (!reader.header().layer(LayerKind::yarns)) return nullptr;
+  return {{"curves", yarns.curves},
+          {"nodes", yarns.nodes},
+          {"bytes", reader.packed_bytes(LayerKind::yarns, 0) + reader.packed_bytes(LayerKind::indirect, 0)}};
+}
+
 }  // namespace
 
 Json bake_json(const BakeReport& r, const std::string& output) {
@@ -55,12 +64,12 @@ Json bake_json(const BakeReport& r, const std::string& output) {
   return json;
 }
 
-std::string bake_text(const BakeReport& r, const std::string& output) {
-  const double rays = static_cast<double>(r.rays) * 1e-6;
-  return fmt::format(
-      "baked in {:.1f} s, {:.1f} million rays ({:.1f} million/s), {} samples, noise {:.2g} %{}\n", r.seconds,
-      rays, rays / r.seconds, r.samples, 100 * r.noise,
-      output.empty() ? "" : fmt::format(" -> {} ({} bytes)", output, size_of_file(output)));
+std::string bake_text(const Json& bake) {
+  return filled(
+             "baked in {seconds:.1f} s, {rays:.3g} rays ({raysPerSecond:.3g} a second), {samples} samples, "
+             "noise {noise:.2g}",
+             bake) +
+         (bake.contains("output") ? filled(" -> {output} ({bytes} bytes)\n", bake) : "\n");
 }
 
 Json fit_json(const FitOutcome& outcome, const std::string& output) {
@@ -100,24 +109,9 @@ std::string fit_text(const Json& fit) {
     }
     text += fmt::format("{}: held-out {} dB by level, {} bytes\n", side, errors, bytes);
   }
-  if (!fit["yarn"].is_null()) text += fmt::format("yarn: {}\n", yarn_text(fit["yarn"]));
+  if (!fit["yarn"].is_null())
+    text += filled("yarn: {curves} curves, {nodes} nodes, {bytes} bytes\n", fit["yarn"]);
   return text + filled("fitted in {seconds:.1f} s -> {output} ({bytes} bytes)\n", fit);
-}
-
-Json yarn_json(const FabricReader& reader) {
-  const YarnCounts& yarns = reader.header().shape.yarns;
-  if (!reader.header().layer(LayerKind::yarns)) return nullptr;
-  Json json{
-      {"curves", yarns.curves},
-      {"nodes", yarns.nodes},
-      {"bytes", reader.packed_bytes(LayerKind::yarns, 0) + reader.packed_bytes(LayerKind::indirect, 0)}};
-  return json;
-}
-
-std::string yarn_text(const Json& yarn) {
-  const int curves = yarn["curves"].get<int>();
-  return fmt::format("{} curve{}, {} nodes, {} bytes", curves, curves == 1 ? "" : "s", yarn["nodes"].dump(),
-                     yarn["bytes"].dump());
 }
 
 }  // namespace selvedge

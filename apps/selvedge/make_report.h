@@ -10,16 +10,12 @@ namespace selvedge {
 
 /// `output`: the samples file; empty: none.
 Json bake_json(const BakeReport& report, const std::string& output);
-std::string bake_text(const BakeReport& report, const std::string& output);
+/// The text of bake_json().
+std::string bake_text(const Json& bake);
 
 /// `output`: the fabric file, which tells the bytes of levels and layers. Throws Failure.
 Json fit_json(const FitOutcome& outcome, const std::string& output);
 /// The text of fit_json().
 std::string fit_text(const Json& fit);
-
-/// The yarn of a fabric file: `curves`, `nodes`, and `bytes` of both its layers in the file; null without
-/// yarn.
-Json yarn_json(const FabricReader& reader);
-std::string yarn_text(const Json& yarn);
 
 }  // namespace selvedge

@@ -4,35 +4,32 @@
 #include <array>
 #include <cmath>
 
-#include "format/base/json_text.h"
+#include "format/base/guard.h"
 
 namespace selvedge {
 namespace {
 
 /// A list of `Vector::dimensions()` numbers.
 template <class Vector>
-Result<Vector> vector_from(const nlohmann::json& query, const char* name) {
+Vector vector_from(const nlohmann::json& query, const char* name) {
   const auto list = query.find(name);
-  if (list == query.end() || !list->is_array() || list->size() != Vector::dimensions()) {
-    return malformed(name, "is missing or of another length");
-  }
+  if (list == query.end() || !list->is_array() || list->size() != Vector::dimensions())
+    malformed(name, "is missing or of another length");
   Vector result;
   for (unsigned i = 0; i < Vector::dimensions(); ++i) {
     const nlohmann::json& item = (*list)[i];
     constexpr bool whole = std::is_integral_v<typename Vector::BaseType>;
-    if (whole ? !item.is_number_integer() : !item.is_number())
-      return malformed(name, "does not hold numbers");
-    if (whole && !(item >= -1 && item <= 1 << 30)) return malformed(name, "is out of range");
+    if (whole ? !item.is_number_integer() : !item.is_number()) malformed(name, "does not hold numbers");
+    if (whole && !(item >= -1 && item <= 1 << 30)) malformed(name, "is out of range");
     result[static_cast<int>(i)] = item.get<typename Vector::BaseType>();
   }
   return result;
 }
 
 /// A direction is not normalised, so it has to be a unit vector to the precision of its digits.
-Result<V3d> direction_from(const nlohmann::json& query, const char* name) {
-  auto direction = vector_from<V3d>(query, name);
-  if (direction && !(std::abs(direction->length() - 1) < 0.01))
-    return malformed(name, "is not a unit vector");
+V3d direction_from(const nlohmann::json& query, const char* name) {
+  const V3d direction = vector_from<V3d>(query, name);
+  if (!(std::abs(direction.length() - 1) < 0.01)) malformed(name, "is not a unit vector");
   return direction;
 }
 
@@ -42,67 +39,47 @@ double number_from(const nlohmann::json& query, const char* name) {
 }
 
 /// The level, and a texel or texture coordinates.
-Result<FabricQuery> place_from(const nlohmann::json& line) {
+FabricQuery place_from(const nlohmann::json& line) {
   FabricQuery query;
   query.level = number_from(line, "level");
-  if (std::isnan(query.level)) return malformed("level", "is missing or not a number");
-  if (line.contains("texel") == line.contains("uv")) return malformed("", "has not one of texel and uv");
-  if (line.contains("texel")) {
-    const auto texel = vector_from<V2i>(line, "texel");
-    if (!texel) return tl::unexpected(texel.error());
-    query.texel = *texel;
-  } else {
-    const auto uv = vector_from<V2d>(line, "uv");
-    if (!uv) return tl::unexpected(uv.error());
-    query.uv = *uv;
-  }
+  if (std::isnan(query.level)) malformed("level", "is missing or not a number");
+  if (line.contains("texel") == line.contains("uv")) malformed("", "has not one of texel and uv");
+  if (line.contains("texel")) query.texel = vector_from<V2i>(line, "texel");
+  if (line.contains("uv")) query.uv = vector_from<V2d>(line, "uv");
   if (const auto behind = line.find("behind"); behind != line.end()) {
-    if (!behind->is_boolean()) return malformed("behind", "is neither true nor false");
+    if (!behind->is_boolean()) malformed("behind", "is neither true nor false");
     query.behind = behind->get<bool>();
   }
   return query;
 }
 
 /// Radiance that is nowhere negative.
-Result<void> read_radiance(const nlohmann::json& json, ClosedEnvironment& e) {
-  const bool shaped = e.kind != ClosedEnvironment::Kind::constant;
-  const auto a = vector_from<V3d>(json, "a");
-  if (!a) return tl::unexpected(a.error());
-  e.a = *a;
-  if (shaped) {
-    const auto b = vector_from<V3d>(json, "b");
-    if (!b) return tl::unexpected(b.error());
-    e.b = *b;
-  }
+void read_radiance(const nlohmann::json& json, ClosedEnvironment& e) {
+  e.a = vector_from<V3d>(json, "a");
+  if (e.kind != ClosedEnvironment::Kind::constant) e.b = vector_from<V3d>(json, "b");
   for (int c = 0; c < 3; ++c) {
     const double opposite = e.kind == ClosedEnvironment::Kind::cosine ? e.a[c] - e.b[c] : e.a[c];
-    if (!(e.a[c] + e.b[c] >= 0 && opposite >= 0)) return malformed("environment", "is negative somewhere");
+    if (!(e.a[c] + e.b[c] >= 0 && opposite >= 0)) malformed("environment", "is negative somewhere");
   }
-  return {};
 }
 
-Result<ClosedEnvironment> environment_from(const nlohmann::json& line) {
+ClosedEnvironment environment_from(const nlohmann::json& line) {
   using Kind = ClosedEnvironment::Kind;
   constexpr std::array names{"constant", "cosine", "lobe", "disc"};  // in the order of Kind
   const auto json = line.find("environment");
-  if (json == line.end() || !json->is_object())
-    return malformed("environment", "is missing or not an object");
+  if (json == line.end() || !json->is_object()) malformed("environment", "is missing or not an object");
   const auto kind = json->find("kind");
   const auto name =
       std::ranges::find_if(names, [&](const char* known) { return kind != json->end() && *kind == known; });
-  if (name == names.end()) return malformed("kind", "is not constant, cosine, lobe or disc");
+  if (name == names.end()) malformed("kind", "is not constant, cosine, lobe or disc");
   ClosedEnvironment e;
   e.kind = static_cast<Kind>(name - names.begin());
-  if (const auto good = read_radiance(*json, e); !good) return tl::unexpected(good.error());
-  if (e.kind != Kind::constant) {
-    const auto axis = direction_from(*json, "axis");
-    if (!axis) return tl::unexpected(axis.error());
-    e.axis = axis->normalized();
-  }
+  read_radiance(*json, e);
+  if (e.kind != Kind::constant) e.axis = direction_from(*json, "axis").normalized();
   if (e.kind == Kind::lobe) e.exponent = number_from(*json, "exponent");
   if (e.kind == Kind::disc) e.degrees = number_from(*json, "degrees");
-  if (!(e.exponent >= 0)) return malformed("exponent", "is no number of at least 0");
-  if (!(e.degrees > 0 && e.degrees <= 180)) return malformed("degrees", "is no angle above 0 and up to 180");
+  if (!(e.exponent >= 0)) malformed("exponent", "is no number of at least 0");
+  if (!(e.degrees > 0 && e.degrees <= 180)) malformed("degrees", "is no angle above 0 and up to 180");
   return e;
 }
 
@@ -112,17 +89,15 @@ using Axes = std::array<V3d, 3>;
 V3d in_frame(const Axes& axes, const V3d& d) { return {axes[0].dot(d), axes[1].dot(d), axes[2].dot(d)}; }
 
 /// Where there is no frame, directions are in the fabric's already.
-Result<Axes> frame_from(const nlohmann::json& line) {
+Axes frame_from(const nlohmann::json& line) {
   Axes axes{V3d(1, 0, 0), V3d(0, 1, 0), V3d(0, 0, 1)};
   const auto list = line.find("frame");
   if (list == line.end()) return axes;
-  if (!list->is_array() || list->size() != 3) return malformed("frame", "is not three directions");
+  if (!list->is_array() || list->size() != 3) malformed("frame", "is not three directions");
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto axis = direction_from({{"frame", (*list)[i]}}, "frame");
-    if (!axis) return tl::unexpected(axis.error());
-    axes[i] = *axis;
+    axes[i] = direction_from({{"frame", (*list)[i]}}, "frame");
     for (std::size_t k = 0; k < i; ++k) {
-      if (!(std::abs(axes[i].dot(axes[k])) < 0.01)) return malformed("frame", "has no right angles");
+      if (!(std::abs(axes[i].dot(axes[k])) < 0.01)) malformed("frame", "has no right angles");
     }
   }
   return axes;
@@ -130,39 +105,25 @@ Result<Axes> frame_from(const nlohmann::json& line) {
 
 }  // namespace
 
-tl::unexpected<Error> malformed(const char* place, const char* message) {
-  return fail(Code::json_malformed, {}, place, message);
+void malformed(const char* place, const char* message) {
+  throw Failure{Error{Code::json_malformed, {}, place, message}};
 }
 
-Result<FabricQuery> query_from(const nlohmann::json& line) {
-  auto query = place_from(line);
-  if (!query) return query;
-  const auto light = direction_from(line, "light");
-  if (!light) return tl::unexpected(light.error());
-  const auto view = direction_from(line, "view");
-  if (!view) return tl::unexpected(view.error());
-  query->light = V3f(*light);
-  query->view = V3f(*view);
+FabricQuery query_from(const nlohmann::json& line) {
+  FabricQuery query = place_from(line);
+  query.light = V3f(direction_from(line, "light"));
+  query.view = V3f(direction_from(line, "view"));
   return query;
 }
 
-Result<EnvironmentQuery> environment_query_from(const nlohmann::json& line) {
-  auto place = place_from(line);
-  if (!place) return tl::unexpected(place.error());
-  const auto view = direction_from(line, "view");
-  if (!view) return tl::unexpected(view.error());
-  auto environment = environment_from(line);
-  if (!environment) return tl::unexpected(environment.error());
-  const auto frame = frame_from(line);
-  if (!frame) return tl::unexpected(frame.error());
-  place->view = V3f(in_frame(*frame, *view));
-  environment->axis = in_frame(*frame, environment->axis).normalized();
-  EnvironmentQuery query{*place, *environment, {}};
-  if (line.contains("background")) {
-    const auto background = vector_from<V3d>(line, "background");
-    if (!background) return tl::unexpected(background.error());
-    query.background = *background;
-  }
+EnvironmentQuery environment_query_from(const nlohmann::json& line) {
+  EnvironmentQuery query{place_from(line), {}, {}};
+  const V3d view = direction_from(line, "view");
+  query.environment = environment_from(line);
+  const Axes frame = frame_from(line);
+  query.place.view = V3f(in_frame(frame, view));
+  query.environment.axis = in_frame(frame, query.environment.axis).normalized();
+  if (line.contains("background")) query.background = vector_from<V3d>(line, "background");
   return query;
 }
 

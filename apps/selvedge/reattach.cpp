@@ -1,9 +1,6 @@
 // reattach: restores fabrics that an optimiser has dropped from a garment.
 #include "converter/dress/reattach.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 
@@ -37,7 +34,6 @@ Result<int> run(const ReattachCommand& command) {
     if (!command.common.quiet) report_remark(command.input, warning);
   }
   Json materials = Json::array();
-  std::string text;
   for (const ReattachedMaterial& m : restored.materials) {
     const UvTransform& t = m.transform;
     materials.push_back({{"index", m.index},
@@ -47,22 +43,16 @@ Result<int> run(const ReattachCommand& command) {
                          {"offset", {t.offset.x, t.offset.y}},
                          {"rotation", t.rotation},
                          {"scale", {t.scale.x, t.scale.y}}});
-    text += fmt::format("#{} {}: {}, {:.5g} x {:.5g} repeats per unit of uv\n", m.index, m.name, m.fabric,
-                        t.scale.x, t.scale.y);
   }
-  if (!restored.attached.empty()) {
-    text += fmt::format("left alone, with a fabric already: #{}\n", fmt::join(restored.attached, ", #"));
-  }
-  text += fmt::format("{} fabrics embedded -> {} ({} bytes)\n", restored.embedded, command.output,
-                      restored.bytes);
-  report(command.common, "reattach",
-         {{"output", command.output},
-          {"bytes", restored.bytes},
-          {"embedded", restored.embedded},
-          {"materials", materials},
-          {"attached", restored.attached},
-          {"warnings", restored.warnings}},
-         text);
+  const Json json{{"output", command.output},      {"bytes", restored.bytes},
+                  {"embedded", restored.embedded}, {"materials", materials},
+                  {"attached", restored.attached}, {"warnings", restored.warnings}};
+  report(
+      command.common, "reattach", json,
+      lines_text(materials, "#{index} {name}: {fabric}, {scale:.5g} repeats per unit of uv") +
+          filled("{embedded} fabrics embedded -> {output} ({bytes} bytes); materials that had one already: "
+                 "{attached}\n",
+                 json));
   return 0;
 }
 

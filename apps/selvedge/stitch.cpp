@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "apps/selvedge/cell_report.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
 #include "converter/stitch/fibres.h"
@@ -75,23 +74,16 @@ Result<int> list_stitches(const StitchCommand& command) {
   return 0;
 }
 
-std::string lines_of(const std::vector<std::string>& remarks) {
-  std::string text;
-  for (const std::string& remark : remarks) text += "  " + remark + "\n";
-  return text;
-}
-
 Result<int> write_description(const StitchCommand& command) {
   const auto stitch = value_or_throw(find_stitch(command.input, command.cell.settings));
   value_or_throw(write_file(command.output, to_json(stitch.pattern)));
-  const StitchPattern& pattern = stitch.pattern;
-  report(command.common, "stitch",
-         {{"stitch", pattern.name},
-          {"output", command.output},
-          {"thicknessShare", stitch.thickness_share},
-          {"remarks", stitch.remarks}},
-         fmt::format("{}: {} yarns -> {}\n{}", pattern.name, pattern.yarns.size(), command.output,
-                     lines_of(stitch.remarks)));
+  const Json json{{"stitch", stitch.pattern.name},
+                  {"output", command.output},
+                  {"yarns", stitch.pattern.yarns.size()},
+                  {"thicknessShare", stitch.thickness_share},
+                  {"remarks", stitch.remarks}};
+  report(command.common, "stitch", json,
+         filled("{stitch}: {yarns} yarns -> {output}\n", json) + lines_text(json["remarks"], "  {}"));
   return 0;
 }
 
@@ -100,19 +92,15 @@ Result<int> run(const StitchCommand& command) {
   if (has_ending(command.output, ".json")) return write_description(command);
   const auto cell = value_or_throw(find_cell(command.input, command.cell));
   const CellMesh& mesh = cell.mesh;
-  if (!command.output.empty()) {
-    value_or_throw(write_mesh(command.output, mesh));
-  }
-  const Box box = bounds_of(mesh);
-  const float height = box.max.z - box.min.z;
+  if (!command.output.empty()) value_or_throw(write_mesh(command.output, mesh));
   Json json = {{"stitch", command.input},
                {"vertices", mesh.positions.size()},
                {"triangles", mesh.triangles.size()},
                {"periodMm", {mesh.period.x, mesh.period.y}},
-               {"thicknessMm", height}};
-  std::string text =
-      fmt::format("{}: {} vertices, {} triangles, {:g} x {:g} mm, {:.3g} mm thick", command.input,
-                  mesh.positions.size(), mesh.triangles.size(), mesh.period.x, mesh.period.y, height);
+               {"thicknessMm", bounds_of(mesh).size().z}};
+  std::string text = filled(
+      "{stitch}: {vertices} vertices, {triangles} triangles, {periodMm} mm, {thicknessMm:.3g} mm thick",
+      json);
   if (cell.stitch) {
     const auto clearance = value_or_throw(minimum_clearance(cell.stitch->pattern, command.input));
     json["yarns"] = cell.stitch->pattern.yarns.size();
@@ -128,11 +116,10 @@ Result<int> run(const StitchCommand& command) {
     json["unitMm"] = c.scale_to_mm;
     json["up"] = name_of(c.up_axis);
   }
-  json["remarks"] = remarks_of(cell);
+  json["remarks"] = cell.remarks;
   json["output"] = command.output;
   text += (command.output.empty() ? "" : " -> " + command.output) + "\n";
-  text += lines_of(remarks_of(cell));
-  report(command.common, "stitch", json, text);
+  report(command.common, "stitch", json, text + lines_text(json["remarks"], "  {}"));
   return 0;
 }
 

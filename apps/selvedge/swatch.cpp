@@ -1,10 +1,7 @@
 // swatch: draws a fabric by the reference evaluation, or its stitch by ray tracing.
-#include <fmt/format.h>
-
 #include <chrono>
 
 #include "apps/common/shared_options.h"
-#include "apps/selvedge/cell_report.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
 #include "converter/bake/truth_swatch.h"
@@ -72,12 +69,6 @@ void declare(Options& options, SwatchCommand& command) {
   });
 }
 
-struct Drawn {
-  Frame frame;
-  std::optional<TruthSwatch> truth;
-  double seconds = 0;
-};
-
 SwatchShot shot_of(const SwatchCommand& command, const V2d& period_mm) {
   SwatchShot shot = swatch_shot(command.place, period_mm, command.size.x, command.size.y);
   if (!command.lights.empty()) shot.lights = command.lights;
@@ -95,35 +86,31 @@ std::vector<Light> lamps_above(const Environment& environment) {
   return light.lamps;
 }
 
-Drawn trace(const SwatchCommand& command) {
+TruthSwatch trace(const SwatchCommand& command) {
   const auto cell = value_or_throw(find_cell(command.input, command.cell));
   TerminalProgress progress("swatch", command.common.quiet);
   const SwatchShot shot = shot_of(command, cell.mesh.period);
   auto truth =
       value_or_throw(trace_swatch(cell.mesh, command.input, shot, command.trace, progress.callback()));
-  report_remarks(command.common, command.input, cell, {});
-  Drawn drawn;
-  drawn.frame = std::move(truth.frame);
-  drawn.seconds = truth.seconds;
-  drawn.truth = std::move(truth);
-  return drawn;
+  report_remarks(command.common, command.input, cell.remarks);
+  return truth;
 }
 
-Drawn draw(const SwatchCommand& command) {
+/// The frame of a fabric, and the time that it took.
+TruthSwatch draw(const SwatchCommand& command) {
   const auto fabric = value_or_throw(read_fabric(command.input));
-  const SwatchShot shot = shot_of(command, V2d(fabric.period_mm));
-  Drawn drawn;
+  TruthSwatch drawn;
   const auto start = std::chrono::steady_clock::now();
-  drawn.frame = draw_swatch(fabric, shot);
+  drawn.frame = draw_swatch(fabric, shot_of(command, V2d(fabric.period_mm)));
   drawn.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return drawn;
 }
 
-Drawn make(SwatchCommand command) {
+TruthSwatch make(SwatchCommand command) {
   if (!command.environment.empty()) {
     command.lights = lamps_above(value_or_throw(environment_named(command.environment, command.around)));
   }
-  Drawn drawn = command.truth ? trace(command) : draw(command);
+  TruthSwatch drawn = command.truth ? trace(command) : draw(command);
   DisplayOptions display = default_display();
   if (!command.environment.empty()) display.exposure = 1;
   value_or_throw(command.output.ends_with(".exr")
@@ -133,23 +120,20 @@ Drawn make(SwatchCommand command) {
 }
 
 Result<int> run(const SwatchCommand& command) {
-  const auto drawn = make(command);
-  Json json = {{"input", command.input},  {"output", command.output}, {"place", name_of(command.place)},
-               {"width", command.size.x}, {"height", command.size.y}, {"truth", command.truth},
-               {"seconds", drawn.seconds}};
-  std::string text = fmt::format("{} swatch, {}x{} pixels, in {:.2f} s", name_of(command.place),
-                                 command.size.x, command.size.y, drawn.seconds);
-  if (drawn.truth) {
-    json["samples"] = command.trace.samples / 2 * 2;
-    json["rays"] = drawn.truth->rays;
-    json["noise"] = drawn.truth->noise;
-    json["alphaNoise"] = drawn.truth->alpha_noise;
-    text += fmt::format(", {:.1f} million rays, standard error {:.2g} (opacity {:.2g})",
-                        static_cast<double>(drawn.truth->rays) * 1e-6, drawn.truth->noise,
-                        drawn.truth->alpha_noise);
+  const TruthSwatch drawn = make(command);
+  Json json = {
+      {"input", command.input},          {"output", command.output}, {"bytes", size_of_file(command.output)},
+      {"place", name_of(command.place)}, {"width", command.size.x},  {"height", command.size.y},
+      {"truth", command.truth},          {"seconds", drawn.seconds}};
+  std::string text = filled("{place} swatch, {width}x{height} pixels, in {seconds:.2f} s", json);
+  if (command.truth) {
+    json.update({{"samples", command.trace.samples / 2 * 2},
+                 {"rays", drawn.rays},
+                 {"noise", drawn.noise},
+                 {"alphaNoise", drawn.alpha_noise}});
+    text += filled(", {rays:.3g} rays, standard error {noise:.2g} (opacity {alphaNoise:.2g})", json);
   }
-  report(command.common, "swatch", json,
-         fmt::format("{} -> {} ({} bytes)\n", text, command.output, size_of_file(command.output)));
+  report(command.common, "swatch", json, text + filled(" -> {output} ({bytes} bytes)\n", json));
   return 0;
 }
 

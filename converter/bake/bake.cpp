@@ -10,6 +10,7 @@
 #include "converter/bake/texels.h"
 #include "converter/bake/yarn_light.h"
 #include "converter/mesh/find_yarns.h"
+#include "format/base/guard.h"
 #include "format/base/random.h"
 
 namespace selvedge {
@@ -44,32 +45,6 @@ YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
   }
   return stored ? std::move(found.yarns) : YarnData();
 }
-
-/// Tells a watcher how far the bake has come. Work is measured in rays times lights.
-class Watch {
- public:
-  Watch(const BakeWatcher& watcher, const SamplesHeader& header) : watcher_(watcher) {
-    const auto samples = static_cast<double>(header.samples_per_texel);
-    of_view_ = samples * header.light_count();
-    of_pair_ = header.truth_samples;
-    total_ = of_view_ * header.view_count();
-    for (const auto& pairs : header.pairs) total_ += of_pair_ * static_cast<double>(pairs.size());
-  }
-  void view_done(std::uint64_t rays, const NoiseSum& noise) { done(of_view_, rays, noise); }
-  void pair_done(std::uint64_t rays, const NoiseSum& noise) { done(of_pair_, rays, noise); }
-
- private:
-  void done(double cost, std::uint64_t rays, const NoiseSum& noise) {
-    done_ += cost;
-    if (watcher_)
-      watcher_({done_ / total_, static_cast<double>(rays) / seconds_since(start_), noise.relative()});
-  }
-
-  const BakeWatcher& watcher_;
-  Clock::time_point start_ = Clock::now();
-  double of_view_, of_pair_, total_;
-  double done_ = 0;
-};
 
 /// The samples of one pair set. Indirect light is computed for many pairs together.
 PairSamples bake_pairs(const TexelBaker& baker, IrradianceCache* cache, const TracedCell& cell,
@@ -111,16 +86,15 @@ PairSamples bake_pairs(const TexelBaker& baker, IrradianceCache* cache, const Tr
 }
 
 /// The yarns with their light, heights above the lowest point of the cell, as their file gives them back.
-Result<YarnData> lit_yarns(const TracedCell& cell, YarnData yarns, float lowest, const BakeOptions& o,
-                           IrradianceCache* cache, const SamplesHeader& header) {
+YarnData lit_yarns(const TracedCell& cell, YarnData yarns, float lowest, const BakeOptions& o,
+                   IrradianceCache* cache, const SamplesHeader& header) {
   for (V3f& node : yarns.nodes) node.z -= lowest;
   trace_yarn_light(cell, {o.yarn_paths, o.bounces, o.seed, o.both_sides}, cache, yarns);
-  auto stored =
-      yarns_from_values(curve_values(yarns), indirect_values(yarns), header.yarns, header.period_mm);
-  if (!stored) return stored;
+  auto stored = value_or_throw(
+      yarns_from_values(curve_values(yarns), indirect_values(yarns), header.yarns, header.period_mm));
   if (header.both_sides)
-    stored->through = light_from_values(indirect_values(yarns, true), header.yarns.stations);
-  if (auto ok = validate(*stored, header.period_mm); !ok) return tl::unexpected(ok.error());
+    stored.through = light_from_values(indirect_values(yarns, true), header.yarns.stations);
+  value_or_throw(validate(stored, header.period_mm));
   return stored;
 }
 
@@ -131,25 +105,21 @@ double coverage_of(const Samples& samples) {
   return sum / (static_cast<double>(samples.header.view_count()) * samples.header.texels());
 }
 
-}  // namespace
-
-Result<Baked> bake(const CellMesh& given, const std::string& name, const BakeOptions& options,
-                   const std::string& provenance, const BakeWatcher& watcher) {
+Baked baked_cell(const CellMesh& given, const std::string& name, const BakeOptions& options,
+                 const std::string& provenance, const Progress& progress) {
   const auto start = Clock::now();
   BakeOptions o = options;
-  if (auto ok = check_options(o, name); !ok) return tl::unexpected(ok.error());
-  const auto cell = trace_cell(given, name, o.ground);
-  if (!cell) return tl::unexpected(cell.error());
+  value_or_throw(check_options(o, name));
+  const auto cell = value_or_throw(trace_cell(given, name, o.ground));
   Baked baked;
   BakeReport& report = baked.report;
   CellMesh mesh = given;
   if (o.yarns) mesh.yarns = stored_yarns(given, report);
-  const auto plane = plane_of(mesh, *cell, name, o);
-  if (!plane) return tl::unexpected(plane.error());
+  const auto plane = value_or_throw(plane_of(mesh, cell, name, o));
 
   std::optional<IrradianceCache> cache;
   if (o.indirect == IndirectLight::cached) {
-    cache = IrradianceCache::build(cell->scene, seed_of(o.seed, stream_cache, 0), o.both_sides);
+    cache = IrradianceCache::build(cell.scene, seed_of(o.seed, stream_cache, 0), o.both_sides);
     if (!cache) {
       o.indirect = IndirectLight::traced;
       report.remarks.push_back(
@@ -160,17 +130,25 @@ Result<Baked> bake(const CellMesh& given, const std::string& name, const BakeOpt
   }
   IrradianceCache* const cached = cache ? &*cache : nullptr;
   Samples& samples = baked.samples;
-  SamplesHeader& header = samples.header = samples_header(mesh, o, *plane, cell->thickness_mm(), provenance);
-  const TexelBaker baker(cell->scene, cached, o.bounces, V2i(o.width, o.height), *plane / cell->mm);
-  const auto rays = [&] { return baker.rays() + (cached != nullptr ? cached->rays() : 0); };
-  Watch watch(watcher, header);
+  SamplesHeader& header = samples.header = samples_header(mesh, o, plane, cell.thickness_mm(), provenance);
+  const TexelBaker baker(cell.scene, cached, o.bounces, V2i(o.width, o.height), plane / cell.mm);
+  // Work is measured in rays times lights.
+  const double view_work = 1.0 * header.samples_per_texel * header.light_count();
+  const double pair_work = header.truth_samples;
+  double left = view_work * header.view_count();
+  for (const auto& pairs : header.pairs) left += pair_work * static_cast<double>(pairs.size());
+  const double whole = left;
+  const auto done = [&](double work) {
+    left -= work;
+    if (progress) progress(1 - left / whole);
+  };
 
   const std::vector<V3f> views = directions_of(header.views, header.both_sides);
   const std::vector<V3f> lights = directions_of(header.lights, header.both_sides);
   NoiseSum noise;
   {
     std::vector<float> irradiance;
-    if (cached != nullptr) irradiance = cached->solve(cell->scene, lights, o.bounces);
+    if (cached != nullptr) irradiance = cached->solve(cell.scene, lights, o.bounces);
     for (std::size_t v = 0; v < views.size(); ++v) {
       NoiseSum of_view;
       ViewSamples view = baker.bake_view(views[v], {lights, irradiance}, o.samples,
@@ -179,23 +157,20 @@ Result<Baked> bake(const CellMesh& given, const std::string& name, const BakeOpt
       if (views[v].z < 0)
         for (V3f& normal : view.normal) normal = mirrored(normal);
       samples.views.push_back(std::move(view));
-      watch.view_done(rays(), noise);
+      done(view_work);
     }
   }
   NoiseSum truth_noise;
   for (const PairKind kind : all_pair_kinds) {
     samples.pairs[index_of(kind)] = bake_pairs(
-        baker, cached, *cell, o, header, kind, [&] { watch.pair_done(rays(), noise); }, truth_noise);
+        baker, cached, cell, o, header, kind, [&] { done(pair_work); }, truth_noise);
   }
   if (header.yarns.curves > 0) {
-    auto yarns = lit_yarns(*cell, mesh.yarns, bounds_of(mesh).min.z, o, cached, header);
-    if (!yarns) return tl::unexpected(yarns.error());
-    samples.yarns = std::move(*yarns);
+    samples.yarns = lit_yarns(cell, mesh.yarns, bounds_of(mesh).min.z, o, cached, header);
   }
 
-  const auto warnings = round_as_stored(samples);
-  if (!warnings) return tl::unexpected(warnings.error());
-  for (const Error& warning : *warnings) report.remarks.push_back(to_line(warning));
+  const auto warnings = value_or_throw(round_as_stored(samples));
+  for (const Error& warning : warnings) report.remarks.push_back(to_line(warning));
   nlohmann::json text = nlohmann::json::parse(header.provenance);
   text["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", truth_noise.relative()}};
   header.provenance = text.dump();
@@ -204,11 +179,18 @@ Result<Baked> bake(const CellMesh& given, const std::string& name, const BakeOpt
   report.truth_noise = truth_noise.relative();
   report.samples = header.samples_per_texel;
   report.truth_samples = header.truth_samples;
-  report.reference_height = *plane;
+  report.reference_height = plane;
   report.indirect = o.indirect;
-  report.rays = rays();
+  report.rays = baker.rays() + (cached != nullptr ? cached->rays() : 0);
   report.seconds = seconds_since(start);
   return baked;
+}
+
+}  // namespace
+
+Result<Baked> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
+                   const std::string& provenance, const Progress& progress) {
+  return result_of([&] { return baked_cell(mesh, name, options, provenance, progress); });
 }
 
 }  // namespace selvedge

@@ -7,13 +7,13 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "converter/light/path_tracer.h"
 #include "converter/mesh/cell_mesh.h"
+#include "format/base/progress.h"
 #include "format/samples/samples.h"
 
 namespace selvedge {
@@ -82,13 +82,6 @@ struct BakeReport {
   std::vector<std::string> remarks;  ///< options that could not be followed, one line each
 };
 
-struct BakeProgress {
-  double fraction = 0;  ///< done, in [0, 1]
-  double rays_per_second = 0;
-  double noise = 0;  ///< BakeReport::noise so far
-};
-using BakeWatcher = std::function<void(const BakeProgress&)>;
-
 /// Held-out and validation directions have z >= this: near the horizon hardly any light is seen.
 inline constexpr double min_pair_z = 0.15;
 
@@ -100,6 +93,6 @@ struct Baked {
 /// Bakes `mesh`. `name` stands for the mesh in messages; `provenance` is a JSON object that the samples keep
 /// beside the options. The same mesh, options and seed give the same samples for any number of threads.
 Result<Baked> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
-                   const std::string& provenance = "{}", const BakeWatcher& watcher = {});
+                   const std::string& provenance = "{}", const Progress& progress = {});
 
 }  // namespace selvedge

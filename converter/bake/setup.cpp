@@ -17,8 +17,8 @@ namespace {
 constexpr std::uint64_t stream_directions = 3;
 
 template <class T>
-void append_bytes(std::string& bytes, const std::vector<T>& values) {
-  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+void add(const std::vector<T>& values, Digest& digest) {
+  digest.update(values.data(), values.size() * sizeof(T));
 }
 
 const char* name_of(ReferencePlane::Kind kind) {
@@ -111,25 +111,25 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
 }
 
 std::string digest_of(const CellMesh& mesh) {
-  std::string bytes;
-  append_bytes(bytes, std::vector<V2d>{mesh.period});
-  append_bytes(bytes, mesh.positions);
-  append_bytes(bytes, mesh.normals);
-  append_bytes(bytes, mesh.albedo);
-  append_bytes(bytes, mesh.fibres);
-  append_bytes(bytes, mesh.gloss);
-  append_bytes(bytes, mesh.triangles);
+  Digest digest;
+  digest.update(&mesh.period, sizeof mesh.period);
+  add(mesh.positions, digest);
+  add(mesh.normals, digest);
+  add(mesh.albedo, digest);
+  add(mesh.fibres, digest);
+  add(mesh.gloss, digest);
+  add(mesh.triangles, digest);
   if (!mesh.skins.empty()) {
-    append_bytes(bytes, mesh.skins);
-    append_bytes(bytes, mesh.places);
-    append_bytes(bytes, std::vector<std::uint64_t>{mesh.seed});
+    add(mesh.skins, digest);
+    add(mesh.places, digest);
+    digest.update(&mesh.seed, sizeof mesh.seed);
   }
-  append_bytes(bytes, mesh.transmission);
-  append_bytes(bytes, mesh.hairs.points);
-  append_bytes(bytes, mesh.hairs.roots);
-  append_bytes(bytes, mesh.hairs.radius);
-  append_bytes(bytes, mesh.hairs.passed);
-  return digest_of(bytes);
+  add(mesh.transmission, digest);
+  add(mesh.hairs.points, digest);
+  add(mesh.hairs.roots, digest);
+  add(mesh.hairs.radius, digest);
+  add(mesh.hairs.passed, digest);
+  return digest.hex();
 }
 
 SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& o, double plane_mm, double thickness_mm,

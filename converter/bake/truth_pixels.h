@@ -56,7 +56,7 @@ V3d ray_origin(const SwatchRay& ray, const Camera& camera, const SwatchCell& cel
 using TraceRay =
     std::function<std::uint64_t(const SwatchRay&, PathSampler&, PathLights& lights, PixelSum& sum)>;
 
-/// Draws the picture by rays; `indirect` and `seconds` are the caller's.
+/// Draws the picture by rays; `seconds` is the caller's.
 TruthSwatch draw_truth(const SwatchShot& shot, const TruthOptions& options, const TraceRay& trace,
                        const Progress& progress);
 

@@ -16,7 +16,6 @@ namespace selvedge {
 struct TruthOptions {
   int samples = 64;  ///< rays per pixel, 2 to 2^20, even
   int bounces = unlimited_bounces;
-  IndirectLight indirect = IndirectLight::traced;
   std::optional<double> ground;  ///< as in BakeOptions; rays that meet the ground count as a hole
   ReferencePlane reference;      ///< the height at z = 0: the compared fabric's
   std::uint64_t seed = 1;
@@ -32,7 +31,6 @@ struct TruthSwatch {
   double alpha_noise = 0;  ///< the same for the opacity
   std::uint64_t rays = 0;
   double seconds = 0;
-  IndirectLight indirect = IndirectLight::traced;  ///< the method used: see BakeReport
 };
 
 /// The same mesh, shot and options give the same values for any number of threads. Refuses lights that are

@@ -26,19 +26,18 @@ void drop_tangents(Json& primitive) {
   for (Json& target : primitive["targets"]) target.erase("TANGENT");
 }
 
-Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord) {
+bool add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord) {
   const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, primitive);
   Json json = document.json["meshes"][mesh]["primitives"][primitive];
   if (!member(member(json, "attributes"), "TANGENT").is_null()) return false;
   GltfReader reader(document);
   std::optional<ScenePrimitive> read =
       read_primitive(reader, json, place, std::numeric_limits<std::uint32_t>::max());
-  if (reader.fault || !read) return reader.result(false);
+  if (!read) return false;
   ScenePrimitive& vertices = *read;
   const std::vector<V2d>& uvs = vertices.tex_coords[tex_coord];
   if (uvs.empty()) {
-    return fail(Code::garment_no_uvs, document.file, place + "/attributes",
-                fmt::format("no TEXCOORD_{}", tex_coord));
+    reader.fail(Code::garment_no_uvs, place + "/attributes", fmt::format("no TEXCOORD_{}", tex_coord));
   }
   for (V3f& normal : vertices.normals) normal.normalize();  // quantised normals are not exactly unit
 
@@ -50,7 +49,6 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
     const Json& position = json["attributes"]["POSITION"];
     const AccessorShape shape = reader.accessor_shape(index_of(position), place);
     sources = read_triangles(reader, json, place, shape.count);
-    if (reader.fault) return reader.result(false);
   }
   const std::vector<V3d> positions(vertices.positions.begin(), vertices.positions.end());
   std::vector<V3d> normals(vertices.normals.begin(), vertices.normals.end());
@@ -68,7 +66,6 @@ Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int t
       vertices.normals.push_back(vertices.normals[copied]);
     }
     gather_vertices(document, reader, json, sources, place);
-    if (reader.fault) return reader.result(false);
     json["indices"] = append_index_accessor(document, tangents.indices);
     json.erase("mode");
   }

@@ -9,8 +9,8 @@ namespace selvedge {
 /// added, false if the primitive has TANGENT already or is not made of triangles. Where charts of opposite
 /// handedness meet, vertices are duplicated in every attribute and morph target; a primitive without normals
 /// gets flat normals, as glTF prescribes, and separate vertices for each triangle. Accessors that other
-/// primitives may share are not changed.
-Result<bool> add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord);
+/// primitives may share are not changed. Throws Failure.
+bool add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord);
 
 /// Removes TANGENT from a primitive and its morph targets; the accessors stay in the file.
 void drop_tangents(Json& primitive);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "converter/dress/charts.h"
 #include "format/gltf/access.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"
@@ -27,25 +28,18 @@ std::vector<V3d> vertex_normals(const std::vector<V3f>& positions,
         normal_of(positions[triangles[t]], positions[triangles[t + 1]], positions[triangles[t + 2]]);
     for (std::size_t c = 0; c < 3; ++c) own[triangles[t + c]] += normal;
   }
-  const auto key = [&](std::uint32_t i) {
-    return std::array{positions[i].x, positions[i].y, positions[i].z};
-  };
-  std::vector<std::uint32_t> order(positions.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-  std::vector<V3d> normals(positions.size());
-  for (std::size_t begin = 0; begin < order.size();) {
-    std::size_t end = begin;
-    V3d sum(0, 0, 0);
-    double lengths = 0;
-    for (; end < order.size() && key(order[end]) == key(order[begin]); ++end) {
-      sum += own[order[end]];
-      lengths += own[order[end]].length();
-    }
-    for (; begin < end; ++begin) {
-      const V3d& normal = sum.length() > 1e-3 * lengths ? sum : own[order[begin]];
-      normals[order[begin]] = normal.length() > 0 ? normal.normalized() : V3d(0, 0, 0);
-    }
+  const std::vector<std::uint32_t> first = weld({positions.begin(), positions.end()});
+  std::vector<V3d> sums(positions.size(), V3d(0, 0, 0));
+  std::vector<double> lengths(positions.size(), 0);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    sums[first[i]] += own[i];
+    lengths[first[i]] += own[i].length();
+  }
+  std::vector<V3d> normals;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const V3d& sum = sums[first[i]];
+    const V3d& normal = sum.length() > 1e-3 * lengths[first[i]] ? sum : own[i];
+    normals.push_back(normal.length() > 0 ? normal.normalized() : V3d(0, 0, 0));
   }
   return normals;
 }
@@ -78,8 +72,8 @@ Json* older_backing(const GltfDocument& document, Json& primitives, const Json& 
 
 }  // namespace
 
-Result<int> add_backing(GltfDocument& document, int material, const std::set<Place>& places,
-                        const PlacesInScene& in_scene, const Backing& backing) {
+int add_backing(GltfDocument& document, int material, const std::set<Place>& places,
+                const PlacesInScene& in_scene, const Backing& backing) {
   const std::string name = string_of(member(document.json["materials"][material], "name"));
   const int behind = append(document.json["materials"],
                             {{"name", name.empty() ? "backing" : name + " backing"},
@@ -97,7 +91,6 @@ Result<int> add_backing(GltfDocument& document, int material, const std::set<Pla
     std::vector<V3f> positions =
         reader.attribute<V3f>(primitive["attributes"], "POSITION", 0, place + "/attributes");
     const std::vector<std::uint32_t> triangles = read_triangles(reader, primitive, place, positions.size());
-    if (reader.fault) return tl::unexpected<Error>(*reader.fault);
     const double local = area_of({positions.begin(), positions.end()}, triangles);
     if (!(local > 0) || !(seen->second.area > 0)) continue;
     const double distance = backing.distance / std::sqrt(seen->second.area / local);

@@ -19,8 +19,9 @@ struct Backing {
 /// triangles' normals, which are means where vertices lie in one point, so that nothing gapes at a seam. They
 /// share all vertex data but the positions with the cloth, move with its skins and morph targets, are drawn
 /// from outside alone, and have no variants. A metre is found by the area that `in_scene`, of the same
-/// document, has for the places. Returns their number.
-Result<int> add_backing(GltfDocument& document, int material, const std::set<Place>& places,
-                        const PlacesInScene& in_scene, const Backing& backing);
+/// document, has for the places. Returns their number; throws
+/// Failure.
+int add_backing(GltfDocument& document, int material, const std::set<Place>& places,
+                const PlacesInScene& in_scene, const Backing& backing);
 
 }  // namespace selvedge

@@ -18,19 +18,6 @@ constexpr int none = -1;
 
 using Face = std::array<std::uint32_t, 3>;
 
-/// For each vertex the first one in the same point.
-std::vector<std::uint32_t> weld(const std::vector<V3d>& positions) {
-  const auto key = [&](std::uint32_t i) { return std::tie(positions[i].x, positions[i].y, positions[i].z); };
-  std::vector<std::uint32_t> order(positions.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-  std::vector<std::uint32_t> first(positions.size());
-  for (std::size_t i = 0; i < order.size(); ++i)
-    first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
-  return first;
-}
-
 class Cutter {
  public:
   Cutter(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles, const V3d& down)
@@ -261,15 +248,7 @@ class Cutter {
 
   /// Turns the plane so that what hangs lower has a larger v in the mean.
   void turn(const Panel& panel, std::vector<V2d>& plane) const {
-    V2d slope(0, 0);
-    for (const V3i& t : panel.triangles) {
-      const V2d a = plane[t[1]] - plane[t[0]];
-      const V2d b = plane[t[2]] - plane[t[0]];
-      const double low_a = (panel.positions[t[1]] - panel.positions[t[0]]).dot(down_);
-      const double low_b = (panel.positions[t[2]] - panel.positions[t[0]]).dot(down_);
-      const double side = a % b < 0 ? -1 : 1;
-      slope += side * V2d(low_a * b.y - low_b * a.y, low_b * a.x - low_a * b.x);
-    }
+    V2d slope = gradient_of(panel, plane, down_);
     if (!(slope.length() > 0)) return;
     slope.normalize();
     for (V2d& p : plane) p = V2d(p.x * slope.y - p.y * slope.x, p.x * slope.x + p.y * slope.y);
@@ -343,6 +322,18 @@ class Cutter {
 };
 
 }  // namespace
+
+std::vector<std::uint32_t> weld(const std::vector<V3d>& positions) {
+  const auto key = [&](std::uint32_t i) { return std::tie(positions[i].x, positions[i].y, positions[i].z); };
+  std::vector<std::uint32_t> order(positions.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  std::vector<std::uint32_t> first(positions.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
+  return first;
+}
 
 Charts cut_into_charts(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles,
                        const V3d& down, double& top) {

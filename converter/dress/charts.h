@@ -34,6 +34,9 @@ struct Charts {
 Charts cut_into_charts(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles,
                        const V3d& down, double& top);
 
+/// For each position the index of the first one in the same point.
+std::vector<std::uint32_t> weld(const std::vector<V3d>& positions);
+
 /// The stretch that this share of the area stays below; 1 without an area.
 double stretch_below(std::vector<ChartStretch> stretch, double share);
 

@@ -135,11 +135,7 @@ class Chooser {
 }  // namespace
 
 Result<ChosenMaterials> choose_materials(GltfDocument& document, const MaterialChoice& choice) {
-  try {
-    return Chooser(document).choose(choice);
-  } catch (const Failure& failure) {
-    return tl::unexpected(failure.error);
-  }
+  return result_of([&] { return Chooser(document).choose(choice); });
 }
 
 }  // namespace selvedge

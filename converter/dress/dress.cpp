@@ -111,8 +111,10 @@ class Dresser {
         for (const Json& accessor : target) accessors.insert(index_of(accessor));
       const Json& indices = member(primitive, "indices");
       const Json& corners = indices.is_null() ? member(member(primitive, "attributes"), "POSITION") : indices;
-      GltfReader reader(document_);  // whose faults are found later
-      const std::size_t count = reader.accessor_shape(index_of(corners), "").count;
+      // Faults are found later.
+      const auto shape =
+          result_of([&] { return GltfReader(document_).accessor_shape(index_of(corners), ""); });
+      const std::size_t count = shape ? shape->count : 0;
       if (!account.take(count, corner_price + value_price * accessors.size()))
         throw Failure{beyond_memory(document_.file, fmt::format("/meshes/{}/primitives/{}", mesh, number),
                                     "its dressed vertices", account.limit())};
@@ -256,8 +258,7 @@ class Dresser {
       if (!with_tangents_.insert(place).second) continue;
       if (use.stale_tangents)
         drop_tangents(document_.json["meshes"][place.first]["primitives"][place.second]);
-      if (value_or_throw(add_tangents(document_, place.first, place.second, options_.tex_coord)))
-        ++report_.tangents_added;
+      if (add_tangents(document_, place.first, place.second, options_.tex_coord)) ++report_.tangents_added;
     }
   }
 
@@ -311,7 +312,7 @@ class Dresser {
       std::set<Place> places = fresh_places(material, done);
       const V2d mm = use.size.metres * 1000.0 / use.reference.transform.scale;
       const Backing backing{*options_.backing, behind * std::min(std::abs(mm.x), std::abs(mm.y)) / 1000};
-      report_.backed += value_or_throw(add_backing(document_, material, places, in_scene_, backing));
+      report_.backed += add_backing(document_, material, places, in_scene_, backing);
       done.merge(places);
     }
   }

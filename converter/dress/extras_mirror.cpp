@@ -10,25 +10,6 @@ namespace selvedge {
 
 using namespace names::gltf;
 
-namespace {
-
-bool same(const UvTransform& a, const UvTransform& b) {
-  return a.offset == b.offset && a.rotation == b.rotation && a.scale == b.scale;
-}
-
-bool same(const Placement& a, const Placement& b) {
-  return a.tex_coord == b.tex_coord && same(a.transform, b.transform);
-}
-
-Placement placement_of(const Json& texture_info) {
-  Placement placement;
-  placement.tex_coord = std::max(0, index_of(member(texture_info, tex_coord)));
-  placement.transform = read_uv_transform(texture_info, placement.tex_coord);
-  return placement;
-}
-
-}  // namespace
-
 std::optional<Placement> base_color_placement(const GltfDocument& document, int material) {
   const Json& json = member(document.json, "materials")[material];
   const Json& info = member(member(json, "pbrMetallicRoughness"), base_color_texture);
@@ -48,7 +29,7 @@ void complete_mirror(GltfDocument& document, int material, const std::string& di
   for (const char* part : {mask_texture, normal_texture, tint_texture}) {
     if (part_of(document, material, part).is_object()) mirror[kept].push_back(part);
   }
-  if (base && same(*base, placement_of(mirror))) return;
+  if (base && *base == placement_of(mirror)) return;
   mirror[base_color_texture] = base ? texture_info(0, base->tex_coord, base->transform) : Json();
   if (base) mirror[base_color_texture].erase(index);
 }
@@ -113,7 +94,7 @@ Result<std::optional<Mirror>> read_mirror(const GltfDocument& document, int mate
 std::optional<Placement> placement_now(const Mirror& mirror, const std::optional<Placement>& base_color) {
   if (!mirror.base_color || !base_color) return std::nullopt;
   if (mirror.base_color->tex_coord != mirror.fabric.tex_coord) return std::nullopt;
-  if (same(mirror.base_color->transform, mirror.fabric.transform)) return base_color;
+  if (mirror.base_color->transform == mirror.fabric.transform) return base_color;
   const UvTransform& before = mirror.base_color->transform;
   const UvTransform& now = base_color->transform;
   const bool scales = before.scale.x != 0 && before.scale.y != 0;

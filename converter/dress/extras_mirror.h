@@ -5,16 +5,10 @@
 #include <optional>
 #include <string>
 
-#include "format/gltf/document.h"
+#include "format/gltf/fabric_extension.h"
 #include "format/scene/scene.h"
 
 namespace selvedge {
-
-/// How a texture is mapped to the surface.
-struct Placement {
-  int tex_coord = 0;
-  UvTransform transform;
-};
 
 struct Mirror {
   Placement fabric;

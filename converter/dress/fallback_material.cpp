@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "format/base/guard.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/names.h"
@@ -29,11 +30,10 @@ int find_or_add(Json& root, const char* array, const Json& entry) {
 int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& bytes, const char* name) {
   const Json& images = member(document.json, "images");
   for (std::size_t i = 0; images.is_array() && i < images.size(); ++i) {
-    GltfReader reader(document);
-    const auto present = reader.bytes(index_of(member(images[i], "bufferView")), "");
-    if (!reader.fault && std::equal(present.begin(), present.end(), bytes.begin(), bytes.end())) {
+    const auto present =
+        result_of([&] { return GltfReader(document).bytes(index_of(member(images[i], "bufferView")), ""); });
+    if (present && std::equal(present->begin(), present->end(), bytes.begin(), bytes.end()))
       return static_cast<int>(i);
-    }
   }
   const int view = append_view(document, bytes);
   document.json["images"].push_back(Json{{"name", name}, {"mimeType", "image/png"}, {"bufferView", view}});
@@ -74,8 +74,8 @@ Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fal
   const int sampler =
       find_or_add(document.json, "samplers",
                   Json{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 10497}, {"wrapT", 10497}});
-  const auto texture_of = [&](const std::vector<std::uint8_t>& png, const char* name) {
-    const int source = find_or_add_image(document, png, name);
+  const auto texture_of = [&](const std::vector<std::uint8_t>& png, const char* image_name) {
+    const int source = find_or_add_image(document, png, image_name);
     return find_or_add(document.json, "textures", Json{{"sampler", sampler}, {"source", source}});
   };
   FallbackTextures textures;

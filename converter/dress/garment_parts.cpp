@@ -87,8 +87,7 @@ class Keeper {
 
   /// Whether the texture can be a member of the extension; if not, there is a warning.
   bool fits(const Json& info, const char* what) {
-    int set = std::max(0, index_of(member(info, tex_coord)));
-    read_uv_transform(info, set);
+    const int set = placement_of(info).tex_coord;
     std::string why;
     if (entry_of(document_, "textures", index_of(member(info, index))).is_null()) {
       why = "is no texture of the file";
@@ -188,11 +187,7 @@ class Keeper {
 
 Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& scene,
                              const std::set<Place>& places, MaskTextures& masks, const KeepOptions& options) {
-  try {
-    return Keeper(document, material, scene, places, masks, options).keep();
-  } catch (const Failure& failure) {
-    return tl::unexpected(failure.error);
-  }
+  return result_of([&] { return Keeper(document, material, scene, places, masks, options).keep(); });
 }
 
 }  // namespace selvedge

@@ -18,16 +18,14 @@ class Gatherer {
     for (const auto& [semantic, accessor] : attributes.items()) {
       const auto [made, fresh] = made_.try_emplace(index_of(accessor), -1);
       if (fresh) made->second = gather(made->first, place + "/" + semantic);
-      if (reader_.fault) return;
       accessor = made->second;
     }
   }
 
  private:
-  /// A new accessor whose element i is element sources_[i] of the old one; -1 after a fault.
+  /// A new accessor whose element i is element sources_[i] of the old one.
   int gather(int accessor, const std::string& place) {
     AccessorShape shape = reader_.accessor_shape(accessor, place);
-    if (reader_.fault) return -1;
     const std::size_t size = shape.element_size();
     const std::vector<std::uint8_t> elements = reader_.elements(accessor, place);
     std::vector<std::uint8_t> gathered;
@@ -35,7 +33,6 @@ class Gatherer {
     for (const std::uint32_t source : sources_) {
       if (source >= shape.count)
         reader_.fail(Code::gltf_malformed, place, fmt::format("there is no element {}", source));
-      if (reader_.fault) return -1;
       const auto first = elements.begin() + static_cast<std::ptrdiff_t>(source * size);
       gathered.insert(gathered.end(), first, first + static_cast<std::ptrdiff_t>(size));
     }

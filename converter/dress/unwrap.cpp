@@ -61,12 +61,8 @@ class Unwrapper {
     Json json = json_of(place);
     Json& attributes = json["attributes"];
     GltfReader reader(document_);
-    const auto need_no_fault = [&] {
-      if (reader.fault) throw Failure{*reader.fault};
-    };
     std::vector<V3d> positions = reader.attribute<V3d>(attributes, "POSITION", 0, where + "/attributes");
     const std::vector<std::uint32_t> triangles = read_triangles(reader, json, where, positions.size());
-    need_no_fault();
     PlaceInScene seen;
     if (const auto found = in_scene_.find(place); found != in_scene_.end()) seen = found->second;
     const double local = area_of(positions, triangles);
@@ -82,7 +78,6 @@ class Unwrapper {
     result_.replaced |= attributes.contains(semantic_);
     attributes.erase(semantic_);
     gather_vertices(document_, reader, json, charts.sources, where);
-    need_no_fault();
     set_uvs(json, charts.uvs);
     json["indices"] = append_index_accessor(document_, charts.indices);
     json.erase("mode");
@@ -105,11 +100,7 @@ class Unwrapper {
 
 Result<Unwrapped> unwrap(GltfDocument& document, const std::set<Place>& places, int tex_coord,
                          const PlacesInScene& in_scene) {
-  try {
-    return Unwrapper(document, tex_coord, in_scene).unwrap(places);
-  } catch (const Failure& failure) {
-    return tl::unexpected(failure.error);
-  }
+  return result_of([&] { return Unwrapper(document, tex_coord, in_scene).unwrap(places); });
 }
 
 }  // namespace selvedge

@@ -224,8 +224,7 @@ class MaterialPrim {
     const Json& json = entry_of(document_, "textures", index_of(member(info, names::gltf::index)));
     const std::string file = json.is_null() ? "" : assets_.image(index_of(member(json, "source")));
     if (file.empty()) return false;
-    int set = std::max(0, index_of(member(info, names::gltf::tex_coord)));
-    const UvTransform transform = read_uv_transform(info, set);
+    const auto [set, transform] = placement_of(info);
     const std::string st = coordinates(set, transform);
     add(name, line("uniform token info:id", "\"UsdUVTexture\"") + line("asset inputs:file", asset(file)) +
                   more + line("float2 inputs:st.connect", st) +

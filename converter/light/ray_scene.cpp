@@ -45,7 +45,7 @@ struct RaySceneState {
 
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  Box bounds;  // of one cell
+  Imath::Box3f bounds;  // of one cell
   CellMesh mesh;
   int ground_triangle = 0;  // the first one
   CellBlock block;
@@ -383,11 +383,7 @@ constexpr double max_backs = 0.005;
 
 }  // namespace
 
-RayScene::RayScene(std::unique_ptr<RaySceneState> state) : state_(std::move(state)) {}
-RayScene::RayScene(RayScene&&) noexcept = default;
-RayScene& RayScene::operator=(RayScene&&) noexcept = default;
-RayScene::~RayScene() = default;
-const Box& RayScene::bounds() const { return state_->bounds; }
+const Imath::Box3f& RayScene::bounds() const { return state_->bounds; }
 V2d RayScene::period() const { return state_->mesh.period; }
 const CellMesh& RayScene::mesh() const { return state_->mesh; }
 bool RayScene::is_ground(const SurfacePoint& point) const {
@@ -479,7 +475,7 @@ std::uint32_t RayScene::occluded(const SurfacePoint& point, std::span<const V3f>
 
 Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
                                   std::optional<float> ground) {
-  auto state = std::make_unique<RaySceneState>();
+  auto state = std::make_shared<RaySceneState>();
   state->bounds = bounds_of(mesh);
   state->mesh = mesh;
   const V2d period = mesh.period;

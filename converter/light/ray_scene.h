@@ -61,13 +61,10 @@ class RayScene {
   /// meet nothing. Precondition: validate(mesh) holds.
   static Result<RayScene> create(const CellMesh& mesh, const std::string& name,
                                  std::optional<float> ground = {});
-  RayScene(RayScene&&) noexcept;
-  RayScene& operator=(RayScene&&) noexcept;
-  ~RayScene();
 
   /// Bounds of one cell without hairs and the ground; the lowest point lies at z = 0, whatever the mesh's own
   /// height.
-  const Box& bounds() const;
+  const Imath::Box3f& bounds() const;
   V2d period() const;
   /// The cell as it is traced: shifted by whole periods, its lowest point at z = 0, the ground's triangles
   /// last.
@@ -115,8 +112,8 @@ class RayScene {
   V3f vertex_normal(const SurfacePoint& point) const;
 
  private:
-  explicit RayScene(std::unique_ptr<RaySceneState> state);
-  std::unique_ptr<RaySceneState> state_;
+  explicit RayScene(std::shared_ptr<RaySceneState> state) : state_(std::move(state)) {}
+  std::shared_ptr<RaySceneState> state_;
 };
 
 /// Whether more than a few of the surfaces that diffuse light from above (and `from_below`) meets, or reaches

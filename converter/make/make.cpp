@@ -5,16 +5,10 @@
 #include <iterator>
 
 #include "fitter/budget/candidates.h"
+#include "format/base/guard.h"
 
 namespace selvedge {
 namespace {
-
-/// The fit of one side of the cloth.
-struct SideFit {
-  Fabric fabric;
-  std::vector<LevelReport> levels;
-  Issues warnings;
-};
 
 /// Share of the budget by Side: light that comes through is smooth.
 constexpr std::array<double, all_sides.size()> budget_shares{1, 0.5, 0.4, 0.4};
@@ -22,27 +16,56 @@ constexpr std::array<double, all_sides.size()> budget_shares{1, 0.5, 0.4, 0.4};
 constexpr double overhead_of_side = 4500;
 
 /// Fits with layers chosen by level within the budget.
-Result<SideFit> fit_layers(SideSamples samples, const MakeOptions& options, const Progress& progress) {
+FitResult fit_layers(SideSamples samples, const MakeOptions& options, const Progress& progress) {
   const double texels = samples.header.texels();
   const double growth = options.budget_texels > 0 ? std::max(texels / options.budget_texels, 1.0) : 1;
   const Side side = samples.header.side;
   const double bytes = static_cast<double>(*options.budget) * growth * budget_shares[index_of(side)];
-  const auto fitter = LayerFitter::create(std::move(samples.level), samples.header,
-                                          samples.pairs[index_of(PairKind::validation)], options.fit,
-                                          progress, samples.pairs[index_of(PairKind::measured)]);
-  if (!fitter) return tl::unexpected(fitter.error());
-  auto chosen = side == Side::front ? fitter->choose_for_file(bytes, options.write)
-                                    : Result<LayerFit>(fitter->choose(bytes, overhead_of_side));
-  if (!chosen) return tl::unexpected(chosen.error());
-  return SideFit{std::move(chosen->fabric), std::move(chosen->levels), fitter->warnings()};
+  const auto fitter = value_or_throw(LayerFitter::create(
+      std::move(samples.level), samples.header, samples.pairs[index_of(PairKind::validation)], options.fit,
+      progress, samples.pairs[index_of(PairKind::measured)]));
+  LayerFit chosen = side == Side::front ? value_or_throw(fitter.choose_for_file(bytes, options.write))
+                                        : fitter.choose(bytes, overhead_of_side);
+  return {std::move(chosen.fabric), std::move(chosen.levels), fitter.warnings()};
 }
 
-Result<SideFit> fit_side(SideSamples samples, const MakeOptions& options, const Progress& progress) {
+FitResult fit_side(SideSamples samples, const MakeOptions& options, const Progress& progress) {
   if (options.budget) return fit_layers(std::move(samples), options, progress);
-  auto result =
-      fit(samples.level, samples.header, options.fit, progress, samples.pairs[index_of(PairKind::measured)]);
-  if (!result) return tl::unexpected(result.error());
-  return SideFit{std::move(result->fabric), std::move(result->levels), std::move(result->warnings)};
+  return value_or_throw(
+      fit(samples.level, samples.header, options.fit, progress, samples.pairs[index_of(PairKind::measured)]));
+}
+
+FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  FitOutcome outcome;
+  Fabric& fabric = outcome.fabric;
+  const std::size_t sides = samples.header.both_sides ? all_sides.size() : 1;
+  for (std::size_t i = 0; i < sides; ++i) {
+    const Side side = all_sides[i];
+    auto fitted = fit_side(samples_of(samples, side), options, [&](double share) {
+      if (progress) progress((static_cast<double>(i) + share) / static_cast<double>(sides));
+    });
+    fitted.fabric.side = side;
+    const PairSamples held_out = pairs_of(samples.pairs[index_of(PairKind::held_out)], side);
+    value_or_throw(measure_side(as_stored(fitted.fabric, options.write.half), held_out, outcome.record));
+    outcome.levels[i] = std::move(fitted.levels);
+    std::move(fitted.warnings.begin(), fitted.warnings.end(), std::back_inserter(outcome.warnings));
+    if (side == Side::front) {
+      fabric = std::move(fitted.fabric);
+      if (samples.header.yarns.curves > 0)
+        fabric.levels.front().set_yarns(
+            std::make_shared<const Yarns>(samples.yarns, samples.header.period_mm));
+    } else {
+      fitted.fabric.provenance = "{}";
+      fabric.add_side(std::move(fitted.fabric));
+    }
+  }
+  fabric.provenance = with_fit_record(fabric.provenance, outcome.record);
+  for (const Error& warning : precision_warnings({}, fabric, options.write))
+    outcome.warnings.push_back(warning);
+  fabric = as_stored(fabric, options.write.half);
+  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return outcome;
 }
 
 }  // namespace
@@ -65,38 +88,7 @@ MakeOptions quality_named(std::string_view name) {
 }
 
 Result<FitOutcome> fit_fabric(const Samples& samples, const MakeOptions& options, const Progress& progress) {
-  const auto start = std::chrono::steady_clock::now();
-  FitOutcome outcome;
-  Fabric& fabric = outcome.fabric;
-  const std::size_t sides = samples.header.both_sides ? all_sides.size() : 1;
-  for (std::size_t i = 0; i < sides; ++i) {
-    const Side side = all_sides[i];
-    auto fitted = fit_side(samples_of(samples, side), options, [&](double share) {
-      if (progress) progress((static_cast<double>(i) + share) / static_cast<double>(sides));
-    });
-    if (!fitted) return tl::unexpected(fitted.error());
-    fitted->fabric.side = side;
-    const PairSamples held_out = pairs_of(samples.pairs[index_of(PairKind::held_out)], side);
-    if (auto ok = measure_side(as_stored(fitted->fabric, options.write.half), held_out, outcome.record); !ok)
-      return tl::unexpected(ok.error());
-    outcome.levels[i] = std::move(fitted->levels);
-    std::move(fitted->warnings.begin(), fitted->warnings.end(), std::back_inserter(outcome.warnings));
-    if (side == Side::front) {
-      fabric = std::move(fitted->fabric);
-      if (samples.header.yarns.curves > 0)
-        fabric.levels.front().set_yarns(
-            std::make_shared<const Yarns>(samples.yarns, samples.header.period_mm));
-    } else {
-      fitted->fabric.provenance = "{}";
-      fabric.add_side(std::move(fitted->fabric));
-    }
-  }
-  fabric.provenance = with_fit_record(fabric.provenance, outcome.record);
-  for (const Error& warning : precision_warnings({}, fabric, options.write))
-    outcome.warnings.push_back(warning);
-  fabric = as_stored(fabric, options.write.half);
-  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return outcome;
+  return result_of([&] { return fit_sides(samples, options, progress); });
 }
 
 }  // namespace selvedge

@@ -48,21 +48,28 @@ std::vector<std::string> fields_of(std::string line) {
   return fields;
 }
 
-/// Why a direction cannot be used, or its unit vector.
-tl::expected<V3f, std::string> front_direction(const V3d& d, const char* what) {
+/// Where pictures are listed, for messages: a table and its line, or a file whose name has the angles.
+struct Listed {
+  std::string file;
+  std::string place = {};
+  [[noreturn]] void refuse(std::string why) const {
+    throw Failure{Error{Code::samples_malformed, file, place, std::move(why)}};
+  }
+};
+
+V3f front_direction(const V3d& d, const char* what, const Listed& at) {
   const double length = d.length();
   if (!(std::isfinite(length) && length > 0))
-    return tl::unexpected(fmt::format("the direction of the {} has no length", what));
+    at.refuse(fmt::format("the direction of the {} has no length", what));
   const V3d unit = d / length;
   // As spec/samples.md has it of stored pairs, with room for the rounding of angles.
-  if (!(unit.z > 1e-3)) return tl::unexpected(fmt::format("the {} lies at or below the horizon", what));
+  if (!(unit.z > 1e-3)) at.refuse(fmt::format("the {} lies at or below the horizon", what));
   return V3f(unit);
 }
 
 /// One line of a table, whose columns `place` has.
-tl::expected<MeasuredPicture, std::string> picture_from(const std::vector<std::string>& fields,
-                                                        const std::vector<std::size_t>& column,
-                                                        const fs::path& folder) {
+MeasuredPicture picture_from(const std::vector<std::string>& fields, const std::vector<std::size_t>& column,
+                             const Listed& at, int line) {
   std::array<double, columns.size()> number{};
   number.back() = 1;
   std::string file;
@@ -72,52 +79,44 @@ tl::expected<MeasuredPicture, std::string> picture_from(const std::vector<std::s
       continue;
     }
     const auto parsed = parse_numbers(fields[i], ',', 1, 1);
-    if (!parsed) return tl::unexpected(fmt::format("{} is no number: {}", columns[column[i]], fields[i]));
+    if (!parsed) at.refuse(fmt::format("{} is no number: {}", columns[column[i]], fields[i]));
     number[column[i]] = parsed->front();
   }
-  if (file.empty()) return tl::unexpected<std::string>("no file is named");
-  if (!(number.back() > 0)) return tl::unexpected<std::string>("exposure is not above 0");
-  const auto light = front_direction({number[1], number[2], number[3]}, "light");
-  if (!light) return tl::unexpected(light.error());
-  const auto view = front_direction({number[4], number[5], number[6]}, "view");
-  if (!view) return tl::unexpected(view.error());
-  return MeasuredPicture{(folder / file).string(), {*light, *view}, number.back(), 0};
+  if (file.empty()) at.refuse("no file is named");
+  if (!(number.back() > 0)) at.refuse("exposure is not above 0");
+  const DirectionPair pair{front_direction({number[1], number[2], number[3]}, "light", at),
+                           front_direction({number[4], number[5], number[6]}, "view", at)};
+  return {(fs::path(at.file).parent_path() / file).string(), pair, number.back(), line};
 }
 
-Result<std::vector<MeasuredPicture>> read_table(const std::string& path) {
-  const auto text = read_file(path, std::uintmax_t{1} << 26U);
-  if (!text) return tl::unexpected(text.error());
-  const auto refuse = [&](int line, std::string why) {
-    return fail(Code::samples_malformed, path, fmt::format("line {}", line), std::move(why));
-  };
-  std::istringstream lines(text->starts_with("\xef\xbb\xbf") ? text->substr(3) : *text);
+std::vector<MeasuredPicture> read_table(const std::string& path) {
+  const std::string text = value_or_throw(read_file(path, std::uintmax_t{1} << 26U));
+  std::istringstream lines(text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text);
   std::vector<MeasuredPicture> pictures;
   std::vector<std::size_t> column;  // of each field: index into `columns`
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos || line.front() == '#') continue;
+    const Listed at{path, fmt::format("line {}", number)};
     const auto fields = fields_of(line);
     if (column.empty()) {
       for (const std::string& name : fields) {
         const auto found = std::find(columns.begin(), columns.end(), name);
-        if (found == columns.end()) return refuse(number, "no column has the name " + name);
+        if (found == columns.end()) at.refuse("no column has the name " + name);
         column.push_back(found - columns.begin());
       }
       for (std::size_t c = 0; c < columns.size(); ++c) {
         const auto count = std::count(column.begin(), column.end(), c);
         if (count > 1 || (count == 0 && c + 1 < columns.size()))
-          return refuse(number, fmt::format("{} columns have the name {}", count, columns[c]));
+          at.refuse(fmt::format("{} columns have the name {}", count, columns[c]));
       }
       continue;
     }
     if (fields.size() != column.size())
-      return refuse(number, fmt::format("{} fields; the first line has {}", fields.size(), column.size()));
-    auto picture = picture_from(fields, column, fs::path(path).parent_path());
-    if (!picture) return refuse(number, picture.error());
-    picture->line = number;
-    pictures.push_back(std::move(*picture));
+      at.refuse(fmt::format("{} fields; the first line has {}", fields.size(), column.size()));
+    pictures.push_back(picture_from(fields, column, at, number));
   }
-  if (column.empty()) return refuse(1, "there are no names of columns");
+  if (column.empty()) Listed{path, "line 1"}.refuse("there are no names of columns");
   return pictures;
 }
 
@@ -129,12 +128,12 @@ std::optional<double> angle_in(const std::string& file, const char* name) {
   return std::stod(match[2]) * std::numbers::pi / 180;
 }
 
-Result<std::vector<MeasuredPicture>> read_names(const std::string& path) {
+std::vector<MeasuredPicture> read_names(const std::string& path) {
   std::vector<fs::path> files;
   std::error_code fault;
   for (fs::recursive_directory_iterator i(path, fault), end; !fault && i != end; i.increment(fault))
     if (i->is_regular_file()) files.push_back(i->path());
-  if (fault) return fail(Code::file_unreadable, path, {}, fault.message());
+  if (fault) throw Failure{Error{Code::file_unreadable, path, {}, fault.message()}};
   std::sort(files.begin(), files.end());
   std::vector<MeasuredPicture> pictures;
   for (const fs::path& file : files) {
@@ -146,17 +145,12 @@ Result<std::vector<MeasuredPicture>> read_names(const std::string& path) {
     const auto direction = [](double polar, double azimuth) {
       return V3d(std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar));
     };
-    MeasuredPicture picture{file.string(), {}, 1, 0};
-    const auto light = front_direction(direction(*angle[0], *angle[1]), "light");
-    const auto view = front_direction(direction(*angle[2], *angle[3]), "view");
-    if (!light || !view)
-      return fail(Code::samples_malformed, picture.file, {}, light ? view.error() : light.error());
-    picture.pair = {*light, *view};
-    pictures.push_back(std::move(picture));
+    const Listed at{file.string()};
+    const DirectionPair pair{front_direction(direction(*angle[0], *angle[1]), "light", at),
+                             front_direction(direction(*angle[2], *angle[3]), "view", at)};
+    pictures.push_back({file.string(), pair, 1, 0});
   }
-  if (pictures.empty())
-    return fail(Code::samples_malformed, path, {},
-                "no file has a name with angles, as tl000_pl000_tv000_pv000.png");
+  if (pictures.empty()) Listed{path}.refuse("no file has a name with angles, as tl000_pl000_tv000_pv000.png");
   return pictures;
 }
 
@@ -170,8 +164,8 @@ struct FlatSample {
   int texel_count() const { return texels.x * texels.y; }
 };
 
-tl::unexpected<Error> refuse_option(const char* option, std::string why) {
-  return fail(Code::option_out_of_range, {}, option, std::move(why));
+[[noreturn]] void refuse_option(const char* option, std::string why) {
+  throw Failure{Error{Code::option_out_of_range, {}, option, std::move(why)}};
 }
 
 /// Bytes of a pixel while its picture is read and averaged: as stored, as floats of a strip and as read, each
@@ -251,9 +245,8 @@ V2d period_of(const FlatSample& sample, const ImportOptions& options) {
   constexpr double rounding = 1.01;
   for (const int axis : {0, 1}) {
     if (!(period[axis] >= 1 && period[axis] <= rounding * size[axis])) {
-      value_or_throw<void>(
-          refuse_option("--period", fmt::format("{:.4g} pixels; a picture has {} along {}", period[axis],
-                                                size[axis], axis == 0 ? "x" : "y")));
+      refuse_option("--period", fmt::format("{:.4g} pixels; a picture has {} along {}", period[axis],
+                                            size[axis], axis == 0 ? "x" : "y"));
     }
     period[axis] = std::min(period[axis], size[axis]);
   }
@@ -406,8 +399,8 @@ MemoryAccount check_options(const ImportOptions& o, const FlatSample& sample) {
   const double pixels =
       sample.texel_count() * std::max(1.0 * o.views * o.lights, static_cast<double>(sample.pictures.size()));
   if (pixels > static_cast<double>(ExrLimits{}.pixels_per_part)) {
-    value_or_throw<void>(refuse_option(
-        "--texels", fmt::format("texels x views x lights, or pictures, are {:.3g}: too many", pixels)));
+    refuse_option("--texels",
+                  fmt::format("texels x views x lights, or pictures, are {:.3g}: too many", pixels));
   }
   return memory;
 }
@@ -474,27 +467,25 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
 }  // namespace
 
 Result<std::vector<MeasuredPicture>> read_picture_table(const std::string& path) {
-  std::error_code fault;
-  auto pictures = fs::is_directory(path, fault) ? read_names(path) : read_table(path);
-  if (!pictures) return pictures;
-  const auto place_of = [](const MeasuredPicture& p) {
-    return p.line > 0 ? fmt::format("line {}", p.line) : p.file;
-  };
-  std::map<std::tuple<float, float, float, float, float, float>, const MeasuredPicture*> seen;
-  for (const MeasuredPicture& p : *pictures) {
-    if (!fs::exists(p.file, fault))
-      return fail(Code::samples_malformed, path, place_of(p), p.file + " does not exist");
-    const V3f& l = p.pair.light;
-    const V3f& v = p.pair.view;
-    const auto [other, is_new] = seen.try_emplace({l.x, l.y, l.z, v.x, v.y, v.z}, &p);
-    if (!is_new)
-      return fail(Code::samples_malformed, path, place_of(p),
-                  fmt::format("has the directions of {}", place_of(*other->second)));
-  }
-  if (std::ssize(*pictures) < min_pictures)
-    return fail(Code::samples_malformed, path, {},
-                fmt::format("{} pictures; at least {} are needed", pictures->size(), min_pictures));
-  return pictures;
+  return result_of([&] {
+    std::error_code fault;
+    auto pictures = fs::is_directory(path, fault) ? read_names(path) : read_table(path);
+    const auto place_of = [](const MeasuredPicture& p) {
+      return p.line > 0 ? fmt::format("line {}", p.line) : p.file;
+    };
+    std::map<std::tuple<float, float, float, float, float, float>, const MeasuredPicture*> seen;
+    for (const MeasuredPicture& p : pictures) {
+      const Listed at{path, place_of(p)};
+      if (!fs::exists(p.file, fault)) at.refuse(p.file + " does not exist");
+      const V3f& l = p.pair.light;
+      const V3f& v = p.pair.view;
+      const auto [other, is_new] = seen.try_emplace({l.x, l.y, l.z, v.x, v.y, v.z}, &p);
+      if (!is_new) at.refuse(fmt::format("has the directions of {}", place_of(*other->second)));
+    }
+    if (std::ssize(pictures) < min_pictures)
+      Listed{path}.refuse(fmt::format("{} pictures; at least {} are needed", pictures.size(), min_pictures));
+    return pictures;
+  });
 }
 
 Result<ImportReport> import_pictures(const std::string& table, const ImportOptions& options,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "format/base/random.h"
 
@@ -34,16 +35,10 @@ YarnStrands strands_of(const CellMesh& mesh, int skin) {
   return strands;
 }
 
-Box bounds_of(const CellMesh& mesh) {
-  const auto position = [&](int v) -> const V3f& { return mesh.positions[v]; };
-  Box box{position(mesh.triangles.front().x), position(mesh.triangles.front().x)};
+Imath::Box3f bounds_of(const CellMesh& mesh) {
+  Imath::Box3f box;
   for (const V3i& triangle : mesh.triangles) {
-    for (const int v : {triangle.x, triangle.y, triangle.z}) {
-      for (unsigned i = 0; i < 3; ++i) {
-        box.min[i] = std::min(box.min[i], position(v)[i]);
-        box.max[i] = std::max(box.max[i], position(v)[i]);
-      }
-    }
+    for (const int v : {triangle.x, triangle.y, triangle.z}) box.extendBy(mesh.positions[v]);
   }
   return box;
 }
@@ -60,20 +55,14 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
   }
   if (mesh.triangles.empty()) return fail(Code::mesh_empty, name, "", "the mesh has no triangles");
   const std::size_t count = mesh.positions.size();
-  if (mesh.normals.size() != count || mesh.albedo.size() != count) {
-    return invalid("", fmt::format("{} positions, but {} normals and {} albedos", count, mesh.normals.size(),
-                                   mesh.albedo.size()));
-  }
-  if (mesh.fibres.size() != mesh.gloss.size() || (!mesh.gloss.empty() && mesh.gloss.size() != count)) {
-    return invalid("", fmt::format("{} positions, but {} fibres and {} values of gloss", count,
-                                   mesh.fibres.size(), mesh.gloss.size()));
-  }
-  if (!mesh.transmission.empty() && mesh.transmission.size() != count) {
-    return invalid(
-        "", fmt::format("{} positions, but {} values of transmission", count, mesh.transmission.size()));
-  }
-  if (mesh.places.size() != (mesh.skins.empty() ? 0 : count)) {
-    return invalid("", fmt::format("{} positions, but {} places on yarns", count, mesh.places.size()));
+  const std::size_t glossy = mesh.gloss.empty() ? 0 : count;
+  for (const auto& [what, size, wanted] :
+       {std::tuple("normals", mesh.normals.size(), count), std::tuple("albedos", mesh.albedo.size(), count),
+        std::tuple("fibres", mesh.fibres.size(), glossy),
+        std::tuple("values of gloss", mesh.gloss.size(), glossy),
+        std::tuple("values of transmission", mesh.transmission.size(), mesh.transmission.empty() ? 0 : count),
+        std::tuple("places on yarns", mesh.places.size(), mesh.skins.empty() ? 0 : count)}) {
+    if (size != wanted) return invalid("", fmt::format("{} positions, but {} {}", count, size, what));
   }
   for (std::size_t v = 0; v < count; ++v) {
     const auto place = [&] { return fmt::format("vertex {}", v); };
@@ -85,18 +74,15 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
       return fail(Code::mesh_not_finite, name, place(), fmt::format("the {} is NaN or infinite", infinite));
     }
     const Gloss gloss = mesh.gloss.empty() ? Gloss() : mesh.gloss[v];
-    if (!(gloss.weight >= 0 && gloss.weight <= 1) || !(gloss.roughness > 0 && gloss.roughness <= 1)) {
-      return invalid(
-          place(), fmt::format("gloss must have a weight in [0, 1] and a roughness in (0, 1], has {} and {}",
-                               gloss.weight, gloss.roughness));
-    }
-    if (!mesh.transmission.empty() && !(mesh.transmission[v] >= 0 && mesh.transmission[v] <= 1)) {
-      return invalid(place(), fmt::format("transmission must lie in [0, 1], is {}", mesh.transmission[v]));
-    }
-    for (unsigned i = 0; i < 3; ++i) {
-      if (!(mesh.albedo[v][i] >= 0 && mesh.albedo[v][i] <= 1)) {
-        return invalid(place(), fmt::format("albedo must lie in [0, 1], is {}", mesh.albedo[v][i]));
-      }
+    if (!(gloss.roughness > 0)) return invalid(place(), "the roughness of the gloss must be above 0");
+    for (const auto& [what, value] :
+         {std::pair("red of the albedo", mesh.albedo[v].x),
+          std::pair("green of the albedo", mesh.albedo[v].y),
+          std::pair("blue of the albedo", mesh.albedo[v].z), std::pair("gloss", gloss.weight),
+          std::pair("roughness of the gloss", gloss.roughness),
+          std::pair("transmission", mesh.transmission.empty() ? 0 : mesh.transmission[v])}) {
+      if (!(value >= 0 && value <= 1))
+        return invalid(place(), fmt::format("the {} must lie in [0, 1], is {}", what, value));
     }
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

@@ -5,6 +5,8 @@
 // the cell; triangles of stitches are cut exactly at the walls.
 #pragma once
 
+#include <Imath/ImathBox.h>
+
 #include <cstdint>
 #include <vector>
 
@@ -60,13 +62,8 @@ int strand_seed(std::uint64_t seed, int skin);
 /// The strands of a skin, as a fabric file has them.
 YarnStrands strands_of(const CellMesh& mesh, int skin);
 
-struct Box {
-  V3f min{0, 0, 0};
-  V3f max{0, 0, 0};
-};
-
 /// Bounds of all triangles; unused vertices are ignored. Precondition: validate() holds.
-Box bounds_of(const CellMesh& mesh);
+Imath::Box3f bounds_of(const CellMesh& mesh);
 
 /// Refuses, with the vertex or triangle as the place: meshes without a triangle of positive area, wrong array
 /// sizes, indices out of range, NaN or infinite positions, periods that are not positive. `name` is the file

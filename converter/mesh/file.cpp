@@ -6,12 +6,13 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
-#include <limits>
 #include <map>
 
 #include "converter/mesh/ply_yarns.h"
 #include "format/base/atomic_file.h"
+#include "format/base/guard.h"
 #include "format/mesh/mesh_file.h"
+#include "format/picture/image.h"
 
 namespace selvedge {
 namespace {
@@ -27,17 +28,12 @@ std::string ending_of(const std::string& path) {
   return ending.empty() ? ending : ending.substr(1);
 }
 
-/// The sRGB transfer curve (IEC 61966-2-1).
-float linear_of(float coded) {
-  return coded <= 0.04045F ? coded / 12.92F : std::pow((coded + 0.055F) / 1.055F, 2.4F);
-}
-
 V3f albedo_of(const V3f& colour, bool coded, const V3f& fallback) {
   if (!(colour.x >= 0)) return fallback;  // not given, or not a number
   V3f albedo;
   for (unsigned i = 0; i < 3; ++i) {
     const float value = colour[i] >= 0 ? std::min(colour[i], 1.0F) : 0.0F;
-    albedo[i] = coded ? linear_of(value) : value;
+    albedo[i] = coded ? srgb_to_linear(value) : value;
   }
   return albedo;
 }
@@ -154,34 +150,20 @@ void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albe
   }
 }
 
-/// Whether a mesh with these bounds lies so far from the origin (64 times its size) that float positions lose
-/// six bits.
-bool lies_far(const V3d& low, const V3d& high) {
-  double size = 0;
-  double distance = 0;
-  for (int i = 0; i < 3; ++i) {
-    size = std::max(size, high[i] - low[i]);
-    distance = std::max({distance, std::abs(low[i]), std::abs(high[i])});
-  }
-  return distance > 64 * size && std::isfinite(distance);
-}
-
-/// Moves a mesh that is far from the origin towards it by whole periods, and its lowest point to height 0, in
-/// double precision.
+/// Moves a mesh that lies so far from the origin (64 times its size) that float positions lose six bits
+/// towards it by whole periods, and its lowest point to height 0, in double precision.
 void move_near_origin(std::vector<V3d>& positions, const std::vector<V3i>& triangles, const V2d& period) {
-  V3d low(std::numeric_limits<double>::max());
-  V3d high(std::numeric_limits<double>::lowest());
+  Imath::Box3d box;
   for (const V3i& t : triangles) {
-    for (int k = 0; k < 3; ++k) {
-      const V3d& p = positions[t[k]];
-      for (int i = 0; i < 3; ++i) {
-        low[i] = std::min(low[i], p[i]);
-        high[i] = std::max(high[i], p[i]);
-      }
-    }
+    for (int k = 0; k < 3; ++k) box.extendBy(positions[t[k]]);
   }
-  if (triangles.empty() || !lies_far(low, high) || !(period.x > 0 && period.y > 0)) return;
-  const V3d shift(std::floor(low.x / period.x) * period.x, std::floor(low.y / period.y) * period.y, low.z);
+  if (box.isEmpty() || !(period.x > 0 && period.y > 0)) return;
+  const V3d size = box.size();
+  double distance = 0;
+  for (int i = 0; i < 3; ++i) distance = std::max({distance, std::abs(box.min[i]), std::abs(box.max[i])});
+  if (!(distance > 64 * std::max({size.x, size.y, size.z})) || !std::isfinite(distance)) return;
+  const V3d shift(std::floor(box.min.x / period.x) * period.x, std::floor(box.min.y / period.y) * period.y,
+                  box.min.z);
   for (V3d& p : positions) p -= shift;
 }
 
@@ -214,13 +196,11 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
     return fail(Code::option_out_of_range, path, "--unit",
                 fmt::format("must be positive, is {}", *options.scale_to_mm));
   }
-  Result<PlyFile> ply = format == "ply" ? read_ply(bytes, path) : PlyFile();
-  if (!ply) return tl::unexpected(ply.error());
-  Result<MeshFile> file = format == "ply" ? mesh_of(*ply, path) : read_obj(bytes, path);
-  if (!file) return tl::unexpected(file.error());
-  if (with_materials) read_materials(*file, path);
-  auto [triangles, face_of] = triangles_of(*file);
-  const MeshChoices choices = choose(*file, bytes, options.period, options.scale_to_mm, options.up_axis);
+  auto ply = value_or_throw(format == "ply" ? read_ply(bytes, path) : PlyFile());
+  auto file = value_or_throw(format == "ply" ? mesh_of(ply, path) : read_obj(bytes, path));
+  if (with_materials) read_materials(file, path);
+  auto [triangles, face_of] = triangles_of(file);
+  const MeshChoices choices = choose(file, bytes, options.period, options.scale_to_mm, options.up_axis);
   if (chosen != nullptr) *chosen = choices;
   if (!options.period && !triangles.empty() && !(choices.period.x > 0 && choices.period.y > 0)) {
     return fail(Code::mesh_invalid, path, "",
@@ -230,32 +210,32 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
   CellMesh mesh;
   mesh.period = choices.period;
   mesh.triangles = std::move(triangles);
-  for (V3d& position : file->positions) position = turned(position, choices.up_axis) * choices.scale_to_mm;
-  for (std::size_t v = 0; v < file->positions.size(); ++v) {
-    const V3f colour = file->colours.values.empty() ? V3f(-1) : file->colours.values[v];
-    mesh.albedo.push_back(albedo_of(colour, file->colours.coded, options.albedo));
+  for (V3d& position : file.positions) position = turned(position, choices.up_axis) * choices.scale_to_mm;
+  for (std::size_t v = 0; v < file.positions.size(); ++v) {
+    const V3f colour = file.colours.values.empty() ? V3f(-1) : file.colours.values[v];
+    mesh.albedo.push_back(albedo_of(colour, file.colours.coded, options.albedo));
   }
-  move_near_origin(file->positions, mesh.triangles, mesh.period);
-  for (const V3d& p : file->positions) mesh.positions.emplace_back(p);
-  for (const V3f& n : given_normals(*file)) {
+  move_near_origin(file.positions, mesh.triangles, mesh.period);
+  for (const V3d& p : file.positions) mesh.positions.emplace_back(p);
+  for (const V3f& n : given_normals(file)) {
     const V3f up = turned(n, choices.up_axis);
     // Unit normals stay as they are, to the bit.
     const bool unit = std::abs(up.length() - 1) < 1e-6F;
     mesh.normals.push_back(unit ? up : up.length() > 0 ? up.normalized() : V3f(0, 0, 1));
   }
   if (mesh.normals.empty()) mesh.normals = normals_of(mesh.positions, mesh.triangles);
-  if (const std::vector<V3f>& colours = file->face_colours.values; !colours.empty()) {
+  if (const std::vector<V3f>& colours = file.face_colours.values; !colours.empty()) {
     std::vector<std::optional<V3f>> albedo;
     for (const std::size_t face : face_of) {
       albedo.push_back(colours[face].x >= 0
-                           ? std::optional(albedo_of(colours[face], file->face_colours.coded, options.albedo))
+                           ? std::optional(albedo_of(colours[face], file.face_colours.coded, options.albedo))
                            : std::nullopt);
     }
     paint_triangles(mesh, albedo);
-  } else if (Result<void> added = add_yarns(*ply, choices, path, mesh); !added) {
-    return tl::unexpected(added.error());
+  } else {
+    value_or_throw(add_yarns(ply, choices, path, mesh));
   }
-  if (auto sound = validate(mesh, path); !sound) return tl::unexpected(sound.error());
+  value_or_throw(validate(mesh, path));
   return mesh;
 }
 
@@ -268,14 +248,13 @@ std::vector<std::string> material_files_of(const std::string& path) {
 }
 
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options, MeshChoices* chosen) {
-  const auto bytes = read_file(path, max_mesh_file);
-  if (!bytes) return tl::unexpected(bytes.error());
-  return cell_from(*bytes, path, options, true, chosen);
+  return result_of(
+      [&] { return cell_from(value_or_throw(read_file(path, max_mesh_file)), path, options, true, chosen); });
 }
 
 Result<CellMesh> read_mesh(const std::string& bytes, const std::string& name,
                            const MeshImportOptions& options) {
-  return cell_from(bytes, name, options, false, nullptr);
+  return result_of([&] { return cell_from(bytes, name, options, false, nullptr); });
 }
 
 Result<void> write_mesh(const std::string& path, const CellMesh& mesh) {

@@ -255,7 +255,7 @@ std::vector<double> inner_radii(const std::vector<SampledPoint>& points, const V
 Sampled sample(const CellMesh& mesh) {
   Sampled s;
   s.area = surface_area(mesh);
-  const Box box = bounds_of(mesh);
+  const Imath::Box3f box = bounds_of(mesh);
   double max_radius =
       std::min<double>(0.51 * (box.max.z - box.min.z), 2 * std::min(mesh.period.x, mesh.period.y));
   if (!(max_radius > 0)) return s;
@@ -290,10 +290,7 @@ Sampled sample(const CellMesh& mesh) {
   for (std::size_t i = 0; i < radii.size(); ++i) {
     if (radii[i] == 0) continue;
     V3d centre = s.points[i].position - s.points[i].normal * radii[i];
-    for (int k = 0; k < 2; ++k) {
-      centre[k] -= std::floor(centre[k] / mesh.period[k]) * mesh.period[k];
-      if (centre[k] >= mesh.period[k]) centre[k] = 0;
-    }
+    for (int k = 0; k < 2; ++k) centre[k] = in_repeat(centre[k], mesh.period[k]);
     s.balls.push_back({centre, radii[i]});
   }
   return s;
@@ -354,10 +351,7 @@ std::vector<Foot> feet_of(const std::vector<SampledPoint>& points, const std::ve
     thin = std::min(thin, axes[a].radius);
     for (std::size_t n = 0; n < axes[a].nodes.size(); ++n) {
       V3d node = axes[a].nodes[n];
-      for (int k = 0; k < 2; ++k) {
-        node[k] -= std::floor(node[k] / period[k]) * period[k];
-        if (node[k] >= period[k]) node[k] = 0;
-      }
+      for (int k = 0; k < 2; ++k) node[k] = in_repeat(node[k], period[k]);
       nodes.push_back(node);
       owner.emplace_back(static_cast<int>(a), static_cast<int>(n));
     }

@@ -1,5 +1,7 @@
 #include "converter/mesh/guesses.h"
 
+#include <fmt/format.h>
+
 #include <Imath/ImathBox.h>
 
 #include <algorithm>
@@ -35,6 +37,17 @@ std::optional<V2d> period_in_comment(const std::string& bytes) {
 }  // namespace
 
 const char* name_of(UpAxis axis) { return axis == UpAxis::x ? "x" : (axis == UpAxis::y ? "y" : "z"); }
+
+std::vector<std::string> remarks_on(const MeshChoices& c) {
+  std::vector<std::string> remarks;
+  for (const auto& [remark, from] :
+       {std::pair(fmt::format("period {:g} x {:g} mm", c.period.x, c.period.y), c.period_from),
+        std::pair(fmt::format("{:g} mm per unit", c.scale_to_mm), c.scale_from),
+        std::pair(fmt::format("axis {} out of the cloth", name_of(c.up_axis)), c.up_axis_from)}) {
+    if (from != "given") remarks.push_back(fmt::format("{} ({})", remark, from));
+  }
+  return remarks;
+}
 
 MeshChoices choose(const MeshFile& file, const std::string& bytes, const std::optional<V2d>& period,
                    const std::optional<double>& scale_to_mm, const std::optional<UpAxis>& up_axis) {

@@ -29,6 +29,9 @@ struct MeshChoices {
   std::string up_axis_from;
 };
 
+/// A line for each guess.
+std::vector<std::string> remarks_on(const MeshChoices& choices);
+
 /// Guesses `period`, `scale_to_mm` and `up_axis` where they are not given. The up axis is the one of least
 /// extent (z unless another has less than 9/10 of its extent); a unit is a metre if the mesh is smaller than
 /// 0.1 units in the plane, else a millimetre; the period comes from the comment of write_mesh(), else it is

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "format/fabric/fabric.h"
+#include "format/picture/image.h"
 
 namespace selvedge {
 namespace {
@@ -20,11 +21,6 @@ void append_bytes(std::string& out, T value) {
 
 void append_vector(std::string& out, const V3f& v) {
   for (unsigned i = 0; i < 3; ++i) append_bytes(out, v[i]);
-}
-
-/// The inverse of the sRGB transfer curve (IEC 61966-2-1).
-float coded_of(float linear) {
-  return linear <= 0.0031308F ? linear * 12.92F : 1.055F * std::pow(linear, 1 / 2.4F) - 0.055F;
 }
 
 std::string properties(const char* type, std::initializer_list<const char*> names) {
@@ -187,7 +183,7 @@ std::string write_ply(const CellMesh& mesh, const std::string& comment) {
     append_vector(out, mesh.positions[v]);
     append_vector(out, mesh.normals[v]);
     for (unsigned i = 0; i < 3; ++i) {
-      append_bytes(out, static_cast<std::uint8_t>(std::lround(coded_of(mesh.albedo[v][i]) * 255)));
+      append_bytes(out, static_cast<std::uint8_t>(std::lround(linear_to_srgb(mesh.albedo[v][i]) * 255)));
     }
     append_vector(out, mesh.albedo[v]);
     if (glossy) {

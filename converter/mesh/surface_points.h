@@ -21,6 +21,12 @@ struct SampledPoint {
 
 double surface_area(const CellMesh& mesh);
 
+/// A place of the axis that repeats with `period`, in [0, period).
+inline double in_repeat(double x, double period) {
+  const double in_cell = x - std::floor(x / period) * period;
+  return in_cell < period ? in_cell : 0;
+}
+
 /// At most `count` points that stand for equal shares of the area. Points within a triangle follow its
 /// vertex normals (Boubekeur and Alexa 2008, "Phong tessellation", with shape factor 1/2, for which an arc is
 /// right to second order). Points without a normal are left out. Precondition: validate(mesh) holds.

@@ -32,6 +32,7 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
     auto mesh = read_mesh(name_or_path, options.import, &*cell.choices);
     if (!mesh) return tl::unexpected(mesh.error());
     cell.mesh = std::move(*mesh);
+    cell.remarks = remarks_on(*cell.choices);
     return cell;
   }
   auto stitch = find_stitch(name_or_path, options.settings);
@@ -47,6 +48,7 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
     return tl::unexpected(mesh.error());
   }
   cell.mesh = std::move(*mesh);
+  cell.remarks = stitch->remarks;
   cell.stitch = std::move(*stitch);
   return cell;
 }

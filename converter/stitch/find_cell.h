@@ -22,6 +22,7 @@ struct Cell {
   CellMesh mesh;
   std::optional<FoundStitch> stitch;   ///< of which the mesh was made
   std::optional<MeshChoices> choices;  ///< of a mesh file
+  std::vector<std::string> remarks;    ///< choices, guesses and omissions, one line each
 };
 
 /// The mesh of one cell from a built-in stitch's name ("plain-knit"), a stitch description (a path ending in

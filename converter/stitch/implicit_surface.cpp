@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "converter/mesh/surface_points.h"
 #include "converter/mesh/yarn_chain.h"
 #include "converter/stitch/flat_yarn.h"
 
@@ -20,11 +21,6 @@ constexpr double span_sag_radii = 0.02;
 constexpr double max_curve_pieces = 1e6;
 constexpr std::size_t max_entries = 1 << 24;
 constexpr int max_bins_per_axis = 96;
-
-double wrap_into(double value, double period) {
-  const double wrapped = value - std::floor(value / period) * period;
-  return wrapped < period ? wrapped : 0.0;  // rounding may give the period itself
-}
 
 int bin_count(double extent, double size) {
   return static_cast<int>(std::clamp(std::floor(extent / size), 1.0, static_cast<double>(max_bins_per_axis)));
@@ -187,7 +183,7 @@ double ImplicitSurface::Piece::nearest_to(const V3d& point) const {
 }
 
 V3d ImplicitSurface::wrap(const V3d& point) const {
-  return {wrap_into(point.x, period_.x), wrap_into(point.y, period_.y), point.z};
+  return {in_repeat(point.x, period_.x), in_repeat(point.y, period_.y), point.z};
 }
 
 std::size_t ImplicitSurface::bin_of(const V3d& wrapped) const {

@@ -22,6 +22,7 @@
 #include "converter/stitch/wif.h"
 #include "converter/stitch/yarn_relax.h"
 #include "format/base/atomic_file.h"
+#include "format/base/guard.h"
 #include "format/base/option_text.h"
 
 namespace selvedge {
@@ -254,17 +255,17 @@ const std::vector<BuiltIn>& library() {
 }
 
 /// The last setting; refuses a pattern that the settings made invalid.
-Result<void> set_seed(const StitchValues& values, const std::string& name, StitchPattern& pattern) {
+void set_seed(const StitchValues& values, const std::string& name, StitchPattern& pattern) {
   pattern.seed = static_cast<std::uint32_t>(values.number("seed"));
-  return validate(pattern, name);
+  value_or_throw(validate(pattern, name));
 }
 
 /// Lays the repeats that a cell is to hold; refuses more yarn than a pattern may have.
-Result<void> lay_repeats(const StitchValues& values, const std::string& name, FoundStitch& found) {
+void lay_repeats(const StitchValues& values, const std::string& name, FoundStitch& found) {
   found.repeats = static_cast<int>(values.number("repeats"));
   found.pattern = repeated(found.pattern, found.repeats);
   found.min_texels *= found.repeats;
-  return validate(found.pattern, name);
+  value_or_throw(validate(found.pattern, name));
 }
 
 double shorter_period(const StitchPattern& pattern) {
@@ -274,13 +275,12 @@ double shorter_period(const StitchPattern& pattern) {
 /// Scales yarns that overlap by more than touching_overlap down by enough that they do not; returns the
 /// factor. Steep sections of flat yarn turn along a piece of the relaxation, and the yarns of a draft may
 /// overlap by much of the thinner.
-Result<double> thin_to_touch(StitchPattern& pattern, const std::string& name) {
+double thin_to_touch(StitchPattern& pattern, const std::string& name) {
   double thinner = 1;
   double overlap = 0;
   do {
-    const auto clearance = minimum_clearance(pattern, name);
-    if (!clearance) return tl::unexpected(clearance.error());
-    overlap = -*clearance / thinnest_of(pattern);
+    const auto clearance = value_or_throw(minimum_clearance(pattern, name));
+    overlap = -clearance / thinnest_of(pattern);
     if (overlap <= touching_overlap) break;
     const double factor = std::max(0.5, 1 - 0.5 * overlap);
     for (Yarn& yarn : pattern.yarns) yarn.radius_mm *= factor;
@@ -327,25 +327,25 @@ constexpr const char* too_much_work =
 
 Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
   settings.insert(stitch.settings.begin(), stitch.settings.end());
-  const auto values = StitchValues::create(stitch.info.name, stitch.info.parameters, settings);
-  if (!values) return tl::unexpected(values.error());
+  const auto values =
+      value_or_throw(StitchValues::create(stitch.info.name, stitch.info.parameters, settings));
   RelaxOptions options;
-  options.gap = values->number("slack");
+  options.gap = values.number("slack");
   options.max_thickness = stitch.max_thickness;
   options.hold = stitch.hold;
   const bool given =
-      values->is_set("radius_mm") || values->is_set("warp_radius_mm") || values->is_set("weft_radius_mm");
+      values.is_set("radius_mm") || values.is_set("warp_radius_mm") || values.is_set("weft_radius_mm");
   const bool said =
       std::ranges::any_of(settings, [](const auto& set) { return set.first.ends_with("flattening"); });
-  const std::vector<Yarn> thin = stitch.draw(*values, Flat::thin).yarns;
+  const std::vector<Yarn> thin = stitch.draw(values, Flat::thin).yarns;
   std::vector<Yarn> tried;
   Relaxed result;
   bool fits = false;
   for (const Flat flat : {Flat::wide, Flat::wide_by_round, Flat::thin, Flat::none}) {
     if (fits) break;
-    StitchPattern drawn = stitch.draw(*values, flat);
+    StitchPattern drawn = stitch.draw(values, flat);
     if (drawn.yarns == tried || (given && flat == Flat::thin)) continue;
-    if (auto ok = set_seed(*values, stitch.info.name, drawn); !ok) return tl::unexpected(ok.error());
+    set_seed(values, stitch.info.name, drawn);
     if (relaxation_work(drawn) > max_relaxation_work) {
       return fail(Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii, too_much_work);
     }
@@ -374,29 +374,26 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
   if (stitch.warps > 0) {
     const auto is_flat = [](const Yarn& yarn) { return yarn.flattening < 1; };
     if (!given && std::ranges::any_of(found.pattern.yarns, is_flat)) {
-      if (auto ok = thin_to_touch(found.pattern, stitch.info.name); !ok) return tl::unexpected(ok.error());
+      thin_to_touch(found.pattern, stitch.info.name);
     }
-    apply_woven_settings(*values, stitch.warps, found.pattern);
-    if (auto sound = validate(found.pattern, stitch.info.name); !sound) return tl::unexpected(sound.error());
+    apply_woven_settings(values, stitch.warps, found.pattern);
+    value_or_throw(validate(found.pattern, stitch.info.name));
   }
-  if (auto ok = lay_repeats(*values, stitch.info.name, found); !ok) return tl::unexpected(ok.error());
+  lay_repeats(values, stitch.info.name, found);
   return found;
 }
 
 Result<FoundStitch> chart_in(const std::string& path, const StitchSettings& settings) {
-  const auto text = read_file(path, max_chart_text);
-  if (!text) return tl::unexpected(text.error());
-  auto chart = read_chart(*text, path);
-  if (!chart) return tl::unexpected(chart.error());
-  if (chart->name.empty()) chart->name = std::filesystem::path(path).stem().string();
-  BuiltIn stitch = knit("", *chart);
+  const auto text = value_or_throw(read_file(path, max_chart_text));
+  auto chart = value_or_throw(read_chart(text, path));
+  if (chart.name.empty()) chart.name = std::filesystem::path(path).stem().string();
+  BuiltIn stitch = knit("", chart);
   stitch.info.name = path;
-  auto found = relaxed(stitch, settings);
-  if (!found) return found;
-  found->min_texels =
-      V2i(static_cast<int>(chart->knit.rows.front().size()), static_cast<int>(chart->knit.rows.size())) *
-      (texels_per_stitch * found->repeats);
-  found->remarks = std::move(chart->remarks);
+  auto found = value_or_throw(relaxed(stitch, settings));
+  found.min_texels =
+      V2i(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size())) *
+      (texels_per_stitch * found.repeats);
+  found.remarks = std::move(chart.remarks);
   return found;
 }
 
@@ -413,59 +410,67 @@ std::vector<StitchParameter> draft_parameters() {
 }
 
 Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& settings) {
-  const auto text = read_file(path, max_wif_text);
-  if (!text) return tl::unexpected(text.error());
-  auto draft = read_wif(*text, path);
-  if (!draft) return tl::unexpected(draft.error());
-  const auto values = StitchValues::create(path, draft_parameters(), settings);
-  if (!values) return tl::unexpected(values.error());
+  const auto text = value_or_throw(read_file(path, max_wif_text));
+  auto draft = value_or_throw(read_wif(text, path));
+  const auto values = value_or_throw(StitchValues::create(path, draft_parameters(), settings));
   FoundStitch found;
-  found.min_texels = texels_for(draft->weave);
-  found.remarks = std::move(draft->remarks);
-  const std::string name = draft->title.empty() ? std::filesystem::path(path).stem().string() : draft->title;
+  found.min_texels = texels_for(draft.weave);
+  found.remarks = std::move(draft.remarks);
+  const std::string name = draft.title.empty() ? std::filesystem::path(path).stem().string() : draft.title;
   RelaxOptions options;
-  options.gap = values->number("slack");
+  options.gap = values.number("slack");
   options.max_thickness = woven_thickness;
   options.hold = woven_hold;
   // A draft's thickness is the width that its yarns show.
   for (auto [prefix, yarns] :
-       {std::pair("warp_", &draft->weave.warp), std::pair("weft_", &draft->weave.weft)}) {
+       {std::pair("warp_", &draft.weave.warp), std::pair("weft_", &draft.weave.weft)}) {
     for (Yarn& yarn : *yarns) {
-      apply_flattening(*values, prefix, yarn);
+      apply_flattening(values, prefix, yarn);
       yarn.radius_mm *= std::sqrt(yarn.flattening);
       if (yarn.flattening < 1) options.hold = flat_draft_hold;
     }
   }
-  const StitchPattern drawn = draw_weave(draft->weave, name);
+  const StitchPattern drawn = draw_weave(draft.weave, name);
   // Relaxation makes thick yarns thinner.
-  if (auto sound = validate(drawn, path, {.radius_periods = 8}); !sound) return tl::unexpected(sound.error());
+  value_or_throw(validate(drawn, path, {.radius_periods = 8}));
   if (relaxation_work(drawn) > max_relaxation_work)
     return fail(Code::stitch_invalid, path, "", too_much_work);
   Relaxed result = relax(drawn, options);
   found.pattern = std::move(result.pattern);
-  if (auto sound = validate(found.pattern, path); !sound) return tl::unexpected(sound.error());
+  value_or_throw(validate(found.pattern, path));
   const auto thinner = thin_to_touch(found.pattern, path);
-  if (!thinner) return tl::unexpected(thinner.error());
-  apply_woven_settings(*values, draft->weave.warp.size(), found.pattern);
-  if (auto sound = set_seed(*values, path, found.pattern); !sound) return tl::unexpected(sound.error());
-  found.thickness_share = result.part * *thinner;
+  apply_woven_settings(values, draft.weave.warp.size(), found.pattern);
+  set_seed(values, path, found.pattern);
+  found.thickness_share = result.part * thinner;
   if (found.thickness_share < 0.995) {
     found.remarks.push_back(fmt::format(
         "yarns thinned to {:.2f} of the draft's thickness: there is no more room", found.thickness_share));
   }
-  if (auto ok = lay_repeats(*values, path, found); !ok) return tl::unexpected(ok.error());
+  lay_repeats(values, path, found);
   return found;
 }
 
-}  // namespace
-
-std::vector<StitchInfo> built_in_stitches() {
-  std::vector<StitchInfo> infos;
-  for (const BuiltIn& stitch : library()) infos.push_back(stitch.info);
-  return infos;
+Result<FoundStitch> described_in(const std::string& path, const StitchSettings& settings) {
+  auto pattern = value_or_throw(read_stitch_file(path));
+  const auto values = value_or_throw(StitchValues::create(path, common_parameters(), settings));
+  for (Yarn& yarn : pattern.yarns) {
+    apply_flattening(values, "", yarn);
+    apply_settings(values, "", shorter_period(pattern), yarn);
+  }
+  if (values.is_set("seed")) set_seed(values, path, pattern);
+  FoundStitch found{.pattern = std::move(pattern)};
+  const auto clearance = value_or_throw(minimum_clearance(found.pattern, path));
+  constexpr double much = 0.1;  // of a radius
+  const double overlap = -clearance / thinnest_of(found.pattern);
+  if (overlap > much) {
+    found.remarks.push_back(
+        fmt::format("yarns overlap by {:.2f} of their radius: more than {} shows", overlap, much));
+  }
+  lay_repeats(values, path, found);
+  return found;
 }
 
-Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings) {
+Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSettings& settings) {
   std::string names;
   for (const BuiltIn& stitch : library()) {
     names += (names.empty() ? "" : ", ") + stitch.info.name;
@@ -479,28 +484,19 @@ Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSet
   }
   if (has_ending(name_or_path, ".wif")) return draft_in(name_or_path, settings);
   if (has_ending(name_or_path, ".txt")) return chart_in(name_or_path, settings);
-  auto pattern = read_stitch_file(name_or_path);
-  if (!pattern) return tl::unexpected(pattern.error());
-  const auto values = StitchValues::create(name_or_path, common_parameters(), settings);
-  if (!values) return tl::unexpected(values.error());
-  for (Yarn& yarn : pattern->yarns) {
-    apply_flattening(*values, "", yarn);
-    apply_settings(*values, "", shorter_period(*pattern), yarn);
-  }
-  if (values->is_set("seed")) {
-    if (auto ok = set_seed(*values, name_or_path, *pattern); !ok) return tl::unexpected(ok.error());
-  }
-  FoundStitch found{.pattern = std::move(*pattern)};
-  const auto clearance = minimum_clearance(found.pattern, name_or_path);
-  if (!clearance) return tl::unexpected(clearance.error());
-  constexpr double much = 0.1;  // of a radius
-  const double overlap = -*clearance / thinnest_of(found.pattern);
-  if (overlap > much) {
-    found.remarks.push_back(
-        fmt::format("yarns overlap by {:.2f} of their radius: more than {} shows", overlap, much));
-  }
-  if (auto ok = lay_repeats(*values, name_or_path, found); !ok) return tl::unexpected(ok.error());
-  return found;
+  return described_in(name_or_path, settings);
+}
+
+}  // namespace
+
+std::vector<StitchInfo> built_in_stitches() {
+  std::vector<StitchInfo> infos;
+  for (const BuiltIn& stitch : library()) infos.push_back(stitch.info);
+  return infos;
+}
+
+Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings) {
+  return result_of([&] { return stitch_named(name_or_path, settings); });
 }
 
 }  // namespace selvedge

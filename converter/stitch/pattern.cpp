@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <tuple>
 
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/parameters.h"
@@ -38,17 +40,13 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
     return refuse("/radius_mm", fmt::format("radius {} mm is more than {} times the shorter period {} mm",
                                             yarn.radius_mm, limits.radius_periods, shorter));
   }
-  for (unsigned i = 0; i < 3; ++i) {
-    if (!(yarn.albedo[i] >= 0 && yarn.albedo[i] <= 1)) {
-      return refuse(fmt::format("/albedo/{}", i),
-                    fmt::format("albedo must lie in [0, 1], is {}", yarn.albedo[i]));
-    }
-  }
-  if (!(yarn.gloss.weight >= 0 && yarn.gloss.weight <= 1)) {
-    return refuse("/gloss", fmt::format("gloss must lie in [0, 1], is {}", yarn.gloss.weight));
-  }
-  if (!(yarn.gloss.roughness > 0 && yarn.gloss.roughness <= 1)) {
-    return refuse("/roughness", fmt::format("roughness must lie in (0, 1], is {}", yarn.gloss.roughness));
+  for (const auto& [name, value, min] :
+       {std::tuple("albedo/0", yarn.albedo.x, 0.0F), std::tuple("albedo/1", yarn.albedo.y, 0.0F),
+        std::tuple("albedo/2", yarn.albedo.z, 0.0F), std::tuple("gloss", yarn.gloss.weight, 0.0F),
+        std::tuple("roughness", yarn.gloss.roughness, std::numeric_limits<float>::min()),
+        std::tuple("flattening", static_cast<float>(yarn.flattening), min_flattening)}) {
+    if (!(value >= min && value <= 1))
+      return refuse(fmt::format("/{}", name), fmt::format("must lie in [{}, 1], is {}", min, value));
   }
   if (!(std::abs(yarn.twist_per_mm) * yarn.radius_mm <= max_twist)) {
     return refuse("/twist_per_mm", fmt::format("{} turns per mm are more than {} per radius of {} mm",
@@ -62,10 +60,6 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
     if (!m.limits || (value >= m.min && value <= m.max)) continue;
     return refuse(fmt::format("/{}", m.name),
                   fmt::format("{} must lie in [{}, {}], is {}", m.name, m.min, m.max, value));
-  }
-  if (!(yarn.flattening >= shortest(min_flattening) && yarn.flattening <= 1)) {
-    return refuse("/flattening", fmt::format("flattening must lie in [{}, 1], is {}",
-                                             shortest(min_flattening), yarn.flattening));
   }
   if (yarn.hairiness > 0 && !(yarn.hair_mm > 0 && max_hair * yarn.hair_mm <= shorter)) {
     return refuse("/hair_mm", fmt::format("hairs of {} mm on average, the longest {} times as long, must be "

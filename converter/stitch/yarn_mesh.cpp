@@ -15,6 +15,7 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/marching_cubes.h"
 #include "converter/stitch/yarn_plies.h"
+#include "format/base/guard.h"
 #include "format/base/random.h"
 
 namespace selvedge {
@@ -290,6 +291,79 @@ Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cells_across, do
   return grid;
 }
 
+Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& options) {
+  value_or_throw(validate(described, described.name));
+  const StitchPattern pattern = value_or_throw(lay_plies(described, described.name));
+  const int cells_across =
+      options.cells_across ? *options.cells_across : cells_across_for(pattern, options.repeats);
+  if (cells_across < min_across || cells_across > max_across) {
+    return fail(Code::option_out_of_range, pattern.name, "--grid",
+                fmt::format("must lie in {} to {}, are {}", min_across, max_across, cells_across));
+  }
+  // The search along an edge needs exact values up to the length of an edge.
+  const double reach = std::max(pattern.period_mm.x, pattern.period_mm.y) / cells_across * 2;
+  const auto surface = value_or_throw(ImplicitSurface::build(pattern, reach, pattern.name));
+  const auto grid = value_or_throw(grid_for(pattern, cells_across, surface.low(), surface.high()));
+  const double points = 1.0 * grid.cells.x * grid.cells.y * grid.cells.z;
+  if (points * surface.pieces_per_point() > max_grid_distances) {
+    return fail(Code::mesh_invalid, pattern.name, "/yarns",
+                "the yarns are too many and too close to each other for the grid");
+  }
+  const MarchedSurface marched = march(grid, [&](const V3d& p) { return surface.distance(p); });
+  if (marched.triangles.empty()) {
+    return fail(Code::mesh_empty, pattern.name, "", "the yarns enclose no grid point");
+  }
+
+  CellMesh mesh;
+  mesh.period = pattern.period_mm;
+  mesh.triangles = marched.triangles;
+  mesh.yarns = value_or_throw(yarn_curves_of(described));
+  mesh.positions.reserve(marched.positions.size());
+  const auto any = [&](const auto& test) {
+    return std::any_of(pattern.yarns.begin(), pattern.yarns.end(), test);
+  };
+  const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre != 0; });
+  const bool translucent = any([](const Yarn& yarn) { return yarn.transmission > 0; });
+  const bool varied =
+      any([](const Yarn& yarn) { return yarn.fibre != 0 || yarn.irregularity > 0 || yarn.hairiness > 0; });
+  std::vector<YarnFrames> frames;
+  if (varied) {
+    mesh.seed = pattern.seed;
+    for (const Yarn& yarn : pattern.yarns) {
+      frames.push_back(frames_of(yarn, 0.5 * yarn.radius_mm));
+      mesh.skins.push_back(skin_of(yarn, length_of(frames.back())));
+    }
+  }
+  for (std::size_t v = 0; v < marched.positions.size(); ++v) {
+    mesh.positions.emplace_back(marched.positions[v]);
+    const std::size_t original = marched.original[v];
+    if (original != v) {  // an original precedes its copies
+      mesh.normals.push_back(mesh.normals[original]);
+      mesh.albedo.push_back(mesh.albedo[original]);
+      if (glossy) mesh.fibres.push_back(mesh.fibres[original]);
+      if (glossy) mesh.gloss.push_back(mesh.gloss[original]);
+      if (translucent) mesh.transmission.push_back(mesh.transmission[original]);
+      if (varied) mesh.places.push_back(mesh.places[original]);
+      continue;
+    }
+    const SurfaceSample sample = surface.sample(marched.positions[v]);
+    const Yarn& yarn = pattern.yarns[sample.yarn];
+    mesh.normals.emplace_back(sample.widening == 0
+                                  ? sample.gradient
+                                  : (sample.gradient - sample.tangent * sample.widening).normalized());
+    mesh.albedo.push_back(yarn.albedo);
+    if (glossy) mesh.fibres.emplace_back(fibre_of(yarn, sample));
+    if (glossy) mesh.gloss.push_back(yarn.gloss);
+    if (translucent) mesh.transmission.push_back(static_cast<float>(yarn.transmission));
+    if (varied) mesh.places.push_back(place_of(frames[sample.yarn], sample));
+  }
+  if (varied) {
+    give_strands(described, pattern, mesh);
+    mesh.hairs = grow_hairs(mesh);
+  }
+  return mesh;
+}
+
 }  // namespace
 
 Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options) {
@@ -359,83 +433,8 @@ Hairs grow_hairs(const CellMesh& mesh) {
   return hairs;
 }
 
-Result<CellMesh> mesh_stitch(const StitchPattern& described, const MeshOptions& options) {
-  if (auto sound = validate(described, described.name); !sound) return tl::unexpected(sound.error());
-  const auto laid = lay_plies(described, described.name);
-  if (!laid) return tl::unexpected(laid.error());
-  const StitchPattern& pattern = *laid;
-  const int cells_across =
-      options.cells_across ? *options.cells_across : cells_across_for(pattern, options.repeats);
-  if (cells_across < min_across || cells_across > max_across) {
-    return fail(Code::option_out_of_range, pattern.name, "--grid",
-                fmt::format("must lie in {} to {}, are {}", min_across, max_across, cells_across));
-  }
-  // The search along an edge needs exact values up to the length of an edge.
-  const double reach = std::max(pattern.period_mm.x, pattern.period_mm.y) / cells_across * 2;
-  const auto surface = ImplicitSurface::build(pattern, reach, pattern.name);
-  if (!surface) return tl::unexpected(surface.error());
-  const auto grid = grid_for(pattern, cells_across, surface->low(), surface->high());
-  if (!grid) return tl::unexpected(grid.error());
-  const double points = 1.0 * grid->cells.x * grid->cells.y * grid->cells.z;
-  if (points * surface->pieces_per_point() > max_grid_distances) {
-    return fail(Code::mesh_invalid, pattern.name, "/yarns",
-                "the yarns are too many and too close to each other for the grid");
-  }
-  const MarchedSurface marched = march(*grid, [&](const V3d& p) { return surface->distance(p); });
-  if (marched.triangles.empty()) {
-    return fail(Code::mesh_empty, pattern.name, "", "the yarns enclose no grid point");
-  }
-
-  CellMesh mesh;
-  mesh.period = pattern.period_mm;
-  mesh.triangles = marched.triangles;
-  auto curves = yarn_curves_of(described);
-  if (!curves) return tl::unexpected(curves.error());
-  mesh.yarns = std::move(*curves);
-  mesh.positions.reserve(marched.positions.size());
-  const auto any = [&](const auto& test) {
-    return std::any_of(pattern.yarns.begin(), pattern.yarns.end(), test);
-  };
-  const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre != 0; });
-  const bool translucent = any([](const Yarn& yarn) { return yarn.transmission > 0; });
-  const bool varied =
-      any([](const Yarn& yarn) { return yarn.fibre != 0 || yarn.irregularity > 0 || yarn.hairiness > 0; });
-  std::vector<YarnFrames> frames;
-  if (varied) {
-    mesh.seed = pattern.seed;
-    for (const Yarn& yarn : pattern.yarns) {
-      frames.push_back(frames_of(yarn, 0.5 * yarn.radius_mm));
-      mesh.skins.push_back(skin_of(yarn, length_of(frames.back())));
-    }
-  }
-  for (std::size_t v = 0; v < marched.positions.size(); ++v) {
-    mesh.positions.emplace_back(marched.positions[v]);
-    const std::size_t original = marched.original[v];
-    if (original != v) {  // an original precedes its copies
-      mesh.normals.push_back(mesh.normals[original]);
-      mesh.albedo.push_back(mesh.albedo[original]);
-      if (glossy) mesh.fibres.push_back(mesh.fibres[original]);
-      if (glossy) mesh.gloss.push_back(mesh.gloss[original]);
-      if (translucent) mesh.transmission.push_back(mesh.transmission[original]);
-      if (varied) mesh.places.push_back(mesh.places[original]);
-      continue;
-    }
-    const SurfaceSample sample = surface->sample(marched.positions[v]);
-    const Yarn& yarn = pattern.yarns[sample.yarn];
-    mesh.normals.emplace_back(sample.widening == 0
-                                  ? sample.gradient
-                                  : (sample.gradient - sample.tangent * sample.widening).normalized());
-    mesh.albedo.push_back(yarn.albedo);
-    if (glossy) mesh.fibres.emplace_back(fibre_of(yarn, sample));
-    if (glossy) mesh.gloss.push_back(yarn.gloss);
-    if (translucent) mesh.transmission.push_back(static_cast<float>(yarn.transmission));
-    if (varied) mesh.places.push_back(place_of(frames[sample.yarn], sample));
-  }
-  if (varied) {
-    give_strands(described, pattern, mesh);
-    mesh.hairs = grow_hairs(mesh);
-  }
-  return mesh;
+Result<CellMesh> mesh_stitch(const StitchPattern& pattern, const MeshOptions& options) {
+  return result_of([&] { return meshed(pattern, options); });
 }
 
 }  // namespace selvedge

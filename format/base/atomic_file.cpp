@@ -154,7 +154,7 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   // An existing file or link belongs to another process: the next name is tried.
   for (int attempt = 0;; ++attempt) {
     const std::string temporary = fmt::format("{}.part-{}-{}", target, getpid(), counter++);
-    auto unfinished = std::make_unique<Unfinished>(temporary);
+    auto unfinished = std::make_shared<Unfinished>(temporary);
     // The replacement of a private file is private before it is complete, too.
     const int file =
         open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode_of(target) ? 0600 : 0666);
@@ -174,11 +174,6 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   }
 }
 
-AtomicFile::AtomicFile(std::string path, std::unique_ptr<Unfinished> unfinished)
-    : path_(std::move(path)), unfinished_(std::move(unfinished)) {}
-AtomicFile::AtomicFile(AtomicFile&&) noexcept = default;
-AtomicFile& AtomicFile::operator=(AtomicFile&&) noexcept = default;
-AtomicFile::~AtomicFile() = default;
 const std::string& AtomicFile::temporary() const { return unfinished_->temporary; }
 int AtomicFile::descriptor() const { return unfinished_->file; }
 

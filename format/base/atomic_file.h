@@ -19,9 +19,8 @@ class AtomicFile {
   /// Refuses folders, devices, pipes, and links to no file. If `path` is a link, the file that it points to
   /// is replaced. What replaces a file gets its permissions, by commit().
   static Result<AtomicFile> create(const std::string& path);
-  AtomicFile(AtomicFile&&) noexcept;
-  AtomicFile& operator=(AtomicFile&&) noexcept;
-  ~AtomicFile();
+  AtomicFile(AtomicFile&&) noexcept = default;
+  AtomicFile& operator=(AtomicFile&&) noexcept = default;
 
   const std::string& path() const { return path_; }
   /// The temporary file, in the same folder as path(). Not after commit().
@@ -33,10 +32,11 @@ class AtomicFile {
 
  private:
   struct Unfinished;
-  AtomicFile(std::string path, std::unique_ptr<Unfinished> unfinished);
+  AtomicFile(std::string path, std::shared_ptr<Unfinished> unfinished)
+      : path_(std::move(path)), unfinished_(std::move(unfinished)) {}
 
   std::string path_;
-  std::unique_ptr<Unfinished> unfinished_;
+  std::shared_ptr<Unfinished> unfinished_;
 };
 
 /// Renames all of them, or none: where one cannot be, those before it are as they were.

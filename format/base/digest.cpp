@@ -5,22 +5,12 @@
 
 namespace selvedge {
 
-struct Digest::State {
-  XXH3_state_t* xxh = XXH3_createState();
-  State() { XXH3_128bits_reset(xxh); }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-  ~State() { XXH3_freeState(xxh); }
-};
+Digest::Digest() : state_(XXH3_createState(), XXH3_freeState) { XXH3_128bits_reset(state_.get()); }
 
-Digest::Digest() : state_(std::make_unique<State>()) {}
-Digest::Digest(Digest&&) noexcept = default;
-Digest::~Digest() = default;
-
-void Digest::update(const void* data, std::size_t bytes) { XXH3_128bits_update(state_->xxh, data, bytes); }
+void Digest::update(const void* data, std::size_t bytes) { XXH3_128bits_update(state_.get(), data, bytes); }
 
 std::string Digest::hex() const {
-  const XXH128_hash_t hash = XXH3_128bits_digest(state_->xxh);
+  const XXH128_hash_t hash = XXH3_128bits_digest(state_.get());
   return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
 }
 

@@ -5,20 +5,19 @@
 #include <memory>
 #include <string>
 
+struct XXH3_state_s;  // NOLINT(readability-identifier-naming): the name is xxHash's
+
 namespace selvedge {
 
 /// Digest of bytes that are given in pieces.
 class Digest {
  public:
   Digest();
-  Digest(Digest&&) noexcept;
-  ~Digest();
   void update(const void* data, std::size_t bytes);
   std::string hex() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::shared_ptr<XXH3_state_s> state_;
 };
 
 std::string digest_of(const std::string& text);

@@ -25,6 +25,26 @@ T value_or_throw(Result<T> result) {
   if constexpr (!std::is_void_v<T>) return std::move(*result);
 }
 
+template <class T>
+struct AsResult {
+  using Type = Result<T>;
+};
+template <class T>
+struct AsResult<Result<T>> {
+  using Type = Result<T>;
+};
+/// The value of `work`, or the error of its result or Failure. Other exceptions go on.
+template <class F, class R = typename AsResult<std::invoke_result_t<F>>::Type>
+R result_of(const F& work) {
+  try {
+    if constexpr (!std::is_void_v<std::invoke_result_t<F>>) return work();
+    work();
+    return R();
+  } catch (Failure& failure) {
+    return tl::unexpected(std::move(failure.error));
+  }
+}
+
 /// The value of `work`; its Failure goes on with the error that `change` makes of it.
 template <class F, class Change>
 std::invoke_result_t<F> changing_failures(const F& work, const Change& change) {

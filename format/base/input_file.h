@@ -22,17 +22,10 @@ class InputFile {
   bool read(std::uint64_t offset, std::span<std::uint8_t> out) const;
 
  private:
-  struct Descriptor {
-    explicit Descriptor(int opened) : number(opened) {}
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    ~Descriptor();
-    int number;
-  };
-  InputFile(std::unique_ptr<Descriptor> descriptor, std::uint64_t size)
+  InputFile(std::shared_ptr<const int> descriptor, std::uint64_t size)
       : descriptor_(std::move(descriptor)), size_(size) {}
 
-  std::unique_ptr<Descriptor> descriptor_;  ///< null: from memory
+  std::shared_ptr<const int> descriptor_;  ///< closed with the last copy; null: from memory
   std::span<const std::uint8_t> bytes_;
   std::uint64_t size_ = 0;
 };

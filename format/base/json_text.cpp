@@ -69,28 +69,6 @@ class RepetitionFinder : public nlohmann::json_sax<json> {
   std::vector<Level> open_;
 };
 
-/// As parse_json_object(), but the root may be any value.
-Result<json> parse_checked(std::string_view text, const std::string& file) {
-  constexpr int max_depth = 64;
-  const auto refuse = [&](std::string place, std::string why) {
-    return fail(Code::json_malformed, file, std::move(place), std::move(why));
-  };
-  // The parser would skip a byte order mark.
-  if (text.starts_with("\xEF\xBB\xBF")) return refuse("", "begins with a byte order mark");
-  if (demands_of(text, max_depth).nesting > max_depth)
-    return refuse("", fmt::format("is nested deeper than {} levels", max_depth));
-  try {
-    json parsed = json::parse(text);
-    if (auto place = repeated_member(text)) return refuse(std::move(*place), "duplicate member");
-    return parsed;
-  } catch (const json::parse_error& error) {
-    return refuse(line_of(text, error.byte),
-                  error.byte > text.size() ? "the JSON is cut short" : "is not JSON");
-  } catch (const json::out_of_range&) {
-    return refuse("", "a number that is too large");
-  }
-}
-
 }  // namespace
 
 JsonDemands demands_of(std::string_view text, int max_nesting) {
@@ -135,14 +113,11 @@ std::string line_of(std::string_view text, std::size_t byte) {
 }
 
 json parse_json(std::string_view text) {
-  auto parsed = parse_checked(text, "");
-  return parsed ? std::move(*parsed) : json(json::value_t::discarded);
-}
-
-Result<json> parse_json_object(std::string_view text, const std::string& file) {
-  auto parsed = parse_checked(text, file);
-  if (parsed && !parsed->is_object()) return fail(Code::json_malformed, file, "", "is not a JSON object");
-  return parsed;
+  constexpr int max_depth = 64;
+  // The parser would skip a byte order mark.
+  const bool sound = !text.starts_with("\xEF\xBB\xBF") && demands_of(text, max_depth).nesting <= max_depth;
+  json parsed = sound ? json::parse(text, nullptr, false) : json(json::value_t::discarded);
+  return parsed.is_discarded() || repeated_member(text) ? json(json::value_t::discarded) : parsed;
 }
 
 std::string reason_of(const std::exception& error) {

@@ -31,10 +31,6 @@ std::optional<std::string> repeated_member(std::string_view text);
 /// nests deeper than 64. The limit makes recursion over the value safe.
 nlohmann::json parse_json(std::string_view text);
 
-/// Parses a text that has to be an object; `file` is for messages. JSON_MALFORMED for the faults above, with
-/// the line and column of a syntax error or the pointer of a repeated member.
-Result<nlohmann::json> parse_json_object(std::string_view text, const std::string& file);
-
 /// "line 2, column 5" of a byte counted from 1, as nlohmann-json counts.
 std::string line_of(std::string_view text, std::size_t byte);
 

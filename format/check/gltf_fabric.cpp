@@ -202,9 +202,7 @@ class FabricCheck {
         wrong(within + part, "is no texture of the file");
         continue;
       }
-      int set = std::max(0, index_of(member(info, tex_coord)));
-      read_uv_transform(info, set);
-      check_coordinates(number, set, "the garment's textures");
+      check_coordinates(number, placement_of(info).tex_coord, "the garment's textures");
     }
     const Json& cutoff = member(extension, mask_cutoff);
     if (!cutoff.is_null() && !(number_of(cutoff, -1) >= 0))
@@ -247,30 +245,27 @@ class FabricCheck {
                                : where == place + "/normalTexture" ? own(material, normal_texture)
                                                                    : Json();
       if (of_garment.is_object()) {
-        int set = std::max(0, index_of(member(of_garment, tex_coord)));
-        const UvTransform transform = read_uv_transform(of_garment, set);
-        check_layout(info, where, "the extension's texture", set, transform);
+        check_layout(info, where, "the extension's texture", placement_of(of_garment));
         if (member(info, index) != member(of_garment, index))
           issues_.add(Code::gltf_fallback, where, "is another texture than the extension's");
         return;
       }
-      check_layout(info, where, "the fabric", reference.tex_coord, reference.transform);
+      check_layout(info, where, "the fabric", {reference.tex_coord, reference.transform});
       check_wrap(info, where);
     });
   }
 
-  void check_layout(const Json& info, const std::string& place, const char* other, int other_set,
-                    const UvTransform& wanted) {
-    int set = std::max(0, index_of(member(info, tex_coord)));
-    const UvTransform transform = read_uv_transform(info, set);
-    if (set != other_set) {
+  void check_layout(const Json& info, const std::string& place, const char* other, const Placement& wanted) {
+    const auto [set, transform] = placement_of(info);
+    if (set != wanted.tex_coord) {
       issues_.add(Code::gltf_transform, place,
-                  fmt::format("is on UV set {}, {} on {}", set, other, other_set));
+                  fmt::format("is on UV set {}, {} on {}", set, other, wanted.tex_coord));
     }
-    if (!close(transform, wanted)) {
+    if (!close(transform, wanted.transform)) {
       issues_.add(Code::gltf_transform, place,
                   fmt::format("has a scale of {} x {}, {} one of {} x {}, or another offset or rotation",
-                              transform.scale.x, transform.scale.y, other, wanted.scale.x, wanted.scale.y));
+                              transform.scale.x, transform.scale.y, other, wanted.transform.scale.x,
+                              wanted.transform.scale.y));
     }
   }
 

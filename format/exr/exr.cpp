@@ -103,11 +103,6 @@ struct ExrWriter::State {
   std::unique_ptr<Imf::MultiPartOutputFile> out;
 };
 
-ExrWriter::ExrWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
-ExrWriter::ExrWriter(ExrWriter&&) noexcept = default;
-ExrWriter& ExrWriter::operator=(ExrWriter&&) noexcept = default;
-ExrWriter::~ExrWriter() = default;
-
 Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart> parts) {
   // OpenEXR writes a single part in another form, which is not of the subset.
   if (parts.size() < 2) return fail(Code::exr_unsupported, path, {}, "a file of one part is not written");
@@ -123,7 +118,7 @@ Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart
     auto named = std::make_unique<Imf::StdOFStream>(*stream, path.c_str());
     auto out =
         std::make_unique<Imf::MultiPartOutputFile>(*named, headers.data(), static_cast<int>(headers.size()));
-    return ExrWriter(std::make_unique<State>(
+    return ExrWriter(std::make_shared<State>(
         State{std::move(*file), std::move(parts), std::move(stream), std::move(named), std::move(out)}));
   } catch (const std::exception& e) {
     return fail(Code::file_unwritable, path, {}, e.what());

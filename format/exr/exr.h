@@ -56,9 +56,6 @@ struct ExrLimits {
 class ExrWriter {
  public:
   static Result<ExrWriter> create(const std::string& path, std::vector<ExrPart> parts);
-  ExrWriter(ExrWriter&&) noexcept;
-  ExrWriter& operator=(ExrWriter&&) noexcept;
-  ~ExrWriter();
 
   /// A value beyond the range of half precision (65,504) is an error, never rounded to infinity.
   Result<void> write_level(int part, int level, const ExrPixels& pixels);
@@ -66,8 +63,8 @@ class ExrWriter {
 
  private:
   struct State;
-  explicit ExrWriter(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  explicit ExrWriter(std::shared_ptr<State> state) : state_(std::move(state)) {}
+  std::shared_ptr<State> state_;
 };
 
 /// Checks headers, offset tables and headers of chunks when the file is opened, and reads pixels on demand.
@@ -80,9 +77,6 @@ class ExrReader {
   /// From memory; `name` is used in messages. The bytes must outlive the reader.
   static Result<ExrReader> open(std::span<const std::uint8_t> bytes, const std::string& name,
                                 const ExrLimits& limits = {});
-  ExrReader(ExrReader&&) noexcept;
-  ExrReader& operator=(ExrReader&&) noexcept;
-  ~ExrReader();
 
   const std::string& name() const;
   const std::vector<ExrPart>& parts() const;
@@ -94,9 +88,9 @@ class ExrReader {
 
  private:
   struct State;
-  explicit ExrReader(std::unique_ptr<State> state);
-  static Result<ExrReader> open(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  explicit ExrReader(std::shared_ptr<State> state) : state_(std::move(state)) {}
+  static Result<ExrReader> open(std::shared_ptr<State> state);
+  std::shared_ptr<State> state_;
 };
 
 /// XXH3-128 (xxHash 0.8) over the decoded pixels, as 32 lower-case hexadecimal digits: channels in byte order

@@ -22,10 +22,6 @@ struct ExrReader::State {
   ExrLayout layout;
 };
 
-ExrReader::ExrReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
-ExrReader::ExrReader(ExrReader&&) noexcept = default;
-ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
-ExrReader::~ExrReader() = default;
 const std::string& ExrReader::name() const { return state_->name; }
 const std::vector<ExrPart>& ExrReader::parts() const { return state_->layout.parts; }
 
@@ -47,15 +43,15 @@ int ExrReader::find_part(const std::string& part_name) const {
 Result<ExrReader> ExrReader::open(const std::string& path, const ExrLimits& limits) {
   auto source = InputFile::open(path);
   if (!source) return tl::unexpected(source.error());
-  return open(std::make_unique<State>(State{path, limits, std::move(*source), {}}));
+  return open(std::make_shared<State>(State{path, limits, std::move(*source), {}}));
 }
 
 Result<ExrReader> ExrReader::open(std::span<const std::uint8_t> bytes, const std::string& name,
                                   const ExrLimits& limits) {
-  return open(std::make_unique<State>(State{name, limits, InputFile(bytes), {}}));
+  return open(std::make_shared<State>(State{name, limits, InputFile(bytes), {}}));
 }
 
-Result<ExrReader> ExrReader::open(std::unique_ptr<State> state) {
+Result<ExrReader> ExrReader::open(std::shared_ptr<State> state) {
   try {
     state->layout = read_exr_layout(state->source, state->limits);
   } catch (ExrRefusal& refusal) {

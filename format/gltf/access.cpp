@@ -8,6 +8,8 @@
 #include <cstring>
 #include <limits>
 
+#include "format/base/guard.h"
+
 namespace selvedge {
 namespace {
 
@@ -113,12 +115,12 @@ std::vector<float> to_floats(std::span<const std::uint8_t> elements, int compone
   return convert<float>(elements, component_type, normalized);
 }
 
-void GltfReader::fail(Code code, std::string place, std::string message) {
-  if (!fault) fault = Error{code, document.file, std::move(place), std::move(message)};
+void GltfReader::fail(Code code, std::string place, std::string message) const {
+  throw Failure{Error{code, document.file, std::move(place), std::move(message)}};
 }
 
 const Json& GltfReader::entry(const char* array, int index, const std::string& place) {
-  const Json& found = fault ? null : entry_of(document, array, index);
+  const Json& found = entry_of(document, array, index);
   if (found.is_null()) fail(Code::gltf_accessor, place, fmt::format("there is no {}", at(array, index)));
   return found;
 }
@@ -130,18 +132,15 @@ const Json& GltfReader::view(int index, const std::string& place) {
   const std::size_t offset = size_or_0(json, "byteOffset");
   const std::optional<std::size_t> length = size_of(member(json, "byteLength"));
   const std::size_t available = size_or_0(buffer, "byteLength");
-  if (!length) {
-    fail(Code::gltf_malformed, where, "no byteLength");
-  } else if (offset > available || *length > available - offset) {
+  if (!length) fail(Code::gltf_malformed, where, "no byteLength");
+  if (offset > available || *length > available - offset)
     fail(Code::gltf_accessor, where,
          fmt::format("bytes {} to {} of a buffer of {}", offset, offset + *length, available));
-  }
   return json;
 }
 
 std::span<const std::uint8_t> GltfReader::bytes(int index, const std::string& place) {
   const Json& json = view(index, place);
-  if (fault) return {};
   const auto buffer = static_cast<std::size_t>(index_of(member(json, "buffer")));
   const std::size_t offset = size_or_0(json, "byteOffset");
   const std::size_t length = size_or_0(json, "byteLength");
@@ -149,7 +148,6 @@ std::span<const std::uint8_t> GltfReader::bytes(int index, const std::string& pl
   if (length <= present && offset <= present - length)
     return std::span<const std::uint8_t>(document.buffers[buffer]).subspan(offset, length);
   fail(Code::gltf_accessor, at("bufferViews", index), fmt::format("buffer {} is not there", buffer));
-  return {};
 }
 
 AccessorShape GltfReader::accessor_shape(int accessor, const std::string& place) {
@@ -158,27 +156,24 @@ AccessorShape GltfReader::accessor_shape(int accessor, const std::string& place)
                       member(json, "normalized") == true};
   if (shape.count == 0 || shape.element_size() == 0)
     fail(Code::gltf_malformed, at("accessors", accessor), "wrong count, type or componentType");
-  return fault ? AccessorShape() : shape;
+  return shape;
 }
 
 /// `count` elements of `size` bytes each in the buffer view that `object` names, without gaps.
 Bytes GltfReader::gather(const Json& object, std::size_t count, std::size_t size, const std::string& place) {
   const int view = index_of(member(object, "bufferView"));
   const std::span<const std::uint8_t> stored = bytes(view, place);
-  if (fault) return {};
   const std::size_t offset = size_or_0(object, "byteOffset");
   const std::size_t declared = size_or_0(document.json["bufferViews"][view], "byteStride");
   const std::size_t stride = declared == 0 ? size : declared;
   const std::size_t length = stored.size();
-  if (stride < size || stride > 252) {
+  if (stride < size || stride > 252)
     fail(Code::gltf_accessor, place, fmt::format("byteStride {} for elements of {} bytes", stride, size));
-  } else if (count > 0 &&
-             (offset > length || size > length - offset || count - 1 > (length - offset - size) / stride)) {
+  if (count > 0 &&
+      (offset > length || size > length - offset || count - 1 > (length - offset - size) / stride))
     fail(Code::gltf_accessor, place,
          fmt::format("{} elements of {} bytes from byte {} on reach beyond buffer view {} of {} bytes", count,
                      size, offset, view, length));
-  }
-  if (fault) return {};
   Bytes elements(count * size);
   for (std::size_t i = 0; i < count; ++i) {
     std::memcpy(elements.data() + i * size, stored.data() + offset + i * stride, size);
@@ -193,23 +188,21 @@ void GltfReader::apply_sparse(const Json& sparse, const AccessorShape& shape, co
   const std::optional<std::size_t> count = size_of(member(sparse, "count"));
   const int type = index_of(member(indices, "componentType"));
   if (!count || *count > shape.count) {
-    return fail(Code::gltf_accessor, place + "/count",
-                fmt::format("more replacements than the {} elements there are", shape.count));
+    fail(Code::gltf_accessor, place + "/count",
+         fmt::format("more replacements than the {} elements there are", shape.count));
   }
-  if (!is_index_type(type)) return fail(Code::gltf_malformed, place + "/indices", "wrong componentType");
+  if (!is_index_type(type)) fail(Code::gltf_malformed, place + "/indices", "wrong componentType");
   const std::size_t size = shape.element_size();
   const auto targets =
       convert<std::size_t>(gather(indices, *count, component_size(type), place + "/indices"), type, false);
   const auto replacements = gather(member(sparse, "values"), *count, size, place + "/values");
-  for (std::size_t i = 0; i < targets.size() && !fault; ++i) {
-    if (i > 0 && targets[i] <= targets[i - 1]) {
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    if (i > 0 && targets[i] <= targets[i - 1])
       fail(Code::gltf_malformed, place,
            fmt::format("index {} does not come after {}", targets[i], targets[i - 1]));
-    } else if (targets[i] >= shape.count) {
+    if (targets[i] >= shape.count)
       fail(Code::gltf_accessor, place, fmt::format("index {} of {} elements", targets[i], shape.count));
-    } else {
-      std::memcpy(elements.data() + targets[i] * size, replacements.data() + i * size, size);
-    }
+    std::memcpy(elements.data() + targets[i] * size, replacements.data() + i * size, size);
   }
 }
 
@@ -226,8 +219,7 @@ Bytes GltfReader::elements(int accessor, const std::string& place) {
     elements.resize(shape.count * shape.element_size());
   }
   const Json& sparse = member(json, "sparse");
-  if (!fault && !sparse.is_null()) apply_sparse(sparse, shape, where + "/sparse", elements);
-  if (fault) return {};
+  if (!sparse.is_null()) apply_sparse(sparse, shape, where + "/sparse", elements);
   return elements;
 }
 
@@ -252,7 +244,6 @@ std::vector<double> GltfReader::vector_numbers(int accessor, std::size_t compone
   if (bad == values.end()) return values;
   fail(Code::mesh_not_finite, place,
        fmt::format("element {} is not finite", static_cast<std::size_t>(bad - values.begin()) / components));
-  return {};
 }
 
 std::vector<std::uint32_t> GltfReader::indices(int accessor, const std::string& place) {

@@ -57,32 +57,15 @@ std::size_t unbacked_elements(const GltfDocument& document);
 /// Gapless elements as floats, one per component.
 std::vector<float> to_floats(std::span<const std::uint8_t> elements, int component_type, bool normalized);
 
-/// Follows the references of a document up to the first fault. After it nothing more is read and every
-/// function returns an empty value, so that callers need to look at `fault` only where they use a value.
-/// `place` is the JSON pointer of the reference, for the fault.
+/// Follows the references of a document. A fault is thrown as a Failure (format/base/guard.h); `place` is the
+/// JSON pointer of the reference, for the fault.
 class GltfReader {
  public:
   explicit GltfReader(const GltfDocument& read) : document(read) {}
 
   const GltfDocument& document;
-  std::optional<Error> fault;
 
-  /// Sets `fault` unless there is one.
-  void fail(Code code, std::string place, std::string message);
-
-  /// The value of a result; if it holds an error, that becomes the fault, and the value is empty.
-  template <class T>
-  T take(Result<T> result) {
-    if (!result) fail(result.error().code, result.error().place, result.error().message);
-    return result ? std::move(*result) : T();
-  }
-
-  /// `value`, or the fault.
-  template <class T>
-  Result<T> result(T value) {
-    if (fault) return tl::unexpected<Error>(*fault);
-    return value;
-  }
+  [[noreturn]] void fail(Code code, std::string place, std::string message) const;
 
   /// entry_of; GLTF_ACCESSOR for a missing entry.
   const Json& entry(const char* array, int index, const std::string& place);

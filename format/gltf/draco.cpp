@@ -74,10 +74,10 @@ class Expander {
  public:
   explicit Expander(GltfDocument& document) : document_(document), reader_(document) {}
 
-  std::optional<Error> expand() {
+  void expand() {
     for (std::size_t m = 0; m < array_of(document_.json, "meshes").size(); ++m) {
       const std::size_t primitives = array_of(document_.json["meshes"][m], "primitives").size();
-      for (std::size_t p = 0; p < primitives && !reader_.fault; ++p) {
+      for (std::size_t p = 0; p < primitives; ++p) {
         const Json primitive = document_.json["meshes"][m]["primitives"][p];
         if (member(member(primitive, "extensions"), names::gltf::draco).is_null()) continue;
         expand_primitive(primitive, fmt::format("/meshes/{}/primitives/{}", m, p));
@@ -86,10 +86,8 @@ class Expander {
         plain.erase("mode");  // decoded faces are a list, whatever the primitive was before
       }
     }
-    if (reader_.fault) return reader_.fault;
     if (!expanded_.empty()) reuse_views();
     drop_extension(document_.json, names::gltf::draco);
-    return std::nullopt;
   }
 
  private:
@@ -100,7 +98,6 @@ class Expander {
     const std::unique_ptr<draco::Mesh> mesh = decode(view, where);
     const Json& attributes = member(extension, "attributes");
     if (!attributes.is_object()) reader_.fail(Code::gltf_malformed, where, "no attributes");
-    if (reader_.fault) return;
     for (const auto& [semantic, id] : attributes.items()) {
       const int accessor = index_of(member(member(primitive, "attributes"), semantic.c_str()));
       const std::string attribute = where + "/attributes/" + semantic;
@@ -111,32 +108,27 @@ class Expander {
     if (is_fresh(indices, view, place)) expand_indices(*mesh, indices, place + "/indices");
   }
 
-  /// Not null if there is no fault.
   std::unique_ptr<draco::Mesh> decode(int view, const std::string& place) {
     const std::span<const std::uint8_t> bytes = reader_.bytes(view, place);
     const std::optional<DracoCounts> counts = draco_counts(bytes);
     if (!counts) reader_.fail(Code::file_damaged, place, "Draco: no mesh, or its header is damaged");
     const std::size_t limit = free_elements + elements_per_byte * bytes.size();
-    if (counts && (counts->faces > limit || counts->points > limit)) {
+    if (counts->faces > limit || counts->points > limit) {
       reader_.fail(Code::file_too_large, place,
                    fmt::format("Draco: {} faces and {} points of {} bytes", counts->faces, counts->points,
                                bytes.size()));
     }
-    if (reader_.fault) return nullptr;
     try {
       draco::DecoderBuffer buffer = buffer_of(bytes);
       auto mesh = draco::Decoder().DecodeMeshFromBuffer(&buffer);
-      if (!mesh.ok()) {
+      if (!mesh.ok())
         reader_.fail(Code::file_damaged, place, fmt::format("Draco: {}", mesh.status().error_msg_string()));
-      } else if (mesh.value()->num_points() == 0 || mesh.value()->num_faces() == 0) {
+      if (mesh.value()->num_points() == 0 || mesh.value()->num_faces() == 0)
         reader_.fail(Code::gltf_malformed, place, "Draco: a mesh without triangles");
-      } else {
-        return std::move(mesh).value();
-      }
+      return std::move(mesh).value();
     } catch (const std::exception& error) {
       reader_.fail(Code::file_damaged, place, fmt::format("Draco: {}", error.what()));
     }
-    return nullptr;
   }
 
   /// Whether the accessor still has to be filled from `view`. Primitives may share accessors and views.
@@ -146,7 +138,7 @@ class Expander {
       reader_.fail(Code::gltf_malformed, place,
                    fmt::format("accessor {} is filled by two Draco meshes", accessor));
     }
-    return fresh && !reader_.fault;
+    return fresh;
   }
 
   /// The primitive's attribute `semantic`: a new view behind its accessor.
@@ -158,15 +150,14 @@ class Expander {
     if (attribute == nullptr || attribute->num_components() != shape.components) {
       reader_.fail(Code::gltf_malformed, place,
                    fmt::format("Draco attribute {} is missing or has the wrong number of components", id));
-    } else if (attribute->data_type() == draco::DT_BOOL) {
-      // Draco would read arbitrary bytes as bool; glTF has no booleans.
-      reader_.fail(Code::gltf_malformed, place, fmt::format("Draco attribute {} is boolean", id));
     }
-    if (reader_.fault) return;
+    // Draco would read arbitrary bytes as bool; glTF has no booleans.
+    if (attribute->data_type() == draco::DT_BOOL)
+      reader_.fail(Code::gltf_malformed, place, fmt::format("Draco attribute {} is boolean", id));
     shape.count = mesh.num_points();
     Bytes elements(shape.count * shape.element_size());
     if (!copy_values(mesh, *attribute, shape.component_type, elements.data()))
-      return reader_.fail(Code::file_damaged, place, "a Draco value does not fit into its accessor");
+      reader_.fail(Code::file_damaged, place, "a Draco value does not fit into its accessor");
     Json json = document_.json["accessors"][accessor];
     std::vector<float> values = to_floats(elements, shape.component_type, false);
     if (shape.component_type == 5126) {
@@ -189,7 +180,6 @@ class Expander {
     }
     if (*std::max_element(indices.begin(), indices.end()) >= mesh.num_points())
       reader_.fail(Code::file_damaged, place, "a Draco face refers to a point that is not there");
-    if (reader_.fault) return;
     append_index_accessor(document_, indices);
     // The primitive keeps the number of its accessor, which gets the new data.
     Json& accessors = document_.json["accessors"];
@@ -252,6 +242,6 @@ std::optional<DracoCounts> draco_counts(std::span<const std::uint8_t> bytes) {
   return edgebreaker ? DracoCounts{second, first} : DracoCounts{first, second};
 }
 
-std::optional<Error> expand_draco(GltfDocument& document) { return Expander(document).expand(); }
+void expand_draco(GltfDocument& document) { Expander(document).expand(); }
 
 }  // namespace selvedge

@@ -12,9 +12,9 @@ namespace selvedge {
 /// Decodes every primitive that carries KHR_draco_mesh_compression (triangle meshes; ids, component counts
 /// and sizes are checked), gives its accessors plain data, and removes the extension from primitives and from
 /// the lists. Decoded normals, tangents and weights are made valid again: unit length, sign +-1, sum 1; min
-/// and max are taken from the decoded values. Returns the first fault: GLTF_ACCESSOR, GLTF_MALFORMED,
+/// and max are taken from the decoded values. Throws the first fault: GLTF_ACCESSOR, GLTF_MALFORMED,
 /// FILE_DAMAGED for streams that Draco refuses, FILE_TOO_LARGE for counts far beyond a stream's length.
-std::optional<Error> expand_draco(GltfDocument& document);
+void expand_draco(GltfDocument& document);
 
 struct DracoCounts {
   std::uint64_t faces = 0;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "format/base/guard.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/names.h"
 #include "format/gltf/uri.h"
@@ -26,20 +27,18 @@ V2d pair_of(const Json& value, const V2d& otherwise) {
   return {number_of(value[0], otherwise.x), number_of(value[1], otherwise.y)};
 }
 
-bool is_identity(const UvTransform& transform) {
-  return transform.offset == V2d(0, 0) && transform.rotation == 0 && transform.scale == V2d(1, 1);
-}
-
 }  // namespace
 
-UvTransform read_uv_transform(const Json& texture_info, int& set) {
+Placement placement_of(const Json& texture_info) {
   const Json& json = member(member(texture_info, "extensions"), texture_transform);
-  UvTransform transform;
+  const int overriding = index_of(member(json, tex_coord));
+  Placement placement;
+  placement.tex_coord = overriding >= 0 ? overriding : std::max(0, index_of(member(texture_info, tex_coord)));
+  UvTransform& transform = placement.transform;
   transform.offset = pair_of(member(json, offset), transform.offset);
   transform.rotation = number_of(member(json, rotation), 0);
   transform.scale = pair_of(member(json, scale), transform.scale);
-  if (const int overriding = index_of(member(json, tex_coord)); overriding >= 0) set = overriding;
-  return transform;
+  return placement;
 }
 
 const Json& part_of(const GltfDocument& document, int material, const char* part) {
@@ -70,7 +69,7 @@ std::optional<TransformFault> fault_of(const UvTransform& transform) {
 Json texture_info(int number, int set, const UvTransform& transform) {
   Json json{{index, number}};
   if (set != 0) json[tex_coord] = set;
-  if (!is_identity(transform)) {
+  if (transform != UvTransform()) {
     Json& values = json["extensions"][texture_transform];
     if (transform.offset != V2d(0, 0)) values[offset] = {transform.offset.x, transform.offset.y};
     if (transform.rotation != 0) values[rotation] = transform.rotation;
@@ -82,61 +81,59 @@ Json texture_info(int number, int set, const UvTransform& transform) {
 int fabric_count(const GltfDocument& document) { return static_cast<int>(entries_of(document).size()); }
 
 Result<SceneFabric> read_fabric_entry(const GltfDocument& document, int number) {
-  GltfReader reader(document);
-  const Json& entry = entries_of(document)[number];
-  const std::string place = fmt::format("/extensions/{}/{}/{}", fabric_extension, fabrics, number);
-  const std::string where = place + "/" + uri;
-  const std::string address = string_of(member(entry, uri));
-  SceneFabric read;
-  read.name = string_of(member(entry, name));
-  if (!entry.is_object()) {
-    reader.fail(Code::gltf_extension, place, "is not an object");
-  } else if (entry.contains(uri) == entry.contains(buffer_view)) {
-    reader.fail(Code::gltf_extension, place, "needs either a uri or a bufferView");
-  } else if (entry.contains(buffer_view)) {
-    const auto bytes = reader.bytes(index_of(entry[buffer_view]), place + "/" + buffer_view);
-    read.bytes.assign(bytes.begin(), bytes.end());
-  } else if (address.empty()) {
-    reader.fail(Code::gltf_extension, where, "is not a string, or empty");
-  } else if (address.starts_with("data:")) {
-    read.bytes = read_uri(reader, address, where);
-  } else {
-    read.path = reader.take(resolve_uri(document, address, where));
-  }
-  return reader.result(std::move(read));
+  return result_of([&] {
+    GltfReader reader(document);
+    const Json& entry = entries_of(document)[number];
+    const std::string place = fmt::format("/extensions/{}/{}/{}", fabric_extension, fabrics, number);
+    const std::string where = place + "/" + uri;
+    const std::string address = string_of(member(entry, uri));
+    SceneFabric read;
+    read.name = string_of(member(entry, name));
+    if (!entry.is_object()) reader.fail(Code::gltf_extension, place, "is not an object");
+    if (entry.contains(uri) == entry.contains(buffer_view))
+      reader.fail(Code::gltf_extension, place, "needs either a uri or a bufferView");
+    if (entry.contains(buffer_view)) {
+      const auto bytes = reader.bytes(index_of(entry[buffer_view]), place + "/" + buffer_view);
+      read.bytes.assign(bytes.begin(), bytes.end());
+    } else if (address.empty()) {
+      reader.fail(Code::gltf_extension, where, "is not a string, or empty");
+    } else if (address.starts_with("data:")) {
+      read.bytes = read_uri(reader, address, where);
+    } else {
+      read.path = value_or_throw(resolve_uri(document, address, where));
+    }
+    return read;
+  });
 }
 
 Result<std::vector<SceneFabric>> read_fabric_entries(const GltfDocument& document) {
-  GltfReader reader(document);
-  std::vector<SceneFabric> read;
-  for (int i = 0; i < fabric_count(document); ++i)
-    read.push_back(reader.take(read_fabric_entry(document, i)));
-  return reader.result(std::move(read));
+  return result_of([&] {
+    std::vector<SceneFabric> read;
+    for (int i = 0; i < fabric_count(document); ++i)
+      read.push_back(value_or_throw(read_fabric_entry(document, i)));
+    return read;
+  });
 }
 
 Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument& document, int material,
                                                              int fabrics_present) {
-  GltfReader reader(document);
   const std::string place = fmt::format("/materials/{}/extensions/{}", material, fabric_extension);
-  const Json& json = reader.entry("materials", material, place);
+  const auto refuse = [&](const std::string& within, std::string why) {
+    return fail(Code::gltf_extension, document.file, place + within, std::move(why));
+  };
+  const Json& json = entry_of(document, "materials", material);
   const Json& extension = member(member(json, "extensions"), fabric_extension);
-  if (extension.is_null()) return reader.result(std::optional<FabricReference>());
+  if (extension.is_null()) return std::optional<FabricReference>();
   const Json& info = member(extension, fabric);
-  FabricReference reference;
-  reference.fabric = index_of(member(info, index));
-  reference.tex_coord = std::max(0, index_of(member(info, tex_coord)));
-  reference.transform = read_uv_transform(info, reference.tex_coord);
-  if (reference.fabric < 0) {
-    reader.fail(Code::gltf_extension, place + "/fabric/index", "is not an index");
-  } else if (reference.fabric >= fabrics_present) {
-    reader.fail(Code::gltf_extension, place + "/fabric/index",
-                fmt::format("there is no fabric {}", reference.fabric));
-  } else if (const std::optional<TransformFault> fault = fault_of(reference.transform)) {
-    reader.fail(Code::gltf_extension,
-                fmt::format("{}/{}/extensions/{}/{}", place, fabric, texture_transform, fault->member),
-                fault->reason);
-  }
-  return reader.result(std::optional(reference));
+  const auto [set, transform] = placement_of(info);
+  const FabricReference reference{index_of(member(info, index)), set, transform};
+  if (reference.fabric < 0) return refuse("/fabric/index", "is not an index");
+  if (reference.fabric >= fabrics_present)
+    return refuse("/fabric/index", fmt::format("there is no fabric {}", reference.fabric));
+  if (const std::optional<TransformFault> fault = fault_of(reference.transform))
+    return refuse(fmt::format("/{}/extensions/{}/{}", fabric, texture_transform, fault->member),
+                  fault->reason);
+  return std::optional(reference);
 }
 
 Result<int> add_fabric(GltfDocument& document, const FabricSource& source) {

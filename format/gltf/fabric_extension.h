@@ -33,9 +33,15 @@ Result<std::vector<SceneFabric>> read_fabric_entries(const GltfDocument& documen
 Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument& document, int material,
                                                              int fabrics);
 
-/// KHR_texture_transform of a textureInfo-shaped object; the identity if it has none. `tex_coord` is
-/// overridden if the transform names one.
-UvTransform read_uv_transform(const Json& texture_info, int& tex_coord);
+/// How a texture is mapped to the surface.
+struct Placement {
+  int tex_coord = 0;
+  UvTransform transform;
+  bool operator==(const Placement&) const = default;
+};
+/// The placement of a textureInfo-shaped object: KHR_texture_transform, which may name another UV set; the
+/// identity without it.
+Placement placement_of(const Json& texture_info);
 
 /// Largest component of a tintFactor; cloth brighter than white is no cloth.
 inline constexpr double max_tint = 16;

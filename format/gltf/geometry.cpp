@@ -85,7 +85,6 @@ std::vector<std::uint32_t> read_triangles(GltfReader& reader, const Json& primit
     reader.fail(Code::gltf_accessor, place + "/indices",
                 fmt::format("index {} of {} vertices", *bad, vertices));
   }
-  if (reader.fault) return {};
   if (mode == triangles) {
     list.resize(list.size() / 3 * 3);
     return list;
@@ -123,7 +122,7 @@ std::optional<ScenePrimitive> read_primitive(GltfReader& reader, const Json& pri
   apply_pose(reader, primitive, place, pose, result);
   if (result.normals.empty()) {
     if (result.indices.size() > vertex_limit) reader.fail(Code::file_too_large, place, "too many vertices");
-    if (!reader.fault) make_flat(result);
+    make_flat(result);
   }
   return result;
 }

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "format/base/atomic_file.h"
+#include "format/base/guard.h"
 #include "format/base/json_text.h"
 #include "format/gltf/draco.h"
 #include "format/gltf/memory.h"
@@ -130,13 +131,13 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, M
 /// The bytes of json["buffers"][index], exactly byteLength of them (files and chunks may be longer); empty
 /// for a buffer without a URI whose bytes come by another way. `room`: how many bytes may still be read; less
 /// afterwards.
-Bytes read_buffer(GltfReader& reader, const Parts& parts, int index, std::uint64_t& room) {
+Bytes read_buffer(const GltfDocument& document, const Parts& parts, int index, std::uint64_t& room) {
+  GltfReader reader(document);
   const std::string place = fmt::format("/buffers/{}", index);
   const Json& buffer = reader.entry("buffers", index, place);
   const Json& uri = member(buffer, "uri");
   const std::optional<std::size_t> size = size_of(member(buffer, "byteLength"));
   if (!size) reader.fail(Code::gltf_malformed, place, "no byteLength");
-  if (reader.fault) return {};
   Bytes bytes;
   if (uri.is_string()) {
     bytes = read_uri(reader, uri.get<std::string>(), place, room);
@@ -150,7 +151,6 @@ Bytes read_buffer(GltfReader& reader, const Parts& parts, int index, std::uint64
   if (bytes.size() < *size) {
     reader.fail(Code::file_damaged, place, fmt::format("cut short: {} of {} bytes", bytes.size(), *size));
   }
-  if (reader.fault) return {};
   bytes.resize(*size);
   room -= std::min<std::uint64_t>(room, bytes.size());
   return bytes;
@@ -250,13 +250,13 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
   if (issues.has_error()) return std::nullopt;
   std::uint64_t room = std::min(limits.buffer_bytes, account.left());
   for (int i = 0; i < static_cast<int>(array_of(document.json, "buffers").size()); ++i) {
-    GltfReader reader(document);
-    document.buffers.push_back(read_buffer(reader, parts, i, room));
-    if (reader.fault) issues.add(std::move(*reader.fault));
+    auto buffer = result_of([&] { return read_buffer(document, parts, i, room); });
+    if (!buffer) issues.add(std::move(buffer.error()));
+    document.buffers.push_back(std::move(buffer).value_or(Bytes()));
   }
   for (const auto expand : {expand_meshopt, expand_draco}) {
     if (issues.has_error()) return std::nullopt;
-    if (std::optional<Error> fault = expand(document)) issues.add(std::move(*fault));
+    if (const auto good = result_of([&] { expand(document); }); !good) issues.add(good.error());
   }
   if (issues.has_error()) return std::nullopt;
   std::uint64_t bytes_held = 0;

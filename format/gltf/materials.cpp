@@ -90,8 +90,9 @@ class Reader {
     const Json& info = member(owner, name);
     TextureReference texture;
     if (info.is_null()) return texture;
-    texture.tex_coord = std::max(0, index_of(member(info, "texCoord")));
-    texture.transform = read_uv_transform(info, texture.tex_coord);
+    const auto [set, transform] = placement_of(info);
+    texture.tex_coord = set;
+    texture.transform = transform;
     if (const std::optional<TransformFault> fault = range_fault_of(texture.transform)) {
       faults_->push_back({Code::gltf_malformed, document_.file,
                           fmt::format("{}{}/{}/extensions/{}/{}", place_, within, name,

@@ -65,7 +65,6 @@ const char* fault_of(const Stream& s) {
   return nullptr;
 }
 
-/// An empty stream after a fault.
 Stream stream_of(GltfReader& reader, const Json& view, const Json& extension, const std::string& place) {
   const auto refuse = [&](Code code, std::string message) { reader.fail(code, place, std::move(message)); };
   const auto size = [&](const char* key) { return size_of(member(extension, key)).value_or(0); };
@@ -88,14 +87,12 @@ Stream stream_of(GltfReader& reader, const Json& view, const Json& extension, co
   const auto& buffers = reader.document.buffers;
   const auto buffer = static_cast<std::size_t>(index_of(member(extension, "buffer")));
   if (buffer >= buffers.size()) refuse(Code::gltf_accessor, "there is no such buffer");
-  if (reader.fault) return {};
   const std::size_t present = buffers[buffer].size();
   const std::size_t offset = size("byteOffset");
   const std::size_t length = size("byteLength");
   if (offset > present || length > present - offset) {
     refuse(Code::gltf_accessor,
            fmt::format("bytes {} to {} of a buffer of {}", offset, offset + length, present));
-    return {};
   }
   stream.bytes = std::span<const std::uint8_t>(buffers[buffer]).subspan(offset, length);
   if (stream.size() > bytes_per_byte * length) {
@@ -133,7 +130,7 @@ bool has_plain_bytes(const GltfDocument& document, const Json& view) {
 
 }  // namespace
 
-std::optional<Error> expand_meshopt(GltfDocument& document) {
+void expand_meshopt(GltfDocument& document) {
   GltfReader reader(document);
   const std::size_t views = array_of(document.json, "bufferViews").size();
   std::size_t budget = 0;  // views that share their bytes do not multiply them
@@ -146,24 +143,19 @@ std::optional<Error> expand_meshopt(GltfDocument& document) {
     if (name == nullptr) continue;
     const std::string place = fmt::format("/bufferViews/{}/extensions/{}", i, name);
     const Stream stream = stream_of(reader, view, view["extensions"][name], place);
-    if (reader.fault) return reader.fault;
     if (!is_newer(stream) || !has_plain_bytes(document, view)) {
-      if (stream.size() > budget) {
-        reader.fail(Code::file_too_large, place, "meshopt: too many bytes");
-      } else if (is_newer(stream)) {
+      if (stream.size() > budget) reader.fail(Code::file_too_large, place, "meshopt: too many bytes");
+      if (is_newer(stream)) {
         reader.fail(Code::gltf_unsupported, place,
                     fmt::format("meshopt: version {} of the attribute codec", stream.bytes[0] & 0x0f));
       }
-      if (reader.fault) return reader.fault;
       budget -= stream.size();
       decoded.resize((decoded.size() + 15) / 16 * 16);
       view["buffer"] = target;
       view["byteOffset"] = decoded.size();
       decoded.resize(decoded.size() + stream.size());
-      if (!decode(stream, decoded.data() + decoded.size() - stream.size())) {
+      if (!decode(stream, decoded.data() + decoded.size() - stream.size()))
         reader.fail(Code::file_damaged, place, "meshopt: the stream is damaged");
-        return reader.fault;
-      }
     }
     erase_extension(view, name);
   }
@@ -176,7 +168,6 @@ std::optional<Error> expand_meshopt(GltfDocument& document) {
     document.buffers.push_back(std::move(decoded));
   }
   for (const char* name : {meshopt, khr_meshopt}) drop_extension(document.json, name);
-  return std::nullopt;
 }
 
 }  // namespace selvedge

@@ -11,10 +11,10 @@ namespace selvedge {
 /// Decodes every buffer view that carries EXT_meshopt_compression (KHR_meshopt_compression likewise, as far
 /// as it uses the same bitstreams) into a new buffer behind the others, filters applied, and removes the
 /// extension from views, buffers and lists. Uncompressed bytes beside a stream are not used unless its
-/// bitstream is newer: some encoders forget to apply the filters to them. Returns the first fault:
+/// bitstream is newer: some encoders forget to apply the filters to them. Throws the first fault:
 /// FILE_DAMAGED for streams that cannot be decoded, GLTF_MALFORMED for broken rules of the extension,
 /// GLTF_ACCESSOR for bytes beyond the buffer, GLTF_UNSUPPORTED for newer bitstreams, FILE_TOO_LARGE for views
 /// that share streams and decode to too many bytes.
-std::optional<Error> expand_meshopt(GltfDocument& document);
+void expand_meshopt(GltfDocument& document);
 
 }  // namespace selvedge

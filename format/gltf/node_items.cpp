@@ -115,7 +115,7 @@ std::vector<M44d> places_of_node(GltfReader& reader, const Json& node, const std
   const auto rotations = read(Imath::V4d(), "ROTATION");
   const auto scales = read(V3d(), "SCALE");
   std::vector<M44d> places;
-  for (std::size_t i = 0; i < count && !reader.fault; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     M44d local;
     if (!scales.empty()) local.setScale(scales[i]);
     if (!rotations.empty()) {

@@ -62,11 +62,9 @@ std::vector<M44d> skin_matrices(GltfReader& reader, const Json& primitive, const
       for (int k = 0; k < 4; ++k) {
         const double weight = weights[v][k];
         const double number = numbers[v][k];
-        if (!(number >= 0 && number < static_cast<double>(joints.size()))) {
+        if (!(number >= 0 && number < static_cast<double>(joints.size())))
           reader.fail(Code::gltf_accessor, where + "/" + name,
                       fmt::format("vertex {} follows joint {} of {}", v, number, joints.size()));
-          return {};
-        }
         const auto joint = static_cast<std::size_t>(number);
         if (set == 0 && k == 0) first[v] = joint;
         if (weight == 0) continue;
@@ -75,7 +73,6 @@ std::vector<M44d> skin_matrices(GltfReader& reader, const Json& primitive, const
       }
     }
   }
-  if (reader.fault) return {};
   for (std::size_t v = 0; v < vertices; ++v) {
     if (sums[v] > 0) {
       matrices[v] *= 1 / sums[v];  // quantised weights do not add up to 1 exactly
@@ -131,7 +128,6 @@ M44d NodeTransforms::world(GltfReader& reader, int node) const {
     if (!local) reader.fail(Code::gltf_malformed, place, malformed_transform);
     if (++steps > static_cast<int>(parents_.size()))
       reader.fail(Code::gltf_malformed, place, "the node is its own ancestor");
-    if (reader.fault) return {};
     world = world * *local;
   }
   return world;
@@ -155,7 +151,7 @@ Pose pose_of(GltfReader& reader, const Json& node, const Json& mesh, const NodeT
     if (shape.components != 16 || shape.count < joints.size())
       reader.fail(Code::gltf_malformed, where, "there is not one matrix per joint");
   }
-  for (std::size_t j = 0; j < joints.size() && !reader.fault; ++j) {
+  for (std::size_t j = 0; j < joints.size(); ++j) {
     M44d bind;
     // glTF's columns are Imath's rows.
     if (!inverse.empty()) std::copy_n(inverse.begin() + static_cast<std::ptrdiff_t>(16 * j), 16, &bind[0][0]);

@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "format/base/guard.h"
 #include "format/gltf/access.h"
 #include "format/gltf/geometry.h"
 #include "format/gltf/materials.h"
@@ -72,10 +73,12 @@ class SceneReader {
     add(Error{code, document_.file, std::move(place), std::move(message)});
   }
 
-  /// Whether the reader has found a fault, which is then added to the issues.
-  bool has_failed(const GltfReader& reader) {
-    if (reader.fault) add(*reader.fault);
-    return reader.fault.has_value();
+  /// Whether the work was done: a Failure is added to the issues.
+  template <class F>
+  bool attempt(const F& work) {
+    const auto done = result_of(work);
+    if (!done) add(done.error());
+    return done.has_value();
   }
 
   /// The primitives of a mesh in the pose of a node, as indices into scene_.primitives. Nodes with the same
@@ -83,46 +86,40 @@ class SceneReader {
   std::vector<int> read_mesh(int mesh, const Json& node, const std::string& place) {
     GltfReader reader(document_);
     const Json& json = reader.entry("meshes", mesh, place + "/mesh");
-    if (has_failed(reader)) return {};
     shown_.insert(mesh);
     const auto [entry, fresh] = meshes_.try_emplace(
         fmt::format("{} {} {}", mesh, index_of(member(node, "skin")), member(node, "weights").dump()));
     if (!fresh) return entry->second;
     const Pose pose = pose_of(reader, node, json, transforms_, place);
-    if (has_failed(reader)) return {};
     const Json& primitives = array_of(json, "primitives");
     for (std::size_t p = 0; p < primitives.size() && !is_done(); ++p) {
-      GltfReader own(document_);  // so that the faults of all primitives are found
-      auto primitive = read_primitive(own, json, mesh, static_cast<int>(p), pose);
-      if (has_failed(own)) exhausted_ = exhausted_ || ++failures_ == max_failures;
-      if (own.fault || !primitive) continue;
+      std::optional<ScenePrimitive> primitive;
+      // Each by itself, so that the faults of all are found.
+      if (!attempt([&] { primitive = read_primitive(json, mesh, static_cast<int>(p), pose); }))
+        exhausted_ = exhausted_ || ++failures_ == max_failures;
+      if (!primitive) continue;
       entry->second.push_back(static_cast<int>(scene_.primitives.size()));
       scene_.primitives.push_back(std::move(*primitive));
     }
     return entry->second;
   }
 
-  /// Nothing for a primitive without triangles, which is remarked, or with a fault.
-  std::optional<ScenePrimitive> read_primitive(GltfReader& reader, const Json& mesh_json, int mesh, int index,
-                                               const Pose& pose) {
+  /// Nothing for a primitive without triangles, which is remarked.
+  std::optional<ScenePrimitive> read_primitive(const Json& mesh_json, int mesh, int index, const Pose& pose) {
     const Json& json = mesh_json["primitives"][index];
     const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, index);
-    if (!has_room(json)) {
-      reader.fault = beyond_memory(document_.file, place, "its vertices", limits_.document.memory);
-      return std::nullopt;
-    }
+    if (!has_room(json))
+      throw Failure{beyond_memory(document_.file, place, "its vertices", limits_.document.memory)};
+    GltfReader reader(document_);
     auto read = selvedge::read_primitive(reader, json, place, limits_.vertices - vertices_, pose);
-    if (reader.fault) return std::nullopt;
     if (!read) {
       remark(scene_, fmt::format("{}: left out, for it has no triangles or no POSITION", place));
       return std::nullopt;
     }
     vertices_ += read->positions.size();
     indices_ += read->indices.size();
-    if (indices_ / indices_per_vertex > limits_.vertices) {
+    if (indices_ / indices_per_vertex > limits_.vertices)
       reader.fail(Code::file_too_large, place, "too many triangles");
-      return std::nullopt;
-    }
     if (variant_ >= 0) read->material = material_of_variant(json, read->material);
     if (read->material >= static_cast<int>(scene_.materials.size())) {
       reader.fail(Code::gltf_accessor, place + "/material",
@@ -138,13 +135,16 @@ class SceneReader {
   /// Whether the primitive, as it declares itself, fits into the memory; it is then taken.
   bool has_room(const Json& primitive) {
     // Faults are found where it is read, such as more elements than the view has.
-    const auto count_of = [&](const Json& accessor) -> std::size_t {
-      GltfReader reader(document_);
-      const int index = index_of(accessor);
-      const AccessorShape shape = reader.accessor_shape(index, "");
-      const int view = index_of(member(entry_of(document_, "accessors", index), "bufferView"));
-      if (reader.fault || view < 0) return shape.count;
-      return std::min(shape.count, reader.bytes(view, "").size() / shape.element_size() + 1);
+    const auto count_of = [&](const Json& accessor) {
+      const auto count = result_of([&] {
+        GltfReader reader(document_);
+        const int index = index_of(accessor);
+        const AccessorShape shape = reader.accessor_shape(index, "");
+        const int view = index_of(member(entry_of(document_, "accessors", index), "bufferView"));
+        if (view < 0) return shape.count;
+        return std::min(shape.count, reader.bytes(view, "").size() / shape.element_size() + 1);
+      });
+      return count.value_or(0);
     };
     const Json& attributes = member(primitive, "attributes");
     const std::size_t vertices = count_of(member(attributes, "POSITION"));
@@ -213,15 +213,17 @@ class SceneReader {
       const auto [index, parent] = open.back();
       open.pop_back();
       const std::string place = fmt::format("/nodes/{}", index);
-      GltfReader reader(document_);
-      const Json& node = reader.entry("nodes", index, "/scenes");
+      const Json& node = entry_of(document_, "nodes", index);
       const std::optional<M44d> local = local_transform(node);
-      if (!visited.insert(index).second)
-        reader.fail(Code::gltf_malformed, place, "the node is reached twice");
-      if (!local) reader.fail(Code::gltf_malformed, place, malformed_transform);
-      if (has_failed(reader)) continue;
+      const bool is_new = visited.insert(index).second;
+      if (node.is_null()) {
+        add(Code::gltf_accessor, "/scenes", fmt::format("there is no /nodes/{}", index));
+      } else if (!is_new || !local) {
+        add(Code::gltf_malformed, place, is_new ? malformed_transform : "the node is reached twice");
+      }
+      if (node.is_null() || !is_new || !local) continue;
       const M44d world = *local * parent;
-      read_mesh_of_node(node, place, world);
+      attempt([&] { read_mesh_of_node(node, place, world); });
       read_camera(document_, node, world, scene_);
       read_light(document_, node, world, scene_);
       const Json& children = array_of(node, "children");
@@ -237,7 +239,7 @@ class SceneReader {
         add(Code::gltf_malformed, fmt::format("/nodes/{}", i), "the node is its own ancestor");
     }
     for (int m = 0; m < static_cast<int>(array_of(document_.json, "meshes").size()); ++m) {
-      if (!shown_.contains(m)) read_mesh(m, Json::object(), "");
+      if (!shown_.contains(m)) attempt([&] { read_mesh(m, Json::object(), ""); });
     }
   }
 
@@ -251,9 +253,8 @@ class SceneReader {
     const auto places = places_of_node(reader, node, place, skinned ? M44d() : world, limits_.instances);
     if (places.size() * primitives.size() > limits_.instances - scene_.instances.size())
       reader.fail(Code::file_too_large, place, "too many instances");
-    if (!reader.fault && !has_room(primitives, places.size()))
-      reader.fault = beyond_memory(document_.file, place, "its instances", limits_.document.memory);
-    if (has_failed(reader)) return;
+    if (!has_room(primitives, places.size()))
+      throw Failure{beyond_memory(document_.file, place, "its instances", limits_.document.memory)};
     for (const M44d& at : places) {
       for (const int primitive : primitives) scene_.instances.push_back({primitive, at});
     }

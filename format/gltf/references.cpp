@@ -6,6 +6,7 @@
 #include <set>
 #include <string_view>
 
+#include "format/base/guard.h"
 #include "format/base/json_text.h"
 #include "format/gltf/access.h"
 #include "format/gltf/names.h"
@@ -64,9 +65,9 @@ class ReferenceCheck {
     for (std::size_t i = 0; i < materials.size(); ++i)
       check_textures(materials[i], fmt::format("/materials/{}", i));
     for (std::size_t i = 0; i < array_of(document_.json, "bufferViews").size(); ++i) {
-      GltfReader reader(document_);
-      reader.view(static_cast<int>(i), fmt::format("/bufferViews/{}", i));
-      if (reader.fault) issues_.add(*reader.fault);
+      const auto good = result_of(
+          [&] { GltfReader(document_).view(static_cast<int>(i), fmt::format("/bufferViews/{}", i)); });
+      if (!good) issues_.add(good.error());
     }
   }
 
@@ -137,11 +138,10 @@ Result<void> check_references(const GltfDocument& document) {
   IssueSink issues(document.file);
   check_references(document, issues);
   if (issues.has_error()) return tl::unexpected(issues.first_error());
-  GltfReader reader(document);
-  for (std::size_t i = 0; i < array_of(document.json, "bufferViews").size(); ++i)
-    reader.bytes(static_cast<int>(i), fmt::format("/bufferViews/{}", i));
-  if (reader.fault) return tl::unexpected(*reader.fault);
-  return {};
+  return result_of([&] {
+    for (std::size_t i = 0; i < array_of(document.json, "bufferViews").size(); ++i)
+      GltfReader(document).bytes(static_cast<int>(i), fmt::format("/bufferViews/{}", i));
+  });
 }
 
 }  // namespace selvedge

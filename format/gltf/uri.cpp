@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "format/base/atomic_file.h"
+#include "format/base/guard.h"
 #include "format/gltf/names.h"
 #include "format/gltf/picture_type.h"
 
@@ -155,45 +156,40 @@ void name_file(GltfDocument& document, const std::string& uri) {
 Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& place, std::uint64_t limit) {
   if (uri.starts_with("data:")) {
     const std::size_t comma = uri.find(',');
-    if (comma == std::string::npos) {
-      reader.fail(Code::gltf_malformed, place, "a data URI without a comma");
-      return {};
-    }
+    if (comma == std::string::npos) reader.fail(Code::gltf_malformed, place, "a data URI without a comma");
     const std::string text = percent_decoded(uri.substr(comma + 1));
     if (!uri.substr(0, comma).ends_with(";base64")) return {text.begin(), text.end()};
     std::optional<Bytes> bytes = base64_decoded(text);
     if (!bytes) reader.fail(Code::gltf_malformed, place, "a data URI with broken base64");
-    return std::move(bytes).value_or(Bytes());
+    return std::move(*bytes);
   }
   if (reader.document.other_files == OtherFiles::none)
     reader.fail(Code::gltf_unsupported, place, "other files are not to be opened");
-  if (reader.fault) return {};
-  const std::string path = reader.take(resolve_uri(reader.document, uri, place));
-  if (reader.fault) return {};
-  const Result<std::string> file = read_file(path, limit);
+  const Result<std::string> file = read_file(value_or_throw(resolve_uri(reader.document, uri, place)), limit);
   if (file) return {file->begin(), file->end()};
   reader.fail(file.error().code, place, fmt::format("{}: {}", uri.substr(0, 200), file.error().message));
-  return {};
 }
 
 Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uint64_t limit) {
-  GltfReader reader(document);
-  const std::string place = fmt::format("/images/{}", image);
-  const Json& json = reader.entry("images", image, place);
-  const std::string uri = string_of(member(json, names::gltf::uri));
-  Bytes bytes;
-  if (!uri.empty()) {
-    bytes = read_uri(reader, uri, place, limit);
-  } else if (json.contains(names::gltf::uri)) {
-    reader.fail(Code::gltf_malformed, place, "its uri is empty or no string");
-  } else {
-    const auto view = reader.bytes(index_of(member(json, names::gltf::buffer_view)), place);
-    bytes.assign(view.begin(), view.end());
-  }
-  if (bytes.size() > limit) reader.fail(Code::file_too_large, place, "the pictures are too large");
-  if (!reader.fault && picture_type(bytes).empty())
-    reader.fail(Code::image_unreadable, place, "is no picture (PNG, JPEG, WebP, KTX2, AVIF or DDS)");
-  return reader.result(std::move(bytes));
+  return result_of([&] {
+    GltfReader reader(document);
+    const std::string place = fmt::format("/images/{}", image);
+    const Json& json = reader.entry("images", image, place);
+    const std::string uri = string_of(member(json, names::gltf::uri));
+    if (uri.empty() && json.contains(names::gltf::uri))
+      reader.fail(Code::gltf_malformed, place, "its uri is empty or no string");
+    Bytes bytes;
+    if (!uri.empty()) {
+      bytes = read_uri(reader, uri, place, limit);
+    } else {
+      const auto view = reader.bytes(index_of(member(json, names::gltf::buffer_view)), place);
+      bytes.assign(view.begin(), view.end());
+    }
+    if (bytes.size() > limit) reader.fail(Code::file_too_large, place, "the pictures are too large");
+    if (picture_type(bytes).empty())
+      reader.fail(Code::image_unreadable, place, "is no picture (PNG, JPEG, WebP, KTX2, AVIF or DDS)");
+    return bytes;
+  });
 }
 
 std::string relative_uri(const std::string& target, const std::string& folder) {

@@ -168,11 +168,6 @@ Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& size
     level.noise_psnr = decibels(result.peak, sums.noise / (3 * sums.count));
     result.levels.push_back(level);
   }
-  for (const auto& pair : by_pair) {
-    const Sums& sums = pair.front();
-    result.by_pair.push_back(
-        {decibels(result.peak, sums.squared / (3 * sums.count)), sums.squared, sums.energy});
-  }
   return result;
 }
 

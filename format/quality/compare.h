@@ -24,19 +24,11 @@ struct LevelComparison {
   double noise_psnr = 0;   ///< dB, the sampling noise of the truth against the same peak
 };
 
-/// Errors for one pair of directions.
-struct PairComparison {
-  double psnr = 0;     ///< dB, against Comparison::peak
-  double squared = 0;  ///< sum (fit - truth)^2
-  double energy = 0;   ///< sum truth^2
-};
-
 struct Comparison {
   PairKind kind = PairKind::held_out;
   int pairs = 0;
   double peak = 0;  ///< 1/sr, of all PSNR
   std::vector<LevelComparison> levels;
-  std::vector<PairComparison> by_pair;  ///< at level 0
 };
 
 /// The peak of these pairs, 1/sr: the 99.9th percentile of alpha * r at level 0, or if that is 0, the

@@ -45,23 +45,6 @@ std::string with_fit_record(const std::string& provenance, const FitRecord& reco
   return text.dump();
 }
 
-std::optional<FitRecord> fit_record_of(const std::string& provenance) {
-  const json text = provenance_json(provenance);
-  const json held_out = text.value(json::json_pointer("/fit/heldOut"), json());
-  FitRecord record;
-  try {
-    record.pairs = held_out.at(member::pairs).get<int>();
-    record.peak = held_out.at(member::peak).get<double>();
-    for (const Side side : all_sides) {
-      if (held_out.contains(name_of(side)))
-        record.psnr[index_of(side)] = held_out[name_of(side)].get<std::vector<double>>();
-    }
-  } catch (const json::exception&) {
-    return std::nullopt;
-  }
-  return record;
-}
-
 std::string layers_text(const FabricLevel& level) {
   std::string text;
   const auto join = [&](const char* between, const std::string& more) {

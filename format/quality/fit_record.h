@@ -25,9 +25,6 @@ Result<void> measure_side(const Fabric& side, const PairSamples& held_out, FitRe
 
 /// A provenance with the record; as it was without pairs.
 std::string with_fit_record(const std::string& provenance, const FitRecord& record);
-/// The record of a provenance; nothing unless it has a whole one.
-std::optional<FitRecord> fit_record_of(const std::string& provenance);
-
 /// "2 lobes x table", "30 products".
 std::string layers_text(const FabricLevel& level);
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "format/base/guard.h"
 #include "format/fabric/names.h"
 
 namespace selvedge {
@@ -67,12 +68,11 @@ class Writer {
 
   Result<void> write(const std::string& path, const SamplesHeader& header) {
     parts_.front().attributes[names::attribute_samples] = samples_header_to_json(header);
-    auto writer = ExrWriter::create(path, parts_);
-    if (!writer) return tl::unexpected(writer.error());
+    auto writer = value_or_throw(ExrWriter::create(path, parts_));
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (auto ok = writer->write_level(static_cast<int>(i), 0, pixels_[i]); !ok) return ok;
+      value_or_throw(writer.write_level(static_cast<int>(i), 0, pixels_[i]));
     }
-    return writer->commit();
+    return writer.commit();
   }
 
  private:
@@ -102,15 +102,14 @@ Result<Planes> read_part(ExrReader& reader, const Part& wanted) {
                      fmt::format("is not a scanline part of {}x{} pixels", wanted.width, height));
   if (part.channels.size() != wanted.channels.size())
     return malformed(reader.name(), wanted.name, "has other channels");
-  auto pixels = reader.read_level(index);
-  if (!pixels) return tl::unexpected(pixels.error());
+  auto pixels = value_or_throw(reader.read_level(index));
   Planes planes;
   for (const ExrChannel& channel : wanted.channels) {
     const auto found = std::find_if(part.channels.begin(), part.channels.end(),
                                     [&](const ExrChannel& c) { return c.name == channel.name; });
     if (found == part.channels.end())
       return malformed(reader.name(), part.name + "/" + channel.name, "is missing");
-    planes.push_back(std::move(pixels->planes[found - part.channels.begin()]));
+    planes.push_back(std::move(pixels.planes[found - part.channels.begin()]));
   }
   return planes;
 }
@@ -160,15 +159,12 @@ Result<void> check(const Samples& samples, const std::string& file) {
 }
 
 Result<YarnData> read_yarns(ExrReader& reader, const SamplesHeader& h) {
-  const auto curves = read_part(reader, curve_part(h));
-  if (!curves) return tl::unexpected(curves.error());
-  const auto light = read_part(reader, yarn_light_part(h, names::part_indirect));
-  if (!light) return tl::unexpected(light.error());
-  auto yarns = yarns_from_values(curves->front(), light->front(), h.yarns, h.period_mm);
+  const auto curves = value_or_throw(read_part(reader, curve_part(h)));
+  const auto light = value_or_throw(read_part(reader, yarn_light_part(h, names::part_indirect)));
+  auto yarns = yarns_from_values(curves.front(), light.front(), h.yarns, h.period_mm);
   if (yarns && h.both_sides) {
-    const auto through = read_part(reader, yarn_light_part(h, names::part_light_through));
-    if (!through) return tl::unexpected(through.error());
-    yarns->through = light_from_values(through->front(), h.yarns.stations);
+    const auto through = value_or_throw(read_part(reader, yarn_light_part(h, names::part_light_through)));
+    yarns->through = light_from_values(through.front(), h.yarns.stations);
     if (auto ok = validate(*yarns, h.period_mm); !ok) yarns = tl::unexpected(ok.error());
   }
   if (!yarns)
@@ -186,39 +182,34 @@ Result<SamplesHeader> read_header(const ExrReader& reader) {
   return samples_header_from_json(*text, reader.name());
 }
 
-Result<void> read_views(ExrReader& reader, Samples& samples) {
+void read_views(ExrReader& reader, Samples& samples) {
   const SamplesHeader& h = samples.header;
-  const auto colour = read_part(reader, radiance_part(h));
-  if (!colour) return tl::unexpected(colour.error());
-  const auto surface = read_part(reader, surface_part(h));
-  if (!surface) return tl::unexpected(surface.error());
+  const auto colour = value_or_throw(read_part(reader, radiance_part(h)));
+  const auto surface = value_or_throw(read_part(reader, surface_part(h)));
   const std::size_t texels = h.texels();
   const std::size_t lights = h.light_count();
   samples.views.resize(h.view_count());
   for (std::size_t v = 0; v < samples.views.size(); ++v) {
     ViewSamples& view = samples.views[v];
     for (std::size_t i = v * texels; i < (v + 1) * texels; ++i) {
-      view.alpha.push_back((*surface)[0][i]);
-      view.normal.emplace_back((*surface)[1][i], (*surface)[2][i], (*surface)[3][i]);
+      view.alpha.push_back(surface[0][i]);
+      view.normal.emplace_back(surface[1][i], surface[2][i], surface[3][i]);
     }
     view.radiance.reserve(lights * texels);
     for (std::size_t i = 0; i < lights * texels; ++i) {
       const std::size_t pixel = radiance_pixel(h, v, i / texels, i % texels);
-      view.radiance.emplace_back((*colour)[0][pixel], (*colour)[1][pixel], (*colour)[2][pixel]);
+      view.radiance.emplace_back(colour[0][pixel], colour[1][pixel], colour[2][pixel]);
     }
   }
-  return {};
 }
 
-Result<PairSamples> read_pairs(ExrReader& reader, const SamplesHeader& h, PairKind kind) {
+PairSamples read_pairs(ExrReader& reader, const SamplesHeader& h, PairKind kind) {
   PairSamples pairs;
   pairs.width = h.width;
   pairs.height = h.height;
   pairs.pairs = h.pairs[index_of(kind)];
   if (pairs.pairs.empty()) return pairs;
-  const auto planes = read_part(reader, pair_part(h, kind));
-  if (!planes) return tl::unexpected(planes.error());
-  const Planes& p = *planes;
+  const Planes p = value_or_throw(read_part(reader, pair_part(h, kind)));
   pairs.alpha = p[3];
   pairs.alpha_noise = p[7];
   for (std::size_t i = 0; i < p[0].size(); ++i) {
@@ -228,32 +219,25 @@ Result<PairSamples> read_pairs(ExrReader& reader, const SamplesHeader& h, PairKi
   return pairs;
 }
 
-Result<Samples> read(Result<ExrReader> reader, std::uint64_t memory) {
-  if (!reader) return tl::unexpected(reader.error());
+Result<Samples> read(ExrReader reader, std::uint64_t memory) {
   // Values are decoded, laid out by view and by pair, and copied for one side.
   constexpr std::uint64_t value_price = 3 * sizeof(float);
   MemoryAccount account(memory);
-  for (const ExrPart& part : reader->parts()) {
+  for (const ExrPart& part : reader.parts()) {
     const std::uint64_t pixels = std::uint64_t{1} * part.width * part.height;
     if (!account.take(pixels * part.channels.size(), value_price))
-      return tl::unexpected<Error>(beyond_memory(reader->name(), part.name, "its values", memory));
+      return tl::unexpected<Error>(beyond_memory(reader.name(), part.name, "its values", memory));
   }
-  auto header = read_header(*reader);
-  if (!header) return tl::unexpected(header.error());
   Samples samples;
-  samples.header = std::move(*header);
-  if (auto ok = read_views(*reader, samples); !ok) return tl::unexpected(ok.error());
+  samples.header = value_or_throw(read_header(reader));
+  read_views(reader, samples);
   for (const PairKind kind : all_pair_kinds) {
-    auto pairs = read_pairs(*reader, samples.header, kind);
-    if (!pairs) return tl::unexpected(pairs.error());
-    samples.pairs[index_of(kind)] = std::move(*pairs);
+    samples.pairs[index_of(kind)] = read_pairs(reader, samples.header, kind);
   }
   if (samples.header.yarns.curves > 0) {
-    auto yarns = read_yarns(*reader, samples.header);
-    if (!yarns) return tl::unexpected(yarns.error());
-    samples.yarns = std::move(*yarns);
+    samples.yarns = value_or_throw(read_yarns(reader, samples.header));
   }
-  if (auto ok = check(samples, reader->name()); !ok) return tl::unexpected(ok.error());
+  value_or_throw(check(samples, reader.name()));
   return samples;
 }
 
@@ -395,22 +379,21 @@ Result<void> write_samples(const std::string& path, const Samples& samples) {
     if (h.both_sides)
       writer.add(yarn_light_part(h, names::part_light_through), {indirect_values(samples.yarns, true)});
   }
-  return writer.write(path, h);
+  return result_of([&] { return writer.write(path, h); });
 }
 
 Result<Samples> read_samples(const std::string& path, std::uint64_t memory) {
-  return read(ExrReader::open(path), memory);
+  return result_of([&] { return read(value_or_throw(ExrReader::open(path)), memory); });
 }
 
 Result<Samples> read_samples(std::span<const std::uint8_t> bytes, const std::string& name,
                              const ExrLimits& limits) {
-  return read(ExrReader::open(bytes, name, limits), default_memory);
+  return result_of(
+      [&] { return read(value_or_throw(ExrReader::open(bytes, name, limits)), default_memory); });
 }
 
 Result<SamplesHeader> read_samples_header(const std::string& path) {
-  const auto reader = ExrReader::open(path);
-  if (!reader) return tl::unexpected(reader.error());
-  return read_header(*reader);
+  return ExrReader::open(path).and_then(read_header);
 }
 
 }  // namespace selvedge

@@ -138,7 +138,7 @@ Eigen::Matrix2d nearest_rotation(const FlatTriangle& flat, const std::array<Eige
 
 }  // namespace
 
-std::vector<V2d> relax(const Panel& panel, const std::vector<V2d>& start, const FlattenOptions& options) {
+std::vector<V2d> relax(const Panel& panel, const std::vector<V2d>& start) {
   const std::vector<FlatTriangle> flat = lay_flat(panel);
   const Eigen::Index count = static_cast<Eigen::Index>(panel.positions.size());
 
@@ -164,7 +164,8 @@ std::vector<V2d> relax(const Panel& panel, const std::vector<V2d>& start, const 
     const V2d& p = start[v];
     plane.row(v) << p.x, p.y;
   }
-  for (int round = 0; round < options.rounds; ++round) {
+  constexpr int rounds = 40;
+  for (int round = 0; round < rounds; ++round) {
     Eigen::MatrixX2d right = Eigen::MatrixX2d::Zero(count, 2);
     for (std::size_t t = 0; t < flat.size(); ++t) {
       const FlatTriangle& triangle = flat[t];
@@ -189,8 +190,19 @@ std::vector<V2d> relax(const Panel& panel, const std::vector<V2d>& start, const 
   return result;
 }
 
-std::vector<V2d> flatten(const Panel& panel, const FlattenOptions& options) {
-  return relax(panel, conformal(panel, lay_flat(panel)), options);
+std::vector<V2d> flatten(const Panel& panel) { return relax(panel, conformal(panel, lay_flat(panel))); }
+
+V2d gradient_of(const Panel& panel, const std::vector<V2d>& plane, const V3d& direction) {
+  V2d sum(0, 0);
+  for (const V3i& t : panel.triangles) {
+    const V2d a = plane[t[1]] - plane[t[0]];
+    const V2d b = plane[t[2]] - plane[t[0]];
+    const double along_a = (panel.positions[t[1]] - panel.positions[t[0]]).dot(direction);
+    const double along_b = (panel.positions[t[2]] - panel.positions[t[0]]).dot(direction);
+    const double side = a % b < 0 ? -1 : 1;
+    sum += side * V2d(along_a * b.y - along_b * a.y, along_b * a.x - along_a * b.x);
+  }
+  return sum;
 }
 
 Stretch stretch_of(const std::array<V3d, 3>& corners, const std::array<V2d, 3>& plane) {

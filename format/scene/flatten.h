@@ -14,17 +14,17 @@ struct Panel {
   std::vector<V3i> triangles;
 };
 
-struct FlattenOptions {
-  int rounds = 40;  ///< local/global rounds of the as-rigid-as-possible parametrisation
-};
-
 /// A plane position per vertex, in metres, triangles counter-clockwise: least-squares conformal map as the
 /// start, then as-rigid-as-possible (Liu et al. 2008, "A Local/Global Approach to Mesh Parameterization").
 /// Position and rotation of the result are arbitrary. Precondition: every triangle has an area.
-std::vector<V2d> flatten(const Panel& panel, const FlattenOptions& options = {});
+std::vector<V2d> flatten(const Panel& panel);
 
 /// As above, from given plane positions (one per vertex) instead of the conformal map.
-std::vector<V2d> relax(const Panel& panel, const std::vector<V2d>& start, const FlattenOptions& options = {});
+std::vector<V2d> relax(const Panel& panel, const std::vector<V2d>& start);
+
+/// The mean over the area of the gradient in the plane of how far a point lies along `direction`, times twice
+/// the area.
+V2d gradient_of(const Panel& panel, const std::vector<V2d>& plane, const V3d& direction);
 
 /// Metres of surface per unit of the plane within one triangle: the singular values of dP/d(u, v).
 struct Stretch {

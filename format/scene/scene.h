@@ -23,6 +23,7 @@ struct UvTransform {
   V2d apply(const V2d& uv) const;
   /// Applies the 2x2 Jacobian to a vector in uv space (no offset).
   V2d apply_linear(const V2d& uv) const;
+  bool operator==(const UvTransform&) const = default;
 };
 
 /// Continuation of a texture beyond [0, 1].

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "converter/dress/add_tangents.h"
+#include "format/base/guard.h"
 #include "format/check/gltf.h"
 #include "format/gltf/read_scene.h"
 #include "tests/fuzz/target.h"
@@ -44,7 +45,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   check_scene(*scene);
   for (const ScenePrimitive& primitive : scene->primitives) {
     if (primitive.tex_coords[0].empty()) continue;
-    static_cast<void>(add_tangents(*document, primitive.mesh, primitive.index, 0));
+    static_cast<void>(result_of([&] { return add_tangents(*document, primitive.mesh, primitive.index, 0); }));
   }
   return 0;
 }

@@ -88,7 +88,7 @@ Shading shade_yarn(const Fabric& fabric, const FabricQuery& query, const Environ
 }
 
 nlohmann::json answer(const nlohmann::json& line) {
-  const EnvironmentQuery query = environment_query_from(line).value();
+  const EnvironmentQuery query = environment_query_from(line);
   const Fabric fabric = read_fabric(line["file"].get<std::string>()).value();
   const bool turns = query.place.behind && fabric.side_of(Side::back) != nullptr;
   const Fabric seen = turns ? turned_over(fabric) : fabric;

@@ -101,9 +101,9 @@ TEST_CASE("tangents: duplicated vertices take every attribute and morph target a
   const int target = append_float_accessor(document, moves, 3, true);
   document.json["meshes"][0]["primitives"][0]["targets"] = Json::array({Json{{"POSITION", target}}});
 
-  const bool added = test::need(add_tangents(document, 0, 0, 0));
+  const bool added = add_tangents(document, 0, 0, 0);
   CHECK(added);
-  CHECK_FALSE(*add_tangents(document, 0, 0, 0));
+  CHECK_FALSE(add_tangents(document, 0, 0, 0));
   const Json& json = document.json["meshes"][0]["primitives"][0];
   for (const auto& [semantic, accessor] : json["attributes"].items()) {
     const std::string named = semantic;  // Clang 14 captures no bindings.
@@ -113,7 +113,6 @@ TEST_CASE("tangents: duplicated vertices take every attribute and morph target a
   GltfReader reader(document);
   const auto moved = reader.numbers(index_of(json["targets"][0]["POSITION"]), "");
   const auto ids = reader.numbers(index_of(json["attributes"]["_ID"]), "");
-  REQUIRE_FALSE(reader.fault);
   CHECK(moved[18] == 3);  // the copy of vertex 1
   CHECK(moved[21] == 6);  // and of vertex 2
   CHECK(ids[6] == 1);
@@ -132,7 +131,7 @@ TEST_CASE("tangents: an accessor that many morph targets name is copied once") {
   primitive["targets"] = Json::array();
   for (int i = 0; i < 1000; ++i) primitive["targets"].push_back(target);
   const std::size_t accessors = document.json["accessors"].size();
-  CHECK(test::need(add_tangents(document, 0, 0, 0)));
+  CHECK(add_tangents(document, 0, 0, 0));
   // Positions, texture coordinates, indices, normals and tangents.
   CHECK(document.json["accessors"].size() == accessors + 5);
   CHECK(document.json["meshes"][0]["primitives"][0]["targets"][999]["POSITION"] ==

@@ -25,7 +25,7 @@ CellMesh triangle() {
 }  // namespace
 
 TEST_CASE("bounds hold all vertices") {
-  const Box box = bounds_of(triangle());
+  const Imath::Box3f box = bounds_of(triangle());
   CHECK(box.min == V3f(0, 0, -1));
   CHECK(box.max == V3f(1, 2, 5));
 }

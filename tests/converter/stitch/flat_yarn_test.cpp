@@ -81,7 +81,7 @@ TEST_CASE("the mesh of a straight flat yarn has the ellipse's width, thickness, 
     const double a = 0.6 / std::sqrt(q);
     const double b = 0.6 * std::sqrt(q);
     const CellMesh mesh = mesh_of(cylinder(4, 0.6), q, 96);
-    const Box box = bounds_of(mesh);
+    const Imath::Box3f box = bounds_of(mesh);
     CHECK(static_cast<double>(box.max.y - box.min.y) == doctest::Approx(2 * a).epsilon(2e-3));
     CHECK(static_cast<double>(box.max.z - box.min.z) == doctest::Approx(2 * b).epsilon(2e-3));
     CHECK(volume_of(mesh) == doctest::Approx(4 * pi * 0.36).epsilon(5e-3));

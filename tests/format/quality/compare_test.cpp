@@ -52,13 +52,7 @@ TEST_CASE("a constant error has the figures that follow by hand") {
     CHECK(level.mean_error == doctest::Approx(0.25));
     CHECK(level.alpha_rms == doctest::Approx(0.5));
   }
-  // 16 texels of three channels in each of the pairs.
-  REQUIRE(result.by_pair.size() == 8);
-  for (const PairComparison& pair : result.by_pair) {
-    CHECK(pair.psnr == doctest::Approx(20 * std::log10(0.4 / 0.1)));
-    CHECK(pair.squared == doctest::Approx(48 * 0.01));
-    CHECK(pair.energy == doctest::Approx(48 * 0.16));
-  }
+  CHECK(result.pairs == 8);
 }
 
 TEST_CASE("yarn is compared at every size, by its share of a texel") {
@@ -80,7 +74,7 @@ TEST_CASE("yarn is compared at every size, by its share of a texel") {
     sum += static_cast<double>(s.alpha * s.radiance.x) / 32;
   }
   CHECK(sum > 0.01);
-  CHECK(result.by_pair.size() == 3);
+  CHECK(result.pairs == 3);
   CHECK(-20 * std::log10(sum) == doctest::Approx(result.levels[2].psnr).epsilon(0.01));
 }
 

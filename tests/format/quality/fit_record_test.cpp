@@ -30,7 +30,7 @@ PairSamples random_truth(int count, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("a provenance records the errors that compare finds, and gives them back") {
+TEST_CASE("a provenance records the errors that compare finds") {
   Fabric fabric = test::random_product_fabric(8, 8, {2, 2}, 2, 3);
   const PairSamples held_out = random_truth(5, 1);
   FitRecord record;
@@ -43,24 +43,21 @@ TEST_CASE("a provenance records the errors that compare finds, and gives them ba
 
   const std::string text = with_fit_record(R"({"stitch":"knit","fit":{"lobes":2}})", record);
   CHECK(json::parse(text)["fit"]["lobes"] == 2);
-  const auto read = fit_record_of(text);
-  REQUIRE(read);
-  CHECK(read->pairs == 8);
-  CHECK(read->peak == doctest::Approx(record.peak).epsilon(1e-5));
-  for (std::size_t side = 0; side < all_sides.size(); ++side) {
-    REQUIRE(read->psnr[side].size() == record.psnr[side].size());
-    for (std::size_t k = 0; k < read->psnr[side].size(); ++k)
-      CHECK(std::abs(read->psnr[side][k] - record.psnr[side][k]) <= 0.005);
+  const json read = json::parse(text)["fit"]["heldOut"];
+  CHECK(read["pairs"] == 8);
+  CHECK(read["peak"].get<double>() == doctest::Approx(record.peak).epsilon(1e-5));
+  for (const Side side : {Side::front, Side::back}) {
+    const std::vector<double>& psnr = record.psnr[index_of(side)];
+    REQUIRE(read[name_of(side)].size() == psnr.size());
+    for (std::size_t k = 0; k < psnr.size(); ++k)
+      CHECK(std::abs(read[name_of(side)][k].get<double>() - psnr[k]) <= 0.005);
   }
-  CHECK(read->psnr[0].size() == fabric.levels.size());
-  CHECK(read->psnr[2].empty());
+  CHECK(read["front"].size() == fabric.levels.size());
+  CHECK_FALSE(read.contains("through"));
 }
 
-TEST_CASE("without held-out pairs there is no record, and other provenances have none") {
+TEST_CASE("without held-out pairs there is no record") {
   FitRecord none;
   test::need(measure_side(test::random_product_fabric(8, 8, {2, 2}, 2, 3), PairSamples(), none));
-  CHECK_FALSE(fit_record_of(with_fit_record("{}", none)));
-  for (const char* text : {"", "[]", "{}", R"({"fit":1})", R"({"fit":{"heldOut":{"pairs":1}}})",
-                           R"({"fit":{"heldOut":{"pairs":1,"peak":1,"front":"x"}}})"})
-    CHECK_FALSE(fit_record_of(text));
+  CHECK_FALSE(json::parse(with_fit_record("{}", none))["fit"].contains("heldOut"));
 }
