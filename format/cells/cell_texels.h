@@ -1,5 +1,4 @@
-// The texels of a fabric's levels, as cell images show them: in place of yarn that a pixel covers many times,
-// and of yarn that a fabric does not have. Fabrics without yarn, and views from afar.
+// Texels of a fabric's levels, as cell images show them: of fabrics without yarn, and of all from afar.
 #pragma once
 
 #include <span>

@@ -14,12 +14,10 @@ namespace selvedge::test {
 
 class FrameOf {
  public:
-  FrameOf(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera, const V2i& size,
-          std::vector<Light> lights = {})
+  FrameOf(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera, const V2i& size)
       : camera_(camera),
         size_(size),
         prepared_(prepare(scene, fabrics)),
-        options_(options_of(std::move(lights))),
         view_{camera_, options_},
         projected_(project(prepared_.mesh, clip_matrix(camera_, V3d(0, 0, 0)), size.x, size.y)),
         cells_(prepared_) {}
@@ -53,11 +51,6 @@ class FrameOf {
     prepared.mesh = merge(surfaces);
     for (const Fabric& fabric : fabrics) prepared.fabrics.emplace_back(fabric);
     return prepared;
-  }
-  static DrawOptions options_of(std::vector<Light> lights) {
-    DrawOptions options;
-    options.lights = std::move(lights);
-    return options;
   }
 
   Camera camera_;
