@@ -384,8 +384,7 @@ class PointShader {
   PointShader(const ShadingJob& job, const V2f& slope, const DepthGrid& seen, std::vector<Group>& raw)
       : job_(job), slope_(slope), seen_(seen), raw_(raw), period_(job.yarn.yarns().period()) {}
 
-  /// Returns CellImage::above.
-  float shade() {
+  void shade() {
     const int step = job_.view.coarse_shading ? 2 : 1;
     for (int row = 0; row < seen_.height; row += step) {
       for (int column = 0; column < seen_.width; column += step) {
@@ -396,7 +395,6 @@ class PointShader {
       }
     }
     flush();
-    return points_ > 0 ? heights_ / points_ : 0;
   }
 
  private:
@@ -440,8 +438,6 @@ class PointShader {
   void add(std::int32_t piece, int column, int row, float centre, float depth, bool four) {
     const Yarns::Segment& s = job_.pieces.segments[piece];
     const float above = depth - job_.yarn.plane();
-    heights_ += four ? 4 * above : above;
-    points_ += four ? 4 : 1;
     const auto beside = [&](int texel, int count, float period, float slope, float start, float along) {
       const float at =
           (static_cast<float>(texel) + centre) * period / static_cast<float>(count) + slope * above - start;
@@ -470,7 +466,6 @@ class PointShader {
   const DepthGrid& seen_;
   std::vector<Group>& raw_;
   V2f period_;
-  float heights_ = 0, points_ = 0;
   Batch batch_{};
 };
 
@@ -567,18 +562,104 @@ CellSize cell_size(const V2f& pixel, float samples) {
 
 namespace {
 
-/// Adds the yarn to the samples of an image; returns CellImage::above.
-float add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch) {
+/// CellImage::heights of what was seen.
+void fill_heights(const CellYarn& yarn, const DepthGrid& seen, const CellSize& size, CellImage& image) {
+  constexpr float most = 127;
+  const Yarns::Inside inside = yarn.yarns().inside();
+  image.step = std::max({inside.high - yarn.plane(), yarn.plane() - inside.low, 1e-9F}) / most;
+  image.heights.resize(image.plane_texels());
+  std::int8_t* to = image.heights.data();
+  std::int8_t last = 0;
+  for (int j = 0; j < image.height; ++j) {
+    const std::int8_t* const begin = to;
+    const auto row = [&](int y) {
+      y += j * size.stride;
+      return &seen.z[static_cast<std::size_t>(y < seen.height ? y : y - seen.height) * seen.stride];
+    };
+    const std::array rows{row(0), row(size.pixel.y - 1)};
+    for (int i = 0; i < image.width; ++i) {
+      const int left = i * size.stride;
+      const int right = left + size.pixel.x - 1;
+      float sum = 0;
+      float count = 0;
+      for (const float* const z : rows) {
+        for (const int x : {left, right < seen.width ? right : right - seen.width}) {
+          if (!(z[x] > no_depth)) continue;
+          sum += z[x];
+          count += 1;
+        }
+      }
+      if (count > 0)
+        last = static_cast<std::int8_t>(std::clamp((sum / count - yarn.plane()) / image.step, -most, most));
+      *to++ = last;
+    }
+    *to++ = *begin;
+  }
+  std::copy_n(image.heights.data(), image.stride(), to);
+}
+
+/// Means of what hairs send to the viewer, for the planes one after the other. Hairs that are not shown are
+/// black.
+void shade_hairs(const ShadingJob& job, std::vector<Group>& colours) {
+  static const auto shade_all = shade_batch_for_this_processor();
+  const YarnPieces& pieces = job.pieces;
+  const auto hairs = static_cast<std::size_t>(pieces.count() - pieces.plies);
+  colours.assign(hairs * job.view.planes, Group{});
+  const V3f viewer = lifted(job.view.view);
+  Batch batch{};
+  const auto flush = [&] {
+    if (batch.count > 0) shade_all(job, batch, 1, hairs, colours.data());
+    batch.count = 0;
+  };
+  for (std::size_t k = 0; k < hairs; ++k) {
+    const auto piece = static_cast<std::int32_t>(pieces.plies + k);
+    const Yarns::Segment& s = pieces.segments[piece];
+    const float radius = std::min(std::max(job.width / 2, s.radius), s.reach);
+    if (!(s.radius > radius * s.rank)) continue;
+    const V3f axis(pieces.numbers[YarnPieces::axis_x][piece], pieces.numbers[YarnPieces::axis_y][piece],
+                   pieces.numbers[YarnPieces::axis_z][piece]);
+    const V3f across = axis.cross(viewer).normalized();
+    // Two points of the visible half, as Gauss' rule places them; neighbours differ little.
+    const float beside = std::sqrt(1.0F / 3);
+    for (const float sign : {-beside, beside}) {
+      if (job.view.coarse_shading && (sign > 0) == (k % 2 == 0)) continue;
+      const V3f at = s.along * 0.5F + (across.cross(axis) * std::sqrt(2.0F / 3) + across * sign) * radius;
+      const std::size_t i = batch.count++;
+      batch.x[i] = at.x;
+      batch.y[i] = at.y;
+      batch.z[i] = at.z;
+      batch.piece[i] = piece;
+      batch.texel[i] = static_cast<std::uint32_t>(k);
+      batch.four[i] = false;
+      if (batch.count == batch_size) flush();
+    }
+  }
+  flush();
+  for (Group& colour : colours) {
+    for (float& value : colour) value *= job.view.coarse_shading ? 1.0F : 0.5F;
+  }
+  for (std::size_t k = 0; k < hairs; ++k) colours[k][3] = 1;
+}
+
+/// Adds the yarn to the samples of an image.
+void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch) {
   const float pixel = pixel_width(yarn.yarns().period(), view.size);
   const float width = pixel / view.detail;
   const YarnPieces& pieces = yarn.pieces(view.piece_pixels * pixel);
   const V2f slope = slope_of(view.view);
   scratch.seen.resize(view.size.samples.x, view.size.samples.y, true);
-  splat(yarn, pieces, {slope, width, view.hairs}, scratch.seen);
+  // Thin hairs cover shares of samples; wide ones have a lit and a dark side.
+  const float sample = pixel / static_cast<float>(std::max(view.size.pixel.x, view.size.pixel.y));
+  const bool lines = view.hairs && pieces.count() > pieces.plies && pieces.thickest_hair < sample;
+  splat(yarn, pieces, {slope, width, view.hairs && !lines}, scratch.seen);
   const std::vector<FrontLamp> lamps = cast_shadows(yarn, view, pixel, shadows);
   const std::vector<Slot> slots = fill_table(yarn, view, scratch.table);
   const ShadingJob job{yarn, pieces, view, lamps, slots, scratch.table, width};
-  return PointShader(job, slope, scratch.seen, scratch.raw).shade();
+  PointShader(job, slope, scratch.seen, scratch.raw).shade();
+  if (lines) {
+    shade_hairs(job, scratch.hairs);
+    blend_hairs(yarn, pieces, {slope, width, true}, scratch.seen, scratch.hairs, scratch.raw);
+  }
 }
 
 }  // namespace
@@ -587,7 +668,7 @@ void make_cell_image(const CellSource& source, const CellView& view, CellScratch
   const CellSize& size = view.size;
   const float of_yarn = view.levels.yarn;
   scratch.raw.assign(static_cast<std::size_t>(size.samples.x) * size.samples.y * view.planes, Group{});
-  image.above = of_yarn > 0 ? add_yarn(*source.yarn, view, *source.shadows, scratch) : 0;
+  if (of_yarn > 0) add_yarn(*source.yarn, view, *source.shadows, scratch);
   if (of_yarn < 1) {
     for (Group& sample : scratch.raw) {
       for (float& value : sample) value *= of_yarn;
@@ -595,6 +676,8 @@ void make_cell_image(const CellSource& source, const CellView& view, CellScratch
     source.texels->add(view, scratch.raw);
   }
   filter(view, scratch.raw, scratch.rows, scratch.sums, image);
+  image.heights.clear();
+  if (of_yarn > 0) fill_heights(*source.yarn, scratch.seen, size, image);
 }
 
 std::vector<V3f> shade_points(const CellYarn& yarn, const YarnPieces& pieces, const CellView& view,

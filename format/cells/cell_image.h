@@ -39,13 +39,16 @@ struct CellImage {
   /// whole repeats, where texel (i, j) has whole coordinates.
   V2f first{0, 0};
   float scale = 1;  ///< of radiance
-  float above = 0;  ///< mean height of the visible yarn over CellYarn::plane(), mm
   int planes = 1;
   /// [plane][row][column]; the first row and column are repeated behind the last ones.
   std::vector<CellTexel> texels;
+  /// Mean heights of the yarn that texels show over CellYarn::plane(), in steps, in the order of a plane; of
+  /// holes, of yarn beside them. Empty without yarn.
+  std::vector<std::int8_t> heights;
+  float step = 0;  ///< mm
   int stride() const { return width + 1; }
   std::size_t plane_texels() const { return static_cast<std::size_t>(stride()) * (height + 1); }
-  std::size_t bytes() const { return texels.size() * sizeof(CellTexel); }
+  std::size_t bytes() const { return texels.size() * sizeof(CellTexel) + heights.size(); }
 };
 
 /// Memory that calls reuse; one per thread.
@@ -53,6 +56,7 @@ struct CellScratch {
   DepthGrid seen;
   std::vector<Group> table;  ///< [station][angle function][slot]
   std::vector<Group> raw;    ///< [plane][row][column]: radiance, opacity
+  std::vector<Group> hairs;  ///< [plane][hair]: radiance, opacity
   std::vector<Group> rows, sums;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "format/fabric/lifted.h"
+#include "format/simd/fetch.h"
 #include "format/simd/wide_float.h"
 
 namespace selvedge {
@@ -227,6 +228,61 @@ SELVEDGE_INLINE void draw(const float (*of)[N], int i, std::int32_t number, Dept
   }
 }
 
+int wrapped(int i, int count) {
+  while (i < 0) i += count;
+  while (i >= count) i -= count;
+  return i;
+}
+
+/// Blends hair `number`, lane i of `of`, over texels.
+template <std::size_t N>
+SELVEDGE_INLINE void blend(const float (*of)[N], int i, std::span<const Group> colours, const DepthGrid& seen,
+                           std::size_t hair, std::span<Group> raw) {
+  const std::size_t plane_texels = static_cast<std::size_t>(seen.width) * seen.height;
+  const std::size_t planes = raw.size() / plane_texels;
+  const std::size_t hairs = colours.size() / planes;
+  const float gx = of[g_x][i];
+  // Distances in texels: a line of 2 `wide` that passes `beside` a texel's centre covers so much of it.
+  const float per_texel = std::sqrt(gx * gx + of[g_y][i] * of[g_y][i]);
+  const float inverse_per = 1 / std::max(per_texel, 1e-12F);
+  const float wide = of[r][i] * inverse_per;
+  const float most = std::min(2 * wide, 1.0F);
+  const float middle = 0.8F * of[r][i];  // mean height of the visible half over the axis
+  const float inverse = of[inverse_g_x][i];
+  const float half = (of[r][i] + 0.5F * per_texel) * std::abs(inverse);
+  const int last_row = static_cast<int>(std::floor(of[high_y][i] + 0.5F));
+  for (int j = static_cast<int>(std::ceil(of[low_y][i] - 0.5F)); j <= last_row; ++j) {
+    const auto y = static_cast<float>(j);
+    const float g = of[g_at][i] + of[g_y][i] * y;
+    float left = of[low_x][i] - 0.5F;
+    float right = of[high_x][i] + 0.5F;
+    if (inverse != 0) {
+      left = std::max(left, -g * inverse - half);
+      right = std::min(right, -g * inverse + half);
+    }
+    const float depth = of[z_at][i] + of[z_y][i] * y;
+    const float along = of[w_at][i] + of[w_y][i] * y;
+    const int row = wrapped(j, seen.height);
+    const float* const depths = &seen.z[static_cast<std::size_t>(row) * seen.stride];
+    for (int c = static_cast<int>(std::ceil(left)); static_cast<float>(c) <= right; ++c) {
+      const auto x = static_cast<float>(c);
+      const float share = std::min(wide + 0.5F - std::abs(g + gx * x) * inverse_per, most);
+      const float z = depth + of[z_x][i] * x;
+      const float place = along + of[w_x][i] * x + z * of[w_depth][i];
+      if (!(share > 0) || place < of[low_w][i] || place > of[high_w][i]) continue;
+      const int column = wrapped(c, seen.width);
+      if (depths[column] > z + middle) continue;
+      const std::size_t texel = static_cast<std::size_t>(row) * seen.width + column;
+      for (std::size_t plane = 0; plane < planes; ++plane) {
+        Group& to = raw[plane * plane_texels + texel];
+        const Floats4 under = quad(&to, 0);
+        const Floats4 sum = under + share * (quad(&colours[plane * hairs + hair], 0) - under);
+        std::memcpy(&to, &sum, sizeof sum);
+      }
+    }
+  }
+}
+
 /// Columns behind the row's end belong to its begin.
 void fold(DepthGrid& grid, int columns) {
   for (int row = 0; row < grid.height; ++row) {
@@ -265,6 +321,24 @@ SELVEDGE_THREE_BODIES(splat_pieces,
                        DepthGrid& grid),
                       (pieces, period, plane, view, grid))
 
+template <std::size_t N>
+SELVEDGE_INLINE void blend_pieces(const YarnPieces& pieces, const V2f& period, float plane,
+                                  const SplatView& view, const DepthGrid& seen,
+                                  std::span<const Group> colours, std::span<Group> raw) {
+  const V2f texel(period.x / static_cast<float>(seen.width), period.y / static_cast<float>(seen.height));
+  alignas(64) float of[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
+  for (int base = pieces.plies; base < pieces.count(); base += static_cast<int>(N)) {
+    if (!set_up<N>(pieces, base, period, plane, view, texel, of)) continue;
+    for (int i = 0; i < std::min(static_cast<int>(N), pieces.count() - base); ++i) {
+      if (of[shown][i] > 0) blend<N>(of, i, colours, seen, base + i - pieces.plies, raw);
+    }
+  }
+}
+SELVEDGE_THREE_BODIES(blend_pieces,
+                      (const YarnPieces& pieces, const V2f& period, float plane, const SplatView& view,
+                       const DepthGrid& seen, std::span<const Group> colours, std::span<Group> raw),
+                      (pieces, period, plane, view, seen, colours, raw))
+
 constexpr int columns_behind = 16;
 static_assert(columns_behind <= min_cell_texels);
 
@@ -281,6 +355,12 @@ void DepthGrid::resize(int columns, int rows, bool with_pieces) {
 V2f slope_of(const V3f& direction) {
   const float rise = std::max(direction.z, min_rise);
   return {direction.x / rise, direction.y / rise};
+}
+
+void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
+                 std::span<const Group> colours, std::span<Group> raw) {
+  static const auto blend_all = blend_pieces_for_this_processor();
+  blend_all(pieces, yarn.yarns().period(), yarn.plane(), view, seen, colours, raw);
 }
 
 void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, DepthGrid& grid) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "format/cells/cell_view.h"
@@ -33,6 +34,11 @@ struct SplatView {
 
 /// Slope of rays from a unit direction: rays rise by at least min_rise (lifted.h).
 V2f slope_of(const V3f& direction);
+
+/// Blends hairs, as lines of their share of each texel, over texels whose yarn `seen` has, in the order of
+/// the pieces. `colours`: [plane][hair], radiance; `raw`: [plane][row][column], radiance and opacity.
+void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
+                 std::span<const Group> colours, std::span<Group> raw);
 
 /// Fills a grid of at least min_cell_texels x min_cell_texels, whose size is set.
 void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, DepthGrid& grid);

@@ -63,6 +63,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   }
   pieces.plies = pieces.count();
   pieces.segments.insert(pieces.segments.end(), hairs.begin(), hairs.end());
+  for (const Yarns::Segment& s : hairs) pieces.thickest_hair = std::max(pieces.thickest_hair, s.radius);
   for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.segments.size() + padding);
   for (const Yarns::Segment& s : pieces.segments) {
     const V3f axis = squeezed(s.along, s.squeeze);

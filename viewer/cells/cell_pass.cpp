@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "format/base/parallel.h"
+#include "format/fabric/lifted.h"
 #include "format/simd/fetch.h"
 #include "format/simd/wide_float.h"
 
@@ -103,6 +104,7 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
   middle_y_ = 0.5F * static_cast<float>(projected.height) - 0.5F;
   store_.begin(view.camera, {projected.width, projected.height}, view.options, supersample, lights_);
   light_vertices();
+  slope_vertices(view.camera);
   set_planes(projected);
 }
 
@@ -130,7 +132,7 @@ bool CellPass::is_lit_unevenly(std::size_t triangle) const {
 float CellPass::brighter(SeenSurface surface, int x, int y, const V3f& normal, const V3f& point,
                          const SmoothLight* around, float of_environment) const {
   const std::uint32_t triangle = surface / 2;
-  const std::array<Group, 3>& c = planes_[triangle].coefficients;
+  const auto& c = planes_[triangle].coefficients;
   const V2f at = from_middle(x, y);
   const float by_corners =
       (c[2][1] * at.x + c[2][2] * at.y + c[2][3]) / (c[0][0] * at.x + c[0][1] * at.y + c[0][2]);
@@ -213,6 +215,21 @@ void CellPass::light_vertices() {
   known_around_ = std::move(around);
 }
 
+void CellPass::slope_vertices(const Camera& camera) {
+  const MergedSurfaces& mesh = scene_.mesh;
+  slopes_.resize(mesh.positions.size());
+  for_all(slopes_.size(), [&](std::size_t i) {
+    const auto vertex = static_cast<std::uint32_t>(i);
+    const V3f to_viewer = camera.projection == Projection::parallel
+                              ? V3f(camera.to_viewer)
+                              : (V3f(camera.position - scene_.origin) - mesh.positions[i]).normalized();
+    const V3f normal = mesh.normal(vertex);
+    const V3f tangent = (mesh.tangent(vertex) - normal * normal.dot(mesh.tangent(vertex))).normalized();
+    const float rise = std::max(std::abs(normal.dot(to_viewer)), min_rise);
+    slopes_[i] = {tangent.dot(to_viewer) / rise, normal.cross(tangent).dot(to_viewer) / rise};
+  });
+}
+
 /// Homogeneous coordinates, as in the index pass: correct in perspective and for corners behind the viewer.
 void CellPass::set_planes(const ProjectedVertices& projected) {
   const MergedSurfaces& mesh = scene_.mesh;
@@ -230,7 +247,7 @@ void CellPass::set_planes(const ProjectedVertices& projected) {
     const std::size_t side = det < 0 ? 1 : 0;
     const V2f first = mesh.uv(corners[0]);
     const V2f whole(std::floor(first.x), std::floor(first.y));
-    std::array<V3d, 4> sums;
+    std::array<V3d, 6> sums;
     sums.fill(V3d(0, 0, 0));
     for (std::size_t k = 0; k < 3; ++k) {
       const V2f uv = mesh.uv(corners[k]) - whole;
@@ -239,9 +256,11 @@ void CellPass::set_planes(const ProjectedVertices& projected) {
       sums[1] += edge * static_cast<double>(uv.x);
       sums[2] += edge * static_cast<double>(uv.y);
       sums[3] += edge * static_cast<double>(brightness_[corners[k]][side]);
+      sums[4] += edge * static_cast<double>(slopes_[corners[k]].x);
+      sums[5] += edge * static_cast<double>(slopes_[corners[k]].y * mesh.triangles[i].handedness);
     }
-    std::array<float, 12> flat;
-    for (std::size_t k = 0; k < 12; ++k) flat[k] = static_cast<float>(sums[k / 3][static_cast<int>(k % 3)]);
+    std::array<float, 20> flat{};
+    for (std::size_t k = 0; k < 18; ++k) flat[k] = static_cast<float>(sums[k / 3][static_cast<int>(k % 3)]);
     std::memcpy(planes_[i].coefficients.data(), flat.data(), sizeof flat);
     planes_[i].place = store_.patches().place(static_cast<std::uint32_t>(i));
   });
@@ -295,7 +314,7 @@ void CellPass::see(SeenSurface surface, int x, int y) {
 }
 
 std::uint32_t CellPass::patch_at(std::uint32_t triangle, const V2f& pixel) const {
-  const std::array<Group, 3>& c = planes_[triangle].coefficients;
+  const auto& c = planes_[triangle].coefficients;
   const float sum = c[0][0] * pixel.x + c[0][1] * pixel.y + c[0][2];
   const float inverse = sum != 0 ? 1 / sum : 0;
   const Patches& patches = store_.patches();
@@ -362,7 +381,7 @@ namespace {
 /// Repeats and places within them at pixels, the units there, and brightness.
 struct LanePlaces {
   alignas(64) std::array<std::int32_t, lane_count> repeat_u, repeat_v, unit;
-  alignas(64) LaneFloats u, v, brightness;
+  alignas(64) LaneFloats u, v, brightness, slope_x, slope_y;
 };
 
 struct PlaneLanes {
@@ -375,8 +394,8 @@ template <std::size_t N>
 SELVEDGE_INLINE void place_lanes(const PlaneLanes& planes, LanePlaces& to) {
   using Wide = WideFloat<N>;
   for (std::size_t first = 0; first < lane_count; first += N) {
-    Wide c[12];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in registers
-    for (std::size_t group = 0; group < 3; ++group) fetch<N>(&planes.from[first], group, c + 4 * group);
+    Wide c[20];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in registers
+    for (std::size_t group = 0; group < 5; ++group) fetch<N>(&planes.from[first], group, c + 4 * group);
     const Wide x = Wide::load(&planes.pixels->x[first]);
     const Wide y = Wide::load(&planes.pixels->y[first]);
     const Wide one(1);
@@ -398,6 +417,8 @@ SELVEDGE_INLINE void place_lanes(const PlaneLanes& planes, LanePlaces& to) {
     const Wide unit_v = place(6, to.v, to.repeat_v);
     store_whole(unit_u + unit_v * units, &to.unit[first]);
     ((c[9] * x + c[10] * y + c[11]) * inverse).store(&to.brightness[first]);
+    ((c[12] * x + c[13] * y + c[14]) * inverse).store(&to.slope_x[first]);
+    ((c[15] * x + c[16] * y + c[17]) * inverse).store(&to.slope_y[first]);
   }
 }
 SELVEDGE_THREE_BODIES(place_lanes, (const PlaneLanes& planes, LanePlaces& to), (planes, to))
@@ -449,6 +470,25 @@ SELVEDGE_INLINE void look_lanes(const LanePlaces& places, LookLanes& lanes) {
     Wide y = (one - Wide::load(&places.v[i])) * size[1] - size[3];
     x = if_greater(zero, x, x + size[0], x);
     y = if_greater(zero, y, y + size[1], y);
+    // The yarn there stands out of the plane, and rays of the image came from another side.
+    Wide relief[4];  // NOLINT(modernize-avoid-c-arrays): slopes, texels of a step
+    fetch<N>(from, 2, relief);
+    const Wide half(0.5F);
+    std::int32_t nearest[N];      // NOLINT(modernize-avoid-c-arrays)
+    alignas(64) float height[N];  // NOLINT(modernize-avoid-c-arrays)
+    store_whole(floor(y + half) * (size[0] + one) + floor(x + half), nearest);
+    for (std::size_t k = 0; k < N; ++k) {
+      const std::int8_t* const heights = lanes.looks[i + k]->heights;
+      height[k] = heights != nullptr ? static_cast<float>(heights[nearest[k]]) : 0.0F;
+    }
+    const auto moved = [&](const float& slope, const Wide& of, const Wide& texels)
+        __attribute__((always_inline)) {
+      return max(min(Wide::load(&slope) - of, one), -one) * Wide::load(height) * texels;
+    };
+    x = x + moved(places.slope_x[i], relief[0], relief[2]);
+    y = y + moved(places.slope_y[i], relief[1], relief[3]);
+    x = x - floor(x / size[0]) * size[0];
+    y = y - floor(y / size[1]) * size[1];
     Wide column = floor(x);
     Wide row = floor(y);
     const auto part_of = [&](const Wide& part) __attribute__((always_inline)) {
@@ -475,7 +515,7 @@ SELVEDGE_THREE_BODIES(look_lanes, (const LanePlaces& places, LookLanes& lanes), 
 
 /// A look of nothing.
 constexpr std::array<CellTexel, 4> empty_texels{};
-const CellLook empty_look{{1, 1, 0, 0}, 1, 0, 0, 1, empty_texels.data(), 0, false};
+const CellLook empty_look{{1, 1, 0, 0}, 1, 0, 0, 1, {}, empty_texels.data(), nullptr, 0, false};
 
 }  // namespace
 

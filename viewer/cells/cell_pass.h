@@ -67,10 +67,10 @@ class CellPass {
 
  private:
   /// Perspective planes over the frame, a x + b y + c of pixels from its middle, whose quotients by the first
-  /// are interpolated: 1, u and v without whole repeats of the first corner, brightness. One line of the
-  /// cache.
-  struct alignas(64) Planes {
-    std::array<Group, 3> coefficients{};
+  /// are interpolated: 1, u and v without whole repeats of the first corner, brightness, and the slope of
+  /// rays along x and y of the fabric (splat.h); 2 unused.
+  struct alignas(32) Planes {
+    std::array<Group, 5> coefficients{};
     Patches::Place place;
   };
   enum class Kind : std::uint8_t { none, changed, plain };
@@ -80,6 +80,7 @@ class CellPass {
     bool is_large() const { return high_u < low_u; }
   };
   void light_vertices();
+  void slope_vertices(const Camera& camera);
   bool is_lit_unevenly(std::size_t triangle) const;
   void add_inner_shares(const ShadowMap& map, std::size_t triangle);
   /// At a pixel, from the frame's middle.
@@ -108,9 +109,10 @@ class CellPass {
   std::vector<Extent> extents_;                   ///< of triangles
   std::vector<float> beyond_;                     ///< of vertices: CellLights::brightness()
   std::vector<std::array<float, 2>> brightness_;  ///< of vertices, front and back
-  std::vector<std::uint8_t> uneven_;              ///< of triangles
-  std::vector<Shares> shares_;                    ///< of triangles, of lights with a shadow map
-  std::vector<Light> known_lights_;               ///< of brightness_ and shares_
+  std::vector<V2f> slopes_;           ///< of vertices: of rays, along the tangent and the normal x tangent
+  std::vector<std::uint8_t> uneven_;  ///< of triangles
+  std::vector<Shares> shares_;        ///< of triangles, of lights with a shadow map
+  std::vector<Light> known_lights_;   ///< of brightness_ and shares_
   std::vector<ShadowView> known_views_;
   std::vector<SmoothLight> known_around_;
   std::vector<Planes> planes_;              ///< of triangles

@@ -16,6 +16,8 @@ constexpr float min_facing_patch = 0.08F;
 constexpr float least_rise = 0.1F;  ///< of a light over a patch of texels
 /// Images of other patches are of use until then.
 constexpr float most_outdated = 16;
+/// Coarse shading saves little of smaller images.
+constexpr int many_samples = 96 * 96;
 
 /// Irradiance over pi of a surface with this normal, of luminance: degrees 0 to 2 of the light, by the
 /// clamped cosine (Ramamoorthi and Hanrahan 2001).
@@ -145,11 +147,12 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   lights_ = lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;
-  patches_.choose(camera, origin_, frame, {options_.patch_pixels, options_.patch_turn, options_.patch_apart},
+  patches_.choose(camera, origin_, frame,
+                  {options_.patch_pixels, options_.patch_repeats, options_.patch_turn, options_.patch_apart},
                   lights.lights);
 }
 
-CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const {
+CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool behind) const {
   const Patch& patch = patches_[need.patch / 2];
   const float side = need.patch % 2 == 0 ? 1.0F : -1.0F;
   Wanted result;
@@ -214,9 +217,8 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const 
   }
   if (around != nullptr) result.view.around = turned(*around, tangent, up, normal);
   result.brightness = lights_.brightness(own_normal, patch.centre, around, cloths_[fabric].beyond) + lifted;
-  result.view.hairs = options_.hairs;
+  result.view.hairs = options_.hairs && (!behind || options_.hairs_behind);
   result.view.hair_shadows = options_.hair_shadows;
-  result.view.coarse_shading = options_.coarse_shading;
   result.view.shadow_texels = options_.shadow_texels;
   result.view.detail = options_.detail;
   result.view.piece_pixels = options_.piece_pixels;
@@ -224,6 +226,8 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples) const 
   CellLevels& levels = result.view.levels = shown_levels(cloth.fabric, shown, levels_.forced);
   result.view.size =
       levels.yarn > 0 ? cell_size(shown, samples) : texel_size(cloth.fabric, shown, levels.finer);
+  const V2i& count = result.view.size.samples;
+  result.view.coarse_shading = options_.coarse_shading && count.x * count.y > many_samples;
   return result;
 }
 
@@ -275,7 +279,7 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
          i < std::min<std::size_t>(64 * (part + 1), needs.size()); ++i) {
       Work& work = all[i];
       work.patch = needs[i].patch;
-      work.wanted = wanted(needs[i], samples);
+      work.wanted = wanted(needs[i], samples, behind);
       work.kept = kept_[work.patch];
       work.outdated = work.kept ? outdated(*work.kept, work.wanted, samples) : HUGE_VALF;
       if (work.outdated == HUGE_VALF && options_.fresh < 1) {
@@ -360,16 +364,16 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
             image.scale,
             has_yarn ? 0.5F : 0.0F,
             has_yarn ? 2.0F : 8.0F,
+            {},
             image.texels.data(),
+            nullptr,
             kept.own,
             false};
-    // Seen from a new side, yarn above the plane is elsewhere in an older image.
-    const V2f moved =
-        (slope_of(work.wanted.view.view) - slope_of(kept.view.view)) * image.above / work.wanted.period;
-    for (int axis = 0; axis < 2; ++axis) {
-      float& first = look.size[2 + axis];
-      first -= moved[axis] * look.size[axis];
-      first -= std::floor(first / look.size[axis]) * look.size[axis];
+    if (!image.heights.empty()) {
+      const V2f slope = slope_of(kept.view.view);
+      look.heights = image.heights.data();
+      look.relief = {slope.x, slope.y, image.step * look.size[0] / work.wanted.period.x,
+                     image.step * look.size[1] / work.wanted.period.y};
     }
     look.is_solid = !material.keeps_opacity;
   }

@@ -48,7 +48,11 @@ struct CellLook {
   float scale = 1;       ///< of radiance
   /// Bounds of the factor by which a pixel is brighter than its image.
   float least_brighter = 0.5F, most_brighter = 2;
+  /// Slope of the rays that the image was made for, and texels along x and y for a step of height and a slope
+  /// of 1.
+  Group relief{};
   const CellTexel* texels = nullptr;
+  const std::int8_t* heights = nullptr;  ///< CellImage::heights; null: none
   std::uint32_t own = 0;  ///< lights that have a plane of their own, in their order behind plane 0
   bool is_solid = false;  ///< its holes show the yarn around them
 };
@@ -80,7 +84,7 @@ class CellStore {
  private:
   struct Kept;
   struct Wanted;
-  Wanted wanted(const PatchNeed& need, float samples) const;
+  Wanted wanted(const PatchNeed& need, float samples, bool behind) const;
   float outdated(const Kept& kept, const Wanted& wanted, float samples) const;
   std::shared_ptr<Kept> of_kin(PatchSide patch, const Wanted& wanted, float samples) const;
   void trim();

@@ -331,7 +331,7 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     } else if (splits && repeats > 1) {
       splits = shown.in_frame &&
                (turn_cosine < std::cos(degrees * static_cast<float>(radians_per_degree)) ||
-                longest > view.limits.pixels ||
+                longest > view.limits.pixels || repeats > view.limits.repeats ||
                 (longest > outline_pixels && (facing < spread || view.turns_away(patch, spread))));
     } else if (splits) {
       // Directions to the viewer differ by so much from the middle to the border, and yarn is as much

@@ -37,7 +37,8 @@ struct ShownPatch {
 
 /// Limits for patches of more than one repeat.
 struct PatchLimits {
-  float pixels = 1;  ///< of their longest side
+  float pixels = 1;   ///< of their longest side
+  float repeats = 1;  ///< along their side
   /// Of the turn from their mean normal, in degrees, times the pixels of a repeat: yarn seen from another
   /// side is so much elsewhere.
   float turn = 0;

@@ -35,9 +35,11 @@ struct FrameSize {
 struct CellImageOptions {
   float samples = 4;         ///< along a pixel's side
   float patch_pixels = 1;    ///< longest side of what more than one repeat shares an image, pixels
+  float patch_repeats = 4;   ///< of the same, along a side
   float patch_turn = 360;    ///< PatchLimits::turn
   float patch_apart = 0.5F;  ///< PatchLimits::apart
   bool hairs = true;
+  bool hairs_behind = true;  ///< on what only shows behind other surfaces
   bool hair_shadows = true;
   bool coarse_shading = false;  ///< CellView
   float shadow_texels = 2;      ///< CellView
@@ -52,8 +54,8 @@ struct CellImageOptions {
 };
 
 /// For frames that move.
-inline constexpr CellImageOptions moving_cell_images{2, 64, 360, 2, true,  false, true,
-                                                     1, 4,  2,   1, 0.16F, 30,    3.0F / 255};
+inline constexpr CellImageOptions moving_cell_images{2,    128, 4, 720, 2, true, false, false,
+                                                     true, 1,   8, 2,   1, 0.2F, 30,    3.0F / 255};
 
 /// Options that may change from frame to frame.
 struct DrawOptions {

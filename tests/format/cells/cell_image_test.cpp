@@ -1,5 +1,6 @@
 #include "format/cells/cell_image.h"
 
+#include <ImathVec.h>
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -147,6 +148,35 @@ TEST_CASE("the splatter sees what rays see, from everywhere, hairs and flat sect
     MESSAGE(apart, " of ", count);
     CHECK(apart < count / 50);
   }
+}
+
+TEST_CASE("hairs drawn as lines are as bright and as opaque as fine samples of them") {
+  Random random(11);
+  const Yarns yarns(stranded(random, true), period);
+  const CellYarn cell(yarns, plane, {});
+  CellShadows shadows(cell);
+  CellView view;
+  view.view = V3f(0.2F, -0.3F, 0.9F).normalized();
+  view.lamps = {{V3f(-0.4F, 0.3F, 0.8F).normalized(), V3f(1, 1, 1)}};
+  const V2f pixel(1 / 12.0F, 1 / 12.0F);
+  view.hair_shadows = false;
+  CellScratch scratch;
+  const auto mean = [&](float samples, float detail) {
+    view.size = cell_size(pixel, samples);
+    // Hairs as wide, whatever the samples.
+    view.detail = detail;
+    CellImage image;
+    make_cell_image({&cell, &shadows, nullptr}, view, scratch, image);
+    Imath::V4d sum(0, 0, 0, 0);
+    for (const Group& sample : scratch.raw) sum += Imath::V4d(sample[0], sample[1], sample[2], sample[3]);
+    return sum / static_cast<double>(scratch.raw.size());
+  };
+  const Imath::V4d lines = mean(4, 64);
+  const Imath::V4d fine = mean(64, 64);
+  view.hairs = false;
+  const Imath::V4d none = mean(4, 64);
+  CHECK(fine.w > none.w + 0.02);
+  for (int k = 0; k < 4; ++k) CHECK(std::abs(lines[k] - fine[k]) < 0.03 * fine[k]);
 }
 
 TEST_CASE("an image has the mean radiance and opacity of rays with shadows, whatever its size") {
