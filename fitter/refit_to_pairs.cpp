@@ -165,8 +165,8 @@ std::vector<TexelPair> pairs_of(const FabricLevel& level, const DirectionGrid& v
           static_cast<double>(taps.weight[k] * level.opacity()[texel * views.count() + taps.cell[k]]);
       if (!(share > 0)) continue;
       sum += share;
-      const auto same = std::find_if(pair.views.begin(), pair.views.end(),
-                                     [&](const auto& entry) { return entry.first == taps.cell[k]; });
+      const auto same =
+          std::ranges::find_if(pair.views, [&](const auto& entry) { return entry.first == taps.cell[k]; });
       if (same == pair.views.end())
         pair.views.emplace_back(taps.cell[k], share);
       else

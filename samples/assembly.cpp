@@ -33,8 +33,8 @@ Garment garment_of(const Assembly& assembly, const std::string& name) {
   Garment garment;
   garment.name = name;
   for (const Patch& patch : assembly.patches) {
-    auto material = std::find_if(garment.materials.begin(), garment.materials.end(),
-                                 [&](const GarmentMaterial& m) { return m.name == patch.material; });
+    auto material = std::ranges::find_if(garment.materials,
+                                         [&](const GarmentMaterial& m) { return m.name == patch.material; });
     const std::size_t index = material - garment.materials.begin();
     if (material == garment.materials.end()) {
       garment.materials.push_back(material_named(patch.material));

@@ -25,7 +25,7 @@ class ClosedCurve {
   V3d at(double around) const {
     const std::size_t count = points_.size();
     const double s = (around - std::floor(around)) * length();
-    const auto after = std::upper_bound(starts_.begin(), starts_.end(), s);
+    const auto after = std::ranges::upper_bound(starts_, s);
     const std::size_t j = std::min(static_cast<std::size_t>(after - starts_.begin()) - 1, count - 1);
     const double t = (s - starts_[j]) / (starts_[j + 1] - starts_[j]);
     const V3d& a = points_[(j + count - 1) % count];
@@ -220,19 +220,17 @@ Rings peel(const QuadSurface& surface, int label, const V3d& first) {
       const auto found = quad_of.find({ring[j], ring[(j + 1) % ring.size()]});
       if (found == quad_of.end()) break;
       const Quad& quad = surface.quads[found->second];
-      const std::size_t k =
-          static_cast<std::size_t>(std::find(quad.begin(), quad.end(), ring[j]) - quad.begin());
+      const std::size_t k = static_cast<std::size_t>(std::ranges::find(quad, ring[j]) - quad.begin());
       inner.push_back(quad[(k + 3) % 4]);
     }
     if (inner.empty()) break;
     rings.push_back(inner);
   }
 
-  std::reverse(rings.begin(), rings.end());
+  std::ranges::reverse(rings);
   const std::vector<int>& seam = rings.front();
-  const auto start = std::max_element(seam.begin(), seam.end(), [&](int a, int b) {
-    return first.dot(surface.positions[a]) < first.dot(surface.positions[b]);
-  });
+  const auto start = std::ranges::max_element(
+      seam, [&](int a, int b) { return first.dot(surface.positions[a]) < first.dot(surface.positions[b]); });
   const auto shift = start - seam.begin();
   for (std::vector<int>& ring : rings) std::rotate(ring.begin(), ring.begin() + shift, ring.end());
   return rings;

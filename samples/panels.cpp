@@ -2,8 +2,6 @@
 
 #include <Imath/ImathBox.h>
 
-#include <algorithm>
-#include <cmath>
 #include <map>
 
 namespace selvedge::samples {

@@ -40,7 +40,7 @@ QuadSurface subdivide_once(const QuadSurface& surface) {
     Quad quad{};
     std::size_t corner = 0;
     for (const auto vertex : mesh.fv_range(face)) quad[corner++] = vertex.idx();
-    const int center = *std::max_element(quad.begin(), quad.end());
+    const int center = *std::ranges::max_element(quad);
     fine.quads.push_back(quad);
     fine.labels.push_back(surface.labels[center - first_center]);
   }

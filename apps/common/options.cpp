@@ -33,7 +33,7 @@ std::optional<std::pair<std::uint64_t, std::string>> whole_number(const std::str
 
 std::string fault_of_ending(const std::string& file, const std::vector<std::string>& endings) {
   const auto fits = [&](const std::string& ending) { return has_ending(file, ending); };
-  if (std::any_of(endings.begin(), endings.end(), fits)) return {};
+  if (std::ranges::any_of(endings, fits)) return {};
   return fmt::format("\"{}\" does not end in {}", file, fmt::join(endings, " or "));
 }
 
@@ -280,7 +280,7 @@ Option Options::choice(const char* name, std::span<const std::string_view> names
                        std::function<void(std::size_t)> read) {
   const std::string type = fmt::format("{}", fmt::join(names, "|"));
   return text(name, type.c_str(), help, [name, names, type, read = std::move(read)](const std::string& t) {
-    const auto found = std::find(names.begin(), names.end(), t);
+    const auto found = std::ranges::find(names, t);
     if (found == names.end()) refuse(name, fmt::format("\"{}\" is not one of {}", t, type));
     read(found - names.begin());
   });
@@ -316,7 +316,7 @@ Result<void> parse_words(const std::function<void(Options&)>& declare, std::vect
   CLI::App app;
   Options options(app);
   declare(options);
-  std::reverse(words.begin(), words.end());
+  std::ranges::reverse(words);
   try {
     app.parse(words);
     return {};
@@ -330,7 +330,7 @@ Result<void> parse_words(const std::function<void(Options&)>& declare, std::vect
 void Options::refuse_all_but(std::initializer_list<const char*> names, const char* why) const {
   for (const CLI::Option* option : app_.get_options()) {
     const std::string name = option->get_name();
-    if (option->count() > 0 && std::find(names.begin(), names.end(), name) == names.end()) refuse(name, why);
+    if (option->count() > 0 && std::ranges::find(names, name) == names.end()) refuse(name, why);
   }
 }
 

@@ -216,7 +216,7 @@ int Program::run_verb(const Verb& verb) {
 }
 
 Result<Json> Program::call(std::vector<std::string> words) {
-  std::reverse(words.begin(), words.end());
+  std::ranges::reverse(words);
   try {
     app_->parse(words);
   } catch (const CLI::ParseError& error) {

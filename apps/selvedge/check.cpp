@@ -42,10 +42,8 @@ Result<int> run(const CheckCommand& command) {
       return kind ? check_file(path, *kind, command.limits) : Issues{kind.error()};
     });
     const Issues issues = found ? *found : Issues{found.error()};
-    const auto warnings =
-        static_cast<std::size_t>(std::count_if(issues.begin(), issues.end(), [](const Error& e) {
-          return severity_of(e.code) == Severity::warning;
-        }));
+    const auto warnings = static_cast<std::size_t>(std::ranges::count_if(
+        issues, [](const Error& e) { return severity_of(e.code) == Severity::warning; }));
     const bool good = command.warnings_as_errors ? issues.empty() : warnings == issues.size();
     all_good = all_good && good;
     Json list = Json::array();

@@ -1,6 +1,5 @@
 #include "apps/selvedge/file_kind.h"
 
-#include <algorithm>
 #include <array>
 
 #include "converter/dress/uv_scale.h"

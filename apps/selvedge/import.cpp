@@ -1,8 +1,7 @@
 // import: pictures of a sample -> samples.
-#include <cmath>
 
-#include "apps/selvedge/commands.h"
 #include "converter/measured/import.h"
+#include "apps/selvedge/commands.h"
 
 namespace selvedge {
 namespace {

@@ -1,7 +1,6 @@
 // make --list: a text file with the words of one make on each line.
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <map>
 #include <sstream>
 

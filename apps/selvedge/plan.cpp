@@ -52,8 +52,7 @@ void declare(Options& options, PlanCommand& command) {
                                                  "--orthographic", "--distance",  "--distance-factor",
                                                  "--look-at"};
     options.refuse_if(!command.cameras.empty(), "has no effect with --camera", own);
-    command.own_camera =
-        std::any_of(own.begin(), own.end(), [&](const char* name) { return options.given(name); });
+    command.own_camera = std::ranges::any_of(own, [&](const char* name) { return options.given(name); });
   });
 }
 

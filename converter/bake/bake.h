@@ -5,7 +5,6 @@
 // directly (with shadows, the yarn's full reflectance) and after up to `bounces` reflections.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>

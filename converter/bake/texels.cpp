@@ -48,11 +48,11 @@ struct TexelBaker::Gather {
   void clear() {
     rays = hits = 0;
     normal = V3d(0, 0, 0);
-    std::fill(radiance.begin(), radiance.end(), 0.0);
+    std::ranges::fill(radiance, 0.0);
   }
   void settle() {
     for (std::size_t i = 0; i < recent.size(); ++i) radiance[i] += static_cast<double>(recent[i]);
-    std::fill(recent.begin(), recent.end(), 0.0F);
+    std::ranges::fill(recent, 0.0F);
   }
 };
 

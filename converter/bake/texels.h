@@ -1,10 +1,8 @@
 // Traces rays through the texels of one view and sums the radiance under a set of lights.
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <span>
-#include <vector>
 
 #include "converter/light/irradiance_cache.h"
 #include "converter/light/path_tracer.h"

@@ -61,7 +61,7 @@ void LightChoice::choose(PathSampler& sampler, PathLights& chosen) const {
   chosen.directions = sure_.directions;
   chosen.irradiance = sure_.irradiance;
   if (!up_to_.empty()) {
-    const auto found = std::upper_bound(up_to_.begin(), up_to_.end(), sampler.next().x * up_to_.back());
+    const auto found = std::ranges::upper_bound(up_to_, sampler.next().x * up_to_.back());
     const std::size_t i = std::min<std::size_t>(found - up_to_.begin(), up_to_.size() - 1);
     const double power = up_to_[i] - (i > 0 ? up_to_[i - 1] : 0);
     if (power > 0) {

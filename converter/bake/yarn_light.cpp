@@ -298,7 +298,7 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
           largest[k % 3] = std::max(largest[k % 3], values.col(side * columns + k).cwiseAbs().maxCoeff());
         }
       }
-      const double brightest = *std::max_element(largest.begin(), largest.end());
+      const double brightest = *std::ranges::max_element(largest);
       // The brightest colour has 8 bits, and of light that comes through each has: a red that is a hundred
       // times as bright as the blue would leave it nothing.
       std::array<double, 3> step{1, 1, 1};

@@ -2,10 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
 
 #include "converter/dress/charts.h"
 #include "format/gltf/access.h"

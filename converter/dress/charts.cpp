@@ -62,7 +62,7 @@ class Cutter {
         edges.emplace_back(std::min(a, b), std::max(a, b), 2 * (3 * f + k) + (a < b ? 0 : 1));
       }
     }
-    std::sort(edges.begin(), edges.end());
+    std::ranges::sort(edges);
     neighbours_.assign(faces_.size(), {none, none, none});
     const auto same = [&](std::size_t i, std::size_t j) {
       return std::get<0>(edges[i]) == std::get<0>(edges[j]) && std::get<1>(edges[i]) == std::get<1>(edges[j]);
@@ -132,7 +132,7 @@ class Cutter {
     constexpr double small = 0.01;
     const std::vector<int> whole = parts(std::vector<int>(faces_.size(), 0));
     const auto sum_of = [&](const std::vector<int>& of) {
-      std::vector<double> areas(of.empty() ? 0 : *std::max_element(of.begin(), of.end()) + 1);
+      std::vector<double> areas(of.empty() ? 0 : *std::ranges::max_element(of) + 1);
       for (std::size_t f = 0; f < faces_.size(); ++f) areas[of[f]] += normals_[f].length();
       return areas;
     };
@@ -158,7 +158,7 @@ class Cutter {
                                (positions_[faces_[f][(k + 1) % 3]] - positions_[faces_[f][k]]).length());
         }
       }
-      std::sort(borders.begin(), borders.end());
+      std::ranges::sort(borders);
       for (std::size_t at = 0; at < borders.size();) {
         const int part = std::get<0>(borders[at]);
         int into = part;
@@ -218,7 +218,7 @@ class Cutter {
     for (const V3i& t : panel.triangles) {
       for (int k = 0; k < 3; ++k) edges.push_back(std::minmax(t[k], t[(k + 1) % 3]));
     }
-    std::sort(edges.begin(), edges.end());
+    std::ranges::sort(edges);
     const std::ptrdiff_t unique = std::unique(edges.begin(), edges.end()) - edges.begin();
     return panel.triangles.size() > 1 &&
            std::ssize(panel.positions) - unique + std::ssize(panel.triangles) >= 1 - most_holes;
@@ -229,8 +229,7 @@ class Cutter {
   }
 
   static bool is_sound(const Panel& panel, const std::vector<V2d>& plane) {
-    return std::all_of(panel.triangles.begin(), panel.triangles.end(),
-                       [&](const V3i& t) { return signed_area(t, plane) > 0; });
+    return std::ranges::all_of(panel.triangles, [&](const V3i& t) { return signed_area(t, plane) > 0; });
   }
 
   static std::vector<V2d> projected(const Panel& panel) {
@@ -282,8 +281,7 @@ class Cutter {
   /// In rows, the tallest first.
   void pack(double& top) {
     constexpr double gap = 0.01;  // m
-    std::stable_sort(placed_.begin(), placed_.end(),
-                     [](const Placed& a, const Placed& b) { return a.size.y > b.size.y; });
+    std::ranges::stable_sort(placed_, [](const Placed& a, const Placed& b) { return a.size.y > b.size.y; });
     double area = 0;
     double width = 0;
     for (const Placed& p : placed_) {
@@ -327,8 +325,7 @@ std::vector<std::uint32_t> weld(const std::vector<V3d>& positions) {
   const auto key = [&](std::uint32_t i) { return std::tie(positions[i].x, positions[i].y, positions[i].z); };
   std::vector<std::uint32_t> order(positions.size());
   std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  std::ranges::stable_sort(order, [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
   std::vector<std::uint32_t> first(positions.size());
   for (std::size_t i = 0; i < order.size(); ++i)
     first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
@@ -341,8 +338,7 @@ Charts cut_into_charts(const std::vector<V3d>& positions, const std::vector<std:
 }
 
 double stretch_below(std::vector<ChartStretch> stretch, double share) {
-  std::sort(stretch.begin(), stretch.end(),
-            [](const ChartStretch& a, const ChartStretch& b) { return a.most < b.most; });
+  std::ranges::sort(stretch, [](const ChartStretch& a, const ChartStretch& b) { return a.most < b.most; });
   double total = 0;
   for (const ChartStretch& s : stretch) total += s.area;
   double sum = 0;

@@ -34,7 +34,7 @@ std::string no_cloth_word(const std::string& name) {
       for (const std::string_view plural : {"", "s", "es"}) {
         if (!word.ends_with(plural)) continue;
         const std::string_view singular = std::string_view(word).substr(0, word.size() - plural.size());
-        if (std::find(no_cloth.begin(), no_cloth.end(), singular) != no_cloth.end()) return word;
+        if (std::ranges::find(no_cloth, singular) != no_cloth.end()) return word;
       }
       word.clear();
     }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <numbers>
 #include <set>
 
@@ -13,12 +12,9 @@
 #include "converter/dress/backing.h"
 #include "converter/dress/choose_materials.h"
 #include "converter/dress/cloth.h"
-#include "converter/dress/colourways.h"
 #include "converter/dress/extras_mirror.h"
 #include "converter/dress/fallback_material.h"
-#include "converter/dress/garment_parts.h"
 #include "converter/dress/true_size.h"
-#include "converter/dress/unwrap.h"
 #include "converter/dress/usd.h"
 #include "format/base/guard.h"
 #include "format/base/json_text.h"

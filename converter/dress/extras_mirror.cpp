@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "format/gltf/access.h"
-#include "format/gltf/fabric_extension.h"
 #include "format/gltf/names.h"
 
 namespace selvedge {

@@ -43,7 +43,7 @@ int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& b
 bool occurs(const Json& json, const std::string& key) {
   if (json.is_object() && json.contains(key)) return true;
   return json.is_structured() &&
-         std::any_of(json.begin(), json.end(), [&](const Json& child) { return occurs(child, key); });
+         std::ranges::any_of(json, [&](const Json& child) { return occurs(child, key); });
 }
 
 /// The fallback replaces every lobe; emission is not a lobe.

@@ -6,7 +6,6 @@
 // material's base colour texture, which the optimiser has changed together with the texture coordinates.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <set>
-#include <string>
-#include <vector>
 
 #include "converter/dress/uv_scale.h"
 #include "format/gltf/document.h"

@@ -184,8 +184,8 @@ class MaterialPrim {
   }
 
   void add(const std::string& name, const std::string& body) {
-    const bool known = std::any_of(shaders_.begin(), shaders_.end(),
-                                   [&](const auto& shader) { return shader.first == name; });
+    const bool known =
+        std::ranges::any_of(shaders_, [&](const auto& shader) { return shader.first == name; });
     if (!known) shaders_.emplace_back(name, body);
   }
 

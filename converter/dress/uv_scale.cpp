@@ -26,7 +26,7 @@ std::array<double, 3> quantiles(const std::vector<Sample>& samples, V3d Sample::
     lengths.emplace_back((sample.*along).length(), sample.area);
     total += sample.area;
   }
-  std::sort(lengths.begin(), lengths.end());
+  std::ranges::sort(lengths);
   std::array<double, 3> found{};
   double sum = 0;
   std::size_t next = 0;

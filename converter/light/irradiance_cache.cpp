@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "converter/light/path_tracer.h"
 #include "converter/light/yarn_brdf.h"
@@ -100,7 +99,7 @@ void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
       }
     }
     rays += traced;
-    std::sort(entries.begin(), entries.end());
+    std::ranges::sort(entries);
     auto& merged = rows[p];
     for (const auto& [point, weight] : entries) {
       if (!merged.empty() && merged.back().first == point) {
@@ -274,7 +273,7 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
       }
       ends[l] = all_changed <= min_change * all ? 1 : 0;
     }
-    if (endless && std::find(ends.begin(), ends.end(), 1) != ends.end()) {
+    if (endless && std::ranges::find(ends, 1) != ends.end()) {
       parallel_for(0, static_cast<int>(blocks), [&](int block) {
         each_value(block, [&](std::size_t i, std::size_t at) {
           if (ends[i % n] != 0) total[at] += rest[i] * next[at];
@@ -282,7 +281,7 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
       });
     }
     for (std::size_t l = 0; l < n; ++l) done[l] = static_cast<char>(done[l] | ends[l]);
-    if (std::find(done.begin(), done.end(), 0) == done.end()) break;
+    if (std::ranges::find(done, 0) == done.end()) break;
   }
   return total;
 }
@@ -449,7 +448,7 @@ void IrradianceCache::order_points(const RayScene& scene) {
   };
   std::vector<std::pair<std::uint64_t, int>> keys;
   for (int p = 0; p < points(); ++p) keys.emplace_back(curve(p), p);
-  std::sort(keys.begin(), keys.end());
+  std::ranges::sort(keys);
   for (const auto& [key, point] : keys) order_.push_back(point);
 }
 

@@ -151,13 +151,13 @@ void set_lane(RayPacket& p, std::size_t i, const V3d& origin, const V3d& directi
 }
 
 void set_rays(RTCRay16& rays, const RayPacket& p, const PacketLanes& far) {
-  std::copy(p.x.begin(), p.x.end(), rays.org_x);
-  std::copy(p.y.begin(), p.y.end(), rays.org_y);
-  std::copy(p.z.begin(), p.z.end(), rays.org_z);
-  std::copy(p.dx.begin(), p.dx.end(), rays.dir_x);
-  std::copy(p.dy.begin(), p.dy.end(), rays.dir_y);
-  std::copy(p.dz.begin(), p.dz.end(), rays.dir_z);
-  std::copy(far.begin(), far.end(), rays.tfar);
+  std::ranges::copy(p.x, rays.org_x);
+  std::ranges::copy(p.y, rays.org_y);
+  std::ranges::copy(p.z, rays.org_z);
+  std::ranges::copy(p.dx, rays.dir_x);
+  std::ranges::copy(p.dy, rays.dir_y);
+  std::ranges::copy(p.dz, rays.dir_z);
+  std::ranges::copy(far, rays.tfar);
   std::fill_n(rays.tnear, packet_size, 0.0F);
   std::fill_n(rays.time, packet_size, 0.0F);
   std::fill_n(rays.mask, packet_size, 0xffffffffU);
@@ -282,8 +282,8 @@ bool attach(RaySceneState& state, const std::vector<V3f>& vertices, const std::v
                                                sizeof(V3i), triangles.size());
   const bool whole = vertex_buffer != nullptr && index_buffer != nullptr;
   if (whole) {
-    std::copy(vertices.begin(), vertices.end(), static_cast<V3f*>(vertex_buffer));
-    std::copy(triangles.begin(), triangles.end(), static_cast<V3i*>(index_buffer));
+    std::ranges::copy(vertices, static_cast<V3f*>(vertex_buffer));
+    std::ranges::copy(triangles, static_cast<V3i*>(index_buffer));
     if (filter != nullptr) {
       rtcSetGeometryUserData(geometry, &state);
       rtcSetGeometryIntersectFilterFunction(geometry, filter);

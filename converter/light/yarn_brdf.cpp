@@ -17,7 +17,7 @@ namespace {
 YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
   const V3i& corner = mesh.triangles[point.triangle];
   const std::array<float, 3> share{1 - point.u - point.v, point.u, point.v};
-  const auto nearest = std::max_element(share.begin(), share.end()) - share.begin();
+  const auto nearest = std::ranges::max_element(share) - share.begin();
   YarnPlace place = mesh.places[corner[static_cast<int>(nearest)]];
   if (place.skin < 0) return place;
   const YarnPlace origin = place;

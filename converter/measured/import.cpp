@@ -9,11 +9,9 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <mutex>
 #include <numbers>
-#include <optional>
 #include <regex>
 #include <sstream>
 #include <tuple>
@@ -101,12 +99,12 @@ std::vector<MeasuredPicture> read_table(const std::string& path) {
     const auto fields = fields_of(line);
     if (column.empty()) {
       for (const std::string& name : fields) {
-        const auto found = std::find(columns.begin(), columns.end(), name);
+        const auto found = std::ranges::find(columns, name);
         if (found == columns.end()) at.refuse("no column has the name " + name);
         column.push_back(found - columns.begin());
       }
       for (std::size_t c = 0; c < columns.size(); ++c) {
-        const auto count = std::count(column.begin(), column.end(), c);
+        const auto count = std::ranges::count(column, c);
         if (count > 1 || (count == 0 && c + 1 < columns.size()))
           at.refuse(fmt::format("{} columns have the name {}", count, columns[c]));
       }
@@ -134,14 +132,14 @@ std::vector<MeasuredPicture> read_names(const std::string& path) {
   for (fs::recursive_directory_iterator i(path, fault), end; !fault && i != end; i.increment(fault))
     if (i->is_regular_file()) files.push_back(i->path());
   if (fault) throw Failure{Error{Code::file_unreadable, path, {}, fault.message()}};
-  std::sort(files.begin(), files.end());
+  std::ranges::sort(files);
   std::vector<MeasuredPicture> pictures;
   for (const fs::path& file : files) {
     const std::string name = file.filename().string();
     std::array<std::optional<double>, 4> angle;
     constexpr std::array<const char*, 4> names{"tl", "pl", "tv", "pv"};
     for (std::size_t i = 0; i < names.size(); ++i) angle[i] = angle_in(name, names[i]);
-    if (!std::all_of(angle.begin(), angle.end(), [](const auto& a) { return a.has_value(); })) continue;
+    if (!std::ranges::all_of(angle, [](const auto& a) { return a.has_value(); })) continue;
     const auto direction = [](double polar, double azimuth) {
       return V3d(std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth), std::cos(polar));
     };
@@ -224,8 +222,7 @@ V2d period_of(const FlatSample& sample, const ImportOptions& options) {
     const auto height = [](const MeasuredPicture* p) {
       return std::min(p->pair.view.z, 0.8F) + p->pair.view.z;
     };
-    std::stable_sort(steepest.begin(), steepest.end(),
-                     [&](const auto* a, const auto* b) { return height(a) > height(b); });
+    std::ranges::stable_sort(steepest, [&](const auto* a, const auto* b) { return height(a) > height(b); });
     steepest.resize(std::min(steepest.size(), used));
     MemoryAccount account(options.max_memory);
     take_pixels(account, sample, steepest.size() * sizeof(float) + reading_price);

@@ -147,8 +147,7 @@ std::optional<double> find_period(std::span<const Image> pictures, int axis) {
     peaks.push_back(peak_of(values, i));
     highest = std::max(highest, peaks.back().y);
   }
-  const auto first =
-      std::find_if(peaks.begin(), peaks.end(), [&](const V2d& peak) { return peak.y >= alike * highest; });
+  const auto first = std::ranges::find_if(peaks, [&](const V2d& peak) { return peak.y >= alike * highest; });
   if (first == peaks.end()) return std::nullopt;
   // The peaks of several periods are known as exactly, and their period is a share of the place.
   double period = first->x;

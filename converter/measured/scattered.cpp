@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -119,8 +118,7 @@ Eigen::MatrixXf interpolate(const ScatteredValues& known, const ScatterKernel& k
     const auto distance = [&](Eigen::Index i) {
       return (places[i].view_disc - wanted.front().view_disc).length2();
     };
-    std::stable_sort(used.begin(), used.end(),
-                     [&](Eigen::Index a, Eigen::Index b) { return distance(a) < distance(b); });
+    std::ranges::stable_sort(used, [&](Eigen::Index a, Eigen::Index b) { return distance(a) < distance(b); });
     used.resize(max_pairs);
     std::vector<PairPoint> nearest;
     for (const Eigen::Index i : used) nearest.push_back(places[i]);

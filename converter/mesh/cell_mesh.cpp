@@ -106,7 +106,7 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
       return invalid(fmt::format("hair {}", h), "has no root, no thickness or points that are not finite");
     }
   }
-  const bool has_area = std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const V3i& t) {
+  const bool has_area = std::ranges::any_of(mesh.triangles, [&](const V3i& t) {
     const auto position = [&](int v) { return V3d(mesh.positions[v]); };
     return (position(t.y) - position(t.x)).cross(position(t.z) - position(t.x)).length2() > 0;
   });

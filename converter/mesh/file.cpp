@@ -23,8 +23,8 @@ constexpr std::uintmax_t max_mesh_file = std::uintmax_t{1} << 30;  // bytes
 /// The ending of a path in lower case, without the dot.
 std::string ending_of(const std::string& path) {
   std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(ending, ending.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return ending.empty() ? ending : ending.substr(1);
 }
 

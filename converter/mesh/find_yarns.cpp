@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -76,7 +75,7 @@ class Tracer {
     }
     std::vector<int> seeds(balls_.size());
     std::iota(seeds.begin(), seeds.end(), 0);
-    std::stable_sort(seeds.begin(), seeds.end(), [&](int a, int b) { return score[a] > score[b]; });
+    std::ranges::stable_sort(seeds, [&](int a, int b) { return score[a] > score[b]; });
     std::vector<TubeAxis> axes;
     int failures = 0;
     for (const int seed : seeds) {
@@ -269,7 +268,7 @@ Sampled sample(const CellMesh& mesh) {
     std::vector<double> radii = inner_radii(s.points, mesh.period, spacing, limit, stride);
     const std::size_t tried = radii.size();
     std::erase(radii, 0.0);
-    std::sort(radii.begin(), radii.end());
+    std::ranges::sort(radii);
     const bool last = count >= max_points;
     if (radii.size() < std::max<std::size_t>(16, tried / 4)) {
       if (last) return s;

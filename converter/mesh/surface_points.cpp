@@ -41,7 +41,7 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
   point.position.y = in_repeat(point.position.y, mesh.period.y);
   point.normal = normal.normalized();
   // Faces between touching yarns of two colours have no colour between them.
-  const auto nearest = std::max_element(weights.begin(), weights.end()) - weights.begin();
+  const auto nearest = std::ranges::max_element(weights) - weights.begin();
   const int v = t[static_cast<int>(nearest)];
   point.albedo = mesh.albedo[v];
   if (!mesh.transmission.empty()) {
@@ -88,8 +88,8 @@ PeriodicGrid::PeriodicGrid(std::vector<V3d> points, const V2d& period, double si
   constexpr double max_cells = 1 << 22;
   double high = 0;
   if (!points_.empty()) {
-    const auto [low, top] = std::minmax_element(points_.begin(), points_.end(),
-                                                [](const V3d& a, const V3d& b) { return a.z < b.z; });
+    const auto [low, top] =
+        std::ranges::minmax_element(points_, [](const V3d& a, const V3d& b) { return a.z < b.z; });
     low_ = low->z;
     high = top->z;
   }

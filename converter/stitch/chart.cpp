@@ -6,14 +6,11 @@
 #include <cctype>
 #include <charconv>
 #include <cstdlib>
-#include <limits>
 #include <optional>
 #include <set>
 #include <sstream>
-#include <string_view>
 
 #include "converter/stitch/fibres.h"
-#include "converter/stitch/parameters.h"
 #include "format/base/option_text.h"
 #include "format/base/printable.h"
 

@@ -10,7 +10,7 @@ namespace {
 
 bool is_built_in(const std::string& name) {
   const auto infos = built_in_stitches();
-  return std::any_of(infos.begin(), infos.end(), [&](const StitchInfo& info) { return info.name == name; });
+  return std::ranges::any_of(infos, [&](const StitchInfo& info) { return info.name == name; });
 }
 
 bool is_stitch(const std::string& name_or_path) {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "converter/stitch/parameters.h"
-
 namespace selvedge {
 
 V2d squeeze_at(const Yarn& yarn, std::size_t segment, double t) {

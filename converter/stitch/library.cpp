@@ -16,7 +16,6 @@
 #include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/knit.h"
-#include "converter/stitch/pattern.h"
 #include "converter/stitch/pattern_json.h"
 #include "converter/stitch/weave.h"
 #include "converter/stitch/wif.h"

@@ -1,9 +1,7 @@
 #include "converter/stitch/marching_cubes.h"
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdint>
 #include <stdexcept>
 
 namespace selvedge {

@@ -10,7 +10,6 @@
 #include <span>
 #include <vector>
 
-#include "format/base/error.h"
 #include "format/base/vec.h"
 
 namespace selvedge {

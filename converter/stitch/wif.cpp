@@ -487,8 +487,8 @@ int texels_along(const std::vector<double>& widths) {
   for (const double width : widths) sum += width;
   // An int even for all repeats; no file holds as many.
   constexpr double most = 1e8;
-  return static_cast<int>(std::min(
-      most, std::ceil(texels_per_yarn * sum / *std::min_element(widths.begin(), widths.end()) - 1e-9)));
+  return static_cast<int>(
+      std::min(most, std::ceil(texels_per_yarn * sum / *std::ranges::min_element(widths) - 1e-9)));
 }
 
 }  // namespace

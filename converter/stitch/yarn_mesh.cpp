@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <optional>
 
 #include "converter/mesh/wall_albedo.h"
 #include "converter/stitch/fibres.h"
@@ -319,9 +318,7 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
   mesh.triangles = marched.triangles;
   mesh.yarns = value_or_throw(yarn_curves_of(described));
   mesh.positions.reserve(marched.positions.size());
-  const auto any = [&](const auto& test) {
-    return std::any_of(pattern.yarns.begin(), pattern.yarns.end(), test);
-  };
+  const auto any = [&](const auto& test) { return std::ranges::any_of(pattern.yarns, test); };
   const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre != 0; });
   const bool translucent = any([](const Yarn& yarn) { return yarn.transmission > 0; });
   const bool varied =

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "converter/mesh/cell_mesh.h"
 #include "converter/mesh/yarn_chain.h"

@@ -8,7 +8,6 @@
 #include <limits>
 #include <utility>
 
-#include "fitter/budget/level_error.h"
 #include "fitter/products/coded_size.h"
 #include "fitter/products/quantise.h"
 #include "fitter/solve/radiance_scale.h"

@@ -1,7 +1,6 @@
 #include "fitter/lobes/channel_problem.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -178,8 +177,8 @@ void ChannelProblem::solve_sizes(ChannelState& state) {
 void ChannelProblem::sum_model(const ChannelState& state) {
   const std::size_t n = samples_.stride();
   const std::size_t bases = state.sizes.size();
-  std::fill(square_.begin(), square_.end(), 0.0);
-  std::fill(cross_.begin(), cross_.end(), 0.0);
+  std::ranges::fill(square_, 0.0);
+  std::ranges::fill(cross_, 0.0);
   for (std::size_t i = 0; i < bases; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       const double c = state.sizes[i] * state.sizes[j] * (i == j ? 1 : 2);
@@ -247,7 +246,7 @@ NormalEquations ChannelProblem::column_equations(const ChannelState& state) {
   std::vector<double> model(n);
   coupling_.assign(n * columns, 0);
   for (std::size_t a = 0; a < columns; ++a) {
-    std::fill(model.begin(), model.end(), 0.0);
+    std::ranges::fill(model, 0.0);
     for (std::size_t i = 0; i < bases; ++i) {
       add_scaled(model.data(), state.sizes[i], &products_[(a * bases + i) * n], n);
     }

@@ -22,7 +22,7 @@ DirectionTableSystem::DirectionTableSystem(std::size_t directions, const Directi
 
 void DirectionTableSystem::factor(const double* square) {
   const std::size_t width = columns_ + 1;
-  std::fill(band_.begin(), band_.end(), 0.0);
+  std::ranges::fill(band_, 0.0);
   for (std::size_t v = 0; v < count_; ++v) {
     band_[v * width] = square[v] + penalties_[v];
     if (columns_ == 0) continue;

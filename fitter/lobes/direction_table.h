@@ -2,7 +2,6 @@
 // regularised).
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "format/fabric/directions.h"

@@ -60,7 +60,7 @@ SearchResult search_lobes(ChannelProblem& problem, StartSearch& search, int chan
     end.evaluations += minimise(problem, state, 1e-3, states.size() > 1 ? start_iterations : 1).evaluations;
   }
   const auto cheaper = [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; };
-  std::stable_sort(states.begin(), states.end(), cheaper);
+  std::ranges::stable_sort(states, cheaper);
   states.resize(std::min<std::size_t>(states.size(), options.finalists));
   best = states.front();
   for (ChannelState& state : states) {

@@ -82,8 +82,8 @@ bool same_directions(const Candidate& a, const Candidate& b) {
   std::vector<std::size_t> of_b;
   for (const std::size_t entry : a.entries) of_a.push_back((entry - 1) / exponents);
   for (const std::size_t entry : b.entries) of_b.push_back((entry - 1) / exponents);
-  std::sort(of_a.begin(), of_a.end());
-  std::sort(of_b.begin(), of_b.end());
+  std::ranges::sort(of_a);
+  std::ranges::sort(of_b);
   return of_a == of_b;
 }
 
@@ -107,7 +107,7 @@ StartSearch::StartSearch(const TexelSamples& samples) : samples_(samples) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const V3f& light = samples.lights[lights[i]];
     for (std::size_t v = 0; v < views; ++v) weight[v] = root[v] * light.z;
-    std::copy(weight.begin(), weight.end(), columns_.begin() + static_cast<std::ptrdiff_t>(i * views));
+    std::ranges::copy(weight, columns_.begin() + static_cast<std::ptrdiff_t>(i * views));
     for (std::size_t c = 0; c < 3; ++c) {
       const float* r = &samples.radiance[c][lights[i] * views];
       for (std::size_t v = 0; v < views; ++v) radiance_[c][i * views + v] = root[v] * r[v];
@@ -147,7 +147,7 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
     std::vector<Candidate> next;
     for (const Candidate& from : best) {
       for (std::size_t entry = 1; entry < entries; ++entry) {
-        if (std::find(from.entries.begin(), from.entries.end(), entry) != from.entries.end()) continue;
+        if (std::ranges::find(from.entries, entry) != from.entries.end()) continue;
         Candidate candidate{from.entries, {}, 0};
         candidate.entries.push_back(entry);
         const std::size_t n = candidate.entries.size() + 1;
@@ -171,7 +171,7 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
           fixed[0] = 1;
           if (!solve_symmetric(matrix, x, fixed)) continue;
         }
-        if (std::any_of(x.begin(), x.end(), [](double size) { return !(size >= 0); })) continue;
+        if (std::ranges::any_of(x, [](double size) { return !(size >= 0); })) continue;
         for (std::size_t i = 0; i < n; ++i) candidate.value -= x[i] * cross[at(i)];
         candidate.sizes = std::move(x);
         next.push_back(std::move(candidate));
@@ -188,7 +188,7 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
     std::vector<Candidate> kept;
     for (Candidate& candidate : next) {
       if (kept.size() >= (last ? count : beam)) break;
-      const bool known = last && std::any_of(kept.begin(), kept.end(), [&](const Candidate& other) {
+      const bool known = last && std::ranges::any_of(kept, [&](const Candidate& other) {
                            return same_directions(candidate, other);
                          });
       if (!known) kept.push_back(std::move(candidate));
@@ -225,8 +225,8 @@ std::vector<ChannelState> StartSearch::with_added_lobe(ChannelProblem& problem, 
     next.sizes.push_back(0);
     problem.evaluate(next, 1);
   }
-  std::stable_sort(states.begin(), states.end(),
-                   [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; });
+  std::ranges::stable_sort(states,
+                           [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; });
   states.resize(std::min(count, states.size()));
   return states;
 }

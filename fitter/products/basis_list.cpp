@@ -8,7 +8,7 @@ namespace selvedge {
 namespace {
 
 int index_in(std::vector<std::vector<float>>& list, const std::vector<float>& function) {
-  const auto found = std::find(list.begin(), list.end(), function);
+  const auto found = std::ranges::find(list, function);
   const auto index = static_cast<int>(found - list.begin());
   if (found == list.end()) list.push_back(function);
   return index;
@@ -18,7 +18,7 @@ int index_in(std::vector<std::vector<float>>& list, const std::vector<float>& fu
 
 V2i BasisList::add(const BasisFit& basis, const V2i& pair) {
   const std::vector<float>& phi = basis.view[pair.x];
-  const bool constant = std::all_of(phi.begin(), phi.end(), [](float value) { return value == 1; });
+  const bool constant = std::ranges::all_of(phi, [](float value) { return value == 1; });
   const int a = constant ? 0 : index_in(view_, phi) + 1;
   return {a, index_in(light_, basis.light[pair.y])};
 }

@@ -16,7 +16,6 @@
 #include <filesystem>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "format/base/input_file.h"
 

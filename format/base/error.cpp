@@ -91,8 +91,8 @@ Severity severity_of(Code code) { return code_table()[static_cast<std::size_t>(c
 std::string_view name_of(Severity severity) { return severity == Severity::error ? "error" : "warning"; }
 
 bool has_error(const Issues& issues) {
-  return std::any_of(issues.begin(), issues.end(),
-                     [](const Error& issue) { return severity_of(issue.code) == Severity::error; });
+  return std::ranges::any_of(issues,
+                             [](const Error& issue) { return severity_of(issue.code) == Severity::error; });
 }
 
 std::string to_line(const Error& error) {

@@ -24,8 +24,8 @@ void IssueSink::add(const Issues& issues) {
 }
 
 Error IssueSink::first_error() const {
-  return *std::find_if(issues_.begin(), issues_.end(),
-                       [](const Error& issue) { return severity_of(issue.code) == Severity::error; });
+  return *std::ranges::find_if(issues_,
+                               [](const Error& issue) { return severity_of(issue.code) == Severity::error; });
 }
 
 Issues IssueSink::take() {

@@ -25,13 +25,13 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, char s
 }
 
 bool has_ending(std::string path, std::string_view ending) {
-  std::transform(path.begin(), path.end(), path.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(path, path.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return path.size() > ending.size() && path.ends_with(ending);
 }
 
 std::string shell_word(const std::string& text) {
-  const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+  const bool plain = !text.empty() && std::ranges::all_of(text, [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
            std::string_view("_./:=,+-@%").find(c) != std::string_view::npos;
   });

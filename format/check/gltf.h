@@ -1,7 +1,6 @@
 // The checker of glTF files with fabrics: it lists all issues of a file; a reader stops at the first error.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <set>
 #include <vector>
 
 #include "format/base/json_text.h"
@@ -61,7 +60,7 @@ void for_each_texture(const Json& json, const std::string& place, const F& visit
 
 bool lists(const Json& root, const char* array) {
   const Json& names = array_of(root, array);
-  return std::find(names.begin(), names.end(), fabric_extension) != names.end();
+  return std::ranges::find(names, fabric_extension) != names.end();
 }
 
 /// The rules that readers do not check: faults of entries and references are found by read_materials.
@@ -208,11 +207,10 @@ class FabricCheck {
     if (!cutoff.is_null() && !(number_of(cutoff, -1) >= 0))
       wrong(within + mask_cutoff, "is no number from 0 on");
     const Json& tint = member(extension, tint_factor);
-    const bool in_range =
-        tint.is_array() && tint.size() == 3 && std::all_of(tint.begin(), tint.end(), [](const Json& c) {
-          const double value = number_of(c, -1);
-          return value >= 0 && value <= max_tint;
-        });
+    const bool in_range = tint.is_array() && tint.size() == 3 && std::ranges::all_of(tint, [](const Json& c) {
+                            const double value = number_of(c, -1);
+                            return value >= 0 && value <= max_tint;
+                          });
     if (!tint.is_null() && !in_range)
       wrong(within + tint_factor, fmt::format("has not three numbers from 0 to {}", max_tint));
   }

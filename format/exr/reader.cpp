@@ -35,8 +35,7 @@ std::uint64_t ExrReader::packed_bytes(int part, int level) const {
 
 int ExrReader::find_part(const std::string& part_name) const {
   const auto& all = parts();
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const ExrPart& part) { return part.name == part_name; });
+  const auto found = std::ranges::find_if(all, [&](const ExrPart& part) { return part.name == part_name; });
   return found == all.end() ? -1 : static_cast<int>(found - all.begin());
 }
 
@@ -80,7 +79,7 @@ void undo_differences(std::span<std::uint8_t> differences, std::span<std::uint8_
 /// accepts a chunk that holds too few bytes and returns uninitialised memory for the missing pixels.
 bool unpack(std::span<const std::uint8_t> packed, std::span<std::uint8_t> pixels) {
   if (packed.size() == pixels.size()) {  // not compressed
-    std::copy(packed.begin(), packed.end(), pixels.begin());
+    std::ranges::copy(packed, pixels.begin());
     return true;
   }
   std::vector<std::uint8_t> differences(pixels.size());
@@ -159,8 +158,8 @@ std::size_t exr_zip_size(std::span<const std::uint8_t> pixels) {
 std::string digest_of(const ExrPart& part, const ExrPixels& pixels) {
   std::vector<std::size_t> order(part.channels.size());
   std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return part.channels[a].name < part.channels[b].name; });
+  std::ranges::sort(
+      order, [&](std::size_t a, std::size_t b) { return part.channels[a].name < part.channels[b].name; });
   Digest digest;
   std::vector<Imath::half> halves;
   for (const std::size_t channel : order) {

@@ -76,9 +76,9 @@ Result<void> validate_bases(const Fabric& fabric) {
     }
   }
   const auto finite = [](float value) { return std::isfinite(value); };
-  if (std::all_of(first->view.begin(), first->view.end(), finite) &&
-      std::all_of(first->light.begin(), first->light.end(),
-                  [&](const V3f& c) { return finite(c.x) && finite(c.y) && finite(c.z); })) {
+  if (std::ranges::all_of(first->view, finite) && std::ranges::all_of(first->light, [&](const V3f& c) {
+        return finite(c.x) && finite(c.y) && finite(c.z);
+      })) {
     return {};
   }
   return fail(Code::fabric_not_finite, {}, "bases", "a value is not finite");
@@ -89,7 +89,7 @@ Result<void> validate_bases(const Fabric& fabric) {
 bool FabricLevel::reflects() const {
   constexpr std::array kinds{LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light,
                              LayerKind::products};
-  return std::any_of(kinds.begin(), kinds.end(), [&](LayerKind kind) { return has(kind); });
+  return std::ranges::any_of(kinds, [&](LayerKind kind) { return has(kind); });
 }
 
 void FabricLevel::take_texels(const FabricLevel& coarser, int steps) {

@@ -37,9 +37,8 @@ class Words {
   /// Appends the values, as halves, two in a word, if half precision holds all of them; sets their place, and
   /// the next word to whether they are halves.
   void set_table(uint at, std::span<const float> values) {
-    const bool halves = std::all_of(values.begin(), values.end(), [](float value) {
-      return static_cast<float>(Imath::half(value)) == value;
-    });
+    const bool halves = std::ranges::all_of(
+        values, [](float value) { return static_cast<float>(Imath::half(value)) == value; });
     if (values.empty() || !halves) return set(at, values);
     set_place(at);
     (*this)[at + 1] = 1;
@@ -87,7 +86,7 @@ void add_cells(const Yarns::Inside& inside, std::vector<uint>& result) {
       for (std::size_t k = 0; k < yarn_block && block.reach[k] > 0; ++k) near.emplace_back(&block, k);
     }
     // Hairs that vanish first are the last.
-    std::stable_sort(near.begin(), near.end(), [&](const auto& a, const auto& b) {
+    std::ranges::stable_sort(near, [&](const auto& a, const auto& b) {
       const auto lasts = [&](const auto& of) {
         return empty_for(inside.segments[of.first->segment[of.second]]);
       };

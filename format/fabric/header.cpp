@@ -15,15 +15,14 @@ FabricHeader header_without_layers(const Fabric& fabric) {
 
 const FabricHeader* FabricHeader::side_of(Side wanted) const {
   if (wanted == side) return this;
-  const auto found =
-      std::find_if(sides.begin(), sides.end(), [&](const FabricHeader& h) { return h.side == wanted; });
+  const auto found = std::ranges::find_if(sides, [&](const FabricHeader& h) { return h.side == wanted; });
   return found == sides.end() ? nullptr : &*found;
 }
 
 int FabricHeader::entry(LayerKind kind, int level) const {
   if (!layer(kind)) return -1;
   const std::vector<int>& present = layer(kind)->levels;
-  const auto found = std::find(present.begin(), present.end(), level);
+  const auto found = std::ranges::find(present, level);
   return found == present.end() ? -1 : static_cast<int>(found - present.begin());
 }
 

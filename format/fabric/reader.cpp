@@ -78,7 +78,7 @@ std::string header_digest(const std::string& text, const std::vector<ExrPart>& p
     all += '\n' + part.name;
     std::vector<std::string> channels;
     for (const ExrChannel& c : part.channels) channels.push_back(c.name + (c.half ? " half" : " float"));
-    std::sort(channels.begin(), channels.end());
+    std::ranges::sort(channels);
     for (const std::string& c : channels) all += '\n' + c;
   }
   return digest_of(all);

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "format/base/issue_sink.h"
-#include "format/fabric/directions.h"
 #include "format/fabric/fabric.h"
 
 namespace selvedge {

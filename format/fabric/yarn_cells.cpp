@@ -119,7 +119,7 @@ void Yarns::place_in_cells() {
       auto& list = lists[static_cast<std::size_t>(y) * cells_.x + x];
       // Blocks of a few heights each, the highest first, and of hairs that vanish together: rays pass many of
       // them by.
-      std::stable_sort(list.begin(), list.end(), [&](const Copy& a, const Copy& b) {
+      std::ranges::stable_sort(list, [&](const Copy& a, const Copy& b) {
         const auto key = [&](const Copy& c) {
           const Segment& s = segments_[c.segment];
           return std::pair(s.rank > 0 ? std::max(-3, std::ilogb(s.rank)) : -4, -2 * s.start.z - s.along.z);

@@ -1,5 +1,4 @@
 // Yarn as the values of a file's layers, and back.
-#include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -240,7 +239,7 @@ std::vector<double> GltfReader::vector_numbers(int accessor, std::size_t compone
          fmt::format("{} elements of {} numbers do not belong here", shape.count, shape.components));
   }
   std::vector<double> values = numbers(accessor, place);
-  const auto bad = std::find_if(values.begin(), values.end(), [](double x) { return !std::isfinite(x); });
+  const auto bad = std::ranges::find_if(values, [](double x) { return !std::isfinite(x); });
   if (bad == values.end()) return values;
   fail(Code::mesh_not_finite, place,
        fmt::format("element {} is not finite", static_cast<std::size_t>(bad - values.begin()) / components));

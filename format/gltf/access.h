@@ -1,7 +1,6 @@
 // Reading a glTF document's JSON and binary data, with every index, offset and length checked.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>

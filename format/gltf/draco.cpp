@@ -13,7 +13,6 @@
 #include <exception>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
 
 #include "format/gltf/edit.h"
@@ -178,7 +177,7 @@ class Expander {
     for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
       for (const draco::PointIndex& point : mesh.face(draco::FaceIndex(f))) indices.push_back(point.value());
     }
-    if (*std::max_element(indices.begin(), indices.end()) >= mesh.num_points())
+    if (*std::ranges::max_element(indices) >= mesh.num_points())
       reader_.fail(Code::file_damaged, place, "a Draco face refers to a point that is not there");
     append_index_accessor(document_, indices);
     // The primitive keeps the number of its accessor, which gets the new data.

@@ -75,12 +75,11 @@ int append_float_accessor(GltfDocument& document, std::span<const float> values,
 
 int append_index_accessor(GltfDocument& document, std::span<const std::uint32_t> indices) {
   // 65535 itself is glTF's primitive restart value.
-  const bool is_short =
-      std::all_of(indices.begin(), indices.end(), [](std::uint32_t index) { return index < 65535; });
+  const bool is_short = std::ranges::all_of(indices, [](std::uint32_t index) { return index < 65535; });
   std::vector<std::uint16_t> shorter;
   if (is_short) {
-    std::transform(indices.begin(), indices.end(), std::back_inserter(shorter),
-                   [](std::uint32_t i) { return static_cast<std::uint16_t>(i); });
+    std::ranges::transform(indices, std::back_inserter(shorter),
+                           [](std::uint32_t i) { return static_cast<std::uint16_t>(i); });
   }
   const auto bytes = is_short ? bytes_of(std::span<const std::uint16_t>(shorter)) : bytes_of(indices);
   const int view = append_view(document, bytes, 34963);
@@ -92,7 +91,7 @@ int append_index_accessor(GltfDocument& document, std::span<const std::uint32_t>
 
 void use_extension(Json& root, const char* name) {
   Json& used = root["extensionsUsed"];
-  if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
+  if (std::ranges::find(used, name) == used.end()) used.push_back(name);
 }
 
 void drop_extension(Json& root, const char* name) {

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 namespace selvedge {
@@ -45,7 +44,7 @@ template <class V>
 void unshare(std::vector<V>& values, const std::vector<std::uint32_t>& indices) {
   if (values.empty()) return;
   std::vector<V> own(indices.size());
-  std::transform(indices.begin(), indices.end(), own.begin(), [&](std::uint32_t i) { return values[i]; });
+  std::ranges::transform(indices, own.begin(), [&](std::uint32_t i) { return values[i]; });
   values = std::move(own);
 }
 
@@ -80,7 +79,7 @@ std::vector<std::uint32_t> read_triangles(GltfReader& reader, const Json& primit
   } else {
     list = reader.indices(index_of(accessor), place + "/indices");
   }
-  const auto bad = std::find_if(list.begin(), list.end(), [&](std::uint32_t i) { return i >= vertices; });
+  const auto bad = std::ranges::find_if(list, [&](std::uint32_t i) { return i >= vertices; });
   if (bad != list.end()) {
     reader.fail(Code::gltf_accessor, place + "/indices",
                 fmt::format("index {} of {} vertices", *bad, vertices));
@@ -132,7 +131,7 @@ std::optional<M44d> local_transform(const Json& node) {
     std::array<double, 16> m{};
     if (!numbers(value, m)) return std::nullopt;
     M44d matrix;
-    std::copy(m.begin(), m.end(), &matrix[0][0]);
+    std::ranges::copy(m, &matrix[0][0]);
     return matrix;
   }
   std::array<double, 3> t{0, 0, 0};

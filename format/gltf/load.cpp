@@ -164,9 +164,9 @@ bool is_read(std::string_view extension) {
   constexpr std::array<std::string_view, 6> geometry{names::gltf::draco,       names::gltf::meshopt,
                                                      names::gltf::khr_meshopt, names::gltf::gpu_instancing,
                                                      "KHR_mesh_quantization",  "KHR_animation_pointer"};
-  return std::find(geometry.begin(), geometry.end(), extension) != geometry.end() ||
-         std::any_of(materials.begin(), materials.end(),
-                     [&](std::string_view prefix) { return extension.starts_with(prefix); });
+  return std::ranges::find(geometry, extension) != geometry.end() ||
+         std::ranges::any_of(materials,
+                             [&](std::string_view prefix) { return extension.starts_with(prefix); });
 }
 
 void check_version(const Json& asset, IssueSink& issues) {

@@ -178,7 +178,7 @@ void read_materials(const GltfDocument& document, std::uint64_t image_bytes, std
 void remark(Scene& scene, std::string text) {
   constexpr std::size_t max_remarks = 100;
   if (scene.remarks.size() >= max_remarks) return;
-  if (std::find(scene.remarks.begin(), scene.remarks.end(), text) == scene.remarks.end()) {
+  if (std::ranges::find(scene.remarks, text) == scene.remarks.end()) {
     scene.remarks.push_back(std::move(text));
   }
 }

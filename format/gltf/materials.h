@@ -1,7 +1,6 @@
 // Reading a glTF document's materials, with their pictures, into a Scene.
 #pragma once
 
-#include "format/base/error.h"
 #include "format/gltf/document.h"
 #include "format/scene/scene.h"
 

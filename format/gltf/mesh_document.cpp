@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <tuple>
 #include <unordered_map>
 
 #include "format/base/guard.h"
@@ -103,8 +102,7 @@ class MeshDocument {
       if (face.size() < 3) continue;
       take(3 * face.size(), corner_price, "its faces");
       const std::string name = mesh_.materials.empty() ? "" : mesh_.materials[mesh_.face_materials[f]];
-      const bool has_uvs =
-          std::all_of(face.begin(), face.end(), [](const MeshCorner& c) { return c.uv >= 0; });
+      const bool has_uvs = std::ranges::all_of(face, [](const MeshCorner& c) { return c.uv >= 0; });
       const auto [entry, is_new] = parts.try_emplace({name, has_uvs});
       if (is_new) {
         take(values_of_part, bytes_per::json_value, "its materials");

@@ -2,8 +2,6 @@
 // meshoptimizer).
 #pragma once
 
-#include <optional>
-
 #include "format/gltf/document.h"
 
 namespace selvedge {

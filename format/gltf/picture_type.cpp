@@ -1,7 +1,5 @@
 #include "format/gltf/picture_type.h"
 
-#include <string>
-
 namespace selvedge {
 namespace {
 

@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 #include <utility>
@@ -178,8 +176,8 @@ class SceneReader {
   int material_of_variant(const Json& primitive, int otherwise) const {
     for (const Json& mapping : mappings_of(primitive)) {
       const Json& variants = array_of(mapping, "variants");
-      const bool meant = std::any_of(variants.begin(), variants.end(),
-                                     [&](const Json& v) { return index_of(v) == variant_; });
+      const bool meant =
+          std::ranges::any_of(variants, [&](const Json& v) { return index_of(v) == variant_; });
       if (meant) return index_of(member(mapping, "material"));
     }
     return otherwise;
@@ -207,7 +205,7 @@ class SceneReader {
   void read_nodes(const std::vector<int>& roots) {
     std::vector<std::pair<int, M44d>> open;
     for (const int root : roots) open.emplace_back(root, M44d());
-    std::reverse(open.begin(), open.end());
+    std::ranges::reverse(open);
     std::set<int> visited;
     while (!open.empty() && !is_done()) {
       const auto [index, parent] = open.back();

@@ -1,7 +1,6 @@
 // Reading a glTF file as a Scene.
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "format/base/error.h"

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
-#include <exception>
 #include <filesystem>
 #include <set>
 
@@ -52,7 +50,7 @@ Bytes merge_buffers(GltfDocument& document) {
   if (document.buffers.empty()) return {};
   std::vector<Range> ranges;
   find_ranges(document, document.json, ranges);
-  std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) {
+  std::ranges::sort(ranges, [](const Range& a, const Range& b) {
     return std::pair(a.buffer, a.begin) < std::pair(b.buffer, b.begin);
   });
   Bytes whole;
@@ -128,9 +126,8 @@ fs::path buffer_path(const GltfDocument& document, const std::set<fs::path>& inp
   for (int i = 0;; ++i) {
     const std::string suffix = i == 0 ? ".bin" : fmt::format("-{}.bin", i);
     fs::path path = output.parent_path() / (output.stem().string() + suffix);
-    const bool needed = std::any_of(inputs.begin(), inputs.end(), [&](const fs::path& input) {
-      return fs::equivalent(input, path, ignored);
-    });
+    const bool needed = std::ranges::any_of(
+        inputs, [&](const fs::path& input) { return fs::equivalent(input, path, ignored); });
     if (!needed) return path;
   }
 }

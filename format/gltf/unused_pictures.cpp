@@ -93,7 +93,7 @@ bool is_known(std::string_view extension) {
   constexpr std::array<std::string_view, 6> known{"EXT_texture_webp",        "EXT_texture_avif",
                                                   "EXT_meshopt_compression", "EXT_mesh_gpu_instancing",
                                                   "MSFT_texture_dds",        fabric_extension};
-  return extension.starts_with("KHR_") || std::find(known.begin(), known.end(), extension) != known.end();
+  return extension.starts_with("KHR_") || std::ranges::find(known, extension) != known.end();
 }
 
 }  // namespace
@@ -103,8 +103,7 @@ std::set<int> textures_in_use(GltfDocument& document) { return used_by(document.
 void drop_unused_pictures(GltfDocument& document, const std::set<int>& used) {
   Json& root = document.json;
   const Json& extensions = array_of(root, "extensionsUsed");
-  if (!std::all_of(extensions.begin(), extensions.end(),
-                   [](const Json& extension) { return is_known(string_of(extension)); }))
+  if (!std::ranges::all_of(extensions, [](const Json& extension) { return is_known(string_of(extension)); }))
     return;
   const std::set<int> images = used_by(root, each_image);
   const std::set<int> views = used_by(root, each_view);

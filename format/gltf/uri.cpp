@@ -129,7 +129,7 @@ Result<std::string> resolve_uri(const GltfDocument& document, const std::string&
   Result<std::string> path = path_of(document, uri, place);
   if (!path || document.other_files == OtherFiles::anywhere) return path;
   const std::vector<std::string>& named = document.named_files;
-  if (std::find(named.begin(), named.end(), canonical(*path).string()) != named.end()) return path;
+  if (std::ranges::find(named, canonical(*path).string()) != named.end()) return path;
   const std::string& root = document.root.empty() ? document.folder : document.root;
   if (Result<void> good = check_inside(document, *path, root, uri, place); !good)
     return tl::unexpected<Error>(std::move(good.error()));

@@ -77,7 +77,7 @@ V3f vector_of(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }
 FabricRadiance radiance_of(const Shading& s) { return {{s.radiance.x, s.radiance.y, s.radiance.z}, s.alpha}; }
 
 bool is_finite(const std::array<float, 3>& a) {
-  return std::all_of(a.begin(), a.end(), [](float x) { return std::isfinite(x); });
+  return std::ranges::all_of(a, [](float x) { return std::isfinite(x); });
 }
 
 /// Sets out[i] to `answer` of lights[i], or random numbers, and views[i]; false, with nothing written, if
@@ -86,8 +86,8 @@ template <class T, class Answer>
 bool answer_all(std::span<const std::array<float, 3>> lights, std::span<const std::array<float, 3>> views,
                 std::span<T> out, const Answer& answer) {
   if (lights.size() != out.size() || views.size() != out.size()) return false;
-  if (!std::all_of(lights.begin(), lights.end(), is_finite)) return false;
-  if (!std::all_of(views.begin(), views.end(), is_finite)) return false;
+  if (!std::ranges::all_of(lights, is_finite)) return false;
+  if (!std::ranges::all_of(views, is_finite)) return false;
   try {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = answer(vector_of(lights[i]), vector_of(views[i]));
   } catch (const std::exception&) {
@@ -246,7 +246,7 @@ bool FabricFile::sample_at(double level, double u, double v, std::span<const std
   const auto at = state_->level_at(level, u, v);
   if (!at) return false;
   for (const std::array<float, 3>& random : randoms) {
-    if (!std::all_of(random.begin(), random.end(), [](float x) { return x >= 0 && x <= 1; })) return false;
+    if (!std::ranges::all_of(random, [](float x) { return x >= 0 && x <= 1; })) return false;
   }
   SamplersAt samplers(state_->fabric, *at, V2d(u, v));
   return answer_all(randoms, views, out, [&](const V3f& random, const V3f& view) {

@@ -170,9 +170,8 @@ double PlyType::full_scale() const {
 std::vector<const PlyProperty*> PlyElement::find(std::initializer_list<std::string_view> names) const {
   std::vector<const PlyProperty*> found;
   for (const std::string_view wanted : names) {
-    const auto property = std::find_if(properties.begin(), properties.end(), [&](const PlyProperty& one) {
-      return one.name == wanted && !one.length;
-    });
+    const auto property = std::ranges::find_if(
+        properties, [&](const PlyProperty& one) { return one.name == wanted && !one.length; });
     if (property == properties.end()) return {};
     found.push_back(&*property);
   }
@@ -181,15 +180,14 @@ std::vector<const PlyProperty*> PlyElement::find(std::initializer_list<std::stri
 
 const PlyProperty* PlyElement::find_list(std::initializer_list<std::string_view> names) const {
   for (const PlyProperty& property : properties) {
-    if (property.length && std::find(names.begin(), names.end(), property.name) != names.end())
-      return &property;
+    if (property.length && std::ranges::find(names, property.name) != names.end()) return &property;
   }
   return nullptr;
 }
 
 const PlyElement* PlyFile::find(std::string_view name) const {
-  const auto found = std::find_if(elements.begin(), elements.end(),
-                                  [&](const PlyElement& element) { return element.name == name; });
+  const auto found =
+      std::ranges::find_if(elements, [&](const PlyElement& element) { return element.name == name; });
   return found == elements.end() ? nullptr : &*found;
 }
 

@@ -1,7 +1,6 @@
 #include "format/picture/display.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 

@@ -3,9 +3,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstring>
-#include <limits>
 #include <string_view>
 
 #include "format/base/atomic_file.h"

@@ -185,7 +185,7 @@ double peak_of(const PairSamples& truth) {
   std::nth_element(values.begin(), values.begin() + at, values.end());
   const float peak = values[at];
   if (peak > 0) return static_cast<double>(peak);
-  return static_cast<double>(*std::max_element(values.begin(), values.end()));
+  return static_cast<double>(*std::ranges::max_element(values));
 }
 
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {

@@ -1,7 +1,6 @@
 // Errors of a fabric against ray-traced truth: per level, over pairs of directions that no fit has used.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "format/fabric/fabric.h"

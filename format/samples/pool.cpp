@@ -40,7 +40,7 @@ SampleLevel pool(const SampleLevel& fine) {
     V3d normal(0, 0, 0);
     for (std::size_t view = 0; view < views; ++view) {
       double weight = 0;
-      std::fill(sum.begin(), sum.end(), V3d(0, 0, 0));
+      std::ranges::fill(sum, V3d(0, 0, 0));
       for (const Overlap& row : rows[texel / coarse.width]) {
         for (const Overlap& column : columns[texel % coarse.width]) {
           const std::size_t from = row.fine * fine.width + column.fine;

@@ -105,8 +105,8 @@ Result<Planes> read_part(ExrReader& reader, const Part& wanted) {
   auto pixels = value_or_throw(reader.read_level(index));
   Planes planes;
   for (const ExrChannel& channel : wanted.channels) {
-    const auto found = std::find_if(part.channels.begin(), part.channels.end(),
-                                    [&](const ExrChannel& c) { return c.name == channel.name; });
+    const auto found =
+        std::ranges::find_if(part.channels, [&](const ExrChannel& c) { return c.name == channel.name; });
     if (found == part.channels.end())
       return malformed(reader.name(), part.name + "/" + channel.name, "is missing");
     planes.push_back(std::move(pixels.planes[found - part.channels.begin()]));
@@ -320,13 +320,13 @@ Result<Issues> round_as_stored(Samples& samples) {
       for (int c = 0; c < 3; ++c) round(v[c]);
   };
   for (ViewSamples& view : samples.views) {
-    std::for_each(view.alpha.begin(), view.alpha.end(), round);
+    std::ranges::for_each(view.alpha, round);
     round_vectors(view.normal);
     round_radiance(view.radiance);
   }
   for (PairSamples& pairs : samples.pairs) {
-    std::for_each(pairs.alpha.begin(), pairs.alpha.end(), round);
-    std::for_each(pairs.alpha_noise.begin(), pairs.alpha_noise.end(), round);
+    std::ranges::for_each(pairs.alpha, round);
+    std::ranges::for_each(pairs.alpha_noise, round);
     round_vectors(pairs.noise);
     round_radiance(pairs.radiance);
   }
@@ -351,8 +351,7 @@ Result<void> write_samples(const std::string& path, const Samples& samples) {
       const std::size_t pixel = radiance_pixel(h, v, i / texels, i % texels);
       for (int c = 0; c < 3; ++c) colour[c][pixel] = view.radiance[i][c];
     }
-    std::copy(view.alpha.begin(), view.alpha.end(),
-              surface[0].begin() + static_cast<std::ptrdiff_t>(v * texels));
+    std::ranges::copy(view.alpha, surface[0].begin() + static_cast<std::ptrdiff_t>(v * texels));
     for (std::size_t t = 0; t < texels; ++t)
       for (int c = 0; c < 3; ++c) surface[1 + c][v * texels + t] = view.normal[t][c];
   }

@@ -4,7 +4,6 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace selvedge {
@@ -51,8 +50,8 @@ std::array<std::size_t, 2> far_apart(const std::vector<V3d>& positions) {
   std::array<std::size_t, 2> best{0, 0};
   double length = -1;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto [low, high] = std::minmax_element(
-        positions.begin(), positions.end(), [&](const V3d& a, const V3d& b) { return a[axis] < b[axis]; });
+    const auto [low, high] =
+        std::ranges::minmax_element(positions, [&](const V3d& a, const V3d& b) { return a[axis] < b[axis]; });
     if ((*high)[axis] - (*low)[axis] > length) {
       length = (*high)[axis] - (*low)[axis];
       best = {static_cast<std::size_t>(low - positions.begin()),

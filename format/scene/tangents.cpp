@@ -75,7 +75,7 @@ class TangentBuilder {
       }
       result.indices[c] = entry->second;
     }
-    std::copy(first.begin(), first.end(), group_of.begin());
+    std::ranges::copy(first, group_of.begin());
     // A vertex that only faces without size use takes the group of another vertex at the same place.
     std::vector<std::uint32_t> joined_group(positions_.size(), none);
     for (const Face& face : faces_) {
@@ -108,8 +108,8 @@ class TangentBuilder {
     };
     std::vector<std::uint32_t> order(positions_.size());
     std::iota(order.begin(), order.end(), 0U);
-    std::sort(order.begin(), order.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+    std::ranges::sort(
+        order, [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
     joined_.resize(positions_.size());
     for (std::size_t i = 0; i < order.size(); ++i) {
       const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
@@ -162,7 +162,7 @@ class TangentBuilder {
         edges.push_back({low, high, f, k});
       }
     }
-    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+    std::ranges::sort(edges, [](const Edge& a, const Edge& b) {
       return std::tie(a.low, a.high, a.face, a.corner) < std::tie(b.low, b.high, b.face, b.corner);
     });
     const auto starts_low = [&](const Edge& e) { return faces_[e.face].vertex[e.corner] == e.low; };
@@ -193,7 +193,7 @@ class TangentBuilder {
     while (!open.empty()) {
       Face& face = faces_[open.back()];
       open.pop_back();
-      const auto at = std::find(face.vertex.begin(), face.vertex.end(), vertex);
+      const auto at = std::ranges::find(face.vertex, vertex);
       if (at == face.vertex.end()) continue;
       const auto k = at - face.vertex.begin();
       if (face.group[k] != none) continue;

@@ -4,7 +4,6 @@
 // across lanes), so that results have the same bits on every machine.
 #pragma once
 
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>

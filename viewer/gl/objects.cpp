@@ -3,10 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
-#include <string>
-#include <vector>
 
 #include "format/base/mip.h"
 

@@ -2,10 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "viewer/gl/glsl.h"
-#include "viewer/gl/objects.h"
 
 namespace selvedge {
 namespace {

@@ -2,9 +2,7 @@
 // colours, and uniforms per surface. Shared by the hybrid and the shader path.
 #pragma once
 
-#include <span>
 #include <string>
-#include <vector>
 
 #include "viewer/gl/objects.h"
 #include "viewer/scene/materials.h"

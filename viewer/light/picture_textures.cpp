@@ -24,9 +24,8 @@ std::vector<Mapped> mapped_pictures(const PbrMaterial& pbr, const std::vector<Ma
   for (const MaterialTexture* texture : textures_of(pbr)) {
     if (texture->image < 0) continue;
     const V2i size = pictures[texture->image].size;
-    auto found = std::find_if(result.begin(), result.end(), [&](const Mapped& other) {
-      return other.mapping == texture->mapping && other.size == size;
-    });
+    auto found = std::ranges::find_if(
+        result, [&](const Mapped& other) { return other.mapping == texture->mapping && other.size == size; });
     if (found == result.end()) found = result.insert(found, {texture->mapping, size, HUGE_VAL, {}});
     found->pictures.push_back(texture->image);
   }

@@ -1,7 +1,6 @@
 #include "viewer/light/step_bound.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace selvedge {
@@ -55,7 +54,7 @@ class CameraSpans {
       nearest = std::min(nearest, depth);
       slope2 = std::max(slope2, away.length2() / (depth * depth) - 1);
     }
-    if (std::any_of(outside.begin(), outside.end(), [](int n) { return n == 3; })) return HUGE_VAL;
+    if (std::ranges::any_of(outside, [](int n) { return n == 3; })) return HUGE_VAL;
     if (camera_.projection == Projection::parallel)
       return pixel_ * std::abs(camera_.to_viewer.normalized().dot(camera_.back()));
     // The footprint is the projection of the pixel's disc along the ray: never smaller than the disc.

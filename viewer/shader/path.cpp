@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 
 #include "format/cells/cell_texels.h"
@@ -93,9 +92,8 @@ Result<std::unique_ptr<ShaderPath>> ShaderPath::create(const GlFunctions& gl, co
 }
 
 Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
-  shows_yarn_ = std::any_of(fabrics.begin(), fabrics.end(), [](const Fabric& fabric) {
-    return !fabric.levels.empty() && fabric.levels.front().yarns();
-  });
+  shows_yarn_ = std::ranges::any_of(
+      fabrics, [](const Fabric& fabric) { return !fabric.levels.empty() && fabric.levels.front().yarns(); });
   for (std::size_t later = 0; later < 2; ++later) {
     const Result<GLuint> program = pbr_.triangle_program(objects_, "", later != 0);
     if (!program) return tl::unexpected(program.error());
@@ -374,7 +372,7 @@ Result<void> ShaderPath::draw(const FrameView& view, Frame& frame, RenderStats& 
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
   gl_.ReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, large_.data());
   watch.add_to(stats.read_back);
-  stats.covered_pixels = std::count_if(large_.begin(), large_.end(), [](const V4f& p) { return p.w > 0; });
+  stats.covered_pixels = std::ranges::count_if(large_, [](const V4f& p) { return p.w > 0; });
   box_filter(large_, 0, size_.supersample, frame);
   watch.add_to(stats.filter);
   return {};

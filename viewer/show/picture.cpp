@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "format/fabric/file.h"
 #include "viewer/orbit.h"
 #include "viewer/scene/change_fabrics.h"
 #include "viewer/scene/surfaces.h"

@@ -1,11 +1,9 @@
 // The state that the window of `show` edits, and its changes by mouse and keys; independent of the window.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "format/picture/display.h"
