@@ -9,13 +9,11 @@ namespace selvedge {
 
 Result<Fabric> load_fabric(FabricReader& reader, MemoryAccount& memory) {
   const FabricHeader& header = reader.header();
-  const auto take = [&](std::uint64_t bytes) -> Result<void> {
-    if (memory.take(bytes, 1)) return {};
+  const auto too_large = [&] {
     return tl::unexpected(beyond_memory(reader.name(), "", "the values of the fabric", memory.limit()));
   };
   reader.allow_memory(memory.left());
-  if (auto good = take(reader.memory() + memory_turned_over(header)); !good)
-    return tl::unexpected(good.error());
+  if (!memory.take(reader.memory() + memory_turned_over(header), 1)) return too_large();
   Result<Fabric> fabric = reader.read();
   if (!fabric) return fabric;
   if (const auto yarns = fabric->levels.front().yarns()) {
@@ -23,8 +21,8 @@ Result<Fabric> load_fabric(FabricReader& reader, MemoryAccount& memory) {
     // Once more for smooth light (yarn_sky.h), and all of it turned over.
     const std::uint64_t sides = header.side_of(Side::back) != nullptr ? 2 : 1;
     const std::uint64_t sky = sizeof(float) * (data.light.size() + data.through.size());
-    if (auto good = take(sides * (static_cast<std::uint64_t>(memory_of(data, yarns->period())) + sky)); !good)
-      return tl::unexpected(good.error());
+    if (!memory.take(sides, static_cast<std::uint64_t>(memory_of(data, yarns->period())) + sky))
+      return too_large();
   }
   return fabric;
 }

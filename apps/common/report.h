@@ -2,6 +2,8 @@
 // standard error.
 #pragma once
 
+#include <Imath/ImathBox.h>
+
 #include <cstdint>
 #include <initializer_list>
 #include <nlohmann/json.hpp>
@@ -9,6 +11,24 @@
 #include <vector>
 
 #include "format/base/guard.h"
+#include "format/base/vec.h"
+
+/// Vectors are lists of numbers in reports.
+template <class T>
+struct nlohmann::adl_serializer<Imath::Vec2<T>> {
+  static void to_json(ordered_json& json, const Imath::Vec2<T>& v) { json = {v.x, v.y}; }
+};
+template <class T>
+struct nlohmann::adl_serializer<Imath::Vec3<T>> {
+  static void to_json(ordered_json& json, const Imath::Vec3<T>& v) { json = {v.x, v.y, v.z}; }
+};
+/// Corners; null without any.
+template <class T>
+struct nlohmann::adl_serializer<Imath::Box<T>> {
+  static void to_json(ordered_json& json, const Imath::Box<T>& box) {
+    json = box.isEmpty() ? ordered_json() : ordered_json{box.min, box.max};
+  }
+};
 
 namespace selvedge {
 

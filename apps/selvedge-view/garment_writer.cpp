@@ -30,12 +30,11 @@ class Workbench {
 
   std::string next(const char* ending) { return fmt::format("{}/{}{}", folder_, ++count_, ending); }
 
-  /// The file of a fabric; of an embedded one, a new file.
-  Result<std::string> file_of(const SceneFabric& fabric) {
+  /// The file of a fabric; of an embedded one, a new file. Throws Failure.
+  std::string file_of(const SceneFabric& fabric) {
     if (!fabric.path.empty()) return fabric.path;
     std::string path = next(".exr");
-    const std::string bytes(fabric.bytes.begin(), fabric.bytes.end());
-    if (auto good = write_file(path, bytes); !good) return tl::unexpected(good.error());
+    value_or_throw(write_file(path, fabric.bytes));
     return path;
   }
 
@@ -60,46 +59,38 @@ DressOptions options_for(int material, const SceneMaterial& worn, const SceneLim
   return options;
 }
 
-/// Dresses the materials one after the other; those on no triangles stay as they are.
-Result<std::string> save(Workbench& bench, const SceneLimits& limits, const std::string& garment,
-                         const Scene& worn, const std::string& output) {
+/// Dresses the materials one after the other; those on no triangles stay as they are. Throws Failure.
+std::string save(Workbench& bench, const SceneLimits& limits, const std::string& garment, const Scene& worn,
+                 const std::string& output) {
   std::string from = garment;
   std::vector<std::string> remarks;
   for (std::size_t i = 0; i < worn.materials.size(); ++i) {
     const SceneMaterial& wears = worn.materials[i];
     if (!wears.fabric) continue;
-    Result<std::string> fabric = bench.file_of(worn.fabrics[wears.fabric->fabric]);
-    if (!fabric) return fabric;
+    const std::string fabric = bench.file_of(worn.fabrics[wears.fabric->fabric]);
     const std::string to = bench.next(".glb");
-    const Result<DressReport> report =
-        dress(from, *fabric, to, options_for(static_cast<int>(i), wears, limits));
-    if (!report && report.error().code == Code::garment_empty) continue;
-    if (!report) return tl::unexpected(report.error());
-    remarks.insert(remarks.end(), report->warnings.begin(), report->warnings.end());
+    const Result<DressReport> dressed =
+        dress(from, fabric, to, options_for(static_cast<int>(i), wears, limits));
+    if (!dressed && dressed.error().code == Code::garment_empty) continue;
+    const DressReport report = value_or_throw(dressed);
+    remarks.insert(remarks.end(), report.warnings.begin(), report.warnings.end());
     from = to;
   }
   if (from == garment)
-    return fail(Code::garment_empty, garment, "/materials",
-                "nothing wears a fabric: there is nothing to save");
-  Result<std::string> bytes = read_file(from);
-  if (!bytes) return bytes;
-  if (auto good = write_file(output, *bytes); !good) return tl::unexpected(good.error());
+    throw Failure{
+        {Code::garment_empty, garment, "/materials", "nothing wears a fabric: there is nothing to save"}};
+  value_or_throw(write_file(output, value_or_throw(read_file(from))));
   return fmt::format("{}", fmt::join(remarks, "\n"));
 }
 
 }  // namespace
 
-Result<GarmentWriter> make_garment_writer(const SceneLimits& limits) {
-  const auto made =
-      guarded("", []() -> Result<std::shared_ptr<Workbench>> { return std::make_shared<Workbench>(); });
-  if (!made) return tl::unexpected(made.error());
-  const auto& bench = *made;
+GarmentWriter make_garment_writer(const SceneLimits& limits) {
+  const auto bench = std::make_shared<Workbench>();
   return GarmentWriter{
-      [bench, limits](const std::string& garment, const std::string& fabric) -> Result<std::string> {
+      [bench, limits](const std::string& garment, const std::string& fabric) {
         std::string path = bench->next(".glb");
-        const Result<DressReport> report =
-            dress(garment, fabric, path, {.all = true, .embed = true, .limits = limits});
-        if (!report) return tl::unexpected(report.error());
+        value_or_throw(dress(garment, fabric, path, {.all = true, .embed = true, .limits = limits}));
         return path;
       },
       [bench, limits](const std::string& garment, const Scene& worn, const std::string& output) {

@@ -5,7 +5,8 @@
 
 namespace selvedge {
 
-/// Dressed garments are files of a folder of its own, which goes with the last copy of the result.
-Result<GarmentWriter> make_garment_writer(const SceneLimits& limits);
+/// Dressed garments are files of a folder of its own, which goes with the last copy of the result. Throws
+/// Failure.
+GarmentWriter make_garment_writer(const SceneLimits& limits);
 
 }  // namespace selvedge

@@ -2,28 +2,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge-view/shot.h"
 #include "format/base/atomic_file.h"
 #include "format/base/option_text.h"
 #include "format/base/parallel.h"
-#include "format/base/printable.h"
 #include "viewer/orbit.h"
 #include "viewer/renderer.h"
 
 namespace selvedge {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 /// Maximum number of files of one run, which are all open until the last is written.
 constexpr std::size_t max_files = 720;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Writes a frame to `path` in the format of the name `like`.
 Result<void> write(const DisplayOptions& display, const Frame& frame, const std::string& like,
@@ -73,7 +65,7 @@ std::pair<RenderStats, double> draw(const Shot& shot, const std::vector<AtomicFi
     RenderStats stats;
     value_or_throw(renderer->draw(camera, options, frame, stats));
     add(stats, sum);
-    const Clock::time_point start = Clock::now();
+    Stopwatch watch;
     for (std::size_t i = 0; i < files_per_frame; ++i, ++file) {
       value_or_throw(
           write(shot.look.display, frame, file->path(), file->temporary()).map_error([&](Error error) {
@@ -81,7 +73,7 @@ std::pair<RenderStats, double> draw(const Shot& shot, const std::vector<AtomicFi
             return error;
           }));
     }
-    write_seconds += seconds_since(start);
+    watch.add_to(write_seconds);
   }
   return {sum, write_seconds};
 }
@@ -113,8 +105,7 @@ Json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& 
 
 void print_remarks(const Shot& shot, const RenderStats& stats) {
   for (const std::vector<std::string>& remarks : {shot.scene.remarks, stats.remarks}) {
-    for (const std::string& remark : remarks)
-      fmt::print(stderr, "selvedge-view: note: {}\n", printable(remark));
+    for (const std::string& remark : remarks) report_remark("note", remark);
   }
 }
 
@@ -124,11 +115,11 @@ Result<int> run(const RenderCommand& command) {
     return fail(Code::option_out_of_range, "", "--turntable",
                 fmt::format("makes more than {} files at once", max_files));
   }
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   // Reported before a large garment is read.
   if (command.turntable == 0) value_or_throw(check_writable(command.outputs));
   const Shot shot = read_shot(command);
-  const double read = seconds_since(start);
+  const double read = watch.seconds();
   std::vector<AtomicFile> files = open_files(command, shot.cameras.size());
   const auto [stats, write_seconds] = draw(shot, files);
   value_or_throw(commit_all(std::move(files)));
@@ -136,7 +127,7 @@ Result<int> run(const RenderCommand& command) {
   Json all = to_json(command, shot, stats);
   all["seconds"]["read"] = read;
   all["seconds"]["write"] = write_seconds;
-  all["seconds"]["total"] = seconds_since(start);
+  all["seconds"]["total"] = watch.seconds();
   report(command.common, "render", all, "");
   return 0;
 }

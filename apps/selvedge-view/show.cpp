@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 
@@ -8,9 +6,7 @@
 #include "apps/selvedge-view/garment_writer.h"
 #include "apps/selvedge-view/picture_options.h"
 #include "apps/selvedge-view/show_loop.h"
-#include "format/base/guard.h"
 #include "format/base/option_text.h"
-#include "format/base/printable.h"
 #include "format/fabric/file.h"
 #include "format/picture/studio.h"
 #include "viewer/load.h"
@@ -49,22 +45,14 @@ void declare(Options& options, ShowCommand& command) {
   options.check([&options, &picture] { check_picture(options, picture); });
 }
 
-/// A swatch of a fabric as a scene.
-struct LoadedSwatch {
-  Scene scene;
-  std::vector<Fabric> fabrics;  ///< of Scene::fabrics
-};
-Result<LoadedSwatch> load_swatch(const ShowCommand& command) {
-  Result<Fabric> fabric =
-      read_fabric(command.picture.input, {.memory = command.picture.limits.document.memory});
-  if (!fabric) return tl::unexpected(fabric.error());
-  Result<Swatch> swatch = make_swatch(*fabric, command.picture.swatch);
-  if (!swatch) return tl::unexpected(swatch.error());
-  LoadedSwatch loaded{std::move(swatch->scene), {}};
-  SceneFabric source;
-  source.name = command.picture.input.substr(command.picture.input.find_last_of('/') + 1);
-  loaded.scene.fabrics.push_back(source);
-  loaded.fabrics.push_back(std::move(*fabric));
+/// A swatch of a fabric as a scene. Throws Failure.
+LoadedScene load_swatch(const ShowCommand& command) {
+  const std::string& path = command.picture.input;
+  LoadedScene loaded;
+  const Fabric& fabric = loaded.fabrics.emplace_back(
+      value_or_throw(read_fabric(path, {.memory = command.picture.limits.document.memory})));
+  loaded.scene = value_or_throw(make_swatch(fabric, command.picture.swatch)).scene;
+  loaded.scene.fabrics.emplace_back().name = path.substr(path.find_last_of('/') + 1);
   return loaded;
 }
 
@@ -74,85 +62,73 @@ void offer(const std::string& name, const Environment& environment, ShowState& s
       std::make_shared<const Surroundings>(Surroundings{name, environment, divide(environment)}));
 }
 
-Result<ShowState> first_state(const ShowCommand& command, const Window& window, const ShowPicture& picture) {
+/// Throws Failure.
+ShowState first_state(const ShowCommand& command, const Window& window, const ShowPicture& picture) {
   // Beside the panel.
   const V2i size = picture_size(window);
   const double aspect = static_cast<double>(size.x) / size.y;
-  Result<ShowState> state = picture.first_state(command.picture.camera, aspect);
-  if (!state) return state;
+  ShowState state = value_or_throw(picture.first_state(command.picture.camera, aspect));
   PictureOptions plain = command.picture;
   plain.around = {};
-  Result<Look> look = look_of(plain, lights_of(picture.scene()), plain.limits.document.memory);
-  if (!look) return tl::unexpected(look.error());
-  state->display = look->display;
-  state->lights = std::move(look->lights);
-  state->lights_in_camera_frame = look->lights_in_camera_frame;
-  state->ambient = static_cast<float>(command.picture.ambient);
-  state->turn = static_cast<float>(command.picture.around.turn);
-  state->strength = static_cast<float>(command.picture.around.strength);
-  state->backdrop = command.picture.backdrop;
-  state->backdrop_blur = command.picture.backdrop_blur;
-  if (look->environment) {
-    state->environment = 0;
-    offer(look->name, *look->environment, *state);
+  Look look = value_or_throw(look_of(plain, lights_of(picture.scene()), plain.limits.document.memory));
+  state.display = look.display;
+  state.lights = std::move(look.lights);
+  state.lights_in_camera_frame = look.lights_in_camera_frame;
+  state.ambient = static_cast<float>(command.picture.ambient);
+  state.turn = static_cast<float>(command.picture.around.turn);
+  state.strength = static_cast<float>(command.picture.around.strength);
+  state.backdrop = command.picture.backdrop;
+  state.backdrop_blur = command.picture.backdrop_blur;
+  if (look.environment) {
+    state.environment = 0;
+    offer(look.name, *look.environment, state);
   }
-  if (look->name != "studio") offer("studio", studio(), *state);
-  state->shadows = look->shadows;
-  state->levels = command.picture.levels;
-  state->layers = command.picture.layers;
+  if (look.name != "studio") offer("studio", studio(), state);
+  state.shadows = look.shadows;
+  state.levels = command.picture.levels;
+  state.layers = command.picture.layers;
   // The first directional light, which drags can turn.
-  const auto found = std::ranges::find(state->lights, LightKind::directional, &Light::kind);
-  if (found != state->lights.end()) state->held_light = found - state->lights.begin();
+  const auto found = std::ranges::find(state.lights, LightKind::directional, &Light::kind);
+  if (found != state.lights.end()) state.held_light = found - state.lights.begin();
   return state;
 }
 
 Result<int> run(const ShowCommand& command) {
   limit_mesa_threads(command.common.threads);
   const bool is_fabric = has_ending(command.picture.input, ".exr");
-  Result<LoadedSwatch> swatch = is_fabric ? load_swatch(command) : LoadedSwatch{};
-  if (!swatch) return tl::unexpected(swatch.error());
   std::vector<std::string> files;
   std::vector<std::string> folders;
   for (const std::string& path : command.fabrics) {
     std::error_code unknown;
     (std::filesystem::is_directory(path, unknown) ? folders : files).push_back(path);
   }
-  GarmentWriter writer = value_or_throw(make_garment_writer(command.picture.limits));
+  GarmentWriter writer = make_garment_writer(command.picture.limits);
   std::string garment = command.picture.input;
   LoadedScene scene =
-      is_fabric ? LoadedScene{} : value_or_throw(load_scene(garment, {}, command.picture.limits));
+      is_fabric ? load_swatch(command) : value_or_throw(load_scene(garment, {}, command.picture.limits));
   const auto wears_nothing = [](const LoadedScene& of) {
     return std::ranges::all_of(fabrics_of(of.scene), [](int fabric) { return fabric < 0; });
   };
   if (!is_fabric && !files.empty() && wears_nothing(scene)) {
-    garment = value_or_throw(writer.dress(garment, files.front()));
+    garment = writer.dress(garment, files.front());
     scene = value_or_throw(load_scene(garment, {}, command.picture.limits));
     files.erase(files.begin());
   }
   if (!command.common.quiet) {
-    for (const std::string& remark : scene.scene.remarks)
-      fmt::print(stderr, "selvedge-view: note: {}\n", printable(remark));
+    for (const std::string& remark : scene.scene.remarks) report_remark("note", remark);
   }
-  Result<std::unique_ptr<Window>> window = Window::open("Selvedge: " + command.picture.input, command.size);
-  if (!window) return tl::unexpected(window.error());
-  const Result<GlFunctions> gl = load_gl_functions(*(*window)->context());
-  if (!gl) return tl::unexpected(gl.error());
-  Result<std::unique_ptr<ShowPicture>> picture =
-      is_fabric ? ShowPicture::create(std::move(swatch->scene), std::move(swatch->fabrics))
-                : ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics));
-  if (!picture) return tl::unexpected(picture.error());
-  for (const std::string& path : files) {
-    if (const auto good = (*picture)->add_fabric(path); !good) return tl::unexpected(good.error());
-  }
-  const Result<ShowState> state = first_state(command, **window, **picture);
-  if (!state) return tl::unexpected(state.error());
-  BackgroundPicture background(std::move(*picture), garment, command.picture.input, command.picture.limits,
+  const auto window = value_or_throw(Window::open("Selvedge: " + command.picture.input, command.size));
+  const GlFunctions gl = value_or_throw(load_gl_functions(*window->context()));
+  auto picture = value_or_throw(ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics)));
+  for (const std::string& path : files) value_or_throw(picture->add_fabric(path));
+  const ShowState state = first_state(command, *window, *picture);
+  BackgroundPicture background(std::move(picture), garment, command.picture.input, command.picture.limits,
                                std::move(writer), [] { Window::wake(); });
   for (const std::string& folder : folders) background.add_file(folder);
   ShowLoop show(
       {command.picture.input, command.screenshot, command.common.json || !command.screenshot.empty()},
-      **window, background, *gl, *state);
-  if (const auto good = show.run(); !good) return tl::unexpected(good.error());
+      *window, background, gl, state);
+  show.run();
   report(command.common, "show", show.to_json(), "");
   return 0;
 }

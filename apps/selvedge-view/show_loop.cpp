@@ -7,22 +7,99 @@
 #include <filesystem>
 
 #include "apps/common/report.h"
-#include "apps/selvedge-view/show_report.h"
-#include "apps/selvedge-view/shown_command.h"
 #include "format/base/option_text.h"
 #include "format/base/parallel.h"
 
 namespace selvedge {
 namespace {
 
+Json json_of(const Light& light) {
+  Json all = {{"irradiance", light.irradiance}};
+  if (light.kind != LightKind::point) all["direction"] = V3f(light.direction);
+  if (light.kind != LightKind::directional) all["position"] = V3f(light.position);
+  return all;
+}
+
+Json json_of(const PixelProbe& probe, const std::vector<std::string>& fabrics) {
+  Json texels = Json::array();
+  for (const ProbedTexel& t : probe.texels)
+    texels.push_back({{"level", t.level}, {"texel", t.texel}, {"weight", t.weight}});
+  Json fabric;
+  if (probe.fabric >= 0) fabric = fabrics[probe.fabric];
+  return {{"pixel", probe.pixel},   {"back", probe.back},         {"fabric", fabric},
+          {"uv", probe.uv},         {"texels", texels},           {"view", probe.view},
+          {"lights", probe.lights}, {"radiance", probe.radiance}, {"alpha", probe.alpha}};
+}
+
+std::string triple(const auto& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
+
+bool same(const std::vector<Light>& a, const std::vector<Light>& b) {
+  return std::ranges::equal(a, b, [](const Light& x, const Light& y) {
+    return x.kind == y.kind && x.direction == y.direction && x.position == y.position &&
+           x.irradiance == y.irradiance;
+  });
+}
+
+/// The command line of `render` that draws what the window shows. `input` is a garment, `own` are the lights
+/// of its file. Lights that the panel or options changed become white ones, spots points. What the panel did
+/// to fabrics, their size and tint is not part of it: `selvedge dress` does that.
+std::string command_of(const std::string& input, const std::vector<Light>& own, const ShowState& state,
+                       const V2i& size) {
+  std::string line = "selvedge-view render " + shell_word(input);
+  const auto add = [&](const char* option, const auto& value) {
+    line += fmt::format(" {}={}", option, value);
+  };
+  const CameraOptions& camera = state.camera;
+  add("--size", fmt::format("{}x{}", size.x, size.y));
+  add("--azimuth", camera.azimuth);
+  add("--elevation", camera.elevation);
+  add("--fov", camera.field_of_view);
+  add("--look-at", triple(camera.look_at.value_or(V3d(0, 0, 0))));
+  add("--distance", camera.distance.value_or(0));
+  add("--path", path_names[state.path]);
+  if (state.levels.forced >= 0) add("--level", state.levels.forced);
+  add("--layers", state.layers);
+  // The lights of `render` without options.
+  const bool in_environment = state.environment >= 0;
+  const bool lamps = own.empty() && !in_environment;
+  const bool plain = same(state.lights, lamps ? key_and_fill_lights() : own) &&
+                     (state.lights.empty() || state.lights_in_camera_frame == lamps);
+  if (!plain) {
+    bool in_camera_frame = false;
+    for (const Light& light : state.lights) {
+      const float strength = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});
+      if (light.kind == LightKind::directional) {
+        add("--light", fmt::format("{},{}", triple(light.direction), strength));
+        in_camera_frame = state.lights_in_camera_frame;
+      } else {
+        add("--point-light", fmt::format("{},{}", triple(light.position), strength));
+      }
+    }
+    if (in_camera_frame) add("--light-frame", "camera");
+  }
+  if (in_environment) {
+    add("--environment", shell_word(state.environments[state.environment]->name));
+    add("--environment-turn", state.turn);
+    add("--environment-strength", state.strength);
+    if (state.backdrop) line += " --backdrop";
+    if (state.backdrop) add("--backdrop-blur", state.backdrop_blur);
+  } else {
+    add("--environment", "none");
+  }
+  add("--ambient", state.ambient);
+  add("--shadows", state.shadows);
+  if (camera.projection == Projection::parallel) line += " --orthographic";
+  add("--exposure", state.display.exposure);
+  add("--tone-map", tone_curve_names[static_cast<std::size_t>(state.display.tone)]);
+  add("--background", state.display.background ? triple(*state.display.background) : "transparent");
+  add("--supersample", ShowPicture::samples_at_rest);
+  return line + " -o picture.png";
+}
+
 /// Seconds that the window sleeps without events.
 constexpr double idle = 0.5;
 /// Frames that the panel needs to settle after an event.
 constexpr int frames_to_settle = 3;
-
-double seconds_from(std::chrono::steady_clock::time_point t) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
-}
 
 }  // namespace
 
@@ -39,7 +116,7 @@ ShowLoop::ShowLoop(Options options, Window& window, BackgroundPicture& backgroun
       shown_(gl),
       settling_(frames_to_settle) {}
 
-Result<void> ShowLoop::run() {
+void ShowLoop::run() {
   bool closing = false;
   while (!closing) {
     window_size_ = window_.size();
@@ -48,24 +125,20 @@ Result<void> ShowLoop::run() {
       closing = closes_ || window_.wants_to_close();
       continue;
     }
-    const Result<bool> closes = step();
-    if (!closes) return tl::unexpected(closes.error());
-    closing = *closes;
-    if (closing && !options_.screenshot.empty()) {
-      if (auto good = write_window(gl_, window_size_, options_.screenshot); !good) return good;
-    }
+    closing = step();
+    if (closing && !options_.screenshot.empty())
+      value_or_throw(write_window(gl_, window_size_, options_.screenshot));
     window_.swap();
     if (closing) break;
     if (settling_ > 0) --settling_;
     if (window_.wait_for_events(settling_ > 0 || closes_after_ ? 0 : idle)) settling_ = frames_to_settle;
   }
-  return {};
 }
 
 Json ShowLoop::to_json() const {
   const V3d look_at = state_.camera.look_at.value_or(V3d(0, 0, 0));
   Json all = {{"input", input_},
-              {"window", {window_size_.x, window_size_.y}},
+              {"window", window_size_},
               {"width", picture_->width},
               {"height", picture_->height},
               {"frames", picture_->frames},
@@ -75,7 +148,7 @@ Json ShowLoop::to_json() const {
                 {"elevation", state_.camera.elevation},
                 {"fov", state_.camera.field_of_view},
                 {"distance", state_.camera.distance.value_or(0)},
-                {"lookAt", {look_at.x, look_at.y, look_at.z}}}},
+                {"lookAt", look_at}}},
               {"path", path_names[state_.path]},
               {"levels", {{"forced", state_.levels.forced}}},
               {"fabrics", state_.worn.fabrics},
@@ -98,10 +171,9 @@ Json ShowLoop::to_json() const {
   return all;
 }
 
-/// One frame of the window without its swap. Returns whether the user wants to close it.
-Result<bool> ShowLoop::step() {
-  const auto start = std::chrono::steady_clock::now();
-  if (const auto good = receive(); !good) return tl::unexpected(good.error());
+bool ShowLoop::step() {
+  const Stopwatch watch;
+  receive();
   panel_.begin();
   const V2i size = panel_.picture_size(window_size_);
   ShowInput input = panel_.input(window_.poll_drags());
@@ -145,7 +217,7 @@ Result<bool> ShowLoop::step() {
   gl_.ClearNamedFramebufferfv(0, GL_COLOR, 0, black.data());
   panel_.end(shown_.name());
   gl_.Finish();
-  window_seconds_ = seconds_from(start);
+  window_seconds_ = watch.seconds();
   longest_step_ = std::max(longest_step_, window_seconds_);
   // Events before the request to close are shown first.
   if (request.close || window_.wants_to_close()) closes_ = true;
@@ -153,7 +225,6 @@ Result<bool> ShowLoop::step() {
   return closes_after_ && (*closes_after_)-- == 0;
 }
 
-/// Empty for a fabric.
 std::string ShowLoop::command() const {
   if (has_ending(input_, ".exr")) return {};
   return command_of(input_, picture_->own_lights, state_, requested_size_);
@@ -166,10 +237,9 @@ void ShowLoop::send_request(Change change, const V2i& size, const std::optional<
   finished_ = false;
 }
 
-/// Takes the updates of the picture's thread.
-Result<void> ShowLoop::receive() {
+void ShowLoop::receive() {
   RenderUpdate update = background_.poll();
-  if (update.failure) return tl::unexpected(*update.failure);
+  if (update.failure) throw Failure{*update.failure};
   if (!update.messages.empty()) message_ = fmt::format("{}", fmt::join(update.messages, "\n"));
   for (const auto& environment : update.environments) {
     state_.environments.push_back(environment);
@@ -203,10 +273,9 @@ Result<void> ShowLoop::receive() {
     aim_ = update.probe->position;
   }
   finished_ = update.finished && pending_ == Change::none;
-  if (!update.picture) return {};
+  if (!update.picture) return;
   picture_ = update.picture;
   shown_.load(picture_->width, picture_->height, picture_->bytes.data());
-  return {};
 }
 
 }  // namespace selvedge

@@ -18,18 +18,18 @@ class ShowLoop {
   ShowLoop(Options options, Window& window, BackgroundPicture& background, const GlFunctions& gl,
            const ShowState& state);
 
-  /// Until the window is closed.
-  Result<void> run();
+  /// Until the window is closed. Throws Failure.
+  void run();
   Json to_json() const;
 
  private:
   /// One frame of the window without its swap. Returns whether the user wants to close it.
-  Result<bool> step();
+  bool step();
   /// The command line of the picture; empty for a fabric.
   std::string command() const;
   void send_request(Change change, const V2i& size, const std::optional<V2d>& probed);
   /// Updates by the thread of the picture.
-  Result<void> receive();
+  void receive();
 
   const Options options_;
   Window& window_;

@@ -12,7 +12,6 @@
 #include "format/fabric/file.h"
 #include "format/fabric/footprint.h"
 #include "format/fabric/level_options.h"
-#include "format/scene/scene_points.h"
 
 namespace selvedge {
 namespace {
@@ -217,7 +216,7 @@ Result<int> run(const PlanCommand& command) {
     return fail(Code::material_missing, command.scene, "/materials", "no material has a fabric");
   report(command.common, "plan",
          {{"scene", command.scene},
-          {"size", {command.size.x, command.size.y}},
+          {"size", command.size},
           {"supersample", command.supersample},
           {"materials", materials}},
          text);

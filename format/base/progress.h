@@ -1,10 +1,11 @@
-// Progress of long-running stages, and its line on the terminal.
+// Time and progress of long-running stages, and the line of progress on the terminal.
 #pragma once
 
 #include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace selvedge {
 
@@ -15,6 +16,21 @@ using Progress = std::function<void(double)>;
 /// terminal; null: the terminal.
 using ProgressSink = std::function<void(const std::string&, double)>;
 extern thread_local std::shared_ptr<const ProgressSink> progress_sink;
+
+/// Seconds since it was made, or since the last add_to().
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  /// Adds the time to one of several stages, and begins again.
+  void add_to(double& stage) {
+    const Clock::time_point now = Clock::now();
+    stage += std::chrono::duration<double>(now - std::exchange(start_, now)).count();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point start_ = Clock::now();
+};
 
 /// A line on standard error with percentage, elapsed and estimated remaining time, if standard error is a
 /// terminal and `quiet` is false. The destructor erases the line.

@@ -26,9 +26,9 @@ const char* format_of(std::string_view bytes) {
 
 Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, const std::string& name,
                      Transfer transfer, const ImageLimits& limits, int halvings) {
-  const auto library = load_openimageio(Code::image_unreadable);
-  if (!library) return tl::unexpected(library.error());
-  return (*library)->read(format, bytes, name, transfer, limits, halvings);
+  return load_openimageio(Code::image_unreadable).and_then([&](const OpenImageIo* library) {
+    return library->read(format, bytes, name, transfer, limits, halvings);
+  });
 }
 
 Result<void> check(const Image& image, const std::string& name) {
@@ -46,12 +46,9 @@ Result<void> check(const Image& image, const std::string& name) {
 }
 
 Result<void> write(const std::string& path, Result<std::vector<std::uint8_t>> bytes) {
-  if (!bytes) {
-    Error error = std::move(bytes.error());
-    error.file = path;
-    return tl::unexpected<Error>(std::move(error));
-  }
-  return write_file(path, *bytes);
+  if (bytes) return write_file(path, *bytes);
+  bytes.error().file = path;
+  return tl::unexpected(bytes.error());
 }
 
 }  // namespace
@@ -107,9 +104,9 @@ Result<void> write_png(const std::string& path, const Image& image, Transfer tra
 
 Result<void> write_exr(const std::string& path, const Image& image) {
   if (Result<void> good = check(image, path); !good) return good;
-  const auto library = load_openimageio(Code::image_unwritable);
-  if (!library) return tl::unexpected(library.error());
-  return write(path, (*library)->encode_exr(image));
+  return write(path, load_openimageio(Code::image_unwritable).and_then([&](const OpenImageIo* library) {
+    return library->encode_exr(image);
+  }));
 }
 
 Result<void> check_same_size(const Image& a, const Image& b) {

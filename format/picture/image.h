@@ -15,6 +15,7 @@
 
 #include "format/base/error.h"
 #include "format/base/memory.h"
+#include "format/base/mip.h"
 
 namespace selvedge {
 
@@ -53,14 +54,11 @@ inline std::uint64_t memory_of(const Image& image) { return image.pixels.size() 
 
 /// As read_image(), from a whole PNG or JPEG file in memory, as garments bring them. `name` is the file in
 /// errors. The limits are of the picture in the file; the one that is returned is halved so many times, to
-/// halved_size(): its pixels are the means of those that they cover (a pixel at an edge counts for one side),
+/// level_size(): its pixels are the means of those that they cover (a pixel at an edge counts for one side),
 /// after the transfer. Only a strip of the larger picture is in memory, as far as its format allows.
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name,
                            Transfer transfer = Transfer::srgb, const ImageLimits& limits = {},
                            int halvings = 0);
-
-/// The side of level `halvings` of a texture: `size` pixels, halved and rounded down.
-inline int halved_size(int size, int halvings) { return std::max(size >> halvings, 1); }
 
 /// An 8-bit PNG file as bytes; 1 to 4 channels. Values are clamped to [0, 1], NaN becomes 0. The same pixels
 /// give the same bytes.

@@ -17,4 +17,26 @@ V2d UvTransform::apply_linear(const V2d& uv) const {
 
 V2d UvTransform::apply(const V2d& uv) const { return apply_linear(uv) + offset; }
 
+Result<std::vector<V3d>> world_points(const Scene& scene) {
+  std::vector<V3d> points;
+  for (const SceneInstance& instance : scene.instances) {
+    const ScenePrimitive& primitive = scene.primitives[instance.primitive];
+    std::vector<bool> used(primitive.positions.size(), false);
+    for (const std::uint32_t index : primitive.indices) {
+      if (index >= primitive.positions.size())
+        return fail(Code::mesh_invalid, scene.file, primitive.name, "an index is beyond the vertices");
+      used[index] = true;
+    }
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      if (!used[i]) continue;
+      V3d& point = points.emplace_back();
+      instance.world.multVecMatrix(V3d(primitive.positions[i]), point);
+      if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z))
+        return fail(Code::mesh_not_finite, scene.file, primitive.name, "a position is not finite");
+    }
+  }
+  if (points.empty()) return fail(Code::garment_empty, scene.file, "", "there is nothing to draw");
+  return points;
+}
+
 }  // namespace selvedge

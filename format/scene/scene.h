@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "format/base/error.h"
 #include "format/base/memory.h"
 #include "format/base/vec.h"
 
@@ -152,5 +153,9 @@ struct Scene {
   std::vector<std::string> remarks;            ///< features of the file that are ignored, one line each
   std::uint64_t memory_left = default_memory;  ///< bytes for its fabrics and textures (base/memory.h)
 };
+
+/// World positions (m) of all vertices that triangles use. GARMENT_EMPTY without triangles, MESH_NOT_FINITE,
+/// MESH_INVALID.
+Result<std::vector<V3d>> world_points(const Scene& scene);
 
 }  // namespace selvedge

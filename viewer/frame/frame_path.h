@@ -1,11 +1,11 @@
 // The interface of the render paths, and their inputs.
 #pragma once
 
-#include <chrono>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "format/base/progress.h"
 #include "format/picture/frame.h"
 #include "format/scene/camera.h"
 #include "viewer/frame/options.h"
@@ -44,19 +44,6 @@ class FramePath {
   virtual Result<void> resize(const FrameSize& size) = 0;
   /// Fills all pixels of `frame`, which has the size of the last resize() already; adds to `stats`.
   virtual Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats) = 0;
-};
-
-/// Adds the time since the last call to one of the stages.
-class Stopwatch {
- public:
-  void add_to(double& stage) {
-    const auto now = std::chrono::steady_clock::now();
-    stage += std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace selvedge

@@ -1,15 +1,91 @@
 #include "viewer/light/picture_textures.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "format/base/mip.h"
 #include "format/gltf/memory.h"
 #include "viewer/gl/objects.h"
-#include "viewer/light/step_bound.h"
 
 namespace selvedge {
 namespace {
+
+/// Largest singular value of the map from the plane of a triangle to its texture, units per metre;
+/// infinite without area: no pixel sees the triangle.
+double stretch_of(const std::array<V3d, 3>& p, const std::array<V2d, 3>& at) {
+  const V3d a = p[1] - p[0];
+  const V3d b = p[2] - p[0];
+  const V3d x = a.normalized();
+  const double along = b.dot(x);
+  const double across = (b - x * along).length();
+  const double length = a.length();
+  if (!(length * across > 0)) return HUGE_VAL;
+  // Columns of the Jacobian: units per metre along x and across it.
+  const V2d s = (at[1] - at[0]) / length;
+  const V2d t = (at[2] - at[0] - s * along) / across;
+  const double trace = s.length2() + t.length2();
+  const double determinant = s.x * t.y - s.y * t.x;
+  const double root = std::sqrt(std::max(trace * trace - 4 * determinant * determinant, 0.0));
+  return std::sqrt((trace + root) / 2);
+}
+
+/// Lower bounds of the step between neighbouring pixels on textures, in frames of `height` pixels.
+class StepBound {
+ public:
+  /// `camera` must outlive the object.
+  StepBound(const Camera& camera, int height)
+      : camera_(camera), clip_(clip_matrix(camera, V3d(0, 0, 0))), pixel_(2 * camera.window_half.y / height) {
+    const V2d farthest(std::abs(camera.window_centre.x) + camera.window_half.x,
+                       std::abs(camera.window_centre.y) + camera.window_half.y);
+    max_slope2_ = farthest.length2();
+  }
+
+  /// Of a triangle at `points` (world, m) with texture coordinates `at`: a lower bound of the step, in their
+  /// units, between some pixel of it and its neighbour to the right or above, the longer of the two; infinite
+  /// if no pixel shows the triangle.
+  double operator()(const std::array<V3d, 3>& points, const std::array<V2d, 3>& at) const {
+    const double stretch = stretch_of(points, at);
+    const double span = span_of(points);
+    if (stretch == HUGE_VAL || span == HUGE_VAL) return HUGE_VAL;
+    // The longer of two columns is at least the longest image of the unit circle, over the root of two.
+    const double step = stretch * span / std::sqrt(2.0);
+    return std::isnan(step) ? 0.0 : step;
+  }
+
+ private:
+  /// Of the shorter axis of a footprint, m; infinite: no pixel sees the triangle.
+  double span_of(const std::array<V3d, 3>& p) const {
+    double nearest = HUGE_VAL;
+    double slope2 = 0;  // squared tangent of the angle between the axis and the ray to a corner
+    std::array<int, 4> outside{};
+    for (const V3d& corner : p) {
+      const auto row = [&](unsigned k) {
+        return corner.x * clip_[0][k] + corner.y * clip_[1][k] + corner.z * clip_[2][k] + clip_[3][k];
+      };
+      const double w = row(3);
+      outside[0] += row(0) < -w ? 1 : 0;
+      outside[1] += row(0) > w ? 1 : 0;
+      outside[2] += row(1) < -w ? 1 : 0;
+      outside[3] += row(1) > w ? 1 : 0;
+      const V3d away = camera_.position - corner;
+      const double depth = away.dot(camera_.back());
+      nearest = std::min(nearest, depth);
+      slope2 = std::max(slope2, away.length2() / (depth * depth) - 1);
+    }
+    if (std::ranges::any_of(outside, [](int n) { return n == 3; })) return HUGE_VAL;
+    if (camera_.projection == Projection::parallel)
+      return pixel_ * std::abs(camera_.to_viewer.normalized().dot(camera_.back()));
+    // The footprint is the projection of the pixel's disc along the ray: never smaller than the disc.
+    if (!(nearest > 0) || !(slope2 < max_slope2_)) slope2 = max_slope2_;
+    return pixel_ * std::max(nearest, camera_.near) / std::sqrt(1 + slope2);
+  }
+
+  const Camera& camera_;
+  M44d clip_;
+  double pixel_;
+  double max_slope2_ = 0;  ///< of the largest angle between a ray of the frame and the axis
+};
 
 /// A mapping of a surface in texels of pictures of one size.
 struct Mapped {
@@ -32,24 +108,13 @@ std::vector<Mapped> mapped_pictures(const PbrMaterial& pbr, const std::vector<Ma
   return result;
 }
 
-V2d uv_of(const MergedSurfaces& mesh, std::uint32_t vertex, int mapping) {
-  if (mapping > 0) return V2d(mesh.more_uvs[mapping - 1][vertex]);
-  const auto& [normal_u, tangent_v] = mesh.attributes[vertex];
-  return {normal_u[3], tangent_v[3]};
-}
-
-std::uint64_t pixels_of(const V2i& size, int halvings) {
-  return std::uint64_t{1} * static_cast<std::uint64_t>(halved_size(size.x, halvings)) *
-         static_cast<std::uint64_t>(halved_size(size.y, halvings));
-}
-
 }  // namespace
 
 std::vector<int> halvings_shown(const MergedSurfaces& mesh, const Materials& materials, const V3d& origin,
                                 const Camera& camera, int height) {
   std::vector<int> halvings(materials.pictures.size(), not_shown);
   if (halvings.empty() || !materials.needs_pbr()) return halvings;
-  const StepBound step = step_bound(camera, height);
+  const StepBound step(camera, height);
   for (const TriangleSpan& span : spans_of(mesh)) {
     std::vector<Mapped> all = mapped_pictures(materials.pbr[span.surface], materials.pictures);
     if (all.empty()) continue;
@@ -61,7 +126,7 @@ std::vector<int> halvings_shown(const MergedSurfaces& mesh, const Materials& mat
         if (mapped.step < 2) continue;  // whole already
         std::array<V2d, 3> at;
         for (std::size_t k = 0; k < 3; ++k)
-          at[k] = uv_of(mesh, corners[k], mapped.mapping) * V2d(mapped.size);
+          at[k] = V2d(mesh.uv(corners[k], mapped.mapping)) * V2d(mapped.size);
         mapped.step = std::min(mapped.step, step(points, at));
       }
     }
@@ -86,10 +151,10 @@ bool PictureTextures::fits(const std::vector<int>& halvings,
   std::uint64_t encoded = 0;
   for (std::size_t i = 0; i < halvings.size(); ++i) {
     if (halvings[i] == not_shown) continue;
-    const std::uint64_t pixels = pixels_of(pictures[i].size, halvings[i]);
+    const std::uint64_t pixels = pictures[i].pixels(halvings[i]);
     sum += pixels;
     largest = std::max(largest, pixels);
-    encoded = std::max(encoded, pixels_of(pictures[i].size, 0));
+    encoded = std::max(encoded, pictures[i].pixels(0));
   }
   MemoryAccount account(memory_);
   return take_textures(account, sum, largest, encoded);
@@ -118,7 +183,7 @@ Result<void> PictureTextures::make(const std::vector<int>& halvings, std::vector
     if (!changes(i)) continue;
     MaterialPicture& picture = pictures[i];
     const ImageLimits limits{std::max(picture.size.x, picture.size.y),
-                             static_cast<std::int64_t>(pixels_of(picture.size, 0))};
+                             static_cast<std::int64_t>(picture.pixels(0))};
     const Result<Image> image =
         decode_image(*picture.bytes, picture.name, picture.transfer, limits, wanted[i]);
     made_[i] = wanted[i];

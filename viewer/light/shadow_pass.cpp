@@ -5,6 +5,7 @@
 #include <set>
 #include <tuple>
 
+#include "format/base/guard.h"
 #include "format/gltf/memory.h"
 #include "format/picture/image.h"
 #include "viewer/gl/glsl.h"
@@ -39,10 +40,6 @@ MaskKind kind_of(const MaterialTexture& mask) { return {mask.image, mask.wrap_u,
 Result<std::unique_ptr<ShadowPass>> ShadowPass::create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                        const Materials& materials) {
   std::unique_ptr<ShadowPass> pass(new ShadowPass(gl));
-  const Result<GLuint> program = pass->objects_.program(shader_text("", {glsl::shadow_vertex}),
-                                                        shader_text("", {glsl::shadow_fragment}));
-  if (!program) return tl::unexpected(program.error());
-  pass->program_ = *program;
   std::vector<std::uint32_t> indices;
   for (const MergedTriangle& triangle : mesh.triangles) {
     const SurfaceMaterial& material = materials.surfaces[triangle.surface];
@@ -52,14 +49,22 @@ Result<std::unique_ptr<ShadowPass>> ShadowPass::create(const GlFunctions& gl, co
   }
   pass->triangles_ = indices.size() / 3;
   pass->array_ = pass->objects_.vertex_array();
-  if (const auto good = pass->add_masks(mesh, materials, indices); !good) return tl::unexpected(good.error());
-  add_attribute(gl, pass->array_, {0, pass->objects_.buffer(mesh.positions), 3, 0, sizeof(V3f)});
-  gl.VertexArrayElementBuffer(pass->array_, pass->objects_.buffer(indices));
-  pass->framebuffer_ = pass->objects_.framebuffer();
-  gl.NamedFramebufferDrawBuffers(pass->framebuffer_, 0, nullptr);
-  gl.NamedFramebufferReadBuffer(pass->framebuffer_, GL_NONE);
-  if (const auto good = check_errors(gl, "shadow maps"); !good) return tl::unexpected(good.error());
-  return pass;
+  return result_of([&] {
+    pass->program_ = pass->shadow_program("");
+    pass->add_masks(mesh, materials, indices);
+    add_attribute(gl, pass->array_, {0, pass->objects_.buffer(mesh.positions), 3, 0, sizeof(V3f)});
+    gl.VertexArrayElementBuffer(pass->array_, pass->objects_.buffer(indices));
+    pass->framebuffer_ = pass->objects_.framebuffer();
+    gl.NamedFramebufferDrawBuffers(pass->framebuffer_, 0, nullptr);
+    gl.NamedFramebufferReadBuffer(pass->framebuffer_, GL_NONE);
+    value_or_throw(check_errors(gl, "shadow maps"));
+    return std::move(pass);
+  });
+}
+
+GLuint ShadowPass::shadow_program(const char* define) {
+  return value_or_throw(objects_.program(shader_text(define, {glsl::shadow_vertex}),
+                                         shader_text(define, {glsl::shadow_fragment})));
 }
 
 std::uint64_t ShadowPass::mask_bytes(const Materials& materials) {
@@ -69,16 +74,14 @@ std::uint64_t ShadowPass::mask_bytes(const Materials& materials) {
     if (!has_mask(materials, i) || !known.insert(kind_of(materials.pbr[i].metallic_roughness)).second)
       continue;
     const MaterialPicture& picture = materials.pictures[materials.pbr[i].metallic_roughness.image];
-    const int halvings = halvings_of(picture);
-    pixels += std::uint64_t{1} * static_cast<std::uint64_t>(halved_size(picture.size.x, halvings)) *
-              static_cast<std::uint64_t>(halved_size(picture.size.y, halvings));
+    pixels += picture.pixels(halvings_of(picture));
   }
   return pixels * bytes_per::pixel;
 }
 
 /// The triangles of surfaces with a mask, and what their drawing needs.
-Result<void> ShadowPass::add_masks(const MergedSurfaces& mesh, const Materials& materials,
-                                   std::vector<std::uint32_t>& indices) {
+void ShadowPass::add_masks(const MergedSurfaces& mesh, const Materials& materials,
+                           std::vector<std::uint32_t>& indices) {
   std::vector<V2f> uvs;
   std::map<MaskKind, GLuint> textures;
   for (const TriangleSpan& span : spans_of(mesh)) {
@@ -99,23 +102,16 @@ Result<void> ShadowPass::add_masks(const MergedSurfaces& mesh, const Materials& 
     const std::size_t first = indices.size() / 3;
     for (std::size_t t = span.first; t < span.end; ++t) {
       for (const std::uint32_t corner : mesh.triangles[t].corners) {
-        const auto& [normal_u, tangent_v] = mesh.attributes[corner];
-        uvs[corner] =
-            mask.mapping > 0 ? mesh.more_uvs[mask.mapping - 1][corner] : V2f(normal_u[3], tangent_v[3]);
+        uvs[corner] = mesh.uv(corner, mask.mapping);
         indices.push_back(corner);
       }
     }
     masked_.push_back(
         {first, indices.size() / 3, texture->second, materials.surfaces[span.surface].opaque_from});
   }
-  if (masked_.empty()) return {};
-  constexpr const char* define = "#define MASKED\n";
-  const Result<GLuint> program = objects_.program(shader_text(define, {glsl::shadow_vertex}),
-                                                  shader_text(define, {glsl::shadow_fragment}));
-  if (!program) return tl::unexpected(program.error());
-  masked_program_ = *program;
+  if (masked_.empty()) return;
+  masked_program_ = shadow_program("#define MASKED\n");
   add_attribute(gl_, array_, {1, objects_.buffer(uvs), 2, 0, sizeof(V2f)});
-  return {};
 }
 
 void ShadowPass::project(GLuint program, const ShadowView& view) const {

@@ -44,8 +44,9 @@ class ShadowPass {
   };
 
   explicit ShadowPass(const GlFunctions& gl) : gl_(gl), objects_(gl), maps_objects_(gl) {}
-  Result<void> add_masks(const MergedSurfaces& mesh, const Materials& materials,
-                         std::vector<std::uint32_t>& indices);
+  // These throw Failure.
+  GLuint shadow_program(const char* define);
+  void add_masks(const MergedSurfaces& mesh, const Materials& materials, std::vector<std::uint32_t>& indices);
   void project(GLuint program, const ShadowView& view) const;
 
   const GlFunctions& gl_;

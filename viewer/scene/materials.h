@@ -18,7 +18,11 @@ struct MaterialPicture {
   std::string name;
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;  ///< encoded
   Transfer transfer = Transfer::keep;
-  V2i size{1, 1};             ///< by its header
+  V2i size{1, 1};  ///< by its header
+  /// When halved so many times.
+  std::uint64_t pixels(int halvings) const {
+    return std::uint64_t{1} * level_size(size.x, halvings) * level_size(size.y, halvings);
+  }
   std::uint32_t texture = 0;  ///< OpenGL's, linear; 0: absent, as if no material had the picture
 };
 

@@ -25,7 +25,10 @@ struct MergedSurfaces {
   std::vector<std::array<Group, 2>> attributes;
   V3f normal(std::uint32_t vertex) const { return xyz(attributes[vertex][0]); }
   V3f tangent(std::uint32_t vertex) const { return xyz(attributes[vertex][1]); }
-  V2f uv(std::uint32_t vertex) const { return {attributes[vertex][0][3], attributes[vertex][1][3]}; }
+  V2f uv(std::uint32_t vertex, int mapping = 0) const {
+    if (mapping > 0) return more_uvs[mapping - 1][vertex];
+    return {attributes[vertex][0][3], attributes[vertex][1][3]};
+  }
   std::vector<MergedTriangle> triangles;  ///< in the order of the surfaces
   /// Surface::more_uvs, [mapping - 1][vertex], and Surface::colors, [vertex]; (0, 0) and white for a surface
   /// without them, empty if all surfaces lack them.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "format/base/guard.h"
 #include "format/scene/tangents.h"
 
 namespace selvedge {
@@ -35,12 +36,12 @@ const std::vector<V2d>* coordinates_of(const ScenePrimitive& primitive, int set)
   return coordinates.empty() ? nullptr : &coordinates;
 }
 
-/// GARMENT_NO_UVS for a primitive without the texture coordinates of its fabric.
-Result<void> check(const Scene& scene, const ScenePrimitive& primitive, const SceneMaterial& material) {
-  if (!material.fabric || coordinates_of(primitive, material.fabric->tex_coord) != nullptr) return {};
-  return fail(Code::garment_no_uvs, scene.file, primitive.name,
-              fmt::format("material \"{}\" has a fabric but there is no TEXCOORD_{}", material.name,
-                          material.fabric->tex_coord));
+/// Throws GARMENT_NO_UVS for a primitive without the texture coordinates of its fabric.
+void check(const Scene& scene, const ScenePrimitive& primitive, const SceneMaterial& material) {
+  if (!material.fabric || coordinates_of(primitive, material.fabric->tex_coord) != nullptr) return;
+  throw Failure{{Code::garment_no_uvs, scene.file, primitive.name,
+                 fmt::format("material \"{}\" has a fabric but there is no TEXCOORD_{}", material.name,
+                             material.fabric->tex_coord)}};
 }
 
 /// The charts of a primitive: for every vertex, a representative vertex of its chart.
@@ -65,9 +66,10 @@ std::vector<std::uint32_t> charts_of(const std::vector<std::uint32_t>& indices, 
 /// The period of a wrapped picture, by which a chart may be moved; 0: not at all.
 double period_of(Wrap wrap) { return wrap == Wrap::repeat ? 1 : wrap == Wrap::mirror ? 2 : 0; }
 
-/// The coordinates of a mapping, each chart brought near zero; empty if the primitive has none.
-Result<std::vector<V2d>> map(const Scene& scene, const ScenePrimitive& primitive, const Mapping& mapping,
-                             const std::vector<std::uint32_t>& charts) {
+/// The coordinates of a mapping, each chart brought near zero; empty if the primitive has none. Throws
+/// MESH_NOT_FINITE.
+std::vector<V2d> map(const Scene& scene, const ScenePrimitive& primitive, const Mapping& mapping,
+                     const std::vector<std::uint32_t>& charts) {
   std::vector<V2d> uvs;
   const std::vector<V2d>* coordinates = coordinates_of(primitive, mapping.tex_coord);
   if (coordinates == nullptr) return uvs;
@@ -75,7 +77,8 @@ Result<std::vector<V2d>> map(const Scene& scene, const ScenePrimitive& primitive
   for (const V2d& uv : *coordinates) {
     uvs.push_back(mapping.transform.apply(uv));
     if (!std::isfinite(uvs.back().x) || !std::isfinite(uvs.back().y))
-      return fail(Code::mesh_not_finite, scene.file, primitive.name, "a texture coordinate is not finite");
+      throw Failure{
+          {Code::mesh_not_finite, scene.file, primitive.name, "a texture coordinate is not finite"}};
   }
   const V2d period(period_of(mapping.wrap_u), period_of(mapping.wrap_v));
   std::vector<V2d> low(uvs.size(), V2d(HUGE_VAL, HUGE_VAL));
@@ -99,14 +102,15 @@ struct Placed {
   std::vector<std::uint32_t> indices;
 };
 
-Result<Placed> place(const Scene& scene, const SceneInstance& instance, const V3d& origin) {
+/// Throws MESH_NOT_FINITE.
+Placed place(const Scene& scene, const SceneInstance& instance, const V3d& origin) {
   const ScenePrimitive& primitive = scene.primitives[instance.primitive];
   Placed placed;
   placed.position.reserve(primitive.positions.size());
   for (const V3f& p : primitive.positions) {
     placed.position.push_back(transform_point(p, instance.world) - origin);
     if (!finite(placed.position.back()))
-      return fail(Code::mesh_not_finite, scene.file, primitive.name, "a position is not finite");
+      throw Failure{{Code::mesh_not_finite, scene.file, primitive.name, "a position is not finite"}};
   }
   // Rows of the cofactor matrix: the inverse transpose up to a factor, but defined for flat scales, too.
   const M44d& m = instance.world;
@@ -279,25 +283,22 @@ Mappings mappings_of(const SceneMaterial& material) {
 }
 
 Result<std::vector<Surface>> build_surfaces(const Scene& scene, const V3d& origin) {
-  std::vector<Surface> surfaces;
-  for (const SceneInstance& instance : scene.instances) {
-    const ScenePrimitive& primitive = scene.primitives[instance.primitive];
-    if (primitive.indices.empty()) continue;
-    const SceneMaterial material = material_or_default(scene, primitive.material);
-    if (const auto good = check(scene, primitive, material); !good) return tl::unexpected(good.error());
-    const Result<Placed> placed = place(scene, instance, origin);
-    if (!placed) return tl::unexpected(placed.error());
-    const std::vector<std::uint32_t> charts = charts_of(primitive.indices, primitive.positions.size());
-    const Mappings mappings = mappings_of(material);
-    std::vector<std::vector<V2d>> uvs;
-    for (const Mapping& mapping : mappings.list) {
-      Result<std::vector<V2d>> mapped = map(scene, primitive, mapping, charts);
-      if (!mapped) return tl::unexpected(mapped.error());
-      uvs.push_back(std::move(*mapped));
+  return result_of([&] {
+    std::vector<Surface> surfaces;
+    for (const SceneInstance& instance : scene.instances) {
+      const ScenePrimitive& primitive = scene.primitives[instance.primitive];
+      if (primitive.indices.empty()) continue;
+      const SceneMaterial material = material_or_default(scene, primitive.material);
+      check(scene, primitive, material);
+      const Placed placed = place(scene, instance, origin);
+      const std::vector<std::uint32_t> charts = charts_of(primitive.indices, primitive.positions.size());
+      const Mappings mappings = mappings_of(material);
+      std::vector<std::vector<V2d>> uvs;
+      for (const Mapping& mapping : mappings.list) uvs.push_back(map(scene, primitive, mapping, charts));
+      surfaces.push_back(finish(primitive, material, mappings, placed, uvs));
     }
-    surfaces.push_back(finish(primitive, material, mappings, *placed, uvs));
-  }
-  return surfaces;
+    return surfaces;
+  });
 }
 
 }  // namespace selvedge

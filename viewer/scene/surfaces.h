@@ -7,7 +7,6 @@
 
 #include "format/base/error.h"
 #include "format/scene/scene.h"
-#include "format/scene/scene_points.h"
 
 namespace selvedge {
 

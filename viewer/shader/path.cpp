@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "format/base/guard.h"
 #include "format/cells/cell_texels.h"
 #include "format/fabric/gpu_words.h"
 #include "format/fabric/yarn_sky.h"
@@ -86,20 +87,19 @@ Result<std::unique_ptr<ShaderPath>> ShaderPath::create(const GlFunctions& gl, co
                                                        std::span<const Fabric> fabrics,
                                                        const FrameSize& size) {
   std::unique_ptr<ShaderPath> path(new ShaderPath(gl, scene));
-  if (const auto good = path->load(fabrics); !good) return tl::unexpected(good.error());
-  if (const auto good = path->resize(size); !good) return tl::unexpected(good.error());
-  return path;
+  return result_of([&] {
+    path->load(fabrics);
+    value_or_throw(path->resize(size));
+    return std::move(path);
+  });
 }
 
-Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
+void ShaderPath::load(std::span<const Fabric> fabrics) {
   shows_yarn_ = std::ranges::any_of(
       fabrics, [](const Fabric& fabric) { return !fabric.levels.empty() && fabric.levels.front().yarns(); });
-  for (std::size_t later = 0; later < 2; ++later) {
-    const Result<GLuint> program = pbr_.triangle_program(objects_, "", later != 0);
-    if (!program) return tl::unexpected(program.error());
-    triangle_programs_[later] = *program;
-  }
-  if (const auto program = shading_program(false, false); !program) return tl::unexpected(program.error());
+  for (std::size_t later = 0; later < 2; ++later)
+    triangle_programs_[later] = value_or_throw(pbr_.triangle_program(objects_, "", later != 0));
+  shading_program(false, false);
 
   const MergedSurfaces& mesh = scene_.mesh;
   std::vector<std::uint32_t> words = gpu_words(fabrics);
@@ -132,10 +132,12 @@ Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
   const std::size_t largest =
       std::max({words.size() * sizeof(words[0]), vertices.size() * sizeof(V4f), triangles.size() * 16});
   if (largest > static_cast<std::size_t>(max_bytes)) {
-    return fail(Code::option_out_of_range, {}, "--path",
-                fmt::format("shader: {} bytes in one buffer; this OpenGL allows {}. The hybrid path has no "
-                            "such limit",
-                            largest, max_bytes));
+    throw Failure{{Code::option_out_of_range,
+                   {},
+                   "--path",
+                   fmt::format("shader: {} bytes in one buffer; this OpenGL allows {}. The hybrid path has "
+                               "no such limit",
+                               largest, max_bytes)}};
   }
   spans_ = spans_of(mesh);
   buffers_ = {objects_.buffer(words), objects_.buffer(vertices), objects_.buffer(triangles),
@@ -150,23 +152,22 @@ Result<void> ShaderPath::load(std::span<const Fabric> fabrics) {
   add_attribute(gl_, array_, {2, buffers_[1], 1, 7 * sizeof(float), stride});
   pbr_.attach(array_);
   gl_.VertexArrayElementBuffer(array_, objects_.buffer(corners_of(mesh)));
-  return check_errors(gl_, "upload");
+  value_or_throw(check_errors(gl_, "upload"));
 }
 
-Result<GLuint> ShaderPath::shading_program(bool shadows, bool around) {
+GLuint ShaderPath::shading_program(bool shadows, bool around) {
   GLuint& program = shading_programs_[(shadows ? 1 : 0) + (around ? 2 : 0)];
   if (program != 0) return program;
   const std::string definitions = pbr_.definitions() + (shadows ? "#define SHADOWS\n" : "") +
                                   (shows_yarn_ ? "#define YARN\n" : "") + (around ? "#define AROUND\n" : "");
-  Result<GLuint> made = objects_.program(
-      shader_text("", {glsl::frame_vertex}),
-      shader_text(definitions,
-                  {glsl::lights, shadows ? glsl::shadow_offsets : "", shadows ? glsl::shadow_lookup : "",
-                   glsl::word_layout, glsl::fabric_words, around ? glsl::around : "", glsl::evaluate,
-                   shows_yarn_ ? glsl::yarn : "", pbr_.needed() ? glsl::pbr_brdf : "", glsl::footprint,
-                   glsl::level_options, glsl::fabric_surface, glsl::shade_pixel}));
-  if (made) program = *made;
-  return made;
+  return program = value_or_throw(objects_.program(
+             shader_text("", {glsl::frame_vertex}),
+             shader_text(
+                 definitions,
+                 {glsl::lights, shadows ? glsl::shadow_offsets : "", shadows ? glsl::shadow_lookup : "",
+                  glsl::word_layout, glsl::fabric_words, around ? glsl::around : "", glsl::evaluate,
+                  shows_yarn_ ? glsl::yarn : "", pbr_.needed() ? glsl::pbr_brdf : "", glsl::footprint,
+                  glsl::level_options, glsl::fabric_surface, glsl::shade_pixel})));
 }
 
 Result<void> ShaderPath::resize(const FrameSize& size) {
@@ -328,9 +329,8 @@ void ShaderPath::set_reflections(const FrameView& view) {
   load(numbers, reflections_);
 }
 
-Result<void> ShaderPath::draw_rounds(const FrameView& view, RenderStats& stats) {
-  const Result<GLuint> program = shading_program(view.shadows != nullptr, view.options.around.has_value());
-  if (!program) return tl::unexpected(program.error());
+void ShaderPath::draw_rounds(const FrameView& view, RenderStats& stats) {
+  const GLuint program = shading_program(view.shadows != nullptr, view.options.around.has_value());
   set_lights(view);
   if (view.options.around) set_around(view);
   if (pbr_.needed()) set_reflections(view);
@@ -348,10 +348,10 @@ Result<void> ShaderPath::draw_rounds(const FrameView& view, RenderStats& stats) 
     gl_.GetQueryObjectuiv(any_, GL_QUERY_RESULT, &any);
     if (any == 0) break;
     stats.layers = round + 1;
-    shade_round(round, view, *program, clip);
+    shade_round(round, view, program, clip);
   }
   gl_.Disable(GL_BLEND);
-  return check_errors(gl_, "drawing");
+  value_or_throw(check_errors(gl_, "drawing"));
 }
 
 Result<void> ShaderPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
@@ -363,7 +363,7 @@ Result<void> ShaderPath::draw(const FrameView& view, Frame& frame, RenderStats& 
   const bool maps = view.shadows != nullptr && !view.shadows->views().empty();
   FrameView seen = view;
   if (!maps) seen.shadows = nullptr;
-  if (auto good = draw_rounds(seen, stats); !good) return good;
+  if (auto good = result_of([&] { draw_rounds(seen, stats); }); !good) return good;
   gl_.Finish();
   watch.add_to(stats.geometry);
   large_.resize(width_ * height_);

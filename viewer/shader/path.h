@@ -32,14 +32,15 @@ class ShaderPath final : public FramePath {
 
   ShaderPath(const GlFunctions& gl, const PreparedScene& scene)
       : gl_(gl), scene_(scene), pbr_(gl, scene.mesh, scene.materials), objects_(gl), targets_(gl) {}
-  Result<void> load(std::span<const Fabric> fabrics);
-  Result<GLuint> shading_program(bool shadows, bool around);
+  // These throw Failure.
+  void load(std::span<const Fabric> fabrics);
+  GLuint shading_program(bool shadows, bool around);
   template <class T>
   void load(const std::vector<T>& values, GrowingBuffer& buffer);
   void set_lights(const FrameView& view);
   void set_around(const FrameView& view);
   void set_reflections(const FrameView& view);
-  Result<void> draw_rounds(const FrameView& view, RenderStats& stats);
+  void draw_rounds(const FrameView& view, RenderStats& stats);  ///< throws Failure
   void draw_round(int round, const std::array<GLfloat, 16>& clip);
   void shade_round(int round, const FrameView& view, GLuint program, const std::array<GLfloat, 16>& clip);
 

@@ -1,5 +1,8 @@
 #include "viewer/show/background.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -8,13 +11,48 @@
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/fabric/file.h"
+#include "format/picture/display.h"
 #include "format/picture/environment.h"
 #include "format/picture/image.h"
+#include "format/scene/swatch.h"
 #include "viewer/load.h"
 #include "viewer/scene/change_fabrics.h"
 
 namespace selvedge {
 namespace {
+
+/// Draws two repeats of a fabric file from near; ends soon, with any picture, once `interrupted` is true.
+/// Errors as of reading the file. Throws Failure.
+OfferedFabric offer_of(const std::string& path, std::uint64_t max_memory,
+                       const std::atomic<bool>& interrupted) {
+  std::vector<Fabric> fabrics(1);
+  fabrics[0] = value_or_throw(read_fabric(path, {.memory = max_memory}));
+  const V2d period(fabrics[0].period_mm);
+  const SwatchShot shot = swatch_shot(SwatchView::near, period, thumbnail_side, thumbnail_side);
+  Scene scene = swatch_scene(period, shot);
+  scene.fabrics.emplace_back().name = path;
+  RenderOptions options;
+  options.width = options.height = thumbnail_side;
+  options.supersample = 2;
+  options.layers = 1;
+  options.lights = shot.lights;
+  options.interrupted = &interrupted;
+  const Frame frame = value_or_throw(render(scene, fabrics, shot.camera, options));
+  OfferedFabric offer{path, {}};
+  to_display_bytes(frame, default_display(), offer.picture);
+  return offer;
+}
+
+/// The fabric files (.exr) of a folder, sorted by name; none where it cannot be read.
+std::vector<std::string> fabrics_in(const std::string& folder) {
+  std::vector<std::string> paths;
+  std::error_code no_folder;
+  for (std::filesystem::directory_iterator at(folder, no_folder), end; at != end; at.increment(no_folder)) {
+    if (has_ending(at->path().string(), ".exr")) paths.push_back(at->path().string());
+  }
+  std::ranges::sort(paths);
+  return paths;
+}
 
 /// How long a request has to stay before its picture is drawn in full, as the mouse may still move.
 constexpr std::chrono::milliseconds still_after{100};
@@ -156,8 +194,10 @@ void BackgroundPicture::run() {
       tasks = take_tasks();
     }
     for (const Task& task : tasks) perform(task);
-    if (const auto good = guarded("", [&] { return step(); }); !good) {
-      post([&](RenderUpdate& update) { update.failure = good.error(); });
+    try {
+      step();
+    } catch (...) {
+      post([&](RenderUpdate& update) { update.failure = thrown_error(""); });
       break;
     }
   }
@@ -166,7 +206,8 @@ void BackgroundPicture::run() {
 }
 
 void BackgroundPicture::perform(const Task& task) {
-  const Result<std::string> said = guarded(task.path, [&] { return (this->*task.action)(task.path); });
+  const auto said =
+      guarded(task.path, [&]() -> Result<std::string> { return (this->*task.action)(task.path); });
   post([&](RenderUpdate& update) {
     // Of the fabrics of a folder, only the faults are worth a line.
     if (!said || task.action != &BackgroundPicture::offer)
@@ -184,9 +225,10 @@ void BackgroundPicture::accept(RenderRequest request) {
 }
 
 /// One step of the way from the request to its best picture.
-Result<void> BackgroundPicture::step() {
-  if (stage_ == Stage::first) return draw_first();
-  if (stage_ == Stage::full) {
+void BackgroundPicture::step() {
+  if (stage_ == Stage::first) {
+    draw_first();
+  } else if (stage_ == Stage::full) {
     draw_in_full();
   } else if (probes_) {
     probes_ = false;
@@ -194,15 +236,14 @@ Result<void> BackgroundPicture::step() {
   } else if (stage_ == Stage::samples) {
     add_samples();
   }
-  return {};
 }
 
 /// The first picture of the request, which is small where a large one takes long.
-Result<void> BackgroundPicture::draw_first() {
+void BackgroundPicture::draw_first() {
   const int divisor =
       change_ == Change::display ? divisor_ : size_divisor(full_seconds_, first_picture_seconds);
   if (auto good = picture_->update(request_.state, change_, request_.size, divisor, &closes_); !good) {
-    if (!good_) return good;
+    if (!good_) throw Failure{good.error()};
     // Back to the last good state, as not every path draws everything.
     request_.state = *good_;
     ++generation_;
@@ -212,8 +253,7 @@ Result<void> BackgroundPicture::draw_first() {
       update.generation = generation_;
     });
     change_ = Change::scene;
-    if (auto again = picture_->update(request_.state, change_, request_.size, divisor, &closes_); !again)
-      return again;
+    value_or_throw(picture_->update(request_.state, change_, request_.size, divisor, &closes_));
   }
   good_ = request_.state;
   divisor_ = divisor;
@@ -225,7 +265,6 @@ Result<void> BackgroundPicture::draw_first() {
   show();
   // The wheel wants to know what is under the mouse; the probe of the full picture follows.
   if (divisor > 1 && request_.probed) probe();
-  return {};
 }
 
 void BackgroundPicture::draw_in_full() {
@@ -294,13 +333,12 @@ void BackgroundPicture::probe() {
   });
 }
 
-// Actions about files.
-
-Result<std::string> BackgroundPicture::add(const std::string& path) {
+std::string BackgroundPicture::add(const std::string& path) {
   std::error_code unknown;
   if (std::filesystem::is_directory(path, unknown)) {
     const std::vector<std::string> fabrics = fabrics_in(path);
-    if (fabrics.empty()) return fail(Code::file_missing, path, {}, "there is no fabric file in this folder");
+    if (fabrics.empty())
+      throw Failure{{Code::file_missing, path, {}, "there is no fabric file in this folder"}};
     for (const std::string& fabric : fabrics) {
       if (offered_.insert(fabric).second) queue(fabric, &BackgroundPicture::offer, When::between_samples);
     }
@@ -308,7 +346,7 @@ Result<std::string> BackgroundPicture::add(const std::string& path) {
     return show_garment(path, path, false);
   } else if (const auto fabric = FabricReader::open(path)) {
     if (wears_nothing()) return put_on(path);
-    if (auto good = add_fabric(path); !good) return tl::unexpected(good.error());
+    add_fabric(path);
     change_ = Change::scene;
     stage_ = Stage::first;
   } else if (const auto read = read_environment(path, {}, limits_.document.memory)) {
@@ -317,40 +355,34 @@ Result<std::string> BackgroundPicture::add(const std::string& path) {
           std::make_shared<const Surroundings>(Surroundings{path, *read, divide(*read)}));
     });
   } else {
-    return tl::unexpected(has_ending(path, ".exr") ? fabric.error() : read.error());
+    throw Failure{has_ending(path, ".exr") ? fabric.error() : read.error()};
   }
-  return std::string();
-}
-
-Result<void> BackgroundPicture::add_fabric(const std::string& path) {
-  if (added_.contains(path)) return {};
-  if (auto good = picture_->add_fabric(path); !good) return good;
-  added_[path] = static_cast<int>(picture_->fabrics().size()) - 1;
   return {};
 }
 
-Result<std::string> BackgroundPicture::offer(const std::string& path) {
-  Result<OfferedFabric> offered = offer_of(path, limits_.document.memory, asked_);
-  if (!offered) return tl::unexpected(offered.error());
+void BackgroundPicture::add_fabric(const std::string& path) {
+  if (added_.contains(path)) return;
+  value_or_throw(picture_->add_fabric(path));
+  added_[path] = static_cast<int>(picture_->fabrics().size()) - 1;
+}
+
+std::string BackgroundPicture::offer(const std::string& path) {
+  OfferedFabric offered = offer_of(path, limits_.document.memory, asked_);
   if (asked_) {
     queue(path, &BackgroundPicture::offer, When::between_samples);  // the picture comes first
   } else {
-    post([&](RenderUpdate& update) { update.offers.push_back(std::move(*offered)); });
+    post([&](RenderUpdate& update) { update.offers.push_back(std::move(offered)); });
   }
-  return std::string();
+  return {};
 }
 
 bool BackgroundPicture::wears_nothing() const {
   return std::ranges::all_of(fabrics_of(picture_->scene()), [](int fabric) { return fabric < 0; });
 }
 
-Result<std::string> BackgroundPicture::put_on(const std::string& path) {
-  if (wears_nothing()) {
-    const Result<std::string> dressed = garment_writer_.dress(garment_, path);
-    if (!dressed) return tl::unexpected(dressed.error());
-    return show_garment(*dressed, name_, true);
-  }
-  if (auto good = add_fabric(path); !good) return tl::unexpected(good.error());
+std::string BackgroundPicture::put_on(const std::string& path) {
+  if (wears_nothing()) return show_garment(garment_writer_.dress(garment_, path), name_, true);
+  add_fabric(path);
   std::vector<int> worn = fabrics_of(picture_->scene());
   for (int& fabric : worn) fabric = fabric < 0 ? -1 : added_[path];
   request_.state.worn.fabrics = worn;
@@ -362,30 +394,25 @@ Result<std::string> BackgroundPicture::put_on(const std::string& path) {
     update.worn = request_.state.worn;
     update.generation = generation_;
   });
-  return std::string();
+  return {};
 }
 
 /// The garment before stays until a picture of the other one is there. `name`: of what the user has opened.
-Result<std::string> BackgroundPicture::show_garment(const std::string& path, const std::string& name,
-                                                    bool keeps_camera) {
-  Result<LoadedScene> scene = load_scene(path, {}, limits_);
-  if (!scene) return tl::unexpected(scene.error());
-  std::string remarks;
-  for (const std::string& remark : scene->scene.remarks) remarks += (remarks.empty() ? "" : "\n") + remark;
-  auto picture = ShowPicture::create(std::move(scene->scene), std::move(scene->fabrics));
-  if (!picture) return tl::unexpected(picture.error());
+std::string BackgroundPicture::show_garment(const std::string& path, const std::string& name,
+                                            bool keeps_camera) {
+  LoadedScene scene = value_or_throw(load_scene(path, {}, limits_));
+  const std::string remarks = fmt::format("{}", fmt::join(scene.scene.remarks, "\n"));
+  auto picture = value_or_throw(ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics)));
   const double aspect = static_cast<double>(request_.size.x) / request_.size.y;
-  const Result<ShowState> first = (*picture)->first_state({}, aspect);
-  if (!first) return tl::unexpected(first.error());
+  const ShowState first = value_or_throw(picture->first_state({}, aspect));
   ShowState state = request_.state;
-  if (!keeps_camera) state.camera = first->camera;
-  state.worn = first->worn;
+  if (!keeps_camera) state.camera = first.camera;
+  state.worn = first.worn;
   state.beside.reset();
   state.hidden.clear();
   const int divisor = size_divisor(1e9, first_picture_seconds);
-  if (auto good = (*picture)->update(state, Change::scene, request_.size, divisor, &closes_); !good)
-    return tl::unexpected(good.error());
-  picture_ = std::move(*picture);
+  value_or_throw(picture->update(state, Change::scene, request_.size, divisor, &closes_));
+  picture_ = std::move(picture);
   good_ = request_.state = std::move(state);
   divisor_ = divisor;
   change_ = Change::none;
@@ -397,7 +424,7 @@ Result<std::string> BackgroundPicture::show_garment(const std::string& path, con
   ++frames_;
   ++generation_;
   full_seconds_ = picture_->draw_seconds() * divisor * divisor;
-  show(ShownGarment{name, keeps_camera ? std::nullopt : std::optional(first->camera), first->worn});
+  show(ShownGarment{name, keeps_camera ? std::nullopt : std::optional(first.camera), first.worn});
   return remarks;
 }
 
@@ -413,7 +440,7 @@ std::string free_file(const std::string& stem, const char* ending) {
 
 }  // namespace
 
-Result<std::string> BackgroundPicture::write_picture(const std::string& stem) {
+std::string BackgroundPicture::write_picture(const std::string& stem) {
   const Frame& frame = picture_->frame();
   Image image{frame.width, frame.height, 3, {}};
   image.pixels.reserve(frame.pixels.size() * 3);
@@ -421,15 +448,14 @@ Result<std::string> BackgroundPicture::write_picture(const std::string& stem) {
     if (i % 4 != 3) image.pixels.push_back(static_cast<float>(picture_->bytes()[i]) / 255);
   }
   const std::string path = free_file(stem, ".png");
-  if (const auto good = write_png(path, image, Transfer::keep); !good) return tl::unexpected(good.error());
+  value_or_throw(write_png(path, image, Transfer::keep));
   return "saved " + path;
 }
 
-Result<std::string> BackgroundPicture::write_garment(const std::string& stem) {
+std::string BackgroundPicture::write_garment(const std::string& stem) {
   const std::string path = free_file(stem, ".glb");
-  Result<std::string> remarks = garment_writer_.save(garment_, picture_->dressed(), path);
-  if (!remarks) return remarks;
-  return "saved " + path + (remarks->empty() ? "" : "\n" + *remarks);
+  const std::string remarks = garment_writer_.save(garment_, picture_->dressed(), path);
+  return "saved " + path + (remarks.empty() ? "" : "\n" + remarks);
 }
 
 }  // namespace selvedge

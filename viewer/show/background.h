@@ -13,9 +13,16 @@
 
 #include "format/gltf/limits.h"
 #include "viewer/show/picture.h"
-#include "viewer/show/thumbnail.h"
 
 namespace selvedge {
+
+/// A fabric that is not read until it is worn.
+struct OfferedFabric {
+  std::string path;
+  std::vector<std::uint8_t> picture;  ///< thumbnail_side x thumbnail_side, in display.h's form
+};
+
+inline constexpr int thumbnail_side = 96;
 
 /// The picture that a window asks for.
 struct RenderRequest {
@@ -73,13 +80,12 @@ struct RenderUpdate {
   bool finished = false;
 };
 
-/// Functions that write files of garments; called from the thread of the picture.
+/// Functions that write files of garments; called from the thread of the picture. They throw Failure.
 struct GarmentWriter {
   /// Dresses a garment in a fabric, and returns the file of the result, which nothing else uses.
-  std::function<Result<std::string>(const std::string& garment, const std::string& fabric)> dress;
+  std::function<std::string(const std::string& garment, const std::string& fabric)> dress;
   /// Writes a garment as it is worn. Returns remarks.
-  std::function<Result<std::string>(const std::string& garment, const Scene& worn, const std::string& output)>
-      save;
+  std::function<std::string(const std::string& garment, const Scene& worn, const std::string& output)> save;
 };
 
 /// Seconds above which a picture is drawn smaller first.
@@ -115,7 +121,7 @@ class BackgroundPicture {
 
  private:
   enum class When { at_once, between_samples, at_rest };
-  using Action = Result<std::string> (BackgroundPicture::*)(const std::string& path);
+  using Action = std::string (BackgroundPicture::*)(const std::string& path);
   struct Task {
     When when;
     std::string path;
@@ -131,20 +137,20 @@ class BackgroundPicture {
 
   void run();
   void accept(RenderRequest request);
-  Result<void> step();
-  Result<void> draw_first();
+  void step();
+  void draw_first();
   void draw_in_full();
   void add_samples();
   void probe();
-  // Actions: each returns a message about the file.
-  Result<std::string> add(const std::string& path);
-  Result<void> add_fabric(const std::string& path);
-  Result<std::string> offer(const std::string& path);
-  Result<std::string> put_on(const std::string& path);
-  Result<std::string> write_picture(const std::string& stem);
-  Result<std::string> write_garment(const std::string& stem);
+  // Actions: each returns a message about the file, or throws a Failure.
+  std::string add(const std::string& path);
+  void add_fabric(const std::string& path);
+  std::string offer(const std::string& path);
+  std::string put_on(const std::string& path);
+  std::string write_picture(const std::string& stem);
+  std::string write_garment(const std::string& stem);
   bool wears_nothing() const;
-  Result<std::string> show_garment(const std::string& path, const std::string& name, bool keeps_camera);
+  std::string show_garment(const std::string& path, const std::string& name, bool keeps_camera);
   void show(const std::optional<ShownGarment>& garment = {});
   void post_message(const std::string& message);
   void post(const std::function<void(RenderUpdate&)>& change);

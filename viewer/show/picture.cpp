@@ -1,23 +1,14 @@
 #include "viewer/show/picture.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "format/base/guard.h"
 #include "viewer/orbit.h"
 #include "viewer/scene/change_fabrics.h"
 #include "viewer/scene/surfaces.h"
 
 namespace selvedge {
-namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-}  // namespace
 
 Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vector<Fabric> fabrics) {
   const Result<std::vector<V3d>> points = world_points(scene);
@@ -33,12 +24,12 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vecto
 
 Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double aspect) const {
   ShowState state;
-  Result<CameraOptions> orbit = start_orbit(corners_, aspect, options);
-  if (!orbit) return tl::unexpected(orbit.error());
-  state.camera = *orbit;
   state.worn.fabrics = fabrics_of(scene_);
   state.worn.fits.resize(scene_.materials.size());
-  return state;
+  return start_orbit(corners_, aspect, options).map([&](const CameraOptions& orbit) {
+    state.camera = orbit;
+    return state;
+  });
 }
 
 Result<void> ShowPicture::add_fabric(const std::string& path) {
@@ -57,7 +48,7 @@ void ShowPicture::drop_renderers() {
   for (ShownSide& side : sides_) side.renderer.reset();
 }
 
-Result<void> ShowPicture::load(const ShowState& state) {
+void ShowPicture::load(const ShowState& state) {
   drop_renderers();
   two_ = state.beside.has_value();
   options_.path = static_cast<RenderPath>(state.path);
@@ -65,18 +56,15 @@ Result<void> ShowPicture::load(const ShowState& state) {
   options_.levels = state.levels;
   set_light(state);
   options_.lights.clear();
-  if (auto good = load(state.worn, sides_[0]); !good || !two_) return good;
-  return load(*state.beside, sides_[1]);
+  load(state.worn, sides_[0]);
+  if (two_) load(*state.beside, sides_[1]);
 }
 
-Result<void> ShowPicture::load(const FabricChoice& choice, ShownSide& side) {
+void ShowPicture::load(const FabricChoice& choice, ShownSide& side) {
   side.dressed = change_fabrics(scene_, fabrics_, choice.fabrics);
   fit_fabrics(choice.fits, fabrics_, side.dressed);
   side.dressed.memory_left = scene_.memory_left / sides().size();
-  Result<std::unique_ptr<Renderer>> renderer = Renderer::create(side.dressed, fabrics_, options_);
-  if (!renderer) return tl::unexpected(renderer.error());
-  side.renderer = std::move(*renderer);
-  return {};
+  side.renderer = value_or_throw(Renderer::create(side.dressed, fabrics_, options_));
 }
 
 /// All light but the lamps.
@@ -97,23 +85,20 @@ void ShowPicture::set_light(const ShowState& state) {
   if (state.backdrop) options_.backdrop = state.backdrop_blur;
 }
 
-Result<void> ShowPicture::draw(const ShowState& state) {
-  const Clock::time_point start = Clock::now();
+void ShowPicture::draw(const ShowState& state) {
+  const Stopwatch watch;
   const double aspect = static_cast<double>(options_.width) / options_.height;
-  const Result<Camera> camera = make_camera(corners_, aspect, state.camera);
-  if (!camera) return tl::unexpected(camera.error());
-  camera_ = *camera;
+  camera_ = value_or_throw(make_camera(corners_, aspect, state.camera));
   options_.levels = state.levels;
   options_.cells = moving_cell_images;
   set_light(state);
   options_.lights = lights_in_world(state, camera_);
   for (ShownSide& side : sides()) {
     RenderStats& stats = &side == &sides_[0] ? stats_ : other_stats_;
-    if (auto good = side.renderer->draw(camera_, options_, side.frame, stats); !good) return good;
+    value_or_throw(side.renderer->draw(camera_, options_, side.frame, stats));
   }
-  draw_seconds_ = seconds_since(start);
+  draw_seconds_ = watch.seconds();
   refined_ = 0;
-  return {};
 }
 
 /// Turns what was drawn into bytes.
@@ -129,9 +114,9 @@ void ShowPicture::display(const ShowState& state) {
     for (std::size_t begin = 0; begin < divided_.pixels.size(); begin += width)
       std::copy_n(beside.frame.pixels.data() + begin, left, divided_.pixels.data() + begin);
   }
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   to_display_bytes(frame(), state.display, bytes_);
-  display_seconds_ = seconds_since(start);
+  display_seconds_ = watch.seconds();
 }
 
 Result<void> ShowPicture::update(const ShowState& state, Change change, const V2i& size, int divisor,
@@ -141,20 +126,18 @@ Result<void> ShowPicture::update(const ShowState& state, Change change, const V2
   options_.width = std::max(1, size.x / divisor);
   options_.height = std::max(1, size.y / divisor);
   options_.layers = state.layers;
-  if (change == Change::scene || !sides_[0].renderer) {
-    if (auto good = load(state); !good) return good;
-    change = Change::scene;
-  } else {
-    for (ShownSide& side : sides()) {
-      if (auto good = side.renderer->resize(options_); !good) return good;
+  return result_of([&] {
+    if (change == Change::scene || !sides_[0].renderer) {
+      load(state);
+      change = Change::scene;
+    } else {
+      for (ShownSide& side : sides()) value_or_throw(side.renderer->resize(options_));
     }
-  }
-  const Frame& last = sides_[0].frame;
-  if (change >= Change::frame || last.width != options_.width || last.height != options_.height) {
-    if (auto good = draw(state); !good) return good;
-  }
-  if (!options_.ends()) display(state);
-  return {};
+    const Frame& last = sides_[0].frame;
+    if (change >= Change::frame || last.width != options_.width || last.height != options_.height)
+      draw(state);
+    if (!options_.ends()) display(state);
+  });
 }
 
 Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>* interrupted) {

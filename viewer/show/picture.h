@@ -69,9 +69,10 @@ class ShowPicture {
   ShowPicture() = default;
   std::span<ShownSide> sides() { return {sides_.data(), two_ ? sides_.size() : 1}; }
   void drop_renderers();
-  Result<void> load(const ShowState& state);
-  Result<void> load(const FabricChoice& choice, ShownSide& side);
-  Result<void> draw(const ShowState& state);
+  // These throw Failure.
+  void load(const ShowState& state);
+  void load(const FabricChoice& choice, ShownSide& side);
+  void draw(const ShowState& state);
   void display(const ShowState& state);
   void set_light(const ShowState& state);
 

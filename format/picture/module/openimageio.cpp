@@ -78,8 +78,8 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
       fmt::format("{} x {} pixels of {} channels", spec.width, spec.height, spec.nchannels);
   if (spec.width > limits.side || spec.height > limits.side || pixels * spec.nchannels > limits.pixels * 4)
     return fail(Code::file_too_large, name, "", size);
-  const std::int64_t width = halved_size(spec.width, halvings);
-  const std::int64_t height = halved_size(spec.height, halvings);
+  const std::int64_t width = level_size(spec.width, halvings);
+  const std::int64_t height = level_size(spec.height, halvings);
   // Tiles come in rows of their own height, and may be larger than the picture.
   constexpr int rows_at_once = 64;
   const bool tiled = spec.tile_width > 0;

@@ -124,8 +124,8 @@ TEST_CASE("image: halved pictures have the means of the linear pixels under thei
   const auto whole = test::need(decode_image(bytes, "ramp"));
   for (const int halvings : {0, 1, 2, 3, 9}) {
     const auto halved = test::need(decode_image(bytes, "ramp", Transfer::srgb, {}, halvings));
-    REQUIRE(halved.width == halved_size(13, halvings));
-    REQUIRE(halved.height == halved_size(70, halvings));
+    REQUIRE(halved.width == level_size(13, halvings));
+    REQUIRE(halved.height == level_size(70, halvings));
     std::vector<double> sums(halved.pixels.size());
     std::vector<int> counts(halved.pixels.size());
     for (int y = 0; y < whole.height; ++y) {

@@ -44,16 +44,15 @@ ShowState state_of(const ShowPicture& picture) {
 /// Instead of the converter: whatever is dressed becomes a triangle without a fabric, and what is saved is
 /// names.
 GarmentWriter garment_writer() {
-  return {
-      [](const std::string& garment, const std::string& fabric) -> Result<std::string> {
-        test::write_bytes(fabric + ".gltf", triangle);
-        return fabric + (garment.empty() ? "" : ".gltf");
-      },
-      [](const std::string& garment, const Scene& worn, const std::string& output) -> Result<std::string> {
-        const int fabric = worn.materials.front().fabric->fabric;
-        test::write_bytes(output, garment + " in " + worn.fabrics[fabric].path);
-        return std::string();
-      }};
+  return {[](const std::string& garment, const std::string& fabric) {
+            test::write_bytes(fabric + ".gltf", triangle);
+            return fabric + (garment.empty() ? "" : ".gltf");
+          },
+          [](const std::string& garment, const Scene& worn, const std::string& output) {
+            const int fabric = worn.materials.front().fabric->fabric;
+            test::write_bytes(output, garment + " in " + worn.fabrics[fabric].path);
+            return std::string();
+          }};
 }
 
 /// The window's side: keeps the last of everything that is told.
