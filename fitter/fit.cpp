@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -18,12 +17,6 @@
 
 namespace selvedge {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Rounded as in the file, so that lobes are fitted in the frame in which they are evaluated.
 V3f in_half_precision(const V3f& v) { return {Imath::half(v.x), Imath::half(v.y), Imath::half(v.z)}; }
@@ -184,7 +177,6 @@ Issues sparse_samples(const SamplesHeader& header, const std::vector<LevelReport
 
 Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
                       const Progress& progress, const PairSamples& measured, const TexelFit& texel_fit) {
-  const auto start = Clock::now();
   const TexelDirections directions{directions_of(header.views), directions_of(header.lights), header.views};
   const std::size_t views = directions.views.size();
   const std::size_t texels = header.texels();
@@ -206,7 +198,7 @@ Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, c
   double fitted_texels = 0;
   SampleLevel pooled;
   for (int k = 0; k < levels; ++k) {
-    const auto level_start = Clock::now();
+    const Stopwatch watch;
     if (k > 0) pooled = pool(k > 1 ? pooled : samples);
     const SampleLevel& from = k > 0 ? pooled : samples;
     FabricLevel level = blank_level(from, header, options);
@@ -220,14 +212,13 @@ Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, c
       if (progress) progress(fitted_texels / all_texels);
     });
     result.levels.push_back(report_of(totals, level, options, views));
-    result.levels.back().seconds = seconds_since(level_start);
+    result.levels.back().seconds = watch.seconds();
     fabric.levels.push_back(std::move(level));
   }
   refit_to_pairs(fabric, measured, header.lights.count(), options);
   set_radiance_scale(fabric);
   fabric.provenance = provenance_of(header, options);
   result.warnings = sparse_samples(header, result.levels);
-  result.seconds = seconds_since(start);
   return result;
 }
 

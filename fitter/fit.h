@@ -44,7 +44,6 @@ struct FitResult {
   Fabric fabric;
   std::vector<LevelReport> levels;
   Issues warnings;  ///< SAMPLES_SPARSE
-  double seconds = 0;
 };
 
 /// Fits one texel; called from several threads.

@@ -6,17 +6,44 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "fitter/products/coded_size.h"
 #include "fitter/products/quantise.h"
 #include "fitter/solve/radiance_scale.h"
 #include "format/base/atomic_file.h"
+#include "format/base/guard.h"
+#include "format/base/parallel.h"
+#include "format/fabric/evaluate.h"
 #include "format/fabric/layers.h"
 #include "format/samples/pool.h"
 
 namespace selvedge {
+
+/// The list of shared functions that a fabric stores, without duplicates.
+class BasisList {
+ public:
+  /// Indices in the list of the functions of a pair of `basis`, which are added if they are new; the constant
+  /// function of the view has index 0.
+  V2i add(const BasisFit& basis, const V2i& pair);
+  /// Estimated size in the file.
+  double bytes() const;
+  ProductBases bases() const;
+
+ private:
+  std::vector<std::vector<float>> view_;
+  std::vector<std::vector<float>> light_;
+};
+
 namespace {
+
+int index_in(std::vector<std::vector<float>>& list, const std::vector<float>& function) {
+  const auto found = std::ranges::find(list, function);
+  const auto index = static_cast<int>(found - list.begin());
+  if (found == list.end()) list.push_back(function);
+  return index;
+}
 
 constexpr int max_lights = 512;
 constexpr std::size_t level_view_functions = 12;
@@ -108,14 +135,13 @@ float interpolated(std::span<const float> opacity, std::size_t texel, std::size_
   return alpha;
 }
 
-/// Size of the file of a fabric, without its yarn.
-Result<double> file_size(const Fabric& fabric, const FabricWriteOptions& options) {
+/// Size of the file of a fabric, without its yarn. Throws Failure.
+double file_size(const Fabric& fabric, const FabricWriteOptions& options) {
   std::error_code error;
   const auto path = std::filesystem::temp_directory_path(error) / "selvedge-size.fabric.exr";
-  const auto file = AtomicFile::create(path.string());
-  if (!file) return tl::unexpected(file.error());
-  if (auto ok = write_fabric(file->temporary(), fabric, options); !ok) return tl::unexpected(ok.error());
-  return static_cast<double>(std::filesystem::file_size(file->temporary(), error));
+  const AtomicFile file = value_or_throw(AtomicFile::create(path.string()));
+  value_or_throw(write_fabric(file.temporary(), fabric, options));
+  return static_cast<double>(std::filesystem::file_size(file.temporary(), error));
 }
 
 /// Without the noise.
@@ -128,6 +154,83 @@ void append(PairSamples& to, const PairSamples& from) {
 }
 
 }  // namespace
+
+V2i BasisList::add(const BasisFit& basis, const V2i& pair) {
+  const std::vector<float>& phi = basis.view[pair.x];
+  const bool constant = std::ranges::all_of(phi, [](float value) { return value == 1; });
+  const int a = constant ? 0 : index_in(view_, phi) + 1;
+  return {a, index_in(light_, basis.light[pair.y])};
+}
+
+double BasisList::bytes() const {
+  std::vector<float> values;
+  for (const auto* list : {&view_, &light_}) {
+    for (const auto& function : *list) values.insert(values.end(), function.begin(), function.end());
+  }
+  return coded_bytes(values, 1, 32);
+}
+
+ProductBases BasisList::bases() const {
+  ProductBases result;
+  for (const auto& function : view_) result.view.insert(result.view.end(), function.begin(), function.end());
+  for (const auto& function : light_) {
+    for (std::size_t i = 0; i + 2 < function.size(); i += 3) {
+      result.light.emplace_back(function[i], function[i + 1], function[i + 2]);
+    }
+  }
+  return result;
+}
+
+std::vector<LevelTruth> level_truths(const PairSamples& truth) {
+  std::vector<LevelTruth> levels(1);
+  levels[0].width = truth.width;
+  levels[0].height = truth.height;
+  const std::size_t texels = truth.width * truth.height;
+  for (std::size_t p = 0; p < truth.pairs.size(); ++p) {
+    std::vector<V3d> image;
+    for (std::size_t i = p * texels; i < (p + 1) * texels; ++i) {
+      image.push_back(V3d(truth.radiance[i]) * static_cast<double>(truth.alpha[i]));
+    }
+    levels[0].pairs.push_back(std::move(image));
+  }
+  while (levels.back().width > 1 || levels.back().height > 1) {
+    LevelTruth coarse;
+    coarse.width = level_size(levels.back().width, 1);
+    coarse.height = level_size(levels.back().height, 1);
+    for (const auto& image : levels.back().pairs) {
+      coarse.pairs.push_back(pool_image(image, levels.back().width, levels.back().height));
+    }
+    levels.push_back(std::move(coarse));
+  }
+  return levels;
+}
+
+double mean_squared_error(const LevelTruth& truth,
+                          const std::function<std::vector<V3f>(std::size_t pair)>& image) {
+  const std::size_t pairs = truth.pairs.size();
+  std::vector<double> sums(pairs, 0);
+  parallel_for(0, static_cast<int>(pairs), [&](std::size_t pair) {
+    const std::vector<V3f> shown = image(pair);
+    for (std::size_t t = 0; t < shown.size(); ++t)
+      sums[pair] += (V3d(shown[t]) - truth.pairs[pair][t]).length2();
+  });
+  const double texels = truth.width * truth.height;
+  const double sum = std::accumulate(sums.begin(), sums.end(), 0.0);
+  return pairs > 0 ? sum / (3 * texels * static_cast<double>(pairs)) : 0;
+}
+
+double level_error(const FabricLevel& level, const Fabric& fabric, const std::vector<DirectionPair>& pairs,
+                   const LevelTruth& truth) {
+  return mean_squared_error(truth, [&](std::size_t pair) {
+    std::vector<V3f> shown;
+    for (int t = 0; t < level.texels(); ++t) {
+      const Shading s =
+          evaluate(level, fabric, t % level.width, t / level.width, pairs[pair].light, pairs[pair].view);
+      shown.push_back(s.radiance * s.alpha);
+    }
+    return shown;
+  });
+}
 
 void LayerFitter::add_quantised(std::size_t level, const BasisFit& basis, double bytes) {
   const float scale = coefficient_scale(basis);
@@ -167,36 +270,33 @@ void LayerFitter::scale_radiance(SampleLevel& samples, PairSamples& pairs, PairS
 }
 
 /// Fits the paper's model with and without view table.
-Result<void> LayerFitter::fit_lobes(const SampleLevel& samples, const SamplesHeader& header,
-                                    const FitOptions& options, const Progress& progress,
-                                    const PairSamples& measured) {
+void LayerFitter::fit_lobes(const SampleLevel& samples, const SamplesHeader& header,
+                            const FitOptions& options, const Progress& progress,
+                            const PairSamples& measured) {
   const auto part = [&](double from, double size) -> Progress {
     return [&progress, from, size](double share) {
       if (progress) progress(from + size * share);
     };
   };
-  auto paper = fit(samples, header, options, part(0, 0.5), measured);
-  if (!paper) return tl::unexpected(paper.error());
-  Result<FitResult> plain = paper;
+  FitResult paper = value_or_throw(fit(samples, header, options, part(0, 0.5), measured));
+  FitResult plain = paper;
   if (options.view_table) {
     FitOptions without_table = options;
     without_table.view_table = false;
-    plain = fit(samples, header, without_table, part(0.5, 0.2), measured);
-    if (!plain) return tl::unexpected(plain.error());
+    plain = value_or_throw(fit(samples, header, without_table, part(0.5, 0.2), measured));
   }
-  for (Fabric* fabric : {&paper->fabric, &plain->fabric}) remove_radiance_scale(*fabric);
-  for (std::size_t k = 0; k < paper->levels.size(); ++k) {
+  for (Fabric* fabric : {&paper.fabric, &plain.fabric}) remove_radiance_scale(*fabric);
+  for (std::size_t k = 0; k < paper.levels.size(); ++k) {
     Level& level = levels_.emplace_back();
-    level.paper = std::move(paper->fabric.levels[k]);
-    level.report = std::move(paper->levels[k]);
-    level.plain = std::move(plain->fabric.levels[k]);
-    level.plain_report = std::move(plain->levels[k]);
+    level.paper = std::move(paper.fabric.levels[k]);
+    level.report = paper.levels[k];
+    level.plain = std::move(plain.fabric.levels[k]);
+    level.plain_report = plain.levels[k];
   }
-  fabric_ = std::move(paper->fabric);
+  fabric_ = std::move(paper.fabric);
   fabric_.levels.clear();
   fabric_.lights = header.lights;
-  warnings_ = std::move(paper->warnings);
-  return {};
+  warnings_ = std::move(paper.warnings);
 }
 
 std::vector<V3f> LayerFitter::shown(std::size_t k, const BasisFit& basis, const DirectionPair& pair) const {
@@ -276,9 +376,8 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   LayerFitter fitter;
   PairSamples pairs = validation;
   fitter.scale_radiance(samples, pairs, measured);
-  if (auto ok = fitter.fit_lobes(samples, header, options, progress, measured); !ok) {
-    return tl::unexpected(ok.error());
-  }
+  const auto ok = result_of([&] { fitter.fit_lobes(samples, header, options, progress, measured); });
+  if (!ok) return tl::unexpected(ok.error());
   std::vector<SampleLevel> pooled{std::move(samples)};
   while (pooled.size() < fitter.levels_.size()) pooled.push_back(pool(pooled.back()));
   if (progress) progress(0.85);
@@ -448,7 +547,7 @@ Result<LayerFit> LayerFitter::choose_for_file(double budget, const FabricWriteOp
   double best_size = 0;
   for (int i = 0; i < max_tries; ++i) {
     LayerFit chosen = choose(budget, overhead);
-    const auto written = file_size(chosen.fabric, options);
+    const auto written = result_of([&] { return file_size(chosen.fabric, options); });
     if (!written) return tl::unexpected(written.error());
     const double size = *written + record;
     smallest = std::min(smallest, size);

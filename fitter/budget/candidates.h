@@ -7,16 +7,38 @@
 // bisection). The held-out pairs are not used.
 #pragma once
 
+#include <functional>
 #include <vector>
 
-#include "fitter/budget/level_error.h"
 #include "fitter/fit.h"
-#include "fitter/products/basis_list.h"
 #include "fitter/products/texel_basis.h"
+#include "format/fabric/fabric.h"
 #include "format/fabric/file.h"
 #include "format/samples/samples.h"
 
 namespace selvedge {
+
+/// The truth of one level: alpha r of every pair and texel.
+struct LevelTruth {
+  int width = 0;
+  int height = 0;
+  std::vector<std::vector<V3d>> pairs;  ///< [pair][texel]
+};
+
+/// The truth of all levels down to 1 x 1, the finest first.
+std::vector<LevelTruth> level_truths(const PairSamples& truth);
+
+/// Mean over pairs, texels and channels. `image` returns alpha f of every texel for a pair; it is called from
+/// several threads.
+double mean_squared_error(const LevelTruth& truth,
+                          const std::function<std::vector<V3f>(std::size_t pair)>& image);
+
+/// mean_squared_error() of a level by the reference evaluation. `fabric`: the level's; its levels are not
+/// used.
+double level_error(const FabricLevel& level, const Fabric& fabric, const std::vector<DirectionPair>& pairs,
+                   const LevelTruth& truth);
+
+class BasisList;
 
 /// One way to store a level.
 struct LevelCandidate {
@@ -66,8 +88,9 @@ class LayerFitter {
   using Chosen = std::vector<const LevelCandidate*>;  ///< by level
   LayerFitter() = default;
   void scale_radiance(SampleLevel& samples, PairSamples& pairs, PairSamples& measured);
-  Result<void> fit_lobes(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
-                         const Progress& progress, const PairSamples& measured);
+  /// Throws Failure.
+  void fit_lobes(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
+                 const Progress& progress, const PairSamples& measured);
   /// Adds candidates with quantised coefficients; `bytes`: of the other layers.
   void add_quantised(std::size_t level, const BasisFit& basis, double bytes);
   void add_candidates(const std::vector<SampleLevel>& pooled, const LevelTruth& mean,

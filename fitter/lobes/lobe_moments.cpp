@@ -1,4 +1,4 @@
-#include "fitter/lobes/lobe_moments.h"
+#include "fitter/lobes/lobe_step.h"
 
 #include <algorithm>
 

@@ -1,9 +1,51 @@
-// The unknowns of one lobe in a search, their bounds, and steps within these.
+// The unknowns of one lobe in a search, their bounds, and steps within these; and sums over the lights, view
+// by view, of products of a model's columns, from which all least squares of a search are computed. Only
+// these loops of a search read the samples.
 #pragma once
 
-#include "fitter/lobes/lobe_moments.h"
+#include <array>
+#include <span>
+#include <vector>
+
+#include "fitter/solve/texel_samples.h"
 
 namespace selvedge {
+
+/// A lobe without its size: max(0, d . (l * v))^n.
+struct LobeShape {
+  std::array<double, 3> direction{0, 0, 1};
+  double exponent = 1;
+};
+
+/// Per view, sums over lights of products of columns. With c the cosine of a light and b = d . (l * v) > 0
+/// the base of lobe j, the columns are:
+///   column 0           c
+///   column 1 + 4 j + k c b^(n-1) l_k,  k = x, y, z;  times n v_k it is the derivative by d_k
+///   column 4 + 4 j     c b^n ln b,                   the derivative by n
+/// Every sum is [stride] long.
+class LobeMoments {
+ public:
+  /// `cosine`: c of every light of the samples. Sums are in single precision over 16 lights at a time, and in
+  /// double precision over these, with the same bits for any number of threads and any width of vectors.
+  void compute(const TexelSamples& samples, int channel, std::span<const float> cosine,
+               std::span<const LobeShape> shapes);
+
+  std::size_t columns() const { return columns_; }
+  /// sum over lights of column a times column b
+  const double* product(std::size_t a, std::size_t b) const {
+    return sums_.data() + (a <= b ? index(a, b) : index(b, a)) * stride_;
+  }
+  /// sum over lights of column a times radiance
+  const double* with_radiance(std::size_t a) const { return sums_.data() + index(a, columns_) * stride_; }
+
+ private:
+  std::size_t index(std::size_t a, std::size_t b) const { return a * (2 * columns_ + 3 - a) / 2 + b - a; }
+
+  std::size_t columns_ = 0;
+  std::size_t stride_ = 0;
+  std::vector<double> sums_;    ///< [upper triangle of columns and radiance][view]
+  std::vector<float> scratch_;  ///< columns of some lights
+};
 
 /// Bounds of a lobe's size and exponent.
 struct LobeBounds {

@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "fitter/budget/level_error.h"
 #include "format/fabric/evaluate.h"
 #include "tests/fitter/texel_fabrics.h"
 #include "tests/require.h"
