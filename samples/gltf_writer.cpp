@@ -3,16 +3,6 @@
 #include "format/gltf/edit.h"
 
 namespace selvedge {
-namespace {
-
-template <class V>
-std::span<const float> floats(const std::vector<V>& values) {
-  static_assert(sizeof(V) == V::dimensions() * sizeof(float));
-  // Imath's vectors are arrays of floats without padding.
-  return {reinterpret_cast<const float*>(values.data()), values.size() * V::dimensions()};
-}
-
-}  // namespace
 
 Result<void> write_garment(const std::string& path, const Garment& garment) {
   GltfDocument document;
@@ -32,12 +22,12 @@ Result<void> write_garment(const std::string& path, const Garment& garment) {
   Json primitives = Json::array();
   for (const GarmentPrimitive& primitive : garment.primitives) {
     Json attributes = Json::object();
-    attributes["POSITION"] = append_float_accessor(document, floats(primitive.positions), 3, true);
+    attributes["POSITION"] = append_float_accessor(document, floats_of(primitive.positions), 3, true);
     if (!primitive.normals.empty()) {
-      attributes["NORMAL"] = append_float_accessor(document, floats(primitive.normals), 3, false);
+      attributes["NORMAL"] = append_float_accessor(document, floats_of(primitive.normals), 3, false);
     }
     if (!primitive.tex_coords.empty()) {
-      attributes["TEXCOORD_0"] = append_float_accessor(document, floats(primitive.tex_coords), 2, false);
+      attributes["TEXCOORD_0"] = append_float_accessor(document, floats_of(primitive.tex_coords), 2, false);
     }
     primitives.push_back(Json{{"attributes", std::move(attributes)},
                               {"indices", append_index_accessor(document, primitive.indices)},

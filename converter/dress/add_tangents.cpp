@@ -10,15 +10,6 @@
 #include "format/scene/tangents.h"
 
 namespace selvedge {
-namespace {
-
-template <class V>
-std::span<const float> floats(const std::vector<V>& values) {
-  static_assert(sizeof(V) == V::dimensions() * sizeof(float));
-  return {reinterpret_cast<const float*>(values.data()), values.size() * V::dimensions()};
-}
-
-}  // namespace
 
 void drop_tangents(Json& primitive) {
   primitive["attributes"].erase("TANGENT");
@@ -70,8 +61,8 @@ bool add_tangents(GltfDocument& document, int mesh, int primitive, int tex_coord
     json.erase("mode");
   }
   if (flat)
-    json["attributes"]["NORMAL"] = append_float_accessor(document, floats(vertices.normals), 3, false);
-  json["attributes"]["TANGENT"] = append_float_accessor(document, floats(tangents.tangents), 4, false);
+    json["attributes"]["NORMAL"] = append_float_accessor(document, floats_of(vertices.normals), 3, false);
+  json["attributes"]["TANGENT"] = append_float_accessor(document, floats_of(tangents.tangents), 4, false);
   document.json["meshes"][mesh]["primitives"][primitive] = std::move(json);
   return true;
 }

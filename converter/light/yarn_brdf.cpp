@@ -7,6 +7,7 @@
 
 #include "converter/light/path_tracer.h"
 #include "converter/mesh/wall_albedo.h"
+#include "format/fabric/directions.h"
 #include "format/fabric/yarn_strands.h"
 #include "format/simd/wide.h"
 
@@ -96,18 +97,9 @@ void add_strand(const CellMesh& mesh, const SurfacePoint& point, YarnBrdf& surfa
 }  // namespace
 
 V3d cosine_direction(const V3d& normal, const V2d& square) {
-  // Shirley and Chiu's concentric map onto the disc, lifted.
-  const double a = 2 * square.x - 1;
-  const double b = 2 * square.y - 1;
-  double r = 0;
-  double phi = 0;
-  if (std::abs(a) > std::abs(b)) {
-    r = a;
-    phi = (pi / 4) * (b / a);
-  } else if (b != 0) {
-    r = b;
-    phi = pi / 2 - (pi / 4) * (a / b);
-  }
+  const V2d disc = concentric(square);  // and lifted
+  const double r = disc.x;
+  const double phi = disc.y;
   const V3d side = std::abs(normal.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
   const V3d t = normal.cross(side).normalized();
   return (t * (r * std::cos(phi)) + normal.cross(t) * (r * std::sin(phi)) +

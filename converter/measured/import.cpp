@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -38,11 +37,7 @@ std::vector<std::string> fields_of(std::string line) {
   std::erase(line, '\r');
   std::vector<std::string> fields;
   std::istringstream text(line + ",");
-  for (std::string field; std::getline(text, field, ',');) {
-    const auto first = field.find_first_not_of(" \t");
-    const auto last = field.find_last_not_of(" \t");
-    fields.push_back(first == std::string::npos ? "" : field.substr(first, last - first + 1));
-  }
+  for (std::string field; std::getline(text, field, ',');) fields.push_back(trimmed(field));
   return fields;
 }
 
@@ -404,7 +399,7 @@ MemoryAccount check_options(const ImportOptions& o, const FlatSample& sample) {
 
 Result<ImportReport> import_all(const std::string& table, const ImportOptions& options,
                                 const std::string& output, const Progress& progress) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   FlatSample sample{table, value_or_throw(read_picture_table(table))};
   {
     const Image first = value_or_throw(read_picture(sample.pictures.front(), V2i(0, 0), options));
@@ -457,7 +452,7 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   header.provenance = provenance_of(report, table);
   value_or_throw(write_samples(
       output, samples_from(header, average.alpha(), sample, cells, sets, known, kernel, progress)));
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  report.seconds = watch.seconds();
   return report;
 }
 

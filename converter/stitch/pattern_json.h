@@ -1,21 +1,5 @@
-// Stage "describe": text <-> stitch pattern. A stitch description is a JSON text (spec/stitch.md):
-//
-// clang-format off
-//   { "selvedge_stitch": 1,                   version of this form
-//     "name": "plain-knit",
-//     "period_mm": [5, 4],                    size of the repeating cell along x and y
-//     "yarns": [
-//       { "name": "course",                   optional
-//         "radius_mm": 0.6,
-//         "albedo": [0.5, 0.1, 0.1],          linear red, green, blue in [0, 1]; or "colour": "#aa3322" (sRGB)
-//         "fibre": "wool",                    optional: a smooth tube
-//         "gloss": 0.2, "roughness": 0.3,     optional: the values of the fibre, or no gloss
-//         "plies": 2, "twist_per_mm": 0.2,    optional: a round yarn without twist
-//         "segments": [                       cubic Bézier curves, end to end
-//           [[0,0,0], [1,0,0], [2,0,0], [5,0,0]] ] } ] }
-// clang-format on
-//
-// Lengths are in millimetres; pattern.h has the frame and the rules. Unknown members are ignored.
+// Stage "describe": text <-> stitch pattern. A stitch description is a JSON text (spec/stitch.md); pattern.h
+// has the frame and the rules.
 #pragma once
 
 #include <string>

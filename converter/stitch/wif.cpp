@@ -11,6 +11,8 @@
 #include <optional>
 #include <set>
 
+#include "format/base/option_text.h"
+
 namespace selvedge {
 namespace {
 
@@ -26,13 +28,6 @@ using WifSet = std::bitset<max_shafts + 1>;
 
 /// Longest line, bytes: room for all numbers of a set.
 constexpr std::size_t max_wif_line = 1U << 16U;
-
-std::string trimmed(std::string_view text) {
-  constexpr std::string_view blanks = " \t\0";
-  const std::size_t first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) return "";
-  return std::string(text.substr(first, text.find_last_not_of(blanks) - first + 1));
-}
 
 std::string upper(std::string text) {
   for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
@@ -240,7 +235,7 @@ std::vector<V3f> palette_of(const WifSections& draft) {
 }
 
 /// The yarns of the warp or of the weft.
-struct System {
+struct WifSystem {
   std::vector<Yarn> yarns;
   std::vector<double> width_mm;
 };
@@ -257,8 +252,8 @@ double unit_of(const WifSections& draft, const std::string& section) {
 }
 
 /// `section`: "WARP" or "WEFT"; `albedo`: of yarns without a colour.
-System system_of(const WifSections& draft, const std::string& section, const V3f& albedo,
-                 const std::vector<V3f>& palette, std::set<std::string>& remarks) {
+WifSystem system_of(const WifSections& draft, const std::string& section, const V3f& albedo,
+                    const std::vector<V3f>& palette, std::set<std::string>& remarks) {
   draft.need(section);
   const int threads = draft.whole(section, "THREADS", 1, max_wif_threads);
   const double unit = unit_of(draft, section);
@@ -289,7 +284,7 @@ System system_of(const WifSections& draft, const std::string& section, const V3f
   if (!spacing && !draft.has(section + " SPACING")) {
     remarks.insert(fmt::format("{} without a spacing: {} mm", lower(section), default_spacing_mm));
   }
-  System system;
+  WifSystem system;
   system.yarns.resize(threads);
   system.width_mm = draft.values(section + " SPACING", threads, spacing.value_or(default_spacing_mm), length);
   const auto thicknesses = draft.values(section + " THICKNESS", threads, thickness, length);
@@ -411,13 +406,13 @@ std::size_t repeat_of(const std::vector<std::size_t>& kinds) {
   return kinds.size();
 }
 
-std::string description_of(const System& system, std::size_t k) {
+std::string description_of(const WifSystem& system, std::size_t k) {
   const Yarn& yarn = system.yarns[k];
   return fmt::format("{} {} {} {} {} ", yarn.albedo.x, yarn.albedo.y, yarn.albedo.z, yarn.radius_mm,
                      system.width_mm[k]);
 }
 
-Weave smallest_repeat(const System& warp, const System& weft, const std::vector<bool>& over) {
+Weave smallest_repeat(const WifSystem& warp, const WifSystem& weft, const std::vector<bool>& over) {
   const std::size_t warps = warp.yarns.size();
   const std::size_t wefts = weft.yarns.size();
   const auto crossing = [&](std::size_t i, std::size_t j) { return over[j * warps + i] ? '#' : '-'; };
@@ -447,8 +442,8 @@ WifDraft draft_of(const WifSections& draft) {
   std::set<std::string> remarks;
   const std::vector<V3f> palette = palette_of(draft);
   if (palette.empty()) remarks.insert("no colours: off-white warp and blue weft");
-  System warp = system_of(draft, "WARP", {0.62F, 0.58F, 0.50F}, palette, remarks);
-  System weft = system_of(draft, "WEFT", {0.09F, 0.17F, 0.38F}, palette, remarks);
+  WifSystem warp = system_of(draft, "WARP", {0.62F, 0.58F, 0.50F}, palette, remarks);
+  WifSystem weft = system_of(draft, "WEFT", {0.09F, 0.17F, 0.38F}, palette, remarks);
   if (warp.yarns.size() * weft.yarns.size() > max_wif_drawdown) {
     throw WifFault{"[WEFT] Threads", fmt::format("{} x {} yarns are more than {} crossings",
                                                  warp.yarns.size(), weft.yarns.size(), max_wif_drawdown)};

@@ -24,6 +24,13 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, char s
   return numbers;
 }
 
+std::string trimmed(std::string_view text) {
+  constexpr std::string_view blanks = " \t";
+  const std::size_t first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return "";
+  return std::string(text.substr(first, text.find_last_not_of(blanks) - first + 1));
+}
+
 bool has_ending(std::string path, std::string_view ending) {
   std::ranges::transform(path, path.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

@@ -12,6 +12,9 @@ namespace selvedge {
 std::optional<std::vector<double>> parse_numbers(const std::string& text, char separator,
                                                  std::size_t min_count, std::size_t max_count);
 
+/// Without spaces and tabs at both ends.
+std::string trimmed(std::string_view text);
+
 /// Whether a file's name is longer than `ending` (".png", lower case) and ends in it, in either case.
 bool has_ending(std::string path, std::string_view ending);
 

@@ -19,19 +19,17 @@ DirectionGrid grid_of(int count) {
   return {columns, std::max(1, count) / columns};
 }
 
-V3d square_to_hemisphere(const V2d& square) {
+V2d concentric(const V2d& square) {
   const double a = 2 * square.x - 1;
   const double b = 2 * square.y - 1;
-  if (a == 0 && b == 0) return {0, 0, 1};
-  double r = 0;
-  double phi = 0;
-  if (std::abs(a) > std::abs(b)) {
-    r = a;
-    phi = (pi / 4) * (b / a);
-  } else {
-    r = b;
-    phi = pi / 2 - (pi / 4) * (a / b);
-  }
+  if (std::abs(a) > std::abs(b)) return {a, (pi / 4) * (b / a)};
+  return {b, b != 0 ? pi / 2 - (pi / 4) * (a / b) : 0};
+}
+
+V3d square_to_hemisphere(const V2d& square) {
+  const V2d disc = concentric(square);
+  const double r = disc.x;
+  const double phi = disc.y;
   // Lift of the disc: solid angle 2 pi (1 - z) is proportional to the disc's area pi r^2.
   const double lift = std::sqrt(std::max(0.0, 2 - r * r));
   return {r * std::cos(phi) * lift, r * std::sin(phi) * lift, std::max(0.0, 1 - r * r)};

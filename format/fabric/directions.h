@@ -26,6 +26,10 @@ struct DirectionGrid {
 /// 1x7.
 DirectionGrid grid_of(int count);
 
+/// Shirley and Chiu's concentric map of the unit square onto the unit disc, area preserving up to the factor
+/// pi: radius (of either sign) and angle.
+V2d concentric(const V2d& square);
+
 /// Maps the unit square onto the unit hemisphere, area preserving up to the factor 2 pi; (0.5, 0.5) -> +z.
 V3d square_to_hemisphere(const V2d& square);
 

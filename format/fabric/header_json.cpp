@@ -1,11 +1,14 @@
+// The attribute text of a fabric: the members of its JSON objects, one call a member for reading, writing and
+// checking. The call names the member, the variable that holds its value, and its rule.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "format/base/json_text.h"
 #include "format/fabric/header.h"
-#include "format/fabric/json_io.h"
 #include "format/fabric/json_parts.h"
 #include "format/fabric/names.h"
 
@@ -13,6 +16,197 @@ namespace selvedge {
 namespace {
 
 using nlohmann::json;
+
+enum class RealRule { any, not_negative, positive };
+
+/// Reading: a missing member, another type or a broken rule adds FABRIC_MEMBER at its JSON pointer and leaves
+/// the variable. Numbers are read in single precision, in which they must be finite. Writing: sets the
+/// member.
+class JsonIo {
+ public:
+  /// Of an object. `sink` must outlive it.
+  static JsonIo reader(const nlohmann::json& object, IssueSink& sink) {
+    return {&object, nullptr, {}, &sink};
+  }
+  static JsonIo writer(nlohmann::json& object) { return {nullptr, &object, {}, nullptr}; }
+
+  bool reads() const { return to_ == nullptr; }
+  /// False for a member that broke a rule when it was read; its members are then neither read nor written.
+  explicit operator bool() const { return from_ != nullptr || to_ != nullptr; }
+  bool has(const char* name) const { return from_ != nullptr && from_->contains(name); }
+  /// Whether an optional member is to be read or written.
+  bool optional(const char* name, bool written) const { return reads() ? has(name) : written; }
+  /// The value that is read. Precondition: reads(), and it is not empty.
+  const nlohmann::json& value() const { return *from_; }
+  const std::string& place() const { return place_; }
+
+  void whole(const char* name, int& value, int min, int max) const;
+  void real(const char* name, float& value, RealRule rule = RealRule::any) const;
+  void wholes(const char* name, int& first, int& second, int min, int max) const;
+  void reals(const char* name, V2f& pair, RealRule rule) const;
+  /// Whole numbers from 0 to `max`, at least one, increasing.
+  void increasing(const char* name, std::vector<int>& list, int max) const;
+  /// `count` strings.
+  void texts(const char* name, std::vector<std::string>& list, std::size_t count) const;
+  /// Writing: any value.
+  void set(const char* name, nlohmann::json value) const { (*to_)[name] = std::move(value); }
+  /// A member that is an object.
+  JsonIo object(const char* name) const;
+
+  /// Reading: the items of an array; none, with an issue, for another type.
+  std::vector<JsonIo> items(const char* name) const;
+  std::vector<JsonIo> items() const;
+  /// Adds FABRIC_MEMBER here, or at a member.
+  void refuse(std::string message) const;
+  void refuse(const std::string& name, std::string message) const;
+  IssueSink& sink() const { return *sink_; }
+
+ private:
+  JsonIo(const nlohmann::json* from, nlohmann::json* to, std::string place, IssueSink* sink)
+      : from_(from), to_(to), place_(std::move(place)), sink_(sink) {}
+  JsonIo member(const char* name) const;
+  void read_whole(int& value, int min, int max) const;
+  void read_real(float& value, RealRule rule) const;
+  /// Calls `read` with the items of an array of two.
+  template <class Read>
+  void read_pair(const char* name, const Read& read) const;
+
+  const nlohmann::json* from_;
+  nlohmann::json* to_;
+  std::string place_;
+  IssueSink* sink_;
+};
+
+void JsonIo::refuse(std::string message) const {
+  sink_->add(Code::fabric_member, place_, std::move(message));
+}
+
+void JsonIo::refuse(const std::string& name, std::string message) const {
+  sink_->add(Code::fabric_member, pointer_to(place_, name), std::move(message));
+}
+
+JsonIo JsonIo::member(const char* name) const {
+  JsonIo result(nullptr, nullptr, pointer_to(place_, name), sink_);
+  if (from_ == nullptr) return result;
+  if (const auto found = from_->find(name); found != from_->end()) {
+    result.from_ = &*found;
+  } else {
+    result.refuse("is missing");
+  }
+  return result;
+}
+
+std::vector<JsonIo> JsonIo::items() const {
+  std::vector<JsonIo> items;
+  if (from_ != nullptr && !from_->is_array()) {
+    refuse("is not an array");
+    return items;
+  }
+  for (std::size_t i = 0; from_ != nullptr && i < from_->size(); ++i)
+    items.push_back({&(*from_)[i], nullptr, fmt::format("{}/{}", place_, i), sink_});
+  return items;
+}
+
+std::vector<JsonIo> JsonIo::items(const char* name) const { return member(name).items(); }
+
+JsonIo JsonIo::object(const char* name) const {
+  if (!reads()) return {nullptr, &((*to_)[name] = json::object()), {}, nullptr};
+  JsonIo result = member(name);
+  if (!result || result.from_->is_object()) return result;
+  result.refuse("is not an object");
+  result.from_ = nullptr;
+  return result;
+}
+
+void JsonIo::read_whole(int& value, int min, int max) const {
+  if (from_ == nullptr) return;
+  if (!from_->is_number_integer()) {
+    refuse("is not a whole number");
+  } else if (*from_ < min || *from_ > max) {
+    refuse(fmt::format("{} is outside of {} to {}", from_->dump(), min, max));
+  } else {
+    value = from_->get<int>();
+  }
+}
+
+void JsonIo::read_real(float& value, RealRule rule) const {
+  if (from_ == nullptr) return;
+  const double number = from_->is_number() ? from_->get<double>() : 0;
+  if (!from_->is_number()) {
+    refuse("is not a number");
+  } else if (std::abs(number) > static_cast<double>(std::numeric_limits<float>::max())) {
+    refuse("is beyond single precision");
+  } else if (rule == RealRule::positive && !(static_cast<float>(number) > 0)) {
+    refuse(fmt::format("{} is not positive", from_->dump()));
+  } else if (rule == RealRule::not_negative && number < 0) {
+    refuse("is negative");
+  } else {
+    value = static_cast<float>(number);
+  }
+}
+
+void JsonIo::whole(const char* name, int& value, int min, int max) const {
+  if (reads()) return member(name).read_whole(value, min, max);
+  (*to_)[name] = value;
+}
+
+void JsonIo::real(const char* name, float& value, RealRule rule) const {
+  if (reads()) return member(name).read_real(value, rule);
+  (*to_)[name] = value;
+}
+
+template <class Read>
+void JsonIo::read_pair(const char* name, const Read& read) const {
+  const std::size_t errors = sink_->errors();
+  const std::vector<JsonIo> pair = items(name);
+  if (pair.size() == 2) {
+    read(pair[0], pair[1]);
+  } else if (sink_->errors() == errors) {
+    refuse(name, "does not have two items");
+  }
+}
+
+void JsonIo::wholes(const char* name, int& first, int& second, int min, int max) const {
+  if (!reads()) return set(name, {first, second});
+  read_pair(name, [&](const JsonIo& a, const JsonIo& b) {
+    a.read_whole(first, min, max);
+    b.read_whole(second, min, max);
+  });
+}
+
+void JsonIo::reals(const char* name, V2f& value, RealRule rule) const {
+  if (!reads()) return set(name, {value.x, value.y});
+  read_pair(name, [&](const JsonIo& a, const JsonIo& b) {
+    a.read_real(value.x, rule);
+    b.read_real(value.y, rule);
+  });
+}
+
+void JsonIo::increasing(const char* name, std::vector<int>& list, int max) const {
+  if (!reads()) return set(name, list);
+  const std::size_t errors = sink_->errors();
+  for (const JsonIo& item : items(name)) {
+    int number = -1;
+    item.read_whole(number, 0, max);
+    if (sink_->errors() > errors) return;
+    if (!list.empty() && number <= list.back())
+      return item.refuse(fmt::format("{} does not come after {}", number, list.back()));
+    list.push_back(number);
+  }
+  if (list.empty() && sink_->errors() == errors) refuse(name, "is empty");
+}
+
+void JsonIo::texts(const char* name, std::vector<std::string>& list, std::size_t count) const {
+  if (!reads()) return set(name, list);
+  const std::size_t errors = sink_->errors();
+  const std::vector<JsonIo> all = items(name);
+  if (all.size() != count && sink_->errors() == errors)
+    return refuse(name, fmt::format("has {} items, the layer {} levels", all.size(), count));
+  for (const JsonIo& item : all) {
+    if (!item.value().is_string()) return item.refuse("is not a string");
+    list.push_back(item.value().get<std::string>());
+  }
+}
 
 /// Reads or writes the attribute text of one fabric.
 class TextIo {

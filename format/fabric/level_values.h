@@ -7,12 +7,6 @@
 
 namespace selvedge {
 
-/// The vectors' components. V3f has no padding.
-inline std::span<const float> floats_of(std::span<const V3f> vectors) {
-  static_assert(sizeof(V3f) == 3 * sizeof(float));
-  return {reinterpret_cast<const float*>(vectors.data()), vectors.size() * 3};
-}
-
 /// The pixels of a layer, planes in the order of channel_names(); zeros if the level does not have the layer.
 ExrPixels pixels_of(const FabricLevel& level, LayerKind kind, const LayerShape& shape);
 

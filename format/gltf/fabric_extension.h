@@ -1,12 +1,5 @@
-// The extension SELVEDGE_materials_fabric, see spec/SELVEDGE_materials_fabric.
-//
-// Root:
-//   "extensions": {"SELVEDGE_materials_fabric": {"fabrics": [{"name"?, "mimeType", "uri" | "bufferView"}]}}
-// Material:
-//   "extensions": {"SELVEDGE_materials_fabric": {"fabric": {"index", "texCoord"?, "extensions"?}}}
-//
-// A reference has KHR_texture_transform in its own extensions. It is mirrored in the material's "extras"
-// under the same name, because some optimisers keep nothing else.
+// The extension SELVEDGE_materials_fabric, see spec/SELVEDGE_materials_fabric. A reference to a fabric is
+// mirrored in the material's "extras" under the same name, because some optimisers keep nothing else.
 #pragma once
 
 #include <optional>
