@@ -5,7 +5,6 @@
 #include <set>
 
 #include "apps/common/shared_options.h"
-#include "apps/selvedge/bounds_json.h"
 #include "apps/selvedge/commands.h"
 #include "converter/stitch/parameters.h"
 #include "format/base/printable.h"
@@ -108,16 +107,15 @@ Result<int> run(const DressCommand& command) {
   for (const std::string& warning : dressed.warnings) {
     if (!command.common.quiet) report_remark(command.garment, warning);
   }
-  const auto pair = [](const V2d& v) { return Json{v.x, v.y}; };
   Json materials = Json::array();
   for (const DressedMaterial& m : dressed.materials) {
     materials.push_back({{"index", m.index},
                          {"name", m.name},
                          {"primitives", m.primitives},
-                         {"repeats", pair(m.repeats)},
-                         {"metresPerUv", pair(m.size.metres)},
-                         {"metresPerUvLow", pair(m.size.low)},
-                         {"metresPerUvHigh", pair(m.size.high)},
+                         {"repeats", m.repeats},
+                         {"metresPerUv", m.size.metres},
+                         {"metresPerUvLow", m.size.low},
+                         {"metresPerUvHigh", m.size.high},
                          {"stretched", m.size.stretched},
                          {"withoutUvs", m.size.without},
                          {"kept", m.kept},
@@ -128,19 +126,14 @@ Result<int> run(const DressCommand& command) {
     unwrapped.push_back({{"index", material}, {"charts", made.charts}, {"stretch", made.stretch}});
   Json variants = Json::array();
   for (const VariantMaterial& v : dressed.variants) {
-    variants.push_back({{"name", v.variant}, {"index", v.index}, {"of", v.of}, {"repeats", pair(v.repeats)}});
-    if (v.tint) variants.back()["tint"] = {v.tint->x, v.tint->y, v.tint->z};
+    variants.push_back({{"name", v.variant}, {"index", v.index}, {"of", v.of}, {"repeats", v.repeats}});
+    if (v.tint) variants.back()["tint"] = *v.tint;
   }
-  const Json json{{"output", command.output},
-                  {"bytes", dressed.bytes},
-                  {"bounds", bounds_json(dressed.bounds)},
-                  {"embedded", dressed.embedded},
-                  {"usd", dressed.usd_files},
-                  {"tangentsAdded", dressed.tangents_added},
-                  {"backed", dressed.backed},
-                  {"materials", materials},
-                  {"variants", variants},
-                  {"unwrapped", unwrapped},
+  const Json json{{"output", command.output},    {"bytes", dressed.bytes},
+                  {"bounds", dressed.bounds},    {"embedded", dressed.embedded},
+                  {"usd", dressed.usd_files},    {"tangentsAdded", dressed.tangents_added},
+                  {"backed", dressed.backed},    {"materials", materials},
+                  {"variants", variants},        {"unwrapped", unwrapped},
                   {"warnings", dressed.warnings}};
   report(command.common, "dress", json,
          lines_text(materials,

@@ -8,7 +8,7 @@
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
-#include "apps/selvedge/query_json.h"
+#include "apps/selvedge/query.h"
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
 #include "format/base/option_text.h"
@@ -64,8 +64,6 @@ void declare(Options& options, EvaluateCommand& command) {
   });
 }
 
-Json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
-
 /// The level must exist, also with texture coordinates: another number is a mistake.
 Result<Shading> shading_at(const EvaluateCommand& command, const FabricQuery& query) {
   auto fabric = value_or_throw(QueriedFabric::open(command.fabric));
@@ -106,8 +104,7 @@ class Answerer {
 
  private:
   static Json answer_of(const Shading& shading) {
-    const V3f& rgb = shading.radiance;
-    return {{"rgb", {rgb.x, rgb.y, rgb.z}}, {"alpha", shading.alpha}};
+    return {{"rgb", shading.radiance}, {"alpha", shading.alpha}};
   }
 
   static Json check(const std::string& file) {
@@ -153,12 +150,12 @@ Result<int> run(const EvaluateCommand& command) {
                           V3f(command.light), V3f(command.view), command.behind};
   const auto shading = value_or_throw(shading_at(command, query));
   Json json = {{"level", command.level}};
-  if (command.texel) json["texel"] = {command.texel->x, command.texel->y};
-  if (command.uv) json["uv"] = {command.uv->x, command.uv->y};
-  json["light"] = list_of(query.light);
-  json["view"] = list_of(query.view);
+  if (command.texel) json["texel"] = *command.texel;
+  if (command.uv) json["uv"] = *command.uv;
+  json["light"] = query.light;
+  json["view"] = query.view;
   if (query.behind) json["behind"] = true;
-  json["rgb"] = list_of(shading.radiance);
+  json["rgb"] = shading.radiance;
   json["alpha"] = shading.alpha;
   // The answer is always JSON; --json adds the frame of all reports.
   report(command.common, "evaluate", json, json.dump() + "\n");

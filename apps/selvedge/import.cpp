@@ -52,16 +52,11 @@ Result<int> run(const ImportCommand& command) {
     return value_or_throw(
         import_pictures(command.table, command.import, command.output, progress.callback()));
   }();
-  const Json json = {{"output", command.output},
-                     {"bytes", size_of_file(command.output)},
-                     {"seconds", r.seconds},
-                     {"pictures", r.pictures},
-                     {"heldOut", r.held_out},
-                     {"texels", {r.texels.x, r.texels.y}},
-                     {"mmPerRepeat", {r.period_mm.x, r.period_mm.y}},
-                     {"repeats", {r.repeats.x, r.repeats.y}},
-                     {"irregularity", r.irregularity},
-                     {"leftOutError", r.left_out_error}};
+  const Json json = {{"output", command.output},       {"bytes", size_of_file(command.output)},
+                     {"seconds", r.seconds},           {"pictures", r.pictures},
+                     {"heldOut", r.held_out},          {"texels", r.texels},
+                     {"mmPerRepeat", r.period_mm},     {"repeats", r.repeats},
+                     {"irregularity", r.irregularity}, {"leftOutError", r.left_out_error}};
   report(
       command.common, "import", json,
       filled("{pictures} pictures, {heldOut} of them held out, in {seconds:.1f} s -> {output} ({bytes} "

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "apps/common/shared_options.h"
-#include "apps/selvedge/bounds_json.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
 #include "converter/dress/uv_scale.h"
@@ -79,7 +78,7 @@ Info samples_info(const std::string& path) {
     pairs[name_of(kind)] = h.pairs[static_cast<std::size_t>(kind)].size();
   Json content{{"texels", {h.width, h.height}},
                {"sides", h.both_sides ? "both" : "front"},
-               {"mmPerRepeat", {h.period_mm.x, h.period_mm.y}},
+               {"mmPerRepeat", h.period_mm},
                {"referenceHeight", h.reference_height},
                {"thickness", h.thickness_mm},
                {"views", {h.views.columns, h.views.rows}},
@@ -106,7 +105,7 @@ Json brings_json(const GarmentParts& parts) {
   if (parts.normal.image >= 0)
     brings["normals"] = {{"texCoord", parts.normal.tex_coord}, {"scale", parts.normal_scale}};
   if (parts.tint_texture.image >= 0) brings["tintTexture"] = {{"texCoord", parts.tint_texture.tex_coord}};
-  if (parts.tint != V3f(1, 1, 1)) brings["tint"] = {parts.tint.x, parts.tint.y, parts.tint.z};
+  if (parts.tint != V3f(1, 1, 1)) brings["tint"] = parts.tint;
   return brings;
 }
 
@@ -120,7 +119,7 @@ Info gltf_info(const std::string& path, const SceneLimits& limits) {
     Json& entry = materials.emplace_back(Json{{"name", m.name}});
     if (!m.fabric) continue;
     entry["fabric"] = m.fabric->fabric;
-    entry["repeats"] = {m.fabric->transform.scale.x, m.fabric->transform.scale.y};
+    entry["repeats"] = m.fabric->transform.scale;
     entry["texCoord"] = m.fabric->tex_coord;
     entry["brings"] = brings_json(m.kept);
   }
@@ -130,7 +129,7 @@ Info gltf_info(const std::string& path, const SceneLimits& limits) {
   Json content{{"primitives", scene.primitives.size()},
                {"instances", scene.instances.size()},
                {"triangles", triangles},
-               {"bounds", bounds_json(bounds_of(scene))},
+               {"bounds", bounds_of(scene)},
                {"materials", materials},
                {"fabrics", fabrics},
                {"variants", scene.variants},

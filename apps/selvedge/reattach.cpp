@@ -40,9 +40,9 @@ Result<int> run(const ReattachCommand& command) {
                          {"name", m.name},
                          {"fabric", m.fabric},
                          {"texCoord", m.tex_coord},
-                         {"offset", {t.offset.x, t.offset.y}},
+                         {"offset", t.offset},
                          {"rotation", t.rotation},
-                         {"scale", {t.scale.x, t.scale.y}}});
+                         {"scale", t.scale}});
   }
   const Json json{{"output", command.output},      {"bytes", restored.bytes},
                   {"embedded", restored.embedded}, {"materials", materials},

@@ -96,7 +96,7 @@ Result<int> run(const StitchCommand& command) {
   Json json = {{"stitch", command.input},
                {"vertices", mesh.positions.size()},
                {"triangles", mesh.triangles.size()},
-               {"periodMm", {mesh.period.x, mesh.period.y}},
+               {"periodMm", mesh.period},
                {"thicknessMm", bounds_of(mesh).size().z}};
   std::string text = filled(
       "{stitch}: {vertices} vertices, {triangles} triangles, {periodMm} mm, {thicknessMm:.3g} mm thick",

@@ -1,6 +1,4 @@
 // swatch: draws a fabric by the reference evaluation, or its stitch by ray tracing.
-#include <chrono>
-
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
@@ -100,9 +98,9 @@ TruthSwatch trace(const SwatchCommand& command) {
 TruthSwatch draw(const SwatchCommand& command) {
   const auto fabric = value_or_throw(read_fabric(command.input));
   TruthSwatch drawn;
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   drawn.frame = draw_swatch(fabric, shot_of(command, V2d(fabric.period_mm)));
-  drawn.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  drawn.seconds = watch.seconds();
   return drawn;
 }
 

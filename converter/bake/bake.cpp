@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "converter/bake/setup.h"
@@ -20,12 +19,6 @@ namespace {
 constexpr std::uint64_t stream_views = 1;
 constexpr std::uint64_t stream_cache = 4;
 std::uint64_t stream_of(PairKind kind) { return 2 + 16 * (static_cast<std::uint64_t>(kind) + 1); }
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// The yarns to store: the yarns of the mesh, or else yarns found in its surface. Heights are the mesh's; a
 /// mesh whose surface is not almost all yarn gets no yarns, since close by nothing else is seen.
@@ -107,7 +100,7 @@ double coverage_of(const Samples& samples) {
 
 Baked baked_cell(const CellMesh& given, const std::string& name, const BakeOptions& options,
                  const std::string& provenance, const Progress& progress) {
-  const auto start = Clock::now();
+  const Stopwatch watch;
   BakeOptions o = options;
   value_or_throw(check_options(o, name));
   const auto cell = value_or_throw(trace_cell(given, name, o.ground));
@@ -182,7 +175,7 @@ Baked baked_cell(const CellMesh& given, const std::string& name, const BakeOptio
   report.reference_height = plane;
   report.indirect = o.indirect;
   report.rays = baker.rays() + (cached != nullptr ? cached->rays() : 0);
-  report.seconds = seconds_since(start);
+  report.seconds = watch.seconds();
   return baked;
 }
 

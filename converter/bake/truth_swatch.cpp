@@ -1,7 +1,5 @@
 #include "converter/bake/truth_swatch.h"
 
-#include <chrono>
-
 #include "converter/bake/setup.h"
 #include "converter/bake/truth_pixels.h"
 #include "converter/light/yarn_brdf.h"
@@ -11,7 +9,7 @@ namespace selvedge {
 
 Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, const SwatchShot& shot,
                                  const TruthOptions& options, const Progress& progress) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   return result_of([&] {
     value_or_throw(check_truth(shot, options, name));
     const TracedCell cell = value_or_throw(trace_cell(mesh, name, options.ground));
@@ -36,7 +34,7 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
       return rays;
     };
     TruthSwatch result = draw_truth(shot, options, trace, progress);
-    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    result.seconds = watch.seconds();
     return result;
   });
 }

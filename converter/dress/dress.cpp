@@ -4,20 +4,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <numbers>
 #include <set>
 
 #include "converter/dress/add_tangents.h"
 #include "converter/dress/backing.h"
 #include "converter/dress/choose_materials.h"
-#include "converter/dress/cloth.h"
 #include "converter/dress/extras_mirror.h"
-#include "converter/dress/fallback_material.h"
+#include "converter/dress/fabric_source.h"
+#include "converter/dress/fallback.h"
 #include "converter/dress/true_size.h"
 #include "converter/dress/usd.h"
-#include "format/base/guard.h"
-#include "format/base/json_text.h"
+#include "format/base/option_text.h"
+#include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
 #include "format/gltf/fabric_extension.h"
@@ -26,12 +25,62 @@
 #include "format/gltf/memory.h"
 #include "format/gltf/names.h"
 #include "format/gltf/read_scene.h"
-#include "format/gltf/references.h"
 #include "format/gltf/unused_pictures.h"
-#include "format/gltf/uri.h"
 
 namespace selvedge {
 namespace {
+
+/// A fabric that materials wear; what is made of it is made once.
+struct Cloth {
+  Fabric fabric;
+  FabricSource source;
+  std::string digest;
+  int index = -1;  ///< of its entry in the document
+  std::optional<Fallback> baked = {};
+  std::optional<FallbackTextures> textures = {};
+
+  const Fallback& fallback() {
+    if (!baked) baked = bake_fallback(fabric);
+    return *baked;
+  }
+};
+
+/// `shape`: mm of a repeat. Throws Failure.
+void check_options(const DressOptions& options, const V2d& shape) {
+  const auto refuse = [](const char* option, std::string why) {
+    throw Failure{{Code::option_out_of_range, "", option, std::move(why)}};
+  };
+  if (options.tex_coord < 0 || options.tex_coord > 1)
+    refuse("tex_coord", "only the UV sets 0 and 1 are read");
+  const V2d one(1, 1);
+  const V2d repeats = options.repeats.value_or(one);
+  const V2d period = options.mm_per_repeat.value_or(one);
+  for (const auto& [name, value] :
+       {std::pair("repeats", std::abs(repeats.x)), std::pair("repeats", std::abs(repeats.y)),
+        std::pair("mm_per_repeat", period.x), std::pair("mm_per_repeat", period.y),
+        std::pair("scale", options.scale), std::pair("unit", options.unit),
+        std::pair("height", options.height.value_or(1))}) {
+    if (!(value > 0) || !std::isfinite(value)) refuse(name, fmt::format("{} is not positive", value));
+  }
+  if (std::remainder(options.rotation, 90) != 0 && shape.x != shape.y) {
+    refuse("rotation", fmt::format("only right angles: the repeat is {:.5g} x {:.5g} mm, not a square",
+                                   shape.x, shape.y));
+  }
+}
+
+/// Reads a fabric, takes its memory from the limits, and refuses options that do not go with it. Throws
+/// Failure.
+Cloth read_cloth(const std::string& path, const std::string& output_path, const DressOptions& options,
+                 SceneLimits& limits) {
+  FabricReader reader = value_or_throw(FabricReader::open(path, {.memory = limits.document.memory}));
+  Cloth cloth{value_or_throw(reader.read()), {}, {}};
+  limits.document.memory -= reader.memory();
+  check_options(options, options.mm_per_repeat.value_or(V2d(cloth.fabric.period_mm)));
+  cloth.source =
+      value_or_throw(source_of(path, output_path, options.embed.value_or(has_ending(output_path, ".glb"))));
+  cloth.digest = value_or_throw(digest_of_fabric(path));
+  return cloth;
+}
 
 std::string name_of(const Json& material) { return string_of(member(material, "name")); }
 
@@ -71,8 +120,7 @@ class Dresser {
     for (std::optional<Cloth>& cloth : cloths_) {
       if (cloth) cloth->index = value_or_throw(add_fabric(document_, cloth->source));
     }
-    for (const int material : chosen.materials)
-      attempt(material, [&] { value_or_throw(dress(material, scene)); });
+    for (const int material : chosen.materials) attempt(material, [&] { dress(material, scene); });
     if (report_.materials.empty()) {
       throw Failure{left_out_.value_or(
           Error{Code::garment_empty, document_.file, "/materials", "the materials are on no triangles"})};
@@ -166,7 +214,7 @@ class Dresser {
     done.merge(places);
   }
 
-  Result<void> dress(int material, const Scene& scene) {
+  void dress(int material, const Scene& scene) {
     const std::set<Place>& places = uses_[material];
     DressedMaterial dressed;
     dressed.index = material;
@@ -174,12 +222,13 @@ class Dresser {
     const std::string where = fmt::format("material #{} \"{}\"", material, dressed.name);
     if (places.empty()) {
       report_.warnings.push_back(where + " is on no triangles and was left alone");
-      return {};
+      return;
     }
-    if (Result<void> good = check_uvs(document_, places, options_.tex_coord); !good) {
-      if (good.error().code == Code::garment_no_uvs) good.error().message += "; --unwrap makes some";
-      return good;
-    }
+    changing_failures([&] { value_or_throw(check_uvs(document_, places, options_.tex_coord)); },
+                      [](Error error) {
+                        if (error.code == Code::garment_no_uvs) error.message += "; --unwrap makes some";
+                        return error;
+                      });
 
     std::set<int> primitives;
     for (int i = 0; i < static_cast<int>(scene.primitives.size()); ++i) {
@@ -192,8 +241,9 @@ class Dresser {
     DressedUse use{reference_to(cloth_, size), size, has_stale_tangents(material)};
     dressed.repeats = use.reference.transform.scale;
     if (!(std::abs(dressed.repeats.x) > 0) || !(std::abs(dressed.repeats.y) > 0)) {
-      return fail(Code::garment_no_uvs, document_.file, fmt::format("/materials/{}", material),
-                  fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name));
+      throw Failure{
+          {Code::garment_no_uvs, document_.file, fmt::format("/materials/{}", material),
+           fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name)}};
     }
     warn_of_uvs(where, size);
     KeptParts parts = value_or_throw(keep_parts(document_, material, scene, places, masks_, options_.keep));
@@ -203,7 +253,6 @@ class Dresser {
     wear(material, cloth_, use, places);
     dressed_.emplace(material, use);
     report_.materials.push_back(std::move(dressed));
-    return {};
   }
 
   FabricReference reference_to(const Cloth& cloth, const UvSize& size) const {
@@ -344,7 +393,7 @@ std::vector<AtomicFile> stage_usd(const GltfDocument& document, const std::strin
 
 Result<DressReport> dress(const std::string& garment_path, const std::string& fabric_path,
                           const std::string& output_path, const DressOptions& options) {
-  try {
+  return result_of_edit(garment_path, [&] {
     SceneLimits limits = options.limits;
     std::vector<std::optional<Cloth>> cloths{read_cloth(fabric_path, output_path, options, limits)};
     for (const Colourway& colourway : options.colourways) {
@@ -352,10 +401,7 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
       if (!colourway.fabric.empty())
         cloths.back() = read_cloth(colourway.fabric, output_path, options, limits);
     }
-    GltfDocument document = value_or_throw(load_gltf(garment_path, limits.document));
-    value_or_throw(check_references(document));
-    // Moved first, so that the fabric's URI and the existing ones are relative to the same folder.
-    move_document(document, std::filesystem::path(output_path).parent_path().string());
+    GltfDocument document = load_garment(garment_path, output_path, limits.document);
     value_or_throw(size_garment(document, options.unit, options.height, limits));
     DressReport report = Dresser(document, cloths, options, limits).dress();
     for (std::string& warning : outside_warnings(document, output_path))
@@ -369,12 +415,7 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     }
     value_or_throw(commit_all(std::move(staged.files)));
     return report;
-  } catch (const Failure& failure) {
-    return tl::unexpected(failure.error);
-  } catch (const nlohmann::json::exception& error) {
-    // A wrong JSON type in an unchecked part of the document.
-    return fail(Code::gltf_malformed, garment_path, "", reason_of(error));
-  }
+  });
 }
 
 }  // namespace selvedge

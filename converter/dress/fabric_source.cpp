@@ -9,6 +9,7 @@
 #include "format/base/printable.h"
 #include "format/exr/exr.h"
 #include "format/fabric/names.h"
+#include "format/gltf/references.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {
@@ -52,6 +53,13 @@ Result<std::string> digest_of_fabric(const std::string& fabric_path) {
 
 Result<std::string> digest_of_fabric(std::span<const std::uint8_t> bytes, const std::string& name) {
   return digest_in(ExrReader::open(bytes, name));
+}
+
+GltfDocument load_garment(const std::string& path, const std::string& output_path, const GltfLimits& limits) {
+  GltfDocument document = value_or_throw(load_gltf(path, limits));
+  value_or_throw(check_references(document));
+  move_document(document, std::filesystem::path(output_path).parent_path().string());
+  return document;
 }
 
 std::vector<std::string> outside_warnings(const GltfDocument& document, const std::string& output_path) {

@@ -1,9 +1,12 @@
-// A fabric file on disk as the source of a glTF's reference or embedded fabric.
+// A fabric file on disk as the source of a glTF's reference or embedded fabric, and the frame of edits of
+// garments.
 #pragma once
 
 #include <span>
 #include <string>
 
+#include "format/base/guard.h"
+#include "format/base/json_text.h"
 #include "format/gltf/fabric_extension.h"
 
 namespace selvedge {
@@ -21,5 +24,19 @@ Result<std::string> digest_of_fabric(std::span<const std::uint8_t> bytes, const 
 /// output refuse those. Mirrors are left out, as are buffers and the pictures of a .glb,, which are still to
 /// be written into it.
 std::vector<std::string> outside_warnings(const GltfDocument& document, const std::string& output_path);
+
+/// Loads a garment and moves it to the output's folder, so that the URIs of all fabrics are relative to that.
+/// Throws Failure.
+GltfDocument load_garment(const std::string& path, const std::string& output_path, const GltfLimits& limits);
+
+/// As result_of(); GLTF_MALFORMED of the garment for a wrong JSON type in an unchecked part of it.
+template <class Work>
+auto result_of_edit(const std::string& garment_path, const Work& work) -> decltype(result_of(work)) {
+  try {
+    return result_of(work);
+  } catch (const nlohmann::json::exception& error) {
+    return fail(Code::gltf_malformed, garment_path, "", reason_of(error));
+  }
+}
 
 }  // namespace selvedge

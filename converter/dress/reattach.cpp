@@ -8,15 +8,12 @@
 
 #include "converter/dress/extras_mirror.h"
 #include "converter/dress/fabric_source.h"
-#include "format/base/guard.h"
-#include "format/base/json_text.h"
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/material_uses.h"
 #include "format/gltf/names.h"
-#include "format/gltf/references.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {
@@ -64,15 +61,15 @@ class Restorer {
       : document_(document), output_(output), options_(options) {}
 
   ReattachReport restore() {
-    value_or_throw(find_lost());
-    value_or_throw(find_fabrics());
+    find_lost();
+    find_fabrics();
     const Uses uses = uses_of(document_.json);
-    for (const LostMaterial& lost : lost_) value_or_throw(restore(lost, uses));
+    for (const LostMaterial& lost : lost_) restore(lost, uses);
     return std::move(report_);
   }
 
  private:
-  Result<void> find_lost() {
+  void find_lost() {
     const std::vector<SceneFabric> present = value_or_throw(read_fabric_entries(document_));
     const Json& materials = member(document_.json, "materials");
     const int count = materials.is_array() ? static_cast<int>(materials.size()) : 0;
@@ -87,13 +84,13 @@ class Restorer {
       look_around(lost, present);
       lost_.push_back(std::move(lost));
     }
-    if (!lost_.empty()) return {};
-    return fail(Code::material_missing, document_.file, "/materials",
-                report_.attached.empty()
-                    ? "no material has the record of a fabric in its extras"
-                    : fmt::format("nothing to restore: {} of {} materials have a fabric, "
-                                  "the extras of the others have no record of a fabric",
-                                  report_.attached.size(), count));
+    if (!lost_.empty()) return;
+    throw Failure{{Code::material_missing, document_.file, "/materials",
+                   report_.attached.empty()
+                       ? "no material has the record of a fabric in its extras"
+                       : fmt::format("nothing to restore: {} of {} materials have a fabric, "
+                                     "the extras of the others have no record of a fabric",
+                                     report_.attached.size(), count)}};
   }
 
   /// Looks for the fabric in the document, then beside it.
@@ -110,15 +107,14 @@ class Restorer {
   }
 
   /// Assigns each offered file to its materials. An offer by name overrides a fabric found beside the glTF.
-  Result<void> find_fabrics() {
+  void find_fabrics() {
     for (const std::string& text : options_.fabrics) {
       const Offer offer = offer_of(text);
       bool taken = false;
       for (LostMaterial& lost : lost_) taken |= take(lost, offer);
-      if (!taken) {
-        return fail(Code::gltf_reference, offer.file, "",
-                    fmt::format("no material of {} has lost this fabric", document_.file));
-      }
+      if (!taken)
+        throw Failure{{Code::gltf_reference, offer.file, "",
+                       fmt::format("no material of {} has lost this fabric", document_.file)}};
     }
     for (const LostMaterial& lost : lost_) {
       if (lost.found()) continue;
@@ -126,10 +122,9 @@ class Restorer {
       const std::string what = mirror.uri.empty()
                                    ? fmt::format("the embedded fabric \"{}\" is gone", mirror.name)
                                    : fmt::format("the fabric \"{}\" is not there", mirror.uri.substr(0, 200));
-      return fail(Code::gltf_reference, document_.file, place_of(lost.material),
-                  what + "; give its file with --fabric");
+      throw Failure{{Code::gltf_reference, document_.file, place_of(lost.material),
+                     what + "; give its file with --fabric"}};
     }
-    return {};
   }
 
   bool take(LostMaterial& lost, const Offer& offer) const {
@@ -151,7 +146,7 @@ class Restorer {
     return true;
   }
 
-  Result<void> restore(const LostMaterial& lost, const Uses& uses) {
+  void restore(const LostMaterial& lost, const Uses& uses) {
     const std::string name = string_of(member(document_.json["materials"][lost.material], names::gltf::name));
     const std::string label = fmt::format("material #{} \"{}\"", lost.material, name);
     const int fabric = lost.entry >= 0 ? lost.entry : add(lost, label);
@@ -164,8 +159,8 @@ class Restorer {
                                  "transform from the time of dressing is used");
     }
     if (const std::optional<TransformFault> fault = fault_of(placement->transform)) {
-      return fail(Code::gltf_extension, document_.file, place_of(lost.material),
-                  fmt::format("{}: {}", fault->member, fault->reason));
+      throw Failure{{Code::gltf_extension, document_.file, place_of(lost.material),
+                     fmt::format("{}: {}", fault->member, fault->reason)}};
     }
     if (const auto places = uses.find(lost.material); places != uses.end()) {
       value_or_throw(check_uvs(document_, places->second, placement->tex_coord));
@@ -176,7 +171,6 @@ class Restorer {
     complete_mirror(document_, lost.material, lost.entry >= 0 ? lost.mirror.digest : digests_.at(lost.file));
     report_.materials.push_back({lost.material, name, lost.entry >= 0 ? lost.mirror.name : lost.file,
                                  placement->tex_coord, placement->transform});
-    return {};
   }
 
   /// Checks the fabric's file and adds it to the document.
@@ -209,22 +203,14 @@ class Restorer {
 
 Result<ReattachReport> reattach(const std::string& input_path, const std::string& output_path,
                                 const ReattachOptions& options) {
-  try {
-    GltfDocument document = value_or_throw(load_gltf(input_path, options.limits.document));
-    value_or_throw(check_references(document));
-    // Moved first, so that the URIs of all fabrics are relative to the same folder.
-    move_document(document, fs::path(output_path).parent_path().string());
+  return result_of_edit(input_path, [&] {
+    GltfDocument document = load_garment(input_path, output_path, options.limits.document);
     ReattachReport report = Restorer(document, output_path, options).restore();
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));
     report.bytes = value_or_throw(save_gltf(std::move(document), output_path));
     return report;
-  } catch (const Failure& failure) {
-    return tl::unexpected(failure.error);
-  } catch (const nlohmann::json::exception& error) {
-    // A wrong JSON type in an unchecked part of the document.
-    return fail(Code::gltf_malformed, input_path, "", reason_of(error));
-  }
+  });
 }
 
 }  // namespace selvedge

@@ -1,7 +1,6 @@
 #include "converter/make/make.h"
 
 #include <algorithm>
-#include <chrono>
 #include <iterator>
 
 #include "fitter/budget/candidates.h"
@@ -36,7 +35,7 @@ FitResult fit_side(SideSamples samples, const MakeOptions& options, const Progre
 }
 
 FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const Progress& progress) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   FitOutcome outcome;
   Fabric& fabric = outcome.fabric;
   const std::size_t sides = samples.header.both_sides ? all_sides.size() : 1;
@@ -64,7 +63,7 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
   for (const Error& warning : precision_warnings({}, fabric, options.write))
     outcome.warnings.push_back(warning);
   fabric = as_stored(fabric, options.write.half);
-  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  outcome.seconds = watch.seconds();
   return outcome;
 }
 

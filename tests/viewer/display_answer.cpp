@@ -5,7 +5,7 @@
 #include <iostream>
 #include <numbers>
 
-#include "apps/selvedge/query_json.h"
+#include "apps/selvedge/query.h"
 #include "format/base/json_text.h"
 #include "format/cells/cell_image.h"
 #include "format/fabric/evaluate.h"

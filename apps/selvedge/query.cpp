@@ -1,13 +1,41 @@
-#include "apps/selvedge/query_json.h"
+#include "apps/selvedge/query.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 #include "format/base/guard.h"
 
 namespace selvedge {
 namespace {
+
+constexpr int direction_count = 1 << 19;
+constexpr double two_pi = 2 * std::numbers::pi;
+
+double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
+
+/// Integral of f times share(cosine) over the directions whose cosine to the axis is more than `least`: a
+/// mean over a spiral, each point of which stands for the same area.
+template <class Share>
+V3d integral(QueriedFabric& fabric, FabricQuery query, const V3d& axis, double least, const Share& share) {
+  const V3d side = axis.cross(std::abs(axis.x) < 0.5 ? V3d(1, 0, 0) : V3d(0, 1, 0)).normalized();
+  const V3d other = axis.cross(side);
+  V3d sum(0, 0, 0);
+  for (int i = 0; i < direction_count; ++i) {
+    const double cosine = 1 - (1 - least) * (i + 0.5) / direction_count;
+    const double turns = i * std::numbers::phi;
+    const double angle = two_pi * (turns - std::floor(turns));
+    const double sine = std::sqrt(1 - cosine * cosine);
+    query.light = V3f(axis * cosine + (side * std::cos(angle) + other * std::sin(angle)) * sine);
+    if (query.light.z <= 0 && !fabric.lets_through()) continue;
+    sum += V3d(value_or_throw(fabric.shade(query)).radiance) * share(cosine);
+  }
+  return sum * (two_pi * (1 - least) / direction_count);
+}
 
 /// A list of `Vector::dimensions()` numbers.
 template <class Vector>
@@ -104,6 +132,65 @@ Axes frame_from(const nlohmann::json& line) {
 }
 
 }  // namespace
+
+Result<QueriedFabric> QueriedFabric::open(const std::string& path) {
+  return read_fabric(path).map([&](Fabric&& fabric) { return QueriedFabric(path, std::move(fabric)); });
+}
+
+Result<Shading> QueriedFabric::shade(const FabricQuery& query) {
+  const bool turns = query.behind && front_.side_of(Side::back) != nullptr;
+  if (turns && !behind_) behind_ = turned_over(front_);
+  const Fabric& fabric = turns ? *behind_ : front_;
+  if (query.uv) return evaluate(fabric, query.level, *query.uv, query.light, query.view);
+  const auto refuse = [&](const char* place, std::string message) {
+    return fail(Code::option_out_of_range, path_, place, std::move(message));
+  };
+  if (!(query.level >= 0 && query.level <= levels() - 1)) {
+    return refuse("level", fmt::format("{} is outside of 0 to {}", query.level, levels() - 1));
+  }
+  const int level = static_cast<int>(query.level);
+  if (level != query.level) return refuse("level", "a texel is of one whole level");
+  const FabricLevel& texels = fabric.levels[level];
+  const auto [x, y] = std::pair(query.texel->x, query.texel->y);
+  if (x < 0 || y < 0 || x >= texels.width || y >= texels.height) {
+    return refuse("texel", fmt::format("level {} has {}x{} texels", level, texels.width, texels.height));
+  }
+  return evaluate(fabric, level, x, y, query.light, query.view);
+}
+
+double ClosedEnvironment::pattern(double cosine) const {
+  switch (kind) {
+    case Kind::constant:
+      return 0;
+    case Kind::cosine:
+      return cosine;
+    case Kind::lobe:
+      return cosine > 0 ? std::pow(cosine, exponent) : 0;
+    case Kind::disc:
+      return cosine > cosine_of(degrees) ? 1 : 0;
+  }
+  return 0;
+}
+
+Shading shown(QueriedFabric& fabric, const EnvironmentQuery& query) {
+  const ClosedEnvironment& e = query.environment;
+  Shading result = value_or_throw(fabric.shade(query.place));
+  V3d light = e.a * integral(fabric, query.place, V3d(0, 0, 1), fabric.lets_through() ? -1 : 0,
+                             [](double) { return 1.0; });
+  if (e.kind != ClosedEnvironment::Kind::constant) {
+    // A small disc has all of the directions.
+    const bool disc = e.kind == ClosedEnvironment::Kind::disc;
+    const double least = disc ? cosine_of(e.degrees) : e.kind == ClosedEnvironment::Kind::lobe ? 0 : -1;
+    light += e.b * integral(fabric, query.place, e.axis, least,
+                            [&](double cosine) { return disc ? 1 : e.pattern(cosine); });
+  }
+  const double alpha = result.alpha;
+  const V3d radiance = light * alpha + query.background.value_or(e.at(-V3d(query.place.view))) * (1 - alpha);
+  for (int c = 0; c < 3; ++c)
+    result.radiance[c] =
+        static_cast<float>(std::min(radiance[c], static_cast<double>(std::numeric_limits<float>::max())));
+  return result;
+}
 
 void malformed(const char* place, const char* message) {
   throw Failure{Error{Code::json_malformed, {}, place, message}};
