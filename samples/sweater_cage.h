@@ -1,7 +1,7 @@
 // The control cage of the sweater, and the body that it hangs on.
 #pragma once
 
-#include "samples/surface.h"
+#include "samples/subdivide.h"
 
 namespace selvedge::samples {
 
