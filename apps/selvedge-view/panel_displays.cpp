@@ -72,6 +72,7 @@ void show_times(const PanelInfo& info) {
   row("triangles", "{}", s.triangles);
   row("pixels", "{} seen, {} evaluated", s.covered_pixels, s.evaluated_pixels);
   row("layers", "{}", s.layers);
+  for (const std::string& remark : s.remarks) ImGui::TextWrapped("%s", remark.c_str());
 }
 
 void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& centre, float radius) {

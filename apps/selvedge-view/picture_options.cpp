@@ -25,6 +25,10 @@ void add_input(Options& options, PictureOptions& picture) {
   options.number("--layers", picture.layers, "N",
                  "Surfaces behind each other that show through holes (1 to 64)");
   options
+      .number("--image-memory", picture.image_memory, "MIB",
+              "MiB that the cell images of a frame take at most; without room for them they are coarser")
+      .in(4, 65536);
+  options
       .number("--level", picture.levels.forced, "K",
               "Mip level of the whole fabric to show everywhere (default: by the pixel's footprint)")
       .in(0, 30);

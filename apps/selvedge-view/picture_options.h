@@ -29,6 +29,7 @@ struct PictureOptions {
   int shadows = default_shadow_size;  ///< texels per side of maps of scenes; 0: no maps
   LevelOptions levels;
   int layers = RenderOptions{}.layers;
+  int image_memory = CellImageOptions{}.memory >> 20;  ///< MiB
   std::string environment;    ///< a picture of radiance, "studio" or "none"; empty: what suits the input
   EnvironmentOptions around;  ///< of it
   bool backdrop = false;      ///< it is shown, too

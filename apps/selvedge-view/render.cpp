@@ -36,7 +36,8 @@ void add(const RenderStats& one, RenderStats& sum) {
   sum.covered_pixels += one.covered_pixels;
   sum.evaluated_pixels += one.evaluated_pixels;
   sum.layers = std::max(sum.layers, one.layers);
-  sum.remarks = one.remarks;
+  sum.image_bytes = std::max(sum.image_bytes, one.image_bytes);
+  if (one.remarks.size() >= sum.remarks.size()) sum.remarks = one.remarks;
 }
 
 /// The files of all frames, opened before the work, so that an unwritable folder is reported first.
@@ -99,6 +100,7 @@ Json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& 
           {"layers", stats.layers},
           {"coveredPixels", stats.covered_pixels},
           {"evaluatedPixels", stats.evaluated_pixels},
+          {"imageBytes", stats.image_bytes},
           {"remarks", stats.remarks},
           {"seconds", to_json(stats)}};
 }

@@ -31,6 +31,9 @@ void check_render(const Options& options, const RenderCommand& command) {
                     {"--size"});
   options.refuse_if(options.given("--level"),
                     "has no effect with --level, which shows the texels of one level", {"--points"});
+  options.refuse_if(command.render.path == RenderPath::shader || command.render.path == RenderPath::paper,
+                    "has no effect with --path shader and --path paper, which show no cell images",
+                    {"--image-memory"});
   options.refuse_if(command.render.path == RenderPath::paper,
                     "has no effect with --path paper, which shows nearest texels and no yarn", {"--points"});
 }

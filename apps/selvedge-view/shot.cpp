@@ -55,6 +55,7 @@ Shot read_shot(const RenderCommand& command) {
   shot.options.height = command.size.y;
   shot.options.levels = command.picture.levels;
   shot.options.cells.samples = 2 * static_cast<float>(command.picture.levels.points);
+  shot.options.cells.memory = std::size_t{1} * command.picture.image_memory << 20;
   shot.options.layers = command.picture.layers;
   std::vector<Light> own_lights;
   if (has_ending(command.picture.input, ".exr")) {

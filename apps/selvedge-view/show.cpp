@@ -87,6 +87,7 @@ ShowState first_state(const ShowCommand& command, const Window& window, const Sh
   state.shadows = look.shadows;
   state.levels = command.picture.levels;
   state.layers = command.picture.layers;
+  state.image_memory = std::size_t{1} * command.picture.image_memory << 20;
   // The first directional light, which drags can turn.
   const auto found = std::ranges::find(state.lights, LightKind::directional, &Light::kind);
   if (found != state.lights.end()) state.held_light = found - state.lights.begin();

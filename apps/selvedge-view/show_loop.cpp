@@ -59,6 +59,7 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
   add("--path", path_names[state.path]);
   if (state.levels.forced >= 0) add("--level", state.levels.forced);
   add("--layers", state.layers);
+  if (state.image_memory != CellImageOptions{}.memory) add("--image-memory", state.image_memory >> 20);
   // The lights of `render` without options.
   const bool in_environment = state.environment >= 0;
   const bool lamps = own.empty() && !in_environment;

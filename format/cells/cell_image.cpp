@@ -26,8 +26,8 @@ struct FrontLamp {
   float rise = 1;  ///< no step where the light sets
   int plane = 0;
   V2f slope{0, 0};
-  const DepthGrid* shadow = nullptr;  ///< null: nothing is in shadow
-  float away = 0;                     ///< mm along the normal, by which looked-up points leave the yarn
+  std::shared_ptr<const CellShadow> shadow;  ///< null: nothing is in shadow
+  float away = 0;  ///< mm along the normal, by which looked-up points leave the yarn
 };
 
 struct ShadingJob {
@@ -75,7 +75,7 @@ template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> lit_share(const FrontLamp& lamp, const WideVec3<N>& p, float plane,
                                        const V2f& period) {
   using Wide = WideFloat<N>;
-  const DepthGrid& grid = *lamp.shadow;
+  const DepthGrid& grid = lamp.shadow->grid;
   const Wide width(static_cast<float>(grid.width));
   const Wide height(static_cast<float>(grid.height));
   const Wide above = p.z - Wide(plane);
@@ -368,12 +368,12 @@ std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, 
   std::vector<FrontLamp> lamps;
   for (const CellLamp& lamp : view.lamps) {
     if (!(lamp.direction.z > 0)) continue;
-    const CellShadow& shadow = shadows.cast(
+    auto shadow = shadows.cast(
         lamp.direction, {pixel / view.shadow_texels, view.piece_pixels * std::min(view.shadow_texels, 1.0F),
                          view.shadow_texels / view.detail, view.hairs && view.hair_shadows});
     lamps.push_back({lifted(lamp.direction), lamp.irradiance, std::min(1.0F, lamp.direction.z / min_rise),
-                     lamp.plane, shadow.slope, &shadow.grid,
-                     shadow_bias * std::max(shadow.texel, least_bias * std::min(period.x, period.y))});
+                     lamp.plane, shadow->slope, shadow,
+                     shadow_bias * std::max(shadow->texel, least_bias * std::min(period.x, period.y))});
   }
   return lamps;
 }

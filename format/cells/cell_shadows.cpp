@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace selvedge {
 namespace {
@@ -11,7 +12,7 @@ constexpr int max_side = 512;  ///< of a grid
 constexpr float most_moved = 0.25F;
 constexpr float largest_step = 0.1F;
 
-std::size_t bytes_of(const DepthGrid& grid) { return grid.z.size() * sizeof(float); }
+std::size_t bytes_of(const CellShadow& shadow) { return shadow.grid.z.size() * sizeof(float); }
 
 }  // namespace
 
@@ -20,7 +21,24 @@ CellShadows::CellShadows(const CellYarn& yarn) : yarn_(yarn) {
   relief_ = std::max(inside.high - inside.low, 1e-9F);
 }
 
-const CellShadow& CellShadows::cast(const V3f& direction, ShadowDetail detail) {
+/// Counts a grid that it finds as asked for.
+std::shared_ptr<const CellShadow> CellShadows::find(const Key& key) {
+  if (const auto found = latest_.grids.find(key); found != latest_.grids.end()) return found->second;
+  auto node = older_.grids.extract(key);
+  if (node.empty()) return nullptr;
+  older_.bytes -= bytes_of(*node.mapped());
+  keep(key, node.mapped());
+  return node.mapped();
+}
+
+void CellShadows::keep(const Key& key, std::shared_ptr<const CellShadow> shadow) {
+  latest_.bytes += bytes_of(*shadow);
+  latest_.grids.emplace(key, std::move(shadow));
+  if (latest_.bytes <= most_bytes_ / 2) return;
+  older_ = std::exchange(latest_, {});
+}
+
+std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, ShadowDetail detail) {
   detail.texel = std::exp2(std::round(4 * std::log2(std::clamp(detail.texel, 1e-12F, 1e12F))) / 4);
   // The arguments of the hyperbolic sines that are its slopes: texels are as much longer where light is
   // slanted.
@@ -30,12 +48,9 @@ const CellShadow& CellShadows::cast(const V3f& direction, ShadowDetail detail) {
   const Key key{detail, rounded(slope.x), rounded(slope.y)};
   {
     const std::scoped_lock lock(mutex_);
-    if (const auto found = kept_.find(key); found != kept_.end()) {
-      found->second.used = call_;
-      return *found->second.shadow;
-    }
+    if (auto found = find(key)) return found;
   }
-  auto made = std::make_unique<CellShadow>();
+  auto made = std::make_shared<CellShadow>();
   made->slope = {std::sinh(static_cast<float>(key.x) * step), std::sinh(static_cast<float>(key.y) * step)};
   const V2f period = yarn_.yarns().period();
   const auto texels = [&](float length, float along) {
@@ -54,24 +69,9 @@ const CellShadow& CellShadows::cast(const V3f& direction, ShadowDetail detail) {
         {made->slope, detail.width * detail.texel, detail.hairs}, made->grid);
   const std::scoped_lock lock(mutex_);
   // Another thread may have been faster, with the same result.
-  Kept& kept = kept_[key];
-  kept.used = call_;
-  if (!kept.shadow) {
-    bytes_ += bytes_of(made->grid);
-    kept.shadow = std::move(made);
-  }
-  return *kept.shadow;
-}
-
-void CellShadows::trim(std::size_t most_bytes) {
-  if (bytes_ > most_bytes) {
-    std::erase_if(kept_, [&](const auto& entry) {
-      if (entry.second.used == call_) return false;
-      bytes_ -= bytes_of(entry.second.shadow->grid);
-      return true;
-    });
-  }
-  ++call_;
+  if (auto found = find(key)) return found;
+  keep(key, made);
+  return made;
 }
 
 }  // namespace selvedge

@@ -27,15 +27,16 @@ struct CellShadow {
   float texel = 0;  ///< width, mm; less than asked for in a small grid
 };
 
-/// The grids of one side of a fabric. For any number of threads, but for trim().
+/// The grids of one side of a fabric. For any number of threads, but for set_memory().
 class CellShadows {
  public:
   explicit CellShadows(const CellYarn& yarn);
+  /// Grids that nobody holds take at most so many bytes, but for the last one; 64 MiB without a call.
+  void set_memory(std::size_t most_bytes) { most_bytes_ = most_bytes; }
   /// The grid of a unit direction with z > 0, rounded so that no point's shadow moves by more than a quarter
-  /// of a texel. It does not depend on earlier calls, and lives until trim().
-  const CellShadow& cast(const V3f& direction, ShadowDetail detail);
-  /// If all grids have more bytes, forgets the ones that were not asked for since the last call.
-  void trim(std::size_t most_bytes);
+  /// of a texel. It does not depend on earlier calls.
+  std::shared_ptr<const CellShadow> cast(const V3f& direction, ShadowDetail detail);
+  std::size_t bytes() const { return latest_.bytes + older_.bytes; }
 
  private:
   struct Key {
@@ -43,16 +44,19 @@ class CellShadows {
     std::int32_t x = 0, y = 0;
     auto operator<=>(const Key&) const = default;
   };
-  struct Kept {
-    std::unique_ptr<const CellShadow> shadow;
-    std::uint64_t used = 0;
+  struct Grids {
+    std::map<Key, std::shared_ptr<const CellShadow>> grids;
+    std::size_t bytes = 0;
   };
+  std::shared_ptr<const CellShadow> find(const Key& key);
+  void keep(const Key& key, std::shared_ptr<const CellShadow> shadow);
+
   const CellYarn& yarn_;
   float relief_;  ///< height of the yarn, mm
   std::mutex mutex_;
-  std::map<Key, Kept> kept_;
-  std::size_t bytes_ = 0;
-  std::uint64_t call_ = 0;  ///< of trim()
+  std::size_t most_bytes_ = std::size_t{64} << 20;
+  /// The latest that were asked for, half of the bytes; then these are the older ones, which are forgotten.
+  Grids latest_, older_;
 };
 
 }  // namespace selvedge

@@ -85,6 +85,7 @@ test_render_refuses_options_that_would_have_no_effect() {
   done
   idle --points quad.glb --level 1 --points 3
   idle --place quad.glb --place near
+  idle --image-memory quad.glb --path shader --image-memory 64
   for option in '--azimuth 20' '--elevation 3' '--fov 20' --orthographic '--distance 20' '--distance-factor 3' '--look-at 1,1,1'; do
     # shellcheck disable=SC2086
     idle "${option% *}" quad.glb --camera 0 $option

@@ -327,12 +327,13 @@ std::uint32_t CellPass::patch_at(std::uint32_t triangle, const V2f& pixel) const
                     unit(c[1][2], c[1][3], c[2][0]));
 }
 
-/// A patch that only shows through holes may be coarser, and shares the image of the patch around it.
-PatchNeed& CellPass::need(PatchSide patch, bool behind) {
-  if (behind && !store_.is_made(patch)) {
-    const PatchSide around = 2 * store_.patches().parent(patch / 2) + patch % 2;
-    shared_.push_back({patch, around});
-    patch = around;
+/// A patch that only shows through holes may be coarser, and shares the image of the patch around it; without
+/// memory, of one that is around it so many times more.
+PatchNeed& CellPass::need(PatchSide patch, bool behind, int shared) {
+  if (shared > 0 || (behind && !store_.is_made(patch))) {
+    const PatchSide own = patch;
+    for (int i = behind ? -1 : 0; i < shared; ++i) patch = 2 * store_.patches().parent(patch / 2) + patch % 2;
+    shared_.push_back({own, patch});
   }
   if (calls_[patch] != call_) {
     calls_[patch] = call_;
@@ -344,6 +345,15 @@ PatchNeed& CellPass::need(PatchSide patch, bool behind) {
 
 void CellPass::make(bool behind) {
   if (!active_) return;
+  int shared = 0;
+  for (collect(behind, shared); !store_.make(needs_, behind, shared); collect(behind, shared)) ++shared;
+  for (const auto& [patch, other] : shared_) store_.share(patch, other);
+  std::ranges::fill(seen_, 0);
+  std::ranges::fill(seen_patches_, 0);
+}
+
+/// The patches that seen pixels need.
+void CellPass::collect(bool behind, int shared) {
   ++call_;
   needs_.clear();
   shared_.clear();
@@ -357,23 +367,19 @@ void CellPass::make(bool behind) {
         const std::uint32_t patch = patches.at(patches.place(i), u, v);
         for (std::uint32_t side = 0; side < 2; ++side) {
           if ((seen_[i] >> side & 1) == 0) continue;
-          PatchNeed& of = need(2 * patch + side, behind);
+          PatchNeed& of = need(2 * patch + side, behind, shared);
           of.lit |= always | shares_[i].lit;
           of.unlit |= shares_[i].unlit;
         }
       }
     }
-    seen_[i] = 0;
   }
   for (std::uint32_t i = 0; i < seen_patches_.size(); ++i) {
     if (seen_patches_[i] == 0) continue;
-    PatchNeed& of = need(i, behind);
+    PatchNeed& of = need(i, behind, shared);
     of.lit = ~0U;
     of.unlit = mapped_;
-    seen_patches_[i] = 0;
   }
-  store_.make(needs_, behind);
-  for (const auto& [patch, other] : shared_) store_.share(patch, other);
 }
 
 namespace {

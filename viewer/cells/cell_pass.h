@@ -58,6 +58,8 @@ class CellPass {
   void see(SeenSurface surface, int x, int y);
   /// Makes images of what was seen since the last call.
   void make(bool behind = false);
+  /// Ends a frame.
+  CellMemory end() { return active_ ? store_.end() : CellMemory{}; }
   /// Place of a pixel from the frame's middle.
   V2f from_middle(int x, int y) const {
     return {static_cast<float>(x) - middle_x_, static_cast<float>(y) - middle_y_};
@@ -86,7 +88,8 @@ class CellPass {
   /// At a pixel, from the frame's middle.
   std::uint32_t patch_at(std::uint32_t triangle, const V2f& pixel) const;
   void set_planes(const ProjectedVertices& projected);
-  PatchNeed& need(PatchSide patch, bool behind);
+  void collect(bool behind, int shared);
+  PatchNeed& need(PatchSide patch, bool behind, int shared);
   struct Surface {
     V3f point, normal;
   };

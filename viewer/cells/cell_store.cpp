@@ -37,6 +37,16 @@ constexpr float beyond_thin_cloth = 0.5F;
 /// Of cloth without yarn, whose texels change with the view as if some of them lay so high, repeats.
 constexpr float relief_of_texels = 0.2F;
 
+/// Pixels of coarser images are larger, in steps of a quarter of an octave.
+constexpr float step_larger = 1.189207F;
+constexpr float most_larger = 64;
+
+double bytes_of(const CellView& view) {
+  const V2i texels = view.size.samples / view.size.stride;
+  const double of_texel = static_cast<double>(sizeof(CellTexel)) * view.planes + 1;  // its height
+  return of_texel * (texels.x + 1) * (texels.y + 1);
+}
+
 }  // namespace
 
 float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there,
@@ -80,10 +90,19 @@ struct CellStore::Kept {
 struct CellStore::Wanted {
   CellView view;
   CellSource source;
+  const Fabric* fabric = nullptr;
   V2f period{1, 1};  ///< mm
   V2f pixel{1, 1};
   std::uint32_t own = 0, lit = 0;
   float brightness = 1;
+};
+
+struct CellStore::Work {
+  PatchSide patch = 0;
+  float outdated = 0;
+  double cost = 0;
+  Wanted wanted;
+  std::shared_ptr<Kept> kept;
 };
 
 CellStore::ClothSide::ClothSide(const Fabric& seen) : fabric(seen), texels(seen) {
@@ -147,9 +166,33 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   lights_ = lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;
+  memory_ = {};
+  demand_ = 0;
+  for (Cloth& cloth : cloths_) {
+    for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
+      if (side != nullptr && side->shadows) side->shadows->set_memory(options_.memory / 8 / cloths_.size());
+    }
+  }
   patches_.choose(camera, origin_, frame,
                   {options_.patch_pixels, options_.patch_repeats, options_.patch_turn, options_.patch_apart},
                   lights.lights);
+}
+
+CellMemory CellStore::end() {
+  last_demand_ = demand_;
+  return memory_;
+}
+
+/// Levels and size of an image for pixels that are so much larger.
+void CellStore::set_size(Wanted& of, float samples, float larger) const {
+  const V2f shown = of.pixel * levels_.footprint;
+  CellLevels& levels = of.view.levels = shown_levels(*of.fabric, shown, levels_.forced);
+  if (levels.yarn > 0) {
+    of.view.size = cell_size(shown * larger, samples);
+    return;
+  }
+  if (larger > 1) levels = shown_levels(*of.fabric, shown * larger, levels_.forced);
+  of.view.size = texel_size(*of.fabric, shown, levels.finer);
 }
 
 CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool behind) const {
@@ -159,6 +202,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   const int fabric = materials_[mesh_.triangles[patch.triangle].surface].fabric;
   ClothSide& cloth = cloths_[fabric].seen_from(need.patch % 2 != 0);
   result.source = cloth.source();
+  result.fabric = &cloth.fabric;
   result.period = cloth.fabric.period_mm;
   result.pixel = patches_.shown(need.patch / 2).pixel;
 
@@ -222,10 +266,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   result.view.shadow_texels = options_.shadow_texels;
   result.view.detail = options_.detail;
   result.view.piece_pixels = options_.piece_pixels;
-  const V2f shown = result.pixel * levels_.footprint;
-  CellLevels& levels = result.view.levels = shown_levels(cloth.fabric, shown, levels_.forced);
-  result.view.size =
-      levels.yarn > 0 ? cell_size(shown, samples) : texel_size(cloth.fabric, shown, levels.finer);
+  set_size(result, samples, 1);
   const V2i& count = result.view.size.samples;
   result.view.coarse_shading = options_.coarse_shading && count.x * count.y > many_samples;
   return result;
@@ -263,33 +304,78 @@ float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples)
   return worst;
 }
 
-void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
-  ++call_;
-  const float samples = options_.samples * (behind ? options_.behind : 1);
-  struct Work {
-    PatchSide patch = 0;
-    float outdated = 0;
-    double cost = 0;
-    Wanted wanted;
-    std::shared_ptr<Kept> kept;
-  };
-  std::vector<Work> all(needs.size());
-  parallel_for(0, static_cast<int>((needs.size() + 63) / 64), [&](int part) {
-    for (std::size_t i = 64 * static_cast<std::size_t>(part);
-         i < std::min<std::size_t>(64 * (part + 1), needs.size()); ++i) {
-      Work& work = all[i];
-      work.patch = needs[i].patch;
-      work.wanted = wanted(needs[i], samples, behind);
-      work.kept = kept_[work.patch];
-      work.outdated = work.kept ? outdated(*work.kept, work.wanted, samples) : HUGE_VALF;
-      if (work.outdated == HUGE_VALF && options_.fresh < 1) {
-        work.kept = of_kin(work.patch, work.wanted, samples);
-        if (work.kept) work.outdated = outdated(*work.kept, work.wanted, samples) + 1;
-      }
-      const CellSize& size = work.wanted.view.size;
-      work.cost =
-          static_cast<double>(size.samples.x) * size.samples.y * (1 + 0.1 * work.wanted.view.planes) + 1500;
+/// Makes sizes smaller until all images fit into room_. Returns by how much their pixels are larger; none:
+/// even the coarsest do not fit, and these are set.
+std::optional<float> CellStore::fit(std::span<Work> works, float samples) const {
+  const auto fits = [&](float larger) {
+    double sum = 0;
+    for (Work& work : works) {
+      set_size(work.wanted, samples, larger);
+      sum += bytes_of(work.wanted.view);
     }
+    return sum <= room_;
+  };
+  if (!fits(most_larger)) return std::nullopt;
+  // Sizes are not monotonic.
+  float larger = step_larger;
+  while (!fits(larger)) larger = std::min(larger * step_larger, most_larger);
+  return larger;
+}
+
+bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) {
+  float samples = options_.samples * (behind ? options_.behind : 1);
+  std::vector<Work> all(needs.size());
+  const auto for_all = [&](const auto& body) {
+    parallel_for(0, static_cast<int>((needs.size() + 63) / 64), [&](int part) {
+      for (std::size_t i = 64 * static_cast<std::size_t>(part);
+           i < std::min<std::size_t>(64 * (part + 1), needs.size()); ++i)
+        body(i);
+    });
+  };
+  for_all([&](std::size_t i) {
+    all[i].patch = needs[i].patch;
+    all[i].wanted = wanted(needs[i], samples, behind);
+    all[i].kept = kept_[needs[i].patch];
+  });
+  const auto most = static_cast<double>(options_.memory);
+  double held = 0;
+  double full = 0;
+  for (const Work& work : all) {
+    const double bytes = bytes_of(work.wanted.view);
+    full += bytes;
+    // A patch that another call of this frame has seen counts once.
+    const bool counts = shared == 0 && (!work.kept || work.kept->used < frame_);
+    if (counts) demand_ += bytes;
+    held += std::max(bytes, work.kept ? static_cast<double>(work.kept->image.bytes()) : 0);
+  }
+  if (shared == 0) {
+    // Images that the next frame shows again have room beside each other.
+    const double whole = options_.fresh < 1 ? std::max(full, last_demand_) : full;
+    room_ = whole > most ? most / whole * full : most;
+    memory_.full = std::max(memory_.full, whole);
+  }
+  const std::optional<float> fitting = full > room_ ? fit(all, samples) : 1;
+  if (!fitting && shared < most_shared) return false;
+  const float larger = fitting.value_or(most_larger);
+  memory_.coarser |= larger > 1 || shared > 0;
+  ++call_;
+  samples /= larger;
+  const bool tight = larger > 1 || held > room_;
+  for_all([&](std::size_t i) {
+    Work& work = all[i];
+    // Finer and larger images make room.
+    if (tight && work.kept &&
+        (work.kept->samples > samples ||
+         static_cast<double>(work.kept->image.bytes()) > bytes_of(work.wanted.view)))
+      work.kept = nullptr;
+    work.outdated = work.kept ? outdated(*work.kept, work.wanted, samples) : HUGE_VALF;
+    if (work.outdated == HUGE_VALF && options_.fresh < 1 && !tight) {
+      work.kept = of_kin(work.patch, work.wanted, samples);
+      if (work.kept) work.outdated = outdated(*work.kept, work.wanted, samples) + 1;
+    }
+    const CellSize& size = work.wanted.view.size;
+    work.cost =
+        static_cast<double>(size.samples.x) * size.samples.y * (1 + 0.1 * work.wanted.view.planes) + 1500;
   });
   double allowed = 0;
   for (const Work& work : all) {
@@ -298,7 +384,6 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
   }
   allowed *= options_.fresh;
   std::vector<Work*> order;
-  double bytes = 0;
   for (Work& work : all) {
     // Images that turned less look the same.
     if (work.outdated > (options_.fresh < 1 ? 0.25F : 1e-3F)) order.push_back(&work);
@@ -307,28 +392,26 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
                    [](const Work* a, const Work* b) { return a->outdated > b->outdated; });
   std::size_t count = 0;
   double spent = 0;
+  double coming = 0;  // bytes
   for (; count < order.size(); ++count) {
     const Work& work = *order[count];
     if (work.outdated < HUGE_VALF) {
       if (spent >= allowed) break;
       spent += work.cost;
     }
-    const CellSize& size = work.wanted.view.size;
-    bytes += 8.0 * size.samples.x * size.samples.y / (size.stride * size.stride) * work.wanted.view.planes;
+    coming += bytes_of(work.wanted.view);
   }
   order.resize(count);
-  if (const auto most = static_cast<double>(options_.memory); bytes > most) {
-    const float fewer = samples * static_cast<float>(std::sqrt(most / bytes));
-    for (Work* work : order) {
-      if (work->wanted.view.levels.yarn > 0)
-        work->wanted.view.size = cell_size(work->wanted.pixel * levels_.footprint, fewer);
-    }
-  }
   for (Work& work : all) {
     if (!kept_[work.patch]) alive_.push_back(work.patch);
     kept_[work.patch] = std::move(work.kept);
+    if (kept_[work.patch]) kept_[work.patch]->used = call_;
   }
-  for (const Work* work : order) kept_[work->patch] = std::make_shared<Kept>(bytes_);
+  for (const Work* work : order) {
+    kept_[work->patch] = std::make_shared<Kept>(bytes_);
+    kept_[work->patch]->used = call_;
+  }
+  trim(coming);
   parallel_for(0, static_cast<int>(order.size()), [&](int i) {
     thread_local CellScratch scratch;
     if (interrupts_->ends()) return;
@@ -348,12 +431,12 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
     if (kept_[work->patch]->image.texels.empty()) kept_[work->patch].reset();
   }
   for (const Work* work : order) bytes_ += kept_[work->patch] ? kept_[work->patch]->image.bytes() : 0;
+  memory_.most = std::max(memory_.most, static_cast<double>(bytes_));
   std::erase_if(alive_, [&](PatchSide patch) { return !kept_[patch]; });
   for (const Work& work : all) {
     looks_[work.patch] = {};
     if (!kept_[work.patch]) continue;
-    Kept& kept = *kept_[work.patch];
-    kept.used = call_;
+    const Kept& kept = *kept_[work.patch];
     const CellImage& image = kept.image;
     const SurfaceMaterial& material = materials_[mesh_.triangles[patches_[work.patch / 2].triangle].surface];
     // Matt texels are as bright as their normal tells; yarn stands out of the cloth.
@@ -377,12 +460,7 @@ void CellStore::make(std::span<const PatchNeed> needs, bool behind) {
     }
     look.is_solid = !material.keeps_opacity;
   }
-  trim();
-  for (const Cloth& cloth : cloths_) {
-    for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
-      if (side != nullptr && side->shadows) side->shadows->trim(options_.memory / 8 / cloths_.size());
-    }
-  }
+  return true;
 }
 
 /// An image of a patch around or within this one that is of use.
@@ -398,12 +476,15 @@ std::shared_ptr<CellStore::Kept> CellStore::of_kin(PatchSide patch, const Wanted
   return nullptr;
 }
 
-/// Forgets images of earlier calls, the oldest first, until the others fit.
-void CellStore::trim() {
-  if (bytes_ <= options_.memory) return;
+/// Forgets images of earlier calls, the oldest first, until the others fit beside so many bytes.
+void CellStore::trim(double coming) {
+  const auto fits = [&] {
+    return static_cast<double>(bytes_) + coming <= static_cast<double>(options_.memory);
+  };
+  if (fits()) return;
   std::stable_sort(alive_.begin(), alive_.end(),
                    [&](PatchSide a, PatchSide b) { return kept_[a]->used > kept_[b]->used; });
-  while (bytes_ > options_.memory && !alive_.empty() && kept_[alive_.back()]->used + 1 < call_) {
+  while (!fits() && !alive_.empty() && kept_[alive_.back()]->used < call_) {
     kept_[alive_.back()].reset();
     looks_[alive_.back()] = {};
     alive_.pop_back();

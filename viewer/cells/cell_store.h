@@ -41,6 +41,13 @@ struct PatchNeed {
   std::uint32_t unlit = 0;  ///< lights of which some of it lacks a share
 };
 
+/// Bytes of the images of a frame.
+struct CellMemory {
+  double most = 0;       ///< that were there at once
+  double full = 0;       ///< of the images that should have been there at once, as fine as wanted
+  bool coarser = false;  ///< some were not
+};
+
 /// An image as pixels look it up.
 struct CellLook {
   Group size{};          ///< width and height in texels, CellImage::first
@@ -71,10 +78,14 @@ class CellStore {
   /// picture.
   void begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
              const CellLights& lights);
-  /// Makes images that are missing, and of others the most outdated, for these patches. Each call keeps the
-  /// images of the last two calls, and others while they fit into CellImageOptions::memory. `behind`: only
-  /// holes of other surfaces show them.
-  void make(std::span<const PatchNeed> needs, bool behind);
+  /// Makes images that are missing, and of others the most outdated, for these patches, and keeps others
+  /// while all fit into CellImageOptions::memory; without room for these they are coarser. If even the
+  /// coarsest do not fit, returns false, with no other effect, unless `shared` is most_shared: so often
+  /// patches were replaced by the ones around them. `behind`: only holes of other surfaces show them.
+  bool make(std::span<const PatchNeed> needs, bool behind, int shared);
+  static constexpr int most_shared = 8;
+  /// Ends a frame.
+  CellMemory end();
   const CellLook& look(PatchSide patch) const { return looks_[patch]; }
   /// Whether a call of this frame has made or kept the patch's own image.
   bool is_made(PatchSide patch) const;
@@ -84,10 +95,13 @@ class CellStore {
  private:
   struct Kept;
   struct Wanted;
+  struct Work;
   Wanted wanted(const PatchNeed& need, float samples, bool behind) const;
+  void set_size(Wanted& of, float samples, float larger) const;
+  std::optional<float> fit(std::span<Work> works, float samples) const;
   float outdated(const Kept& kept, const Wanted& wanted, float samples) const;
   std::shared_ptr<Kept> of_kin(PatchSide patch, const Wanted& wanted, float samples) const;
-  void trim();
+  void trim(double coming);
 
   const MergedSurfaces& mesh_;
   std::span<const SurfaceMaterial> materials_;
@@ -113,6 +127,9 @@ class CellStore {
   std::vector<Cloth> cloths_;
   Patches patches_;
   std::size_t bytes_ = 0;                    ///< of the images
+  CellMemory memory_;                        ///< of the frame
+  double demand_ = 0, last_demand_ = 0;      ///< of this frame and the last: bytes of images as wanted
+  double room_ = 0;                          ///< for the images of a call, bytes
   std::vector<std::shared_ptr<Kept>> kept_;  ///< by patch and side; a patch may show the image of its kin
   std::vector<CellLook> looks_;
   std::vector<PatchSide> alive_;

@@ -92,6 +92,7 @@ struct RenderStats {
   std::int64_t covered_pixels = 0;    ///< of the nearest layer, in the supersampled frame
   std::int64_t evaluated_pixels = 0;  ///< over all layers
   int layers = 0;                     ///< largest number in one pixel
+  std::int64_t image_bytes = 0;       ///< the most that cell images took at once
   std::vector<std::string> remarks;   ///< options and materials that could not be honoured, one line each
 };
 

@@ -1,6 +1,9 @@
 #include "viewer/hybrid/path.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <future>
 
 #include "format/base/parallel.h"
@@ -131,6 +134,14 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
     }
   }
   if (auto good = finish_before(); !good) return good;
+  if (!view.options.ends()) {
+    const CellMemory memory = cells_.end();
+    stats.image_bytes = static_cast<std::int64_t>(memory.most);
+    if (memory.coarser)
+      stats.remarks.push_back(
+          fmt::format("cell images are coarser than wanted: these take {:.0f} MiB, --image-memory is {}",
+                      std::ceil(memory.full / (1 << 20)), view.options.cells.memory >> 20));
+  }
   stats.geometry += shaded.geometry;
   stats.read_back += shaded.read_back;
   stats.evaluation = shaded.evaluation;

@@ -91,6 +91,7 @@ void ShowPicture::draw(const ShowState& state) {
   camera_ = value_or_throw(make_camera(corners_, aspect, state.camera));
   options_.levels = state.levels;
   options_.cells = moving_cell_images;
+  options_.cells.memory = state.image_memory / sides().size();
   set_light(state);
   options_.lights = lights_in_world(state, camera_);
   for (ShownSide& side : sides()) {
@@ -147,15 +148,17 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
   RenderOptions options = options_;
   options.levels.footprint = 1.0F / n;
   options.cells = {};
+  options.cells.memory = options_.cells.memory;
   Camera camera = camera_;
   const int row = refined_ / n;
   const V2d place((refined_ % n + 0.5) / n - 0.5, (row + 0.5) / n - 0.5);
   camera.window_centre += place * camera.window_half * 2.0 / V2d(options.width, options.height);
-  RenderStats unwanted;
+  RenderStats stats;
   for (ShownSide& side : sides()) {
-    if (auto good = side.renderer->draw(camera, options, side.sample, unwanted); !good)
+    if (auto good = side.renderer->draw(camera, options, side.sample, stats); !good)
       return tl::unexpected(good.error());
     if (options_.ends()) return false;
+    stats_.remarks = stats.remarks;
   }
   ++refined_;
   for (ShownSide& side : sides()) {

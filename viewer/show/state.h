@@ -43,6 +43,7 @@ struct ShowState {
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;
+  std::size_t image_memory = CellImageOptions{}.memory;
   int path = static_cast<int>(RenderPath::raster);
   FabricChoice worn;
   std::vector<int> hidden;  ///< the fabrics while the core materials are shown, or empty
