@@ -1,7 +1,7 @@
 // Frames of dressed garments: selvedge-bench-view [--rows FILE] [--rates | --references FOLDER] SCENE.glb ...
 // With --rates: frames of an orbit around a garment of yarn under two lamps fixed to it, and at rest, with 8,
-// 15, 30 and 120 pixels a repeat and shadow maps: processor time, and dB to the rays of march.h; --references
-// writes pictures of these. Otherwise ms of a frame by every path.
+// 15, 30 and 120 pixels a repeat and shadow maps: processor time, and dB to the rays of march.h, unless some
+// surface wears no yarn; --references writes pictures of these. Otherwise ms of a frame by every path.
 #include <algorithm>
 #include <filesystem>
 #include <numbers>
@@ -32,6 +32,12 @@ struct Subject {
     view.zoom = zoom;
     view.azimuth = azimuth;
     return need(make_camera(points, static_cast<double>(size.x) / size.y, view));
+  }
+  /// Of all surfaces.
+  bool wears_yarn() const {
+    return std::ranges::all_of(loaded.scene.materials, [&](const SceneMaterial& m) {
+      return m.fabric && loaded.fabrics[m.fabric->fabric].levels.front().yarns();
+    });
   }
   std::unique_ptr<Renderer> renderer(const RenderOptions& options) const {
     return need(Renderer::create(loaded.scene, loaded.fabrics, options));
@@ -85,8 +91,10 @@ Image over_grey(const Frame& frame) {
   return image;
 }
 
-/// PSNR in dB, as displayed, of the middle of a frame to a smaller picture, where either shows something.
+/// PSNR in dB, as displayed, of the middle of a frame to a smaller picture, where either shows something; NaN
+/// without one.
 double decibels(const Frame& frame, const Image& middle) {
+  if (middle.pixels.empty()) return std::nan("");
   const Image shown = over_grey(frame);
   const auto displayed = [](float light) { return 255 * linear_to_srgb(std::clamp(light, 0.0F, 1.0F)); };
   double sum = 0;
@@ -130,7 +138,9 @@ class Rates {
       whole_ = subject.loaded.fabrics[probe->fabric].levels.front().width / probe->texels_per_pixel.x;
   }
 
+  /// Without pixels where there is none.
   Image reference(const View& view) const {
+    if (!subject_.wears_yarn()) return {};
     return over_grey(bench::march(subject_.loaded, camera(view, 0, view.part), V2i(V2d(size) / view.part),
                                   options_.lights, options_.shadows));
   }
@@ -138,6 +148,10 @@ class Rates {
   void measure(const View& view, const Image& reference, bench::Rows& rows) const {
     fmt::print("| {} | {:.0f} |", view.name, view.pixels_of_a_repeat);
     const auto add = [&](const char* name, double value, const char* unit, int digits = 1) {
+      if (std::isnan(value)) {
+        fmt::print(" - |");
+        return;
+      }
       fmt::print(" {:.{}f} |", value, digits);
       std::fflush(stdout);
       rows.add(fmt::format("rate/{}/{}/{}", subject_.name, view.name, name), value, unit);
@@ -212,9 +226,9 @@ void frame_rates(const Subject& subject, bench::Rows& rows) {
       "garment | lamps of the camera |\n|---|---|---|---|---|---|---|---|---|\n",
       subject.name, size.x, size.y, thread_count());
   const Rates rates(subject);
-  const auto yarn_of = [](const Fabric& fabric) { return fabric.levels.front().yarns()->data(); };
   const Fabric knit = need(read_fabric(fmt::format("{}/plain-knit.fabric.exr", pinned_folder)));
-  const bool pinned = yarn_of(subject.loaded.fabrics.front()) == yarn_of(knit);
+  const auto yarn_of = [](const Fabric& fabric) { return fabric.levels.front().yarns()->data(); };
+  const bool pinned = subject.wears_yarn() && yarn_of(subject.loaded.fabrics.front()) == yarn_of(knit);
   for (const View& view : views) {
     rates.measure(view, pinned ? need(read_image(picture_of(pinned_folder, view))) : rates.reference(view),
                   rows);
@@ -266,6 +280,10 @@ int main(int argc, char** argv) {
   }
   for (const std::string& file : files) {
     const Subject subject = load(file);
+    if (!folder.empty() && !subject.wears_yarn()) {
+      fmt::print(stderr, "{}: references need yarn on all surfaces\n", file);
+      return 1;
+    }
     if (!folder.empty())
       write_references(subject, folder);
     else
