@@ -25,6 +25,9 @@ constexpr int max_plies = 8;
 constexpr int max_divisions = 64;
 constexpr int max_shift = 4096;
 constexpr int max_nodes = 1 << 20;  ///< of all plies and hairs
+/// Times that all yarn covers the cell: knits and weaves do 6 to 13 times. Work on an image of the cell grows
+/// with it, as rays' work does.
+constexpr double max_cover = 1024;
 
 Result<void> check_plies(const YarnPlies& p, const std::string& place) {
   if (p.count < 1 || p.count > max_plies) return refuse(place, fmt::format("is of 1 to {} plies", max_plies));
@@ -79,20 +82,32 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
 }
 
 /// Precondition: the nodes of axes are where they may be.
-Result<void> check_lengths_of_plies(const YarnData& data, const V2f& period) {
+Result<void> check_segments(const YarnData& data, const V2f& period) {
   std::int64_t nodes = 0;
   for (const YarnCurve& c : data.curves)
     nodes += segment_count(c) + std::int64_t{hair_points} * std::abs(c.hairs.count);
   if (nodes > max_nodes) return refuse("nodes", fmt::format("plies and hairs have more than {}", max_nodes));
   Result<void> result;
+  double covered = 0;  // mm^2
   for_each_curve(data, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> own) {
-    if (curve.plies.count == 1 || !result) return;
+    if (!result) return;
+    const std::string place = fmt::format("curve {}", c);
+    const auto area = [](double radius, double length, double count) {
+      return 2 * radius * (length + count * radius);
+    };
+    double length = 0;
     for (const Yarns::Segment& s : segments_of(curve, own, period)) {
-      if (!(s.along.length() >= 1e-3F * s.radius)) {
-        result = refuse(fmt::format("curve {}", c), "has a ply of which a node lies where the next does");
-        return;
-      }
+      length += static_cast<double>(s.along.length());
+      if (s.along.length() >= 1e-3F * s.radius) continue;
+      result = refuse(place, "has a ply of which a node lies where the next does");
+      return;
     }
+    const YarnHairs& h = curve.hairs;
+    covered += area(radius_of_plies(curve), length, static_cast<double>(segment_count(curve))) +
+               std::abs(h.count) * area(h.radius, h.length, hair_points - 1);
+    if (covered > max_cover * static_cast<double>(period.x) * static_cast<double>(period.y))
+      result = refuse(
+          place, fmt::format("covers the cell, with the curves before it, more than {} times", max_cover));
   });
   return result;
 }
@@ -130,7 +145,7 @@ Result<void> validate(const YarnData& data, const V2f& period) {
     stations += curve.stations;
   }
   if (first != data.nodes.size()) return refuse("nodes", "there are more than the curves have");
-  if (auto ok = check_lengths_of_plies(data, period); !ok) return ok;
+  if (auto ok = check_segments(data, period); !ok) return ok;
   for (const auto* light : {&data.light, &data.through}) {
     if (light->empty() && light == &data.through) continue;
     if (light->size() != stations * light_values_per_station)

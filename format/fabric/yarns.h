@@ -102,8 +102,8 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
 /// The values of `indirect` as YarnData has them.
 std::vector<float> light_from_values(std::span<const float> indirect, int stations);
 
-/// Counts that do not agree, values out of range or not finite, segments without length: refused, the place
-/// being "curve 3" or "node 17".
+/// Counts that do not agree, values out of range or not finite, segments without length, yarn that covers the
+/// cell too often: refused, the place being "curve 3" or "node 17".
 Result<void> validate(const YarnData& data, const V2f& period);
 
 /// Bytes that Yarns takes at most. A cell lists the segments that pass it, and a few numbers of a file can be

@@ -9,6 +9,7 @@
 #include "format/fabric/lifted.h"
 #include "format/fabric/yarn_sky.h"
 #include "tests/format/yarn_data.h"
+#include "tests/require.h"
 
 namespace selvedge {
 namespace {
@@ -261,6 +262,36 @@ TEST_CASE("images of cells of 0.01 mm and 10 m, of grazing views and lights, and
       CHECK(image.texels.size() == 2 * image.plane_texels());
     }
   }
+}
+
+TEST_CASE("a thousand fat curves in a cell are refused, and as many as may be make an image") {
+  constexpr float side = 2;
+  constexpr std::size_t most = 29;
+  Random random(4);
+  YarnData fat;
+  for (std::size_t c = 0; c < 1000; ++c) {
+    const YarnData one = test::straight(side, 3.9F);
+    const V3f moved(0, side * static_cast<float>(random.uniform()), static_cast<float>(random.uniform()));
+    for (const V3f& node : one.nodes) fat.nodes.push_back(node + moved);
+    fat.curves.push_back(one.curves[0]);
+    fat.light.insert(fat.light.end(), one.light.begin(), one.light.end());
+  }
+  CHECK(test::error_of(validate(fat, {side, side})).place == "curve 29");
+  fat.curves.resize(most);
+  fat.nodes.resize(4 * most);
+  fat.light.resize(most * light_values_per_station);
+  test::need(validate(fat, {side, side}));
+  const Yarns yarns(std::move(fat), {side, side});
+  const CellYarn cell(yarns, 1, {});
+  CellView view;
+  view.lamps = {{V3f(0.9999F, 0.01F, 0.001F).normalized(), V3f(1)}};
+  view.size = cell_size({1 / 64.0F, 1 / 64.0F}, 4);
+  CellShadows shadows(cell);
+  CellScratch scratch;
+  CellImage image;
+  make_cell_image({&cell, &shadows}, view, scratch, image);
+  CHECK(std::isfinite(image.scale));
+  for (const CellTexel& texel : image.texels) CHECK(texel[3] == image.texels[0][3]);
 }
 
 TEST_CASE(

@@ -44,7 +44,7 @@ TEST_CASE("refuses yarn that cannot be traced") {
 }
 
 TEST_CASE("refuses plies of more nodes than a file may have, and plies that stand still") {
-  YarnData data = straight(2, 0.25F);
+  YarnData data = straight(2, 0.04F);
   data.curves[0].nodes = 4096;
   data.curves[0].turns = {64, 0};
   data.nodes.clear();

@@ -31,6 +31,9 @@ const MOST_STRANDS = 1024, MOST_PIECES = 32768;
 /** Hairs of a curve, points of each. */
 const MOST_HAIRS = 100000, HAIR_POINTS = 8;
 
+/** Times that all yarn covers the cell. */
+const MOST_COVERED = 1024;
+
 /** Of thickness over width. */
 const LEAST_FLATTENING = fround(0.3);
 
@@ -101,9 +104,15 @@ function fault_of({period, curves, counts, point}) {
   const size = ({nodes, plies, hairs}) => nodes * plies.count * plies.divisions + HAIR_POINTS * abs(hairs.count);
   if (curves.reduce((sum, curve) => sum + size(curve), 0) > MOST_NODES)
     return ['nodes', 'plies and hairs have too many'];
+  let covered = 0;
+  const area = (radius, length, count) => 2 * radius * (length + count * radius);
   for (const [c, curve] of curves.entries()) {
-    if (curve.plies.count > 1 && segments_of(curve, period).some(({along, radius}) => hypot(...along) < LEAST_LENGTH * radius))
+    const segments = segments_of(curve, period), {count, length, radius} = curve.hairs;
+    if (segments.some((s) => hypot(...s.along) < LEAST_LENGTH * s.radius))
       return [`curve ${c}`, 'has a ply of which a node lies where the next does'];
+    covered += area(curve.ply_radius, segments.reduce((sum, {along}) => sum + hypot(...along), 0), segments.length) +
+      abs(count) * area(radius, length, HAIR_POINTS - 1);
+    if (covered > MOST_COVERED * period[0] * period[1]) return [`curve ${c}`, 'covers the cell too often'];
   }
   return stations === counts.stations ? null : ['light', 'the curves have another number of stations'];
 }

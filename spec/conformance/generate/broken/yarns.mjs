@@ -119,6 +119,9 @@ const others_of_yarn = [
     two_curves({...ring, plies: {count: 2}}), 'ply-at-one-place', 'all nodes of a ply are at one place', 'yarns/curve 1',
     [field(14), -1.5707963705062866]),
   malformed(
+    hairy, 'hairs-too-dense', 'hairs that cover the cell more than 1024 times', 'yarns/curve 1', [field(25), 100000],
+    [field(26), 2.5]),
+  malformed(
     two_curves({nodes: [...NEXT, [2, -1, 0.5]]}), 'nodes-too-few', 'the curves have fewer nodes than the layer', 'yarns/nodes',
     [field(0), 2]),
 ];
