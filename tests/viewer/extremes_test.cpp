@@ -6,7 +6,9 @@
 #include <functional>
 #include <numbers>
 
+#include "format/base/parallel.h"
 #include "tests/format/fabrics.h"
+#include "tests/format/yarn_data.h"
 #include "tests/require.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
@@ -46,11 +48,11 @@ Extreme facing_square(const Fabric& fabric, double repeats) {
 }
 
 /// The frame by one path; every number of it finite, radiance not below 0, opacity within [0, 1].
-Frame drawn(const Extreme& of, RenderPath path) {
+Frame drawn(const Extreme& of, RenderPath path, RenderStats* stats = nullptr) {
   RenderOptions options = of.options;
   options.path = path;
   options.context = ContextKind::osmesa;
-  const Frame frame = test::need(render(of.scene, of.fabrics, of.camera, options));
+  const Frame frame = test::need(render(of.scene, of.fabrics, of.camera, options, stats));
   int wrong = 0;
   for (const V4f& p : frame.pixels) {
     for (int c = 0; c < 4; ++c) wrong += std::isfinite(p[c]) && p[c] >= 0 ? 0 : 1;
@@ -159,6 +161,67 @@ TEST_CASE("a camera inside the cloth, and one in its plane, see what is before t
   SUBCASE("a thousandth of a millimetre before it") {
     of.camera.position = V3d(0, 0, 1 + 1e-6);
     on_both_paths(of, [](const Frame&) {});
+  }
+}
+
+TEST_CASE(
+    "yarn and texels in extreme scenes are finite, within their memory and alike for any number of threads") {
+  Fabric yarn = test::random_fabric(16, 16, 1);
+  yarn.period_mm = {3, 3};
+  yarn.reference_height = 0.6F;
+  Fabric crowd = yarn;
+  yarn.levels.front().set_yarns(std::make_shared<const Yarns>(test::waves(3, 4, true), yarn.period_mm));
+  Random random(2);
+  YarnData plied = test::tangle(random, crowd.period_mm, 300);
+  for (YarnCurve& curve : plied.curves) curve.plies = {8, 4, 3, 0.5F, {-0.5F, 0.25F, 0.75F}};
+  test::need(validate(plied, crowd.period_mm));
+  crowd.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(plied), crowd.period_mm));
+
+  struct Case {
+    const char* name;
+    Extreme of;
+  };
+  std::vector<Case> cases{{"300 yarns of 8 plies", facing_square(crowd, 3)}};
+  for (const Fabric& fabric : {yarn, test::random_fabric(16, 16, 1)}) {
+    for (const double repeats : {0.2, 1.0, 1e6})
+      cases.push_back({"few and many repeats", facing_square(fabric, repeats)});
+    Extreme of = facing_square(fabric, 3);
+    for (const double degrees : {0.5, 5.0}) {
+      Case& grazing = cases.emplace_back(Case{"grazing", of});
+      const double angle = degrees * std::numbers::pi / 180;
+      grazing.of.camera.to_viewer = V3d(0, -std::cos(angle), std::sin(angle));
+      grazing.of.camera.up = V3d(0, std::sin(angle), std::cos(angle));
+      grazing.of.camera.window_half = V2d(1, std::sin(angle));
+    }
+    for (const V2d& scale : {V2d(-1, 1), V2d(20, 1), V2d(-1e6)}) {
+      Case& moved = cases.emplace_back(Case{"mirrored, stretched and far away", of});
+      for (V2d& uv : moved.of.scene.primitives[0].tex_coords[0]) uv = scale.y < 0 ? uv + scale : uv * scale;
+    }
+    Case& tight = cases.emplace_back(Case{"4 MiB", facing_square(fabric, 40)});
+    tight.of.options.width = tight.of.options.height = 800;
+    tight.of.options.cells.memory = std::size_t{4} << 20;
+    of.scene = {};
+    test::add(of.scene, test::sphere(64, 32, V2d(12, 6)), test::material(0));
+    of.camera.projection = Projection::perspective;
+    of.camera.near = 1e-4;
+    for (const double away : {0.0, 1.0, 1 + 1e-6}) {
+      of.camera.position = V3d(0, 0, away);
+      cases.push_back({"inside", of});
+    }
+  }
+  for (const Case& one : cases) {
+    INFO(one.name);
+    for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
+      set_threads(1);
+      RenderStats stats;
+      const Frame alone = drawn(one.of, path, &stats);
+      set_threads(2);
+      CHECK(drawn(one.of, path).pixels == alone.pixels);
+      CHECK(covered(alone) > 0);
+      CHECK(stats.image_bytes > 0);
+      CHECK(stats.image_bytes <= static_cast<std::int64_t>(one.of.options.cells.memory));
+    }
+    set_threads(0);
   }
 }
 
