@@ -138,7 +138,7 @@ class Rates {
       whole_ = subject.loaded.fabrics[probe->fabric].levels.front().width / probe->texels_per_pixel.x;
   }
 
-  /// Without pixels where there is none.
+  /// An image without pixels if some surface wears no yarn.
   Image reference(const View& view) const {
     if (!subject_.wears_yarn()) return {};
     return over_grey(bench::march(subject_.loaded, camera(view, 0, view.part), V2i(V2d(size) / view.part),
