@@ -1,13 +1,17 @@
-// Frames of dressed garments: selvedge-bench-view [--rows FILE] [--rates | --references FOLDER] SCENE.glb ...
+// Frames of dressed garments:
+//   selvedge-bench-view [--rows FILE] [--rates | --looks | --references FOLDER] SCENE.glb ...
 // With --rates: frames of an orbit around a garment of yarn under two lamps fixed to it, and at rest, with 8,
 // 15, 30 and 120 pixels a repeat and shadow maps: processor time, and dB to the rays of march.h, unless some
-// surface wears no yarn; --references writes pictures of these. Otherwise ms of a frame by every path.
+// surface wears no yarn; --references writes pictures of these. With --looks: moving frames of every scene as
+// the first one is seen whole, and with 30 pixels a repeat, under two lamps and in the studio. Otherwise ms of
+// a frame by every path.
 #include <algorithm>
 #include <filesystem>
 #include <numbers>
 
 #include "format/base/parallel.h"
 #include "format/picture/image.h"
+#include "format/picture/studio.h"
 #include "tests/bench/march.h"
 #include "tests/bench/rows.h"
 #include "viewer/light/shadows.h"
@@ -145,6 +149,19 @@ class Rates {
                                   options_.lights, options_.shadows));
   }
 
+  double pixels_of_whole() const { return whole_; }
+
+  /// ms of the processor.
+  double moving(const View& view, bool in_studio) const {
+    RenderOptions options = options_;
+    if (in_studio) {
+      const EnvironmentLight light = divide(studio());
+      options.lights = light.lamps;
+      options.around = light.rest;
+    }
+    return move(view, options, 1, false, {}).milliseconds;
+  }
+
   void measure(const View& view, const Image& reference, bench::Rows& rows) const {
     fmt::print("| {} | {:.0f} |", view.name, view.pixels_of_a_repeat);
     const auto add = [&](const char* name, double value, const char* unit, int digits = 1) {
@@ -235,6 +252,34 @@ void frame_rates(const Subject& subject, bench::Rows& rows) {
   }
 }
 
+/// In two lights; beside the time, its ratio to the first subject's under two lamps.
+void frame_looks(const std::vector<std::string>& files, bench::Rows& rows) {
+  fmt::print(
+      "| scene | pixels a repeat, whole | two lamps, ms of processor | ratio | studio | ratio | 30 pixels "
+      "a repeat, two lamps | ratio | studio | ratio |\n|---|---|---|---|---|---|---|---|---|---|\n");
+  std::array<double, 2> first{};
+  double zoom = 0;
+  for (const std::string& file : files) {
+    const Subject subject = load(file);
+    const Rates rates(subject);
+    if (zoom == 0) zoom = views[0].pixels_of_a_repeat / rates.pixels_of_whole();
+    std::array seen{views[0], views[2]};
+    seen[0].pixels_of_a_repeat = zoom * rates.pixels_of_whole();
+    fmt::print("| {} | {:.1f} |", subject.name, seen[0].pixels_of_a_repeat);
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      for (const bool in_studio : {false, true}) {
+        const double ms = rates.moving(seen[i], in_studio);
+        if (first[i] == 0) first[i] = ms;
+        fmt::print(" {:.0f} | {:.2f} |", ms, ms / first[i]);
+        std::fflush(stdout);
+        rows.add(fmt::format("look/{}/{}/{}", subject.name, seen[i].name, in_studio ? "studio" : "lamps"), ms,
+                 "ms");
+      }
+    }
+    fmt::print("\n");
+  }
+}
+
 /// Nearest texels; a frame by the shader path takes seconds on the software rasteriser.
 void draw_by_all_paths(const Subject& subject, bench::Rows& rows) {
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
@@ -265,29 +310,35 @@ void draw_by_all_paths(const Subject& subject, bench::Rows& rows) {
 int main(int argc, char** argv) {
   bench::Rows rows(argc, argv);
   std::vector<std::string> files = rows.arguments();
-  const bool rates = !files.empty() && files[0] == "--rates";
-  const std::string folder = files.size() > 1 && files[0] == "--references" ? files[1] : "";
-  files.erase(files.begin(), files.begin() + (rates ? 1 : folder.empty() ? 0 : 2));
+  const std::string mode = !files.empty() && files[0].starts_with("--") ? files[0] : "";
+  const bool references = mode == "--references";
+  const std::string folder = references && files.size() > 1 ? files[1] : "";
+  files.erase(files.begin(), files.begin() + (mode.empty() ? 0 : folder.empty() ? 1 : 2));
   if (files.empty()) {
     fmt::print(stderr,
-               "usage: selvedge-bench-view [--rows FILE] [--rates | --references FOLDER] SCENE.glb ...\n");
+               "usage: selvedge-bench-view [--rows FILE] [--rates | --looks | --references FOLDER] SCENE.glb "
+               "...\n");
     return 2;
   }
-  if (!rates && folder.empty()) {
+  if (mode.empty()) {
     fmt::print(
         "| scene | path | covered | project | geometry | read back | texels, frames, light | frame (ms) | "
         "processor |\n|---|---|---|---|---|---|---|---|---|\n");
   }
+  if (mode == "--looks") {
+    frame_looks(files, rows);
+    files.clear();
+  }
   for (const std::string& file : files) {
     const Subject subject = load(file);
-    if (!folder.empty() && !subject.wears_yarn()) {
+    if (references && !subject.wears_yarn()) {
       fmt::print(stderr, "{}: references need yarn on all surfaces\n", file);
       return 1;
     }
-    if (!folder.empty())
+    if (references)
       write_references(subject, folder);
     else
-      rates ? frame_rates(subject, rows) : draw_by_all_paths(subject, rows);
+      mode == "--rates" ? frame_rates(subject, rows) : draw_by_all_paths(subject, rows);
   }
   rows.write();
   return 0;
