@@ -2,9 +2,9 @@
 //   selvedge-bench-view [--rows FILE] [--rates | --looks | --references FOLDER] SCENE.glb ...
 // With --rates: frames of an orbit around a garment of yarn under two lamps fixed to it, and at rest, with 8,
 // 15, 30 and 120 pixels a repeat and shadow maps: processor time, and, unless some surface wears no yarn, dB
-// to the rays of march.h and fine power; --references writes pictures of these. With --looks: moving frames of
-// every scene as the first one is seen whole, and with 30 pixels a repeat, under two lamps and in the studio.
-// Otherwise ms of a frame by every path.
+// to the rays of march.h and fine power; --references writes pictures of these. With --looks: moving frames
+// of every scene as the first one is seen whole, and with 30 pixels a repeat, under two lamps and in the
+// studio. Otherwise ms of a frame by every path.
 #include <algorithm>
 #include <filesystem>
 #include <numbers>
