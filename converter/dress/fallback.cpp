@@ -18,7 +18,7 @@ using namespace names::gltf;
 
 namespace {
 
-constexpr const char* sheen = "KHR_materials_sheen";
+constexpr const char* sheen_lobe = "KHR_materials_sheen";
 constexpr const char* transmission = "KHR_materials_diffuse_transmission";
 constexpr const char* specular = "KHR_materials_specular";
 
@@ -263,21 +263,21 @@ V3f mean_color(const Image& image) {
   return weight > 0 ? V3f(sum / weight) : V3f(0, 0, 0);
 }
 
-Fallback bake_fallback(const Fabric& fabric) {
+Fallback bake_fallback(const Fabric& cloth) {
   int level = 0;
-  while (level + 1 < static_cast<int>(fabric.levels.size()) &&
-         std::max(fabric.levels[level].width, fabric.levels[level].height) > largest_side) {
+  while (level + 1 < static_cast<int>(cloth.levels.size()) &&
+         std::max(cloth.levels[level].width, cloth.levels[level].height) > largest_side) {
     ++level;
   }
-  const FabricLevel& source = fabric.levels[level];
+  const FabricLevel& source = cloth.levels[level];
   Fallback fallback;
-  fallback.base_color = base_picture(fabric, level);
+  fallback.base_color = base_picture(cloth, level);
   fallback.albedo = mean_color(fallback.base_color);
-  fallback.holes = has_holes(fabric, level);
-  fit_transmission(fabric, fallback);
+  fallback.holes = has_holes(cloth, level);
+  fit_transmission(cloth, fallback);
   // The extension takes the transmitted light from the base colour.
   const float left = std::max(1 - fallback.transmission, 1e-3F);
-  scale_to(fit_lobes(fabric, fallback) / left, fallback.base_color);
+  scale_to(fit_lobes(cloth, fallback) / left, fallback.base_color);
   fill_holes(fallback.base_color);
   if (source.has(LayerKind::frame)) fallback.normal = normals_of(source);
   return fallback;
@@ -360,9 +360,9 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
   }
   const V3f color = fallback.sheen_color * tint;
   if (color == V3f(0, 0, 0)) return;
-  json["extensions"][sheen] = {{"sheenColorFactor", most_one(color)},
-                               {"sheenRoughnessFactor", fallback.sheen_roughness}};
-  use_extension(document.json, sheen);
+  json["extensions"][sheen_lobe] = {{"sheenColorFactor", most_one(color)},
+                                    {"sheenRoughnessFactor", fallback.sheen_roughness}};
+  use_extension(document.json, sheen_lobe);
 }
 
 }  // namespace selvedge
