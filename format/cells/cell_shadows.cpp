@@ -19,6 +19,8 @@ std::size_t bytes_of(const CellShadow& shadow) { return shadow.grid.z.size() * s
 CellShadows::CellShadows(const CellYarn& yarn) : yarn_(yarn) {
   const Yarns::Inside inside = yarn.yarns().inside();
   relief_ = std::max(inside.high - inside.low, 1e-9F);
+  for (const YarnCurve& curve : yarn.yarns().data().curves)
+    radius_ = std::min(radius_, radius_of_plies(curve));
 }
 
 /// Counts a grid that it finds as asked for.
@@ -39,6 +41,8 @@ void CellShadows::keep(const Key& key, std::shared_ptr<const CellShadow> shadow)
 }
 
 std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, ShadowDetail detail) {
+  // Points leave the yarn by a share of a texel before they are looked up: light would pass under thin plies.
+  detail.texel = std::min(detail.texel, radius_ * (detail.hairs ? 0.5F : 1.0F));
   detail.texel = std::exp2(std::round(4 * std::log2(std::clamp(detail.texel, 1e-12F, 1e12F))) / 4);
   // The arguments of the hyperbolic sines that are its slopes: texels are as much longer where light is
   // slanted.

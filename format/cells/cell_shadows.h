@@ -14,7 +14,8 @@
 namespace selvedge {
 
 struct ShadowDetail {
-  float texel = 0;  ///< width of a texel at right angles to the light, mm; rounded to quarters of an octave
+  float texel = 0;  ///< width of a texel at right angles to the light, mm; rounded to quarters of an octave,
+                    ///< and at most the radius of the thinnest ply, or half of it with hairs
   float piece = 1;  ///< longest piece of a ply, texels
   float width = 0;  ///< SplatView::width, texels
   bool hairs = true;
@@ -52,7 +53,8 @@ class CellShadows {
   void keep(const Key& key, std::shared_ptr<const CellShadow> shadow);
 
   const CellYarn& yarn_;
-  float relief_;  ///< height of the yarn, mm
+  float relief_;          ///< height of the yarn, mm
+  float radius_ = 1e30F;  ///< of the thinnest ply, mm
   std::mutex mutex_;
   std::size_t most_bytes_ = std::size_t{64} << 20;
   /// The latest that were asked for, half of the bytes; then these are the older ones, which are forgotten.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <numbers>
 
 namespace selvedge {
@@ -10,6 +11,8 @@ namespace {
 
 /// Segments of a ply that one piece stands for.
 constexpr std::array<int, 6> detail_lengths{1, 2, 3, 4, 6, 9};
+/// Largest turn along a piece of a ply, 14 degrees: beyond that the splatter's joints leave gaps in bends.
+constexpr float least_turn_cosine = 0.970F;
 constexpr std::size_t padding = 16;
 
 /// One segment in place of `chain`.
@@ -41,7 +44,8 @@ std::array<Group, 2> strands_of(const YarnCurve& curve, const V2f& sense, const 
            {static_cast<float>(s.rows.later), width, some ? sense.x : 0, some ? sense.y : 0}}};
 }
 
-/// Pieces as long as so many segments of mean length `step`, of each curve as many of its own as fit.
+/// Pieces as long as so many segments of mean length `step`, of each curve as many of its own as fit, but
+/// shorter in bends.
 YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   const Yarns::Inside inside = yarns.inside();
   const YarnData& data = yarns.data();
@@ -55,12 +59,18 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     const float fit = static_cast<float>(segments) * step * static_cast<float>(of_ply) / length;
     const int chain = std::clamp(static_cast<int>(fit * 1.01F), 1, segments);
     for (int ply = 0; ply < curve.plies.count; ++ply) {
-      for (int i = 0; i < of_ply; i += chain)
-        pieces.segments.push_back(chord(rest.subspan(i, std::min(chain, of_ply - i))));
+      for (int i = 0, count = 0; i < of_ply; i += count) {
+        count = std::min(chain, of_ply - i);
+        while (count > 1 && rest[i].tangent[0].dot(rest[i + count - 1].tangent[1]) < least_turn_cosine)
+          --count;
+        pieces.segments.push_back(chord(rest.subspan(i, count)));
+      }
       rest = rest.subspan(of_ply);
     }
     for (; !rest.empty() && rest.front().rank > 0; rest = rest.subspan(1)) hairs.push_back(rest.front());
   }
+  // Hairs that vanish together are in one vector of the splatter.
+  std::ranges::stable_sort(hairs, std::ranges::greater{}, empty_for);
   pieces.plies = pieces.count();
   pieces.segments.insert(pieces.segments.end(), hairs.begin(), hairs.end());
   for (const Yarns::Segment& s : hairs) pieces.thickest_hair = std::max(pieces.thickest_hair, s.radius);
