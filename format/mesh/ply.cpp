@@ -106,7 +106,8 @@ class PlyBody {
   /// digit and a blank.
   bool has(double count, std::size_t values, std::size_t size) const {
     const std::size_t each = form_ == PlyForm::ascii ? 2 * values : size;
-    return count >= 0 && count <= static_cast<double>((bytes_.size() + 1) / each);
+    const std::size_t most = (bytes_.size() + 1) / each;
+    return count >= 0 && count <= static_cast<double>(most);
   }
 
   /// False at the end of the file, and if the next word is not a number.

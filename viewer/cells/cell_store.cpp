@@ -16,6 +16,10 @@ constexpr float min_facing_patch = 0.08F;
 constexpr float least_rise = 0.1F;  ///< of a light over a patch of texels
 /// Images of other patches are of use until then.
 constexpr float most_outdated = 16;
+/// Look-ups follow the relief of older images. What they miss grows with the pixels of a repeat: from so many
+/// on a frame makes CellImageOptions::fresh of the images, of smaller repeats at least this share of it.
+constexpr float fresh_pixels = 30;
+constexpr double least_fresh = 0.4;
 /// Coarse shading saves little of smaller images.
 constexpr int many_samples = 96 * 96;
 
@@ -380,9 +384,12 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
   double allowed = 0;
   for (const Work& work : all) {
     // A patch that another call of this frame has seen counts once.
-    if (!kept_[work.patch] || kept_[work.patch]->used < frame_) allowed += work.cost;
+    if (kept_[work.patch] && kept_[work.patch]->used >= frame_) continue;
+    const V2f& pixel = work.wanted.pixel;
+    const double of_repeat = 1 / std::max(std::min(pixel.x, pixel.y) * fresh_pixels, 1e-6F);
+    const double less = options_.fresh < 1 ? std::clamp(of_repeat, least_fresh, 1.0) : 1;
+    allowed += work.cost * options_.fresh * less;
   }
-  allowed *= options_.fresh;
   std::vector<Work*> order;
   for (Work& work : all) {
     // Images that turned less look the same.

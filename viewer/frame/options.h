@@ -54,8 +54,8 @@ struct CellImageOptions {
 };
 
 /// For frames that move.
-inline constexpr CellImageOptions moving_cell_images{2,    128, 4, 720, 2, true, false, false,
-                                                     true, 1,   8, 2,   1, 0.2F, 30,    3.0F / 255};
+inline constexpr CellImageOptions moving_cell_images{2,    128, 4, 720, 2, true,  false, false,
+                                                     true, 1,   8, 2,   1, 0.25F, 30,    3.0F / 255};
 
 /// Options that may change from frame to frame.
 struct DrawOptions {

@@ -401,7 +401,7 @@ std::string BackgroundPicture::put_on(const std::string& path) {
 std::string BackgroundPicture::show_garment(const std::string& path, const std::string& name,
                                             bool keeps_camera) {
   LoadedScene scene = value_or_throw(load_scene(path, {}, limits_));
-  const std::string remarks = fmt::format("{}", fmt::join(scene.scene.remarks, "\n"));
+  std::string remarks = fmt::format("{}", fmt::join(scene.scene.remarks, "\n"));
   auto picture = value_or_throw(ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics)));
   const double aspect = static_cast<double>(request_.size.x) / request_.size.y;
   const ShowState first = value_or_throw(picture->first_state({}, aspect));
