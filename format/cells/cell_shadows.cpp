@@ -34,10 +34,9 @@ std::shared_ptr<const CellShadow> CellShadows::find(const Key& key) {
 }
 
 void CellShadows::keep(const Key& key, std::shared_ptr<const CellShadow> shadow) {
+  if (latest_.bytes + bytes_of(*shadow) > most_bytes_ / 2) older_ = std::exchange(latest_, {});
   latest_.bytes += bytes_of(*shadow);
   latest_.grids.emplace(key, std::move(shadow));
-  if (latest_.bytes <= most_bytes_ / 2) return;
-  older_ = std::exchange(latest_, {});
 }
 
 std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, ShadowDetail detail) {

@@ -312,7 +312,9 @@ TEST_CASE(
     CHECK(std::abs(moved.x) <= 0.28F * detail.texel * std::sqrt(1 + shadow->slope.x * shadow->slope.x));
     CHECK(std::abs(moved.y) <= 0.28F * detail.texel * std::sqrt(1 + shadow->slope.y * shadow->slope.y));
     CHECK(shadows.cast(direction, detail) == shadow);
-    CHECK(shadows.cast(direction, {0.04F, 2, 0.25F, true}) != shadow);
+    CHECK(shadows.cast(direction, {0.01F, 2, 0.25F, true}) != shadow);
+    // The thinnest ply bounds the texels.
+    CHECK(shadows.cast(direction, {1, 2, 0.25F, true}) == shadows.cast(direction, {2, 2, 0.25F, true}));
     CellShadows others(cell);
     others.cast(upwards(random, 0.02), detail);
     CHECK(others.cast(direction, detail)->grid.z == shadow->grid.z);
