@@ -7,6 +7,7 @@
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
 #include "tests/viewer/paths.h"
+#include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 
 namespace selvedge {
@@ -62,6 +63,38 @@ TEST_CASE("cell images show the yarn that the shader path's rays meet, from ever
     const double db = test::decibels(frame, drawn(of.fabric, shot, RenderPath::shader), larger);
     MESSAGE(of.name, " ", name_of(of.view), ": ", db);
     CHECK(db > of.db);
+  }
+}
+
+TEST_CASE("the outline of a ball is its yarn's, so deep below the surface as the yarn lies") {
+  constexpr float repeats = 40;
+  constexpr float period = 3;
+  constexpr float radius = 0.3F;
+  const float ball = period * repeats / (2 * std::numbers::pi_v<float>);
+  const auto width_of = [&](float depth, RenderPath path) {
+    test::Setting setting;
+    test::add(setting.scene, test::sphere(128, 64, {repeats, repeats / 2}), test::material(0));
+    setting.scene.materials[0].alpha_mode = AlphaMode::blend;
+    Fabric fabric = fabric_of(period, 0);
+    fabric.reference_height = 2 * radius + depth;
+    fabric.levels.front().set_yarns(
+        std::make_shared<const Yarns>(test::straight(period, radius), fabric.period_mm));
+    setting.fabrics = {fabric};
+    setting.options.width = setting.options.height = 300;
+    setting.options.lights = default_lights(test::camera_of(setting));
+    const Frame frame = test::drawn(setting, path);
+    // Of the widest row.
+    std::ptrdiff_t widest = 0;
+    for (int y = 120; y < 180; ++y) {
+      const std::span row(&frame.pixels[y * frame.width], frame.width);
+      widest = std::max(widest, std::ranges::count_if(row, [](const V4f& p) { return p.w >= 0.5F; }));
+    }
+    return static_cast<float>(widest);
+  };
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader}) {
+    const float whole = width_of(0, path);
+    for (const float depth : {0.5F, 1.0F, 2.0F})
+      CHECK(std::abs(width_of(depth, path) - (1 - depth / ball) * whole) < 3.5);
   }
 }
 

@@ -19,6 +19,8 @@ constexpr int most_units = 6;
 /// Smaller shares of a light are not seen.
 constexpr float unseen_share = 1.0F / 256;
 constexpr std::size_t chunk = 2048;
+/// Curvature of a triangle beside the largest along its edges, at most.
+constexpr float most_bend = 1.5F;
 
 /// Of a light in masks (CellLights).
 std::uint32_t bit_of(std::size_t light) { return light < 32 ? 1U << light : 0; }
@@ -67,6 +69,13 @@ CellPass::CellPass(const PreparedScene& scene)
     kinds_[i] = m.tinted || m.bends || m.occluded || emits ? Kind::changed : Kind::plain;
     for (const std::uint32_t corner : mesh.triangles[i].corners) beyond_[corner] = store_.beyond(m.fabric);
   }
+  thickness_.resize(scene.fabrics.size());
+  for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
+    const Fabric& front = *scene.fabrics[i].front;
+    if (const auto& yarns = front.levels.front().yarns())
+      thickness_[i] = std::max(front.reference_height - yarns->inside().low, 0.0F);
+  }
+  outline_rises_.resize(mesh.triangles.size());
   extents_.resize(mesh.triangles.size());
   seen_.resize(mesh.triangles.size());
   seen_patches_.resize(2 * store_.patches().count());
@@ -74,6 +83,7 @@ CellPass::CellPass(const PreparedScene& scene)
   calls_.resize(seen_patches_.size());
   for_all(mesh.triangles.size(), [&](std::size_t i) {
     const auto& corners = mesh.triangles[i].corners;
+    outline_rises_[i] = outline_rise(i);
     const V2f first = mesh.uv(corners[0]);
     const auto units = static_cast<float>(store_.patches().units_of_repeat());
     V2f low(HUGE_VALF, HUGE_VALF);
@@ -97,6 +107,7 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
   lights_ = {view.options.lights, shadows, view.options.around ? &*view.options.around : nullptr,
              view.around_vertices, scene_.origin};
   projected_ = &projected;
+  camera_ = &view.camera;
   mapped_ = 0;
   for (const ShadowMap& map : shadows) mapped_ |= bit_of(map.view.light);
   nearest_ = view.options.levels.forced >= 0;
@@ -104,7 +115,7 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
   middle_y_ = 0.5F * static_cast<float>(projected.height) - 0.5F;
   store_.begin(view.camera, {projected.width, projected.height}, view.options, supersample, lights_);
   light_vertices();
-  slope_vertices(view.camera);
+  slope_vertices();
   set_planes(projected);
 }
 
@@ -143,6 +154,51 @@ float CellPass::brighter(SeenSurface surface, int x, int y, const V3f& normal, c
   const float applied = std::clamp(by_corners * image.brightness, image.least_brighter, image.most_brighter);
   const float ratio = std::clamp(bright * image.brightness, 0.0F, most) / applied;
   return ratio >= 0 ? ratio : 1;
+}
+
+/// Change of the normal of the front, and mm of yarn, along an edge of a triangle.
+CellPass::Edge CellPass::edge(std::size_t triangle, std::size_t from, std::size_t to) const {
+  const MergedSurfaces& mesh = scene_.mesh;
+  const auto& corners = mesh.triangles[triangle].corners;
+  const SurfaceMaterial& material = scene_.materials.surfaces[mesh.triangles[triangle].surface];
+  const V2f period = scene_.fabrics[material.fabric].front->levels.front().yarns()->period();
+  return {mesh.positions[corners[to]] - mesh.positions[corners[from]],
+          mesh.normal(corners[to]) - mesh.normal(corners[from]),
+          (mesh.uv(corners[to]) - mesh.uv(corners[from])) * period};
+}
+
+/// The least cosine to the viewer from which on rays that enter a triangle's yarn do not leave it again.
+float CellPass::outline_rise(std::size_t triangle) const {
+  if (kinds_[triangle] == Kind::none) return 0;
+  const SurfaceMaterial& material = scene_.materials.surfaces[scene_.mesh.triangles[triangle].surface];
+  const float thickness = thickness_[material.fabric];
+  if (thickness == 0 || !material.keeps_opacity) return 0;
+  float bend = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Edge e = edge(triangle, k, (k + 1) % 3);
+    const float length = e.along.length() * e.yarn.length();
+    if (length > 0) bend = std::max(bend, e.turn.dot(e.along) / length);
+  }
+  return std::sqrt(std::min(2 * most_bend * bend * thickness, 0.5F));
+}
+
+/// How far below its plane yarn is met at a pixel where cloth bends away, mm: a ray leaves a parabola again.
+float CellPass::outline_depth(std::uint32_t triangle, float x, float y) const {
+  const Surface surface = surface_at(triangle, x, y);
+  const V3f view = to_viewer(surface.point);
+  const float rise = surface.normal.dot(view);
+  if (std::abs(rise) > outline_rises_[triangle]) return HUGE_VALF;
+  const V3f level = view - surface.normal * rise;
+  const Edge a = edge(triangle, 0, 1);
+  const Edge b = edge(triangle, 0, 2);
+  const V3f area = a.along.cross(b.along);
+  const V2f weights = V2f(level.cross(b.along).dot(area), a.along.cross(level).dot(area)) / area.length2();
+  const float bend = (a.turn * weights.x + b.turn * weights.y).dot(level) /
+                     (level.length() * (a.yarn * weights.x + b.yarn * weights.y).length());
+  if (!(bend > 0)) return HUGE_VALF;
+  const float thickness =
+      thickness_[scene_.materials.surfaces[scene_.mesh.triangles[triangle].surface].fabric];
+  return 0.5F * rise * rise / (level.length2() * std::min(bend, 0.25F / thickness));
 }
 
 /// Samples the share of a light within a triangle that is larger than shadows may be.
@@ -215,18 +271,23 @@ void CellPass::light_vertices() {
   known_around_ = std::move(around);
 }
 
-void CellPass::slope_vertices(const Camera& camera) {
+V3f CellPass::to_viewer(const V3f& point) const {
+  return camera_->projection == Projection::parallel
+             ? V3f(camera_->to_viewer)
+             : (V3f(camera_->position - scene_.origin) - point).normalized();
+}
+
+void CellPass::slope_vertices() {
   const MergedSurfaces& mesh = scene_.mesh;
   slopes_.resize(mesh.positions.size());
   for_all(slopes_.size(), [&](std::size_t i) {
     const auto vertex = static_cast<std::uint32_t>(i);
-    const V3f to_viewer = camera.projection == Projection::parallel
-                              ? V3f(camera.to_viewer)
-                              : (V3f(camera.position - scene_.origin) - mesh.positions[i]).normalized();
+    const V3f view = to_viewer(mesh.positions[i]);
     const V3f normal = mesh.normal(vertex);
     const V3f tangent = (mesh.tangent(vertex) - normal * normal.dot(mesh.tangent(vertex))).normalized();
-    const float rise = std::max(std::abs(normal.dot(to_viewer)), min_rise);
-    slopes_[i] = {tangent.dot(to_viewer) / rise, normal.cross(tangent).dot(to_viewer) / rise};
+    const float facing = normal.dot(view);
+    const float rise = std::max(std::abs(facing), min_rise);
+    slopes_[i] = {tangent.dot(view) / rise, normal.cross(tangent).dot(view) / rise, facing};
   });
 }
 
@@ -262,6 +323,9 @@ void CellPass::set_planes(const ProjectedVertices& projected) {
     std::array<float, 20> flat{};
     for (std::size_t k = 0; k < 18; ++k) flat[k] = static_cast<float>(sums[k / 3][static_cast<int>(k % 3)]);
     std::memcpy(planes_[i].coefficients.data(), flat.data(), sizeof flat);
+    const auto [least, most] =
+        std::minmax({slopes_[corners[0]].z, slopes_[corners[1]].z, slopes_[corners[2]].z});
+    planes_[i].at_outline = least < outline_rises_[i] && most > -outline_rises_[i];
     planes_[i].place = store_.patches().place(static_cast<std::uint32_t>(i));
   });
 }
@@ -519,9 +583,26 @@ SELVEDGE_INLINE void look_lanes(const LanePlaces& places, LookLanes& lanes) {
 }
 SELVEDGE_THREE_BODIES(look_lanes, (const LanePlaces& places, LookLanes& lanes), (places, lanes))
 
+/// Share of the yarn at a place that lies between heights over its plane, mm.
+float share_within(const LookLanes& lanes, std::size_t lane, float low, float high) {
+  const CellLook& look = *lanes.looks[lane];
+  float all = 0;
+  float within = 0;
+  for (const int k : {0, 1, 2, 3}) {
+    const std::int32_t texel = lanes.texel[lane] + k % 2 + (k < 2 ? 0 : lanes.stride[lane]);
+    const float weight = (k % 2 == 0 ? 1 - lanes.part_x[lane] : lanes.part_x[lane]) *
+                         (k < 2 ? 1 - lanes.part_y[lane] : lanes.part_y[lane]);
+    const float opacity = weight * std::bit_cast<float>(std::uint32_t{look.texels[texel][3]} << 12);
+    all += opacity;
+    const float height = static_cast<float>(look.heights[texel]) * look.step;
+    if (height >= low && height <= high) within += opacity;
+  }
+  return all > 0 ? within / all : 1;
+}
+
 /// A look of nothing.
 constexpr std::array<CellTexel, 4> empty_texels{};
-const CellLook empty_look{{1, 1, 0, 0}, 1, 0, 0, 1, {}, empty_texels.data(), nullptr, 0, false};
+const CellLook empty_look{{1, 1, 0, 0}, 1, 0, 0, 1, {}, empty_texels.data(), nullptr, 0, 0, false};
 
 }  // namespace
 
@@ -541,6 +622,7 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
   lanes.nearest = nearest_;
   shading.solid = 0;
   std::uint32_t own = 0;
+  std::uint32_t outlines = 0;
   const CellLook* look = &empty_look;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     const SeenSurface surface = pixels.surface[lane];
@@ -561,11 +643,11 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
       own |= look->own;
     }
     lanes.looks[lane] = look;
+    if (planes_[surface / 2].at_outline && look->heights != nullptr) outlines |= 1U << lane;
     shading.solid |= static_cast<std::uint32_t>(look->is_solid) << lane;
   }
   look_all(places, lanes);
-  if (own == 0) return;
-  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+  for (std::size_t lane = 0; own != 0 && lane < lane_count; ++lane) {
     const CellLook& of = *lanes.looks[lane];
     if (of.own == 0) continue;
     const CellTexel* plane = of.texels;
@@ -578,6 +660,14 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
     }
     sum = sum * 0x1p112F * lanes.brighter[lane];
     for (std::size_t c = 0; c < 3; ++c) shading.pixels[lane][c] += sum[c];
+  }
+  if (outlines == 0) return;
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    if ((outlines >> lane & 1) == 0) continue;
+    const SeenSurface surface = pixels.surface[lane];
+    const float depth = outline_depth(surface / 2, pixels.x[lane], pixels.y[lane]);
+    const float share = share_within(lanes, lane, -depth, surface % 2 == 0 ? HUGE_VALF : depth);
+    for (float& c : shading.pixels[lane]) c *= share;
   }
 }
 

@@ -74,6 +74,7 @@ class CellPass {
   struct alignas(32) Planes {
     std::array<Group, 5> coefficients{};
     Patches::Place place;
+    bool at_outline = false;  ///< rays may leave the yarn again that they entered
   };
   enum class Kind : std::uint8_t { none, changed, plain };
   /// Units of patches that a triangle touches, from its place; too many: none.
@@ -82,7 +83,16 @@ class CellPass {
     bool is_large() const { return high_u < low_u; }
   };
   void light_vertices();
-  void slope_vertices(const Camera& camera);
+  void slope_vertices();
+  V3f to_viewer(const V3f& point) const;
+  struct Edge {
+    V3f along, turn;
+    V2f yarn;
+  };
+  Edge edge(std::size_t triangle, std::size_t from, std::size_t to) const;
+  float outline_rise(std::size_t triangle) const;
+  /// At a pixel, from the frame's middle.
+  float outline_depth(std::uint32_t triangle, float x, float y) const;
   bool is_lit_unevenly(std::size_t triangle) const;
   void add_inner_shares(const ShadowMap& map, std::size_t triangle);
   /// At a pixel, from the frame's middle.
@@ -112,7 +122,10 @@ class CellPass {
   std::vector<Extent> extents_;                   ///< of triangles
   std::vector<float> beyond_;                     ///< of vertices: CellLights::brightness()
   std::vector<std::array<float, 2>> brightness_;  ///< of vertices, front and back
-  std::vector<V2f> slopes_;           ///< of vertices: of rays, along the tangent and the normal x tangent
+  /// Of vertices: slopes of rays along the tangent and the normal x tangent, cosine between normal and ray.
+  std::vector<V3f> slopes_;
+  std::vector<float> thickness_;      ///< of fabrics: of yarn below its plane, mm
+  std::vector<float> outline_rises_;  ///< of triangles
   std::vector<std::uint8_t> uneven_;  ///< of triangles
   std::vector<Shares> shares_;        ///< of triangles, of lights with a shadow map
   std::vector<Light> known_lights_;   ///< of brightness_ and shares_
@@ -127,6 +140,7 @@ class CellPass {
   std::vector<PatchNeed> needs_;
   std::vector<std::array<PatchSide, 2>> shared_;  ///< patches that look like others
   const ProjectedVertices* projected_ = nullptr;
+  const Camera* camera_ = nullptr;
   float middle_x_ = 0, middle_y_ = 0;
 };
 

@@ -457,6 +457,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
             {},
             image.texels.data(),
             nullptr,
+            image.step,
             kept.own,
             false};
     if (!image.heights.empty()) {

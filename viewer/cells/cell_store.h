@@ -60,6 +60,7 @@ struct CellLook {
   Group relief{};
   const CellTexel* texels = nullptr;
   const std::int8_t* heights = nullptr;  ///< CellImage::heights; null: none
+  float step = 0;                        ///< CellImage::step, mm
   std::uint32_t own = 0;  ///< lights that have a plane of their own, in their order behind plane 0
   bool is_solid = false;  ///< its holes show the yarn around them
 };

@@ -95,8 +95,8 @@ void shade_level(uint index, uint level, vec2 uv, vec2 right, vec2 up, vec3 view
 }
 
 #ifdef YARN
-// How far from the reference plane a ray meets yarn, mm: the twin of viewer/hybrid/curved_cloth.h. `right`, `up`: change of
-// the texture coordinates per pixel; `turn`: of the front's unit normal.
+// How far from the reference plane a ray meets yarn, mm, as in viewer/cells/cell_pass.cpp. `right`, `up`: change of the
+// texture coordinates per pixel; `turn`: of the front's unit normal.
 float grazing_depth(uint fabric, vec2 right, vec2 up, mat2x3 turn, vec3 view, mat3 frame) {
   uint yarn = word(fabric + fabric_yarns);
   vec2 period = vec2(number(yarn + yarn_period), -number(yarn + yarn_period + 1u));
