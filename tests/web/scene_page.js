@@ -38,7 +38,8 @@ async function surround(scene, garment, { file, turn, strength, shades }) {
   renderer.shadowMap.enabled = shades;
   if (shades) {
     const surroundings = new Surroundings(scene, picture_of(loaded.get(file)));
-    surroundings.stand(renderer, garment);
+    surroundings.stand(garment);
+    await surroundings.shade(renderer, garment);
     return surroundings.set({ turn, strength });
   }
   scene.environment = loaded.get(file);

@@ -602,7 +602,7 @@ float share_within(const LookLanes& lanes, std::size_t lane, float low, float hi
 
 /// A look of nothing.
 constexpr std::array<CellTexel, 4> empty_texels{};
-const CellLook empty_look{{1, 1, 0, 0}, 1, 0, 0, 1, {}, empty_texels.data(), nullptr, 0, 0, false};
+const CellLook empty_look{{1, 1, 0, 0}, 1, 0, 0, 1, {}, empty_texels.data(), nullptr, 0, 0, false, 0};
 
 }  // namespace
 

@@ -88,7 +88,8 @@ struct CellStore::Kept {
   int forced = -1;                 ///< LevelOptions::forced
   std::uint32_t own = 0, lit = 0;  ///< lights with a plane of their own; of the others, those that shine
   float brightness = 1;
-  std::uint64_t used = 0;  ///< call of make()
+  std::uint64_t used = 0;    ///< call of make()
+  std::uint64_t number = 0;  ///< CellLook::image
 };
 
 struct CellStore::Wanted {
@@ -417,6 +418,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
   for (const Work* work : order) {
     kept_[work->patch] = std::make_shared<Kept>(bytes_);
     kept_[work->patch]->used = call_;
+    kept_[work->patch]->number = ++made_;
   }
   trim(coming);
   parallel_for(0, static_cast<int>(order.size()), [&](int i) {
@@ -459,7 +461,8 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
             nullptr,
             image.step,
             kept.own,
-            false};
+            false,
+            kept.number};
     if (!image.heights.empty()) {
       const V2f slope = slope_of(kept.view.view);
       look.heights = image.heights.data();

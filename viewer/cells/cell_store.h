@@ -63,6 +63,7 @@ struct CellLook {
   float step = 0;                        ///< CellImage::step, mm
   std::uint32_t own = 0;  ///< lights that have a plane of their own, in their order behind plane 0
   bool is_solid = false;  ///< its holes show the yarn around them
+  std::uint64_t image = 0;  ///< number of the image, in the order that the store's were made in
 };
 
 class CellStore {
@@ -141,6 +142,7 @@ class CellStore {
   CellLights lights_;
   std::uint64_t call_ = 0;   ///< of make()
   std::uint64_t frame_ = 0;  ///< first call of the frame
+  std::uint64_t made_ = 0;   ///< images
 };
 
 }  // namespace selvedge

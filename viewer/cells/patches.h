@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -74,6 +75,11 @@ class Patches {
   std::uint32_t child(std::uint32_t i) const { return kin_[i][1]; }
   const Place& place(std::uint32_t triangle) const { return places_[triangle]; }
   bool empty() const { return charts_.empty(); }
+  const Chart& chart(std::int32_t i) const { return charts_[i]; }
+  /// Numbers of the chosen patches at the smallest patches of all charts.
+  std::span<const std::uint32_t> table() const { return table_; }
+  /// Smallest patches along a repeat; below 1: their sides are longer.
+  float smallest_of_repeat() const { return std::exp2(static_cast<float>(-first_level_)); }
 
   /// Chooses the patches of a frame.
   void choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,

@@ -1,50 +1,93 @@
-// Loads fabrics in a worker, so that the page stays responsive; on the main thread if there is no worker.
-import {load_words} from './load.js';
+// Runs CellWorker in a worker, so that the page stays responsive; on the main thread if there is no worker.
+import {CellWorker} from './cell_worker.js';
 import {Issue} from './reader/index.js';
 
 let make_worker = () => new Worker(new URL('./worker.js', import.meta.url), {type: 'module'});
-let worker;  // null: none can be made
-const jobs = new Map();
+let wasm = new URL('./cells.wasm', import.meta.url).href;
+let memory = 64 * 2 ** 20;
+let port = null, is_worker = false, is_dead = false;
+const waiting = new Map(), listeners = [];
 let count = 0;
 
-/** Sets how the worker is made, for pages whose modules are not files: make() returns a Worker that runs worker.js. */
-export function use_worker(make) {
+/**
+ * Sets how the worker is made, for pages whose modules are not files: make() returns a Worker that runs worker.js; and the
+ * bytes or the address of cells.wasm.
+ */
+export function use_worker(make, module = wasm) {
   make_worker = make;
+  wasm = module;
+}
+/** Bytes that cell images may take, before the first fabric is loaded. */
+export function use_memory(bytes) {
+  memory = bytes;
+}
+export const memory_of_images = () => memory;
+/** Calls listener(message) for messages of kind 'images', and for 'end': nothing more comes. */
+export function listen(listener) {
+  listeners.push(listener);
 }
 
-const load_here = async (source) => ({...await load_words(source), read_in: 'main thread'});
-
+function take({kind, id, issue, ...message}) {
+  if (kind === 'images') {
+    for (const listener of listeners) listener({kind, ...message});
+    return;
+  }
+  const {end, fail} = waiting.get(id);
+  waiting.delete(id);
+  if (issue)
+    fail(new Issue(...issue));
+  else
+    end(kind === 'fabric' ? {...message.result, read_in: is_worker ? 'worker' : 'main thread'} : message);
+}
+function start_here(messages) {
+  const worker = new CellWorker(take);
+  port = (message) => worker.receive(message);
+  is_worker = false;
+  for (const message of messages) port(message);
+}
 function start() {
+  const first = {kind: 'start', wasm, memory}, sent = [first];
+  let worker, ready = false;
   try {
     worker = make_worker();
   } catch {
-    worker = null;
-    return;
+    return start_here(sent);
   }
-  worker.onmessage = ({data: {id, result, issue}}) => {
-    const {end, fail} = jobs.get(id);
-    jobs.delete(id);
-    if (issue)
-      fail(new Issue(...issue));
-    else
-      end({...result, read_in: 'worker'});
+  is_worker = true;
+  port = (message, transfer) => {
+    // Until it answers the worker may turn out not to load.
+    if (!ready) sent.push(message);
+    worker.postMessage(message, ready ? transfer : []);
   };
-  // The worker cannot be loaded: its jobs are done on the main thread.
+  worker.postMessage(first);
+  worker.onmessage = ({data}) => {
+    if (data.kind === 'ready')
+      ready = true;
+    else
+      take(data);
+  };
   worker.onerror = (event) => {
     event.preventDefault();
     worker.terminate();
-    worker = null;
-    for (const {source, end, fail} of jobs.values()) load_here(source).then(end, fail);
-    jobs.clear();
+    if (!ready) return start_here(sent);
+    // Its fabrics and garments are lost.
+    is_dead = true;
+    for (const {fail} of waiting.values()) fail(new Issue('GRAPHICS_UNAVAILABLE', '', `the worker ended: ${event.message}`));
+    waiting.clear();
+    for (const listener of listeners) listener({kind: 'end'});
   };
 }
 
-/** The result of load_words(), with `read_in`: 'worker' or 'main thread'. Throws an Issue. */
-export function load(source) {
-  if (worker === undefined) start();
-  if (!worker) return load_here(source);
+/** Sends a message of cell_worker.js that nothing answers. */
+export function send(message, transfer) {
+  if (!port) start();
+  if (!is_dead) port(message, transfer);
+}
+/** The answer to a message; of fabrics with `read_in`: 'worker' or 'main thread'. Throws an Issue. */
+export function ask(message, transfer) {
+  if (is_dead) throw new Issue('GRAPHICS_UNAVAILABLE', '', 'the worker ended');
   return new Promise((end, fail) => {
-    jobs.set(++count, {source, end, fail});
-    worker.postMessage({id: count, source});
+    waiting.set(++count, {end, fail});
+    send({...message, id: count}, transfer);
   });
 }

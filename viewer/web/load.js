@@ -1,7 +1,5 @@
-// Loads a fabric into words: in a worker (worker.js), on the main thread, and in Node.js.
-import {pack_fabric} from './pack.js';
+// Loads fabrics.
 import {Issue, open_fabric} from './reader/index.js';
-import {sky_of} from './sky.js';
 
 /** An error as an Issue; FILE_UNREADABLE if it has no code of its own. */
 export const issue_of = (error) =>
@@ -18,12 +16,9 @@ async function fetched({url, headers, credentials}) {
 }
 
 /**
- * { words, yarn, levels, mm_per_repeat } of a fabric. `source`: an ArrayBuffer, or { url, headers, credentials } as fetch()
- * takes them; or the { words } of a fabric, which give { sky }, the words of sky_of(). Throws an Issue.
+ * open_fabric() of a source: an ArrayBuffer, or { url, headers, credentials } as fetch() takes them. Throws an Issue.
  */
-export async function load_words(source) {
-  if (source.words) return {sky: sky_of(source.words)};
+export async function opened(source) {
   const bytes = source instanceof ArrayBuffer ? source : await fetched(source);
-  const fabric = await open_fabric(new Uint8Array(bytes));
-  return {...pack_fabric(fabric), levels: fabric.levels, mm_per_repeat: fabric.mmPerRepeat};
+  return open_fabric(new Uint8Array(bytes));
 }

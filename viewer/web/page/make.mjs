@@ -29,6 +29,7 @@ async function bundled(path, format) {
 const here = dirname(fileURLToPath(import.meta.url)), texts = {
   PAGE: await bundled('page/page.js', 'esm'),
   WORKER: await bundled('worker.js', 'iife'),
+  CELLS: readFileSync(join(package_folder, 'cells.wasm')).toString('base64'),
 };
 mkdirSync(dirname(page), {recursive: true});
 const html = readFileSync(join(here, 'page.html'), 'utf8').replaceAll(/\/\*([A-Z]+)\*\//g, (_, name) => texts[name]);

@@ -7,15 +7,15 @@ import {
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
 import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
-import {LoadedFabric, SelvedgeFabric, Surroundings, use_worker} from '../three/index.js';
+import {LoadedFabric, SelvedgeFabric, Surroundings, cell_images, use_worker} from '../three/index.js';
 
 /** The lights of selvedge-view: the other light has this share, from the right. */
 const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18;
 /**
- * Pixels are so many times wider where a frame takes longer than SLOW ms while something moves. When all has rested for
- * REST ms they are halved, as long as a frame of four times as many is expected within LONG ms.
+ * While something moves, pixels are twice as wide where a frame takes longer than SLOW ms; FINEST times finer when all has
+ * rested for REST ms and such a frame is expected within LONG ms. Images that come in are shown every SHOW ms.
  */
-const FINEST = 0.5, COARSEST = 8, SLOW = 60, REST = 200, LONG = 4000;
+const FINEST = 2, SLOW = 150, REST = 250, LONG = 2500, SHOW = 250;
 
 const by_id = (id) => document.getElementById(id);
 const bytes_of = (element) => Uint8Array.from(atob(element.textContent.trim()), (c) => c.charCodeAt(0)).buffer;
@@ -34,16 +34,27 @@ scene.add(camera, ambient);
 scene.background = new Color().setRGB(BACKGROUND, BACKGROUND, BACKGROUND, LinearSRGBColorSpace);
 other.position.copy(OTHER_PLACE);
 
-const state = {light: [-0.4, 0.5], turn: 0, fallback: false, level: -1, exposure: 0, ms: 0, frames: 0, coarse: COARSEST / 2};
+const state = {light: [-0.4, 0.5], turn: 0, fallback: false, level: -1, exposure: 0, ms: 0, frames: 0, at_rest: false};
 const materials = new Set(), size = {x: 0, y: 0};
-let due = false, measured_again = false, rest = 0, surroundings = null;
-/** ms that a pixel of the fabric took where it was dearest: by distance, not at a level. */
-let cost = Infinity;
+let due = false, drawing = false, shade_due = null, rest = 0, shown_at = 0, fine = 1, surroundings = null;
 
+/** Calls end() once all that was drawn is there; the page goes on meanwhile. */
+function when_drawn(end) {
+  const gl = renderer.getContext(), sync = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+  gl.flush();
+  const look = () => {
+    if (sync && gl.clientWaitSync(sync, 0, 0) === gl.TIMEOUT_EXPIRED) return setTimeout(look, 4);
+    gl.deleteSync(sync);
+    end();
+  };
+  setTimeout(look);
+}
 function draw() {
   due = false;
-  const {clientWidth: width, clientHeight: height} = renderer.domElement;
-  const ratio = Math.min(devicePixelRatio, 2) / state.coarse;
+  drawing = true;
+  const {clientWidth: width, clientHeight: height} = renderer.domElement, ratio = Math.min(devicePixelRatio, 2) * fine;
+  // Images are as fine as pixels, of which finer ones smooth edges alone.
+  cell_images.supersample = Math.max(fine, 1);
   // A canvas of another size is another canvas to browsers.
   if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
   if (size.x !== width || size.y !== height) {
@@ -51,47 +62,52 @@ function draw() {
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
   }
-  const begin = performance.now();
+  const begin = performance.now(), was = fine;
   renderer.render(scene, camera);
-  // The time of a frame ends when its pixels are drawn.
-  const gl = renderer.getContext();
-  gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
-  state.ms = performance.now() - begin;
-  if (!state.fallback && state.level < 0) cost = state.ms / (width * height * ratio * ratio);
-  ++state.frames;
-  by_id('time').textContent = `${state.ms.toFixed(state.ms < 10 ? 1 : 0)} ms`;
-}
-function next_frame() {
-  if (!due) requestAnimationFrame(draw);
-  due = true;
-  clearTimeout(rest);
-  rest = setTimeout(refine, REST);
+  when_drawn(() => {
+    drawing = false;
+    const ms = performance.now() - begin;
+    state.ms = ms / was ** 2;
+    ++state.frames;
+    by_id('time').textContent = `${ms.toFixed(ms < 10 ? 1 : 0)} ms`;
+    if (due) requestAnimationFrame(draw);
+  });
 }
 function redraw() {
-  measured_again = false;
-  next_frame();
+  if (!due && !drawing) requestAnimationFrame(draw);
+  due = true;
 }
+/** Draws finer pixels at rest. */
 function refine() {
-  const is_slow = 4 * state.ms > LONG;
-  // The first frame with a shader includes the time of its compiler.
-  if (due || (is_slow && measured_again) || (!is_slow && state.coarse <= FINEST)) return;
-  if (is_slow)
-    measured_again = true;
-  else
-    state.coarse /= 2;
-  next_frame();
+  if (fine === FINEST || FINEST ** 2 * state.ms > LONG) return;
+  fine = FINEST;
+  redraw();
 }
 /** Redraws while something moves. */
 function moved() {
-  if (state.ms > SLOW && state.coarse < COARSEST) state.coarse *= 2;
+  fine = state.ms > SLOW ? 0.5 : 1;
+  clearTimeout(rest);
+  rest = setTimeout(() => {
+    fine = 1;
+    redraw();
+    if (state.at_rest) rest = setTimeout(refine, REST);
+  }, REST);
   redraw();
 }
-
-/** Redraws a fabric after what was cheaper to draw, in pixels wide enough. */
-function redraw_dearer() {
-  const {clientWidth: width, clientHeight: height} = renderer.domElement, ratio = Math.min(devicePixelRatio, 2);
-  while (state.coarse < COARSEST && cost * width * height * (ratio / state.coarse) ** 2 > LONG) state.coarse *= 2;
+/** Tells how much of the cloth in sight has its images, and shows them. */
+function progress({at_rest = false}) {
+  state.at_rest = at_rest;
+  const shown = [...materials].every(({shows}) => shows === 'fabric'), now = performance.now();
+  by_id('progress').textContent = shown || state.fallback ? '' : `loading: ${Math.round(100 * cell_images.share())} %`;
+  if (!at_rest && shown && now < shown_at + SHOW) return;
+  if (!shown && !at_rest && materials.size > 0 && state.frames > 0) return;
+  shown_at = now;
   redraw();
+  if (!at_rest) return;
+  if (shade_due) surroundings.shade(renderer, shade_due).then(moved);
+  shade_due = null;
+  clearTimeout(rest);
+  rest = setTimeout(refine, REST);
 }
 
 /** The environment that the page holds, if any: it takes the place of the lights. */
@@ -137,13 +153,13 @@ function set_fallback(fallback) {
   state.fallback = fallback;
   for (const material of materials) material.shows_fabric = !fallback;
   by_id('fallback').textContent = fallback ? 'Fallback' : 'Fabric';
-  redraw_dearer();
+  moved();
 }
 function set_level(level) {
   state.level = level;
   by_id('level').value = level;
   for (const material of materials) material.level = level;
-  redraw_dearer();
+  moved();
 }
 
 /** Puts garments side by side and the camera before all of them. */
@@ -178,10 +194,8 @@ function offer_fabrics(own) {
   select.addEventListener('change', async () => {
     const fabric = others[Number(select.value)];
     await fabric?.settled;
-    if (surroundings) await fabric?.want_sky();
     for (const material of materials) material.set_fabric(fabric ?? own.get(material));
-    cost = Infinity;
-    redraw_dearer();
+    moved();
   });
 }
 
@@ -189,7 +203,8 @@ async function start() {
   take_environment();
   set_light();
   const worker = URL.createObjectURL(new Blob([by_id('worker').textContent], {type: 'text/javascript'}));
-  use_worker(() => new Worker(worker));
+  use_worker(() => new Worker(worker), bytes_of(by_id('cells')));
+  cell_images.addEventListener('change', progress);
   const loader = new GLTFLoader();
   loader.setMeshoptDecoder(MeshoptDecoder);
   loader.register((parser) => new SelvedgeFabric(parser));
@@ -206,12 +221,14 @@ async function start() {
   const all = new Group().add(...garments);
   scene.add(all);
   arrange(garments);
-  surroundings?.stand(renderer, all);
+  surroundings?.stand(all);
   renderer.shadowMap.needsUpdate = true;
+  shade_due = surroundings ? all : null;
+  moved();
   const own = new Map([...materials].map((material) => [material, material.fabric]));
+  progress({});
   for (const {fabric} of materials) {
     await fabric?.settled;
-    if (surroundings) await fabric?.want_sky();
     if (fabric?.issue) tell(`${fabric.issue.code}: ${fabric.name}: the fallback is shown`);
   }
   const levels = Math.max(0, ...[...materials].map(({fabric}) => fabric?.levels ?? 0));
@@ -220,7 +237,7 @@ async function start() {
   offer_fabrics(own);
 
   controls.addEventListener('change', moved);
-  addEventListener('resize', redraw);
+  addEventListener('resize', moved);
   const pad = by_id('light');
   pad.addEventListener('pointerdown', (event) => {
     pad.setPointerCapture(event.pointerId);
@@ -232,14 +249,14 @@ async function start() {
   by_id('exposure').addEventListener('input', (event) => {
     state.exposure = Number(event.target.value);
     set_light();
-    redraw();
+    moved();
   });
   by_id('full').addEventListener('click', () =>
     document.fullscreenElement ? document.exitFullscreen() : document.body.requestFullscreen());
   addEventListener('keydown', (event) => {
     if (event.key === 'f') set_fallback(!state.fallback);
   });
-  redraw();
+  moved();
 }
 // For tests, and for who opens the console.
 globalThis.selvedge = {state, camera, controls, materials, started: start()};

@@ -68,11 +68,10 @@ export function channel_count(layer, text) {
 export function layer_channels(layer, text) {
   const count = channel_count(layer, text);
   switch (layer) {
-    case 'lobes':
-      return [
-        'lobes.diffuse', ...each(text.layers.lobes.lobes, (j) => PARAMETERS.map((p) => `lobes.${j}.${p}`))
-      ].flat()
-        .flatMap((name) => COLOURS.map((c) => `${name}.${c}`));
+    case 'lobes': {
+      const names = ['diffuse', ...each(text.layers.lobes.lobes, (j) => PARAMETERS.map((p) => `${j}.${p}`)).flat()];
+      return COLOURS.flatMap((c) => names.map((name) => `lobes.${name}.${c}`));
+    }
     case 'frame':
       return ['nx', 'ny', 'nz', 'tx', 'ty', 'tz'].map((name) => `frame.${name}`);
     case 'table':

@@ -42,8 +42,21 @@ export const around_uniforms = () => ({
   around_lamp_count: {value: 0},
   around_strength: {value: 1},
   around_from_world: {value: new Matrix3()},
-  fabric_sky: {value: 0},
 });
+
+const axis = new Vector3();
+
+/** The same light in the axes of a mesh, as the worker has it (cell_images.js): { around, lamps }. `inverse`: world to mesh. */
+export function around_of_mesh(uniforms, {elements: e}) {
+  const {around_factors, around_lamp_directions, around_lamp_irradiances, around_lamp_count, around_from_world} = uniforms;
+  const axes = [0, 1, 2].flatMap(
+    (k) => axis.set(e[k], e[k + 4], e[k + 8]).normalize().applyMatrix3(around_from_world.value).toArray());
+  const lamps = around_lamp_directions.value.slice(0, around_lamp_count.value).map((d, i) => {
+    const local = [0, 1, 2].map((k) => axes[3 * k] * d.x + axes[3 * k + 1] * d.y + axes[3 * k + 2] * d.z);
+    return [0, ...local, ...around_lamp_irradiances.value[i].toArray(), 0, 0, 0, 0, 1, 0.7];
+  });
+  return {around: [...around_factors.value.flatMap((factor) => factor.toArray()), ...axes], lamps};
+}
 
 /** Sets the uniforms to what lights a material in a scene; whether anything does. */
 export function set_around(uniforms, material, scene) {

@@ -1,12 +1,24 @@
-import {DirectionalLight, Material, MeshPhysicalMaterial, Object3D, Scene, Texture, WebGLRenderer} from 'three';
+import {DirectionalLight, EventDispatcher, Material, MeshPhysicalMaterial, Object3D, Scene, Texture, WebGLRenderer} from 'three';
 import {GLTFParser} from 'three/addons/loaders/GLTFLoader.js';
 import {Issue} from '../reader/index.js';
 
 /** A file, or where it is; headers and credentials as fetch() takes them. */
 export type Source = ArrayBuffer | {url: string; headers?: Record<string, string>; credentials?: RequestCredentials};
 
-/** How the worker is made that reads fabrics, for pages whose modules are no files: it runs worker.js of the package. */
-export function use_worker(make: () => Worker): void;
+/**
+ * How the worker is made, for pages whose modules are no files: it runs worker.js of the package; and the bytes or the
+ * address of cells.wasm.
+ */
+export function use_worker(make: () => Worker, cells?: ArrayBuffer | string): void;
+/** Bytes that cell images may take, 64 MiB by default; before the first fabric is loaded. */
+export function use_memory(bytes: number): void;
+/** The images of all fabrics: an event `change` says that a frame would show more of them. */
+export const cell_images: EventDispatcher<{change: {at_rest: boolean}}> & {
+  /** Pixels of a frame along a side of what images are as fine as: 2 for frames that are drawn twice as large. */
+  supersample: number;
+  /** Share of the cloth in sight that has images. */
+  share(): number;
+};
 
 /** A fabric file that is loaded beside a scene. */
 export class LoadedFabric {
@@ -14,7 +26,6 @@ export class LoadedFabric {
   readonly name: string;
   readonly state: 'loading' | 'ready' | 'broken';
   readonly issue: Issue | null;
-  readonly texture: Texture | null;
   readonly has_yarn: boolean;
   /** Of the file. */
   readonly levels: number;
@@ -23,12 +34,6 @@ export class LoadedFabric {
   readonly read_in: 'worker' | 'main thread' | null;
   /** Settled when the fabric is ready or broken; it never fails. */
   readonly settled: Promise<void>;
-  /**
-   * Makes what light from all around needs, some 0.2 s in the worker; the first frame with an environment asks for it, too.
-   * Settled when frames show it, or it is clear that they cannot; it never fails.
-   */
-  want_sky(): Promise<void>;
-  dispose(): void;
 }
 
 /** How a fabric lies on a surface: KHR_texture_transform and the set of coordinates, 0 or 1. */
@@ -75,8 +80,10 @@ export class Surroundings {
   /** An equirectangular picture, linear red, green, blue; the top row first, the middle column seen along -z. */
   constructor(scene: Scene, picture: {width: number; height: number; radiance: Float32Array});
   readonly lamps: {light: DirectionalLight}[];
-  /** Finds what a garment hides from itself; again after it has moved. */
-  stand(renderer: WebGLRenderer, garment: Object3D): void;
+  /** Lets a garment cast shadows; again after it has moved. */
+  stand(garment: Object3D): void;
+  /** Finds what it hides from itself, which takes some seconds. */
+  shade(renderer: WebGLRenderer, garment: Object3D): Promise<void>;
   /** Shows the environment behind the scene, blurred by 0 to 1. */
   show(blur: number): void;
   /** Degrees, counter-clockwise from above, and a factor on radiance. */

@@ -2,16 +2,16 @@
 //
 //   loader.register((parser) => new SelvedgeFabric(parser));
 import {LoaderUtils} from 'three';
-import {use_worker} from '../background.js';
+import {use_memory, use_worker} from '../background.js';
+import {cell_images} from './cell_images.js';
 import {issue_of} from '../load.js';
 import {Issue} from '../reader/index.js';
 import {LoadedFabric} from './fabric.js';
 import {load_parts} from './garment_parts.js';
 import {FabricMaterial, plain_lay} from './material.js';
 import {Surroundings} from './surroundings.js';
-import {add_tangents} from './tangents.js';
 
-export {FabricMaterial, LoadedFabric, Surroundings, use_worker};
+export {FabricMaterial, LoadedFabric, Surroundings, cell_images, use_memory, use_worker};
 
 const NAME = 'SELVEDGE_materials_fabric';
 const TRANSFORM = 'KHR_texture_transform';
@@ -107,18 +107,15 @@ export class SelvedgeFabric {
     });
   }
 
-  /** Gives the surfaces what the frame of a fabric needs. */
+  /** Surfaces without the coordinates of their fabric show the fallback. */
   afterRoot({scenes}) {
     for (const scene of scenes) {
       scene.traverse((object) => {
         const {material, geometry} = object;
         if (!material?.isFabricMaterial) return;
-        if (geometry.attributes[material.lay.uv_set === 1 ? 'uv1' : 'uv'])
-          add_tangents(geometry, material.lay);
-        else {
-          console.warn(`selvedge: GARMENT_NO_UVS: ${object.name}: no TEXCOORD_${material.lay.uv_set}; the fallback is shown`);
-          object.material = material.clone().set_fabric(null);
-        }
+        if (geometry.attributes[material.lay.uv_set === 1 ? 'uv1' : 'uv']) return;
+        console.warn(`selvedge: GARMENT_NO_UVS: ${object.name}: no TEXCOORD_${material.lay.uv_set}; the fallback is shown`);
+        object.material = material.clone().set_fabric(null);
       });
     }
     return null;

@@ -1,11 +1,11 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
 import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
-import {around_uniforms, set_around} from './environment.js';
+import {cell_images} from './cell_images.js';
+import {around_of_mesh, around_uniforms, set_around} from './environment.js';
 import {key_of_parts, no_parts, part_uniforms, set_parts} from './garment_parts.js';
 import {sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {VERTEX_LIGHT} from './surroundings.js';
-import {add_tangents, tangents_name} from './tangents.js';
 
 /** The lay of a fabric on a surface, as KHR_texture_transform: of the material's reference. */
 export const plain_lay = {uv_set: 0, offset: [0, 0], rotation: 0, scale: [1, 1]};
@@ -32,10 +32,14 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.parts = parts;
     this.part_uniforms = part_uniforms();
     this.fabric_uniforms = {
-      fabric_words: {value: null},
       fabric_transform: {value: matrix_of(lay)},
-      forced_level: {value: -1},
+      cell_beyond: {value: 0},
+      cell_brighter: {value: 2},
     };
+    /** The level that is shown everywhere; -1: by the size of a pixel. */
+    this.level = -1;
+    /** Of cell_images, the last one that was drawn. */
+    this.garment = null;
     this.around_uniforms = around_uniforms();
     this.is_lit_around = this.has_vertex_light = false;
     this.wants_fabric = true;
@@ -63,30 +67,19 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.wants_fabric = wanted;
     this.update_fabric();
   }
-  /** The level that is shown everywhere; -1: by the size of a pixel. */
-  get level() {
-    return this.fabric_uniforms.forced_level.value;
-  }
-  set level(level) {
-    this.fabric_uniforms.forced_level.value = level;
-  }
   /** Takes another LoadedFabric. */
   set_fabric(fabric) {
     this.fabric = fabric;
-    this.shows = 'fallback';
-    this.needsUpdate = true;
+    this.garment = null;
     this.update_fabric();
     return this;
   }
   /** Shows what is due now; before every drawing. */
   update_fabric() {
-    const due = this.wants_fabric && this.fabric?.state === 'ready' ? 'fabric' : 'fallback';
-    const {fabric_words} = this.fabric_uniforms;
-    if (due === this.shows && (due === 'fallback' || fabric_words.value === this.fabric.texture)) return;
+    const due = this.wants_fabric && this.garment?.state === 'shown' ? 'fabric' : 'fallback';
+    if (due === this.shows) return;
     this.shows = due;
     if (due === 'fabric') {
-      // The texture is replaced when the sky is added.
-      fabric_words.value = this.fabric.texture;
       this.transparent = this.keeps_opacity && !this.alphaToCoverage;
       this.depthWrite = true;
       // Of the fallback's picture, which has the mask, for shadow maps: the fabric's shader knows no such test.
@@ -96,41 +89,44 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     }
     this.needsUpdate = true;
   }
-  /** Lights the fabric by the environment of the scene, or its own. */
+  /** Lights the fabric by the environment of the scene, or its own; whether anything does. */
   #update_around(scene, geometry) {
-    const lit = this.shows === 'fabric' && set_around(this.around_uniforms, this, scene);
-    if (lit) this.fabric.want_sky();
-    this.around_uniforms.fabric_sky.value = this.fabric?.sky ?? 0;
-    const is_lit = lit && this.fabric.sky > 0;
-    const has_vertex_light = is_lit && VERTEX_LIGHT[0] in geometry.attributes;
+    const lit = set_around(this.around_uniforms, this, scene);
+    const is_lit = lit && this.shows === 'fabric', has_vertex_light = is_lit && VERTEX_LIGHT[0] in geometry.attributes;
     if (is_lit !== this.is_lit_around || has_vertex_light !== this.has_vertex_light) this.needsUpdate = true;
     this.is_lit_around = is_lit;
     this.has_vertex_light = has_vertex_light;
+    return lit;
   }
   onBeforeRender(renderer, scene, camera, geometry, object) {
+    const lit = this.#update_around(scene, geometry);
+    if (this.fabric?.state === 'ready' && this.wants_fabric) {
+      this.garment = cell_images.garment(geometry, this);
+      cell_images.look(
+        this.garment, renderer, scene, camera, object, this.level,
+        (inverse) => lit ? around_of_mesh(this.around_uniforms, inverse) : {around: null, lamps: []});
+      this.fabric_uniforms.cell_beyond.value = this.garment.beyond;
+      this.fabric_uniforms.cell_brighter.value = this.fabric.has_yarn ? 2 : 8;
+    }
     this.update_fabric();
-    this.#update_around(scene, geometry);
     // three.js draws what it takes for one layer twice, back sides first.
     if (this.shows === 'fabric' && this.transparent) this.forceSinglePass = sort_triangles(object, geometry, camera);
-    // For the next frame: three.js takes no new attribute while it draws.
-    queueMicrotask(() => add_tangents(geometry, this.lay));
   }
   onBeforeCompile(shader) {
     // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
     set_parts(this.part_uniforms, this.parts);
-    Object.assign(shader.uniforms, this.fabric_uniforms, this.around_uniforms, this.part_uniforms);
+    Object.assign(
+      shader.uniforms, this.fabric_uniforms, this.around_uniforms, this.part_uniforms, cell_images.uniforms);
     if (this.shows !== 'fabric') return;
     const {keeps_opacity, is_lit_around, has_vertex_light, parts} = this;
     shader.vertexShader =
-        vertex_shader(shader.vertexShader, this.lay.uv_set, tangents_name(this.lay), has_vertex_light, parts);
-    shader.fragmentShader =
-        fragment_shader({has_yarn: this.fabric.has_yarn, keeps_opacity, is_lit_around, has_vertex_light, parts});
+        vertex_shader(shader.vertexShader, this.lay.uv_set, has_vertex_light, parts);
+    shader.fragmentShader = fragment_shader({keeps_opacity, is_lit_around, has_vertex_light, parts});
   }
   customProgramCacheKey() {
     if (this.shows !== 'fabric') return 'selvedge fallback';
     const {keeps_opacity, is_lit_around, has_vertex_light, parts} = this;
-    return ['selvedge', tangents_name(this.lay), this.fabric.has_yarn, keeps_opacity, is_lit_around, has_vertex_light,
-      key_of_parts(parts)].join(' ');
+    return ['selvedge', this.lay.uv_set, keeps_opacity, is_lit_around, has_vertex_light, key_of_parts(parts)].join(' ');
   }
   copy(source) {
     super.copy(source);
@@ -142,6 +138,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.wants_fabric = source.wants_fabric;
     this.of_fallback = {...source.of_fallback};
     Object.assign(this, this.of_fallback);
+    this.level = source.level;
     this.shows = 'fallback';
     for (const [name, uniform] of Object.entries(source.fabric_uniforms)) {
       const {value} = uniform;

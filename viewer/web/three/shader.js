@@ -4,7 +4,8 @@ import {ShaderChunk} from 'three';
 import {MOST_LAMPS} from '../environment.js';
 import {part_fragment, part_vertex} from './garment_parts.js';
 import {VERTEX_LIGHT} from './surroundings.js';
-import {around, evaluate, fabric_surface, fabric_words, footprint, word_layout, yarn} from '../glsl.js';
+import {CHART, TILES_WIDTH, WIDTH} from './cell_images.js';
+import {TILE_NUMBERS} from '../cells.js';
 
 const VERTEX_NAMES = `
 #if FABRIC_UV_SET == 1 || defined(KEPT_UV1)
@@ -17,10 +18,12 @@ const VERTEX_NAMES = `
 #else
   #define fabric_coordinates uv
 #endif
-attribute vec3 fabric_tangent;
 uniform mat3 fabric_transform;
+attribute vec4 ${CHART[0]};
+attribute vec2 ${CHART[1]};
 varying vec2 fabric_uv;
-varying vec3 fabric_along_u;  // dP/du, unit; zero where it is not known
+flat varying vec4 of_chart;  // first entry of its table, first u and v, smallest patches along a repeat
+flat varying vec2 chart_cells;
 `;
 const LIGHT_NAMES = VERTEX_LIGHT.map((name) => `attribute vec4 ${name};\n`).join('') +
   `varying vec4 light_of_vertex[${VERTEX_LIGHT.length}];  // nine colours\n`;
@@ -28,20 +31,8 @@ const LIGHT_BODY = VERTEX_LIGHT.map((name, k) => `light_of_vertex[${k}] = ${name
 
 const VERTEX_BODY = `
   fabric_uv = (fabric_transform * vec3(fabric_coordinates, 1.0)).xy;
-  fabric_along_u = fabric_tangent;
-#ifdef USE_MORPHTARGETS
-  fabric_along_u = vec3(0.0);
-#endif
-#ifdef USE_SKINNING
-  fabric_along_u = (skinMatrix * vec4(fabric_along_u, 0.0)).xyz;
-#endif
-#ifdef USE_BATCHING
-  fabric_along_u = mat3(batchingMatrix) * fabric_along_u;
-#endif
-#ifdef USE_INSTANCING
-  fabric_along_u = mat3(instanceMatrix) * fabric_along_u;
-#endif
-  fabric_along_u = (modelViewMatrix * vec4(fabric_along_u, 0.0)).xyz;
+  of_chart = ${CHART[0]};
+  chart_cells = ${CHART[1]};
 `;
 
 // three.js lifts the cloth off its shadow along its normal, into it where the light comes from behind.
@@ -56,14 +47,12 @@ float side_of_light(mat4 shadow, vec4 place, vec3 normal) {
 `;
 
 /**
- * three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. `tangents`: the name of an attribute;
- * `has_vertex_light`: whether surroundings.js gives the light from all around; `parts`: garment_parts.js.
+ * three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. `has_vertex_light`: whether surroundings.js gives the light from all around; `parts`: garment_parts.js.
  */
-export function vertex_shader(of_three, uv_set, tangents, has_vertex_light, parts) {
+export function vertex_shader(of_three, uv_set, has_vertex_light, parts) {
   const kept = part_vertex(parts);
   const names = `${VERTEX_NAMES}${kept.names}${SIDE_OF_LIGHT}${has_vertex_light ? LIGHT_NAMES : ''}`;
   return `#define FABRIC_UV_SET ${uv_set}
-#define fabric_tangent ${tangents}
 ${kept.defines}${of_three
     .replace('void main() {', `${names}\nvoid main() {${has_vertex_light ? LIGHT_BODY : ''}`)
     .replace('#include <shadowmap_vertex>', SHADOWS)
@@ -83,6 +72,7 @@ const FRAGMENT_NAMES = `
 #undef USE_NORMALMAP_TANGENTSPACE
 varying vec3 vViewPosition;
 uniform vec3 emissive;
+uniform vec3 diffuse;
 #include <common>
 #include <dithering_pars_fragment>
 #include <uv_pars_fragment>
@@ -95,14 +85,19 @@ uniform vec3 emissive;
 #include <logdepthbuf_pars_fragment>
 #include <clipping_planes_pars_fragment>
 
-uniform int forced_level;
-// level_options.glsl, as selvedge-view has it.
-const int points = 2;
+// What the worker has made (cell_images.js).
+uniform sampler2D cell_atlas;
+uniform sampler2D cell_heights;
+uniform highp usampler2D cell_table;
+uniform sampler2D cell_tiles;
+uniform float cell_beyond;    // share of the light of one side that the other side gets
+uniform float cell_brighter;  // a place is at most so many times as bright as its image
 varying vec2 fabric_uv;
-varying vec3 fabric_along_u;
+flat varying vec4 of_chart;
+flat varying vec2 chart_cells;
 
 #ifdef AROUND
-  // The environment, in axes of its own, and where the fabric's sky lies among its words.
+  // The environment, in axes of its own.
   #define AROUND_LAMPS ${MOST_LAMPS}
   uniform vec3 around_factors[9];
   uniform vec3 around_lamp_directions[AROUND_LAMPS];
@@ -110,44 +105,58 @@ varying vec3 fabric_along_u;
   uniform int around_lamp_count;
   uniform float around_strength;
   uniform mat3 around_from_world;
-  uniform int fabric_sky;
   #ifdef VERTEX_LIGHT
     varying vec4 light_of_vertex[7];
     float number_of_vertex(int k) { return light_of_vertex[k / 4][k % 4]; }
   #endif
-#else
-  #define AROUND_LAMPS 0
+  // CellLights::brightness() of smooth light: pi times its irradiance by the clamped cosine.
+  float brightness_around(vec3 n) {
+    float basis[9] = float[9](1.0, n.x, n.y, n.z, n.x * n.y, n.x * n.z, n.y * n.z, n.x * n.x - n.y * n.y, 3.0 * n.z * n.z - 1.0);
+    float sum = 0.0;
+    for (int k = 0; k < 9; ++k) {
+  #ifdef VERTEX_LIGHT
+      float f = (number_of_vertex(3 * k) + number_of_vertex(3 * k + 1) + number_of_vertex(3 * k + 2)) * around_strength / 3.0;
+  #else
+      float f = dot(around_factors[k], vec3(1.0 / 3.0));
+  #endif
+      sum += (k == 0 ? 1.0 : k < 4 ? 2.0 / 3.0 : 0.25) * basis[k] * f;
+    }
+    return PI * max(sum, 0.0);
+  }
 #endif
 
-// three.js's loops over lights call RE_Direct, which keeps them, shadows included.
-const int most_lights = max(1, NUM_DIR_LIGHTS + NUM_POINT_LIGHTS + NUM_SPOT_LIGHTS${SUN_LIGHTS} + AROUND_LAMPS);
-vec3 light_directions[most_lights];
-vec3 light_irradiances[most_lights];
-int lights_kept = 0;
-struct NoMaterial { int nothing; };
-void keep_light(const in IncidentLight light, const in vec3 position, const in vec3 normal, const in vec3 view,
-                const in vec3 clearcoat_normal, const in NoMaterial material, inout ReflectedLight reflected) {
-  light_directions[lights_kept] = light.direction;
-  light_irradiances[lights_kept] = light.color;
-  ++lights_kept;
+// three.js's loops over lights call RE_Direct, shadows included.
+float bright = 0.0;
+float share_of_light(float cosine) {
+  return (1.0 - cell_beyond) * max(cosine, 0.0) + cell_beyond * 0.5 * (1.0 + cosine);
 }
-#define RE_Direct keep_light
+struct NoMaterial { int nothing; };
+void add_light(const in IncidentLight light, const in vec3 position, const in vec3 normal, const in vec3 view,
+               const in vec3 clearcoat_normal, const in NoMaterial material, inout ReflectedLight reflected) {
+  bright += dot(light.color, vec3(1.0 / 3.0)) * share_of_light(dot(normal, light.direction));
+}
+#define RE_Direct add_light
 
-uint light_count() { return uint(lights_kept); }
-void light_at(uint i, out vec3 direction, out vec3 irradiance) {
-  direction = light_directions[i];
-  irradiance = light_irradiances[i];
+// The tile at a place, from one side; 0: none.
+int tile_at(vec2 uv, int side) {
+  ivec2 cell = clamp(ivec2(floor((uv - of_chart.yz) * of_chart.w)), ivec2(0), ivec2(chart_cells) - 1);
+  int entry = int(of_chart.x) + cell.y * int(chart_cells.x) + cell.x;
+  uvec4 tiles = texelFetch(cell_table, ivec2(entry % ${WIDTH}, entry / ${WIDTH}), 0);
+  return int(side == 0 ? tiles.x : tiles.y);
+}
+vec4 number_of_tile(int tile, int k) {
+  int at = ${TILE_NUMBERS / 4} * tile + k;
+  return texelFetch(cell_tiles, ivec2(at % ${TILES_WIDTH}, at / ${TILES_WIDTH}), 0);
 }
 `;
 
 const FRAGMENT_BODY = `
-// The frame of coordinates that change so much per pixel, and the surface with them; \`known\`: dP/du, or zero.
-mat3 frame_of(vec3 normal, vec2 right, vec2 up, vec3 to_right, vec3 to_top, vec3 known) {
+// The frame of coordinates that change so much per pixel, and the surface with them.
+mat3 frame_of(vec3 normal, vec2 right, vec2 up, vec3 to_right, vec3 to_top) {
   float turn = right.x * up.y - right.y * up.x < 0.0 ? -1.0 : 1.0;
   vec3 along_u = (to_right * up.y - to_top * right.y) * turn;
   vec3 along_v = (to_top * right.x - to_right * up.x) * turn;
-  bool is_known = dot(known, known) > 0.0;
-  vec3 tangent = tangent_across(normal, is_known ? known : along_u * inversesqrt(max(dot(along_u, along_u), 1e-36)));
+  vec3 tangent = normalize(along_u - normal * dot(normal, along_u));
   vec3 y = cross(normal, tangent);
   return mat3(tangent, dot(y, along_v) > 0.0 ? -y : y, normal);
 }
@@ -159,31 +168,19 @@ void main() {
   #include <logdepthbuf_fragment>
   #include <emissivemap_fragment>
 
-  vec2 right = dFdx(fabric_uv);
-  vec2 up = dFdy(fabric_uv);
-  vec3 to_right = -dFdx(vViewPosition);
-  vec3 upwards_of_pixel = -dFdy(vViewPosition);
-  vec3 view = isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(vViewPosition);
   #include <normal_fragment_begin>
   float fabric_side = gl_FrontFacing ? 1.0 : -1.0;
 #ifdef FLIP_SIDED
   fabric_side = -fabric_side;  // three.js turns the winding over to draw back sides alone
 #endif
-  normal = unit_or(normal, view);
-#ifdef FABRIC_KEEPS_OPACITY
-  mat2x3 turn = mat2x3(dFdx(normal), dFdy(normal)) * fabric_side;
-#else
-  mat2x3 turn = mat2x3(0.0);
-#endif
+  vec3 to_right = -dFdx(vViewPosition);
+  vec3 to_top = -dFdy(vViewPosition);
+  mat3 frame = frame_of(normal, dFdx(fabric_uv), dFdy(fabric_uv), to_right, to_top);
 #ifdef KEPT_NORMAL
   vec3 bent = texture2D(kept_normal, kept_normal_uv).xyz * 2.0 - 1.0;
   bent.xy *= kept_normal_scale * fabric_side;
-  mat3 of_texture =
-    frame_of(normal, dFdx(kept_normal_uv), dFdy(kept_normal_uv), to_right, upwards_of_pixel, vec3(0.0));
-  normal = unit_or(of_texture * bent, normal);
+  normal = normalize(frame_of(normal, dFdx(kept_normal_uv), dFdy(kept_normal_uv), to_right, to_top) * bent);
 #endif
-  normal = facing_normal(normal, view);
-  mat3 frame = frame_of(normal, right, up, to_right, upwards_of_pixel, fabric_along_u);
   vec3 tint = kept_tint;
 #ifdef KEPT_TINT_TEXTURE
   tint *= texture2D(kept_tint_texture, kept_tint_texture_uv).rgb;
@@ -198,34 +195,34 @@ void main() {
   if (texture2D(kept_mask, kept_mask_uv).a < kept_mask_cutoff) discard;
 #endif
 
-  uint seen = seen_from(fabric_side, 0u);
   NoMaterial material;
   ReflectedLight reflectedLight = ReflectedLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
   #include <lights_fragment_begin>
 #ifdef AROUND
   mat3 from_view = around_from_world * transpose(mat3(viewMatrix));
-  for (int i = 0; i < around_lamp_count; ++i) {
-    light_directions[lights_kept] = around_lamp_directions[i] * from_view;
-    light_irradiances[lights_kept] = around_lamp_irradiances[i] * occlusion;
-    ++lights_kept;
-  }
-  for (int k = 0; k < 9; ++k) {
-#ifdef VERTEX_LIGHT
-    around[k] = vec3(number_of_vertex(3 * k), number_of_vertex(3 * k + 1), number_of_vertex(3 * k + 2)) * around_strength;
-#else
-    around[k] = around_factors[k];
-#endif
-  }
-  turn_around_into(from_view * frame);
-  float visible = 1.0;
-#ifdef VERTEX_LIGHT
-  visible = visible_share(mean_of(around, vec3(0.0, 0.0, 1.0)), mean_of(around_factors, from_view * normal) * around_strength);
-#endif
-  for (int k = 0; k < 9; ++k) around[k] *= min(1.0, occlusion / max(visible, 1e-3));
-  sky = uint(fabric_sky) + (seen == 0u ? 0u : sky_of_turned);
+  vec3 n = from_view * normal;
+  for (int i = 0; i < around_lamp_count; ++i)
+    bright += dot(around_lamp_irradiances[i], vec3(occlusion / 3.0)) * share_of_light(dot(n, around_lamp_directions[i]));
+  bright += brightness_around(n) * occlusion;
 #endif
 
-  vec4 sum = shade_fabric(seen, fabric_uv - floor(fabric_uv), right, up, turn, fabric_side, view * frame, frame);
+  vec4 sum = vec4(diffuse * bright / PI, 1.0);  // no image yet
+  int tile = tile_at(fabric_uv, fabric_side > 0.0 ? 0 : 1);
+  if (tile > 0) {
+    vec4 of_place = number_of_tile(tile, 0);
+    vec4 of_light = number_of_tile(tile, 1);
+    vec2 at = (fabric_uv - floor(fabric_uv)) * vec2(1.0, -1.0) + vec2(0.0, 1.0);
+    at = at * of_place.zw - of_light.xy;
+    // The yarn there stands out of the plane, and rays of the image came from another side.
+    vec3 view = (isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(vViewPosition)) * frame;
+    vec4 relief = number_of_tile(tile, 2);
+    ivec2 nearest = ivec2(of_place.xy + mod(at, of_place.zw) + 0.5);
+    float steps = texelFetch(cell_heights, nearest, 0).r * 255.0 - 128.0;
+    at += clamp(view.xy / max(view.z, 1.0 / 32.0) - relief.xy, -1.0, 1.0) * relief.zw * steps;
+    at = mod(at, of_place.zw);
+    sum = textureLod(cell_atlas, (of_place.xy + at + 0.5) / vec2(textureSize(cell_atlas, 0)), 0.0);
+    sum.rgb *= of_light.z * min(bright * of_light.w, cell_brighter);
+  }
 #ifdef FABRIC_KEEPS_OPACITY
   if (!(sum.a > 0.0)) discard;
   diffuseColor.a = min(sum.a, 1.0);
@@ -241,8 +238,7 @@ void main() {
 `;
 
 /** The fragment shader of a fabric. */
-export const fragment_shader = ({has_yarn, keeps_opacity, is_lit_around, has_vertex_light, parts}) => [
-  is_lit_around ? '#define AROUND\n' : '', has_vertex_light ? '#define VERTEX_LIGHT\n' : '', has_yarn ? '#define YARN\n' : '',
-  keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', part_fragment(parts), FRAGMENT_NAMES, word_layout, fabric_words,
-  is_lit_around ? around : '', evaluate, has_yarn ? yarn : '', footprint, fabric_surface, FRAGMENT_BODY
+export const fragment_shader = ({keeps_opacity, is_lit_around, has_vertex_light, parts}) => [
+  is_lit_around ? '#define AROUND\n' : '', has_vertex_light ? '#define VERTEX_LIGHT\n' : '',
+  keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', part_fragment(parts), FRAGMENT_NAMES, FRAGMENT_BODY
 ].join('');

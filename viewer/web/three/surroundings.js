@@ -2,7 +2,8 @@
 // rest what folds, sleeves and collar leave each vertex of the fabrics. The twin of viewer/light/sky.cpp.
 //
 //   const surroundings = new Surroundings(scene, picture);  // { width, height, radiance }: environment.js
-//   surroundings.stand(renderer, garment);                  // after it has moved, too
+//   surroundings.stand(garment);                            // after it has moved, too
+//   await surroundings.shade(renderer, garment);            // it takes some seconds
 //   surroundings.set({turn: 30, strength: 1});
 import {
   Box3, BufferAttribute, Color, DataTexture, DirectionalLight, DoubleSide, EquirectangularReflectionMapping,
@@ -60,6 +61,7 @@ export class Surroundings {
   #factors;
   #picture;
   #meshes = [];
+  #is_known = false;
   /** The turn that the vertices are lit for. */
   #lit_at = NaN;
   constructor(scene, picture) {
@@ -85,8 +87,8 @@ export class Surroundings {
     this.scene.backgroundBlurriness = blur;
   }
 
-  /** Finds what a garment hides from itself, at rest, and lets it cast shadows. */
-  stand(renderer, garment) {
+  /** Lets a garment cast shadows. */
+  stand(garment) {
     garment.updateMatrixWorld(true);
     new Box3().setFromObject(garment).getBoundingSphere(this.sphere);
     this.#meshes = [];
@@ -101,14 +103,20 @@ export class Surroundings {
       geometries.add(mesh.geometry);
       this.#meshes.push({mesh, hidden: new Uint8Array(DIRECTIONS * mesh.geometry.attributes.position.count)});
     });
-    this.#look(renderer, garment);
-    this.#lit_at = NaN;
     for (const {light} of this.lamps) {
       const {camera} = light.shadow, {radius} = this.sphere;
       Object.assign(camera, {left: -radius, right: radius, top: radius, bottom: -radius, near: 0, far: 4 * radius});
       camera.updateProjectionMatrix();
       light.shadow.normalBias = NORMAL_OFFSET * SQRT1_2 * 2 * radius / LAMP_MAP;
     }
+    this.#is_known = false;
+    this.set(this);
+  }
+  /** Finds what a garment that stands hides from itself, at rest; settled when its vertices are lit so. */
+  async shade(renderer, garment) {
+    await this.#look(renderer, garment);
+    this.#is_known = true;
+    this.#lit_at = NaN;
     this.set(this);
   }
 
@@ -125,7 +133,7 @@ export class Surroundings {
       light.position.set(x * c + z * s, y, z * c - x * s).multiplyScalar(2 * sphere.radius).add(sphere.center);
       light.color.setRGB(...irradiance.map((e) => e * strength));
     }
-    if (this.#lit_at === turn) return;
+    if (this.#lit_at === turn || !this.#is_known) return;
     this.#lit_at = turn;
     // In the axes of the environment.
     const parts = spiral.map(({x, y, z}) => {
@@ -158,8 +166,8 @@ export class Surroundings {
   }
 
   /** Draws depths from all around, and looks the vertices up in them. */
-  #look(renderer, garment) {
-    const {sphere} = this, before = renderer.getRenderTarget(), only = new Scene();
+  async #look(renderer, garment) {
+    const {sphere} = this, only = new Scene();
     only.background = new Color(1, 1, 1);
     garment.traverse((mesh) => {
       if (!mesh.isMesh) return;
@@ -172,14 +180,15 @@ export class Surroundings {
     const bytes = new Uint8Array(4 * SKY_MAP ** 2), depths = new Float32Array(SKY_MAP ** 2);
     for (const [i, direction] of spiral.entries()) {
       const camera = looking_from(direction, sphere);
+      const before = renderer.getRenderTarget();
       renderer.setRenderTarget(target);
       renderer.render(only, camera);
-      renderer.readRenderTargetPixels(target, 0, 0, SKY_MAP, SKY_MAP, bytes);
+      renderer.setRenderTarget(before);
+      await renderer.readRenderTargetPixelsAsync(target, 0, 0, SKY_MAP, SKY_MAP, bytes);
       for (let t = 0; t < depths.length; ++t)
         depths[t] = (bytes[4 * t] + bytes[4 * t + 1] / 255 + bytes[4 * t + 2] / 65025) / 255;
       for (const of of this.#meshes) this.#hide(of, i, depths, camera.matrixWorld);
     }
-    renderer.setRenderTarget(before);
     target.dispose();
   }
 

@@ -1,0 +1,148 @@
+// The WebAssembly module of cell images (cells/module.cpp): takes fabrics of the reader and garments, gives tiles of an
+// atlas. For one thread; in browsers that of the worker.
+import {Issue, LAYERS, SIDES, layer_channels, level_of_texels, pairs_at, read_layer} from './reader/index.js';
+
+/** Words of a tile in the answers of table(): place and size, CellImage::first, scale, 1 / brightness, relief. */
+export const TILE_NUMBERS = 12;
+
+export class CellModule {
+  #of;
+  /** `module`: a WebAssembly.Module. */
+  constructor(module) {
+    // Nothing of WASI is used: output of a fault that cannot happen is dropped.
+    const wasi = new Proxy({}, {get: () => () => 0});
+    this.#of = new WebAssembly.Instance(module, {wasi_snapshot_preview1: wasi}).exports;
+    this.#of._initialize();
+  }
+  /** Views of memory, which moves where it grows. */
+  #floats(at, count) {
+    return new Float32Array(this.#of.memory.buffer, at, count);
+  }
+  #words(at, count) {
+    return new Int32Array(this.#of.memory.buffer, at, count);
+  }
+  /** Room for so many numbers, as { floats, words }. */
+  #input(count) {
+    const at = this.#of.input(count);
+    return {floats: this.#floats(at, count), words: this.#words(at, count)};
+  }
+
+  set_memory(bytes) {
+    this.#of.set_memory(bytes);
+  }
+
+  /** The number of a fabric of open_fabric. Throws an Issue where a layer is broken. */
+  add_fabric(fabric) {
+    const {texels, levels, mmPerRepeat, referenceHeight, thickness} = fabric, of = this.#of;
+    const {floats, words} = this.#input(7);
+    words.set([...texels, levels]);
+    floats.set([...mmPerRepeat, referenceHeight, thickness], 3);
+    const number = of.add_fabric();
+    this.#add_side(number, fabric, 0);
+    const others = SIDES.filter((name) => fabric.sides[name]);
+    for (const name of others) this.#add_side(number, fabric.sides[name], 1 + SIDES.indexOf(name));
+    const shown = others.flatMap((name) => fabric.sides[name].shown);
+    this.#input(shown.length).words.set(shown);
+    if (!of.end_fabric(number)) throw new Issue('FABRIC_MALFORMED', 'yarns', 'is out of range');
+    return number;
+  }
+  #add_side(number, fabric, side) {
+    const {views, lights, layers, radianceScale = 1} = fabric;
+    const {lobes, products, bases, yarns} = layers, counts = yarns ?? {curves: 0, nodes: 0, stations: 0, fields: 30};
+    const {floats, words} = this.#input(14);
+    const grid = (of) => of ? [of.columns, of.rows] : [1, 1];
+    words.set([
+      side, ...grid(views), ...grid(lights), lobes?.lobes ?? 0,
+      products ? Math.max(...products.pairs.map((pairs) => pairs.length)) : 0, bases?.functions.views ?? 0,
+      bases?.functions.lights ?? 0, counts.curves, counts.nodes, counts.stations, counts.fields
+    ]);
+    floats[13] = radianceScale;
+    this.#of.add_side(number);
+    for (const [kind, layer] of LAYERS.entries()) {
+      // Yarn is stored once, at the front.
+      if (!layers[layer] || (side > 0 && layer === 'yarns')) continue;
+      for (const k of layers[layer].levels) {
+        if (level_of_texels(fabric, layer, k) !== k) continue;
+        const values = read_layer(fabric, layer, k);
+        const channels = layer_channels(layer, fabric).map((name) => values.get(name));
+        const pairs = layer === 'products' ? pairs_at(fabric, k).flat() : [], texels = channels[0]?.length ?? 0;
+        const input = this.#input(pairs.length + texels * channels.length);
+        input.words.set(pairs);
+        channels.forEach((channel, i) => input.floats.set(channel, pairs.length + i * texels));
+        this.#of.add_layer(number, kind, k, channels.length, pairs.length / 2);
+      }
+    }
+  }
+
+  /** [red, green, blue, alpha] of a query of the conformance kit. */
+  query(number, {level, texel, uv, behind = false, light, view}) {
+    this.#input(6).floats.set([...light, ...view]);
+    const at = this.#of.evaluate_query(number, behind ? 1 : 0, texel ? 1 : 0, level, ...(texel ?? uv));
+    return [...this.#floats(at, 4)];
+  }
+
+  /**
+   * Adds a mesh in a fabric: `vertices`, eight numbers each (position, normal, u and v), and `corners`, three of each
+   * triangle. Returns { number, charts, beyond }: six numbers of each vertex, and a number of the look-up.
+   */
+  add_garment(fabric, vertices, corners) {
+    const {floats, words} = this.#input(vertices.length + corners.length), count = vertices.length / 8;
+    floats.set(vertices);
+    words.set(corners, vertices.length);
+    const number = this.#of.add_garment(fabric, count, corners.length / 3);
+    return {
+      number,
+      charts: this.#floats(this.#of.charts_of(number), 6 * count).slice(),
+      beyond: this.#of.beyond_of(number),
+    };
+  }
+  remove_garment(number) {
+    this.#of.remove_garment(number);
+  }
+
+  /** Begins a frame: `numbers` and `lights` as begin_frame() has them. Returns the patches in sight. */
+  begin_frame(number, numbers, lights) {
+    const {floats} = this.#input(numbers.length + 13 * lights.length);
+    floats.set(numbers);
+    lights.forEach((light, i) => floats.set(light, numbers.length + 13 * i));
+    return this.#of.begin_frame(number, lights.length);
+  }
+  /** Makes images of the next `count` patches. Returns how many are left. */
+  make_images(number, count) {
+    return this.#of.make_images(number, count);
+  }
+  /**
+   * { first, entries, tiles, missing, wanted }: a garment's part of the table, all tiles, and of so many patches in front
+   * those without an image.
+   */
+  table(number) {
+    const [first, count, entries, tiles, numbers, missing, wanted] = this.#words(this.#of.table_of(number), 7);
+    return {
+      first,
+      entries: new Uint16Array(this.#of.memory.buffer, entries, 2 * count).slice(),
+      tiles: this.#floats(numbers, TILE_NUMBERS * tiles).slice(),
+      missing,
+      wanted,
+    };
+  }
+  forget_tiles() {
+    this.#of.forget_tiles();
+  }
+  /**
+   * Tiles that are new since the last call: { x, y, width, height, halves, heights }, four halves and a byte
+   * of each texel.
+   */
+  take_uploads() {
+    const count = this.#of.upload_count(), words = this.#words(this.#of.uploads_at(), 6 * count).slice();
+    const tiles = Array.from({length: count}, (_, i) => {
+      const [x, y, width, height, at, steps] = words.subarray(6 * i), {buffer} = this.#of.memory;
+      return {
+        x, y, width, height,
+        halves: new Uint16Array(buffer, at, 4 * width * height).slice(),
+        heights: new Uint8Array(buffer, steps, width * height).slice(),
+      };
+    });
+    this.#of.clear_uploads();
+    return tiles;
+  }
+}

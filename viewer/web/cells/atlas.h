@@ -1,0 +1,58 @@
+// Places for the cell images of all garments on a page in one picture, by shelves of equal heights.
+#pragma once
+
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "format/base/vec.h"
+#include "viewer/cells/cell_store.h"
+
+namespace selvedge::web {
+
+/// Number of a tile; 0: none.
+using TileNumber = std::uint32_t;
+
+struct Tile {
+  std::uint64_t image = 0;  ///< CellLook::image; 0: free
+  V2i place{0, 0};          ///< texels
+  V2i size{0, 0};
+  std::uint64_t used = 0;  ///< frame
+};
+
+class Atlas {
+ public:
+  static constexpr int width = 2048;
+  static constexpr int most_tiles = 1 << 15;
+
+  void set_rows(int rows) { rows_ = rows; }
+  int rows() const { return rows_; }
+  /// The tile of an image that has a place, in use from now on; 0: it has none.
+  TileNumber find(std::uint64_t image, std::uint64_t frame);
+  /// Gives an image a place, if need be in place of images that no frame from `frame` on has used; 0: there is no room.
+  TileNumber add(std::uint64_t image, const V2i& size, std::uint64_t frame);
+  const Tile& operator[](TileNumber tile) const { return tiles_[tile]; }
+  std::size_t count() const { return tiles_.size(); }
+
+ private:
+  struct Span {
+    int end = 0;
+    TileNumber tile = 0;
+  };
+  struct Shelf {
+    int end = 0;  ///< row
+    std::vector<Span> spans;
+    bool is_free() const { return spans.size() == 1 && spans.front().tile == 0; }
+  };
+  TileNumber place(std::uint64_t image, const V2i& size);
+  TileNumber take(Shelf& shelf, int row, std::size_t span, int begin, std::uint64_t image, const V2i& size);
+  bool evict(std::uint64_t frame);
+
+  int rows_ = 1024;
+  std::vector<Shelf> shelves_;
+  std::vector<Tile> tiles_{Tile{}};
+  std::vector<TileNumber> free_;
+  std::unordered_map<std::uint64_t, TileNumber> of_image_;
+};
+
+}  // namespace selvedge::web

@@ -1,0 +1,236 @@
+// Cell images of the fabrics on a page, as its worker makes them: an atlas of tiles, the table by which the shader finds a
+// place's tile, and what each tile is of. One for all scenes, and for any number of renderers.
+import {
+  BufferAttribute, DataTexture, EventDispatcher, FloatType, HalfFloatType, LinearFilter, Matrix4, NearestFilter, RGBAFormat, RGIntegerFormat,
+  RedFormat, UnsignedByteType, UnsignedShortType, Vector2, Vector3, Vector4
+} from 'three';
+import {ask, listen, memory_of_images, send} from '../background.js';
+import {TILE_NUMBERS} from '../cells.js';
+
+/** Texels of a row of the atlas, of the table, and of the tiles, three texels each. */
+export const WIDTH = 2048, TILES_WIDTH = 1536;
+/** Attributes of a mesh, by which a place finds its entry of the table (cells/module.cpp). */
+export const CHART = ['fabric_chart', 'fabric_chart_size'];
+
+function texture_of(data, width, height, format, type) {
+  const texture = new DataTexture(data, width, height, format, type);
+  texture.needsUpdate = true;
+  return texture;
+}
+/** A texture that tiles are written into. */
+function atlas_of(format, type, filter) {
+  const texture = texture_of(null, WIDTH, 1, format, type);
+  texture.minFilter = texture.magFilter = filter;
+  texture.source.dataReady = false;
+  return texture;
+}
+
+/** As the module has it: of so many bytes. */
+const rows_of_atlas = () => Math.max(Math.floor(memory_of_images() / (8 * WIDTH)), 64);
+
+const inverse = new Matrix4(), of_instance = new Matrix4(), place = new Vector3(), other = new Vector3();
+const viewport = new Vector4(), size = new Vector2();
+
+/** The lights of a scene that a camera sees, found once a frame. */
+let lights_of_frame = {};
+function lights_of(renderer, scene, camera) {
+  const {frame} = renderer.info.render;
+  if (lights_of_frame.scene === scene && lights_of_frame.frame === frame && lights_of_frame.renderer === renderer)
+    return lights_of_frame.lights;
+  const lights = [];
+  scene.traverseVisible((object) => {
+    if ((object.isDirectionalLight || object.isPointLight || object.isSpotLight) && object.layers.test(camera.layers))
+      lights.push(object);
+  });
+  lights_of_frame = {renderer, scene, frame, lights};
+  return lights;
+}
+
+/** A light as the module has it, in the axes of a mesh whose unit is `scale` m long. */
+function numbers_of_light(light, scale) {
+  const {r, g, b} = light.color, irradiance = [r, g, b].map((x) => x * light.intensity);
+  const position = place.setFromMatrixPosition(light.matrixWorld);
+  const axis = [0, 0, 1], at = [0, 0, 0];
+  if (light.target) {
+    other.setFromMatrixPosition(light.target.matrixWorld).sub(position).negate().transformDirection(inverse).toArray(axis);
+  }
+  position.applyMatrix4(inverse).toArray(at);
+  if (light.isDirectionalLight) return [0, ...axis, ...irradiance, 0, 0, 0, 0, 1, 0.7];
+  const cosines = light.isSpotLight ? [Math.cos(light.angle * (1 - light.penumbra)), Math.cos(light.angle)] : [1, 0.7];
+  return [light.isSpotLight ? 2 : 1, ...axis, ...irradiance.map((x) => x / scale ** 2), ...at, light.distance / scale, ...cosines];
+}
+
+/** A camera as the module has it, in the axes of a mesh. */
+function numbers_of_camera(camera, scale) {
+  const {elements: p} = camera.projectionMatrix, perspective = p[11] === -1, unit = perspective ? 1 : scale;
+  const axes = [0, 1, 2].map((k) => place.setFromMatrixColumn(camera.matrixWorld, k).transformDirection(inverse).toArray());
+  const centre = perspective ? [p[8] / p[0], p[9] / p[5]] : [-p[12] / p[0], -p[13] / p[5]];
+  return [
+    perspective ? 0 : 1, ...place.setFromMatrixPosition(camera.matrixWorld).applyMatrix4(inverse).toArray(), ...axes[0],
+    ...axes[1], ...axes[2], centre[0] / unit, centre[1] / unit, 1 / p[0] / unit, 1 / p[5] / unit, camera.near / scale,
+    camera.far / scale, Math.max(viewport.z, 1), Math.max(viewport.w, 1)
+  ];
+}
+
+class CellImages extends EventDispatcher {
+  #garments = new WeakMap();
+  #of_number = new Map();
+  #renderers = new Map();
+  #has_uploads = false;
+  constructor() {
+    super();
+    /** Pixels of a frame along a side of what images are to be as fine as. */
+    this.supersample = 1;
+    this.uniforms = {
+      cell_atlas: {value: atlas_of(RGBAFormat, HalfFloatType, LinearFilter)},
+      cell_heights: {value: atlas_of(RedFormat, UnsignedByteType, NearestFilter)},
+      cell_table: {value: texture_of(new Uint16Array(2 * WIDTH), WIDTH, 1, RGIntegerFormat, UnsignedShortType)},
+      cell_tiles: {value: texture_of(new Float32Array(4 * TILES_WIDTH), TILES_WIDTH, 1, RGBAFormat, FloatType)},
+    };
+    listen((message) => this.#take(message));
+  }
+
+  /**
+   * { state, beyond } of a geometry in the fabric of a material: 'asked', 'waiting' for its first images, 'shown', or 'ended'.
+   */
+  garment(geometry, material) {
+    const {fabric, lay} = material;
+    const key = `${fabric.number} ${JSON.stringify(lay)}`;
+    if (!this.#garments.has(geometry)) {
+      this.#garments.set(geometry, new Map());
+      geometry.addEventListener('dispose', () => this.#drop(geometry));
+    }
+    const known = this.#garments.get(geometry);
+    if (!known.has(key)) known.set(key, this.#ask(geometry, material));
+    const garment = known.get(key);
+    garment.materials.add(material);
+    return garment;
+  }
+  #drop(geometry) {
+    for (const {number} of this.#garments.get(geometry)?.values() ?? []) {
+      if (number === null) continue;
+      this.#of_number.delete(number);
+      send({kind: 'remove', garment: number});
+    }
+    this.#garments.delete(geometry);
+    for (const name of CHART) geometry.deleteAttribute(name);
+  }
+  #ask(geometry, {fabric, lay, fabric_uniforms: {fabric_transform: {value: matrix}}}) {
+    const garment = {state: 'asked', number: null, beyond: 0, last: '', view: null, share: 0, at_rest: false, materials: new Set(), geometry};
+    const {position, normal} = geometry.attributes, uv = geometry.attributes[lay.uv_set === 1 ? 'uv1' : 'uv'];
+    if (!position || !normal || !uv) return {...garment, state: 'ended'};
+    const {count} = position;
+    (async () => {
+      // The first frame comes first.
+      await new Promise((end) => setTimeout(end));
+      const vertices = new Float32Array(8 * count), at = new Vector2(), {index} = geometry;
+      for (let i = 0; i < count; ++i) {
+        at.set(uv.getX(i), uv.getY(i)).applyMatrix3(matrix);
+        vertices.set([
+          position.getX(i), position.getY(i), position.getZ(i), normal.getX(i), normal.getY(i), normal.getZ(i), at.x, at.y
+        ], 8 * i);
+      }
+      const corners = Uint32Array.from({length: index?.count ?? count}, (_, i) => index ? index.getX(i) : i);
+      const {number, charts, beyond} =
+        await ask({kind: 'garment', fabric: fabric.number, vertices, corners}, [vertices.buffer, corners.buffer]);
+      const [chart, chart_size] = [new Float32Array(4 * count), new Float32Array(2 * count)];
+      for (let i = 0; i < count; ++i) {
+        chart.set(charts.subarray(6 * i, 6 * i + 4), 4 * i);
+        chart_size.set(charts.subarray(6 * i + 4, 6 * i + 6), 2 * i);
+      }
+      Object.assign(garment, {number, beyond, attributes: [new BufferAttribute(chart, 4), new BufferAttribute(chart_size, 2)], state: 'waiting'});
+      this.#of_number.set(number, garment);
+      this.#send_view(garment);
+    })().catch((error) => {
+      garment.state = 'ended';
+      console.warn(`selvedge: ${error.message}; the fallback is shown`);
+    });
+    return garment;
+  }
+
+  /** Tells the worker what is seen of an object; `around`: null, or 36 numbers (cells/module.cpp) for light from all around. */
+  look(garment, renderer, scene, camera, object, level, around_of) {
+    this.#upload(renderer);
+    inverse.copy(object.matrixWorld);
+    if (object.isInstancedMesh) {
+      object.getMatrixAt(0, of_instance);
+      inverse.multiply(of_instance);
+    }
+    const scale = Math.cbrt(Math.abs(inverse.determinant()));
+    if (!(scale > 0)) return;
+    inverse.invert();
+    renderer.getCurrentViewport(viewport);
+    const lights = lights_of(renderer, scene, camera).map((light) => numbers_of_light(light, scale));
+    const {around, lamps} = around_of(inverse);
+    viewport.divideScalar(this.supersample);
+    const view = {camera: numbers_of_camera(camera, scale), level, around, lights: [...lights, ...lamps]};
+    const now = JSON.stringify(view);
+    if (garment.last === now) return;
+    Object.assign(garment, {last: now, view});
+    this.#send_view(garment);
+  }
+  #send_view({number, view}) {
+    if (number !== null && view) send({kind: 'view', garment: number, ...view});
+  }
+
+  #take({kind, garment: number, first, entries, tiles, missing, wanted, uploads, at_rest}) {
+    if (kind === 'end') {
+      for (const garment of this.#of_number.values()) {
+        garment.state = 'ended';
+        for (const material of garment.materials) material.update_fabric();
+      }
+      return this.dispatchEvent({type: 'change'});
+    }
+    const garment = this.#of_number.get(number);
+    if (!garment) return;
+    const {cell_table, cell_tiles} = this.uniforms;
+    const grown = (uniform, length, width, Numbers, channels, format, type) => {
+      const {data} = uniform.value.image, rows = Math.ceil(length / channels / width);
+      if (data.length >= channels * width * rows) return data;
+      uniform.value.dispose();
+      const more = new Numbers(channels * width * rows);
+      more.set(data);
+      uniform.value = texture_of(more, width, rows, format, type);
+      return more;
+    };
+    grown(cell_table, 2 * first + entries.length, WIDTH, Uint16Array, 2, RGIntegerFormat, UnsignedShortType).set(entries, 2 * first);
+    grown(cell_tiles, tiles.length, TILES_WIDTH, Float32Array, 4, RGBAFormat, FloatType).set(tiles);
+    cell_table.value.needsUpdate = cell_tiles.value.needsUpdate = true;
+    this.#has_uploads = true;
+    for (const known of this.#renderers.values()) known.uploads.push(...uploads);
+    Object.assign(garment, {at_rest, share: wanted > 0 ? 1 - missing / wanted : 1});
+    if (garment.state === 'waiting' && missing === 0) {
+      garment.state = 'shown';
+      CHART.forEach((name, i) => garment.geometry.setAttribute(name, garment.attributes[i]));
+      for (const material of garment.materials) material.update_fabric();
+    }
+    this.dispatchEvent({type: 'change', at_rest: [...this.#of_number.values()].every((of) => of.at_rest)});
+  }
+  /** Share of the patches in sight that have images. */
+  share() {
+    const all = [...this.#of_number.values()];
+    return all.length > 0 ? all.reduce((sum, {share}) => sum + share, 0) / all.length : 0;
+  }
+  /** Gives a renderer the tiles that it has not. */
+  #upload(renderer) {
+    const atlases = [this.uniforms.cell_atlas.value, this.uniforms.cell_heights.value];
+    const of_gl = () => renderer.properties.get(atlases[0]).__webglTexture;
+    const known = this.#renderers.get(renderer);
+    if (!known || known.texture !== of_gl()) {
+      for (const atlas of atlases) {
+        atlas.image.height = rows_of_atlas();
+        renderer.initTexture(atlas);
+      }
+      if (this.#has_uploads) send({kind: 'again'});
+      this.#renderers.set(renderer, {texture: of_gl(), uploads: []});
+      return;
+    }
+    for (const {x, y, width, height, halves, heights} of known.uploads) {
+      for (const [atlas, data] of [[atlases[0], halves], [atlases[1], heights]])
+        renderer.copyTextureToTexture(new DataTexture(data, width, height, atlas.format, atlas.type), atlas, null, size.set(x, y));
+    }
+    known.uploads.length = 0;
+  }
+}
+
+export const cell_images = new CellImages();
