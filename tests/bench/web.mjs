@@ -1,22 +1,17 @@
-// Processor seconds of a frame of 1920 x 1080 of the whole sweater in Chromium's software rasteriser, and on the shader and
-// the hybrid path of selvedge-view, for docs/web.md. Seconds of all cores, so that other work on the machine counts little.
+// Frames of the sweater in its default fabric in Chromium's software rasteriser: processor ms of all its processes, the
+// worker's included, beside the same garment in three.js's MeshPhysicalMaterial, the fallback with its maps and sheen; both in
+// the studio's light with a shadow map. Medians of alternating runs; 960 x 540.
 //
-//   node web.mjs PACKAGE_FOLDER BIN_FOLDER SCRATCH_FOLDER
-import { execFileSync } from 'node:child_process';
-import { mkdirSync, readFileSync, readdirSync } from 'node:fs';
+//   node web.mjs PACKAGE_FOLDER SWEATER.glb [RUNS]
+import { readFileSync, readdirSync } from 'node:fs';
+import { basename, dirname } from 'node:path';
 import { in_browser } from '../web/browser.mjs';
 
-const [package_folder, bin, folder] = process.argv.slice(2);
-const LIGHTS = [[0.3, 0.5, 1, 1], [1, 0.2, 0.4, 0.3]];
-const VIEW = { look_at: [0, 0.3, 0], distance: 1.6, azimuth: 20, elevation: 8 };
+const [package_folder, garment, runs = '5'] = process.argv.slice(2);
 const TICKS = 100;  // a second, of /proc
-
-mkdirSync(folder, { recursive: true });
-const path = (name) => `${folder}/${name}`;
-const run = (program, ...options) => execFileSync(`${bin}/${program}`, options, { encoding: 'utf8' });
-run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('knit.fabric.exr'), '--quiet');
-run('selvedge-samples', 'sweater', '-o', path('plain.glb'));
-run('selvedge', 'dress', path('plain.glb'), path('knit.fabric.exr'), '-o', path('sweater.glb'), '--all', '--quiet');
+/** Pixels a repeat, and degrees a frame of an orbit. */
+const VIEWS = [['whole', 8, 1], ['15 px', 15, 1], ['30 px', 30, 1], ['120 px', 120, 0.5]];
+const FRAMES = 12;
 
 /** Seconds that this process, what it has started and what that has started have computed. */
 function computed() {
@@ -30,24 +25,26 @@ function computed() {
   const is_ours = (id) => id === process.pid || (processes.has(id) && is_ours(processes.get(id).parent));
   return [...processes.keys()].filter(is_ours).reduce((sum, id) => sum + processes.get(id).ticks, 0) / TICKS;
 }
-async function seconds_of(work) {
-  const begin = computed(), clock = performance.now();
-  await work();
-  return `${(computed() - begin).toFixed(1)} s (${((performance.now() - clock) / 1000).toFixed(1)} s by the clock)`;
-}
+const median = (values) => values.sort((a, b) => a - b)[values.length >> 1];
 
-await in_browser(package_folder, { made: folder }, async ({ page }) => {
-  const draw = (width, height) => page.evaluate(async (query) => {
-    await (await import('/test/scene_page.js')).drawn(...query);
-  }, ['/made/sweater.glb', { ...VIEW, fov: 30, width, height }, LIGHTS]);
-  // The first frame includes the compiler.
-  await draw(16, 9);
-  console.log(`Chromium: ${await seconds_of(() => draw(1920, 1080))}`);
+await in_browser(package_folder, { made: dirname(garment) }, async ({ page, errors }) => {
+  const call = (name, ...args) => page.evaluate(
+    async ([f, a]) => (await import('/test/bench_page.js'))[f](...a), [name, args]);
+  await call('open', `/made/${basename(garment)}`);
+  console.log('| view | MeshPhysicalMaterial, ms | fabric, moving | times | nothing moving | times |\n|---|---|---|---|---|---|');
+  for (const [name, pixels, degrees] of VIEWS) {
+    const ms = { material: [], moving: [], still: [] };
+    for (let run = 0; run < Number(runs); ++run) {
+      for (const [way, shows, step] of [['material', false, degrees], ['moving', true, degrees], ['still', true, 0]]) {
+        await call('prepare', pixels, shows);
+        const begin = computed();
+        await call('draw', FRAMES, step);
+        ms[way].push(1000 * (computed() - begin) / FRAMES);
+      }
+    }
+    const [material, moving, still] = [ms.material, ms.moving, ms.still].map(median);
+    console.log(`| ${name} | ${material.toFixed(0)} | ${moving.toFixed(0)} | ${(moving / material).toFixed(2)} | ` +
+      `${still.toFixed(0)} | ${(still / material).toFixed(2)} |`);
+  }
+  if (errors.length > 0) console.log(errors);
 });
-const { look_at, distance, azimuth, elevation } = VIEW;
-for (const drawer of ['shader', 'hybrid']) {
-  const told = await seconds_of(() => run('selvedge-view', 'render', path('sweater.glb'), '-o', path('frame.exr'), '--path',
-    drawer, '--size', '1920x1080', '--look-at', look_at.join(','), '--distance', distance, '--azimuth', azimuth,
-    '--elevation', elevation, ...LIGHTS.flatMap((light) => ['--light', light.join(',')]), '--quiet'));
-  console.log(`${drawer} path: ${told}`);
-}

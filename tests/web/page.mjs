@@ -51,9 +51,8 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
   };
   const far = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
 
-  const start = await seen();
+  const start = await after(() => {}, ({ shows, at_rest }) => at_rest && shows.length > 0 && shows.every((shown) => shown === 'fabric'));
   assert.deepEqual([...new Set(start.read_in)], ['worker']);
-  assert.ok(start.shows.length > 0 && start.shows.every((shows) => shows === 'fabric'), `${start.shows}`);
   assert.equal(start.width, SIZE.width, 'nothing is wider than the window');
   const picture = await page.screenshot();
 

@@ -4,7 +4,7 @@ import {
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { HDRLoader } from 'three/addons/loaders/HDRLoader.js';
-import { SelvedgeFabric, Surroundings, use_worker } from 'selvedge/three/index.js';
+import { SelvedgeFabric, Surroundings, cell_images, use_worker } from 'selvedge/three/index.js';
 import { base64, camera_of, read_rows } from '/test/picture_page.js';
 
 const renderer = new WebGLRenderer({ preserveDrawingBuffer: true });
@@ -48,6 +48,16 @@ async function surround(scene, garment, { file, turn, strength, shades }) {
   scene.environmentRotation.y = Math.PI / 2 + turn * Math.PI / 180;
 }
 
+/** Draws frames until all materials show what they can, and their images are at rest. */
+async function settle(scene, camera, materials) {
+  const is_ready = ({ shows, fabric }) => shows === 'fabric' || fabric?.state !== 'ready';
+  for (const end = performance.now() + 60000; performance.now() < end;) {
+    renderer.render(scene, camera);
+    if (materials.every(is_ready) && cell_images.at_rest()) return;
+    await new Promise((go_on) => setTimeout(go_on, 20));
+  }
+}
+
 /**
  * Radiance * opacity and opacity of a view, row by row from the top, as base64 of floats; the ms that it took.
  * `environment`: null, or surround()'s.
@@ -67,8 +77,8 @@ export async function drawn(file, view, lights, environment) {
   renderer.setRenderTarget(target);
   if (environment) {
     await surround(scene, garment, environment);
-    for (const { fabric } of materials) await fabric.want_sky();
   }
+  await settle(scene, camera_of(view), materials);
   const begin = performance.now();
   renderer.clear();
   renderer.render(scene, camera_of(view));
@@ -96,9 +106,8 @@ export async function fate(file, way = 'worker') {
   scene.add(garment.scene, new DirectionalLight());
   renderer.setRenderTarget(null);
   renderer.setSize(16, 16);
-  renderer.render(scene, camera_of({
-    look_at: [0, 0, 0], distance: 3, fov: 30, azimuth: 0, elevation: 0, width: 16, height: 16,
-  }));
+  const view = { look_at: [0, 0, 0], distance: 3, fov: 30, azimuth: 0, elevation: 0, width: 16, height: 16 };
+  await settle(scene, camera_of(view), garment.materials);
   const states = garment.materials.map(({ shows, fabric }) => [shows, fabric?.issue?.code ?? '', fabric?.read_in]);
   return { states, ms: performance.now() - begin };
 }

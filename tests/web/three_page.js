@@ -6,15 +6,17 @@ import {
   Uint16BufferAttribute, Vector3, WebGLRenderTarget, WebGLRenderer,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { FabricMaterial, LoadedFabric, SelvedgeFabric, plain_lay } from 'selvedge/three/index.js';
+import { FabricMaterial, LoadedFabric, SelvedgeFabric, cell_images, plain_lay } from 'selvedge/three/index.js';
 import { evaluate_texel } from '/repository/spec/conformance/reference/brdf.mjs';
 import { read_fabric_level } from '/repository/spec/conformance/reference/level.mjs';
 import { open_fabric } from '/repository/viewer/web/reader/index.js';
 import { garment_of } from '/test/garment.mjs';
 
 /** 3 x 2 texels of lobes, frames and a table: no direction looks like another. */
-const CLOTH = '/kit/layers-lobes-frame-table.exr', OTHER = '/kit/light-lobes.exr', OPEN = '/kit/layers-lobes-opacity.exr';
+const MATT = '/kit/lobes-0.exr', CLOTH = '/kit/layers-lobes-frame-table.exr', OTHER = '/kit/light-lobes.exr', OPEN = '/kit/layers-lobes-opacity.exr';
 const SIZE = 32;
+/** Images are halves. */
+const HALF = 2 ** -10;
 
 const renderer = new WebGLRenderer();
 renderer.setClearColor(0, 0);
@@ -60,8 +62,14 @@ async function picture(objects, camera = CAMERA, around = {}) {
   const pixels = new Float32Array(4 * SIZE * SIZE);
   renderer.setRenderTarget(target);
   renderer.render(scene, camera);
-  // The directions of cloth are known in the second frame.
-  await null;
+  const materials = [];
+  scene.traverse(({ material }) => material?.isFabricMaterial && materials.push(material));
+  const is_ready = () => materials.every(({ shows }) => shows === 'fabric') && cell_images.at_rest();
+  for (const end = performance.now() + 20000; !is_ready();) {
+    need(performance.now() < end, 'the images do not come');
+    await new Promise((go_on) => setTimeout(go_on, 20));
+    renderer.render(scene, camera);
+  }
   renderer.render(scene, camera);
   renderer.readRenderTargetPixels(target, 0, 0, SIZE, SIZE, pixels);
   target.dispose();
@@ -81,6 +89,12 @@ function need_same(a, b, what) {
   const count = differences(a, b);
   need(count <= 2, `${what}: ${count} pixels differ`);
   return `${count} of ${SIZE * SIZE} pixels differ`;
+}
+/** How alike two pictures are, dB to the brightest. */
+function need_alike(a, b, least, what) {
+  const mean = a.reduce((sum, x, i) => sum + (x - b[i]) ** 2, 0) / a.length, db = 10 * Math.log10(largest(a) ** 2 / mean);
+  need(db >= least, `${what}: ${db} dB`);
+  return `${db.toFixed(1)} dB`;
 }
 /** The points of z = 0 that the pixels of CAMERA show, or points so many pixels to the right and upwards. */
 const points = (right = 0, up = 0) => Array.from({ length: SIZE * SIZE }, (_, i) => {
@@ -162,9 +176,9 @@ const SUN = () => light_from(0.5, 0.7, 1);
 
 export const facts = {
   'directional, point and spot lights give what the formula gives in double precision': async () => {
-    const bytes = await (await fetch(CLOTH)).arrayBuffer();
+    const bytes = await (await fetch(MATT)).arrayBuffer();
     const level = read_fabric_level(await open_fabric(new Uint8Array(bytes)), 1);
-    const material = await material_of(), told = [];
+    const material = await material_of({ file: MATT }), told = [];
     material.level = 1;
     const radiance = (point, light) => {
       const [direction, share] = seen_from(point, light), view = CAMERA.position.clone().sub(point).normalize();
@@ -180,7 +194,7 @@ export const facts = {
       here.forEach((point, i) => {
         const expected = radiance(point, light), others = beside.map((moved) => radiance(moved[i], light));
         expected.forEach((x, c) => {
-          const allowed = 1e-5 * most + others.reduce((sum, other) => sum + Math.abs(other[c] - x), 0);
+          const allowed = HALF * x + 1e-5 * most + others.reduce((sum, other) => sum + Math.abs(other[c] - x), 0);
           worst = Math.max(worst, Math.abs(pixels[4 * i + c] - x) / allowed);
         });
       });
@@ -220,7 +234,6 @@ export const facts = {
 
   'an environment lights a cloth, of the scene or of its material, in floats or halves, from either end': async () => {
     const mesh = new Mesh(cloth(), await material_of()), { material } = mesh;
-    await material.fabric.want_sky();
     const seen = (around) => picture([mesh], CAMERA, around);
     const whole = await seen({ environment: environment_of(FloatType, false) });
     const turned = await seen({ environment: environment_of(FloatType, false), environmentRotation: new Euler(0, 1, 0) });
@@ -285,7 +298,7 @@ export const facts = {
     return need_same(morphed, await picture([new Mesh(shaped, material), SUN()]), 'morphed');
   },
 
-  'instances are meshes of their own': async () => {
+  'instances have the images of the first one, and light of their own': async () => {
     const material = await material_of(), geometry = cloth(1, 0.4);
     const many = new InstancedMesh(geometry, material, 3), single = new Group();
     for (let i = 0; i < 3; ++i) {
@@ -297,7 +310,7 @@ export const facts = {
       many.setMatrixAt(i, mesh.matrix);
       single.add(mesh);
     }
-    return need_same(await picture([many, SUN()]), await picture([single, SUN()]), 'instanced');
+    return need_alike(await picture([many, SUN()]), await picture([single, SUN()]), 30, 'instanced');
   },
 
   'variants show their fabrics, and lie as these do': async () => {

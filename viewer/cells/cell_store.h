@@ -74,6 +74,8 @@ class CellStore {
   ~CellStore();
 
   const Patches& patches() const { return patches_; }
+  /// The mesh has another shape; its images are made again.
+  void take_shape() { patches_.take_shape(mesh_); }
   /// CellLights::brightness(): of yarn, and of cloth that lets light through.
   float beyond(int fabric) const { return cloths_[fabric].beyond; }
   /// Begins a frame: chooses patches. `supersample`: pixels of the frame along either side of a pixel of the

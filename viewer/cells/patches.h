@@ -54,6 +54,12 @@ class Patches {
   Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
           std::span<const float> reliefs);
 
+  /// Takes another shape of the mesh, of the same triangles and texture coordinates.
+  void take_shape(const MergedSurfaces& mesh) {
+    std::ranges::fill(patches_, Patch{});
+    add_up(mesh);
+  }
+
   struct Chart {
     V2i size{1, 1};  ///< of the table, in smallest patches
     float relief = 0;

@@ -4,11 +4,12 @@
 //   start    { wasm, memory }: the module, as bytes or its address; bytes that images may take
 //   fabric   { id, source }; posts fabric { id, result } or { id, issue }
 //   garment  { id, fabric, vertices, corners }, of CellModule.add_garment(); posts garment { id, number, charts, beyond }
-//   view     { garment, camera, level, around, lights }: what is seen of a garment from now on
+//   pose     { garment, shape }, of CellModule.pose_garment()
+//   view     { garment, camera, level, around, lights, serial }: what is seen of a garment from now on
 //   remove   { garment }
 //   again    {}: the tiles are lost
 //
-// and posts images { garment, first, entries, tiles, missing, wanted, uploads, at_rest }, of CellModule.table() and
+// and posts images { garment, first, entries, tiles, missing, wanted, uploads, at_rest, serial }, of CellModule.table() and
 // take_uploads(), and whether all images are as the view wants them.
 import {CellModule} from './cells.js';
 import {issue_of, opened} from './load.js';
@@ -16,7 +17,9 @@ import {Issue} from './reader/index.js';
 
 /** ms after which messages are taken again, and patches that images are made of without a look at the clock. */
 const SLICE = 30, CHUNK = 4;
-const MOVING = {samples: 2, fresh: 0.25}, RESTING = {samples: 2.5, fresh: 1};
+const MOVING = {samples: 2, fresh: 0.08}, RESTING = {samples: 2.5, fresh: 1};
+/** ms without another view after which images are made as one that rests wants them. */
+const REST = 150;
 
 export class CellWorker {
   #post;
@@ -26,6 +29,7 @@ export class CellWorker {
   #due = new Map();
   #views = new Map();
   #working = false;
+  #seen_at = 0;
   constructor(post) {
     this.#post = post;
   }
@@ -59,10 +63,14 @@ export class CellWorker {
     const garment = (await this.#module).add_garment(fabric, vertices, corners);
     this.#post({kind: 'garment', id, ...garment}, [garment.charts.buffer]);
   }
+  async pose({garment, shape}) {
+    (await this.#module).pose_garment(garment, shape);
+  }
   async view({garment, ...view}) {
     await this.#module;
     this.#views.set(garment, view);
     this.#due.set(garment, {view, way: MOVING, left: null});
+    this.#seen_at = performance.now();
     this.#work();
   }
   async remove({garment}) {
@@ -81,7 +89,12 @@ export class CellWorker {
     this.#working = true;
     const module = await this.#module;
     while (this.#due.size > 0) {
-      const [garment, due] = this.#due.entries().next().value;
+      const all = [...this.#due], [garment, due] = all.find(([, {way}]) => way === MOVING) ?? all[0];
+      const early = due.way === MOVING ? 0 : this.#seen_at + REST - performance.now();
+      if (early > 0) {
+        await new Promise((end) => setTimeout(end, early));
+        continue;
+      }
       this.#due.delete(garment);
       this.#make(module, garment, due);
       await new Promise((end) => setTimeout(end));
@@ -89,14 +102,14 @@ export class CellWorker {
     this.#working = false;
   }
   #make(module, garment, {view, way, left}) {
-    const {camera, level, around, lights} = view;
+    const {camera, level, around, lights, serial} = view;
     left ??= module.begin_frame(garment, [...camera, way.samples, way.fresh, level, around ? 1 : 0, ...around ?? Array(36).fill(0)], lights);
     const end = performance.now() + SLICE;
     while (left > 0 && performance.now() < end) left = module.make_images(garment, CHUNK);
     const table = module.table(garment), uploads = module.take_uploads();
     const at_rest = left === 0 && way === RESTING;
     this.#post(
-      {kind: 'images', garment, ...table, uploads, at_rest},
+      {kind: 'images', garment, ...table, uploads, at_rest, serial},
       [table.entries.buffer, table.tiles.buffer, ...uploads.flatMap(({halves, heights}) => [halves.buffer, heights.buffer])]);
     if (!at_rest) this.#due.set(garment, left > 0 ? {view, way, left} : {view, way: RESTING, left: null});
   }

@@ -96,15 +96,20 @@ export class CellModule {
       beyond: this.#of.beyond_of(number),
     };
   }
+  /** Gives a garment another shape: position and normal of each vertex. */
+  pose_garment(number, shape) {
+    this.#input(shape.length).floats.set(shape);
+    this.#of.pose_garment(number);
+  }
   remove_garment(number) {
     this.#of.remove_garment(number);
   }
 
   /** Begins a frame: `numbers` and `lights` as begin_frame() has them. Returns the patches in sight. */
   begin_frame(number, numbers, lights) {
-    const {floats} = this.#input(numbers.length + 13 * lights.length);
+    const {floats} = this.#input(numbers.length + 10 * lights.length);
     floats.set(numbers);
-    lights.forEach((light, i) => floats.set(light, numbers.length + 13 * i));
+    lights.forEach((light, i) => floats.set(light, numbers.length + 10 * i));
     return this.#of.begin_frame(number, lights.length);
   }
   /** Makes images of the next `count` patches. Returns how many are left. */

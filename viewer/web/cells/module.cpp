@@ -41,6 +41,8 @@ std::vector<std::unique_ptr<LoadedFabric>> fabrics;
 /// A mesh in its fabric, and what is seen of it.
 struct Garment {
   MergedSurfaces mesh;
+  std::vector<V2d> uvs;
+  std::vector<std::uint32_t> corners;
   std::vector<SurfaceMaterial> materials;
   std::vector<FabricSides> sides;
   std::unique_ptr<CellStore> store;
@@ -216,6 +218,30 @@ void look_for_patches(Garment& garment) {
   std::stable_sort(behind, garment.needs.end(), earlier);
 }
 
+/// Gives a garment's mesh a shape: positions, and normals and tangents with them.
+Tangents take_shape(Garment& garment, const std::vector<V3d>& positions, const std::vector<V3d>& normals) {
+  Tangents tangents = compute_tangents(positions, normals, garment.uvs, garment.corners, Facing::normals);
+  MergedSurfaces& mesh = garment.mesh;
+  mesh.positions.clear();
+  mesh.attributes.clear();
+  mesh.triangles.clear();
+  for (std::size_t i = 0; i < tangents.tangents.size(); ++i) {
+    const std::size_t of = i < positions.size() ? i : tangents.copy_of[i - positions.size()];
+    const V3f normal(normals[of]);
+    const V4f& tangent = tangents.tangents[i];
+    const V2f uv(garment.uvs[of]);
+    mesh.positions.emplace_back(positions[of]);
+    mesh.attributes.push_back(
+        {Group{normal.x, normal.y, normal.z, uv.x}, Group{tangent.x, tangent.y, tangent.z, uv.y}});
+  }
+  for (std::size_t i = 0; i < tangents.indices.size(); i += 3) {
+    MergedTriangle& t = mesh.triangles.emplace_back();
+    t.corners = {tangents.indices[i], tangents.indices[i + 1], tangents.indices[i + 2]};
+    t.handedness = tangents.tangents[t.corners[0]].w;
+  }
+  return tangents;
+}
+
 }  // namespace
 }  // namespace web
 }  // namespace selvedge
@@ -358,29 +384,16 @@ EXPORT(add_garment) std::uint32_t add_garment(std::uint32_t fabric, std::uint32_
   material.keeps_opacity = true;
   std::vector<V3d> positions;
   std::vector<V3d> normals;
-  std::vector<V2d> uvs;
   for (std::uint32_t i = 0; i < vertices; ++i) {
     const float* v = floats() + 8 * std::size_t{i};
     positions.emplace_back(v[0], v[1], v[2]);
     normals.push_back(V3d(v[3], v[4], v[5]).normalized());
-    uvs.emplace_back(v[6], v[7]);
+    garment.uvs.emplace_back(v[6], v[7]);
   }
-  const std::span<const std::uint32_t> corners(&given[8 * std::size_t{vertices}], 3 * std::size_t{triangles});
-  const Tangents tangents = compute_tangents(positions, normals, uvs, corners, Facing::normals);
-  MergedSurfaces& mesh = garment.mesh;
-  for (std::uint32_t i = 0; i < tangents.tangents.size(); ++i) {
-    const std::uint32_t of = i < vertices ? i : tangents.copy_of[i - vertices];
-    const V3f normal(normals[of]);
-    const V4f& tangent = tangents.tangents[i];
-    mesh.positions.emplace_back(positions[of]);
-    mesh.attributes.push_back({Group{normal.x, normal.y, normal.z, static_cast<float>(uvs[of].x)},
-                               Group{tangent.x, tangent.y, tangent.z, static_cast<float>(uvs[of].y)}});
-  }
-  for (std::size_t i = 0; i < tangents.indices.size(); i += 3) {
-    MergedTriangle& t = mesh.triangles.emplace_back();
-    t.corners = {tangents.indices[i], tangents.indices[i + 1], tangents.indices[i + 2]};
-    t.handedness = tangents.tangents[t.corners[0]].w;
-  }
+  const std::uint32_t* const corners = &given[8 * std::size_t{vertices}];
+  garment.corners.assign(corners, corners + 3 * std::size_t{triangles});
+  const Tangents tangents = take_shape(garment, positions, normals);
+  const MergedSurfaces& mesh = garment.mesh;
   garment.store = std::make_unique<CellStore>(mesh, garment.materials, garment.sides, V3d(0, 0, 0));
   const Patches& patches = garment.store->patches();
   garment.shown.resize(2 * patches.count());
@@ -405,15 +418,27 @@ EXPORT(add_garment) std::uint32_t add_garment(std::uint32_t fabric, std::uint32_
   table.resize(table.size() + 2 * patches.table().size());
   return static_cast<std::uint32_t>(garments.size() - 1);
 }
+/// Gives a garment another shape; input: position and normal of each vertex.
+EXPORT(pose_garment) void pose_garment(std::uint32_t number) {
+  Garment& garment = *garments[number];
+  std::vector<V3d> positions;
+  std::vector<V3d> normals;
+  for (std::size_t i = 0; i < garment.uvs.size(); ++i) {
+    positions.emplace_back(vector_at(6 * i));
+    normals.push_back(V3d(vector_at(6 * i + 3)).normalized());
+  }
+  take_shape(garment, positions, normals);
+  garment.store->take_shape();
+}
 /// Six numbers of each vertex, by which the look-up finds its patch: first entry of its chart in the table, first u and v,
 /// smallest patches along a repeat, columns and rows of the chart.
 EXPORT(charts_of) const float* charts_of(std::uint32_t garment) { return garments[garment]->charts.data(); }
-EXPORT(remove_garment) void remove_garment(std::uint32_t garment) { garments[garment].reset(); }
+EXPORT(remove_garment) void remove_garment(std::uint32_t garment) { garments[garment] = std::make_unique<Garment>(); }
 
 /// Begins a frame of a garment. Input: projection (1: parallel), position (3), right (3), up (3), direction to the viewer
 /// (3), centre (2) and half (2) of the window, nearest and farthest depth; width and height in pixels; samples, share of
-/// images made again; forced level; whether there is light from all around; its factors (27), and the axes of the mesh in those of the factors (9); lights, each: kind, direction
-/// (3), irradiance (3), position (3), range, cosines of the inner and outer angle. Returns the patches in sight.
+/// images made again; forced level; whether there is light from all around; its factors (27), and the axes of the mesh in those of the factors (9); lights, each: 1
+/// for a point light, 0 for a directional one, direction (3), irradiance (3), position (3). Returns the patches in sight.
 EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_t lights) {
   Garment& garment = *garments[number];
   const float* n = floats();
@@ -453,9 +478,6 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
     light.direction = next3();
     light.irradiance = V3f(next3());
     light.position = next3();
-    light.range = next();
-    light.cos_inner = next();
-    light.cos_outer = next();
   }
   ++frame;
   CellLights of;

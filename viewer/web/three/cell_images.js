@@ -1,7 +1,7 @@
 // Cell images of the fabrics on a page, as its worker makes them: an atlas of tiles, the table by which the shader finds a
 // place's tile, and what each tile is of. One for all scenes, and for any number of renderers.
 import {
-  BufferAttribute, DataTexture, EventDispatcher, FloatType, HalfFloatType, LinearFilter, Matrix4, NearestFilter, RGBAFormat, RGIntegerFormat,
+  BufferAttribute, BufferGeometry, DataTexture, EventDispatcher, FloatType, HalfFloatType, LinearFilter, Matrix4, NearestFilter, RGBAFormat, RGIntegerFormat,
   RedFormat, UnsignedByteType, UnsignedShortType, Vector2, Vector3, Vector4
 } from 'three';
 import {ask, listen, memory_of_images, send} from '../background.js';
@@ -28,7 +28,20 @@ function atlas_of(format, type, filter) {
 /** As the module has it: of so many bytes. */
 const rows_of_atlas = () => Math.max(Math.floor(memory_of_images() / (8 * WIDTH)), 64);
 
-const inverse = new Matrix4(), of_instance = new Matrix4(), place = new Vector3(), other = new Vector3();
+/** ms between the shapes of a skin that the worker gets. */
+const POSE = 150;
+
+/** A geometry of the same attributes, but for those of its fabric. */
+function own_geometry(geometry) {
+  const own = new BufferGeometry();
+  own.copy({...geometry, index: null, attributes: {}, morphAttributes: {}});
+  Object.assign(own, {index: geometry.index?.clone() ?? null, morphAttributes: geometry.morphAttributes});
+  for (const [name, attribute] of Object.entries(geometry.attributes))
+    if (!name.startsWith(CHART[0])) own.setAttribute(name, attribute);
+  return own;
+}
+
+const inverse = new Matrix4(), of_instance = new Matrix4(), place = new Vector3(), other = new Vector3(), moved = new Vector3();
 const viewport = new Vector4(), size = new Vector2();
 
 /** The lights of a scene that a camera sees, found once a frame. */
@@ -46,18 +59,17 @@ function lights_of(renderer, scene, camera) {
   return lights;
 }
 
-/** A light as the module has it, in the axes of a mesh whose unit is `scale` m long. */
+/**
+ * A light as the module has it, in the axes of a mesh whose unit is `scale` m long. Images have point lights without an end and
+ * without a cone, which are factors of the place.
+ */
 function numbers_of_light(light, scale) {
   const {r, g, b} = light.color, irradiance = [r, g, b].map((x) => x * light.intensity);
   const position = place.setFromMatrixPosition(light.matrixWorld);
-  const axis = [0, 0, 1], at = [0, 0, 0];
-  if (light.target) {
-    other.setFromMatrixPosition(light.target.matrixWorld).sub(position).negate().transformDirection(inverse).toArray(axis);
-  }
-  position.applyMatrix4(inverse).toArray(at);
-  if (light.isDirectionalLight) return [0, ...axis, ...irradiance, 0, 0, 0, 0, 1, 0.7];
-  const cosines = light.isSpotLight ? [Math.cos(light.angle * (1 - light.penumbra)), Math.cos(light.angle)] : [1, 0.7];
-  return [light.isSpotLight ? 2 : 1, ...axis, ...irradiance.map((x) => x / scale ** 2), ...at, light.distance / scale, ...cosines];
+  if (!light.isDirectionalLight)
+    return [1, 0, 0, 1, ...irradiance.map((x) => x / scale ** 2), ...position.applyMatrix4(inverse).toArray()];
+  const towards = position.sub(other.setFromMatrixPosition(light.target.matrixWorld)).transformDirection(inverse);
+  return [0, ...towards.toArray(), ...irradiance, 0, 0, 0];
 }
 
 /** A camera as the module has it, in the axes of a mesh. */
@@ -77,6 +89,10 @@ class CellImages extends EventDispatcher {
   #of_number = new Map();
   #renderers = new Map();
   #has_uploads = false;
+  /** Objects that are to have a geometry of their own, and garments that the worker does not know yet. */
+  #waiting = new Set();
+  #asked = 0;
+  #views = 0;
   constructor() {
     super();
     /** Pixels of a frame along a side of what images are to be as fine as. */
@@ -91,35 +107,47 @@ class CellImages extends EventDispatcher {
   }
 
   /**
-   * { state, beyond } of a geometry in the fabric of a material: 'asked', 'waiting' for its first images, 'shown', or 'ended'.
+   * { state, beyond, names } of an object in the fabric of its material: 'asked', 'waiting' for its first images, 'shown', or
+   * 'ended'; null where it has to wait for a geometry of its own. `names`: attributes.
    */
-  garment(geometry, material) {
-    const {fabric, lay} = material;
-    const key = `${fabric.number} ${JSON.stringify(lay)}`;
+  garment(object, geometry, material) {
+    const {fabric, lay} = material, key = `${fabric.number} ${JSON.stringify(lay)}`;
     if (!this.#garments.has(geometry)) {
-      this.#garments.set(geometry, new Map());
+      this.#garments.set(geometry, {owner: new WeakRef(object), all: new Map()});
       geometry.addEventListener('dispose', () => this.#drop(geometry));
     }
-    const known = this.#garments.get(geometry);
-    if (!known.has(key)) known.set(key, this.#ask(geometry, material));
-    const garment = known.get(key);
+    const {owner, all} = this.#garments.get(geometry);
+    if (owner.deref() !== object) {
+      this.#waiting.add(object);
+      // Images are of one place: all but the first object have a geometry of their own, of the same attributes.
+      queueMicrotask(() => {
+        if (object.geometry === geometry) object.geometry = own_geometry(geometry);
+      });
+      return null;
+    }
+    if (!all.has(key)) all.set(key, this.#ask(object, geometry, material, CHART.map((name) => name + (all.size || ''))));
+    this.#waiting.delete(object);
+    const garment = all.get(key);
     garment.materials.add(material);
     return garment;
   }
   #drop(geometry) {
-    for (const {number} of this.#garments.get(geometry)?.values() ?? []) {
+    for (const {number, names} of this.#garments.get(geometry)?.all.values() ?? []) {
+      for (const name of names) geometry.deleteAttribute(name);
       if (number === null) continue;
       this.#of_number.delete(number);
       send({kind: 'remove', garment: number});
     }
     this.#garments.delete(geometry);
-    for (const name of CHART) geometry.deleteAttribute(name);
   }
-  #ask(geometry, {fabric, lay, fabric_uniforms: {fabric_transform: {value: matrix}}}) {
-    const garment = {state: 'asked', number: null, beyond: 0, last: '', view: null, share: 0, at_rest: false, materials: new Set(), geometry};
+  #ask(object, geometry, {fabric, lay, fabric_uniforms: {fabric_transform: {value: matrix}}}, names) {
+    const garment = {
+      state: 'asked', number: null, beyond: 0, last: '', view: null, pose: '', posed_at: -POSE, share: 0, at_rest: false, materials: new Set(), geometry, names
+    };
     const {position, normal} = geometry.attributes, uv = geometry.attributes[lay.uv_set === 1 ? 'uv1' : 'uv'];
     if (!position || !normal || !uv) return {...garment, state: 'ended'};
     const {count} = position;
+    ++this.#asked;
     (async () => {
       // The first frame comes first.
       await new Promise((end) => setTimeout(end));
@@ -144,7 +172,7 @@ class CellImages extends EventDispatcher {
     })().catch((error) => {
       garment.state = 'ended';
       console.warn(`selvedge: ${error.message}; the fallback is shown`);
-    });
+    }).finally(() => --this.#asked);
     return garment;
   }
 
@@ -165,15 +193,40 @@ class CellImages extends EventDispatcher {
     viewport.divideScalar(this.supersample);
     const view = {camera: numbers_of_camera(camera, scale), level, around, lights: [...lights, ...lamps]};
     const now = JSON.stringify(view);
+    if (this.#pose(garment, object)) garment.last = '';
     if (garment.last === now) return;
-    Object.assign(garment, {last: now, view});
+    Object.assign(garment, {last: now, view: {...view, serial: ++this.#views}, at_rest: false});
     this.#send_view(garment);
+  }
+  /** Sends the worker the shape of a skin in motion, some times a second; whether it has. */
+  #pose(garment, object) {
+    if (garment.number === null || !(object.isSkinnedMesh || object.morphTargetInfluences?.length > 0)) return false;
+    const pose = [...object.skeleton?.bones.flatMap(({matrixWorld}) => matrixWorld.elements) ?? [], ...object.morphTargetInfluences ?? []].join();
+    if (garment.pose === pose) return false;
+    garment.at_rest = false;
+    if (performance.now() < garment.posed_at + POSE) return false;
+    Object.assign(garment, {pose, posed_at: performance.now()});
+    const {normal, position: {count}} = object.geometry.attributes, shape = new Float32Array(6 * count);
+    const moves = object.geometry.morphAttributes.normal ?? [], influences = object.morphTargetInfluences ?? [];
+    for (let i = 0; i < count; ++i) {
+      object.getVertexPosition(i, place).toArray(shape, 6 * i);
+      other.fromBufferAttribute(normal, i);
+      moves.forEach((move, k) => other.addScaledVector(moved.fromBufferAttribute(move, i), influences[k]));
+      if (object.isSkinnedMesh) {
+        // Of a skin, the change from a place to the place beside it.
+        const of_rest = moved.fromBufferAttribute(object.geometry.attributes.position, i);
+        object.applyBoneTransform(i, other.add(of_rest)).sub(object.applyBoneTransform(i, of_rest));
+      }
+      other.toArray(shape, 6 * i + 3);
+    }
+    send({kind: 'pose', garment: garment.number, shape}, [shape.buffer]);
+    return true;
   }
   #send_view({number, view}) {
     if (number !== null && view) send({kind: 'view', garment: number, ...view});
   }
 
-  #take({kind, garment: number, first, entries, tiles, missing, wanted, uploads, at_rest}) {
+  #take({kind, garment: number, first, entries, tiles, missing, wanted, uploads, at_rest, serial}) {
     if (kind === 'end') {
       for (const garment of this.#of_number.values()) {
         garment.state = 'ended';
@@ -198,13 +251,17 @@ class CellImages extends EventDispatcher {
     cell_table.value.needsUpdate = cell_tiles.value.needsUpdate = true;
     this.#has_uploads = true;
     for (const known of this.#renderers.values()) known.uploads.push(...uploads);
-    Object.assign(garment, {at_rest, share: wanted > 0 ? 1 - missing / wanted : 1});
+    Object.assign(garment, {at_rest: at_rest && serial === garment.view.serial, share: wanted > 0 ? 1 - missing / wanted : 1});
     if (garment.state === 'waiting' && missing === 0) {
       garment.state = 'shown';
-      CHART.forEach((name, i) => garment.geometry.setAttribute(name, garment.attributes[i]));
+      garment.names.forEach((name, i) => garment.geometry.setAttribute(name, garment.attributes[i]));
       for (const material of garment.materials) material.update_fabric();
     }
-    this.dispatchEvent({type: 'change', at_rest: [...this.#of_number.values()].every((of) => of.at_rest)});
+    this.dispatchEvent({type: 'change', at_rest: this.at_rest()});
+  }
+  /** Whether all images are as the last views want them. */
+  at_rest() {
+    return this.#waiting.size === 0 && this.#asked === 0 && [...this.#of_number.values()].every(({at_rest}) => at_rest);
   }
   /** Share of the patches in sight that have images. */
   share() {

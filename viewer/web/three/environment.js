@@ -53,7 +53,7 @@ export function around_of_mesh(uniforms, {elements: e}) {
     (k) => axis.set(e[k], e[k + 4], e[k + 8]).normalize().applyMatrix3(around_from_world.value).toArray());
   const lamps = around_lamp_directions.value.slice(0, around_lamp_count.value).map((d, i) => {
     const local = [0, 1, 2].map((k) => axes[3 * k] * d.x + axes[3 * k + 1] * d.y + axes[3 * k + 2] * d.z);
-    return [0, ...local, ...around_lamp_irradiances.value[i].toArray(), 0, 0, 0, 0, 1, 0.7];
+    return [0, ...local, ...around_lamp_irradiances.value[i].toArray(), 0, 0, 0];
   });
   return {around: [...around_factors.value.flatMap((factor) => factor.toArray()), ...axes], lamps};
 }

@@ -16,6 +16,8 @@ export function use_memory(bytes: number): void;
 export const cell_images: EventDispatcher<{change: {at_rest: boolean}}> & {
   /** Pixels of a frame along a side of what images are as fine as: 2 for frames that are drawn twice as large. */
   supersample: number;
+  /** Whether all images are as the last views want them. */
+  at_rest(): boolean;
   /** Share of the cloth in sight that has images. */
   share(): number;
 };

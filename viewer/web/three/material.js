@@ -1,6 +1,6 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
 import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
-import {cell_images} from './cell_images.js';
+import {CHART, cell_images} from './cell_images.js';
 import {around_of_mesh, around_uniforms, set_around} from './environment.js';
 import {key_of_parts, no_parts, part_uniforms, set_parts} from './garment_parts.js';
 import {sort_triangles} from './order.js';
@@ -40,6 +40,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.level = -1;
     /** Of cell_images, the last one that was drawn. */
     this.garment = null;
+    this.names = CHART;
     this.around_uniforms = around_uniforms();
     this.is_lit_around = this.has_vertex_light = false;
     this.wants_fabric = true;
@@ -101,12 +102,16 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   onBeforeRender(renderer, scene, camera, geometry, object) {
     const lit = this.#update_around(scene, geometry);
     if (this.fabric?.state === 'ready' && this.wants_fabric) {
-      this.garment = cell_images.garment(geometry, this);
-      cell_images.look(
-        this.garment, renderer, scene, camera, object, this.level,
-        (inverse) => lit ? around_of_mesh(this.around_uniforms, inverse) : {around: null, lamps: []});
-      this.fabric_uniforms.cell_beyond.value = this.garment.beyond;
-      this.fabric_uniforms.cell_brighter.value = this.fabric.has_yarn ? 2 : 8;
+      const garment = cell_images.garment(object, geometry, this);
+      if (garment) {
+        cell_images.look(
+          garment, renderer, scene, camera, object, this.level,
+          (inverse) => lit ? around_of_mesh(this.around_uniforms, inverse) : {around: null, lamps: []});
+        if (garment.names[0] !== this.names[0]) this.needsUpdate = true;
+        Object.assign(this, {garment, names: garment.names});
+        this.fabric_uniforms.cell_beyond.value = garment.beyond;
+        this.fabric_uniforms.cell_brighter.value = this.fabric.has_yarn ? 2 : 8;
+      }
     }
     this.update_fabric();
     // three.js draws what it takes for one layer twice, back sides first.
@@ -120,13 +125,13 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     if (this.shows !== 'fabric') return;
     const {keeps_opacity, is_lit_around, has_vertex_light, parts} = this;
     shader.vertexShader =
-        vertex_shader(shader.vertexShader, this.lay.uv_set, has_vertex_light, parts);
+        vertex_shader(shader.vertexShader, this.lay.uv_set, this.names, has_vertex_light, parts);
     shader.fragmentShader = fragment_shader({keeps_opacity, is_lit_around, has_vertex_light, parts});
   }
   customProgramCacheKey() {
     if (this.shows !== 'fabric') return 'selvedge fallback';
     const {keeps_opacity, is_lit_around, has_vertex_light, parts} = this;
-    return ['selvedge', this.lay.uv_set, keeps_opacity, is_lit_around, has_vertex_light, key_of_parts(parts)].join(' ');
+    return ['selvedge', this.lay.uv_set, this.names[0], keeps_opacity, is_lit_around, has_vertex_light, key_of_parts(parts)].join(' ');
   }
   copy(source) {
     super.copy(source);

@@ -19,8 +19,8 @@ const VERTEX_NAMES = `
   #define fabric_coordinates uv
 #endif
 uniform mat3 fabric_transform;
-attribute vec4 ${CHART[0]};
-attribute vec2 ${CHART[1]};
+attribute vec4 fabric_chart;
+attribute vec2 fabric_chart_size;
 varying vec2 fabric_uv;
 flat varying vec4 of_chart;  // first entry of its table, first u and v, smallest patches along a repeat
 flat varying vec2 chart_cells;
@@ -31,8 +31,8 @@ const LIGHT_BODY = VERTEX_LIGHT.map((name, k) => `light_of_vertex[${k}] = ${name
 
 const VERTEX_BODY = `
   fabric_uv = (fabric_transform * vec3(fabric_coordinates, 1.0)).xy;
-  of_chart = ${CHART[0]};
-  chart_cells = ${CHART[1]};
+  of_chart = fabric_chart;
+  chart_cells = fabric_chart_size;
 `;
 
 // three.js lifts the cloth off its shadow along its normal, into it where the light comes from behind.
@@ -47,13 +47,14 @@ float side_of_light(mat4 shadow, vec4 place, vec3 normal) {
 `;
 
 /**
- * three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. `has_vertex_light`: whether surroundings.js gives the light from all around; `parts`: garment_parts.js.
+ * three.js's vertex shader of MeshPhysicalMaterial, with what the fabric needs. `charts`: names of the attributes of cell_images.js;
+ * `has_vertex_light`: whether surroundings.js gives the light from all around; `parts`: garment_parts.js.
  */
-export function vertex_shader(of_three, uv_set, has_vertex_light, parts) {
+export function vertex_shader(of_three, uv_set, charts, has_vertex_light, parts) {
   const kept = part_vertex(parts);
   const names = `${VERTEX_NAMES}${kept.names}${SIDE_OF_LIGHT}${has_vertex_light ? LIGHT_NAMES : ''}`;
   return `#define FABRIC_UV_SET ${uv_set}
-${kept.defines}${of_three
+${charts[0] === CHART[0] ? '' : CHART.map((name, i) => `#define ${name} ${charts[i]}\n`).join('')}${kept.defines}${of_three
     .replace('void main() {', `${names}\nvoid main() {${has_vertex_light ? LIGHT_BODY : ''}`)
     .replace('#include <shadowmap_vertex>', SHADOWS)
     .replace('#include <project_vertex>', `#include <project_vertex>\n${VERTEX_BODY}${kept.body}`)}`;
@@ -139,6 +140,7 @@ void add_light(const in IncidentLight light, const in vec3 position, const in ve
 
 // The tile at a place, from one side; 0: none.
 int tile_at(vec2 uv, int side) {
+  if (chart_cells.x < 1.0) return 0;  // the mesh is not known yet
   ivec2 cell = clamp(ivec2(floor((uv - of_chart.yz) * of_chart.w)), ivec2(0), ivec2(chart_cells) - 1);
   int entry = int(of_chart.x) + cell.y * int(chart_cells.x) + cell.x;
   uvec4 tiles = texelFetch(cell_table, ivec2(entry % ${WIDTH}, entry / ${WIDTH}), 0);
