@@ -32,7 +32,7 @@ const VIEWS = {
 };
 /** The environment is turned by so many degrees, and so many times as bright. */
 const TURN = 40, STRENGTH = 1.5;
-/** Images of the page are half as fine as those of a picture at rest. */
+/** Images of the page are half as fine as the images of a picture at rest. */
 const MOST_LEFT_OUT = 0.01, OFF_EDGES = 33, OVER_ALL = 32;
 /** Shadow maps of three.js have other filters, and nothing to do with the fabric. */
 const SHADED = 38;

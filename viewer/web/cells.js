@@ -1,5 +1,5 @@
 // The WebAssembly module of cell images (cells/module.cpp): takes fabrics of the reader and garments, gives tiles of an
-// atlas. For one thread; in browsers that of the worker.
+// atlas. For one thread; in browsers the worker.
 import {Issue, LAYERS, SIDES, layer_channels, level_of_texels, pairs_at, read_layer} from './reader/index.js';
 
 /** Words of a tile in the answers of table(): place and size, CellImage::first, scale, 1 / brightness, relief. */

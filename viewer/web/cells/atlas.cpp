@@ -26,7 +26,8 @@ TileNumber Atlas::add(std::uint64_t image, const V2i& size, std::uint64_t frame)
 }
 
 /// Puts a tile at the left of a free span.
-TileNumber Atlas::take(Shelf& shelf, int row, std::size_t span, int begin, std::uint64_t image, const V2i& size) {
+TileNumber Atlas::take(Shelf& shelf, int row, std::size_t span, int begin, std::uint64_t image,
+                       const V2i& size) {
   TileNumber tile = 0;
   if (free_.empty()) {
     if (tiles_.size() == most_tiles) return 0;
@@ -66,7 +67,8 @@ TileNumber Atlas::place(std::uint64_t image, const V2i& size) {
     row = shelves_[i].end;
     if (!shelves_[i].is_free() || shelves_[i].end - first < height) continue;
     if (shelves_[i].end - first > height)
-      shelves_.insert(shelves_.begin() + static_cast<std::ptrdiff_t>(i), Shelf{first + height, {Span{width, 0}}});
+      shelves_.insert(shelves_.begin() + static_cast<std::ptrdiff_t>(i),
+                      Shelf{first + height, {Span{width, 0}}});
     return take(shelves_[i], first, 0, 0, image, size);
   }
   if (row + height > rows_) return 0;

@@ -29,7 +29,8 @@ class Atlas {
   int rows() const { return rows_; }
   /// The tile of an image that has a place, in use from now on; 0: it has none.
   TileNumber find(std::uint64_t image, std::uint64_t frame);
-  /// Gives an image a place, if need be in place of images that no frame from `frame` on has used; 0: there is no room.
+  /// Gives an image a place, if need be in place of images that no frame from `frame` on has used; 0: there
+  /// is no room.
   TileNumber add(std::uint64_t image, const V2i& size, std::uint64_t frame);
   const Tile& operator[](TileNumber tile) const { return tiles_[tile]; }
   std::size_t count() const { return tiles_.size(); }

@@ -1,7 +1,8 @@
 // The WebAssembly module of the browser: cell images of the garments on a page, and their places in an atlas.
 //
-// Arguments that are arrays lie at the address that input() returns. All fabrics, meshes, tiles and queries are numbered
-// from 0 in the order that they were made in, but tile 0, which is none. Numbers of a mesh are in its own axes, m.
+// Arguments that are arrays lie at the address that input() returns. All fabrics, meshes, tiles and queries
+// are numbered from 0 in the order that they were made in, but there is no tile 0. Numbers of a mesh are
+// in its own axes, m.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -46,21 +47,21 @@ struct Garment {
   std::vector<SurfaceMaterial> materials;
   std::vector<FabricSides> sides;
   std::unique_ptr<CellStore> store;
-  std::vector<float> charts;          ///< of each vertex: first entry of its chart's table, its first u and v
-  std::uint64_t first_image = 0;      ///< added to CellLook::image
-  std::size_t table = 0;              ///< its first entry in the atlas's table
+  std::vector<float> charts;      ///< of each vertex: first entry of its chart's table, its first u and v
+  std::uint64_t first_image = 0;  ///< added to CellLook::image
+  std::size_t table = 0;          ///< its first entry in the atlas's table
   Camera camera;
   std::vector<Light> lights;
   SmoothLight around;
   DrawOptions options;
-  std::vector<PatchNeed> needs;       ///< of this frame, patches in front first
+  std::vector<PatchNeed> needs;  ///< of this frame, patches in front first
   std::size_t in_front = 0;
   std::size_t done = 0;
   struct Shown {
     std::uint64_t image = 0;  ///< in the atlas's numbers
     std::uint64_t at = 0;     ///< frame that last chose it
   };
-  std::vector<Shown> shown;           ///< of patches and sides
+  std::vector<Shown> shown;  ///< of patches and sides
   std::vector<float> depths;
   std::vector<std::uint8_t> flags;
 };
@@ -69,8 +70,8 @@ std::vector<std::unique_ptr<Garment>> garments;
 Atlas atlas;
 std::uint64_t frame = 1;
 std::size_t image_memory = std::size_t{64} << 20;
-std::vector<std::uint16_t> table;   ///< [entry]: tiles of front and back
-std::vector<float> tile_numbers;    ///< twelve of each tile
+std::vector<std::uint16_t> table;  ///< [entry]: tiles of front and back
+std::vector<float> tile_numbers;   ///< twelve of each tile
 struct Upload {
   std::int32_t x, y, width, height;
   const std::uint16_t* halves;
@@ -83,7 +84,8 @@ std::vector<std::vector<std::uint8_t>> heights;
 /// Images as halves: sign and one bit of the fraction differ (CellTexel).
 void upload(const CellLook& look, TileNumber tile) {
   const Tile& of = atlas[tile];
-  std::vector<std::uint16_t>& halves = pixels.emplace_back(4 * static_cast<std::size_t>(of.size.x) * of.size.y);
+  std::vector<std::uint16_t>& halves =
+      pixels.emplace_back(4 * static_cast<std::size_t>(of.size.x) * of.size.y);
   const std::uint16_t* from = look.texels->data();
   for (std::uint16_t& half : halves) half = static_cast<std::uint16_t>(*from++ >> 1);
   std::vector<std::uint8_t>& steps = heights.emplace_back(halves.size() / 4, std::uint8_t{128});
@@ -91,9 +93,18 @@ void upload(const CellLook& look, TileNumber tile) {
     steps[i] = static_cast<std::uint8_t>(look.heights[i] + 128);
   uploads.push_back({of.place.x, of.place.y, of.size.x, of.size.y, halves.data(), steps.data()});
   tile_numbers.resize(std::max(tile_numbers.size(), std::size_t{12} * (tile + 1)));
-  const float numbers[]{static_cast<float>(of.place.x), static_cast<float>(of.place.y), look.size[0], look.size[1],
-                        look.size[2], look.size[3], look.scale, look.brightness,
-                        look.relief[0], look.relief[1], look.relief[2], look.relief[3]};
+  const float numbers[]{static_cast<float>(of.place.x),
+                        static_cast<float>(of.place.y),
+                        look.size[0],
+                        look.size[1],
+                        look.size[2],
+                        look.size[3],
+                        look.scale,
+                        look.brightness,
+                        look.relief[0],
+                        look.relief[1],
+                        look.relief[2],
+                        look.relief[3]};
   std::memcpy(&tile_numbers[std::size_t{12} * tile], numbers, sizeof numbers);
 }
 
@@ -106,7 +117,8 @@ void show(Garment& garment, std::span<const PatchNeed> needs) {
     if (look.texels == nullptr) continue;
     const std::uint64_t image = shown.image = garment.first_image + look.image;
     if (atlas.find(image, frame) != 0) continue;
-    const TileNumber tile = atlas.add(image, {static_cast<int>(look.size[0]) + 1, static_cast<int>(look.size[1]) + 1}, frame);
+    const TileNumber tile =
+        atlas.add(image, {static_cast<int>(look.size[0]) + 1, static_cast<int>(look.size[1]) + 1}, frame);
     if (tile != 0) upload(look, tile);
   }
 }
@@ -125,7 +137,8 @@ void look_for_patches(Garment& garment) {
   };
   garment.depths.assign(std::size_t{columns} * rows, HUGE_VALF);
   const auto before_viewer = [&](const MergedTriangle& t) {
-    return std::all_of(t.corners.begin(), t.corners.end(), [&](std::uint32_t c) { return projected.screen[c][2] > 0; });
+    return std::all_of(t.corners.begin(), t.corners.end(),
+                       [&](std::uint32_t c) { return projected.screen[c][2] > 0; });
   };
   for (const MergedTriangle& t : mesh.triangles) {
     if (!before_viewer(t)) continue;
@@ -168,8 +181,8 @@ void look_for_patches(Garment& garment) {
       const V3f a = screen(t.corners[0]);
       const V3f b = screen(t.corners[1]);
       const V3f c = screen(t.corners[2]);
-      if (std::max({a.x, b.x, c.x}) < 0 || std::max({a.y, b.y, c.y}) < 0 || std::min({a.x, b.x, c.x}) > columns ||
-          std::min({a.y, b.y, c.y}) > rows)
+      if (std::max({a.x, b.x, c.x}) < 0 || std::max({a.y, b.y, c.y}) < 0 ||
+          std::min({a.x, b.x, c.x}) > columns || std::min({a.y, b.y, c.y}) > rows)
         continue;
       back = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y) < 0;
       const float tolerance = 0.5F * (std::max({a.z, b.z, c.z}) - std::min({a.z, b.z, c.z})) +
@@ -199,7 +212,8 @@ void look_for_patches(Garment& garment) {
     for (std::uint32_t i = 0; i < garment.flags.size(); ++i) {
       for (std::uint32_t side = 0; side < 2; ++side) {
         const int of = garment.flags[i] >> side;
-        if (patches.shown(i).in_frame && (of & mask) != 0 && (of & without) == 0) garment.needs.push_back({2 * i + side, ~0U, 0});
+        if (patches.shown(i).in_frame && (of & mask) != 0 && (of & without) == 0)
+          garment.needs.push_back({2 * i + side, ~0U, 0});
       }
     }
   };
@@ -207,7 +221,8 @@ void look_for_patches(Garment& garment) {
   garment.in_front = garment.needs.size();
   add(4, 1);
   garment.done = 0;
-  // What is shown stays; first come patches without an image, then those that were not looked at for longest.
+  // Images that are shown stay; first come patches without an image, then those that were not looked at for
+  // longest.
   const auto place_of = [&](const PatchNeed& need) {
     const Garment::Shown& shown = garment.shown[need.patch];
     return shown.image != 0 && atlas.find(shown.image, frame) != 0 ? shown.at : 0;
@@ -262,8 +277,8 @@ EXPORT(set_memory) void set_memory(std::uint32_t bytes) {
   atlas.set_rows(std::max(static_cast<int>(bytes / (sizeof(CellTexel) * Atlas::width)), 64));
 }
 
-/// Begins a fabric; input: width, height, levels (whole), period (2), height of the plane, thickness, columns and rows of
-/// views and lights (whole). Returns its number.
+/// Begins a fabric; input: width, height, levels (whole), period (2), height of the plane, thickness, columns
+/// and rows of views and lights (whole). Returns its number.
 EXPORT(add_fabric) std::uint32_t add_fabric() {
   fabrics.push_back(std::make_unique<LoadedFabric>());
   Fabric& fabric = fabrics.back()->fabric;
@@ -278,8 +293,8 @@ EXPORT(add_fabric) std::uint32_t add_fabric() {
   return static_cast<std::uint32_t>(fabrics.size() - 1);
 }
 
-/// Begins a side of a fabric; input: side, columns and rows of views and lights, lobes, products, functions of views and
-/// lights, curves, nodes, stations, fields (whole), factor on radiance.
+/// Begins a side of a fabric; input: side, columns and rows of views and lights, lobes, products, functions
+/// of views and lights, curves, nodes, stations, fields (whole), factor on radiance.
 EXPORT(add_side) void add_side(std::uint32_t number) {
   LoadedFabric& of = *fabrics[number];
   const std::int32_t* n = whole();
@@ -312,10 +327,11 @@ EXPORT(add_side) void add_side(std::uint32_t number) {
   side->radiance_scale = floats()[13];
 }
 
-/// Sets a layer of the side that was begun last; input: pairs of products (whole, two each), then its channels of all
-/// texels.
-EXPORT(add_layer) void add_layer(std::uint32_t number, std::uint32_t kind, std::uint32_t k, std::uint32_t channels,
-                                 std::uint32_t pairs) {
+/// Sets a layer of the side that was begun last; input: pairs of products (whole, two each), then its
+/// channels of all texels.
+EXPORT(add_layer)
+void add_layer(std::uint32_t number, std::uint32_t kind, std::uint32_t k, std::uint32_t channels,
+               std::uint32_t pairs) {
   LoadedFabric& of = *fabrics[number];
   const LayerShape& shape = of.others.empty() ? of.shape : of.others.back().first;
   FabricLevel& level = (of.others.empty() ? of.fabric : of.others.back().second).levels[k];
@@ -329,8 +345,8 @@ EXPORT(add_layer) void add_layer(std::uint32_t number, std::uint32_t kind, std::
   set_pixels(level, static_cast<LayerKind>(kind), shape, pointers);
 }
 
-/// Ends a fabric; `shown` of other sides: input, [side][level], the level whose texels a level shows. Returns 0 where it
-/// is refused.
+/// Ends a fabric; `shown` of other sides: input, [side][level], the level whose texels a level shows. Returns
+/// 0 where it is refused.
 EXPORT(end_fabric) std::uint32_t end_fabric(std::uint32_t number) {
   LoadedFabric& of = *fabrics[number];
   Fabric& fabric = of.fabric;
@@ -358,24 +374,27 @@ EXPORT(end_fabric) std::uint32_t end_fabric(std::uint32_t number) {
   return 1;
 }
 
-/// f and alpha, of a texel or at texture coordinates (evaluate.h). Input: light and view. Returns the address of four numbers.
-EXPORT(evaluate_query) const float* evaluate_query(std::uint32_t number, std::uint32_t behind, std::uint32_t of_texel,
-                                                   double level, double x, double y) {
+/// f and alpha, of a texel or at texture coordinates (evaluate.h). Input: light and view. Returns the address
+/// of four numbers.
+EXPORT(evaluate_query)
+const float* evaluate_query(std::uint32_t number, std::uint32_t behind, std::uint32_t of_texel, double level,
+                            double x, double y) {
   static float result[4];
   const Fabric& seen = fabrics[number]->sides->seen_from(behind != 0);
   const V3f light = vector_at(0);
   const V3f view = vector_at(3);
-  const Shading shading =
-      of_texel != 0 ? evaluate(seen, static_cast<int>(level), static_cast<int>(x), static_cast<int>(y), light, view)
-                    : evaluate(seen, level, V2d(x, y), light, view);
+  const Shading shading = of_texel != 0 ? evaluate(seen, static_cast<int>(level), static_cast<int>(x),
+                                                   static_cast<int>(y), light, view)
+                                        : evaluate(seen, level, V2d(x, y), light, view);
   std::memcpy(result, &shading.radiance, sizeof shading.radiance);
   result[3] = shading.alpha;
   return result;
 }
 
-/// Adds a mesh in a fabric; input: of each vertex position, normal (3 each), u, v; then three vertices of each triangle
-/// (whole). Returns its number.
-EXPORT(add_garment) std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uint32_t triangles) {
+/// Adds a mesh in a fabric; input: of each vertex position, normal (3 each), u, v; then three vertices of
+/// each triangle (whole). Returns its number.
+EXPORT(add_garment)
+std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uint32_t triangles) {
   Garment& garment = *garments.emplace_back(std::make_unique<Garment>());
   garment.first_image = std::uint64_t{garments.size()} << 40;
   garment.sides = {*fabrics[fabric]->sides};
@@ -430,15 +449,18 @@ EXPORT(pose_garment) void pose_garment(std::uint32_t number) {
   take_shape(garment, positions, normals);
   garment.store->take_shape();
 }
-/// Six numbers of each vertex, by which the look-up finds its patch: first entry of its chart in the table, first u and v,
-/// smallest patches along a repeat, columns and rows of the chart.
+/// Six numbers of each vertex, by which the look-up finds its patch: first entry of its chart in the table,
+/// first u and v, smallest patches along a repeat, columns and rows of the chart.
 EXPORT(charts_of) const float* charts_of(std::uint32_t garment) { return garments[garment]->charts.data(); }
-EXPORT(remove_garment) void remove_garment(std::uint32_t garment) { garments[garment] = std::make_unique<Garment>(); }
+EXPORT(remove_garment) void remove_garment(std::uint32_t garment) {
+  garments[garment] = std::make_unique<Garment>();
+}
 
-/// Begins a frame of a garment. Input: projection (1: parallel), position (3), right (3), up (3), direction to the viewer
-/// (3), centre (2) and half (2) of the window, nearest and farthest depth; width and height in pixels; samples, share of
-/// images made again; forced level; whether there is light from all around; its factors (27), and the axes of the mesh in those of the factors (9); lights, each: 1
-/// for a point light, 0 for a directional one, direction (3), irradiance (3), position (3). Returns the patches in sight.
+/// Begins a frame of a garment. Input: projection (1: parallel), position (3), right (3), up (3), direction
+/// to the viewer (3), centre (2) and half (2) of the window, nearest and farthest depth; width and height in
+/// pixels; samples, share of images made again; forced level; whether there is light from all around; its
+/// factors (27), and the mesh's axes in the factors' (9); lights, each: 1 for a point light, 0
+/// for a directional one, direction (3), irradiance (3), position (3). Returns the patches in sight.
 EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_t lights) {
   Garment& garment = *garments[number];
   const float* n = floats();
@@ -503,10 +525,10 @@ EXPORT(make_images) std::uint32_t make_images(std::uint32_t number, std::uint32_
   return static_cast<std::uint32_t>(garment.needs.size() - end);
 }
 
-/// Fills the table of a garment. Returns the address of seven words: its first entry, its entries, their address, two numbers
-/// of 16 bits each, tiles, the address of twelve numbers each: place (2) and size (2) in the atlas, CellImage::first (2),
-/// factor on radiance, 1 / brightness, slopes (2), and texels along x and y for a step of height and a slope of 1; patches
-/// in front that have no image of their own, and all in front.
+/// Fills the table of a garment. Returns the address of seven words: its first entry, its entries, their
+/// address, two numbers of 16 bits each, tiles, the address of twelve numbers each: place (2) and size (2) in
+/// the atlas, CellImage::first (2), factor on radiance, 1 / brightness, slopes (2), and texels along x and y
+/// for a step of height and a slope of 1; patches in front that have no image of their own, and all in front.
 EXPORT(table_of) const std::uint32_t* table_of(std::uint32_t number) {
   static std::uint32_t result[7];
   const Garment& garment = *garments[number];
@@ -518,20 +540,25 @@ EXPORT(table_of) const std::uint32_t* table_of(std::uint32_t number) {
   // Of a patch without an image, those around it and within it.
   const auto shown = [&](std::uint32_t patch, std::uint32_t side) {
     TileNumber tile = tile_of(patch, side);
-    for (std::uint32_t at = patch; tile == 0 && patches.parent(at) != at; tile = tile_of(at, side)) at = patches.parent(at);
-    for (std::uint32_t at = patch; tile == 0 && patches.child(at) != at; tile = tile_of(at, side)) at = patches.child(at);
+    for (std::uint32_t at = patch; tile == 0 && patches.parent(at) != at; tile = tile_of(at, side))
+      at = patches.parent(at);
+    for (std::uint32_t at = patch; tile == 0 && patches.child(at) != at; tile = tile_of(at, side))
+      at = patches.child(at);
     return static_cast<std::uint16_t>(tile);
   };
   const std::span<const std::uint32_t> chosen = patches.table();
   std::uint16_t* const to = &table[2 * garment.table];
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     const bool same = i > 0 && chosen[i] == chosen[i - 1];
-    for (std::uint32_t side = 0; side < 2; ++side) to[2 * i + side] = same ? to[2 * i + side - 2] : shown(chosen[i], side);
+    for (std::uint32_t side = 0; side < 2; ++side)
+      to[2 * i + side] = same ? to[2 * i + side - 2] : shown(chosen[i], side);
   }
   std::uint32_t missing = 0;
   for (std::size_t i = 0; i < garment.in_front; ++i)
     missing += tile_of(garment.needs[i].patch / 2, garment.needs[i].patch % 2) == 0 ? 1 : 0;
-  const auto address = [](const void* of) { return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(of)); };
+  const auto address = [](const void* of) {
+    return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(of));
+  };
   result[0] = static_cast<std::uint32_t>(garment.table);
   result[1] = static_cast<std::uint32_t>(chosen.size());
   result[2] = address(to);
@@ -557,5 +584,6 @@ EXPORT(clear_uploads) void clear_uploads() {
   pixels.clear();
   heights.clear();
 }
-/// Share of light of one side that the other side gets (CellLights::brightness()), and whether the cloth has yarn.
+/// Share of light of one side that the other side gets (CellLights::brightness()), and whether the cloth has
+/// yarn.
 EXPORT(beyond_of) float beyond_of(std::uint32_t garment) { return garments[garment]->store->beyond(0); }

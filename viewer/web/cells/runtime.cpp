@@ -1,5 +1,5 @@
-// What the module has of a C++ runtime beside wasi-libc and libc++: nothing is thrown, there is one thread, and the
-// instance ends with the page.
+// The module's C++ runtime beside wasi-libc and libc++: nothing is thrown, there is one thread,
+// and the instance ends with the page.
 #include <cstddef>
 
 extern "C" {

@@ -31,7 +31,7 @@ const rows_of_atlas = () => Math.max(Math.floor(memory_of_images() / (8 * WIDTH)
 /** ms between the shapes of a skin that the worker gets. */
 const POSE = 150;
 
-/** A geometry of the same attributes, but for those of its fabric. */
+/** A geometry with the same attributes, but for its fabric's. */
 function own_geometry(geometry) {
   const own = new BufferGeometry();
   own.copy({...geometry, index: null, attributes: {}, morphAttributes: {}});

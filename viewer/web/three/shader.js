@@ -86,7 +86,7 @@ uniform vec3 diffuse;
 #include <logdepthbuf_pars_fragment>
 #include <clipping_planes_pars_fragment>
 
-// What the worker has made (cell_images.js).
+// Cell images of the worker (cell_images.js).
 uniform sampler2D cell_atlas;
 uniform sampler2D cell_heights;
 uniform highp usampler2D cell_table;
