@@ -67,5 +67,13 @@ for (const way of ['worker', 'missing worker', 'no worker']) {
     assert.deepEqual(errors.filter((error) => !error.includes('404') && !error.includes('GLTF_REFERENCE')), []);
   });
 }
+for (const way of ['no WebAssembly', 'dying worker']) {
+  await in_browser(package_folder, { valid: join(kit, 'valid'), made: folder }, async ({ page, errors }) => {
+    const { states, ms } = await page.evaluate(async (query) => (await import('/test/scene_page.js')).fate(...query), ['/made/good.gltf', way]);
+    assert.deepEqual(states[0].slice(0, 2), ['fallback', 'GRAPHICS_UNAVAILABLE'], way);
+    assert.equal(errors.filter((error) => error.includes('GRAPHICS_UNAVAILABLE')).length, 1, `${errors}`);
+    assert.ok(ms < 5000, `${way}: ${ms} ms`);
+  });
+}
 console.log(Object.entries(counts).map(([what, count]) => `${what}: ${count}`).join('; ') +
   `; the slowest took ${slowest.toFixed(0)} ms`);

@@ -90,11 +90,16 @@ export async function drawn(file, view, lights, environment) {
 
 /**
  * Draws a garment once: { refused }, the message of three.js's loader, or { states }, per material with a fabric [what it
- * shows, code of the fabric's issue, where it was read]. way: 'worker', 'missing worker' (its file is missing) or 'no worker'.
+ * shows, code of the fabric's issue, where it was read]. way: 'worker', 'missing worker' (its file is missing), 'no worker', 'no WebAssembly' or 'dying worker'.
  */
 export async function fate(file, way = 'worker') {
   if (way === 'no worker') delete globalThis.Worker;
   if (way === 'missing worker') use_worker(() => new Worker('/nowhere.js'));
+  if (way === 'no WebAssembly') use_worker(() => new Worker('/nowhere.js'), new ArrayBuffer(8));
+  if (way === 'dying worker') {
+    const text = 'postMessage({kind: "ready"}); onmessage = ({data}) => { if (data.kind === "fabric") throw new Error("dead"); };';
+    use_worker(() => new Worker(URL.createObjectURL(new Blob([text]))));
+  }
   const begin = performance.now();
   let garment;
   try {

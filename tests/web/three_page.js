@@ -18,9 +18,13 @@ const SIZE = 32;
 /** Images are halves. */
 const HALF = 2 ** -10;
 
-const renderer = new WebGLRenderer();
-renderer.setClearColor(0, 0);
-renderer.shadowMap.enabled = true;
+function renderer_of() {
+  const renderer = new WebGLRenderer();
+  renderer.setClearColor(0, 0);
+  renderer.shadowMap.enabled = true;
+  return renderer;
+}
+const main_renderer = renderer_of();
 
 function need(holds, what) {
   if (!holds) throw new Error(what);
@@ -56,7 +60,7 @@ function light_from(x, y, z) {
 }
 
 /** Red, green, blue and alpha of each pixel, row by row from below; `around`: members of the scene. */
-async function picture(objects, camera = CAMERA, around = {}) {
+async function picture(objects, camera = CAMERA, around = {}, renderer = main_renderer) {
   const scene = Object.assign(new Scene(), around).add(...objects);
   const target = new WebGLRenderTarget(SIZE, SIZE, { type: FloatType });
   const pixels = new Float32Array(4 * SIZE * SIZE);
@@ -186,7 +190,7 @@ export const facts = {
       return rgb.map((x, c) => x * light.color.toArray()[c] * light.intensity * share);
     };
     // Rasterisers move corners to the next part of a pixel, and with them what lies between.
-    const part = 2 ** -renderer.getContext().getParameter(renderer.getContext().SUBPIXEL_BITS);
+    const part = 2 ** -main_renderer.getContext().getParameter(main_renderer.getContext().SUBPIXEL_BITS);
     const here = points(), beside = [points(part), points(0, part)];
     for (const [name, light] of Object.entries(lights())) {
       const pixels = await picture([new Mesh(cloth(1, 10), material), light]), most = largest(pixels);
@@ -345,5 +349,32 @@ export const facts = {
     const first = new Mesh(cloth(), await material_of()), second = new Mesh(cloth(), await material_of({ file: OTHER }));
     second.position.x = 1;
     return need_same(await picture([scene, SUN()]), await picture([first, second, SUN()]), 'two fabrics');
+  },
+
+  'a second renderer, and one whose context was lost, show the same': async () => {
+    const mesh = new Mesh(cloth(), await material_of()), one = await picture([mesh, SUN()]), second = renderer_of();
+    const told = [need_same(one, await picture([mesh, SUN()], CAMERA, {}, second), 'second')];
+    const { canvas } = second.getContext(), lose = second.getContext().getExtension('WEBGL_lose_context');
+    for (const [event, act] of [['webglcontextlost', 'loseContext'], ['webglcontextrestored', 'restoreContext']]) {
+      const comes = new Promise((end) => canvas.addEventListener(event, () => setTimeout(end, 50), { once: true }));
+      lose[act]();
+      await comes;
+    }
+    told.push(need_same(one, await picture([mesh, SUN()], CAMERA, {}, second), 'restored'));
+    return told.join('; ');
+  },
+
+  'textures and geometries are gone with their objects': async () => {
+    const { memory } = main_renderer.info;
+    await picture([new Mesh(cloth(), await material_of()), SUN()]);
+    const before = { ...memory };
+    for (let i = 0; i < 20; ++i) {
+      const mesh = new Mesh(cloth(), await material_of());
+      await picture([mesh, SUN()]);
+      mesh.geometry.dispose();
+      mesh.material.dispose();
+    }
+    need(memory.geometries === before.geometries && memory.textures <= before.textures + 1, JSON.stringify([before, memory]));
+    return `${memory.geometries} geometries, ${memory.textures} textures`;
   },
 };

@@ -7,7 +7,7 @@
 //   pose     { garment, shape }, of CellModule.pose_garment()
 //   view     { garment, camera, level, around, lights, serial }: what is seen of a garment from now on
 //   remove   { garment }
-//   again    {}: the tiles are lost
+//   again    {}: the tiles are lost; the views come again, too
 //
 // and posts images { garment, first, entries, tiles, missing, wanted, uploads, at_rest, serial }, of CellModule.table() and
 // take_uploads(), and whether all images are as the view wants them.
@@ -27,7 +27,6 @@ export class CellWorker {
   #fabrics = new Map();
   /** What is to be done of each garment: { view, way, left }. */
   #due = new Map();
-  #views = new Map();
   #working = false;
   #seen_at = 0;
   constructor(post) {
@@ -68,20 +67,16 @@ export class CellWorker {
   }
   async view({garment, ...view}) {
     await this.#module;
-    this.#views.set(garment, view);
     this.#due.set(garment, {view, way: MOVING, left: null});
     this.#seen_at = performance.now();
     this.#work();
   }
   async remove({garment}) {
     this.#due.delete(garment);
-    this.#views.delete(garment);
     (await this.#module).remove_garment(garment);
   }
   async again() {
     (await this.#module).forget_tiles();
-    for (const [garment, view] of this.#views) this.#due.set(garment, {view, way: MOVING, left: null});
-    this.#work();
   }
 
   async #work() {

@@ -28,6 +28,8 @@ function atlas_of(format, type, filter) {
 /** As the module has it: of so many bytes. */
 const rows_of_atlas = () => Math.max(Math.floor(memory_of_images() / (8 * WIDTH)), 64);
 
+/** Tiles that wait for a renderer's next frame. */
+const MOST_WAITING = 4096;
 /** ms between the shapes of a skin that the worker gets. */
 const POSE = 150;
 
@@ -87,7 +89,8 @@ function numbers_of_camera(camera, scale) {
 class CellImages extends EventDispatcher {
   #garments = new WeakMap();
   #of_number = new Map();
-  #renderers = new Map();
+  /** { renderer, texture, uploads }: a WeakRef, the atlas as OpenGL has it, tiles that it does not have yet. */
+  #renderers = [];
   #has_uploads = false;
   /** Objects that are to have a geometry of their own, and garments that the worker does not know yet. */
   #waiting = new Set();
@@ -250,7 +253,12 @@ class CellImages extends EventDispatcher {
     grown(cell_tiles, tiles.length, TILES_WIDTH, Float32Array, 4, RGBAFormat, FloatType).set(tiles);
     cell_table.value.needsUpdate = cell_tiles.value.needsUpdate = true;
     this.#has_uploads = true;
-    for (const known of this.#renderers.values()) known.uploads.push(...uploads);
+    for (const known of this.#renderers) {
+      known.uploads.push(...uploads);
+      // A renderer that does not draw gets all of them again when it does.
+      if (known.uploads.length > MOST_WAITING) known.texture = null;
+      if (known.texture === null) known.uploads.length = 0;
+    }
     Object.assign(garment, {at_rest: at_rest && serial === garment.view.serial, share: wanted > 0 ? 1 - missing / wanted : 1});
     if (garment.state === 'waiting' && missing === 0) {
       garment.state = 'shown';
@@ -268,18 +276,28 @@ class CellImages extends EventDispatcher {
     const all = [...this.#of_number.values()];
     return all.length > 0 ? all.reduce((sum, {share}) => sum + share, 0) / all.length : 0;
   }
+  #start_again() {
+    send({kind: 'again'});
+    for (const garment of this.#of_number.values()) {
+      garment.at_rest = false;
+      if (garment.view) garment.view.serial = ++this.#views;
+      this.#send_view(garment);
+    }
+  }
   /** Gives a renderer the tiles that it has not. */
   #upload(renderer) {
     const atlases = [this.uniforms.cell_atlas.value, this.uniforms.cell_heights.value];
     const of_gl = () => renderer.properties.get(atlases[0]).__webglTexture;
-    const known = this.#renderers.get(renderer);
+    const known = this.#renderers.find((each) => each.renderer.deref() === renderer);
     if (!known || known.texture !== of_gl()) {
       for (const atlas of atlases) {
         atlas.image.height = rows_of_atlas();
         renderer.initTexture(atlas);
       }
-      if (this.#has_uploads) send({kind: 'again'});
-      this.#renderers.set(renderer, {texture: of_gl(), uploads: []});
+      if (this.#has_uploads) this.#start_again();
+      // Others wait for tiles, too: all get all.
+      this.#renderers = this.#renderers.filter((each) => each !== known && each.renderer.deref());
+      this.#renderers.push({renderer: new WeakRef(renderer), texture: of_gl(), uploads: []});
       return;
     }
     for (const {x, y, width, height, halves, heights} of known.uploads) {
