@@ -360,6 +360,7 @@ export const facts = {
       lose[act]();
       await comes;
     }
+    second.setClearColor(0, 0);
     told.push(need_same(one, await picture([mesh, SUN()], CAMERA, {}, second), 'restored'));
     return told.join('; ');
   },
