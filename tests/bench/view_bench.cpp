@@ -2,9 +2,9 @@
 //   selvedge-bench-view [--rows FILE] [--rates | --looks | --references FOLDER] SCENE.glb ...
 // With --rates: frames of an orbit around a garment of yarn under two lamps fixed to it, and at rest, with 8,
 // 15, 30 and 120 pixels a repeat and shadow maps: processor time, and, unless some surface wears no yarn, dB
-// to the rays of march.h and fine power; --references writes pictures of these. With --looks: moving frames
-// of every scene as the first one is seen whole, and with 30 pixels a repeat, under two lamps and in the
-// studio. Otherwise ms of a frame by every path.
+// to the rays of tests/viewer/rays.h and fine power; --references writes pictures of these. With --looks:
+// moving frames of every scene as the first one is seen whole, and with 30 pixels a repeat, under two lamps
+// and in the studio. Otherwise ms of a frame by every path.
 #include <algorithm>
 #include <filesystem>
 #include <numbers>
@@ -12,9 +12,10 @@
 #include "format/base/parallel.h"
 #include "format/picture/image.h"
 #include "format/picture/studio.h"
-#include "tests/bench/march.h"
 #include "tests/bench/rows.h"
+#include "tests/viewer/rays.h"
 #include "viewer/light/shadows.h"
+#include "viewer/load.h"
 #include "viewer/renderer.h"
 
 namespace {
@@ -178,8 +179,8 @@ class Rates {
   /// An image without pixels if some surface wears no yarn.
   Image reference(const View& view) const {
     if (!subject_.wears_yarn()) return {};
-    return over_grey(bench::march(subject_.loaded, camera(view, 0, view.part), V2i(V2d(size) / view.part),
-                                  options_.lights, options_.shadows));
+    return over_grey(test::march(subject_.loaded.scene, subject_.loaded.fabrics, camera(view, 0, view.part),
+                                 V2i(V2d(size) / view.part), options_.lights, options_.shadows));
   }
 
   double pixels_of_whole() const { return whole_; }

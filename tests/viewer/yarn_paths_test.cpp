@@ -1,4 +1,4 @@
-// The yarn itself, drawn by the shader path and by the hybrid path, on Mesa's software rasteriser.
+// The yarn itself, drawn by every path, beside rays through it.
 #include "format/fabric/yarns.h"
 
 #include <doctest/doctest.h>
@@ -7,6 +7,7 @@
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
 #include "tests/viewer/paths.h"
+#include "tests/viewer/rays.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 
@@ -24,21 +25,9 @@ Fabric fabric_of(float period, int curves, bool strands = false) {
   return fabric;
 }
 
-Frame drawn(const Fabric& fabric, const SwatchShot& shot, RenderPath path) {
-  RenderOptions options;
-  options.path = path;
-  options.context = ContextKind::osmesa;
-  options.width = shot.width;
-  options.height = shot.height;
-  options.layers = 1;
-  options.levels.points = 1;
-  options.lights = shot.lights;
-  return test::need(render(swatch_scene(V2d(fabric.period_mm), shot), {fabric}, shot.camera, options));
-}
-
 }  // namespace
 
-TEST_CASE("cell images show the yarn that the shader path's rays meet, from every place, of any size") {
+TEST_CASE("cell images show the yarn that rays meet, from every place, of any size") {
   struct Case {
     const char* name;
     Fabric fabric;
@@ -55,12 +44,19 @@ TEST_CASE("cell images show the yarn that the shader path's rays meet, from ever
                          Case{"0.01 mm", fabric_of(0.01F, 4), SwatchView::near, 28},
                          Case{"10 m", fabric_of(10000, 4), SwatchView::near, 28},
                          Case{"10 m", fabric_of(10000, 4), SwatchView::grazing, 25}}) {
-    constexpr int larger = 4;
-    SwatchShot shot = swatch_shot(of.view, V2d(of.fabric.period_mm), 96, 72);
-    const Frame frame = drawn(of.fabric, shot, RenderPath::hybrid);
-    shot.width *= larger;
-    shot.height *= larger;
-    const double db = test::decibels(frame, drawn(of.fabric, shot, RenderPath::shader), larger);
+    const SwatchShot shot = swatch_shot(of.view, V2d(of.fabric.period_mm), 96, 72);
+    const Scene scene = swatch_scene(V2d(of.fabric.period_mm), shot);
+    RenderOptions options;
+    options.context = ContextKind::osmesa;
+    options.width = shot.width;
+    options.height = shot.height;
+    options.layers = 1;
+    options.levels.points = 1;
+    options.lights = shot.lights;
+    const Frame frame = test::need(render(scene, {of.fabric}, shot.camera, options));
+    const Frame rays =
+        test::march(scene, {&of.fabric, 1}, shot.camera, {shot.width, shot.height}, shot.lights);
+    const double db = test::decibels(frame, rays, 1);
     MESSAGE(of.name, " ", name_of(of.view), ": ", db);
     CHECK(db > of.db);
   }

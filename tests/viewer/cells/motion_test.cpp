@@ -1,4 +1,4 @@
-// Moving frames: patches have no visible borders, and nothing flickers, beside rays of the shader path.
+// Moving frames: patches have no visible borders, and nothing flickers, beside rays through the yarn.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 #include "format/fabric/file.h"
 #include "tests/require.h"
 #include "tests/viewer/paths.h"
+#include "tests/viewer/rays.h"
 #include "viewer/cells/patches.h"
 #include "viewer/renderer.h"
 
@@ -13,7 +14,6 @@ namespace selvedge {
 namespace {
 
 constexpr V2d repeats(120, 60);
-constexpr int larger = 3;  ///< rays along a pixel's side
 
 /// A sphere of yarn.
 test::Setting yarn_ball(int width, int height) {
@@ -30,30 +30,17 @@ test::Setting yarn_ball(int width, int height) {
   return setting;
 }
 
-/// Mean of the colours on a display, by pixels; of rays the mean over a pixel.
-std::vector<double> grey(const Frame& frame, int larger_by) {
-  const int width = frame.width / larger_by;
-  std::vector<double> result(static_cast<std::size_t>(width) * (frame.height / larger_by));
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    V4f mean(0, 0, 0, 0);
-    for (int k = 0; k < larger_by * larger_by; ++k) {
-      const int x = static_cast<int>(i) % width * larger_by + k % larger_by;
-      const int y = static_cast<int>(i) / width * larger_by + k / larger_by;
-      mean += frame.pixels[static_cast<std::size_t>(y) * frame.width + x];
-    }
-    mean /= static_cast<float>(larger_by * larger_by);
-    result[i] = (test::shown(mean.x) + test::shown(mean.y) + test::shown(mean.z)) / 3;
-  }
+/// Mean of the colours on a display, by pixels.
+std::vector<double> grey(const Frame& frame) {
+  std::vector<double> result;
+  for (const V4f& p : frame.pixels)
+    result.push_back((test::shown(p.x) + test::shown(p.y) + test::shown(p.z)) / 3);
   return result;
 }
 
-/// Frames of a path for cameras, the last ones.
-std::vector<std::vector<double>> drawn(test::Setting setting, RenderPath path,
-                                       std::span<const CameraOptions> cameras) {
-  const int larger_by = path == RenderPath::shader ? larger : 1;
-  setting.options.path = path;
-  setting.options.width *= larger_by;
-  setting.options.height *= larger_by;
+/// Frames for cameras.
+std::vector<std::vector<double>> drawn(test::Setting setting, std::span<const CameraOptions> cameras) {
+  setting.options.path = RenderPath::raster;
   setting.options.cells = moving_cell_images;
   const auto renderer = test::need(Renderer::create(setting.scene, setting.fabrics, setting.options));
   std::vector<std::vector<double>> frames;
@@ -62,7 +49,19 @@ std::vector<std::vector<double>> drawn(test::Setting setting, RenderPath path,
     Frame frame;
     RenderStats stats;
     test::need(renderer->draw(test::camera_of(setting), setting.options, frame, stats));
-    frames.push_back(grey(frame, larger_by));
+    frames.push_back(grey(frame));
+  }
+  return frames;
+}
+
+/// The same of rays.
+std::vector<std::vector<double>> marched(test::Setting setting, std::span<const CameraOptions> cameras) {
+  std::vector<std::vector<double>> frames;
+  for (const CameraOptions& camera : cameras) {
+    setting.camera = camera;
+    frames.push_back(
+        grey(test::march(setting.scene, setting.fabrics, test::camera_of(setting),
+                         {setting.options.width, setting.options.height}, setting.options.lights)));
   }
   return frames;
 }
@@ -78,8 +77,8 @@ double percentile(std::vector<double>& values, double share) {
 
 TEST_CASE("borders of patches are no more wrong than the yarn within them") {
   test::Setting setting = yarn_ball(240, 180);
-  const std::vector<double> frame = drawn(setting, RenderPath::raster, std::span(&setting.camera, 1)).front();
-  const std::vector<double> rays = drawn(setting, RenderPath::shader, std::span(&setting.camera, 1)).front();
+  const std::vector<double> frame = drawn(setting, std::span(&setting.camera, 1)).front();
+  const std::vector<double> rays = marched(setting, std::span(&setting.camera, 1)).front();
   const Camera camera = test::camera_of(setting);
   const V3d origin(0, 0, 0);
   const MergedSurfaces mesh = merge(test::need(build_surfaces(setting.scene, origin)));
@@ -156,8 +155,8 @@ TEST_CASE("an orbit and a slow zoom change as smoothly as rays do") {
       }
       return sum / count;
     };
-    const double of_frames = second_difference(drawn(setting, RenderPath::raster, cameras));
-    const double of_rays = second_difference(drawn(setting, RenderPath::shader, cameras));
+    const double of_frames = second_difference(drawn(setting, cameras));
+    const double of_rays = second_difference(marched(setting, cameras));
     MESSAGE("mean second difference ", of_frames, " of 255, of rays ", of_rays);
     CHECK(of_frames <= 1.3 * of_rays + 0.5);
   }

@@ -1,20 +1,22 @@
-// The reference of frames: rays through a garment, and on through the yarn that it wears, by the scalar march
-// of format/fabric.
+// The truth that frames are held to: rays through a garment, and on through the yarn that it wears, by the
+// scalar march of format/fabric.
 #pragma once
 
 #include <span>
+#include <vector>
 
+#include "format/fabric/fabric.h"
 #include "format/picture/frame.h"
 #include "format/scene/camera.h"
 #include "format/scene/lights.h"
-#include "viewer/load.h"
+#include "format/scene/scene.h"
 
-namespace selvedge::bench {
+namespace selvedge::test {
 
 /// Means of 8 x 8 regular rays a pixel, which meet yarn as Yarns::trace() does: hairs are as wide as rays and
 /// fewer (spec/brdf.md, "Over a surface"). `shadows`: side of the garment's shadow maps in texels; 0: none.
 /// Preconditions: a perspective camera, directional lights; all surfaces wear yarn and keep its opacity.
-Frame march(const LoadedScene& loaded, const Camera& camera, const V2i& size, std::span<const Light> lights,
-            int shadows);
+Frame march(const Scene& scene, std::span<const Fabric> fabrics, const Camera& camera, const V2i& size,
+            std::span<const Light> lights, int shadows = 0);
 
-}  // namespace selvedge::bench
+}  // namespace selvedge::test

@@ -1,17 +1,17 @@
-#include "tests/bench/march.h"
+#include "tests/viewer/rays.h"
 
 #include <Imath/ImathBox.h>
 
 #include <algorithm>
 #include <numeric>
 
+#include "format/base/guard.h"
 #include "format/base/parallel.h"
-#include "tests/bench/rows.h"
 #include "viewer/gl/context.h"
 #include "viewer/hybrid/raster.h"
 #include "viewer/light/shadow_pass.h"
 
-namespace selvedge::bench {
+namespace selvedge::test {
 namespace {
 
 constexpr int rays_per_side = 8;
@@ -30,11 +30,11 @@ struct Garment {
 };
 
 void cast_shadows(Garment& garment, int size) {
-  const auto context = need(make_osmesa_context());
-  need(context->make_current());
-  const GlFunctions gl = need(load_gl_functions(*context));
-  const auto pass = need(ShadowPass::create(gl, garment.mesh, garment.materials));
-  need(pass->draw(shadow_views(garment.lights, garment.mesh.positions, garment.origin, size)));
+  const auto context = value_or_throw(make_osmesa_context());
+  value_or_throw(context->make_current());
+  const GlFunctions gl = value_or_throw(load_gl_functions(*context));
+  const auto pass = value_or_throw(ShadowPass::create(gl, garment.mesh, garment.materials));
+  value_or_throw(pass->draw(shadow_views(garment.lights, garment.mesh.positions, garment.origin, size)));
   const std::span<const ShadowMap> maps = pass->read();
   garment.shadows.assign(maps.begin(), maps.end());
 }
@@ -148,17 +148,17 @@ bool shade(const Garment& garment, SeenSurface surface, int x, int y, V3f& radia
 
 }  // namespace
 
-Frame march(const LoadedScene& loaded, const Camera& camera, const V2i& size, std::span<const Light> lights,
-            int shadows) {
+Frame march(const Scene& scene, std::span<const Fabric> fabrics, const Camera& camera, const V2i& size,
+            std::span<const Light> lights, int shadows) {
   Garment garment{camera, size * rays_per_side, lights};
   Imath::Box3d bounds;
-  for (const V3d& point : need(world_points(loaded.scene))) bounds.extendBy(point);
+  for (const V3d& point : value_or_throw(world_points(scene))) bounds.extendBy(point);
   garment.origin = bounds.center();
-  const std::vector<Surface> surfaces = need(build_surfaces(loaded.scene, garment.origin));
+  const std::vector<Surface> surfaces = value_or_throw(build_surfaces(scene, garment.origin));
   std::vector<std::string> remarks;
-  garment.materials = need(materials_of(loaded.scene, surfaces, loaded.fabrics.size(), remarks));
+  garment.materials = value_or_throw(materials_of(scene, surfaces, fabrics.size(), remarks));
   garment.mesh = merge(surfaces);
-  for (const Fabric& fabric : loaded.fabrics) {
+  for (const Fabric& fabric : fabrics) {
     garment.fabrics.push_back(fabric);
     garment.fabrics.push_back(fabric.side_of(Side::back) != nullptr ? turned_over(fabric) : fabric);
   }
@@ -194,4 +194,4 @@ Frame march(const LoadedScene& loaded, const Camera& camera, const V2i& size, st
   return frame;
 }
 
-}  // namespace selvedge::bench
+}  // namespace selvedge::test
