@@ -386,7 +386,7 @@ const float* evaluate_query(std::uint32_t number, std::uint32_t behind, std::uin
   const Shading shading = of_texel != 0 ? evaluate(seen, static_cast<int>(level), static_cast<int>(x),
                                                    static_cast<int>(y), light, view)
                                         : evaluate(seen, level, V2d(x, y), light, view);
-  std::memcpy(result, &shading.radiance, sizeof shading.radiance);
+  for (int c = 0; c < 3; ++c) result[c] = shading.radiance[c];
   result[3] = shading.alpha;
   return result;
 }
