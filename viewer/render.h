@@ -15,8 +15,7 @@ namespace selvedge {
 /// All options of a rendering.
 struct RenderOptions : FrameSize, DrawOptions {
   RenderPath path = RenderPath::hybrid;
-  /// The OpenGL implementation. Automatic: Mesa's software rasteriser for the hybrid path, whose pixels
-  /// return to the CPU anyway; for the shader path a GPU if there is one.
+  /// The OpenGL implementation. Automatic: Mesa's software rasteriser: pixels return to the CPU anyway.
   ContextKind context = ContextKind::automatic;
 };
 

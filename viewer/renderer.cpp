@@ -12,17 +12,12 @@
 #include "viewer/light/picture_textures.h"
 #include "viewer/light/sky.h"
 #include "viewer/scene/view_rays.h"
-#include "viewer/shader/path.h"
 
 namespace selvedge {
 namespace {
 
 Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& options) {
-  if (options.context == ContextKind::egl) return make_egl_context();
-  if (options.context == ContextKind::automatic && options.path == RenderPath::shader) {
-    if (auto context = make_egl_context()) return context;
-  }
-  return make_osmesa_context();
+  return options.context == ContextKind::egl ? make_egl_context() : make_osmesa_context();
 }
 
 // The functions below throw Failure.
@@ -96,7 +91,6 @@ void add_backdrop(const Camera& camera, const DrawOptions& options, const Reflec
 }  // namespace
 
 struct Renderer::State {
-  RenderPath kind = RenderPath::hybrid;
   FrameSize size;
   std::string file;  ///< of the scene
   std::uint64_t scene_memory = 0;
@@ -111,16 +105,8 @@ struct Renderer::State {
   std::vector<SmoothLight> around_vertices;
   std::shared_ptr<const Environment> reflected;  ///< by `reflections`
   std::shared_ptr<const Reflections> reflections;
-  std::unique_ptr<FramePath> path;
-  std::unique_ptr<HybridPath> probes;  ///< beside another path, created on first use
+  std::unique_ptr<HybridPath> path;
   double prepare = 0;
-
-  /// The path that probes pixels.
-  HybridPath& hybrid() {
-    if (kind != RenderPath::shader) return static_cast<HybridPath&>(*path);
-    if (!probes) probes = value_or_throw(HybridPath::create(gl, scene, size, RenderPath::hybrid));
-    return *probes;
-  }
 
   /// The mirror images of an environment, where something shows them; made once for its pictures.
   std::shared_ptr<const Reflections> reflect(const DrawOptions& options) {
@@ -200,7 +186,6 @@ struct Renderer::State {
     // Coordinates relative to the scene's centre keep their precision in float.
     Imath::Box3d bounds;
     for (const V3d& point : value_or_throw(world_points(source))) bounds.extendBy(point);
-    kind = options.path;
     file = source.file;
     scene_memory = source.memory_left;
     size = options;
@@ -214,11 +199,8 @@ struct Renderer::State {
     value_or_throw(context->make_current());
     gl = value_or_throw(load_gl_functions(*context));
     textures = std::make_unique<PictureTextures>(gl, scene_memory);
-    if (kind == RenderPath::paper) check_paper_fabrics(source, scene.materials, fabrics, remarks);
-    if (kind == RenderPath::shader)
-      path = value_or_throw(ShaderPath::create(gl, scene, fabrics, options));
-    else
-      path = value_or_throw(HybridPath::create(gl, scene, options, kind));
+    if (options.path == RenderPath::paper) check_paper_fabrics(source, scene.materials, fabrics, remarks);
+    path = value_or_throw(HybridPath::create(gl, scene, options, options.path));
     watch.add_to(prepare);
   }
 
@@ -281,7 +263,6 @@ Result<void> Renderer::resize(const FrameSize& size) {
     value_or_throw(s.context->make_current());
     s.size = size;
     value_or_throw(s.path->resize(size));
-    if (s.probes) value_or_throw(s.probes->resize(size));
   });
 }
 
@@ -292,7 +273,7 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Dr
     value_or_throw(s.context->make_current());
     s.make_textures(camera);
     ShadowPass* const shadows = s.draw_shadows(options);
-    return s.hybrid().probe({camera, options, shadows, s.shade_around(options), s.reflect(options)}, pixel);
+    return s.path->probe({camera, options, shadows, s.shade_around(options), s.reflect(options)}, pixel);
   });
 }
 

@@ -31,9 +31,8 @@ void check_render(const Options& options, const RenderCommand& command) {
                     {"--size"});
   options.refuse_if(options.given("--level"),
                     "has no effect with --level, which shows the texels of one level", {"--points"});
-  options.refuse_if(command.render.path == RenderPath::shader || command.render.path == RenderPath::paper,
-                    "has no effect with --path shader and --path paper, which show no cell images",
-                    {"--image-memory"});
+  options.refuse_if(command.render.path == RenderPath::paper,
+                    "has no effect with --path paper, which shows no cell images", {"--image-memory"});
   options.refuse_if(command.render.path == RenderPath::paper,
                     "has no effect with --path paper, which shows nearest texels and no yarn", {"--points"});
 }
@@ -41,15 +40,14 @@ void check_render(const Options& options, const RenderCommand& command) {
 void add_drawing(Options& options, RenderCommand& command) {
   options.choice("--path", path_names, command.render.path,
                  "Finds triangles, and shades: OpenGL and the processor (hybrid, the default), the "
-                 "processor (raster), OpenGL (shader); paper: as published in 2001, in colours of 8 bits");
+                 "processor (raster); paper: as published in 2001, in colours of 8 bits");
   options
       .number("--points", command.picture.levels.points, "N",
               "Rays along either side of a pixel that shows the yarn itself; twice as many samples of cell "
               "images")
       .in(1, 8);
   options.choice("--context", context_names,
-                 "Whose OpenGL: Mesa's software rasteriser, or EGL's first device (default auto: EGL for the "
-                 "shader path, if it is there)",
+                 "Whose OpenGL: Mesa's software rasteriser (the default, auto), or EGL's first device",
                  [&command](std::size_t index) { command.render.context = contexts[index]; });
 }
 

@@ -1,5 +1,5 @@
 // The texels under a pixel: mip level and weights from the change of texture coordinates across it
-// (spec/brdf.md, "The viewer"). viewer/shader/footprint.glsl has the same formulas in GLSL.
+// (spec/brdf.md, "The viewer").
 #pragma once
 
 #include <algorithm>

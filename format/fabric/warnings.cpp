@@ -15,7 +15,7 @@
 namespace selvedge {
 namespace {
 
-constexpr double max_half = 65504;
+constexpr double largest_half = 65504;
 
 /// The largest of some values of a level, and its place.
 struct Maximum {
@@ -108,9 +108,9 @@ void warn_of_peaks(const FabricLevel& level, Side side, int level_index, bool ha
     return value_place(part_name(LayerKind::lobes, side), level_index,
                        channel_name(LayerKind::lobes, shape, worst.channel), worst.texel, level.width);
   };
-  if (peak.value > max_half) {
+  if (peak.value > largest_half) {
     sink.add(Code::fabric_peak, place(peak),
-             fmt::format("the lobe's peak is {:.3g}, beyond {} of half precision", peak.value, max_half));
+             fmt::format("the lobe's peak is {:.3g}, beyond {} of half precision", peak.value, largest_half));
   }
   if (half && exponent.value > static_cast<double>(max_half_exponent)) {
     sink.add(Code::fabric_peak, place(exponent),

@@ -227,7 +227,7 @@ class Yarns {
     float low = 0;  ///< mm, of what the cell's segments reach
     float high = 0;
   };
-  /// Views of what rays are traced through, for programs that trace them elsewhere (gpu_words.h).
+  /// Views of what rays are traced through, for programs that trace them elsewhere.
   struct Inside {
     float low = 0;  ///< mm, of the lowest point
     float high = 0;

@@ -7,7 +7,6 @@
 #include "format/check/fabric.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
-#include "format/fabric/gpu_words.h"
 #include "format/fabric/level_values.h"
 #include "format/fabric/light_sampler.h"
 
@@ -287,14 +286,6 @@ std::optional<FabricFile> FabricFile::turned_over() const {
     state->facts.radiance_scale = back.radiance_scale;
     if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
     return FabricFile(std::move(state));
-  } catch (const std::exception&) {
-    return {};
-  }
-}
-
-std::vector<std::uint32_t> FabricFile::gpu_words() const {
-  try {
-    return selvedge::gpu_words({&state_->fabric, 1});
   } catch (const std::exception&) {
     return {};
   }

@@ -180,10 +180,6 @@ class SELVEDGE_PUBLIC FabricFile {
   /// without memory.
   std::optional<FabricFile> turned_over() const;
 
-  /// The levels, packed for a graphics card in the layout of word_layout.glsl, which is
-  /// installed beside this header and used by selvedge-view's shader.
-  std::vector<std::uint32_t> gpu_words() const;
-
  private:
   struct State;
   explicit FabricFile(std::shared_ptr<const State> state);

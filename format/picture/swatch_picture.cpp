@@ -100,22 +100,29 @@ std::optional<V2d> uv_slope(const Fabric& fabric, const Camera& camera, const V2
   return (uv_of(fabric, after->point) - uv_of(fabric, before->point)) / part;
 }
 
-V4f pixel_of(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& levels, int x, int y,
-             std::vector<Tap>& taps) {
+V4f pixel_of(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& levels, int x, int y) {
   const V2d pixel(2.0 / shot.width, 2.0 / shot.height);
   const V2d at((x + 0.5) * pixel.x - 1, 1 - (y + 0.5) * pixel.y);
   const auto ray = swatch_ray(shot.camera, at);
   const auto right = uv_slope(fabric, shot.camera, at, {pixel.x, 0});
   const auto up = uv_slope(fabric, shot.camera, at, {0, pixel.y});
   if (!ray || !right || !up) return {0, 0, 0, 0};
-  find_taps(fabric, levels, uv_of(fabric, ray->point), *right, *up, taps);
   // The fabric's frame is the world's.
-  const V3f view(ray->view);
+  std::vector<Illumination> lights;
+  for (const Light& light : shot.lights) lights.push_back(light_at(light, {ray->point.x, ray->point.y, 0}));
+  return shade_pixel(fabric, levels, {uv_of(fabric, ray->point), *right, *up}, V3f(ray->view), lights);
+}
+
+}  // namespace
+
+V4f shade_pixel(const Fabric& fabric, const LevelOptions& levels, const Footprint& pixel, const V3f& view,
+                std::span<const Illumination> lights) {
+  thread_local std::vector<Tap> taps;
+  find_taps(fabric, levels, pixel.uv, pixel.right, pixel.up, taps);
   V4f sum(0, 0, 0, 0);
   for (const Tap& tap : taps) {
     bool opacity_counted = false;
-    for (const Light& light : shot.lights) {
-      const Illumination from = light_at(light, {ray->point.x, ray->point.y, 0});
+    for (const Illumination& from : lights) {
       const Shading s =
           tap.level < 0 ? evaluate(fabric, -1.0, tap.uv, V3f(from.direction), view)
                         : evaluate(fabric, tap.level, tap.texel.x, tap.texel.y, V3f(from.direction), view);
@@ -127,15 +134,11 @@ V4f pixel_of(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& l
   return sum;
 }
 
-}  // namespace
-
 Frame draw_swatch(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& levels) {
   Frame frame{shot.width, shot.height, std::vector<V4f>(std::size_t{1} * shot.width * shot.height)};
   parallel_for(0, shot.height, [&](int y) {
-    std::vector<Tap> taps;
-    for (int x = 0; x < shot.width; ++x) {
-      frame.pixels[std::size_t{1} * y * shot.width + x] = pixel_of(fabric, shot, levels, x, y, taps);
-    }
+    for (int x = 0; x < shot.width; ++x)
+      frame.pixels[std::size_t{1} * y * shot.width + x] = pixel_of(fabric, shot, levels, x, y);
   });
   return frame;
 }

@@ -176,9 +176,9 @@ class Difference {
 }
 
 const path = (name) => join(folder, name);
-function ours(file, { look_at, distance, azimuth, elevation, width, height, fov }, environment, kind) {
+function ours(file, { look_at, distance, azimuth, elevation, width, height, fov }, environment) {
   execFileSync(join(bin, 'selvedge-view'), ['render', path(file), '-o', path('ours.exr'), '--size', `${width}x${height}`, '--fov', fov,
-    '--look-at', look_at.join(','), '--distance', distance, '--azimuth', azimuth, '--elevation', elevation, '--path', kind,
+    '--look-at', look_at.join(','), '--distance', distance, '--azimuth', azimuth, '--elevation', elevation,
     '--environment', environment, '--shadows', '0', '--quiet'], { stdio: ['ignore', 'ignore', 'inherit'] });
   return read_picture(path('ours.exr'));
 }
@@ -216,12 +216,12 @@ if (existsSync(chair)) {
 }
 const spheres = places_on_spheres(SPHERES), tables = [];
 await in_browser(folder, { made: folder, bench, environments: dirname(environments[0]) }, async ({ page }) => {
-  console.log('| environment | scene | three.js from ours | with our roughness | ours from sums | three.js from sums | shader from hybrid |\n' +
-    '|---|---|---|---|---|---|---|');
+  console.log('| environment | scene | three.js from ours | with our roughness | ours from sums | three.js from sums |\n' +
+    '|---|---|---|---|---|---|');
   for (const environment of environments) {
     const picture = read_environment(environment), lamps = picture.lamps(picture.width / 512);
     for (const [file, view] of Object.entries(scenes)) {
-      const mine = ours(file, view, environment, 'hybrid'), by_shader = ours(file, view, environment, 'shader');
+      const mine = ours(file, view, environment);
       const [theirs, plain] = (await page.evaluate(async (query) => (await import('/bench/core_page.js')).drawn(...query),
         [`/made/${file}`, view, `/environments/${basename(environment)}`])).map(
         (text) => new Float32Array(Uint8Array.from(Buffer.from(text, 'base64')).buffer));
@@ -239,7 +239,7 @@ await in_browser(folder, { made: folder, bench, environments: dirname(environmen
         cells.push(`${both} ${a} ${b}`);
       }
       console.log(`| ${basename(environment, '.hdr')} | ${basename(file, '.gltf')} | ${compared(mine, theirs)} | ${compared(mine, plain)} | ${true_of[0]} | ` +
-        `${true_of[1]} | ${compared(mine, by_shader)} |`);
+        `${true_of[1]} |`);
       if (cells.length > 0) tables.push([basename(environment, '.hdr'), cells]);
     }
   }

@@ -1,10 +1,11 @@
 // Frames of dressed garments:
 //   selvedge-bench-view [--rows FILE] [--rates | --looks | --references FOLDER] SCENE.glb ...
+//   selvedge-bench-view --swatch FABRIC.exr PLACE WIDTH HEIGHT FINER PICTURE.png
 // With --rates: frames of an orbit around a garment of yarn under two lamps fixed to it, and at rest, with 8,
 // 15, 30 and 120 pixels a repeat and shadow maps: processor time, and, unless some surface wears no yarn, dB
 // to the rays of tests/viewer/rays.h and fine power; --references writes pictures of these. With --looks:
 // moving frames of every scene as the first one is seen whole, and with 30 pixels a repeat, under two lamps
-// and in the studio. Otherwise ms of a frame by every path.
+// and in the studio. Otherwise ms of a frame. With --swatch: a picture by rays.
 #include <algorithm>
 #include <filesystem>
 #include <numbers>
@@ -12,6 +13,7 @@
 #include "format/base/parallel.h"
 #include "format/picture/image.h"
 #include "format/picture/studio.h"
+#include "format/scene/swatch.h"
 #include "tests/bench/rows.h"
 #include "tests/viewer/rays.h"
 #include "viewer/light/shadows.h"
@@ -319,29 +321,43 @@ void frame_looks(const std::vector<std::string>& files, bench::Rows& rows) {
   }
 }
 
-/// Nearest texels; a frame by the shader path takes seconds on the software rasteriser.
-void draw_by_all_paths(const Subject& subject, bench::Rows& rows) {
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
-    const std::string name(path_names[static_cast<std::size_t>(path)]);
-    RenderOptions options = options_of(path);
-    Drawing drawing{subject.renderer(options)};
-    // The first frames compile shaders and touch memory for the first time.
-    const std::size_t frames = path == RenderPath::hybrid ? 30 : 1;
-    for (std::size_t i = 0; i < (frames > 1 ? frames + 2 : 1); ++i) {
-      const Camera at = subject.camera(1.15, 0.25 * static_cast<double>(i));  // covers half of the pixels
-      options.lights = default_lights(at);
-      drawing.draw(at, options);
-    }
-    const double wall = median(drawing.wall, frames);
-    const double processor = median(drawing.processor, frames);
-    const RenderStats& s = drawing.stats;
-    fmt::print("| {} | {} | {:.1f} % | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", subject.name,
-               name, 100.0 * static_cast<double>(s.covered_pixels) / (size.x * size.y), 1e3 * s.project,
-               1e3 * s.geometry, 1e3 * s.read_back, 1e3 * s.evaluation, wall, processor);
-    std::fflush(stdout);
-    rows.add(fmt::format("frame/{}/{}", subject.name, name), wall, "ms");
-    rows.add(fmt::format("frame/{}/{}/processor", subject.name, name), processor, "ms");
+void draw_whole(const Subject& subject, bench::Rows& rows) {
+  RenderOptions options = options_of(RenderPath::hybrid);
+  Drawing drawing{subject.renderer(options)};
+  // The first frames compile shaders and touch memory for the first time.
+  constexpr std::size_t frames = 30;
+  for (std::size_t i = 0; i < frames + 2; ++i) {
+    const Camera at = subject.camera(1.15, 0.25 * static_cast<double>(i));  // covers half of the pixels
+    options.lights = default_lights(at);
+    drawing.draw(at, options);
   }
+  const double wall = median(drawing.wall, frames);
+  const double processor = median(drawing.processor, frames);
+  const RenderStats& s = drawing.stats;
+  fmt::print("| {} | {:.1f} % | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", subject.name,
+             100.0 * static_cast<double>(s.covered_pixels) / (size.x * size.y), 1e3 * s.project,
+             1e3 * s.geometry, 1e3 * s.read_back, 1e3 * s.evaluation, wall, processor);
+  std::fflush(stdout);
+  rows.add(fmt::format("frame/{}/hybrid", subject.name), wall, "ms");
+  rows.add(fmt::format("frame/{}/hybrid/processor", subject.name), processor, "ms");
+}
+
+/// A swatch under the lights of `selvedge swatch`, by 8 x 8 rays a pixel, or so many times more a side.
+void write_swatch(const std::vector<std::string>& arguments) {
+  const Fabric fabric = need(read_fabric(arguments.at(0)));
+  const auto view = std::ranges::find(swatch_view_names, arguments.at(1)) - swatch_view_names.begin();
+  const V2i picture(std::stoi(arguments.at(2)), std::stoi(arguments.at(3)));
+  const int finer = std::stoi(arguments.at(4));
+  const V2d period(fabric.period_mm);
+  const SwatchShot shot = swatch_shot(swatch_views.at(view), period, picture.x * finer, picture.y * finer);
+  const Frame fine =
+      test::march(swatch_scene(period, shot), {&fabric, 1}, shot.camera, picture * finer, shot.lights);
+  Frame frame{picture.x, picture.y, std::vector<V4f>(std::size_t{1} * picture.x * picture.y, V4f(0))};
+  for (int i = 0; i < fine.width * fine.height; ++i) {
+    frame.pixels[i / fine.width / finer * picture.x + i % fine.width / finer] +=
+        fine.pixels[i] / static_cast<float>(finer * finer);
+  }
+  need(write_png(arguments.at(5), over_grey(frame)));
 }
 
 }  // namespace
@@ -361,13 +377,12 @@ int main(int argc, char** argv) {
   }
   if (mode.empty()) {
     fmt::print(
-        "| scene | path | covered | project | geometry | read back | texels, frames, light | frame (ms) | "
-        "processor |\n|---|---|---|---|---|---|---|---|---|\n");
+        "| scene | covered | project | geometry | read back | texels, frames, light | frame (ms) | "
+        "processor |\n|---|---|---|---|---|---|---|---|\n");
   }
-  if (mode == "--looks") {
-    frame_looks(files, rows);
-    files.clear();
-  }
+  if (mode == "--looks") frame_looks(files, rows);
+  if (mode == "--swatch") write_swatch(files);
+  if (mode == "--looks" || mode == "--swatch") files.clear();
   for (const std::string& file : files) {
     const Subject subject = load(file);
     if (references && !subject.wears_yarn()) {
@@ -377,7 +392,7 @@ int main(int argc, char** argv) {
     if (references)
       write_references(subject, folder);
     else
-      mode == "--rates" ? frame_rates(subject, rows) : draw_by_all_paths(subject, rows);
+      mode == "--rates" ? frame_rates(subject, rows) : draw_whole(subject, rows);
   }
   rows.write();
   return 0;

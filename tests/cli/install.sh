@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# The installed library: programs outside of the tree find it, read a fabric, evaluate it and draw it with the installed
-# shader. The installed programs find their module for pictures.
+# The installed library: programs outside of the tree find it, read a fabric and evaluate it. The installed programs find their module for pictures.
 # shellcheck source=tests/cli/lib.sh
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh" "$@"
 build=$(cd "$bin/.." && pwd)
@@ -46,21 +45,6 @@ test_a_program_outside_of_the_tree_reads_a_fabric_through_the_installed_library(
   head -c 300 f.exr >short.exr
   exits 1 reader/fabric-reader short.exr
   grep -q '\[[A-Z_]*\]' "$scratch/err" || fail "no code: $(cat "$scratch/err")"
-}
-
-test_a_program_outside_of_the_tree_draws_a_fabric_with_the_installed_shader() {
-  installed
-  selvedge make plain-weave --set yarn=tube "${small[@]}" -o f.exr --quiet
-  cmake -S "$root/samples/reader" -B reader -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/out"
-  cmake --build reader --target fabric-picture >"$scratch/out"
-  reader/fabric-picture f.exr drawn.ppm
-  selvedge-view render f.exr -o expected.png --path shader --repeats 4x4 --pixels-per-texel 8 --background 0,0,0 \
-    --light 0.3,0.5,1 --light 1,0.2,0.4,0.3 --quiet
-  # The picture is not black; at most 1 % of the pixels differ by more than 1 of 255.
-  [ "$(tail -c +16 drawn.ppm | tr -d '\000-\017' | wc -c)" -gt 10000 ] || fail "a black picture"
-  idiff -warn 1 -fail 0.00393 -failpercent 1 drawn.ppm expected.png >"$scratch/out" || fail "$(cat "$scratch/out")"
-  head -c 300 f.exr >short.exr
-  exits 1 reader/fabric-picture short.exr none.ppm
 }
 
 test_the_installed_library_shows_nothing_but_its_header() {

@@ -85,7 +85,7 @@ test_render_refuses_options_that_would_have_no_effect() {
   done
   idle --points quad.glb --level 1 --points 3
   idle --place quad.glb --place near
-  idle --image-memory quad.glb --path shader --image-memory 64
+  idle --image-memory quad.glb --path paper --image-memory 64
   for option in '--azimuth 20' '--elevation 3' '--fov 20' --orthographic '--distance 20' '--distance-factor 3' '--look-at 1,1,1'; do
     # shellcheck disable=SC2086
     idle "${option% *}" quad.glb --camera 0 $option
@@ -166,11 +166,6 @@ test_render_draws_materials_without_fabric_by_their_core_parameters() {
   selvedge-view render unlit.gltf -o unlit.png "${view[@]}" --ambient 0
   exits 0 compare-pictures metal.png unlit.png --max 0.005
   exits 1 compare-pictures dark.png unlit.png --max 0.5
-  local path
-  for path in hybrid shader; do
-    selvedge-view render quad.gltf -o "$path.png" --size 40x40 --azimuth 30 --path "$path" --context osmesa --quiet
-  done
-  exits 0 compare-pictures hybrid.png shader.png --max 0.005
   exits 2 selvedge-view render quad.gltf -o x.png --ambient -1
 }
 
@@ -190,12 +185,8 @@ test_render_shadows_are_an_option() {
   selvedge dress two.gltf k.fabric.exr -o two.glb --all --quiet
   view=(two.glb --size 60x40 --quiet --light 1,0,1)
   selvedge-view render "${view[@]}" -o open.exr --shadows 0
-  local path
-  for path in hybrid shader; do
-    selvedge-view render "${view[@]}" -o "$path.exr" --shadows 512 --path "$path" --context osmesa
-    exits 1 compare-pictures open.exr "$path.exr" --max 0.02
-  done
-  exits 0 compare-pictures hybrid.exr shader.exr --max 0.03
+  selvedge-view render "${view[@]}" -o shaded.exr --shadows 512
+  exits 1 compare-pictures open.exr shaded.exr --max 0.02
   # Scenes have them without a word.
   selvedge-view render "${view[@]}" -o again.exr
   selvedge-view render "${view[@]}" -o default.exr

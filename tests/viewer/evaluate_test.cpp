@@ -1,5 +1,4 @@
-// The formula of a texel in cell images and in GLSL beside the reference (format/fabric/evaluate.h): one
-// table of fabrics for all three.
+// The formula of a texel in cell images beside the reference (format/fabric/evaluate.h).
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -8,10 +7,7 @@
 #include "format/base/random.h"
 #include "format/cells/cell_texels.h"
 #include "format/fabric/evaluate.h"
-#include "format/fabric/gpu_words.h"
 #include "tests/format/fabrics.h"
-#include "tests/shared_data.h"
-#include "tests/viewer/fragment_program.h"
 #include "tests/viewer/shapes.h"
 #include "tests/viewer/sided_fabric.h"
 
@@ -69,7 +65,6 @@ struct Case {
   std::string name;
   Fabric fabric;
   std::size_t lights = 2;
-  bool in_shader = true;  ///< whose texels see no light from below
 };
 
 std::vector<Case> cases() {
@@ -88,11 +83,11 @@ std::vector<Case> cases() {
       {"many lights", random_product_fabric(4, 4, {8, 8}, 1, 5), 19},
       {"no light", random_fabric(4, 4, {3, 3}, 2, 5), 0},
       {"one texel, four lobes", random_fabric(1, 1, {3, 3}, 4, 4)},
-      {"levels with different layers", with_other_layers_by_level(), 2, false},
-      {"both sides", lit_on_both_sides(false), 11, false},
-      {"both sides turned over", turned_over(lit_on_both_sides(false)), 11, false},
-      {"both sides, products alone", lit_on_both_sides(true), 11, false},
-      {"both sides, products alone, turned over", turned_over(lit_on_both_sides(true)), 11, false},
+      {"levels with different layers", with_other_layers_by_level(), 2},
+      {"both sides", lit_on_both_sides(false), 11},
+      {"both sides turned over", turned_over(lit_on_both_sides(false)), 11},
+      {"both sides, products alone", lit_on_both_sides(true), 11},
+      {"both sides, products alone, turned over", turned_over(lit_on_both_sides(true)), 11},
   };
 }
 
@@ -139,72 +134,6 @@ double worst_texel(const Case& of, double& brightest) {
   return worst;
 }
 
-/// The query of a pixel of the shader.
-struct Query {
-  std::array<std::uint32_t, 4> place{};  ///< fabric, level, texel
-  V4f view;
-  V4f light;
-};
-
-/// The share of random queries that GLSL answers with an error above 1e-3, relative to 1 + the reference.
-double share_beyond(std::unique_ptr<GraphicsContext> context) {
-  std::vector<Fabric> fabrics;
-  for (Case& of : cases()) {
-    if (of.in_shader) fabrics.push_back(std::move(of.fabric));
-  }
-  Random random(5);
-  std::vector<Query> queries;
-  std::vector<V4f> truths;
-  for (std::size_t i = 0; i < 8000; ++i) {
-    const std::size_t number = i % fabrics.size();
-    const Fabric& fabric = fabrics[number];
-    const auto level =
-        static_cast<std::uint32_t>(random.uniform() * static_cast<double>(fabric.levels.size()));
-    const FabricLevel& of = fabric.levels[level];
-    const auto texel = static_cast<int>(random.uniform() * of.texels());
-    const V3f view = test::any_direction(random);
-    const V3f light = test::any_direction(random);
-    queries.push_back({{static_cast<std::uint32_t>(number), level, static_cast<std::uint32_t>(texel), 0},
-                       V4f(view.x, view.y, view.z, 0),
-                       V4f(light.x, light.y, light.z, 0)});
-    const Shading s =
-        evaluate(fabric, static_cast<int>(level), texel % of.width, texel / of.width, light, view);
-    truths.emplace_back(s.radiance.x * s.alpha, s.radiance.y * s.alpha, s.radiance.z * s.alpha, s.alpha);
-  }
-  const std::string fragment = shader_text("", {R"(
-struct Query { uvec4 place; vec4 view; vec4 light; };
-layout(std430, binding = 1) readonly buffer Queries { Query queries[]; };
-layout(location = 0) out vec4 result;
-uint light_count() { return 1u; }
-void light_at(uint i, out vec3 direction, out vec3 irradiance) {
-  direction = queries[uint(gl_FragCoord.x)].light.xyz;
-  irradiance = vec3(1.0);
-}
-)",
-                                                glsl::word_layout, glsl::fabric_words, glsl::evaluate, R"(
-void main() {
-  Query q = queries[uint(gl_FragCoord.x)];
-  result = vec4(0.0);
-  shade_texel(q.place.x, q.place.y, q.place.z, q.view.xyz, mat3(1.0), 1.0, result);
-}
-)"});
-  const test::Graphics graphics(std::move(context));
-  const auto results = test::run_fragments(graphics.gl, fragment, {static_cast<int>(queries.size()), 1},
-                                           gpu_words(fabrics), queries);
-  int beyond = 0;
-  float brightest = 0;
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    bool good = true;  // NaN is not
-    for (int c = 0; c < 4; ++c) {
-      good &= std::abs(results[i][c] - truths[i][c]) / (1 + truths[i][c]) <= 1e-3F;
-      brightest = std::max(brightest, truths[i][c]);
-    }
-    beyond += good ? 0 : 1;
-  }
-  CHECK(brightest > 0.1F);
-  return beyond / static_cast<double>(results.size());
-}
-
 }  // namespace
 
 TEST_CASE("texels of cell images agree with the reference evaluation, whatever the layers") {
@@ -214,20 +143,6 @@ TEST_CASE("texels of cell images agree with the reference evaluation, whatever t
     CHECK(worst_texel(of, brightest) < 2e-5);
     CHECK((of.lights == 0 || brightest > 0.1));
   }
-}
-
-TEST_CASE("GLSL agrees with the reference evaluation, whatever the layers") {
-  CHECK(share_beyond(test::need(make_osmesa_context())) == 0);
-}
-
-TEST_CASE("EGL without a surface gives a context whose shader agrees as well") {
-  auto context = make_egl_context();
-  if (!context) {
-    CHECK(context.error().code == Code::graphics_unavailable);
-    test::skip(to_line(context.error()));
-    return;
-  }
-  CHECK(share_beyond(std::move(*context)) < 0.001);
 }
 
 }  // namespace selvedge

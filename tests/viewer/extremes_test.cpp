@@ -10,6 +10,7 @@
 #include "tests/format/fabrics.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
+#include "tests/viewer/rays.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 #include "viewer/scene/surfaces.h"
@@ -62,8 +63,13 @@ Frame drawn(const Extreme& of, RenderPath path, RenderStats* stats = nullptr) {
   return frame;
 }
 
+Frame rays_of(const Extreme& of) {
+  return test::march(of.scene, of.fabrics, of.camera, {of.options.width, of.options.height},
+                     of.options.lights);
+}
+
 void on_both_paths(const Extreme& of, const std::function<void(const Frame&)>& check) {
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader}) {
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
     CAPTURE(path_names[static_cast<std::size_t>(path)]);
     check(drawn(of, path));
   }
@@ -227,7 +233,7 @@ TEST_CASE(
 
 TEST_CASE("the picture follows the light's strength from 1e-6 to 1e9") {
   Extreme of = facing_square(test::random_fabric(8, 8, 1), 3);
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader}) {
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
     of.options.lights[0].irradiance = V3f(1);
     const Frame plain = drawn(of, path);
     for (const float strength : {1e-6F, 1e9F}) {
@@ -250,7 +256,7 @@ TEST_CASE("triangles without area change nothing, and one of a kilometre is as f
   Extreme large = of;
   for (V3f& p : large.scene.primitives[0].positions) p *= 500.0F;
   for (V2d& uv : large.scene.primitives[0].tex_coords[0]) uv *= 500.0;
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader}) {
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
     const Frame plain = drawn(of, path);
     CHECK(drawn(with, path).pixels == plain.pixels);
     CHECK(apart(drawn(large, path), plain) < 1e-5);
@@ -262,7 +268,7 @@ TEST_CASE("texture coordinates a million repeats away show the same texels") {
   for (const double away : {1e6, -1e6}) {
     Extreme far = of;
     for (V2d& uv : far.scene.primitives[0].tex_coords[0]) uv += V2d(away, -away);
-    for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader})
+    for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster})
       CHECK(apart(drawn(far, path), drawn(of, path)) < 1e-6);
   }
 }
@@ -273,16 +279,16 @@ TEST_CASE("a hundred lights are a hundred times one of them") {
   Extreme hundred = one;
   hundred.options.lights.assign(100, one.options.lights[0]);
   one.options.lights[0].irradiance = V3f(100);
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader})
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster})
     CHECK(apart(drawn(hundred, path), drawn(one, path)) < 1e-4);
 }
 
-TEST_CASE("fabrics of one texel and of 4096 directions are drawn alike by both paths") {
+TEST_CASE("fabrics of one texel and of 4096 directions are drawn as rays evaluate them") {
   for (const Fabric& fabric : {test::random_fabric(1, 1, 1), test::random_fabric(4, 4, {64, 64}, 2, 1)}) {
     Extreme of = facing_square(fabric, 3);
     of.camera.to_viewer = V3d(0.3, 0.2, 0.9).normalized();
     of.options.lights[0].direction = V3d(0.6, 0, 0.8);
-    CHECK(apart(drawn(of, RenderPath::shader), drawn(of, RenderPath::hybrid)) < 1e-3);
+    CHECK(apart(rays_of(of), drawn(of, RenderPath::hybrid)) < 1e-3);
   }
 }
 
@@ -290,7 +296,7 @@ TEST_CASE("cells of 0.01 mm and of 10 m on a cloth of two metres") {
   const Fabric fabric = test::random_fabric(16, 16, 1);
   for (const double cell : {1e-5, 10.0}) {
     const Extreme of = facing_square(fabric, 2 / cell);
-    CHECK(apart(drawn(of, RenderPath::shader), drawn(of, RenderPath::hybrid)) < 1e-3);
+    CHECK(apart(rays_of(of), drawn(of, RenderPath::hybrid)) < 1e-3);
   }
 }
 

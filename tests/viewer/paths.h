@@ -1,10 +1,11 @@
-// One scene drawn by two paths.
+// A scene drawn by a path, and by rays.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 
 #include "tests/require.h"
+#include "tests/viewer/rays.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 #include "viewer/scene/surfaces.h"
@@ -55,25 +56,22 @@ inline double decibels(const Frame& frame, const Frame& fine, int larger) {
   return 10 * std::log10(255 * 255 * 4.0 * static_cast<double>(frame.pixels.size()) / std::max(sum, 1e-9));
 }
 
-/// Of the hybrid path's picture to the shader path's, which evaluates each pixel for itself. At least an
-/// eighth of the frame shows something.
-inline double decibels_apart(const Setting& setting) {
-  const Frame a = drawn(setting, RenderPath::hybrid);
-  const Frame b = drawn(setting, RenderPath::shader);
-  const auto covered = std::count_if(a.pixels.begin(), a.pixels.end(), [](const V4f& p) { return p.w > 0; });
-  CHECK(covered > static_cast<std::ptrdiff_t>(a.pixels.size() / 8));
-  const double db = decibels(a, b, 1);
-  MESSAGE("hybrid to shader: ", db, " dB");
+/// Of the hybrid path's picture to rays (rays.h). At least an eighth of the frame shows something.
+inline double decibels_to_rays(Setting setting) {
+  // The outlines of rays are smooth.
+  setting.options.supersample = 4;
+  const RenderOptions& options = setting.options;
+  const Frame frame = drawn(setting, RenderPath::hybrid);
+  const auto covered =
+      std::count_if(frame.pixels.begin(), frame.pixels.end(), [](const V4f& p) { return p.w > 0; });
+  CHECK(covered > static_cast<std::ptrdiff_t>(frame.pixels.size() / 8));
+  const double db =
+      decibels(frame,
+               march(setting.scene, setting.fabrics, camera_of(setting), {options.width, options.height},
+                     options.lights, options.shadows, options.layers, options.levels.forced),
+               1);
+  MESSAGE("hybrid to rays: ", db, " dB");
   return db;
-}
-
-/// Of the hybrid path's picture beside rays through the yarn, `larger` x `larger` of the shader path a pixel.
-inline double decibels_to_rays(const Setting& setting, int larger = 4) {
-  Setting fine = setting;
-  fine.options.width *= larger;
-  fine.options.height *= larger;
-  fine.options.levels.points = 1;
-  return decibels(drawn(setting, RenderPath::hybrid), drawn(fine, RenderPath::shader), larger);
 }
 
 }  // namespace selvedge::test

@@ -3,12 +3,15 @@
 #include <Imath/ImathBox.h>
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
+#include "format/picture/swatch_picture.h"
 #include "viewer/gl/context.h"
 #include "viewer/hybrid/raster.h"
+#include "viewer/light/pbr_brdf.h"
 #include "viewer/light/shadow_pass.h"
 
 namespace selvedge::test {
@@ -22,6 +25,7 @@ struct Garment {
   const Camera& camera;
   V2i rays;
   std::span<const Light> lights;
+  int forced = -1;  ///< level
   V3d origin{0, 0, 0};
   Materials materials{};
   MergedSurfaces mesh{};
@@ -62,8 +66,18 @@ float outline_depth(const Slopes& s, const V3f& view, float thickness) {
   return 0.5F * view.z * view.z / (level * level * std::min(bend, 0.25F / thickness));
 }
 
-/// Adds the light of a ray that meets yarn at a surface; false where it passes through a hole.
-bool shade(const Garment& garment, SeenSurface surface, int x, int y, V3f& radiance) {
+/// Where a ray meets a surface: directions in the frame of the side that is seen, texture coordinates, and
+/// their changes.
+struct Meeting {
+  V3f place, normal, tangent, up, view;
+  V2d uv;
+  std::array<V2d, 2> steps;
+  std::array<V3f, 2> turns;  ///< of the front's unit normal
+  float side = 1;
+  V3f in_frame(const V3f& d) const { return {d.dot(tangent), d.dot(up), d.dot(normal)}; }
+};
+
+Meeting meet(const Garment& garment, SeenSurface surface, double x, double y) {
   const MergedTriangle& triangle = garment.mesh.triangles[surface / 2];
   const float side = surface % 2 == 0 ? 1 : -1;
   std::array<V3d, 3> corners;
@@ -82,75 +96,157 @@ bool shade(const Garment& garment, SeenSurface surface, int x, int y, V3f& radia
     return view_direction(garment.camera, part * 2.0 - V2d(1));
   };
   // Weights of the second and third corner where a ray meets the triangle's plane.
-  const auto meet = [&](double ray_x, double ray_y) {
+  const auto weights = [&](double ray_x, double ray_y) {
     const V3d ray = towards_viewer(ray_x, ray_y);
     const V3d a = corners[1] - corners[0];
     const V3d b = corners[2] - corners[0];
-    const V3d from = garment.camera.position - garment.origin - corners[0];
+    V3d from = garment.camera.position - garment.origin - corners[0];
+    if (garment.camera.projection == Projection::parallel) {
+      const V2d part = (V2d(ray_x, ray_y) + V2d(0.5)) / V2d(garment.rays);
+      const V2d at_window = garment.camera.window_centre + (part * 2.0 - V2d(1)) * garment.camera.window_half;
+      from += garment.camera.right * at_window.x + garment.camera.up * at_window.y;
+    }
     const V3d h = ray.cross(b);
     return V2d(from.dot(h), ray.dot(from.cross(a))) / a.dot(h);
   };
-  const auto along = []<class T>(const std::array<T, 3>& values, const V2d& weights) {
+  const auto along = []<class T>(const std::array<T, 3>& values, const V2d& by) {
     using Number = typename T::BaseType;
-    return (values[1] - values[0]) * static_cast<Number>(weights.x) +
-           (values[2] - values[0]) * static_cast<Number>(weights.y);
+    return (values[1] - values[0]) * static_cast<Number>(by.x) +
+           (values[2] - values[0]) * static_cast<Number>(by.y);
   };
-  const V2d at = meet(x, y);
-  const std::array steps{meet(x + 1, y) - at, meet(x, y + 1) - at};
+  const V2d at = weights(x, y);
 
-  const V3f view(towards_viewer(x, y));
-  V3f normal = normals[0] + along(normals, at);
-  const float length = normal.length();
-  normal *= side / length;
-  if (const float facing = normal.dot(view); facing < horizon)
-    normal = (normal + view * (horizon - facing)).normalized();
-  V3f tangent = tangents[0] + along(tangents, at);
-  tangent = (tangent - normal * normal.dot(tangent)).normalized();
-  const V3f up = normal.cross(tangent) * (side * triangle.handedness);
-  const auto in_frame = [&](const V3f& d) { return V3f(d.dot(tangent), d.dot(up), d.dot(normal)); };
+  Meeting m;
+  m.side = side;
+  m.view = V3f(towards_viewer(x, y));
+  m.place = V3f(corners[0] + along(corners, at));
+  m.uv = uvs[0] + along(uvs, at);
+  m.normal = normals[0] + along(normals, at);
+  const float length = m.normal.length();
+  for (std::size_t i = 0; i < 2; ++i) {
+    const V2d step = weights(x + (i == 0 ? 1 : 0), y + (i == 0 ? 0 : 1)) - at;
+    m.steps[i] = along(uvs, step);
+    m.turns[i] = along(normals, step) / length;
+  }
+  m.normal *= side / length;
+  if (const float facing = m.normal.dot(m.view); facing < horizon)
+    m.normal = (m.normal + m.view * (horizon - facing)).normalized();
+  m.tangent = tangents[0] + along(tangents, at);
+  m.tangent = (m.tangent - m.normal * m.normal.dot(m.tangent)).normalized();
+  m.up = m.normal.cross(m.tangent) * (side * triangle.handedness);
+  return m;
+}
 
-  const int number = garment.materials.surfaces[triangle.surface].fabric;
-  const Fabric& fabric = garment.fabrics[2 * number + surface % 2];
+/// Calls body(direction in the frame, irradiance, share outside of shadows) for each light.
+template <class Body>
+void for_each_light(const Garment& garment, const Meeting& m, const Body& body) {
+  for (std::size_t i = 0; i < garment.lights.size(); ++i) {
+    const Light& light = garment.lights[i];
+    const Illumination there = light_at(light, garment.origin + V3d(m.place));
+    const V3f towards(there.direction);
+    const V3f l = m.in_frame(towards);
+    float share = 1;
+    for (const ShadowMap& map : garment.shadows) {
+      if (map.view.light == i) share = shadow_share(map, m.place, l.z < 0 ? -m.normal : m.normal, towards);
+    }
+    body(l, there.irradiance, share);
+  }
+}
+
+/// Radiance of the yarn that a ray meets, and 1; 0 where it passes through a hole.
+V4f shade_yarn(const Garment& garment, const Fabric& fabric, const Meeting& m) {
   const Yarns& yarns = *fabric.levels.front().yarns();
   Slopes slopes;
   for (std::size_t i = 0; i < 2; ++i) {
-    slopes.place[i] = V2f(along(uvs, steps[i])) * V2f(yarns.period().x, -yarns.period().y);
-    const V3f turn = in_frame(along(normals, steps[i]) / length);
+    slopes.place[i] = V2f(m.steps[i]) * V2f(yarns.period().x, -yarns.period().y);
+    const V3f turn = m.in_frame(m.turns[i]);
     slopes.normal[i] = {turn.x, turn.y};
   }
-  const V3f v = in_frame(view);
-  const auto hit =
-      yarns.trace(uvs[0] + along(uvs, at), fabric.reference_height, v, width_across_view(slopes));
-  if (!hit) return false;
+  const V3f v = m.in_frame(m.view);
+  const auto hit = yarns.trace(m.uv, fabric.reference_height, v, width_across_view(slopes));
+  if (!hit) return V4f(0);
   const float z = yarns.inside().segments[hit->segment].start.z + hit->from_start.z;
   const float below = fabric.reference_height - z;
   const float deepest = outline_depth(slopes, v, fabric.reference_height - yarns.inside().low);
-  if (below > deepest || (side < 0 && below < -deepest)) return false;
+  if (below > deepest || (m.side < 0 && below < -deepest)) return V4f(0);
 
   YarnPoint point = yarns.point_at(*hit);
   yarns.add_strands(point, v);
-  const V3f place(corners[0] + along(corners, at));
-  for (std::size_t i = 0; i < garment.lights.size(); ++i) {
-    const V3f towards(garment.lights[i].direction);
-    const V3f l = in_frame(towards);
+  V3f sum(0);
+  for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float share) {
     const bool through = l.z < 0;
-    if (through && yarns.data().through.empty()) continue;
+    if (through && yarns.data().through.empty()) return;
     V3f f = indirect_light(yarns.transfer_at(point, through), through ? mirrored(l) : l) * point.brightness;
     const V3f lit = through ? V3f(0) : yarns.direct(point, l, v);
     if (lit != V3f(0) && !yarns.occluded(*hit, point, l)) f += lit;
-    for (const ShadowMap& map : garment.shadows) {
-      if (map.view.light == i) f *= shadow_share(map, place, through ? -normal : normal, towards);
-    }
-    radiance += f * garment.lights[i].irradiance;
+    sum += f * irradiance * share;
+  });
+  return {sum.x, sum.y, sum.z, 1};
+}
+
+/// Radiance by each light and opacity of the texels under a pixel, of which this is the middle; of a forced
+/// level, of the nearest one.
+std::vector<V4f> shade_texels(const Garment& garment, const Fabric& fabric, const Meeting& m) {
+  LevelOptions levels;
+  levels.forced = garment.forced;
+  const double rays = rays_per_side;
+  const Footprint pixel{m.uv, m.steps[0] * rays, m.steps[1] * rays};
+  std::vector<V4f> by_light;
+  for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float) {
+    const Illumination light{V3d(l), irradiance};
+    const V4f p = shade_pixel(fabric, levels, pixel, m.in_frame(m.view), {&light, 1});
+    by_light.push_back(p.w > 0 ? V4f(p.x / p.w, p.y / p.w, p.z / p.w, p.w) : V4f(0));
+  });
+  return by_light;
+}
+
+/// Texels under pixels, which all rays of a pixel share.
+using PixelTexels = std::map<std::pair<std::uint32_t, SeenSurface>, std::vector<V4f>>;
+
+/// Radiance and opacity of a surface.
+V4f shade(const Garment& garment, SeenSurface surface, int x, int y, PixelTexels& texels) {
+  const std::uint32_t number = garment.mesh.triangles[surface / 2].surface;
+  const SurfaceMaterial& material = garment.materials.surfaces[number];
+  const Meeting m = meet(garment, surface, x, y);
+  if (material.fabric < 0) {
+    const PbrMaterial& pbr = garment.materials.pbr[number];
+    const V4f& base = material.base_color;
+    const PbrPoint point{V3f(base.x, base.y, base.z), pbr.metallic, pbr.roughness};
+    V3f sum(0);
+    for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float share) {
+      sum += pbr_brdf(point, V3f(0, 0, 1), m.in_frame(m.view), l) * irradiance * share;
+    });
+    return {sum.x, sum.y, sum.z, 1};
   }
-  return true;
+  const Fabric& fabric = garment.fabrics[2 * material.fabric + surface % 2];
+  V4f shaded(0);
+  if (garment.forced < 0 && fabric.levels.front().yarns()) {
+    shaded = shade_yarn(garment, fabric, m);
+  } else {
+    const V2i pixel(x / rays_per_side, y / rays_per_side);
+    const auto place = static_cast<std::uint32_t>(pixel.y * garment.rays.x + pixel.x);
+    std::vector<V4f>& by_light = texels[{place, surface}];
+    if (garment.forced >= 0) {
+      by_light = shade_texels(garment, fabric, m);
+    } else if (by_light.empty()) {
+      const V2d middle = (V2d(pixel) + V2d(0.5)) * double{rays_per_side} - V2d(0.5);
+      by_light = shade_texels(garment, fabric, meet(garment, surface, middle.x, middle.y));
+    }
+    auto light = by_light.begin();
+    for_each_light(garment, m, [&](const V3f&, const V3f&, float share) {
+      shaded += V4f(light->x * share, light->y * share, light->z * share, 0);
+      shaded.w = light++->w;
+    });
+  }
+  if (!material.keeps_opacity) shaded.w = 1;
+  return shaded;
 }
 
 }  // namespace
 
 Frame march(const Scene& scene, std::span<const Fabric> fabrics, const Camera& camera, const V2i& size,
-            std::span<const Light> lights, int shadows) {
-  Garment garment{camera, size * rays_per_side, lights};
+            std::span<const Light> lights, int shadows, int layers, int forced) {
+  Garment garment{camera, size * rays_per_side, lights, forced};
   Imath::Box3d bounds;
   for (const V3d& point : value_or_throw(world_points(scene))) bounds.extendBy(point);
   garment.origin = bounds.center();
@@ -179,16 +275,24 @@ Frame march(const Scene& scene, std::span<const Fabric> fabrics, const Camera& c
     std::vector<DeepHit> hits;
     for (const Raster& side : sides) side.find(strip, numbers, hits);
     std::ranges::sort(hits, {}, [](const DeepHit& hit) { return std::pair(hit.pixel, hit.depth); });
-    std::uint32_t met = ~0U;
+    PixelTexels texels;
+    std::uint32_t pixel = ~0U;
+    int layer = 0;
+    float left = 1;  // share of the light from behind that reaches the viewer
     for (const DeepHit& hit : hits) {
+      if (hit.pixel != pixel) {
+        pixel = hit.pixel;
+        layer = 0;
+        left = 1;
+      }
+      if (layer++ >= layers || left <= 0) continue;
       const int x = static_cast<int>(hit.pixel) % rays.x;
       const int y = static_cast<int>(hit.pixel) / rays.x;
-      V3f radiance(0);
-      if (hit.pixel == met || !shade(garment, hit.surface, x, y, radiance)) continue;
-      met = hit.pixel;
-      const int row = size.y - 1 - y / rays_per_side;
-      frame.pixels[row * size.x + x / rays_per_side] +=
-          V4f(radiance.x, radiance.y, radiance.z, 1) / (rays_per_side * rays_per_side);
+      const V4f shaded = shade(garment, hit.surface, x, y, texels);
+      const float share = left * shaded.w / (rays_per_side * rays_per_side);
+      frame.pixels[(size.y - 1 - y / rays_per_side) * size.x + x / rays_per_side] +=
+          V4f(shaded.x, shaded.y, shaded.z, 1) * share;
+      left *= 1 - shaded.w;
     }
   });
   return frame;

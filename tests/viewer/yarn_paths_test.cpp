@@ -87,7 +87,7 @@ TEST_CASE("the outline of a ball is its yarn's, so deep below the surface as the
     }
     return static_cast<float>(widest);
   };
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster, RenderPath::shader}) {
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
     const float whole = width_of(0, path);
     for (const float depth : {0.5F, 1.0F, 2.0F})
       CHECK(std::abs(width_of(depth, path) - (1 - depth / ball) * whole) < 3.5);

@@ -1,4 +1,4 @@
-// The interface of the render paths, and their inputs.
+// The inputs of a frame.
 #pragma once
 
 #include <memory>
@@ -32,18 +32,6 @@ struct FrameView {
   /// Share of DrawOptions::around that reaches the vertices; empty: all.
   std::span<const SmoothLight> around_vertices{};
   std::shared_ptr<const Reflections> reflections = nullptr;  ///< of DrawOptions::environment; null: none
-};
-
-class FramePath {
- public:
-  FramePath() = default;
-  FramePath(const FramePath&) = delete;
-  FramePath& operator=(const FramePath&) = delete;
-  /// The context must be current whenever a function of a path is called, the destructor included.
-  virtual ~FramePath() = default;
-  virtual Result<void> resize(const FrameSize& size) = 0;
-  /// Fills all pixels of `frame`, which has the size of the last resize() already; adds to `stats`.
-  virtual Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats) = 0;
 };
 
 }  // namespace selvedge

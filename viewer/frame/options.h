@@ -18,10 +18,10 @@
 namespace selvedge {
 
 /// The processor that shades: the CPU (hybrid), the CPU, which also finds the triangles where it can
-/// (raster), OpenGL (shader), or the CPU with nearest texels and all colours of the index pass rounded to 8
+/// (raster), or the CPU with nearest texels and all colours of the index pass rounded to 8
 /// bits, as published (paper); docs/view.md.
-enum class RenderPath { hybrid, raster, shader, paper };
-inline constexpr std::array<std::string_view, 4> path_names{"hybrid", "raster", "shader", "paper"};
+enum class RenderPath { hybrid, raster, paper };
+inline constexpr std::array<std::string_view, 3> path_names{"hybrid", "raster", "paper"};
 
 /// Sizes that determine the memory of a renderer.
 struct FrameSize {
@@ -84,7 +84,7 @@ struct RenderStats {
       0;  ///< context, vertices, fabrics; once for all frames, and textures, of all frames so far
   double project = 0;   ///< projecting vertices and sorting triangles into bands
   double shadows = 0;   ///< drawing shadow maps, and reading them back for the CPU
-  double geometry = 0;  ///< drawing with OpenGL; on the shader path, all work until its pixels are read
+  double geometry = 0;  ///< drawing with OpenGL
   double read_back = 0;
   double evaluation = 0;  ///< texels, frames and shading on the CPU
   double filter = 0;

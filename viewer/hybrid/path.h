@@ -1,5 +1,4 @@
 // The hybrid path (paper section 6): OpenGL writes triangle numbers, the CPU finds texels and shades them.
-// Also probes pixels for all paths.
 #pragma once
 
 #include <array>
@@ -15,7 +14,7 @@
 
 namespace selvedge {
 
-class HybridPath final : public FramePath {
+class HybridPath {
  public:
   /// `gl` and `scene` must outlive the object. With RenderPath::paper, what OpenGL would write in the
   /// published path is rounded to its colours of 8 bits, nearest texels alone; with RenderPath::raster, the
@@ -23,8 +22,10 @@ class HybridPath final : public FramePath {
   static Result<std::unique_ptr<HybridPath>> create(const GlFunctions& gl, const PreparedScene& scene,
                                                     const FrameSize& size, RenderPath kind);
 
-  Result<void> resize(const FrameSize& size) override;
-  Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats) override;
+  Result<void> resize(const FrameSize& size);
+  /// Fills all pixels of `frame`, which has the size of the last resize() already; adds to `stats`. The
+  /// context must be current whenever a function of the path is called, the destructor included.
+  Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats);
 
   /// As Renderer::probe().
   Result<std::optional<PixelProbe>> probe(const FrameView& view, const V2i& pixel);

@@ -21,8 +21,7 @@ Result<std::unique_ptr<VisibilityPass>> VisibilityPass::create(const GlFunctions
                                                                const FrameBands& bands) {
   std::unique_ptr<VisibilityPass> pass(new VisibilityPass(gl, mesh, materials));
   for (std::size_t later = 0; later < 2; ++later) {
-    const Result<GLuint> program =
-        pass->pbr_.triangle_program(pass->objects_, "#define LISTED\n", later != 0);
+    const Result<GLuint> program = pass->pbr_.triangle_program(pass->objects_, later != 0);
     if (!program) return tl::unexpected(program.error());
     pass->programs_[later] = *program;
   }

@@ -1,6 +1,5 @@
 // glTF 2.0's metallic-roughness material (specification, appendix B): a Lambertian base under a layer of GGX
-// microfacets with Smith's separable masking and shadowing and Schlick's Fresnel term. pbr_brdf.glsl is the
-// GLSL twin, held to this one by tests.
+// microfacets with Smith's separable masking and shadowing and Schlick's Fresnel term.
 #pragma once
 
 #include <algorithm>

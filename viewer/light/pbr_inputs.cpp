@@ -54,14 +54,11 @@ PbrInputs::PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Ma
   if (!mesh.colors.empty()) vertex_colours_ = objects_.buffer(mesh.colors);
 }
 
-std::string PbrInputs::definitions() const {
-  if (!needed_) return "";
-  return fmt::format("#define PBR\n#define MAPPINGS {}\n{}", more_uvs_ + 1,
-                     vertex_colours_ != 0 ? "#define VERTEX_COLOURS\n" : "");
-}
-
-Result<GLuint> PbrInputs::triangle_program(GlObjects& objects, const std::string& more, bool later) const {
-  const std::string all = definitions() + more + (later ? "#define LATER\n" : "");
+Result<GLuint> PbrInputs::triangle_program(GlObjects& objects, bool later) const {
+  std::string all = later ? "#define LATER\n" : "";
+  if (needed_)
+    all += fmt::format("#define PBR\n#define MAPPINGS {}\n{}", more_uvs_ + 1,
+                       vertex_colours_ != 0 ? "#define VERTEX_COLOURS\n" : "");
   return objects.program(shader_text(all, {needed_ ? glsl::pbr_vertex : "", glsl::triangle_vertex}),
                          shader_text(all, {needed_ ? glsl::pbr_fragment : "", glsl::triangle_fragment}));
 }

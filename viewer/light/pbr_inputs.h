@@ -1,5 +1,5 @@
 // Inputs of OpenGL's geometry passes for materials without fabric: pictures, texture coordinates, vertex
-// colours, and uniforms per surface. Shared by the hybrid and the shader path.
+// colours, and uniforms per surface.
 #pragma once
 
 #include <string>
@@ -31,10 +31,8 @@ class PbrInputs {
 
   /// Whether some surface needs a PbrPixel.
   bool needed() const { return needed_; }
-  /// The #define lines of the shaders: PBR if needed, MAPPINGS and VERTEX_COLOURS.
-  std::string definitions() const;
-  /// The program of triangle_vertex.glsl and triangle_fragment.glsl, with further definitions.
-  Result<GLuint> triangle_program(GlObjects& objects, const std::string& more, bool later) const;
+  /// The program of triangle_vertex.glsl and triangle_fragment.glsl.
+  Result<GLuint> triangle_program(GlObjects& objects, bool later) const;
   Result<TriangleTarget> make_target(GlObjects& objects, GLenum depth_format, int width, int height) const;
   /// Adds the vertices' attributes to a vertex array, at the locations of pbr_vertex.glsl.
   void attach(GLuint array) const;

@@ -126,7 +126,7 @@ void ShadowPass::project(GLuint program, const ShadowView& view) const {
 Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
   if (std::equal(views.begin(), views.end(), views_.begin(), views_.end())) return {};
   maps_objects_.clear();
-  texture_ = buffer_ = 0;
+  texture_ = 0;
   views_.clear();
   maps_.clear();
   if (views.empty()) return {};
@@ -146,15 +146,12 @@ Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
   gl_.DepthFunc(GL_LESS);
   gl_.Viewport(0, 0, size, size);
   gl_.BindVertexArray(array_);
-  std::vector<V4f> words;
   constexpr GLfloat farthest = 1;
   for (std::size_t i = 0; i < views.size(); ++i) {
     gl_.NamedFramebufferTextureLayer(framebuffer_, GL_DEPTH_ATTACHMENT, texture_, 0, static_cast<GLint>(i));
     if (gl_.CheckNamedFramebufferStatus(framebuffer_, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
       return fail(Code::graphics_unavailable, "", "shadow map", "OpenGL refuses it");
     gl_.ClearNamedFramebufferfv(framebuffer_, GL_DEPTH, 0, &farthest);
-    words.insert(words.end(), views[i].rows.begin(), views[i].rows.end());
-    words.emplace_back(static_cast<float>(size), views[i].texel, 0.0F, 0.0F);
     project(program_, views[i]);
     draw_triangles(gl_, 0, triangles_);
     if (!masked_.empty()) project(masked_program_, views[i]);
@@ -166,7 +163,6 @@ Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
     }
   }
   gl_.Disable(GL_DEPTH_CLAMP);
-  buffer_ = maps_objects_.buffer(words);
   views_.assign(views.begin(), views.end());
   return check_errors(gl_, "shadow maps");
 }

@@ -27,10 +27,6 @@ class ShadowPass {
   Result<void> draw(std::span<const ShadowView> views);
 
   std::span<const ShadowView> views() const { return views_; }
-  /// A texture array of depths, one layer for each view, and the buffer of shadow_lookup.glsl; 0 without
-  /// views.
-  GLuint texture() const { return texture_; }
-  GLuint buffer() const { return buffer_; }
   /// The maps on the CPU, read back once after they are drawn.
   std::span<const ShadowMap> read();
 
@@ -59,7 +55,6 @@ class ShadowPass {
   std::vector<Masked> masked_;
   GLuint framebuffer_ = 0;
   GLuint texture_ = 0;
-  GLuint buffer_ = 0;
   std::vector<ShadowView> views_;
   std::vector<ShadowMap> maps_;
 };

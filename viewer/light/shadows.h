@@ -1,5 +1,4 @@
-// Shadow maps: the depth of the surfaces nearest to each light. All paths look them up with the same formula
-// (shadow_lookup.glsl is the GLSL twin).
+// Shadow maps: the depth of the surfaces nearest to each light, and their look-up.
 #pragma once
 
 #include <array>

@@ -7,7 +7,6 @@
 
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
-#include "format/fabric/gpu_words.h"
 #include "format/fabric/light_sampler.h"
 #include "tests/format/fabric_sides.h"
 #include "tests/format/fabrics.h"
@@ -84,7 +83,6 @@ TEST_CASE("the library gives every layer of a fabric of products, as it was writ
     REQUIRE(data.light_basis.size() == 3 * level.bases->light.size());
     CHECK(data.light_basis[4] == level.bases->light[1].y);
   }
-  CHECK(file.gpu_words() == gpu_words({&fabric, 1}));
 }
 
 TEST_CASE("the library gives the yarn as it was written, and shows it at level -1") {

@@ -1,5 +1,5 @@
 // Materials without a fabric: the formula of glTF's appendix B against its own text and closed forms,
-// pictures against that, and the two paths against each other.
+// pictures against that.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -7,10 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "format/gltf/read_scene.h"
 #include "format/picture/image.h"
 #include "tests/require.h"
-#include "tests/shared_data.h"
 #include "tests/viewer/paths.h"
 #include "viewer/light/pbr_brdf.h"
 #include "viewer/light/reflections.h"
@@ -67,78 +65,6 @@ double furnace(double base, double metallic, double roughness, double view_angle
     }
   }
   return sum * (pi / 2 / rings) * (2 * pi / spokes);
-}
-
-/// A picture of smooth noise, or of a normal map where `normals` is set.
-SceneImage picture(int width, int height, std::uint64_t seed, bool normals) {
-  Image image{width, height, 4, {}};
-  Random random(seed, 0);
-  const auto phase = [&] { return 2 * pi * random.uniform(); };
-  std::array<double, 8> phases{};
-  for (double& p : phases) p = phase();
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const auto wave = [&](std::size_t k, double fx, double fy) {
-        return std::sin(2 * pi * (fx * x / width + fy * y / height) + phases[k]);
-      };
-      for (std::size_t c = 0; c < 4; ++c) {
-        const auto turns = static_cast<double>(c + 1);
-        double value = 0.5 + 0.25 * wave(2 * c, turns, 2) + 0.25 * wave(2 * c + 1, 1, 5 - turns);
-        if (normals) value = c == 2 ? 0.95 : 0.5 + 0.3 * (value - 0.5);
-        image.pixels.push_back(static_cast<float>(value));
-      }
-    }
-  }
-  const auto png = test::need(encode_png(image, normals ? Transfer::keep : Transfer::srgb));
-  return {normals ? "normals" : "waves", "image/png", png};
-}
-
-/// A material that has everything: five textures under different transforms, wraps and coordinates.
-SceneMaterial everything() {
-  SceneMaterial m;
-  m.base_color = V4f(0.9F, 0.8F, 1, 1);
-  m.base_color_texture.image = 0;
-  m.base_color_texture.transform.scale = V2d(5, 3);
-  m.base_color_texture.transform.rotation = 0.4;
-  m.metallic = 0.8F;
-  m.roughness = 0.9F;
-  m.metallic_roughness_texture.image = 1;
-  m.metallic_roughness_texture.wrap_u = Wrap::mirror;
-  m.metallic_roughness_texture.transform.scale = V2d(3, 2);
-  m.normal_texture.image = 2;
-  m.normal_texture.transform.scale = V2d(8, 4);
-  m.normal_scale = 1.5F;
-  m.occlusion_texture.image = 1;
-  m.occlusion_texture.tex_coord = 1;
-  m.occlusion_texture.wrap_v = Wrap::clamp;
-  m.occlusion_strength = 0.7F;
-  m.emissive = V3f(0.05F, 0.02F, 0.1F);
-  m.emissive_texture.image = 3;
-  m.emissive_texture.nearest = true;
-  m.emissive_texture.transform.offset = V2d(0.3, 0.1);
-  return m;
-}
-
-test::Setting everything_on_a_sphere() {
-  test::Setting setting;
-  ScenePrimitive sphere = test::sphere(64, 32, V2d(1, 1));
-  for (std::size_t i = 0; i < sphere.positions.size(); ++i) {
-    const V3f& p = sphere.positions[i];
-    sphere.tex_coords[1].emplace_back(p.x * 2.0, p.y * 2.0);
-    sphere.colors.emplace_back(0.5F + 0.5F * p.x, 1, 0.7F + 0.3F * p.y, 1);
-  }
-  test::add(setting.scene, sphere, everything());
-  setting.scene.images = {picture(64, 32, 1, false), picture(48, 48, 2, false), picture(64, 64, 3, true),
-                          picture(16, 16, 4, false)};
-  setting.options.width = 300;
-  setting.options.height = 200;
-  setting.camera.elevation = 20;
-  Light lamp;
-  lamp.kind = LightKind::point;
-  lamp.position = V3d(-1.5, 1, 2);
-  lamp.irradiance = V3f(2, 3, 4);
-  setting.options.lights = {{V3d(0.48, 0.6, 0.64), V3f(3, 2, 1)}, lamp};
-  return setting;
 }
 
 }  // namespace
@@ -217,7 +143,7 @@ TEST_CASE("a sphere in a core material shows the specification's formula on eith
     const Light light{V3d(0.48, 0.6, 0.64), V3f(3, 2, 1)};
     setting.options.lights = {light};
     const Camera camera = test::camera_of(setting);
-    for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+    for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
       const Frame frame = test::drawn(setting, path);
       double worst = 0;
       int compared = 0;
@@ -247,22 +173,6 @@ TEST_CASE("a sphere in a core material shows the specification's formula on eith
   }
 }
 
-TEST_CASE("hybrid and shader agree on a material that has everything") {
-  test::Setting setting = everything_on_a_sphere();
-  CHECK(test::decibels_apart(setting) > 30);
-  setting.options.supersample = 2;
-  CHECK(test::decibels_apart(setting) > 30);
-  setting.options.supersample = 1;
-  setting.scene.materials[0].alpha_mode = AlphaMode::mask;
-  setting.scene.materials[0].alpha_cutoff = 0.45F;
-  setting.scene.materials[0].double_sided = true;
-  CHECK(test::decibels_apart(setting) > 30);
-  setting.scene.materials[0].alpha_mode = AlphaMode::blend;
-  CHECK(test::decibels_apart(setting) > 30);
-  setting.scene.materials[0].unlit = true;
-  CHECK(test::decibels_apart(setting) > 30);
-}
-
 TEST_CASE("a fabric's material gives its own light on top of the fabric's") {
   test::Setting setting;
   SceneMaterial plain = test::material(0);
@@ -270,7 +180,7 @@ TEST_CASE("a fabric's material gives its own light on top of the fabric's") {
   setting.fabrics = {test::lambert_fabric(4, V3f(0.5F), 0.5F)};
   setting.options.width = setting.options.height = 32;
   setting.options.lights = {{V3d(0, 0, 1), V3f(1)}};
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
     setting.scene.materials[0].emissive = V3f(0);
     const V4f dark = test::drawn(setting, path).pixels[16 * 32 + 16];
     setting.scene.materials[0].emissive = V3f(0.25F, 0.5F, 2);
@@ -297,7 +207,7 @@ TEST_CASE("normals turn with their texture, on the back the other way, and unlit
   setting.options.ambient = 0;
   setting.camera.projection = Projection::parallel;
   const V3d normal = V3d(2 * 204 / 255.0 - 1, 2 * 128 / 255.0 - 1, 2 * 230 / 255.0 - 1).normalized();
-  for (const RenderPath path : {RenderPath::hybrid, RenderPath::shader}) {
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
     for (const bool back : {false, true}) {
       setting.camera.azimuth = back ? 180 : 0;
       setting.scene.materials[0].unlit = false;
@@ -312,26 +222,6 @@ TEST_CASE("normals turn with their texture, on the back the other way, and unlit
       setting.scene.materials[0].unlit = true;
       CHECK(test::drawn(setting, path).pixels[16 * 32 + 16].y == doctest::Approx(1 / pi));
     }
-  }
-}
-
-TEST_CASE("hybrid and shader agree on real scenes with textures, normals, colours and glass") {
-  const std::string garments = test::shared_data("garments/khronos/");
-  if (garments.empty()) return;
-  for (const char* name :
-       {"TextureSettingsTest/glTF/TextureSettingsTest.gltf",
-        "NormalTangentTest/glTF-Binary/NormalTangentTest.glb",
-        "VertexColorTest/glTF-Binary/VertexColorTest.glb", "MultiUVTest/glTF/MultiUVTest.gltf",
-        "SheenChair/glTF/SheenChair.gltf", "ToyCar/glTF/ToyCar.gltf"}) {
-    CAPTURE(name);
-    test::Setting setting;
-    setting.scene = test::need(read_scene(garments + name));
-    setting.options.width = 200;
-    setting.options.height = 150;
-    setting.camera.azimuth = 20;
-    setting.camera.elevation = 10;
-    setting.options.lights = default_lights(test::camera_of(setting));
-    CHECK(test::decibels_apart(setting) > 30);
   }
 }
 

@@ -81,7 +81,7 @@ TEST_CASE("a picture at rest gets nine samples a pixel, and a change begins anew
   test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
   CHECK(same(picture->frame(), first));
   CHECK(test::need(picture->refine(state)));
-  state.path = static_cast<int>(RenderPath::shader);
+  state.path = static_cast<int>(RenderPath::paper);
   test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
   CHECK_FALSE(test::need(picture->refine(state)));
 }
