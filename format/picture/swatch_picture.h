@@ -12,7 +12,7 @@
 
 namespace selvedge {
 
-/// What a pixel shows: texture coordinates of its centre, and their change to the next one to the right and
+/// A pixel on cloth: texture coordinates of its centre, and their change to the next one to the right and
 /// upwards, repeats.
 struct Footprint {
   V2d uv{0, 0}, right{0, 0}, up{0, 0};

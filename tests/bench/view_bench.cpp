@@ -349,7 +349,8 @@ void write_swatch(const std::vector<std::string>& arguments) {
   const V2i picture(std::stoi(arguments.at(2)), std::stoi(arguments.at(3)));
   const int finer = std::stoi(arguments.at(4));
   const V2d period(fabric.period_mm);
-  const SwatchShot shot = swatch_shot(swatch_views.at(view), period, picture.x * finer, picture.y * finer);
+  const SwatchShot shot =
+      swatch_shot(all_swatch_views.at(view), period, picture.x * finer, picture.y * finer);
   const Frame fine =
       test::march(swatch_scene(period, shot), {&fabric, 1}, shot.camera, picture * finer, shot.lights);
   Frame frame{picture.x, picture.y, std::vector<V4f>(std::size_t{1} * picture.x * picture.y, V4f(0))};

@@ -1,4 +1,4 @@
-// What a fit makes of samples that no good bake gives: always a valid fabric, or an error with its place.
+// A fit of samples that no good bake gives is always a valid fabric, or an error with its place.
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -14,8 +14,6 @@
 namespace selvedge {
 namespace {
 
-/// A triangle that touches more units along one side is looked at pixel by pixel.
-constexpr int most_units = 6;
 /// Smaller shares of a light are not seen.
 constexpr float unseen_share = 1.0F / 256;
 constexpr std::size_t chunk = 2048;
@@ -82,21 +80,8 @@ CellPass::CellPass(const PreparedScene& scene)
   numbers_.resize(seen_patches_.size());
   calls_.resize(seen_patches_.size());
   for_all(mesh.triangles.size(), [&](std::size_t i) {
-    const auto& corners = mesh.triangles[i].corners;
     outline_rises_[i] = outline_rise(i);
-    const V2f first = mesh.uv(corners[0]);
-    const auto units = static_cast<float>(store_.patches().units_of_repeat());
-    V2f low(HUGE_VALF, HUGE_VALF);
-    V2f high(-HUGE_VALF, -HUGE_VALF);
-    for (const std::uint32_t corner : corners) {
-      const V2f at = (mesh.uv(corner) - V2f(std::floor(first.x), std::floor(first.y))) * units;
-      low = {std::min(low.x, std::floor(at.x)), std::min(low.y, std::floor(at.y))};
-      high = {std::max(high.x, std::floor(at.x)), std::max(high.y, std::floor(at.y))};
-    }
-    if (!(high.x - low.x < most_units && high.y - low.y < most_units)) return;
-    if (!(std::abs(low.x) < 100 && std::abs(low.y) < 100)) return;
-    extents_[i] = {static_cast<std::int16_t>(low.x), static_cast<std::int16_t>(low.y),
-                   static_cast<std::int16_t>(high.x), static_cast<std::int16_t>(high.y)};
+    extents_[i] = store_.patches().extent(mesh, i);
   });
 }
 
@@ -425,18 +410,14 @@ void CellPass::collect(bool behind, int shared) {
   const Patches& patches = store_.patches();
   for (std::uint32_t i = 0; i < seen_.size(); ++i) {
     if (seen_[i] == 0) continue;
-    const Extent& extent = extents_[i];
-    for (int v = extent.low_v; v <= extent.high_v; ++v) {
-      for (int u = extent.low_u; u <= extent.high_u; ++u) {
-        const std::uint32_t patch = patches.at(patches.place(i), u, v);
-        for (std::uint32_t side = 0; side < 2; ++side) {
-          if ((seen_[i] >> side & 1) == 0) continue;
-          PatchNeed& of = need(2 * patch + side, behind, shared);
-          of.lit |= always | shares_[i].lit;
-          of.unlit |= shares_[i].unlit;
-        }
+    patches.for_all(patches.place(i), extents_[i], [&](std::uint32_t patch) {
+      for (std::uint32_t side = 0; side < 2; ++side) {
+        if ((seen_[i] >> side & 1) == 0) continue;
+        PatchNeed& of = need(2 * patch + side, behind, shared);
+        of.lit |= always | shares_[i].lit;
+        of.unlit |= shares_[i].unlit;
       }
-    }
+    });
   }
   for (std::uint32_t i = 0; i < seen_patches_.size(); ++i) {
     if (seen_patches_[i] == 0) continue;

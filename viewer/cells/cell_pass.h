@@ -77,11 +77,6 @@ class CellPass {
     bool at_outline = false;  ///< rays may leave the yarn again that they entered
   };
   enum class Kind : std::uint8_t { none, changed, plain };
-  /// Units of patches that a triangle touches, from its place; too many: none.
-  struct Extent {
-    std::int16_t low_u = 0, low_v = 0, high_u = -1, high_v = -1;
-    bool is_large() const { return high_u < low_u; }
-  };
   void light_vertices();
   void slope_vertices();
   V3f to_viewer(const V3f& point) const;
@@ -119,7 +114,7 @@ class CellPass {
   CellLights lights_;
   std::uint32_t mapped_ = 0;                      ///< lights with a shadow map
   std::vector<Kind> kinds_;                       ///< of triangles
-  std::vector<Extent> extents_;                   ///< of triangles
+  std::vector<Patches::Extent> extents_;          ///< of triangles
   std::vector<float> beyond_;                     ///< of vertices: CellLights::brightness()
   std::vector<std::array<float, 2>> brightness_;  ///< of vertices, front and back
   /// Of vertices: slopes of rays along the tangent and the normal x tangent, cosine between normal and ray.

@@ -135,6 +135,21 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
   add_up(mesh);
 }
 
+Patches::Extent Patches::extent(const MergedSurfaces& mesh, std::size_t triangle) const {
+  const auto& corners = mesh.triangles[triangle].corners;
+  const V2f first = mesh.uv(corners[0]);
+  const auto units = static_cast<float>(units_of_repeat());
+  V2f low(HUGE_VALF, HUGE_VALF);
+  V2f high(-HUGE_VALF, -HUGE_VALF);
+  for (const std::uint32_t corner : corners) {
+    const V2f at = (mesh.uv(corner) - V2f(std::floor(first.x), std::floor(first.y))) * units;
+    low = {std::min(low.x, std::floor(at.x)), std::min(low.y, std::floor(at.y))};
+    high = {std::max(high.x, std::floor(at.x)), std::max(high.y, std::floor(at.y))};
+  }
+  const auto whole = [](float x) { return static_cast<std::int32_t>(std::clamp(x, -1e9F, 1e9F)); };
+  return {whole(low.x), whole(low.y), whole(high.x), whole(high.y)};
+}
+
 /// Samples all triangles, at least twice along each smallest patch, and adds patches up to larger ones.
 void Patches::add_up(const MergedSurfaces& mesh) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -199,7 +214,8 @@ void Patches::add_up(const MergedSurfaces& mesh) {
       }
     }
   }
-  for (std::uint32_t i = 0; i < patches_.size(); ++i) kin_.push_back({i, i});
+  kin_.resize(patches_.size());
+  for (std::uint32_t i = 0; i < patches_.size(); ++i) kin_[i] = {i, i};
   for (const Chart& chart : charts_) {
     for (std::size_t level = 1; level < chart.levels.size(); ++level) {
       const V2i size = level_size(chart, level);

@@ -73,6 +73,14 @@ class Patches {
     std::int32_t v = 0;
   };
 
+  /// Units that a triangle touches, from its place.
+  struct Extent {
+    std::int32_t low_u = 0, low_v = 0, high_u = -1, high_v = -1;
+    /// Whether its pixels are better asked than its units.
+    bool is_large() const { return high_u - low_u >= 6 || high_v - low_v >= 6; }
+  };
+  Extent extent(const MergedSurfaces& mesh, std::size_t triangle) const;
+
   std::size_t count() const { return patches_.size(); }
   const Patch& operator[](std::size_t i) const { return patches_[i]; }
   const ShownPatch& shown(std::size_t i) const { return shown_[i]; }
@@ -103,6 +111,17 @@ class Patches {
     const Chart& chart = charts_[place.chart];
     return table_[chart.table + cell(place.v, v, chart.size.y) * chart.size.x +
                   cell(place.u, u, chart.size.x)];
+  }
+
+  /// Calls body(patch) for the chosen patches of an extent, some of them several times.
+  void for_all(const Place& place, const Extent& extent, const auto& body) const {
+    const Chart& chart = charts_[place.chart];
+    const std::size_t last_u = cell(place.u, extent.high_u, chart.size.x);
+    const std::size_t last_v = cell(place.v, extent.high_v, chart.size.y);
+    for (std::size_t v = cell(place.v, extent.low_v, chart.size.y); v <= last_v; ++v) {
+      for (std::size_t u = cell(place.u, extent.low_u, chart.size.x); u <= last_u; ++u)
+        body(table_[chart.table + v * chart.size.x + u]);
+    }
   }
 
  private:

@@ -54,7 +54,7 @@ struct CellImageOptions {
 };
 
 /// For frames that move.
-inline constexpr CellImageOptions moving_cell_images{2,    128, 4, 720, 2, true,  false, false,
+inline constexpr CellImageOptions moving_cell_images{2,    128, 4, 720, 8, true,  false, false,
                                                      true, 1,   8, 2,   1, 0.25F, 30,    3.0F / 255};
 
 /// Options that may change from frame to frame.

@@ -13,22 +13,19 @@ namespace selvedge {
 struct GlFunctions {
 // clang-format off
 #define SELVEDGE_GL_FUNCTIONS(F) \
-  F(AttachShader) F(BeginQuery) F(BindBufferBase) F(BindFramebuffer) F(BindSampler) F(BindTextureUnit) \
-  F(BindVertexArray) F(BlendFunc) F(CheckNamedFramebufferStatus) F(ClearNamedFramebufferfi) \
-  F(ClearNamedFramebufferfv) F(ClearNamedFramebufferuiv) F(CompileShader) F(CreateBuffers) \
-  F(CreateFramebuffers) F(CreateProgram) F(CreateQueries) F(CreateSamplers) F(CreateShader) \
+  F(AttachShader) F(BindFramebuffer) F(BindSampler) F(BindTextureUnit) F(BindVertexArray) \
+  F(CheckNamedFramebufferStatus) F(ClearNamedFramebufferfi) F(ClearNamedFramebufferfv) F(CompileShader) \
+  F(CreateBuffers) F(CreateFramebuffers) F(CreateProgram) F(CreateSamplers) F(CreateShader) \
   F(CreateTextures) F(CreateVertexArrays) F(DeleteBuffers) F(DeleteFramebuffers) F(DeleteProgram) \
-  F(DeleteQueries) F(DeleteSamplers) F(DeleteShader) F(DeleteTextures) F(DeleteVertexArrays) F(DepthFunc) \
-  F(Disable) F(DrawArrays) F(DrawElements) F(Enable) F(EnableVertexArrayAttrib) F(EndQuery) F(Finish) \
-  F(GenerateTextureMipmap) F(GetError) F(GetInteger64v) F(GetProgramInfoLog) F(GetProgramiv) \
-  F(GetQueryObjectuiv) F(GetShaderInfoLog) F(GetShaderiv) F(LinkProgram) \
+  F(DeleteSamplers) F(DeleteShader) F(DeleteTextures) F(DeleteVertexArrays) F(DepthFunc) F(Disable) \
+  F(DrawElements) F(Enable) F(EnableVertexArrayAttrib) F(Finish) F(GenerateTextureMipmap) F(GetError) \
+  F(GetProgramInfoLog) F(GetProgramiv) F(GetShaderInfoLog) F(GetShaderiv) F(LinkProgram) \
   F(NamedBufferStorage) F(NamedBufferSubData) F(NamedFramebufferDrawBuffers) \
-  F(NamedFramebufferReadBuffer) F(NamedFramebufferTexture) F(NamedFramebufferTextureLayer) F(PixelStorei) \
-  F(ReadPixels) F(SamplerParameteri) F(ShaderSource) F(StencilFunc) F(StencilOp) \
+  F(NamedFramebufferReadBuffer) F(NamedFramebufferTexture) F(NamedFramebufferTextureLayer) \
+  F(PixelStorei) F(ReadPixels) F(SamplerParameteri) F(ShaderSource) F(StencilFunc) F(StencilOp) \
   F(TextureParameteri) F(TextureStorage2D) F(TextureStorage3D) F(TextureSubImage2D) F(Uniform1f) \
-  F(Uniform1i) F(Uniform2f) F(Uniform3f) F(Uniform4f) F(UniformMatrix4fv) F(UseProgram) \
-  F(VertexArrayAttribBinding) F(VertexArrayAttribFormat) F(VertexArrayElementBuffer) \
-  F(VertexArrayVertexBuffer) F(Viewport)
+  F(Uniform1i) F(Uniform3f) F(Uniform4f) F(UseProgram) F(VertexArrayAttribBinding) \
+  F(VertexArrayAttribFormat) F(VertexArrayElementBuffer) F(VertexArrayVertexBuffer) F(Viewport)
 // clang-format on
 // NOLINTNEXTLINE(bugprone-macro-parentheses): the name of a member
 #define SELVEDGE_GL_MEMBER(name) decltype(&gl##name) name = nullptr;

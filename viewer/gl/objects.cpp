@@ -88,13 +88,6 @@ GLuint make_colour_texture(const GlFunctions& gl, const Image& image) {
   return texture;
 }
 
-std::array<GLfloat, 16> gl_matrix(const M44d& matrix) {
-  // Row-major memory for row vectors is column-major memory for column vectors.
-  std::array<GLfloat, 16> result{};
-  for (int i = 0; i < 16; ++i) result[i] = static_cast<GLfloat>(matrix[i / 4][i % 4]);
-  return result;
-}
-
 void add_attribute(const GlFunctions& gl, GLuint array, const VertexAttribute& attribute) {
   const auto& [location, buffer, components, offset, stride] = attribute;
   gl.VertexArrayVertexBuffer(array, location, buffer, static_cast<GLintptr>(offset),
@@ -118,7 +111,6 @@ void GlObjects::clear() {
   remove(gl_.DeleteTextures, textures_);
   remove(gl_.DeleteVertexArrays, arrays_);
   remove(gl_.DeleteBuffers, buffers_);
-  remove(gl_.DeleteQueries, queries_);
   for (const GLuint program : programs_) gl_.DeleteProgram(program);
   programs_.clear();
 }
@@ -144,11 +136,6 @@ GLuint GlObjects::buffer(std::size_t bytes, const void* data, GLbitfield flags) 
 GLuint GlObjects::vertex_array() {
   gl_.CreateVertexArrays(1, &arrays_.emplace_back());
   return arrays_.back();
-}
-
-GLuint GlObjects::query(GLenum target) {
-  gl_.CreateQueries(target, 1, &queries_.emplace_back());
-  return queries_.back();
 }
 
 GLuint GlObjects::keep_texture(GLuint texture) { return textures_.emplace_back(texture); }

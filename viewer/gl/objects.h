@@ -32,9 +32,6 @@ GLint gl_wrap(Wrap wrap);
 /// A linear RGBA picture with all its mip levels, repeating, trilinear. Precondition: four channels.
 GLuint make_colour_texture(const GlFunctions& gl, const Image& image);
 
-/// Converts a matrix for row vectors to an OpenGL uniform for column vectors.
-std::array<GLfloat, 16> gl_matrix(const M44d& matrix);
-
 /// One attribute of a vertex: floats at `offset` bytes from the buffer's begin, `stride` bytes apart.
 struct VertexAttribute {
   GLuint location = 0;
@@ -66,7 +63,6 @@ class GlObjects {
     return buffer(values.size() * sizeof(T), values.data());
   }
   GLuint vertex_array();
-  GLuint query(GLenum target);
   GLuint plain_texture(GLenum format, int width, int height);
   /// Takes ownership of a texture.
   GLuint keep_texture(GLuint texture);
@@ -81,7 +77,6 @@ class GlObjects {
   std::vector<GLuint> programs_;
   std::vector<GLuint> buffers_;
   std::vector<GLuint> arrays_;
-  std::vector<GLuint> queries_;
   std::vector<GLuint> textures_;
   std::vector<GLuint> framebuffers_;
 };

@@ -1,4 +1,4 @@
-// What the levels and the yarn of a fabric take is known before they are there.
+// Memory of the levels and the yarn of a fabric is known before they are there.
 #include <doctest/doctest.h>
 
 #include "format/check/fabric.h"

@@ -45,7 +45,7 @@ TEST_CASE("all sides of a fabric come back from its file") {
   CHECK(read.levels.front().yarns()->data() == fabric.levels.front().yarns()->data());
   REQUIRE(write_fabric(folder / "b.exr", read));
   CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
-  // What is wrong with random numbers is their energy.
+  // Random numbers have the wrong energy.
   for (const Error& issue : check_fabric(folder / "a.exr").issues) {
     CHECK((issue.code == Code::fabric_energy || issue.code == Code::fabric_peak));
   }
@@ -97,7 +97,7 @@ TEST_CASE("a level that leaves a side out shows the texels of the next coarser o
   for (const Error& issue : check_fabric(folder / "a.exr").issues) CHECK(issue.code != Code::fabric_levels);
 }
 
-TEST_CASE("light from the other side is that of the side through, mirrored") {
+TEST_CASE("light from the other side is the light of the side through, mirrored") {
   const Fabric fabric = test::four_sides();
   const Fabric& through = *fabric.side_of(Side::through);
   Fabric alone = fabric;
