@@ -3,6 +3,7 @@ import {
   DataUtils, DirectionalLight, EquirectangularReflectionMapping, FloatType, Scene, WebGLRenderTarget, WebGLRenderer,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { HDRLoader } from 'three/addons/loaders/HDRLoader.js';
 import { SelvedgeFabric, Surroundings, cell_images, use_worker } from 'selvedge/three/index.js';
 import { base64, camera_of, read_rows } from '/test/picture_page.js';
@@ -10,7 +11,7 @@ import { base64, camera_of, read_rows } from '/test/picture_page.js';
 const renderer = new WebGLRenderer({ preserveDrawingBuffer: true });
 renderer.setClearColor(0, 0);
 
-const loader = new GLTFLoader();
+const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 loader.register((parser) => new SelvedgeFabric(parser));
 const loaded = new Map();
 
@@ -59,7 +60,8 @@ async function settle(scene, camera, materials) {
 }
 
 /**
- * Radiance * opacity and opacity of a view, row by row from the top, as base64 of floats; the ms that it took.
+ * Radiance * opacity and opacity of a view, row by row from the top, as base64 of floats; the ms that it took, after so many
+ * seconds until all was at rest.
  * `environment`: null, or surround()'s.
  */
 export async function drawn(file, view, lights, environment) {
@@ -78,6 +80,7 @@ export async function drawn(file, view, lights, environment) {
   if (environment) {
     await surround(scene, garment, environment);
   }
+  const asked = performance.now();
   await settle(scene, camera_of(view), materials);
   const begin = performance.now();
   renderer.clear();
@@ -85,7 +88,7 @@ export async function drawn(file, view, lights, environment) {
   const pixels = read_rows(renderer, target);
   const ms = performance.now() - begin;
   target.dispose();
-  return { pixels: base64(pixels), ms, shows: materials.map(({ shows }) => shows) };
+  return { pixels: base64(pixels), ms, rest: (begin - asked) / 1000, shows: materials.map(({ shows }) => shows) };
 }
 
 /**

@@ -6,7 +6,7 @@ import {
   Uint16BufferAttribute, Vector3, WebGLRenderTarget, WebGLRenderer,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { FabricMaterial, LoadedFabric, SelvedgeFabric, cell_images, plain_lay } from 'selvedge/three/index.js';
+import { FabricMaterial, LoadedFabric, SelvedgeFabric, cell_images, plain_lay, use_memory } from 'selvedge/three/index.js';
 import { evaluate_texel } from '/repository/spec/conformance/reference/brdf.mjs';
 import { read_fabric_level } from '/repository/spec/conformance/reference/level.mjs';
 import { open_fabric } from '/repository/viewer/web/reader/index.js';
@@ -14,7 +14,7 @@ import { garment_of } from '/test/garment.mjs';
 
 /** 3 x 2 texels of lobes, frames and a table: no direction looks like another. */
 const MATT = '/kit/lobes-0.exr', CLOTH = '/kit/layers-lobes-frame-table.exr', OTHER = '/kit/light-lobes.exr', OPEN = '/kit/layers-lobes-opacity.exr';
-const SIZE = 32;
+const YARN = '/kit/yarns-flat.exr', SIZE = 32;
 /** Images are halves. */
 const HALF = 2 ** -10;
 
@@ -60,10 +60,10 @@ function light_from(x, y, z) {
 }
 
 /** Red, green, blue and alpha of each pixel, row by row from below; `around`: members of the scene. */
-async function picture(objects, camera = CAMERA, around = {}, renderer = main_renderer) {
+async function picture(objects, camera = CAMERA, around = {}, renderer = main_renderer, size = SIZE) {
   const scene = Object.assign(new Scene(), around).add(...objects);
-  const target = new WebGLRenderTarget(SIZE, SIZE, { type: FloatType });
-  const pixels = new Float32Array(4 * SIZE * SIZE);
+  const target = new WebGLRenderTarget(size, size, { type: FloatType });
+  const pixels = new Float32Array(4 * size * size);
   renderer.setRenderTarget(target);
   renderer.render(scene, camera);
   const materials = [];
@@ -75,7 +75,7 @@ async function picture(objects, camera = CAMERA, around = {}, renderer = main_re
     renderer.render(scene, camera);
   }
   renderer.render(scene, camera);
-  renderer.readRenderTargetPixels(target, 0, 0, SIZE, SIZE, pixels);
+  renderer.readRenderTargetPixels(target, 0, 0, size, size, pixels);
   target.dispose();
   return pixels;
 }
@@ -377,5 +377,74 @@ export const facts = {
     }
     need(memory.geometries === before.geometries && memory.textures <= before.textures + 1, JSON.stringify([before, memory]));
     return `${memory.geometries} geometries, ${memory.textures} textures`;
+  },
+
+  'a mirrored mesh is the mesh of mirrored places': async () => {
+    const material = await material_of(), mesh = new Mesh(cloth(), material), geometry = cloth();
+    mesh.scale.x = -1;
+    const { position, normal } = geometry.attributes;
+    for (let i = 0; i < 4; ++i) {
+      position.setX(i, -position.getX(i));
+      normal.setX(i, -normal.getX(i));
+    }
+    geometry.setIndex([0, 2, 1, 0, 3, 2]);
+    return need_same(await picture([mesh, SUN()]), await picture([new Mesh(geometry, material), SUN()]), 'mirrored');
+  },
+
+  'one quad of 200 repeats is the cloth of its parts': async () => {
+    const material = await material_of(), whole = cloth(1, 200), parts = 10, geometry = new BufferGeometry();
+    for (const [name, size] of [['position', 3], ['normal', 3], ['uv', 2]]) {
+      const of = whole.attributes[name], values = [], at = [0, 1, 3].map((i) => Array.from({ length: size }, (_, k) => of.getComponent(i, k)));
+      for (let y = 0; y <= parts; ++y)
+        for (let x = 0; x <= parts; ++x)
+          values.push(...at[0].map((a, k) => a + (at[1][k] - a) * x / parts + (at[2][k] - a) * y / parts));
+      geometry.setAttribute(name, new Float32BufferAttribute(values, size));
+    }
+    const corners = [];
+    for (let i = 0; i < parts * parts; ++i) {
+      const first = Math.floor(i / parts) * (parts + 1) + i % parts, next = first + parts + 1;
+      corners.push(first, first + 1, next + 1, first, next + 1, next);
+    }
+    geometry.setIndex(corners);
+    for (const { attributes: { uv } } of [whole, geometry]) for (let i = 0; i < uv.array.length; ++i) uv.array[i] *= 200;
+    return need_alike(await picture([new Mesh(whole, material), SUN()]), await picture([new Mesh(geometry, material), SUN()]), 45, 'whole');
+  },
+
+  'a place that is no number shows the fallback, and says so': async () => {
+    const material = await material_of(), geometry = cloth(), { warn } = console, told = [];
+    geometry.attributes.position.setX(0, NaN);
+    const mesh = new Mesh(geometry, material);
+    mesh.frustumCulled = false;
+    console.warn = (text) => told.push(text);
+    const scene = new Scene().add(mesh);
+    for (let i = 0; i < 20 && told.length === 0; ++i) {
+      main_renderer.render(scene, CAMERA);
+      await new Promise((go_on) => setTimeout(go_on, 20));
+    }
+    console.warn = warn;
+    need(told.length === 1 && told[0].includes('finite') && material.shows === 'fallback' && cell_images.at_rest(), `${told} ${material.shows}`);
+    return told[0];
+  },
+};
+
+/** Facts about images in 4 MiB, on a page of their own. */
+export const of_little_memory = {
+  'a cloth that turns does not take the images of one that rests': async () => {
+    use_memory(2 ** 22);
+    const cloths = [YARN, YARN].map(async (file, i) => {
+      const mesh = new Mesh(cloth(1, 0.6), await material_of({ file }));
+      mesh.position.x = 0.7 * i - 0.35;
+      const { uv } = mesh.geometry.attributes;
+      for (let k = 0; k < 8; ++k) uv.array[k] *= 40;
+      return mesh;
+    });
+    const meshes = await Promise.all(cloths);
+    const seen = (turn) => {
+      meshes[1].rotation.y = turn;
+      return picture([...meshes, SUN()], CAMERA, {}, main_renderer, 400);
+    };
+    const first = await seen(0);
+    for (let i = 1; i < 60; ++i) await seen(i / 60);
+    return need_alike(first, await seen(0), 40, 'turned back');
   },
 };

@@ -172,7 +172,7 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   lights_.origin = origin_;
   frame_ = call_ + 1;
   memory_ = {};
-  demand_ = 0;
+  demand_ = expected_ = 0;
   for (Cloth& cloth : cloths_) {
     for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
       if (side != nullptr && side->shadows) side->shadows->set_memory(options_.memory / 8 / cloths_.size());
@@ -327,6 +327,12 @@ std::optional<float> CellStore::fit(std::span<Work> works, float samples) const 
   return larger;
 }
 
+double CellStore::expect(std::span<const PatchNeed> needs) {
+  expected_ = 0;
+  for (const PatchNeed& need : needs) expected_ += bytes_of(wanted(need, options_.samples, false).view);
+  return expected_;
+}
+
 bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) {
   float samples = options_.samples * (behind ? options_.behind : 1);
   std::vector<Work> all(needs.size());
@@ -355,7 +361,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
   }
   if (shared == 0) {
     // Images that the next frame shows again have room beside each other.
-    const double whole = options_.fresh < 1 ? std::max(full, last_demand_) : full;
+    const double whole = std::max({full, expected_, options_.fresh < 1 ? last_demand_ : 0});
     room_ = whole > most ? most / whole * full : most;
     memory_.full = std::max(memory_.full, whole);
   }
@@ -382,7 +388,8 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     work.cost =
         static_cast<double>(size.samples.x) * size.samples.y * (1 + 0.1 * work.wanted.view.planes) + 1500;
   });
-  double allowed = 0;
+  // Of calls for few patches some make none again.
+  double allowed = std::min(allowance_, 0.0);
   for (const Work& work : all) {
     // A patch that another call of this frame has seen counts once.
     if (kept_[work.patch] && kept_[work.patch]->used >= frame_) continue;
@@ -410,6 +417,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     coming += bytes_of(work.wanted.view);
   }
   order.resize(count);
+  allowance_ = allowed - spent;
   for (Work& work : all) {
     if (!kept_[work.patch]) alive_.push_back(work.patch);
     kept_[work.patch] = std::move(work.kept);

@@ -74,7 +74,7 @@ class CellStore {
   ~CellStore();
 
   const Patches& patches() const { return patches_; }
-  /// The mesh has another shape; its images are made again.
+  /// Takes another shape of the mesh. Images stay as long as they are not outdated.
   void take_shape() { patches_.take_shape(mesh_); }
   /// CellLights::brightness(): of yarn, and of cloth that lets light through.
   float beyond(int fabric) const { return cloths_[fabric].beyond; }
@@ -82,6 +82,11 @@ class CellStore {
   /// picture.
   void begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
              const CellLights& lights);
+  /// Tells what a frame needs before make() is called for parts of it: their images fit beside each other.
+  /// Returns the bytes that they would have as fine as wanted.
+  double expect(std::span<const PatchNeed> needs);
+  /// Replaces CellImageOptions::memory for the rest of the frame.
+  void set_memory(double bytes) { options_.memory = static_cast<std::size_t>(bytes); }
   /// Makes images that are missing, and of others the most outdated, for these patches, and keeps others
   /// while all fit into CellImageOptions::memory; without room for these they are coarser. If even the
   /// coarsest do not fit, returns false, with no other effect, unless `shared` is most_shared: so often
@@ -132,6 +137,8 @@ class CellStore {
   Patches patches_;
   std::size_t bytes_ = 0;                    ///< of the images
   CellMemory memory_;                        ///< of the frame
+  double expected_ = 0;                      ///< bytes, of expect()
+  double allowance_ = 0;                     ///< cost of images made again that was not spent yet
   double demand_ = 0, last_demand_ = 0;      ///< of this frame and the last: bytes of images as wanted
   double room_ = 0;                          ///< for the images of a call, bytes
   std::vector<std::shared_ptr<Kept>> kept_;  ///< by patch and side; a patch may show the image of its kin

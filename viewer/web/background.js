@@ -17,18 +17,26 @@ export function use_worker(make, module = wasm) {
   make_worker = make;
   wasm = module;
 }
-/** Bytes that cell images may take, before the first fabric is loaded. */
+/** Bytes that cell images may take, 4 to 128 MiB, before the first fabric is loaded. */
 export function use_memory(bytes) {
   memory = bytes;
 }
-export const memory_of_images = () => memory;
-/** Calls listener(message) for messages of kind 'images', and for 'end': nothing more comes. */
+/** Calls listener(message) for messages of kind 'images' and 'rows', and for 'end': nothing more comes. */
 export function listen(listener) {
   listeners.push(listener);
 }
 
+/** The fabrics and garments of the worker are lost. */
+function end_with(message) {
+  if (is_dead) return;
+  is_dead = true;
+  for (const {fail} of waiting.values()) fail(new Issue('GRAPHICS_UNAVAILABLE', '', `the worker ended: ${message}`));
+  waiting.clear();
+  for (const listener of listeners) listener({kind: 'end', message});
+}
 function take({kind, id, issue, ...message}) {
-  if (kind === 'images') {
+  if (kind === 'end') return end_with(message.message);
+  if (kind === 'images' || kind === 'rows') {
     for (const listener of listeners) listener({kind, ...message});
     return;
   }
@@ -61,20 +69,17 @@ function start() {
   };
   worker.postMessage(first);
   worker.onmessage = ({data}) => {
-    if (data.kind === 'ready')
+    if (data.kind === 'ready') {
       ready = true;
-    else
+      sent.length = 0;
+    } else
       take(data);
   };
   worker.onerror = (event) => {
     event.preventDefault();
     worker.terminate();
     if (!ready) return start_here(sent);
-    // Its fabrics and garments are lost.
-    is_dead = true;
-    for (const {fail} of waiting.values()) fail(new Issue('GRAPHICS_UNAVAILABLE', '', `the worker ended: ${event.message}`));
-    waiting.clear();
-    for (const listener of listeners) listener({kind: 'end'});
+    end_with(event.message);
   };
 }
 

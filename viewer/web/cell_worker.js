@@ -1,23 +1,25 @@
-// The work of a page's worker: reads fabrics, and makes cell images of what is in sight, in turns. Takes and posts messages,
-// objects with a `kind`:
+// The work of a page's worker: reads fabrics, and makes cell images of patches in sight, in turns. Messages are objects with
+// a `kind`. It takes
 //
-//   start    { wasm, memory }: the module, as bytes or its address; bytes that images may take
+//   start    { wasm, memory }: the module, as bytes or its address; bytes of images
 //   fabric   { id, source }; posts fabric { id, result } or { id, issue }
 //   garment  { id, fabric, vertices, corners }, of CellModule.add_garment(); posts garment { id, number, charts, beyond }
 //   pose     { garment, shape }, of CellModule.pose_garment()
 //   view     { garment, camera, level, around, lights, serial }: what is seen of a garment from now on
-//   remove   { garment }
+//   remove   { garment }, or { fabric }
 //   again    {}: the tiles are lost; the views come again, too
 //
 // and posts images { garment, first, entries, tiles, missing, wanted, uploads, at_rest, serial }, of CellModule.table() and
-// take_uploads(), and whether all images are as the view wants them.
+// take_uploads(), and whether all images are as the view wants them; rows { rows } of the atlas; and end { message }: it can
+// do no more.
 import {CellModule} from './cells.js';
 import {issue_of, opened} from './load.js';
 import {Issue} from './reader/index.js';
 
 /** ms after which messages are taken again, and patches that images are made of without a look at the clock. */
 const SLICE = 30, CHUNK = 4;
-const MOVING = {samples: 2, fresh: 0.08}, RESTING = {samples: 2.5, fresh: 1};
+/** Samples of an image along a pixel's side, and the share of images that a frame makes again. */
+const SAMPLES = 2, MOVING = 0.08, RESTING = 1;
 /** ms without another view after which images are made as one that rests wants them. */
 const REST = 150;
 
@@ -25,22 +27,32 @@ export class CellWorker {
   #post;
   #module = null;
   #fabrics = new Map();
-  /** What is to be done of each garment: { view, way, left }. */
+  /** What is to be done of each garment: { view, fresh, left }. */
   #due = new Map();
+  #views = new Map();
   #working = false;
   #seen_at = 0;
+  #wake = null;
   constructor(post) {
     this.#post = post;
   }
 
   async receive({kind, ...message}) {
-    await this[kind](message);
+    await this.#try(() => this[kind](message));
+  }
+  async #try(work) {
+    try {
+      await work();
+    } catch (error) {
+      this.#due.clear();
+      this.#post({kind: 'end', message: error.message});
+    }
   }
   start({wasm, memory}) {
     this.#module = (async () => {
       const bytes = typeof wasm === 'string' ? await (await fetch(wasm)).arrayBuffer() : wasm;
       const module = new CellModule(await WebAssembly.compile(bytes));
-      module.set_memory(memory);
+      this.#post({kind: 'rows', rows: module.set_memory(memory)});
       return module;
     })().catch((error) => {
       throw new Issue('GRAPHICS_UNAVAILABLE', '', `WebAssembly: ${error.message}`);
@@ -67,13 +79,18 @@ export class CellWorker {
   }
   async view({garment, ...view}) {
     await this.#module;
-    this.#due.set(garment, {view, way: MOVING, left: null});
+    this.#views.set(garment, view);
+    this.#due.set(garment, {view, fresh: MOVING, left: null});
     this.#seen_at = performance.now();
-    this.#work();
+    this.#wake?.();
+    this.#try(() => this.#work());
   }
-  async remove({garment}) {
+  async remove({garment, fabric}) {
+    const module = await this.#module;
+    if (fabric !== undefined) return module.remove_fabric(fabric);
     this.#due.delete(garment);
-    (await this.#module).remove_garment(garment);
+    this.#views.delete(garment);
+    module.remove_garment(garment);
   }
   async again() {
     (await this.#module).forget_tiles();
@@ -84,10 +101,13 @@ export class CellWorker {
     this.#working = true;
     const module = await this.#module;
     while (this.#due.size > 0) {
-      const all = [...this.#due], [garment, due] = all.find(([, {way}]) => way === MOVING) ?? all[0];
-      const early = due.way === MOVING ? 0 : this.#seen_at + REST - performance.now();
+      const all = [...this.#due], [garment, due] = all.find(([, {fresh}]) => fresh === MOVING) ?? all[0];
+      const early = due.fresh === MOVING ? 0 : this.#seen_at + REST - performance.now();
       if (early > 0) {
-        await new Promise((end) => setTimeout(end, early));
+        await new Promise((end) => {
+          this.#wake = end;
+          setTimeout(end, early);
+        });
         continue;
       }
       this.#due.delete(garment);
@@ -96,16 +116,24 @@ export class CellWorker {
     }
     this.#working = false;
   }
-  #make(module, garment, {view, way, left}) {
-    const {camera, level, around, lights, serial} = view;
-    left ??= module.begin_frame(garment, [...camera, way.samples, way.fresh, level, around ? 1 : 0, ...around ?? Array(36).fill(0)], lights);
+  #make(module, garment, {view, fresh, left}) {
+    const {camera, level, around, lights} = view;
+    left ??= module.begin_frame(garment, [...camera, SAMPLES, fresh, level, around ? 1 : 0, ...around ?? Array(36).fill(0)], lights);
     const end = performance.now() + SLICE;
     while (left > 0 && performance.now() < end) left = module.make_images(garment, CHUNK);
-    const table = module.table(garment), uploads = module.take_uploads();
-    const at_rest = left === 0 && way === RESTING;
+    const {is_full, is_packed} = module.take_events();
+    if (is_full)
+      for (const [each, its_view] of this.#views) this.#due.set(each, {view: its_view, fresh: RESTING, left: null});
+    else if (left > 0 || fresh !== RESTING)
+      this.#due.set(garment, left > 0 ? {view, fresh, left} : {view, fresh: RESTING, left: null});
+    this.#tell(module, garment, module.take_uploads());
+    if (is_packed)
+      for (const other of this.#views.keys()) if (other !== garment) this.#tell(module, other, []);
+  }
+  #tell(module, garment, uploads) {
+    const table = module.table(garment), at_rest = !this.#due.has(garment), {serial} = this.#views.get(garment);
     this.#post(
       {kind: 'images', garment, ...table, uploads, at_rest, serial},
       [table.entries.buffer, table.tiles.buffer, ...uploads.flatMap(({halves, heights}) => [halves.buffer, heights.buffer])]);
-    if (!at_rest) this.#due.set(garment, left > 0 ? {view, way, left} : {view, way: RESTING, left: null});
   }
 }

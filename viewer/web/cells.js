@@ -9,8 +9,8 @@ export class CellModule {
   #of;
   /** `module`: a WebAssembly.Module. */
   constructor(module) {
-    // Nothing of WASI is used: output of a fault that cannot happen is dropped.
-    const wasi = new Proxy({}, {get: () => () => 0});
+    // The module has no files: libc's messages are refused (EBADF).
+    const wasi = new Proxy({}, {get: () => () => 8});
     this.#of = new WebAssembly.Instance(module, {wasi_snapshot_preview1: wasi}).exports;
     this.#of._initialize();
   }
@@ -27,8 +27,9 @@ export class CellModule {
     return {floats: this.#floats(at, count), words: this.#words(at, count)};
   }
 
+  /** Sets the bytes of images; returns the rows of the atlas. */
   set_memory(bytes) {
-    this.#of.set_memory(bytes);
+    return this.#of.set_memory(Math.min(bytes, 2 ** 31));
   }
 
   /** The number of a fabric of open_fabric. Throws an Issue where a layer is broken. */
@@ -129,6 +130,17 @@ export class CellModule {
       missing,
       wanted,
     };
+  }
+  remove_fabric(number) {
+    this.#of.remove_fabric(number);
+  }
+  /**
+   * Since the last call: whether images have found no room, so that the next frames' are coarser, and whether tiles have moved,
+   * also other garments'.
+   */
+  take_events() {
+    const events = this.#of.take_events();
+    return {is_full: (events & 1) !== 0, is_packed: (events & 2) !== 0};
   }
   forget_tiles() {
     this.#of.forget_tiles();

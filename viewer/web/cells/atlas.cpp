@@ -10,18 +10,19 @@ constexpr int shelf_step = 8;
 
 }  // namespace
 
-TileNumber Atlas::find(std::uint64_t image, std::uint64_t frame) {
+TileNumber Atlas::find(std::uint64_t image, std::uint64_t mark) {
   const auto found = of_image_.find(image);
   if (found == of_image_.end()) return 0;
-  tiles_[found->second].used = std::max(tiles_[found->second].used, frame);
+  tiles_[found->second].used = std::max(tiles_[found->second].used, mark);
   return found->second;
 }
 
-TileNumber Atlas::add(std::uint64_t image, const V2i& size, std::uint64_t frame) {
+TileNumber Atlas::add(std::uint64_t image, const V2i& size, std::uint64_t mark) {
   if (size.x > width || size.y > rows_) return 0;
-  TileNumber tile = place(image, size);
-  while (tile == 0 && evict(frame)) tile = place(image, size);
-  if (tile != 0) tiles_[tile].used = frame;
+  const TileNumber tile = place(image, size);
+  if (tile == 0) return 0;
+  tiles_[tile].used = mark;
+  texels_ += static_cast<double>(size.x) * size.y;
   return tile;
 }
 
@@ -48,20 +49,24 @@ TileNumber Atlas::take(Shelf& shelf, int row, std::size_t span, int begin, std::
 
 TileNumber Atlas::place(std::uint64_t image, const V2i& size) {
   const int height = (size.y + shelf_step - 1) / shelf_step * shelf_step;
-  int row = 0;
-  for (Shelf& shelf : shelves_) {
-    const int first = row;
-    row = shelf.end;
-    if (shelf.is_free() || shelf.end - first != height) continue;
-    int begin = 0;
-    for (std::size_t i = 0; i < shelf.spans.size(); ++i) {
-      const Span span = shelf.spans[i];
-      if (span.tile == 0 && span.end - begin >= size.x) return take(shelf, first, i, begin, image, size);
-      begin = span.end;
+  const auto place_in = [&](int least, int most) -> TileNumber {
+    int row = 0;
+    for (Shelf& shelf : shelves_) {
+      const int first = row;
+      row = shelf.end;
+      if (shelf.is_free() || shelf.end - first < least || shelf.end - first > most) continue;
+      int begin = 0;
+      for (std::size_t i = 0; i < shelf.spans.size(); ++i) {
+        const Span span = shelf.spans[i];
+        if (span.tile == 0 && span.end - begin >= size.x) return take(shelf, first, i, begin, image, size);
+        begin = span.end;
+      }
     }
-  }
+    return 0;
+  };
+  if (const TileNumber tile = place_in(height, height); tile != 0) return tile;
   // A new shelf, of the first free rows.
-  row = 0;
+  int row = 0;
   for (std::size_t i = 0; i < shelves_.size(); ++i) {
     const int first = row;
     row = shelves_[i].end;
@@ -71,17 +76,17 @@ TileNumber Atlas::place(std::uint64_t image, const V2i& size) {
                       Shelf{first + height, {Span{width, 0}}});
     return take(shelves_[i], first, 0, 0, image, size);
   }
-  if (row + height > rows_) return 0;
+  if (row + height > rows_) return place_in(height + 1, rows_);
   shelves_.push_back({row + height, {Span{width, 0}}});
   return take(shelves_.back(), row, 0, 0, image, size);
 }
 
-/// Frees the tiles that no frame from `frame` on has used; whether there was one.
-bool Atlas::evict(std::uint64_t frame) {
+bool Atlas::evict(std::uint64_t mark) {
   bool any = false;
   for (Shelf& shelf : shelves_) {
     for (Span& span : shelf.spans) {
-      if (span.tile == 0 || tiles_[span.tile].used >= frame) continue;
+      if (span.tile == 0 || tiles_[span.tile].used >= mark) continue;
+      texels_ -= static_cast<double>(tiles_[span.tile].size.x) * tiles_[span.tile].size.y;
       of_image_.erase(tiles_[span.tile].image);
       tiles_[span.tile] = {};
       free_.push_back(span.tile);

@@ -17,7 +17,7 @@ struct Tile {
   std::uint64_t image = 0;  ///< CellLook::image; 0: free
   V2i place{0, 0};          ///< texels
   V2i size{0, 0};
-  std::uint64_t used = 0;  ///< frame
+  std::uint64_t used = 0;  ///< mark
 };
 
 class Atlas {
@@ -27,13 +27,15 @@ class Atlas {
 
   void set_rows(int rows) { rows_ = rows; }
   int rows() const { return rows_; }
-  /// The tile of an image that has a place, in use from now on; 0: it has none.
-  TileNumber find(std::uint64_t image, std::uint64_t frame);
-  /// Gives an image a place, if need be in place of images that no frame from `frame` on has used; 0: there
-  /// is no room.
-  TileNumber add(std::uint64_t image, const V2i& size, std::uint64_t frame);
+  /// The tile of an image that has a place, with a mark of at least `mark`; 0: it has none.
+  TileNumber find(std::uint64_t image, std::uint64_t mark);
+  /// Gives an image a place; 0: there is no room.
+  TileNumber add(std::uint64_t image, const V2i& size, std::uint64_t mark);
+  /// Frees the tiles of earlier marks; whether there was one.
+  bool evict(std::uint64_t mark);
+  /// Texels of all tiles.
+  double texels() const { return texels_; }
   const Tile& operator[](TileNumber tile) const { return tiles_[tile]; }
-  std::size_t count() const { return tiles_.size(); }
 
  private:
   struct Span {
@@ -47,9 +49,9 @@ class Atlas {
   };
   TileNumber place(std::uint64_t image, const V2i& size);
   TileNumber take(Shelf& shelf, int row, std::size_t span, int begin, std::uint64_t image, const V2i& size);
-  bool evict(std::uint64_t frame);
 
-  int rows_ = 1024;
+  int rows_ = 0;
+  double texels_ = 0;
   std::vector<Shelf> shelves_;
   std::vector<Tile> tiles_{Tile{}};
   std::vector<TileNumber> free_;

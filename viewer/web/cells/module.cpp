@@ -1,13 +1,14 @@
 // The WebAssembly module of the browser: cell images of the garments on a page, and their places in an atlas.
 //
-// Arguments that are arrays lie at the address that input() returns. All fabrics, meshes, tiles and queries
-// are numbered from 0 in the order that they were made in, but there is no tile 0. Numbers of a mesh are
-// in its own axes, m.
+// Arguments that are arrays lie at the address that input() returns. Fabrics, garments and tiles have
+// numbers, which are given again once they are removed; tile 0 is no tile. Coordinates are in the axes of
+// their mesh, m.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "format/base/parallel.h"
@@ -37,10 +38,11 @@ struct LoadedFabric {
   std::optional<FabricSides> sides;
   std::string fault;
 };
-std::vector<std::unique_ptr<LoadedFabric>> fabrics;
+std::vector<std::shared_ptr<LoadedFabric>> fabrics;  ///< null: removed
 
 /// A mesh in its fabric, and what is seen of it.
 struct Garment {
+  std::shared_ptr<const LoadedFabric> fabric;
   MergedSurfaces mesh;
   std::vector<V2d> uvs;
   std::vector<std::uint32_t> corners;
@@ -62,14 +64,27 @@ struct Garment {
     std::uint64_t at = 0;     ///< frame that last chose it
   };
   std::vector<Shown> shown;  ///< of patches and sides
+  double need = 0;           ///< for its images, bytes at a sample a pixel
   std::vector<float> depths;
   std::vector<std::uint8_t> flags;
 };
-std::vector<std::unique_ptr<Garment>> garments;
+std::vector<std::unique_ptr<Garment>> garments;  ///< null: removed
 
 Atlas atlas;
+std::uint64_t garments_made = 0;
 std::uint64_t frame = 1;
-std::size_t image_memory = std::size_t{64} << 20;
+std::uint64_t atlas_mark = 1;
+std::uint64_t packed_at = 0;  ///< frame
+std::size_t image_memory = 0;
+/// Share of the atlas that images may fill: it has shelves of equal heights.
+constexpr double most_fill = 0.75;
+constexpr double least_fill = 0.05;
+/// Share of the atlas from which on it is not packed again.
+constexpr double most_packed = 0.85;
+double fill = most_fill;
+/// Whether images have found no room, and whether tiles have moved, since it was asked.
+bool is_full = false;
+bool is_packed = false;
 std::vector<std::uint16_t> table;  ///< [entry]: tiles of front and back
 std::vector<float> tile_numbers;   ///< twelve of each tile
 struct Upload {
@@ -108,18 +123,76 @@ void upload(const CellLook& look, TileNumber tile) {
   std::memcpy(&tile_numbers[std::size_t{12} * tile], numbers, sizeof numbers);
 }
 
+void clear_atlas() {
+  const int rows = atlas.rows();
+  atlas = {};
+  atlas.set_rows(rows);
+  uploads.clear();
+  pixels.clear();
+  heights.clear();
+}
+
+/// Lets a patch show its image of now; whether that has a tile.
+bool place_look(Garment& garment, PatchSide patch) {
+  const CellLook& look = garment.store->look(patch);
+  std::uint64_t& image = garment.shown[patch].image;
+  image = 0;
+  if (look.texels == nullptr) return true;
+  const std::uint64_t wanted = garment.first_image + look.image;
+  if (atlas.find(wanted, atlas_mark) == 0) {
+    const V2i size(static_cast<int>(look.size[0]) + 1, static_cast<int>(look.size[1]) + 1);
+    const TileNumber tile = atlas.add(wanted, size, atlas_mark);
+    if (tile == 0) return false;
+    upload(look, tile);
+  }
+  image = wanted;
+  return true;
+}
+
+/// Makes room in the atlas of tiles that no patch in sight shows. Returns whether there is more.
+bool drop_unseen() {
+  const std::uint64_t now = ++atlas_mark;
+  for (const auto& garment : garments) {
+    if (!garment) continue;
+    for (const PatchNeed& need : garment->needs) atlas.find(garment->shown[need.patch].image, now);
+  }
+  return atlas.evict(now);
+}
+
+/// Makes room in the atlas of the gaps between tiles, once a frame. Returns whether there is more.
+bool pack() {
+  if (packed_at == frame || atlas.texels() > most_packed * Atlas::width * atlas.rows()) return false;
+  packed_at = frame;
+  std::vector<std::pair<Garment*, PatchSide>> places;
+  for (const auto& garment : garments) {
+    if (!garment) continue;
+    for (const PatchNeed& need : garment->needs) {
+      std::uint64_t& image = garment->shown[need.patch].image;
+      if (image == garment->first_image + garment->store->look(need.patch).image)
+        places.emplace_back(garment.get(), need.patch);
+      else
+        image = 0;
+    }
+  }
+  std::stable_sort(places.begin(), places.end(), [](const auto& a, const auto& b) {
+    return a.first->store->look(a.second).size[1] > b.first->store->look(b.second).size[1];
+  });
+  clear_atlas();
+  is_packed = true;
+  for (const auto& [garment, patch] : places) place_look(*garment, patch);
+  return true;
+}
+
 /// Gives the images of patches tiles.
 void show(Garment& garment, std::span<const PatchNeed> needs) {
   for (const PatchNeed& need : needs) {
-    const CellLook& look = garment.store->look(need.patch);
-    Garment::Shown& shown = garment.shown[need.patch];
-    shown = {0, frame};
-    if (look.texels == nullptr) continue;
-    const std::uint64_t image = shown.image = garment.first_image + look.image;
-    if (atlas.find(image, frame) != 0) continue;
-    const TileNumber tile =
-        atlas.add(image, {static_cast<int>(look.size[0]) + 1, static_cast<int>(look.size[1]) + 1}, frame);
-    if (tile != 0) upload(look, tile);
+    garment.shown[need.patch].at = frame;
+    bool is_placed = place_look(garment, need.patch);
+    if (!is_placed && !is_full && drop_unseen()) is_placed = place_look(garment, need.patch);
+    if (!is_placed && !is_full && pack()) is_placed = place_look(garment, need.patch);
+    if (is_placed || is_full || fill <= least_fill) continue;
+    fill = std::max(0.8 * fill, least_fill);
+    is_full = true;
   }
 }
 
@@ -164,17 +237,23 @@ void look_for_patches(Garment& garment) {
   }
   // 1 and 2: front and back in front; 4 and 8: behind others.
   garment.flags.assign(patches.count(), 0);
-  const auto hidden = [&](const V3f& at, float tolerance) {
-    const int x = static_cast<int>(std::floor(at.x));
-    const int y = static_cast<int>(std::floor(at.y));
-    if (x < 0 || y < 0 || x >= columns || y >= rows) return true;
-    return at.z > garment.depths[y * columns + x] + tolerance;
+  // Whether all of these points that lie in the frame are hidden, and some do.
+  const auto hidden = [&](const std::array<V3f, 4>& points, float tolerance) {
+    int inside = 0;
+    int behind = 0;
+    for (const V3f& at : points) {
+      if (!(at.x >= 0 && at.y >= 0 && at.x < columns && at.y < rows)) continue;
+      ++inside;
+      const float depth = garment.depths[static_cast<int>(at.y) * columns + static_cast<int>(at.x)];
+      behind += at.z > depth + tolerance ? 1 : 0;
+    }
+    return inside > 0 && behind == inside;
   };
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const MergedTriangle& t = mesh.triangles[i];
     const Patches::Place& place = patches.place(static_cast<std::uint32_t>(i));
     const auto is_behind_viewer = [&](std::uint32_t c) { return !(projected.screen[c][2] > 0); };
-    if (place.chart < 0 || std::all_of(t.corners.begin(), t.corners.end(), is_behind_viewer)) continue;
+    if (std::all_of(t.corners.begin(), t.corners.end(), is_behind_viewer)) continue;
     bool behind = false;
     bool back = false;
     if (before_viewer(t)) {
@@ -187,25 +266,11 @@ void look_for_patches(Garment& garment) {
       back = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y) < 0;
       const float tolerance = 0.5F * (std::max({a.z, b.z, c.z}) - std::min({a.z, b.z, c.z})) +
                               4 * static_cast<float>(garment.camera.window_half.y) / rows * a.z;
-      behind = hidden(a, tolerance) && hidden(b, tolerance) && hidden(c, tolerance) &&
-               hidden((a + b + c) / 3.0F, tolerance);
+      behind = hidden({a, b, c, (a + b + c) / 3.0F}, tolerance);
     }
     const std::uint8_t flag = static_cast<std::uint8_t>((back ? 2 : 1) << (behind ? 2 : 0));
-    const V2f first = mesh.uv(t.corners[0]);
-    const auto units = static_cast<float>(patches.units_of_repeat());
-    V2f least(HUGE_VALF, HUGE_VALF);
-    V2f most(-HUGE_VALF, -HUGE_VALF);
-    for (const std::uint32_t corner : t.corners) {
-      const V2f at = (mesh.uv(corner) - V2f(std::floor(first.x), std::floor(first.y))) * units;
-      least = {std::min(least.x, std::floor(at.x)), std::min(least.y, std::floor(at.y))};
-      most = {std::max(most.x, std::floor(at.x)), std::max(most.y, std::floor(at.y))};
-    }
-    // Of a triangle across the whole chart all patches, once.
-    const auto step = [&](float range) { return std::max(1.0F, std::floor(range / 64)); };
-    for (float v = least.y; v <= most.y; v += step(most.y - least.y)) {
-      for (float u = least.x; u <= most.x; u += step(most.x - least.x))
-        garment.flags[patches.at(place, static_cast<int>(u), static_cast<int>(v))] |= flag;
-    }
+    patches.for_all(place, patches.extent(mesh, i),
+                    [&](std::uint32_t patch) { garment.flags[patch] |= flag; });
   }
   garment.needs.clear();
   const auto add = [&](std::uint8_t mask, std::uint8_t without) {
@@ -221,16 +286,39 @@ void look_for_patches(Garment& garment) {
   garment.in_front = garment.needs.size();
   add(4, 1);
   garment.done = 0;
+  // Garments share the memory by their needs.
+  const float samples = garment.options.cells.samples;
+  garment.need = garment.store->expect(garment.needs) / (samples * samples);
+  double all = 0;
+  for (const auto& of : garments) all += of ? of->need : 0;
+  garment.store->set_memory(fill * static_cast<double>(image_memory) * (all > 0 ? garment.need / all : 1));
   // Images that are shown stay; first come patches without an image, then those that were not looked at for
   // longest.
   const auto place_of = [&](const PatchNeed& need) {
     const Garment::Shown& shown = garment.shown[need.patch];
-    return shown.image != 0 && atlas.find(shown.image, frame) != 0 ? shown.at : 0;
+    return atlas.find(shown.image, 0) != 0 ? shown.at : 0;
   };
   const auto earlier = [&](const PatchNeed& a, const PatchNeed& b) { return place_of(a) < place_of(b); };
   const auto behind = garment.needs.begin() + static_cast<std::ptrdiff_t>(garment.in_front);
   std::stable_sort(garment.needs.begin(), behind, earlier);
   std::stable_sort(behind, garment.needs.end(), earlier);
+}
+
+/// The first entry of so many in the table that no garment has.
+std::size_t room_in_table(std::size_t entries) {
+  std::vector<std::pair<std::size_t, std::size_t>> taken;
+  for (const auto& garment : garments) {
+    if (garment && garment->store)
+      taken.emplace_back(garment->table, garment->store->patches().table().size());
+  }
+  std::sort(taken.begin(), taken.end());
+  std::size_t first = 0;
+  for (const auto& [begin, count] : taken) {
+    if (begin >= first + entries) break;
+    first = begin + count;
+  }
+  table.resize(std::max(table.size(), 2 * (first + entries)));
+  return first;
 }
 
 /// Gives a garment's mesh a shape: positions, and normals and tangents with them.
@@ -272,15 +360,19 @@ EXPORT(input) void* input(std::uint32_t count) {
   return given.data();
 }
 
-EXPORT(set_memory) void set_memory(std::uint32_t bytes) {
-  image_memory = bytes;
-  atlas.set_rows(std::max(static_cast<int>(bytes / (sizeof(CellTexel) * Atlas::width)), 64));
+/// Sets the bytes of images, and returns the rows of the atlas.
+EXPORT(set_memory) std::uint32_t set_memory(std::uint32_t bytes) {
+  constexpr std::uint32_t least = 4U << 20;
+  constexpr std::uint32_t most = 128U << 20;
+  image_memory = std::clamp(bytes, least, most);
+  atlas.set_rows(static_cast<int>(image_memory / ((sizeof(CellTexel) + 1) * Atlas::width)));
+  return static_cast<std::uint32_t>(atlas.rows());
 }
 
 /// Begins a fabric; input: width, height, levels (whole), period (2), height of the plane, thickness, columns
 /// and rows of views and lights (whole). Returns its number.
 EXPORT(add_fabric) std::uint32_t add_fabric() {
-  fabrics.push_back(std::make_unique<LoadedFabric>());
+  fabrics.push_back(std::make_shared<LoadedFabric>());
   Fabric& fabric = fabrics.back()->fabric;
   fabric.period_mm = {floats()[3], floats()[4]};
   fabric.reference_height = floats()[5];
@@ -395,9 +487,13 @@ const float* evaluate_query(std::uint32_t number, std::uint32_t behind, std::uin
 /// each triangle (whole). Returns its number.
 EXPORT(add_garment)
 std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uint32_t triangles) {
-  Garment& garment = *garments.emplace_back(std::make_unique<Garment>());
-  garment.first_image = std::uint64_t{garments.size()} << 40;
-  garment.sides = {*fabrics[fabric]->sides};
+  auto place = std::find(garments.begin(), garments.end(), nullptr);
+  if (place == garments.end()) place = garments.insert(place, nullptr);
+  *place = std::make_unique<Garment>();
+  Garment& garment = **place;
+  garment.first_image = ++garments_made << 40;
+  garment.fabric = fabrics[fabric];
+  garment.sides = {*garment.fabric->sides};
   SurfaceMaterial& material = garment.materials.emplace_back();
   material.fabric = 0;
   material.keeps_opacity = true;
@@ -416,7 +512,7 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
   garment.store = std::make_unique<CellStore>(mesh, garment.materials, garment.sides, V3d(0, 0, 0));
   const Patches& patches = garment.store->patches();
   garment.shown.resize(2 * patches.count());
-  garment.table = table.size() / 2;
+  garment.table = room_in_table(patches.table().size());
   garment.charts.resize(6 * std::size_t{vertices});
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const Patches::Place& place = patches.place(static_cast<std::uint32_t>(i));
@@ -429,13 +525,13 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
                           patches.smallest_of_repeat(),
                           static_cast<float>(chart.size.x),
                           static_cast<float>(chart.size.y)};
-    for (const std::uint32_t vertex : mesh.triangles[i].corners) {
-      const std::uint32_t of = vertex < vertices ? vertex : tangents.copy_of[vertex - vertices];
-      std::memcpy(&garment.charts[6 * std::size_t{of}], numbers, sizeof numbers);
-    }
+    // The last corner's numbers are the triangle's: others may lie in several charts, where the texture is
+    // mirrored.
+    const std::uint32_t vertex = mesh.triangles[i].corners[2];
+    const std::uint32_t of = vertex < vertices ? vertex : tangents.copy_of[vertex - vertices];
+    std::memcpy(&garment.charts[6 * std::size_t{of}], numbers, sizeof numbers);
   }
-  table.resize(table.size() + 2 * patches.table().size());
-  return static_cast<std::uint32_t>(garments.size() - 1);
+  return static_cast<std::uint32_t>(place - garments.begin());
 }
 /// Gives a garment another shape; input: position and normal of each vertex.
 EXPORT(pose_garment) void pose_garment(std::uint32_t number) {
@@ -452,8 +548,12 @@ EXPORT(pose_garment) void pose_garment(std::uint32_t number) {
 /// Six numbers of each vertex, by which the look-up finds its patch: first entry of its chart in the table,
 /// first u and v, smallest patches along a repeat, columns and rows of the chart.
 EXPORT(charts_of) const float* charts_of(std::uint32_t garment) { return garments[garment]->charts.data(); }
-EXPORT(remove_garment) void remove_garment(std::uint32_t garment) {
-  garments[garment] = std::make_unique<Garment>();
+EXPORT(remove_garment) void remove_garment(std::uint32_t garment) { garments[garment].reset(); }
+EXPORT(remove_fabric) void remove_fabric(std::uint32_t fabric) { fabrics[fabric].reset(); }
+/// 1: images have found no room since the last call, and the next frames' are coarser; + 2: tiles have moved,
+/// also other garments'.
+EXPORT(take_events) std::uint32_t take_events() {
+  return (std::exchange(is_full, false) ? 1 : 0) + (std::exchange(is_packed, false) ? 2 : 0);
 }
 
 /// Begins a frame of a garment. Input: projection (1: parallel), position (3), right (3), up (3), direction
@@ -486,7 +586,8 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   options.cells = moving_cell_images;
   options.cells.samples = next();
   options.cells.fresh = next();
-  options.cells.memory = image_memory / std::max<std::size_t>(garments.size(), 1);
+  options.cells.memory = image_memory / garments.size();
+  if (options.cells.fresh < 1) fill = std::min(1.02 * fill, most_fill);
   options.levels.forced = static_cast<int>(next());
   const bool around = next() != 0;
   for (V3f& factor : garment.around.factors) factor = V3f(next3());
@@ -534,8 +635,7 @@ EXPORT(table_of) const std::uint32_t* table_of(std::uint32_t number) {
   const Garment& garment = *garments[number];
   const Patches& patches = garment.store->patches();
   const auto tile_of = [&](std::uint32_t patch, std::uint32_t side) {
-    const std::uint64_t image = garment.shown[2 * patch + side].image;
-    return image != 0 ? atlas.find(image, 0) : 0;
+    return atlas.find(garment.shown[2 * patch + side].image, 0);
   };
   // Of a patch without an image, those around it and within it.
   const auto shown = [&](std::uint32_t patch, std::uint32_t side) {
@@ -570,11 +670,7 @@ EXPORT(table_of) const std::uint32_t* table_of(std::uint32_t number) {
 }
 
 /// All tiles are to be uploaded again.
-EXPORT(forget_tiles) void forget_tiles() {
-  const int rows = atlas.rows();
-  atlas = {};
-  atlas.set_rows(rows);
-}
+EXPORT(forget_tiles) void forget_tiles() { clear_atlas(); }
 
 EXPORT(upload_count) std::uint32_t upload_count() { return static_cast<std::uint32_t>(uploads.size()); }
 /// Six words of each upload: place, size, and the addresses of its halves, four of each texel, and heights.
@@ -584,6 +680,5 @@ EXPORT(clear_uploads) void clear_uploads() {
   pixels.clear();
   heights.clear();
 }
-/// Share of light of one side that the other side gets (CellLights::brightness()), and whether the cloth has
-/// yarn.
+/// Share of light of one side that the other side gets (CellLights::brightness()).
 EXPORT(beyond_of) float beyond_of(std::uint32_t garment) { return garments[garment]->store->beyond(0); }

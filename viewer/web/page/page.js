@@ -77,10 +77,11 @@ function redraw() {
   if (!due && !drawing) requestAnimationFrame(draw);
   due = true;
 }
-/** Draws finer pixels at rest. */
+/** Draws pixels as fine as time allows at rest. */
 function refine() {
-  if (fine === FINEST || FINEST ** 2 * state.ms > LONG) return;
-  fine = FINEST;
+  const wanted = FINEST ** 2 * state.ms > LONG ? 1 : FINEST;
+  if (fine === wanted) return;
+  fine = wanted;
   redraw();
 }
 /** Redraws while something moves. */
@@ -97,7 +98,8 @@ function moved() {
 /** Tells how much of the cloth in sight has its images, and shows them. */
 function progress({at_rest = false}) {
   state.at_rest = at_rest;
-  const shown = [...materials].every(({shows}) => shows === 'fabric'), now = performance.now();
+  const is_shown = ({shows, fabric, garment}) => shows === 'fabric' || !fabric || fabric.issue || garment?.state === 'ended';
+  const shown = [...materials].every(is_shown), now = performance.now();
   by_id('progress').textContent = shown || state.fallback ? '' : `loading: ${Math.round(100 * cell_images.share())} %`;
   if (!at_rest && shown && now < shown_at + SHOW) return;
   if (!shown && !at_rest && materials.size > 0 && state.frames > 0) return;
@@ -231,6 +233,7 @@ async function start() {
     await fabric?.settled;
     if (fabric?.issue) tell(`${fabric.issue.code}: ${fabric.name}: the fallback is shown`);
   }
+  progress({});
   const levels = Math.max(0, ...[...materials].map(({fabric}) => fabric?.levels ?? 0));
   by_id('level').add(new Option('by distance', '-1'));
   for (let k = 0; k < levels; ++k) by_id('level').add(new Option(k, k));

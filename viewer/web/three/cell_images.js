@@ -4,7 +4,7 @@ import {
   BufferAttribute, BufferGeometry, DataTexture, EventDispatcher, FloatType, HalfFloatType, LinearFilter, Matrix4, NearestFilter, RGBAFormat, RGIntegerFormat,
   RedFormat, UnsignedByteType, UnsignedShortType, Vector2, Vector3, Vector4
 } from 'three';
-import {ask, listen, memory_of_images, send} from '../background.js';
+import {ask, listen, send} from '../background.js';
 import {TILE_NUMBERS} from '../cells.js';
 
 /** Texels of a row of the atlas, of the table, and of the tiles, three texels each. */
@@ -25,11 +25,14 @@ function atlas_of(format, type, filter) {
   return texture;
 }
 
-/** As the module has it: of so many bytes. */
-const rows_of_atlas = () => Math.max(Math.floor(memory_of_images() / (8 * WIDTH)), 64);
-
-/** Tiles that wait for a renderer's next frame. */
-const MOST_WAITING = 4096;
+/** Bytes of tiles that wait for a renderer's next frame. */
+const MOST_WAITING = 2 ** 26;
+/** Coordinates beyond are refused, m or repeats. */
+const FARTHEST = 1e9;
+/** ms in which a view that was there before another one is another camera's. */
+const CAMERAS = 500;
+/** ms for which an object without a geometry of its own may be waited for. */
+const WAITING = 1000;
 /** ms between the shapes of a skin that the worker gets. */
 const POSE = 150;
 
@@ -54,8 +57,8 @@ function lights_of(renderer, scene, camera) {
     return lights_of_frame.lights;
   const lights = [];
   scene.traverseVisible((object) => {
-    if ((object.isDirectionalLight || object.isPointLight || object.isSpotLight) && object.layers.test(camera.layers))
-      lights.push(object);
+    const is_seen = object.isDirectionalLight || object.isSunLight || object.isPointLight || object.isSpotLight;
+    if (is_seen && object.layers.test(camera.layers)) lights.push(object);
   });
   lights_of_frame = {renderer, scene, frame, lights};
   return lights;
@@ -68,9 +71,10 @@ function lights_of(renderer, scene, camera) {
 function numbers_of_light(light, scale) {
   const {r, g, b} = light.color, irradiance = [r, g, b].map((x) => x * light.intensity);
   const position = place.setFromMatrixPosition(light.matrixWorld);
-  if (!light.isDirectionalLight)
+  if (!light.isDirectionalLight && !light.isSunLight)
     return [1, 0, 0, 1, ...irradiance.map((x) => x / scale ** 2), ...position.applyMatrix4(inverse).toArray()];
-  const towards = position.sub(other.setFromMatrixPosition(light.target.matrixWorld)).transformDirection(inverse);
+  if (light.target) position.sub(other.setFromMatrixPosition(light.target.matrixWorld));
+  const towards = position.transformDirection(inverse);
   return [0, ...towards.toArray(), ...irradiance, 0, 0, 0];
 }
 
@@ -79,6 +83,11 @@ function numbers_of_camera(camera, scale) {
   const {elements: p} = camera.projectionMatrix, perspective = p[11] === -1, unit = perspective ? 1 : scale;
   const axes = [0, 1, 2].map((k) => place.setFromMatrixColumn(camera.matrixWorld, k).transformDirection(inverse).toArray());
   const centre = perspective ? [p[8] / p[0], p[9] / p[5]] : [-p[12] / p[0], -p[13] / p[5]];
+  // The module's axes are right-handed: it sees a mirrored mesh in a mirror.
+  if (inverse.determinant() < 0) {
+    axes[0] = axes[0].map((x) => -x);
+    centre[0] = -centre[0];
+  }
   return [
     perspective ? 0 : 1, ...place.setFromMatrixPosition(camera.matrixWorld).applyMatrix4(inverse).toArray(), ...axes[0],
     ...axes[1], ...axes[2], centre[0] / unit, centre[1] / unit, 1 / p[0] / unit, 1 / p[5] / unit, camera.near / scale,
@@ -92,8 +101,9 @@ class CellImages extends EventDispatcher {
   /** { renderer, texture, uploads }: a WeakRef, the atlas as OpenGL has it, tiles that it does not have yet. */
   #renderers = [];
   #has_uploads = false;
-  /** Objects that are to have a geometry of their own, and garments that the worker does not know yet. */
-  #waiting = new Set();
+  #rows = 0;
+  /** Objects that are to have a geometry of their own, until when; and how many garments the worker does not know yet. */
+  #waiting = new Map();
   #asked = 0;
   #views = 0;
   constructor() {
@@ -117,35 +127,50 @@ class CellImages extends EventDispatcher {
     const {fabric, lay} = material, key = `${fabric.number} ${JSON.stringify(lay)}`;
     if (!this.#garments.has(geometry)) {
       this.#garments.set(geometry, {owner: new WeakRef(object), all: new Map()});
-      geometry.addEventListener('dispose', () => this.#drop(geometry));
+      geometry.addEventListener('dispose', this.#dropped);
     }
     const {owner, all} = this.#garments.get(geometry);
     if (owner.deref() !== object) {
-      this.#waiting.add(object);
+      this.#waiting.set(object, performance.now() + WAITING);
       // Images are of one place: all but the first object have a geometry of their own, of the same attributes.
       queueMicrotask(() => {
         if (object.geometry === geometry) object.geometry = own_geometry(geometry);
       });
       return null;
     }
-    if (!all.has(key)) all.set(key, this.#ask(object, geometry, material, CHART.map((name) => name + (all.size || ''))));
+    if (!all.has(key)) {
+      // Other fabrics of the object that no material shows any more.
+      for (const [old, garment] of all) {
+        for (const one of garment.materials) if (one.garment !== garment) garment.materials.delete(one);
+        if (garment.number === null || garment.materials.size > 0) continue;
+        this.#remove(garment);
+        all.delete(old);
+      }
+      const taken = new Set([...all.values()].map(({names}) => names[0]));
+      let k = 0;
+      while (taken.has(CHART[0] + (k || ''))) ++k;
+      all.set(key, this.#ask(geometry, material, CHART.map((name) => name + (k || ''))));
+      all.get(key).is_known = () => this.#garments.get(geometry)?.all.get(key) === all.get(key);
+    }
     this.#waiting.delete(object);
     const garment = all.get(key);
     garment.materials.add(material);
     return garment;
   }
-  #drop(geometry) {
-    for (const {number, names} of this.#garments.get(geometry)?.all.values() ?? []) {
-      for (const name of names) geometry.deleteAttribute(name);
-      if (number === null) continue;
-      this.#of_number.delete(number);
-      send({kind: 'remove', garment: number});
-    }
+  #dropped = ({target: geometry}) => {
+    geometry.removeEventListener('dispose', this.#dropped);
+    for (const garment of this.#garments.get(geometry)?.all.values() ?? []) this.#remove(garment);
     this.#garments.delete(geometry);
+  };
+  #remove({geometry, number, names}) {
+    for (const name of names) geometry.deleteAttribute(name);
+    if (number === null) return;
+    this.#of_number.delete(number);
+    send({kind: 'remove', garment: number});
   }
-  #ask(object, geometry, {fabric, lay, fabric_uniforms: {fabric_transform: {value: matrix}}}, names) {
+  #ask(geometry, {fabric, lay, fabric_uniforms: {fabric_transform: {value: matrix}}}, names) {
     const garment = {
-      state: 'asked', number: null, beyond: 0, last: '', view: null, pose: '', posed_at: -POSE, share: 0, at_rest: false, materials: new Set(), geometry, names
+      state: 'asked', number: null, beyond: 0, last: '', before: '', sent_at: 0, view: null, pose: '', posed_at: -POSE, share: 0, at_rest: false, materials: new Set(), geometry, names
     };
     const {position, normal} = geometry.attributes, uv = geometry.attributes[lay.uv_set === 1 ? 'uv1' : 'uv'];
     if (!position || !normal || !uv) return {...garment, state: 'ended'};
@@ -162,8 +187,11 @@ class CellImages extends EventDispatcher {
         ], 8 * i);
       }
       const corners = Uint32Array.from({length: index?.count ?? count}, (_, i) => index ? index.getX(i) : i);
+      if (!vertices.every((x) => Math.abs(x) < FARTHEST)) throw new Error('a vertex is not finite, or too far away');
+      if (corners.some((i) => i >= count)) throw new Error('a triangle has a vertex that is not there');
       const {number, charts, beyond} =
         await ask({kind: 'garment', fabric: fabric.number, vertices, corners}, [vertices.buffer, corners.buffer]);
+      if (!garment.is_known()) return send({kind: 'remove', garment: number});
       const [chart, chart_size] = [new Float32Array(4 * count), new Float32Array(2 * count)];
       for (let i = 0; i < count; ++i) {
         chart.set(charts.subarray(6 * i, 6 * i + 4), 4 * i);
@@ -198,7 +226,9 @@ class CellImages extends EventDispatcher {
     const now = JSON.stringify(view);
     if (this.#pose(garment, object)) garment.last = '';
     if (garment.last === now) return;
-    Object.assign(garment, {last: now, view: {...view, serial: ++this.#views}, at_rest: false});
+    // Cameras that take turns, as of a mirror: the last one's images stay.
+    if (garment.before === now && performance.now() < garment.sent_at + CAMERAS) return;
+    Object.assign(garment, {before: garment.last, last: now, sent_at: performance.now(), view: {...view, serial: ++this.#views}, at_rest: false});
     this.#send_view(garment);
   }
   /** Sends the worker the shape of a skin in motion, some times a second; whether it has. */
@@ -210,10 +240,11 @@ class CellImages extends EventDispatcher {
     if (performance.now() < garment.posed_at + POSE) return false;
     Object.assign(garment, {pose, posed_at: performance.now()});
     const {normal, position: {count}} = object.geometry.attributes, shape = new Float32Array(6 * count);
-    const moves = object.geometry.morphAttributes.normal ?? [], influences = object.morphTargetInfluences ?? [];
+    const {morphAttributes, morphTargetsRelative} = object.geometry, influences = object.morphTargetInfluences ?? [];
+    const moves = morphAttributes.normal ?? [], rest = morphTargetsRelative ? 1 : 1 - influences.reduce((a, b) => a + b, 0);
     for (let i = 0; i < count; ++i) {
       object.getVertexPosition(i, place).toArray(shape, 6 * i);
-      other.fromBufferAttribute(normal, i);
+      other.fromBufferAttribute(normal, i).multiplyScalar(moves.length > 0 ? rest : 1);
       moves.forEach((move, k) => other.addScaledVector(moved.fromBufferAttribute(move, i), influences[k]));
       if (object.isSkinnedMesh) {
         // Of a skin, the change from a place to the place beside it.
@@ -222,6 +253,7 @@ class CellImages extends EventDispatcher {
       }
       other.toArray(shape, 6 * i + 3);
     }
+    if (!shape.every((x) => Math.abs(x) < FARTHEST)) return false;
     send({kind: 'pose', garment: garment.number, shape}, [shape.buffer]);
     return true;
   }
@@ -229,13 +261,19 @@ class CellImages extends EventDispatcher {
     if (number !== null && view) send({kind: 'view', garment: number, ...view});
   }
 
-  #take({kind, garment: number, first, entries, tiles, missing, wanted, uploads, at_rest, serial}) {
+  #take({kind, message, rows, garment: number, first, entries, tiles, missing, wanted, uploads, at_rest, serial}) {
     if (kind === 'end') {
       for (const garment of this.#of_number.values()) {
         garment.state = 'ended';
         for (const material of garment.materials) material.update_fabric();
       }
-      return this.dispatchEvent({type: 'change'});
+      if (this.#of_number.size > 0) console.warn(`selvedge: GRAPHICS_UNAVAILABLE: ${message}; the fallback is shown`);
+      this.#of_number.clear();
+      return this.dispatchEvent({type: 'change', at_rest: true});
+    }
+    if (kind === 'rows') {
+      this.#rows = rows;
+      return;
     }
     const garment = this.#of_number.get(number);
     if (!garment) return;
@@ -255,12 +293,14 @@ class CellImages extends EventDispatcher {
     this.#has_uploads = true;
     for (const known of this.#renderers) {
       known.uploads.push(...uploads);
+      known.bytes += uploads.reduce((sum, {halves}) => sum + halves.byteLength, 0);
       // A renderer that does not draw gets all of them again when it does.
-      if (known.uploads.length > MOST_WAITING) known.texture = null;
+      if (known.bytes > MOST_WAITING) known.texture = null;
       if (known.texture === null) known.uploads.length = 0;
     }
     Object.assign(garment, {at_rest: at_rest && serial === garment.view.serial, share: wanted > 0 ? 1 - missing / wanted : 1});
-    if (garment.state === 'waiting' && missing === 0) {
+    // Without room for all images it is as good as it gets.
+    if (garment.state === 'waiting' && ((missing === 0 && wanted > 0) || at_rest)) {
       garment.state = 'shown';
       garment.names.forEach((name, i) => garment.geometry.setAttribute(name, garment.attributes[i]));
       for (const material of garment.materials) material.update_fabric();
@@ -269,7 +309,9 @@ class CellImages extends EventDispatcher {
   }
   /** Whether all images are as the last views want them. */
   at_rest() {
-    return this.#waiting.size === 0 && this.#asked === 0 && [...this.#of_number.values()].every(({at_rest}) => at_rest);
+    for (const [object, until] of this.#waiting) if (performance.now() > until) this.#waiting.delete(object);
+    return this.#waiting.size === 0 && this.#asked === 0 &&
+      [...this.#of_number.values()].every(({at_rest, view}) => at_rest || !view);
   }
   /** Share of the patches in sight that have images. */
   share() {
@@ -286,25 +328,26 @@ class CellImages extends EventDispatcher {
   }
   /** Gives a renderer the tiles that it has not. */
   #upload(renderer) {
+    if (this.#rows === 0) return;
     const atlases = [this.uniforms.cell_atlas.value, this.uniforms.cell_heights.value];
     const of_gl = () => renderer.properties.get(atlases[0]).__webglTexture;
     const known = this.#renderers.find((each) => each.renderer.deref() === renderer);
     if (!known || known.texture !== of_gl()) {
       for (const atlas of atlases) {
-        atlas.image.height = rows_of_atlas();
+        atlas.image.height = this.#rows;
         renderer.initTexture(atlas);
       }
       if (this.#has_uploads) this.#start_again();
       // Others wait for tiles, too: all get all.
       this.#renderers = this.#renderers.filter((each) => each !== known && each.renderer.deref());
-      this.#renderers.push({renderer: new WeakRef(renderer), texture: of_gl(), uploads: []});
+      this.#renderers.push({renderer: new WeakRef(renderer), texture: of_gl(), uploads: [], bytes: 0});
       return;
     }
     for (const {x, y, width, height, halves, heights} of known.uploads) {
       for (const [atlas, data] of [[atlases[0], halves], [atlases[1], heights]])
         renderer.copyTextureToTexture(new DataTexture(data, width, height, atlas.format, atlas.type), atlas, null, size.set(x, y));
     }
-    known.uploads.length = 0;
+    known.uploads.length = known.bytes = 0;
   }
 }
 

@@ -1,5 +1,5 @@
 // A fabric file that is loaded beside a scene, for any number of materials.
-import {ask} from '../background.js';
+import {ask, send} from '../background.js';
 import {issue_of} from '../load.js';
 import {Issue} from '../reader/index.js';
 
@@ -28,6 +28,11 @@ export class LoadedFabric {
       const {code, place, message} = this.issue;
       console.warn(`selvedge: ${code}: ${name}${place ? `: ${place}` : ''}: ${message}; the fallback is shown`);
     });
+  }
+  /** Frees the fabric, once no garment shows it any more. */
+  dispose() {
+    if (this.number !== null) send({kind: 'remove', fabric: this.number});
+    Object.assign(this, {state: 'broken', number: null});
   }
   async #load(source) {
     const found = await source;

@@ -10,7 +10,7 @@ export type Source = ArrayBuffer | {url: string; headers?: Record<string, string
  * address of cells.wasm.
  */
 export function use_worker(make: () => Worker, cells?: ArrayBuffer | string): void;
-/** Bytes that cell images may take, 64 MiB by default; before the first fabric is loaded. */
+/** Bytes that cell images may take, 4 to 128 MiB, 64 by default; before the first fabric is loaded. */
 export function use_memory(bytes: number): void;
 /** The images of all fabrics: an event `change` says that a frame would show more of them. */
 export const cell_images: EventDispatcher<{change: {at_rest: boolean}}> & {
@@ -36,6 +36,8 @@ export class LoadedFabric {
   readonly read_in: 'worker' | 'main thread' | null;
   /** Settled when the fabric is ready or broken; it never fails. */
   readonly settled: Promise<void>;
+  /** Frees it; materials that show it keep their images. */
+  dispose(): void;
 }
 
 /** How a fabric lies on a surface: KHR_texture_transform and the set of coordinates, 0 or 1. */

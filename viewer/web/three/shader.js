@@ -60,9 +60,6 @@ ${charts[0] === CHART[0] ? '' : CHART.map((name, i) => `#define ${name} ${charts
     .replace('#include <project_vertex>', `#include <project_vertex>\n${VERTEX_BODY}${kept.body}`)}`;
 }
 
-// three.js has sun lights since r187.
-const SUN_LIGHTS = ShaderChunk.lights_pars_begin.includes('NUM_SUN_LIGHTS') ? ' + NUM_SUN_LIGHTS' : '';
-
 const FRAGMENT_NAMES = `
 // Features of the chunks for the fallback alone.
 #undef STANDARD
