@@ -1,6 +1,7 @@
 // Frames of the sweater in its default fabric in Chromium's software rasteriser: processor ms of all its processes, the
 // worker's included, beside the same garment in three.js's MeshPhysicalMaterial, the fallback with its maps and sheen; both in
-// the studio's light with a shadow map. Medians of alternating runs; 960 x 540.
+// the studio's light with a shadow map. Medians of alternating runs; 960 x 540. dB: the last moving frame to the same view at
+// rest.
 //
 //   node web.mjs PACKAGE_FOLDER SWEATER.glb [RUNS]
 import { readFileSync, readdirSync } from 'node:fs';
@@ -31,19 +32,23 @@ await in_browser(package_folder, { made: dirname(garment) }, async ({ page, erro
   const call = (name, ...args) => page.evaluate(
     async ([f, a]) => (await import('/test/bench_page.js'))[f](...a), [name, args]);
   await call('open', `/made/${basename(garment)}`);
-  console.log('| view | MeshPhysicalMaterial, ms | fabric, moving | times | nothing moving | times |\n|---|---|---|---|---|---|');
+  console.log('| view | MeshPhysicalMaterial, ms | fabric, moving | times | dB | nothing moving | times |\n' +
+    '|---|---|---|---|---|---|---|');
   for (const [name, pixels, degrees] of VIEWS) {
     const ms = { material: [], moving: [], still: [] };
+    let decibels = 0;
     for (let run = 0; run < Number(runs); ++run) {
       for (const [way, shows, step] of [['material', false, degrees], ['moving', true, degrees], ['still', true, 0]]) {
         await call('prepare', pixels, shows);
         const begin = computed();
         await call('draw', FRAMES, step);
         ms[way].push(1000 * (computed() - begin) / FRAMES);
+        if (way === 'moving') decibels = await call('moving_decibels');
       }
     }
     const [material, moving, still] = [ms.material, ms.moving, ms.still].map(median);
     console.log(`| ${name} | ${material.toFixed(0)} | ${moving.toFixed(0)} | ${(moving / material).toFixed(2)} | ` +
+      `${decibels.toFixed(1)} | ` +
       `${still.toFixed(0)} | ${(still / material).toFixed(2)} |`);
   }
   if (errors.length > 0) console.log(errors);

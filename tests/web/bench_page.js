@@ -46,16 +46,34 @@ export async function open(file) {
   renderer.shadowMap.needsUpdate = true;
 }
 
+/** Waits until the view is at rest. */
+async function rest(shows_fabric) {
+  frame();
+  const shown = () => [...materials].every(({ shows }) => shows === (shows_fabric ? 'fabric' : 'fallback'));
+  while (!shown() || (shows_fabric && !cell_images.at_rest())) await new Promise((end) => setTimeout(end, 50));
+  for (let i = 0; i < 2; ++i) frame();
+}
 /** Waits until a view of so many pixels a repeat is at rest, in the fabric or in the fallback. */
 export async function prepare(pixels, shows_fabric) {
   azimuth = 0;
   // Half a chest before the middle.
   distance = 0.12 + HEIGHT * mm / 1000 / (2 * Math.tan(Math.PI / 12) * pixels);
   for (const material of materials) material.shows_fabric = shows_fabric;
-  frame();
-  const shown = () => [...materials].every(({ shows }) => shows === (shows_fabric ? 'fabric' : 'fallback'));
-  while (!shown() || (shows_fabric && !cell_images.at_rest())) await new Promise((end) => setTimeout(end, 50));
-  for (let i = 0; i < 2; ++i) frame();
+  await rest(shows_fabric);
+}
+
+/** dB of the last frame that moved to the same view at rest, as displayed. */
+export async function moving_decibels() {
+  const picture = () => {
+    frame();
+    const bytes = new Uint8Array(4 * WIDTH * HEIGHT);
+    gl.readPixels(0, 0, WIDTH, HEIGHT, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+    return bytes;
+  };
+  const moving = picture();
+  await rest(true);
+  const errors = picture().reduce((sum, byte, i) => sum + ((byte - moving[i]) / 255) ** 2, 0);
+  return -10 * Math.log10(errors / (3 * WIDTH * HEIGHT));
 }
 
 /** Draws frames of an orbit by so many degrees each. */

@@ -118,10 +118,10 @@ CellStore::ClothSide::ClothSide(const Fabric& seen) : fabric(seen), texels(seen)
   shadows.emplace(*yarn);
 }
 
-std::vector<CellStore::Cloth> CellStore::cloths_of(std::span<const FabricSides> fabrics) {
-  std::vector<Cloth> cloths;
+std::shared_ptr<std::vector<CellStore::Cloth>> CellStore::cloths_of(std::span<const FabricSides> fabrics) {
+  auto cloths = std::make_shared<std::vector<Cloth>>();
   for (const FabricSides& sides : fabrics) {
-    Cloth& cloth = cloths.emplace_back();
+    Cloth& cloth = cloths->emplace_back();
     cloth.front = std::make_unique<ClothSide>(*sides.front);
     if (sides.turned) cloth.back = std::make_unique<ClothSide>(*sides.turned);
     cloth.relief = relief_of_texels;
@@ -141,14 +141,14 @@ std::vector<CellStore::Cloth> CellStore::cloths_of(std::span<const FabricSides> 
 }
 
 CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
-                     std::span<const FabricSides> fabrics, const V3d& origin)
+                     std::span<const FabricSides> fabrics, const V3d& origin, const CellStore* kin)
     : mesh_(mesh),
       materials_(materials),
       origin_(origin),
-      cloths_(cloths_of(fabrics)),
+      cloths_(kin != nullptr ? kin->cloths_ : cloths_of(fabrics)),
       patches_(mesh, materials, [&] {
         std::vector<float> reliefs;
-        for (const Cloth& cloth : cloths_) reliefs.push_back(cloth.relief);
+        for (const Cloth& cloth : *cloths_) reliefs.push_back(cloth.relief);
         return reliefs;
       }()) {
   kept_.resize(2 * patches_.count());
@@ -173,9 +173,9 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   frame_ = call_ + 1;
   memory_ = {};
   demand_ = expected_ = 0;
-  for (Cloth& cloth : cloths_) {
+  for (Cloth& cloth : *cloths_) {
     for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
-      if (side != nullptr && side->shadows) side->shadows->set_memory(options_.memory / 8 / cloths_.size());
+      if (side != nullptr && side->shadows) side->shadows->set_memory(options_.memory / 8 / cloths_->size());
     }
   }
   patches_.choose(camera, origin_, frame,
@@ -200,16 +200,22 @@ void CellStore::set_size(Wanted& of, float samples, float larger) const {
   of.view.size = texel_size(*of.fabric, shown, levels.finer);
 }
 
+/// Sets the fabric, whose number it returns, and the pixels of a patch.
+int CellStore::set_pixel(Wanted& of, PatchSide patch) const {
+  const int fabric = materials_[mesh_.triangles[patches_[patch / 2].triangle].surface].fabric;
+  ClothSide& cloth = (*cloths_)[fabric].seen_from(patch % 2 != 0);
+  of.source = cloth.source();
+  of.fabric = &cloth.fabric;
+  of.period = cloth.fabric.period_mm;
+  of.pixel = patches_.shown(patch / 2).pixel;
+  return fabric;
+}
+
 CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool behind) const {
   const Patch& patch = patches_[need.patch / 2];
   const float side = need.patch % 2 == 0 ? 1.0F : -1.0F;
   Wanted result;
-  const int fabric = materials_[mesh_.triangles[patch.triangle].surface].fabric;
-  ClothSide& cloth = cloths_[fabric].seen_from(need.patch % 2 != 0);
-  result.source = cloth.source();
-  result.fabric = &cloth.fabric;
-  result.period = cloth.fabric.period_mm;
-  result.pixel = patches_.shown(need.patch / 2).pixel;
+  const int fabric = set_pixel(result, need.patch);
 
   const V3f to_viewer = camera_->projection == Projection::parallel
                             ? V3f(camera_->to_viewer)
@@ -246,8 +252,8 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
     const int plane = (result.own & bit) != 0 ? 1 + std::popcount(result.own & (bit - 1)) : 0;
     V3f lamp = local(direction);
     // Parts of texels' patch may face a light that its mean does not.
-    if (!cloths_[fabric].has_yarn && std::abs(lamp.z) < least_rise) {
-      lifted += (irradiance.x + irradiance.y + irradiance.z) / 3 * (1 - cloths_[fabric].beyond) *
+    if (!(*cloths_)[fabric].has_yarn && std::abs(lamp.z) < least_rise) {
+      lifted += (irradiance.x + irradiance.y + irradiance.z) / 3 * (1 - (*cloths_)[fabric].beyond) *
                 (least_rise - std::max(lamp.z, 0.0F));
       lamp.z = least_rise;
       lamp.normalize();
@@ -265,7 +271,8 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
     around = &mean;
   }
   if (around != nullptr) result.view.around = turned(*around, tangent, up, normal);
-  result.brightness = lights_.brightness(own_normal, patch.centre, around, cloths_[fabric].beyond) + lifted;
+  result.brightness =
+      lights_.brightness(own_normal, patch.centre, around, (*cloths_)[fabric].beyond) + lifted;
   result.view.hairs = options_.hairs && (!behind || options_.hairs_behind);
   result.view.hair_shadows = options_.hair_shadows;
   result.view.shadow_texels = options_.shadow_texels;
@@ -329,7 +336,12 @@ std::optional<float> CellStore::fit(std::span<Work> works, float samples) const 
 
 double CellStore::expect(std::span<const PatchNeed> needs) {
   expected_ = 0;
-  for (const PatchNeed& need : needs) expected_ += bytes_of(wanted(need, options_.samples, false).view);
+  Wanted one;
+  for (const PatchNeed& need : needs) {
+    set_pixel(one, need.patch);
+    set_size(one, options_.samples, 1);
+    expected_ += bytes_of(one.view);
+  }
   return expected_;
 }
 
@@ -457,7 +469,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     const CellImage& image = kept.image;
     const SurfaceMaterial& material = materials_[mesh_.triangles[patches_[work.patch / 2].triangle].surface];
     // Matt texels are as bright as their normal tells; yarn stands out of the cloth.
-    const bool has_yarn = cloths_[material.fabric].has_yarn;
+    const bool has_yarn = (*cloths_)[material.fabric].has_yarn;
     CellLook& look = looks_[work.patch];
     look = {{static_cast<float>(image.width), static_cast<float>(image.height), image.first.x, image.first.y},
             1 / kept.brightness,

@@ -68,16 +68,16 @@ struct CellLook {
 
 class CellStore {
  public:
-  /// All must outlive the object. `fabric_of`: of surfaces, -1: none.
+  /// All must outlive the object. `kin`: a store of the same fabrics, whose yarn is this one's, too.
   CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
-            std::span<const FabricSides> fabrics, const V3d& origin);
+            std::span<const FabricSides> fabrics, const V3d& origin, const CellStore* kin = nullptr);
   ~CellStore();
 
   const Patches& patches() const { return patches_; }
   /// Takes another shape of the mesh. Images stay as long as they are not outdated.
   void take_shape() { patches_.take_shape(mesh_); }
   /// CellLights::brightness(): of yarn, and of cloth that lets light through.
-  float beyond(int fabric) const { return cloths_[fabric].beyond; }
+  float beyond(int fabric) const { return (*cloths_)[fabric].beyond; }
   /// Begins a frame: chooses patches. `supersample`: pixels of the frame along either side of a pixel of the
   /// picture.
   void begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
@@ -106,6 +106,7 @@ class CellStore {
   struct Wanted;
   struct Work;
   Wanted wanted(const PatchNeed& need, float samples, bool behind) const;
+  int set_pixel(Wanted& of, PatchSide patch) const;
   void set_size(Wanted& of, float samples, float larger) const;
   std::optional<float> fit(std::span<Work> works, float samples) const;
   float outdated(const Kept& kept, const Wanted& wanted, float samples) const;
@@ -131,9 +132,9 @@ class CellStore {
     bool has_yarn = false;
     ClothSide& seen_from(bool behind) const { return behind && back ? *back : *front; }
   };
-  static std::vector<Cloth> cloths_of(std::span<const FabricSides> fabrics);
+  static std::shared_ptr<std::vector<Cloth>> cloths_of(std::span<const FabricSides> fabrics);
   V3d origin_;
-  std::vector<Cloth> cloths_;
+  std::shared_ptr<std::vector<Cloth>> cloths_;
   Patches patches_;
   std::size_t bytes_ = 0;                    ///< of the images
   CellMemory memory_;                        ///< of the frame

@@ -20,8 +20,10 @@ import {Issue} from './reader/index.js';
 const SLICE = 30, CHUNK = 4;
 /** Samples of an image along a pixel's side, and the share of images that a frame makes again. */
 const SAMPLES = 2, MOVING = 0.08, RESTING = 1;
-/** ms without another view after which images are made as one that rests wants them. */
-const REST = 150;
+/** ms without another view after which images are made as one that rests wants them: of slow frames twice their time, to a bound. */
+const REST = 150, LATEST_REST = 1000;
+/** ms after which a garment's new images are shown though more are to come. */
+const TELL = 120;
 
 export class CellWorker {
   #post;
@@ -31,7 +33,9 @@ export class CellWorker {
   #due = new Map();
   #views = new Map();
   #working = false;
-  #seen_at = 0;
+  #rests_at = 0;
+  /** When each garment's images were posted. */
+  #told_at = new Map();
   #wake = null;
   constructor(post) {
     this.#post = post;
@@ -79,9 +83,10 @@ export class CellWorker {
   }
   async view({garment, ...view}) {
     await this.#module;
-    this.#views.set(garment, view);
+    const now = performance.now(), between = now - (this.#views.get(garment)?.seen_at ?? -Infinity);
+    this.#rests_at = now + (between < LATEST_REST ? Math.min(Math.max(REST, 2 * between), LATEST_REST) : REST);
+    this.#views.set(garment, {...view, seen_at: now});
     this.#due.set(garment, {view, fresh: MOVING, left: null});
-    this.#seen_at = performance.now();
     this.#wake?.();
     this.#try(() => this.#work());
   }
@@ -90,6 +95,7 @@ export class CellWorker {
     if (fabric !== undefined) return module.remove_fabric(fabric);
     this.#due.delete(garment);
     this.#views.delete(garment);
+    this.#told_at.delete(garment);
     module.remove_garment(garment);
   }
   async again() {
@@ -102,7 +108,7 @@ export class CellWorker {
     const module = await this.#module;
     while (this.#due.size > 0) {
       const all = [...this.#due], [garment, due] = all.find(([, {fresh}]) => fresh === MOVING) ?? all[0];
-      const early = due.fresh === MOVING ? 0 : this.#seen_at + REST - performance.now();
+      const early = due.fresh === MOVING ? 0 : this.#rests_at - performance.now();
       if (early > 0) {
         await new Promise((end) => {
           this.#wake = end;
@@ -126,11 +132,13 @@ export class CellWorker {
       for (const [each, its_view] of this.#views) this.#due.set(each, {view: its_view, fresh: RESTING, left: null});
     else if (left > 0 || fresh !== RESTING)
       this.#due.set(garment, left > 0 ? {view, fresh, left} : {view, fresh: RESTING, left: null});
+    if (left > 0 && !is_packed && performance.now() < this.#told_at.get(garment) + TELL) return;
     this.#tell(module, garment, module.take_uploads());
     if (is_packed)
       for (const other of this.#views.keys()) if (other !== garment) this.#tell(module, other, []);
   }
   #tell(module, garment, uploads) {
+    this.#told_at.set(garment, performance.now());
     const table = module.table(garment), at_rest = !this.#due.has(garment), {serial} = this.#views.get(garment);
     this.#post(
       {kind: 'images', garment, ...table, uploads, at_rest, serial},

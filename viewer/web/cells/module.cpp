@@ -58,6 +58,8 @@ struct Garment {
   DrawOptions options;
   std::vector<PatchNeed> needs;  ///< of this frame, patches in front first
   std::size_t in_front = 0;
+  std::vector<PatchNeed> visits;  ///< of these its images are made, or made again: the first in front, too
+  std::size_t visits_in_front = 0;
   std::size_t done = 0;
   struct Shown {
     std::uint64_t image = 0;  ///< in the atlas's numbers
@@ -79,6 +81,9 @@ std::size_t image_memory = 0;
 /// Share of the atlas that images may fill: it has shelves of equal heights.
 constexpr double most_fill = 0.75;
 constexpr double least_fill = 0.05;
+/// A frame that moves visits one of so many patches that have images, in front and behind.
+constexpr int visits_of_front = 4;
+constexpr int visits_behind = 8;
 /// Share of the atlas from which on it is not packed again.
 constexpr double most_packed = 0.85;
 double fill = most_fill;
@@ -296,12 +301,23 @@ void look_for_patches(Garment& garment) {
   // longest.
   const auto place_of = [&](const PatchNeed& need) {
     const Garment::Shown& shown = garment.shown[need.patch];
-    return atlas.find(shown.image, 0) != 0 ? shown.at : 0;
+    return shown.image != 0 && atlas.find(shown.image, 0) != 0 ? shown.at : 0;
   };
   const auto earlier = [&](const PatchNeed& a, const PatchNeed& b) { return place_of(a) < place_of(b); };
   const auto behind = garment.needs.begin() + static_cast<std::ptrdiff_t>(garment.in_front);
   std::stable_sort(garment.needs.begin(), behind, earlier);
   std::stable_sort(behind, garment.needs.end(), earlier);
+  const auto visit = [&](const auto& first, const auto& last, int share) {
+    const auto has_none = [&](const PatchNeed& need) { return place_of(need) == 0; };
+    const auto shown = std::find_if_not(first, last, has_none);
+    const auto end = shown + (last - shown + share - 1) / share;
+    garment.visits.insert(garment.visits.end(), first, end);
+  };
+  const bool moves = garment.options.cells.fresh < 1;
+  garment.visits.clear();
+  visit(garment.needs.begin(), behind, moves ? visits_of_front : 1);
+  garment.visits_in_front = garment.visits.size();
+  visit(behind, garment.needs.end(), moves ? visits_behind : 1);
 }
 
 /// The first entry of so many in the table that no garment has.
@@ -509,7 +525,10 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
   garment.corners.assign(corners, corners + 3 * std::size_t{triangles});
   const Tangents tangents = take_shape(garment, positions, normals);
   const MergedSurfaces& mesh = garment.mesh;
-  garment.store = std::make_unique<CellStore>(mesh, garment.materials, garment.sides, V3d(0, 0, 0));
+  const auto kin = std::ranges::find_if(
+      garments, [&](const auto& of) { return of && of->store && of->fabric == garment.fabric; });
+  garment.store = std::make_unique<CellStore>(mesh, garment.materials, garment.sides, V3d(0, 0, 0),
+                                              kin != garments.end() ? (*kin)->store.get() : nullptr);
   const Patches& patches = garment.store->patches();
   garment.shown.resize(2 * patches.count());
   garment.table = room_in_table(patches.table().size());
@@ -587,7 +606,10 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   options.cells.samples = next();
   options.cells.fresh = next();
   options.cells.memory = image_memory / garments.size();
-  if (options.cells.fresh < 1) fill = std::min(1.02 * fill, most_fill);
+  if (options.cells.fresh < 1) {
+    fill = std::min(1.02 * fill, most_fill);
+    options.cells.fresh = std::min(visits_of_front * options.cells.fresh, 0.99F);
+  }
   options.levels.forced = static_cast<int>(next());
   const bool around = next() != 0;
   for (V3f& factor : garment.around.factors) factor = V3f(next3());
@@ -609,21 +631,22 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   garment.store->end();
   garment.store->begin(camera, size, options, 1, of);
   look_for_patches(garment);
-  return static_cast<std::uint32_t>(garment.needs.size());
+  return static_cast<std::uint32_t>(garment.visits.size());
 }
 
 /// Makes images of the next so many patches of a frame. Returns how many patches are left.
 EXPORT(make_images) std::uint32_t make_images(std::uint32_t number, std::uint32_t count) {
   Garment& garment = *garments[number];
-  const bool behind = garment.done >= garment.in_front;
-  const std::size_t end = std::min(garment.done + count, behind ? garment.needs.size() : garment.in_front);
-  const std::span<const PatchNeed> needs(&garment.needs[garment.done], end - garment.done);
+  const bool behind = garment.done >= garment.visits_in_front;
+  const std::size_t end =
+      std::min(garment.done + count, behind ? garment.visits.size() : garment.visits_in_front);
+  const std::span<const PatchNeed> needs(&garment.visits[garment.done], end - garment.done);
   if (!needs.empty()) {
     if (!garment.store->make(needs, behind, 0)) garment.store->make(needs, behind, CellStore::most_shared);
     show(garment, needs);
   }
   garment.done = end;
-  return static_cast<std::uint32_t>(garment.needs.size() - end);
+  return static_cast<std::uint32_t>(garment.visits.size() - end);
 }
 
 /// Fills the table of a garment. Returns the address of seven words: its first entry, its entries, their
@@ -635,7 +658,8 @@ EXPORT(table_of) const std::uint32_t* table_of(std::uint32_t number) {
   const Garment& garment = *garments[number];
   const Patches& patches = garment.store->patches();
   const auto tile_of = [&](std::uint32_t patch, std::uint32_t side) {
-    return atlas.find(garment.shown[2 * patch + side].image, 0);
+    const std::uint64_t image = garment.shown[2 * patch + side].image;
+    return image != 0 ? atlas.find(image, 0) : 0;
   };
   // Of a patch without an image, those around it and within it.
   const auto shown = [&](std::uint32_t patch, std::uint32_t side) {
