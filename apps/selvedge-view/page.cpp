@@ -1,5 +1,6 @@
 // page: garments and fabrics as one file that a browser shows by itself.
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <filesystem>
 
@@ -53,6 +54,22 @@ std::span<const std::uint8_t> bytes_of(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
+/// Bytes by gzip and base64.
+std::string packed(std::span<const std::uint8_t> bytes) {
+  constexpr int gzip = 16;
+  z_stream stream{};
+  deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, MAX_WBITS + gzip, MAX_MEM_LEVEL, Z_DEFAULT_STRATEGY);
+  std::vector<std::uint8_t> result(deflateBound(&stream, bytes.size()));
+  stream.next_in = const_cast<Bytef*>(bytes.data());  // NOLINT: zlib only reads it
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = result.data();
+  stream.avail_out = static_cast<uInt>(result.size());
+  deflate(&stream, Z_FINISH);
+  result.resize(stream.total_out);
+  deflateEnd(&stream);
+  return base64(result);
+}
+
 /// The page without garments, which lies beside the programs (viewer/web/page).
 std::string read_template() {
   std::error_code error;
@@ -101,7 +118,7 @@ std::string environment_element(const PageCommand& command) {
   const std::string backdrop = command.backdrop ? fmt::format(" data-backdrop=\"{}\"", command.blur) : "";
   return fmt::format("<script type=\"text/plain\" data-environment=\"{}\" data-turn=\"{}\"{}>{}</script>\n",
                      small.width, command.around.turn, backdrop,
-                     base64({reinterpret_cast<const std::uint8_t*>(pixels.data()), pixels.size_bytes()}));
+                     packed({reinterpret_cast<const std::uint8_t*>(pixels.data()), pixels.size_bytes()}));
 }
 
 Result<int> run(const PageCommand& command) {
@@ -116,7 +133,7 @@ Result<int> run(const PageCommand& command) {
     garments += is_fabric ? 0 : 1;
     scripts += fmt::format("<script type=\"text/plain\" data-{}=\"{}\">{}</script>\n",
                            is_fabric ? "fabric" : "garment", escaped(fs::path(input).filename().string()),
-                           base64(bytes_of(bytes)));
+                           packed(bytes_of(bytes)));
   }
   if (garments == 0)
     return fail(Code::garment_empty, command.inputs.front(), {}, "a page shows at least one garment");

@@ -1,6 +1,7 @@
 // The page of `selvedge-view page`, opened from its file at the size of a telephone, and turned with mouse and finger.
 //
 //   node page.mjs PACKAGE_FOLDER BIN_FOLDER OUTPUT_FOLDER
+//   node page.mjs PAGE.html: when a page of 960 x 540 shows what, and for how long it does not answer
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
@@ -9,8 +10,26 @@ import { gzipSync } from 'node:zlib';
 import { sample_garment } from '../node/sample_garment.mjs';
 import { from_file } from './browser.mjs';
 
-const [, bin, folder] = process.argv.slice(2);
+const [timed, bin, folder] = process.argv.slice(2);
 const SIZE = { width: 400, height: 420 }, SECONDS = 60;
+
+if (!folder) {
+  await from_file(timed, { width: 960, height: 540 }, async ({ page }) => {
+    const when = async (text) => (await page.waitForFunction(
+      `(() => { const {state, materials} = globalThis.selvedge ?? {}; return state && ${text} ? performance.now() : 0; })()`,
+      null, { timeout: 120000 })).jsonValue();
+    const fallback = await when('state.frames > 0');
+    const fabric = await when("[...materials].every(({ shows }) => shows === 'fabric') && materials.size > 0");
+    const rest = await when('state.at_rest');
+    const blocks = await page.evaluate(() => new Promise((end) => new PerformanceObserver(
+      (list) => end(list.getEntries().map(({ startTime, duration }) => [startTime, duration])))
+      .observe({ type: 'longtask', buffered: true })));
+    console.log(`fallback after ${(fallback / 1000).toFixed(1)} s, fabric ${(fabric / 1000).toFixed(1)} s, rest ` +
+      `${(rest / 1000).toFixed(1)} s; ms without an answer (and when): ${blocks.sort((a, b) => b[1] - a[1]).slice(0, 6)
+        .map(([at, ms]) => `${ms.toFixed(0)} (${(at / 1000).toFixed(1)} s)`).join(', ')}`);
+  });
+  process.exit();
+}
 
 rmSync(folder, { recursive: true, force: true });
 mkdirSync(folder, { recursive: true });

@@ -7,6 +7,7 @@ import {mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import {dirname, join, resolve} from 'node:path';
 import {fileURLToPath} from 'node:url';
+import {gzipSync} from 'node:zlib';
 
 const [package_folder, modules, page] = process.argv.slice(2).map((path) => resolve(path));
 const {build} = createRequire(join(modules, 'x.js'))('esbuild');
@@ -29,7 +30,7 @@ async function bundled(path, format) {
 const here = dirname(fileURLToPath(import.meta.url)), texts = {
   PAGE: await bundled('page/page.js', 'esm'),
   WORKER: await bundled('worker.js', 'iife'),
-  CELLS: readFileSync(join(package_folder, 'cells.wasm')).toString('base64'),
+  CELLS: gzipSync(readFileSync(join(package_folder, 'cells.wasm')), {level: 9}).toString('base64'),
 };
 mkdirSync(dirname(page), {recursive: true});
 const html = readFileSync(join(here, 'page.html'), 'utf8').replaceAll(/\/\*([A-Z]+)\*\//g, (_, name) => texts[name]);

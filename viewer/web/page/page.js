@@ -18,7 +18,12 @@ const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, 
 const FINEST = 2, SLOW = 150, REST = 250, LONG = 2500, SHOW = 250;
 
 const by_id = (id) => document.getElementById(id);
-const bytes_of = (element) => Uint8Array.from(atob(element.textContent.trim()), (c) => c.charCodeAt(0)).buffer;
+/** The bytes that an element holds by gzip and base64. */
+function bytes_of(element) {
+  const text = atob(element.textContent.trim()), bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
+}
 const note = by_id('note');
 const tell = (text) => {
   note.textContent += `${text}\n`;
@@ -34,9 +39,9 @@ scene.add(camera, ambient);
 scene.background = new Color().setRGB(BACKGROUND, BACKGROUND, BACKGROUND, LinearSRGBColorSpace);
 other.position.copy(OTHER_PLACE);
 
-const state = {light: [-0.4, 0.5], turn: 0, fallback: false, level: -1, exposure: 0, ms: 0, frames: 0, at_rest: false};
+const state = {light: [-0.4, 0.5], turn: 0, fallback: false, level: -1, exposure: 0, ms: Infinity, frames: 0, at_rest: false};
 const materials = new Set(), size = {x: 0, y: 0};
-let due = false, drawing = false, shade_due = null, rest = 0, shown_at = 0, fine = 1, surroundings = null;
+let due = false, drawing = false, shade_due = null, rest = 0, shown_at = 0, fine = 1, surroundings = null, compiled = null;
 
 /** Calls end() once all that was drawn is there; the page goes on meanwhile. */
 function when_drawn(end) {
@@ -70,7 +75,11 @@ function draw() {
     state.ms = ms / was ** 2;
     ++state.frames;
     by_id('time').textContent = `${ms.toFixed(ms < 10 ? 1 : 0)} ms`;
-    if (due) requestAnimationFrame(draw);
+    if (due) return requestAnimationFrame(draw);
+    // While a frame is drawn, its first program would wait for that.
+    if (!shade_due || !state.at_rest) return;
+    surroundings.shade(renderer, shade_due).then(moved);
+    shade_due = null;
   });
 }
 function redraw() {
@@ -89,11 +98,17 @@ function moved() {
   fine = state.ms > SLOW ? 0.5 : 1;
   clearTimeout(rest);
   rest = setTimeout(() => {
+    // The fabric comes first.
+    if (state.ms > SLOW && compiled !== true && !state.at_rest) return;
     fine = 1;
     redraw();
     if (state.at_rest) rest = setTimeout(refine, REST);
   }, REST);
   redraw();
+}
+/** Settled when drawing does not wait for shaders, where the browser can tell. */
+async function compile() {
+  if (renderer.extensions.has('KHR_parallel_shader_compile')) await renderer.compileAsync(scene, camera);
 }
 /** Tells how much of the cloth in sight has its images, and shows them. */
 function progress({at_rest = false}) {
@@ -103,21 +118,25 @@ function progress({at_rest = false}) {
   by_id('progress').textContent = shown || state.fallback ? '' : `loading: ${Math.round(100 * cell_images.share())} %`;
   if (!at_rest && shown && now < shown_at + SHOW) return;
   if (!shown && !at_rest && materials.size > 0 && state.frames > 0) return;
+  compiled ??= shown ? compile().then(() => {
+    compiled = true;
+    progress({at_rest: cell_images.at_rest()});
+  }) : null;
+  if (shown && compiled !== true) return;
   shown_at = now;
   redraw();
   if (!at_rest) return;
-  if (shade_due) surroundings.shade(renderer, shade_due).then(moved);
-  shade_due = null;
   clearTimeout(rest);
   rest = setTimeout(refine, REST);
 }
 
 /** The environment that the page holds, if any: it takes the place of the lights. */
-function take_environment() {
+async function take_environment() {
   const element = document.querySelector('script[data-environment]');
   if (!element) return;
-  const width = Number(element.dataset.environment), radiance = new Float32Array(bytes_of(element));
-  surroundings = new Surroundings(scene, {width, height: width / 2, radiance});
+  const width = Number(element.dataset.environment), radiance = new Float32Array(await bytes_of(element));
+  surroundings = new Surroundings(scene, {width, height: width / 2, radiance}, {reflects: false});
+  ambient.color.setRGB(...surroundings.mean);
   if (element.dataset.backdrop) surroundings.show(Number(element.dataset.backdrop));
   renderer.shadowMap.enabled = true;
   renderer.shadowMap.autoUpdate = false;
@@ -128,10 +147,11 @@ function set_light() {
   const [x, y] = state.light, z = Math.sqrt(Math.max(0, 1 - x * x - y * y));
   key.position.set(x, y, z);
   const factor = (surroundings ? 1 : Math.PI) * 2 ** state.exposure;
-  key.visible = other.visible = ambient.visible = !surroundings;
+  key.visible = other.visible = !surroundings;
+  ambient.visible = !scene.environment;
   key.intensity = factor;
   other.intensity = OTHER_LIGHT * factor;
-  ambient.intensity = AMBIENT * factor;
+  ambient.intensity = (surroundings ? Math.PI : AMBIENT) * factor;
   surroundings?.set({turn: state.turn + 180 * x, strength: factor});
   renderer.shadowMap.needsUpdate = true;
   const pad = by_id('light').getContext('2d'), shade = pad.createRadialGradient(48 + 46 * x, 48 - 46 * y, 2, 48, 48, 48);
@@ -151,8 +171,14 @@ function point_light(event) {
   moved();
 }
 
+/** Lights what is no fabric by all of the environment: three.js prepares it for a second or more. */
+function reflect() {
+  surroundings?.reflect();
+  set_light();
+}
 function set_fallback(fallback) {
   state.fallback = fallback;
+  if (fallback) reflect();
   for (const material of materials) material.shows_fabric = !fallback;
   by_id('fallback').textContent = fallback ? 'Fallback' : 'Fabric';
   moved();
@@ -188,10 +214,11 @@ function arrange(garments) {
 }
 
 /** Fabrics that all garments can be shown in, beside their own. */
-function offer_fabrics(own) {
+async function offer_fabrics(own) {
   const select = by_id('fabric'), elements = [...document.querySelectorAll('script[data-fabric]')];
   if (elements.length === 0) return by_id('of_fabric').remove();
-  const others = [null, ...elements.map((element) => new LoadedFabric(bytes_of(element), element.dataset.fabric))];
+  const others = [null];
+  for (const element of elements) others.push(new LoadedFabric(await bytes_of(element), element.dataset.fabric));
   for (const fabric of others) select.add(new Option(fabric ? fabric.name : 'its own', String(select.length)));
   select.addEventListener('change', async () => {
     const fabric = others[Number(select.value)];
@@ -202,10 +229,10 @@ function offer_fabrics(own) {
 }
 
 async function start() {
-  take_environment();
+  await take_environment();
   set_light();
   const worker = URL.createObjectURL(new Blob([by_id('worker').textContent], {type: 'text/javascript'}));
-  use_worker(() => new Worker(worker), bytes_of(by_id('cells')));
+  use_worker(() => new Worker(worker), await bytes_of(by_id('cells')));
   cell_images.addEventListener('change', progress);
   const loader = new GLTFLoader();
   loader.setMeshoptDecoder(MeshoptDecoder);
@@ -213,7 +240,7 @@ async function start() {
   const garments = [];
   for (const element of document.querySelectorAll('script[data-garment]')) {
     try {
-      garments.push((await loader.parseAsync(bytes_of(element), '')).scene);
+      garments.push((await loader.parseAsync(await bytes_of(element), '')).scene);
     } catch (error) {
       tell(`${element.dataset.garment}: ${error.message}`);
     }
@@ -226,6 +253,7 @@ async function start() {
   surroundings?.stand(all);
   renderer.shadowMap.needsUpdate = true;
   shade_due = surroundings ? all : null;
+  await compile();
   moved();
   const own = new Map([...materials].map((material) => [material, material.fabric]));
   progress({});
@@ -233,11 +261,14 @@ async function start() {
     await fabric?.settled;
     if (fabric?.issue) tell(`${fabric.issue.code}: ${fabric.name}: the fallback is shown`);
   }
+  let is_fabric = true;
+  all.traverse(({material}) => is_fabric &&= !material || (material.isFabricMaterial && material.fabric && !material.fabric.issue));
+  if (!is_fabric) reflect();
   progress({});
   const levels = Math.max(0, ...[...materials].map(({fabric}) => fabric?.levels ?? 0));
   by_id('level').add(new Option('by distance', '-1'));
   for (let k = 0; k < levels; ++k) by_id('level').add(new Option(k, k));
-  offer_fabrics(own);
+  await offer_fabrics(own);
 
   controls.addEventListener('change', moved);
   addEventListener('resize', moved);

@@ -297,6 +297,9 @@ class CellImages extends EventDispatcher {
       // A renderer that does not draw gets all of them again when it does.
       if (known.bytes > MOST_WAITING) known.texture = null;
       if (known.texture === null) known.uploads.length = 0;
+      const renderer = known.renderer.deref();
+      // Some at a time, not all in the frame that shows them.
+      if (renderer && known.texture !== null) this.#upload(renderer);
     }
     Object.assign(garment, {at_rest: at_rest && serial === garment.view.serial, share: wanted > 0 ? 1 - missing / wanted : 1});
     // Without room for all images it is as good as it gets.

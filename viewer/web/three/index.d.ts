@@ -82,12 +82,16 @@ export class FabricMaterial extends MeshPhysicalMaterial {
  */
 export class Surroundings {
   /** An equirectangular picture, linear red, green, blue; the top row first, the middle column seen along -z. */
-  constructor(scene: Scene, picture: {width: number; height: number; radiance: Float32Array});
+  constructor(scene: Scene, picture: {width: number; height: number; radiance: Float32Array}, options?: {reflects?: boolean});
   readonly lamps: {light: DirectionalLight}[];
   /** Lets a garment cast shadows; again after it has moved. */
   stand(garment: Object3D): void;
   /** Finds what it hides from itself, which takes some seconds. */
   shade(renderer: WebGLRenderer, garment: Object3D): Promise<void>;
+  /** Lights other materials than fabrics, too, if `reflects` is false. */
+  reflect(): void;
+  /** Radiance, the mean of all directions without the lamps. */
+  readonly mean: [number, number, number];
   /** Shows the environment behind the scene, blurred by 0 to 1. */
   show(blur: number): void;
   /** Degrees, counter-clockwise from above, and a factor on radiance. */

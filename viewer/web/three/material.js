@@ -82,7 +82,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.shows = due;
     if (due === 'fabric') {
       this.transparent = this.keeps_opacity && !this.alphaToCoverage;
-      this.depthWrite = true;
+      this.depthWrite = this.forceSinglePass = true;
       // Of the fallback's picture, which has the mask, for shadow maps: the fabric's shader knows no such test.
       this.alphaTest = this.parts.mask ? this.of_fallback.alphaTest : 0;
     } else {
@@ -92,10 +92,10 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   }
   /** Lights the fabric by the environment of the scene, or its own; whether anything does. */
   #update_around(scene, geometry) {
-    const lit = set_around(this.around_uniforms, this, scene);
-    const is_lit = lit && this.shows === 'fabric', has_vertex_light = is_lit && VERTEX_LIGHT[0] in geometry.attributes;
-    if (is_lit !== this.is_lit_around || has_vertex_light !== this.has_vertex_light) this.needsUpdate = true;
-    this.is_lit_around = is_lit;
+    const lit = set_around(this.around_uniforms, this, scene), has_vertex_light = lit && VERTEX_LIGHT[0] in geometry.attributes;
+    if (this.shows === 'fabric' && (lit !== this.is_lit_around || has_vertex_light !== this.has_vertex_light))
+      this.needsUpdate = true;
+    this.is_lit_around = lit;
     this.has_vertex_light = has_vertex_light;
     return lit;
   }

@@ -64,12 +64,16 @@ export class Surroundings {
   #is_known = false;
   /** The turn that the vertices are lit for. */
   #lit_at = NaN;
-  constructor(scene, picture) {
+  /** `reflects`: other materials than fabrics are lit by it, too, for which three.js needs a second or more. */
+  constructor(scene, picture, {reflects = true} = {}) {
     const {lamps, rest} = take_lamps(picture);
     this.#factors = project(rest);
     this.#picture = picture;
     this.scene = scene;
-    scene.environment = texture_of(rest);
+    scene.userData.fabric_environment = texture_of(rest);
+    /** Radiance, the mean of all directions without the lamps. */
+    this.mean = this.#factors[0].map((factor) => factor * smooth_basis(0, 0, 1)[0]);
+    if (reflects) this.reflect();
     this.lamps = lamps.map(({direction, irradiance}) => {
       const light = new DirectionalLight();
       light.castShadow = true;
@@ -81,6 +85,11 @@ export class Surroundings {
     this.set({turn: 0, strength: 1});
   }
 
+  /** Lights other materials than fabrics, too. */
+  reflect() {
+    this.scene.environment ??= this.scene.userData.fabric_environment;
+    delete this.scene.userData.fabric_environment;
+  }
   /** Shows the environment behind the scene, blurred by 0 to 1. */
   show(blur) {
     this.scene.background = texture_of(this.#picture);
