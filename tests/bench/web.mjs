@@ -51,5 +51,11 @@ await in_browser(package_folder, { made: dirname(garment) }, async ({ page, erro
       `${decibels.toFixed(1)} | ` +
       `${still.toFixed(0)} | ${(still / material).toFixed(2)} |`);
   }
+  // Images follow a skin, which has another shape in each frame.
+  await call('skin');
+  await call('prepare', 15, true);
+  const begin = computed();
+  await call('draw', FRAMES, 1);
+  console.log(`a skin in motion, 15 px: ${(1000 * (computed() - begin) / FRAMES).toFixed(0)} ms`);
   if (errors.length > 0) console.log(errors);
 });

@@ -1,5 +1,7 @@
 // In the browser: frames of a garment for bench/web.mjs.
-import { PerspectiveCamera, Scene, Vector3, WebGLRenderer } from 'three';
+import {
+  Bone, Float32BufferAttribute, PerspectiveCamera, Scene, Skeleton, SkinnedMesh, Uint16BufferAttribute, Vector3, WebGLRenderer,
+} from 'three';
 import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { SelvedgeFabric, Surroundings, cell_images } from 'selvedge/three/index.js';
@@ -7,6 +9,7 @@ import { SelvedgeFabric, Surroundings, cell_images } from 'selvedge/three/index.
 const WIDTH = 960, HEIGHT = 540, MIDDLE = new Vector3(0, 0.05, 0);
 const renderer = new WebGLRenderer(), scene = new Scene(), materials = new Set(), gl = renderer.getContext();
 const camera = new PerspectiveCamera(30, WIDTH / HEIGHT, 0.001, 20);
+const elbow = new Bone();
 let mm = 5, azimuth = 0, distance = 1;
 
 function frame() {
@@ -46,6 +49,32 @@ export async function open(file) {
   renderer.shadowMap.needsUpdate = true;
 }
 
+/** Makes the meshes skins of two bones, of which draw() turns the one at the right. */
+export function skin() {
+  const meshes = [], trunk = new Bone();
+  scene.traverse((mesh) => mesh.isMesh && meshes.push(mesh));
+  scene.add(trunk.add(elbow));
+  scene.updateMatrixWorld(true);
+  const skeleton = new Skeleton([trunk, elbow]);
+  for (const mesh of meshes) {
+    const { position } = mesh.geometry.attributes, weights = [], bones = [];
+    for (let i = 0; i < position.count; ++i) {
+      const weight = Math.min(Math.max(0.5 + position.getX(i) / 0.2, 0), 1);
+      weights.push(1 - weight, weight, 0, 0);
+      bones.push(0, 1, 0, 0);
+    }
+    const geometry = mesh.geometry.clone();
+    geometry.setAttribute('skinIndex', new Uint16BufferAttribute(bones, 4));
+    geometry.setAttribute('skinWeight', new Float32BufferAttribute(weights, 4));
+    const skinned = new SkinnedMesh(geometry, mesh.material);
+    Object.assign(skinned, { castShadow: true, receiveShadow: true });
+    mesh.parent.add(skinned);
+    mesh.removeFromParent();
+    mesh.geometry.dispose();
+    skinned.bind(skeleton);
+  }
+}
+
 /** Waits until the view is at rest. */
 async function rest(shows_fabric) {
   frame();
@@ -80,6 +109,7 @@ export async function moving_decibels() {
 export async function draw(count, degrees) {
   for (let i = 0; i < count; ++i) {
     azimuth += degrees;
+    elbow.rotation.z = azimuth * Math.PI / 180;
     frame();
     await new Promise((end) => setTimeout(end));
   }
