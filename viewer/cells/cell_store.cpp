@@ -401,7 +401,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
         static_cast<double>(size.samples.x) * size.samples.y * (1 + 0.1 * work.wanted.view.planes) + 1500;
   });
   // Of calls for few patches some make none again.
-  double allowed = std::min(allowance_, 0.0);
+  double allowed = options_.fresh < 1 ? std::min(allowance_, 0.0) : 0;
   for (const Work& work : all) {
     // A patch that another call of this frame has seen counts once.
     if (kept_[work.patch] && kept_[work.patch]->used >= frame_) continue;

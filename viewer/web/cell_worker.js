@@ -28,7 +28,6 @@ const TELL = 120;
 export class CellWorker {
   #post;
   #module = null;
-  #fabrics = new Map();
   /** What is to be done of each garment: { view, fresh, left }. */
   #due = new Map();
   #views = new Map();
@@ -127,14 +126,14 @@ export class CellWorker {
     left ??= module.begin_frame(garment, [...camera, SAMPLES, fresh, level, around ? 1 : 0, ...around ?? Array(36).fill(0)], lights);
     const end = performance.now() + SLICE;
     while (left > 0 && performance.now() < end) left = module.make_images(garment, CHUNK);
-    const {is_full, is_packed} = module.take_events();
+    const {is_full, has_moved} = module.take_events();
     if (is_full)
       for (const [each, its_view] of this.#views) this.#due.set(each, {view: its_view, fresh: RESTING, left: null});
     else if (left > 0 || fresh !== RESTING)
       this.#due.set(garment, left > 0 ? {view, fresh, left} : {view, fresh: RESTING, left: null});
-    if (left > 0 && !is_packed && performance.now() < this.#told_at.get(garment) + TELL) return;
+    if (left > 0 && !has_moved && performance.now() < this.#told_at.get(garment) + TELL) return;
     this.#tell(module, garment, module.take_uploads());
-    if (is_packed)
+    if (has_moved)
       for (const other of this.#views.keys()) if (other !== garment) this.#tell(module, other, []);
   }
   #tell(module, garment, uploads) {

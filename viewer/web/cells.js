@@ -140,7 +140,7 @@ export class CellModule {
    */
   take_events() {
     const events = this.#of.take_events();
-    return {is_full: (events & 1) !== 0, is_packed: (events & 2) !== 0};
+    return {is_full: (events & 1) !== 0, has_moved: (events & 2) !== 0};
   }
   forget_tiles() {
     this.#of.forget_tiles();

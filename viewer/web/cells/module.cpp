@@ -36,7 +36,6 @@ struct LoadedFabric {
   std::vector<std::pair<LayerShape, Fabric>> others;  ///< sides that are not added yet
   LayerShape shape;
   std::optional<FabricSides> sides;
-  std::string fault;
 };
 std::vector<std::shared_ptr<LoadedFabric>> fabrics;  ///< null: removed
 
@@ -66,7 +65,7 @@ struct Garment {
     std::uint64_t at = 0;     ///< frame that last chose it
   };
   std::vector<Shown> shown;  ///< of patches and sides
-  double need = 0;           ///< for its images, bytes at a sample a pixel
+  double need = 0;           ///< for its images, bytes
   std::vector<float> depths;
   std::vector<std::uint8_t> flags;
 };
@@ -87,9 +86,10 @@ constexpr int visits_behind = 8;
 /// Share of the atlas from which on it is not packed again.
 constexpr double most_packed = 0.85;
 double fill = most_fill;
-/// Whether images have found no room, and whether tiles have moved, since it was asked.
+double full_need = 0;  ///< all_need() when images found no room
+/// Whether images have found no room, and whether tiles have moved or are others', since it was asked.
 bool is_full = false;
-bool is_packed = false;
+bool has_moved = false;
 std::vector<std::uint16_t> table;  ///< [entry]: tiles of front and back
 std::vector<float> tile_numbers;   ///< twelve of each tile
 struct Upload {
@@ -128,6 +128,13 @@ void upload(const CellLook& look, TileNumber tile) {
   std::memcpy(&tile_numbers[std::size_t{12} * tile], numbers, sizeof numbers);
 }
 
+/// Bytes of all garments' images in sight as fine as wanted.
+double all_need() {
+  double sum = 0;
+  for (const auto& garment : garments) sum += garment ? garment->need : 0;
+  return sum;
+}
+
 void clear_atlas() {
   const int rows = atlas.rows();
   atlas = {};
@@ -161,7 +168,9 @@ bool drop_unseen() {
     if (!garment) continue;
     for (const PatchNeed& need : garment->needs) atlas.find(garment->shown[need.patch].image, now);
   }
-  return atlas.evict(now);
+  const bool any = atlas.evict(now);
+  has_moved |= any;
+  return any;
 }
 
 /// Makes room in the atlas of the gaps between tiles, once a frame. Returns whether there is more.
@@ -183,7 +192,7 @@ bool pack() {
     return a.first->store->look(a.second).size[1] > b.first->store->look(b.second).size[1];
   });
   clear_atlas();
-  is_packed = true;
+  has_moved = true;
   for (const auto& [garment, patch] : places) place_look(*garment, patch);
   return true;
 }
@@ -192,11 +201,15 @@ bool pack() {
 void show(Garment& garment, std::span<const PatchNeed> needs) {
   for (const PatchNeed& need : needs) {
     garment.shown[need.patch].at = frame;
+    const std::uint64_t old = garment.shown[need.patch].image;
     bool is_placed = place_look(garment, need.patch);
     if (!is_placed && !is_full && drop_unseen()) is_placed = place_look(garment, need.patch);
     if (!is_placed && !is_full && pack()) is_placed = place_look(garment, need.patch);
-    if (is_placed || is_full || fill <= least_fill) continue;
+    if (is_placed) continue;
+    garment.shown[need.patch].image = old;
+    if (is_full || fill <= least_fill) continue;
     fill = std::max(0.8 * fill, least_fill);
+    full_need = all_need();
     is_full = true;
   }
 }
@@ -292,10 +305,8 @@ void look_for_patches(Garment& garment) {
   add(4, 1);
   garment.done = 0;
   // Garments share the memory by their needs.
-  const float samples = garment.options.cells.samples;
-  garment.need = garment.store->expect(garment.needs) / (samples * samples);
-  double all = 0;
-  for (const auto& of : garments) all += of ? of->need : 0;
+  garment.need = garment.store->expect(garment.needs);
+  const double all = all_need();
   garment.store->set_memory(fill * static_cast<double>(image_memory) * (all > 0 ? garment.need / all : 1));
   // Images that are shown stay; first come patches without an image, then those that were not looked at for
   // longest.
@@ -572,7 +583,7 @@ EXPORT(remove_fabric) void remove_fabric(std::uint32_t fabric) { fabrics[fabric]
 /// 1: images have found no room since the last call, and the next frames' are coarser; + 2: tiles have moved,
 /// also other garments'.
 EXPORT(take_events) std::uint32_t take_events() {
-  return (std::exchange(is_full, false) ? 1 : 0) + (std::exchange(is_packed, false) ? 2 : 0);
+  return (std::exchange(is_full, false) ? 1 : 0) + (std::exchange(has_moved, false) ? 2 : 0);
 }
 
 /// Begins a frame of a garment. Input: projection (1: parallel), position (3), right (3), up (3), direction
@@ -607,7 +618,7 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   options.cells.fresh = next();
   options.cells.memory = image_memory / garments.size();
   if (options.cells.fresh < 1) {
-    fill = std::min(1.02 * fill, most_fill);
+    if (all_need() < 0.9 * full_need) fill = most_fill;
     options.cells.fresh = std::min(visits_of_front * options.cells.fresh, 0.99F);
   }
   options.levels.forced = static_cast<int>(next());

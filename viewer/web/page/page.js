@@ -113,7 +113,8 @@ async function compile() {
 /** Tells how much of the cloth in sight has its images, and shows them. */
 function progress({at_rest = false}) {
   state.at_rest = at_rest;
-  const is_shown = ({shows, fabric, garment}) => shows === 'fabric' || !fabric || fabric.issue || garment?.state === 'ended';
+  const is_shown = ({shows, fabric, garment}) => shows === 'fabric' || !fabric || fabric.issue || garment?.state === 'ended' ||
+      (at_rest && !garment);
   const shown = [...materials].every(is_shown), now = performance.now();
   by_id('progress').textContent = shown || state.fallback ? '' : `loading: ${Math.round(100 * cell_images.share())} %`;
   if (!at_rest && shown && now < shown_at + SHOW) return;

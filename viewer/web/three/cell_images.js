@@ -25,11 +25,9 @@ function atlas_of(format, type, filter) {
   return texture;
 }
 
-/** Bytes of tiles that wait for a renderer's next frame. */
-const MOST_WAITING = 2 ** 26;
 /** Coordinates beyond are refused, m or repeats. */
 const FARTHEST = 1e9;
-/** ms in which a view that was there before another one is another camera's. */
+/** ms after which a garment that a camera has not seen may be another camera's. */
 const CAMERAS = 500;
 /** ms for which an object without a geometry of its own may be waited for. */
 const WAITING = 1000;
@@ -98,7 +96,7 @@ function numbers_of_camera(camera, scale) {
 class CellImages extends EventDispatcher {
   #garments = new WeakMap();
   #of_number = new Map();
-  /** { renderer, texture, uploads }: a WeakRef, the atlas as OpenGL has it, tiles that it does not have yet. */
+  /** { renderer, texture }: a WeakRef, and the atlas as OpenGL has it. */
   #renderers = [];
   #has_uploads = false;
   #rows = 0;
@@ -142,15 +140,16 @@ class CellImages extends EventDispatcher {
       // Other fabrics of the object that no material shows any more.
       for (const [old, garment] of all) {
         for (const one of garment.materials) if (one.garment !== garment) garment.materials.delete(one);
-        if (garment.number === null || garment.materials.size > 0) continue;
+        if (garment.materials.size > 0) continue;
         this.#remove(garment);
         all.delete(old);
       }
       const taken = new Set([...all.values()].map(({names}) => names[0]));
       let k = 0;
       while (taken.has(CHART[0] + (k || ''))) ++k;
-      all.set(key, this.#ask(geometry, material, CHART.map((name) => name + (k || ''))));
-      all.get(key).is_known = () => this.#garments.get(geometry)?.all.get(key) === all.get(key);
+      const asked = this.#ask(geometry, material, CHART.map((name) => name + (k || '')));
+      all.set(key, asked);
+      asked.is_known = () => this.#garments.get(geometry)?.all.get(key) === asked;
     }
     this.#waiting.delete(object);
     const garment = all.get(key);
@@ -170,10 +169,13 @@ class CellImages extends EventDispatcher {
   }
   #ask(geometry, {fabric, lay, fabric_uniforms: {fabric_transform: {value: matrix}}}, names) {
     const garment = {
-      state: 'asked', number: null, beyond: 0, last: '', before: '', sent_at: 0, view: null, pose: '', posed_at: -POSE, share: 0, at_rest: false, materials: new Set(), geometry, names
+      state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, view: null, pose: '', posed_at: -POSE, share: 0, at_rest: false, materials: new Set(), geometry, names
     };
     const {position, normal} = geometry.attributes, uv = geometry.attributes[lay.uv_set === 1 ? 'uv1' : 'uv'];
-    if (!position || !normal || !uv) return {...garment, state: 'ended'};
+    if (!position || !normal || !uv) {
+      queueMicrotask(() => this.#tell());
+      return {...garment, state: 'ended'};
+    }
     const {count} = position;
     ++this.#asked;
     (async () => {
@@ -189,6 +191,7 @@ class CellImages extends EventDispatcher {
       const corners = Uint32Array.from({length: index?.count ?? count}, (_, i) => index ? index.getX(i) : i);
       if (!vertices.every((x) => Math.abs(x) < FARTHEST)) throw new Error('a vertex is not finite, or too far away');
       if (corners.some((i) => i >= count)) throw new Error('a triangle has a vertex that is not there');
+      if (fabric.number === null) throw new Error('the fabric is gone');
       const {number, charts, beyond} =
         await ask({kind: 'garment', fabric: fabric.number, vertices, corners}, [vertices.buffer, corners.buffer]);
       if (!garment.is_known()) return send({kind: 'remove', garment: number});
@@ -203,13 +206,20 @@ class CellImages extends EventDispatcher {
     })().catch((error) => {
       garment.state = 'ended';
       console.warn(`selvedge: ${error.message}; the fallback is shown`);
-    }).finally(() => --this.#asked);
+    }).finally(() => {
+      --this.#asked;
+      this.#tell();
+    });
     return garment;
   }
 
   /** Tells the worker what is seen of an object; `around`: null, or 36 numbers (cells/module.cpp) for light from all around. */
   look(garment, renderer, scene, camera, object, level, around_of) {
     this.#upload(renderer);
+    // Of cameras that take turns, as of a mirror, the first one's images stay.
+    const seen_at = performance.now();
+    if (garment.camera !== camera && seen_at < garment.looked_at + CAMERAS) return;
+    Object.assign(garment, {camera, looked_at: seen_at});
     inverse.copy(object.matrixWorld);
     if (object.isInstancedMesh) {
       object.getMatrixAt(0, of_instance);
@@ -226,9 +236,7 @@ class CellImages extends EventDispatcher {
     const now = JSON.stringify(view);
     if (this.#pose(garment, object)) garment.last = '';
     if (garment.last === now) return;
-    // Cameras that take turns, as of a mirror: the last one's images stay.
-    if (garment.before === now && performance.now() < garment.sent_at + CAMERAS) return;
-    Object.assign(garment, {before: garment.last, last: now, sent_at: performance.now(), view: {...view, serial: ++this.#views}, at_rest: false});
+    Object.assign(garment, {last: now, view: {...view, serial: ++this.#views}, at_rest: false});
     this.#send_view(garment);
   }
   /** Sends the worker the shape of a skin in motion, some times a second; whether it has. */
@@ -275,8 +283,6 @@ class CellImages extends EventDispatcher {
       this.#rows = rows;
       return;
     }
-    const garment = this.#of_number.get(number);
-    if (!garment) return;
     const {cell_table, cell_tiles} = this.uniforms;
     const grown = (uniform, length, width, Numbers, channels, format, type) => {
       const {data} = uniform.value.image, rows = Math.ceil(length / channels / width);
@@ -291,16 +297,19 @@ class CellImages extends EventDispatcher {
     grown(cell_tiles, tiles.length, TILES_WIDTH, Float32Array, 4, RGBAFormat, FloatType).set(tiles);
     cell_table.value.needsUpdate = cell_tiles.value.needsUpdate = true;
     this.#has_uploads = true;
-    for (const known of this.#renderers) {
-      known.uploads.push(...uploads);
-      known.bytes += uploads.reduce((sum, {halves}) => sum + halves.byteLength, 0);
-      // A renderer that does not draw gets all of them again when it does.
-      if (known.bytes > MOST_WAITING) known.texture = null;
-      if (known.texture === null) known.uploads.length = 0;
-      const renderer = known.renderer.deref();
-      // Some at a time, not all in the frame that shows them.
-      if (renderer && known.texture !== null) this.#upload(renderer);
+    const atlases = [this.uniforms.cell_atlas.value, this.uniforms.cell_heights.value];
+    for (const {renderer: known, texture} of this.#renderers) {
+      const renderer = known.deref();
+      // Another context's, or a renderer's that is gone.
+      if (!renderer || renderer.properties.get(atlases[0]).__webglTexture !== texture) continue;
+      for (const {x, y, width, height, halves, heights} of uploads) {
+        for (const [atlas, data] of [[atlases[0], halves], [atlases[1], heights]])
+          renderer.copyTextureToTexture(new DataTexture(data, width, height, atlas.format, atlas.type), atlas, null, size.set(x, y));
+      }
     }
+    // Tiles of others came with it.
+    const garment = this.#of_number.get(number);
+    if (!garment) return;
     Object.assign(garment, {at_rest: at_rest && serial === garment.view.serial, share: wanted > 0 ? 1 - missing / wanted : 1});
     // Without room for all images it is as good as it gets.
     if (garment.state === 'waiting' && ((missing === 0 && wanted > 0) || at_rest)) {
@@ -308,6 +317,9 @@ class CellImages extends EventDispatcher {
       garment.names.forEach((name, i) => garment.geometry.setAttribute(name, garment.attributes[i]));
       for (const material of garment.materials) material.update_fabric();
     }
+    this.#tell();
+  }
+  #tell() {
     this.dispatchEvent({type: 'change', at_rest: this.at_rest()});
   }
   /** Whether all images are as the last views want them. */
@@ -329,28 +341,20 @@ class CellImages extends EventDispatcher {
       this.#send_view(garment);
     }
   }
-  /** Gives a renderer the tiles that it has not. */
+  /** Lets a renderer have tiles. */
   #upload(renderer) {
     if (this.#rows === 0) return;
     const atlases = [this.uniforms.cell_atlas.value, this.uniforms.cell_heights.value];
     const of_gl = () => renderer.properties.get(atlases[0]).__webglTexture;
     const known = this.#renderers.find((each) => each.renderer.deref() === renderer);
-    if (!known || known.texture !== of_gl()) {
-      for (const atlas of atlases) {
-        atlas.image.height = this.#rows;
-        renderer.initTexture(atlas);
-      }
-      if (this.#has_uploads) this.#start_again();
-      // Others wait for tiles, too: all get all.
-      this.#renderers = this.#renderers.filter((each) => each !== known && each.renderer.deref());
-      this.#renderers.push({renderer: new WeakRef(renderer), texture: of_gl(), uploads: [], bytes: 0});
-      return;
+    if (known && known.texture === of_gl()) return;
+    for (const atlas of atlases) {
+      atlas.image.height = this.#rows;
+      renderer.initTexture(atlas);
     }
-    for (const {x, y, width, height, halves, heights} of known.uploads) {
-      for (const [atlas, data] of [[atlases[0], halves], [atlases[1], heights]])
-        renderer.copyTextureToTexture(new DataTexture(data, width, height, atlas.format, atlas.type), atlas, null, size.set(x, y));
-    }
-    known.uploads.length = known.bytes = 0;
+    if (this.#has_uploads) this.#start_again();
+    this.#renderers = this.#renderers.filter((each) => each !== known && each.renderer.deref());
+    this.#renderers.push({renderer: new WeakRef(renderer), texture: of_gl()});
   }
 }
 

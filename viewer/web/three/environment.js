@@ -60,7 +60,7 @@ export function around_of_mesh(uniforms, {elements: e}) {
 
 /** Sets the uniforms to what lights a material in a scene; whether anything does. */
 export function set_around(uniforms, material, scene) {
-  const texture = material.envMap ?? scene.environment ?? scene.userData.fabric_environment, light = texture ? light_of(texture) : null;
+  const texture = material.envMap ?? scene.userData.fabric_environment ?? scene.environment, light = texture ? light_of(texture) : null;
   if (!light) return false;
   const of = material.envMap ? material : null, strength = of ? of.envMapIntensity : scene.environmentIntensity;
   rotation.makeRotationFromEuler(of ? of.envMapRotation : scene.environmentRotation);

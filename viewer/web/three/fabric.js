@@ -37,7 +37,10 @@ export class LoadedFabric {
   async #load(source) {
     const found = await source;
     try {
-      Object.assign(this, await ask({kind: 'fabric', source: found}), {state: 'ready'});
+      const answer = await ask({kind: 'fabric', source: found});
+      // Disposed meanwhile.
+      if (this.state === 'broken') return send({kind: 'remove', fabric: answer.number});
+      Object.assign(this, answer, {state: 'ready'});
     } catch (error) {
       if (error.code !== 'FILE_MISSING' || !found.place) throw error;
       throw new Issue('GLTF_REFERENCE', found.place, `${error.place}: ${error.message}`);

@@ -87,8 +87,9 @@ export class Surroundings {
 
   /** Lights other materials than fabrics, too. */
   reflect() {
-    this.scene.environment ??= this.scene.userData.fabric_environment;
-    delete this.scene.userData.fabric_environment;
+    const {scene, scene: {userData}} = this;
+    scene.environment = userData.fabric_environment ?? scene.environment;
+    delete userData.fabric_environment;
   }
   /** Shows the environment behind the scene, blurred by 0 to 1. */
   show(blur) {
