@@ -365,6 +365,19 @@ export const facts = {
     return told.join('; ');
   },
 
+  'another camera, as of a mirror, leaves the images to the first one': async () => {
+    const mesh = new Mesh(cloth(), await material_of()), other = CAMERA.clone(), mirror = new WebGLRenderTarget(SIZE, SIZE);
+    other.position.x += 0.3;
+    const onBeforeRender = (renderer, scene, camera, target) => {
+      if (camera === other) return;
+      renderer.setRenderTarget(mirror);
+      renderer.render(scene, other);
+      renderer.setRenderTarget(target);
+    };
+    const one = await picture([mesh, SUN()]);
+    return need_same(one, await picture([mesh, SUN()], CAMERA, { onBeforeRender }), 'mirror');
+  },
+
   'textures and geometries are gone with their objects': async () => {
     const { memory } = main_renderer.info;
     await picture([new Mesh(cloth(), await material_of()), SUN()]);
