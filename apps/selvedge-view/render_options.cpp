@@ -47,7 +47,7 @@ void add_drawing(Options& options, RenderCommand& command) {
               "images")
       .in(1, 8);
   options.choice("--context", context_names,
-                 "Whose OpenGL: Mesa's software rasteriser (the default, auto), or EGL's first device",
+                 "OpenGL: Mesa's software rasteriser (the default, auto), or EGL's first device",
                  [&command](std::size_t index) { command.render.context = contexts[index]; });
 }
 

@@ -1,5 +1,5 @@
 // The checker is the reader: it finds the reader's error first, and has warnings for good files alone. The
-// rules themselves are those of the conformance kit, whose broken files run against `selvedge`.
+// conformance kit has the rules themselves, and its broken files run against `selvedge`.
 #include "format/check/fabric.h"
 
 #include <doctest/doctest.h>

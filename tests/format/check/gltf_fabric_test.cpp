@@ -1,4 +1,4 @@
-// The rules of SELVEDGE_materials_fabric; those of glTF itself: gltf_check_test.cpp.
+// The rules of SELVEDGE_materials_fabric; the rules of glTF itself: gltf_check_test.cpp.
 #include <doctest/doctest.h>
 
 #include <algorithm>

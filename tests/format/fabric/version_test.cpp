@@ -25,7 +25,7 @@ std::string verdict(const json& changes) {
 
 }  // namespace
 
-TEST_CASE("files of 4.x are read; those of 3.x are refused in a line that names make") {
+TEST_CASE("files of 4.x are read; files of 3.x are refused in a line that names make") {
   CHECK(verdict(json::object()).empty());
   CHECK(verdict({{"version", {4, 7}}}).empty());
   CHECK(verdict({{"version", {3, 1}}}) ==

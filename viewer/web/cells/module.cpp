@@ -1,8 +1,8 @@
 // The WebAssembly module of the browser: cell images of the garments on a page, and their places in an atlas.
 //
 // Arguments that are arrays lie at the address that input() returns. Fabrics, garments and tiles have
-// numbers, which are given again once they are removed; tile 0 is no tile. Coordinates are in the axes of
-// their mesh, m.
+// numbers; a garment or tile that is removed leaves its number to another one. Tile 0 is no tile. Coordinates
+// are in the axes of their mesh, m.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
