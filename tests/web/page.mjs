@@ -96,11 +96,14 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
   }, (now) => now.light[0] > 0.5);
 
   // The finger takes it to the other side.
-  await after(() => touch([[light.x + 30, light.y + 20], [light.x + 5, light.y + 20]]), (now) => now.light[0] < -0.5);
+  const { light: turned_light } = await after(() => touch([[light.x + 30, light.y + 20], [light.x + 5, light.y + 20]]), (now) => now.light[0] < -0.5);
+
+  await page.getByRole('slider', { name: 'The light' }).focus();
+  await after(() => page.keyboard.press('ArrowRight'), (now) => Math.abs(now.light[0] - turned_light[0] - 0.1) < 1e-6);
 
   const all_show = (what) => ({ shows }) => shows.every((shown) => shown === what);
   await after(() => page.keyboard.press('f'), all_show('fallback'));
-  await after(() => page.locator('#fallback').tap(), all_show('fabric'));
+  await after(() => page.getByRole('button', { name: 'Fallback', pressed: true }).tap(), all_show('fabric'));
   await page.locator('#level').focus();
   await after(() => page.keyboard.type('2'), ({ level }) => level === 2);
   const slider = await page.locator('#exposure').boundingBox();

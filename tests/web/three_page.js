@@ -285,6 +285,20 @@ export const facts = {
     return told.join('; ');
   },
 
+  'layers of several meshes show through holes in their order': async () => {
+    const material = await material_of({ file: OPEN, keeps_opacity: true });
+    const at = (...depths) => {
+      const geometry = cloth(depths.length), { position } = geometry.attributes;
+      for (let i = 0; i < position.count; ++i) position.setXYZ(i, position.getX(i % 4), position.getY(i % 4), depths[i >> 2]);
+      return new Mesh(geometry, material);
+    };
+    const whole = await picture([at(-0.6, -0.2, 0.2, 0.6), SUN()]), told = [];
+    for (const parts of [[[-0.6, 0.2], [-0.2, 0.6]], [[-0.2, 0.2], [-0.6, 0.6]], [[-0.6, 0.6], [-0.2], [0.2]]])
+      told.push(need_same(await picture([...parts.map((depths) => at(...depths)), SUN()]), whole, parts.join(' and ')));
+    need(differences(whole, await picture([at(-0.6), SUN()])) > 50, 'one layer looks like four');
+    return told.join('; ');
+  },
+
   'a morphed cloth is the cloth of its shape': async () => {
     const material = await material_of(), geometry = cloth(), shaped = cloth();
     shaped.applyMatrix4(new Matrix4().set(1, 0.6, 0, 0, 0.2, 0.9, 0, 0, 0.5, 0.1, 1, 0.1, 0, 0, 0, 1));

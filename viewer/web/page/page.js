@@ -155,6 +155,8 @@ function set_light() {
   ambient.intensity = (surroundings ? Math.PI : AMBIENT) * factor;
   surroundings?.set({turn: state.turn + 180 * x, strength: factor});
   renderer.shadowMap.needsUpdate = true;
+  const [right, up] = state.light.map((share) => Math.round(100 * share));
+  Object.assign(by_id('light'), {ariaValueNow: right, ariaValueText: `${right} % to the right, ${up} % up`});
   const pad = by_id('light').getContext('2d'), shade = pad.createRadialGradient(48 + 46 * x, 48 - 46 * y, 2, 48, 48, 48);
   shade.addColorStop(0, '#fff');
   shade.addColorStop(1, '#222');
@@ -165,7 +167,9 @@ function set_light() {
 }
 function point_light(event) {
   const box = by_id('light').getBoundingClientRect();
-  const x = (event.clientX - box.left) / box.width * 2 - 1, y = 1 - (event.clientY - box.top) / box.height * 2;
+  turn_light((event.clientX - box.left) / box.width * 2 - 1, 1 - (event.clientY - box.top) / box.height * 2);
+}
+function turn_light(x, y) {
   const far = Math.max(1, Math.hypot(x, y));
   state.light = [x / far, y / far];
   set_light();
@@ -181,7 +185,7 @@ function set_fallback(fallback) {
   state.fallback = fallback;
   if (fallback) reflect();
   for (const material of materials) material.shows_fabric = !fallback;
-  by_id('fallback').textContent = fallback ? 'Fallback' : 'Fabric';
+  by_id('fallback').ariaPressed = fallback;
   moved();
 }
 function set_level(level) {
@@ -279,6 +283,10 @@ async function start() {
     point_light(event);
   });
   pad.addEventListener('pointermove', (event) => event.buttons && point_light(event));
+  pad.addEventListener('keydown', ({key}) => {
+    const [right, up] = {ArrowRight: [0.1, 0], ArrowLeft: [-0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1]}[key] ?? [0, 0];
+    if (right || up) turn_light(state.light[0] + right, state.light[1] + up);
+  });
   by_id('fallback').addEventListener('click', () => set_fallback(!state.fallback));
   by_id('level').addEventListener('change', (event) => set_level(Number(event.target.value)));
   by_id('exposure').addEventListener('input', (event) => {

@@ -3,7 +3,7 @@ import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
 import {CHART, cell_images} from './cell_images.js';
 import {around_of_mesh, around_uniforms, set_around} from './environment.js';
 import {key_of_parts, no_parts, part_uniforms, set_parts} from './garment_parts.js';
-import {sort_triangles} from './order.js';
+import {DRAWN, draw_sorted, go_on_drawing, sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {VERTEX_LIGHT} from './surroundings.js';
 
@@ -99,7 +99,14 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.has_vertex_light = has_vertex_light;
     return lit;
   }
-  onBeforeRender(renderer, scene, camera, geometry, object) {
+  onBeforeRender(renderer, scene, camera, geometry, object, group) {
+    go_on_drawing();
+    if (group === DRAWN) return;
+    this.prepare(renderer, scene, camera, geometry, object);
+    if (this.shows === 'fabric' && this.transparent && this.forceSinglePass) draw_sorted(renderer, scene, camera, object, this);
+  }
+  /** Makes an object ready to be drawn. */
+  prepare(renderer, scene, camera, geometry, object) {
     const lit = this.#update_around(scene, geometry);
     if (this.fabric?.state === 'ready' && this.wants_fabric) {
       const garment = cell_images.garment(object, geometry, this);
