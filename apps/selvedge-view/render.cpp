@@ -147,8 +147,9 @@ void add_render_verb(Program& program) {
        "selvedge-view render knit.fabric.exr -o knit.exr --repeats 4x4 --light 0,0.5,1 --view 0,-1,1",
        "PNG: radiance * exposure, tone curve, over the background, clipped, sRGB.\n"
        "EXR: linear radiance * opacity, and opacity.\n"
-       "Tone curves of an exposed colour c: reinhard is c / (1 + Y), Y its luminance (Reinhard et al. 2002,\n"
-       "equation 3); aces is c (2.51 c + 0.03) / (c (2.43 c + 0.59) + 0.14) per channel (Narkowicz 2016).\n"},
+       "Tone curves of an exposed colour c: neutral is Khronos PBR Neutral (2024), which keeps saturated "
+       "colours;\n"
+       "aces is c (2.51 c + 0.03) / (c (2.43 c + 0.59) + 0.14) per channel (Narkowicz 2016).\n"},
       declare_render, run);
 }
 

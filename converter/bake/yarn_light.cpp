@@ -117,7 +117,7 @@ std::vector<CachePoint> places_about(const Yarns& yarns, int curve, int station)
       const double angle = plies == 1 ? 2 * pi * a / around : reach * (2 * (a + 0.5) / around - 1);
       CachePoint place;
       const V3d round = from * std::cos(angle) + tangent.cross(from) * std::sin(angle);
-      const V2d squeeze(frame.squeeze);
+      const V3d squeeze(frame.squeeze);
       place.normal = squeezed(round, squeeze).normalized();
       place.radius = static_cast<double>(frame.radius);
       place.above = V3d(frame.position) + stretched(round, squeeze) * place.radius +

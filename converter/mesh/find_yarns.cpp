@@ -519,16 +519,16 @@ double describe(const std::vector<SampledPoint>& points, const V2d& period, cons
 }
 
 /// Points of the axis close enough for append_chain(), the first within the cell.
-std::vector<V3d> dense_points(const TubeAxis& axis, const V2d& period) {
+std::vector<ChainPoint> dense_points(const TubeAxis& axis, const V2d& period) {
   constexpr int per_node = 4;
   const V3d first = axis.nodes.front();
   const V3d shift(std::floor(first.x / period.x) * period.x, std::floor(first.y / period.y) * period.y, 0);
-  std::vector<V3d> points;
+  std::vector<ChainPoint> points;
   const int count = static_cast<int>(axis.nodes.size());
   for (int i = 0; i < count * per_node; ++i) {
-    points.push_back(curve_point(axis, i / per_node, (i % per_node) / double{per_node}, period) - shift);
+    points.push_back({curve_point(axis, i / per_node, (i % per_node) / double{per_node}, period) - shift});
   }
-  points.push_back(axis.node(count, period) - shift);
+  points.push_back({axis.node(count, period) - shift});
   return points;
 }
 

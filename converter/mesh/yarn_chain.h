@@ -19,11 +19,18 @@ struct YarnChainOptions {
   double station = 2;     ///< distance between the stations of indirect light, in radii
 };
 
-/// Adds a curve and its nodes to `data`. `points` lie on the yarn's axis, mm, close enough that the nodes may
-/// be any of them; the last is where the curve begins again. Counts of nodes and stations are set here, all
-/// else comes from `curve`; `radius` is its radius before rounding. Nodes are whole multiples of a power of
-/// two below a 2048th of the radius, so that they take few bytes. Precondition: three points or more.
-void append_chain(YarnCurve curve, const std::vector<V3d>& points, double radius,
+/// A place of a yarn's axis, mm, and the squeeze of its section there.
+struct ChainPoint {
+  V3d position;
+  V3d squeeze{0, 0, 0};
+};
+
+/// Adds a curve and its nodes to `data`, and where it has `squeezes`, these of its nodes. `points` lie on the
+/// yarn's axis, mm, close enough that the nodes may be any of them; the last is where the curve begins again.
+/// Counts of nodes and stations are set here, all else comes from `curve`; `radius` is its radius before
+/// rounding. Nodes are whole multiples of a power of two below a 2048th of the radius, so that they take few
+/// bytes. Precondition: three points or more.
+void append_chain(YarnCurve curve, const std::vector<ChainPoint>& points, double radius,
                   const YarnChainOptions& options, YarnData& data);
 
 /// Distance from `point` to the straight line from `a` to `b` (both ends included).

@@ -14,6 +14,8 @@ namespace {
 // Roughness: root 2 times the tangent of the width of the surface's lobe that Sadeghi et al. 2013 ("A
 // practical microcylinder appearance model for cloth rendering") fitted to linen (12 degrees), silk (5) and
 // polyester (5); of cotton, wool and viscose no fit was found: dull, scaly and bright beside those.
+// Density: Morton and Hearle, chapter 5, as commonly quoted. Packing: woollen yarn 0.3 to 0.4, spun cotton
+// 0.5 to 0.6 (Hearle, Grosberg and Backer 1969), filaments up to 0.7; values within these ranges are ours.
 // Transmission: calibrated against explicit fibres (docs/yarn.md).
 // Twist and lean: the range of the nine yarns that Zhao et al. 2016 fitted (32 to 45 and 17 to 25 degrees).
 // Flattening: Peirce (1937, "The geometry of cloth structure", J. Text. Inst. 28) took sections of woven yarn
@@ -21,13 +23,13 @@ namespace {
 // as thick as wide. Which fibre lies where in that range is ours: filaments flatten most, crimped wool least.
 // Hairiness: sewing and weaving yarns have an H of 3 to 8; how it is spread over the fibres is ours.
 constexpr std::array<YarnKind, 7> kinds{{
-    {"tube", 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1},
-    {"cotton", 16, 1.547, 0.45, 0.7, 2, -38, 20, 5, 1.2, 0.4, 0.06, 0.7},
-    {"wool", 23, 1.546, 0.35, 0.85, 3, -35, 20, 8, 1.8, 0.3, 0.05, 0.75},
-    {"silk", 12, 1.556, 0.12, 0.55, 2, -32, 17, 1, 0.8, 0.2, 0.02, 0.6},
-    {"linen", 16, 1.551, 0.30, 0.65, 2, -32, 17, 5, 1.6, 0.1, 0.12, 0.7},
-    {"viscose", 12, 1.526, 0.18, 0.55, 2, -40, 22, 4, 1.0, 0.4, 0.03, 0.7},
-    {"polyester", 12, 1.600, 0.12, 0.6, 3, -32, 17, 0, 1.0, 0, 0.01, 0.7},
+    {"tube", 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1},
+    {"cotton", 16, 1.547, 0.45, 0.7, 1.52, 0.5, 2, -38, 20, 5, 1.2, 0.4, 0.06, 0.7},
+    {"wool", 23, 1.546, 0.35, 0.85, 1.31, 0.4, 3, -35, 20, 8, 1.8, 0.3, 0.05, 0.75},
+    {"silk", 12, 1.556, 0.12, 0.55, 1.34, 0.6, 2, -32, 17, 1, 0.8, 0.2, 0.02, 0.6},
+    {"linen", 16, 1.551, 0.30, 0.65, 1.5, 0.5, 2, -32, 17, 5, 1.6, 0.1, 0.12, 0.7},
+    {"viscose", 12, 1.526, 0.18, 0.55, 1.52, 0.5, 2, -40, 22, 4, 1.0, 0.4, 0.03, 0.7},
+    {"polyester", 12, 1.600, 0.12, 0.6, 1.39, 0.5, 3, -32, 17, 0, 1.0, 0, 0.01, 0.7},
 }};
 
 using std::numbers::pi;
@@ -60,8 +62,18 @@ YarnKind fibre_of(int kind) {
     fibre.diameter_um = 20;
     fibre.refraction = 1.55;
     fibre.roughness = 0.3;
+    fibre.density = 1.4;
+    fibre.packing = 0.5;
   }
   return fibre;
+}
+
+double tex_of(double radius_mm, int kind, double packing) {
+  return 1000 * pi * radius_mm * radius_mm * fibre_of(kind).density * packing;
+}
+
+double radius_of_tex(double tex, int kind, double packing) {
+  return std::sqrt(tex / tex_of(1, kind, packing));
 }
 
 std::optional<int> find_yarn_kind(std::string_view name) {

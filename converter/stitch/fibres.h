@@ -16,6 +16,8 @@ struct YarnKind {
   double refraction;    ///< refractive index, mean over polarisations
   double roughness;     ///< Gloss::roughness
   double transmission;  ///< Yarn::transmission
+  double density;       ///< of the fibre, g/cm3
+  double packing;       ///< share of fibre in the yarn's section
   // The yarn, where nothing else is said.
   int plies;
   double twist_degrees;  ///< of the plies at the yarn's surface; negative: S-twist
@@ -32,6 +34,10 @@ std::span<const YarnKind> yarn_kinds();
 
 /// The fibre of yarn_kinds()[kind]; hairs on a tube have a usual one.
 YarnKind fibre_of(int kind);
+
+/// Yarn count in tex (g/km) of a round yarn, and the inverse; `packing`: share of fibre in its section.
+double tex_of(double radius_mm, int kind, double packing);
+double radius_of_tex(double tex, int kind, double packing);
 
 /// Index into yarn_kinds(); nothing for other names.
 std::optional<int> find_yarn_kind(std::string_view name);

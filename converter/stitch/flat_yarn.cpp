@@ -4,46 +4,35 @@
 
 namespace selvedge {
 
-V2d squeeze_at(const Yarn& yarn, std::size_t segment, double t) {
-  if (yarn.flattening == 1) return {0, 0};
+V3d squeeze_at(const Yarn& yarn, std::size_t segment, double t) {
+  if (is_round(yarn)) return {0, 0, 0};
   if (yarn.squeezes.empty())
     return squeeze_of(yarn.flattening, derivative_at(yarn.segments[segment], t).normalized());
-  return yarn.squeezes[segment] * (1 - t) + yarn.squeezes[(segment + 1) % yarn.squeezes.size()] * t;
+  return squeeze_between(yarn.squeezes[segment], yarn.squeezes[(segment + 1) % yarn.squeezes.size()], t);
 }
 
 double support_of(const Section& section, const V3d& direction) {
-  const double thin = 1 - section.squeeze.length2();
-  const double part = section.squeeze.x * direction.x + section.squeeze.y * direction.y;
-  return section.radius * std::sqrt(thin + part * part * (1 + thin) / thin);
+  return reach_of(thin_radius(section.radius, section.squeeze), section.squeeze, direction);
 }
 
 V3d direction_between(const V3d& apart, const Section& a, const Section& b) {
   V3d direction = apart.normalized();
-  if (a.squeeze == V2d(0, 0) && b.squeeze == V2d(0, 0)) return direction;
+  if (a.squeeze == V3d(0, 0, 0) && b.squeeze == V3d(0, 0, 0)) return direction;
   // With supports h = sqrt(d.S d), the distance is largest where apart - (S_a / h_a + S_b / h_b) d is along
   // d. Near contact that is small, so that apart is nearly a multiple of the sum, whose inverse each step
   // takes: one is enough where the sections are alike. Any direction is safe.
   constexpr int steps = 4;
   for (int step = 0; step < steps; ++step) {
-    double up = 0;
-    double xx = 0;
-    double xy = 0;
-    double yy = 0;
+    Imath::M33d sum(0.0);
     for (const Section* s : {&a, &b}) {
       const double thin = 1 - s->squeeze.length2();
       const double scale = s->radius * s->radius / support_of(*s, direction);
-      const double wide = scale * (1 + thin) / thin;
-      up += scale * thin;
-      xx += wide * s->squeeze.x * s->squeeze.x;
-      xy += wide * s->squeeze.x * s->squeeze.y;
-      yy += wide * s->squeeze.y * s->squeeze.y;
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j)
+          sum[i][j] += scale * ((i == j ? thin : 0) + s->squeeze[i] * s->squeeze[j] * (1 + thin) / thin);
+      }
     }
-    xx += up;
-    yy += up;
-    const double per_area = 1 / (xx * yy - xy * xy);
-    direction =
-        V3d((yy * apart.x - xy * apart.y) * per_area, (xx * apart.y - xy * apart.x) * per_area, apart.z / up)
-            .normalized();
+    direction = (apart * sum.inverse()).normalized();
   }
   return direction;
 }

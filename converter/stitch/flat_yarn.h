@@ -9,12 +9,14 @@
 
 namespace selvedge {
 
+inline bool is_round(const Yarn& yarn) { return yarn.flattening == 1 && yarn.squeezes.empty(); }
+
 /// Squeeze of the yarn's section at t of a segment. Precondition: a valid yarn.
-V2d squeeze_at(const Yarn& yarn, std::size_t segment, double t);
+V3d squeeze_at(const Yarn& yarn, std::size_t segment, double t);
 
 struct Section {
   double radius = 0;  ///< mm, of the round one with its area
-  V2d squeeze{0, 0};
+  V3d squeeze{0, 0, 0};
 };
 
 /// How far a section reaches in a unit direction, mm: the reach of the ellipsoid whose widest

@@ -76,7 +76,7 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
         pieces_.push_back({segment, span, yarn.radius_mm, static_cast<int>(y), length});
         Piece& piece = pieces_.back();
         length += piece.length();
-        if (yarn.flattening == 1) continue;
+        if (is_round(yarn)) continue;
         piece.start_squeeze = selvedge::squeeze_at(yarn, i, span.t0);
         piece.end_squeeze = selvedge::squeeze_at(yarn, i, span.t1);
         piece.least_share = 1 - std::max(piece.start_squeeze.length2(), piece.end_squeeze.length2());
@@ -93,8 +93,10 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
       piece.end_radius = radius_at(piece.start_length + piece.length());
       const double larger = std::max(piece.start_radius, piece.end_radius);
       piece.radius = larger / std::sqrt(piece.least_share);
-      const double thickest =
-          std::max(thin_radius(larger, piece.start_squeeze), thin_radius(larger, piece.end_squeeze));
+      const auto tall = [&](const V3d& squeeze) {
+        return reach_of(thin_radius(larger, squeeze), squeeze, V3d(0, 0, 1));
+      };
+      const double thickest = std::max(tall(piece.start_squeeze), tall(piece.end_squeeze));
       const double margin = thickest + piece.span.sag;
       low_ = std::min(low_, std::min(piece.span.start.z, piece.span.end.z) - margin);
       high_ = std::max(high_, std::max(piece.span.start.z, piece.span.end.z) + margin);
@@ -168,15 +170,15 @@ bool ImplicitSurface::index(double size) {
   return true;
 }
 
-V2d ImplicitSurface::Piece::squeeze_at(double t) const {
-  if (!flat()) return {0, 0};
-  const V2d between = start_squeeze + (end_squeeze - start_squeeze) * part(t);
+V3d ImplicitSurface::Piece::squeeze_at(double t) const {
+  if (!flat()) return {0, 0, 0};
+  const V3d between = squeeze_between(start_squeeze, end_squeeze, part(t));
   const double length = start_squeeze.length() + (end_squeeze.length() - start_squeeze.length()) * part(t);
   return between.length2() > 0 ? between * (length / between.length()) : between;
 }
 
 double ImplicitSurface::Piece::nearest_to(const V3d& point) const {
-  if (search_squeeze == V2d(0, 0)) return nearest_parameter(segment, span.t0, span.t1, point);
+  if (search_squeeze == V3d(0, 0, 0)) return nearest_parameter(segment, span.t0, span.t1, point);
   BezierSegment round = segment;
   for (V3d& p : round) p = squeezed(p, search_squeeze);
   return nearest_parameter(round, span.t0, span.t1, squeezed(point, search_squeeze));
@@ -208,7 +210,7 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
     const double beyond = bound - piece.radius;
     if (std::min(beyond, beyond * piece.least_share) >= best.distance) continue;
     const double t = piece.nearest_to(local);
-    const V2d squeeze = piece.squeeze_at(t);
+    const V3d squeeze = piece.squeeze_at(t);
     const V3d offset = squeezed(local - point_at(piece.segment, t), squeeze);
     const double length = offset.length();
     const double radius = thin_radius(piece.radius_at(t), squeeze);

@@ -21,7 +21,7 @@ struct SurfaceSample {
   double distance = 0;    ///< f, mm
   V3d gradient{0, 0, 0};  ///< unit, away from the nearest skeleton; zero on the skeleton and beyond the reach
   V3d round{0, 0, 0};     ///< the gradient in the round section, unit
-  V2d squeeze{0, 0};      ///< of the section
+  V3d squeeze{0, 0, 0};   ///< of the section
   V3d tangent{0, 0, 0};   ///< unit, along the nearest yarn; zero beyond the reach
   int yarn = -1;          ///< index of the nearest yarn; -1 beyond the reach
   double along = 0;       ///< place on the nearest yarn's chain, as a share of its length
@@ -59,18 +59,18 @@ class ImplicitSurface {
     double start_length = 0;  ///< along the yarn's chain, by chords, mm
     double start_radius = 0;
     double end_radius = 0;
-    V2d start_squeeze{0, 0};
-    V2d end_squeeze{0, 0};
+    V3d start_squeeze{0, 0, 0};
+    V3d end_squeeze{0, 0, 0};
     double least_share = 1;  ///< of thickness in width
     /// The nearest point is sought in the section of a ply's middle; across a yarn it is the nearest of all.
-    V2d search_squeeze{0, 0};
+    V3d search_squeeze{0, 0, 0};
     /// Share of the way from start to end.
     double part(double t) const { return (t - span.t0) / (span.t1 - span.t0); }
     double length() const { return (span.end - span.start).length(); }
     double radius_at(double t) const { return start_radius + part(t) * (end_radius - start_radius); }
     bool flat() const { return least_share < 1; }
     /// As flat as between both ends, also where the yarn turns.
-    V2d squeeze_at(double t) const;
+    V3d squeeze_at(double t) const;
     double nearest_to(const V3d& point) const;
   };
   struct Entry {

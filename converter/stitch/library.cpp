@@ -34,6 +34,7 @@ struct BuiltIn {
   std::function<StitchPattern(const StitchValues&, Flat)> draw;
   double max_thickness = 0;  ///< RelaxOptions
   double hold = 0;
+  int stitches = 0;       ///< of a knit, in a repeat
   std::size_t warps = 0;  ///< of a weave: its first yarns, wefts are behind them
   /// The names of the parameters that are radii, for a message.
   std::string radii;
@@ -73,12 +74,20 @@ yarn A: albedo=0.47,0.17,0.25
 2: k yo k2tog k
 1: k4)"}};
 
+/// Of knitted yarn where nothing presses it: the press that finishes cloth.
+constexpr double knit_flattening = 0.6;
+
 /// Of the parameters of each yarn of a chart.
 constexpr std::array<const char*, max_chart_yarns> prefixes{"",       "second_", "third_",   "fourth_",
                                                             "fifth_", "sixth_",  "seventh_", "eighth_"};
 
 StitchParameter length_parameter(const std::string& name, double value, const std::string& meaning) {
   return {name, {value}, min_stitch_mm, max_stitch_mm, false, meaning};
+}
+
+StitchParameter tex_parameter(const std::string& prefix) {
+  return {
+      prefix + "tex", {100}, 0.1, 1e6, false, "its count, g/km: with packing it gives the radius, if set"};
 }
 
 StitchParameter slack_parameter() {
@@ -108,6 +117,14 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
   parameters = {length_parameter("wale_mm", drawn.wale_mm, "width of one stitch"),
                 length_parameter("course_mm", drawn.course_mm, "height of one course"),
                 length_parameter("radius_mm", radius_mm, "of the yarn; not set, it follows the gauge"),
+                tex_parameter(""),
+                {"soft", {0}, 0, 1, true, "1: its sections flatten where yarns press each other"},
+                {"tightness",
+                 {15},
+                 1,
+                 100,
+                 false,
+                 "root of tex over cm of yarn a stitch: gives wale and course, if set with tex"},
                 slack_parameter()};
   append(parameters, common_parameters(drawn.yarns.front().fibre));
   const auto shorter = [wales = drawn.rows.front().size(), courses = drawn.rows.size()](double wale,
@@ -122,6 +139,7 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
     for (const auto& [name, value] : chart.settings[k]) stitch.settings[prefixes[k] + name] = value;
   }
   stitch.radii = "radius_mm";
+  stitch.stitches = static_cast<int>(drawn.rows.size() * drawn.rows.front().size());
   stitch.draw = [=](const StitchValues& values, Flat) {
     KnitChart set = chart.knit;
     set.wale_mm = values.number("wale_mm");
@@ -132,6 +150,7 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
       // One setting for all: thicker ones stay so many times as thick.
       yarn.radius_mm = radius_for(values, "radius_mm", gauge) * (yarn.radius_mm / radius_mm);
       yarn.fibre = 0;
+      if (values.number("soft") != 0) yarn.flattening = knit_flattening;
       apply_flattening(values, prefixes[k], yarn);
       apply_settings(values, prefixes[k], shorter(set.wale_mm, set.course_mm), yarn);
     }
@@ -182,6 +201,8 @@ BuiltIn weave(const char* name, const char* description, const char* kind_name, 
       length_parameter("weft_spacing_mm", weft.spacing_mm, "between the middles of neighbouring weft yarns"),
       length_parameter("warp_radius_mm", warp.radius_mm, "of a warp yarn; not set, it follows the gauge"),
       length_parameter("weft_radius_mm", weft.radius_mm, "of a weft yarn; not set, it follows the gauge"),
+      tex_parameter("warp_"),
+      tex_parameter("weft_"),
       slack_parameter()};
   const int kind = find_yarn_kind(kind_name).value();
   append(parameters, common_parameters(kind));
@@ -294,6 +315,11 @@ void apply_woven_settings(const StitchValues& values, std::size_t warps, StitchP
     apply_settings(values, y < warps ? "warp_" : "weft_", shorter_period(pattern), pattern.yarns[y]);
 }
 
+/// Sections of soft yarn change within a radius.
+constexpr double soft_segment_radii = 0.4;
+/// RelaxOptions::start of soft yarn, which is thick for its drawing.
+constexpr double soft_start = 0.14;
+
 /// Estimated work of relax(), to which its time is proportional: 5 seconds a million on a core of
 /// 2024.
 double relaxation_work(const StitchPattern& pattern) {
@@ -324,8 +350,36 @@ constexpr double max_relaxation_work = 2e8;
 constexpr const char* too_much_work =
     "the yarns are too long for their thickness: to relax them would take too long";
 
+/// Length of yarn in a stitch of a relaxed knit, in wales.
+constexpr double wales_of_loop = 3.8;
+
+/// Settings with radii by the yarns' counts, and the size of a stitch by its tightness.
+StitchSettings by_count(const BuiltIn& stitch, StitchSettings settings) {
+  const auto values =
+      value_or_throw(StitchValues::create(stitch.info.name, stitch.info.parameters, settings));
+  const auto refuse = [&](const std::string& name, std::string why) {
+    value_or_throw(
+        Result<void>(fail(Code::option_out_of_range, stitch.info.name, "--set " + name, std::move(why))));
+  };
+  for (const std::string prefix : {"", "warp_", "weft_"}) {
+    const auto radius = radius_by_count(values, prefix);
+    if (!radius) continue;
+    const std::string name = prefix + "radius_mm";
+    if (values.is_set(name)) refuse(prefix + "tex", "excludes " + name);
+    settings[name] = {std::clamp(*radius, min_stitch_mm, max_stitch_mm)};
+  }
+  if (!values.is_set("tightness")) return settings;
+  if (!values.is_set("tex")) refuse("tightness", "needs tex");
+  const double wale = 10 * std::sqrt(values.number("tex")) / values.number("tightness") / wales_of_loop;
+  const double course = wale * values.number("course_mm") / values.number("wale_mm");
+  settings.try_emplace("wale_mm", std::vector{std::clamp(wale, min_stitch_mm, max_stitch_mm)});
+  settings.try_emplace("course_mm", std::vector{std::clamp(course, min_stitch_mm, max_stitch_mm)});
+  return settings;
+}
+
 Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
   settings.insert(stitch.settings.begin(), stitch.settings.end());
+  settings = by_count(stitch, std::move(settings));
   const auto values =
       value_or_throw(StitchValues::create(stitch.info.name, stitch.info.parameters, settings));
   RelaxOptions options;
@@ -345,6 +399,12 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
     StitchPattern drawn = stitch.draw(values, flat);
     if (drawn.yarns == tried || (given && flat == Flat::thin)) continue;
     set_seed(values, stitch.info.name, drawn);
+    options.soft = stitch.warps == 0 && values.number("soft") != 0;
+    if (options.soft) {
+      options.thins = !given;
+      options.start = soft_start;
+      options.segment_radii = soft_segment_radii;
+    }
     if (relaxation_work(drawn) > max_relaxation_work) {
       return fail(Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii, too_much_work);
     }
@@ -361,7 +421,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
     tried = std::move(drawn.yarns);
   }
   // Knits are drawn alike for every Flat; flat yarn is thinner than its radius there, too.
-  if (!fits && !given && said) fits = true;
+  if (!fits && !given) fits = options.soft ? result.settled : said;
   if (!fits) {
     return fail(
         Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii,
@@ -379,6 +439,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
     value_or_throw(validate(found.pattern, stitch.info.name));
   }
   lay_repeats(values, stitch.info.name, found);
+  found.stitches = stitch.stitches * found.repeats * found.repeats;
   return found;
 }
 

@@ -22,11 +22,15 @@ constexpr const char* flattening_parameter = "flattening";
 
 bool woven(const std::string& prefix) { return prefix == "warp_" || prefix == "weft_"; }
 
+}  // namespace
+
 int kind_of(const StitchValues& values, const std::string& prefix) {
   const std::string own = prefix + yarn_parameter;
   const bool of_all = values.is_set(yarn_parameter) && !values.is_set(own);
   return static_cast<int>(values.number(of_all ? yarn_parameter : own));
 }
+
+namespace {
 
 template <auto Member>
 constexpr YarnMember member(const char* name, double min, double max, bool limits, const char* meaning) {
@@ -65,6 +69,7 @@ constexpr YarnMember members[] = {
                            "mean length of a hair; not set, it follows the radius"),
     member<&Yarn::hair_loops>("hair_loops", 0, 1, true, "share of hairs that return into the yarn"),
     member<&Yarn::irregularity>("irregularity", 0, 0.3, true, "change of thickness and colour along it"),
+    member<&Yarn::packing>("packing", 0.05, 1, true, "share of fibre in its section, for weight and tex"),
     member<&Yarn::transmission>("transmission", 0, 1, true,
                                 "share of the diffuse light that goes through the wall of a ply")};
 
@@ -153,6 +158,7 @@ void set_kind(int index, const std::string& prefix, double shorter_mm, Yarn& yar
   yarn.hair_mm = std::min(kind.hair_radii * yarn.radius_mm, 0.99 * shorter_mm / max_hair);
   yarn.hair_loops = kind.hair_loops;
   yarn.irregularity = kind.irregularity;
+  yarn.packing = fibre_of(index).packing;
 }
 
 double twist_for(double degrees, double radius_mm) {
@@ -179,7 +185,7 @@ std::vector<StitchParameter> shared_parameters(const std::string& prefix, int ki
            shortest(min_flattening),
            1,
            false,
-           "thickness over width of its section, 1: round; woven yarn follows its kind"}};
+           "thickness over width of its section, 1: round; not set, 0.6 in knits, woven yarn's by its kind"}};
 }
 
 void apply_flattening(const StitchValues& values, const std::string& prefix, Yarn& yarn) {
@@ -214,6 +220,14 @@ std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Ya
   for (const YarnMember& m : members)
     parameters.push_back({prefix + m.name, {m.get(yarn)}, m.min, m.max, m.whole, m.meaning});
   return parameters;
+}
+
+std::optional<double> radius_by_count(const StitchValues& values, const std::string& prefix) {
+  if (!values.is_set(prefix + "tex")) return std::nullopt;
+  const int kind = kind_of(values, prefix);
+  const std::string packing = prefix + "packing";
+  return radius_of_tex(values.number(prefix + "tex"), kind,
+                       values.is_set(packing) ? values.number(packing) : fibre_of(kind).packing);
 }
 
 void apply_settings(const StitchValues& values, const std::string& prefix, double shorter_mm, Yarn& yarn) {

@@ -94,6 +94,12 @@ std::vector<StitchParameter> shared_parameters(const std::string& prefix, int ki
 /// Flattening: the setting, else the default of the woven yarn's kind.
 void apply_flattening(const StitchValues& values, const std::string& prefix, Yarn& yarn);
 
+/// Kind of the yarn with this prefix: an index into yarn_kinds().
+int kind_of(const StitchValues& values, const std::string& prefix);
+
+/// Radius of the yarn with this prefix by its count (`tex`, `packing` and kind), where that is set.
+std::optional<double> radius_by_count(const StitchValues& values, const std::string& prefix);
+
 /// Applies the kind of yarn first (set_kind()), then the settings with the prefix, or else the settings of
 /// all yarns.
 void apply_settings(const StitchValues& values, const std::string& prefix, double shorter_mm, Yarn& yarn);

@@ -67,6 +67,11 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
                                           yarn.hair_mm, max_hair, shorter));
   }
   if (yarn.segments.empty()) return refuse("/segments", "the yarn has no segments");
+  for (std::size_t s = 0; s < yarn.squeezes.size(); ++s) {
+    if (!(yarn.squeezes[s].length2() <= 1 - double{min_flattening}))
+      return refuse(fmt::format("/squeezes/{}", s),
+                    fmt::format("its square must be at most {}", 1 - min_flattening));
+  }
   const double tolerance = chain_tolerance * yarn.radius_mm;
   for (std::size_t s = 0; s < yarn.segments.size(); ++s) {
     for (std::size_t p = 0; p < 4; ++p) {
@@ -146,10 +151,12 @@ StitchPattern repeated(const StitchPattern& pattern, int count) {
       if (is_laid[start]) continue;
       Yarn chain = yarn;
       chain.segments.clear();
+      chain.squeezes.clear();
       for (int pass = 0; pass < passes; ++pass) {
         const V2i repeat = V2i(start % count, start / count) + turns * pass;
         is_laid[wrapped(repeat.y) * count + wrapped(repeat.x)] = true;
         const V3d offset(repeat.x * pattern.period_mm.x, repeat.y * pattern.period_mm.y, 0);
+        chain.squeezes.insert(chain.squeezes.end(), yarn.squeezes.begin(), yarn.squeezes.end());
         for (BezierSegment segment : yarn.segments) {
           for (V3d& point : segment) point += offset;
           chain.segments.push_back(segment);

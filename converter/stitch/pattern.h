@@ -37,15 +37,16 @@ struct Yarn {
   double hairiness = 0;   ///< mm of hair a mm of yarn, 0 to 100
   double hair_mm = 0;     ///< mean length of a hair; the longest is max_hair times as long
   double hair_loops = 0;  ///< share of hairs that return into the yarn, in [0, 1]
+  double packing = 0.5;   ///< share of fibre in its section: weighs, and is not seen
   /// How much thickness and colour vary along the yarn, as root mean square of the change, 0 to 0.3.
   double irregularity = 0;
   /// Share of the diffuse light that goes through the wall of a ply rather than back, in [0, 1].
   double transmission = 0;
   /// Thickness over width of its section where it lies level, min_flattening to 1 (round).
   double flattening = 1;
-  /// Of a ply: the squeeze (yarn_section.h) of its yarn's section where each segment starts; empty: the
-  /// section follows the yarn's own course.
-  std::vector<V2d> squeezes{};
+  /// The squeeze (yarn_section.h) of its section, or of a ply's yarn's, where each segment starts; empty: by
+  /// its flattening and course.
+  std::vector<V3d> squeezes{};
   /// Its thick and thin places, as lay_plies() numbers them: of a ply, the places of its yarn, which it
   /// passes so many times. Without them it is as thick everywhere.
   YarnStrands swells{};

@@ -102,6 +102,12 @@ Yarn yarn_of(const Json& json, const std::string& place) {
     for (std::size_t p = 0; p < 4; ++p) segment[p] = vector3(points[p], fmt::format("{}/{}", at, p));
     yarn.segments.push_back(segment);
   }
+  if (json.contains("squeezes")) {
+    const std::string at = place + "/squeezes";
+    const Json& squeezes = array_of(json["squeezes"], at, segments.size());
+    for (std::size_t s = 0; s < squeezes.size(); ++s)
+      yarn.squeezes.push_back(vector3(squeezes[s], fmt::format("{}/{}", at, s)));
+  }
   return yarn;
 }
 
@@ -187,6 +193,7 @@ std::string to_json(const StitchPattern& pattern) {
       for (const V3d& p : segment) points.push_back({p.x, p.y, p.z});
       out["segments"].push_back(std::move(points));
     }
+    for (const V3d& g : yarn.squeezes) out["squeezes"].push_back({g.x, g.y, g.z});
     json["yarns"].push_back(std::move(out));
   }
   // Names may hold any bytes; invalid UTF-8 is replaced.

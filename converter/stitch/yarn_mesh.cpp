@@ -22,13 +22,17 @@ namespace {
 
 /// Points of the yarn's curve, close enough that the chain's corners may be any of them; the last is where it
 /// begins again.
-std::vector<V3d> dense_points(const Yarn& yarn, double step) {
-  std::vector<V3d> points;
-  for (const BezierSegment& segment : yarn.segments) {
+std::vector<ChainPoint> dense_points(const Yarn& yarn, double step) {
+  std::vector<ChainPoint> points;
+  for (std::size_t i = 0; i < yarn.segments.size(); ++i) {
+    const BezierSegment& segment = yarn.segments[i];
     const int count = std::max(4, static_cast<int>(std::ceil(polygon_length(segment) / step)));
-    for (int k = 0; k < count; ++k) points.push_back(point_at(segment, static_cast<double>(k) / count));
+    for (int k = 0; k < count; ++k) {
+      const double t = static_cast<double>(k) / count;
+      points.push_back({point_at(segment, t), yarn.squeezes.empty() ? V3d(0, 0, 0) : squeeze_at(yarn, i, t)});
+    }
   }
-  points.push_back(point_at(yarn.segments.back(), 1));
+  points.push_back({point_at(yarn.segments.back(), 1), points.front().squeeze});
   return points;
 }
 
@@ -190,8 +194,7 @@ int cells_across_for(const StitchPattern& pattern, int repeats) {
 /// The direction of the fibres: along the yarn, turned by its twist at the surface.
 V3d fibre_of(const Yarn& yarn, const SurfaceSample& sample) {
   const double slope = 2 * std::numbers::pi * yarn.radius_mm * yarn.twist_per_mm;
-  if (yarn.flattening == 1)
-    return (sample.tangent + sample.tangent.cross(sample.gradient) * slope).normalized();
+  if (is_round(yarn)) return (sample.tangent + sample.tangent.cross(sample.gradient) * slope).normalized();
   const V3d tangent = squeezed(sample.tangent, sample.squeeze).normalized();
   return stretched(tangent + tangent.cross(sample.round) * slope, sample.squeeze).normalized();
 }
@@ -375,7 +378,8 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
     room -= hairs->count;
     YarnCurve curve;
     curve.hairs = *hairs;
-    curve.flattening = static_cast<float>(yarn.flattening);
+    if (yarn.squeezes.empty()) curve.flattening = static_cast<float>(yarn.flattening);
+    curve.squeezes.resize(yarn.squeezes.empty() ? 0 : 1);
     curve.turns = turns_of(yarn, pattern.period_mm);
     curve.radius = static_cast<float>(yarn.radius_mm);
     // Of the light that falls on it; light through the wall is part of its indirect light.
@@ -386,7 +390,7 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
         yarn.plies > 1 ? std::tan(lean_in_plies(yarn) * std::numbers::pi / 180) : around * yarn.twist_per_mm);
     YarnChainOptions own = options;
     if (yarn.plies > 1) own.station /= 2;  // a ply is about half as thick
-    if (yarn.flattening < 1) own.max_sag = options.max_flat_sag;
+    if (!is_round(yarn)) own.max_sag = options.max_flat_sag;
     append_chain(curve, dense_points(yarn, 0.04 * yarn.radius_mm), yarn.radius_mm, own, data);
     const std::size_t own_plies = first_ply;
     const int plies = yarn.plies == 1 ? 1 : std::gcd(course_of_plies(yarn).shift, yarn.plies);

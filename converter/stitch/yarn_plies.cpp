@@ -79,7 +79,7 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm, YarnStrands s
     for (long i = 0; i < count * (n / chains); ++i) {
       const V3d a = point(k, i);
       const V3d b = point(k, i + 1);
-      if (yarn.flattening != 1) ply.squeezes.push_back(stations[i % count].squeeze);
+      if (!is_round(yarn)) ply.squeezes.push_back(stations[i % count].squeeze);
       ply.segments.push_back({a, a + slope(k, i) / 3.0, b - slope(k, i + 1) / 3.0, b});
       length_of_plies += (b - a).length();
     }

@@ -12,8 +12,8 @@ struct YarnStation {
   V3d position;
   V3d tangent;
   V3d across;
-  double length = 0;  ///< from the start, mm
-  V2d squeeze{0, 0};  ///< of its section (format/fabric/yarn_section.h)
+  double length = 0;     ///< from the start, mm
+  V3d squeeze{0, 0, 0};  ///< of its section (format/fabric/yarn_section.h)
 };
 
 /// Frames that are carried along without rotation about the curve.

@@ -46,6 +46,14 @@ constexpr int max_settling_steps = 400;
 constexpr double settled_overlap = 2e-3;  // overlap, in radii, that ends the settling
 constexpr double over_relaxation = 1.4;   // of projections that are averaged
 
+/// Sections of soft yarn: strain that a step adds for an overlap of a radius before contacts are projected
+/// and after; share of the strain that it takes back and that it passes on to either neighbour; least share
+/// of thickness in width.
+constexpr double soft_pressure = 1.5;
+constexpr double soft_recovery = 0.05;
+constexpr double soft_spread = 0.15;
+constexpr double soft_least_share = 0.3;
+
 /// A yarn as a polyline. Point `size` is point 0 moved by `way`.
 struct Chain {
   std::vector<V3d> points;
@@ -54,10 +62,14 @@ struct Chain {
   double drawn = 0;     ///< its drawn position along `across`
   double radius = 0;
   double flattening = 1;
-  double wide = 0;        ///< half the width of its section, mm
-  double thin = 0;        ///< and half the thickness
-  std::size_t begin = 0;  ///< index of its first point among the points of all chains
-  double spacing = 0;     ///< of its points, mm, within a factor of two of each
+  double wide = 0;   ///< half the width of its section, mm
+  double thin = 0;   ///< and half the thickness
+  double reach = 0;  ///< the most of half its width
+  std::vector<Imath::M33d>
+      strains;                ///< of soft yarn, by piece: logarithms of stretches across it, without trace
+  std::vector<V3d> squeezes;  ///< by piece
+  std::size_t begin = 0;      ///< index of its first point among the points of all chains
+  double spacing = 0;         ///< of its points, mm, within a factor of two of each
   double length() const {
     double sum = 0;
     for (std::size_t i = 0; i < points.size(); ++i) sum += (next(i) - points[i]).length();
@@ -134,8 +146,10 @@ class Relaxation {
       Chain chain;
       chain.radius = yarn.radius_mm;
       chain.flattening = yarn.flattening;
-      chain.wide = wide_of(yarn);
-      chain.thin = thin_of(yarn);
+      chain.wide = options.soft ? yarn.radius_mm : wide_of(yarn);
+      chain.thin = options.soft ? yarn.radius_mm : thin_of(yarn);
+      chain.reach =
+          options.soft ? std::max(chain.wide, chain.radius / std::sqrt(soft_least_share)) : chain.wide;
       const V2i turns = turns_of(yarn, pattern.period_mm);
       chain.way = {turns.x * period_.x, turns.y * period_.y, 0};
       constexpr int fine = 32;
@@ -147,15 +161,15 @@ class Relaxation {
         chain.drawn += p.dot(chain.across) / static_cast<double>(chain.points.size());
       chains_.push_back(chain);
       thickest_ = std::max(thickest_, chain.thin);
-      widest_ = std::max(widest_, chain.wide);
+      widest_ = std::max(widest_, chain.reach);
     }
     distribute();
   }
 
   /// Returns the share of the radii for which there is room.
   double run() {
-    const int growing = options_.steps / 2;
-    const double growth = (1 - options_.start) / (0.8 * growing);
+    const int growing = options_.soft ? options_.steps * 9 / 10 : options_.steps / 2;
+    const double growth = (1 - options_.start) / (0.4 * options_.steps);
     grown_ = options_.start;
     for (int step = 0; step < options_.steps; ++step) {
       if (step % steps_between_distributions == 0) distribute();
@@ -169,6 +183,7 @@ class Relaxation {
         for (V3d& p : chain.points)
           p += chain.across * (options_.hold * remaining * (chain.drawn - p.dot(chain.across)));
       }
+      if (options_.soft) soften();
       const double overlap = push_apart(step);
       const bool jammed = overlap > 0.05 * remaining + 0.01;
       if (jammed) grown_ *= 1 - 0.5 * growth;
@@ -176,6 +191,10 @@ class Relaxation {
     }
     // Contacts alone; the yarns become thinner if they do not settle.
     for (int step = 0; step < max_settling_steps; ++step) {
+      if (options_.soft) {
+        press(soft_pressure);
+        for (Chain& chain : chains_) set_squeezes(chain);
+      }
       const double overlap = push_apart(step);
       if (overlap < settled_overlap) break;
       if (step >= settling_steps) grown_ *= 1 - 0.25 * overlap;
@@ -183,7 +202,8 @@ class Relaxation {
     return grown_;
   }
 
-  std::vector<BezierSegment> segments_of(std::size_t index) const {
+  /// `squeezes`: of soft yarn, where the segments start.
+  std::vector<BezierSegment> segments_of(std::size_t index, std::vector<V3d>& squeezes) const {
     const Chain& chain = chains_[index];
     const auto count = static_cast<long>(chain.points.size());
     const double node_count = std::round(chain.length() / (options_.segment_radii * chain.radius));
@@ -203,6 +223,9 @@ class Relaxation {
     for (long k = 0; k < nodes; ++k) {
       const long i = node(k);
       const long j = node(k + 1);
+      if (options_.soft)
+        squeezes.push_back(
+            squeeze_between(chain.squeezes[(i + count - 1) % count], chain.squeezes[i % count], 0.5));
       const double third = static_cast<double>(j - i) / 3;
       const V3d end = point(j);
       segments.push_back({point(i), point(i) + tangent(i) * third, end - tangent(j) * third, end});
@@ -237,7 +260,15 @@ class Relaxation {
     std::size_t begin = 0;
     for (Chain& chain : chains_) {
       const double pieces = std::max(12.0, std::round(chain.length() / (piece_radii * chain.radius)));
+      const std::size_t before = chain.points.size();
       chain.points = resampled(chain, static_cast<std::size_t>(pieces));
+      if (options_.soft) {
+        const std::vector<Imath::M33d> old = chain.strains;
+        chain.strains.assign(chain.points.size(), Imath::M33d(0.0));
+        for (std::size_t i = 0; i < chain.points.size() && !old.empty(); ++i)
+          chain.strains[i] = old[i * before / chain.points.size()];
+        set_squeezes(chain);
+      }
       chain.begin = begin;
       chain.spacing = chain.length() / pieces;
       begin += chain.points.size();
@@ -250,9 +281,88 @@ class Relaxation {
     return grown_ * (reach + options_.gap * std::max(chains_[c.chain_a].radius, chains_[c.chain_b].radius));
   }
 
-  static Section section_of(const Chain& chain, const V3d& along) {
+  /// Direction in which pieces leave each other. Soft ones that cross stay on their sides.
+  V3d direction_of(const V3d& apart, const Section& a, const Section& b, const V3d& along_a,
+                   const V3d& along_b) const {
+    constexpr double least_sine2 = 0.1;
+    const double sine2 = along_a.cross(along_b).length2() / (along_a.length2() * along_b.length2());
+    return options_.soft && sine2 > least_sine2 ? apart.normalized() : direction_between(apart, a, b);
+  }
+
+  /// Flattens sections where pieces overlap, by so much of it.
+  void press(double gain) {
+    for (const Contact& c : contacts_) {
+      Chain& chain_a = chains_[c.chain_a];
+      Chain& chain_b = chains_[c.chain_b];
+      const V3d a = chain_a.points[c.piece_a];
+      const V3d b = chain_b.points[c.piece_b] + c.shift;
+      const V3d along_a = chain_a.next(c.piece_a) - a;
+      const V3d along_b = chain_b.next(c.piece_b) + c.shift - b;
+      const Nearest n = nearest_of(a, along_a, b, along_b);
+      const V3d apart = a + along_a * n.s - b - along_b * n.t;
+      if (apart.length2() == 0 || apart.length() > distance_of(c, chain_a.reach + chain_b.reach)) continue;
+      const Section section_a = section_of(chain_a, c.piece_a, along_a);
+      const Section section_b = section_of(chain_b, c.piece_b, along_b);
+      const V3d d = direction_of(apart, section_a, section_b, along_a, along_b);
+      const double overlap =
+          distance_of(c, support_of(section_a, d) + support_of(section_b, d)) - apart.dot(d);
+      if (overlap <= 0) continue;
+      for (auto& [chain, piece] : {std::pair(&chain_a, c.piece_a), std::pair(&chain_b, c.piece_b)}) {
+        Imath::M33d& strain = chain->strains[piece];
+        const double share = gain * overlap / (grown_ * chain->radius);
+        for (int i = 0; i < 3; ++i) {
+          for (int j = 0; j < 3; ++j) strain[i][j] -= share * d[i] * d[j];
+        }
+      }
+    }
+  }
+
+  /// Sections flatten under pressure, pass it on along the yarn, and recover.
+  void soften() {
+    press(soft_pressure);
+    for (Chain& chain : chains_) {
+      const std::vector<Imath::M33d> old = chain.strains;
+      const std::size_t count = old.size();
+      for (std::size_t i = 0; i < count; ++i) {
+        chain.strains[i] = (old[i] * (1 - 2 * soft_spread) +
+                            (old[(i + 1) % count] + old[(i + count - 1) % count]) * soft_spread) *
+                           (1 - soft_recovery);
+      }
+      // The press that finishes cloth makes free yarn as flat as it is to be.
+      for (Imath::M33d& strain : chain.strains) strain[2][2] += soft_recovery * std::log(chain.flattening);
+      set_squeezes(chain);
+    }
+  }
+
+  /// Keeps strains across their piece, without trace, and within bounds.
+  static void set_squeezes(Chain& chain) {
+    chain.squeezes.resize(chain.points.size());
+    for (std::size_t i = 0; i < chain.points.size(); ++i) {
+      const V3d along = (chain.next(i) - chain.points[i]).normalized();
+      const V3d axis = std::abs(along.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
+      const V3d x = (axis - along * axis.dot(along)).normalized();
+      const V3d y = along.cross(x);
+      Imath::M33d& strain = chain.strains[i];
+      // In the plane of x and y it is (c, s; s, -c).
+      const double c = 0.5 * (x.dot(x * strain) - y.dot(y * strain));
+      const double s = x.dot(y * strain);
+      const double most = -0.5 * std::log(soft_least_share);
+      const double size = std::hypot(c, s);
+      const double part = size > most ? most / size : 1;
+      for (int k = 0; k < 3; ++k) {
+        for (int l = 0; l < 3; ++l)
+          strain[k][l] = part * (c * (x[k] * x[l] - y[k] * y[l]) + s * (x[k] * y[l] + y[k] * x[l]));
+      }
+      const double stretch = std::min(size, most);
+      const double angle = 0.5 * std::atan2(s, c);
+      chain.squeezes[i] = (x * std::cos(angle) + y * std::sin(angle)) * std::sqrt(1 - std::exp(-2 * stretch));
+    }
+  }
+
+  static Section section_of(const Chain& chain, std::size_t piece, const V3d& along) {
+    if (!chain.squeezes.empty()) return {chain.radius, chain.squeezes[piece]};
     const bool flat = chain.flattening < 1 && along.length2() > 0;
-    return {chain.radius, flat ? squeeze_of(chain.flattening, along.normalized()) : V2d(0, 0)};
+    return {chain.radius, flat ? squeeze_of(chain.flattening, along.normalized()) : V3d(0, 0, 0)};
   }
 
   /// Whether the pieces are so close along one chain that they do not count as a contact.
@@ -326,7 +436,7 @@ class Relaxation {
     // Each pair once.
     if (chain_b < chain_a || (chain_b == chain_a && piece_b < piece_a)) return;
     if (chain_b == chain_a && piece_b == piece_a && (shift.x < 0 || (shift.x == 0 && shift.y <= 0))) return;
-    const double radii = chains_[chain_a].wide + chains_[chain_b].wide;
+    const double radii = chains_[chain_a].reach + chains_[chain_b].reach;
     const double reach = radii + widest_ * (options_.gap + piece_radii + search_margin);
     if (between.length2() > reach * reach) return;
     const Contact contact{chain_a, piece_a, chain_b, piece_b, shift};
@@ -346,17 +456,17 @@ class Relaxation {
       const V3d b = chain_b.points[c.piece_b] + c.shift;
       const V3d along_a = chain_a.next(c.piece_a) - a;
       const V3d along_b = chain_b.next(c.piece_b) + c.shift - b;
-      double min_distance = distance_of(c, chain_a.wide + chain_b.wide);
+      double min_distance = distance_of(c, chain_a.reach + chain_b.reach);
       const double far = min_distance + chain_a.spacing + chain_b.spacing;
       if ((a + along_a * 0.5 - b - along_b * 0.5).length2() > far * far) continue;
       const Nearest n = nearest_of(a, along_a, b, along_b);
       V3d apart = a + along_a * n.s - b - along_b * n.t;
       double distance = apart.length();
       if (distance >= min_distance || distance == 0) continue;
-      if (chain_a.flattening < 1 || chain_b.flattening < 1) {
-        const Section section_a = section_of(chain_a, along_a);
-        const Section section_b = section_of(chain_b, along_b);
-        const V3d direction = direction_between(apart, section_a, section_b);
+      if (options_.soft || chain_a.flattening < 1 || chain_b.flattening < 1) {
+        const Section section_a = section_of(chain_a, c.piece_a, along_a);
+        const Section section_b = section_of(chain_b, c.piece_b, along_b);
+        const V3d direction = direction_of(apart, section_a, section_b, along_a, along_b);
         distance = apart.dot(direction);
         apart = direction * distance;
         min_distance = distance_of(c, support_of(section_a, direction) + support_of(section_b, direction));
@@ -408,12 +518,25 @@ class Relaxation {
 }  // namespace
 
 Relaxed relax(const StitchPattern& pattern, const RelaxOptions& options) {
+  constexpr double least_part = 0.95;
+  constexpr int most_tries = 4;
+  Relaxed relaxed{pattern, 1};
   Relaxation relaxation(pattern, options);
-  Relaxed relaxed{pattern, relaxation.run()};
+  double part = relaxation.run();
+  for (int tries = 1; options.thins && part < least_part && tries < most_tries; ++tries) {
+    const double thinner = 0.95 * part;
+    relaxed.part *= thinner;
+    for (Yarn& yarn : relaxed.pattern.yarns) yarn.radius_mm *= thinner;
+    relaxation = Relaxation(relaxed.pattern, options);
+    part = relaxation.run();
+  }
+  relaxed.part *= part;
+  relaxed.settled = part >= least_part;
   relaxation.centre();
   for (std::size_t y = 0; y < relaxed.pattern.yarns.size(); ++y) {
-    relaxed.pattern.yarns[y].segments = relaxation.segments_of(y);
-    relaxed.pattern.yarns[y].radius_mm *= relaxed.part;
+    relaxed.pattern.yarns[y].segments = relaxation.segments_of(y, relaxed.pattern.yarns[y].squeezes);
+    relaxed.pattern.yarns[y].radius_mm *= part;
+    if (options.soft) relaxed.pattern.yarns[y].flattening = 1;
   }
   return relaxed;
 }

@@ -22,6 +22,12 @@ struct RelaxOptions {
   /// Share of the displacement in the plane, across their direction, that each step takes back: 0 for knits,
   /// whose loops hold themselves; the yarns of a weave would wander without it (reed and beat hold them).
   double hold = 0;
+  /// Whether sections flatten where yarns press each other, and elsewhere along z by Yarn::flattening; their
+  /// area is kept, and the result has squeezes.
+  bool soft = false;
+  /// Whether yarns that have no room begin again, as thin as they had become: jammed, they may pass each
+  /// other.
+  bool thins = false;
   int steps = 240;
   double segment_radii = 0.8;  ///< length of the resulting Bézier segments
 };
@@ -30,7 +36,8 @@ struct Relaxed {
   /// The same yarns, moved, their chains smooth and centred in z, with the given radii, or smaller ones if
   /// there is no room.
   StitchPattern pattern;
-  double part = 1;  ///< share of the given radii
+  double part = 1;      ///< share of the given radii
+  bool settled = true;  ///< whether the last try had room for most of its radii
 };
 
 /// Neighbouring yarns of the result touch: they overlap by less than 1/50 of a radius. Sections of flat yarns

@@ -72,37 +72,43 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
   const Wide sz = number(YarnPieces::start_z);
   const Wide gx = number(YarnPieces::squeeze_x);
   const Wide gy = number(YarnPieces::squeeze_y);
+  const Wide gz = number(YarnPieces::squeeze_z);
   const Wide ax = number(YarnPieces::axis_x);
   const Wide ay = number(YarnPieces::axis_y);
   const Wide az = number(YarnPieces::axis_z);
   // The ray (x, y, 0) + t (kx, ky, 1) in the round section: f0 + x fx + y fy + t e.
-  const Wide part_e = gx * kx + gy * ky;
+  const Wide part_e = gx * kx + gy * ky + gz;
   const Wide ex = kx - gx * part_e;
   const Wide ey = ky - gy * part_e;
-  const Wide along_e = ax * ex + ay * ey + az;
-  const Wide e2 = ex * ex + ey * ey + one;
+  const Wide ez = one - gz * part_e;
+  const Wide along_e = ax * ex + ay * ey + az * ez;
+  const Wide e2 = ex * ex + ey * ey + ez * ez;
   const Wide inverse = one / max(e2 - along_e * along_e, e2 * Wide(1e-7F));
-  const Wide nx = ey * az - ay;
-  const Wide ny = ax - ex * az;
+  const Wide nx = ey * az - ez * ay;
+  const Wide ny = ez * ax - ex * az;
   const Wide nz = ex * ay - ey * ax;
   const Wide cx = -(kx * Wide(plane)) - sx;
   const Wide cy = -(ky * Wide(plane)) - sy;
   const Wide cz = -sz;
-  const Wide part_c = gx * cx + gy * cy;
+  const Wide part_c = gx * cx + gy * cy + gz * cz;
   const Wide f0x = cx - gx * part_c;
   const Wide f0y = cy - gy * part_c;
+  const Wide f0z = cz - gz * part_c;
   const Wide fxx = one - gx * gx;
   const Wide fxy = -(gx * gy);
   const Wide fyy = one - gy * gy;
-  Wide g[3] = {(f0x * nx + f0y * ny + cz * nz) * inverse, (fxx * nx + fxy * ny) * inverse,  // NOLINT
-               (fxy * nx + fyy * ny) * inverse};
-  Wide w[3] = {ax * f0x + ay * f0y + az * cz, ax * fxx + ay * fxy, ax * fxy + ay * fyy};  // NOLINT
-  Wide z[3] = {(w[0] * along_e - (ex * f0x + ey * f0y + cz)) * inverse,                   // NOLINT
-               (w[1] * along_e - (ex * fxx + ey * fxy)) * inverse,
-               (w[2] * along_e - (ex * fxy + ey * fyy)) * inverse};
+  const Wide fxz = -(gx * gz);
+  const Wide fyz = -(gy * gz);
+  Wide g[3] = {(f0x * nx + f0y * ny + f0z * nz) * inverse,  // NOLINT
+               (fxx * nx + fxy * ny + fxz * nz) * inverse, (fxy * nx + fyy * ny + fyz * nz) * inverse};
+  Wide w[3] = {ax * f0x + ay * f0y + az * f0z, ax * fxx + ay * fxy + az * fxz,  // NOLINT
+               ax * fxy + ay * fyy + az * fyz};
+  Wide z[3] = {(w[0] * along_e - (ex * f0x + ey * f0y + ez * f0z)) * inverse,  // NOLINT
+               (w[1] * along_e - (ex * fxx + ey * fxy + ez * fxz)) * inverse,
+               (w[2] * along_e - (ex * fxy + ey * fyy + ez * fyz)) * inverse};
   const Wide radius2 = radius * radius * inverse;
   // The box of its shadow on the plane along the rays.
-  const Wide wide = radius / (one - gx * gx - gy * gy);
+  const Wide wide = radius / (one - gx * gx - gy * gy - gz * gz);
   const Wide from_x = sx - kx * (sz - Wide(plane));
   const Wide from_y = sy - ky * (sz - Wide(plane));
   const Wide along_x = number(YarnPieces::along_x) - kx * number(YarnPieces::along_z);

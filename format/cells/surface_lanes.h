@@ -23,7 +23,7 @@ static_assert(offsetof(Yarns::Segment, start) == 0 && offsetof(Yarns::Segment, a
               offsetof(Yarns::Segment, tangent) == 24 && offsetof(Yarns::Segment, across) == 48 &&
               offsetof(Yarns::Segment, out) == 72 && offsetof(Yarns::Segment, inverse_length2) == 96 &&
               offsetof(Yarns::Segment, station) == 100 && offsetof(Yarns::Segment, stations) == 104 &&
-              offsetof(Yarns::Segment, radius) == 108 && offsetof(Yarns::Segment, squeeze) == 120 &&
+              offsetof(Yarns::Segment, radius) == 108 && offsetof(Yarns::Segment, squeeze) == 112 &&
               sizeof(Yarns::Segment) >= 128);
 
 template <std::size_t N>
@@ -44,25 +44,18 @@ struct SegmentLanes {
     station = rows[25];
     stations = rows[26];
     radius = rows[27];
-    squeeze_x = WideFloat<N>(0);
-    squeeze_y = WideFloat<N>(0);
+    squeeze = {WideFloat<N>(0), WideFloat<N>(0), WideFloat<N>(0)};
     if (!flat) return;
     fetch<N>(from, 7, rows);
-    squeeze_x = rows[2];
-    squeeze_y = rows[3];
+    squeeze = vector(0);
   }
-  SELVEDGE_INLINE WideVec3<N> squeezed(const WideVec3<N>& p) const {
-    const WideFloat<N> part = squeeze_x * p.x + squeeze_y * p.y;
-    return {p.x - squeeze_x * part, p.y - squeeze_y * part, p.z};
-  }
+  SELVEDGE_INLINE WideVec3<N> squeezed(const WideVec3<N>& p) const { return p - squeeze * squeeze.dot(p); }
   SELVEDGE_INLINE WideVec3<N> stretched(const WideVec3<N>& p) const {
-    const WideFloat<N> thin = WideFloat<N>(1) - squeeze_x * squeeze_x - squeeze_y * squeeze_y;
-    const WideFloat<N> part = (squeeze_x * p.x + squeeze_y * p.y) / thin;
-    return {p.x + squeeze_x * part, p.y + squeeze_y * part, p.z};
+    return p + squeeze * (squeeze.dot(p) / (WideFloat<N>(1) - squeeze.dot(squeeze)));
   }
-  WideVec3<N> start, along;
+  WideVec3<N> start, along, squeeze;
   WideVec3<N> tangent[2], across[2], out[2];  // NOLINT(modernize-avoid-c-arrays)
-  WideFloat<N> inverse_length2, station, stations, radius, squeeze_x, squeeze_y;
+  WideFloat<N> inverse_length2, station, stations, radius;
 };
 
 // Strands at many points at once: the twin of format/fabric/yarn_strands.h, held to it by a test.

@@ -79,9 +79,9 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     const V3f axis = squeezed(s.along, s.squeeze);
     const float length = axis.length();
     const std::array<float, YarnPieces::number_count> numbers{
-        s.start.x, s.start.y,       s.start.z,       s.along.x,       s.along.y,
-        s.along.z, axis.x / length, axis.y / length, axis.z / length, length,
-        s.radius,  s.squeeze.x,     s.squeeze.y,     s.rank,          s.reach};
+        s.start.x,       s.start.y,       s.start.z,       s.along.x, s.along.y, s.along.z,
+        axis.x / length, axis.y / length, axis.z / length, length,    s.radius,  s.squeeze.x,
+        s.squeeze.y,     s.squeeze.z,     s.rank,          s.reach};
     for (std::size_t k = 0; k < numbers.size(); ++k) pieces.numbers[k].push_back(numbers[k]);
     pieces.strands.push_back(strands_of(data.curves[s.curve], inside.strand_sense[s.curve], s));
   }
@@ -93,7 +93,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
 
 CellYarn::CellYarn(const Yarns& yarns, float plane, std::span<const float> sky)
     : yarns_(&yarns), plane_(plane), sky_(sky) {
-  for (const YarnCurve& curve : yarns.data().curves) flat_ |= curve.flattening != 1;
+  for (const YarnCurve& curve : yarns.data().curves) flat_ |= !curve.is_round();
   int plies = 0;
   for (const Yarns::Segment& s : yarns.inside().segments) {
     if (s.rank > 0) continue;

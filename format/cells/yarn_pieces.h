@@ -30,6 +30,7 @@ struct YarnPieces {
     radius,
     squeeze_x,
     squeeze_y,
+    squeeze_z,
     rank,
     reach,
     number_count

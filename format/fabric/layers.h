@@ -83,13 +83,13 @@ struct Layer {
 };
 
 /// Numbers of a curve: all, and the least that a file may have.
-inline constexpr int yarn_fields = 30;
+inline constexpr int yarn_fields = 31;
 inline constexpr int min_yarn_fields = 11;
 
 /// How much yarn a fabric holds (yarns.h); 0: none.
 struct YarnCounts {
   int curves = 0;
-  int nodes = 0;
+  int nodes = 0;             ///< and squeezes of squashed curves
   int stations = 0;          ///< of indirect light
   int fields = yarn_fields;  ///< numbers of a curve
   bool operator==(const YarnCounts&) const = default;

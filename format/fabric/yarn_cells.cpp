@@ -155,11 +155,10 @@ void Yarns::place_in_cells() {
         block.rank[i % yarn_block] = s.rank;
         block.segment[i % yarn_block] = list[i].segment;
         block.empty_for = std::max(block.empty_for, empty_for(s));
-        block.squeeze[0][i % yarn_block] = s.squeeze.x;
-        block.squeeze[1][i % yarn_block] = s.squeeze.y;
-        block.flat |= s.squeeze != V2f(0, 0);
-        block.low = std::min(block.low, std::min(s.start.z, s.start.z + s.along.z) - r);
-        block.high = std::max(block.high, std::max(s.start.z, s.start.z + s.along.z) + r);
+        for (int k = 0; k < 3; ++k) block.squeeze[k][i % yarn_block] = s.squeeze[k];
+        block.flat |= s.squeeze != V3f(0, 0, 0);
+        block.low = std::min(block.low, std::min(s.start.z, s.start.z + s.along.z) - s.tall());
+        block.high = std::max(block.high, std::max(s.start.z, s.start.z + s.along.z) + s.tall());
         placed.low = std::min(placed.low, block.low);
         placed.high = std::max(placed.high, block.high);
       }

@@ -29,7 +29,7 @@ struct OnChain {
 };
 
 OnChain on_chain(const Yarns::Segment& s, double share) {
-  const V2d squeeze(s.squeeze);
+  const V3d squeeze(s.squeeze);
   const V3d along = squeezed(V3d(s.along), squeeze);
   const double rest = 1 - share;
   const V3d first = squeezed(V3d(s.tangent[0]), squeeze) * along.length();
@@ -110,7 +110,7 @@ std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> node
     across = (across - tangent * tangent.dot(across)).normalized();
     YarnHair hair;
     const V3d round = across * turned.x + tangent.cross(across) * turned.y;
-    const V2d squeeze(s.squeeze);
+    const V3d squeeze(s.squeeze);
     hair.normal = squeezed(round, squeeze).normalized();
     hair.station = static_cast<float>(station);
     hair.light = V3f(V3d(turned.x, turned.y, round.dot(mix(s.out, part))));

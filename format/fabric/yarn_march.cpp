@@ -40,10 +40,8 @@ float wrapped(double value, float period) {
 
 /// squeezed() of yarn_section.h.
 template <std::size_t N>
-SELVEDGE_INLINE WideVec3<N> squeezed_lanes(const WideVec3<N>& p, const WideFloat<N>& x,
-                                           const WideFloat<N>& y) {
-  const WideFloat<N> part = x * p.x + y * p.y;
-  return {p.x - x * part, p.y - y * part, p.z};
+SELVEDGE_INLINE WideVec3<N> squeezed_lanes(const WideVec3<N>& p, const WideVec3<N>& squeeze) {
+  return p - squeeze * squeeze.dot(p);
 }
 
 /// A ray in the frames of N segments of a block, those from i on.
@@ -56,10 +54,10 @@ struct InRoundSections {
             Wide(at.z) - Wide::load(&block.start[2][i])};
     d = {Wide(ray.direction.x), Wide(ray.direction.y), Wide(ray.direction.z)};
     if (block.flat) {
-      const Wide x = Wide::load(&block.squeeze[0][i]);
-      const Wide y = Wide::load(&block.squeeze[1][i]);
-      from = squeezed_lanes(from, x, y);
-      d = squeezed_lanes(d, x, y);
+      const Vec squeeze{Wide::load(&block.squeeze[0][i]), Wide::load(&block.squeeze[1][i]),
+                        Wide::load(&block.squeeze[2][i])};
+      from = squeezed_lanes(from, squeeze);
+      d = squeezed_lanes(d, squeeze);
     }
     const Vec axis{Wide::load(&block.axis[0][i]), Wide::load(&block.axis[1][i]),
                    Wide::load(&block.axis[2][i])};

@@ -11,32 +11,43 @@ namespace selvedge {
 /// Thickness over width of a yarn's section where it lies level.
 inline constexpr float min_flattening = 0.3F;
 
-/// g: level and across the yarn; |g|^2 = 1 - thickness over width, which fades where the yarn stands steeply.
-/// `way`: unit, along the yarn's axis, not along its plies.
+/// g of yarn that is as flat all along: level and across the yarn; |g|^2 = 1 - thickness over width, which
+/// fades where the yarn stands steeply. `way`: unit, along the yarn's axis, not along its plies.
 template <class T>
-Imath::Vec2<T> squeeze_of(T flattening, const Imath::Vec3<T>& way) {
+Imath::Vec3<T> squeeze_of(T flattening, const Imath::Vec3<T>& way) {
   const T scale = std::sqrt((1 - flattening) * (1 + way.z * way.z));
-  return {way.y * scale, -way.x * scale};
+  return {way.y * scale, -way.x * scale, 0};
+}
+
+/// g between two places, of which the second is so far on: g and -g are the same section.
+template <class T>
+Imath::Vec3<T> squeeze_between(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b, T share) {
+  return a * (1 - share) + (a.dot(b) < 0 ? -b : b) * share;
 }
 
 /// p - g (g.p): an offset from the axis, as it is in the round section. Normals are mapped back by it.
 template <class T>
-Imath::Vec3<T> squeezed(const Imath::Vec3<T>& p, const Imath::Vec2<T>& squeeze) {
-  const T part = squeeze.x * p.x + squeeze.y * p.y;
-  return {p.x - squeeze.x * part, p.y - squeeze.y * part, p.z};
+Imath::Vec3<T> squeezed(const Imath::Vec3<T>& p, const Imath::Vec3<T>& squeeze) {
+  return p - squeeze * squeeze.dot(p);
 }
 
 /// The inverse: offsets and directions along the surface are mapped back by it.
 template <class T>
-Imath::Vec3<T> stretched(const Imath::Vec3<T>& p, const Imath::Vec2<T>& squeeze) {
-  const T part = (squeeze.x * p.x + squeeze.y * p.y) / (1 - squeeze.length2());
-  return {p.x + squeeze.x * part, p.y + squeeze.y * part, p.z};
+Imath::Vec3<T> stretched(const Imath::Vec3<T>& p, const Imath::Vec3<T>& squeeze) {
+  return p + squeeze * (squeeze.dot(p) / (1 - squeeze.length2()));
 }
 
 /// Radius of the round section, which is half the thickness: the area equals a circle's of `radius`.
 template <class T>
-T thin_radius(T radius, const Imath::Vec2<T>& squeeze) {
+T thin_radius(T radius, const Imath::Vec3<T>& squeeze) {
   return radius * std::sqrt(1 - squeeze.length2());
+}
+
+/// How far the section reaches in a unit direction: as the ellipsoid whose widest section it is. `thin`: half
+/// the thickness.
+template <class T>
+T reach_of(T thin, const Imath::Vec3<T>& squeeze, const Imath::Vec3<T>& direction) {
+  return thin * stretched(direction, squeeze).length();
 }
 
 }  // namespace selvedge

@@ -72,8 +72,13 @@ Axis axis_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& peri
 struct AxisPlace {
   V3d position, across, beside;  ///< both unit, perpendicular to the axis
   double share = 0;              ///< of the chain's length
-  V2d squeeze;
+  V3d squeeze{0, 0, 0};
 };
+
+/// Of a squashed curve, at a share of segment i.
+V3d squeeze_at(const YarnCurve& curve, int i, double share) {
+  return squeeze_between(V3d(curve.squeezes[i]), V3d(curve.squeezes[(i + 1) % curve.nodes]), share);
+}
 
 /// Place k of the divisions on segment i.
 AxisPlace place_on(const Axis& axis, const YarnCurve& curve, int i, int k) {
@@ -91,8 +96,10 @@ AxisPlace place_on(const Axis& axis, const YarnCurve& curve, int i, int k) {
       axis.nodes[i + 1] + along * (s * s * (3 - 2 * s)) + first * (s * rest * rest) - second * (s * s * rest);
   place.across = (across - tangent * tangent.dot(across)).normalized();
   place.beside = tangent.cross(place.across);
-  place.squeeze =
-      curve.flattening == 1 ? V2d(0, 0) : squeeze_of(static_cast<double>(curve.flattening), tangent);
+  if (!curve.squeezes.empty())
+    place.squeeze = squeeze_at(curve, i, s);
+  else if (!curve.is_round())
+    place.squeeze = squeeze_of(static_cast<double>(curve.flattening), tangent);
   place.share = (axis.length[i] + s * length) / axis.length.back();
   return place;
 }
@@ -102,14 +109,14 @@ struct ChainNodes {
   std::vector<V3d> nodes;  ///< with one before and two behind them
   std::vector<V3d> across, out;
   std::vector<double> share;
-  std::vector<V2d> squeeze;  ///< of the segments
+  std::vector<V3d> squeeze;  ///< of the segments
   StrandRows rows;
 };
 
 /// Of the part of the axis from one place to another.
-V2d squeeze_between(const YarnCurve& curve, const V3d& from, const V3d& to) {
+V3d squeeze_along(const YarnCurve& curve, const V3d& from, const V3d& to) {
   const V3d way = to - from;
-  if (curve.flattening == 1 || way.length2() == 0) return {0, 0};
+  if (curve.is_round() || way.length2() == 0) return {0, 0, 0};
   return squeeze_of(static_cast<double>(curve.flattening), way.normalized());
 }
 
@@ -125,7 +132,7 @@ void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vecto
     s.tangent = {V3f(tangent_at(chain.nodes, i)), V3f(tangent_at(chain.nodes, i + 1))};
     s.across = {V3f(chain.across[i]), V3f(chain.across[i + 1])};
     if (!chain.out.empty()) s.out = {V3f(chain.out[i]), V3f(chain.out[i + 1])};
-    s.squeeze = V2f(chain.squeeze[i]);
+    s.squeeze = V3f(chain.squeeze[i]);
     s.inverse_length2 = 1 / squeezed(s.along, s.squeeze).length2();
     s.station = static_cast<float>(chain.share[i] * curve.stations);
     s.stations = static_cast<float>((chain.share[i + 1] - chain.share[i]) * curve.stations);
@@ -171,7 +178,10 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
       const double orbit = offset * strand_swell(curve.strands, share, byte_of_thickness);
       const V3d middle = place.position + axis.turns * static_cast<double>(repeat);
       chain.nodes.push_back(middle + stretched(out, place.squeeze) * thin_radius(orbit, place.squeeze));
-      if (i > 0 && i <= count) chain.squeeze.push_back(squeeze_between(curve, before, middle));
+      if (i > 0 && i <= count)
+        chain.squeeze.push_back(curve.squeezes.empty()
+                                    ? squeeze_along(curve, before, middle)
+                                    : squeeze_between(places[i - 1].squeeze, places[i % count].squeeze, 0.5));
       before = middle;
       if (i < 0 || i > count) continue;
       chain.across.push_back(place.across);
@@ -207,7 +217,9 @@ std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const 
   } else {
     ChainNodes chain{axis.nodes, axis.across, {}, axis.length, {}, {}};
     for (int i = 0; i < curve.nodes; ++i)
-      chain.squeeze.push_back(squeeze_between(curve, axis.nodes[i + 1], axis.nodes[i + 2]));
+      chain.squeeze.push_back(curve.squeezes.empty()
+                                  ? squeeze_along(curve, axis.nodes[i + 1], axis.nodes[i + 2])
+                                  : squeeze_at(curve, i, 0.5));
     for (double& share : chain.share) share /= axis.length.back();
     append_segments(chain, curve, segments);
   }
@@ -229,8 +241,8 @@ void Yarns::derive_segments() {
       segments_.push_back(s);
       // Chains end where others begin, hairs do not.
       const float to = s.rank > 0 ? s.start.z + s.along.z : s.start.z;
-      low_ = std::min(low_, std::min(s.start.z, to) - s.reach);
-      high_ = std::max(high_, std::max(s.start.z, to) + s.reach);
+      low_ = std::min(low_, std::min(s.start.z, to) - s.tall());
+      high_ = std::max(high_, std::max(s.start.z, to) + s.tall());
     }
     const bool sideways = counts_from_the_side(curve, nodes, period_);
     strand_sense_.push_back(curve.strands.count >= 0 ? V2f(1, 1) : sideways ? V2f(1, -1) : V2f(-1, 1));

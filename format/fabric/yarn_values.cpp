@@ -40,7 +40,8 @@ std::array<float, yarn_fields> values_of(const YarnCurve& c) {
           c.hairs.length,
           c.hairs.loops,
           c.hairs.radius,
-          c.hairs.kept};
+          c.hairs.kept,
+          c.squeezes.empty() ? 0.0F : 1.0F};
 }
 
 /// A whole number that a float holds; min - 1 for any other value.
@@ -54,7 +55,10 @@ int whole(float value, int min, int max) {
 
 YarnCounts counts_of(const YarnData& data) {
   YarnCounts counts{static_cast<int>(data.curves.size()), static_cast<int>(data.nodes.size()), 0};
-  for (const YarnCurve& curve : data.curves) counts.stations += curve.stations;
+  for (const YarnCurve& curve : data.curves) {
+    counts.stations += curve.stations;
+    counts.nodes += static_cast<int>(curve.squeezes.size());
+  }
   return counts;
 }
 
@@ -64,7 +68,10 @@ std::vector<float> curve_values(const YarnData& data) {
     for (const YarnCurve& curve : data.curves) values.push_back(values_of(curve)[field]);
   }
   for (int axis = 0; axis < values_per_node; ++axis) {
-    for (const V3f& node : data.nodes) values.push_back(node[axis]);
+    for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
+      for (const V3f& node : nodes) values.push_back(node[axis]);
+      for (const V3f& squeeze : curve.squeezes) values.push_back(squeeze[axis]);
+    });
   }
   return values;
 }
@@ -98,6 +105,7 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
   for_each_curve(yarns.data(), [&](std::size_t index, const YarnCurve& own, std::span<const V3f> nodes) {
     YarnCurve& curve = turned.curves[index];
     curve.fibre_slope = -curve.fibre_slope;
+    for (V3f& squeeze : curve.squeezes) squeeze.z = -squeeze.z;
     curve.strands.count = -curve.strands.count;
     curve.hairs.count = -curve.hairs.count;
     // Angles run the other way round; the direction that they count from is mirrored where it is sideways,
@@ -127,6 +135,7 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
 Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
                                    const YarnCounts& counts, const V2f& period) {
   YarnData data;
+  std::vector<int> squeezes;  // of the curves
   constexpr int many = 1 << 24;
   const std::array<float, yarn_fields> plain = values_of({});
   for (int c = 0; c < counts.curves; ++c) {
@@ -155,12 +164,20 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
                      whole(value(23), 0, many)};
     curve.flattening = value(24);
     curve.hairs = {whole(value(25), -many, many), value(26), value(27), value(28), value(29)};
-    data.curves.push_back(curve);
+    squeezes.push_back(value(30) == 0 ? 0 : value(30) == 1 ? curve.nodes : 1);
+    data.curves.push_back(std::move(curve));
   }
   const std::span<const float> nodes = curves.subspan(std::size_t{1} * counts.fields * counts.curves);
-  for (int n = 0; n < counts.nodes; ++n) {
-    data.nodes.emplace_back(nodes[n], nodes[counts.nodes + n], nodes[2 * counts.nodes + n]);
+  int next = 0;
+  const auto take = [&](int count, std::vector<V3f>& to) {
+    for (; count > 0 && next < counts.nodes; --count, ++next)
+      to.emplace_back(nodes[next], nodes[counts.nodes + next], nodes[2 * counts.nodes + next]);
+  };
+  for (std::size_t c = 0; c < data.curves.size(); ++c) {
+    take(data.curves[c].nodes, data.nodes);
+    take(squeezes[c], data.curves[c].squeezes);
   }
+  take(counts.nodes, data.nodes);
   data.light = light_from_values(indirect, counts.stations);
   if (auto ok = validate(data, period); !ok) return tl::unexpected(ok.error());
   return data;

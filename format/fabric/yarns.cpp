@@ -76,6 +76,11 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
   if (std::max(std::abs(c.turns.x), std::abs(c.turns.y)) > static_cast<int>(max_reach))
     return refuse(place, "turns too often");
   if (!in(c.flattening, min_flattening, 1)) return refuse(place, "has a flattening out of range");
+  if (!c.squeezes.empty() && c.squeezes.size() != static_cast<std::size_t>(c.nodes))
+    return refuse(place, "has not a squeeze for each node");
+  for (const V3f& squeeze : c.squeezes) {
+    if (!in(squeeze.length2(), 0, 1 - min_flattening)) return refuse(place, "has a squeeze out of range");
+  }
   if (auto ok = check_plies(c.plies, place); !ok) return ok;
   if (auto ok = check_strands(c.strands, place); !ok) return ok;
   return check_hairs(c.hairs, shorter, place);

@@ -51,6 +51,9 @@ struct YarnCurve {
   YarnStrands strands;
   float flattening = 1;  ///< thickness over width of its section, min_flattening to 1 (round)
   YarnHairs hairs;
+  /// Squeezes (yarn_section.h) of the section at its nodes; empty: by its flattening.
+  std::vector<V3f> squeezes{};
+  bool is_round() const { return flattening == 1 && squeezes.empty(); }
   bool operator==(const YarnCurve&) const = default;
 };
 
@@ -86,8 +89,8 @@ struct YarnData {
 YarnCounts counts_of(const YarnData& data);
 
 /// The values of a file's layer `yarns`: the curves' nodes, then their stations, and so on in the order of
-/// the members of YarnCurve up to its slope; x, y, z of the nodes; the other fields of the curves.
-/// `indirect`: every value over all stations.
+/// the members of YarnCurve, the last one 1 with squeezes; x, y, z of each curve's nodes and then of its
+/// squeezes. `indirect`: every value over all stations.
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
   return counts.fields * counts.curves + values_per_node * counts.nodes;
@@ -143,7 +146,7 @@ struct YarnFrame {
   V3f tangent{1, 0, 0};   ///< unit, in the round section
   V3f across{0, 0, 1};    ///< unit; angle 0, and tangent x across is a right angle
   V3f out{0, 0, 0};       ///< of a ply: unit, across it, away from the yarn's axis
-  V2f squeeze{0, 0};      ///< of its section (yarn_section.h): angles on the round section
+  V3f squeeze{0, 0, 0};   ///< of its section (yarn_section.h): angles on the round section
   float radius = 0;       ///< mm, of the round section, the largest of the segments there
   /// Normal and place of the surface where the round section has this unit normal.
   V3f normal_of(const V3f& round) const { return squeezed(round, squeeze).normalized(); }
@@ -201,14 +204,16 @@ class Yarns {
     float station = 0;
     float stations = 0;  ///< over its length; 0: a hair, which has the light of its root
     float radius = 0;    ///< of the round section
+    V3f squeeze{0, 0, 0};
     /// Radius of the ball about its start: the thicker segment's there. Of a hair, its largest radius.
     float reach = 0;
     float rank = 0;  ///< of a hair, in (0, 1): it is met where that is less than the share of hairs; else 0
-    V2f squeeze{0, 0};
     int curve = 0;
     StrandRows rows;
     /// Half the width of the section where half the thickness is `thin`.
     float wide(float thin) const { return thin / (1 - squeeze.length2()); }
+    /// How far it reaches up and down about its line.
+    float tall() const { return reach_of(reach, squeeze, V3f(0, 0, 1)); }
   };
   /// Segments for the lanes, relative to the middle of a cell at z = 0. Those that are not there
   /// have radius and reach 0.
@@ -219,7 +224,7 @@ class Yarns {
     float low, high;  ///< mm, of what its segments reach
     float empty_for;  ///< mm; rays of at least this width meet none of them
     bool flat;        ///< whether one of them is
-    std::array<std::array<float, yarn_block>, 2> squeeze;
+    std::array<std::array<float, yarn_block>, 3> squeeze;
   };
   struct Cell {
     std::uint32_t first = 0;

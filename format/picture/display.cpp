@@ -43,9 +43,17 @@ V3f tone_mapped(ToneCurve curve, const V3f& colour) {
   switch (curve) {
     case ToneCurve::none:
       break;
-    case ToneCurve::reinhard: {
-      const float luminance = 0.2126F * colour.x + 0.7152F * colour.y + 0.0722F * colour.z;
-      return colour / (1 + luminance);
+    case ToneCurve::neutral: {
+      constexpr float start = 0.8F - 0.04F;
+      constexpr float desaturation = 0.15F;
+      const float least = std::max(0.0F, std::min({colour.x, colour.y, colour.z}));
+      const V3f base = colour - V3f(least < 0.08F ? least - 6.25F * least * least : 0.04F);
+      const float peak = std::max({base.x, base.y, base.z});
+      if (peak < start) return base;
+      const float d = 1 - start;
+      const float shown = 1 - d * d / (peak + d - start);
+      const float grey = 1 - 1 / (desaturation * (peak - shown) + 1);
+      return base * (shown / peak) * (1 - grey) + V3f(shown * grey);
     }
     case ToneCurve::aces: {
       const auto curve_at = [](float c) {

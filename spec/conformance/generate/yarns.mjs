@@ -12,17 +12,18 @@ const LATER = {
   strands: {count: 0, pieces: 2, shift: 0, seed: 0, irregularity: 0, swells: 1},
   section: {flattening: 1},
   hairs: {count: 0, length: 0, loops: 0, radius: 0, kept: 1},
+  squashed: {is: 0},
 };
 
 /**
- * Layer members and values of curves, in the order of spec/fabric.md: with 30 fields, with 31 where a curve has the member
+ * Layer members and values of curves, in the order of spec/fabric.md: with 31 fields, with 32 where a curve has the member
  * `unknown`, or with the first `fields` alone.
  */
 export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity} = {}) {
-  const nodes = curves.flatMap((curve) => curve.nodes);
+  const nodes = curves.flatMap((curve) => [...curve.nodes, ...curve.squeezes ?? []]);
   const rows = curves.map((curve) => {
     const {nodes: own, stations, turns, radius, albedo, gloss, roughness, slope} = curve;
-    const later = Object.entries(LATER).flatMap(([name, plain]) => Object.values({...plain, ...curve[name]}).flat());
+    const later = Object.entries(LATER).flatMap(([name, plain]) => Object.values({...plain, ...curve[name], ...(name === 'squashed' && curve.squeezes ? {is: 1} : {})}).flat());
     const further = 'unknown' in curve ? [curve.unknown] : [];
     return [own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope, ...later, ...further].slice(0, fields);
   });
@@ -88,6 +89,17 @@ export const crossing_hairs = {
     {...loop, hairs, strands: uneven},
     {...three, hairs, strands},
     {...five, hairs: {...hairs, loops: 0.75}, strands: {...strands, ...uneven}},
+  ]),
+  thickness: crossing.thickness,
+};
+
+/** Sections that lie, stand and lean; the third node has the squeeze of the second the other way. */
+const lean = [[0.1, 0.5, 0.25], [0, 0.75, -0.25], [0, -0.625, 0.25], [0, 0, 0], [-0.125, 0, 0.75]];
+export const squashed = {
+  ...of_curves([
+    {...weft, squeezes: lean, strands: {count: 20, pieces: 5, shift: -27, seed: 4711}, hairs},
+    {...three, squeezes: lean, hairs, strands: uneven},
+    {...warp, squeezes: lean.slice(0, 3)},
   ]),
   thickness: crossing.thickness,
 };
@@ -164,6 +176,11 @@ export const yarns = [
     about: 'plies about flat axes, of which one has hairs, beside a round yarn; light in single precision',
     ...of_curves([{...three, section: {flattening: 0.5}, hairs, strands: uneven}, {...five, section: {flattening: 0.75}}, warp]),
     layers: {table: {}, opacity: {}, yarns: {}, indirect: {precision: 'float'}},
+  },
+  {
+    name: 'yarns-squashed',
+    about: 'squashed yarn, with and without plies, strands and hairs',
+    ...squashed,
   },
   {
     name: 'yarns-more-fields',

@@ -70,19 +70,19 @@ TEST_CASE("values of yarn have all fields, then the nodes, and fewer or more fie
   data.curves[0].plies = {3, 8, -7, 0.75F, {0.5F, 0.25F, -0.125F}};
   data.curves[0].strands = {-45, 6, 135, 77, 0.25F, 3};
   const YarnCounts counts = counts_of(data);
-  CHECK(counts.fields == 30);
+  CHECK(counts.fields == 31);
   const auto read = [&](std::vector<float> values, int fields) {
-    values.insert(values.begin() + 30, 9.0F);  // of a later version
-    values.erase(values.begin() + fields, values.begin() + 31);
+    values.insert(values.begin() + 31, 9.0F);  // of a later version
+    values.erase(values.begin() + fields, values.begin() + 32);
     YarnCounts of = counts;
     of.fields = fields;
     return need(yarns_from_values(values, indirect_values(data), of, period));
   };
   const std::vector<float> values = curve_values(data);
   CHECK(values.size() == static_cast<std::size_t>(curve_value_count(counts)));
-  CHECK(values[30] == data.nodes[0].x);
-  CHECK(read(values, 30) == data);
+  CHECK(values[31] == data.nodes[0].x);
   CHECK(read(values, 31) == data);
+  CHECK(read(values, 32) == data);
   CHECK(read(values, 14).curves[0].plies.shift == -7);
   CHECK(read(values, 11).curves[0].plies == YarnPlies());
 }

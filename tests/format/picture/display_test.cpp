@@ -22,15 +22,18 @@ TEST_CASE("without background colour is divided by opacity, and empty pixels sta
   CHECK(image.pixels == std::vector<float>{1, 2, 0, 0.5F, 0, 0, 0, 0});
 }
 
-TEST_CASE("Reinhard's curve takes a luminance Y to Y / (1 + Y) and keeps the colour") {
-  for (const float y : {0.0F, 0.18F, 1.0F, 50.0F}) {
-    const V3f grey = tone_mapped(ToneCurve::reinhard, V3f(y));
-    CHECK(grey.x == doctest::Approx(y / (1 + y)));
-    CHECK(grey.x == grey.z);
-  }
-  const V3f red = tone_mapped(ToneCurve::reinhard, V3f(4, 2, 1));
-  CHECK(red.x / red.y == doctest::Approx(2));
-  CHECK(red.y / red.z == doctest::Approx(2));
+TEST_CASE("Khronos PBR Neutral leaves colours below 0.8 but for 0.04, and keeps hues above") {
+  const auto neutral = [](const V3f& c) { return tone_mapped(ToneCurve::neutral, c); };
+  CHECK(neutral(V3f(0)) == V3f(0));
+  CHECK(neutral(V3f(0.04F)).x == doctest::Approx(6.25 * 0.0016));
+  CHECK(neutral(V3f(0.7F, 0.5F, 0.1F)).y == doctest::Approx(0.46));
+  CHECK(neutral(V3f(1e6F)).x == doctest::Approx(1));
+  // Saturated red: 1.96 is shown as 1 - 0.24^2 / 1.44, and greys by what it loses.
+  const V3f red = neutral(V3f(2, 0.04F + 0.1F, 0.04F + 0.1F));
+  const double shown = 1 - 0.24 * 0.24 / (1.96 + 0.24 - 0.76);
+  const double grey = 1 - 1 / (0.15 * (1.96 - shown) + 1);
+  CHECK(red.x == doctest::Approx(shown));
+  CHECK(red.y == doctest::Approx(0.1 * shown / 1.96 * (1 - grey) + shown * grey));
 }
 
 TEST_CASE("the ACES curve has the values that Narkowicz gives") {
@@ -42,7 +45,7 @@ TEST_CASE("the ACES curve has the values that Narkowicz gives") {
 
 TEST_CASE("a tone curve leaves the background and the opacity alone") {
   const Frame frame{2, 1, {V4f(0, 0, 0, 0), V4f(1.5F, 1.5F, 1.5F, 0.5F)}};
-  for (const ToneCurve tone : {ToneCurve::none, ToneCurve::reinhard, ToneCurve::aces}) {
+  for (const ToneCurve tone : {ToneCurve::none, ToneCurve::neutral, ToneCurve::aces}) {
     const Image image = to_display_image(frame, {1, tone, V3f(0.9F)});
     CHECK(image.pixels[0] == 0.9F);
     const float cloth = tone_mapped(tone, V3f(3)).x;

@@ -9,6 +9,8 @@ export function squeeze_of({flattening}, way) {
   const [x, y, z] = unit(way);
   return times([y, -x, 0], sqrt((1 - flattening) * (1 + z ** 2)));
 }
+/** g between two places, so far on: g and -g are the same section. */
+export const between = (a, b, share) => plus(times(a, 1 - share), b, dot(a, b) < 0 ? -share : share);
 /** To the round section, and of offsets and ways along the surface back from it. */
 export const squeezed = (p, g) => minus(p, times(g, dot(g, p)));
 export const stretched = (p, g) => plus(p, g, dot(g, p) / (1 - dot(g, g)));

@@ -7,14 +7,14 @@
 // radii, length, tangents and `round`, which is along, belong to the round section. Of a hair, across[0] has cos a,
 // sin a and u of its root.
 import {hairs_of} from './hairs.js';
-import {squeeze_of, squeezed, stretched, thin} from './sections.js';
+import {between, squeeze_of, squeezed, stretched, thin} from './sections.js';
 import {Issue} from './issue.js';
 import {swell} from './swells.js';
 import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
 const {abs, atan2, cos, floor, fround, hypot, max, min, sin} = Math;
 /** Values of the fields from 11 on of files that have fewer. */
-const DEFAULTS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1];
+const DEFAULTS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0];
 /** Functions of the angle, and of the light, that indirect light has coefficients of. */
 export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
@@ -40,25 +40,30 @@ const LEAST_FLATTENING = fround(0.3);
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
 
-/** How many numbers the layers have: the fields of all curves one after the other, then x, y and z of all nodes. */
+/** How many numbers the layers have: the fields of all curves one after the other, then x, y and z of all nodes and squeezes. */
 export const yarn_count = ({curves, nodes, fields}) => fields * curves + 3 * nodes;
 export const indirect_count = ({stations}) => 3 * ANGLES * LIGHTS * stations;
 
 function curves_of(counts, number, point) {
   const {curves, nodes, fields} = counts;
-  let first = 0;
+  let first = 0, next = 0;
   return Array.from({length: curves}, (_, c) => {
     const field = (f) => f < fields ? number(f * curves + c) : DEFAULTS[f - 11];
     const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope, ...later] =
       Array.from({length: 11 + DEFAULTS.length}, (__, f) => field(f));
     const [count, divisions, shift, phase, r, g, b, ...of_strands] = later, groove = [r, g, b];
-    const strands = strands_of(of_strands), flattening = of_strands[6], hairs = hairs_from(of_strands.slice(7));
-    const points = Array.from({length: max(0, min(own, nodes - first)) | 0}, (__, n) => point(first + n));
+    const strands = strands_of(of_strands), flattening = of_strands[6], hairs = hairs_from(of_strands.slice(7)), squashed = of_strands[12];
+    const take = (count) => {
+      const taken = Array.from({length: max(0, min(count, nodes - next)) | 0}, (__, n) => point(next + n));
+      next += count;
+      return taken;
+    };
+    const points = take(own), squeezes = squashed === 1 ? take(own) : [];
     first += own;
     const albedo = [red, green, blue], turns = [X, Y];
     const plies = {count, divisions, shift, phase, groove};
     const light = {albedo, gloss, roughness, slope};
-    return {nodes: own, first: first - own, points, stations, turns, radius, flattening, ...light, plies, strands, hairs};
+    return {nodes: own, first: first - own, points, squashed, squeezes, stations, turns, radius, flattening, ...light, plies, strands, hairs};
   });
 }
 
@@ -82,22 +87,23 @@ const are_hairs = ({count, length, loops, radius, kept}, longest) => is_whole(co
 /** The place of the first curve, node or count that a reader must refuse, and why; null if there is no fault. */
 function fault_of({period, curves, counts, point}) {
   const reach = [...period, max(...period)].map((side) => REACH * side);
-  for (let n = 0; n < counts.nodes; ++n)
-    if (!point(n).every((x, axis) => abs(x) <= reach[axis])) return [`node ${n}`, 'lies too far away'];
   const share = (x) => x >= 0 && x <= 1;
   let end = 0, stations = 0;
   for (const [c, curve] of curves.entries()) {
-    const {nodes, first, points, turns, radius, roughness} = curve;
+    const {nodes, first, points, squashed, squeezes, turns, radius, roughness} = curve;
+    const far = points.findIndex((p) => !p.every((x, axis) => abs(x) <= reach[axis]));
+    if (far >= 0) return [`node ${first + far}`, 'lies too far away'];
     const good = Number.isInteger(nodes) && nodes >= 2 && Number.isInteger(curve.stations) && curve.stations >= 1 &&
       radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(share) &&
       roughness > 0 && are_plies(curve.plies) && are_strands(curve.strands) &&
-      curve.flattening >= LEAST_FLATTENING && curve.flattening <= 1 && are_hairs(curve.hairs, MOST_RADIUS * min(...period)) &&
+      curve.flattening >= LEAST_FLATTENING && curve.flattening <= 1 && (squashed === 0 || squashed === 1) &&
+      squeezes.every((g) => dot(g, g) <= 1 - LEAST_FLATTENING) && are_hairs(curve.hairs, MOST_RADIUS * min(...period)) &&
       turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
     if (!good) return [`curve ${c}`, 'has a value out of range'];
-    if (points.length < nodes) return [`curve ${c}`, 'has nodes beyond the last'];
+    if (points.length < nodes || (squashed && squeezes.length < nodes)) return [`curve ${c}`, 'has nodes beyond the last'];
     const short = ways_of(curve, period).findIndex((way) => hypot(...way) < LEAST_LENGTH * radius);
     if (short >= 0) return [`node ${first + short}`, 'lies where the next does'];
-    end += nodes;
+    end += nodes * (1 + squashed);
     stations += curve.stations;
   }
   if (end !== counts.nodes) return ['nodes', 'there are more than the curves have'];
@@ -131,6 +137,9 @@ function tangents_at(nodes) {
   });
 }
 
+/** Of squashed yarn, g so far behind node i; else none. */
+const squeeze_at = ({squeezes, nodes}, i, s) => squeezes.length > 0 ? between(squeezes[i], squeezes[(i + 1) % nodes], s) : null;
+
 /** Per node of a curve, and for where it begins again: { p, tangent, across, share }, share: of the chain before it. */
 function axis_of(curve, period) {
   const ways = ways_of(curve, period), n = ways.length, lengths = ways.map((way) => hypot(...way));
@@ -157,7 +166,8 @@ function axis_of(curve, period) {
  */
 function chained(curve, nodes, ends, radius, rows = [0, 0]) {
   const tangents = tangents_at(nodes);
-  const squeezes = ends.slice(1).map(({middle}, i) => squeeze_of(curve, minus(middle, ends[i].middle)));
+  const squeezes = ends.slice(1).map(({middle, squeeze}, i) => curve.squeezes.length > 0 ?
+    between(ends[i].squeeze, squeeze, 0.5) : squeeze_of(curve, minus(middle, ends[i].middle)));
   const radii = ends.slice(1).map(({share}, i) => radius * swell(curve.strands, (ends[i].share + share) / 2));
   return ends.slice(1).map((end, i) => {
     const along = minus(nodes[i + 2], nodes[i + 1]), both = [ends[i], end], g = squeezes[i], round = squeezed(along, g);
@@ -193,7 +203,7 @@ function places_on(axis, curve) {
     const T = hypot(...way) > 0 ? unit(way) : tangent, own = unit(across(plus(times(A, 1 - s), next.across, s), T));
     return {
       p: plus(p, cubic(3 * s * s - 2 * s ** 3, s - 2 * s * s + s ** 3, s ** 3 - s * s)),
-      squeeze: squeeze_of(curve, T),
+      squeeze: squeeze_at(curve, i, s) ?? squeeze_of(curve, T),
       across: own,
       beside: cross(T, own),
       share: share + s * (next.share - share),
@@ -210,7 +220,7 @@ function segments_of(curve, period) {
     const nodes = axis.map(({p}) => p);
     return chained(
       curve, [minus(nodes.at(-2), repeat), ...nodes, plus(nodes[1], repeat)],
-      axis.map((node) => ({...node, middle: node.p, out: none})), radius);
+      axis.map((node, i) => ({...node, middle: node.p, out: none, squeeze: curve.squeezes[i % curve.nodes]})), radius);
   }
   const own = radius * sin(Math.PI / count) / (1 + sin(Math.PI / count));
   curve.ply_radius = own;
@@ -225,7 +235,7 @@ function segments_of(curve, period) {
       const out = plus(times(place.across, cos(angle)), place.beside, sin(angle));
       const middle = plus(place.p, repeat, times_round), g = place.squeeze;
       const p = plus(middle, stretched(out, g), thin((radius - own) * swell(curve.strands, share), g));
-      return {middle, p, across: place.across, out, share};
+      return {middle, p, across: place.across, out, share, squeeze: g};
     });
     return chained(curve, ends.map(({p}) => p), ends.slice(1, -1), own, [row(ply), row(ply + shift)]);
   }).flat();
@@ -239,7 +249,8 @@ function turn_over(curve, period, thickness) {
   const plies = {...curve.plies, shift: -curve.plies.shift, phase: count > 1 ? fround(own) : phase};
   const strands = {...curve.strands, count: -curve.strands.count};
   const hairs = {...curve.hairs, count: -curve.hairs.count};
-  return {...curve, points, slope: -curve.slope, plies, strands, hairs, sideways};
+  const squeezes = curve.squeezes.map(([x, y, z]) => [x, y, -z]);
+  return {...curve, points, squeezes, slope: -curve.slope, plies, strands, hairs, sideways};
 }
 
 /**
@@ -270,8 +281,10 @@ export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight, 
     return hairs.length > 0 ? chains[c].concat(hairs) : chains[c];
   });
   // Chains end where others begin, hairs do not.
-  const end_of = (sign) => segments.flatMap(
-    ({start, along, rank, reach}) => [start[2], start[2] + (rank > 0 ? along[2] : 0)].map((z) => z + sign * reach));
+  const end_of = (sign) => segments.flatMap(({start, along, rank, reach, squeeze}) => {
+    const tall = reach * hypot(...stretched([0, 0, 1], squeeze));
+    return [start[2], start[2] + (rank > 0 ? along[2] : 0)].map((z) => z + sign * tall);
+  });
   return {
     period,
     plane: fround(referenceHeight),

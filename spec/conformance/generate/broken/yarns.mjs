@@ -8,7 +8,7 @@ const curve = {
   stations: 1, turns: [1, 0], radius: 0.25, albedo: [0.75, 0.5, 0.25], gloss: 0.25, roughness: 0.5, slope: 0,
   nodes: [[0.25, -0.5, 0.5], [1.5, -0.5, 0.5]],
 };
-const CURVES = 2, FIELDS = 30, NODES = 4;
+const CURVES = 2, FIELDS = 31, NODES = 4, SQUEEZES = 2;
 const NEXT = [[0.25, -1, 0.5], [1.25, -1, 0.75]];
 /** A fixture of two curves, curve 1 with further members. */
 const two_curves = (more = {}) => {
@@ -34,7 +34,7 @@ const members = members_of(sound, [
 ]);
 
 const channels = [
-  ['more-nodes-than-channels', '400 nodes, channels for 4', 'yarns.12', `${YARNS}/nodes`, 400],
+  ['more-nodes-than-channels', '400 nodes, channels for 4', 'yarns.13', `${YARNS}/nodes`, 400],
   ['more-stations-than-channels', '3 stations, channels for 2', 'indirect.45', `${YARNS}/stations`, 3],
 ].map(([what, about, place, pointer, n]) => broken('FABRIC_CHANNEL', what, about, place, {text: set(pointer, n), ...others}, sound));
 
@@ -61,6 +61,7 @@ const malformed = (from, what, about, place, ...changes) => broken(
   {before: (...of) => changes.forEach(([i, number]) => written('yarns', i, number)(...of)), evaluate: ask(0)}, from);
 const plied = two_curves({plies: {count: 2, divisions: 4}}), stranded = two_curves({strands: {count: 9}});
 const hairy = two_curves({hairs: {count: 3, length: 0.25, radius: 0.01}}), flat = two_curves({section: {flattening: 0.5}});
+const squashed = two_curves({squeezes: [[0, 0.5, 0], [0, 0.5, 0]]});
 /** Another value of a field of curve 1: [fixture, what, about, field, number]. */
 const fields = [
   [sound, 'nodes-too-many', 'a curve has more nodes than there are', 0, 3],
@@ -95,6 +96,7 @@ const fields = [
   [stranded, 'swells-none', 'no swell', 23, 0],
   [flat, 'flattening-too-small', 'a yarn four times as wide as thick', 24, 0.25],
   [flat, 'flattening-above-1', 'a yarn that is thicker than wide', 24, 1.5],
+  [squashed, 'squashed-half', 'yarn that is half squashed', 30, 0.5],
   [hairy, 'hairs-too-many', '100,001 hairs', 25, 100001],
   [hairy, 'hairs-fraction', 'half a hair', 25, 0.5],
   [hairy, 'hairs-negative-length', 'hairs of a negative length', 26, -0.25],
@@ -109,6 +111,8 @@ const ring = {turns: [0, 0], radius: 0.5, nodes: [[1.25, -1, 0.5], [1, -0.75, 0.
 const others_of_yarn = [
   malformed(sound, 'stations-too-many', 'the curves have more stations than the layer', 'yarns/light', [field(1), 2]),
   malformed(sound, 'node-far-away', 'a node more than 64 repeats away', 'yarns/node 2', [of_node(2, 0), 161]),
+  malformed(
+    squashed, 'squeeze-too-large', 'a section that is squeezed to a tenth', 'yarns/curve 1', [of_node(5, 2) + 2 * SQUEEZES, 0.875]),
   malformed(
     sound, 'node-too-high', 'a node more than 64 of the longer repeat high', 'yarns/node 3', [of_node(3, 2), 161]),
   malformed(sound, 'segment-without-length', 'two nodes at one place', 'yarns/node 0', [of_node(1, 0), 0.25]),

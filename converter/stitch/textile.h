@@ -1,0 +1,22 @@
+// Textile numbers of a stitch: what it weighs, how tight it is, and how much of its area yarn covers.
+#pragma once
+
+#include <vector>
+
+#include "converter/stitch/pattern.h"
+
+namespace selvedge {
+
+struct TextileNumbers {
+  std::vector<double> tex;  ///< of each yarn, g/km
+  /// Root of tex over the length of yarn in a stitch, cm (Munden 1962); 0 without `stitches`.
+  double tightness = 0;
+  double weight = 0;  ///< g/m2
+  double cover = 0;   ///< share of the area that yarn covers seen along the normal, and with its hairs
+  double cover_hairs = 0;
+};
+
+/// `stitches`: loops in a repeat; 0: a weave. Refuses what yarn_curves_of() refuses.
+Result<TextileNumbers> textile_numbers(const StitchPattern& pattern, int stitches);
+
+}  // namespace selvedge
