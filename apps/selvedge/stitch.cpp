@@ -111,15 +111,16 @@ Result<int> run(const StitchCommand& command) {
                 ? ", yarns touch"
                 : fmt::format(", yarns {} {:.2g} mm", clearance < 0 ? "overlap by" : "are apart by",
                               std::abs(clearance));
-    const auto numbers = value_or_throw(textile_numbers(cell.stitch->pattern, cell.stitch->stitches));
-    json["tex"] = numbers.tex;
-    json["tightness"] = numbers.tightness;
-    json["gramsPerM2"] = numbers.weight;
-    json["cover"] = numbers.cover;
-    json["coverWithHairs"] = numbers.cover_hairs;
-    text += fmt::format(", {:.0f} g/m2, {:.0f} tex, cover {:.3f} ({:.3f} with hairs)", numbers.weight,
-                        numbers.tex.front(), numbers.cover, numbers.cover_hairs);
-    if (numbers.tightness > 0) text += fmt::format(", tightness {:.1f}", numbers.tightness);
+    if (const auto numbers = textile_numbers(cell.stitch->pattern, cell.stitch->stitches)) {
+      json["tex"] = numbers->tex;
+      json["tightness"] = numbers->tightness;
+      json["gramsPerM2"] = numbers->weight;
+      json["cover"] = numbers->cover;
+      json["coverWithHairs"] = numbers->cover_hairs;
+      text += fmt::format(", {:.0f} g/m2, {:.0f} tex, cover {:.3f} ({:.3f} with hairs)", numbers->weight,
+                          numbers->tex.front(), numbers->cover, numbers->cover_hairs);
+      if (numbers->tightness > 0) text += fmt::format(", tightness {:.1f}", numbers->tightness);
+    }
   } else {
     const MeshChoices& c = *cell.choices;
     json["guessed"] = {{"period", c.period_from}, {"unit", c.scale_from}, {"up", c.up_axis_from}};

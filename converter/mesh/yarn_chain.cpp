@@ -9,7 +9,7 @@ namespace {
 /// Sections change by no more from a corner to the next.
 constexpr double max_squeeze = 0.15;
 
-/// How much the sections differ that are squeezed so, by the map to the round one.
+/// Length of the difference of two squeezes, of which g and -g are the same section.
 double squeeze_change(const ChainPoint& a, const ChainPoint& b) {
   return (a.squeeze - (a.squeeze.dot(b.squeeze) < 0 ? -b.squeeze : b.squeeze)).length();
 }

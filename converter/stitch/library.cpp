@@ -366,14 +366,14 @@ StitchSettings by_count(const BuiltIn& stitch, StitchSettings settings) {
     if (!radius) continue;
     const std::string name = prefix + "radius_mm";
     if (values.is_set(name)) refuse(prefix + "tex", "excludes " + name);
-    settings[name] = {std::clamp(*radius, min_stitch_mm, max_stitch_mm)};
+    settings[name] = {*radius};
   }
   if (!values.is_set("tightness")) return settings;
   if (!values.is_set("tex")) refuse("tightness", "needs tex");
   const double wale = 10 * std::sqrt(values.number("tex")) / values.number("tightness") / wales_of_loop;
   const double course = wale * values.number("course_mm") / values.number("wale_mm");
-  settings.try_emplace("wale_mm", std::vector{std::clamp(wale, min_stitch_mm, max_stitch_mm)});
-  settings.try_emplace("course_mm", std::vector{std::clamp(course, min_stitch_mm, max_stitch_mm)});
+  settings.try_emplace("wale_mm", std::vector{wale});
+  settings.try_emplace("course_mm", std::vector{course});
   return settings;
 }
 

@@ -158,7 +158,6 @@ void set_kind(int index, const std::string& prefix, double shorter_mm, Yarn& yar
   yarn.hair_mm = std::min(kind.hair_radii * yarn.radius_mm, 0.99 * shorter_mm / max_hair);
   yarn.hair_loops = kind.hair_loops;
   yarn.irregularity = kind.irregularity;
-  yarn.packing = fibre_of(index).packing;
 }
 
 double twist_for(double degrees, double radius_mm) {
@@ -171,6 +170,7 @@ void set_fibre(int kind, Yarn& yarn) {
   yarn.gloss.weight = static_cast<float>(surface_reflectance(yarn_kinds()[kind].refraction));
   yarn.gloss.roughness = static_cast<float>(yarn_kinds()[kind].roughness);
   yarn.transmission = yarn_kinds()[kind].transmission;
+  yarn.packing = yarn_kinds()[kind].packing;
 }
 
 std::vector<StitchParameter> shared_parameters(const std::string& prefix, int kind) {
@@ -185,7 +185,8 @@ std::vector<StitchParameter> shared_parameters(const std::string& prefix, int ki
            shortest(min_flattening),
            1,
            false,
-           "thickness over width of its section, 1: round; not set, 0.6 in knits, woven yarn's by its kind"}};
+           "thickness over width of its section, 1: round; not set, 0.6 of soft yarn; woven yarn follows its "
+           "kind"}};
 }
 
 void apply_flattening(const StitchValues& values, const std::string& prefix, Yarn& yarn) {

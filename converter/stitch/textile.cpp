@@ -15,7 +15,10 @@ constexpr int rays = 192;
 double cover_of(const StitchPattern& pattern, bool hairs) {
   StitchPattern seen = pattern;
   for (Yarn& yarn : seen.yarns) yarn.hairiness = hairs ? yarn.hairiness : 0;
-  const Yarns yarns(value_or_throw(yarn_curves_of(seen)), V2f(pattern.period_mm));
+  YarnData data = value_or_throw(yarn_curves_of(seen));
+  data.light.resize(std::size_t{light_values_per_station} * counts_of(data).stations);
+  value_or_throw(validate(data, V2f(pattern.period_mm)));
+  const Yarns yarns(std::move(data), V2f(pattern.period_mm));
   double covered = 0;
   for (int y = 0; y < rays; ++y) {
     for (int x = 0; x < rays; ++x) {

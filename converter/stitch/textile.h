@@ -16,7 +16,7 @@ struct TextileNumbers {
   double cover_hairs = 0;
 };
 
-/// `stitches`: loops in a repeat; 0: a weave. Refuses what yarn_curves_of() refuses.
+/// `stitches`: loops in a repeat; 0: a weave. Refuses yarn that a fabric file cannot hold.
 Result<TextileNumbers> textile_numbers(const StitchPattern& pattern, int stitches);
 
 }  // namespace selvedge

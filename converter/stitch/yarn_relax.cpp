@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "converter/stitch/flat_yarn.h"
 
@@ -46,9 +47,8 @@ constexpr int max_settling_steps = 400;
 constexpr double settled_overlap = 2e-3;  // overlap, in radii, that ends the settling
 constexpr double over_relaxation = 1.4;   // of projections that are averaged
 
-/// Sections of soft yarn: strain that a step adds for an overlap of a radius before contacts are projected
-/// and after; share of the strain that it takes back and that it passes on to either neighbour; least share
-/// of thickness in width.
+/// Sections of soft yarn: strain that a step adds for an overlap of a radius; share of the strain that it
+/// takes back, and that it passes on to either neighbour; least share of thickness in width.
 constexpr double soft_pressure = 1.5;
 constexpr double soft_recovery = 0.05;
 constexpr double soft_spread = 0.15;
@@ -62,14 +62,14 @@ struct Chain {
   double drawn = 0;     ///< its drawn position along `across`
   double radius = 0;
   double flattening = 1;
-  double wide = 0;   ///< half the width of its section, mm
-  double thin = 0;   ///< and half the thickness
-  double reach = 0;  ///< the most of half its width
-  std::vector<Imath::M33d>
-      strains;                ///< of soft yarn, by piece: logarithms of stretches across it, without trace
-  std::vector<V3d> squeezes;  ///< by piece
-  std::size_t begin = 0;      ///< index of its first point among the points of all chains
-  double spacing = 0;         ///< of its points, mm, within a factor of two of each
+  double wide = 0;              ///< half the width of its section, mm
+  double thin = 0;              ///< and half the thickness
+  std::vector<double> reaches;  ///< half the width by piece, mm
+  /// Of soft yarn, by piece: logarithms of stretches across it, without trace; and squeezes.
+  std::vector<Imath::M33d> strains;
+  std::vector<V3d> squeezes;
+  std::size_t begin = 0;  ///< index of its first point among the points of all chains
+  double spacing = 0;     ///< of its points, mm, within a factor of two of each
   double length() const {
     double sum = 0;
     for (std::size_t i = 0; i < points.size(); ++i) sum += (next(i) - points[i]).length();
@@ -148,8 +148,6 @@ class Relaxation {
       chain.flattening = yarn.flattening;
       chain.wide = options.soft ? yarn.radius_mm : wide_of(yarn);
       chain.thin = options.soft ? yarn.radius_mm : thin_of(yarn);
-      chain.reach =
-          options.soft ? std::max(chain.wide, chain.radius / std::sqrt(soft_least_share)) : chain.wide;
       const V2i turns = turns_of(yarn, pattern.period_mm);
       chain.way = {turns.x * period_.x, turns.y * period_.y, 0};
       constexpr int fine = 32;
@@ -161,7 +159,6 @@ class Relaxation {
         chain.drawn += p.dot(chain.across) / static_cast<double>(chain.points.size());
       chains_.push_back(chain);
       thickest_ = std::max(thickest_, chain.thin);
-      widest_ = std::max(widest_, chain.reach);
     }
     distribute();
   }
@@ -176,25 +173,22 @@ class Relaxation {
       // Long steps while the yarns grow, then shrinking ones.
       const double remaining =
           step < growing ? 1.0 : static_cast<double>(options_.steps - step) / (options_.steps - growing);
-      const double time = 0.03 * remaining * remaining + 1e-4;
+      const double time = 0.03 * remaining * remaining * (options_.soft ? grown_ * grown_ : 1) + 1e-4;
       for (Chain& chain : chains_) {
         const double spacing = chain.length() / static_cast<double>(chain.points.size());
         smooth(chain, kernel_of(chain.points.size(), spacing, chain.radius, time, options_.bending));
         for (V3d& p : chain.points)
           p += chain.across * (options_.hold * remaining * (chain.drawn - p.dot(chain.across)));
       }
-      if (options_.soft) soften();
+      if (options_.soft) soften(soft_recovery);
       const double overlap = push_apart(step);
-      const bool jammed = overlap > 0.05 * remaining + 0.01;
+      const bool jammed = overlap > (options_.soft ? 0.06 : 0.05 * remaining + 0.01);
       if (jammed) grown_ *= 1 - 0.5 * growth;
-      if (!jammed && step < growing) grown_ = std::min(1.0, grown_ + growth);
+      if (!jammed && (options_.soft || step < growing)) grown_ = std::min(1.0, grown_ + growth);
     }
     // Contacts alone; the yarns become thinner if they do not settle.
     for (int step = 0; step < max_settling_steps; ++step) {
-      if (options_.soft) {
-        press(soft_pressure);
-        for (Chain& chain : chains_) set_squeezes(chain);
-      }
+      if (options_.soft) soften(0);
       const double overlap = push_apart(step);
       if (overlap < settled_overlap) break;
       if (step >= settling_steps) grown_ *= 1 - 0.25 * overlap;
@@ -262,6 +256,7 @@ class Relaxation {
       const double pieces = std::max(12.0, std::round(chain.length() / (piece_radii * chain.radius)));
       const std::size_t before = chain.points.size();
       chain.points = resampled(chain, static_cast<std::size_t>(pieces));
+      chain.reaches.assign(chain.points.size(), chain.wide);
       if (options_.soft) {
         const std::vector<Imath::M33d> old = chain.strains;
         chain.strains.assign(chain.points.size(), Imath::M33d(0.0));
@@ -289,27 +284,48 @@ class Relaxation {
     return options_.soft && sine2 > least_sine2 ? apart.normalized() : direction_between(apart, a, b);
   }
 
-  /// Flattens sections where pieces overlap, by so much of it.
-  void press(double gain) {
-    for (const Contact& c : contacts_) {
-      Chain& chain_a = chains_[c.chain_a];
-      Chain& chain_b = chains_[c.chain_b];
-      const V3d a = chain_a.points[c.piece_a];
-      const V3d b = chain_b.points[c.piece_b] + c.shift;
-      const V3d along_a = chain_a.next(c.piece_a) - a;
-      const V3d along_b = chain_b.next(c.piece_b) + c.shift - b;
-      const Nearest n = nearest_of(a, along_a, b, along_b);
-      const V3d apart = a + along_a * n.s - b - along_b * n.t;
-      if (apart.length2() == 0 || apart.length() > distance_of(c, chain_a.reach + chain_b.reach)) continue;
+  /// How two pieces overlap.
+  struct Overlap {
+    Nearest nearest;
+    V3d direction;  ///< unit, from the second to the first
+    double depth;   ///< mm
+  };
+  /// Nothing where they are apart.
+  std::optional<Overlap> overlap_of(const Contact& c) const {
+    const Chain& chain_a = chains_[c.chain_a];
+    const Chain& chain_b = chains_[c.chain_b];
+    const V3d a = chain_a.points[c.piece_a];
+    const V3d b = chain_b.points[c.piece_b] + c.shift;
+    const V3d along_a = chain_a.next(c.piece_a) - a;
+    const V3d along_b = chain_b.next(c.piece_b) + c.shift - b;
+    double min_distance = distance_of(c, chain_a.reaches[c.piece_a] + chain_b.reaches[c.piece_b]);
+    const double far = min_distance + chain_a.spacing + chain_b.spacing;
+    if ((a + along_a * 0.5 - b - along_b * 0.5).length2() > far * far) return std::nullopt;
+    const Nearest n = nearest_of(a, along_a, b, along_b);
+    const V3d apart = a + along_a * n.s - b - along_b * n.t;
+    double distance = apart.length();
+    if (distance >= min_distance || distance == 0) return std::nullopt;
+    V3d direction = apart / distance;
+    if (options_.soft || chain_a.flattening < 1 || chain_b.flattening < 1) {
       const Section section_a = section_of(chain_a, c.piece_a, along_a);
       const Section section_b = section_of(chain_b, c.piece_b, along_b);
-      const V3d d = direction_of(apart, section_a, section_b, along_a, along_b);
-      const double overlap =
-          distance_of(c, support_of(section_a, d) + support_of(section_b, d)) - apart.dot(d);
-      if (overlap <= 0) continue;
-      for (auto& [chain, piece] : {std::pair(&chain_a, c.piece_a), std::pair(&chain_b, c.piece_b)}) {
-        Imath::M33d& strain = chain->strains[piece];
-        const double share = gain * overlap / (grown_ * chain->radius);
+      direction = direction_of(apart, section_a, section_b, along_a, along_b);
+      distance = apart.dot(direction);
+      min_distance = distance_of(c, support_of(section_a, direction) + support_of(section_b, direction));
+      if (distance >= min_distance) return std::nullopt;
+    }
+    return Overlap{n, direction, min_distance - distance};
+  }
+
+  /// Flattens sections where pieces overlap.
+  void press() {
+    for (const Contact& c : contacts_) {
+      const auto overlap = overlap_of(c);
+      if (!overlap) continue;
+      const V3d& d = overlap->direction;
+      for (const auto& [chain, piece] : {std::pair(c.chain_a, c.piece_a), std::pair(c.chain_b, c.piece_b)}) {
+        Imath::M33d& strain = chains_[chain].strains[piece];
+        const double share = soft_pressure * overlap->depth / (grown_ * chains_[chain].radius);
         for (int i = 0; i < 3; ++i) {
           for (int j = 0; j < 3; ++j) strain[i][j] -= share * d[i] * d[j];
         }
@@ -317,19 +333,19 @@ class Relaxation {
     }
   }
 
-  /// Sections flatten under pressure, pass it on along the yarn, and recover.
-  void soften() {
-    press(soft_pressure);
+  /// Sections flatten under pressure, pass it on along the yarn, and recover by this share.
+  void soften(double recovery) {
+    press();
     for (Chain& chain : chains_) {
       const std::vector<Imath::M33d> old = chain.strains;
       const std::size_t count = old.size();
       for (std::size_t i = 0; i < count; ++i) {
         chain.strains[i] = (old[i] * (1 - 2 * soft_spread) +
                             (old[(i + 1) % count] + old[(i + count - 1) % count]) * soft_spread) *
-                           (1 - soft_recovery);
+                           (1 - recovery);
       }
       // The press that finishes cloth makes free yarn as flat as it is to be.
-      for (Imath::M33d& strain : chain.strains) strain[2][2] += soft_recovery * std::log(chain.flattening);
+      for (Imath::M33d& strain : chain.strains) strain[2][2] += recovery * std::log(chain.flattening);
       set_squeezes(chain);
     }
   }
@@ -356,6 +372,7 @@ class Relaxation {
       const double stretch = std::min(size, most);
       const double angle = 0.5 * std::atan2(s, c);
       chain.squeezes[i] = (x * std::cos(angle) + y * std::sin(angle)) * std::sqrt(1 - std::exp(-2 * stretch));
+      chain.reaches[i] = chain.radius * std::exp(stretch);
     }
   }
 
@@ -386,6 +403,8 @@ class Relaxation {
 
   void search() {
     contacts_.clear();
+    widest_ = 0;
+    for (const Chain& chain : chains_) widest_ = std::max(widest_, std::ranges::max(chain.reaches));
     const double reach = widest_ * (2 + options_.gap + piece_radii + search_margin);
     const int nx = std::max(1, static_cast<int>(period_.x / reach));
     const int ny = std::max(1, static_cast<int>(period_.y / reach));
@@ -436,7 +455,7 @@ class Relaxation {
     // Each pair once.
     if (chain_b < chain_a || (chain_b == chain_a && piece_b < piece_a)) return;
     if (chain_b == chain_a && piece_b == piece_a && (shift.x < 0 || (shift.x == 0 && shift.y <= 0))) return;
-    const double radii = chains_[chain_a].reach + chains_[chain_b].reach;
+    const double radii = chains_[chain_a].reaches[piece_a] + chains_[chain_b].reaches[piece_b];
     const double reach = radii + widest_ * (options_.gap + piece_radii + search_margin);
     if (between.length2() > reach * reach) return;
     const Contact contact{chain_a, piece_a, chain_b, piece_b, shift};
@@ -452,32 +471,14 @@ class Relaxation {
     for (const Contact& c : contacts_) {
       const Chain& chain_a = chains_[c.chain_a];
       const Chain& chain_b = chains_[c.chain_b];
-      const V3d a = chain_a.points[c.piece_a];
-      const V3d b = chain_b.points[c.piece_b] + c.shift;
-      const V3d along_a = chain_a.next(c.piece_a) - a;
-      const V3d along_b = chain_b.next(c.piece_b) + c.shift - b;
-      double min_distance = distance_of(c, chain_a.reach + chain_b.reach);
-      const double far = min_distance + chain_a.spacing + chain_b.spacing;
-      if ((a + along_a * 0.5 - b - along_b * 0.5).length2() > far * far) continue;
-      const Nearest n = nearest_of(a, along_a, b, along_b);
-      V3d apart = a + along_a * n.s - b - along_b * n.t;
-      double distance = apart.length();
-      if (distance >= min_distance || distance == 0) continue;
-      if (options_.soft || chain_a.flattening < 1 || chain_b.flattening < 1) {
-        const Section section_a = section_of(chain_a, c.piece_a, along_a);
-        const Section section_b = section_of(chain_b, c.piece_b, along_b);
-        const V3d direction = direction_of(apart, section_a, section_b, along_a, along_b);
-        distance = apart.dot(direction);
-        apart = direction * distance;
-        min_distance = distance_of(c, support_of(section_a, direction) + support_of(section_b, direction));
-        if (distance >= min_distance) continue;
-      }
-      largest =
-          std::max(largest, (min_distance - distance) / (grown_ * std::min(chain_a.radius, chain_b.radius)));
+      const auto overlap = overlap_of(c);
+      if (!overlap) continue;
+      const Nearest& n = overlap->nearest;
+      largest = std::max(largest, overlap->depth / (grown_ * std::min(chain_a.radius, chain_b.radius)));
       const double parts[4] = {1 - n.s, n.s, 1 - n.t, n.t};
       double norm = 0;
       for (const double part : parts) norm += part * part;
-      const V3d move = apart * ((min_distance - distance) / (distance * norm));
+      const V3d move = overlap->direction * (overlap->depth / norm);
       const std::size_t indices[4] = {
           chain_a.begin + c.piece_a, chain_a.begin + (c.piece_a + 1) % chain_a.points.size(),
           chain_b.begin + c.piece_b, chain_b.begin + (c.piece_b + 1) % chain_b.points.size()};
@@ -511,7 +512,7 @@ class Relaxation {
   std::vector<Contact> contacts_;
   std::vector<V3d> moves_;
   std::vector<double> weights_;
-  double thickest_ = 0, widest_ = 0;  ///< the most of half the thickness and of half the width
+  double thickest_ = 0, widest_ = 0;  ///< the most of half the thickness and of half the width, mm
   double grown_ = 0;
 };
 

@@ -100,7 +100,7 @@ function run_from(renderer, scene, camera, object, material) {
   return [];
 }
 
-/** What three.js is not to draw before the next fabric: it has the first group of a run already. */
+/** The geometry of a run's first surface, which three.js would draw again: it has chosen its group before. */
 let drawn_first = null;
 export function go_on_drawing() {
   drawn_first?.setDrawRange(0, Infinity);
