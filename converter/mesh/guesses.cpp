@@ -56,8 +56,11 @@ MeshChoices choose(const MeshFile& file, const std::string& bytes, const std::op
   const V3d extent = extent_of(file);
   MeshChoices choices;
   choices.up_axis_from = choices.scale_from = choices.period_from = "given";
+  const auto commented = period_in_comment(bytes);
   if (up_axis) {
     choices.up_axis = *up_axis;
+  } else if (commented) {  // thick cloth of few stitches may be flattest along another
+    choices.up_axis_from = "a comment in the file";
   } else if (std::min(extent.x, extent.y) < clearly * extent.z) {
     choices.up_axis = extent.y <= extent.x ? UpAxis::y : UpAxis::x;
     choices.up_axis_from = "guessed: the mesh is flattest along it";
@@ -66,7 +69,6 @@ MeshChoices choose(const MeshFile& file, const std::string& bytes, const std::op
   }
   const V3d size = turned(extent, choices.up_axis);
   const V2d plane(std::abs(size.x), std::abs(size.y));
-  const auto commented = period ? std::nullopt : period_in_comment(bytes);
   if (scale_to_mm) {
     choices.scale_to_mm = *scale_to_mm;
   } else if (!period && !commented && std::max(plane.x, plane.y) < smallest_mm) {

@@ -222,8 +222,6 @@ ChartRow row_of(const std::string& text, int line) {
 
 constexpr const char* radius_parameter = "radius_mm";
 constexpr const char* albedo_parameter = "albedo";
-/// Of yarns whose radius is not said, in wales of 5 mm and courses of 3.8 mm, whichever is less.
-constexpr double usual_radius_mm = 0.6;
 
 /// "wale_mm", "yarn A" or a row's number, and what follows the colon.
 struct Line {
@@ -395,12 +393,11 @@ class ChartReader {
     KnitChart& knit = chart_.knit;
     if (rows_.front().number > rows_.back().number) std::ranges::reverse(rows_);
     for (const Row& row : rows_) knit.rows.push_back(row.stitches);
-    const double gauge = std::min(knit.wale_mm / KnitChart().wale_mm, knit.course_mm / KnitChart().course_mm);
     const double shorter = std::min(knit.wale_mm * static_cast<double>(knit.rows.front().size()),
                                     knit.course_mm * static_cast<double>(knit.rows.size()));
     for (std::size_t k = 0; k < knit.yarns.size(); ++k) {
       double& radius = knit.yarns[k].radius_mm;
-      if (radius == 0) radius = usual_radius_mm * gauge;
+      if (radius == 0) radius = usual_radius(knit, knit.yarns[k].fibre);
       if (radius > StitchLimits().radius_periods * shorter) {
         throw ChartFault{yarn_lines_[k],
                          fmt::format("radius_mm: {} is more than {} times the shorter side {} mm "
@@ -456,6 +453,11 @@ class ChartReader {
 };
 
 }  // namespace
+
+double usual_radius(const KnitChart& chart, int kind) {
+  const double gauge = std::min(chart.wale_mm / KnitChart().wale_mm, chart.course_mm / KnitChart().course_mm);
+  return (kind == 0 ? 0.6 : 0.79) * gauge;
+}
 
 Result<ChartText> read_chart(std::string_view text, const std::string& file) {
   if (text.size() > max_chart_text) {

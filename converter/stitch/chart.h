@@ -39,6 +39,10 @@ struct ChartText {
   std::vector<std::string> remarks;  ///< one line each
 };
 
+/// Radius, mm, of yarn of this kind (fibres.h) in stitches of the chart's size, where none is said: soft yarn
+/// is thicker.
+double usual_radius(const KnitChart& chart, int kind);
+
 /// Refuses (stitch_invalid, place: the line) unknown keys and stitches, numbers and counts out of range, rows
 /// that are not numbered up or down by one, rows of other lengths, decreases without yarn overs, and cables
 /// for whose crossing there are too few rows.

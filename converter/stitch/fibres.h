@@ -26,7 +26,7 @@ struct YarnKind {
   double hair_radii;     ///< mean length of a hair, in radii of the yarn
   double hair_loops;     ///< share of hairs that return into the yarn
   double irregularity;   ///< Yarn::irregularity
-  double flattening;     ///< Yarn::flattening of woven yarn; knits are round
+  double flattening;     ///< Yarn::flattening of woven yarn where it is free
 };
 
 /// Row 0 is "tube": a smooth yarn without fibres.

@@ -43,21 +43,4 @@ double thinnest_of(const StitchPattern& pattern) {
   return thinnest;
 }
 
-void flatten(const StitchValues& values, const std::string& prefix, double lane_mm, bool dense, Flat flat,
-             Yarn& yarn) {
-  apply_flattening(values, prefix, yarn);
-  const bool said = values.is_set(prefix + "flattening") || values.is_set("flattening");
-  const double round = yarn.radius_mm;
-  const double lane = std::max(round, 0.5 * lane_mm);
-  const bool wide = dense && (flat == Flat::wide || flat == Flat::wide_by_round);
-  if (!said && wide) {
-    yarn.flattening = std::max(yarn.flattening, std::pow(round / lane, 2));
-  } else if (!said && (flat != Flat::thin && flat != Flat::wide)) {
-    yarn.flattening = 1;
-  } else if (!values.is_set(prefix + "radius_mm")) {
-    const double thin = std::sqrt(yarn.flattening);
-    yarn.radius_mm = wide ? std::min(round, lane * thin) : round * thin;
-  }
-}
-
 }  // namespace selvedge

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "converter/stitch/parameters.h"
 #include "converter/stitch/pattern.h"
 #include "format/fabric/yarn_section.h"
 
@@ -33,15 +32,5 @@ inline double thin_of(const Yarn& yarn) { return yarn.radius_mm * std::sqrt(yarn
 
 /// Half the thickness of the thinnest yarn, mm.
 double thinnest_of(const StitchPattern& pattern);
-
-/// How woven yarn gets flat by default: the denser of warp and weft keeps its area and gets wider, no wider
-/// than its lane, while the other gets thinner and shows no more of itself than round yarn, or is round; both
-/// get thinner; none is flat.
-enum class Flat { wide, wide_by_round, thin, none };
-
-/// Makes the section of woven yarn flat that has the radius of round yarn. `dense`: its system is no less
-/// dense than the other.
-void flatten(const StitchValues& values, const std::string& prefix, double lane_mm, bool dense, Flat flat,
-             Yarn& yarn);
 
 }  // namespace selvedge

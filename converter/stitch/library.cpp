@@ -31,7 +31,7 @@ namespace {
 struct BuiltIn {
   StitchInfo info;
   /// The yarns as drawn, before relaxation.
-  std::function<StitchPattern(const StitchValues&, Flat)> draw;
+  std::function<StitchPattern(const StitchValues&)> draw;
   double max_thickness = 0;  ///< RelaxOptions
   double hold = 0;
   int stitches = 0;       ///< of a knit, in a repeat
@@ -43,23 +43,23 @@ struct BuiltIn {
 
 /// Descriptions and charts (spec/chart.md).
 constexpr std::pair<const char*, const char*> knits[] = {
-    {"stockinette from its face, one red yarn", R"(name: plain-knit
-yarn A: albedo=0.50,0.13,0.09
+    {"stockinette from its face, of natural wool", R"(name: plain-knit
+yarn A: albedo=0.60,0.53,0.43
 1: k)"},
     {"stockinette from its back", R"(name: purl
-yarn A: albedo=0.10,0.30,0.31
+yarn A: albedo=0.60,0.53,0.43
 1: p)"},
     {"1x1 rib: wales of knit and purl by turns", R"(name: rib
 wale_mm: 4.5
-yarn A: albedo=0.58,0.36,0.07 radius_mm=0.56
+yarn A: albedo=0.60,0.53,0.43 radius_mm=0.78
 1: k p)"},
     {"2x2 rib: two wales of knit, two of purl", R"(name: rib-2x2
 wale_mm: 4.5
-yarn A: albedo=0.13,0.16,0.22 radius_mm=0.56
+yarn A: albedo=0.60,0.53,0.43 radius_mm=0.74
 1: k2 p2)"},
     {"garter stitch: courses of knit and purl by turns", R"(name: garter
 course_mm: 3
-yarn A: albedo=0.20,0.33,0.12 radius_mm=0.6
+yarn A: albedo=0.60,0.53,0.43 radius_mm=0.7
 2: p
 1: k)"},
     {"stockinette with courses of two colours", R"(name: two-colour
@@ -68,7 +68,7 @@ yarn B: albedo=0.06,0.11,0.26
 2: k [B]
 1: k [A])"},
     {"eyelets: yarn overs and decreases in every second course, set off by turns", R"(name: lace
-yarn A: albedo=0.47,0.17,0.25
+yarn A: albedo=0.60,0.53,0.43 radius_mm=0.61
 4: k2tog k2 yo
 3: k4
 2: k yo k2tog k
@@ -118,7 +118,6 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
                 length_parameter("course_mm", drawn.course_mm, "height of one course"),
                 length_parameter("radius_mm", radius_mm, "of the yarn; not set, it follows the gauge"),
                 tex_parameter(""),
-                {"soft", {0}, 0, 1, true, "1: its sections flatten where yarns press each other"},
                 {"tightness",
                  {15},
                  1,
@@ -140,7 +139,7 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
   }
   stitch.radii = "radius_mm";
   stitch.stitches = static_cast<int>(drawn.rows.size() * drawn.rows.front().size());
-  stitch.draw = [=](const StitchValues& values, Flat) {
+  stitch.draw = [=](const StitchValues& values) {
     KnitChart set = chart.knit;
     set.wale_mm = values.number("wale_mm");
     set.course_mm = values.number("course_mm");
@@ -149,8 +148,11 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
       Yarn& yarn = set.yarns[k];
       // One setting for all: thicker ones stay so many times as thick.
       yarn.radius_mm = radius_for(values, "radius_mm", gauge) * (yarn.radius_mm / radius_mm);
+      const int kind = kind_of(values, prefixes[k]);
+      if (kind == 0 && yarn.fibre != 0 && !values.is_set("radius_mm"))
+        yarn.radius_mm = std::min(yarn.radius_mm, usual_radius(set, kind));
       yarn.fibre = 0;
-      if (values.number("soft") != 0) yarn.flattening = knit_flattening;
+      if (kind != 0) yarn.flattening = knit_flattening;
       apply_flattening(values, prefixes[k], yarn);
       apply_settings(values, prefixes[k], shorter(set.wale_mm, set.course_mm), yarn);
     }
@@ -166,11 +168,9 @@ std::vector<BuiltIn> built_in_knits() {
   return stitches;
 }
 
-/// Maximum thickness of woven cloth, in radii; a crossing of two yarns takes 4.
-constexpr double woven_thickness = 5.5;
+/// Maximum thickness of woven cloth, in radii; a crossing of two round yarns takes 4.
+constexpr double woven_thickness = 5.2;
 constexpr double woven_hold = 0.05;
-/// Of drafts, whose yarns have no room: flat yarns push each other less aside, and so held make more room.
-constexpr double flat_draft_hold = 0.015;
 
 /// Least texels, each way, that resolve the yarn of a chart's stitch.
 constexpr int texels_per_stitch = 4;
@@ -218,23 +218,21 @@ BuiltIn weave(const char* name, const char* description, const char* kind_name, 
   stitch.hold = woven_hold;
   stitch.warps = rows.front().size();
   stitch.radii = "warp_radius_mm, weft_radius_mm";
-  stitch.draw = [=, rows = std::move(rows)](const StitchValues& values, Flat flat) {
+  stitch.draw = [=, rows = std::move(rows)](const StitchValues& values) {
     const double warp_spacing = values.number("warp_spacing_mm");
     const double weft_spacing = values.number("weft_spacing_mm");
     const double gauge = std::min(warp_spacing / warp.spacing_mm, weft_spacing / weft.spacing_mm);
-    const double warp_density = radius_for(values, "warp_radius_mm", gauge) / warp_spacing;
-    const double weft_density = radius_for(values, "weft_radius_mm", gauge) / weft_spacing;
-    const auto yarns = [&](const std::string& prefix, const System& system, double lane_mm, bool dense,
-                           std::size_t count) {
+    const auto yarns = [&](const std::string& prefix, const System& system, std::size_t count) {
       Yarn yarn = coloured(system.albedo, radius_for(values, prefix + "_radius_mm", gauge), gloss);
-      flatten(values, prefix + "_", lane_mm, dense, flat, yarn);
+      yarn.fibre = kind_of(values, prefix + "_");
+      apply_flattening(values, prefix + "_", yarn);
       std::vector<Yarn> all(count, yarn);
       for (std::size_t i = 0; i < count; ++i) all[i].name = fmt::format("{} {}", prefix, i + 1);
       return all;
     };
     const std::size_t columns = rows.front().size();
-    Weave weave{yarns("warp", warp, warp_spacing, warp_density >= weft_density, columns),
-                yarns("weft", weft, weft_spacing, weft_density >= warp_density, rows.size()),
+    Weave weave{yarns("warp", warp, columns),
+                yarns("weft", weft, rows.size()),
                 std::vector<double>(columns, warp_spacing),
                 std::vector<double>(rows.size(), weft_spacing),
                 {}};
@@ -249,20 +247,20 @@ BuiltIn weave(const char* name, const char* description, const char* kind_name, 
 std::vector<BuiltIn> built_in_weaves() {
   return {
       weave("plain-weave", "over and under by turns, off-white warp and blue weft", "cotton", {"-#", "#-"},
-            {1, 0.3, {0.62F, 0.58F, 0.50F}}, {1, 0.3, {0.09F, 0.17F, 0.38F}}),
+            {0.7, 0.25, {0.62F, 0.58F, 0.50F}}, {1, 0.24, {0.09F, 0.17F, 0.38F}}),
       weave("twill", "2/2 twill, dark warp and light weft", "cotton", {"#--#", "--##", "-##-", "##--"},
-            {1, 0.35, {0.07F, 0.08F, 0.13F}}, {1, 0.35, {0.55F, 0.48F, 0.37F}}),
+            {1, 0.34, {0.07F, 0.08F, 0.13F}}, {1, 0.35, {0.55F, 0.48F, 0.37F}}),
       weave("herringbone", "2/2 twill that turns every four warps, grey warp and light weft", "wool",
-            {"#--#-##-", "--##--##", "-##-#--#", "##--##--"}, {1, 0.35, {0.12F, 0.11F, 0.10F}},
-            {1, 0.35, {0.52F, 0.49F, 0.43F}}),
+            {"#--#-##-", "--##--##", "-##-#--#", "##--##--"}, {0.875, 0.29, {0.12F, 0.11F, 0.10F}},
+            {1, 0.37, {0.52F, 0.49F, 0.43F}}),
       weave("denim", "3/1 twill from its warp face, dense indigo warp and off-white weft", "cotton",
-            {"###-", "##-#", "#-##", "-###"}, {0.75, 0.35, {0.030F, 0.050F, 0.120F}},
-            {1.05, 0.29, {0.62F, 0.58F, 0.50F}}),
+            {"###-", "##-#", "#-##", "-###"}, {0.75, 0.3, {0.030F, 0.050F, 0.120F}},
+            {1.05, 0.28, {0.62F, 0.58F, 0.50F}}),
       weave("satin", "5-end satin from its warp face, dense glossy warp", "silk",
             {"####-", "##-##", "-####", "###-#", "#-###"}, {0.5, 0.29, {0.60F, 0.42F, 0.20F}},
             {1, 0.22, {0.45F, 0.29F, 0.12F}}, {0.2F, 0.25F}),
       weave("basket", "2x2 basket weave in two shades of linen", "linen", {"##--", "##--", "--##", "--##"},
-            {1, 0.39, {0.52F, 0.42F, 0.28F}}, {1, 0.39, {0.36F, 0.25F, 0.14F}})};
+            {0.8, 0.276, {0.52F, 0.42F, 0.28F}}, {1, 0.34, {0.36F, 0.25F, 0.14F}})};
 }
 
 const std::vector<BuiltIn>& library() {
@@ -314,11 +312,6 @@ void apply_woven_settings(const StitchValues& values, std::size_t warps, StitchP
   for (std::size_t y = 0; y < pattern.yarns.size(); ++y)
     apply_settings(values, y < warps ? "warp_" : "weft_", shorter_period(pattern), pattern.yarns[y]);
 }
-
-/// Sections of soft yarn change within a radius.
-constexpr double soft_segment_radii = 0.4;
-/// RelaxOptions::start of soft yarn, which is thick for its drawing.
-constexpr double soft_start = 0.14;
 
 /// Estimated work of relax(), to which its time is proportional: 5 seconds a million on a core of
 /// 2024.
@@ -377,6 +370,14 @@ StitchSettings by_count(const BuiltIn& stitch, StitchSettings settings) {
   return settings;
 }
 
+/// Tells the share of their thickness that yarns have.
+void tell_thickness(double share, FoundStitch& found) {
+  found.thickness_share = share;
+  if (share < 0.995)
+    found.remarks.push_back(
+        fmt::format("yarns thinned to {:.2f} of their thickness: there is no more room", share));
+}
+
 Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
   settings.insert(stitch.settings.begin(), stitch.settings.end());
   settings = by_count(stitch, std::move(settings));
@@ -388,41 +389,13 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
   options.hold = stitch.hold;
   const bool given =
       values.is_set("radius_mm") || values.is_set("warp_radius_mm") || values.is_set("weft_radius_mm");
-  const bool said =
-      std::ranges::any_of(settings, [](const auto& set) { return set.first.ends_with("flattening"); });
-  const std::vector<Yarn> thin = stitch.draw(values, Flat::thin).yarns;
-  std::vector<Yarn> tried;
-  Relaxed result;
-  bool fits = false;
-  for (const Flat flat : {Flat::wide, Flat::wide_by_round, Flat::thin, Flat::none}) {
-    if (fits) break;
-    StitchPattern drawn = stitch.draw(values, flat);
-    if (drawn.yarns == tried || (given && flat == Flat::thin)) continue;
-    set_seed(values, stitch.info.name, drawn);
-    options.soft = stitch.warps == 0 && values.number("soft") != 0;
-    if (options.soft) {
-      options.thins = !given;
-      options.start = soft_start;
-      options.segment_radii = soft_segment_radii;
-    }
-    if (relaxation_work(drawn) > max_relaxation_work) {
-      return fail(Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii, too_much_work);
-    }
-    result = relax(drawn, options);
-    fits = result.part >= 1 - touching_overlap;
-    // Wide yarn may be scaled down, as long as it covers no less than round yarn, and thin yarn that is asked
-    // for.
-    if (!fits && !given && flat == Flat::thin) fits = said;
-    if (!fits && !given && flat == Flat::wide) {
-      fits = true;
-      for (std::size_t y = 0; y < thin.size(); ++y)
-        fits &= result.part * wide_of(drawn.yarns[y]) >= (1 - touching_overlap) * wide_of(thin[y]);
-    }
-    tried = std::move(drawn.yarns);
-  }
-  // Knits are drawn alike for every Flat; flat yarn is thinner than its radius there, too.
-  if (!fits && !given) fits = options.soft ? result.settled : said;
-  if (!fits) {
+  options.thins = !given;
+  StitchPattern drawn = stitch.draw(values);
+  set_seed(values, stitch.info.name, drawn);
+  if (relaxation_work(drawn) > max_relaxation_work)
+    return fail(Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii, too_much_work);
+  Relaxed result = relax(drawn, options);
+  if (given ? result.part < 1 - touching_overlap : !result.settled) {
     return fail(
         Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii,
         fmt::format(
@@ -430,11 +403,9 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
             result.part));
   }
   FoundStitch found{.pattern = std::move(result.pattern)};
+  tell_thickness(result.part, found);
   if (stitch.warps > 0) {
-    const auto is_flat = [](const Yarn& yarn) { return yarn.flattening < 1; };
-    if (!given && std::ranges::any_of(found.pattern.yarns, is_flat)) {
-      thin_to_touch(found.pattern, stitch.info.name);
-    }
+    if (!given) thin_to_touch(found.pattern, stitch.info.name);
     apply_woven_settings(values, stitch.warps, found.pattern);
     value_or_throw(validate(found.pattern, stitch.info.name));
   }
@@ -453,7 +424,7 @@ Result<FoundStitch> chart_in(const std::string& path, const StitchSettings& sett
   found.min_texels =
       V2i(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size())) *
       (texels_per_stitch * found.repeats);
-  found.remarks = std::move(chart.remarks);
+  found.remarks.insert(found.remarks.begin(), chart.remarks.begin(), chart.remarks.end());
   return found;
 }
 
@@ -481,13 +452,12 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   options.gap = values.number("slack");
   options.max_thickness = woven_thickness;
   options.hold = woven_hold;
-  // A draft's thickness is the width that its yarns show.
+  options.thins = true;
   for (auto [prefix, yarns] :
        {std::pair("warp_", &draft.weave.warp), std::pair("weft_", &draft.weave.weft)}) {
     for (Yarn& yarn : *yarns) {
+      yarn.fibre = kind_of(values, prefix);
       apply_flattening(values, prefix, yarn);
-      yarn.radius_mm *= std::sqrt(yarn.flattening);
-      if (yarn.flattening < 1) options.hold = flat_draft_hold;
     }
   }
   const StitchPattern drawn = draw_weave(draft.weave, name);
@@ -501,11 +471,7 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   const auto thinner = thin_to_touch(found.pattern, path);
   apply_woven_settings(values, draft.weave.warp.size(), found.pattern);
   set_seed(values, path, found.pattern);
-  found.thickness_share = result.part * thinner;
-  if (found.thickness_share < 0.995) {
-    found.remarks.push_back(fmt::format(
-        "yarns thinned to {:.2f} of the draft's thickness: there is no more room", found.thickness_share));
-  }
+  tell_thickness(result.part * thinner, found);
   lay_repeats(values, path, found);
   return found;
 }

@@ -185,8 +185,7 @@ std::vector<StitchParameter> shared_parameters(const std::string& prefix, int ki
            shortest(min_flattening),
            1,
            false,
-           "thickness over width of its section, 1: round; not set, 0.6 of soft yarn; woven yarn follows its "
-           "kind"}};
+           "thickness over width of its section, 1: round; not set, 0.6 in knits, woven yarn's by its kind"}};
 }
 
 void apply_flattening(const StitchValues& values, const std::string& prefix, Yarn& yarn) {

@@ -38,8 +38,9 @@ using std::numbers::pi;
 /// Length of the pieces that a chain is cut into, in radii: a bend with the yarn's own radius deviates from
 /// such chords by 1/50 of it.
 constexpr double piece_radii = 0.4;
-constexpr int projections = 8;         // of the contacts, per step
-constexpr int steps_per_search = 4;    // between searches for neighbours
+constexpr int projections = 8;              // of the contacts, per step
+constexpr int steps_per_search = 4;         // between searches for neighbours
+constexpr double growth_per_search = 0.05;  // of the radii, at most
 constexpr double search_margin = 0.3;  // distance, in radii, up to which pairs are kept until the next search
 constexpr int steps_between_distributions = 20;
 constexpr int settling_steps = 60;  // at the end, contacts alone
@@ -51,8 +52,12 @@ constexpr double over_relaxation = 1.4;   // of projections that are averaged
 /// takes back, and that it passes on to either neighbour; least share of thickness in width.
 constexpr double soft_pressure = 1.5;
 constexpr double soft_recovery = 0.05;
-constexpr double soft_spread = 0.15;
+constexpr double soft_spread = 0.25;
 constexpr double soft_least_share = 0.3;
+
+/// Length of the resulting segments, in radii; sections of soft yarn change within a radius.
+constexpr double segment_radii = 0.8;
+constexpr double soft_segment_radii = 0.4;
 
 /// A yarn as a polyline. Point `size` is point 0 moved by `way`.
 struct Chain {
@@ -60,6 +65,7 @@ struct Chain {
   V3d way;
   V3d across{0, 0, 0};  ///< unit, in the plane, perpendicular to `way`; zero for a ring
   double drawn = 0;     ///< its drawn position along `across`
+  bool soft = false;
   double radius = 0;
   double flattening = 1;
   double wide = 0;              ///< half the width of its section, mm
@@ -144,10 +150,12 @@ class Relaxation {
       : options_(options), period_(pattern.period_mm.x, pattern.period_mm.y, 0) {
     for (const Yarn& yarn : pattern.yarns) {
       Chain chain;
+      chain.soft = yarn.fibre != 0;
+      any_soft_ |= chain.soft;
       chain.radius = yarn.radius_mm;
       chain.flattening = yarn.flattening;
-      chain.wide = options.soft ? yarn.radius_mm : wide_of(yarn);
-      chain.thin = options.soft ? yarn.radius_mm : thin_of(yarn);
+      chain.wide = chain.soft ? yarn.radius_mm : wide_of(yarn);
+      chain.thin = chain.soft ? yarn.radius_mm : thin_of(yarn);
       const V2i turns = turns_of(yarn, pattern.period_mm);
       chain.way = {turns.x * period_.x, turns.y * period_.y, 0};
       constexpr int fine = 32;
@@ -165,42 +173,49 @@ class Relaxation {
 
   /// Returns the share of the radii for which there is room.
   double run() {
-    const int growing = options_.soft ? options_.steps * 9 / 10 : options_.steps / 2;
+    const int growing = any_soft_ ? options_.steps * 9 / 10 : options_.steps / 2;
     const double growth = (1 - options_.start) / (0.4 * options_.steps);
     grown_ = options_.start;
     for (int step = 0; step < options_.steps; ++step) {
       if (step % steps_between_distributions == 0) distribute();
-      // Long steps while the yarns grow, then shrinking ones.
+      // Long steps for the thickness while the yarns grow, then shrinking ones.
       const double remaining =
           step < growing ? 1.0 : static_cast<double>(options_.steps - step) / (options_.steps - growing);
-      const double time = 0.03 * remaining * remaining * (options_.soft ? grown_ * grown_ : 1) + 1e-4;
+      const double time = 0.03 * remaining * remaining * grown_ * grown_ + 1e-4;
       for (Chain& chain : chains_) {
         const double spacing = chain.length() / static_cast<double>(chain.points.size());
         smooth(chain, kernel_of(chain.points.size(), spacing, chain.radius, time, options_.bending));
         for (V3d& p : chain.points)
           p += chain.across * (options_.hold * remaining * (chain.drawn - p.dot(chain.across)));
       }
-      if (options_.soft) soften(soft_recovery);
+      if (any_soft_) soften(soft_recovery);
       const double overlap = push_apart(step);
-      const bool jammed = overlap > (options_.soft ? 0.06 : 0.05 * remaining + 0.01);
+      // Soft yarn jams for moments, and grows again.
+      const bool jammed = overlap > (any_soft_ ? 0.06 : 0.05 * remaining + 0.01);
       if (jammed) grown_ *= 1 - 0.5 * growth;
-      if (!jammed && (options_.soft || step < growing)) grown_ = std::min(1.0, grown_ + growth);
+      if (!jammed && (any_soft_ || step < growing)) grown_ = std::min(1.0, grown_ + growth);
     }
     // Contacts alone; the yarns become thinner if they do not settle.
     for (int step = 0; step < max_settling_steps; ++step) {
-      if (options_.soft) soften(0);
+      if (any_soft_) soften(0);
       const double overlap = push_apart(step);
       if (overlap < settled_overlap) break;
       if (step >= settling_steps) grown_ *= 1 - 0.25 * overlap;
     }
-    return grown_;
+    // Woven yarn that is longer has climbed over others.
+    constexpr double most_crimped = 1.6;
+    const bool climbed = options_.hold > 0 && std::ranges::any_of(chains_, [](const Chain& chain) {
+                           return chain.length() > most_crimped * chain.way.length();
+                         });
+    return climbed ? std::min(grown_, 0.9) : grown_;
   }
 
   /// `squeezes`: of soft yarn, where the segments start.
   std::vector<BezierSegment> segments_of(std::size_t index, std::vector<V3d>& squeezes) const {
     const Chain& chain = chains_[index];
     const auto count = static_cast<long>(chain.points.size());
-    const double node_count = std::round(chain.length() / (options_.segment_radii * chain.radius));
+    const double node_count =
+        std::round(chain.length() / ((chain.soft ? soft_segment_radii : segment_radii) * chain.radius));
     // Keeps some of the points, with tangents from their neighbours.
     const auto nodes = static_cast<long>(std::clamp(node_count, 4.0, static_cast<double>(count)));
     const auto point = [&](long i) {
@@ -217,7 +232,7 @@ class Relaxation {
     for (long k = 0; k < nodes; ++k) {
       const long i = node(k);
       const long j = node(k + 1);
-      if (options_.soft)
+      if (chain.soft)
         squeezes.push_back(
             squeeze_between(chain.squeezes[(i + count - 1) % count], chain.squeezes[i % count], 0.5));
       const double third = static_cast<double>(j - i) / 3;
@@ -257,7 +272,7 @@ class Relaxation {
       const std::size_t before = chain.points.size();
       chain.points = resampled(chain, static_cast<std::size_t>(pieces));
       chain.reaches.assign(chain.points.size(), chain.wide);
-      if (options_.soft) {
+      if (chain.soft) {
         const std::vector<Imath::M33d> old = chain.strains;
         chain.strains.assign(chain.points.size(), Imath::M33d(0.0));
         for (std::size_t i = 0; i < chain.points.size() && !old.empty(); ++i)
@@ -281,7 +296,7 @@ class Relaxation {
                    const V3d& along_b) const {
     constexpr double least_sine2 = 0.1;
     const double sine2 = along_a.cross(along_b).length2() / (along_a.length2() * along_b.length2());
-    return options_.soft && sine2 > least_sine2 ? apart.normalized() : direction_between(apart, a, b);
+    return any_soft_ && sine2 > least_sine2 ? apart.normalized() : direction_between(apart, a, b);
   }
 
   /// How two pieces overlap.
@@ -306,7 +321,7 @@ class Relaxation {
     double distance = apart.length();
     if (distance >= min_distance || distance == 0) return std::nullopt;
     V3d direction = apart / distance;
-    if (options_.soft || chain_a.flattening < 1 || chain_b.flattening < 1) {
+    if (any_soft_ || chain_a.flattening < 1 || chain_b.flattening < 1) {
       const Section section_a = section_of(chain_a, c.piece_a, along_a);
       const Section section_b = section_of(chain_b, c.piece_b, along_b);
       direction = direction_of(apart, section_a, section_b, along_a, along_b);
@@ -317,13 +332,14 @@ class Relaxation {
     return Overlap{n, direction, min_distance - distance};
   }
 
-  /// Flattens sections where pieces overlap.
+  /// Flattens soft sections where pieces overlap.
   void press() {
     for (const Contact& c : contacts_) {
       const auto overlap = overlap_of(c);
       if (!overlap) continue;
       const V3d& d = overlap->direction;
       for (const auto& [chain, piece] : {std::pair(c.chain_a, c.piece_a), std::pair(c.chain_b, c.piece_b)}) {
+        if (!chains_[chain].soft) continue;
         Imath::M33d& strain = chains_[chain].strains[piece];
         const double share = soft_pressure * overlap->depth / (grown_ * chains_[chain].radius);
         for (int i = 0; i < 3; ++i) {
@@ -337,6 +353,7 @@ class Relaxation {
   void soften(double recovery) {
     press();
     for (Chain& chain : chains_) {
+      if (!chain.soft) continue;
       const std::vector<Imath::M33d> old = chain.strains;
       const std::size_t count = old.size();
       for (std::size_t i = 0; i < count; ++i) {
@@ -352,6 +369,7 @@ class Relaxation {
 
   /// Keeps strains across their piece, without trace, and within bounds.
   static void set_squeezes(Chain& chain) {
+    if (!chain.soft) return;
     chain.squeezes.resize(chain.points.size());
     for (std::size_t i = 0; i < chain.points.size(); ++i) {
       const V3d along = (chain.next(i) - chain.points[i]).normalized();
@@ -377,7 +395,7 @@ class Relaxation {
   }
 
   static Section section_of(const Chain& chain, std::size_t piece, const V3d& along) {
-    if (!chain.squeezes.empty()) return {chain.radius, chain.squeezes[piece]};
+    if (chain.soft) return {chain.radius, chain.squeezes[piece]};
     const bool flat = chain.flattening < 1 && along.length2() > 0;
     return {chain.radius, flat ? squeeze_of(chain.flattening, along.normalized()) : V3d(0, 0, 0)};
   }
@@ -456,7 +474,8 @@ class Relaxation {
     if (chain_b < chain_a || (chain_b == chain_a && piece_b < piece_a)) return;
     if (chain_b == chain_a && piece_b == piece_a && (shift.x < 0 || (shift.x == 0 && shift.y <= 0))) return;
     const double radii = chains_[chain_a].reaches[piece_a] + chains_[chain_b].reaches[piece_b];
-    const double reach = radii + widest_ * (options_.gap + piece_radii + search_margin);
+    const double reach = std::min(1.0, grown_ + growth_per_search) * radii +
+                         widest_ * (options_.gap + piece_radii + search_margin);
     if (between.length2() > reach * reach) return;
     const Contact contact{chain_a, piece_a, chain_b, piece_b, shift};
     if (!follow(contact)) contacts_.push_back(contact);
@@ -514,6 +533,7 @@ class Relaxation {
   std::vector<double> weights_;
   double thickest_ = 0, widest_ = 0;  ///< the most of half the thickness and of half the width, mm
   double grown_ = 0;
+  bool any_soft_ = false;
 };
 
 }  // namespace
@@ -537,7 +557,7 @@ Relaxed relax(const StitchPattern& pattern, const RelaxOptions& options) {
   for (std::size_t y = 0; y < relaxed.pattern.yarns.size(); ++y) {
     relaxed.pattern.yarns[y].segments = relaxation.segments_of(y, relaxed.pattern.yarns[y].squeezes);
     relaxed.pattern.yarns[y].radius_mm *= part;
-    if (options.soft) relaxed.pattern.yarns[y].flattening = 1;
+    if (!relaxed.pattern.yarns[y].squeezes.empty()) relaxed.pattern.yarns[y].flattening = 1;
   }
   return relaxed;
 }

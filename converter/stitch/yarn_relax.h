@@ -13,23 +13,19 @@
 namespace selvedge {
 
 struct RelaxOptions {
-  double bending = 3;  ///< stiffness: the length over which yarns bend, in radii
-  double gap = 0;      ///< between neighbouring yarns, in radii of the thicker one; 0: they touch
-  double start = 0.2;  ///< share of its radius that a yarn begins with
+  double bending = 3;   ///< stiffness: the length over which yarns bend, in radii
+  double gap = 0;       ///< between neighbouring yarns, in radii of the thicker one; 0: they touch
+  double start = 0.13;  ///< share of its radius that a yarn begins with
   /// Maximum thickness of the cloth, in radii (half thicknesses) of the thickest yarn; 0: no limit. Without
   /// it, yarns with too little room beside each other climb onto each other.
   double max_thickness = 0;
   /// Share of the displacement in the plane, across their direction, that each step takes back: 0 for knits,
   /// whose loops hold themselves; the yarns of a weave would wander without it (reed and beat hold them).
   double hold = 0;
-  /// Whether sections flatten where yarns press each other, and elsewhere along z by Yarn::flattening; their
-  /// area is kept, and the result has squeezes.
-  bool soft = false;
   /// Whether yarns that have no room begin again, as thin as they had become: jammed, they may pass each
   /// other.
   bool thins = false;
   int steps = 240;
-  double segment_radii = 0.8;  ///< length of the resulting Bézier segments
 };
 
 struct Relaxed {
@@ -40,6 +36,9 @@ struct Relaxed {
   bool settled = true;  ///< whether the last try had room for most of its radii
 };
 
+/// Yarns of fibres (Yarn::fibre) are soft: their sections flatten where they press each other, and elsewhere
+/// along z by Yarn::flattening; the area is kept, and the result has squeezes. Tubes are rigid.
+///
 /// Neighbouring yarns of the result touch: they overlap by less than 1/50 of a radius. Sections of flat yarns
 /// are apart in the direction in which there is most room. Deterministic to the bit. Precondition: a valid
 /// pattern whose yarns, at `start` of their radius, do not overlap.

@@ -20,8 +20,8 @@ make_inputs() {
   for file in empty.{obj,exr,wif,txt,json,ply}; do : >$file; done
   mkdir folder
   # Meshes.
-  selvedge stitch plain-weave --set yarn=tube --grid 8 -o whole.ply --quiet
-  selvedge stitch plain-weave --set yarn=tube --grid 8 -o whole.obj --quiet
+  selvedge stitch plain-weave --set yarn=tube --grid 9 -o whole.ply --quiet
+  selvedge stitch plain-weave --set yarn=tube --grid 9 -o whole.obj --quiet
   cut_short whole.ply short.ply
   head -c 50 whole.ply >start.ply
   sed -n '1,/^v /p' whole.obj | head -c -4 | sed '$s/ [^ ]*$//' >short.obj

@@ -69,8 +69,9 @@ function psnr(ours, theirs) {
   return { off_edges: decibels(errors.subarray(0, Math.ceil((1 - MOST_LEFT_OUT) * pixels))), over_all: decibels(errors) };
 }
 
-run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('knit.fabric.exr'), '--quiet');
-run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('both.fabric.exr'), '--sides', 'both', '--quiet');
+const RED_TUBE = ['--set', 'yarn=tube', '--set', 'colour=0.5,0.13,0.09'];
+run('selvedge', 'make', 'plain-knit', ...RED_TUBE, '-o', path('knit.fabric.exr'), '--quiet');
+run('selvedge', 'make', 'plain-knit', ...RED_TUBE, '-o', path('both.fabric.exr'), '--sides', 'both', '--quiet');
 run('selvedge', 'dress', sample_garment(bin, 'sweater', folder), path('knit.fabric.exr'), '-o', path('sweater.glb'), '--all', '--quiet');
 
 /** Sheets of cloth at these depths, the nearest first and the second turned over; none reaches as far as the last. */

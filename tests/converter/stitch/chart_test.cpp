@@ -85,7 +85,7 @@ TEST_CASE("a row is knitted with the yarns of its letters, else with the first")
   CHECK(text.knit.yarns[0].radius_mm == 0.25);
   CHECK(text.knit.yarns[0].fibre == find_yarn_kind("wool"));
   CHECK(text.knit.yarns[1].albedo == V3f(0.25F, 0.5F, 1));
-  CHECK(text.knit.yarns[1].radius_mm == doctest::Approx(0.3));  // as 0.6 to 5 mm and 3.8 mm
+  CHECK(text.knit.yarns[1].radius_mm == doctest::Approx(0.395));  // as 0.6 to 5 mm and 3.8 mm
   CHECK(text.knit.yarns[1].fibre == find_yarn_kind("silk"));
   CHECK(text.settings[1] == StitchSettings{{"plies", {2}}});
   std::string yarns;

@@ -300,7 +300,7 @@ TEST_CASE("a draft becomes a weave whose yarns touch, as thick as there is room 
   CHECK(stitch.thickness_share < 0.995);
   CHECK(stitch.pattern.yarns[0].radius_mm == doctest::Approx(0.5 * stitch.thickness_share));
   CHECK(stitch.remarks.back() ==
-        fmt::format("yarns thinned to {:.2f} of the draft's thickness: there is no more room",
+        fmt::format("yarns thinned to {:.2f} of their thickness: there is no more room",
                     stitch.thickness_share));
 }
 
