@@ -25,11 +25,10 @@ namespace {
 using Rings = std::vector<std::vector<int>>;
 
 struct BandOptions {
-  double rib = 0.010;        ///< metres of yarn length around, per rib: two wales of 5 mm
-  double depth = 0.0009;     ///< metres from the mean surface to a rib's crest
+  double repeat = 0.016;     ///< width of a rib's repeat, metres: a whole number of them goes around
   double roll = 0.0024;      ///< radius of the turned edge
   double turned_back = 0.4;  ///< how much of the height is turned to the inside
-  int samples = 6;           ///< columns per rib
+  double column = 0.0025;    ///< width of a column, metres
   double row = 0.010;        ///< height of a row, metres
   double middle_u = 0;       ///< where the chart lies
 };
@@ -141,7 +140,6 @@ class Strip {
 struct Station {
   double down;    ///< metres from the seam along the strip
   double inside;  ///< metres
-  double depth;   ///< of the ribs, metres
   double length;  ///< metres along the section from the seam: the texture's v
 };
 
@@ -152,54 +150,23 @@ std::vector<Station> section_of(double height, const BandOptions& o) {
   const int rows = std::max(1, static_cast<int>(std::lround((straight - first_row) / o.row)));
   for (int i = 0; i <= rows; ++i) {
     const double down = first_row + (straight - first_row) * i / rows;
-    stations.push_back({down, 0, i == 0 ? 0.6 * o.depth : o.depth, down});
+    stations.push_back({down, 0, down});
   }
   constexpr int bends = 4;
   for (int i = 1; i <= bends; ++i) {
     const double angle = std::numbers::pi * i / bends;
-    stations.push_back({straight + o.roll * std::sin(angle), o.roll * (1 - std::cos(angle)),
-                        o.depth * std::abs(std::cos(angle)), straight + o.roll * angle});
+    stations.push_back(
+        {straight + o.roll * std::sin(angle), o.roll * (1 - std::cos(angle)), straight + o.roll * angle});
   }
   const double back = o.turned_back * straight;
   const int back_rows = std::max(1, static_cast<int>(std::lround(back / o.row)));
   const double bent = stations.back().length;
   for (int i = 1; i <= back_rows; ++i) {
     const double up = back * i / back_rows;
-    stations.push_back({straight - up, 2 * o.roll, o.depth, bent + up});
+    stations.push_back({straight - up, 2 * o.roll, bent + up});
   }
   return stations;
 }
-
-/// A rib as a polyline of `samples` pieces: its pitch is what is left of the yarn's length, and columns get
-/// their texture coordinates by the length of the yarn up to them.
-struct RibShape {
-  double pitch = 0;
-  std::vector<double> yarn{0};  ///< per column, the part of the rib's yarn before it
-
-  explicit RibShape(const BandOptions& o) {
-    // The pitch by bisection: the polyline's length grows with it.
-    double low = 0.2 * o.rib;
-    double high = o.rib;
-    for (int round = 0; round < 50; ++round) {
-      pitch = (low + high) / 2;
-      (lengthen(o) < o.rib ? low : high) = pitch;
-    }
-    const double whole = yarn.back();
-    for (double& y : yarn) y /= whole;
-  }
-  double yarn_at(int column) const { return yarn[column]; }
-
- private:
-  double lengthen(const BandOptions& o) {
-    yarn.assign(1, 0);
-    const double turn = 2 * std::numbers::pi / o.samples;
-    for (int j = 0; j < o.samples; ++j) {
-      const double rise = o.depth * (std::cos(turn * (j + 1)) - std::cos(turn * j));
-      yarn.push_back(yarn.back() + std::hypot(pitch / o.samples, rise));
-    }
-    return yarn.back();
-  }
-};
 
 /// Two rings of different numbers of points, joined by triangles; both carry one point more than they have
 /// columns, the last one on the first.
@@ -262,7 +229,7 @@ Rings peel(const QuadSurface& surface, int label, const V3d& first) {
   return rings;
 }
 
-/// Replaces a strip of `surface` by a ribbed band with a turned edge, knit in one with the points of the
+/// Replaces a strip of `surface` by a band with a turned edge, knit in one with the points of the
 /// seam. New points are added to the assembly, which begins with the points of the surface.
 void add_band(Assembly& assembly, const Rings& rings, const std::string& material,
               const BandOptions& options) {
@@ -275,16 +242,14 @@ void add_band(Assembly& assembly, const Rings& rings, const std::string& materia
     around_mean += (section[i].length - above) * strip.length_at(section[i].down, section[i].inside);
   }
   around_mean /= section.back().length;
-  const RibShape shape(options);
-  const int ribs = std::max(8, static_cast<int>(std::lround(around_mean / shape.pitch)));
-  const int columns = ribs * options.samples;
-  const double width = ribs * options.rib;
+  const int columns = static_cast<int>(std::lround(around_mean / options.column));
+  const double width = std::round(around_mean / options.repeat) * options.repeat;
 
   Patch patch;
   patch.material = material;
-  const auto add_vertex = [&](int point, double yarn, double length) {
+  const auto add_vertex = [&](int point, double around, double length) {
     patch.points.push_back(point);
-    patch.tex_coords.emplace_back(options.middle_u + (yarn - 0.5) * width, length);
+    patch.tex_coords.emplace_back(options.middle_u + (around - 0.5) * width, length);
   };
 
   std::vector<double> upper;
@@ -303,16 +268,10 @@ void add_band(Assembly& assembly, const Rings& rings, const std::string& materia
     const int first_point = static_cast<int>(assembly.points.size());
     for (int j = 0; j < columns; ++j) {
       const double around = lower[j];
-      const double crest = station.depth * std::cos(2 * std::numbers::pi * j / options.samples);
-      // Inside of the turned edge, crests look to the inside as well.
-      const double offset = station.inside > options.roll ? -station.inside - crest : crest - station.inside;
-      assembly.points.push_back(strip.at(around, station.down) + strip.normal(around, station.down) * offset);
+      assembly.points.push_back(strip.at(around, station.down) -
+                                strip.normal(around, station.down) * station.inside);
     }
-    for (int j = 0; j <= columns; ++j) {
-      const int rib = j / options.samples;
-      add_vertex(first_point + j % columns, (rib + shape.yarn_at(j % options.samples)) / ribs,
-                 station.length);
-    }
+    for (int j = 0; j <= columns; ++j) add_vertex(first_point + j % columns, lower[j], station.length);
     if (first) {
       join(patch, above, upper, here, lower);
     } else {

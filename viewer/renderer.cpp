@@ -9,6 +9,7 @@
 #include "format/base/parallel.h"
 #include "format/gltf/memory.h"
 #include "viewer/hybrid/path.h"
+#include "viewer/light/floor.h"
 #include "viewer/light/picture_textures.h"
 #include "viewer/light/sky.h"
 #include "viewer/scene/view_rays.h"
@@ -100,6 +101,7 @@ struct Renderer::State {
   GlFunctions gl;
   std::unique_ptr<PictureTextures> textures;
   std::unique_ptr<ShadowPass> shadows;  ///< created on first use
+  std::optional<Floor> floor;           ///< found on first use
   std::optional<SkyVisibility> sky;     ///< found on first use; without directions if memory is short
   SmoothLight around;                   ///< of `around_vertices`
   std::vector<SmoothLight> around_vertices;
@@ -229,8 +231,13 @@ struct Renderer::State {
     const std::shared_ptr<const Reflections> mirrored = reflect(options);
     watch.add_to(stats.prepare);
     value_or_throw(path->draw({camera, options, maps, shaded, mirrored}, frame, stats));
-    if (options.environment && options.backdrop >= 0 && !options.ends())
+    if (!options.environment || options.ends()) return;
+    if (options.backdrop >= 0) {
       add_backdrop(camera, options, mirrored.get(), frame);
+    } else {
+      if (!floor) floor = floor_under(scene.mesh);
+      add_floor(*floor, camera, scene.origin, frame);
+    }
   }
 };
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "apps/common/html.h"
@@ -14,6 +15,8 @@
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/names.h"
 #include "format/picture/studio.h"
+#include "viewer/light/floor.h"
+#include "viewer/load.h"
 
 namespace selvedge {
 namespace {
@@ -121,6 +124,18 @@ std::string environment_element(const PageCommand& command) {
                      packed({reinterpret_cast<const std::uint8_t*>(pixels.data()), pixels.size_bytes()}));
 }
 
+/// The attributes of a garment's element with the floor under it, whose shade has bytes.
+std::string floor_attributes(const std::string& path, const SceneLimits& limits) {
+  const Scene scene = value_or_throw(load_scene(path, {}, limits)).scene;
+  const Floor floor = floor_under(merge(value_or_throw(build_surfaces(scene, V3d(0, 0, 0)))));
+  if (floor.hidden.empty()) return "";
+  std::vector<std::uint8_t> shade;
+  for (const float hidden : floor.hidden)
+    shade.push_back(static_cast<std::uint8_t>(std::lround(255 * hidden)));
+  return fmt::format(" data-floor=\"{},{},{},{}\" data-shade=\"{}\"", floor.centre.x, floor.height,
+                     floor.centre.y, floor.width, packed(shade));
+}
+
 Result<int> run(const PageCommand& command) {
   std::string page = read_template();
   std::string scripts = environment_element(command);
@@ -131,9 +146,10 @@ Result<int> run(const PageCommand& command) {
     const std::string bytes =
         is_fabric ? value_or_throw(read_file(input)) : whole_garment(input, command.limits.document);
     garments += is_fabric ? 0 : 1;
-    scripts += fmt::format("<script type=\"text/plain\" data-{}=\"{}\">{}</script>\n",
+    const bool stands = !is_fabric && command.environment != "none" && !command.backdrop;
+    scripts += fmt::format("<script type=\"text/plain\" data-{}=\"{}\"{}>{}</script>\n",
                            is_fabric ? "fabric" : "garment", escaped(fs::path(input).filename().string()),
-                           packed(bytes_of(bytes)));
+                           stands ? floor_attributes(input, command.limits) : "", packed(bytes_of(bytes)));
   }
   if (garments == 0)
     return fail(Code::garment_empty, command.inputs.front(), {}, "a page shows at least one garment");

@@ -81,15 +81,18 @@ void add_light(Options& options, PictureOptions& picture) {
               "light of "
               "intensity 1 becomes 1)")
       .in(0, 1e9);
-  options.text("--background", "R,G,B|transparent", "Of PNG files, linear (default 0.18,0.18,0.18)",
+  options.text("--background", "R,G,B|transparent",
+               "Of PNG files, linear (default 0.8,0.8,0.8 in an environment, else 0.18,0.18,0.18)",
                [&picture](const std::string& t) {
+                 picture.has_background = true;
                  picture.display.background.reset();
                  if (t == "transparent") return;
                  const auto n = numbers_from("--background", t, ',', 3, 3, "0.18,0.18,0.18 or transparent");
                  picture.display.background = V3f(V3d(n[0], n[1], n[2]));
                });
-  options.choice("--tone-map", tone_curve_names, picture.display.tone,
-                 "Curve over exposed colours in PNG files (default none)");
+  options.choice("--tone-map", tone_curve_names,
+                 "Curve over exposed colours in PNG files (default neutral in an environment, else none)",
+                 [&picture](std::size_t index) { picture.tone = static_cast<ToneCurve>(index); });
   add_environment(options, picture.environment, picture.around,
                   "Default: the studio for scenes without lights, none for swatches and beside --light");
   options.flag("--backdrop", picture.backdrop, "Shows it behind the scene");
@@ -144,8 +147,9 @@ Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& ow
     look.lights_in_camera_frame = true;
   }
   look.light.rest.factors[0] += V3f(static_cast<float>(picture.ambient * std::numbers::inv_pi));
-  look.display = picture.display;
-  if (look.environment) look.display.exposure = 1;
+  look.display = look.environment ? environment_display() : picture.display;
+  if (picture.has_background) look.display.background = picture.display.background;
+  if (picture.tone) look.display.tone = *picture.tone;
   if (picture.exposure) look.display.exposure = static_cast<float>(*picture.exposure);
   if (!is_swatch) look.shadows = picture.shadows;
   return look;

@@ -24,7 +24,10 @@ struct PictureOptions {
   std::vector<Light> lights;            ///< empty: the scene's, else the environment
   bool lights_in_camera_frame = false;  ///< directional lights are in the camera's axes
   DisplayOptions display = default_display();
-  std::optional<double> exposure;     ///< by default 1 in an environment, else default_display()'s
+  // Defaults: environment_display() in an environment, else `display`.
+  std::optional<double> exposure;
+  std::optional<ToneCurve> tone;
+  bool has_background = false;        ///< of `display`
   double ambient = 0;                 ///< radiance from all sides, times pi
   int shadows = default_shadow_size;  ///< texels per side of maps of scenes; 0: no maps
   LevelOptions levels;

@@ -50,8 +50,8 @@ yarn A: albedo=0.60,0.53,0.43
 yarn A: albedo=0.60,0.53,0.43
 1: p)"},
     {"1x1 rib: wales of knit and purl by turns", R"(name: rib
-wale_mm: 4.5
-yarn A: albedo=0.60,0.53,0.43 radius_mm=0.78
+wale_mm: 4
+yarn A: albedo=0.60,0.53,0.43 radius_mm=0.74
 1: k p)"},
     {"2x2 rib: two wales of knit, two of purl", R"(name: rib-2x2
 wale_mm: 4.5

@@ -66,6 +66,7 @@ V3f tone_mapped(ToneCurve curve, const V3f& colour) {
 }
 
 DisplayOptions default_display() { return {std::numbers::pi_v<float>, ToneCurve::none, V3f(0.18F)}; }
+DisplayOptions environment_display() { return {1, ToneCurve::neutral, V3f(0.8F)}; }
 
 Image to_display_image(const Frame& frame, const DisplayOptions& options) {
   Image image{frame.width, frame.height, options.background ? 3 : 4, {}};

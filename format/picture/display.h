@@ -35,6 +35,8 @@ struct DisplayOptions {
 /// The default of pictures, in which swatches are also compared: white that faces a light of irradiance 1
 /// becomes 1; the background is dark grey.
 DisplayOptions default_display();
+/// The default in an environment: saturated colours stay, before a light backdrop.
+DisplayOptions environment_display();
 
 /// Linear display values: three channels over the background, or without one four channels, not
 /// premultiplied. Values above 1 are not clipped.

@@ -15,8 +15,8 @@ struct Softbox {
 };
 
 constexpr double fade = 0.06;  ///< width of a softbox's edge
-constexpr double floor_radiance = 0.12;
-constexpr double ceiling_radiance = 0.36;
+constexpr double floor_radiance = 0.2;
+constexpr double ceiling_radiance = 0.5;
 
 double smooth_step(double from, double to, double x) {
   const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
@@ -39,8 +39,8 @@ double radiance_of(const Softbox& box, const V3d& direction) {
 }  // namespace
 
 Environment studio(const EnvironmentOptions& options) {
-  const std::array boxes{Softbox{V3d(-0.75, 0.60, 0.70).normalized(), 0.26, 12.0},
-                         Softbox{V3d(0.70, 0.55, -0.60).normalized(), 0.26, 7.0}};
+  const std::array boxes{Softbox{V3d(-0.75, 0.60, 0.70).normalized(), 0.26, 16.0},
+                         Softbox{V3d(0.70, 0.55, -0.60).normalized(), 0.26, 9.0}};
   Environment room{256, 128, {}, {}};
   room.radiance.reserve(static_cast<std::size_t>(room.width) * room.height);
   for (int y = 0; y < room.height; ++y) {

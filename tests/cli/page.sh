@@ -12,7 +12,7 @@ test_page_holds_garments_and_fabrics_and_needs_a_garment() {
   [ "$(stat -c %s page.html)" = "$(node -p 'JSON.parse(fs.readFileSync("page.json")).bytes')" ] || fail "other bytes"
   # Each garment is a whole .glb file, also that whose fabric lies beside it.
   node -e 'const text = fs.readFileSync("page.html", "utf8");
-    const held = [...text.matchAll(/<script type="text\/plain" data-(garment|fabric)="([^"]+)">([^<]*)</g)];
+    const held = [...text.matchAll(/<script type="text\/plain" data-(garment|fabric)="([^"]+)"[^>]*>([^<]*)</g)];
     const name = "SELVEDGE_materials_fabric";
     if (held.map(([, kind, file]) => `${kind} ${file}`).join() !== "garment beside.gltf,garment quad.glb,fabric k.fabric.exr") throw held;
     for (const [, kind, , base64] of held) {

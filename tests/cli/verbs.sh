@@ -122,7 +122,7 @@ test_a_knitting_chart_is_a_stitch() {
   holds "r.periodMm[0] === 40 && r.yarns === 3 && Math.abs(r.clearanceMm) < 0.012"
   holds "r.remarks[0] === 'yarn B floats behind 7 stitches of row 2: knitters catch what is longer than 5'"
   # The built-in stitch, from its chart.
-  printf 'name: rib\nwale_mm: 4.5\nyarn A: albedo=0.60,0.53,0.43 radius_mm=0.78\n1: k p\n' >rib.txt
+  printf 'name: rib\nwale_mm: 4\nyarn A: albedo=0.60,0.53,0.43 radius_mm=0.74\n1: k p\n' >rib.txt
   selvedge stitch rib.txt -o of-chart.json --quiet
   selvedge stitch rib -o built-in.json --quiet
   same of-chart.json built-in.json

@@ -198,9 +198,9 @@ test_render_shadows_are_an_option() {
 
 test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {
   make_scene
-  selvedge-view render quad.glb -o paper.png --size 60x40 --path paper --json >paper.json
+  selvedge-view render quad.glb -o paper.png --size 60x40 --tone-map none --path paper --json >paper.json
   holds 'r.path === "paper" && r.coveredPixels > 0 && r.seconds.geometry > 0 && r.seconds.evaluation > 0' paper.json
-  selvedge-view render quad.glb -o hybrid.png --size 60x40
+  selvedge-view render quad.glb -o hybrid.png --size 60x40 --tone-map none
   differ paper.png hybrid.png
   exits 0 compare-pictures paper.png hybrid.png --max 0.1  # nearest texels beside their mean
   selvedge make plain-knit --set yarn=tube -o products.fabric.exr --quiet "${small[@]}" >/dev/null

@@ -68,7 +68,8 @@ struct DrawOptions {
   std::optional<SmoothLight> around;
   /// The environment that `around` is of, for mirror images on surfaces without fabric and as a backdrop.
   std::shared_ptr<const Environment> environment;
-  /// The environment is seen beside the scene and through it, in a mirror of this roughness; -1: it is not.
+  /// The environment is seen beside the scene and through it, in a mirror of this roughness; -1: the scene
+  /// stands on a floor that shows nothing but its shadow (floor.h).
   float backdrop = -1;
   /// Texels per side of a shadow map, one for each light that can cast shadows (shadows.h); 0: no shadows.
   int shadows = 0;

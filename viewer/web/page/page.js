@@ -1,8 +1,8 @@
 // The page that `selvedge-view page` writes: garments side by side, one camera, two lights that a finger can move, or an
 // environment that it turns.
 import {
-  AmbientLight, Box3, Color, DirectionalLight, Group, LinearSRGBColorSpace, PerspectiveCamera, Scene, Vector3,
-  WebGLRenderer
+  AmbientLight, Box3, Color, DataTexture, DirectionalLight, Group, LinearFilter, LinearSRGBColorSpace, Mesh, MeshBasicMaterial,
+  NeutralToneMapping, PerspectiveCamera, PlaneGeometry, Scene, Vector3, WebGLRenderer
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
@@ -10,7 +10,7 @@ import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
 import {LoadedFabric, SelvedgeFabric, Surroundings, cell_images, use_worker} from '../three/index.js';
 
 /** The lights of selvedge-view: the other light has this share, from the right. */
-const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18;
+const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18, BACKDROP = 0.8;
 /**
  * While something moves, pixels are twice as wide where a frame takes longer than SLOW ms; FINEST times finer when all has
  * rested for REST ms and such a frame is expected within LONG ms. Images that come in are shown every SHOW ms.
@@ -18,9 +18,9 @@ const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, 
 const FINEST = 2, SLOW = 150, REST = 250, LONG = 2500, SHOW = 250;
 
 const by_id = (id) => document.getElementById(id);
-/** The bytes that an element holds by gzip and base64. */
+/** The bytes that a text or an element holds by gzip and base64. */
 function bytes_of(element) {
-  const text = atob(element.textContent.trim()), bytes = new Uint8Array(text.length);
+  const text = atob((element.textContent ?? element).trim()), bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
 }
@@ -139,10 +139,29 @@ async function take_environment() {
   surroundings = new Surroundings(scene, {width, height: width / 2, radiance}, {reflects: false});
   ambient.color.setRGB(...surroundings.mean);
   if (element.dataset.backdrop) surroundings.show(Number(element.dataset.backdrop));
+  else scene.background.setRGB(BACKDROP, BACKDROP, BACKDROP, LinearSRGBColorSpace);
+  renderer.toneMapping = NeutralToneMapping;
   renderer.shadowMap.enabled = true;
   renderer.shadowMap.autoUpdate = false;
   state.turn = Number(element.dataset.turn);
   state.light = [0, 0];
+}
+/** The shade of the floor under a garment, as `render` has it; seen from above. */
+async function floor_of({dataset}) {
+  const [x, y, z, width] = dataset.floor.split(',').map(Number), bytes = new Uint8Array(await bytes_of(dataset.shade));
+  const side = Math.sqrt(bytes.length), texels = Uint8Array.from({length: 4 * side * side}, (_, k) => bytes[k >> 2]);
+  const shade = new DataTexture(texels, side, side);
+  shade.minFilter = shade.magFilter = LinearFilter;
+  // Its first row lies in the back.
+  shade.repeat.set(1, -1);
+  shade.offset.set(0, 1);
+  shade.needsUpdate = true;
+  const black = new MeshBasicMaterial({color: 0, alphaMap: shade, transparent: true, depthWrite: false});
+  const floor = new Mesh(new PlaneGeometry(width, width), black);
+  floor.rotation.x = -Math.PI / 2;
+  floor.position.set(x, y, z);
+  floor.renderOrder = -1;
+  return floor;
 }
 function set_light() {
   const [x, y] = state.light, z = Math.sqrt(Math.max(0, 1 - x * x - y * y));
@@ -242,10 +261,12 @@ async function start() {
   const loader = new GLTFLoader();
   loader.setMeshoptDecoder(MeshoptDecoder);
   loader.register((parser) => new SelvedgeFabric(parser));
-  const garments = [];
+  const garments = [], floors = new Map();
   for (const element of document.querySelectorAll('script[data-garment]')) {
     try {
-      garments.push((await loader.parseAsync(await bytes_of(element), '')).scene);
+      const garment = (await loader.parseAsync(await bytes_of(element), '')).scene;
+      garments.push(garment);
+      if (element.dataset.floor) floors.set(garment, await floor_of(element));
     } catch (error) {
       tell(`${element.dataset.garment}: ${error.message}`);
     }
@@ -255,6 +276,7 @@ async function start() {
   const all = new Group().add(...garments);
   scene.add(all);
   arrange(garments);
+  for (const [{position}, floor] of floors) scene.add(floor.translateX(position.x));
   surroundings?.stand(all);
   renderer.shadowMap.needsUpdate = true;
   shade_due = surroundings ? all : null;

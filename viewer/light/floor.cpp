@@ -1,0 +1,111 @@
+#include "viewer/light/floor.h"
+
+#include <Imath/ImathBox.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "format/base/parallel.h"
+#include "viewer/scene/view_rays.h"
+
+namespace selvedge {
+namespace {
+
+constexpr int side = Floor::side;
+constexpr double around = 2;  ///< width of the grid, in widths of the scene
+constexpr double sky = 0.6;   ///< share of an even sky in the light
+
+/// Height over the floor of the scene's lower side, [z][x]; infinite beside it.
+std::vector<float> lower_side(const MergedSurfaces& mesh, const Floor& floor) {
+  std::vector<float> heights(side * side, std::numeric_limits<float>::infinity());
+  const double cells = side / floor.width;
+  for (const MergedTriangle& triangle : mesh.triangles) {
+    const V3d a(mesh.positions[triangle.corners[0]]);
+    const V3d b = V3d(mesh.positions[triangle.corners[1]]) - a;
+    const V3d c = V3d(mesh.positions[triangle.corners[2]]) - a;
+    const double longest = std::max({b.length(), c.length(), (c - b).length()});
+    const int steps = std::clamp(static_cast<int>(2 * longest * cells) + 1, 1, 2 * side);
+    for (int i = 0; i <= steps; ++i) {
+      for (int j = 0; j <= steps - i; ++j) {
+        const V3d p = a + b * (static_cast<double>(i) / steps) + c * (static_cast<double>(j) / steps);
+        const int x = static_cast<int>((p.x - floor.centre.x) * cells + side / 2.0);
+        const int z = static_cast<int>((p.z - floor.centre.y) * cells + side / 2.0);
+        float& height = heights[std::clamp(z, 0, side - 1) * side + std::clamp(x, 0, side - 1)];
+        height = std::min(height, static_cast<float>(p.y - floor.height));
+      }
+    }
+  }
+  return heights;
+}
+
+}  // namespace
+
+float Floor::at(double x, double z) const {
+  const double cells = side / width;
+  const double u = (x - centre.x) * cells + side / 2.0 - 0.5;
+  const double v = (z - centre.y) * cells + side / 2.0 - 0.5;
+  if (!(u > 0 && v > 0 && u < side - 1 && v < side - 1)) return 0;
+  const int i = static_cast<int>(u);
+  const int j = static_cast<int>(v);
+  const auto s = static_cast<float>(u - i);
+  const float* row = &hidden[j * side + i];
+  const float near = row[0] + (row[1] - row[0]) * s;
+  const float far = row[side] + (row[side + 1] - row[side]) * s;
+  return near + (far - near) * static_cast<float>(v - j);
+}
+
+Floor floor_under(const MergedSurfaces& mesh) {
+  Imath::Box3f box;
+  for (const V3f& p : mesh.positions) box.extendBy(p);
+  if (box.isEmpty()) return {};
+  Floor floor;
+  floor.height = box.min.y;
+  floor.centre = {box.center().x, box.center().z};
+  floor.width = std::max(around * static_cast<double>(std::max(box.size().x, box.size().z)), 1e-9);
+  floor.hidden.resize(side * side);
+  const std::vector<float> heights = lower_side(mesh, floor);
+  const double cell = floor.width / side;
+  parallel_for(0, side, [&](int z) {
+    for (int x = 0; x < side; ++x) {
+      double sum = 0;
+      for (int k = 0; k < side * side; ++k) {
+        if (!std::isfinite(heights[k])) continue;
+        // Closer than this, one cell would not do for the integral, and edges would show the grid.
+        const double h2 = std::pow(std::max(static_cast<double>(heights[k]), 1.5 * cell), 2);
+        const double r2 = (std::pow(k % side - x, 2) + std::pow(k / side - z, 2)) * cell * cell;
+        sum += cell * cell * h2 / (std::numbers::pi * (r2 + h2) * (r2 + h2));
+      }
+      const double off = std::max(std::abs(2 * x + 1 - side), std::abs(2 * z + 1 - side)) / (side - 1.0);
+      floor.hidden[z * side + x] =
+          static_cast<float>(sky * std::min(sum, 1.0) * std::clamp(4 * (1 - off), 0.0, 1.0));
+    }
+  });
+  return floor;
+}
+
+void add_floor(const Floor& floor, const Camera& camera, const V3d& origin, Frame& frame) {
+  const ViewRays rays = view_rays(camera, frame.width, frame.height);
+  const bool parallel = camera.projection == Projection::parallel;
+  parallel_for(0, frame.height, [&](int y) {
+    for (int x = 0; x < frame.width; ++x) {
+      V4f& pixel = frame.pixels[static_cast<std::size_t>(y) * frame.width + x];
+      if (pixel.w >= 1) continue;
+      const double right = x + 0.5 - 0.5 * frame.width;
+      const double up = 0.5 * frame.height - y - 0.5;
+      V3d from = camera.position - origin;
+      if (parallel) {
+        from += camera.right * (camera.window_centre.x + 2 * camera.window_half.x * right / frame.width) +
+                camera.up * (camera.window_centre.y + 2 * camera.window_half.y * up / frame.height);
+      }
+      const V3d away = -(V3d(rays.base) + V3d(rays.right) * right + V3d(rays.up) * up);
+      const double drop = from.y - floor.height;
+      if (!(away.y < 0) || !(parallel || drop > 0)) continue;
+      const V3d place = from + away * (drop / -away.y);
+      pixel.w += (1 - pixel.w) * floor.at(place.x, place.z);
+    }
+  });
+}
+
+}  // namespace selvedge
