@@ -196,6 +196,16 @@ test_render_shadows_are_an_option() {
   exits 2 selvedge-view render quad.glb -o x.png --shadows many
 }
 
+test_render_in_an_environment_has_a_light_backdrop_and_a_tone_curve() {
+  make_scene
+  local view=(quad.glb --size 60x40 --quiet)
+  selvedge-view render "${view[@]}" -o default.png
+  selvedge-view render "${view[@]}" -o given.png --exposure 1 --tone-map neutral --background 0.8,0.8,0.8
+  same default.png given.png
+  selvedge-view render "${view[@]}" -o plain.png --tone-map none
+  differ default.png plain.png
+}
+
 test_render_paper_draws_as_published_and_points_to_hybrid_beyond() {
   make_scene
   selvedge-view render quad.glb -o paper.png --size 60x40 --tone-map none --path paper --json >paper.json
