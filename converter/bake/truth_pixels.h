@@ -20,8 +20,8 @@ struct PathLights {
   std::vector<V3f> directions;
   std::vector<V3d> irradiance;
   std::vector<V3d> radiance;
-  void add_to(PixelSum& sum) const {
-    for (std::size_t l = 0; l < radiance.size(); ++l) sum.radiance += radiance[l] * irradiance[l];
+  void add_to(PixelSum& sum, double factor = 1) const {
+    for (std::size_t l = 0; l < radiance.size(); ++l) sum.radiance += radiance[l] * irradiance[l] * factor;
   }
 };
 

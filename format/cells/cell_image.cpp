@@ -563,7 +563,11 @@ CellSize cell_size(const V2f& pixel, float samples) {
 namespace {
 
 /// CellImage::heights of what was seen.
-void fill_heights(const CellYarn& yarn, const DepthGrid& seen, const CellSize& size, CellImage& image) {
+void fill_heights(const CellYarn& yarn, const YarnPieces& pieces, const DepthGrid& seen, const CellSize& size,
+                  CellImage& image) {
+  std::vector<bool> along_v;
+  for (const YarnCurve& curve : yarn.yarns().data().curves)
+    along_v.push_back(runs_along_v(curve, yarn.yarns().period()));
   constexpr float most = 127;
   const Yarns::Inside inside = yarn.yarns().inside();
   image.step = std::max({inside.high - yarn.plane(), yarn.plane() - inside.low, 1e-9F}) / most;
@@ -574,7 +578,7 @@ void fill_heights(const CellYarn& yarn, const DepthGrid& seen, const CellSize& s
     const std::int8_t* const begin = to;
     const auto row = [&](int y) {
       y += j * size.stride;
-      return &seen.z[static_cast<std::size_t>(y < seen.height ? y : y - seen.height) * seen.stride];
+      return static_cast<std::size_t>(y < seen.height ? y : y - seen.height) * seen.stride;
     };
     const std::array rows{row(0), row(size.pixel.y - 1)};
     for (int i = 0; i < image.width; ++i) {
@@ -582,15 +586,20 @@ void fill_heights(const CellYarn& yarn, const DepthGrid& seen, const CellSize& s
       const int right = left + size.pixel.x - 1;
       float sum = 0;
       float count = 0;
-      for (const float* const z : rows) {
+      float upright = 0;
+      for (const std::size_t row : rows) {
         for (const int x : {left, right < seen.width ? right : right - seen.width}) {
-          if (!(z[x] > no_depth)) continue;
-          sum += z[x];
+          const float z = seen.z[row + x];
+          if (!(z > no_depth)) continue;
+          sum += z;
           count += 1;
+          upright += along_v[pieces.segments[seen.piece[row + x]].curve] ? 1.0F : 0.0F;
         }
       }
-      if (count > 0)
-        last = static_cast<std::int8_t>(std::clamp((sum / count - yarn.plane()) / image.step, -most, most));
+      if (count > 0) {
+        const float height = std::clamp((sum / count - yarn.plane()) / image.step, 1 - most, most);
+        last = static_cast<std::int8_t>((static_cast<int>(height) & ~1) | (2 * upright > count ? 1 : 0));
+      }
       *to++ = last;
     }
     *to++ = *begin;
@@ -641,11 +650,15 @@ void shade_hairs(const ShadingJob& job, std::vector<Group>& colours) {
   for (std::size_t k = 0; k < hairs; ++k) colours[k][3] = 1;
 }
 
+const YarnPieces& pieces_of(const CellYarn& yarn, const CellView& view) {
+  return yarn.pieces(view.piece_pixels * pixel_width(yarn.yarns().period(), view.size));
+}
+
 /// Adds the yarn to the samples of an image.
 void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch) {
   const float pixel = pixel_width(yarn.yarns().period(), view.size);
   const float width = pixel / view.detail;
-  const YarnPieces& pieces = yarn.pieces(view.piece_pixels * pixel);
+  const YarnPieces& pieces = pieces_of(yarn, view);
   const V2f slope = slope_of(view.view);
   scratch.seen.resize(view.size.samples.x, view.size.samples.y, true);
   // Thin hairs cover shares of samples; wide ones have a lit and a dark side.
@@ -677,7 +690,7 @@ void make_cell_image(const CellSource& source, const CellView& view, CellScratch
   }
   filter(view, scratch.raw, scratch.rows, scratch.sums, image);
   image.heights.clear();
-  if (of_yarn > 0) fill_heights(*source.yarn, scratch.seen, size, image);
+  if (of_yarn > 0) fill_heights(*source.yarn, pieces_of(*source.yarn, view), scratch.seen, size, image);
 }
 
 std::vector<V3f> shade_points(const CellYarn& yarn, const YarnPieces& pieces, const CellView& view,

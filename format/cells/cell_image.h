@@ -43,7 +43,7 @@ struct CellImage {
   /// [plane][row][column]; the first row and column are repeated behind the last ones.
   std::vector<CellTexel> texels;
   /// Mean heights of the yarn that texels show over CellYarn::plane(), in steps, in the order of a plane; of
-  /// holes, of yarn beside them. Empty without yarn.
+  /// holes, of yarn beside them. Odd where that yarn runs along v (variation.h). Empty without yarn.
   std::vector<std::int8_t> heights;
   float step = 0;  ///< mm
   int stride() const { return width + 1; }

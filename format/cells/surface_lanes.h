@@ -100,11 +100,13 @@ struct StrandNoiseLanes {
   static SELVEDGE_INLINE Wide number_of(const Bits& bits) {
     return Wide((Floats)(bits | 0x4b000000U)) - Wide(8388608.0F);
   }
-  SELVEDGE_INLINE Bits at(const Bits& row, const Bits& place) const {
-    Bits x = seed ^ (row << 16 | place);
+  static SELVEDGE_INLINE Bits hash(Bits x) {
     x = (x ^ x >> 16) * 0x7feb352dU;
     x = (x ^ x >> 15) * 0x846ca68bU;
     return x ^ x >> 16;
+  }
+  SELVEDGE_INLINE Bits at(const Bits& row, const Bits& place) const {
+    return hash(seed ^ (row << 16 | place));
   }
   SELVEDGE_INLINE Wide offset(const Wide& row) const {
     return number_of(at(bits_of(row), Bits{} + place_of_offset) >> 9) * Wide(0x1p-23F);

@@ -179,9 +179,12 @@ Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& l
   const auto& yarns = fabric.levels.front().yarns();
   const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()), yarns ? -1 : 0);
   const auto at = [&](int k) {
-    if (k < 0) return yarns->shade(uv, fabric.reference_height, light, view);
+    if (k < 0) return yarns->shade(uv, fabric.reference_height, light, view, true);
     const FabricLevel& texels = fabric.levels[k];
-    return evaluate(fabric, k, wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height), light, view);
+    Shading shading =
+        evaluate(fabric, k, wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height), light, view);
+    if (yarns) shading.radiance *= yarns->factor_at(uv, -1);
+    return shading;
   };
   const Shading near = at(levels.lower);
   return levels.weight > 0 ? blend(near, at(levels.lower + 1), levels.weight) : near;

@@ -49,7 +49,7 @@ LevelBlend level_blend(double level, int count, int first = 0);
 
 /// Evaluates the texel at texture coordinates (u, v), which repeat. A fractional level is the alpha-weighted
 /// blend of the two levels next to it; levels are clamped to the fabric's.
-/// Level -1 is the yarn itself at (u, v), if the fabric has it.
+/// Level -1 is the yarn itself at (u, v), if the fabric has it. Yarn varies beyond the repeat (variation.h).
 Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& light, const V3f& view);
 
 /// Index of the texel that contains coordinate `c` (finite, repeating) in a row of `size` texels.

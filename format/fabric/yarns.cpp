@@ -176,6 +176,7 @@ std::array<float, light_functions_of_yarn> light_basis(const V3f& l) {
 Yarns::Yarns(YarnData data, const V2f& period) : data_(std::move(data)), period_(period) {
   derive_segments();
   place_in_cells();
+  variation_ = variation_of(*this);
 }
 
 YarnPoint Yarns::point_at(const YarnHit& hit) const {
@@ -304,7 +305,12 @@ V3f indirect_light(const LightTransfer& transfer, const V3f& light) {
   return sum;
 }
 
-Shading Yarns::shade(const V2d& uv, float plane, const V3f& light, const V3f& view) const {
+float Yarns::factor_at(const V2d& uv, int curve) const {
+  if (curve < 0) return variation_at(variation_, repeat_place(uv), variation_.share);
+  return variation_at(variation_, repeat_place(uv), runs_along_v(data_.curves[curve], period_) ? 1.0F : 0.0F);
+}
+
+Shading Yarns::shade(const V2d& uv, float plane, const V3f& light, const V3f& view, bool varied) const {
   const auto hit = trace(uv, plane, view);
   Shading shading;
   if (!hit) return shading;
@@ -312,13 +318,16 @@ Shading Yarns::shade(const V2d& uv, float plane, const V3f& light, const V3f& vi
   if (light.z == 0 || !(view.z > 0)) return shading;
   YarnPoint point = point_at(*hit);
   add_strands(point, view);
+  const float factor = varied ? factor_at(uv, point.curve) : 1;
   if (light.z < 0) {
-    shading.radiance = indirect_light(transfer_at(point, true), mirrored(light)) * point.brightness;
+    shading.radiance =
+        indirect_light(transfer_at(point, true), mirrored(light)) * (point.brightness * factor);
     return shading;
   }
   shading.radiance = indirect_light(transfer_at(point), light) * point.brightness;
   const V3f lit = direct(point, light, view);
   if (lit != V3f(0, 0, 0) && !occluded(*hit, point, light)) shading.radiance += lit;
+  shading.radiance *= factor;
   return shading;
 }
 

@@ -16,6 +16,7 @@
 #include "format/base/vec.h"
 #include "format/fabric/layers.h"
 #include "format/fabric/shading.h"
+#include "format/fabric/variation.h"
 #include "format/fabric/yarn_hairs.h"
 #include "format/fabric/yarn_reflectance.h"
 #include "format/fabric/yarn_section.h"
@@ -167,6 +168,7 @@ class Yarns {
 
   const YarnData& data() const { return data_; }
   const V2f& period() const { return period_; }
+  const Variation& variation() const { return variation_; }
 
   /// The first yarn that the ray from the viewer meets which passes the plane z = `plane` at (u, v). Rays
   /// rise by at least 1/32 a unit of way in the plane: a lower `view` counts as one that does. `width`: of
@@ -190,8 +192,11 @@ class Yarns {
   LightTransfer transfer_at(const YarnPoint& point, bool through = false) const;
 
   /// f and alpha of what is seen at (u, v) of the plane: alpha is 0 or 1, and f is 0 where nothing is.
-  /// Directions are unit; where the view lies below the horizon, f is 0, and alpha the rim's.
-  Shading shade(const V2d& uv, float plane, const V3f& light, const V3f& view) const;
+  /// Directions are unit; where the view lies below the horizon, f is 0, and alpha the rim's. `varied`: f is
+  /// multiplied by factor_at().
+  Shading shade(const V2d& uv, float plane, const V3f& light, const V3f& view, bool varied = false) const;
+  /// Of the variation beyond the repeat, where a curve is seen; -1: all of them, from above.
+  float factor_at(const V2d& uv, int curve) const;
 
   /// Between two nodes, or a piece of a hair, mm; the frames at both ends. Only members of 4 bytes, so that
   /// lanes can fetch them.
@@ -265,6 +270,7 @@ class Yarns {
   V2f cell_size_{1, 1};
   std::vector<Cell> grid_;
   std::vector<Block> blocks_;
+  Variation variation_;
 };
 
 inline std::int64_t segment_count(const YarnCurve& curve) {

@@ -119,14 +119,22 @@ V4f shade_pixel(const Fabric& fabric, const LevelOptions& levels, const Footprin
                 std::span<const Illumination> lights) {
   thread_local std::vector<Tap> taps;
   find_taps(fabric, levels, pixel.uv, pixel.right, pixel.up, taps);
+  float varied = 1;  // of texels; points have their own
+  if (const auto& yarns = fabric.levels.front().yarns(); yarns) {
+    const Variation& variation = yarns->variation();
+    const V2f width(std::hypot(static_cast<float>(pixel.right.x), static_cast<float>(pixel.up.x)),
+                    std::hypot(static_cast<float>(pixel.right.y), static_cast<float>(pixel.up.y)));
+    varied = variation_at(variation, repeat_place(pixel.uv), variation.share, fade_of(variation, width));
+  }
   V4f sum(0, 0, 0, 0);
   for (const Tap& tap : taps) {
+    const float factor = tap.level < 0 ? 1 : varied;
     bool opacity_counted = false;
     for (const Illumination& from : lights) {
       const Shading s =
           tap.level < 0 ? evaluate(fabric, -1.0, tap.uv, V3f(from.direction), view)
                         : evaluate(fabric, tap.level, tap.texel.x, tap.texel.y, V3f(from.direction), view);
-      const V3f radiance = s.radiance * from.irradiance * (s.alpha * tap.weight);
+      const V3f radiance = s.radiance * from.irradiance * (s.alpha * tap.weight * factor);
       sum += V4f(radiance.x, radiance.y, radiance.z, opacity_counted ? 0 : s.alpha * tap.weight);
       opacity_counted = true;
     }

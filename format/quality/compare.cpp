@@ -65,6 +65,7 @@ PairImage shown_by_level(const Fabric& fabric, int k, const DirectionPair& pair)
 
 /// The yarn: the mean over yarn_points^2 points of every texel.
 PairImage shown_by_yarn(const Fabric& fabric, const V2i& size, const DirectionPair& pair) {
+  const FabricLevel& base = fabric.levels.front();
   PairImage image;
   for (int y = 0; y < size.y; ++y) {
     for (int x = 0; x < size.x; ++x) {
@@ -74,7 +75,7 @@ PairImage shown_by_yarn(const Fabric& fabric, const V2i& size, const DirectionPa
         const int row = point / yarn_points;
         const V2d uv((x + (point % yarn_points + 0.5) / yarn_points) / size.x,
                      (y + (row + 0.5) / yarn_points) / size.y);
-        const Shading s = evaluate(fabric, -1.0, uv, pair.light, pair.view);
+        const Shading s = base.yarns()->shade(uv, fabric.reference_height, pair.light, pair.view);
         colour += V3d(s.radiance * s.alpha);
         alpha += static_cast<double>(s.alpha);
       }

@@ -82,9 +82,8 @@ Shading shade_yarn(const Fabric& fabric, const FabricQuery& query, const Environ
     const bool hair = segments[hit->segment].rank > 0;
     if ((segments[i].rank > 0) == hair ? i < hit->segment : hair) ++piece;
   }
-  return {
-      sum + shade_points(cell, cell.pieces(0), view, std::array{CellPoint{piece, hit->from_start}}).front(),
-      1};
+  sum += shade_points(cell, cell.pieces(0), view, std::array{CellPoint{piece, hit->from_start}}).front();
+  return {sum * yarns.factor_at(*query.uv, segments[hit->segment].curve), 1};
 }
 
 nlohmann::json answer(const nlohmann::json& line) {
@@ -94,7 +93,11 @@ nlohmann::json answer(const nlohmann::json& line) {
   const Fabric seen = turns ? turned_over(fabric) : fabric;
   const EnvironmentLight light = divide(picture_of(query.environment));
   const auto at = [&](int level) {
-    return level < 0 ? shade_yarn(seen, query.place, light) : shade_texel(seen, level, query.place, light);
+    if (level < 0) return shade_yarn(seen, query.place, light);
+    Shading shading = shade_texel(seen, level, query.place, light);
+    const auto& yarns = seen.levels.front().yarns();
+    if (query.place.uv && yarns) shading.radiance *= yarns->factor_at(*query.place.uv, -1);
+    return shading;
   };
   const LevelBlend between = level_blend(query.place.level, static_cast<int>(fabric.levels.size()), -1);
   const Shading near = at(between.lower);

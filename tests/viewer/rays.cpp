@@ -120,7 +120,7 @@ Meeting meet(const Garment& garment, SeenSurface surface, double x, double y) {
   m.side = side;
   m.view = V3f(towards_viewer(x, y));
   m.place = V3f(corners[0] + along(corners, at));
-  m.uv = uvs[0] + along(uvs, at);
+  m.uv = uvs[0] + along(uvs, at) + V2d(garment.mesh.triangles[surface / 2].whole);
   m.normal = normals[0] + along(normals, at);
   const float length = m.normal.length();
   for (std::size_t i = 0; i < 2; ++i) {
@@ -172,6 +172,7 @@ V4f shade_yarn(const Garment& garment, const Fabric& fabric, const Meeting& m) {
 
   YarnPoint point = yarns.point_at(*hit);
   yarns.add_strands(point, v);
+  const float factor = yarns.factor_at(m.uv, point.curve);
   V3f sum(0);
   for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float share) {
     const bool through = l.z < 0;
@@ -179,7 +180,7 @@ V4f shade_yarn(const Garment& garment, const Fabric& fabric, const Meeting& m) {
     V3f f = indirect_light(yarns.transfer_at(point, through), through ? mirrored(l) : l) * point.brightness;
     const V3f lit = through ? V3f(0) : yarns.direct(point, l, v);
     if (lit != V3f(0) && !yarns.occluded(*hit, point, l)) f += lit;
-    sum += f * irradiance * share;
+    sum += f * irradiance * (share * factor);
   });
   return {sum.x, sum.y, sum.z, 1};
 }

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include "format/picture/swatch_picture.h"
 #include "format/scene/swatch.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
@@ -59,6 +60,28 @@ TEST_CASE("cell images show the yarn that rays meet, from every place, of any si
     const double db = test::decibels(frame, rays, 1);
     MESSAGE(of.name, " ", name_of(of.view), ": ", db);
     CHECK(db > of.db);
+  }
+}
+
+TEST_CASE("cell images vary beyond the repeat where the reference does, near and far from the origin") {
+  Fabric fabric = fabric_of(3, 4);
+  YarnData data = fabric.levels.front().yarns()->data();
+  for (YarnCurve& curve : data.curves) curve.strands.irregularity = 0.2F;
+  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(data), fabric.period_mm));
+  for (const double away : {0.0, -3e4}) {
+    SwatchShot shot = swatch_shot(SwatchView::far, V2d(fabric.period_mm), 96, 72);
+    shot.camera.position += V3d(away, 0, 0) * 3e-3;
+    RenderOptions options;
+    options.context = ContextKind::osmesa;
+    options.width = shot.width;
+    options.height = shot.height;
+    options.layers = 1;
+    options.lights = shot.lights;
+    const Scene scene = swatch_scene(V2d(fabric.period_mm), shot);
+    const Frame frame = test::need(render(scene, {fabric}, shot.camera, options));
+    const double db = test::decibels(frame, draw_swatch(fabric, shot), 1);
+    MESSAGE(away, " repeats away: ", db);
+    CHECK(db > 30);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "format/fabric/lifted.h"
 #include "format/simd/fetch.h"
 #include "format/simd/wide_float.h"
+#include "viewer/cells/varied_pixels.h"
 
 namespace selvedge {
 namespace {
@@ -19,6 +20,8 @@ constexpr float unseen_share = 1.0F / 256;
 constexpr std::size_t chunk = 2048;
 /// Curvature of a triangle beside the largest along its edges, at most.
 constexpr float most_bend = 1.5F;
+/// Whole repeats of a triangle from the origin, at most.
+constexpr float most_whole = 1e9F;
 
 /// Of a light in masks (CellLights).
 std::uint32_t bit_of(std::size_t light) { return light < 32 ? 1U << light : 0; }
@@ -307,6 +310,9 @@ void CellPass::set_planes(const ProjectedVertices& projected) {
     }
     std::array<float, 20> flat{};
     for (std::size_t k = 0; k < 18; ++k) flat[k] = static_cast<float>(sums[k / 3][static_cast<int>(k % 3)]);
+    const V2f from_origin = whole + mesh.triangles[i].whole;
+    flat[18] = std::clamp(from_origin.x, -most_whole, most_whole);
+    flat[19] = std::clamp(from_origin.y, -most_whole, most_whole);
     std::memcpy(planes_[i].coefficients.data(), flat.data(), sizeof flat);
     const auto [least, most] =
         std::minmax({slopes_[corners[0]].z, slopes_[corners[1]].z, slopes_[corners[2]].z});
@@ -583,7 +589,48 @@ float share_within(const LookLanes& lanes, std::size_t lane, float low, float hi
 
 /// A look of nothing.
 constexpr std::array<CellTexel, 4> empty_texels{};
-const CellLook empty_look{{1, 1, 0, 0}, 1, 0, 0, 1, {}, empty_texels.data(), nullptr, 0, 0, false, 0};
+const CellLook empty_look{{1, 1, 0, 0}, 1, 0,       0,       1, {},    empty_texels.data(),
+                          nullptr,      0, nullptr, no_fade, 0, false, 0};
+
+/// Share of yarn along v at a pixel.
+float share_along_v(const LookLanes& lanes, std::size_t lane) {
+  const CellLook& look = *lanes.looks[lane];
+  const Variation& variation = *look.variation;
+  if (look.heights == nullptr || variation.runs[0].rows == 0 || variation.runs[1].rows == 0)
+    return variation.share;
+  const std::int8_t* const upper = look.heights + lanes.texel[lane];
+  const std::int8_t* const lower = upper + lanes.stride[lane];
+  const auto odd = [](std::int8_t height) { return static_cast<float>(height & 1); };
+  const auto mean = [](float a, float b, float part) { return a + (b - a) * part; };
+  return mean(mean(odd(upper[0]), odd(upper[1]), lanes.part_x[lane]),
+              mean(odd(lower[0]), odd(lower[1]), lanes.part_x[lane]), lanes.part_y[lane]);
+}
+
+/// Multiplies the radiance of these lanes by the factors of their variation.
+void vary_lanes(const PlaneLanes& planes, const LanePlaces& places, const LookLanes& lanes,
+                std::uint32_t varied, CellShading& shading) {
+  VariedPixels pixels;
+  pixels.u = places.u;
+  pixels.v = places.v;
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    const Group& wholes = planes.from[lane][4];
+    pixels.repeat_u[lane] = places.repeat_u[lane] + static_cast<int>(wholes[2]);
+    pixels.repeat_v[lane] = places.repeat_v[lane] + static_cast<int>(wholes[3]);
+    if ((varied >> lane & 1) == 0) continue;
+    pixels.along_v[lane] = share_along_v(lanes, lane);
+    for (std::size_t k = 0; k < 4; ++k) pixels.fade[k][lane] = lanes.looks[lane]->fade[k];
+  }
+  while (varied != 0) {
+    const Variation* const variation = lanes.looks[std::countr_zero(varied)]->variation;
+    LaneFloats factors;
+    vary(*variation, pixels, factors);
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+      if ((varied >> lane & 1) == 0 || lanes.looks[lane]->variation != variation) continue;
+      for (std::size_t c = 0; c < 3; ++c) shading.pixels[lane][c] *= factors[lane];
+      varied &= ~(1U << lane);
+    }
+  }
+}
 
 }  // namespace
 
@@ -604,6 +651,7 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
   shading.solid = 0;
   std::uint32_t own = 0;
   std::uint32_t outlines = 0;
+  std::uint32_t varied = 0;
   const CellLook* look = &empty_look;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     const SeenSurface surface = pixels.surface[lane];
@@ -624,6 +672,7 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
       own |= look->own;
     }
     lanes.looks[lane] = look;
+    if (look->variation != nullptr) varied |= 1U << lane;
     if (planes_[surface / 2].at_outline && look->heights != nullptr) outlines |= 1U << lane;
     shading.solid |= static_cast<std::uint32_t>(look->is_solid) << lane;
   }
@@ -642,6 +691,7 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
     sum = sum * 0x1p112F * lanes.brighter[lane];
     for (std::size_t c = 0; c < 3; ++c) shading.pixels[lane][c] += sum[c];
   }
+  if (varied != 0) vary_lanes(planes, places, lanes, varied, shading);
   if (outlines == 0) return;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     if ((outlines >> lane & 1) == 0) continue;

@@ -70,7 +70,7 @@ class CellPass {
  private:
   /// Perspective planes over the frame, a x + b y + c of pixels from its middle, whose quotients by the first
   /// are interpolated: 1, u and v without whole repeats of the first corner, brightness, and the slope of
-  /// rays along x and y of the fabric (splat.h); 2 unused.
+  /// rays along x and y of the fabric (splat.h); then those whole repeats.
   struct alignas(32) Planes {
     std::array<Group, 5> coefficients{};
     Patches::Place place;

@@ -480,6 +480,8 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
             image.texels.data(),
             nullptr,
             image.step,
+            nullptr,
+            no_fade,
             kept.own,
             false,
             kept.number};
@@ -488,6 +490,11 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
       look.heights = image.heights.data();
       look.relief = {slope.x, slope.y, image.step * look.size[0] / work.wanted.period.x,
                      image.step * look.size[1] / work.wanted.period.y};
+    }
+    if (work.wanted.source.yarn != nullptr) {
+      const Variation& variation = work.wanted.source.yarn->yarns().variation();
+      if (variation.varies()) look.variation = &variation;
+      look.fade = fade_of(variation, work.wanted.pixel);
     }
     look.is_solid = !material.keeps_opacity;
   }

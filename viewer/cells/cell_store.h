@@ -61,6 +61,8 @@ struct CellLook {
   const CellTexel* texels = nullptr;
   const std::int8_t* heights = nullptr;  ///< CellImage::heights; null: none
   float step = 0;                        ///< CellImage::step, mm
+  const Variation* variation = nullptr;  ///< null: none
+  VariationFade fade = no_fade;
   std::uint32_t own = 0;    ///< lights that have a plane of their own, in their order behind plane 0
   bool is_solid = false;    ///< its holes show the yarn around them
   std::uint64_t image = 0;  ///< number of the image, in the order that the store's were made in

@@ -17,6 +17,7 @@ struct MergedTriangle {
   std::array<std::uint32_t, 3> corners{};
   std::uint32_t surface = 0;
   float handedness = 1;  ///< w of the corners' tangents (surfaces.h)
+  V2f whole{0, 0};       ///< repeats that their coordinates lack
 };
 
 struct MergedSurfaces {

@@ -223,8 +223,15 @@ Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, c
   for (std::size_t v = 0; v < tangents.tangents.size(); ++v) {
     const std::size_t source = source_of(v, placed.position.size(), tangents);
     const V2f uv = uvs.empty() || uvs[0].empty() ? V2f(0, 0) : V2f(uvs[0][source]);
+    V2f whole(0, 0);
+    if (material.fabric && !uvs[0].empty()) {
+      const Mapping& mapping = mappings.list[0];
+      const V2d moved =
+          mapping.transform.apply((*coordinates_of(primitive, mapping.tex_coord))[source]) - uvs[0][source];
+      whole = {static_cast<float>(std::round(moved.x)), static_cast<float>(std::round(moved.y))};
+    }
     surface.vertices.push_back(
-        {V3f(placed.position[source]), V3f(placed.normal[source]), tangents.tangents[v], uv});
+        {V3f(placed.position[source]), V3f(placed.normal[source]), tangents.tangents[v], uv, whole});
     for (std::size_t m = 1; m < uvs.size(); ++m) {
       if (!uvs[m].empty()) surface.more_uvs[m - 1].emplace_back(uvs[m][source]);
     }

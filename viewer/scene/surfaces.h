@@ -18,7 +18,8 @@ struct SurfaceVertex {
   /// is w * (normal x tangent). For the fabric's coordinates, else for the normal texture's, where the file's
   /// own TANGENT takes precedence.
   V4f tangent;
-  V2f uv;  ///< of mapping 0; without whole repeats of each chart, so that floats resolve the texels
+  V2f uv;           ///< of mapping 0; without whole repeats of each chart, so that floats resolve the texels
+  V2f whole{0, 0};  ///< these repeats
 };
 
 /// Texture coordinates of a picture or fabric: one set of the file under one transform.

@@ -66,7 +66,13 @@ export class CellWorker {
     try {
       const fabric = await opened(source), module = await this.#module;
       const number = module.add_fabric(fabric);
-      const result = {number, levels: fabric.levels, mm_per_repeat: fabric.mmPerRepeat, has_yarn: Boolean(fabric.layers.yarns)};
+      const result = {
+        number,
+        levels: fabric.levels,
+        mm_per_repeat: fabric.mmPerRepeat,
+        has_yarn: Boolean(fabric.layers.yarns),
+        variation: module.variation(number),
+      };
       this.#post({kind: 'fabric', id, result});
     } catch (error) {
       const {code, place, message} = issue_of(error);

@@ -75,6 +75,12 @@ export class CellModule {
     }
   }
 
+  /** The variation of a fabric, as its shader has it: { keys, runs, numbers }. */
+  variation(number) {
+    const at = this.#of.variation_of(number), words = this.#words(at, 10);
+    return {keys: new Uint32Array(words.slice(0, 4)), runs: words.slice(4), numbers: this.#floats(at + 40, 6).slice()};
+  }
+
   /** [red, green, blue, alpha] of a query of the conformance kit. */
   query(number, {level, texel, uv, behind = false, light, view}) {
     this.#input(6).floats.set([...light, ...view]);

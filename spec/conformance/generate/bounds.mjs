@@ -7,6 +7,7 @@
 // become 0.
 import {direction_to_square, grid_weights, square_to_grid} from '../reference/directions.mjs';
 import {LARGEST, interpolated, lobes_of, look_up, texel_at} from '../reference/brdf.mjs';
+import {variation_at} from '../reference/variation.mjs';
 import {yarn_changes} from './near_yarns.mjs';
 
 export const U = 2 ** -24;
@@ -208,15 +209,29 @@ export function bounded_texel(level, [i, j], light, view) {
 function bounded_yarns(yarns, uv, light, view) {
   const changes = yarn_changes(yarns, uv, light, view, U);
   if (!changes) return null;
-  const {rgb, alpha, errors} = changes;
-  return {rgb: rgb.map((f, c) => new Bounded(f, errors[c])), alpha: exact(alpha), powers: 0};
+  const {rgb, alpha, errors, curve} = changes;
+  return {rgb: rgb.map((f, c) => new Bounded(f, errors[c])), alpha: exact(alpha), powers: 0, curve};
+}
+
+/** The factor of the variation at (u, v): its change where the place within the repeat is rounded. */
+function bounded_variation(yarns, uv, curve) {
+  const here = variation_at(yarns, uv, curve), step = 16 * U;
+  const beside = [[step, 0], [-step, 0], [0, step], [0, -step]];
+  const changes = beside.map(([x, y]) => Math.abs(variation_at(yarns, [uv[0] + x, uv[1] + y], curve) - here));
+  return new Bounded(here, 2 * Math.max(...changes) + 64 * U);
 }
 
 /** The same at (u, v) and a fractional level. */
 export function bounded_uv(level, levels, fractional, uv, light, view) {
   const L = Math.min(Math.max(fractional, level(0).yarns ? -1 : 0), levels - 1), k = Math.floor(L);
-  const at = (n) => n < 0 ? bounded_yarns(level(0).yarns, uv, light, view) :
-                            bounded_texel(level(n), texel_at(level(n), uv), light, view);
+  const {yarns} = level(0);
+  const at = (n) => {
+    const of = n < 0 ? bounded_yarns(yarns, uv, light, view) :
+                       bounded_texel(level(n), texel_at(level(n), uv), light, view);
+    if (!of || !yarns) return of;
+    const factor = bounded_variation(yarns, uv, of.curve);
+    return {...of, rgb: of.rgb.map((f) => times(f, factor))};
+  };
   const a = at(k), b = L === k ? a : at(k + 1);
   if (!a || !b) return null;
   if (L === k) return a;

@@ -53,6 +53,7 @@ export function yarn_changes(yarns, uv, light, view, U) {
   // The ball about the end of a hair may hide light or not.
   if (!shifted.every(agrees) || here.hidden === 'by a tip') return null;
   if (!hit || !lit) return {rgb, alpha, errors: [0, 0, 0]};
+  const {curve} = hit.segment;
 
   const way = (top - hit.point[2]) / max(unit(view)[2], 1 / 32);
   const place = OF_PLACE * U * (way + max(...period)), angle = (d) => d.map((x) => x * OF_DIRECTION * U);
@@ -68,9 +69,9 @@ export function yarn_changes(yarns, uv, light, view, U) {
   ];
   const errors = rgb.map((f, c) => {
     const changes = groups.map((group) => max(...group.map((other) => abs(other.rgb[c] - f))));
-    return changes.reduce((sum, x) => sum + x, 0) + U * (OF_F * f + OF_TERMS * size_of(yarns, hit.segment.curve, c));
+    return changes.reduce((sum, x) => sum + x, 0) + U * (OF_F * f + OF_TERMS * size_of(yarns, curve, c));
   });
-  return {rgb, alpha, errors};
+  return {rgb, alpha, errors, curve};
 }
 
 /** What is asked besides of a fabric with yarn: level -1, and those down to it. */

@@ -13,6 +13,7 @@
 //                 psi(b, k): [red, green, blue] of light k }
 //   yarns         at level 0: see yarns.mjs
 import {direction_to_square, grid_weights, square_to_grid} from './directions.mjs';
+import {variation_at} from './variation.mjs';
 import {evaluate_yarns} from './yarns.mjs';
 
 /** The largest finite number of single precision. */
@@ -101,8 +102,13 @@ export function texel_at({width, height}, [u, v]) {
 export function evaluate_uv(level, levels, fractional, uv, light, view) {
   const L = min(max(fractional, fractional < 0 && level(0).yarns ? -1 : 0), levels - 1);
   const s = L - floor(L);
-  const at = (k) => k < 0 ? evaluate_yarns(level(0).yarns, uv, light, view) :
-                            evaluate_texel(level(k), texel_at(level(k), uv), light, view);
+  const {yarns} = level(0);
+  const at = (k) => {
+    const {rgb, alpha, hit} = k < 0 ? evaluate_yarns(yarns, uv, light, view) :
+                                      evaluate_texel(level(k), texel_at(level(k), uv), light, view);
+    const factor = yarns ? variation_at(yarns, uv, hit?.segment.curve) : 1;
+    return {rgb: rgb.map((f) => f * factor), alpha};
+  };
   const a = at(floor(L));
   if (s === 0) return a;
   const b = at(floor(L) + 1);

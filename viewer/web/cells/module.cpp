@@ -95,7 +95,7 @@ std::vector<float> tile_numbers;   ///< twelve of each tile
 struct Upload {
   std::int32_t x, y, width, height;
   const std::uint16_t* halves;
-  const std::uint8_t* heights;  ///< in steps, 128: in the plane
+  const std::uint8_t* heights;  ///< in steps, 128: in the plane; 0: none
 };
 std::vector<Upload> uploads;
 std::vector<std::vector<std::uint16_t>> pixels;
@@ -108,7 +108,7 @@ void upload(const CellLook& look, TileNumber tile) {
       pixels.emplace_back(4 * static_cast<std::size_t>(of.size.x) * of.size.y);
   const std::uint16_t* from = look.texels->data();
   for (std::uint16_t& half : halves) half = static_cast<std::uint16_t>(*from++ >> 1);
-  std::vector<std::uint8_t>& steps = heights.emplace_back(halves.size() / 4, std::uint8_t{128});
+  std::vector<std::uint8_t>& steps = heights.emplace_back(halves.size() / 4, std::uint8_t{0});
   for (std::size_t i = 0; look.heights != nullptr && i < steps.size(); ++i)
     steps[i] = static_cast<std::uint8_t>(look.heights[i] + 128);
   uploads.push_back({of.place.x, of.place.y, of.size.x, of.size.y, halves.data(), steps.data()});
@@ -491,6 +491,31 @@ EXPORT(end_fabric) std::uint32_t end_fabric(std::uint32_t number) {
   of.others.clear();
   of.sides.emplace(fabric);
   return 1;
+}
+
+/// Sixteen words of the fabric's variation: keys of its four lattices, rows, lengths and log2_repeats along u
+/// and along v (whole), offset and change along either (floats), share of yarn along v seen from in front and
+/// from behind.
+EXPORT(variation_of) const std::uint32_t* variation_of(std::uint32_t number) {
+  static std::uint32_t result[16];
+  const FabricSides& sides = *fabrics[number]->sides;
+  const auto& yarns = sides.front->levels.front().yarns();
+  const Variation variation = yarns ? yarns->variation() : Variation{};
+  const auto& behind = sides.seen_from(true).levels.front().yarns();
+  float numbers[6]{};
+  for (std::uint32_t i = 0; i < 4; ++i) result[i] = variation_key(variation.seed, i);
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const YarnRuns& runs = variation.runs[axis];
+    for (std::size_t k = 0; k < 3; ++k)
+      result[4 + 3 * axis + k] =
+          static_cast<std::uint32_t>(std::array{runs.rows, runs.lengths, runs.log2_repeats}[k]);
+    numbers[2 * axis] = runs.offset;
+    numbers[2 * axis + 1] = runs.change;
+  }
+  numbers[4] = variation.share;
+  numbers[5] = behind ? behind->variation().share : 0;
+  std::memcpy(&result[10], numbers, sizeof numbers);
+  return result;
 }
 
 /// f and alpha, of a texel or at texture coordinates (evaluate.h). Input: light and view. Returns the address

@@ -16,6 +16,7 @@ export class LoadedFabric {
     /** Of the worker. */
     this.number = null;
     this.has_yarn = false;
+    this.variation = null;
     /** Levels of the file, and what the file says of its size. */
     this.levels = 0;
     this.mm_per_repeat = null;

@@ -35,6 +35,9 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       fabric_transform: {value: matrix_of(lay)},
       cell_beyond: {value: 0},
       cell_brighter: {value: 2},
+      varied_keys: {value: new Uint32Array(4)},
+      varied_runs: {value: new Int32Array(6)},
+      varied_numbers: {value: new Float32Array(6)},
     };
     /** The level that is shown everywhere; -1: by the size of a pixel. */
     this.level = -1;
@@ -118,6 +121,8 @@ export class FabricMaterial extends MeshPhysicalMaterial {
         Object.assign(this, {garment, names: garment.names});
         this.fabric_uniforms.cell_beyond.value = garment.beyond;
         this.fabric_uniforms.cell_brighter.value = this.fabric.has_yarn ? 2 : 8;
+        for (const [name, numbers] of Object.entries(this.fabric.variation))
+          this.fabric_uniforms[`varied_${name}`].value = numbers;
       }
     }
     this.update_fabric();

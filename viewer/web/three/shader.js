@@ -147,6 +147,54 @@ vec4 number_of_tile(int tile, int k) {
   int at = ${TILE_NUMBERS / 4} * tile + k;
   return texelFetch(cell_tiles, ivec2(at % ${TILES_WIDTH}, at / ${TILES_WIDTH}), 0);
 }
+
+// Variation beyond the repeat: the twin of format/fabric/variation.h.
+uniform uint varied_keys[4];
+uniform int varied_runs[6];  // rows, lengths, log2 of their repeats, along u and along v
+uniform float varied_numbers[6];  // offset and change, along u and along v; shares of yarn along v, front and back
+uint strand_hash(uint x) {
+  x = (x ^ x >> 16) * 0x7feb352du;
+  x = (x ^ x >> 15) * 0x846ca68bu;
+  return x ^ x >> 16;
+}
+vec2 blend_of(float part) {
+  float smooth_part = part * part * (3.0 - 2.0 * part);
+  vec2 weights = vec2(1.0 - smooth_part, smooth_part);
+  return weights * inversesqrt(dot(weights, weights));
+}
+float lattice_noise(uint key, int row, float row_part, int len, float len_part) {
+  vec2 across = blend_of(row_part), along = blend_of(len_part);
+  float sum = 0.0;
+  for (int i = 0; i < 2; ++i) {
+    uint bits = strand_hash(key + uint(row + i)) + uint(len);
+    vec2 values = vec2(float(strand_hash(bits) & 255u), float(strand_hash(bits + 1u) & 255u)) - 127.5;
+    sum += across[i] * dot(along, values);
+  }
+  return sum * 0.013531648;
+}
+// Of yarn along u (axis 0) or v, where so many repeats along u and v are seen at once.
+float varied_along(int axis, ivec2 repeat, vec2 within, vec2 pixel) {
+  float change = varied_numbers[2 * axis + 1];
+  if (!(change > 0.0)) return 1.0;
+  int rows = varied_runs[3 * axis], lengths = varied_runs[3 * axis + 1], shift = varied_runs[3 * axis + 2];
+  float of_repeat = float(lengths) / float(1 << shift);
+  float y = within[1 - axis] * float(rows) + varied_numbers[2 * axis];
+  float x = (float(repeat[axis] & ((1 << shift) - 1)) + within[axis]) * of_repeat;
+  int row = repeat[1 - axis] * rows + int(floor(y)), len = (repeat[axis] >> shift) * lengths + int(floor(x));
+  y = fract(y);
+  x = fract(x);
+  vec2 seen = vec2(pixel[1 - axis] * float(rows), pixel[axis] * of_repeat);
+  vec2 of_single = max(seen, 1.0), of_area = max(seen / vec2(8.0, 4.0), 1.0);
+  float single = lattice_noise(varied_keys[2 * axis], row, clamp((y - 0.5) / 0.75 + 0.5, 0.0, 1.0), len, x);
+  float area = lattice_noise(varied_keys[2 * axis + 1], row >> 3, (float(row & 7) + y) / 8.0, len >> 2, (float(len & 3) + x) / 4.0);
+  return clamp(1.0 + change * (single / (of_single.x * of_single.y) + 0.25 * area / (of_area.x * of_area.y)), 0.0, 2.0);
+}
+float varied(float along_v, vec2 pixel) {
+  vec2 whole = clamp(floor(fabric_uv), -1e9, 1e9), within = fabric_uv - floor(fabric_uv);
+  float of_u = along_v < 1.0 ? varied_along(0, ivec2(whole), within, pixel) : 1.0;
+  float of_v = along_v > 0.0 ? varied_along(1, ivec2(whole), within, pixel) : 1.0;
+  return mix(of_u, of_v, along_v);
+}
 `;
 
 const FRAGMENT_BODY = `
@@ -174,7 +222,8 @@ void main() {
 #endif
   vec3 to_right = -dFdx(vViewPosition);
   vec3 to_top = -dFdy(vViewPosition);
-  mat3 frame = frame_of(normal, dFdx(fabric_uv), dFdy(fabric_uv), to_right, to_top);
+  vec2 uv_right = dFdx(fabric_uv), uv_top = dFdy(fabric_uv);
+  mat3 frame = frame_of(normal, uv_right, uv_top, to_right, to_top);
 #ifdef KEPT_NORMAL
   vec3 bent = texture2D(kept_normal, kept_normal_uv).xyz * 2.0 - 1.0;
   bent.xy *= kept_normal_scale * fabric_side;
@@ -216,11 +265,16 @@ void main() {
     vec3 view = (isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(vViewPosition)) * frame;
     vec4 relief = number_of_tile(tile, 2);
     ivec2 nearest = ivec2(of_place.xy + mod(at, of_place.zw) + 0.5);
-    float steps = texelFetch(cell_heights, nearest, 0).r * 255.0 - 128.0;
+    float steps = texelFetch(cell_heights, nearest, 0).r * 255.0;
+    steps = steps > 0.5 ? steps - 128.0 : 0.0;
     at += clamp(view.xy / max(view.z, 1.0 / 32.0) - relief.xy, -1.0, 1.0) * relief.zw * steps;
     at = mod(at, of_place.zw);
     sum = textureLod(cell_atlas, (of_place.xy + at + 0.5) / vec2(textureSize(cell_atlas, 0)), 0.0);
     sum.rgb *= of_light.z * min(bright * of_light.w, cell_brighter);
+    // Odd steps are yarn along v.
+    int of_yarn = int(texelFetch(cell_heights, ivec2(of_place.xy + at + 0.5), 0).r * 255.0 + 0.5);
+    float along_v = of_yarn > 0 ? float(of_yarn & 1) : varied_numbers[fabric_side > 0.0 ? 4 : 5];
+    sum.rgb *= varied(along_v, sqrt(uv_right * uv_right + uv_top * uv_top));
   }
 #ifdef FABRIC_KEEPS_OPACITY
   if (!(sum.a > 0.0)) discard;

@@ -1,0 +1,73 @@
+// Variation of cloth beyond its repeat (spec/brdf.md, "Variation"): rows of yarn, and lengths along them, are
+// brighter and darker than the repeat's mean. It follows from the irregularity of the yarn and from the whole
+// numbers of repeats, by integers of 32 bits.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "format/base/vec.h"
+#include "format/fabric/yarn_strands.h"
+#include "format/simd/group.h"
+
+namespace selvedge {
+
+class Yarns;
+struct YarnCurve;
+
+/// The yarn of a fabric that runs along u, or along v.
+struct YarnRuns {
+  int rows = 0;          ///< side by side in a repeat; 0: no such yarn
+  int lengths = 1;       ///< over which a row changes, in 2^log2_repeats repeats
+  int log2_repeats = 0;  ///< 0 unless lengths is 1
+  float offset = 0;      ///< of the middle of a row from whole numbers of rows, in [0, 1)
+  float change = 0;      ///< of single rows, root mean square, relative
+};
+
+struct Variation {
+  std::uint32_t seed = 0;
+  std::array<YarnRuns, 2> runs;  ///< along u, along v
+  float share = 0;               ///< of yarn along v in the cloth seen from above
+  bool varies() const { return runs[0].change > 0 || runs[1].change > 0; }
+};
+
+/// Change of rows over the irregularity of their yarn, and the largest.
+inline constexpr float change_of_irregularity = 2;
+inline constexpr float max_change = 0.6F;
+inline constexpr float change_of_areas = 0.25F;  ///< over the change of single rows
+inline constexpr int log2_area_rows = 3;
+inline constexpr int log2_area_lengths = 2;
+inline constexpr float mm_of_length = 8;
+inline constexpr float row_border = 0.375F;  ///< half the width in which rows blend, in rows
+inline constexpr int max_log2_repeats = 12;
+inline constexpr int max_lengths = 4096;
+/// Whole numbers of repeats beyond these count as these.
+inline constexpr int max_repeat = 1 << 30;
+
+/// Whether a curve counts as yarn along v.
+bool runs_along_v(const YarnCurve& curve, const V2f& period);
+Variation variation_of(const Yarns& yarns);
+
+/// Texture coordinates as whole repeats and the place within them, in [0, 1).
+struct RepeatPlace {
+  V2i repeat{0, 0};
+  V2f within{0, 0};
+};
+RepeatPlace repeat_place(const V2d& uv);
+
+/// Shares of the changes that remain where one pixel shows `pixel` repeats along u and v: of single rows
+/// along u, of areas, and both along v.
+using VariationFade = Group;
+inline constexpr VariationFade no_fade{1, 1, 1, 1};
+VariationFade fade_of(const Variation& variation, const V2f& pixel);
+
+/// The factor of the radiance, in [0, 2]. `along_v`: share of yarn along v.
+float variation_at(const Variation& variation, const RepeatPlace& place, float along_v,
+                   const VariationFade& fade = no_fade);
+
+/// Of the lattice of changes: of rows along u, of areas, of rows along v, of areas.
+constexpr std::uint32_t variation_key(std::uint32_t seed, std::uint32_t lattice) {
+  return strand_hash(strand_hash(seed) + lattice);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,73 @@
+// Variation of cloth beyond its repeat (spec/brdf.md, Variation).
+import {hash, noise} from './reader.mjs';
+import {trace} from './yarns.mjs';
+
+const {abs, floor, log2, max, min, round, sqrt} = Math;
+const MOST_REPEATS = 2 ** 30, MM = 8, SIDE = 32;
+const clamp = (x, low, high) => min(max(x, low), high);
+
+const along_v = ({turns: [X, Y]}, [P_x, P_y]) => abs(Y * P_y) > abs(X * P_x);
+
+/** Rows, lengths and change of the curves along an axis; null: none. */
+function runs_of({curves, period}, axis) {
+  const own = curves.filter((curve) => curve.turns[axis] !== 0 && along_v(curve, period) === (axis === 1));
+  if (own.length === 0) return null;
+  const across = own[0].points.map((p) => axis === 0 ? -p[1] : p[0]), lengths = period[axis] / MM;
+  return {
+    rows: own.reduce((sum, {turns}) => sum + abs(turns[axis]), 0),
+    middle: across.reduce((sum, x) => sum + x, 0) / across.length / period[1 - axis],
+    lengths: clamp(round(lengths), 1, 4096),
+    repeats: 2 ** clamp(round(-log2(lengths)), 0, 12),
+    change: min(2 * sqrt(own.reduce((sum, {strands: {irregularity: q}}) => sum + q * q, 0) / own.length), 0.6),
+  };
+}
+
+/** Noise of a lattice between two rows and two lengths. */
+function lattice_noise(key, [i, p], [j, s]) {
+  const rows = [i, i + 1].map((row) => {
+    const bits = hash(key + row | 0);
+    return noise_between(s, hash(bits + j | 0), hash(bits + j + 1 | 0));
+  });
+  const q = p * p * (3 - 2 * p);
+  return ((1 - q) * rows[0] + q * rows[1]) / sqrt((1 - q) ** 2 + q * q);
+}
+const noise_between = (s, a, b) => noise(s, a, b, 0);
+
+function factor_of(yarns, axis, repeats, within) {
+  const runs = runs_of(yarns, axis);
+  if (!runs || runs.change === 0) return 1;
+  const split = (first, x) => [first + floor(x) | 0, x - floor(x)];
+  const offset = -runs.middle * runs.rows, {rows, lengths, change} = runs;
+  const row = split(Math.imul(repeats[1 - axis], rows), within[1 - axis] * rows + offset - floor(offset));
+  const of_length = repeats[axis] - floor(repeats[axis] / runs.repeats) * runs.repeats;
+  const length = split(
+    Math.imul(floor(repeats[axis] / runs.repeats), lengths), (of_length + within[axis]) * lengths / runs.repeats);
+  const of_area = ([i, p], size) => [floor(i / size), (i - floor(i / size) * size + p) / size];
+  const key = (m) => hash(hash(yarns.curves[0].strands.seed) + m | 0);
+  const single = lattice_noise(key(2 * axis), [row[0], clamp((row[1] - 0.5) / 0.75 + 0.5, 0, 1)], length);
+  const area = lattice_noise(key(2 * axis + 1), of_area(row, 8), of_area(length, 4));
+  return clamp(1 + change * (single + 0.25 * area), 0, 2);
+}
+
+const shares = new WeakMap();
+/** The share of curves along v in the cloth seen from above. */
+function share_along_v(yarns) {
+  if (shares.has(yarns)) return shares.get(yarns);
+  const {curves, period} = yarns;
+  const both = [0, 1].every((axis) => runs_of(yarns, axis)), hits = [];
+  for (let i = 0; both && i < SIDE * SIDE; ++i) {
+    const hit = trace(yarns, [(i % SIDE + 0.5) / SIDE, (floor(i / SIDE) + 0.5) / SIDE], [0, 0, 1]);
+    if (hit) hits.push(along_v(hit.segment.curve, period));
+  }
+  const share = hits.length > 0 ? hits.filter((is) => is).length / hits.length : curves.some((c) => along_v(c, period)) ? 1 : 0;
+  shares.set(yarns, share);
+  return share;
+}
+
+/** The factor at (u, v), of the curve that is met; without one, of a level of texels. */
+export function variation_at(yarns, uv, curve = null) {
+  const repeats = uv.map((x) => clamp(floor(x), -MOST_REPEATS, MOST_REPEATS)), within = uv.map((x) => x - floor(x));
+  const share = curve ? (along_v(curve, yarns.period) ? 1 : 0) : share_along_v(yarns);
+  const [of_u, of_v] = [0, 1].map((axis) => factor_of(yarns, axis, repeats, within));
+  return of_u + share * (of_v - of_u);
+}

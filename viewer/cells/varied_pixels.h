@@ -1,0 +1,19 @@
+// Variation beyond the repeat at sixteen pixels: the twin of variation_at() (format/fabric/variation.h).
+#pragma once
+
+#include "format/fabric/variation.h"
+#include "viewer/scene/pixel_triangles.h"
+
+namespace selvedge {
+
+struct VariedPixels {
+  alignas(64) std::array<std::int32_t, lane_count> repeat_u{}, repeat_v{};
+  alignas(64) LaneFloats u{}, v{};  ///< within the repeat
+  alignas(64) LaneFloats along_v{};
+  alignas(64) std::array<LaneFloats, 4> fade{};  ///< VariationFade
+};
+
+/// The factors of all pixels. Precondition: varies() holds.
+void vary(const Variation& variation, const VariedPixels& pixels, LaneFloats& factors);
+
+}  // namespace selvedge
