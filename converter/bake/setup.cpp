@@ -119,10 +119,9 @@ std::string digest_of(const CellMesh& mesh) {
   add(mesh.fibres, digest);
   add(mesh.gloss, digest);
   add(mesh.triangles, digest);
-  if (!mesh.skins.empty()) {
-    add(mesh.skins, digest);
+  if (!mesh.places.empty()) {
     add(mesh.places, digest);
-    digest.update(&mesh.seed, sizeof mesh.seed);
+    add(curve_values(mesh.yarns), digest);
   }
   add(mesh.transmission, digest);
   add(mesh.hairs.points, digest);

@@ -169,7 +169,7 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
       albedo = V3f(surface.albedo);
       diffuse -= surface.gloss.weight;
       if (surface.transmission > 0)
-        diffuse = static_cast<float>(dull_share(surface) * (1 - surface.transmission));
+        diffuse = static_cast<float>(surface.brightness * dull_share(surface) * (1 - surface.transmission));
       r.gloss.set(i, surface, view);
     } else {
       albedo = scene_.albedo(points[i]);

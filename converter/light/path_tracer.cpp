@@ -75,7 +75,8 @@ V2d PathSampler::next() {
 std::optional<V3d> PathTracer::reflect(const SurfacePoint& point, const V3d& view, int depth,
                                        PathSampler& sampler, V3d& throughput) const {
   if (depth == bounces_) return std::nullopt;
-  const YarnBrdf surface = surface_at(scene_, point);
+  YarnBrdf surface = surface_at(scene_, point);
+  if (depth > 0) surface.brightness = 1;
   const auto sample = sample_bsdf(surface, view, sampler.next());
   if (!sample) return std::nullopt;
   // A fibre may reflect into the yarn, where light goes on if the yarn lets any through.
@@ -103,7 +104,8 @@ std::uint64_t PathTracer::add_indirect(const SurfacePoint& point, const V3d& vie
     ++rays;
     if (!scene_.trace(scene_.leave(vertex, *direction), *direction, vertex)) return rays;
     towards = -*direction;
-    const YarnBrdf surface = surface_at(scene_, vertex);
+    YarnBrdf surface = surface_at(scene_, vertex);
+    surface.brightness = 1;  // the mean over strands: no bounce creates light
     for (std::size_t first = 0; first < lights.size(); first += packet_size) {
       const auto packet = lights.subspan(first, std::min(packet_size, lights.size() - first));
       std::uint32_t lit = 0;

@@ -20,16 +20,21 @@ YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
   const std::array<float, 3> share{1 - point.u - point.v, point.u, point.v};
   const auto nearest = std::ranges::max_element(share) - share.begin();
   YarnPlace place = mesh.places[corner[static_cast<int>(nearest)]];
-  if (place.skin < 0) return place;
+  if (place.curve < 0) return place;
+  const YarnPlies& plies = mesh.yarns.curves[place.curve].plies;
+  const auto ply_after = [&](int chains) {
+    const int ply = (place.ply + chains * plies.shift) % plies.count;
+    return ply < 0 ? ply + plies.count : ply;
+  };
   const YarnPlace origin = place;
   float sum = 0;
   float along = 0;
   float around = 0;
   for (int i = 0; i < 3; ++i) {
     const YarnPlace& other = mesh.places[corner[i]];
-    if (other.skin != origin.skin) continue;
     // Corners may lie on either side of where the yarn, or a turn about it, begins again.
     const float ahead = other.along - origin.along;
+    if (other.curve != origin.curve || other.ply != ply_after(static_cast<int>(-std::round(ahead)))) continue;
     const float turned = other.around - origin.around;
     sum += share[i];
     along += share[i] * (ahead - std::round(ahead));
@@ -37,6 +42,7 @@ YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
   }
   place.along += along / sum;
   place.around += around / sum;
+  place.ply = ply_after(static_cast<int>(std::floor(place.along)));
   return place;
 }
 
@@ -77,20 +83,25 @@ double reflect_at_facet(const V3d& v, double r, const V2d& random, V3d& l) {
 
 V3f aligned(const V3f& fibre, const V3f& reference) { return fibre.dot(reference) < 0 ? -fibre : fibre; }
 
-/// Turns the normal and the fibre of a surface to the met strand, and changes its albedo.
+/// Turns the normal and the fibre of a surface to the met strand, and changes its albedo or brightness.
 /// The normal stays on the ray's side. Of a hair only the albedo changes. Surfaces beside yarns, and points
 /// that no ray met, stay.
 void add_strand(const CellMesh& mesh, const SurfacePoint& point, YarnBrdf& surface) {
   if (mesh.places.empty() || point.view == V3f(0, 0, 0)) return;
   const YarnPlace place = place_at(mesh, point);
-  if (place.skin < 0) return;
-  YarnStrands strands = strands_of(mesh, place.skin);
+  if (place.curve < 0) return;
+  const YarnCurve& curve = mesh.yarns.curves[place.curve];
+  YarnStrands strands = curve.strands;
   if (point.hair >= 0) strands.count = 0;
-  const auto change =
-      strand_change(strands, static_cast<double>(place.around), static_cast<double>(place.along));
+  const auto change = strand_change(strands, static_cast<double>(place.around),
+                                    static_cast<double>(place.along), rows_of_ply(curve, place.ply));
   // Strands lie on the outside of a translucent wall; its colour belongs to both sides.
   const bool inside = point.back && !mesh.transmission.empty();
   if (strands.count > 0 && !inside) turn_to_strand(change, V3d(point.view), surface.normal, surface.fibre);
+  if (surface.transmission > 0) {
+    surface.brightness = change.brightness;
+    return;
+  }
   for (int c = 0; c < 3; ++c) surface.albedo[c] = std::clamp(surface.albedo[c] * change.brightness, 0.0, 1.0);
 }
 
@@ -168,11 +179,12 @@ double incidence(const YarnBrdf& surface, const V3d& light) {
 
 V3d reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view) {
   if (comes_through(surface, light)) {
-    return surface.albedo * (dull_share(surface) * surface.transmission / pi);
+    return surface.albedo * (surface.brightness * dull_share(surface) * surface.transmission / pi);
   }
   if (light.dot(surface.normal) <= 0 || view.dot(surface.normal) <= 0) return V3d(0, 0, 0);
   const double w = static_cast<double>(surface.gloss.weight);
-  const V3d diffuse = surface.albedo * (dull_share(surface) * (1 - surface.transmission) / pi);
+  const V3d diffuse =
+      surface.albedo * (surface.brightness * dull_share(surface) * (1 - surface.transmission) / pi);
   if (w == 0) return diffuse;
   return diffuse + V3d(w * gloss_reflectance(surface, light, view));
 }
@@ -216,7 +228,8 @@ std::optional<BsdfSample> sample_bsdf(const YarnBrdf& surface, const V3d& view, 
   if (w == 0 || random.x >= w) {
     const double t = surface.transmission;
     const double x = (random.x - w) / (1 - w);
-    const V3d weight = t > 0 ? surface.albedo * (dull_share(surface) / (1 - w)) : surface.albedo;
+    const V3d weight =
+        t > 0 ? surface.albedo * (surface.brightness * dull_share(surface) / (1 - w)) : surface.albedo;
     if (x < t) return BsdfSample{cosine_direction(surface.inward, {x / t, random.y}), weight};
     return BsdfSample{cosine_direction(surface.normal, {(x - t) / (1 - t), random.y}), weight};
   }
@@ -266,7 +279,7 @@ V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrd
 }
 
 DiffuseShares diffuse_shares(const YarnBrdf& surface) {
-  const V3f albedo(surface.albedo);
+  const V3f albedo(surface.albedo * surface.brightness);
   const Gloss gloss = surface.gloss;
   const auto t = static_cast<float>(surface.transmission);
   DiffuseShares shares{albedo * (1 - t), albedo * t};

@@ -26,6 +26,8 @@ struct YarnBrdf {
   Gloss gloss;
   double transmission = 0;  ///< share of the diffuse part that goes through the wall, in [0, 1]
   V3d inward{0, 0, -1};     ///< unit, of the triangle, away from the viewer: the side that it goes to
+  /// Factor on the diffuse light that leaves: of the strand, where light crosses many of them. About 1.
+  double brightness = 1;
 };
 
 /// The surface at a point, with the fibre projected to the triangle's plane, and the strand of fibres that is

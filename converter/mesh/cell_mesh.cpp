@@ -6,34 +6,12 @@
 #include <cmath>
 #include <tuple>
 
-#include "format/base/random.h"
-
 namespace selvedge {
 namespace {
 
 bool is_finite(const V3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 }  // namespace
-
-int strand_seed(std::uint64_t seed, int skin) {
-  return static_cast<int>(mix(seed ^ mix(static_cast<std::uint64_t>(skin))) & max_strand_seed);
-}
-
-YarnStrands strands_of(const CellMesh& mesh, int skin) {
-  const YarnSkin& of = mesh.skins[skin];
-  YarnStrands strands;
-  strands.count = std::min(of.strands, max_strands);
-  strands.pieces = std::clamp(of.pieces, 2, max_pieces);
-  // In whole turns, also where there are more than a file holds.
-  if (strands.count > 0) {
-    const int most = max_pieces / strands.count;
-    strands.shift = strands.count * std::clamp(of.lays, -most, most);
-  }
-  strands.seed = strand_seed(mesh.seed, skin);
-  strands.irregularity = std::min(of.irregularity, max_irregularity);
-  strands.swells = std::clamp(of.swells, 1, max_pieces);
-  return strands;
-}
 
 Imath::Box3f bounds_of(const CellMesh& mesh) {
   Imath::Box3f box;
@@ -61,7 +39,7 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
         std::tuple("fibres", mesh.fibres.size(), glossy),
         std::tuple("values of gloss", mesh.gloss.size(), glossy),
         std::tuple("values of transmission", mesh.transmission.size(), mesh.transmission.empty() ? 0 : count),
-        std::tuple("places on yarns", mesh.places.size(), mesh.skins.empty() ? 0 : count)}) {
+        std::tuple("places on yarns", mesh.places.size(), mesh.places.empty() ? 0 : count)}) {
     if (size != wanted) return invalid("", fmt::format("{} positions, but {} {}", count, size, what));
   }
   for (std::size_t v = 0; v < count; ++v) {

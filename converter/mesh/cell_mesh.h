@@ -16,20 +16,12 @@
 
 namespace selvedge {
 
-/// Visible fibres of a yarn or ply, at hits of rays (converter/light/yarn_brdf.h).
-struct YarnSkin {
-  int strands = 0;  ///< of fibres, side by side around it; 0: smooth
-  int lays = 0;     ///< whole turns that the strands take about it from its start to where it begins again
-  int pieces = 1;   ///< lengths over which a strand stays alike
-  int swells = 1;   ///< changes of colour along it
-  float irregularity = 0;  ///< root mean square of these, relative
-};
-
-/// Where a vertex lies on its yarn. A skin of -1: on none.
+/// Where a vertex lies on CellMesh::yarns, as Yarns::point_at() finds it. A curve of -1: on none.
 struct YarnPlace {
-  int skin = -1;
-  float along = 0;   ///< share of the way to where the yarn begins again, in [0, 1]
-  float around = 0;  ///< turns about the yarn, in [-1/2, 1/2]; periodic with the yarn
+  int curve = -1;
+  int ply = 0;       ///< of a curve with strands
+  float along = 0;   ///< share of the chain, in [0, 1]
+  float around = 0;  ///< turns about the yarn or ply, in [-1/2, 1/2]
 };
 
 /// Hairs that stand off the yarns: round, each a line of points_each points. They may leave the cell.
@@ -49,18 +41,11 @@ struct CellMesh {
   std::vector<V3f> fibres;     ///< unit, per vertex, along the fibres (either sign); empty: no yarn is glossy
   std::vector<Gloss> gloss;    ///< per vertex; as many as fibres
   std::vector<float> transmission;  ///< per vertex, share of the diffuse light that goes through; empty: none
-  std::vector<YarnSkin> skins;      ///< one for each yarn; empty: none has fibres, hairs or irregularity
-  std::vector<YarnPlace> places;    ///< per vertex; empty without skins
-  std::uint64_t seed = 1;           ///< of what varies along and around yarns
+  std::vector<YarnPlace> places;    ///< per vertex; empty: no yarn has strands, hairs or irregularity
   Hairs hairs;
   std::vector<V3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
   YarnData yarns;              ///< that the surface is of, without its light; empty: not known (find_yarns())
 };
-
-/// Of the noise of yarn or ply number `skin`.
-int strand_seed(std::uint64_t seed, int skin);
-/// The strands of a skin, as a fabric file has them.
-YarnStrands strands_of(const CellMesh& mesh, int skin);
 
 /// Bounds of all triangles; unused vertices are ignored. Precondition: validate() holds.
 Imath::Box3f bounds_of(const CellMesh& mesh);

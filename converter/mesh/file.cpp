@@ -62,34 +62,18 @@ void add_vertices(const PlyElement& vertices, const MeshChoices& choices, CellMe
     mesh.transmission.push_back(single(transmission[0], i));
 }
 
-Result<void> add_skins(const PlyFile& ply, const std::string& path, CellMesh& mesh) {
-  if (const PlyElement* skins = ply.find("yarn_skin")) {
-    const auto columns = skins->find({"strands", "lays", "pieces", "swells", "irregularity", "seed"});
-    if (columns.empty()) return damaged(path, "yarn_skin", "lacks properties");
-    for (std::size_t i = 0; i < skins->count; ++i) {
-      const auto whole = [&](std::size_t k) { return index_of(columns[k]->values[i]); };
-      const double lays = columns[1]->values[i];
-      const double seed = columns[5]->values[i];
-      const bool is_whole = std::abs(lays) <= std::numeric_limits<int>::max();
-      const YarnSkin skin{whole(0), is_whole ? static_cast<int>(lays) : 0, whole(2), whole(3),
-                          single(columns[4], i)};
-      if (!is_whole || skin.strands < 0 || skin.pieces < 1 || skin.swells < 1 ||
-          !std::isfinite(skin.irregularity) ||
-          !(seed >= 0 && seed <= std::numeric_limits<std::uint32_t>::max()))
-        return damaged(path, "yarn_skin", "has counts out of range");
-      mesh.skins.push_back(skin);
-      mesh.seed = static_cast<std::uint64_t>(seed);
-    }
-  }
+Result<void> add_places(const PlyFile& ply, const std::string& path, CellMesh& mesh) {
   const PlyElement* vertices = ply.find("vertex");
-  const auto places = vertices->find({"yarn_skin", "yarn_along", "yarn_around"});
-  for (std::size_t i = 0; i < vertices->count && !places.empty(); ++i) {
-    const double skin = places[0]->values[i];
-    mesh.places.push_back({skin < 0 ? -1 : index_of(skin), single(places[1], i), single(places[2], i)});
-    const YarnPlace& place = mesh.places.back();
-    if (!(skin >= -1 && skin < static_cast<double>(mesh.skins.size())) || !std::isfinite(place.along) ||
-        !std::isfinite(place.around))
+  const auto columns = vertices->find({"yarn_curve", "yarn_ply", "yarn_along", "yarn_around"});
+  for (std::size_t i = 0; i < vertices->count && !columns.empty(); ++i) {
+    const double curve = columns[0]->values[i];
+    const YarnPlace place{curve < 0 ? -1 : index_of(curve), index_of(columns[1]->values[i]),
+                          single(columns[2], i), single(columns[3], i)};
+    const bool on_curve = curve >= 0 && curve < static_cast<double>(mesh.yarns.curves.size()) &&
+                          place.ply >= 0 && place.ply < mesh.yarns.curves[place.curve].plies.count;
+    if ((curve != -1 && !on_curve) || !std::isfinite(place.along) || !std::isfinite(place.around))
       return damaged(path, "vertex", "has places on yarns that do not exist");
+    mesh.places.push_back(place);
   }
   return {};
 }
@@ -146,7 +130,7 @@ Result<void> add_curves(const PlyFile& ply, const std::string& path, CellMesh& m
   return {};
 }
 
-/// Adds gloss, fibres and transmission, and of a mesh in the axes and units that it was written in the skins,
+/// Adds gloss, fibres and transmission, and of a mesh in the axes and units that it was written in the
 /// places, hairs and yarns without their light. FILE_DAMAGED, with the element, for values out of range.
 Result<void> add_yarns(const PlyFile& ply, const MeshChoices& choices, const std::string& path,
                        CellMesh& mesh) {
@@ -154,7 +138,7 @@ Result<void> add_yarns(const PlyFile& ply, const MeshChoices& choices, const std
   if (vertices == nullptr) return {};
   add_vertices(*vertices, choices, mesh);
   if (choices.up_axis != UpAxis::z || choices.scale_to_mm != 1) return {};
-  for (const auto add : {add_skins, add_hairs, add_curves}) {
+  for (const auto add : {add_hairs, add_curves, add_places}) {
     if (Result<void> ok = add(ply, path, mesh); !ok) return ok;
   }
   return {};
@@ -176,13 +160,11 @@ std::string write_ply(const CellMesh& mesh, const std::string& comment) {
         properties("float", {"yarn_gloss", "yarn_roughness", "yarn_fibre_x", "yarn_fibre_y", "yarn_fibre_z"});
   }
   if (translucent) out += properties("float", {"yarn_transmission"});
-  if (placed) out += properties("int", {"yarn_skin"}) + properties("float", {"yarn_along", "yarn_around"});
+  if (placed)
+    out += properties("int", {"yarn_curve", "yarn_ply"}) + properties("float", {"yarn_along", "yarn_around"});
   out += fmt::format("element face {}\nproperty list uchar int vertex_indices\n", mesh.triangles.size());
   if (placed) {
-    out += fmt::format("element yarn_skin {}\n", mesh.skins.size()) +
-           properties("int", {"strands", "lays", "pieces", "swells"}) +
-           properties("float", {"irregularity"}) + properties("uint", {"seed"}) +
-           fmt::format("element yarn_hair {}\n", mesh.hairs.roots.size()) + properties("int", {"root"}) +
+    out += fmt::format("element yarn_hair {}\n", mesh.hairs.roots.size()) + properties("int", {"root"}) +
            properties("float", {"radius", "passed"}) + "property list uchar float points\n";
   }
   if (counts.curves > 0) {
@@ -204,7 +186,8 @@ std::string write_ply(const CellMesh& mesh, const std::string& comment) {
     }
     if (translucent) append_bytes(out, mesh.transmission[v]);
     if (!placed) continue;
-    append_bytes(out, static_cast<std::int32_t>(mesh.places[v].skin));
+    append_bytes(out, static_cast<std::int32_t>(mesh.places[v].curve));
+    append_bytes(out, static_cast<std::int32_t>(mesh.places[v].ply));
     append_bytes(out, mesh.places[v].along);
     append_bytes(out, mesh.places[v].around);
   }
@@ -213,11 +196,6 @@ std::string write_ply(const CellMesh& mesh, const std::string& comment) {
     for (int k = 0; k < 3; ++k) append_bytes(out, static_cast<std::int32_t>(t[k]));
   }
   if (placed) {
-    for (const YarnSkin& skin : mesh.skins) {
-      for (const int value : {skin.strands, skin.lays, skin.pieces, skin.swells}) append_bytes(out, value);
-      append_bytes(out, skin.irregularity);
-      append_bytes(out, static_cast<std::uint32_t>(mesh.seed));
-    }
     for (std::size_t h = 0; h < mesh.hairs.roots.size(); ++h) {
       append_bytes(out, mesh.hairs.roots[h]);
       append_bytes(out, mesh.hairs.radius[h]);

@@ -227,7 +227,6 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
   best.gradient = nearest->flat() ? squeezed(best.round, best.squeeze).normalized() : best.round;
   best.tangent = derivative_at(nearest->segment, parameter).normalized();
   const double length = nearest->length();
-  best.along = (nearest->start_length + nearest->part(parameter) * length) / yarn_length_[best.yarn];
   if (length > 0) best.widening = (nearest->end_radius - nearest->start_radius) / length;
   return best;
 }

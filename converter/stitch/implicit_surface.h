@@ -24,7 +24,6 @@ struct SurfaceSample {
   V3d squeeze{0, 0, 0};   ///< of the section
   V3d tangent{0, 0, 0};   ///< unit, along the nearest yarn; zero beyond the reach
   int yarn = -1;          ///< index of the nearest yarn; -1 beyond the reach
-  double along = 0;       ///< place on the nearest yarn's chain, as a share of its length
   double widening = 0;    ///< change of its radius, mm a mm along the tangent
 };
 

@@ -206,55 +206,53 @@ constexpr double strand_length = 5;
 
 double length_of(const YarnFrames& frames) { return frames.stations.back().length; }
 
-YarnSkin skin_of(const Yarn& yarn, double length) {
-  YarnSkin skin;
-  skin.swells = swells_of(length, yarn.radius_mm);
-  skin.irregularity = static_cast<float>(yarn.irregularity);
-  if (yarn.fibre == 0) return skin;
+/// The strands of a chain of yarn or of a ply.
+YarnStrands strands_of(const Yarn& yarn, int seed) {
+  const double length = length_of(frames_of(yarn, 0.5 * yarn.radius_mm));
+  YarnStrands strands;
+  strands.swells = std::clamp(swells_of(length, yarn.radius_mm), 1, max_pieces);
+  strands.irregularity = std::min(static_cast<float>(yarn.irregularity), max_irregularity);
+  strands.seed = seed;
+  if (yarn.fibre == 0) return strands;
   const double width = std::max(1e-3 * yarn_kinds()[yarn.fibre].diameter_um, min_strand * yarn.radius_mm);
-  skin.strands = std::max(6, static_cast<int>(std::lround(2 * std::numbers::pi * yarn.radius_mm / width)));
-  skin.lays = static_cast<int>(std::lround(length * yarn.twist_per_mm));
-  skin.pieces = std::max(2, static_cast<int>(std::lround(length / (strand_length * yarn.radius_mm))));
-  return skin;
+  strands.count = std::clamp(static_cast<int>(std::lround(2 * std::numbers::pi * yarn.radius_mm / width)), 6,
+                             max_strands);
+  strands.pieces =
+      std::clamp(static_cast<int>(std::lround(length / (strand_length * yarn.radius_mm))), 2, max_pieces);
+  // In whole turns, also where there are more than a file holds.
+  const double most = max_pieces / strands.count;
+  strands.shift =
+      strands.count * static_cast<int>(std::clamp(std::round(length * yarn.twist_per_mm), -most, most));
+  return strands;
 }
 
-YarnPlace place_of(const YarnFrames& frames, const SurfaceSample& sample) {
-  const double length = sample.along * length_of(frames);
-  const auto& stations = frames.stations;
-  const auto next = std::upper_bound(stations.begin() + 1, stations.end() - 1, length,
-                                     [](double at, const YarnStation& s) { return at < s.length; });
-  const auto before = next - 1;
-  const double part = std::clamp((length - before->length) / (next->length - before->length), 0.0, 1.0);
-  const V3d across = before->across * (1 - part) + next->across * part;
-  const double angle = std::atan2(sample.round.dot(sample.tangent.cross(across)), sample.round.dot(across));
-  // The frame's rotation over the repeat is spread along it, so that angles meet there.
-  const double turns = (angle + frames.turned * sample.along) / (2 * std::numbers::pi);
-  return {sample.yarn, static_cast<float>(sample.along), static_cast<float>(turns - std::round(turns))};
-}
-
-/// Gives the curves of a mesh the strands of its skins. Those of plies are numbered by the plies' course
-/// about their yarn's axis, so that they are others than the mesh's, of the same kind.
+/// Gives the curves of a mesh their strands.
 void give_strands(const StitchPattern& described, const StitchPattern& laid, CellMesh& mesh) {
   std::size_t c = 0;
-  int skin = 0;
+  int chain = 0;
+  const auto next_strands = [&] {
+    YarnStrands strands = strands_of(laid.yarns[chain], strand_seed(laid.seed, chain));
+    ++chain;
+    return strands;
+  };
   for (const Yarn& yarn : described.yarns) {
     if (yarn.plies == 1 || mesh.yarns.curves[c].plies.count == 1) {
       const int chains = yarn.plies == 1 ? 1 : std::gcd(course_of_plies(yarn).shift, yarn.plies);
-      for (int k = 0; k < chains; ++k) mesh.yarns.curves[c++].strands = strands_of(mesh, skin++);
+      for (int k = 0; k < chains; ++k) mesh.yarns.curves[c++].strands = next_strands();
       continue;
     }
     YarnCurve& curve = mesh.yarns.curves[c++];
     const YarnPlies& plies = curve.plies;
     const int chains = std::gcd(plies.shift, plies.count);
     const int passes = plies.count / chains;
+    const int swells = laid.yarns[chain].swells.swells;
     YarnStrands& strands = curve.strands;
-    strands = strands_of(mesh, skin);
+    strands = next_strands();
+    chain += chains - 1;
     strands.pieces = std::max(2, strands.pieces / passes);
-    strands.swells =
-        strands.irregularity > 0 ? laid.yarns[skin].swells.swells : std::max(2, strands.swells / passes);
-    skin += chains;
+    strands.swells = strands.irregularity > 0 ? swells : std::max(2, strands.swells / passes);
     const PlyCourse course = course_of_plies(yarn);
-    const double length = course.frames.stations.back().length;
+    const double length = length_of(course.frames);
     const double turns = static_cast<double>(plies.shift) / plies.count;
     const double ply = static_cast<double>(radius_of_plies(curve));
     const double climb = 2 * std::numbers::pi * turns * (static_cast<double>(curve.radius) - ply) / length;
@@ -264,6 +262,43 @@ void give_strands(const StitchPattern& described, const StitchPattern& laid, Cel
     strands.shift =
         static_cast<int>(std::lround(std::clamp(lays * strands.count, -1.0 * max_pieces, 1.0 * max_pieces)));
   }
+}
+
+/// The place on the yarn or ply whose surface is the nearest to a vertex.
+YarnPlace place_of(const V3f& vertex, const Yarns& yarns) {
+  const Yarns::Inside inside = yarns.inside();
+  const V2f& period = yarns.period();
+  const auto cell = [&](int axis) {
+    const float repeats = vertex[axis] / period[axis];
+    return std::min(
+        static_cast<int>((repeats - std::floor(repeats)) * static_cast<float>(inside.cells[axis])),
+        inside.cells[axis] - 1);
+  };
+  const Yarns::Cell& found = inside.grid[std::size_t{1} * cell(1) * inside.cells.x + cell(0)];
+  YarnHit nearest{-1, V3f(0, 0, 0)};
+  float least = std::numeric_limits<float>::max();
+  for (const Yarns::Block& block : inside.blocks.subspan(found.first, found.blocks)) {
+    for (std::size_t lane = 0; lane < yarn_block; ++lane) {
+      const Yarns::Segment& s = inside.segments[block.segment[lane]];
+      if (!(block.radius[lane] > 0) || s.rank > 0) continue;
+      V3f from_start = vertex - s.start;
+      for (int axis = 0; axis < 2; ++axis)
+        from_start[axis] -= std::round((from_start[axis] - s.along[axis] / 2) / period[axis]) * period[axis];
+      const V3f round = squeezed(from_start, s.squeeze);
+      const V3f along = squeezed(s.along, s.squeeze);
+      const float share = std::clamp(round.dot(along) * s.inverse_length2, 0.0F, 1.0F);
+      const float away = (round - along * share).length() / s.radius;
+      if (away >= least) continue;
+      least = away;
+      nearest = {block.segment[lane], from_start};
+    }
+  }
+  if (nearest.segment < 0) return {};
+  const YarnPoint point = yarns.point_at(nearest);
+  const YarnCurve& curve = yarns.data().curves[point.curve];
+  return {point.curve, curve.strands.count > 0 ? point.rows.first / curve.strands.count : 0,
+          point.station / static_cast<float>(curve.stations),
+          std::atan2(point.sine, point.cosine) / (2 * std::numbers::pi_v<float>)};
 }
 
 Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cells_across, double low, double high) {
@@ -326,13 +361,10 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
   const bool translucent = any([](const Yarn& yarn) { return yarn.transmission > 0; });
   const bool varied =
       any([](const Yarn& yarn) { return yarn.fibre != 0 || yarn.irregularity > 0 || yarn.hairiness > 0; });
-  std::vector<YarnFrames> frames;
+  std::optional<Yarns> yarns;
   if (varied) {
-    mesh.seed = pattern.seed;
-    for (const Yarn& yarn : pattern.yarns) {
-      frames.push_back(frames_of(yarn, 0.5 * yarn.radius_mm));
-      mesh.skins.push_back(skin_of(yarn, length_of(frames.back())));
-    }
+    give_strands(described, pattern, mesh);
+    yarns.emplace(mesh.yarns, V2f(mesh.period));
   }
   for (std::size_t v = 0; v < marched.positions.size(); ++v) {
     mesh.positions.emplace_back(marched.positions[v]);
@@ -355,12 +387,9 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
     if (glossy) mesh.fibres.emplace_back(fibre_of(yarn, sample));
     if (glossy) mesh.gloss.push_back(yarn.gloss);
     if (translucent) mesh.transmission.push_back(static_cast<float>(yarn.transmission));
-    if (varied) mesh.places.push_back(place_of(frames[sample.yarn], sample));
+    if (yarns) mesh.places.push_back(place_of(mesh.positions.back(), *yarns));
   }
-  if (varied) {
-    give_strands(described, pattern, mesh);
-    mesh.hairs = grow_hairs(mesh);
-  }
+  if (varied) mesh.hairs = grow_hairs(mesh);
   return mesh;
 }
 

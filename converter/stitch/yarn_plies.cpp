@@ -10,6 +10,7 @@
 #include "converter/mesh/cell_mesh.h"
 #include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/parameters.h"
+#include "format/base/random.h"
 #include "format/fabric/yarns.h"
 
 namespace selvedge {
@@ -123,6 +124,10 @@ YarnFrames frames_of(const Yarn& yarn, double step) {
 
 int swells_of(double length, double radius_mm) {
   return std::max(2, static_cast<int>(std::lround(length / (12 * radius_mm))));
+}
+
+int strand_seed(std::uint64_t seed, int chain) {
+  return static_cast<int>(mix(seed ^ mix(static_cast<std::uint64_t>(chain))) & max_strand_seed);
 }
 
 PlyCourse course_of_plies(const Yarn& yarn) {

@@ -161,13 +161,9 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
   std::vector<AxisPlace> places;
   for (int i = 0; i < count; ++i) places.push_back(place_on(axis, curve, i / divisions, i % divisions));
   const double offset = static_cast<double>(curve.radius) * (1 - ply_radius(plies));
-  // Yarn turned over counts its plies the other way round; its strands know what it was.
-  const int strands = std::abs(curve.strands.count);
-  const int sense = curve.strands.count < 0 ? -1 : 1;
-  const auto row = [&](int ply) { return strands * ((sense * ply % plies + plies) % plies); };
   for (int ply = 0; ply < plies; ++ply) {
     ChainNodes chain;
-    chain.rows = {row(ply), row(ply + shift)};
+    chain.rows = rows_of_ply(curve, ply);
     V3d before(0, 0, 0);
     for (int i = -1; i <= count + 1; ++i) {
       const int repeat = i < 0 ? -1 : i / count;
@@ -224,6 +220,16 @@ std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const 
     append_segments(chain, curve, segments);
   }
   return segments;
+}
+
+StrandRows rows_of_ply(const YarnCurve& curve, int ply) {
+  // Yarn turned over counts its plies the other way round; its strands know what it was.
+  const int sense = curve.strands.count < 0 ? -1 : 1;
+  const auto row = [&](int number) {
+    const int within = sense * number % curve.plies.count;
+    return std::abs(curve.strands.count) * (within < 0 ? within + curve.plies.count : within);
+  };
+  return {row(ply), row(ply + curve.plies.shift)};
 }
 
 bool counts_from_the_side(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period) {

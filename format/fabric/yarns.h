@@ -273,6 +273,9 @@ class Yarns {
   Variation variation_;
 };
 
+/// Rows of the strands of a ply, or of those of a yarn without plies (yarn_strands.h). Ply in [0, count).
+StrandRows rows_of_ply(const YarnCurve& curve, int ply);
+
 inline std::int64_t segment_count(const YarnCurve& curve) {
   return std::int64_t{1} * curve.nodes * curve.plies.count * curve.plies.divisions;
 }

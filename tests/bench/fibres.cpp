@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "converter/light/cell_walk.h"
 #include "converter/stitch/fibres.h"
@@ -74,12 +75,20 @@ void lay_ply(const Yarn& ply, int index, int each_ply, std::uint64_t seed, Fibre
   }
 }
 
-void add_hairs(const CellMesh& mesh, Fibres& fibres) {
+void add_hairs(const StitchPattern& pattern, const CellMesh& mesh, Fibres& fibres) {
+  std::vector<int> first_ply;  // of curves
+  int ply = 0;
+  for (const Yarn& yarn : pattern.yarns) {
+    const int chains = yarn.plies == 1 ? 1 : std::gcd(course_of_plies(yarn).shift, yarn.plies);
+    const bool each = mesh.yarns.curves[first_ply.size()].plies.count == 1;
+    for (int k = 0; k < (each ? chains : 1); ++k) first_ply.push_back(ply + k);
+    ply += chains;
+  }
   for (std::size_t h = 0; h < mesh.hairs.roots.size(); ++h) {
     const auto first = mesh.hairs.points.begin() + static_cast<std::ptrdiff_t>(h * Hairs::points_each);
     fibres.first.push_back(static_cast<int>(fibres.points.size()));
     fibres.radius.push_back(mesh.hairs.radius[h]);
-    fibres.yarn.push_back(mesh.places[mesh.triangles[mesh.hairs.roots[h]].x].skin);
+    fibres.yarn.push_back(first_ply[mesh.places[mesh.triangles[mesh.hairs.roots[h]].x].curve]);
     fibres.points.insert(fibres.points.end(), first, first + Hairs::points_each);
   }
 }
@@ -95,7 +104,7 @@ Fibres lay_fibres(const StitchPattern& pattern, const CellMesh& mesh, int each_p
     fibres.yarns.push_back(laid.yarns[y]);
     fibres.yarns.back().segments.clear();
   }
-  add_hairs(mesh, fibres);
+  add_hairs(pattern, mesh, fibres);
   fibres.first.push_back(static_cast<int>(fibres.points.size()));
   return fibres;
 }
