@@ -26,6 +26,7 @@ struct YarnKind {
   double hair_radii;     ///< mean length of a hair, in radii of the yarn
   double hair_loops;     ///< share of hairs that return into the yarn
   double irregularity;   ///< Yarn::irregularity
+  double melange;        ///< Yarn::melange
   double flattening;     ///< Yarn::flattening of woven yarn where it is free
 };
 

@@ -69,6 +69,7 @@ constexpr YarnMember members[] = {
                            "mean length of a hair; not set, it follows the radius"),
     member<&Yarn::hair_loops>("hair_loops", 0, 1, true, "share of hairs that return into the yarn"),
     member<&Yarn::irregularity>("irregularity", 0, 0.3, true, "change of thickness and colour along it"),
+    member<&Yarn::melange>("melange", 0, 0.4, true, "difference of colour of its fibres"),
     member<&Yarn::packing>("packing", 0.05, 1, true, "share of fibre in its section, for weight and tex"),
     member<&Yarn::transmission>("transmission", 0, 1, true,
                                 "share of the diffuse light that goes through the wall of a ply")};
@@ -158,6 +159,7 @@ void set_kind(int index, const std::string& prefix, double shorter_mm, Yarn& yar
   yarn.hair_mm = std::min(kind.hair_radii * yarn.radius_mm, 0.99 * shorter_mm / max_hair);
   yarn.hair_loops = kind.hair_loops;
   yarn.irregularity = kind.irregularity;
+  yarn.melange = kind.melange;
 }
 
 double twist_for(double degrees, double radius_mm) {

@@ -40,6 +40,8 @@ struct Yarn {
   double packing = 0.5;   ///< share of fibre in its section: weighs, and is not seen
   /// How much thickness and colour vary along the yarn, as root mean square of the change, 0 to 0.3.
   double irregularity = 0;
+  /// How much the colours of its strands of fibres differ, as root mean square of the change, 0 to 0.4.
+  double melange = static_cast<double>(usual_contrast);
   /// Share of the diffuse light that goes through the wall of a ply rather than back, in [0, 1].
   double transmission = 0;
   /// Thickness over width of its section where it lies level, min_flattening to 1 (round).

@@ -213,6 +213,7 @@ YarnStrands strands_of(const Yarn& yarn, int seed) {
   strands.swells = std::clamp(swells_of(length, yarn.radius_mm), 1, max_pieces);
   strands.irregularity = std::min(static_cast<float>(yarn.irregularity), max_irregularity);
   strands.seed = seed;
+  strands.contrast = std::min(static_cast<float>(yarn.melange), max_contrast);
   if (yarn.fibre == 0) return strands;
   const double width = std::max(1e-3 * yarn_kinds()[yarn.fibre].diameter_um, min_strand * yarn.radius_mm);
   strands.count = std::clamp(static_cast<int>(std::lround(2 * std::numbers::pi * yarn.radius_mm / width)), 6,

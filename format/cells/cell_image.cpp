@@ -66,6 +66,7 @@ void set_curve(const YarnCurve& curve, std::size_t i, CurveNumbers& numbers, Str
   numbers.rough[i] = curve.gloss.roughness;
   strands.pieces[i] = static_cast<float>(curve.strands.pieces);
   strands.irregularity[i] = curve.strands.irregularity;
+  strands.contrast[i] = curve.strands.contrast;
   strands.swells[i] = static_cast<float>(curve.strands.swells);
   strands.seed[i] = strand_hash(static_cast<std::uint32_t>(curve.strands.seed));
 }

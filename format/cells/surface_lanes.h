@@ -68,7 +68,7 @@ constexpr float hidden_roughness2 = 0.05F;
 /// Strands of the curves of at most sixteen lanes.
 struct StrandCurves {
   using Floats = std::array<float, 16>;
-  alignas(64) Floats strands, shift, lays, pieces, irregularity, swells;
+  alignas(64) Floats strands, shift, lays, pieces, irregularity, swells, contrast;
   alignas(64) Floats first_row, later_row;         ///< StrandRows
   alignas(64) Floats width;                        ///< of a strand, mm
   alignas(64) Floats sense_x, sense_y;             ///< Yarns::Inside::strand_sense; 0: no strands
@@ -188,7 +188,8 @@ SELVEDGE_INLINE StrandChangeLanes<N> strand_change_lanes(const StrandCurves& cur
       Wide(strand_roundness) * (Wide(2) * (strand - own) - one) + Wide(strand_tilt) * blend.noise(a, b, 0);
   const Wide some = abs(sense);
   return {sense * slope, some * Wide(strand_lift) * blend.noise(a, b, 1),
-          sense * Wide(strand_sway) * blend.noise(a, b, 2), some * Wide(strand_shade) * blend.noise(a, b, 3),
+          sense * Wide(strand_sway) * blend.noise(a, b, 2),
+          some * Wide::load(&curves.contrast[i]) * blend.noise(a, b, 3),
           one + Wide::load(&curves.irregularity[i]) * colour};
 }
 

@@ -14,6 +14,8 @@
 
 namespace selvedge {
 
+inline constexpr float usual_contrast = 0.12F;
+
 /// The strands of a curve in a file.
 struct YarnStrands {
   /// Side by side around a yarn or ply; 0: it is smooth. Negative: of yarn turned over, a mirrored one.
@@ -25,7 +27,8 @@ struct YarnStrands {
   int seed = 0;
   /// Root mean square of the changes of colour and of thickness along the yarn, relative.
   float irregularity = 0;
-  int swells = 1;  ///< parts of the chain over which these change
+  int swells = 1;                   ///< parts of the chain over which these change
+  float contrast = usual_contrast;  ///< root mean square of the strands' changes of colour, relative
   bool operator==(const YarnStrands&) const = default;
   /// Whether the surface differs from a smooth yarn's.
   bool varies() const { return count != 0 || irregularity > 0; }
@@ -34,6 +37,7 @@ struct YarnStrands {
 inline constexpr int max_strands = 1024;
 inline constexpr int max_pieces = 32768;  ///< and swells, and shift
 inline constexpr float max_irregularity = 0.3F;
+inline constexpr float max_contrast = 0.4F;
 inline constexpr int max_strand_seed = (1 << 24) - 1;
 
 /// How strands differ: root mean squares, but for the first; by eye, against traced fibres.
@@ -41,7 +45,6 @@ inline constexpr float strand_roundness = 0.5F;  ///< slope of the surface at a 
 inline constexpr float strand_tilt = 0.22F;      ///< slope across the fibre
 inline constexpr float strand_lift = 0.12F;      ///< slope along the fibre
 inline constexpr float strand_sway = 0.16F;      ///< turn of the fibre in the surface, radians
-inline constexpr float strand_shade = 0.12F;     ///< relative change of the albedo
 /// Normals of strands face the viewer at least so much.
 inline constexpr float min_strand_facing = 0.05F;
 
@@ -155,7 +158,7 @@ StrandChange<T> strand_change(const YarnStrands& y, T around, T share, const Str
   change.across = y.count < 0 ? -slope : slope;
   change.turn = y.count < 0 ? -sway : sway;
   change.along = static_cast<T>(strand_lift) * blend.noise(a, b, 1);
-  change.brightness *= 1 + static_cast<T>(strand_shade) * blend.noise(a, b, 3);
+  change.brightness *= 1 + static_cast<T>(y.contrast) * blend.noise(a, b, 3);
   return change;
 }
 

@@ -90,8 +90,8 @@ struct YarnData {
 YarnCounts counts_of(const YarnData& data);
 
 /// The values of a file's layer `yarns`: the curves' nodes, then their stations, and so on in the order of
-/// the members of YarnCurve, the last one 1 with squeezes; x, y, z of each curve's nodes and then of its
-/// squeezes. `indirect`: every value over all stations.
+/// the members of YarnCurve, then 1 with squeezes and the strands' contrast; x, y, z of each curve's nodes
+/// and then of its squeezes. `indirect`: every value over all stations.
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
   return counts.fields * counts.curves + values_per_node * counts.nodes;
@@ -273,7 +273,7 @@ class Yarns {
   Variation variation_;
 };
 
-/// Rows of the strands of a ply, or of those of a yarn without plies (yarn_strands.h). Ply in [0, count).
+/// Rows of the strands of a ply, or of a yarn without plies (yarn_strands.h). Ply in [0, count).
 StrandRows rows_of_ply(const YarnCurve& curve, int ply);
 
 inline std::int64_t segment_count(const YarnCurve& curve) {

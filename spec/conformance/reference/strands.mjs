@@ -10,7 +10,7 @@ const LEAST_FACING = 0.05;
  * the share of the chain, upright: whether A_0 is of the x axis, rows: of strand 0 on its ply, and on the ply which the
  * ply goes on as. `strand` tells neighbours apart.
  */
-export function strand_at({count, pieces, shift, seed, irregularity, swells}, {N, F, angle, t: way, upright, rows}, V) {
+export function strand_at({count, pieces, shift, seed, irregularity, swells, contrast}, {N, F, angle, t: way, upright, rows}, V) {
   const n = abs(count), t = way - floor(way), hashed = hash(seed);
   const bits = (row, place) => hash(hashed ^ (row << 16 | place));
   const b = swell({seed, irregularity, swells}, way, OF_COLOUR);
@@ -28,7 +28,7 @@ export function strand_at({count, pieces, shift, seed, irregularity, swells}, {N
   return {
     N: facing,
     F: unit(minus(swayed, times(facing, dot(swayed, facing)))),
-    b: b * (1 + 0.12 * shades),
+    b: b * (1 + contrast * shades),
     strand: i,
   };
 }

@@ -52,7 +52,7 @@ TEST_CASE("strands differ with a mean of 0 and the stated variances, and neighbo
     const auto next = strand_change(own, around + 1.0 / 40, share);
     // In the middle of a strand its roundness has no slope.
     const std::array<double, 4> values{change.across / strand_tilt, change.along / strand_lift,
-                                       change.turn / strand_sway, (change.brightness - 1) / strand_shade};
+                                       change.turn / strand_sway, (change.brightness - 1) / usual_contrast};
     for (std::size_t k = 0; k < values.size(); ++k) of[k].add(values[k]);
     product.add(values[0] * next.across / strand_tilt);
     product.add(values[0] * values[1]);
