@@ -59,6 +59,12 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
   std::string text =
       filled(cell_lines, content) + filled("views          {views/columns} x {views/rows}\n", content) +
       table_text(layers, {{"layer", "{layer}"}, {"precision", "{precision}"}, {"levels", "{levels}"}});
+  if (content.contains("/sheet/coverWithHairs"_json_pointer)) {
+    text += filled(
+        "cloth          {sheet/composition}, {sheet/construction}, {sheet/gramsPerSquareMetre} g/m2, cover "
+        "{sheet/cover} ({sheet/coverWithHairs} with hairs)\n",
+        content);
+  }
   const Json::json_pointer errors("/provenance/fit/heldOut/front");
   if (content.contains(errors) && content[errors].is_array()) {
     text += "held-out dB   ";

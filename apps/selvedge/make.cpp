@@ -6,6 +6,8 @@
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
+#include "converter/stitch/fibres.h"
+#include "converter/stitch/textile.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
 
@@ -207,6 +209,40 @@ Result<void> ensure_texels(const Cell& cell, const MakeCommand& command, BakeOpt
                                    : fmt::format("at most {} a side are made", max_texels)));
 }
 
+/// The data sheet of a stitch (spec/fabric.md), to four digits.
+Json sheet_of(const FoundStitch& stitch, const CellMesh& mesh) {
+  const auto numbers = textile_numbers(stitch.pattern, stitch.stitches);
+  if (!numbers) return Json::object();
+  const auto short_number = [](double x) { return Json::parse(fmt::format("{:.4g}", x)); };
+  Json tex = Json::array();
+  for (const double of_yarn : numbers->tex) {
+    if (const Json number = short_number(of_yarn); std::ranges::find(tex, number) == tex.end())
+      tex.push_back(number);
+  }
+  std::string fibres;
+  for (const Yarn& yarn : stitch.pattern.yarns) {
+    const std::string name = yarn_kinds()[yarn.fibre].name;
+    if (fibres.find(name) == std::string::npos) fibres += (fibres.empty() ? "" : ", ") + name;
+  }
+  Json sheet = {{"composition", fibres},
+                {"gramsPerSquareMetre", short_number(numbers->weight)},
+                {"tex", tex},
+                {"cover", short_number(numbers->cover)},
+                {"coverWithHairs", short_number(numbers->cover_hairs)}};
+  const std::array<YarnRuns, 2> runs = Yarns(mesh.yarns, V2f(mesh.period)).variation().runs;
+  if (runs[0].rows > 0 && runs[1].rows > 0) {
+    sheet["construction"] = "weave";
+    sheet["endsPerCentimetre"] = short_number(runs[1].rows * 10 / mesh.period.x);
+    sheet["picksPerCentimetre"] = short_number(runs[0].rows * 10 / mesh.period.y);
+  } else if (stitch.stitches > 0) {
+    sheet["construction"] = "knit";
+    sheet["tightness"] = short_number(numbers->tightness);
+    sheet["stitchesPerSquareCentimetre"] =
+        short_number(stitch.stitches * 100 / (mesh.period.x * mesh.period.y));
+  }
+  return sheet;
+}
+
 /// Loads the cell and bakes it, with progress.
 Baked bake_cell(const MakeCommand& command) {
   const CommonOptions& common = command.common;
@@ -216,10 +252,11 @@ Baked bake_cell(const MakeCommand& command) {
   // The hue of yarn that scatters inside comes from many bounces.
   if (!command.bounces_given && !cell.mesh.transmission.empty()) options.bounces = unlimited_bounces;
   TerminalProgress progress("bake", common.quiet);
-  const Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
-                           {"stitch", std::filesystem::path(command.input).filename().string()},
-                           {"vertices", cell.mesh.positions.size()},
-                           {"triangles", cell.mesh.triangles.size()}};
+  Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
+                     {"stitch", std::filesystem::path(command.input).filename().string()},
+                     {"vertices", cell.mesh.positions.size()},
+                     {"triangles", cell.mesh.triangles.size()}};
+  if (cell.stitch && !cell.mesh.yarns.curves.empty()) provenance["sheet"] = sheet_of(*cell.stitch, cell.mesh);
   auto baked = value_or_throw(bake(cell.mesh, command.input, options,
                                    provenance.dump(-1, ' ', false, Json::error_handler_t::replace),
                                    progress.callback()));

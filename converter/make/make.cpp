@@ -5,6 +5,7 @@
 
 #include "fitter/budget/candidates.h"
 #include "format/base/guard.h"
+#include "format/fabric/json_parts.h"
 
 namespace selvedge {
 namespace {
@@ -59,7 +60,12 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
       fabric.add_side(std::move(fitted.fabric));
     }
   }
-  fabric.provenance = with_fit_record(fabric.provenance, outcome.record);
+  nlohmann::json provenance = provenance_json(with_fit_record(fabric.provenance, outcome.record));
+  if (const auto sheet = provenance.find("sheet"); sheet != provenance.end()) {
+    fabric.sheet = sheet->dump();
+    provenance.erase(sheet);
+  }
+  fabric.provenance = provenance.dump();
   for (const Error& warning : precision_warnings({}, fabric, options.write))
     outcome.warnings.push_back(warning);
   fabric = as_stored(fabric, options.write.half);

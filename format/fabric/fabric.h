@@ -122,6 +122,7 @@ struct FabricInfo {
   Side side = Side::front;
   float radiance_scale = 1;  ///< factor on f of all texels, > 0: keeps the layers' numbers in half precision
   std::string provenance = "{}";  ///< JSON object: options, seed, software; "{}" if unknown
+  std::string sheet = "{}";       ///< JSON object: the data sheet of the cloth; "{}" if unknown; of the front
 };
 
 struct Fabric : FabricInfo {

@@ -222,6 +222,12 @@ class TextIo {
     text.whole("levels", header.levels, 1, level_count(header.width, header.height));
     if (text.reads()) check_reserved(text);
     side(text, header);
+    if (text.optional("sheet", header.sheet != "{}")) {
+      if (!text.reads())
+        text.set("sheet", provenance_json(header.sheet));
+      else if (const JsonIo sheet = text.object("sheet"))
+        header.sheet = sheet.value().dump();
+    }
     if (text.reads()) {
       require_layer(text, header, LayerKind::yarns, header, LayerKind::indirect);
       require_layer(text, header, LayerKind::indirect, header, LayerKind::yarns);
@@ -242,7 +248,7 @@ class TextIo {
  private:
   /// Members that later versions define.
   static void check_reserved(const JsonIo& text) {
-    for (const char* name : {"variation", "recipe", "sheet", "fallback"}) {
+    for (const char* name : {"variation", "recipe", "fallback"}) {
       if (text.has(name)) (void)text.object(name);
     }
     if (!text.has("colourways")) return;
