@@ -206,6 +206,9 @@ constexpr double strand_length = 5;
 
 double length_of(const YarnFrames& frames) { return frames.stations.back().length; }
 
+/// Change of rows beyond the repeat over the irregularity of their yarn (by eye).
+constexpr float change_of_irregularity = 2;
+
 /// The strands of a chain of yarn or of a ply.
 YarnStrands strands_of(const Yarn& yarn, int seed) {
   const double length = length_of(frames_of(yarn, 0.5 * yarn.radius_mm));
@@ -214,6 +217,7 @@ YarnStrands strands_of(const Yarn& yarn, int seed) {
   strands.irregularity = std::min(static_cast<float>(yarn.irregularity), max_irregularity);
   strands.seed = seed;
   strands.contrast = std::min(static_cast<float>(yarn.melange), max_contrast);
+  strands.change = std::min(change_of_irregularity * strands.irregularity, max_change);
   if (yarn.fibre == 0) return strands;
   const double width = std::max(1e-3 * yarn_kinds()[yarn.fibre].diameter_um, min_strand * yarn.radius_mm);
   strands.count = std::clamp(static_cast<int>(std::lround(2 * std::numbers::pi * yarn.radius_mm / width)), 6,

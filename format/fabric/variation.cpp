@@ -80,15 +80,14 @@ YarnRuns runs_of(const Yarns& yarns, int axis) {
     }
     ++curves;
     runs.rows += std::abs(curve.turns[axis]);
-    squares += curve.strands.irregularity * curve.strands.irregularity;
+    squares += curve.strands.change * curve.strands.change;
   });
   if (curves == 0) return {};
   // Rows are counted from the middle of the first one.
   runs.offset *= -static_cast<float>(runs.rows);
   runs.offset -= std::floor(runs.offset);
   if (!(runs.offset < 1)) runs.offset = 0;
-  runs.change =
-      std::min(change_of_irregularity * std::sqrt(squares / static_cast<float>(curves)), max_change);
+  runs.change = std::sqrt(squares / static_cast<float>(curves));
   const double lengths = static_cast<double>(yarns.period()[axis]) / static_cast<double>(mm_of_length);
   runs.lengths = std::clamp(static_cast<int>(std::lround(std::min(lengths, 1e6))), 1, max_lengths);
   runs.log2_repeats = std::clamp(static_cast<int>(std::lround(-std::log2(lengths))), 0, max_log2_repeats);

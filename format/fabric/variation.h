@@ -1,6 +1,6 @@
 // Variation of cloth beyond its repeat (spec/brdf.md, "Variation"): rows of yarn, and lengths along them, are
-// brighter and darker than the repeat's mean. It follows from the irregularity of the yarn and from the whole
-// numbers of repeats, by integers of 32 bits.
+// brighter and darker than the repeat's mean. It follows from the yarn's YarnStrands::change and from the
+// whole numbers of repeats, by integers of 32 bits.
 #pragma once
 
 #include <array>
@@ -31,9 +31,6 @@ struct Variation {
   bool varies() const { return runs[0].change > 0 || runs[1].change > 0; }
 };
 
-/// Change of rows over the irregularity of their yarn, and the largest.
-inline constexpr float change_of_irregularity = 2;
-inline constexpr float max_change = 0.6F;
 inline constexpr float change_of_areas = 0.25F;  ///< over the change of single rows
 inline constexpr int log2_area_rows = 3;
 inline constexpr int log2_area_lengths = 2;

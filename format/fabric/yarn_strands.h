@@ -29,6 +29,7 @@ struct YarnStrands {
   float irregularity = 0;
   int swells = 1;                   ///< parts of the chain over which these change
   float contrast = usual_contrast;  ///< root mean square of the strands' changes of colour, relative
+  float change = 0;                 ///< of the row's, beyond the repeat (variation.h)
   bool operator==(const YarnStrands&) const = default;
   /// Whether the surface differs from a smooth yarn's.
   bool varies() const { return count != 0 || irregularity > 0; }
@@ -38,6 +39,7 @@ inline constexpr int max_strands = 1024;
 inline constexpr int max_pieces = 32768;  ///< and swells, and shift
 inline constexpr float max_irregularity = 0.3F;
 inline constexpr float max_contrast = 0.4F;
+inline constexpr float max_change = 0.6F;
 inline constexpr int max_strand_seed = (1 << 24) - 1;
 
 /// How strands differ: root mean squares, but for the first; by eye, against traced fibres.

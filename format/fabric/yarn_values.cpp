@@ -42,7 +42,8 @@ std::array<float, yarn_fields> values_of(const YarnCurve& c) {
           c.hairs.radius,
           c.hairs.kept,
           c.squeezes.empty() ? 0.0F : 1.0F,
-          s.contrast};
+          s.contrast,
+          s.change};
 }
 
 /// A whole number that a float holds; min - 1 for any other value.
@@ -163,7 +164,8 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
                      whole(value(21), 0, many),
                      value(22),
                      whole(value(23), 0, many),
-                     value(31)};
+                     value(31),
+                     value(32)};
     curve.flattening = value(24);
     curve.hairs = {whole(value(25), -many, many), value(26), value(27), value(28), value(29)};
     squeezes.push_back(value(30) == 0 ? 0 : value(30) == 1 ? curve.nodes : 1);

@@ -66,7 +66,7 @@ TEST_CASE("cell images show the yarn that rays meet, from every place, of any si
 TEST_CASE("cell images vary beyond the repeat where the reference does, near and far from the origin") {
   Fabric fabric = fabric_of(3, 4);
   YarnData data = fabric.levels.front().yarns()->data();
-  for (YarnCurve& curve : data.curves) curve.strands.irregularity = 0.2F;
+  for (YarnCurve& curve : data.curves) curve.strands.change = 0.4F;
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(data), fabric.period_mm));
   for (const double away : {0.0, -3e4}) {
     SwatchShot shot = swatch_shot(SwatchView::far, V2d(fabric.period_mm), 96, 72);

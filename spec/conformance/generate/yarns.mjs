@@ -13,11 +13,11 @@ const LATER = {
   section: {flattening: 1},
   hairs: {count: 0, length: 0, loops: 0, radius: 0, kept: 1},
   squashed: {is: 0},
-  colours: {contrast: Math.fround(0.12)},
+  colours: {contrast: Math.fround(0.12), change: 0},
 };
 
 /**
- * Layer members and values of curves, in the order of spec/fabric.md: with 32 fields, with 33 where a curve has the member
+ * Layer members and values of curves, in the order of spec/fabric.md: with 33 fields, with 34 where a curve has the member
  * `unknown`, or with the first `fields` alone.
  */
 export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity} = {}) {
@@ -121,8 +121,8 @@ export const yarns = [
     name: 'yarns-strands',
     about: 'strands of fibres that shift, one piece to a segment and many, and changes of colour',
     ...of_curves([
-      {...weft, strands: {count: 20, pieces: 5, shift: -27, seed: 4711, irregularity: 0.25, swells: 3}},
-      {...warp, strands: {count: 7, pieces: 300, shift: 14, seed: 2 ** 24 - 1, irregularity: 0.0625, swells: 1}, colours: {contrast: 0.375}},
+      {...weft, strands: {count: 20, pieces: 5, shift: -27, seed: 4711, irregularity: 0.25, swells: 3}, colours: {change: 0.5}},
+      {...warp, strands: {count: 7, pieces: 300, shift: 14, seed: 2 ** 24 - 1, irregularity: 0.0625, swells: 1}, colours: {contrast: 0.375, change: 0.25}},
       {...ring, strands: {irregularity: 0.125, swells: 40}},
     ]),
   },

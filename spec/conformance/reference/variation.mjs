@@ -18,7 +18,7 @@ function runs_of({curves, period}, axis) {
     middle: across.reduce((sum, x) => sum + x, 0) / across.length / period[1 - axis],
     lengths: clamp(round(lengths), 1, 4096),
     repeats: 2 ** clamp(round(-log2(lengths)), 0, 12),
-    change: min(2 * sqrt(own.reduce((sum, {strands: {irregularity: q}}) => sum + q * q, 0) / own.length), 0.6),
+    change: sqrt(own.reduce((sum, {strands: {change}}) => sum + change * change, 0) / own.length),
   };
 }
 

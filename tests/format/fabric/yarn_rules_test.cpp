@@ -68,21 +68,21 @@ TEST_CASE("values of yarn have all fields, then the nodes, and fewer or more fie
   const V2f period(2, 2);
   YarnData data = straight(2, 0.5F);
   data.curves[0].plies = {3, 8, -7, 0.75F, {0.5F, 0.25F, -0.125F}};
-  data.curves[0].strands = {-45, 6, 135, 77, 0.25F, 3, 0.375F};
+  data.curves[0].strands = {-45, 6, 135, 77, 0.25F, 3, 0.375F, 0.5F};
   const YarnCounts counts = counts_of(data);
-  CHECK(counts.fields == 32);
+  CHECK(counts.fields == 33);
   const auto read = [&](std::vector<float> values, int fields) {
-    values.insert(values.begin() + 32, 9.0F);  // of a later version
-    values.erase(values.begin() + fields, values.begin() + 33);
+    values.insert(values.begin() + 33, 9.0F);  // of a later version
+    values.erase(values.begin() + fields, values.begin() + 34);
     YarnCounts of = counts;
     of.fields = fields;
     return need(yarns_from_values(values, indirect_values(data), of, period));
   };
   const std::vector<float> values = curve_values(data);
   CHECK(values.size() == static_cast<std::size_t>(curve_value_count(counts)));
-  CHECK(values[32] == data.nodes[0].x);
-  CHECK(read(values, 32) == data);
+  CHECK(values[33] == data.nodes[0].x);
   CHECK(read(values, 33) == data);
+  CHECK(read(values, 34) == data);
   CHECK(read(values, 31).curves[0].strands.contrast == usual_contrast);
   CHECK(read(values, 14).curves[0].plies.shift == -7);
   CHECK(read(values, 11).curves[0].plies == YarnPlies());
@@ -104,4 +104,5 @@ TEST_CASE("refuses strands out of their ranges") {
   CHECK(refused({9, 2, 0, 0, std::nanf(""), 1}));
   CHECK(refused({9, 2, 0, 0, 0, 0}));
   CHECK(refused({9, 2, 0, 0, 0, 1, 0.41F}));
+  CHECK(refused({9, 2, 0, 0, 0, 1, 0, 0.61F}));
 }

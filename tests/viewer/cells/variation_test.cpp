@@ -15,14 +15,14 @@ Variation woven(float period) {
   YarnData data = test::waves(period, 4, false);
   for (std::size_t c = 0; c < 4; ++c) {
     data.curves[c].strands.seed = 77;
-    data.curves[c].strands.irregularity = c % 2 == 0 ? 0.1F : 0.15F;
+    data.curves[c].strands.change = c % 2 == 0 ? 0.2F : 0.3F;
   }
   return Yarns(std::move(data), {period, period}).variation();
 }
 
 }  // namespace
 
-TEST_CASE("yarn tells rows, lengths and shares; without irregularity there is no variation") {
+TEST_CASE("yarn tells rows, lengths and shares; without change there is no variation") {
   struct Case {
     float period;
     int lengths, log2_repeats;
