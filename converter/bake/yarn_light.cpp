@@ -98,7 +98,6 @@ struct CachePoint {
   V3d normal;
   double radius;  ///< mm
   Eigen::Matrix<double, 1, angle_functions> row;
-  double outward;
   double seen = 1;  ///< roughly the share of views that it is seen from
   bool open = false;
   double weight = covered_weight;
@@ -125,11 +124,15 @@ std::vector<CachePoint> places_about(const Yarns& yarns, int curve, int station)
       place.radius = static_cast<double>(frame.radius);
       place.above = V3d(frame.position) + stretched(round, squeeze) * place.radius +
                     place.normal * (lift * place.radius);
-      place.outward = round.dot(V3d(frame.out));
       if (plies > 1) place.seen = (std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach));
-      const auto basis = angle_basis(static_cast<float>(round.dot(V3d(frame.across))),
-                                     static_cast<float>(round.dot(tangent.cross(V3d(frame.across)))));
-      for (int i = 0; i < angle_functions; ++i) place.row[i] = static_cast<double>(basis[i]);
+      const V3d across(frame.across);
+      const V3d beside = tangent.cross(across);
+      YarnPoint at;
+      at.cosine = static_cast<float>(round.dot(across));
+      at.sine = static_cast<float>(round.dot(beside));
+      at.side = V2f(V2d(V3d(frame.out).dot(across), V3d(frame.out).dot(beside)));
+      const auto factors = angle_factors(own.plies, at);
+      for (int i = 0; i < angle_functions; ++i) place.row[i] = static_cast<double>(factors[i]);
       places.push_back(place);
     }
   }
@@ -182,54 +185,15 @@ void fill_covered(std::vector<std::vector<CachePoint>>& stations) {
 }
 
 /// The coefficients, [function of the angle][light of a point], that fit the places best.
-Eigen::MatrixXd solved_for(const std::vector<CachePoint>& places, const V3f& groove) {
-  Eigen::MatrixXd result(angle_functions, places.front().light.size());
-  for (int colour = 0; colour < 3; ++colour) {
-    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(angle_functions, angle_functions);
-    Eigen::MatrixXd right = Eigen::MatrixXd::Zero(angle_functions, result.cols() / 3);
-    for (int i = 1; i < angle_functions; ++i) normal(i, i) = smoothing * (i < 3 ? 1 : 4);
-    for (const CachePoint& place : places) {
-      const auto row = place.row * (1 + static_cast<double>(groove[colour]) * place.outward);
-      normal += place.weight * row.transpose() * row;
-      for (int k = 0; k < right.cols(); ++k)
-        right.col(k) += place.weight * row.transpose() * place.light[3 * k + colour];
-    }
-    const Eigen::MatrixXd solved = normal.ldlt().solve(right);
-    for (int k = 0; k < right.cols(); ++k) result.col(3 * k + colour) = solved.col(k);
+Eigen::MatrixXd solved_for(const std::vector<CachePoint>& places) {
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(angle_functions, angle_functions);
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(angle_functions, places.front().light.size());
+  for (int i = 1; i < angle_functions; ++i) normal(i, i) = smoothing * (i < 3 ? 1 : 4);
+  for (const CachePoint& place : places) {
+    normal += place.weight * place.row.transpose() * place.row;
+    right += place.weight * place.row.transpose() * place.light;
   }
-  return result;
-}
-
-/// The best fit to the light from above, of each colour. `by_light`: the functions of lights,
-/// [light][function].
-V3f groove_of(const std::vector<std::vector<CachePoint>>& stations, const Eigen::MatrixXd& by_light) {
-  constexpr int parts = 16;
-  const Eigen::MatrixXd weights = by_light.transpose() * by_light;
-  V3f best(0, 0, 0);
-  V3d least(std::numeric_limits<double>::max());
-  for (int step = -1 * parts; step <= 4 * parts; ++step) {
-    const V3f groove(static_cast<float>(step) / parts);
-    V3d error(0, 0, 0);
-    for (const auto& places : stations) {
-      const Eigen::MatrixXd solved = solved_for(places, groove);
-      for (const CachePoint& place : places) {
-        const double factor = 1 + static_cast<double>(groove.x) * place.outward;
-        const Eigen::RowVectorXd off =
-            place.light.head(columns) - (factor * place.row * solved).leftCols(columns);
-        for (int k = 0; k < 3; ++k) {
-          Eigen::RowVectorXd of_colour(light_functions_of_yarn);
-          for (int i = 0; i < light_functions_of_yarn; ++i) of_colour[i] = off[3 * i + k];
-          error[k] += place.weight * of_colour.dot(of_colour * weights);
-        }
-      }
-    }
-    for (int k = 0; k < 3; ++k) {
-      if (error[k] >= least[k]) continue;
-      least[k] = error[k];
-      best[k] = groove[k];
-    }
-  }
-  return best;
+  return normal.ldlt().solve(right);
 }
 
 }  // namespace
@@ -290,10 +254,8 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
       }
     });
     fill_covered(places);
-    if (curve.plies.count > 1) curve.plies.groove = groove_of(places, by_light);
     std::vector<Eigen::MatrixXd> solved(curve.stations);
-    parallel_for(0, curve.stations,
-                 [&](int station) { solved[station] = solved_for(places[station], curve.plies.groove); });
+    parallel_for(0, curve.stations, [&](int station) { solved[station] = solved_for(places[station]); });
     for (int side = 0; side < sides; ++side) {
       std::array<double, 3> largest{};
       for (const auto& values : solved) {

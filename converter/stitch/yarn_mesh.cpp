@@ -63,7 +63,7 @@ bool give_plies(const Yarn& yarn, const V2f& period, const YarnChainOptions& opt
   YarnCurve& curve = data.curves.back();
   const std::span nodes = std::span<const V3f>(data.nodes).last(curve.nodes);
   const PlyCourse course = course_of_plies(yarn);
-  curve.plies = {yarn.plies, 1, course.shift, 0, {0, 0, 0}};
+  curve.plies = {yarn.plies, 1, course.shift, 0, {0, 0, 0}, 1};
   const Yarns::Segment first = segments_of(curve, nodes, period).front();
   const V3d across(first.across[0]);
   const V3d beside = V3d(course.frames.stations.front().tangent).cross(across);

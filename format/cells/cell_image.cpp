@@ -179,7 +179,10 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
   fibre = unit(flat ? s.stretched(fibre) : fibre);
   cosine = or_root(if_greater(norm2, zero, cosine * scale, one), s.across[0].x);
   sine = or_root(if_greater(norm2, zero, sine * scale, zero), s.across[0].y);
-  const Wide outward = or_root(round.dot(s.out[0] + (s.out[1] - s.out[0]) * at.share), s.across[0].z);
+  const Vec out_of_axis = s.out[0] + (s.out[1] - s.out[0]) * at.share;
+  const Wide outward = or_root(round.dot(out_of_axis), s.across[0].z);
+  const Wide side_x = or_root(out_of_axis.dot(across0), s.across[1].x);
+  const Wide side_y = or_root(out_of_axis.dot(at.tangent.cross(across0)), s.across[1].y);
 
   const V3f to_viewer = lifted(job.view.view);
   const Vec viewer{Wide(to_viewer.x), Wide(to_viewer.y), Wide(to_viewer.z)};
@@ -255,7 +258,7 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
   const Wide whole = floor(station);
   const Wide double_cosine = cosine * cosine - sine * sine;
   const Wide double_sine = Wide(2) * cosine * sine;
-  alignas(64) float numbers_of[8][N];  // NOLINT(modernize-avoid-c-arrays)
+  alignas(64) float numbers_of[10][N];  // NOLINT(modernize-avoid-c-arrays)
   whole.store(numbers_of[0]);
   (station - whole).store(numbers_of[1]);
   cosine.store(numbers_of[2]);
@@ -264,6 +267,8 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
   double_sine.store(numbers_of[5]);
   outward.store(numbers_of[6]);
   bright.store(numbers_of[7]);
+  side_x.store(numbers_of[8]);
+  side_y.store(numbers_of[9]);
   const std::size_t slots = job.slots.size();
   const std::span<const int> first_station = job.yarn.yarns().inside().first_station;
   for (std::size_t i = 0; i < count; ++i) {
@@ -276,14 +281,16 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
     const Quad part = Quad{} + numbers_of[1][i];
     const V3f& groove = curve.plies.groove;
     const Quad of_lamps = Quad{1, 1, 1, 0} + Quad{groove.x, groove.y, groove.z, 0} * numbers_of[6][i];
-    const Quad of_sky = Quad{1, 1, 1, 0} * (1 + sky_groove * numbers_of[6][i]);
+    const bool sides = curve.plies.sides != 0;
+    const Quad of_sky = Quad{1, 1, 1, 0} * (1 + (sides ? 0.0F : sky_groove) * numbers_of[6][i]);
+    const std::array<std::size_t, angle_functions> of{0, 2, 3, sides ? 8U : 4U, sides ? 9U : 5U};
     const std::uint32_t texel = batch.texel[first + i];
     for (std::size_t slot = 0; slot < slots; ++slot) {
       Quad value{};
       for (int k = 0; k < angle_functions; ++k) {
         const Quad low = quad_of(a[k * slots + slot]);
         const Quad mixed = low + part * (quad_of(b[k * slots + slot]) - low);
-        value += k == 0 ? mixed : mixed * numbers_of[1 + k][i];
+        value += k == 0 ? mixed : mixed * numbers_of[of[k]][i];
       }
       value = positive(value * (job.slots[slot].sky ? of_sky : of_lamps)) * numbers_of[7][i];
       add(value, raw[static_cast<std::size_t>(job.slots[slot].plane) * plane_texels + texel]);

@@ -113,7 +113,9 @@ std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> node
     const V3d squeeze(s.squeeze);
     hair.normal = squeezed(round, squeeze).normalized();
     hair.station = static_cast<float>(station);
-    hair.light = V3f(V3d(turned.x, turned.y, round.dot(mix(s.out, part))));
+    const V3d out = mix(s.out, part);
+    hair.light = V3f(V3d(turned.x, turned.y, round.dot(out)));
+    hair.side = V2f(V2d(out.dot(across), out.dot(tangent.cross(across))));
     const V3d fibre =
         stretched(tangent + tangent.cross(round) * static_cast<double>(curve.fibre_slope), squeeze)
             .normalized();
@@ -142,7 +144,7 @@ std::vector<Yarns::Segment> segments_with_hairs(const YarnCurve& curve, std::spa
       // A piece without a direction in single precision cannot be met.
       if (!std::isfinite(1 / s.along.length2())) continue;
       s.tangent.fill(s.along.normalized());
-      s.across = {hairs[h].light, V3f(0, 0, 0)};
+      s.across = {hairs[h].light, V3f(hairs[h].side.x, hairs[h].side.y, 0)};
       s.inverse_length2 = 1 / s.along.length2();
       s.station = hairs[h].station;
       s.radius = radius;

@@ -32,6 +32,7 @@ struct YarnHair {
   V3d normal{0, 0, 1};                  ///< of the yarn or ply at its root, unit
   float station = 0;                    ///< of its root
   V3f light{1, 0, 0};                   ///< cosine and sine of the root's angle about the axis, and outward
+  V2f side{0, 0};                       ///< YarnPoint::side of its root
 };
 
 /// Points of a hair as seen from its root: x along the fibres there, y across them, z out of the yarn.

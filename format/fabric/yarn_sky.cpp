@@ -12,6 +12,7 @@ namespace {
 
 /// Points around a station, and lights from each: the functions of both are smooth.
 constexpr int angles = 12;
+constexpr int angles_of_ply = 6;
 constexpr DirectionGrid sky{8, 12};
 constexpr float sky_part = 2 * std::numbers::pi_v<float> / static_cast<float>(sky.columns * sky.rows);
 
@@ -59,9 +60,76 @@ SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std
 /// Ratio of the mean indirect light over the surface of plies to the light with the factor of the sky.
 V3f groove_of_sky(const YarnCurve& curve) {
   constexpr float mean_outward = 0.6F;
-  if (curve.plies.count == 1) return V3f(1);
+  if (curve.plies.count == 1 || curve.plies.sides != 0) return V3f(1);
   return (V3f(1) + curve.plies.groove * mean_outward) / (1 + sky_groove * mean_outward);
 }
+
+/// A point of the surface about a station, and its functions of the angle.
+struct SkyPoint {
+  V3f above, normal;
+  std::array<float, angle_functions> functions;
+};
+
+/// Evenly around the yarn, or around its plies where these have sides: up to where they touch.
+std::vector<SkyPoint> points_about(const Yarns& yarns, int curve, int station) {
+  const YarnPlies& plies = yarns.data().curves[curve].plies;
+  std::vector<SkyPoint> points;
+  const auto add = [&](const YarnFrame& frame, const V3f& from, float angle) {
+    const V3f round = from * std::cos(angle) + frame.tangent.cross(from) * std::sin(angle);
+    const V3f beside = frame.tangent.cross(frame.across);
+    YarnPoint at;
+    at.cosine = round.dot(frame.across);
+    at.sine = round.dot(beside);
+    at.side = {frame.out.dot(frame.across), frame.out.dot(beside)};
+    const V3f normal = frame.normal_of(round);
+    points.push_back(
+        {frame.place_of(round) + normal * (frame.radius * leave_radii), normal, angle_factors(plies, at)});
+  };
+  constexpr float pi = std::numbers::pi_v<float>;
+  if (plies.sides == 0) {
+    const YarnFrame frame = yarns.frame_at(curve, station);
+    for (int a = 0; a < angles; ++a) add(frame, frame.across, 2 * pi * static_cast<float>(a) / angles);
+    return points;
+  }
+  const float reach = pi / 2 + pi / static_cast<float>(plies.count);
+  for (int ply = 0; ply < plies.count; ++ply) {
+    const YarnFrame frame = yarns.frame_at(curve, station, ply);
+    for (int a = 0; a < angles_of_ply; ++a)
+      add(frame, frame.out, reach * (2 * (static_cast<float>(a) + 0.5F) / angles_of_ply - 1));
+  }
+  return points;
+}
+
+/// Coefficients of the functions of the angle, of all functions of light, that fit values at points best.
+class SkyFit {
+ public:
+  void add(const SkyPoint& point, const SkyFactors& values) {
+    for (int i = 0; i < angle_functions; ++i) {
+      for (int j = 0; j < angle_functions; ++j) rows_[i][j] += point.functions[i] * point.functions[j];
+      for (int k = 0; k < smooth_functions; ++k)
+        rows_[i][angle_functions + k] += point.functions[i] * values[k];
+    }
+  }
+  /// Two plies do not tell all sides: a little of each is taken off.
+  std::array<SkyFactors, angle_functions> solved() {
+    std::array<SkyFactors, angle_functions> result{};
+    for (int i = 0; i < angle_functions; ++i) rows_[i][i] += 1e-4F * rows_[0][0] + 1e-6F;
+    for (int i = 0; i < angle_functions; ++i) {
+      for (int j = 0; j < angle_functions; ++j) {
+        if (j == i) continue;
+        const float share = rows_[j][i] / rows_[i][i];
+        for (std::size_t k = 0; k < rows_[j].size(); ++k) rows_[j][k] -= share * rows_[i][k];
+      }
+    }
+    for (int i = 0; i < angle_functions; ++i) {
+      for (int k = 0; k < smooth_functions; ++k) result[i][k] = rows_[i][angle_functions + k] / rows_[i][i];
+    }
+    return result;
+  }
+
+ private:
+  std::array<std::array<float, angle_functions + smooth_functions>, angle_functions> rows_{};
+};
 
 }  // namespace
 
@@ -74,7 +142,7 @@ std::vector<float> sky_of(const Yarns& yarns) {
   for (int c = 0; c < static_cast<int>(data.curves.size()); ++c) {
     const YarnCurve& curve = data.curves[c];
     const float weight = curve.gloss.weight;
-    const float outermost = curve.plies.count > 1 ? 1 + sky_groove : 1;
+    const float outermost = curve.plies.count > 1 && curve.plies.sides == 0 ? 1 + sky_groove : 1;
     const V3f reflectance =
         (curve.albedo * (1 - weight) + V3f(weight > 0 ? weight * mean_gloss(curve.gloss.roughness) : 0)) *
         std::numbers::inv_pi_v<float>;
@@ -97,25 +165,14 @@ std::vector<float> sky_of(const Yarns& yarns) {
           }
         }
       }
-      const YarnFrame frame = yarns.frame_at(c, number);
-      const V3f beside = frame.tangent.cross(frame.across);
-      for (int a = 0; a < angles; ++a) {
-        const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(a) / angles;
-        const float cosine = std::cos(angle);
-        const float sine = std::sin(angle);
-        const V3f round = frame.across * cosine + beside * sine;
-        const V3f normal = frame.normal_of(round);
-        const V3f above = frame.place_of(round) + normal * (frame.radius * leave_radii);
-        const SkyFactors seen = seen_sky(yarns, above, normal, lights);
-        // The angles are even: the functions are orthogonal over them.
-        const auto of_angle = angle_basis(cosine, sine);
-        for (int i = 0; i < angle_functions; ++i) {
-          const float share = of_angle[i] * static_cast<float>(i == 0 ? 1 : 2) / angles;
-          for (int k = 0; k < smooth_functions; ++k) {
-            for (int colour = 0; colour < 3; ++colour)
-              to[(i * smooth_functions + k) * 3 + colour] +=
-                  share * seen[k] * reflectance[colour] / outermost;
-          }
+      SkyFit fit;
+      for (const SkyPoint& point : points_about(yarns, c, number))
+        fit.add(point, seen_sky(yarns, point.above, point.normal, lights));
+      const auto direct = fit.solved();
+      for (int i = 0; i < angle_functions; ++i) {
+        for (int k = 0; k < smooth_functions; ++k) {
+          for (int colour = 0; colour < 3; ++colour)
+            to[(i * smooth_functions + k) * 3 + colour] += direct[i][k] * reflectance[colour] / outermost;
         }
       }
     });

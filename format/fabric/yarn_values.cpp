@@ -43,7 +43,8 @@ std::array<float, yarn_fields> values_of(const YarnCurve& c) {
           c.hairs.kept,
           c.squeezes.empty() ? 0.0F : 1.0F,
           s.contrast,
-          s.change};
+          s.change,
+          static_cast<float>(p.sides)};
 }
 
 /// A whole number that a float holds; min - 1 for any other value.
@@ -123,7 +124,10 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
       for (auto* light : {&turned.light, &turned.through}) {
         float* c = &(*light)[station * light_values_per_station];
         for (int i = 1; i < angle_functions; ++i) {
-          const bool flips = i == 4 || (sideways ? i == 2 : i == 1);
+          const bool of_sides = own.plies.sides != 0;
+          const bool of_sine = i == 2 || (of_sides && i == 4);
+          const bool of_cosine = i == 1 || (of_sides && i == 3);
+          const bool flips = (!of_sides && i == 4) || (sideways ? of_sine : of_cosine);
           for (int k = 0; flips && k < 3 * light_functions_of_yarn; ++k) {
             c[3 * light_functions_of_yarn * i + k] *= -1;
           }
@@ -153,11 +157,9 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
     curve.albedo = {value(5), value(6), value(7)};
     curve.gloss = {value(8), value(9)};
     curve.fibre_slope = value(10);
-    curve.plies = {whole(value(11), 0, many),
-                   whole(value(12), 0, many),
-                   whole(value(13), -many, many),
-                   value(14),
-                   {value(15), value(16), value(17)}};
+    curve.plies = {whole(value(11), 0, many),         whole(value(12), 0, many),
+                   whole(value(13), -many, many),     value(14),
+                   {value(15), value(16), value(17)}, whole(value(33), 0, 1)};
     curve.strands = {whole(value(18), -many, many),
                      whole(value(19), 0, many),
                      whole(value(20), -many, many),

@@ -39,6 +39,7 @@ Result<void> check_plies(const YarnPlies& p, const std::string& place) {
   for (int k = 0; k < 3; ++k) {
     if (!in(p.groove[k], -4, 4)) return refuse(place, "has a groove outside of [-4, 4]");
   }
+  if (p.sides != 0 && p.sides != 1) return refuse(place, "has sides that are neither 0 nor 1");
   return {};
 }
 
@@ -168,6 +169,11 @@ std::array<float, angle_functions> angle_basis(float cosine, float sine) {
   return {1, cosine, sine, cosine * cosine - sine * sine, 2 * cosine * sine};
 }
 
+std::array<float, angle_functions> angle_factors(const YarnPlies& plies, const YarnPoint& point) {
+  if (plies.sides != 0) return {1, point.cosine, point.sine, point.side.x, point.side.y};
+  return angle_basis(point.cosine, point.sine);
+}
+
 std::array<float, light_functions_of_yarn> light_basis(const V3f& l) {
   std::array<float, light_functions_of_yarn> basis{
       1, l.x, l.y, l.z, l.x * l.y, l.x * l.z, l.y * l.z, l.x * l.x - l.y * l.y, 3 * l.z * l.z - 1};
@@ -217,6 +223,7 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
     point.cosine = s.across[0].x;
     point.sine = s.across[0].y;
     point.outward = s.across[0].z;
+    point.side = {s.across[1].x, s.across[1].y};
     point.strand = point.normal;
     return point;
   }
@@ -227,7 +234,9 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   const float norm = std::hypot(cosine, sine);
   point.cosine = norm > 0 ? cosine / norm : 1;
   point.sine = norm > 0 ? sine / norm : 0;
-  point.outward = point.normal.dot(mix(s.out[0], s.out[1], share));
+  const V3f out_of_axis = mix(s.out[0], s.out[1], share);
+  point.outward = point.normal.dot(out_of_axis);
+  point.side = {out_of_axis.dot(across), out_of_axis.dot(tangent.cross(across))};
   point.normal = squeezed(point.normal, s.squeeze).normalized();
   point.strand = point.normal;
   point.rows = s.rows;
@@ -285,7 +294,7 @@ LightTransfer Yarns::transfer_at(const YarnPoint& point, bool through) const {
   const float* here = coefficients(whole);
   const float* next = coefficients(whole + 1);
   LightTransfer transfer{};
-  for (const float a : angle_basis(point.cosine, point.sine)) {
+  for (const float a : angle_factors(curve.plies, point)) {
     for (std::size_t i = 0; i < transfer.size(); ++i)
       transfer[i] += a * (here[i] * (1 - share) + next[i] * share);
     here += transfer.size();

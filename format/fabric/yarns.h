@@ -33,6 +33,9 @@ struct YarnPlies {
   float phase = 0;  ///< angle of ply 0 at node 0, in [-pi, pi]
   /// Indirect light is 1 + groove times the normal's share in the way out of the axis as bright.
   V3f groove{0, 0, 0};
+  /// 1: indirect light tells the sides of the axis on which plies lie (YarnPoint::side) in place of the
+  /// double angle. 0: of earlier writers.
+  int sides = 0;
   bool operator==(const YarnPlies&) const = default;
 };
 
@@ -66,6 +69,7 @@ float radius_of_plies(const YarnCurve& curve);
 /// Indirect light of a station: for the angle a about the axis and the light l
 ///   f(a, l) = max(0, l_z sum over i, k of c_ik A_i(a) B_k(l)) in 1/sr, A = 1, cos a, sin a, cos 2a, sin 2a,
 ///   B = 1, x, y, z, xy, xz, yz, x^2 - y^2, 3 z^2 - 1.
+/// With YarnPlies::sides the last two A are YarnPoint::side.
 /// The angle counts from the direction that a first direction across the chain's first segment (Yarns) takes
 /// when it is carried along.
 inline constexpr int angle_functions = 5;
@@ -90,8 +94,8 @@ struct YarnData {
 YarnCounts counts_of(const YarnData& data);
 
 /// The values of a file's layer `yarns`: the curves' nodes, then their stations, and so on in the order of
-/// the members of YarnCurve, then 1 with squeezes, the strands' contrast and change; x, y, z of each curve's
-/// nodes and then of its squeezes. `indirect`: every value over all stations.
+/// the members of YarnCurve, then 1 with squeezes, the strands' contrast and change, and the plies' sides; x,
+/// y, z of each curve's nodes and then of its squeezes. `indirect`: every value over all stations.
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
   return counts.fields * counts.curves + values_per_node * counts.nodes;
@@ -128,6 +132,8 @@ struct YarnPoint {
   float sine = 0;
   /// Share of the normal in the way from the yarn's axis to its ply's; 0 without plies.
   float outward = 0;
+  /// The way from the yarn's axis to its ply's, as cosine and sine of its angle; 0 without plies.
+  V2f side{0, 0};
   float station = 0;  ///< in [0, stations of its curve]
   int curve = 0;
   bool hair = false;  ///< angle, station and outward at its root
@@ -135,6 +141,9 @@ struct YarnPoint {
   V3f strand{0, 0, 1};   ///< normal of the visible strand; of smooth yarn: the yarn's
   float brightness = 1;  ///< factor of all light but the gloss
 };
+
+/// The factors of the functions at a point of a yarn or ply.
+std::array<float, angle_functions> angle_factors(const YarnPlies& plies, const YarnPoint& point);
 
 /// Indirect light of a point for any light: the factors of the functions of the light, [function][colour].
 using LightTransfer = std::array<float, 3 * light_functions_of_yarn>;
@@ -202,7 +211,8 @@ class Yarns {
   /// lanes can fetch them.
   struct Segment {
     V3f start, along;
-    /// across: of the yarn's axis. Of a hair, the first has cosine, sine and YarnPoint::outward of its root.
+    /// across: of the yarn's axis. Of a hair, the first has cosine, sine and YarnPoint::outward of its root,
+    /// the second YarnPoint::side.
     std::array<V3f, 2> tangent, across;
     std::array<V3f, 2> out{V3f(0, 0, 0), V3f(0, 0, 0)};  ///< unit, from that to the ply's; 0 without plies
     float inverse_length2 = 0;                           ///< 1 / mm^2; in the round section

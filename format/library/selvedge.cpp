@@ -66,6 +66,7 @@ std::vector<FabricYarnCurve> curves_of(const YarnData& data) {
                       c.plies.shift,
                       c.plies.phase,
                       {c.plies.groove.x, c.plies.groove.y, c.plies.groove.z},
+                      c.plies.sides,
                       c.flattening});
   }
   return curves;

@@ -98,6 +98,7 @@ struct FabricYarnCurve {
   int shift = 0;                  ///< at the chain's end ply j runs on as ply j + shift
   float phase = 0;                ///< radians, of ply 0 at node 0
   std::array<float, 3> groove{};  ///< change of indirect light where the normal points out of the yarn
+  int sides = 0;                  ///< 1: in place of cos 2a and sin 2a indirect light has the side of the ply
   float flattening = 1;           ///< thickness over width of its section where it lies level; 1: round
 };
 

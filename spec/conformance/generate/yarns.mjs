@@ -14,10 +14,11 @@ const LATER = {
   hairs: {count: 0, length: 0, loops: 0, radius: 0, kept: 1},
   squashed: {is: 0},
   colours: {contrast: Math.fround(0.12), change: 0},
+  light: {sides: 0},
 };
 
 /**
- * Layer members and values of curves, in the order of spec/fabric.md: with 33 fields, with 34 where a curve has the member
+ * Layer members and values of curves, in the order of spec/fabric.md: with 34 fields, with 35 where a curve has the member
  * `unknown`, or with the first `fields` alone.
  */
 export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity} = {}) {
@@ -88,7 +89,7 @@ export const crossing_hairs = {
   ...of_curves([
     {...weft, hairs, strands: uneven},
     {...loop, hairs, strands: uneven},
-    {...three, hairs, strands},
+    {...three, hairs, strands, light: {sides: 1}},
     {...five, hairs: {...hairs, loops: 0.75}, strands: {...strands, ...uneven}},
   ]),
   thickness: crossing.thickness,
@@ -99,7 +100,7 @@ const lean = [[0.1, 0.5, 0.25], [0, 0.75, -0.25], [0, -0.625, 0.25], [0, 0, 0], 
 export const squashed = {
   ...of_curves([
     {...weft, squeezes: lean, strands: {count: 20, pieces: 5, shift: -27, seed: 4711}, hairs},
-    {...three, squeezes: lean, hairs, strands: uneven},
+    {...three, squeezes: lean, hairs, strands: uneven, light: {sides: 1}},
     {...warp, squeezes: lean.slice(0, 3)},
   ]),
   thickness: crossing.thickness,

@@ -15,7 +15,7 @@ function turned_yarns(fabric, through) {
   const turned = (values) => {
     const light = flat(values, 'indirect');
     for (const curve of over.curves) {
-      const odd = [curve.sideways ? 2 : 1, 4];
+      const one = curve.sideways ? 2 : 1, odd = [one, curve.plies.sides ? one + 2 : 4];
       for (const j of odd)
         for (let k = 0; k < 3 * LIGHTS; ++k)
           for (let s = 0; s < curve.stations; ++s)

@@ -60,11 +60,11 @@ export function trace(yarns, [u, v], view) {
   return hit;
 }
 
-/** The surface at a hit: { N, F, cos_a, sin_a, x, b }, x in stations. */
+/** The surface at a hit: { N, F, cos_a, sin_a, x, b, side }, x in stations. */
 export function surface({segment, from_start}) {
   if (segment.rank > 0) {
     const F = segment.tangents[0], [cos_a, sin_a, b] = segment.across[0];
-    return {N: unit(across(from_start, F)), F, cos_a, sin_a, x: segment.stations[0], b};
+    return {N: unit(across(from_start, F)), F, cos_a, sin_a, x: segment.stations[0], b, side: segment.across[1]};
   }
   const {curve, squeeze, round: along, length, tangents: [t_0, t_1], across: [A_0, A_1], out: [E_0, E_1]} = segment;
   const P = squeezed(from_start, squeeze), [x_0, x_1] = segment.stations, clamp = (x) => min(max(x, -0.25), 1.25);
@@ -76,9 +76,10 @@ export function surface({segment, from_start}) {
   const s = clamp(s_0 + dot(minus(P, C(s_0)), way) / dot(way, way));
   const T = unit(slope(s)), n = unit(across(minus(P, C(s)), T));
   const A = plus(times(A_0, 1 - s), A_1, s), [c, e] = [dot(n, A), dot(n, cross(T, A))];
-  const x = x_0 + s * (x_1 - x_0), b = dot(n, plus(times(E_0, 1 - s), E_1, s));
+  const E = plus(times(E_0, 1 - s), E_1, s), x = x_0 + s * (x_1 - x_0), b = dot(n, E);
+  const side = [dot(E, A), dot(E, cross(T, A))];
   const F = unit(stretched(plus(T, cross(T, n), curve.slope), squeeze)), N = unit(squeezed(n, squeeze));
-  return {N, F, cos_a: c / hypot(c, e), sin_a: e / hypot(c, e), x: x < 0 ? x + curve.stations : x, b};
+  return {N, F, cos_a: c / hypot(c, e), sin_a: e / hypot(c, e), x: x < 0 ? x + curve.stations : x, b, side};
 }
 
 /** Whether yarn hides the light from a point; 'by a tip': only the ball at the end of a segment does, perhaps a hair's. */
@@ -112,7 +113,7 @@ export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, vi
   const {radius, rows, rank} = hit.segment;
   const {albedo, gloss, roughness, stations, first_station, strands, plies, tangent} = hit.segment.curve;
   if (yarns.dark) return dark;
-  const smooth = surface(hit), {cos_a, sin_a, x, b: outward} = smooth, L = lifted(light), V = lifted(view);
+  const smooth = surface(hit), {cos_a, sin_a, x, b: outward, side} = smooth, L = lifted(light), V = lifted(view);
   // The coefficients of light from below hold direct light as well.
   const hidden = yarns.by_light || is_hidden(yarns, plus(hit.point, smooth.N, OFF_THE_YARN * radius), L);
   const upright = abs(tangent[2]) >= 0.9;
@@ -121,7 +122,7 @@ export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, vi
   const facing = dot(N, L);
   const V_raised = unit(plus(V, N, max(0, LEAST_FACING - dot(N, V))));
   const [l_x, l_y, l_z] = light;
-  const A = [1, cos_a, sin_a, cos_a ** 2 - sin_a ** 2, 2 * cos_a * sin_a];
+  const A = [1, cos_a, sin_a, ...plies.sides ? [side[0], side[1]] : [cos_a ** 2 - sin_a ** 2, 2 * cos_a * sin_a]];
   const B = [1, l_x, l_y, l_z, l_x * l_y, l_x * l_z, l_y * l_z, l_x ** 2 - l_y ** 2, 3 * l_z ** 2 - 1];
   const place = floor(x), [here, next] = [place, place + 1].map((s) => first_station + s % stations);
   const rgb = albedo.map((colour, c) => {

@@ -81,7 +81,7 @@ TEST_CASE("rays meet plies as they meet round yarns in their places") {
   CHECK(met > 1000);
 }
 
-TEST_CASE("indirect light of plies belongs to the axis, and the groove makes it darker or brighter") {
+TEST_CASE("indirect light of plies belongs to the axis and its sides, and the groove changes it") {
   YarnData data = straight(2, 0.5F);
   data.curves[0].plies = {3, 8, 0, 0, {0.5F, 0, -0.25F}};
   data.light[0] = data.light[1] = data.light[2] = 0.25F;
@@ -102,6 +102,9 @@ TEST_CASE("indirect light of plies belongs to the axis, and the groove makes it 
     CHECK(transfer[0] == doctest::Approx(0.25F * (1 + 0.5F * point.outward)));
     CHECK(transfer[1] == 0.25F);
     CHECK(transfer[2] == doctest::Approx(0.25F * (1 - 0.25F * point.outward)));
+    CHECK(point.side.x == doctest::Approx(out.z).epsilon(1e-4));
+    CHECK(angle_factors({3, 8, 0, 0, {}, 1}, point)[3] == point.side.x);
+    CHECK(angle_factors({3, 8, 0, 0, {}, 0}, point)[3] == angle_basis(point.cosine, point.sine)[3]);
     if (point.outward > 0.99F) ++outermost;
   }
   CHECK(outermost > 20);

@@ -110,7 +110,8 @@ TEST_CASE("the library gives the yarn as it was written, and shows it at level -
                     given.divisions,
                     given.shift,
                     given.phase,
-                    {given.groove[0], given.groove[1], given.groove[2]}} == curve.plies);
+                    {given.groove[0], given.groove[1], given.groove[2]},
+                    given.sides} == curve.plies);
   }
   REQUIRE(yarns.nodes.size() == 3 * data.nodes.size());
   for (std::size_t i = 0; i < yarns.nodes.size(); ++i) {

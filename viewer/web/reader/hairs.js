@@ -49,7 +49,7 @@ export function hairs_of(curve, chain, sideways) {
                      plus(times(t_0, s - 2 * s * s + s ** 3), t_1, s ** 3 - s * s), length);
     const T = unit(plus(times(round, 6 * s - 6 * s * s),
                         plus(times(t_0, 1 - 4 * s + 3 * s * s), t_1, 3 * s * s - 2 * s), length));
-    const A = unit(across(mix(A_0, A_1), T)), angle = 2 * PI * u(2);
+    const E = mix(E_0, E_1), A = unit(across(mix(A_0, A_1), T)), angle = 2 * PI * u(2);
     const light = [sense[0] * cos(angle), sense[1] * sin(angle)];
     const round_normal = plus(times(A, light[0]), cross(T, A), light[1]), N = unit(squeezed(round_normal, g));
     const F = unit(stretched(plus(T, cross(T, round_normal), slope), g)), G = times(cross(N, F), sense[0] * sense[1]);
@@ -62,7 +62,7 @@ export function hairs_of(curve, chain, sideways) {
         ...of,
         length: hypot(...way),
         tangents: [unit(way), unit(way)],
-        across: [[...light, dot(round_normal, mix(E_0, E_1))], [0, 0, 0]],
+        across: [[...light, dot(round_normal, E)], [dot(E, A), dot(E, cross(T, A)), 0]],
         out: [[0, 0, 0], [0, 0, 0]],
         stations: [u(0) * stations, u(0) * stations],
         rows: [0, 0],

@@ -14,7 +14,7 @@ import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
 const {abs, atan2, cos, floor, fround, hypot, max, min, sin} = Math;
 /** Values of the fields from 11 on of files that have fewer. */
-const DEFAULTS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, fround(0.12), 0];
+const DEFAULTS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, fround(0.12), 0, 0];
 /** Functions of the angle, and of the light, that indirect light has coefficients of. */
 export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
@@ -61,16 +61,17 @@ function curves_of(counts, number, point) {
     const points = take(own), squeezes = squashed === 1 ? take(own) : [];
     first += own;
     const albedo = [red, green, blue], turns = [X, Y];
-    const plies = {count, divisions, shift, phase, groove};
+    const plies = {count, divisions, shift, phase, groove, sides: of_strands[15]};
     const light = {albedo, gloss, roughness, slope};
     return {nodes: own, first: first - own, points, squashed, squeezes, stations, turns, radius, flattening, ...light, plies, strands, hairs};
   });
 }
 
 const is_whole = (x, low, high) => Number.isInteger(x) && x >= low && x <= high;
-const are_plies = ({count, divisions, shift, phase, groove}) => is_whole(count, 1, MOST_PLIES) &&
+const are_plies = ({count, divisions, shift, phase, groove, sides}) => is_whole(count, 1, MOST_PLIES) &&
   is_whole(divisions, 1, count > 1 ? MOST_DIVISIONS : 1) && is_whole(shift, -MOST_SHIFT, MOST_SHIFT) &&
-  abs(phase) <= fround(Math.PI) && groove.every((x) => abs(x) <= MOST_GROOVE);
+  abs(phase) <= fround(Math.PI) && groove.every((x) => abs(x) <= MOST_GROOVE) &&
+  is_whole(sides, 0, 1);
 
 const strands_of = ([count, pieces, shift, seed, irregularity, swells]) =>
   ({count, pieces, shift, seed, irregularity, swells});

@@ -8,7 +8,7 @@ const curve = {
   stations: 1, turns: [1, 0], radius: 0.25, albedo: [0.75, 0.5, 0.25], gloss: 0.25, roughness: 0.5, slope: 0,
   nodes: [[0.25, -0.5, 0.5], [1.5, -0.5, 0.5]],
 };
-const CURVES = 2, FIELDS = 33, NODES = 4, SQUEEZES = 2;
+const CURVES = 2, FIELDS = 34, NODES = 4, SQUEEZES = 2;
 const NEXT = [[0.25, -1, 0.5], [1.25, -1, 0.75]];
 /** A fixture of two curves, curve 1 with further members. */
 const two_curves = (more = {}) => {
@@ -34,7 +34,7 @@ const members = members_of(sound, [
 ]);
 
 const channels = [
-  ['more-nodes-than-channels', '400 nodes, channels for 4', 'yarns.13', `${YARNS}/nodes`, 400],
+  ['more-nodes-than-channels', '400 nodes, channels for 4', `yarns.${Math.ceil((FIELDS * CURVES + 3 * NODES) / 6)}`, `${YARNS}/nodes`, 400],
   ['more-stations-than-channels', '3 stations, channels for 2', 'indirect.45', `${YARNS}/stations`, 3],
 ].map(([what, about, place, pointer, n]) => broken('FABRIC_CHANNEL', what, about, place, {text: set(pointer, n), ...others}, sound));
 
@@ -94,6 +94,7 @@ const fields = [
   [stranded, 'seed-too-large', 'a seed of 25 bits', 21, 2 ** 24],
   [stranded, 'irregularity-too-large', 'a yarn that changes its colour by half', 22, 0.5],
   [stranded, 'change-too-large', 'rows that differ too much', 32, 0.75],
+  [plied, 'sides-half', 'light of half a side', 33, 0.5],
   [stranded, 'contrast-too-large', 'strands whose colours differ by half', 31, 0.5],
   [stranded, 'swells-none', 'no swell', 23, 0],
   [flat, 'flattening-too-small', 'a yarn four times as wide as thick', 24, 0.25],
