@@ -20,7 +20,7 @@ namespace selvedge {
 struct YarnPlace {
   int curve = -1;
   int ply = 0;       ///< of a curve with strands
-  float along = 0;   ///< share of the chain, in [0, 1]
+  float along = 0;   ///< share of the chain, from 0 to about 1
   float around = 0;  ///< turns about the yarn or ply, in [-1/2, 1/2]
 };
 

@@ -71,7 +71,8 @@ Result<void> add_places(const PlyFile& ply, const std::string& path, CellMesh& m
                           single(columns[2], i), single(columns[3], i)};
     const bool on_curve = curve >= 0 && curve < static_cast<double>(mesh.yarns.curves.size()) &&
                           place.ply >= 0 && place.ply < mesh.yarns.curves[place.curve].plies.count;
-    if ((curve != -1 && !on_curve) || !std::isfinite(place.along) || !std::isfinite(place.around))
+    const bool in_range = std::abs(place.along) <= 2 && std::abs(place.around) <= 1;
+    if ((curve != -1 && !on_curve) || !in_range)
       return damaged(path, "vertex", "has places on yarns that do not exist");
     mesh.places.push_back(place);
   }

@@ -114,7 +114,8 @@ Variation variation_of(const Yarns& yarns) {
   int along_v = 0;
   int seen = 0;
   for (int i = 0; i < side * side; ++i) {
-    const V2d uv((i % side + 0.5) / side, (i / side + 0.5) / side);
+    const int row = i / side;
+    const V2d uv((i % side + 0.5) / side, (row + 0.5) / side);
     const auto hit = yarns.trace(uv, 0, V3f(0, 0, 1));
     if (!hit) continue;
     ++seen;
