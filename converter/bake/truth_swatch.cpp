@@ -9,27 +9,14 @@
 namespace selvedge {
 namespace {
 
-/// The variation of cloth whose yarn is known.
-class TruthVariation {
- public:
-  TruthVariation(const CellMesh& mesh, double mm) : period_(mesh.period), mm_(mm) {
-    if (!mesh.yarns.curves.empty()) yarns_.emplace(mesh.yarns, V2f(mesh.period));
-  }
-  /// The factor at the point that a ray meets.
-  double at(const SwatchRay& ray, const SurfacePoint& point) const {
-    if (!yarns_ || !yarns_->variation().varies()) return 1;
-    const V2d uv = ray.point * 1000.0 / period_ * V2d(1, -1);
-    const V3d met = V3d(point.position) * mm_;
-    const auto hit = yarns_->trace(V2d(met.x, -met.y) / period_, static_cast<float>(met.z), V3f(ray.view));
-    const int curve = hit ? yarns_->inside().segments[hit->segment].curve : -1;
-    return static_cast<double>(yarns_->factor_at(uv, curve));
-  }
-
- private:
-  V2d period_;
-  double mm_;
-  std::optional<Yarns> yarns_;
-};
+/// The factor at the point that a ray meets: of cloth that varies, whose vertices know their yarn.
+double factor_at(const std::optional<Yarns>& yarns, const RayScene& scene, const V2d& period_mm,
+                 const SwatchRay& ray, const SurfacePoint& point) {
+  if (!yarns) return 1;
+  const CellMesh& mesh = scene.mesh();
+  const V2d uv = ray.point * 1000.0 / period_mm * V2d(1, -1);
+  return static_cast<double>(yarns->factor_at(uv, mesh.places[mesh.triangles[point.triangle].x].curve));
+}
 
 }  // namespace
 
@@ -43,7 +30,8 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
     const RayScene& scene = cell.scene;
     const PathTracer tracer(scene, options.bounces);
     const LightChoice choice(shot.lights);
-    const TruthVariation variation(mesh, cell.mm);
+    std::optional<Yarns> yarns;
+    if (!mesh.places.empty()) yarns.emplace(mesh.yarns, V2f(mesh.period));
     const SwatchCell place{scene.period(), cell.mm / 1000, plane / cell.mm,
                            static_cast<double>(scene.bounds().max.z)};
     const auto trace = [&](const SwatchRay& ray, PathSampler& sampler, PathLights& lights, PixelSum& sum) {
@@ -57,7 +45,7 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
       for (std::size_t l = 0; l < lights.directions.size(); ++l)
         lights.radiance[l] += direct_light(scene, point, surface, lights.directions[l], ray.view, rays);
       rays += tracer.add_indirect(point, ray.view, lights.directions, sampler, lights.radiance);
-      lights.add_to(sum, variation.at(ray, point));
+      lights.add_to(sum, factor_at(yarns, scene, mesh.period, ray, point));
       return rays;
     };
     TruthSwatch result = draw_truth(shot, options, trace, progress);

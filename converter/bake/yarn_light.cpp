@@ -105,36 +105,16 @@ struct CachePoint {
 };
 
 std::vector<CachePoint> places_about(const Yarns& yarns, int curve, int station) {
-  const YarnCurve& own = yarns.data().curves[curve];
-  const int plies = own.plies.count;
-  const int around = plies == 1 ? angles : angles_of_plies / plies;
-  // Plies touch their neighbours so far from their outermost line; what lies beyond is inside of the yarn.
-  const double reach = pi / 2 + pi / plies;
+  const int plies = yarns.data().curves[curve].plies.count;
   std::vector<CachePoint> places;
-  for (int ply = 0; ply < plies; ++ply) {
-    const YarnFrame frame = yarns.frame_at(curve, station, ply);
-    const V3d tangent(frame.tangent);
-    const V3d from(plies == 1 ? frame.across : frame.out);
-    for (int a = 0; a < around; ++a) {
-      const double angle = plies == 1 ? 2 * pi * a / around : reach * (2 * (a + 0.5) / around - 1);
-      CachePoint place;
-      const V3d round = from * std::cos(angle) + tangent.cross(from) * std::sin(angle);
-      const V3d squeeze(frame.squeeze);
-      place.normal = squeezed(round, squeeze).normalized();
-      place.radius = static_cast<double>(frame.radius);
-      place.above = V3d(frame.position) + stretched(round, squeeze) * place.radius +
-                    place.normal * (lift * place.radius);
-      if (plies > 1) place.seen = (std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach));
-      const V3d across(frame.across);
-      const V3d beside = tangent.cross(across);
-      YarnPoint at;
-      at.cosine = static_cast<float>(round.dot(across));
-      at.sine = static_cast<float>(round.dot(beside));
-      at.side = V2f(V2d(V3d(frame.out).dot(across), V3d(frame.out).dot(beside)));
-      const auto factors = angle_factors(own.plies, at);
-      for (int i = 0; i < angle_functions; ++i) place.row[i] = static_cast<double>(factors[i]);
-      places.push_back(place);
-    }
+  for (const StationPoint& point :
+       points_about(yarns, curve, station, plies == 1 ? angles : angles_of_plies / plies)) {
+    CachePoint& place = places.emplace_back();
+    place.normal = V3d(point.normal);
+    place.radius = static_cast<double>(point.radius);
+    place.above = V3d(point.place) + place.normal * (lift * place.radius);
+    place.seen = static_cast<double>(point.seen);
+    for (int i = 0; i < angle_functions; ++i) place.row[i] = static_cast<double>(point.functions[i]);
   }
   return places;
 }

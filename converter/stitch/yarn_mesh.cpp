@@ -225,9 +225,9 @@ YarnStrands strands_of(const Yarn& yarn, int seed) {
   strands.pieces =
       std::clamp(static_cast<int>(std::lround(length / (strand_length * yarn.radius_mm))), 2, max_pieces);
   // In whole turns, also where there are more than a file holds.
-  const double most = max_pieces / strands.count;
-  strands.shift =
-      strands.count * static_cast<int>(std::clamp(std::round(length * yarn.twist_per_mm), -most, most));
+  const int most = max_pieces / strands.count;
+  strands.shift = strands.count * static_cast<int>(std::clamp(std::round(length * yarn.twist_per_mm),
+                                                              -1.0 * most, 1.0 * most));
   return strands;
 }
 

@@ -282,7 +282,6 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
     const V3f& groove = curve.plies.groove;
     const Quad of_lamps = Quad{1, 1, 1, 0} + Quad{groove.x, groove.y, groove.z, 0} * numbers_of[6][i];
     const bool sides = curve.plies.sides != 0;
-    const Quad of_sky = Quad{1, 1, 1, 0} * (1 + (sides ? 0.0F : sky_groove) * numbers_of[6][i]);
     const std::array<std::size_t, angle_functions> of{0, 2, 3, sides ? 8U : 4U, sides ? 9U : 5U};
     const std::uint32_t texel = batch.texel[first + i];
     for (std::size_t slot = 0; slot < slots; ++slot) {
@@ -292,7 +291,8 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
         const Quad mixed = low + part * (quad_of(b[k * slots + slot]) - low);
         value += k == 0 ? mixed : mixed * numbers_of[of[k]][i];
       }
-      value = positive(value * (job.slots[slot].sky ? of_sky : of_lamps)) * numbers_of[7][i];
+      if (!job.slots[slot].sky) value *= of_lamps;
+      value = positive(value) * numbers_of[7][i];
       add(value, raw[static_cast<std::size_t>(job.slots[slot].plane) * plane_texels + texel]);
     }
     raw[texel][3] = 1;
@@ -595,13 +595,13 @@ void fill_heights(const CellYarn& yarn, const YarnPieces& pieces, const DepthGri
       float sum = 0;
       float count = 0;
       float upright = 0;
-      for (const std::size_t row : rows) {
+      for (const std::size_t first : rows) {
         for (const int x : {left, right < seen.width ? right : right - seen.width}) {
-          const float z = seen.z[row + x];
+          const float z = seen.z[first + x];
           if (!(z > no_depth)) continue;
           sum += z;
           count += 1;
-          upright += along_v[pieces.segments[seen.piece[row + x]].curve] ? 1.0F : 0.0F;
+          upright += along_v[pieces.segments[seen.piece[first + x]].curve] ? 1.0F : 0.0F;
         }
       }
       if (count > 0) {

@@ -277,25 +277,32 @@ YarnFrame Yarns::frame_at(int curve, int station, int ply) const {
   return frame;
 }
 
-YarnFrame Yarns::frame_at(int curve, int station) const {
-  const int plies = data_.curves[curve].plies.count;
-  YarnFrame sum = frame_at(curve, station, 0);
-  // The plies lie evenly about the axis.
-  V3f off(0, 0, 0);
-  V3f tangent = sum.tangent;
-  V3f across = sum.across;
-  for (int ply = 1; ply < plies; ++ply) {
-    const YarnFrame frame = frame_at(curve, station, ply);
-    off += frame.position - sum.position;
-    tangent += frame.tangent;
-    across += frame.across;
+std::vector<StationPoint> points_about(const Yarns& yarns, int curve, int station, int count) {
+  const YarnPlies& plies = yarns.data().curves[curve].plies;
+  constexpr float pi = std::numbers::pi_v<float>;
+  // Plies touch their neighbours so far from their outermost line; what lies beyond is inside of the yarn.
+  const float reach = plies.count == 1 ? pi : pi / 2 + pi / static_cast<float>(plies.count);
+  std::vector<StationPoint> points;
+  for (int ply = 0; ply < plies.count; ++ply) {
+    const YarnFrame frame = yarns.frame_at(curve, station, ply);
+    const V3f& from = plies.count == 1 ? frame.across : frame.out;
+    const V3f beside = frame.tangent.cross(frame.across);
+    for (int i = 0; i < count; ++i) {
+      const float angle = reach * (2 * (static_cast<float>(i) + 0.5F) / static_cast<float>(count) - 1);
+      const V3f round = from * std::cos(angle) + frame.tangent.cross(from) * std::sin(angle);
+      YarnPoint at;
+      at.cosine = round.dot(frame.across);
+      at.sine = round.dot(beside);
+      at.side = {frame.out.dot(frame.across), frame.out.dot(beside)};
+      StationPoint& point = points.emplace_back();
+      point.place = frame.place_of(round);
+      point.normal = frame.normal_of(round);
+      point.radius = frame.radius;
+      if (plies.count > 1) point.seen = (std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach));
+      point.functions = angle_factors(plies, at);
+    }
   }
-  sum.position += off / static_cast<float>(plies);
-  sum.tangent = tangent.normalized();
-  sum.across = across_of(across, sum.tangent);
-  sum.out = V3f(0, 0, 0);
-  sum.radius = data_.curves[curve].radius * (sum.radius / radius_of_plies(data_.curves[curve]));
-  return sum;
+  return points;
 }
 
 }  // namespace selvedge

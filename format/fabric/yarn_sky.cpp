@@ -57,53 +57,16 @@ SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std
   return factors;
 }
 
-/// Ratio of the mean indirect light over the surface of plies to the light with the factor of the sky.
-V3f groove_of_sky(const YarnCurve& curve) {
+/// Mean over the surface of plies of the factor that files of earlier writers have.
+V3f mean_groove(const YarnCurve& curve) {
   constexpr float mean_outward = 0.6F;
-  if (curve.plies.count == 1 || curve.plies.sides != 0) return V3f(1);
-  return (V3f(1) + curve.plies.groove * mean_outward) / (1 + sky_groove * mean_outward);
-}
-
-/// A point of the surface about a station, and its functions of the angle.
-struct SkyPoint {
-  V3f above, normal;
-  std::array<float, angle_functions> functions;
-};
-
-/// Evenly around the yarn, or around its plies where these have sides: up to where they touch.
-std::vector<SkyPoint> points_about(const Yarns& yarns, int curve, int station) {
-  const YarnPlies& plies = yarns.data().curves[curve].plies;
-  std::vector<SkyPoint> points;
-  const auto add = [&](const YarnFrame& frame, const V3f& from, float angle) {
-    const V3f round = from * std::cos(angle) + frame.tangent.cross(from) * std::sin(angle);
-    const V3f beside = frame.tangent.cross(frame.across);
-    YarnPoint at;
-    at.cosine = round.dot(frame.across);
-    at.sine = round.dot(beside);
-    at.side = {frame.out.dot(frame.across), frame.out.dot(beside)};
-    const V3f normal = frame.normal_of(round);
-    points.push_back(
-        {frame.place_of(round) + normal * (frame.radius * leave_radii), normal, angle_factors(plies, at)});
-  };
-  constexpr float pi = std::numbers::pi_v<float>;
-  if (plies.sides == 0) {
-    const YarnFrame frame = yarns.frame_at(curve, station);
-    for (int a = 0; a < angles; ++a) add(frame, frame.across, 2 * pi * static_cast<float>(a) / angles);
-    return points;
-  }
-  const float reach = pi / 2 + pi / static_cast<float>(plies.count);
-  for (int ply = 0; ply < plies.count; ++ply) {
-    const YarnFrame frame = yarns.frame_at(curve, station, ply);
-    for (int a = 0; a < angles_of_ply; ++a)
-      add(frame, frame.out, reach * (2 * (static_cast<float>(a) + 0.5F) / angles_of_ply - 1));
-  }
-  return points;
+  return V3f(1) + curve.plies.groove * (curve.plies.count > 1 ? mean_outward : 0);
 }
 
 /// Coefficients of the functions of the angle, of all functions of light, that fit values at points best.
 class SkyFit {
  public:
-  void add(const SkyPoint& point, const SkyFactors& values) {
+  void add(const StationPoint& point, const SkyFactors& values) {
     for (int i = 0; i < angle_functions; ++i) {
       for (int j = 0; j < angle_functions; ++j) rows_[i][j] += point.functions[i] * point.functions[j];
       for (int k = 0; k < smooth_functions; ++k)
@@ -142,12 +105,11 @@ std::vector<float> sky_of(const Yarns& yarns) {
   for (int c = 0; c < static_cast<int>(data.curves.size()); ++c) {
     const YarnCurve& curve = data.curves[c];
     const float weight = curve.gloss.weight;
-    const float outermost = curve.plies.count > 1 && curve.plies.sides == 0 ? 1 + sky_groove : 1;
     const V3f reflectance =
         (curve.albedo * (1 - weight) + V3f(weight > 0 ? weight * mean_gloss(curve.gloss.roughness) : 0)) *
         std::numbers::inv_pi_v<float>;
     parallel_for(0, curve.stations, [&](int number) {
-      const V3f groove = groove_of_sky(curve);
+      const V3f groove = mean_groove(curve);
       const std::size_t first = (station + number) * light_values_per_station;
       float* to = &result[first];
       const float* indirect = &data.light[first];
@@ -166,13 +128,16 @@ std::vector<float> sky_of(const Yarns& yarns) {
         }
       }
       SkyFit fit;
-      for (const SkyPoint& point : points_about(yarns, c, number))
-        fit.add(point, seen_sky(yarns, point.above, point.normal, lights));
+      for (const StationPoint& point :
+           points_about(yarns, c, number, curve.plies.count > 1 ? angles_of_ply : angles)) {
+        const V3f above = point.place + point.normal * (point.radius * leave_radii);
+        fit.add(point, seen_sky(yarns, above, point.normal, lights));
+      }
       const auto direct = fit.solved();
       for (int i = 0; i < angle_functions; ++i) {
         for (int k = 0; k < smooth_functions; ++k) {
           for (int colour = 0; colour < 3; ++colour)
-            to[(i * smooth_functions + k) * 3 + colour] += direct[i][k] * reflectance[colour] / outermost;
+            to[(i * smooth_functions + k) * 3 + colour] += direct[i][k] * reflectance[colour];
         }
       }
     });

@@ -8,13 +8,10 @@
 
 namespace selvedge {
 
-/// Ply radiance is scaled by 1 + groove * dot(normal, outward).
-inline constexpr float sky_groove = 0.5F;
-
 /// For the yarn's stations and angles, factors of the functions of the light:
 /// radiance = sum over i, k of c_ik A_i(angle) L_k, L in the fabric's axes; laid out as YarnData::light.
 /// Direct light with what yarn hides of it, that by way of other yarn, and what comes through from below.
-/// Of plies, without that factor. Gloss reflects its mean, whatever the view. Traced from points at the
+/// Gloss reflects its mean, whatever the view. Traced from points at the
 /// stations: milliseconds.
 std::vector<float> sky_of(const Yarns& yarns);
 

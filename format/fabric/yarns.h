@@ -189,8 +189,7 @@ class Yarns {
   /// Turns fibre and normal to the strand's that is seen from unit `view`.
   void add_strands(YarnPoint& point, const V3f& view) const;
   /// Precondition: the curve has the station.
-  YarnFrame frame_at(int curve, int station) const;
-  YarnFrame frame_at(int curve, int station, int ply) const;
+  YarnFrame frame_at(int curve, int station, int ply = 0) const;
   /// Whether yarn lies between the point and unit `light`, which is lifted like a view.
   bool occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const;
   /// The same for a point, mm, of any repeat.
@@ -312,6 +311,16 @@ std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> node
                                std::span<const Yarns::Segment> chain);
 /// Whether angles about the curve count from the x axis.
 bool counts_from_the_side(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period);
+
+/// A point of the surface about a station.
+struct StationPoint {
+  V3f place, normal;                               ///< mm; unit, out of the yarn
+  float radius = 0;                                ///< mm, YarnFrame::radius
+  float seen = 1;                                  ///< roughly the share of views that it is seen from
+  std::array<float, angle_functions> functions{};  ///< angle_factors()
+};
+/// So many points evenly around a yarn, or around each of its plies as far as this touches no other.
+std::vector<StationPoint> points_about(const Yarns& yarns, int curve, int station, int count);
 
 /// The yarn of the cell turned over: heights are `thickness` (mm) less what they were, and light from above
 /// is that from below. Where that is unknown, the upper side keeps the light that the other had.
