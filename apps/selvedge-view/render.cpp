@@ -149,7 +149,7 @@ void add_render_verb(Program& program) {
        "EXR: linear radiance * opacity, and opacity.\n"
        "Tone curves of an exposed colour c: neutral is Khronos PBR Neutral (2024), which keeps saturated "
        "colours;\n"
-       "aces is c (2.51 c + 0.03) / (c (2.43 c + 0.59) + 0.14) per channel (Narkowicz 2016).\n"},
+       "agx is AgX (Sobotka 2022) as in Blender and three.js, where bright colours turn white.\n"},
       declare_render, run);
 }
 

@@ -68,20 +68,21 @@ ShowState first_state(const ShowCommand& command, const Window& window, const Sh
   const V2i size = picture_size(window);
   const double aspect = static_cast<double>(size.x) / size.y;
   ShowState state = value_or_throw(picture.first_state(command.picture.camera, aspect));
-  PictureOptions plain = command.picture;
-  plain.around = {};
-  Look look = value_or_throw(look_of(plain, lights_of(picture.scene()), plain.limits.document.memory));
+  Look look = value_or_throw(
+      look_of(command.picture, lights_of(picture.scene()), command.picture.limits.document.memory));
   state.display = look.display;
   state.lights = std::move(look.lights);
   state.lights_in_camera_frame = look.lights_in_camera_frame;
   state.ambient = static_cast<float>(command.picture.ambient);
-  state.turn = static_cast<float>(command.picture.around.turn);
-  state.strength = static_cast<float>(command.picture.around.strength);
   state.backdrop = command.picture.backdrop;
   state.backdrop_blur = command.picture.backdrop_blur;
   if (look.environment) {
+    Environment plain = *look.environment;
+    const EnvironmentOptions around = std::exchange(plain.options, {});
+    state.turn = static_cast<float>(around.turn);
+    state.strength = static_cast<float>(around.strength);
     state.environment = 0;
-    offer(look.name, *look.environment, state);
+    offer(look.name, plain, state);
   }
   if (look.name != "studio") offer("studio", studio(), state);
   state.shadows = look.shadows;

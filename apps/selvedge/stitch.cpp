@@ -65,8 +65,8 @@ Result<int> list_stitches(const StitchCommand& command) {
   std::string text;
   for (const StitchInfo& info : built_in_stitches()) {
     if (info.name == command.input) return list_parameters(command, info);
-    list.push_back({{"name", info.name}, {"description", info.description}});
-    text += fmt::format("{:14} {}\n", info.name, info.description);
+    list.push_back({{"name", info.name}, {"description", info.description}, {"cover", info.cover}});
+    text += fmt::format("{:14} cover {:.3f}  {}\n", info.name, info.cover, info.description);
   }
   if (!command.input.empty()) {
     return fail(Code::stitch_unknown, command.input, "--list", "is no built-in stitch");

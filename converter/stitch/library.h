@@ -13,6 +13,7 @@ struct StitchInfo {
   std::string name;
   std::string description;  ///< one line
   std::vector<StitchParameter> parameters;
+  double cover = 0;  ///< share of the area that its yarns cover seen along the normal, at the defaults
 };
 
 std::vector<StitchInfo> built_in_stitches();

@@ -37,6 +37,31 @@ std::uint8_t srgb_byte(const std::vector<std::uint8_t>& table, float value) {
   return table[std::min(static_cast<int>(clipped * table_size), table_size - 1)];
 }
 
+/// Logarithms of colours in primaries of Rec. 2020 that are moved inwards, a curve over 16.5 stops about mid
+/// grey, and back; matrices act on rows. The curve is the polynomial of B. Wrensch, "Minimal AgX" (2023).
+V3f agx(const V3f& colour) {
+  const Imath::M33f to_2020(0.6274F, 0.0691F, 0.0164F, 0.3293F, 0.9195F, 0.088F, 0.0433F, 0.0113F, 0.8956F);
+  const Imath::M33f from_2020(1.6605F, -0.1246F, -0.0182F, -0.5876F, 1.1329F, -0.1006F, -0.0728F, -0.0083F,
+                              1.1187F);
+  const Imath::M33f inwards(0.856627F, 0.137319F, 0.111898F, 0.0951212F, 0.761242F, 0.0767994F, 0.0482516F,
+                            0.101439F, 0.811302F);
+  const Imath::M33f outwards(1.1271F, -0.14133F, -0.14133F, -0.110607F, 1.157824F, -0.110607F, -0.0164939F,
+                             -0.0164939F, 1.251936F);
+  constexpr float least_stop = -12.47393F;
+  constexpr float stops = 16.5F;
+  V3f c = colour * to_2020 * inwards;
+  for (int i = 0; i < 3; ++i) {
+    const float x = std::clamp((std::log2(std::max(c[i], 1e-10F)) - least_stop) / stops, 0.0F, 1.0F);
+    c[i] =
+        -0.00232F + x * (0.1191F + x * (0.4298F + x * (-6.868F + x * (31.96F + x * (-40.14F + x * 15.5F)))));
+  }
+  c = c * outwards;
+  for (int i = 0; i < 3; ++i) c[i] = std::pow(std::max(c[i], 0.0F), 2.2F);
+  c = c * from_2020;
+  for (int i = 0; i < 3; ++i) c[i] = std::clamp(c[i], 0.0F, 1.0F);
+  return c;
+}
+
 }  // namespace
 
 V3f tone_mapped(ToneCurve curve, const V3f& colour) {
@@ -55,12 +80,8 @@ V3f tone_mapped(ToneCurve curve, const V3f& colour) {
       const float grey = 1 - 1 / (desaturation * (peak - shown) + 1);
       return base * (shown / peak) * (1 - grey) + V3f(shown * grey);
     }
-    case ToneCurve::aces: {
-      const auto curve_at = [](float c) {
-        return std::clamp(c * (2.51F * c + 0.03F) / (c * (2.43F * c + 0.59F) + 0.14F), 0.0F, 1.0F);
-      };
-      return {curve_at(colour.x), curve_at(colour.y), curve_at(colour.z)};
-    }
+    case ToneCurve::agx:
+      return agx(colour);
   }
   return colour;
 }

@@ -16,12 +16,11 @@ enum class ToneCurve {
   none,     ///< c, clipped at 1
   neutral,  ///< Khronos PBR Neutral (2024): hues stay, and colours below 0.8 but for 0.04 of the surface's
             ///< reflection
-  aces,     ///< c (2.51 c + 0.03) / (c (2.43 c + 0.59) + 0.14) per channel, clipped: Narkowicz 2016, a fit
-            ///< to the ACES reference rendering
+  agx,      ///< AgX (Sobotka 2022) as Blender's default look and three.js have it: bright colours turn white
 };
 
 /// Names on the command line, in the order of the enumeration.
-inline constexpr std::array<std::string_view, 3> tone_curve_names{"none", "neutral", "aces"};
+inline constexpr std::array<std::string_view, 3> tone_curve_names{"none", "neutral", "agx"};
 
 /// Applies the curve to a linear sRGB colour that is not premultiplied; `none` does not clip.
 V3f tone_mapped(ToneCurve curve, const V3f& colour);

@@ -51,13 +51,12 @@ Change apply(const ShowInput& input, double aspect, double size, ShowState& stat
 }
 
 void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state) {
-  if (state.environment >= 0) {
-    state.turn = static_cast<float>(std::remainder(static_cast<double>(state.turn) + 180 * drag.x, 360));
+  if (state.held_light >= state.lights.size() ||
+      state.lights[state.held_light].kind != LightKind::directional) {
+    if (state.environment >= 0)
+      state.turn = static_cast<float>(std::remainder(static_cast<double>(state.turn) + 180 * drag.x, 360));
     return;
   }
-  if (state.held_light >= state.lights.size() ||
-      state.lights[state.held_light].kind != LightKind::directional)
-    return;
   V3d& direction = state.lights[state.held_light].direction;
   if (state.lights_in_camera_frame) {
     direction = turn_light(direction, drag);
@@ -102,7 +101,7 @@ void switch_light_frame(ShowState& state) {
 }
 
 float usual_exposure(const ShowState& state) {
-  return state.environment >= 0 ? 1 : default_display().exposure;
+  return state.environment >= 0 && state.lights.empty() ? 1 : default_display().exposure;
 }
 
 std::vector<Light> lights_in_world(const ShowState& state, const Camera& camera) {

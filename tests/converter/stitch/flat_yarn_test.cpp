@@ -235,6 +235,14 @@ TEST_CASE("shirtings come to rest at their counts, without being thinned, and we
   }
 }
 
+TEST_CASE("the cover that built-in stitches state is the cover of their yarns at rest") {
+  for (const StitchInfo& info : built_in_stitches()) {
+    CAPTURE(info.name);
+    const auto numbers = test::need(textile_numbers(test::need(find_stitch(info.name)).pattern, 0));
+    CHECK(info.cover == doctest::Approx(numbers.cover).epsilon(0.002));
+  }
+}
+
 TEST_CASE("knits are of textile numbers, and squashed yarn covers them") {
   struct Knit {
     const char* name;

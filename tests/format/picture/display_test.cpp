@@ -36,16 +36,23 @@ TEST_CASE("Khronos PBR Neutral leaves colours below 0.8 but for 0.04, and keeps 
   CHECK(red.y == doctest::Approx(0.1 * shown / 1.96 * (1 - grey) + shown * grey));
 }
 
-TEST_CASE("the ACES curve has the values that Narkowicz gives") {
-  // Black stays black, his curve passes 0.8 at c = 1 (2.54 / 3.16) and tends to 2.51 / 2.43, clipped.
-  CHECK(tone_mapped(ToneCurve::aces, V3f(0)).x == 0);
-  CHECK(tone_mapped(ToneCurve::aces, V3f(1)).x == doctest::Approx(2.54 / 3.16));
-  CHECK(tone_mapped(ToneCurve::aces, V3f(1e6F)).x == 1);
+TEST_CASE("the AgX curve has the values of three.js 0.187") {
+  const std::vector<std::pair<V3f, V3f>> cases{{{0, 0, 0}, {0, 0, 0}},
+                                               {{0.18F, 0.18F, 0.18F}, {0.21455F, 0.2145F, 0.2145F}},
+                                               {{1, 1, 1}, {0.59022F, 0.59014F, 0.5901F}},
+                                               {{0.8F, 0.1F, 0.05F}, {0.60762F, 0.17716F, 0.11252F}},
+                                               {{0.02F, 0.05F, 0.6F}, {0.04086F, 0.13643F, 0.54842F}},
+                                               {{4, 3, 0.2F}, {0.88044F, 0.80697F, 0.51724F}},
+                                               {{40, 2, 40}, {1, 0.9551F, 1}},
+                                               {{1e4F, 1e4F, 1e4F}, {0.99698F, 0.99688F, 0.99678F}}};
+  for (const auto& [colour, wanted] : cases) {
+    CHECK((tone_mapped(ToneCurve::agx, colour) - wanted).length() < 1e-4F);
+  }
 }
 
 TEST_CASE("a tone curve leaves the background and the opacity alone") {
   const Frame frame{2, 1, {V4f(0, 0, 0, 0), V4f(1.5F, 1.5F, 1.5F, 0.5F)}};
-  for (const ToneCurve tone : {ToneCurve::none, ToneCurve::neutral, ToneCurve::aces}) {
+  for (const ToneCurve tone : {ToneCurve::none, ToneCurve::neutral, ToneCurve::agx}) {
     const Image image = to_display_image(frame, {1, tone, V3f(0.9F)});
     CHECK(image.pixels[0] == 0.9F);
     const float cloth = tone_mapped(tone, V3f(3)).x;
