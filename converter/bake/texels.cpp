@@ -177,7 +177,7 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
     r.nx[i] = normal.x;
     r.ny[i] = normal.y;
     r.nz[i] = normal.z;
-    r.diffuse[i] = albedo * (diffuse / static_cast<float>(pi));
+    r.diffuse[i] = albedo * diffuse;
   }
   const std::size_t n = lights.size();
   const LeavingPacket leaving = scene_.leave(points, hits);
@@ -194,8 +194,10 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
     if (facing == 0) continue;
     rays += static_cast<std::uint64_t>(std::popcount(facing));
     const std::uint32_t lit = facing & ~scene_.occluded(leaving, light, facing);
-    std::array<float, packet_size> gloss{};
-    if (glossy) r.gloss.reflectance(light, gloss);
+    GlossPacket::Lanes gloss{};
+    GlossPacket::Lanes body;
+    body.fill(std::numbers::inv_pi_v<float>);
+    if (glossy) r.gloss.reflectance(light, body, gloss);
     for (std::uint32_t remaining = lit; remaining != 0;) {
       // Lanes of the same half of a texel are adjacent and are summed before they are added to it.
       Gather* const owner = packet.gather[std::countr_zero(remaining)];
@@ -203,7 +205,7 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
       for (; remaining != 0; remaining &= remaining - 1) {
         const int i = std::countr_zero(remaining);
         if (packet.gather[i] != owner) break;
-        sum += (r.diffuse[i] + V3f(gloss[i])) * cosine[i];
+        sum += (r.diffuse[i] * body[i] + V3f(gloss[i])) * cosine[i];
       }
       for (std::size_t c = 0; c < 3; ++c) owner->recent[c * n + l] += sum[static_cast<int>(c)];
     }

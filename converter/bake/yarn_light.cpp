@@ -202,9 +202,8 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
   std::size_t first = 0;
   for (std::size_t c = 0; c < data.curves.size(); ++c) {
     YarnCurve& curve = data.curves[c];
-    const V3f reflected =
-        curve.albedo * (1 - curve.gloss.weight) +
-        V3f(curve.gloss.weight * static_cast<float>(mean_gloss_albedo(curve.gloss.roughness)));
+    const V3f reflected = curve.albedo * (1 - curve.gloss.weight) +
+                          V3f(curve.gloss.weight * mean_gloss_albedo(curve.gloss.roughness));
     std::vector<std::vector<CachePoint>> places(curve.stations);
     parallel_for(0, curve.stations, [&](int station) {
       places[station] = places_about(yarns, static_cast<int>(c), station);

@@ -390,7 +390,7 @@ void IrradianceCache::add_shares(const RayScene& scene, const SurfacePoint& poin
     return;
   }
   const auto w = static_cast<double>(surface.gloss.weight);
-  const double reflected = w > 0 ? w * mean_gloss_albedo(surface.gloss.roughness) : 0;
+  const double reflected = w > 0 ? w * mean_gloss_albedo(static_cast<double>(surface.gloss.roughness)) : 0;
   albedo_.emplace_back(surface.albedo * (1 - w) + V3d(reflected));
 }
 

@@ -81,12 +81,41 @@ double reflect_at_facet(const V3d& v, double r, const V2d& random, V3d& l) {
   return (1 + seen) / (1 + seen + smith_lambda(l, r));
 }
 
+double body_of(const YarnBrdf& surface, const V3d& light, const V3d& view) {
+  return body_reflectance(light.dot(surface.fibre), view.dot(surface.fibre),
+                          static_cast<double>(surface.gloss.lustre));
+}
+
+/// A direction, and the body's reflectance times pi over the density of a cosine there. The body is the sine
+/// of the angle to the fibre times a difference of two Poisson kernels of it; their sum is drawn (wrapped
+/// Cauchy).
+BsdfSample sample_body(const YarnBrdf& surface, const V3d& view, const V2d& random) {
+  const auto s = static_cast<double>(surface.gloss.lustre);
+  if (s < 0.05) {
+    const V3d direction = cosine_direction(surface.normal, random);
+    return {direction, V3d(body_of(surface, direction, view) * pi)};
+  }
+  const double mirror = std::acos(std::clamp(-view.dot(surface.fibre), -1.0, 1.0));
+  const double drawn = mirror + 2 * std::atan((1 - s) / (1 + s) * std::tan(pi * (random.x - 0.5)));
+  const double x = std::cos(drawn);
+  const double across = std::sqrt(1 - x * x);
+  const double sine = 2 * random.y - 1;
+  const V3d direction = (surface.fibre * x + surface.normal.cross(surface.fibre) * (across * sine) +
+                         surface.normal * (across * std::sqrt(std::max(0.0, 1 - sine * sine))))
+                            .normalized();
+  const auto kernel = [&](double angle) {
+    return (1 - s * s) / (2 * pi * (1 - 2 * s * std::cos(angle) + s * s));
+  };
+  const double density = kernel(drawn - mirror) + kernel(drawn + mirror);
+  return {direction, V3d(body_of(surface, direction, view) * 2 * across * across / density)};
+}
+
 V3f aligned(const V3f& fibre, const V3f& reference) { return fibre.dot(reference) < 0 ? -fibre : fibre; }
 
-/// Turns the normal and the fibre of a surface to the met strand, and changes its albedo or brightness.
-/// The normal stays on the ray's side. Of a hair only the albedo changes. Surfaces beside yarns, and points
-/// that no ray met, stay.
-void add_strand(const CellMesh& mesh, const SurfacePoint& point, YarnBrdf& surface) {
+/// Turns the normal and the fibre (in its plane, or `fibre`) of a surface to the met strand, and changes its
+/// albedo or brightness. The normal stays on the ray's side. Of a hair only the albedo changes. Surfaces
+/// beside yarns, and points that no ray met, stay.
+void add_strand(const CellMesh& mesh, const SurfacePoint& point, const V3d& fibre, YarnBrdf& surface) {
   if (mesh.places.empty() || point.view == V3f(0, 0, 0)) return;
   const YarnPlace place = place_at(mesh, point);
   if (place.curve < 0) return;
@@ -97,7 +126,15 @@ void add_strand(const CellMesh& mesh, const SurfacePoint& point, YarnBrdf& surfa
                                     static_cast<double>(place.along), rows_of_ply(curve, place.ply));
   // Strands lie on the outside of a translucent wall; its colour belongs to both sides.
   const bool inside = point.back && !mesh.transmission.empty();
-  if (strands.count > 0 && !inside) turn_to_strand(change, V3d(point.view), surface.normal, surface.fibre);
+  if (strands.count > 0 && !inside) {
+    // Faces are flat, and fibres are known at their corners: the normal gives way.
+    const V3d upright = surface.normal - fibre * fibre.dot(surface.normal);
+    if (fibre.length2() > 0.5 && upright.length2() > 0.01) {
+      surface.normal = upright.normalized();
+      surface.fibre = fibre;
+    }
+    turn_to_strand(change, V3d(point.view), surface.normal, surface.fibre);
+  }
   if (surface.transmission > 0) {
     surface.brightness = change.brightness;
     return;
@@ -120,7 +157,8 @@ V3d cosine_direction(const V3d& normal, const V2d& square) {
 
 double dull_share(const YarnBrdf& s) {
   const auto w = static_cast<double>(s.gloss.weight);
-  return 1 - (s.transmission > 0 && w > 0 ? w * mean_gloss_albedo(s.gloss.roughness) : w);
+  return 1 -
+         (s.transmission > 0 && w > 0 ? w * mean_gloss_albedo(static_cast<double>(s.gloss.roughness)) : w);
 }
 
 YarnBrdf surface_at(const RayScene& scene, const SurfacePoint& point) {
@@ -134,7 +172,7 @@ YarnBrdf surface_at(const RayScene& scene, const SurfacePoint& point) {
   }
   const double transmission = s.transmission;
   if (mesh.gloss.empty()) {
-    add_strand(mesh, point, s);
+    add_strand(mesh, point, s.fibre, s);
     s.albedo = wall_albedo(s.albedo, transmission);
     return s;
   }
@@ -145,6 +183,7 @@ YarnBrdf surface_at(const RayScene& scene, const SurfacePoint& point) {
   for (int i = 0; i < 3; ++i) {
     s.gloss.weight += share[i] * mesh.gloss[corner[i]].weight;
     s.gloss.roughness += share[i] * mesh.gloss[corner[i]].roughness;
+    s.gloss.lustre += share[i] * mesh.gloss[corner[i]].lustre;
     // The sign of a fibre has no meaning: corners are flipped to agree.
     fibre += aligned(mesh.fibres[corner[i]], mesh.fibres[corner.x]) * share[i];
   }
@@ -157,16 +196,11 @@ YarnBrdf surface_at(const RayScene& scene, const SurfacePoint& point) {
   if (s.transmission > 0 && point.back) {
     // Inside a ply there is no highlight, and as much goes through as from outside.
     s.transmission *= dull_share(s);
-    s.gloss.weight = 0;
+    s.gloss.weight = s.gloss.lustre = 0;
   }
-  add_strand(mesh, point, s);
+  add_strand(mesh, point, V3d(fibre).normalized(), s);
   s.albedo = wall_albedo(s.albedo, transmission);
   return s;
-}
-
-double gloss_reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view) {
-  return gloss_reflectance(local(surface, light), local(surface, view),
-                           static_cast<double>(surface.gloss.roughness));
 }
 
 bool comes_through(const YarnBrdf& surface, const V3d& light) {
@@ -182,11 +216,12 @@ V3d reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view) {
     return surface.albedo * (surface.brightness * dull_share(surface) * surface.transmission / pi);
   }
   if (light.dot(surface.normal) <= 0 || view.dot(surface.normal) <= 0) return V3d(0, 0, 0);
-  const double w = static_cast<double>(surface.gloss.weight);
-  const V3d diffuse =
-      surface.albedo * (surface.brightness * dull_share(surface) * (1 - surface.transmission) / pi);
-  if (w == 0) return diffuse;
-  return diffuse + V3d(w * gloss_reflectance(surface, light, view));
+  const auto& gloss = surface.gloss;
+  const V3d body = surface.albedo * (surface.brightness * dull_share(surface) * (1 - surface.transmission));
+  const double shine = gloss.weight > 0 ? gloss_reflectance(local(surface, light), local(surface, view),
+                                                            static_cast<double>(gloss.roughness))
+                                        : 0;
+  return body * body_of(surface, light, view) + V3d(static_cast<double>(gloss.weight) * shine);
 }
 
 void GlossPacket::set(std::size_t lane, const YarnBrdf& surface, const V3d& view) {
@@ -204,9 +239,10 @@ void GlossPacket::set(std::size_t lane, const YarnBrdf& surface, const V3d& view
   width_[lane] = static_cast<float>(r);
   seen_[lane] = v.z > 0 ? static_cast<float>(smith_lambda(v, r)) : 0.0F;
   weight_[lane] = v.z > 0 ? surface.gloss.weight : 0.0F;
+  lustre_[lane] = surface.gloss.lustre;
 }
 
-SELVEDGE_WIDE void GlossPacket::reflectance(const V3f& light, std::array<float, packet_size>& result) const {
+SELVEDGE_WIDE void GlossPacket::reflectance(const V3f& light, Lanes& body, Lanes& gloss) const {
   for (std::size_t i = 0; i < packet_size; ++i) {
     const float x = tx_[i] * light.x + ty_[i] * light.y + tz_[i] * light.z;
     const float y = bx_[i] * light.x + by_[i] * light.y + bz_[i] * light.z;
@@ -219,7 +255,8 @@ SELVEDGE_WIDE void GlossPacket::reflectance(const V3f& light, std::array<float, 
     const float lambda = (std::sqrt(1 + (r2 * x * x + y * y) / (z * z)) - 1) / 2;
     const float f =
         weight_[i] / (4 * static_cast<float>(pi) * width_[i] * q * q * (1 + lambda + seen_[i]) * z * vz_[i]);
-    result[i] = z > 0 && weight_[i] > 0 ? f : 0.0F;
+    gloss[i] = z > 0 && weight_[i] > 0 ? f : 0.0F;
+    body[i] = body_reflectance(x, vx_[i], lustre_[i]);
   }
 }
 
@@ -231,7 +268,9 @@ std::optional<BsdfSample> sample_bsdf(const YarnBrdf& surface, const V3d& view, 
     const V3d weight =
         t > 0 ? surface.albedo * (surface.brightness * dull_share(surface) / (1 - w)) : surface.albedo;
     if (x < t) return BsdfSample{cosine_direction(surface.inward, {x / t, random.y}), weight};
-    return BsdfSample{cosine_direction(surface.normal, {(x - t) / (1 - t), random.y}), weight};
+    BsdfSample sample = sample_body(surface, view, {(x - t) / (1 - t), random.y});
+    sample.weight *= weight;
+    return sample;
   }
   const V3d v = local(surface, view);
   if (v.z <= 0) return std::nullopt;
@@ -241,28 +280,6 @@ std::optional<BsdfSample> sample_bsdf(const YarnBrdf& surface, const V3d& view, 
   const V3d direction =
       surface.fibre * l.x + surface.normal.cross(surface.fibre) * l.y + surface.normal * l.z;
   return BsdfSample{direction.normalized(), V3d(share)};
-}
-
-double mean_gloss_albedo(float roughness) {
-  constexpr std::size_t steps = 16;
-  static const auto table = [] {
-    std::array<double, steps + 1> mean{};
-    for (std::size_t i = 0; i <= steps; ++i) {
-      const double r = std::max(min_gloss_width, static_cast<double>(i) / steps);
-      constexpr std::uint32_t count = 4096;
-      for (std::uint32_t k = 0; k < count; ++k) {
-        PathSampler sampler(k, i);
-        V3d l;
-        const V3d v = cosine_direction({0, 0, 1}, sampler.next());
-        mean[i] += reflect_at_facet(v, r, sampler.next(), l) / count;
-      }
-    }
-    return mean;
-  }();
-  const double position = std::clamp(static_cast<double>(roughness), 0.0, 1.0) * steps;
-  const auto below = std::min(static_cast<std::size_t>(position), steps - 1);
-  const double share = position - static_cast<double>(below);
-  return table[below] * (1 - share) + table[below + 1] * share;
 }
 
 V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrdf& surface, const V3f& light,
@@ -285,8 +302,7 @@ DiffuseShares diffuse_shares(const YarnBrdf& surface) {
   DiffuseShares shares{albedo * (1 - t), albedo * t};
   if (!(gloss.weight > 0)) return shares;
   const float dull = t > 0 ? static_cast<float>(dull_share(surface)) : 1 - gloss.weight;
-  shares.back =
-      shares.back * dull + V3f(gloss.weight * static_cast<float>(mean_gloss_albedo(gloss.roughness)));
+  shares.back = shares.back * dull + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
   shares.through *= dull;
   return shares;
 }

@@ -47,21 +47,19 @@ double incidence(const YarnBrdf& surface, const V3d& light);
 /// f in 1/sr, also of light that comes through; 0 if a direction lies below the surface.
 V3d reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view);
 
-/// The gloss term of f without its weight w.
-double gloss_reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view);
-
 /// The gloss of up to 16 points, each with its own view, for one light at a time; in single precision.
 class GlossPacket {
  public:
+  using Lanes = std::array<float, packet_size>;
   void set(std::size_t lane, const YarnBrdf& surface, const V3d& view);
-  /// The weight times gloss_reflectance() of every lane; 0 if light or view lies below the surface.
-  void reflectance(const V3f& light, std::array<float, packet_size>& result) const;
+  /// Of every lane the body, and the weight times gloss_reflectance(), which is 0 if light or view lies below
+  /// the surface; 1/sr.
+  void reflectance(const V3f& light, Lanes& body, Lanes& gloss) const;
 
  private:
-  using Lanes = std::array<float, packet_size>;
   // The fibre, the direction across and the normal, each over the lanes; the view in that frame.
   alignas(64) Lanes tx_{}, ty_{}, tz_{}, bx_{}, by_{}, bz_{}, nx_{}, ny_{}, nz_{};
-  alignas(64) Lanes vx_{}, vy_{}, vz_{}, width_{}, seen_{}, weight_{};
+  alignas(64) Lanes vx_{}, vy_{}, vz_{}, width_{}, seen_{}, weight_{}, lustre_{};
 };
 
 /// A sampled direction of light: the mean of `weight` times the radiance from there is the integral of f(l,
@@ -75,9 +73,6 @@ std::optional<BsdfSample> sample_bsdf(const YarnBrdf& surface, const V3d& view, 
 
 /// A cosine-distributed direction around `normal`; area preserving in `square`, which lies in [0, 1)^2.
 V3d cosine_direction(const V3d& normal, const V2d& square);
-
-/// Share of uniform light that the gloss reflects, in (0, 1]; accurate to 1e-3.
-double mean_gloss_albedo(float roughness);
 
 /// Light straight from a lamp of unit perpendicular irradiance that leaves a point towards `view`, where the
 /// lamp is not hidden. Adds the shadow ray to `rays`.

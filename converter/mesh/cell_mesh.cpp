@@ -53,6 +53,8 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
     }
     const Gloss gloss = mesh.gloss.empty() ? Gloss() : mesh.gloss[v];
     if (!(gloss.roughness > 0)) return invalid(place(), "the roughness of the gloss must be above 0");
+    if (!(gloss.lustre >= 0 && gloss.lustre <= max_lustre))
+      return invalid(place(), fmt::format("the lustre must lie in [0, {}]", max_lustre));
     for (const auto& [what, value] :
          {std::pair("red of the albedo", mesh.albedo[v].x),
           std::pair("green of the albedo", mesh.albedo[v].y),

@@ -57,6 +57,9 @@ void add_vertices(const PlyElement& vertices, const MeshChoices& choices, CellMe
     const V3d fibre(gloss[2]->values[i], gloss[3]->values[i], gloss[4]->values[i]);
     mesh.fibres.push_back(turned(V3f(fibre), choices.up_axis));
   }
+  const auto lustre = vertices.find({"yarn_lustre"});
+  for (std::size_t i = 0; i < mesh.gloss.size() && !lustre.empty(); ++i)
+    mesh.gloss[i].lustre = single(lustre[0], i);
   const auto transmission = vertices.find({"yarn_transmission"});
   for (std::size_t i = 0; i < vertices.count && !transmission.empty(); ++i)
     mesh.transmission.push_back(single(transmission[0], i));
@@ -157,8 +160,8 @@ std::string write_ply(const CellMesh& mesh, const std::string& comment) {
          properties("uchar", {"red", "green", "blue"}) +
          properties("float", {"yarn_red", "yarn_green", "yarn_blue"});
   if (glossy) {
-    out +=
-        properties("float", {"yarn_gloss", "yarn_roughness", "yarn_fibre_x", "yarn_fibre_y", "yarn_fibre_z"});
+    out += properties("float", {"yarn_gloss", "yarn_roughness", "yarn_lustre", "yarn_fibre_x", "yarn_fibre_y",
+                                "yarn_fibre_z"});
   }
   if (translucent) out += properties("float", {"yarn_transmission"});
   if (placed)
@@ -183,6 +186,7 @@ std::string write_ply(const CellMesh& mesh, const std::string& comment) {
     if (glossy) {
       append_bytes(out, mesh.gloss[v].weight);
       append_bytes(out, mesh.gloss[v].roughness);
+      append_bytes(out, mesh.gloss[v].lustre);
       append_vector(out, mesh.fibres[v]);
     }
     if (translucent) append_bytes(out, mesh.transmission[v]);

@@ -481,7 +481,7 @@ double describe(const std::vector<SampledPoint>& points, const V2d& period, cons
   struct Sums {
     int count = 0;
     V3d albedo{0, 0, 0};
-    double weight = 0, roughness = 0, along2 = 0, along_across = 0;
+    double weight = 0, roughness = 0, lustre = 0, along2 = 0, along_across = 0;
   };
   const std::vector<Foot> feet = feet_of(points, axes, period);
   std::vector<Sums> sums(axes.size());
@@ -494,6 +494,7 @@ double describe(const std::vector<SampledPoint>& points, const V2d& period, cons
     sum.albedo += V3d(point.albedo);
     sum.weight += point.gloss.weight;
     sum.roughness += point.gloss.roughness;
+    sum.lustre += point.gloss.lustre;
     const V3d fibre(point.fibre);
     sum.along2 += fibre.dot(foot.along) * fibre.dot(foot.along);
     sum.along_across += fibre.dot(foot.along) * fibre.dot(foot.along.cross(foot.outward));
@@ -505,7 +506,8 @@ double describe(const std::vector<SampledPoint>& points, const V2d& period, cons
     curves[a].turns = axes[a].turns;
     curves[a].radius = static_cast<float>(axes[a].radius);
     curves[a].albedo = V3f(sum.albedo / count);
-    curves[a].gloss = {static_cast<float>(sum.weight / count), static_cast<float>(sum.roughness / count)};
+    curves[a].gloss = {static_cast<float>(sum.weight / count), static_cast<float>(sum.roughness / count),
+                       static_cast<float>(sum.lustre / count)};
     if (sum.along2 > 0) curves[a].fibre_slope = static_cast<float>(sum.along_across / sum.along2);
   }
   int represented = 0;

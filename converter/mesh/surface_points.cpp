@@ -21,6 +21,7 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
   V3d fibre(0, 0, 0);
   double gloss = 0;
   double roughness = 0;
+  double lustre = 0;
   for (int k = 0; k < 3; ++k) {
     const int v = t[k];
     const double w = weights[k];
@@ -31,6 +32,7 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
     fibre += f.dot(fibre) < 0 ? -f * w : f * w;
     gloss += mesh.gloss[v].weight * w;
     roughness += mesh.gloss[v].roughness * w;
+    lustre += mesh.gloss[v].lustre * w;
   }
   point.position = flat;
   for (int k = 0; k < 3; ++k) {
@@ -49,7 +51,9 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
     point.albedo = V3f(wall_albedo(V3d(point.albedo), through) * (1 - through));
   }
   point.fibre = V3f(fibre.normalized());
-  if (!mesh.gloss.empty()) point.gloss = {static_cast<float>(gloss), static_cast<float>(roughness)};
+  if (!mesh.gloss.empty()) {
+    point.gloss = {static_cast<float>(gloss), static_cast<float>(roughness), static_cast<float>(lustre)};
+  }
   return point;
 }
 

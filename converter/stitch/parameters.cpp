@@ -46,10 +46,10 @@ constexpr YarnMember member(const char* name, double min, double max, bool limit
 }
 
 template <auto Member>
-constexpr YarnMember gloss_member(const char* name, double min, const char* meaning) {
+constexpr YarnMember gloss_member(const char* name, double min, const char* meaning, double max = 1) {
   return {name,
           min,
-          1,
+          max,
           false,
           meaning,
           [](const Yarn& yarn) { return shortest(yarn.gloss.*Member); },
@@ -62,6 +62,7 @@ constexpr YarnMember members[] = {
                                 "turns per mm, Z-twist is positive; not set, it follows the radius"),
     gloss_member<&Gloss::weight>("gloss", 0, "share of the light that the fibres reflect"),
     gloss_member<&Gloss::roughness>("roughness", 0.01, "width of the highlight"),
+    gloss_member<&Gloss::lustre>("lustre", 0, "how much the yarn's colour shines about its highlight", 0.9),
     member<&Yarn::fibre_degrees>("fibre_degrees", 0, 60, true,
                                  "lean of the fibres in a ply, of the other hand"),
     member<&Yarn::hairiness>("hairiness", 0, 100, true, "mm of hair a mm of yarn"),
@@ -171,6 +172,8 @@ void set_fibre(int kind, Yarn& yarn) {
   if (kind == 0) return;
   yarn.gloss.weight = static_cast<float>(surface_reflectance(yarn_kinds()[kind].refraction));
   yarn.gloss.roughness = static_cast<float>(yarn_kinds()[kind].roughness);
+  // By explicit fibres (docs/yarn.md): the mirrored and the returned light of satin, weaves and knits.
+  yarn.gloss.lustre = 1 - 1.4F * yarn.gloss.roughness;
   yarn.transmission = yarn_kinds()[kind].transmission;
   yarn.packing = yarn_kinds()[kind].packing;
 }

@@ -180,7 +180,7 @@ std::string to_json(const StitchPattern& pattern) {
     for (const YarnMember& m : yarn_members()) {
       const std::string name = m.name;
       const double value = m.get(yarn);
-      const bool of_fibre = name == "transmission" || name == "packing";
+      const bool of_fibre = name == "transmission" || name == "packing" || name == "lustre";
       const bool said = value != m.get(Yarn()) || (of_fibre && yarn.fibre != 0);
       const bool of_hairs = name == "hair_mm" || name == "hair_loops";
       if (!said || (of_hairs && yarn.hairiness == 0)) continue;

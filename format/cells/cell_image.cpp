@@ -51,7 +51,7 @@ struct Batch {
 /// Numbers of lanes' curves.
 struct CurveNumbers {
   using Floats = std::array<float, most_lanes>;
-  alignas(64) Floats slope, stations, gloss, rough, matt_x, matt_y, matt_z;
+  alignas(64) Floats slope, stations, gloss, rough, lustre, matt_x, matt_y, matt_z;
   int curve = -1;  ///< of all lanes, or -1
 };
 
@@ -64,6 +64,7 @@ void set_curve(const YarnCurve& curve, std::size_t i, CurveNumbers& numbers, Str
   numbers.matt_z[i] = matt.z;
   numbers.gloss[i] = curve.gloss.weight;
   numbers.rough[i] = curve.gloss.roughness;
+  numbers.lustre[i] = curve.gloss.lustre;
   strands.pieces[i] = static_cast<float>(curve.strands.pieces);
   strands.irregularity[i] = curve.strands.irregularity;
   strands.contrast[i] = curve.strands.contrast;
@@ -210,6 +211,8 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
   const Wide gloss = load_of(numbers.gloss);
   const Wide rough = load_of(numbers.rough);
   const Wide roughness = sqrt(rough * rough + hidden * Wide(hidden_roughness2));
+  const Wide lustre = load_of(numbers.lustre) * (one - hidden * Wide(hidden_lustre));
+  const bool is_matt = !any_greater(lustre, zero);
   const Wide most = (one - gloss) * Wide(std::numbers::inv_pi_v<float>);
   const Wide less = one - hidden * Wide(hidden_loss);
   const auto matt_of = [&](const Wide& of) __attribute__((always_inline)) {
@@ -237,16 +240,18 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
     const Vec light{Wide(lamp.lifted.x), Wide(lamp.lifted.y), Wide(lamp.lifted.z)};
     const Wide facing_light = normal.dot(light);
     if (!any_greater(facing_light, zero)) continue;
-    const Wide glint = if_greater(
-        gloss, zero,
-        gloss * gloss_of(Vec{light.dot(fibre), light.dot(side), facing_light}, local_view, roughness), zero);
+    const Wide along = light.dot(fibre);
+    const Wide glint =
+        if_greater(gloss, zero,
+                   gloss * gloss_of(Vec{along, light.dot(side), facing_light}, local_view, roughness), zero);
+    const Vec own = is_matt ? matt : matt * body_of(along, local_view.x, lustre);
     Wide share = facing_light * Wide(lamp.rise);
     if (lamp.shadow != nullptr)
       share = share * lit_share<N>(lamp, leave + smooth * Wide(lamp.away), job.yarn.plane(), period);
     share = if_greater(facing_light, zero, share, zero);
     const Vec direct =
-        Vec{(matt.x + glint) * Wide(lamp.irradiance.x), (matt.y + glint) * Wide(lamp.irradiance.y),
-            (matt.z + glint) * Wide(lamp.irradiance.z)} *
+        Vec{(own.x + glint) * Wide(lamp.irradiance.x), (own.y + glint) * Wide(lamp.irradiance.y),
+            (own.z + glint) * Wide(lamp.irradiance.z)} *
         share;
     if (lamp.plane == 0)
       sum = sum + direct;

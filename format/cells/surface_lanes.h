@@ -64,6 +64,7 @@ struct SegmentLanes {
 /// much larger: means over strands (spec/brdf.md, "Over a surface").
 constexpr float hidden_loss = 0.06F;
 constexpr float hidden_roughness2 = 0.05F;
+constexpr float hidden_lustre = 0.1F;  ///< share of the lustre that goes with them
 
 /// Strands of the curves of at most sixteen lanes.
 struct StrandCurves {
@@ -242,6 +243,17 @@ SELVEDGE_INLINE WideFloat<N> gloss_of(const WideVec3<N>& l, const WideVec3<N>& v
   const Wide q = (h.x * h.x / r2 + h.y * h.y + h.z * h.z) / h.dot(h);
   return one /
          (Wide(4 * std::numbers::pi_v<float>) * r * q * q * (one + masking(l) + masking(v)) * l.z * v.z);
+}
+
+/// The body of yarn (yarn_reflectance.h), as a multiple of what matt yarn reflects.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> body_of(const WideFloat<N>& light_along, const WideFloat<N>& view_along,
+                                     const WideFloat<N>& lustre) {
+  using Wide = WideFloat<N>;
+  const Wide s2 = lustre * lustre;
+  const Wide rest = Wide(1) - s2;
+  return rest / (rest * rest + Wide(4) * lustre * (Wide(1) + s2) * light_along * view_along +
+                 Wide(4) * s2 * (light_along * light_along + view_along * view_along));
 }
 
 }  // namespace selvedge

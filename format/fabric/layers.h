@@ -83,7 +83,7 @@ struct Layer {
 };
 
 /// Numbers of a curve: all, and the least that a file may have.
-inline constexpr int yarn_fields = 34;
+inline constexpr int yarn_fields = 35;
 inline constexpr int min_yarn_fields = 11;
 
 /// How much yarn a fabric holds (yarns.h); 0: none.

@@ -33,17 +33,6 @@ std::array<SkyFactors, smooth_functions> upper_products() {
   return products;
 }
 
-/// Share of light from all around that gloss reflects, without its weight: the mean over views.
-float mean_gloss(float roughness) {
-  const std::vector<V3f> directions = directions_of({16, 16});
-  const float part = 2 * std::numbers::pi_v<float> / static_cast<float>(directions.size());
-  float sum = 0;
-  for (const V3f& v : directions) {
-    for (const V3f& l : directions) sum += gloss_reflectance(l, v, roughness) * l.z * v.z;
-  }
-  return std::min(1.0F, sum * part * part * std::numbers::inv_pi_v<float>);
-}
-
 /// Integrals over the lights that reach the point of the cosine, times the functions.
 SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std::span<const V3f> lights) {
   SkyFactors factors{};
@@ -105,9 +94,9 @@ std::vector<float> sky_of(const Yarns& yarns) {
   for (int c = 0; c < static_cast<int>(data.curves.size()); ++c) {
     const YarnCurve& curve = data.curves[c];
     const float weight = curve.gloss.weight;
-    const V3f reflectance =
-        (curve.albedo * (1 - weight) + V3f(weight > 0 ? weight * mean_gloss(curve.gloss.roughness) : 0)) *
-        std::numbers::inv_pi_v<float>;
+    const V3f reflectance = (curve.albedo * (1 - weight) +
+                             V3f(weight > 0 ? weight * mean_gloss_albedo(curve.gloss.roughness) : 0)) *
+                            std::numbers::inv_pi_v<float>;
     parallel_for(0, curve.stations, [&](int number) {
       const V3f groove = mean_groove(curve);
       const std::size_t first = (station + number) * light_values_per_station;

@@ -44,7 +44,8 @@ std::array<float, yarn_fields> values_of(const YarnCurve& c) {
           c.squeezes.empty() ? 0.0F : 1.0F,
           s.contrast,
           s.change,
-          static_cast<float>(p.sides)};
+          static_cast<float>(p.sides),
+          c.gloss.lustre};
 }
 
 /// A whole number that a float holds; min - 1 for any other value.
@@ -155,7 +156,7 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
     curve.turns = {whole(value(2), -1024, 1024), whole(value(3), -1024, 1024)};
     curve.radius = value(4);
     curve.albedo = {value(5), value(6), value(7)};
-    curve.gloss = {value(8), value(9)};
+    curve.gloss = {value(8), value(9), value(34)};
     curve.fibre_slope = value(10);
     curve.plies = {whole(value(11), 0, many),         whole(value(12), 0, many),
                    whole(value(13), -many, many),     value(14),

@@ -73,6 +73,7 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
     if (!in(c.albedo[k], 0, 1)) return refuse(place, "has an albedo outside of [0, 1]");
   }
   if (!in(c.gloss.weight, 0, 1)) return refuse(place, "has a gloss outside of [0, 1]");
+  if (!in(c.gloss.lustre, 0, max_lustre)) return refuse(place, "has a lustre out of range");
   if (!(c.gloss.roughness > 0 && c.gloss.roughness <= 1))
     return refuse(place, "has a roughness out of range");
   if (!std::isfinite(c.fibre_slope)) return refuse(place, "has a slope that is not finite");
@@ -268,14 +269,18 @@ V3f Yarns::direct(const YarnPoint& point, const V3f& light, const V3f& view) con
   if (!(cosine > 0)) return {0, 0, 0};
   V3f f = curve.albedo * point.brightness;
   for (int c = 0; c < 3; ++c) f[c] = std::min(f[c], 1.0F);
-  f *= (1 - curve.gloss.weight) * std::numbers::inv_pi_v<float>;
-  if (curve.gloss.weight > 0) {
+  f *= 1 - curve.gloss.weight;
+  if (curve.gloss.weight == 0 && curve.gloss.lustre == 0) {
+    f *= std::numbers::inv_pi_v<float>;
+  } else {
     V3f v = lifted(view);
     v = (v + normal * std::max(0.0F, min_facing - normal.dot(v))).normalized();
     const V3f across = normal.cross(point.fibre);
     const V3f local_light(l.dot(point.fibre), l.dot(across), cosine);
     const V3f local_view(v.dot(point.fibre), v.dot(across), v.dot(normal));
-    f += V3f(curve.gloss.weight * gloss_reflectance(local_light, local_view, curve.gloss.roughness));
+    const auto& [weight, roughness, lustre] = curve.gloss;
+    f = f * body_reflectance(local_light.x, local_view.x, lustre) +
+        V3f(weight * gloss_reflectance(local_light, local_view, roughness));
   }
   // No step where the light sets.
   return f * (cosine * std::min(1.0F, light.z / min_rise));

@@ -2,7 +2,9 @@
 //   selvedge-fibres energies [STITCH [KIND [TRANSMISSION [FIBRES [PATHS [ALBEDOS]]]]]]: shares of the light
 //   that falls
 //     on tubes, on the translucent walls of plies and on explicit fibres, straight from above and from all
-//     around above: sent back, let through (holes left out), absorbed; and through holes.
+//     around above: sent back, let through (holes left out), absorbed; and through holes. Then of light that
+//     comes along y at 45 degrees the radiance, times pi, of cones of 12 degrees about its mirror direction,
+//     the normal, and the way back.
 //   selvedge-fibres picture STITCH SAMPLES OUT.exr [X,Y,Z,INTENSITY...]: as `swatch --truth --place near
 //     --size 240x180`, of the fibres.
 #include <fmt/format.h>
@@ -10,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <numbers>
 #include <string>
 
 #include "converter/bake/setup.h"
@@ -34,7 +37,10 @@ struct Energies {
   V3d back{0, 0, 0};
   V3d through{0, 0, 0};
   double holes = 0;
+  std::array<V3d, 3> towards{V3d(0, 0, 0), V3d(0, 0, 0), V3d(0, 0, 0)};  ///< mirror, normal, way back
 };
+enum class From { above, around, slanted };
+constexpr std::array from_names{"above", "around", "45 degrees"};
 
 /// The mean over paths; `trace(origin, direction, sampler)` follows one, and says whether it met anything.
 struct End {
@@ -43,21 +49,30 @@ struct End {
   V3d throughput{1, 1, 1};
 };
 template <class Trace>
-Energies energies(const V2d& period, double above, bool diffuse, int paths, const Trace& trace) {
+Energies energies(const V2d& period, double above, From from, int paths, const Trace& trace) {
   constexpr int blocks = 64;
+  const V3d slanted = V3d(0, 1, 1).normalized();
+  const std::array axes{V3d(0, -slanted.y, slanted.z), V3d(0, 0, 1), slanted};
+  const double cone = std::cos(12 * std::numbers::pi / 180);
   std::array<Energies, blocks> sums;
   const int each = paths / blocks;
   parallel_for(0, blocks, [&](int block) {
     for (int k = 0; k < each; ++k) {
       PathSampler sampler(static_cast<std::uint32_t>(block * each + k), 7);
       const V2d at = sampler.next() * period;
-      const V3d down = diffuse ? cosine_direction({0, 0, -1}, sampler.next()) : V3d(0, 0, -1);
+      const V3d down = from == From::around    ? cosine_direction({0, 0, -1}, sampler.next())
+                       : from == From::slanted ? -slanted
+                                               : V3d(0, 0, -1);
       const End end = trace(V3d(at.x, at.y, above), down, sampler);
       Energies& sum = sums[static_cast<std::size_t>(block)];
       if (!end.met) {
         sum.holes += 1;
       } else {
         (end.direction.z > 0 ? sum.back : sum.through) += end.throughput;
+        for (std::size_t a = 0; a < axes.size(); ++a) {
+          if (end.direction.z > 0 && end.direction.dot(axes[a]) > cone)
+            sum.towards[a] += end.throughput / (end.direction.z * 2 * (1 - cone));
+        }
       }
     }
   });
@@ -67,12 +82,19 @@ Energies energies(const V2d& period, double above, bool diffuse, int paths, cons
     all.back += sum.back / count;
     all.through += sum.through / count;
     all.holes += sum.holes / count;
+    for (std::size_t a = 0; a < axes.size(); ++a) all.towards[a] += sum.towards[a] / count;
   }
   return all;
 }
 
-void print(const std::string& model, const char* light, const V3d& albedo, const Energies& e) {
+void print(const std::string& model, From from, const V3d& albedo, const Energies& e) {
+  const char* light = from_names[static_cast<std::size_t>(from)];
   for (int c = 0; c < 3; ++c) {
+    if (from == From::slanted) {
+      fmt::print("| {} | {} | {:.2f} | {:.3f} | {:.3f} | {:.3f} | |\n", model, light, albedo[c],
+                 e.towards[0][c], e.towards[1][c], e.towards[2][c]);
+      continue;
+    }
     fmt::print("| {} | {} | {:.2f} | {:.4f} | {:.4f} | {:.4f} | {:.4f} |\n", model, light, albedo[c],
                e.back[c], e.through[c], 1 - e.holes - e.back[c] - e.through[c], e.holes);
   }
@@ -87,11 +109,11 @@ StitchPattern pattern_of(const std::string& stitch, int kind, const V3d& albedo,
   return found.pattern;
 }
 
-Energies of_surface(const StitchPattern& pattern, bool diffuse, int paths) {
+Energies of_surface(const StitchPattern& pattern, From from_where, int paths) {
   const auto cell = value_or_throw(trace_cell(value_or_throw(mesh_stitch(pattern)), pattern.name, {}));
   const PathTracer tracer(cell.scene, unlimited_bounces);
   const double above = static_cast<double>(cell.scene.bounds().max.z) + 1;
-  return energies(cell.scene.period(), above, diffuse, paths,
+  return energies(cell.scene.period(), above, from_where, paths,
                   [&](const V3d& origin, const V3d& direction, PathSampler& sampler) {
                     End end;
                     SurfacePoint at;
@@ -108,11 +130,11 @@ Energies of_surface(const StitchPattern& pattern, bool diffuse, int paths) {
                   });
 }
 
-Energies of_fibres(const StitchPattern& pattern, int each_ply, bool diffuse, int paths) {
+Energies of_fibres(const StitchPattern& pattern, int each_ply, From from, int paths) {
   const auto fibres = lay_fibres(pattern, value_or_throw(mesh_stitch(pattern)), each_ply);
   const FibreScene scene(fibres);
   const FibreTracer tracer(scene, fibres.yarns, unlimited_bounces);
-  return energies(scene.period(), scene.high() + 1, diffuse, paths,
+  return energies(scene.period(), scene.high() + 1, from, paths,
                   [&](const V3d& origin, const V3d& direction, PathSampler& sampler) {
                     FibrePoint at;
                     if (!scene.trace(origin, direction, at)) return End{};
@@ -137,15 +159,14 @@ int print_energies(int argc, char** argv) {
   }
   fmt::print(
       "| model | light | albedo | back | through | absorbed | holes |\n|---|---|---|---|---|---|---|\n");
-  for (const bool diffuse : {false, true}) {
-    const char* light = diffuse ? "around" : "above";
+  for (const From from : {From::above, From::around, From::slanted}) {
     for (const V3d& albedo : albedos) {
       const StitchPattern spun = pattern_of(stitch, kind, albedo, transmission);
       const StitchPattern tube = pattern_of(stitch, 0, albedo, 0);
-      if (transmission >= 0) print("ply", light, albedo, of_surface(spun, diffuse, 4 * paths));
+      if (transmission >= 0) print("ply", from, albedo, of_surface(spun, from, 4 * paths));
       if (each_ply < 0) continue;
-      print("fibres", light, albedo, of_fibres(spun, each_ply, diffuse, paths));
-      print("tube", light, albedo, of_surface(tube, diffuse, paths));
+      print("fibres", from, albedo, of_fibres(spun, each_ply, from, paths));
+      print("tube", from, albedo, of_surface(tube, from, paths));
     }
   }
   return 0;

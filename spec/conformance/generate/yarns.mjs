@@ -14,11 +14,11 @@ const LATER = {
   hairs: {count: 0, length: 0, loops: 0, radius: 0, kept: 1},
   squashed: {is: 0},
   colours: {contrast: Math.fround(0.12), change: 0},
-  light: {sides: 0},
+  light: {sides: 0, lustre: 0},
 };
 
 /**
- * Layer members and values of curves, in the order of spec/fabric.md: with 34 fields, with 35 where a curve has the member
+ * Layer members and values of curves, in the order of spec/fabric.md: with 35 fields, with 36 where a curve has the member
  * `unknown`, or with the first `fields` alone.
  */
 export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity} = {}) {
@@ -120,10 +120,10 @@ export const yarns = [
   },
   {
     name: 'yarns-strands',
-    about: 'strands of fibres that shift, one piece to a segment and many, and changes of colour',
+    about: 'strands of fibres that shift, one piece to a segment and many, changes of colour, and lustre',
     ...of_curves([
       {...weft, strands: {count: 20, pieces: 5, shift: -27, seed: 4711, irregularity: 0.25, swells: 3}, colours: {change: 0.5}},
-      {...warp, strands: {count: 7, pieces: 300, shift: 14, seed: 2 ** 24 - 1, irregularity: 0.0625, swells: 1}, colours: {contrast: 0.375, change: 0.25}},
+      {...warp, strands: {count: 7, pieces: 300, shift: 14, seed: 2 ** 24 - 1, irregularity: 0.0625, swells: 1}, colours: {contrast: 0.375, change: 0.25}, light: {lustre: 0.75}},
       {...ring, strands: {irregularity: 0.125, swells: 40}},
     ]),
   },
@@ -132,7 +132,7 @@ export const yarns = [
     about: 'hairs on a yarn and on plies: most with a free end, loops, and none that is thinned; bends and slopes',
     ...of_curves([
       {...weft, hairs, strands: {count: 20, pieces: 5, shift: -27, seed: 4711, irregularity: 0.25, swells: 3}},
-      {...two, hairs: {...hairs, count: 90, loops: 1, kept: 1}},
+      {...two, hairs: {...hairs, count: 90, loops: 1, kept: 1}, light: {lustre: 0.5}},
       {...loop, hairs: {...hairs, loops: 0, length: 0.5}},
     ]),
   },

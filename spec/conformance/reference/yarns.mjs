@@ -106,12 +106,16 @@ function glossy(N, F, along, L, V) {
   return D / (1 + lambda(local(L)) + lambda(local(V))) / (4 * dot(N, L) * dot(N, V));
 }
 
+/** What white yarn reflects without its gloss: x and y are along the fibre. */
+const body = (s, x, y) =>
+  (1 - s * s) / (PI * ((1 - s * s) ** 2 + 4 * s * (1 + s * s) * x * y + 4 * s * s * (x * x + y * y)));
+
 /** { rgb, alpha, hit, hidden, strand } at (u, v) of the reference plane, or of a hit; hidden: yarn hides the light. */
 export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, view)) {
   const dark = {rgb: [0, 0, 0], alpha: hit ? 1 : 0, hit, hidden: false, strand: 0};
   if (!hit || light[2] <= 0 || view[2] <= 0) return dark;
   const {radius, rows, rank} = hit.segment;
-  const {albedo, gloss, roughness, stations, first_station, strands, plies, tangent} = hit.segment.curve;
+  const {albedo, gloss, roughness, lustre, stations, first_station, strands, plies, tangent} = hit.segment.curve;
   if (yarns.dark) return dark;
   const smooth = surface(hit), {cos_a, sin_a, x, b: outward, side} = smooth, L = lifted(light), V = lifted(view);
   // The coefficients of light from below hold direct light as well.
@@ -129,7 +133,7 @@ export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, vi
     let direct = 0, indirect = 0;
     if (facing > 0 && !hidden) {
       const shine = gloss > 0 ? gloss * glossy(N, F, max(LEAST_WIDTH, roughness), L, V_raised) : 0;
-      direct = min(1, 32 * l_z) * facing * ((1 - gloss) * min(1, b * colour) / PI + shine);
+      direct = min(1, 32 * l_z) * facing * ((1 - gloss) * min(1, b * colour) * body(lustre, dot(F, L), dot(F, V_raised)) + shine);
     }
     A.forEach((a, j) => B.forEach((of_light, k) => {
       indirect += a * of_light * ((1 - x + place) * yarns.light(here, j, k, c) + (x - place) * yarns.light(next, j, k, c));

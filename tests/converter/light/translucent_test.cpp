@@ -93,12 +93,13 @@ TEST_CASE("a Lambert sheet sends its share of the light back and the other one t
   const std::vector<V3f> lights{V3f(0.5F, -0.1F, -0.6F).normalized(), V3f(-0.2F, 0.9F, 0.5F).normalized()};
   // d x t / pi times the cosine through, and d x (1 - t) / pi and the gloss back; x: albedo of the wall, d:
   // what is not in the highlight, 1 - w times what the highlight sends back of even light.
-  const double dull = 1 - 0.25 * mean_gloss_albedo(0.3F);
+  const double dull = 1 - 0.25 * mean_gloss_albedo(0.3);
   const double wall = wall_albedo(static_cast<double>(0.8F), static_cast<double>(0.3F));
   const double through = dull * wall * 0.3 / pi * std::abs(static_cast<double>(lights[0].z));
   YarnBrdf glossy;
   glossy.gloss = {0.25F, 0.3F};
-  const double back = (dull * wall * 0.7 / pi + 0.25 * gloss_reflectance(glossy, V3d(lights[1]), V3d(view))) *
+  const double back = (dull * wall * 0.7 / pi +
+                       0.25 * gloss_reflectance(V3d(lights[1]), V3d(view), static_cast<double>(0.3F))) *
                       static_cast<double>(lights[1].z);
   for (const bool with_cache : {false, true}) {
     auto cache = need(IrradianceCache::build(scene, 1));

@@ -22,7 +22,7 @@ YarnData stranded(Random& random, bool hairs) {
   YarnData data = test::plied(test::tangle(random, period, 6));
   for (std::size_t c = 0; c < data.curves.size(); ++c) {
     YarnCurve& curve = data.curves[c];
-    curve.gloss = {0.3F, 0.4F};
+    curve.gloss = {0.3F, 0.4F, c % 2 == 0 ? 0.75F : 0.0F};
     curve.fibre_slope = 0.4F;
     if (hairs) curve.hairs = {c == 4 ? -60 : 60, 0.4F, 0.3F, 0.02F, 0.9F};
     if (c % 2 == 1) curve.flattening = 0.5F;

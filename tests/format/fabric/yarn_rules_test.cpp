@@ -67,22 +67,23 @@ TEST_CASE("refuses plies of more nodes than a file may have, and plies that stan
 TEST_CASE("values of yarn have all fields, then the nodes, and fewer or more fields are read") {
   const V2f period(2, 2);
   YarnData data = straight(2, 0.5F);
+  data.curves[0].gloss.lustre = 0.625F;
   data.curves[0].plies = {3, 8, -7, 0.75F, {0.5F, 0.25F, -0.125F}, 1};
   data.curves[0].strands = {-45, 6, 135, 77, 0.25F, 3, 0.375F, 0.5F};
   const YarnCounts counts = counts_of(data);
-  CHECK(counts.fields == 34);
+  CHECK(counts.fields == 35);
   const auto read = [&](std::vector<float> values, int fields) {
-    values.insert(values.begin() + 34, 9.0F);  // of a later version
-    values.erase(values.begin() + fields, values.begin() + 35);
+    values.insert(values.begin() + 35, 9.0F);  // of a later version
+    values.erase(values.begin() + fields, values.begin() + 36);
     YarnCounts of = counts;
     of.fields = fields;
     return need(yarns_from_values(values, indirect_values(data), of, period));
   };
   const std::vector<float> values = curve_values(data);
   CHECK(values.size() == static_cast<std::size_t>(curve_value_count(counts)));
-  CHECK(values[34] == data.nodes[0].x);
-  CHECK(read(values, 34) == data);
+  CHECK(values[35] == data.nodes[0].x);
   CHECK(read(values, 35) == data);
+  CHECK(read(values, 36) == data);
   CHECK(read(values, 31).curves[0].strands.contrast == usual_contrast);
   CHECK(read(values, 14).curves[0].plies.shift == -7);
   CHECK(read(values, 11).curves[0].plies == YarnPlies());

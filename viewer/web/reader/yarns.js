@@ -14,7 +14,7 @@ import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
 const {abs, atan2, cos, floor, fround, hypot, max, min, sin} = Math;
 /** Values of the fields from 11 on of files that have fewer. */
-const DEFAULTS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, fround(0.12), 0, 0];
+const DEFAULTS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, fround(0.12), 0, 0, 0];
 /** Functions of the angle, and of the light, that indirect light has coefficients of. */
 export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
@@ -62,7 +62,7 @@ function curves_of(counts, number, point) {
     first += own;
     const albedo = [red, green, blue], turns = [X, Y];
     const plies = {count, divisions, shift, phase, groove, sides: of_strands[15]};
-    const light = {albedo, gloss, roughness, slope};
+    const light = {albedo, gloss, roughness, slope, lustre: of_strands[16]};
     return {nodes: own, first: first - own, points, squashed, squeezes, stations, turns, radius, flattening, ...light, plies, strands, hairs};
   });
 }
@@ -97,7 +97,7 @@ function fault_of({period, curves, counts, point}) {
     if (far >= 0) return [`node ${first + far}`, 'lies too far away'];
     const good = Number.isInteger(nodes) && nodes >= 2 && Number.isInteger(curve.stations) && curve.stations >= 1 &&
       radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(share) &&
-      roughness > 0 && are_plies(curve.plies) && are_strands(curve.strands) &&
+      roughness > 0 && curve.lustre >= 0 && curve.lustre <= fround(0.9) && are_plies(curve.plies) && are_strands(curve.strands) &&
       curve.flattening >= LEAST_FLATTENING && curve.flattening <= 1 && (squashed === 0 || squashed === 1) &&
       squeezes.every((g) => dot(g, g) <= 1 - LEAST_FLATTENING) && are_hairs(curve.hairs, MOST_RADIUS * min(...period)) &&
       turns.every((x) => Number.isInteger(x) && abs(x) <= REACH);
