@@ -103,7 +103,7 @@ void print(const std::string& model, From from, const V3d& albedo, const Energie
 
 StitchPattern pattern_of(const std::string& stitch, int kind, const V3d& albedo, double transmission) {
   StitchSettings settings{{"colour", {albedo.x, albedo.y, albedo.z}}};
-  if (kind > 0) settings["yarn"] = {static_cast<double>(kind)};
+  settings["yarn"] = {static_cast<double>(kind)};
   auto found = value_or_throw(find_stitch(stitch, settings));
   for (Yarn& yarn : found.pattern.yarns) yarn.transmission = std::max(0.0, transmission);
   return found.pattern;
