@@ -9,14 +9,32 @@
 namespace selvedge {
 namespace {
 
-/// The factor at the point that a ray meets: of cloth that varies, whose vertices know their yarn.
-double factor_at(const std::optional<Yarns>& yarns, const RayScene& scene, const V2d& period_mm,
-                 const SwatchRay& ray, const SurfacePoint& point) {
-  if (!yarns) return 1;
-  const CellMesh& mesh = scene.mesh();
-  const V2d uv = ray.point * 1000.0 / period_mm * V2d(1, -1);
-  return static_cast<double>(yarns->factor_at(uv, mesh.places[mesh.triangles[point.triangle].x].curve));
-}
+/// Cloth that varies beyond its repeat: its vertices know their yarn.
+class Varied {
+ public:
+  explicit Varied(const CellMesh& mesh) : mesh_(mesh) {
+    if (!mesh.places.empty()) yarns_.emplace(mesh.yarns, V2f(mesh.period));
+  }
+  /// The ray where the cell is met that lies at its point.
+  SwatchRay placed(const SwatchRay& ray) const {
+    SwatchRay result = ray;
+    if (yarns_) result.point += (place_of(yarns_->variation(), uv_of(ray)) - uv_of(ray)) / per_metre();
+    return result;
+  }
+  /// The factor at the point that a placed ray meets.
+  double factor(const SwatchRay& ray, const SurfacePoint& point) const {
+    if (!yarns_) return 1;
+    const int curve = mesh_.places[mesh_.triangles[point.triangle].x].curve;
+    return static_cast<double>(yarns_->factor_at(uv_of(ray), curve));
+  }
+
+ private:
+  V2d per_metre() const { return V2d(1000.0, -1000.0) / mesh_.period; }
+  V2d uv_of(const SwatchRay& ray) const { return ray.point * per_metre(); }
+
+  const CellMesh& mesh_;
+  std::optional<Yarns> yarns_;
+};
 
 }  // namespace
 
@@ -30,13 +48,14 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
     const RayScene& scene = cell.scene;
     const PathTracer tracer(scene, options.bounces);
     const LightChoice choice(shot.lights);
-    std::optional<Yarns> yarns;
-    if (!mesh.places.empty()) yarns.emplace(mesh.yarns, V2f(mesh.period));
+    const Varied varied(mesh);
     const SwatchCell place{scene.period(), cell.mm / 1000, plane / cell.mm,
                            static_cast<double>(scene.bounds().max.z)};
-    const auto trace = [&](const SwatchRay& ray, PathSampler& sampler, PathLights& lights, PixelSum& sum) {
+    const auto trace = [&](const SwatchRay& of_pixel, PathSampler& sampler, PathLights& lights,
+                           PixelSum& sum) {
       std::uint64_t rays = 1;
       SurfacePoint point;
+      const SwatchRay ray = varied.placed(of_pixel);
       if (!scene.trace(ray_origin(ray, shot.camera, place), -ray.view, point) || scene.is_ground(point))
         return rays;
       sum.hits += 1;
@@ -45,7 +64,7 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
       for (std::size_t l = 0; l < lights.directions.size(); ++l)
         lights.radiance[l] += direct_light(scene, point, surface, lights.directions[l], ray.view, rays);
       rays += tracer.add_indirect(point, ray.view, lights.directions, sampler, lights.radiance);
-      lights.add_to(sum, factor_at(yarns, scene, mesh.period, ray, point));
+      lights.add_to(sum, varied.factor(ray, point));
       return rays;
     };
     TruthSwatch result = draw_truth(shot, options, trace, progress);

@@ -175,9 +175,11 @@ Shading blend(const Shading& a, const Shading& b, float weight_of_b) {
   return result;
 }
 
-Shading evaluate(const Fabric& fabric, double level, const V2d& uv, const V3f& light, const V3f& view) {
+Shading evaluate(const Fabric& fabric, double level, const V2d& coordinates, const V3f& light,
+                 const V3f& view) {
   const auto& yarns = fabric.levels.front().yarns();
   const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()), yarns ? -1 : 0);
+  const V2d uv = yarns ? place_of(yarns->variation(), coordinates) : coordinates;
   const auto at = [&](int k) {
     if (k < 0) return yarns->shade(uv, fabric.reference_height, light, view, true);
     const FabricLevel& texels = fabric.levels[k];

@@ -231,9 +231,11 @@ void LightSampler::add_point(int level, double weight) {
 }
 
 LightSampler::LightSampler(const Fabric& fabric, double level, const V2d& uv, const V3f& view)
-    : fabric_(fabric), level_(level), uv_(uv), view_(view) {
+    : fabric_(fabric), level_(level), coordinates_(uv), uv_(uv), view_(view) {
   if (!(view.z > 0)) return;
-  const bool has_yarn = fabric.levels.front().yarns() != nullptr;
+  const auto& yarns = fabric.levels.front().yarns();
+  const bool has_yarn = yarns != nullptr;
+  if (has_yarn) uv_ = place_of(yarns->variation(), uv);
   const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()), has_yarn ? -1 : 0);
   const auto alpha = [&](int k) {
     return static_cast<double>(evaluate(fabric, k, uv, V3f(0, 0, 1), view).alpha);
@@ -283,7 +285,7 @@ LightSample LightSampler::sample(const V3d& random) const {
     result.light = V3f(light);
     result.pdf = pdf(result.light);
   }
-  const Shading shading = evaluate(fabric_, level_, uv_, result.light, view_);
+  const Shading shading = evaluate(fabric_, level_, coordinates_, result.light, view_);
   result.alpha = shading.alpha;
   for (int c = 0; c < 3 && result.pdf > 0; ++c)
     result.weight[c] = std::min(shading.radiance[c] / result.pdf, std::numeric_limits<float>::max());

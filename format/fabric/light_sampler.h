@@ -87,7 +87,8 @@ class LightSampler {
 
   const Fabric& fabric_;
   double level_;
-  V2d uv_;
+  V2d coordinates_;
+  V2d uv_;  ///< place_of() them
   V3f view_;
   std::array<std::vector<Part>, 2> parts_;
   std::vector<Floor> floors_;

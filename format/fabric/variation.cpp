@@ -66,8 +66,16 @@ float factor_of(const Variation& variation, std::size_t axis, const RepeatPlace&
   return std::clamp(1 + sum, 0.0F, 2.0F);
 }
 
-YarnRuns runs_of(const Yarns& yarns, int axis) {
+YarnRuns with_lengths(float period) {
   YarnRuns runs;
+  const double lengths = static_cast<double>(period) / static_cast<double>(mm_of_length);
+  runs.lengths = std::clamp(static_cast<int>(std::lround(std::min(lengths, 1e6))), 1, max_lengths);
+  runs.log2_repeats = std::clamp(static_cast<int>(std::lround(-std::log2(lengths))), 0, max_log2_repeats);
+  return runs;
+}
+
+YarnRuns runs_of(const Yarns& yarns, int axis) {
+  YarnRuns runs = with_lengths(yarns.period()[axis]);
   float squares = 0;
   int curves = 0;
   for_each_curve(yarns.data(), [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
@@ -88,10 +96,22 @@ YarnRuns runs_of(const Yarns& yarns, int axis) {
   runs.offset -= std::floor(runs.offset);
   if (!(runs.offset < 1)) runs.offset = 0;
   runs.change = std::sqrt(squares / static_cast<float>(curves));
-  const double lengths = static_cast<double>(yarns.period()[axis]) / static_cast<double>(mm_of_length);
-  runs.lengths = std::clamp(static_cast<int>(std::lround(std::min(lengths, 1e6))), 1, max_lengths);
-  runs.log2_repeats = std::clamp(static_cast<int>(std::lround(-std::log2(lengths))), 0, max_log2_repeats);
   return runs;
+}
+
+/// Wales of a knit are as wide as its rows are high.
+YarnRuns places_of(const Yarns& yarns, const std::array<YarnRuns, 2>& runs, std::size_t axis) {
+  YarnRuns result = runs[axis];
+  const YarnRuns& other = runs[1 - axis];
+  if (result.rows == 0) {
+    const auto along = static_cast<int>(axis);
+    const float wales = static_cast<float>(other.rows) * yarns.period()[1 - along] / yarns.period()[along];
+    result = with_lengths(yarns.period()[along]);
+    result.rows = static_cast<int>(std::clamp(std::round(wales), 1.0F, static_cast<float>(max_lengths)));
+    result.change = other.change;
+  }
+  result.change = std::min(max_way, way_of_change * result.change) / static_cast<float>(result.rows);
+  return result;
 }
 
 }  // namespace
@@ -105,7 +125,10 @@ Variation variation_of(const Yarns& yarns) {
   Variation variation;
   variation.seed = static_cast<std::uint32_t>(yarns.data().curves.front().strands.seed);
   variation.runs = {runs_of(yarns, 0), runs_of(yarns, 1)};
-  if (!variation.varies() || variation.runs[1].rows == 0) return variation;
+  if (!variation.varies()) return variation;
+  for (std::size_t axis = 0; axis < 2; ++axis)
+    variation.places[axis] = places_of(yarns, variation.runs, axis);
+  if (variation.runs[1].rows == 0) return variation;
   if (variation.runs[0].rows == 0) {
     variation.share = 1;
     return variation;
@@ -135,6 +158,39 @@ RepeatPlace repeat_place(const V2d& uv) {
     place.within[k] = static_cast<float>(uv[k] - whole);
   }
   return place;
+}
+
+RepeatPlace place_of(const Variation& variation, const RepeatPlace& place, float share) {
+  RepeatPlace result = place;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const YarnRuns& runs = variation.places[axis];
+    if (!(runs.change > 0)) continue;
+    const int along = static_cast<int>(axis);
+    const int across = 1 - along;
+    const auto lattice = lattice_of_places + static_cast<std::uint32_t>(axis);
+    const float moved =
+        place.within[across] + share * runs.change *
+                                   noise_at(variation_key(variation.seed, lattice),
+                                            rows_at(runs, place.repeat[across], place.within[across]),
+                                            lengths_at(runs, place.repeat[along], place.within[along]));
+    const float whole = std::floor(moved);
+    result.repeat[across] =
+        std::clamp(place.repeat[across] + static_cast<int>(whole), -max_repeat, max_repeat);
+    result.within[across] = moved - whole;
+  }
+  return result;
+}
+
+V2d place_of(const Variation& variation, const V2d& uv) {
+  if (!variation.varies()) return uv;
+  const RepeatPlace place = repeat_place(uv);
+  const RepeatPlace moved = place_of(variation, place);
+  const V2d whole(std::floor(uv.x), std::floor(uv.y));
+  return whole + V2d(moved.repeat - place.repeat) + V2d(moved.within);
+}
+
+float share_of_way(const VariationFade& fade) {
+  return std::clamp(4 * std::min(fade[0], fade[2]) - 1, 0.0F, 1.0F);
 }
 
 VariationFade fade_of(const Variation& variation, const V2f& pixel) {

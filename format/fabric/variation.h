@@ -1,6 +1,6 @@
 // Variation of cloth beyond its repeat (spec/brdf.md, "Variation"): rows of yarn, and lengths along them, are
-// brighter and darker than the repeat's mean. It follows from the yarn's YarnStrands::change and from the
-// whole numbers of repeats, by integers of 32 bits.
+// brighter and darker than the repeat's mean, thicker and thinner, and off their places. It follows from the
+// yarn's YarnStrands::change and from the whole numbers of repeats, by integers of 32 bits.
 #pragma once
 
 #include <array>
@@ -27,11 +27,15 @@ struct YarnRuns {
 struct Variation {
   std::uint32_t seed = 0;
   std::array<YarnRuns, 2> runs;  ///< along u, along v
-  float share = 0;               ///< of yarn along v in the cloth seen from above
+  /// The rows that leave their places, of knits also wales; their change is the way, in repeats.
+  std::array<YarnRuns, 2> places;
+  float share = 0;  ///< of yarn along v in the cloth seen from above
   bool varies() const { return runs[0].change > 0 || runs[1].change > 0; }
 };
 
 inline constexpr float change_of_areas = 0.25F;  ///< over the change of single rows
+inline constexpr float way_of_change = 0.5F;     ///< of a row from its place, in rows
+inline constexpr float max_way = 0.1F;           ///< in rows
 inline constexpr int log2_area_rows = 3;
 inline constexpr int log2_area_lengths = 2;
 inline constexpr float mm_of_length = 8;
@@ -52,17 +56,26 @@ struct RepeatPlace {
 };
 RepeatPlace repeat_place(const V2d& uv);
 
+/// Where the fabric is looked up: texture coordinates with the way of their rows. `share` of it, in [0, 1].
+RepeatPlace place_of(const Variation& variation, const RepeatPlace& place, float share = 1);
+V2d place_of(const Variation& variation, const V2d& uv);
+
 /// Shares of the changes that remain where one pixel shows `pixel` repeats along u and v: of single rows
 /// along u, of areas, and both along v.
 using VariationFade = Group;
 inline constexpr VariationFade no_fade{1, 1, 1, 1};
 VariationFade fade_of(const Variation& variation, const V2f& pixel);
 
-/// The factor of the radiance, in [0, 2]. `along_v`: share of yarn along v.
+/// Share of the way, without which far rows would flicker.
+float share_of_way(const VariationFade& fade);
+
+/// The factor of the radiance at place_of(), in [0, 2]. `along_v`: share of yarn along v.
 float variation_at(const Variation& variation, const RepeatPlace& place, float along_v,
                    const VariationFade& fade = no_fade);
 
-/// Of the lattice of changes: of rows along u, of areas, of rows along v, of areas.
+/// Of the lattice of changes: of rows along u, of areas, of rows along v, of areas; of the places of rows
+/// along u, and along v.
+inline constexpr std::uint32_t lattice_of_places = 4;
 constexpr std::uint32_t variation_key(std::uint32_t seed, std::uint32_t lattice) {
   return strand_hash(strand_hash(seed) + lattice);
 }

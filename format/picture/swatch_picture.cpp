@@ -69,9 +69,11 @@ void add_points(const LevelOptions& options, const V2d& uv, const V2d& right, co
 }
 
 /// Sets the lookups of a pixel by spec/brdf.md, "Over a surface", "The viewer".
-void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv, const V2d& right,
-               const V2d& up, std::vector<Tap>& taps) {
+/// Points are at the texture coordinates, texels at `place` (variation.h).
+void find_taps(const Fabric& fabric, const LevelOptions& options, const Footprint& at, const V2d& place,
+               std::vector<Tap>& taps) {
   taps.clear();
+  const auto& [uv, right, up] = at;
   const V2d size(fabric.texels());
   const float pixel = pixel_size({V2f(right * size), V2f(up * size)});
   const float wanted =
@@ -86,7 +88,7 @@ void find_taps(const Fabric& fabric, const LevelOptions& options, const V2d& uv,
   const float of_upper = blend_of_levels(level - std::floor(level));
   for (const int k : {0, 1}) {
     const float weight = (1 - yarn) * (k == 1 ? of_upper : 1 - of_upper);
-    if (weight > 0) add_texels(fabric, lower + k, options, uv, right, up, weight, taps);
+    if (weight > 0) add_texels(fabric, lower + k, options, place, right, up, weight, taps);
   }
 }
 
@@ -118,14 +120,18 @@ V4f pixel_of(const Fabric& fabric, const SwatchShot& shot, const LevelOptions& l
 V4f shade_pixel(const Fabric& fabric, const LevelOptions& levels, const Footprint& pixel, const V3f& view,
                 std::span<const Illumination> lights) {
   thread_local std::vector<Tap> taps;
-  find_taps(fabric, levels, pixel.uv, pixel.right, pixel.up, taps);
   float varied = 1;  // of texels; points have their own
+  V2d place = pixel.uv;
   if (const auto& yarns = fabric.levels.front().yarns(); yarns) {
     const Variation& variation = yarns->variation();
     const V2f width(std::hypot(static_cast<float>(pixel.right.x), static_cast<float>(pixel.up.x)),
                     std::hypot(static_cast<float>(pixel.right.y), static_cast<float>(pixel.up.y)));
-    varied = variation_at(variation, repeat_place(pixel.uv), variation.share, fade_of(variation, width));
+    const VariationFade fade = fade_of(variation, width);
+    const RepeatPlace moved = place_of(variation, repeat_place(pixel.uv), share_of_way(fade));
+    varied = variation_at(variation, moved, variation.share, fade);
+    place = V2d(moved.within);
   }
+  find_taps(fabric, levels, pixel, place, taps);
   V4f sum(0, 0, 0, 0);
   for (const Tap& tap : taps) {
     const float factor = tap.level < 0 ? 1 : varied;

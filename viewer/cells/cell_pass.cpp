@@ -606,10 +606,24 @@ float share_along_v(const LookLanes& lanes, std::size_t lane) {
               mean(odd(lower[0]), odd(lower[1]), lanes.part_x[lane]), lanes.part_y[lane]);
 }
 
-/// Multiplies the radiance of these lanes by the factors of their variation.
-void vary_lanes(const PlaneLanes& planes, const LanePlaces& places, const LookLanes& lanes,
-                std::uint32_t varied, CellShading& shading) {
+/// The first of these lanes' variations; takes its lanes away.
+const Variation& next_variation(const LookLanes& lanes, std::uint32_t& varied, std::uint32_t& own) {
+  const Variation* const variation = lanes.looks[std::countr_zero(varied)]->variation;
+  own = 0;
+  for (std::uint32_t rest = varied; rest != 0; rest &= rest - 1) {
+    const int lane = std::countr_zero(rest);
+    if (lanes.looks[static_cast<std::size_t>(lane)]->variation == variation) own |= 1U << lane;
+  }
+  varied &= ~own;
+  return *variation;
+}
+
+/// Moves these lanes to the places that their variation gives them.
+VariedPixels place_varied(const PlaneLanes& planes, const LookLanes& lanes, std::uint32_t varied,
+                          LanePlaces& places) {
   VariedPixels pixels;
+  LaneFloats share{};
+  bool any = false;
   pixels.u = places.u;
   pixels.v = places.v;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
@@ -617,17 +631,35 @@ void vary_lanes(const PlaneLanes& planes, const LanePlaces& places, const LookLa
     pixels.repeat_u[lane] = places.repeat_u[lane] + static_cast<int>(wholes[2]);
     pixels.repeat_v[lane] = places.repeat_v[lane] + static_cast<int>(wholes[3]);
     if ((varied >> lane & 1) == 0) continue;
-    pixels.along_v[lane] = share_along_v(lanes, lane);
     for (std::size_t k = 0; k < 4; ++k) pixels.fade[k][lane] = lanes.looks[lane]->fade[k];
+    share[lane] = share_of_way(lanes.looks[lane]->fade);
+    any |= share[lane] > 0;
   }
-  while (varied != 0) {
-    const Variation* const variation = lanes.looks[std::countr_zero(varied)]->variation;
+  if (!any) return pixels;
+  for (std::uint32_t own = 0; varied != 0;) {
+    const Variation& variation = next_variation(lanes, varied, own);
+    LaneFloats of_own{};
+    for (std::size_t lane = 0; lane < lane_count; ++lane)
+      of_own[lane] = (own >> lane & 1) != 0 ? share[lane] : 0;
+    place(variation, of_own, pixels);
+  }
+  places.u = pixels.u;
+  places.v = pixels.v;
+  return pixels;
+}
+
+/// Multiplies the radiance of these lanes by the factors of their variation.
+void vary_lanes(const LookLanes& lanes, std::uint32_t varied, VariedPixels& pixels, CellShading& shading) {
+  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    if ((varied >> lane & 1) != 0) pixels.along_v[lane] = share_along_v(lanes, lane);
+  }
+  for (std::uint32_t own = 0; varied != 0;) {
+    const Variation& variation = next_variation(lanes, varied, own);
     LaneFloats factors;
-    vary(*variation, pixels, factors);
-    for (std::size_t lane = 0; lane < lane_count; ++lane) {
-      if ((varied >> lane & 1) == 0 || lanes.looks[lane]->variation != variation) continue;
+    vary(variation, pixels, factors);
+    for (; own != 0; own &= own - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(own));
       for (std::size_t c = 0; c < 3; ++c) shading.pixels[lane][c] *= factors[lane];
-      varied &= ~(1U << lane);
     }
   }
 }
@@ -676,6 +708,8 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
     if (planes_[surface / 2].at_outline && look->heights != nullptr) outlines |= 1U << lane;
     shading.solid |= static_cast<std::uint32_t>(look->is_solid) << lane;
   }
+  VariedPixels of_variation;
+  if (varied != 0) of_variation = place_varied(planes, lanes, varied, places);
   look_all(places, lanes);
   for (std::size_t lane = 0; own != 0 && lane < lane_count; ++lane) {
     const CellLook& of = *lanes.looks[lane];
@@ -691,7 +725,7 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
     sum = sum * 0x1p112F * lanes.brighter[lane];
     for (std::size_t c = 0; c < 3; ++c) shading.pixels[lane][c] += sum[c];
   }
-  if (varied != 0) vary_lanes(planes, places, lanes, varied, shading);
+  if (varied != 0) vary_lanes(lanes, varied, of_variation, shading);
   if (outlines == 0) return;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     if ((outlines >> lane & 1) == 0) continue;

@@ -41,14 +41,18 @@ SELVEDGE_INLINE WideFloat<N> lattice_noise(std::uint32_t key, const LatticeLanes
   return across.here * of_row(row.whole) + across.next * of_row(row.whole + 1U);
 }
 
+/// Rows across, and lengths along an axis.
 template <std::size_t N>
-SELVEDGE_INLINE WideFloat<N> run_factor(const Variation& variation, std::size_t axis,
-                                        const VariedPixels& pixels, std::size_t first) {
+struct RunLanes {
+  LatticeLanes<N> row, length;
+};
+
+template <std::size_t N>
+SELVEDGE_INLINE RunLanes<N> run_lanes(const YarnRuns& runs, std::size_t axis, const VariedPixels& pixels,
+                                      std::size_t first) {
   using Wide = WideFloat<N>;
   using Bits = typename Lanes<N>::Bits;
   using Noise = StrandNoiseLanes<N>;
-  const YarnRuns& runs = variation.runs[axis];
-  if (!(runs.change > 0)) return Wide(1);
   Bits across;
   Bits along;
   const std::size_t lanes = 4 * first;
@@ -67,6 +71,45 @@ SELVEDGE_INLINE WideFloat<N> run_factor(const Variation& variation, std::size_t 
       (Bits)((Ints)along >> runs.log2_repeats) * static_cast<std::uint32_t>(runs.lengths),
       (Noise::number_of(along & (repeats - 1)) + Wide::load(&within_along[first])) *
           Wide(static_cast<float>(runs.lengths) / static_cast<float>(repeats)));
+  return {row, length};
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE void place_lanes(const Variation& variation, const LaneFloats& share, VariedPixels& pixels) {
+  using Wide = WideFloat<N>;
+  for (std::size_t first = 0; first < lane_count; first += N) {
+    Wide way[2];  // NOLINT(modernize-avoid-c-arrays)
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const YarnRuns& runs = variation.places[axis];
+      const RunLanes<N> at = run_lanes<N>(runs, axis, pixels, first);
+      const std::uint32_t key =
+          variation_key(variation.seed, lattice_of_places + static_cast<std::uint32_t>(axis));
+      way[axis] = Wide::load(&share[first]) * Wide(runs.change) * lattice_noise<N>(key, at.row, at.length);
+    }
+    const auto move = [&](const Wide& by, LaneFloats& within, std::array<std::int32_t, lane_count>& repeat)
+        __attribute__((always_inline)) {
+      const Wide moved = Wide::load(&within[first]) + by;
+      const Wide whole = floor(moved);
+      (moved - whole).store(&within[first]);
+      std::int32_t steps[N];  // NOLINT(modernize-avoid-c-arrays)
+      store_whole(whole, steps);
+      for (std::size_t k = 0; k < N; ++k) repeat[first + k] += steps[k];
+    };
+    move(way[0], pixels.v, pixels.repeat_v);
+    move(way[1], pixels.u, pixels.repeat_u);
+  }
+}
+SELVEDGE_THREE_BODIES(place_lanes,
+                      (const Variation& variation, const LaneFloats& share, VariedPixels& pixels),
+                      (variation, share, pixels))
+
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> run_factor(const Variation& variation, std::size_t axis,
+                                        const VariedPixels& pixels, std::size_t first) {
+  using Wide = WideFloat<N>;
+  const YarnRuns& runs = variation.runs[axis];
+  if (!(runs.change > 0)) return Wide(1);
+  const auto [row, length] = run_lanes<N>(runs, axis, pixels, first);
   LatticeLanes<N> sharp = row;
   sharp.part = max(min((row.part - Wide(0.5F)) * Wide(1 / (2 * row_border)) + Wide(0.5F), Wide(1)), Wide(0));
   const auto lattice = static_cast<std::uint32_t>(2 * axis);
@@ -93,6 +136,11 @@ SELVEDGE_THREE_BODIES(vary_lanes,
                       (variation, pixels, factors))
 
 }  // namespace
+
+void place(const Variation& variation, const LaneFloats& share, VariedPixels& pixels) {
+  static const auto place_all = place_lanes_for_this_processor();
+  place_all(variation, share, pixels);
+}
 
 void vary(const Variation& variation, const VariedPixels& pixels, LaneFloats& factors) {
   static const auto vary_all = vary_lanes_for_this_processor();

@@ -1,4 +1,5 @@
-// Variation beyond the repeat at sixteen pixels: the twin of variation_at() (format/fabric/variation.h).
+// Variation beyond the repeat at sixteen pixels: the twin of place_of() and variation_at()
+// (format/fabric/variation.h).
 #pragma once
 
 #include "format/fabric/variation.h"
@@ -13,7 +14,9 @@ struct VariedPixels {
   alignas(64) std::array<LaneFloats, 4> fade{};  ///< VariationFade
 };
 
-/// The factors of all pixels. Precondition: varies() holds.
+/// Moves the pixels' texture coordinates to their places. Precondition, also below: varies() holds.
+void place(const Variation& variation, const LaneFloats& share, VariedPixels& pixels);
+/// The factors of all pixels, which are placed.
 void vary(const Variation& variation, const VariedPixels& pixels, LaneFloats& factors);
 
 }  // namespace selvedge

@@ -7,7 +7,7 @@
 // become 0.
 import {direction_to_square, grid_weights, square_to_grid} from '../reference/directions.mjs';
 import {LARGEST, interpolated, lobes_of, look_up, texel_at} from '../reference/brdf.mjs';
-import {variation_at} from '../reference/variation.mjs';
+import {place_at, variation_at} from '../reference/variation.mjs';
 import {yarn_changes} from './near_yarns.mjs';
 
 export const U = 2 ** -24;
@@ -222,9 +222,9 @@ function bounded_variation(yarns, uv, curve) {
 }
 
 /** The same at (u, v) and a fractional level. */
-export function bounded_uv(level, levels, fractional, uv, light, view) {
+export function bounded_uv(level, levels, fractional, coordinates, light, view) {
   const L = Math.min(Math.max(fractional, level(0).yarns ? -1 : 0), levels - 1), k = Math.floor(L);
-  const {yarns} = level(0);
+  const {yarns} = level(0), uv = yarns ? place_at(yarns, coordinates) : coordinates;
   const at = (n) => {
     const of = n < 0 ? bounded_yarns(yarns, uv, light, view) :
                        bounded_texel(level(n), texel_at(level(n), uv), light, view);

@@ -13,7 +13,7 @@
 //                 psi(b, k): [red, green, blue] of light k }
 //   yarns         at level 0: see yarns.mjs
 import {direction_to_square, grid_weights, square_to_grid} from './directions.mjs';
-import {variation_at} from './variation.mjs';
+import {place_at, variation_at} from './variation.mjs';
 import {evaluate_yarns} from './yarns.mjs';
 
 /** The largest finite number of single precision. */
@@ -99,10 +99,10 @@ export function texel_at({width, height}, [u, v]) {
 }
 
 /** { rgb, alpha } at (u, v) and a fractional level; level(k) gives level k of `levels`, from 0 up. */
-export function evaluate_uv(level, levels, fractional, uv, light, view) {
+export function evaluate_uv(level, levels, fractional, coordinates, light, view) {
   const L = min(max(fractional, fractional < 0 && level(0).yarns ? -1 : 0), levels - 1);
   const s = L - floor(L);
-  const {yarns} = level(0);
+  const {yarns} = level(0), uv = yarns ? place_at(yarns, coordinates) : coordinates;
   const at = (k) => {
     const {rgb, alpha, hit} = k < 0 ? evaluate_yarns(yarns, uv, light, view) :
                                       evaluate_texel(level(k), texel_at(level(k), uv), light, view);

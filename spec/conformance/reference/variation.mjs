@@ -8,16 +8,20 @@ const clamp = (x, low, high) => min(max(x, low), high);
 
 const along_v = ({turns: [X, Y]}, [P_x, P_y]) => abs(Y * P_y) > abs(X * P_x);
 
+function lengths_of(period, axis) {
+  const lengths = period[axis] / MM;
+  return {lengths: clamp(round(lengths), 1, 4096), repeats: 2 ** clamp(round(-log2(lengths)), 0, 12)};
+}
+
 /** Rows, lengths and change of the curves along an axis; null: none. */
 function runs_of({curves, period}, axis) {
   const own = curves.filter((curve) => curve.turns[axis] !== 0 && along_v(curve, period) === (axis === 1));
   if (own.length === 0) return null;
-  const across = own[0].points.map((p) => axis === 0 ? -p[1] : p[0]), lengths = period[axis] / MM;
+  const across = own[0].points.map((p) => axis === 0 ? -p[1] : p[0]);
   return {
     rows: own.reduce((sum, {turns}) => sum + abs(turns[axis]), 0),
     middle: across.reduce((sum, x) => sum + x, 0) / across.length / period[1 - axis],
-    lengths: clamp(round(lengths), 1, 4096),
-    repeats: 2 ** clamp(round(-log2(lengths)), 0, 12),
+    ...lengths_of(period, axis),
     change: sqrt(own.reduce((sum, {strands: {change}}) => sum + change * change, 0) / own.length),
   };
 }
@@ -33,20 +37,45 @@ function lattice_noise(key, [i, p], [j, s]) {
 }
 const noise_between = (s, a, b) => noise(s, a, b, 0);
 
+const key_of = (yarns, m) => hash(hash(yarns.curves[0].strands.seed) + m | 0);
+
+/** The place among rows across, and lengths along an axis: whole number and rest of both. */
+function lattice_place(runs, axis, repeats, within) {
+  const split = (first, x) => [first + floor(x) | 0, x - floor(x)];
+  const offset = -runs.middle * runs.rows, {rows, lengths} = runs;
+  const row = split(Math.imul(repeats[1 - axis], rows), within[1 - axis] * rows + offset - floor(offset));
+  const of_length = repeats[axis] - floor(repeats[axis] / runs.repeats) * runs.repeats;
+  return [row, split(
+    Math.imul(floor(repeats[axis] / runs.repeats), lengths), (of_length + within[axis]) * lengths / runs.repeats)];
+}
+
 function factor_of(yarns, axis, repeats, within) {
   const runs = runs_of(yarns, axis);
   if (!runs || runs.change === 0) return 1;
-  const split = (first, x) => [first + floor(x) | 0, x - floor(x)];
-  const offset = -runs.middle * runs.rows, {rows, lengths, change} = runs;
-  const row = split(Math.imul(repeats[1 - axis], rows), within[1 - axis] * rows + offset - floor(offset));
-  const of_length = repeats[axis] - floor(repeats[axis] / runs.repeats) * runs.repeats;
-  const length = split(
-    Math.imul(floor(repeats[axis] / runs.repeats), lengths), (of_length + within[axis]) * lengths / runs.repeats);
+  const [row, length] = lattice_place(runs, axis, repeats, within);
   const of_area = ([i, p], size) => [floor(i / size), (i - floor(i / size) * size + p) / size];
-  const key = (m) => hash(hash(yarns.curves[0].strands.seed) + m | 0);
-  const single = lattice_noise(key(2 * axis), [row[0], clamp((row[1] - 0.5) / 0.75 + 0.5, 0, 1)], length);
-  const area = lattice_noise(key(2 * axis + 1), of_area(row, 8), of_area(length, 4));
-  return clamp(1 + change * (single + 0.25 * area), 0, 2);
+  const single = lattice_noise(key_of(yarns, 2 * axis), [row[0], clamp((row[1] - 0.5) / 0.75 + 0.5, 0, 1)], length);
+  const area = lattice_noise(key_of(yarns, 2 * axis + 1), of_area(row, 8), of_area(length, 4));
+  return clamp(1 + runs.change * (single + 0.25 * area), 0, 2);
+}
+
+const split_uv = (uv) =>
+  [uv.map((x) => clamp(floor(x), -MOST_REPEATS, MOST_REPEATS)), uv.map((x) => x - floor(x))];
+
+/** Where the fabric is looked up at (u, v). */
+export function place_at(yarns, uv) {
+  const [repeats, within] = split_uv(uv), both = [0, 1].map((axis) => runs_of(yarns, axis));
+  return uv.map((x, across) => {
+    const axis = 1 - across, {period} = yarns, own = both[axis], other = both[1 - axis];
+    if (!own && !other) return x;
+    const wales = {
+      ...lengths_of(period, axis), middle: 0, change: other?.change,
+      rows: clamp(round((other?.rows ?? 0) * period[1 - axis] / period[axis]), 1, 4096),
+    };
+    const runs = own ?? wales;
+    return x + min(0.1, 0.5 * runs.change) / runs.rows *
+      lattice_noise(key_of(yarns, 4 + axis), ...lattice_place(runs, axis, repeats, within));
+  });
 }
 
 const shares = new WeakMap();
@@ -64,9 +93,9 @@ function share_along_v(yarns) {
   return share;
 }
 
-/** The factor at (u, v), of the curve that is met; without one, of a level of texels. */
+/** The factor at place_at(), of the curve that is met; without one, of a level of texels. */
 export function variation_at(yarns, uv, curve = null) {
-  const repeats = uv.map((x) => clamp(floor(x), -MOST_REPEATS, MOST_REPEATS)), within = uv.map((x) => x - floor(x));
+  const [repeats, within] = split_uv(uv);
   const share = curve ? (along_v(curve, yarns.period) ? 1 : 0) : share_along_v(yarns);
   const [of_u, of_v] = [0, 1].map((axis) => factor_of(yarns, axis, repeats, within));
   return of_u + share * (of_v - of_u);

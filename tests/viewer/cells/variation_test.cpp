@@ -36,6 +36,7 @@ TEST_CASE("yarn tells rows, lengths and shares; without change there is no varia
       // The first yarn lies in the middle of half the cell: rows are counted from there.
       CHECK(runs.offset == doctest::Approx(0.5));
     }
+    for (const YarnRuns& rows : variation.places) CHECK(rows.change == doctest::Approx(0.1 / 2));
     CHECK(variation.runs[0].change == doctest::Approx(0.2));
     CHECK(variation.runs[1].change == doctest::Approx(0.3));
     CHECK(variation.share > 0.3F);
@@ -44,6 +45,7 @@ TEST_CASE("yarn tells rows, lengths and shares; without change there is no varia
   const Variation smooth = Yarns(test::waves(3, 4, false), {3, 3}).variation();
   CHECK_FALSE(smooth.varies());
   CHECK(variation_at(smooth, repeat_place({0.5, 0.5}), 1) == 1);
+  CHECK(place_of(smooth, V2d(-7.25, 0.5)) == V2d(-7.25, 0.5));
 }
 
 TEST_CASE("changes have the mean 1 and the rows' root mean square anywhere, and no jumps along a row") {
@@ -53,6 +55,7 @@ TEST_CASE("changes have the mean 1 and the rows' root mean square anywhere, and 
     double sum = 0;
     double squares = 0;
     double beside = 0;
+    double ways = 0;
     int count = 0;
     // Middles of rows, many areas apart.
     for (int v = 0; v < 150; ++v) {
@@ -66,6 +69,10 @@ TEST_CASE("changes have the mean 1 and the rows' root mean square anywhere, and 
         // Of two rows of different areas.
         beside += at(uv.x, uv.y) * at(uv.x, uv.y + 16);
         CHECK(std::abs(at(uv.x, uv.y) - at(uv.x + 1e-3, uv.y)) < 1e-3);
+        ways += std::pow(place_of(variation, uv).y - uv.y, 2);
+        // Rows do not pass each other.
+        const V2d next(uv.x, uv.y + 0.3 * v / 150);
+        CHECK(place_of(variation, next).y >= place_of(variation, uv).y);
         ++count;
       }
     }
@@ -73,6 +80,7 @@ TEST_CASE("changes have the mean 1 and the rows' root mean square anywhere, and 
     const double error = 4 * std::sqrt(wanted / count);
     CHECK(std::abs(sum / count) < error);
     CHECK(squares / count == doctest::Approx(wanted).epsilon(4 * std::sqrt(2.0 / count)));
+    CHECK(ways / count == doctest::Approx(0.05 * 0.05).epsilon(4 * std::sqrt(2.0 / count)));
     CHECK(std::abs(beside / count) < 4 * wanted / std::sqrt(count));
   }
 }
@@ -84,6 +92,8 @@ TEST_CASE("lanes vary as single places do, and large pixels see the mean") {
     for (int round = 0; round < 50; ++round) {
       VariedPixels pixels;
       std::array<float, lane_count> single;
+      std::array<RepeatPlace, lane_count> moved;
+      LaneFloats share{};
       for (std::size_t lane = 0; lane < lane_count; ++lane) {
         const double range = round % 2 == 0 ? 100 : 1e9;
         const RepeatPlace place =
@@ -95,7 +105,15 @@ TEST_CASE("lanes vary as single places do, and large pixels see the mean") {
         pixels.along_v[lane] = static_cast<float>(lane % 3) / 2;
         const VariationFade fade = fade_of(variation, V2f(0.1F, 0.3F) * static_cast<float>(lane));
         for (std::size_t k = 0; k < 4; ++k) pixels.fade[k][lane] = fade[k];
-        single[lane] = variation_at(variation, place, pixels.along_v[lane], fade);
+        share[lane] = share_of_way(fade);
+        moved[lane] = place_of(variation, place, share[lane]);
+        single[lane] = variation_at(variation, moved[lane], pixels.along_v[lane], fade);
+      }
+      place(variation, share, pixels);
+      for (std::size_t lane = 0; lane < lane_count; ++lane) {
+        const V2d apart = V2d(V2i(pixels.repeat_u[lane], pixels.repeat_v[lane]) - moved[lane].repeat) +
+                          V2d(V2f(pixels.u[lane], pixels.v[lane]) - moved[lane].within);
+        CHECK(apart.length() < 1e-6);
       }
       LaneFloats factors;
       vary(variation, pixels, factors);
