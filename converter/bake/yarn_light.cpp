@@ -20,7 +20,9 @@ constexpr int angles = 16;
 constexpr int angles_of_plies = 48;
 constexpr int columns = 3 * light_functions_of_yarn;
 constexpr std::uint64_t stream_inside = mix(202);
+constexpr std::uint64_t stream_along = mix(203);
 constexpr int light_count = 64;
+constexpr double step_of_moments = 1.0 / 32;
 /// Weight of a place that other yarn covers: it has the mean of the open ones, lest the functions swing
 /// there.
 constexpr double covered_weight = 0.05;
@@ -101,7 +103,7 @@ struct CachePoint {
   double seen = 1;  ///< roughly the share of views that it is seen from
   bool open = false;
   double weight = covered_weight;
-  Eigen::RowVectorXd light;  ///< [side][function][colour]
+  Eigen::RowVectorXd light;  ///< [side][function][colour], then the moments
 };
 
 std::vector<CachePoint> places_about(const Yarns& yarns, int curve, int station) {
@@ -132,6 +134,35 @@ bool is_open(const TracedCell& cell, const CachePoint& place, SurfacePoint& poin
   const V2d period = cell.scene.period() * cell.mm;
   for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / period[k]) * period[k];
   return std::abs(off.length() - lift * place.radius) < 0.1 * place.radius;
+}
+
+/// Means of U_1 and U_2 (yarns.h) of the light that falls on the point by way of one other yarn: those by
+/// which they come nearest to its light under all of `lights`. `fibre`: unit.
+std::array<double, light_moments> moments_at(const TracedCell& cell, const SurfacePoint& point,
+                                             const V3d& fibre, std::span<const V3f> lights,
+                                             std::uint64_t place) {
+  constexpr int paths = 128;
+  constexpr std::size_t light_step = 4;
+  Eigen::MatrixX3d sums = Eigen::MatrixX3d::Zero(static_cast<int>(light_count / light_step), 3);
+  std::uint64_t rays = 0;
+  for (int path = 0; path < paths; ++path) {
+    PathSampler sampler(path, place);
+    const V3d direction = cosine_direction(V3d(point.face_normal), sampler.next());
+    SurfacePoint met;
+    if (!cell.scene.trace(cell.scene.leave(point), direction, met)) continue;
+    const YarnBrdf surface = surface_at(cell.scene, met);
+    const double x = direction.dot(fibre);
+    const Eigen::RowVector3d functions(1, 2 * x, 4 * x * x - 1);
+    for (int l = 0; l < sums.rows(); ++l) {
+      const V3f& light = lights[static_cast<std::size_t>(l) * light_step];
+      const V3d radiance = direct_light(cell.scene, met, surface, light, -direction, rays);
+      sums.row(l) += functions * (radiance.x + radiance.y + radiance.z);
+    }
+  }
+  const double all = sums.col(0).squaredNorm();
+  std::array<double, light_moments> moments{};
+  for (int n = 0; n < light_moments && all > 0; ++n) moments[n] = sums.col(0).dot(sums.col(n + 1)) / all;
+  return moments;
 }
 
 /// Gives places that other yarn covers a share of the mean of the station's open ones, or of the nearest
@@ -209,13 +240,14 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
       places[station] = places_about(yarns, static_cast<int>(c), station);
       for (std::size_t a = 0; a < places[station].size(); ++a) {
         CachePoint& at = places[station][a];
-        at.light = Eigen::RowVectorXd::Zero(sides * columns);
+        at.light = Eigen::RowVectorXd::Zero(sides * columns + light_moments);
         SurfacePoint point;
         if (!is_open(cell, at, point)) continue;
         at.open = true;
         at.weight = std::max(covered_weight, at.seen);
         const std::uint64_t place =
             seed_of(options.seed, 201, (first + station) * places[station].size() + a);
+        std::array<double, 2> mean{};  // of the light that the surface reflects, and that comes through it
         const auto add = [&](const SurfacePoint& on, const V3f& share, std::uint64_t stream) {
           const Eigen::MatrixX3d irradiance =
               irradiance_at(cell, on, lights, options, cached, place ^ stream);
@@ -224,12 +256,25 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
             for (int k = 0; k < columns; ++k)
               at.light[side * columns + k] += values(k / 3, k % 3) * static_cast<double>(share[k % 3]) / pi;
           }
+          mean[stream == 0 ? 0 : 1] =
+              irradiance.topRows(light_count)
+                  .colwise()
+                  .mean()
+                  .dot(Eigen::RowVector3d(static_cast<double>(share.x), static_cast<double>(share.y),
+                                          static_cast<double>(share.z)));
         };
         add(point, reflected, 0);
         if (cell.scene.is_translucent()) {
           const SurfacePoint inside = other_side(point);  // no ray met it: without the noise of its fibres
           add(inside, diffuse_shares(cell.scene, inside).through, stream_inside);
         }
+        if (curve.gloss.lustre == 0 || !(mean[0] > 0)) continue;
+        const V3d fibre = surface_at(cell.scene, point).fibre;
+        const V3d along(yarns.frame_at(static_cast<int>(c), station).tangent);
+        const auto moments =
+            moments_at(cell, point, fibre.dot(along) < 0 ? -fibre : fibre, lights, place ^ stream_along);
+        for (int n = 0; n < light_moments; ++n)
+          at.light[sides * columns + n] = moments[n] * mean[0] / (mean[0] + mean[1]);
       }
     });
     fill_covered(places);
@@ -258,6 +303,12 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
           for (int k = 0; k < columns; ++k) {
             *out++ =
                 static_cast<float>(std::round(values(i, side * columns + k) / step[k % 3]) * step[k % 3]);
+          }
+        }
+        for (int n = 0; n < light_moments; ++n) {
+          for (int i = 0; i < angle_functions; ++i) {
+            const double moment = side == 0 ? values(i, sides * columns + n) : 0;
+            *out++ = static_cast<float>(std::round(moment / step_of_moments) * step_of_moments);
           }
         }
       }

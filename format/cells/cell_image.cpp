@@ -16,7 +16,7 @@ constexpr std::size_t most_lanes = 16;
 /// Light that a station has for one lamp, or for smooth light.
 struct Slot {
   int plane = 0;
-  bool sky = false;
+  enum { front, behind, sky } from = front;
 };
 
 /// A lamp before the cell.
@@ -263,7 +263,7 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
   const Wide whole = floor(station);
   const Wide double_cosine = cosine * cosine - sine * sine;
   const Wide double_sine = Wide(2) * cosine * sine;
-  alignas(64) float numbers_of[10][N];  // NOLINT(modernize-avoid-c-arrays)
+  alignas(64) float numbers_of[12][N];  // NOLINT(modernize-avoid-c-arrays)
   whole.store(numbers_of[0]);
   (station - whole).store(numbers_of[1]);
   cosine.store(numbers_of[2]);
@@ -274,30 +274,44 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
   bright.store(numbers_of[7]);
   side_x.store(numbers_of[8]);
   side_y.store(numbers_of[9]);
+  local_view.x.store(numbers_of[10]);
+  or_root(lustre, zero).store(numbers_of[11]);
   const std::size_t slots = job.slots.size();
+  const std::size_t columns_of_table = slots + 1;
   const std::span<const int> first_station = job.yarn.yarns().inside().first_station;
   for (std::size_t i = 0; i < count; ++i) {
     const YarnCurve& curve = data.curves[curves[i]];
     int here = static_cast<int>(numbers_of[0][i]);
     if (here >= curve.stations) here -= curve.stations;
     const int next = here + 1 >= curve.stations ? 0 : here + 1;
-    const Group* a = &job.table[(first_station[curves[i]] + here) * angle_functions * slots];
-    const Group* b = &job.table[(first_station[curves[i]] + next) * angle_functions * slots];
+    const Group* a = &job.table[(first_station[curves[i]] + here) * angle_functions * columns_of_table];
+    const Group* b = &job.table[(first_station[curves[i]] + next) * angle_functions * columns_of_table];
     const Quad part = Quad{} + numbers_of[1][i];
     const V3f& groove = curve.plies.groove;
     const Quad of_lamps = Quad{1, 1, 1, 0} + Quad{groove.x, groove.y, groove.z, 0} * numbers_of[6][i];
     const bool sides = curve.plies.sides != 0;
     const std::array<std::size_t, angle_functions> of{0, 2, 3, sides ? 8U : 4U, sides ? 9U : 5U};
     const std::uint32_t texel = batch.texel[first + i];
-    for (std::size_t slot = 0; slot < slots; ++slot) {
+    const auto about = [&](std::size_t slot) __attribute__((always_inline)) {
       Quad value{};
       for (int k = 0; k < angle_functions; ++k) {
-        const Quad low = quad_of(a[k * slots + slot]);
-        const Quad mixed = low + part * (quad_of(b[k * slots + slot]) - low);
+        const Quad low = quad_of(a[k * columns_of_table + slot]);
+        const Quad mixed = low + part * (quad_of(b[k * columns_of_table + slot]) - low);
         value += k == 0 ? mixed : mixed * numbers_of[of[k]][i];
       }
-      if (!job.slots[slot].sky) value *= of_lamps;
+      return value;
+    };
+    float by_view = 1;
+    if (numbers_of[11][i] > 0) {
+      const Quad moments = about(slots);
+      by_view = lustre_factor(numbers_of[10][i], numbers_of[11][i], moments[0], moments[1]);
+    }
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      const auto from_side = job.slots[slot].from;
+      Quad value = about(slot);
+      if (from_side != Slot::sky) value *= of_lamps;
       value = positive(value) * numbers_of[7][i];
+      if (from_side == Slot::front) value *= by_view;
       add(value, raw[static_cast<std::size_t>(job.slots[slot].plane) * plane_texels + texel]);
     }
     raw[texel][3] = 1;
@@ -324,18 +338,19 @@ SELVEDGE_THREE_BODIES(shade_batch,
 
 /// Light of all stations: for angle function i, the sum over light functions of c_ik B_k.
 void add_slot(std::span<const float> coefficients, const std::array<V3f, light_functions_of_yarn>& basis,
-              std::size_t slots, std::size_t slot, std::vector<Group>& table) {
-  const std::size_t rows = coefficients.size() / (3 * light_functions_of_yarn);
-  const float* c = coefficients.data();
-  for (std::size_t row = 0; row < rows; ++row, c += 3 * light_functions_of_yarn) {
+              std::size_t columns, std::size_t slot, std::vector<Group>& table) {
+  const std::size_t stations = coefficients.size() / light_values_per_station;
+  for (std::size_t row = 0; row < stations * angle_functions; ++row) {
+    const float* c = &coefficients[row / angle_functions * light_values_per_station +
+                                   row % angle_functions * 3 * light_functions_of_yarn];
     Quad sum{};
     for (int k = 0; k < light_functions_of_yarn; ++k)
       sum += Quad{c[3 * k] * basis[k].x, c[3 * k + 1] * basis[k].y, c[3 * k + 2] * basis[k].z, 0};
-    std::memcpy(&table[row * slots + slot], &sum, sizeof sum);
+    std::memcpy(&table[row * columns + slot], &sum, sizeof sum);
   }
 }
 
-/// Fills the table, and names its slots.
+/// Fills the table, [station][angle function][slot], and names its slots; one more has the moments.
 std::vector<Slot> fill_table(const CellYarn& yarn, const CellView& view, std::vector<Group>& table) {
   const YarnData& data = yarn.yarns().data();
   std::vector<Slot> slots;
@@ -348,17 +363,24 @@ std::vector<Slot> fill_table(const CellYarn& yarn, const CellView& view, std::ve
     auto& [from, of] = sources.emplace_back();
     from = behind ? data.through : data.light;
     for (int k = 0; k < light_functions_of_yarn; ++k) of[k] = lamp.irradiance * basis[k];
-    slots.push_back({lamp.plane, false});
+    slots.push_back({lamp.plane, behind ? Slot::behind : Slot::front});
   }
   if (view.around && !yarn.sky().empty()) {
     auto& [from, of] = sources.emplace_back();
     from = yarn.sky();
     of = view.around->factors;
-    slots.push_back({0, true});
+    slots.push_back({0, Slot::sky});
   }
-  table.resize(data.light.size() / (3 * light_functions_of_yarn) * slots.size());
+  const std::size_t columns = slots.size() + 1;
+  const std::size_t stations = data.light.size() / light_values_per_station;
+  table.resize(stations * angle_functions * columns);
   for (std::size_t slot = 0; slot < slots.size(); ++slot)
-    add_slot(sources[slot].first, sources[slot].second, slots.size(), slot, table);
+    add_slot(sources[slot].first, sources[slot].second, columns, slot, table);
+  for (std::size_t row = 0; row < stations * angle_functions; ++row) {
+    const float* moments = &data.light[row / angle_functions * light_values_per_station +
+                                       transfer_values_per_station + row % angle_functions];
+    table[row * columns + slots.size()] = {moments[0], moments[angle_functions], 0, 0};
+  }
   return slots;
 }
 

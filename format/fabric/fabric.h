@@ -165,7 +165,8 @@ struct FabricLimits {
   int curves = 1 << 16;  ///< of yarn
   int nodes = 1 << 20;
   int stations = 1 << 18;
-  int fields = 64;  ///< of a curve of yarn
+  int fields = 64;   ///< of a curve of yarn
+  int values = 256;  ///< of a station of its light
   /// Bytes that the levels which are read together may take, with what reading them takes.
   std::uint64_t memory = default_memory;
 };

@@ -328,6 +328,10 @@ class TextIo {
       text.whole("nodes", shape.yarns.nodes, 2, limits_.nodes);
       text.whole("stations", shape.yarns.stations, 1, limits_.stations);
       text.whole("fields", shape.yarns.fields, min_yarn_fields, limits_.fields);
+      if (text.reads() && !text.has("valuesPerStation"))
+        shape.yarns.values = min_station_values;
+      else
+        text.whole("valuesPerStation", shape.yarns.values, min_station_values, limits_.values);
     }
     if (!text.reads()) {
       if (kind == LayerKind::yarns || kind == LayerKind::indirect) text.set("optional", true);

@@ -70,9 +70,8 @@ constexpr std::array<LayerRow, all_layers.size()> rows{{
      all_finite},
     {names::part_yarns, [](const LayerShape& s) { return spread(curve_value_count(s.yarns), s); }, number,
      all_finite},
-    {names::part_indirect,
-     [](const LayerShape& s) { return spread(light_values_per_station * s.yarns.stations, s); }, number,
-     all_finite},
+    {names::part_indirect, [](const LayerShape& s) { return spread(s.yarns.values * s.yarns.stations, s); },
+     number, all_finite},
 }};
 
 const LayerRow& row_of(LayerKind kind) { return rows[index_of(kind)]; }

@@ -85,6 +85,9 @@ struct Layer {
 /// Numbers of a curve: all, and the least that a file may have.
 inline constexpr int yarn_fields = 35;
 inline constexpr int min_yarn_fields = 11;
+/// Numbers of a station of indirect light, likewise.
+inline constexpr int station_values = 145;
+inline constexpr int min_station_values = 135;
 
 /// How much yarn a fabric holds (yarns.h); 0: none.
 struct YarnCounts {
@@ -92,6 +95,7 @@ struct YarnCounts {
   int nodes = 0;             ///< and squeezes of squashed curves
   int stations = 0;          ///< of indirect light
   int fields = yarn_fields;  ///< numbers of a curve
+  int values = station_values;
   bool operator==(const YarnCounts&) const = default;
 };
 

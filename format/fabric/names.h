@@ -66,6 +66,7 @@ inline constexpr const char* curves = "curves";
 inline constexpr const char* nodes = "nodes";
 inline constexpr const char* stations = "stations";
 inline constexpr const char* fields = "fields";
+inline constexpr const char* values_per_station = "valuesPerStation";
 inline constexpr const char* provenance = "provenance";
 inline constexpr const char* lights = "lights";
 inline constexpr const char* pairs = "pairs";

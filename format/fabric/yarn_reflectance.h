@@ -73,4 +73,14 @@ T body_reflectance(T light_along, T view_along, T lustre) {
           4 * s2 * (light_along * light_along + view_along * view_along));
 }
 
+/// Factor of the body's reflectance for light with these means of U_1 and U_2 of its component along the
+/// fibre, over that for uniform light: body_reflectance() is the sum over n of
+/// (-lustre)^n U_n(view_along) U_n(light_along) / pi, of which three terms are kept.
+template <class T>
+T lustre_factor(T view_along, T lustre, T mean_u1, T mean_u2) {
+  const T both = lustre * view_along;
+  const T sum = 1 - 2 * both * mean_u1 + (4 * both * both - lustre * lustre) * mean_u2;
+  return std::max(T(0), sum);
+}
+
 }  // namespace selvedge

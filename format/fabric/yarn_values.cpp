@@ -1,5 +1,6 @@
 // Yarn as the values of a file's layers, and back.
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -92,7 +93,8 @@ std::vector<float> indirect_values(const YarnData& data, bool through) {
 
 std::vector<float> light_from_values(std::span<const float> indirect, int stations) {
   std::vector<float> light(std::size_t{light_values_per_station} * stations);
-  for (int i = 0; i < light_values_per_station; ++i) {
+  const int given = stations > 0 ? static_cast<int>(indirect.size()) / stations : 0;
+  for (int i = 0; i < std::min(given, light_values_per_station); ++i) {
     for (int s = 0; s < stations; ++s) {
       light[std::size_t{light_values_per_station} * s + i] = indirect[std::size_t{1} * i * stations + s];
     }
@@ -129,9 +131,10 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
           const bool of_sine = i == 2 || (of_sides && i == 4);
           const bool of_cosine = i == 1 || (of_sides && i == 3);
           const bool flips = (!of_sides && i == 4) || (sideways ? of_sine : of_cosine);
-          for (int k = 0; flips && k < 3 * light_functions_of_yarn; ++k) {
+          for (int k = 0; flips && k < 3 * light_functions_of_yarn; ++k)
             c[3 * light_functions_of_yarn * i + k] *= -1;
-          }
+          for (int n = 0; flips && n < light_moments; ++n)
+            c[transfer_values_per_station + angle_functions * n + i] *= -1;
         }
       }
     }

@@ -310,6 +310,29 @@ LightTransfer Yarns::transfer_at(const YarnPoint& point, bool through) const {
   return transfer;
 }
 
+float Yarns::view_factor(const YarnPoint& point, const V3f& view) const {
+  const YarnCurve& curve = data_.curves[point.curve];
+  const float lustre = curve.gloss.lustre;
+  if (data_.light.empty() || lustre == 0 || point.hair) return 1;
+  const auto whole = static_cast<int>(point.station);
+  const float share = point.station - static_cast<float>(whole);
+  const auto moments = [&](int station) {
+    return &data_.light[std::size_t{light_values_per_station} *
+                            (first_station_[point.curve] + station % curve.stations) +
+                        transfer_values_per_station];
+  };
+  const float* here = moments(whole);
+  const float* next = moments(whole + 1);
+  std::array<float, light_moments> mean{};
+  for (float& m : mean) {
+    for (const float a : angle_factors(curve.plies, point))
+      m += a * (*here++ * (1 - share) + *next++ * share);
+  }
+  V3f v = lifted(view);
+  v = (v + point.strand * std::max(0.0F, min_facing - point.strand.dot(v))).normalized();
+  return lustre_factor(v.dot(point.fibre), lustre, mean[0], mean[1]);
+}
+
 V3f indirect_light(const LightTransfer& transfer, const V3f& light) {
   V3f sum(0, 0, 0);
   const float* c = transfer.data();
@@ -340,7 +363,8 @@ Shading Yarns::shade(const V2d& uv, float plane, const V3f& light, const V3f& vi
         indirect_light(transfer_at(point, true), mirrored(light)) * (point.brightness * factor);
     return shading;
   }
-  shading.radiance = indirect_light(transfer_at(point), light) * point.brightness;
+  shading.radiance =
+      indirect_light(transfer_at(point), light) * (point.brightness * view_factor(point, view));
   const V3f lit = direct(point, light, view);
   if (lit != V3f(0, 0, 0) && !occluded(*hit, point, light)) shading.radiance += lit;
   shading.radiance *= factor;

@@ -74,7 +74,14 @@ float radius_of_plies(const YarnCurve& curve);
 /// when it is carried along.
 inline constexpr int angle_functions = 5;
 inline constexpr int light_functions_of_yarn = 9;
-inline constexpr int light_values_per_station = 3 * angle_functions * light_functions_of_yarn;
+inline constexpr int transfer_values_per_station = 3 * angle_functions * light_functions_of_yarn;
+/// A station's coefficients are followed by the moments of its light along the fibre, which yarn with lustre
+/// reflects by view: [n - 1][i], the mean of U_n(x) as sum over i of m_ni A_i(a), for n = 1 and 2. x is the
+/// light's component along the fibre, U_n Chebyshev's polynomial of the second kind.
+inline constexpr int light_moments = 2;
+inline constexpr int light_values_per_station = transfer_values_per_station + light_moments * angle_functions;
+static_assert(light_values_per_station == station_values &&
+              transfer_values_per_station == min_station_values);
 
 std::array<float, angle_functions> angle_basis(float cosine, float sine);
 /// l_z included. Precondition: unit light.
@@ -83,9 +90,8 @@ std::array<float, light_functions_of_yarn> light_basis(const V3f& light);
 /// The content of the file.
 struct YarnData {
   std::vector<YarnCurve> curves;
-  std::vector<V3f> nodes;  ///< curve by curve, along its chain, also beyond the cell
-  std::vector<float>
-      light;  ///< [((station * angle_functions + i) * light_functions_of_yarn + k) * 3 + colour]
+  std::vector<V3f> nodes;    ///< curve by curve, along its chain, also beyond the cell
+  std::vector<float> light;  ///< [station][(i * light_functions_of_yarn + k) * 3 + colour], then the moments
   /// The same for all light from below, direct and indirect, mirrored into the upper half; empty: unknown.
   std::vector<float> through;
   bool operator==(const YarnData&) const = default;
@@ -107,7 +113,7 @@ std::vector<float> indirect_values(const YarnData& data, bool through = false);
 Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
                                    const YarnCounts& counts, const V2f& period);
 
-/// The values of `indirect` as YarnData has them.
+/// The values of `indirect` as YarnData has them; missing moments are 0.
 std::vector<float> light_from_values(std::span<const float> indirect, int stations);
 
 /// Counts that do not agree, values out of range or not finite, segments without length, yarn that covers the
@@ -198,6 +204,8 @@ class Yarns {
   V3f direct(const YarnPoint& point, const V3f& light, const V3f& view) const;
   /// Of light from above, or of light that comes `through`, if that is known.
   LightTransfer transfer_at(const YarnPoint& point, bool through = false) const;
+  /// Factor of that light from above, by lustre: its share that leaves towards the view over the mean.
+  float view_factor(const YarnPoint& point, const V3f& view) const;
 
   /// f and alpha of what is seen at (u, v) of the plane: alpha is 0 or 1, and f is 0 where nothing is.
   /// Directions are unit; where the view lies below the horizon, f is 0, and alpha the rim's. `varied`: f is

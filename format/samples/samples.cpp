@@ -92,7 +92,8 @@ json yarns_json(const SamplesHeader& h) {
   return {{member::curves, h.yarns.curves},
           {member::nodes, h.yarns.nodes},
           {member::stations, h.yarns.stations},
-          {member::fields, h.yarns.fields}};
+          {member::fields, h.yarns.fields},
+          {member::values_per_station, h.yarns.values}};
 }
 
 void read_yarns(const json& text, SamplesHeader& h) {
@@ -100,6 +101,9 @@ void read_yarns(const json& text, SamplesHeader& h) {
   h.yarns = {whole(text.at(member::curves), 1, limits.curves), whole(text.at(member::nodes), 1, limits.nodes),
              whole(text.at(member::stations), 1, limits.stations)};
   h.yarns.fields = whole(text.at(member::fields), min_yarn_fields, limits.fields);
+  h.yarns.values = min_station_values;
+  if (text.contains(member::values_per_station))
+    h.yarns.values = whole(text.at(member::values_per_station), min_station_values, limits.values);
 }
 
 void read_version(const json& version, SamplesHeader& /*header*/) {
@@ -199,7 +203,7 @@ Part curve_part(const SamplesHeader& h) {
 }
 
 Part yarn_light_part(const SamplesHeader& h, const char* name) {
-  return {name, h.yarns.stations, light_values_per_station, 1, {{name, false}}};
+  return {name, h.yarns.stations, h.yarns.values, 1, {{name, false}}};
 }
 
 tl::unexpected<Error> malformed(const std::string& file, std::string place, std::string message) {

@@ -5,8 +5,9 @@
 //     around above: sent back, let through (holes left out), absorbed; and through holes. Then of light that
 //     comes along y at 45 degrees the radiance, times pi, of cones of 12 degrees about its mirror direction,
 //     the normal, and the way back.
-//   selvedge-fibres picture STITCH SAMPLES OUT.exr [X,Y,Z,INTENSITY...]: as `swatch --truth --place near
-//     --size 240x180`, of the fibres.
+//   selvedge-fibres picture STITCH SAMPLES OUT.exr [near|middle [W,H [SEED [X,Y,Z,INTENSITY...]]]]: as
+//   `swatch
+//     --truth --place near --size 240x180 --set seed=1`, of the fibres.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -173,11 +174,16 @@ int print_energies(int argc, char** argv) {
 }
 
 int draw(int argc, char** argv) {
-  const StitchPattern pattern = value_or_throw(find_stitch(argv[2], {})).pattern;
+  StitchSettings settings;
+  if (argc > 7) settings["seed"] = {std::atof(argv[7])};
+  const StitchPattern pattern = value_or_throw(find_stitch(argv[2], settings)).pattern;
   const CellMesh mesh = value_or_throw(mesh_stitch(pattern));
-  SwatchShot shot = swatch_shot(SwatchView::near, mesh.period, 240, 180);
-  if (argc > 5) shot.lights.clear();
-  for (int k = 5; k < argc; ++k) {
+  const bool is_near = argc < 6 || std::string(argv[5]) == "near";
+  const auto size = parse_numbers(argc > 6 ? argv[6] : "240,180", ',', 2, 2).value();
+  SwatchShot shot = swatch_shot(is_near ? SwatchView::near : SwatchView::middle, mesh.period,
+                                static_cast<int>(size[0]), static_cast<int>(size[1]));
+  if (argc > 8) shot.lights.clear();
+  for (int k = 8; k < argc; ++k) {
     const auto given = parse_numbers(argv[k], ',', 4, 4).value();
     Light light;
     light.direction = V3d(given[0], given[1], given[2]).normalized();

@@ -170,11 +170,13 @@ TEST_CASE("the stated limits agree with the code") {
   CHECK(limits.nodes == 1 << 20);
   CHECK(limits.stations == 1 << 18);
   CHECK(limits.fields == 64);
+  CHECK(limits.values == 256);
   for (const char* row :
        {"| texels along a side | 4,096 |", "| views, lights: `columns` x `rows` | 4,096 |",
         "| channels in a part | 32,768 |", "| pixels in a part | 2^30 |", "| all headers | 2^24 bytes |",
         "| attributes in a part | 4,096 |", "| curves of yarn | 65,536 |", "| nodes of yarn | 2^20 |",
         "| stations of yarn | 2^18 |", "| fields of a curve of yarn | 64 |",
+        "| values of a station of yarn | 256 |",
         "| decoded level of one part, as 32-bit floats | 2^32 bytes |",
         "| decoded chunk, as 32-bit floats | 2200 times its packed bytes |"}) {
     CHECK_MESSAGE(text.find(row) != std::string::npos, row);

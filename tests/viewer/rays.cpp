@@ -163,7 +163,8 @@ V4f shade_yarn(const Garment& garment, const Fabric& fabric, const Meeting& m) {
     slopes.normal[i] = {turn.x, turn.y};
   }
   const V3f v = m.in_frame(m.view);
-  const auto hit = yarns.trace(m.uv, fabric.reference_height, v, width_across_view(slopes));
+  const V2d uv = place_of(yarns.variation(), m.uv);
+  const auto hit = yarns.trace(uv, fabric.reference_height, v, width_across_view(slopes));
   if (!hit) return V4f(0);
   const float z = yarns.inside().segments[hit->segment].start.z + hit->from_start.z;
   const float below = fabric.reference_height - z;
@@ -172,12 +173,13 @@ V4f shade_yarn(const Garment& garment, const Fabric& fabric, const Meeting& m) {
 
   YarnPoint point = yarns.point_at(*hit);
   yarns.add_strands(point, v);
-  const float factor = yarns.factor_at(m.uv, point.curve);
+  const float factor = yarns.factor_at(uv, point.curve);
   V3f sum(0);
   for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float share) {
     const bool through = l.z < 0;
     if (through && yarns.data().through.empty()) return;
     V3f f = indirect_light(yarns.transfer_at(point, through), through ? mirrored(l) : l) * point.brightness;
+    if (!through) f *= yarns.view_factor(point, v);
     const V3f lit = through ? V3f(0) : yarns.direct(point, l, v);
     if (lit != V3f(0) && !yarns.occluded(*hit, point, l)) f += lit;
     sum += f * irradiance * (share * factor);

@@ -1,6 +1,6 @@
 // The WebAssembly module of cell images (cells/module.cpp): takes fabrics of the reader and garments, gives tiles of an
 // atlas. For one thread; in browsers the worker.
-import {Issue, LAYERS, SIDES, layer_channels, level_of_texels, pairs_at, read_layer} from './reader/index.js';
+import {Issue, LAYERS, SIDES, TRANSFER_VALUES, layer_channels, level_of_texels, pairs_at, read_layer} from './reader/index.js';
 
 /** Words of a tile in the answers of table(): place and size, CellImage::first, scale, 1 / brightness, relief. */
 export const TILE_NUMBERS = 12;
@@ -50,14 +50,14 @@ export class CellModule {
   #add_side(number, fabric, side) {
     const {views, lights, layers, radianceScale = 1} = fabric;
     const {lobes, products, bases, yarns} = layers, counts = yarns ?? {curves: 0, nodes: 0, stations: 0, fields: 30};
-    const {floats, words} = this.#input(14);
+    const {floats, words} = this.#input(15);
     const grid = (of) => of ? [of.columns, of.rows] : [1, 1];
     words.set([
       side, ...grid(views), ...grid(lights), lobes?.lobes ?? 0,
       products ? Math.max(...products.pairs.map((pairs) => pairs.length)) : 0, bases?.functions.views ?? 0,
-      bases?.functions.lights ?? 0, counts.curves, counts.nodes, counts.stations, counts.fields
+      bases?.functions.lights ?? 0, counts.curves, counts.nodes, counts.stations, counts.fields, counts.valuesPerStation ?? TRANSFER_VALUES
     ]);
-    floats[13] = radianceScale;
+    floats[14] = radianceScale;
     this.#of.add_side(number);
     for (const [kind, layer] of LAYERS.entries()) {
       // Yarn is stored once, at the front.

@@ -19,9 +19,9 @@ const LATER = {
 
 /**
  * Layer members and values of curves, in the order of spec/fabric.md: with 35 fields, with 36 where a curve has the member
- * `unknown`, or with the first `fields` alone.
+ * `unknown`, or with the first `fields` alone; `valuesPerStation`, undefined: no such member.
  */
-export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity} = {}) {
+export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity, valuesPerStation = 145} = {}) {
   const nodes = curves.flatMap((curve) => [...curve.nodes, ...curve.squeezes ?? []]);
   const rows = curves.map((curve) => {
     const {nodes: own, stations, turns, radius, albedo, gloss, roughness, slope} = curve;
@@ -38,6 +38,7 @@ export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity} =
       nodes: nodes.length,
       stations: curves.reduce((sum, {stations}) => sum + stations, 0),
       fields: rows[0].length,
+      valuesPerStation,
     },
     value: {yarns: (level, channel, t) => numbers[Number(channel.split('.')[1]) * w * h + t]},
   };
@@ -187,7 +188,7 @@ export const yarns = [
   {
     name: 'yarns-more-fields',
     about: 'version 4.9, and a field of curves that a reader does not know',
-    ...of_curves([{...three, hairs, unknown: 7}, {...two, unknown: 7}]),
+    ...of_curves([{...three, hairs, unknown: 7}, {...two, unknown: 7}], {valuesPerStation: 150}),
     text: (text) => {
       text.version = [4, 9];
     },
@@ -195,7 +196,7 @@ export const yarns = [
   {
     name: 'yarns-fewer-fields',
     about: 'curves without the fields from 18 on: no strands, no hairs, a round section',
-    ...of_curves([three, two], {fields: 18}),
+    ...of_curves([three, two], {fields: 18, valuesPerStation: undefined}),
   },
   {
     name: 'yarns-partial',

@@ -1,6 +1,6 @@
 // The cloth as it is seen from one side, with the light that comes through to it (spec/brdf.md, Sides).
 import {read_fabric_level} from './level.mjs';
-import {LIGHTS, read_layer, yarns_of} from './reader.mjs';
+import {ANGLES, LIGHTS, read_layer, TRANSFER_VALUES, yarns_of} from './reader.mjs';
 
 /** The numbers of a spread layer, Map from channels to arrays, as one list, and back. */
 const flat = (values, layer) => Array.from({length: values.size}, (_, i) => [...values.get(`${layer}.${i}`)]).flat();
@@ -10,16 +10,19 @@ const spread = (list, layer, texels) =>
 /** The yarn turned over; `through` are the numbers of through.indirect, or null. */
 function turned_yarns(fabric, through) {
   const own = {yarns: read_layer(fabric, 'yarns', 0), indirect: read_layer(fabric, 'indirect', 0)};
-  const {stations} = fabric.layers.yarns, texels = fabric.texels[0] * fabric.texels[1];
+  const {stations, valuesPerStation = 0} = fabric.layers.yarns, texels = fabric.texels[0] * fabric.texels[1];
   const over = yarns_of(fabric, own, true);
-  const turned = (values) => {
-    const light = flat(values, 'indirect');
+  const turned = (numbers) => {
+    const light = flat(numbers, 'indirect');
     for (const curve of over.curves) {
       const one = curve.sideways ? 2 : 1, odd = [one, curve.plies.sides ? one + 2 : 4];
       for (const j of odd)
         for (let k = 0; k < 3 * LIGHTS; ++k)
           for (let s = 0; s < curve.stations; ++s)
             light[(j * 3 * LIGHTS + k) * stations + curve.first_station + s] *= -1;
+      for (const j of odd)
+        for (let value = TRANSFER_VALUES + j; value < Math.min(valuesPerStation, TRANSFER_VALUES + 2 * ANGLES); value += ANGLES)
+          for (let s = 0; s < curve.stations; ++s) light[value * stations + curve.first_station + s] *= -1;
     }
     return spread(light, 'indirect', texels);
   };

@@ -129,6 +129,11 @@ export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, vi
   const A = [1, cos_a, sin_a, ...plies.sides ? [side[0], side[1]] : [cos_a ** 2 - sin_a ** 2, 2 * cos_a * sin_a]];
   const B = [1, l_x, l_y, l_z, l_x * l_y, l_x * l_z, l_y * l_z, l_x ** 2 - l_y ** 2, 3 * l_z ** 2 - 1];
   const place = floor(x), [here, next] = [place, place + 1].map((s) => first_station + s % stations);
+  const mean = (n) => A.reduce((sum, a, j) =>
+    sum + a * ((1 - x + place) * yarns.moment(here, n, j) + (x - place) * yarns.moment(next, n, j)), 0);
+  // Hairs, and light from below, reflect as matt yarn does.
+  const s = rank > 0 || yarns.by_light ? 0 : lustre, y = dot(F, V_raised);
+  const by_view = max(0, 1 - 2 * s * y * mean(1) + s * s * (4 * y * y - 1) * mean(2));
   const rgb = albedo.map((colour, c) => {
     let direct = 0, indirect = 0;
     if (facing > 0 && !hidden) {
@@ -138,7 +143,7 @@ export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, vi
     A.forEach((a, j) => B.forEach((of_light, k) => {
       indirect += a * of_light * ((1 - x + place) * yarns.light(here, j, k, c) + (x - place) * yarns.light(next, j, k, c));
     }));
-    return direct + b * max(0, l_z * indirect * (1 + plies.groove[c] * outward));
+    return direct + b * by_view * max(0, l_z * indirect * (1 + plies.groove[c] * outward));
   });
   return {...dark, rgb, hidden, strand};
 }

@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "converter/stitch/find_cell.h"
@@ -30,7 +32,8 @@ struct BakedYarn {
   YarnData yarns;
 };
 
-BakedYarn bake_stitch(const std::string& stitch, const StitchSettings& settings = {}) {
+BakedYarn bake_stitch(const std::string& stitch, const StitchSettings& settings = {},
+                      int bounces = unlimited_bounces) {
   const auto found = need(find_stitch(stitch, of_tubes(settings)));
   double radius = found.pattern.yarns.front().radius_mm;
   for (const Yarn& yarn : found.pattern.yarns) radius = std::min(radius, yarn.radius_mm);
@@ -40,7 +43,7 @@ BakedYarn bake_stitch(const std::string& stitch, const StitchSettings& settings 
   options.width = options.height = 8;
   options.views = options.lights = 4;
   options.samples = 1;
-  options.bounces = unlimited_bounces;
+  options.bounces = bounces;
   options.indirect = IndirectLight::traced;
   options.validation_pairs = 1;
   options.held_out_pairs = 24;
@@ -106,6 +109,43 @@ TEST_CASE(
     // 0.4, 1.3, 0.8, 0.8, 1.7 (plies) and 0.7 % (flat).
     CHECK(std::sqrt(error / sum) < 0.02);
   }
+}
+
+TEST_CASE("the moments tell by which view light of other yarn leaves yarn with lustre") {
+  const StitchSettings silky{{"warp_lustre", {0.8}}, {"weft_lustre", {0.8}}};
+  const BakedYarn baked = bake_stitch("satin", silky);
+  const BakedYarn direct = bake_stitch("satin", silky, 0);
+  YarnData without = baked.yarns;
+  for (std::size_t i = 0; i < without.light.size(); ++i) {
+    if (i % light_values_per_station >= transfer_values_per_station) without.light[i] = 0;
+  }
+  const V2f period = baked.header.period_mm;
+  const auto yarns_of = [&](const YarnData& data) { return Yarns(data, baked.header.period_mm); };
+  YarnData dark = without;
+  std::ranges::fill(dark.light, 0.0F);
+  const std::array of{yarns_of(dark), yarns_of(without), yarns_of(baked.yarns)};
+  const std::size_t texels = baked.header.texels();
+  double product = 0;
+  double squares = 0;
+  for (std::size_t i = 0; i < baked.pairs.radiance.size(); ++i) {
+    const auto& [light, view] = baked.pairs.pairs[i / texels];
+    constexpr int side = 12;
+    std::array<double, 3> f{};
+    for (int k = 0; k < side * side; ++k) {
+      const V2d texel(static_cast<double>(i % texels % 8), static_cast<double>(i % texels / 8));
+      const V2d uv = (texel + V2d((k % side + 0.5) / side, (k / side + 0.5) / side)) / 8;
+      for (std::size_t n = 0; n < f.size(); ++n) {
+        const Shading s = of[n].shade(uv, baked.header.reference_height, light, view);
+        f[n] += static_cast<double>(s.radiance.y) / (side * side);
+      }
+    }
+    const double traced =
+        static_cast<double>(baked.pairs.alpha[i] * (baked.pairs.radiance[i] - direct.pairs.radiance[i]).y);
+    product += (f[2] - f[1]) * (traced - (f[1] - f[0]));
+    squares += (f[2] - f[1]) * (f[2] - f[1]);
+  }
+  // The change that they make is the change that the truth has, whatever its noise.
+  CHECK(product / squares == doctest::Approx(1).epsilon(0.2));
 }
 
 TEST_CASE("a yarn that lies alone has no light but its own") {

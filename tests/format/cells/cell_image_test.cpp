@@ -82,7 +82,9 @@ TEST_CASE("a point of an image is lit as Yarns lights it: strands, gloss, indire
       for (const CellLamp& lamp : view.lamps) {
         const V3f above(lamp.direction.x, lamp.direction.y, std::abs(lamp.direction.z));
         const bool through = lamp.direction.z < 0;
-        sum += indirect_light(yarns.transfer_at(point, through), above) * point.brightness * lamp.irradiance;
+        const float by_view = through ? 1 : yarns.view_factor(point, view.view);
+        sum += indirect_light(yarns.transfer_at(point, through), above) * (point.brightness * by_view) *
+               lamp.irradiance;
         if (!through) sum += yarns.direct(point, lamp.direction, view.view) * lamp.irradiance;
       }
       points.push_back({numbers[hit->segment], hit->from_start});

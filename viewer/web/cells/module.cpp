@@ -413,7 +413,7 @@ EXPORT(add_fabric) std::uint32_t add_fabric() {
 }
 
 /// Begins a side of a fabric; input: side, columns and rows of views and lights, lobes, products, functions
-/// of views and lights, curves, nodes, stations, fields (whole), factor on radiance.
+/// of views and lights, curves, nodes, stations, fields, values of a station (whole), factor on radiance.
 EXPORT(add_side) void add_side(std::uint32_t number) {
   LoadedFabric& of = *fabrics[number];
   const std::int32_t* n = whole();
@@ -425,7 +425,7 @@ EXPORT(add_side) void add_side(std::uint32_t number) {
   shape.products = n[6];
   shape.view_functions = n[7];
   shape.light_functions = n[8];
-  shape.yarns = {n[9], n[10], n[11], n[12]};
+  shape.yarns = {n[9], n[10], n[11], n[12], n[13]};
   shape.base_texels = of.fabric.levels.front().texels();
   Fabric* side = &of.fabric;
   if (shape.side == Side::front) {
@@ -443,7 +443,7 @@ EXPORT(add_side) void add_side(std::uint32_t number) {
   side->side = shape.side;
   side->views = {n[1], n[2]};
   side->lights = {n[3], n[4]};
-  side->radiance_scale = floats()[13];
+  side->radiance_scale = floats()[14];
 }
 
 /// Sets a layer of the side that was begun last; input: pairs of products (whole, two each), then its

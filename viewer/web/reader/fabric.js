@@ -11,6 +11,7 @@ import {
   LAYERS, SPREAD, channel_count, layer_channels, level_of_texels, needs_lights, needs_views, used_count
 } from './layers.js';
 import {xxh3_128} from './xxh3.js';
+import {TRANSFER_VALUES} from './yarns.js';
 
 export const VERSION = 4;
 export const LIMITS = {
@@ -23,6 +24,7 @@ export const LIMITS = {
   nodes: 2 ** 20,
   stations: 2 ** 18,
   fields: 64,
+  values: 256,
   nesting: 64
 };
 const LARGEST_INTEGER = 2 ** 31 - 1;
@@ -90,9 +92,10 @@ const OWN_MEMBERS = {
   lobes: () => [['lobes', ...integer(0, LIMITS.lobes)]],
   products: (levels) => [['pairs', are_pairs(levels), 'a list of pairs for each level of the layer']],
   bases: () => [['functions', are_functions, 'two numbers of functions, views and lights']],
-  yarns: () =>
+  yarns: (_, layer) =>
     [['curves', ...integer(1, LIMITS.curves)], ['nodes', ...integer(2, LIMITS.nodes)],
-     ['stations', ...integer(1, LIMITS.stations)], ['fields', ...integer(11, LIMITS.fields)]],
+     ['stations', ...integer(1, LIMITS.stations)], ['fields', ...integer(11, LIMITS.fields)],
+     ...Object.hasOwn(layer, 'valuesPerStation') ? [['valuesPerStation', ...integer(TRANSFER_VALUES, LIMITS.values)]] : []],
 };
 
 /** The members of the text: types and ranges. The result has only the members that are good. */
@@ -141,7 +144,7 @@ function check_members(text, report) {
     let fine = member(layer, at, 'levels', levels, 'a rising list of the fabric\'s levels');
     if (Object.hasOwn(layer, 'optional'))
       fine = member(layer, at, 'optional', (x) => typeof x === 'boolean', 'a boolean') && fine;
-    for (const row of OWN_MEMBERS[name]?.(fine ? layer.levels.length : null) ?? []) fine = member(layer, at, ...row) && fine;
+    for (const row of OWN_MEMBERS[name]?.(fine ? layer.levels.length : null, layer) ?? []) fine = member(layer, at, ...row) && fine;
     if (SPREAD.includes(name) && fine && String(layer.levels) !== '0')
       fine = report('FABRIC_MEMBER', `${at}/levels`, 'is not level 0 alone');
     const digests = (x) => Array.isArray(x) && x.every((d) => typeof d === 'string' && /^[0-9a-f]{32}$/.test(d)) &&

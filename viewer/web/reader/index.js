@@ -14,5 +14,5 @@ export {
 export {across, cross, dot, minus, plus, times, unit} from './vector.js';
 export {hash, noise, swell} from './swells.js';
 export {squeezed, stretched, wide} from './sections.js';
-export {ANGLES, LIGHTS, yarns_of} from './yarns.js';
+export {ANGLES, LIGHTS, TRANSFER_VALUES, yarns_of} from './yarns.js';
 export {xxh3_128} from './xxh3.js';

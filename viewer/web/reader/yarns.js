@@ -1,7 +1,7 @@
 // The yarn itself (spec/brdf.md, Yarn; spec/fabric.md, Yarn) from its layers.
 //
 // Yarns, as yarns_of gives them: { period, plane, curves, segments, top, bottom, thinnest, stations,
-// light(station, j, k, colour) }; lengths in mm. A segment: { curve, radius, start, along, length, tangents: [t_i,
+// light(station, j, k, colour), moment(station, n, j) }; lengths in mm. A segment: { curve, radius, start, along, length, tangents: [t_i,
 // t_(i+1)], and of both ends across: A, out: E, and stations: the place along the curve; rows: of the noise of strands;
 // ball: radius of that about its start; rank: of hairs, else 0; reach: the largest radius; squeeze: g of flat yarn }. Its
 // radii, length, tangents and `round`, which is along, belong to the round section. Of a hair, across[0] has cos a,
@@ -42,7 +42,9 @@ const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), si
 
 /** How many numbers the layers have: the fields of all curves one after the other, then x, y and z of all nodes and squeezes. */
 export const yarn_count = ({curves, nodes, fields}) => fields * curves + 3 * nodes;
-export const indirect_count = ({stations}) => 3 * ANGLES * LIGHTS * stations;
+/** Coefficients of a station, which its moments follow: all numbers of a station in older files. */
+export const TRANSFER_VALUES = 3 * ANGLES * LIGHTS;
+export const indirect_count = ({stations, valuesPerStation = TRANSFER_VALUES}) => valuesPerStation * stations;
 
 function curves_of(counts, number, point) {
   const {curves, nodes, fields} = counts;
@@ -297,5 +299,9 @@ export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight, 
     bottom: end_of(-1).reduce((a, b) => min(a, b)),
     thinnest: chains.flat().reduce((least, {radius}) => min(least, radius), Infinity),
     light: (station, j, k, c) => of_light(((j * LIGHTS + k) * 3 + c) * counts.stations + station),
+    moment: (station, n, j) => {
+      const value = TRANSFER_VALUES + ANGLES * (n - 1) + j;
+      return value < (counts.valuesPerStation ?? 0) ? of_light(value * counts.stations + station) : 0;
+    },
   };
 }

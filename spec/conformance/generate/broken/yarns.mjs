@@ -28,6 +28,8 @@ const members = members_of(sound, [
     [`yarns-${name}-too-many`, `${YARNS}/${name}`, 2 ** 20 + 1],
   ]),
   ['yarns-fields-too-few', `${YARNS}/fields`, 10],
+  ['yarns-values-per-station-too-few', `${YARNS}/valuesPerStation`, 134],
+  ['yarns-values-per-station-too-many', `${YARNS}/valuesPerStation`, 257],
   ['yarns-one-node', `${YARNS}/nodes`, 1],
   ['yarns-of-level-1-alone', `${YARNS}/levels`, [1]],
   ['indirect-of-level-1-alone', `${INDIRECT}/levels`, [1]],
@@ -35,7 +37,7 @@ const members = members_of(sound, [
 
 const channels = [
   ['more-nodes-than-channels', '400 nodes, channels for 4', `yarns.${Math.ceil((FIELDS * CURVES + 3 * NODES) / 6)}`, `${YARNS}/nodes`, 400],
-  ['more-stations-than-channels', '3 stations, channels for 2', 'indirect.45', `${YARNS}/stations`, 3],
+  ['more-stations-than-channels', '3 stations, channels for 2', 'indirect.49', `${YARNS}/stations`, 3],
 ].map(([what, about, place, pointer, n]) => broken('FABRIC_CHANNEL', what, about, place, {text: set(pointer, n), ...others}, sound));
 
 /** Writes a number of a spread layer; the digests follow. */
