@@ -71,6 +71,8 @@ constexpr YarnMember members[] = {
     member<&Yarn::hair_loops>("hair_loops", 0, 1, true, "share of hairs that return into the yarn"),
     member<&Yarn::irregularity>("irregularity", 0, 0.3, true, "change of thickness and colour along it"),
     member<&Yarn::melange>("melange", 0, 0.4, true, "difference of colour of its fibres"),
+    member<&Yarn::marl>("marl", 0, 0.9, true,
+                        "difference of shade of its plies, of half the palest and darkest"),
     member<&Yarn::packing>("packing", 0.05, 1, true, "share of fibre in its section, for weight and tex"),
     member<&Yarn::transmission>("transmission", 0, 1, true,
                                 "share of the diffuse light that goes through the wall of a ply")};

@@ -42,6 +42,7 @@ struct Yarn {
   double irregularity = 0;
   /// How much the colours of its strands of fibres differ, as root mean square of the change, 0 to 0.4.
   double melange = static_cast<double>(usual_contrast);
+  double marl = 0;  ///< YarnStrands::marl
   /// Share of the diffuse light that goes through the wall of a ply rather than back, in [0, 1].
   double transmission = 0;
   /// Thickness over width of its section where it lies level, min_flattening to 1 (round).

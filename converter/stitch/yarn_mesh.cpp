@@ -217,6 +217,7 @@ YarnStrands strands_of(const Yarn& yarn, int seed) {
   strands.irregularity = std::min(static_cast<float>(yarn.irregularity), max_irregularity);
   strands.seed = seed;
   strands.contrast = std::min(static_cast<float>(yarn.melange), max_contrast);
+  strands.marl = std::min(static_cast<float>(yarn.marl), max_marl);
   strands.change = std::min(change_of_irregularity * strands.irregularity, max_change);
   if (yarn.fibre == 0) return strands;
   const double width = std::max(1e-3 * yarn_kinds()[yarn.fibre].diameter_um, min_strand * yarn.radius_mm);

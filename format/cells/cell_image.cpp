@@ -68,6 +68,10 @@ void set_curve(const YarnCurve& curve, std::size_t i, CurveNumbers& numbers, Str
   strands.pieces[i] = static_cast<float>(curve.strands.pieces);
   strands.irregularity[i] = curve.strands.irregularity;
   strands.contrast[i] = curve.strands.contrast;
+  const int plies = curve.plies.count;
+  strands.marl[i] = plies > 1 ? curve.strands.marl : 0;
+  strands.paler[i] =
+      2 * strands.marl[i] / static_cast<float>(std::max(1, std::abs(curve.strands.count) * (plies - 1)));
   strands.swells[i] = static_cast<float>(curve.strands.swells);
   strands.seed[i] = strand_hash(static_cast<std::uint32_t>(curve.strands.seed));
 }

@@ -70,6 +70,7 @@ constexpr float hidden_lustre = 0.1F;  ///< share of the lustre that goes with t
 struct StrandCurves {
   using Floats = std::array<float, 16>;
   alignas(64) Floats strands, shift, lays, pieces, irregularity, swells, contrast;
+  alignas(64) Floats marl, paler;                  ///< per row: a ply's shade is 1 - marl + paler row
   alignas(64) Floats first_row, later_row;         ///< StrandRows
   alignas(64) Floats width;                        ///< of a strand, mm
   alignas(64) Floats sense_x, sense_y;             ///< Yarns::Inside::strand_sense; 0: no strands
@@ -174,6 +175,9 @@ SELVEDGE_INLINE StrandChangeLanes<N> strand_change_lanes(const StrandCurves& cur
   const Wide row = own + Wide::load(&curves.first_row[i]);
   Wide later = own + Wide::load(&curves.shift[i]);
   later = if_greater(strands, later, later, later - strands) + Wide::load(&curves.later_row[i]);
+  const Wide first_row = Wide::load(&curves.first_row[i]);
+  const Wide at_ply = first_row + share * (Wide::load(&curves.later_row[i]) - first_row);
+  const Wide shade = one - Wide::load(&curves.marl[i]) + Wide::load(&curves.paler[i]) * at_ply;
   const Wide pieces = Wide::load(&curves.pieces[i]);
   const Wide offset = noise.offset(row);
   const Wide place = share * pieces + offset + share * (noise.offset(later) - offset);
@@ -191,7 +195,7 @@ SELVEDGE_INLINE StrandChangeLanes<N> strand_change_lanes(const StrandCurves& cur
   return {sense * slope, some * Wide(strand_lift) * blend.noise(a, b, 1),
           sense * Wide(strand_sway) * blend.noise(a, b, 2),
           some * Wide::load(&curves.contrast[i]) * blend.noise(a, b, 3),
-          one + Wide::load(&curves.irregularity[i]) * colour};
+          (one + Wide::load(&curves.irregularity[i]) * colour) * if_greater(some, Wide(0), shade, one)};
 }
 
 /// A place on the curve's axis, its direction there, and the way from it to the hit.

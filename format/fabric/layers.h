@@ -83,7 +83,7 @@ struct Layer {
 };
 
 /// Numbers of a curve: all, and the least that a file may have.
-inline constexpr int yarn_fields = 35;
+inline constexpr int yarn_fields = 36;
 inline constexpr int min_yarn_fields = 11;
 /// Numbers of a station of indirect light, likewise.
 inline constexpr int station_values = 145;

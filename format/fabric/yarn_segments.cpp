@@ -229,7 +229,7 @@ StrandRows rows_of_ply(const YarnCurve& curve, int ply) {
     const int within = sense * number % curve.plies.count;
     return std::abs(curve.strands.count) * (within < 0 ? within + curve.plies.count : within);
   };
-  return {row(ply), row(ply + curve.plies.shift)};
+  return {row(ply), row(ply + curve.plies.shift), curve.plies.count};
 }
 
 bool counts_from_the_side(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period) {

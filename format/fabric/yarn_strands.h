@@ -30,6 +30,7 @@ struct YarnStrands {
   int swells = 1;                   ///< parts of the chain over which these change
   float contrast = usual_contrast;  ///< root mean square of the strands' changes of colour, relative
   float change = 0;                 ///< of the row's, beyond the repeat (variation.h)
+  float marl = 0;                   ///< half the difference of the palest and the darkest ply's shades
   bool operator==(const YarnStrands&) const = default;
   /// Whether the surface differs from a smooth yarn's.
   bool varies() const { return count != 0 || irregularity > 0; }
@@ -40,6 +41,7 @@ inline constexpr int max_pieces = 32768;  ///< and swells, and shift
 inline constexpr float max_irregularity = 0.3F;
 inline constexpr float max_contrast = 0.4F;
 inline constexpr float max_change = 0.6F;
+inline constexpr float max_marl = 0.9F;
 inline constexpr int max_strand_seed = (1 << 24) - 1;
 
 /// How strands differ: root mean squares, but for the first; by eye, against traced fibres.
@@ -104,6 +106,7 @@ inline std::uint32_t shift_within_turn(const YarnStrands& y) {
 struct StrandRows {
   int first = 0;
   int later = 0;
+  int plies = 1;  ///< of the yarn
 };
 
 /// Bytes of the row of the yarn: a place that is thick is not always bright.
@@ -135,6 +138,11 @@ StrandChange<T> strand_change(const YarnStrands& y, T around, T share, const Str
   change.brightness = strand_swell(y, share, byte_of_colour);
   if (y.count == 0) return change;
   const auto count = static_cast<std::uint32_t>(std::abs(y.count));
+  if (rows.plies > 1) {
+    const auto ply = static_cast<T>(rows.first) + share * static_cast<T>(rows.later - rows.first);
+    const T pale = 2 * ply / static_cast<T>(std::abs(y.count) * (rows.plies - 1)) - 1;
+    change.brightness *= 1 + static_cast<T>(y.marl) * pale;
+  }
   T turns = around - static_cast<T>(y.shift) / static_cast<T>(count) * share;
   turns -= std::floor(turns);
   const T strand = turns * static_cast<T>(count);

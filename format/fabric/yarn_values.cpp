@@ -46,7 +46,8 @@ std::array<float, yarn_fields> values_of(const YarnCurve& c) {
           s.contrast,
           s.change,
           static_cast<float>(p.sides),
-          c.gloss.lustre};
+          c.gloss.lustre,
+          s.marl};
 }
 
 /// A whole number that a float holds; min - 1 for any other value.
@@ -171,7 +172,8 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
                      value(22),
                      whole(value(23), 0, many),
                      value(31),
-                     value(32)};
+                     value(32),
+                     value(35)};
     curve.flattening = value(24);
     curve.hairs = {whole(value(25), -many, many), value(26), value(27), value(28), value(29)};
     squeezes.push_back(value(30) == 0 ? 0 : value(30) == 1 ? curve.nodes : 1);

@@ -52,6 +52,7 @@ Result<void> check_strands(const YarnStrands& s, const std::string& place) {
   if (!in(s.irregularity, 0, max_irregularity)) return refuse(place, "has an irregularity out of range");
   if (!in(s.contrast, 0, max_contrast)) return refuse(place, "has a contrast out of range");
   if (!in(s.change, 0, max_change)) return refuse(place, "has a change out of range");
+  if (!in(s.marl, 0, max_marl)) return refuse(place, "has a marl out of range");
   return {};
 }
 

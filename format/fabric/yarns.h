@@ -100,8 +100,9 @@ struct YarnData {
 YarnCounts counts_of(const YarnData& data);
 
 /// The values of a file's layer `yarns`: the curves' nodes, then their stations, and so on in the order of
-/// the members of YarnCurve, then 1 with squeezes, the strands' contrast and change, and the plies' sides; x,
-/// y, z of each curve's nodes and then of its squeezes. `indirect`: every value over all stations.
+/// the members of YarnCurve, then 1 with squeezes, the strands' contrast and change, the plies' sides, the
+/// lustre and the marl; x, y, z of each curve's nodes and then of its squeezes. `indirect`: every value over
+/// all stations.
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
   return counts.fields * counts.curves + values_per_node * counts.nodes;

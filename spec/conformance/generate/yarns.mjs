@@ -14,11 +14,11 @@ const LATER = {
   hairs: {count: 0, length: 0, loops: 0, radius: 0, kept: 1},
   squashed: {is: 0},
   colours: {contrast: Math.fround(0.12), change: 0},
-  light: {sides: 0, lustre: 0},
+  light: {sides: 0, lustre: 0, marl: 0},
 };
 
 /**
- * Layer members and values of curves, in the order of spec/fabric.md: with 35 fields, with 36 where a curve has the member
+ * Layer members and values of curves, in the order of spec/fabric.md: with 36 fields, with 37 where a curve has the member
  * `unknown`, or with the first `fields` alone; `valuesPerStation`, undefined: no such member.
  */
 export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity, valuesPerStation = 145} = {}) {
@@ -90,7 +90,7 @@ export const crossing_hairs = {
   ...of_curves([
     {...weft, hairs, strands: uneven},
     {...loop, hairs, strands: uneven},
-    {...three, hairs, strands, light: {sides: 1}},
+    {...three, hairs, strands, light: {sides: 1, marl: 0.5}},
     {...five, hairs: {...hairs, loops: 0.75}, strands: {...strands, ...uneven}},
   ]),
   thickness: crossing.thickness,
@@ -133,7 +133,7 @@ export const yarns = [
     about: 'hairs on a yarn and on plies: most with a free end, loops, and none that is thinned; bends and slopes',
     ...of_curves([
       {...weft, hairs, strands: {count: 20, pieces: 5, shift: -27, seed: 4711, irregularity: 0.25, swells: 3}},
-      {...two, hairs: {...hairs, count: 90, loops: 1, kept: 1}, light: {lustre: 0.5}},
+      {...two, hairs: {...hairs, count: 90, loops: 1, kept: 1}, light: {lustre: 0.5, marl: 0.75}},
       {...loop, hairs: {...hairs, loops: 0, length: 0.5}},
     ]),
   },

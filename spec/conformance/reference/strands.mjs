@@ -10,7 +10,7 @@ const LEAST_FACING = 0.05;
  * the share of the chain, upright: whether A_0 is of the x axis, rows: of strand 0 on its ply, and on the ply which the
  * ply goes on as. `strand` tells neighbours apart.
  */
-export function strand_at({count, pieces, shift, seed, irregularity, swells, contrast}, {N, F, angle, t: way, upright, rows}, V) {
+export function strand_at({count, pieces, shift, seed, irregularity, swells, contrast, marl}, {N, F, angle, t: way, upright, rows, plies}, V) {
   const n = abs(count), t = way - floor(way), hashed = hash(seed);
   const bits = (row, place) => hash(hashed ^ (row << 16 | place));
   const b = swell({seed, irregularity, swells}, way, OF_COLOUR);
@@ -18,6 +18,7 @@ export function strand_at({count, pieces, shift, seed, irregularity, swells, con
   const [cos_a, sin_a] = count > 0 ? angle : upright ? [angle[0], -angle[1]] : [-angle[0], angle[1]];
   const turns = atan2(sin_a, cos_a) / (2 * PI) - t * shift / n, y = n * (turns - floor(turns));
   const own = min(floor(y), n - 1), i = own + rows[0], next = (own + (shift % n + n) % n) % n + rows[1];
+  const shade = plies > 1 ? 1 + marl * (2 * (rows[0] + t * (rows[1] - rows[0])) / (n * (plies - 1)) - 1) : 1;
   const offset = (strand) => floor(bits(strand, PLACE_OF_OFFSET) / 512) / 2 ** 23;
   const z = pieces * t + offset(i) + t * (offset(next) - offset(i)), j = floor(z);
   const [here, there] = [j, j + 1].map((place) => place < pieces ? bits(i, place) : bits(next, place - pieces));
@@ -28,7 +29,7 @@ export function strand_at({count, pieces, shift, seed, irregularity, swells, con
   return {
     N: facing,
     F: unit(minus(swayed, times(facing, dot(swayed, facing)))),
-    b: b * (1 + contrast * shades),
+    b: b * shade * (1 + contrast * shades),
     strand: i,
   };
 }

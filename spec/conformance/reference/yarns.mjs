@@ -122,7 +122,7 @@ export function evaluate_yarns(yarns, uv, light, view, hit = trace(yarns, uv, vi
   const hidden = yarns.by_light || is_hidden(yarns, plus(hit.point, smooth.N, OFF_THE_YARN * radius), L);
   const upright = abs(tangent[2]) >= 0.9;
   const own = rank > 0 ? {...strands, count: 0} : strands;
-  const {N, F, b, strand} = strand_at(own, {...smooth, angle: [cos_a, sin_a], t: x / stations, upright, rows}, V);
+  const {N, F, b, strand} = strand_at(own, {...smooth, angle: [cos_a, sin_a], t: x / stations, upright, rows, plies: plies.count}, V);
   const facing = dot(N, L);
   const V_raised = unit(plus(V, N, max(0, LEAST_FACING - dot(N, V))));
   const [l_x, l_y, l_z] = light;

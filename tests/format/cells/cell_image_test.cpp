@@ -28,7 +28,7 @@ YarnData stranded(Random& random, bool hairs) {
     if (c % 2 == 1) curve.flattening = 0.5F;
     if (c % 3 == 0) continue;  // smooth
     const int count = static_cast<int>(5 + 7 * c);
-    curve.strands = {c == 4 ? -count : count, 5, -17, static_cast<int>(c), 0.2F, 3};
+    curve.strands = {c == 4 ? -count : count, 5, -17, static_cast<int>(c), 0.2F, 3, usual_contrast, 0, 0.5F};
   }
   return data;
 }

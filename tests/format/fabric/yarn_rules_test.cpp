@@ -69,21 +69,21 @@ TEST_CASE("values of yarn have all fields, then the nodes, and fewer or more fie
   YarnData data = straight(2, 0.5F);
   data.curves[0].gloss.lustre = 0.625F;
   data.curves[0].plies = {3, 8, -7, 0.75F, {0.5F, 0.25F, -0.125F}, 1};
-  data.curves[0].strands = {-45, 6, 135, 77, 0.25F, 3, 0.375F, 0.5F};
+  data.curves[0].strands = {-45, 6, 135, 77, 0.25F, 3, 0.375F, 0.5F, 0.25F};
   const YarnCounts counts = counts_of(data);
-  CHECK(counts.fields == 35);
+  CHECK(counts.fields == 36);
   const auto read = [&](std::vector<float> values, int fields) {
-    values.insert(values.begin() + 35, 9.0F);  // of a later version
-    values.erase(values.begin() + fields, values.begin() + 36);
+    values.insert(values.begin() + 36, 9.0F);  // of a later version
+    values.erase(values.begin() + fields, values.begin() + 37);
     YarnCounts of = counts;
     of.fields = fields;
     return need(yarns_from_values(values, indirect_values(data), of, period));
   };
   const std::vector<float> values = curve_values(data);
   CHECK(values.size() == static_cast<std::size_t>(curve_value_count(counts)));
-  CHECK(values[35] == data.nodes[0].x);
-  CHECK(read(values, 35) == data);
+  CHECK(values[36] == data.nodes[0].x);
   CHECK(read(values, 36) == data);
+  CHECK(read(values, 37) == data);
   CHECK(read(values, 31).curves[0].strands.contrast == usual_contrast);
   CHECK(read(values, 14).curves[0].plies.shift == -7);
   CHECK(read(values, 11).curves[0].plies == YarnPlies());
@@ -106,4 +106,5 @@ TEST_CASE("refuses strands out of their ranges") {
   CHECK(refused({9, 2, 0, 0, 0, 0}));
   CHECK(refused({9, 2, 0, 0, 0, 1, 0.41F}));
   CHECK(refused({9, 2, 0, 0, 0, 1, 0, 0.61F}));
+  CHECK(refused({9, 2, 0, 0, 0, 1, 0, 0, 0.91F}));
 }

@@ -14,7 +14,7 @@ import {across, cross, dot, minus, plus, times, unit} from './vector.js';
 
 const {abs, atan2, cos, floor, fround, hypot, max, min, sin} = Math;
 /** Values of the fields from 11 on of files that have fewer. */
-const DEFAULTS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, fround(0.12), 0, 0, 0];
+const DEFAULTS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, fround(0.12), 0, 0, 0, 0];
 /** Functions of the angle, and of the light, that indirect light has coefficients of. */
 export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
@@ -54,7 +54,7 @@ function curves_of(counts, number, point) {
     const [own, stations, X, Y, radius, red, green, blue, gloss, roughness, slope, ...later] =
       Array.from({length: 11 + DEFAULTS.length}, (__, f) => field(f));
     const [count, divisions, shift, phase, r, g, b, ...of_strands] = later, groove = [r, g, b];
-    const strands = {...strands_of(of_strands), contrast: of_strands[13], change: of_strands[14]}, flattening = of_strands[6], hairs = hairs_from(of_strands.slice(7)), squashed = of_strands[12];
+    const strands = {...strands_of(of_strands), contrast: of_strands[13], change: of_strands[14], marl: of_strands[17]}, flattening = of_strands[6], hairs = hairs_from(of_strands.slice(7)), squashed = of_strands[12];
     const take = (count) => {
       const taken = Array.from({length: max(0, min(count, nodes - next)) | 0}, (__, n) => point(next + n));
       next += count;
@@ -77,11 +77,11 @@ const are_plies = ({count, divisions, shift, phase, groove, sides}) => is_whole(
 
 const strands_of = ([count, pieces, shift, seed, irregularity, swells]) =>
   ({count, pieces, shift, seed, irregularity, swells});
-const are_strands = ({count, pieces, shift, seed, irregularity, swells, contrast, change}) =>
+const are_strands = ({count, pieces, shift, seed, irregularity, swells, contrast, change, marl}) =>
   is_whole(count, -MOST_STRANDS, MOST_STRANDS) && is_whole(pieces, 2, MOST_PIECES) &&
   is_whole(shift, -MOST_PIECES, MOST_PIECES) && is_whole(seed, 0, 2 ** 24 - 1) && irregularity >= 0 &&
   irregularity <= fround(0.3) && is_whole(swells, 1, MOST_PIECES) && contrast >= 0 && contrast <= fround(0.4) &&
-  change >= 0 && change <= fround(0.6);
+  change >= 0 && change <= fround(0.6) && marl >= 0 && marl <= fround(0.9);
 
 const hairs_from = ([count, length, loops, radius, kept]) => ({count, length, loops, radius, kept});
 const are_hairs = ({count, length, loops, radius, kept}, longest) => is_whole(count, -MOST_HAIRS, MOST_HAIRS) &&

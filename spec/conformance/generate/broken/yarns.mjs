@@ -8,7 +8,7 @@ const curve = {
   stations: 1, turns: [1, 0], radius: 0.25, albedo: [0.75, 0.5, 0.25], gloss: 0.25, roughness: 0.5, slope: 0,
   nodes: [[0.25, -0.5, 0.5], [1.5, -0.5, 0.5]],
 };
-const CURVES = 2, FIELDS = 35, NODES = 4, SQUEEZES = 2;
+const CURVES = 2, FIELDS = 36, NODES = 4, SQUEEZES = 2;
 const NEXT = [[0.25, -1, 0.5], [1.25, -1, 0.75]];
 /** A fixture of two curves, curve 1 with further members. */
 const two_curves = (more = {}) => {
@@ -96,6 +96,7 @@ const fields = [
   [stranded, 'seed-too-large', 'a seed of 25 bits', 21, 2 ** 24],
   [stranded, 'irregularity-too-large', 'a yarn that changes its colour by half', 22, 0.5],
   [stranded, 'change-too-large', 'rows that differ too much', 32, 0.75],
+  [plied, 'marl-too-large', 'plies darker than black', 35, 1],
   [sound, 'lustre-too-large', 'a fibre that is a mirror', 34, 1],
   [plied, 'sides-half', 'light of half a side', 33, 0.5],
   [stranded, 'contrast-too-large', 'strands whose colours differ by half', 31, 0.5],
