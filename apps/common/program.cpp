@@ -1,7 +1,9 @@
 #include "apps/common/program.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -184,7 +186,7 @@ int Program::parse_and_run(int argc, const char* const* argv) {
               verbs.empty() ? "" : verbs.front()->get_name().c_str(),
               {{"error", {{"code", "USAGE"}, {"file", ""}, {"place", ""}, {"message", as_utf8(fault)}}}})));
     } else {
-      fmt::print(stderr, "{}: {}\n", app_->get_name(), printable(fault));
+      std::fputs(fmt::format("{}: {}\n", app_->get_name(), printable(fault)).c_str(), stderr);
     }
     return 2;
   }
@@ -240,6 +242,11 @@ Result<Json> Program::call(std::vector<std::string> words) {
 
 int Program::run(int argc, const char* const* argv) {
   remove_unfinished_files_on_signal();
+  // Else the first files that are opened would be standard output or error.
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(stream, F_GETFD) < 0)
+      static_cast<void>(open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY));
+  }
   try {
     return check_output(parse_and_run(argc, argv));
   } catch (...) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 
 #include "format/base/printable.h"
 
@@ -21,22 +22,53 @@ Json to_json(const Error& issue) {
           {"message", as_utf8(issue.message)}};
 }
 
-void report_error(const Error& error) { fmt::print(stderr, "{}: {}\n", program_name, to_line(error)); }
+namespace {
+
+/// A fault of standard error has nowhere to be told.
+void print_line(const std::string& text) {
+  std::fputs(fmt::format("{}: {}\n", program_name, text).c_str(), stderr);
+}
+
+}  // namespace
+
+void report_error(const Error& error) { print_line(to_line(error)); }
 
 void report_issue(const Error& issue) {
   if (report_target != nullptr) return;
-  fmt::print(stderr, "{}: {}: {}\n", program_name, name_of(severity_of(issue.code)), to_line(issue));
+  print_line(fmt::format("{}: {}", name_of(severity_of(issue.code)), to_line(issue)));
 }
 
-void report_remark(const std::string& file, const std::string& remark) {
-  if (report_target != nullptr) return;
-  fmt::print(stderr, "{}: {}: {}\n", program_name, printable(file), printable(remark));
+namespace {
+
+/// A remark without its numbers and quoted names.
+std::string kind_of(const std::string& remark) {
+  std::string kind;
+  bool quoted = false;
+  for (const char c : remark) {
+    if (c == '"') quoted = !quoted;
+    if (!quoted && (c < '0' || c > '9')) kind += c;
+  }
+  return kind;
 }
+
+}  // namespace
 
 void report_remarks(const CommonOptions& common, const std::string& file,
                     const std::vector<std::string>& remarks) {
-  if (common.json || common.quiet) return;
-  for (const std::string& remark : remarks) report_remark(file, remark);
+  constexpr int shown = 10;
+  if (common.json || common.quiet || report_target != nullptr) return;
+  std::map<std::string, int> count;
+  const auto print = [&](const std::string& remark) {
+    print_line(fmt::format("{}: {}", printable(file), printable(remark)));
+  };
+  for (const std::string& remark : remarks) {
+    if (++count[kind_of(remark)] <= shown) print(remark);
+  }
+  for (const std::string& remark : remarks) {
+    int& of_kind = count[kind_of(remark)];
+    if (of_kind > shown) print(fmt::format("and {} more like: {}", of_kind - shown, remark));
+    of_kind = 0;
+  }
 }
 
 namespace {

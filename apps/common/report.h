@@ -57,9 +57,8 @@ void report_error(const Error& error);
 /// The same with "error: " or "warning: " before the file, for verbs that report both.
 void report_issue(const Error& issue);
 
-/// A remark without a code: "program: file: remark" on standard error.
-void report_remark(const std::string& file, const std::string& remark);
-/// All of them, unless --quiet or --json.
+/// Remarks without a code, "program: file: remark" on standard error, unless --quiet or --json; of those that
+/// differ in numbers and quoted names alone, the first ten and the number of the rest.
 void report_remarks(const CommonOptions& common, const std::string& file,
                     const std::vector<std::string>& remarks);
 

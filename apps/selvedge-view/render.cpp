@@ -101,14 +101,7 @@ Json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& 
           {"coveredPixels", stats.covered_pixels},
           {"evaluatedPixels", stats.evaluated_pixels},
           {"imageBytes", stats.image_bytes},
-          {"remarks", stats.remarks},
           {"seconds", to_json(stats)}};
-}
-
-void print_remarks(const Shot& shot, const RenderStats& stats) {
-  for (const std::vector<std::string>& remarks : {shot.scene.remarks, stats.remarks}) {
-    for (const std::string& remark : remarks) report_remark("note", remark);
-  }
 }
 
 Result<int> run(const RenderCommand& command) {
@@ -125,8 +118,11 @@ Result<int> run(const RenderCommand& command) {
   std::vector<AtomicFile> files = open_files(command, shot.cameras.size());
   const auto [stats, write_seconds] = draw(shot, files);
   value_or_throw(commit_all(std::move(files)));
-  if (!command.common.quiet) print_remarks(shot, stats);
   Json all = to_json(command, shot, stats);
+  std::vector<std::string> remarks = shot.scene.remarks;
+  remarks.insert(remarks.end(), stats.remarks.begin(), stats.remarks.end());
+  all["remarks"] = remarks;
+  report_remarks(command.common, "note", remarks);
   all["seconds"]["read"] = read;
   all["seconds"]["write"] = write_seconds;
   all["seconds"]["total"] = watch.seconds();

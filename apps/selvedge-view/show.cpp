@@ -116,9 +116,7 @@ Result<int> run(const ShowCommand& command) {
     scene = value_or_throw(load_scene(garment, {}, command.picture.limits));
     files.erase(files.begin());
   }
-  if (!command.common.quiet) {
-    for (const std::string& remark : scene.scene.remarks) report_remark("note", remark);
-  }
+  report_remarks(command.common, "note", scene.scene.remarks);
   const auto window = value_or_throw(Window::open("Selvedge: " + command.picture.input, command.size));
   const GlFunctions gl = value_or_throw(load_gl_functions(*window->context()));
   auto picture = value_or_throw(ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics)));

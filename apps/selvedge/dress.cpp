@@ -104,9 +104,7 @@ void declare(Options& options, DressCommand& command) {
 
 Result<int> run(const DressCommand& command) {
   const auto dressed = value_or_throw(dress(command.garment, command.fabric, command.output, command.dress));
-  for (const std::string& warning : dressed.warnings) {
-    if (!command.common.quiet) report_remark(command.garment, warning);
-  }
+  report_remarks(command.common, command.garment, dressed.warnings);
   Json materials = Json::array();
   for (const DressedMaterial& m : dressed.materials) {
     materials.push_back({{"index", m.index},

@@ -30,9 +30,7 @@ void declare(Options& options, ReattachCommand& command) {
 
 Result<int> run(const ReattachCommand& command) {
   const auto restored = value_or_throw(reattach(command.input, command.output, command.reattach));
-  for (const std::string& warning : restored.warnings) {
-    if (!command.common.quiet) report_remark(command.input, warning);
-  }
+  report_remarks(command.common, command.input, restored.warnings);
   Json materials = Json::array();
   for (const ReattachedMaterial& m : restored.materials) {
     const UvTransform& t = m.transform;

@@ -11,9 +11,11 @@
 #include "format/base/atomic_file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/memory.h"
+#include "format/gltf/picture_type.h"
 #include "format/gltf/read_scene.h"
 #include "format/gltf/references.h"
 #include "format/gltf/uri.h"
+#include "format/picture/image.h"
 
 namespace selvedge {
 namespace {
@@ -22,12 +24,19 @@ namespace {
 constexpr std::uint64_t max_picture_bytes = std::uint64_t{1} << 30;
 
 /// Readers go on without an unreadable picture; a garment is not complete without it.
-void check_pictures(const GltfDocument& document, IssueSink& issues) {
+/// `memory`: what decoding may take; 0: they are not decoded.
+void check_pictures(const GltfDocument& document, std::uint64_t memory, IssueSink& issues) {
+  constexpr int smallest = 15;  // halvings
+  const ImageLimits picture_limits{.memory = memory};
   const Json& images = array_of(document.json, "images");
   for (int i = 0; i < static_cast<int>(images.size()); ++i) {
     if (!images[i].contains("uri") && !images[i].contains("bufferView")) continue;  // an extension has it
     const auto bytes = read_image_bytes(document, i, max_picture_bytes);
-    if (!bytes) issues.add(Code::image_unreadable, fmt::format("/images/{}", i), bytes.error().message);
+    Result<void> good = bytes ? Result<void>() : tl::unexpected(bytes.error());
+    const std::string_view type = bytes ? picture_type(*bytes) : "";
+    if (memory > 0 && (type == "image/png" || type == "image/jpeg"))
+      good = decode_image(*bytes, "", Transfer::keep, picture_limits, smallest).map([](const Image&) {});
+    if (!good) issues.add(Code::image_unreadable, fmt::format("/images/{}", i), good.error().message);
   }
 }
 
@@ -67,14 +76,16 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, 
   if (!document) return issues.take();
   Scene read = read_everything(*document, limits, issues);
   read.memory_left = std::min(read.memory_left, limits.document.memory);
+  bool pictures_fit = false;
   if (!issues.has_error()) {  // else it would repeat the same faults
     check_references(*document, issues);
     check_places(read, issues);
     const auto left = check_drawable(read, limits.document.memory);
     const Result<void> textures = left ? check_textures(read, *left) : Result<void>();
-    if (!left || !textures) issues.add(left ? textures.error() : left.error());
+    pictures_fit = left && textures;
+    if (!pictures_fit) issues.add(left ? textures.error() : left.error());
   }
-  check_pictures(*document, issues);
+  check_pictures(*document, pictures_fit ? limits.document.memory : 0, issues);
   check_fabric_extension(*document, read, issues);
   if (!issues.has_error() && scene != nullptr) *scene = std::move(read);
   return issues.take();

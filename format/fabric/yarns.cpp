@@ -28,6 +28,8 @@ constexpr int max_nodes = 1 << 20;  ///< of all plies and hairs
 /// Times that all yarn covers the cell: knits and weaves do 6 to 13 times. Work on an image of the cell grows
 /// with it, as rays' work does.
 constexpr double max_cover = 1024;
+/// Hairs cost more than yarn, and are drawn as wide as an eighth of it.
+constexpr double drawn_cost_of_hairs = 8;
 
 Result<void> check_plies(const YarnPlies& p, const std::string& place) {
   if (p.count < 1 || p.count > max_plies) return refuse(place, fmt::format("is of 1 to {} plies", max_plies));
@@ -114,7 +116,8 @@ Result<void> check_segments(const YarnData& data, const V2f& period) {
     }
     const YarnHairs& h = curve.hairs;
     covered += area(radius_of_plies(curve), length, static_cast<double>(segment_count(curve))) +
-               std::abs(h.count) * area(h.radius, h.length, hair_points - 1);
+               drawn_cost_of_hairs * std::abs(h.count) *
+                   area(std::max(h.radius, curve.radius / 8), h.length, hair_points - 1);
     if (covered > max_cover * static_cast<double>(period.x) * static_cast<double>(period.y))
       result = refuse(
           place, fmt::format("covers the cell, with the curves before it, more than {} times", max_cover));

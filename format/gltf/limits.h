@@ -22,6 +22,9 @@ struct GltfLimits {
   OtherFiles other_files = OtherFiles::inside;  ///< GLTF_REFERENCE for others; GLTF_UNSUPPORTED with `none`
 };
 
+/// Area of all surfaces of a scene that is drawn, in largest sides of its bounding box.
+inline constexpr int max_depth = 1024;
+
 struct SceneLimits {
   GltfLimits document;
   /// Of all primitives together, after expansion; no more than unbacked_elements in any case.

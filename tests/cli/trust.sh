@@ -67,6 +67,50 @@ test_pictures_that_are_cut_short_or_have_no_name_end_no_verb() {
   done
 }
 
+test_faults_within_pictures_and_scenes_are_told_with_their_place() {
+  make_plane_fabric
+  write_quad quad.gltf
+  edited quad.gltf long.gltf "$png_writer"'
+    const rows = chunk("IDAT", zlib.deflateSync(Buffer.alloc(1.5e8)));
+    fs.writeFileSync("long.png", png(head(8, 8), rows, end));
+    fs.writeFileSync("header.png", png(head(8, 8), zeros(8, 8), end).subarray(0, 33));
+    g.images = [{uri: "long.png"}, {uri: "header.png"}], g.textures = [{source: 0}, {source: 1}];
+    const own = g.meshes[0].primitives[0];
+    for (const index of [0, 1]) g.materials[index] = {pbrMetallicRoughness: {baseColorTexture: {index}}};
+    g.meshes[0].primitives.push({...own, material: 1});'
+  exits 1 selvedge check long.gltf
+  grep -qF '/images/0: holds more than its pixels [IMAGE_UNREADABLE]' "$scratch/err"
+  grep -qE '/images/1: .*\[IMAGE_UNREADABLE\]$' "$scratch/err"
+  exits 0 selvedge-view render long.gltf -o d.png --size 8x8
+  grep -qF 'long.gltf: image 1 "header.png": ' "$scratch/err"
+
+  edited quad.gltf deep.gltf 'for (let i = 1; i < 1100; ++i) g.nodes.push({mesh: 0}), g.scenes[0].nodes.push(i);'
+  refuses FILE_TOO_LARGE "deep.gltf: its surfaces have 1100 times" selvedge-view render deep.gltf -o d.png --size 8x8
+
+  edited quad.gltf many.gltf 'for (let i = 1; i < 40; ++i) g.materials.push({name: `m${i}`});'
+  exits 0 selvedge dress many.gltf plane.fabric.exr -o d.glb --all
+  [ "$(wc -l <"$scratch/err")" = 11 ] && grep -qF 'and 30 more like: material #1 "spare"' "$scratch/err" || fail "$(cat "$scratch/err")"
+
+  # The length of the first attribute is the fifth byte after its name and type.
+  selvedge-view render quad.gltf -o sky.exr --size 8x8
+  node -e 'const fs = require("fs"), b = fs.readFileSync("sky.exr"), at = b.indexOf("chlist") + 7;
+    b.writeUInt32LE(2e9, at), fs.writeFileSync("sky.exr", b)'
+  refuses IMAGE_UNREADABLE 'sky.exr: ends within its header' \
+    selvedge-view render quad.gltf -o d.png --size 8x8 --environment sky.exr
+}
+
+test_closed_streams_take_no_file_and_end_no_verb() {
+  make_plane_fabric
+  write_quad quad.gltf
+  for closed in '>&- 2>&-' '2>&-' '<&- >&- 2>&-' '>/dev/full 2>/dev/full'; do
+    rm -f d.glb
+    status=0
+    eval "selvedge dress quad.gltf plane.fabric.exr -o d.glb --all $closed" >"$scratch/out" || status=$?
+    [ "$status" -le 1 ] || fail "status $status with $closed"
+    exits 0 selvedge check d.glb
+  done
+}
+
 test_a_picture_in_the_format_of_fabrics_is_no_picture_of_a_garment() {
   make_plane_fabric
   write_quad quad.gltf

@@ -45,9 +45,13 @@ struct Square {
     std::memcpy(bytes.data() + at, &value, sizeof value);
   }
 
-  /// Refers to a fabric file, with a complete fallback (whose texture is a PNG header).
+  /// Refers to a fabric file, with a complete fallback (whose texture is a black pixel).
   void dress() {
-    const std::string png("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\10\2\0\0\0\0\0\0\0", 33);
+    const std::string png(
+        "\211\120\116\107\015\012\032\012\000\000\000\015\111\110\104\122\000\000\000\001\000\000\000\001\010"
+        "\002\000\000\000\220\167\123\336\000\000\000\014\111\104\101\124\170\234\143\140\140\140\000\000\000"
+        "\004\000\001\366\027\070\125\000\000\000\000\111\105\116\104\256\102\140\202",
+        69);
     json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 204}, {"byteLength", png.size()}});
     bytes += png;
     json["buffers"][0]["byteLength"] = bytes.size();

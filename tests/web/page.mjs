@@ -15,12 +15,14 @@ const SIZE = { width: 400, height: 420 }, SECONDS = 60;
 
 if (!folder) {
   await from_file(timed, { width: 960, height: 540 }, async ({ page }) => {
-    const when = async (text) => (await page.waitForFunction(
-      `(() => { const {state, materials} = globalThis.selvedge ?? {}; return state && ${text} ? performance.now() : 0; })()`,
-      null, { timeout: 120000 })).jsonValue();
-    const fallback = await when('state.frames > 0');
-    const fabric = await when("[...materials].every(({ shows }) => shows === 'fabric') && materials.size > 0");
-    const rest = await when('state.at_rest');
+    // Functions: the page evaluates no text.
+    const when = async (test) => (await page.waitForFunction(test, null, { timeout: 120000 })).jsonValue();
+    const fallback = await when(() => globalThis.selvedge?.state.frames > 0 && performance.now());
+    const fabric = await when(() => {
+      const { materials } = globalThis.selvedge;
+      return materials.size > 0 && [...materials].every(({ shows }) => shows === 'fabric') && performance.now();
+    });
+    const rest = await when(() => globalThis.selvedge.state.at_rest && performance.now());
     const blocks = await page.evaluate(() => new Promise((end) => new PerformanceObserver(
       (list) => end(list.getEntries().map(({ startTime, duration }) => [startTime, duration])))
       .observe({ type: 'longtask', buffered: true })));
@@ -46,7 +48,7 @@ run('selvedge-view', 'page', path('cloth.gltf'), path('knit.fabric.exr'), '-o', 
 
 await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
   const begin = performance.now();
-  await page.waitForFunction('globalThis.selvedge?.state.frames > 0', null, { timeout: 120000 });
+  await page.waitForFunction(() => globalThis.selvedge?.state.frames > 0, null, { timeout: 120000 });
   await page.evaluate(() => globalThis.selvedge.started);
   const first = performance.now() - begin;
   const seen = () => page.evaluate(() => {
@@ -127,6 +129,6 @@ writeFileSync(path('sky.hdr'), Buffer.concat([Buffer.from('#?RADIANCE\nFORMAT=32
 run('selvedge-view', 'page', path('cloth.gltf'), '-o', path('around.html'), '--environment', path('sky.hdr'), '--quiet');
 await from_file(path('around.html'), SIZE, async ({ page, errors }) => {
   await page.waitForFunction(
-    '[...globalThis.selvedge?.materials ?? []].some(({is_lit_around}) => is_lit_around)', null, { timeout: 120000 });
+    () => [...globalThis.selvedge?.materials ?? []].some(({ is_lit_around }) => is_lit_around), null, { timeout: 120000 });
   assert.deepEqual(errors, []);
 });

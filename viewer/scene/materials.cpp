@@ -30,21 +30,22 @@ int take_picture(const Scene& scene, int index, Transfer transfer, Known& known,
     return -1;
   }
   const SceneImage& encoded = scene.images[index];
+  const std::string name = fmt::format("{}: image {}{}", scene.file, index,
+                                       encoded.name.empty() ? "" : " \"" + encoded.name + "\"");
   const auto size = picture_size(encoded.bytes);
   if (size.x == 0) {
-    const Error error{Code::image_unreadable, encoded.name, "", "neither PNG nor JPEG"};
+    const Error error{Code::image_unreadable, name, "", "neither PNG nor JPEG"};
     remarks.push_back(to_line(error) + "; drawn without it");
     return -1;
   }
   if (std::max(size.x, size.y) > index_pass_side_limit) {
-    remarks.push_back(
-        fmt::format("{}: {} x {} is too large; drawn without it", encoded.name, size.x, size.y));
+    remarks.push_back(fmt::format("{}: {} x {} is too large; drawn without it", name, size.x, size.y));
     return -1;
   }
   Bytes& bytes = known.files[index];
   if (!bytes) bytes = std::make_shared<const std::vector<std::uint8_t>>(encoded.bytes);
   entry->second = static_cast<int>(materials.pictures.size());
-  materials.pictures.push_back({encoded.name, bytes, transfer, V2i(size), 0});
+  materials.pictures.push_back({name, bytes, transfer, V2i(size), 0});
   return entry->second;
 }
 

@@ -3,6 +3,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -94,7 +95,9 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
       !account.take(tiled ? most : std::int64_t{strip} * spec.width, channels * sizeof(float)) ||
       !account.take(width * height, 4 * sizeof(float)))
     return tl::unexpected<Error>(beyond_memory(name, "", size, limits.memory));
-  Image image{static_cast<int>(width), static_cast<int>(height), 4, std::vector<float>(width * height * 4)};
+  // Rows take memory as they come: a header may declare what the file does not have.
+  Image image{static_cast<int>(width), static_cast<int>(height), 4, {}};
+  image.pixels.reserve(width * height * 4);
   const bool decode = transfer == Transfer::srgb && !spec.format.is_floating_point();
   const std::array<int, 4> order = channel_order(spec);
   Decoder decoder(spec);
@@ -108,6 +111,7 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
                             : input.read_scanlines(0, 0, spec.y + first, spec.y + end, 0, 0, spec.nchannels,
                                                    floats, stored.data());
     if (!read) return fail(Code::image_unreadable, name, "", reason_of(input));
+    image.pixels.resize(((end - std::int64_t{1}) * height / spec.height + 1) * width * 4);
     for (std::int64_t y = first; y < end; ++y) {
       float* row = &image.pixels[y * height / spec.height * width * 4];
       const float* from = &stored[(y - first) * spec.width * channels];
@@ -142,6 +146,61 @@ std::vector<std::uint8_t> without_texts(std::span<const std::uint8_t> png) {
   return kept;
 }
 
+/// Whether an attribute of an OpenEXR header is longer than the file: OpenEXR takes its memory first.
+bool declares_more_than_it_has(std::span<const std::uint8_t> exr) {
+  constexpr std::uint8_t many_parts = 0x10;
+  for (std::size_t at = 8; at + 1 < exr.size();) {
+    if (exr[at] == 0) {
+      if ((exr[5] & many_parts) == 0 || exr[++at] == 0) return false;
+      continue;
+    }
+    for (int text = 0; text < 2 && at < exr.size(); ++text)  // name and type
+      at = static_cast<std::size_t>(std::find(exr.begin() + static_cast<std::ptrdiff_t>(at), exr.end(), 0) -
+                                    exr.begin()) +
+           1;
+    if (at + 4 > exr.size()) return true;
+    const std::size_t length =
+        exr[at] | exr[at + 1] << 8U | exr[at + 2] << 16U | std::size_t{exr[at + 3]} << 24U;
+    at += 4;
+    if (length > exr.size() - at) return true;
+    at += length;
+  }
+  return true;
+}
+
+/// Whether much more than the pixels is packed in a PNG: libpng unpacks all of it, a thousand times its
+/// bytes. Precondition: without_texts() made it.
+bool holds_more_than_pixels(std::span<const std::uint8_t> png) {
+  constexpr std::size_t header = 33;  // signature and IHDR
+  constexpr std::size_t tolerated = std::size_t{1} << 22;
+  constexpr std::size_t quickly_unpacked = 100000;
+  if (png.size() < std::max(header, quickly_unpacked)) return false;
+  const auto word = [&](std::size_t at) {
+    return std::size_t{png[at]} << 24U | png[at + 1] << 16U | png[at + 2] << 8U | png[at + 3];
+  };
+  constexpr std::array<std::size_t, 7> samples{1, 0, 3, 1, 2, 0, 4};
+  const std::size_t bits = png[24] * samples[std::min<std::size_t>(png[25], 6)];
+  std::size_t left = word(20) * (word(16) * bits / 8 + 2) + tolerated;
+  z_stream stream{};
+  if (inflateInit(&stream) != Z_OK) return false;
+  const std::unique_ptr<z_stream, decltype(&inflateEnd)> ended(&stream, &inflateEnd);
+  std::vector<std::uint8_t> unpacked(std::size_t{1} << 16);
+  for (std::size_t at = header; at + 12 <= png.size(); at += word(at) + 12) {
+    if (png[at + 4] != 'I' || png[at + 5] != 'D') continue;
+    stream.next_in = const_cast<std::uint8_t*>(&png[at + 8]);
+    stream.avail_in = static_cast<unsigned>(std::min(word(at), png.size() - at - 8));
+    while (stream.avail_in > 0) {
+      stream.next_out = unpacked.data();
+      stream.avail_out = static_cast<unsigned>(unpacked.size());
+      if (inflate(&stream, Z_NO_FLUSH) != Z_OK) return false;
+      const std::size_t made = unpacked.size() - stream.avail_out;
+      if (made > left) return true;
+      left -= made;
+    }
+  }
+  return false;
+}
+
 Result<Image> read(const char* format, std::span<const std::uint8_t> bytes, const std::string& name,
                    Transfer transfer, const ImageLimits& limits, int halvings) {
   const auto refuse = [&](std::string why) { return fail(Code::image_unreadable, name, "", std::move(why)); };
@@ -149,7 +208,12 @@ Result<Image> read(const char* format, std::span<const std::uint8_t> bytes, cons
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);  // else PNG's alpha would be multiplied into the colours
     std::vector<std::uint8_t> kept;
-    if (format == std::string_view("png")) bytes = kept = without_texts(bytes);
+    if (format == std::string_view("png")) {
+      bytes = kept = without_texts(bytes);
+      if (holds_more_than_pixels(bytes)) return refuse("holds more than its pixels");
+    }
+    if (format == std::string_view("openexr") && declares_more_than_it_has(bytes))
+      return refuse("ends within its header");
     OIIO::Filesystem::IOMemReader source(bytes.data(), bytes.size());
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
     if (!input) return refuse(OIIO::geterror());

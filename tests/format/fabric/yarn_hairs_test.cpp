@@ -217,7 +217,8 @@ TEST_CASE("values of hairs are read back, and hairs out of their ranges are refu
     const auto ok = validate(data, period);
     return !ok && ok.error().place == "curve 0";
   };
-  CHECK_FALSE(refused({100000, 4, 1, 0.01F, 1}));
+  CHECK_FALSE(refused({3000, 4, 1, 0.01F, 1}));
+  CHECK(refused({6000, 4, 1, 0.01F, 1}));
   CHECK(refused({100001, 1, 0, 0.01F, 1}));
   CHECK(refused({1, 0, 0, 0.01F, 1}));
   CHECK(refused({1, 4.5F, 0, 0.01F, 1}));

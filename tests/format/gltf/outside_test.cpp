@@ -141,7 +141,9 @@ TEST_CASE("gltf: only bytes that are a picture are embedded, however short they 
       const bool embedded = image.contains("bufferView");
       CHECK(embedded == (size == bytes.size() && !type.empty()));
       if (embedded) CHECK(image["mimeType"] == type);
-      CHECK(has_error(check_gltf(folder / "a.gltf")) != embedded);
+      // The checker decodes these two.
+      const bool cut_short = type == "image/png" || type == "image/jpeg";
+      CHECK(has_error(check_gltf(folder / "a.gltf")) == (!embedded || cut_short));
       CHECK((embedded || test::bytes_of(folder / "b.glb").find("root:") == std::string::npos));
     }
   }

@@ -121,7 +121,7 @@ function fault_of({period, curves, counts, point}) {
     if (segments.some((s) => hypot(...s.along) < LEAST_LENGTH * s.radius))
       return [`curve ${c}`, 'has a ply of which a node lies where the next does'];
     covered += area(curve.ply_radius, segments.reduce((sum, {along}) => sum + hypot(...along), 0), segments.length) +
-      abs(count) * area(radius, length, HAIR_POINTS - 1);
+      8 * abs(count) * area(max(radius, curve.radius / 8), length, HAIR_POINTS - 1);
     if (covered > MOST_COVERED * period[0] * period[1]) return [`curve ${c}`, 'covers the cell too often'];
   }
   return stations === counts.stations ? null : ['light', 'the curves have another number of stations'];
