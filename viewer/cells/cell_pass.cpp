@@ -619,23 +619,31 @@ const Variation& next_variation(const LookLanes& lanes, std::uint32_t& varied, s
 }
 
 /// Moves these lanes to the places that their variation gives them.
-VariedPixels place_varied(const PlaneLanes& planes, const LookLanes& lanes, std::uint32_t varied,
-                          LanePlaces& places) {
-  VariedPixels pixels;
-  LaneFloats share{};
-  bool any = false;
+void place_varied(const PlaneLanes& planes, const LookLanes& lanes, std::uint32_t varied, LanePlaces& places,
+                  VariedPixels& pixels) {
+  LaneFloats share;
+  const CellLook* const first = lanes.looks[std::countr_zero(varied)];
+  bool same = true;  // mostly
+  for (const CellLook* look : lanes.looks) same &= look == first;
+  share.fill(same ? first->way : 0);
+  for (std::size_t k = 0; k < 4; ++k) pixels.fade[k].fill(first->fade[k]);
+  float most = first->way;
   pixels.u = places.u;
   pixels.v = places.v;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     const Group& wholes = planes.from[lane][4];
     pixels.repeat_u[lane] = places.repeat_u[lane] + static_cast<int>(wholes[2]);
     pixels.repeat_v[lane] = places.repeat_v[lane] + static_cast<int>(wholes[3]);
-    if ((varied >> lane & 1) == 0) continue;
+    if (same || (varied >> lane & 1) == 0) continue;
     for (std::size_t k = 0; k < 4; ++k) pixels.fade[k][lane] = lanes.looks[lane]->fade[k];
-    share[lane] = share_of_way(lanes.looks[lane]->fade);
-    any |= share[lane] > 0;
+    share[lane] = lanes.looks[lane]->way;
+    most = std::max(most, share[lane]);
   }
-  if (!any) return pixels;
+  if (!(most > 0)) return;
+  if (same) {
+    place(*first->variation, share, pixels);
+    varied = 0;
+  }
   for (std::uint32_t own = 0; varied != 0;) {
     const Variation& variation = next_variation(lanes, varied, own);
     LaneFloats of_own{};
@@ -645,7 +653,6 @@ VariedPixels place_varied(const PlaneLanes& planes, const LookLanes& lanes, std:
   }
   places.u = pixels.u;
   places.v = pixels.v;
-  return pixels;
 }
 
 /// Multiplies the radiance of these lanes by the factors of their variation.
@@ -709,7 +716,7 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
     shading.solid |= static_cast<std::uint32_t>(look->is_solid) << lane;
   }
   VariedPixels of_variation;
-  if (varied != 0) of_variation = place_varied(planes, lanes, varied, places);
+  if (varied != 0) place_varied(planes, lanes, varied, places, of_variation);
   look_all(places, lanes);
   for (std::size_t lane = 0; own != 0 && lane < lane_count; ++lane) {
     const CellLook& of = *lanes.looks[lane];

@@ -495,6 +495,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
       const Variation& variation = work.wanted.source.yarn->yarns().variation();
       if (variation.varies()) look.variation = &variation;
       look.fade = fade_of(variation, work.wanted.pixel);
+      look.way = share_of_way(look.fade);
     }
     look.is_solid = !material.keeps_opacity;
   }

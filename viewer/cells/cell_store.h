@@ -66,6 +66,7 @@ struct CellLook {
   std::uint32_t own = 0;    ///< lights that have a plane of their own, in their order behind plane 0
   bool is_solid = false;    ///< its holes show the yarn around them
   std::uint64_t image = 0;  ///< number of the image, in the order that the store's were made in
+  float way = 1;            ///< share_of_way() of its fade
 };
 
 class CellStore {

@@ -8,10 +8,10 @@
 namespace selvedge {
 
 struct VariedPixels {
-  alignas(64) std::array<std::int32_t, lane_count> repeat_u{}, repeat_v{};
-  alignas(64) LaneFloats u{}, v{};  ///< within the repeat
-  alignas(64) LaneFloats along_v{};
-  alignas(64) std::array<LaneFloats, 4> fade{};  ///< VariationFade
+  alignas(64) std::array<std::int32_t, lane_count> repeat_u, repeat_v;
+  alignas(64) LaneFloats u, v;  ///< within the repeat
+  alignas(64) LaneFloats along_v;
+  alignas(64) std::array<LaneFloats, 4> fade;  ///< VariationFade
 };
 
 /// Moves the pixels' texture coordinates to their places. Precondition, also below: varies() holds.
