@@ -4,15 +4,6 @@
 #include <array>
 
 namespace selvedge::samples {
-namespace {
-
-/// Plain materials, before the garment is dressed. Linear colours.
-GarmentMaterial material_named(const std::string& name) {
-  if (name == "trim") return {name, V4f(0.50F, 0.43F, 0.32F, 1), 0.95F, true};
-  return {name, V4f(0.60F, 0.53F, 0.42F, 1), 0.95F, true};
-}
-
-}  // namespace
 
 std::vector<V3d> normals_of(const Assembly& assembly) {
   std::vector<V3d> normals(assembly.points.size(), V3d(0, 0, 0));
@@ -37,7 +28,7 @@ Garment garment_of(const Assembly& assembly, const std::string& name) {
                                          [&](const GarmentMaterial& m) { return m.name == patch.material; });
     const std::size_t index = material - garment.materials.begin();
     if (material == garment.materials.end()) {
-      garment.materials.push_back(material_named(patch.material));
+      garment.materials.push_back({.name = patch.material});
       garment.primitives.emplace_back().material = static_cast<int>(index);
     }
     GarmentPrimitive& primitive = garment.primitives[index];

@@ -54,11 +54,14 @@ void declare(Options& options, DressCommand& command) {
   options.list("--material", dress.materials, "NAME", "Name of a material, or #index; may be repeated");
   options.flag("--all", dress.all, "Every material, but for buttons, zips, skin and the like by their names");
   options.list("--except", dress.except, "NAME", "A material that stays as it is; may be repeated");
-  static constexpr std::array<std::string_view, 1> parts{"base-colour"};
-  options.choice("--keep", parts, "The base colour tints the fabric, as a print",
-                 [&dress](std::size_t) { dress.keep.base_color = true; });
-  options.text("--tint", "#RRGGBB", "Colour that tints the fabric, instead of the base colour",
-               [&dress](const std::string& text) { dress.keep.tint = color_from("--tint", text); });
+  options.text("--colour", "garment|fabric|#RRGGBB",
+               "Colour of the cloth: the garment's own, print included [default], the yarn's, or this",
+               [&dress](const std::string& text) {
+                 dress.keep.base_color = text == "garment";
+                 if (text != "garment" && text != "fabric") dress.keep.color = color_from("--colour", text);
+               });
+  options.flag("--single-sided", dress.single_sided,
+               "Leave single-sided materials so: one sees through their back");
   options.text("--backing", "#RRGGBB", "A plain surface of this colour behind the cloth, for solid things",
                [&dress](const std::string& text) { dress.backing = color_from("--backing", text); });
   options
@@ -89,7 +92,9 @@ void declare(Options& options, DressCommand& command) {
   options.number("--height", dress.height, "METRES", "Height of the garment, instead of --unit")
       .excludes(unit);
   options.number("--texcoord", dress.tex_coord, "N", "Set of texture coordinates").in(0, 1);
-  options.flag("--unwrap", dress.unwrap, "Texture coordinates for garments without: charts in true size");
+  static constexpr std::array<std::string_view, 3> unwrappings{"auto", "always", "never"};
+  options.choice("--unwrap", unwrappings, dress.unwrap,
+                 "New texture coordinates, charts in true size, where the garment's are useless [auto]");
   options.set_flag("--no-fallback", dress.fallback, false, "Do not change the core material");
   options
       .text("--usda", dress.usd, "FILE",

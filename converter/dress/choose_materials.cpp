@@ -7,7 +7,9 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <map>
 #include <set>
+#include <span>
 #include <string_view>
 
 #include "format/base/guard.h"
@@ -17,14 +19,33 @@
 namespace selvedge {
 namespace {
 
-/// Words that name no cloth, in the singular.
-constexpr std::array<std::string_view, 17> no_cloth{
-    "button",  "zip",   "zipper", "sole",   "skin",  "hair",   "eye",        "eyelash", "eyebrow",
-    "eyeball", "tooth", "teeth",  "buckle", "rivet", "eyelet", "fingernail", "backing"};
+using Words = std::span<const std::string_view>;
 
-/// The first word of a name that says that it is no cloth; empty if none does. Words end where letters do,
-/// and before a capital letter after a small one.
-std::string no_cloth_word(const std::string& name) {
+// Words in the singular.
+/// Things that are no cloth.
+constexpr std::array<std::string_view, 36> things{
+    "button", "zip",    "zipper",  "sole",   "buckle",     "rivet",   "eyelet", "hook",    "snap",
+    "lens",   "mirror", "backing", "chain",  "wall",       "floor",   "window", "door",    "skin",
+    "hair",   "eye",    "eyelash", "cornea", "eyebrow",    "eyeball", "tooth",  "teeth",   "tongue",
+    "lash",   "brow",   "mouth",   "nail",   "fingernail", "toenail", "jewel",  "diamond", "iris"};
+/// Substances that are no cloth: but cloth may be golden.
+constexpr std::array<std::string_view, 23> substances{
+    "glass", "metal",  "steel",     "iron",     "chrome", "brass",   "gold",   "silver",
+    "pearl", "copper", "aluminium", "aluminum", "wood",   "wooden",  "oak",    "walnut",
+    "stone", "marble", "brick",     "concrete", "rubber", "plastic", "crystal"};
+constexpr std::array<std::string_view, 12> cloths{"fabric", "cloth", "textile", "cotton",
+                                                  "denim",  "silk",  "satin",   "velvet",
+                                                  "wool",   "linen", "canvas",  "jersey"};
+/// Parts of a body, beside a word of people: alone, a body may be a bodice.
+constexpr std::array<std::string_view, 8> body{"body", "head", "face", "hand", "arm", "leg", "foot", "feet"};
+constexpr std::array<std::string_view, 8> people{"skin",    "hair",  "eye",   "eyelash",
+                                                 "eyebrow", "tooth", "teeth", "eyeball"};
+/// Parts of furniture, beside a word of cloth.
+constexpr std::array<std::string_view, 4> furniture{"leg", "foot", "feet", "frame"};
+
+/// The first word of a name that is one of `words`; empty without. Words end where letters do, and before a
+/// capital letter after a small one.
+std::string word_in(const std::string& name, Words words) {
   std::string word;
   for (std::size_t i = 0; i <= name.size(); ++i) {
     const auto letter = static_cast<unsigned char>(i < name.size() ? name[i] : ' ');
@@ -34,7 +55,7 @@ std::string no_cloth_word(const std::string& name) {
       for (const std::string_view plural : {"", "s", "es"}) {
         if (!word.ends_with(plural)) continue;
         const std::string_view singular = std::string_view(word).substr(0, word.size() - plural.size());
-        if (std::ranges::find(no_cloth, singular) != no_cloth.end()) return word;
+        if (std::ranges::find(words, singular) != words.end()) return word;
       }
       word.clear();
     }
@@ -43,34 +64,39 @@ std::string no_cloth_word(const std::string& name) {
   return "";
 }
 
+/// Why the factors of a material are not cloth's; empty where they may be. A metallic factor beside a
+/// texture, or without a roughness that polishes it, says nothing: programs forget to write 0.
+std::string no_cloth_factors(const Json& material) {
+  if (number_of(
+          member(member(member(material, "extensions"), "KHR_materials_transmission"), "transmissionFactor"),
+          0) > 0.5)
+    return "light passes through it as through glass";
+  const Json& core = member(material, "pbrMetallicRoughness");
+  if (member(core, "metallicRoughnessTexture").is_null() &&
+      number_of(member(core, "metallicFactor"), 0) > 0.5 &&
+      number_of(member(core, "roughnessFactor"), 1) < 0.5)
+    return "it is polished metal";
+  return "";
+}
+
 class Chooser {
  public:
   explicit Chooser(GltfDocument& document) : document_(document) {}
 
   ChosenMaterials choose(const MaterialChoice& choice) {
-    if (choice.all) add_missing_material();
     std::set<int> chosen;
     ChosenMaterials result;
-    const Uses uses = uses_of(document_.json);
-    for (int i = 0; choice.all && i < count(); ++i) {
-      const std::string word = no_cloth_word_of(i, uses);
-      if (word.empty())
-        chosen.insert(i);
-      else
-        result.left_alone.push_back(
-            fmt::format("material #{} \"{}\" was left alone: a \"{}\" is no cloth; --material dresses it", i,
-                        name_of(i), word));
-    }
+    if (choice.all) chosen = find_cloth(result.left_alone);
     for (const std::string& selector : choice.materials) chosen.merge(find(selector));
     for (const std::string& selector : choice.except) {
       for (const int material : find(selector)) chosen.erase(material);
     }
     if (chosen.empty()) {
-      const bool any = !result.left_alone.empty() || !choice.except.empty();
       throw Failure{Error{Code::material_missing, document_.file, "/materials",
-                          any          ? "all materials are left alone"
-                          : choice.all ? "there are no triangles to dress"
-                                       : "no material is named"}};
+                          !result.left_alone.empty() ? fmt::format("{}", fmt::join(result.left_alone, "; "))
+                          : !choice.except.empty()   ? "all materials are left alone"
+                          : choice.all               ? "there are no triangles to dress"
+                                                     : "no material is named"}};
     }
     result.materials.assign(chosen.begin(), chosen.end());
     return result;
@@ -80,6 +106,56 @@ class Chooser {
   const Json& materials() const { return array_of(document_.json, "materials"); }
   int count() const { return static_cast<int>(materials().size()); }
   std::string name_of(int material) const { return string_of(member(materials()[material], "name")); }
+
+  /// The materials that may be cloth, and a line for each that is not.
+  std::set<int> find_cloth(std::vector<std::string>& left_alone) {
+    add_missing_material();
+    const Uses uses = uses_of(document_.json);
+    std::set<int> worn;
+    bool has_people = false;
+    bool has_cloth = false;
+    for (int i = 0; i < count(); ++i) {
+      if (uses.contains(i)) worn.insert(i);
+      has_people |= !word_in(name_of(i), people).empty();
+      has_cloth |= !word_in(name_of(i), cloths).empty();
+    }
+    const auto word_of = [&](const std::string& name) {
+      std::string word = word_in(name, things);
+      if (word.empty() && word_in(name, cloths).empty()) word = word_in(name, substances);
+      if (word.empty() && has_people) word = word_in(name, body);
+      if (word.empty() && has_cloth) word = word_in(name, furniture);
+      return word;
+    };
+    std::map<int, std::string> reasons;
+    std::set<int> by_mesh;
+    for (int i = 0; i < count(); ++i) {
+      if (worn == std::set<int>{i}) continue;
+      std::string word = word_of(name_of(i));
+      std::string reason = word.empty() ? no_cloth_factors(materials()[i]) : "";
+      if (word.empty() && reason.empty() && worn.contains(i)) {
+        for (const Place& place : uses.at(i)) {
+          word = word_of(string_of(member(document_.json["meshes"][place.first], "name")));
+          if (word.empty()) break;
+        }
+        if (!word.empty()) by_mesh.insert(i);
+      }
+      if (!word.empty()) reason = fmt::format("a \"{}\" is no cloth", word);
+      if (!reason.empty()) reasons[i] = reason;
+    }
+    if (std::ranges::all_of(worn, [&](int i) { return reasons.contains(i); })) {
+      for (const int i : by_mesh) reasons.erase(i);
+    }
+    std::set<int> cloth;
+    for (int i = 0; i < count(); ++i) {
+      if (const auto reason = reasons.find(i); reason == reasons.end())
+        cloth.insert(i);
+      else
+        left_alone.push_back(
+            fmt::format("material #{} \"{}\" was left alone: {}; --material '#{}' dresses it", i, name_of(i),
+                        reason->second, i));
+    }
+    return cloth;
+  }
 
   /// Triangles without a material get a new one.
   void add_missing_material() {
@@ -97,17 +173,6 @@ class Chooser {
     document_.json["materials"].push_back(Json{{"name", "fabric"}});
     for (const Place& place : places)
       primitive_at(place)["material"] = document_.json["materials"].size() - 1;
-  }
-
-  std::string no_cloth_word_of(int material, const Uses& uses) const {
-    std::string word = no_cloth_word(name_of(material));
-    const auto places = uses.find(material);
-    if (!word.empty() || places == uses.end()) return word;
-    for (const Place& place : places->second) {
-      word = no_cloth_word(string_of(member(document_.json["meshes"][place.first], "name")));
-      if (word.empty()) break;
-    }
-    return word;
   }
 
   std::set<int> find(const std::string& selector) const {

@@ -19,8 +19,10 @@ struct ChosenMaterials {
   std::vector<std::string> left_alone;  ///< a line for each that `all` leaves alone by its name
 };
 
-/// `all` gives triangles without a material a new one, "fabric", and leaves alone what names itself, or all
-/// of whose meshes name themselves, a button, a zip, a sole, skin, hair, an eye and the like.
+/// `all` gives triangles without a material a new one, "fabric", and leaves alone what is no cloth: by its
+/// name, or by the names of all of its meshes (a button, glass, wood, skin ...; a body beside skin or hair, a
+/// leg beside velvet), or by its factors (glass that light passes through, polished metal). The only material of a
+/// document is cloth whatever it is called, and names of meshes alone do not leave a document without cloth.
 /// MATERIAL_MISSING.
 Result<ChosenMaterials> choose_materials(GltfDocument& document, const MaterialChoice& choice);
 

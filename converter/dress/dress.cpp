@@ -30,18 +30,29 @@
 namespace selvedge {
 namespace {
 
+/// Bytes of a corner that is dressed, and of one that is laid flat.
+constexpr std::uint64_t corner_price = 128;
+constexpr std::uint64_t unwrapped_corner_price = 896;
+/// Share of the area whose texture coordinates may be useless.
+constexpr double most_unusable = 0.1;
+
 /// A fabric that materials wear; what is made of it is made once.
 struct Cloth {
   Fabric fabric;
   FabricSource source;
   std::string digest;
   int index = -1;  ///< of its entry in the document
+  std::optional<FallbackFactors> factors = {};
   std::optional<Fallback> baked = {};
   std::optional<FallbackTextures> textures = {};
 
   const Fallback& fallback() {
     if (!baked) baked = bake_fallback(fabric);
     return *baked;
+  }
+  V3f albedo() {
+    if (!factors) factors = fallback_of(fabric);
+    return factors->albedo;
   }
 };
 
@@ -104,19 +115,25 @@ class Dresser {
     report_.warnings = chosen.left_alone;
     std::set<int> textures = textures_in_use(document_);
     uses_ = uses_of(document_.json);
-    reserve_memory(chosen.materials);
+    reserve_memory(chosen.materials, corner_price);
     Scene scene = value_or_throw(read_scene(document_, limits_));
-    if (options_.unwrap || options_.backing) in_scene_ = places_in(scene);
-    if (options_.unwrap) {
-      unwrap_all(chosen.materials);
+    std::vector<int> flat = to_unwrap(scene, chosen.materials);
+    if (!flat.empty() || options_.backing) in_scene_ = places_in(scene);
+    if (!flat.empty()) {
+      reserve_memory(flat, unwrapped_corner_price);
       scene = Scene();  // before the next takes its place in memory
+      unwrap_all(flat, chosen.materials);
       scene = value_or_throw(read_scene(document_, limits_));
     }
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
     report_.bounds = bounds_of(scene);
-    if (const V3d size = report_.bounds.size(); !std::isfinite(size.x + size.y + size.z)) {
+    const V3d size = report_.bounds.isEmpty() ? V3d(0) : report_.bounds.size();
+    if (!std::isfinite(size.x + size.y + size.z)) {
       throw Failure{Error{Code::mesh_not_finite, document_.file, "/nodes", "a node transform overflows"}};
     }
+    if (const std::string advice = size_advice(size);
+        !advice.empty() && options_.unit == 1 && !options_.height)
+      report_.warnings.push_back(advice);
     for (std::optional<Cloth>& cloth : cloths_) {
       if (cloth) cloth->index = value_or_throw(add_fabric(document_, cloth->source));
     }
@@ -141,9 +158,8 @@ class Dresser {
  private:
   /// Takes from the limits what dressing makes of the primitives at most: new vertices with tangents,
   /// backings and charts. Primitives may share their accessors, but get copies of their own.
-  void reserve_memory(const std::vector<int>& materials) {
-    const std::uint64_t corner_price = options_.unwrap ? 1024 : 128;  // bytes
-    constexpr std::uint64_t value_price = 32;                         // of a corner in each accessor
+  void reserve_memory(const std::vector<int>& materials, std::uint64_t price) {
+    constexpr std::uint64_t value_price = 32;  // of a corner in each accessor
     MemoryAccount account(limits_.document.memory);
     std::set<Place> places;
     for (const int material : materials) places.insert(uses_[material].begin(), uses_[material].end());
@@ -159,7 +175,7 @@ class Dresser {
       const auto shape =
           result_of([&] { return GltfReader(document_).accessor_shape(index_of(corners), ""); });
       const std::size_t count = shape ? shape->count : 0;
-      if (!account.take(count, corner_price + value_price * accessors.size()))
+      if (!account.take(count, price + value_price * accessors.size()))
         throw Failure{beyond_memory(document_.file, fmt::format("/meshes/{}/primitives/{}", mesh, number),
                                     "its dressed vertices", account.limit())};
     }
@@ -190,24 +206,67 @@ class Dresser {
     return places;
   }
 
-  /// Takes materials that have nothing to lay flat out of the list.
-  void unwrap_all(std::vector<int>& materials) {
+  /// Indices of the primitives of a material.
+  std::set<int> primitives_of(const Scene& scene, int material) {
+    std::set<int> primitives;
+    for (int i = 0; i < static_cast<int>(scene.primitives.size()); ++i) {
+      const ScenePrimitive& primitive = scene.primitives[i];
+      if (uses_[material].contains(Place(primitive.mesh, primitive.index))) primitives.insert(i);
+    }
+    return primitives;
+  }
+
+  /// The materials that get texture coordinates, each with a remark where that was not asked for.
+  std::vector<int> to_unwrap(const Scene& scene, const std::vector<int>& materials) {
+    if (options_.unwrap == Unwrapping::always) return materials;
+    std::vector<int> flat;
+    if (options_.unwrap == Unwrapping::never || options_.repeats) return flat;
+    for (const int material : materials) {
+      const UvSize size = measure_uv(scene, primitives_of(scene, material), options_.tex_coord);
+      if (!(size.unusable > most_unusable)) continue;
+      report_.warnings.push_back(fmt::format(
+          "material #{} has new texture coordinates: its own are {} on {:.0f} % of its area; --unwrap never "
+          "keeps them",
+          material, size.unusable - size.without > size.without ? "stretched beyond use" : "missing",
+          100 * size.unusable));
+      flat.push_back(material);
+      // A print keeps its own.
+      if (has_pictures(material) && check_uvs(document_, uses_[material], 0)) sets_[material] = 1;
+    }
+    return flat;
+  }
+
+  bool has_pictures(int material) const {
+    const Json& json = document_.json["materials"][material];
+    return json.contains("normalTexture") ||
+           member(json, "pbrMetallicRoughness").contains(names::gltf::base_color_texture);
+  }
+
+  /// The set of texture coordinates that a material's fabric is on.
+  int set_of(int material) const {
+    const auto own = sets_.find(material);
+    return own == sets_.end() ? options_.tex_coord : own->second;
+  }
+
+  /// Takes materials that have nothing to lay flat out of the list of all.
+  void unwrap_all(const std::vector<int>& flat, std::vector<int>& all) {
     std::set<Place> done;
-    std::erase_if(materials,
-                  [&](int material) { return !attempt(material, [&] { unwrap_material(material, done); }); });
+    for (const int material : flat) {
+      if (!attempt(material, [&] { unwrap_material(material, done); })) std::erase(all, material);
+    }
   }
 
   void unwrap_material(int material, std::set<Place>& done) {
     std::set<Place> places = fresh_places(material, done);
     if (places.empty()) return;
     const Unwrapped made = changing_failures(
-        [&] { return value_or_throw(unwrap(document_, places, options_.tex_coord, in_scene_)); },
+        [&] { return value_or_throw(unwrap(document_, places, set_of(material), in_scene_)); },
         [&](Error error) {
           if (error.place.empty()) error.place = fmt::format("/materials/{}", material);
           return error;
         });
     report_.unwrapped.emplace(material, made);
-    if (made.replaced) {
+    if (made.replaced && has_pictures(material)) {
       report_.warnings.push_back(fmt::format(
           "material #{}: pictures on its former texture coordinates show in other places now", material));
     }
@@ -224,21 +283,17 @@ class Dresser {
       report_.warnings.push_back(where + " is on no triangles and was left alone");
       return;
     }
-    changing_failures([&] { value_or_throw(check_uvs(document_, places, options_.tex_coord)); },
+    changing_failures([&] { value_or_throw(check_uvs(document_, places, set_of(material))); },
                       [](Error error) {
-                        if (error.code == Code::garment_no_uvs) error.message += "; --unwrap makes some";
+                        if (error.code == Code::garment_no_uvs)
+                          error.message += "; --unwrap always makes some";
                         return error;
                       });
 
-    std::set<int> primitives;
-    for (int i = 0; i < static_cast<int>(scene.primitives.size()); ++i) {
-      const ScenePrimitive& primitive = scene.primitives[i];
-      if (places.contains(Place(primitive.mesh, primitive.index))) primitives.insert(i);
-    }
-    const UvSize size = measure_uv(scene, primitives, options_.tex_coord);
+    const UvSize size = measure_uv(scene, primitives_of(scene, material), set_of(material));
     dressed.primitives = size.primitives;
     dressed.size = size;
-    DressedUse use{reference_to(cloth_, size), size, has_stale_tangents(material)};
+    DressedUse use{reference_to(cloth_, size, set_of(material)), size, has_stale_tangents(material)};
     dressed.repeats = use.reference.transform.scale;
     if (!(std::abs(dressed.repeats.x) > 0) || !(std::abs(dressed.repeats.y) > 0)) {
       throw Failure{
@@ -246,25 +301,29 @@ class Dresser {
            fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name)}};
     }
     warn_of_uvs(where, size);
-    KeptParts parts = value_or_throw(keep_parts(document_, material, scene, places, masks_, options_.keep));
+    KeptParts parts = value_or_throw(
+        keep_parts(document_, material, scene, places, masks_, options_.keep, cloth_.albedo()));
     for (const std::string& warning : parts.warnings) report_.warnings.push_back(where + ": " + warning);
     dressed.kept = std::move(parts.kept);
     if (options_.fallback) dressed.replaced = std::move(parts.replaced);
+    Json& core = document_.json["materials"][material];
+    if (!options_.single_sided && member(core, "doubleSided") != true) {
+      core["doubleSided"] = true;
+      report_.warnings.push_back(where + " shows its back, too; --single-sided hides it");
+    }
     wear(material, cloth_, use, places);
     dressed_.emplace(material, use);
     report_.materials.push_back(std::move(dressed));
   }
 
-  FabricReference reference_to(const Cloth& cloth, const UvSize& size) const {
+  FabricReference reference_to(const Cloth& cloth, const UvSize& size, int tex_coord) const {
     const V2d period = options_.mm_per_repeat.value_or(V2d(cloth.fabric.period_mm)) * options_.scale;
     // A cloth that lies on its side has its courses along v.
     const bool on_side = std::lround(options_.rotation / 90) % 2 != 0;
     V2d repeats = options_.repeats.value_or(V2d(0, 0));
     for (int c = 0; c < 2 && !options_.repeats; ++c)
       repeats[c] = size.metres[c] * 1000.0 / period[on_side ? 1 - c : c];
-    return {cloth.index,
-            options_.tex_coord,
-            {options_.offset, options_.rotation * std::numbers::pi / 180, repeats}};
+    return {cloth.index, tex_coord, {options_.offset, options_.rotation * std::numbers::pi / 180, repeats}};
   }
 
   /// Writes the reference, its mirror and the fallback.
@@ -291,7 +350,7 @@ class Dresser {
   /// TANGENT belongs to the UV set of the normal texture.
   bool has_stale_tangents(int material) const {
     const Json& normal = member(document_.json["materials"][material], "normalTexture");
-    return std::max(0, index_of(member(normal, names::gltf::tex_coord))) != options_.tex_coord;
+    return std::max(0, index_of(member(normal, names::gltf::tex_coord))) != set_of(material);
   }
 
   void write_fallback(int material, Cloth& cloth, const DressedUse& use, const std::set<Place>& places) {
@@ -303,7 +362,8 @@ class Dresser {
       if (!with_tangents_.insert(place).second) continue;
       if (use.stale_tangents)
         drop_tangents(document_.json["meshes"][place.first]["primitives"][place.second]);
-      if (add_tangents(document_, place.first, place.second, options_.tex_coord)) ++report_.tangents_added;
+      if (add_tangents(document_, place.first, place.second, use.reference.tex_coord))
+        ++report_.tangents_added;
     }
   }
 
@@ -316,13 +376,13 @@ class Dresser {
       shown = true;
       VariantMaterial made{colourway.name, copy, material};
       if (colourway.color) {
-        const V3f tint = tint_towards(*colourway.color, cloth.fallback().albedo);
+        const V3f tint = tint_towards(*colourway.color, cloth.albedo());
         made.tint = tint;
         document_.json["materials"][copy]["extensions"][names::gltf::fabric_extension]
                       [names::gltf::tint_factor] = {tint.x, tint.y, tint.z};
       }
       DressedUse in_variant = use;
-      in_variant.reference = reference_to(cloth, use.size);
+      in_variant.reference = reference_to(cloth, use.size, set_of(material));
       made.repeats = in_variant.reference.transform.scale;
       wear(copy, cloth, in_variant, uses_[material]);
       report_.variants.push_back(std::move(made));
@@ -331,7 +391,7 @@ class Dresser {
       report_.warnings.push_back(fmt::format(
           "variant \"{}\" changes nothing: only other variants wear the dressed materials", colourway.name));
     }
-    if (colourway.color) warn_of_colour(colourway, cloth.fallback().albedo);
+    if (colourway.color) warn_of_colour(colourway, cloth.albedo());
   }
 
   void warn_of_colour(const Colourway& colourway, const V3f& albedo) {
@@ -371,6 +431,7 @@ class Dresser {
   SceneLimits limits_;  ///< what the fabrics and the places of the materials leave of the options'
   Uses uses_;
   PlacesInScene in_scene_;             ///< where charts or backings are wanted
+  std::map<int, int> sets_;            ///< of materials that were laid flat beside the pictures' set
   std::optional<Error> left_out_;      ///< why the first material was left alone
   std::map<int, DressedUse> dressed_;  ///< by material
   std::set<Place> with_tangents_;

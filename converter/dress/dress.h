@@ -7,9 +7,9 @@
 // By default the core material becomes a fallback for viewers that do not know the extension (fallback.h):
 // base colour and normal textures with the same transform and UV set, roughness 1, metallic 0, sheen, alpha
 // mode. The fallback replaces the old base colour and metallic-roughness, and every KHR_materials_* lobe but
-// KHR_materials_emissive_strength. The garment's mask and normal texture, and where it is asked for its base
-// colour, become members of the extension (garment_parts.h), which the fallback shows as far as it can.
-// Emission, occlusion, doubleSided, extras and other extensions stay. Pictures that nothing uses any more
+// KHR_materials_emissive_strength. The garment's mask, normal texture and base colour become members of
+// the extension (garment_parts.h), which the fallback shows as far as it can.
+// Emission, occlusion, extras and other extensions stay. Pictures that nothing uses any more
 // leave the file. Primitives without TANGENT get it for the normal texture of the fabric.
 //
 // Colourways are copies of the dressed materials under the names of variants; the garment's own stay.
@@ -30,6 +30,11 @@
 
 namespace selvedge {
 
+/// Which materials get texture coordinates of our own (unwrap.h): those whose own are missing, cover no area
+/// or are stretched beyond use (uv_scale.h) on more than a tenth of the area, unless repeats are given; or
+/// all.
+enum class Unwrapping { where_needed, always, never };
+
 struct DressOptions {
   std::vector<std::string> materials = {};  ///< these three as in MaterialChoice
   bool all = false;
@@ -40,8 +45,9 @@ struct DressOptions {
   /// Per unit of the raw UVs, instead of the physical size; below 0 the cloth is mirrored.
   std::optional<V2d> repeats = {};
   std::optional<V2d> mm_per_repeat = {};  ///< instead of the fabric's own
-  bool unwrap = false;                    ///< texture coordinates of our own (unwrap.h)
-  double scale = 1;                       ///< of the cloth: 2 shows stitches of twice the size
+  Unwrapping unwrap = Unwrapping::where_needed;
+  bool single_sided = false;  ///< keep a material that is; else its cloth has two sides
+  double scale = 1;           ///< of the cloth: 2 shows stitches of twice the size
   double rotation =
       0;             ///< degrees, counter-clockwise on the cloth's face; by right angles unless it is square
   V2d offset{0, 0};  ///< in repeats

@@ -67,128 +67,8 @@ void drop_lobes(GltfDocument& document, Json& material) {
 }
 
 constexpr int largest_side = 1024;
-constexpr int yarn_side = 64;  ///< of the picture of a fabric with yarn, unless level 0 has more texels
-constexpr int lights_of_integral = 256;
-
-/// Weight of each light: equal parts of the hemisphere, corrected (by less than 1%) so that a Lambertian
-/// texel gives exactly its albedo.
-double weight_of(const std::vector<V3f>& lights) {
-  double cosines = 0;
-  for (const V3f& light : lights) cosines += light.z;
-  return std::numbers::pi / cosines;
-}
-
-/// KHR_materials_sheen's lobe of colour 1 times the light's cosine: Charlie's distribution and Ashikhmin's
-/// visibility term, as in the extension.
-double charlie(const V3f& light, const V3f& view, double roughness) {
-  const double inverse = 1.0 / (roughness * roughness);
-  const double cosine = (light + view).normalized().z;
-  const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-  const double distribution = (2.0 + inverse) * std::pow(sine, inverse) / (2.0 * std::numbers::pi);
-  const double l = light.z;
-  const double v = view.z;
-  return distribution / (4.0 * (l + v - l * v)) * l;
-}
-
-/// f(l, v) of a level, the mean over its texels by their opacity.
-V3f mean_reflectance(const Fabric& fabric, int level, const V3f& light, const V3f& view) {
-  const FabricLevel& source = fabric.levels[level];
-  V3d sum(0, 0, 0);
-  double weight = 0;
-  for (int y = 0; y < source.height; ++y) {
-    for (int x = 0; x < source.width; ++x) {
-      const Shading shading = evaluate(fabric, level, x, y, light, view);
-      sum += V3d(shading.radiance) * static_cast<double>(shading.alpha);
-      weight += shading.alpha;
-    }
-  }
-  return weight > 0 ? V3f(sum / weight) : V3f(0, 0, 0);
-}
-
-/// The normal equations of one channel: base colour and sheen against the fabric.
-struct TwoLobes {
-  double bb = 0, bs = 0, ss = 0, bf = 0, sf = 0;
-  void add(double weight, double base, double sheen, double reflected) {
-    bb += weight * base * base;
-    bs += weight * base * sheen;
-    ss += weight * sheen * sheen;
-    bf += weight * base * reflected;
-    sf += weight * sheen * reflected;
-  }
-  /// Base colour and sheen, neither below 0.
-  std::array<double, 2> solve() const {
-    const double sheen = (sf * bb - bf * bs) / std::max(ss * bb - bs * bs, 1e-30);
-    if (!(sheen > 0)) return {std::max(bf / bb, 0.0), 0.0};
-    return {std::max((bf - sheen * bs) / bb, 0.0), sheen};
-  }
-};
-
-/// Fits base colour (which is returned) and sheen to the coarsest level over pairs of directions, by least
-/// squares in radiance, weighted by the cosine of the view, as a pixel is. The sheen takes from the light
-/// that the base gets, as the extension says, so that the fit is repeated.
-V3f fit_lobes(const Fabric& fabric, Fallback& fallback) {
-  const int coarsest = static_cast<int>(fabric.levels.size()) - 1;
-  const std::vector<V3f> directions = directions_of(grid_of(36));
-  const std::size_t count = directions.size();
-  std::vector<V3f> reflected(count * count);
-  std::vector<double> lobes(count * count);
-  std::vector<double> of_sheen(count);  // directional albedo of a sheen of colour 1
-  const double roughness = fallback.sheen_roughness;
-  parallel_for(0, static_cast<int>(count), [&](int v) {
-    double sum = 0;
-    for (std::size_t l = 0; l < count; ++l) {
-      reflected[v * count + l] = mean_reflectance(fabric, coarsest, directions[l], directions[v]);
-      sum += lobes[v * count + l] = charlie(directions[l], directions[v], roughness);
-    }
-    of_sheen[v] = sum * weight_of(directions);
-  });
-  V3f base(0, 0, 0);
-  const auto fit = [&](double largest) {
-    std::array<TwoLobes, 3> channels;
-    for (std::size_t v = 0; v < count; ++v) {
-      for (std::size_t l = 0; l < count; ++l) {
-        const double left = 1.0 - largest * std::max(of_sheen[v], of_sheen[l]);
-        const double lambert = left * directions[l].z / std::numbers::pi;
-        for (int c = 0; c < 3; ++c)
-          channels[c].add(directions[v].z, lambert, lobes[v * count + l], reflected[v * count + l][c]);
-      }
-    }
-    for (int c = 0; c < 3; ++c) {
-      const auto [diffuse, sheen] = channels[c].solve();
-      base[c] = static_cast<float>(std::min(diffuse, 1.0));
-      fallback.sheen_color[c] = static_cast<float>(std::min(sheen, 1.0));
-    }
-    const V3f& color = fallback.sheen_color;
-    return std::max({color.x, color.y, color.z});
-  };
-  float largest = 0;
-  for (int round = 0; round < 4; ++round) largest = fit(largest);
-  // Less than one step of an 8-bit colour is noise of the fit.
-  if (largest < 1.0F / 255.0F) fallback.sheen_color = V3f(0, 0, 0);
-  return base;
-}
-
-/// Fits diffuse transmission to light from behind, mean over all pairs of directions, weighted as a pixel is.
-void fit_transmission(const Fabric& fabric, Fallback& fallback) {
-  const Fabric* const through = fabric.side_of(Side::through);
-  if (through == nullptr) return;
-  const int coarsest = static_cast<int>(fabric.levels.size()) - 1;
-  const std::vector<V3f> directions = directions_of(grid_of(36));
-  V3d sum(0, 0, 0);
-  double weight = 0;
-  for (const V3f& view : directions) {
-    for (const V3f& light : directions) {
-      sum += V3d(mean_reflectance(*through, coarsest, light, view)) * static_cast<double>(view.z);
-      weight += static_cast<double>(view.z * light.z) / std::numbers::pi;
-    }
-  }
-  const V3f share(sum / weight);
-  const float largest = std::min(1.0F, std::max({share.x, share.y, share.z}));
-  // Less than one step of an 8-bit colour is noise of the fit.
-  if (largest < 1.0F / 255.0F) return;
-  fallback.transmission = largest;
-  for (int c = 0; c < 3; ++c) fallback.transmission_color[c] = std::clamp(share[c] / largest, 0.0F, 1.0F);
-}
+constexpr int yarn_side = 128;  ///< of the pictures of a fabric with yarn, unless level 0 has more texels
+constexpr int lights_of_integral = 25;
 
 /// Brings the mean colour of the picture to `mean`.
 void scale_to(const V3f& mean, Image& image) {
@@ -205,24 +85,26 @@ void scale_to(const V3f& mean, Image& image) {
 /// levels are coarse, else of the texels of `level`.
 Image base_picture(const Fabric& fabric, int level) {
   const FabricLevel& source = fabric.levels[level];
-  const bool shows_yarn = level == 0 && source.yarns() != nullptr;
-  const int longest = std::max(source.width, source.height);
-  const int finer = shows_yarn ? std::max(1, yarn_side / longest) : 1;
+  const Yarns* const yarns = level == 0 ? source.yarns().get() : nullptr;
+  const int finer = yarns != nullptr ? std::max(1, yarn_side / std::max(source.width, source.height)) : 1;
   Image image{source.width * finer, source.height * finer, 4, {}};
   image.pixels.resize(4 * source.texels() * finer * finer);
   const std::vector<V3f> lights = directions_of(grid_of(lights_of_integral));
+  double cosines = 0;  // a white Lambertian surface reflects all light
+  for (const V3f& light : lights) cosines += light.z;
   const V3f up(0, 0, 1);
   parallel_for(0, image.height, [&](int y) {
     for (int x = 0; x < image.width; ++x) {
       const V2d uv((x + 0.5) / image.width, (y + 0.5) / image.height);
       const auto seen = [&](const V3f& light) {
-        return evaluate(fabric, shows_yarn ? -1.0 : level, uv, light, up);
+        return yarns != nullptr ? yarns->shade(uv, fabric.reference_height, light, up)
+                                : evaluate(fabric, level, uv, light, up);
       };
       V3d sum(0, 0, 0);
       for (const V3f& light : lights) sum += V3d(seen(light).radiance);
-      const V3f albedo(sum * weight_of(lights));
+      const V3f albedo(sum * (std::numbers::pi / cosines));
       float* pixel = image.pixels.data() + (y * image.width + x) * 4;
-      for (int c = 0; c < 3; ++c) pixel[c] = albedo[c];
+      std::copy_n(&albedo.x, 3, pixel);
       pixel[3] = seen(up).alpha;
     }
   });
@@ -270,22 +152,16 @@ Fallback bake_fallback(const Fabric& cloth) {
     ++level;
   }
   const FabricLevel& source = cloth.levels[level];
-  Fallback fallback;
-  fallback.base_color = base_picture(cloth, level);
-  fallback.albedo = mean_color(fallback.base_color);
-  fallback.holes = has_holes(cloth, level);
-  fit_transmission(cloth, fallback);
-  // The extension takes the transmitted light from the base colour.
-  const float left = std::max(1 - fallback.transmission, 1e-3F);
-  scale_to(fit_lobes(cloth, fallback) / left, fallback.base_color);
-  fill_holes(fallback.base_color);
+  Fallback fallback{base_picture(cloth, level), {}, has_holes(cloth, level), fallback_of(cloth)};
+  scale_to(fallback.factors.base_color, fallback.color);
+  fill_holes(fallback.color);
   if (source.has(LayerKind::frame)) fallback.normal = normals_of(source);
   return fallback;
 }
 
 Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fallback& fallback) {
   // Without holes alpha is only noise of the view table, and a picture without it is smaller.
-  Image base = fallback.base_color;
+  Image base = fallback.color;
   if (!fallback.holes) {
     base.channels = 3;
     std::size_t i = 0;
@@ -325,7 +201,7 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
   const bool masked = part(mask_texture).is_object();
   const char* const own = part(tint_texture).is_object() ? tint_texture : mask_texture;
   const bool has_own = part(own).is_object();
-  const V3f factor = has_own ? mean_color(fallback.base_color) * tint : tint;
+  const V3f factor = has_own ? mean_color(fallback.color) * tint : tint;
   const auto most_one = [](const V3f& x) {
     return Json::array({std::min(x.x, 1.0F), std::min(x.y, 1.0F), std::min(x.z, 1.0F)});
   };
@@ -352,16 +228,17 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
   }
   json["extensions"][specular] = {{"specularFactor", 0}};
   use_extension(document.json, specular);
-  if (fallback.transmission > 0) {
+  const FallbackFactors& factors = fallback.factors;
+  if (factors.transmission > 0) {
     json["extensions"][transmission] = {
-        {"diffuseTransmissionFactor", fallback.transmission},
-        {"diffuseTransmissionColorFactor", most_one(fallback.transmission_color * tint)}};
+        {"diffuseTransmissionFactor", factors.transmission},
+        {"diffuseTransmissionColorFactor", most_one(factors.transmission_color * tint)}};
     use_extension(document.json, transmission);
   }
-  const V3f color = fallback.sheen_color * tint;
+  const V3f color = factors.sheen_color * tint;
   if (color == V3f(0, 0, 0)) return;
   json["extensions"][sheen_lobe] = {{"sheenColorFactor", most_one(color)},
-                                    {"sheenRoughnessFactor", fallback.sheen_roughness}};
+                                    {"sheenRoughnessFactor", factors.sheen_roughness}};
   use_extension(document.json, sheen_lobe);
 }
 

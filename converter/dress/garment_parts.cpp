@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
+#include "converter/dress/colourways.h"
 #include "format/base/guard.h"
 #include "format/gltf/access.h"
 #include "format/gltf/edit.h"
@@ -21,6 +23,9 @@ namespace {
 /// Bytes for a pixel that is decoded and encoded again.
 constexpr std::uint64_t pixel_price = 32;
 
+/// Base colours that programs write where a garment has none of its own: glTF's and Blender's.
+constexpr std::array<float, 2> default_greys{1, 0.8F};
+
 /// The name of the picture of a material's base colour in messages. Precondition: there is one.
 std::string picture_name(const Scene& scene, const SceneMaterial& material) {
   const int picture = material.base_color_texture.image;
@@ -31,13 +36,14 @@ std::string picture_name(const Scene& scene, const SceneMaterial& material) {
 class Keeper {
  public:
   Keeper(GltfDocument& document, int number, const Scene& scene, const std::set<Place>& places,
-         MaskTextures& masks, const KeepOptions& options)
+         MaskTextures& masks, const KeepOptions& options, const V3f& albedo)
       : document_(document),
         scene_(scene),
         material_(scene.materials[number]),
         places_(places),
         masks_(masks),
         options_(options),
+        albedo_(albedo),
         json_(document.json["materials"][number]) {}
 
   KeptParts keep() {
@@ -55,7 +61,8 @@ class Keeper {
         if (json_.contains(part)) parts_.kept.emplace_back(part);
       }
     }
-    if (options_.tint) own()[tint_factor] = {options_.tint->x, options_.tint->y, options_.tint->z};
+    if (options_.color) set_tint(tint_towards(*options_.color, albedo_));
+    if (options_.tint) set_tint(*options_.tint);
     return std::move(parts_);
   }
 
@@ -64,24 +71,26 @@ class Keeper {
 
   const Json& base_info() const { return member(member(json_, "pbrMetallicRoughness"), base_color_texture); }
 
+  void set_tint(const V3f& tint) { own()[tint_factor] = {tint.x, tint.y, tint.z}; }
+
+  bool replaces_color() const { return !options_.base_color || options_.color || options_.tint; }
+
   void keep_base_color() {
-    const V4f& color = material_.base_color;
+    const V3f color(material_.base_color.x, material_.base_color.y, material_.base_color.z);
     const bool textured = material_.base_color_texture.image >= 0;
-    if (!options_.base_color) {
+    if (replaces_color()) {
       if (textured)
         parts_.replaced.push_back(fmt::format("baseColorTexture \"{}\"", picture_name(scene_, material_)));
-      if (color != V4f(1, 1, 1, 1))
+      if (color != V3f(1, 1, 1))
         parts_.replaced.push_back(
             fmt::format("baseColorFactor {:.3g} {:.3g} {:.3g}", color.x, color.y, color.z));
       return;
     }
-    V3f tint(color.x, color.y, color.z);
-    for (int c = 0; c < 3; ++c) tint[c] = std::clamp(tint[c], 0.0F, static_cast<float>(max_tint));
-    if (tint != V3f(1, 1, 1)) own()[tint_factor] = {tint.x, tint.y, tint.z};
-    if (!textured || !base_fits()) return;
-    const Json info = base_info();
-    own()[tint_texture] = info;
-    parts_.kept.emplace_back(tint_texture);
+    const bool colored = std::ranges::none_of(default_greys, [&](float grey) { return color == V3f(grey); });
+    if (textured ? !base_fits() : !colored) return;
+    set_tint(tint_towards(color, albedo_));
+    parts_.kept.emplace_back(textured ? tint_texture : tint_factor);
+    if (textured) own()[tint_texture] = Json(base_info());
   }
 
   /// Whether the texture can be a member of the extension; if not, there is a warning.
@@ -127,7 +136,7 @@ class Keeper {
       cuts |= image->pixels[i] < cutoff;
     }
     if (!cuts || !base_fits()) return;
-    const Json info = options_.base_color ? base_info() : alone(alpha);
+    const Json info = replaces_color() ? alone(alpha) : base_info();
     own()[mask_texture] = info;
     if (cutoff != 0.5F) own()[mask_cutoff] = cutoff;
     parts_.kept.emplace_back(mask_texture);
@@ -177,6 +186,7 @@ class Keeper {
   const std::set<Place>& places_;
   MaskTextures& masks_;
   const KeepOptions& options_;
+  V3f albedo_;
   Json& json_;
   KeptParts parts_;
   std::optional<bool> base_fits_;
@@ -185,8 +195,9 @@ class Keeper {
 }  // namespace
 
 Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& scene,
-                             const std::set<Place>& places, MaskTextures& masks, const KeepOptions& options) {
-  return result_of([&] { return Keeper(document, material, scene, places, masks, options).keep(); });
+                             const std::set<Place>& places, MaskTextures& masks, const KeepOptions& options,
+                             const V3f& albedo) {
+  return result_of([&] { return Keeper(document, material, scene, places, masks, options, albedo).keep(); });
 }
 
 }  // namespace selvedge

@@ -14,9 +14,11 @@
 
 namespace selvedge {
 
+/// What colours the fabric: the garment's base colour, texture and factor, or one of the others in its place.
 struct KeepOptions {
-  bool base_color = false;       ///< the base colour tints the fabric
-  std::optional<V3f> tint = {};  ///< linear, instead of the base colour
+  bool base_color = true;         ///< white and 0.8, which programs write by default, are no colour
+  std::optional<V3f> color = {};  ///< linear, the mean of the cloth
+  std::optional<V3f> tint = {};   ///< a factor on the fabric's reflectance
 };
 
 /// One line each, such as "normalTexture".
@@ -31,10 +33,12 @@ using MaskTextures = std::map<int, int>;
 
 /// Writes the members of the extension beside `fabric` to a material that is about to be dressed: the mask of
 /// a picture with alpha, as a picture of alpha alone unless the base colour is kept, the normal texture, and
-/// the tint. Textures that are broken or on UV sets that the `places` of the material lack are left out, with
-/// a warning. Of a material with a fabric they stay, as its core is a fallback, but for a tint that is given.
-/// `scene`: as the document was read; `masks`: of the materials before, of the same document.
+/// the tint, by which cloth of mean `albedo` gets the garment's colour. Textures that are broken or on UV
+/// sets that the `places` of the material lack are left out, with a warning. Of a material with a fabric they
+/// stay, as its core is a fallback, but for a tint that is given. `scene`: as the document was read; `masks`:
+/// of the materials before, of the same document.
 Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& scene,
-                             const std::set<Place>& places, MaskTextures& masks, const KeepOptions& options);
+                             const std::set<Place>& places, MaskTextures& masks, const KeepOptions& options,
+                             const V3f& albedo);
 
 }  // namespace selvedge

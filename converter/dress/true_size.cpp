@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -66,6 +67,18 @@ Result<void> size_garment(GltfDocument& document, double unit, std::optional<dou
   }
   if (factor == 1) return {};
   return scale_scenes(document, factor);
+}
+
+std::string size_advice(const V3d& size) {
+  const double longest = std::max({size.x, size.y, size.z});
+  if (!(longest > 0) || (longest >= 0.1 && longest < 2.3)) return "";
+  const std::string found = fmt::format("the garment is {:.3g} m long", longest);
+  for (const auto& [unit, metres] : {std::pair("cm", 0.01), std::pair("mm", 0.001)}) {
+    const double then = longest * metres;
+    if (then >= 0.3 && then <= 2.2)
+      return fmt::format("{}: --unit {} makes that {:.3g} m", found, unit, then);
+  }
+  return found + ": --height METRES gives it its true size";
 }
 
 }  // namespace selvedge

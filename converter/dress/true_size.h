@@ -2,7 +2,9 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
+#include "format/base/vec.h"
 #include "format/gltf/document.h"
 
 namespace selvedge {
@@ -12,5 +14,9 @@ namespace selvedge {
 /// scene that lists a node which has a parent, as glTF forbids: the new node would be another one.
 Result<void> size_garment(GltfDocument& document, double unit, std::optional<double> height,
                           const SceneLimits& limits);
+
+/// What a garment of this size, metres, is told: the unit that makes its longest side as long as garments
+/// are, 0.3 to 2.2 m, or that none does. Empty from 0.1 to 2.3 m, and for no size at all.
+std::string size_advice(const V3d& size);
 
 }  // namespace selvedge

@@ -39,15 +39,15 @@ std::array<double, 3> quantiles(const std::vector<Sample>& samples, V3d Sample::
 
 constexpr std::array<double, 3> wanted{0.05, 0.5, 0.95};
 
-/// Whether cloth of this size is too long or too short one way: by the singular values of its stretch.
-bool is_stretched(const Sample& sample, const V2d& metres) {
+/// How many times cloth of this size is too long or too short one way: by the singular values of its stretch.
+double stretch_of(const Sample& sample, const V2d& metres) {
   const V3d u = sample.along_u / metres.x;
   const V3d v = sample.along_v / metres.y;
   const double sum = u.length2() + v.length2();
   const double root = std::hypot(u.length2() - v.length2(), 2 * u.dot(v));
   const double longest = std::sqrt((sum + root) / 2);
   const double shortest = std::sqrt(std::max(0.0, (sum - root) / 2));
-  return longest > max_stretch || shortest < 1 / max_stretch;
+  return std::max(longest, 1 / shortest);
 }
 
 /// Adds the samples of a primitive, and the area of triangles that have none.
@@ -98,10 +98,13 @@ UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord
   double area = without;
   for (const Sample& sample : all) {
     area += sample.area;
-    if (is_stretched(sample, size.metres)) size.stretched += sample.area;
+    const double stretch = stretch_of(sample, size.metres);
+    if (stretch > max_stretch) size.stretched += sample.area;
+    if (!(stretch <= useless_stretch)) size.unusable += sample.area;
   }
   if (area > 0) {
     size.stretched /= area;
+    size.unusable = (size.unusable + without) / area;
     size.without = without / area;
   }
   return size;

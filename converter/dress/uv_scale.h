@@ -18,11 +18,14 @@ struct UvSize {
   V2d high{0, 0};        ///< a twentieth of the area has more
   double stretched = 0;  ///< share of the area where cloth is more than max_stretch longer or shorter one way
   double without = 0;    ///< share of the area whose UVs cover no area
+  double unusable = 0;   ///< share of the area without, or where cloth is more than useless_stretch off
   int primitives = 0;    ///< instances with area in space and in UV
 };
 
 /// Cloth that is stretched by more than this one way shows it.
 constexpr double max_stretch = 1.5;
+/// Cloth that is stretched by more than this one way is splinters or streaks.
+constexpr double useless_stretch = 4;
 
 /// |dP/du| and |dP/dv| over all triangles of the given primitives in world space (with node scales), weighted
 /// by area. Medians are robust against slivers with nearly no UV area, which would dominate a mean. Cloth of

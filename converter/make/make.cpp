@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "converter/make/fallback_factors.h"
 #include "fitter/budget/candidates.h"
 #include "format/base/guard.h"
 #include "format/fabric/json_parts.h"
@@ -69,6 +70,7 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
   for (const Error& warning : precision_warnings({}, fabric, options.write))
     outcome.warnings.push_back(warning);
   fabric = as_stored(fabric, options.write.half);
+  fabric.fallback = text_of(fit_fallback(fabric));
   outcome.seconds = watch.seconds();
   return outcome;
 }

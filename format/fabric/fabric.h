@@ -123,6 +123,7 @@ struct FabricInfo {
   float radiance_scale = 1;  ///< factor on f of all texels, > 0: keeps the layers' numbers in half precision
   std::string provenance = "{}";  ///< JSON object: options, seed, software; "{}" if unknown
   std::string sheet = "{}";       ///< JSON object: the data sheet of the cloth; "{}" if unknown; of the front
+  std::string fallback = "{}";    ///< JSON object: factors of glTF's core material; likewise
 };
 
 struct Fabric : FabricInfo {

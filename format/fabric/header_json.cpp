@@ -222,11 +222,8 @@ class TextIo {
     text.whole("levels", header.levels, 1, level_count(header.width, header.height));
     if (text.reads()) check_reserved(text);
     side(text, header);
-    if (text.optional("sheet", header.sheet != "{}")) {
-      if (!text.reads())
-        text.set("sheet", provenance_json(header.sheet));
-      else if (const JsonIo sheet = text.object("sheet"))
-        header.sheet = sheet.value().dump();
+    for (auto& [name, value] : {std::pair("sheet", &header.sheet), std::pair("fallback", &header.fallback)}) {
+      if (text.optional(name, *value != "{}")) any_members(text, name, *value);
     }
     if (text.reads()) {
       require_layer(text, header, LayerKind::yarns, header, LayerKind::indirect);
@@ -248,7 +245,7 @@ class TextIo {
  private:
   /// Members that later versions define.
   static void check_reserved(const JsonIo& text) {
-    for (const char* name : {"variation", "recipe", "fallback"}) {
+    for (const char* name : {"variation", "recipe"}) {
       if (text.has(name)) (void)text.object(name);
     }
     if (!text.has("colourways")) return;
@@ -257,15 +254,20 @@ class TextIo {
     }
   }
 
+  /// An object of any members, as text.
+  static void any_members(const JsonIo& text, const char* name, std::string& value) {
+    if (!text.reads()) {
+      text.set(name, provenance_json(value));
+    } else if (const JsonIo object = text.object(name)) {
+      value = object.value().dump();
+    }
+  }
+
   /// The members of every side.
   void side(const JsonIo& text, FabricHeader& header) const {
     if (text.optional("radianceScale", header.radiance_scale != 1))
       text.real("radianceScale", header.radiance_scale, RealRule::positive);
-    if (!text.reads()) {
-      text.set("provenance", provenance_json(header.provenance));
-    } else if (const JsonIo provenance = text.object("provenance")) {
-      header.provenance = provenance.value().dump();
-    }
+    any_members(text, "provenance", header.provenance);
     grid(text, "views", header.views);
     layers(text, header);
     const bool has_lights = header.layer(LayerKind::light) || header.layer(LayerKind::bases);

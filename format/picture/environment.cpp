@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "format/picture/image.h"
+#include "format/picture/probe_layout.h"
 
 namespace selvedge {
 namespace {
@@ -113,17 +114,24 @@ V3f Environment::at(const V3d& direction) const {
 
 Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options,
                                      std::uint64_t memory) {
-  const Result<Image> image = read_image(path, Transfer::keep, memory);
+  Result<Image> image = read_image(path, Transfer::keep, memory);
   if (!image) return tl::unexpected(image.error());
   const auto refuse = [&](const std::string& why) { return fail(Code::image_unreadable, path, "", why); };
-  if (image->width != 2 * image->height)
-    return refuse("an environment is an equirectangular picture, twice as wide as high");
-  Environment result{image->width, image->height, {}, options};
-  const std::size_t pixels = static_cast<std::size_t>(result.width) * result.height;
-  if (!MemoryAccount(memory).take(pixels, environment_price)) {
-    return tl::unexpected<Error>(
-        beyond_memory(path, "", fmt::format("{} x {} pixels", image->width, image->height), memory));
+  const V2i size(image->width, image->height);
+  const std::optional<ProbeLayout> layout = probe_layout(size);
+  if (!layout) {
+    return refuse(
+        fmt::format("{} x {} is no environment: equirectangular ones are 2 : 1, crosses 3 : 4 or 4 : 3, "
+                    "balls 1 : 1",
+                    size.x, size.y));
   }
+  const int width = equirectangular_width(*layout, size);
+  Environment result{width, width / 2, {}, options};
+  const std::size_t pixels = static_cast<std::size_t>(result.width) * result.height;
+  if (!MemoryAccount(memory).take(pixels, environment_price))
+    return tl::unexpected<Error>(
+        beyond_memory(path, "", fmt::format("{} x {} pixels", size.x, size.y), memory));
+  if (layout != ProbeLayout::equirectangular) image = equirectangular(*image, *layout);
   result.radiance.reserve(pixels);
   for (std::size_t i = 0; i < image->pixels.size(); i += 4) {
     V3f c(image->pixels[i], image->pixels[i + 1], image->pixels[i + 2]);

@@ -40,8 +40,8 @@ struct Environment {
 inline constexpr std::uint64_t environment_price = 28;
 
 /// Reads any picture that read_image() does, of values that are not encoded for a screen (.hdr, .exr).
-/// Negative values count as 0. IMAGE_UNREADABLE for pictures that are not twice as wide as high, and values
-/// that are not finite; FILE_TOO_LARGE beyond `memory`.
+/// Crosses and balls (probe_layout.h) become equirectangular. Negative values count as 0. IMAGE_UNREADABLE
+/// for pictures of other shapes and values that are not finite; FILE_TOO_LARGE beyond `memory`.
 Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options = {},
                                      std::uint64_t memory = default_memory);
 

@@ -18,7 +18,7 @@ test_render_draws_light_from_all_around() {
   differ white.exr backdrop.exr
   selvedge-view render k.fabric.exr -o place.png --place near --size 40x30 --environment white.hdr
   refuses FILE_MISSING none.hdr selvedge-view render quad.glb -o x.png --environment none.hdr
-  refuses IMAGE_UNREADABLE 'twice as wide as high' selvedge-view render quad.glb -o x.png --environment k.fabric.exr
+  refuses IMAGE_UNREADABLE 'is no environment' selvedge-view render quad.glb -o x.png --environment k.fabric.exr
   selvedge swatch k.fabric.exr -o swatch.png --size 12x9 --environment white.hdr
   exits 2 selvedge swatch k.fabric.exr -o x.png --environment white.hdr --light 0,0,1
   exits 2 selvedge swatch k.fabric.exr -o x.png --environment-turn 20

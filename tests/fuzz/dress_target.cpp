@@ -30,7 +30,7 @@ DressOptions options_from(std::uint64_t sum) {
   const auto bit = [&sum](int i) { return (sum >> i & 1) != 0; };
   DressOptions options{.all = true,
                        .limits = {.document = {.file_bytes = 1 << 20, .nesting = 64, .memory = 1 << 28}}};
-  options.unwrap = bit(0);
+  options.unwrap = bit(0) ? Unwrapping::always : Unwrapping::where_needed;
   if (bit(1)) options.backing = V3f(0.5F, 0.25F, 0);
   if (bit(2)) options.colourways = {{.name = "other", .color = V3f(0.1F, 0.2F, 0.3F)}};
   options.keep.base_color = bit(3);

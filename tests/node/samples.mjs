@@ -9,6 +9,6 @@ for (const form of ['glb', 'gltf']) {
   console.log(`sweater.${form}: ${report.errors} errors, ${report.warnings} warnings`);
   expect(report.errors + report.warnings === 0, 'no errors and no warnings', JSON.stringify(report.messages.slice(0, 8)));
 }
-const report = await validate(dress('sweater', 'glb', '--unwrap', '--backing', '#202020'));
+const report = await validate(dress('sweater', 'glb', '--unwrap', 'always', '--backing', '#202020'));
 expect(report.errors + report.warnings === 0, 'unwrapped and backed', JSON.stringify(report.messages.slice(0, 8)));
 finish();

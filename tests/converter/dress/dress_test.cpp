@@ -315,7 +315,7 @@ TEST_CASE("dress: bad input is one error and no output") {
     CHECK(to_line(error).find('\n') == std::string::npos);
     return error.code;
   };
-  CHECK(refused({.all = true, .tex_coord = 1}) == Code::garment_no_uvs);
+  CHECK(refused({.all = true, .unwrap = Unwrapping::never, .tex_coord = 1}) == Code::garment_no_uvs);
   CHECK(refused({.all = true, .repeats = V2d(0, 1)}) == Code::option_out_of_range);
   CHECK(refused({.all = true, .tex_coord = 2}) == Code::option_out_of_range);
   const std::string garment = workshop.garment;
@@ -323,7 +323,7 @@ TEST_CASE("dress: bad input is one error and no output") {
   CHECK(refused(everything) == Code::file_missing);
   workshop.garment = garment;
   workshop.edit([](Json& json) { json["meshes"][0]["primitives"][0]["attributes"].erase("TEXCOORD_0"); });
-  CHECK(refused({.materials = {"cloth 0"}}) == Code::garment_no_uvs);
+  CHECK(refused({.materials = {"cloth 0"}, .unwrap = Unwrapping::never}) == Code::garment_no_uvs);
   const std::string fabric = workshop.fabric;
   workshop.fabric = workshop.folder / "none.exr";
   CHECK(refused(everything) == Code::file_missing);

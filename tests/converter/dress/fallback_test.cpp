@@ -28,12 +28,12 @@ const DressOptions everything{.all = true};
 
 TEST_CASE("fallback: a Lambert fabric's base colour is its albedo, and it has no sheen") {
   const Fallback fallback = bake_fallback(test::lambert_fabric(V2d(5, 5), 4, V3f(0.5F, 0.25F, 0.1F)));
-  CHECK(fallback.base_color.pixels[0] == doctest::Approx(0.5).epsilon(1e-5));  // floats
-  CHECK(fallback.base_color.pixels[1] == doctest::Approx(0.25).epsilon(1e-5));
-  CHECK(fallback.base_color.pixels[3] == 1);
+  CHECK(fallback.color.pixels[0] == doctest::Approx(0.5).epsilon(1e-5));  // floats
+  CHECK(fallback.color.pixels[1] == doctest::Approx(0.25).epsilon(1e-5));
+  CHECK(fallback.color.pixels[3] == 1);
   CHECK_FALSE(fallback.holes);
   CHECK_FALSE(fallback.normal.has_value());
-  CHECK(fallback.sheen_color == V3f(0, 0, 0));
+  CHECK(fallback.factors.sheen_color == V3f(0, 0, 0));
 }
 
 TEST_CASE("fallback: a Lambert sheet that transmits keeps both its colours") {
@@ -44,16 +44,16 @@ TEST_CASE("fallback: a Lambert sheet that transmits keeps both its colours") {
   through.side = Side::through;
   fabric.add_side(std::move(through));
   const Fallback fallback = bake_fallback(fabric);
-  CHECK(fallback.transmission == doctest::Approx(0.2).epsilon(0.01));
-  const V3f base = mean_color(fallback.base_color);
+  CHECK(fallback.factors.transmission == doctest::Approx(0.2).epsilon(0.01));
+  const V3f base = mean_color(fallback.color);
   const std::array<V3f, 2> expected{V3f(0.5F, 0.25F, 0.1F), V3f(0.2F, 0.1F, 0.05F)};
   for (int c = 0; c < 3; ++c) {
-    CHECK(base[c] * (1 - fallback.transmission) == doctest::Approx(expected[0][c]).epsilon(0.01));
-    CHECK(fallback.transmission_color[c] * fallback.transmission ==
+    CHECK(base[c] * (1 - fallback.factors.transmission) == doctest::Approx(expected[0][c]).epsilon(0.01));
+    CHECK(fallback.factors.transmission_color[c] * fallback.factors.transmission ==
           doctest::Approx(expected[1][c]).epsilon(0.01));
   }
   fabric.sides = {};
-  CHECK(bake_fallback(fabric).transmission == 0);
+  CHECK(bake_fallback(fabric).factors.transmission == 0);
 }
 
 TEST_CASE("fallback: a lobe's base colour is the nearest Lambertian one, in closed form") {
@@ -63,11 +63,11 @@ TEST_CASE("fallback: a lobe's base colour is the nearest Lambertian one, in clos
   fabric.levels[0].set(LayerKind::lobes, {15, {0, 0, 0, 0.6F, 2, 0, 0, 0, 0.5F, 3, 0, 0, 0, 0.4F, 4}});
   const Fallback fallback = bake_fallback(fabric);
   const double pi = std::numbers::pi;
-  CHECK(fallback.sheen_color == V3f(0, 0, 0));
+  CHECK(fallback.factors.sheen_color == V3f(0, 0, 0));
   // The integrals are sums over 36 directions of equal solid angle.
-  CHECK(fallback.base_color.pixels[0] == doctest::Approx(6 * pi * 0.36 / 20).epsilon(1e-2));
-  CHECK(fallback.base_color.pixels[1] == doctest::Approx(6 * pi * 0.125 / 30).epsilon(1e-2));
-  CHECK(fallback.base_color.pixels[2] == doctest::Approx(6 * pi * 0.0256 / 42).epsilon(1e-2));
+  CHECK(fallback.color.pixels[0] == doctest::Approx(6 * pi * 0.36 / 20).epsilon(1e-2));
+  CHECK(fallback.color.pixels[1] == doctest::Approx(6 * pi * 0.125 / 30).epsilon(1e-2));
+  CHECK(fallback.color.pixels[2] == doctest::Approx(6 * pi * 0.0256 / 42).epsilon(1e-2));
 }
 
 TEST_CASE("dress: the picture of the fallback holds its colour sRGB-encoded, and the opacity as it is") {
@@ -80,7 +80,7 @@ TEST_CASE("dress: the picture of the fallback holds its colour sRGB-encoded, and
   const SceneImage& encoded = scene.images[material.base_color_texture.image];
   const Image stored = test::need(decode_image(encoded.bytes, "stored", Transfer::keep));
   const Fallback fallback = bake_fallback(test::net_fabric(V2d(5, 4)));
-  const Image& linear = fallback.base_color;
+  const Image& linear = fallback.color;
   REQUIRE(stored.pixels.size() == linear.pixels.size());
   for (std::size_t i = 0; i < linear.pixels.size(); ++i) {
     // IEC 61966-2-1, written out.
@@ -102,25 +102,59 @@ TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of tha
   }
   const Fallback fallback = bake_fallback(fabric);
   // Green has none of its own: the sheen gives back what red's takes from its base.
-  CHECK(fallback.sheen_color.x > 0.05F);
-  CHECK(fallback.sheen_color.y < 0.1F * fallback.sheen_color.x);
+  CHECK(fallback.factors.sheen_color.x > 0.05F);
+  CHECK(fallback.factors.sheen_color.y < 0.1F * fallback.factors.sheen_color.x);
 }
 
-TEST_CASE("fallback: the picture shows the yarn where the fabric has it, in the colour of the levels") {
+TEST_CASE("fallback: the picture shows the yarn where the fabric has it, in the yarn's colour") {
   const Fabric fabric = test::with_yarn(test::lambert_fabric(V2d(5, 5), 4, V3f(0.2F, 0.3F, 0.4F)), 1);
-  const Image image = bake_fallback(fabric).base_color;
-  REQUIRE(image.width == 64);
+  const Fallback fallback = bake_fallback(fabric);
+  REQUIRE(fallback.color.width == 128);
+  const V3f up(0, 0, 1);
+  const auto shade = [&](const V2d& uv, const V3f& light) {
+    return fabric.levels[0].yarns()->shade(uv, fabric.reference_height, light, up);
+  };
   std::size_t differing = 0;
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      const V2d uv((x + 0.5) / image.width, (y + 0.5) / image.height);
-      const float alpha = evaluate(fabric, -1.0, uv, V3f(0, 0, 1), V3f(0, 0, 1)).alpha;
-      if (image.pixels[4 * (y * image.width + x) + 3] != alpha) ++differing;
-    }
+  V3d sum(0, 0, 0);
+  double seen = 0;
+  for (int i = 0; i < 128 * 128; ++i) {
+    const V2d uv((i % 128 + 0.5) / 128, (i / 128 + 0.5) / 128);
+    if (fallback.color.pixels[4 * i + 3] != shade(uv, up).alpha) ++differing;
+    // Lights of equal solid angle on a spiral.
+    const double z = std::fmod((i + 0.5) * 0.7548776662466927, 1);
+    const double turn = 2 * std::numbers::pi * std::fmod(i * 0.5698402909980532, 1);
+    const V3f light(V3d(std::sqrt(1 - z * z) * std::cos(turn), std::sqrt(1 - z * z) * std::sin(turn), z));
+    const Shading shading = shade(uv, light);
+    sum += V3d(shading.radiance) * (2 * std::numbers::pi * shading.alpha);
+    seen += shading.alpha;
   }
   CHECK(differing == 0);
-  CHECK(mean_color(image).x == doctest::Approx(0.2).epsilon(0.02));  // clamped where the yarn is bright
-  CHECK(mean_color(image).y == doctest::Approx(0.3).epsilon(0.02));
+  for (int c = 0; c < 3; ++c) {
+    CHECK(fallback.factors.albedo[c] == doctest::Approx(sum[c] / seen).epsilon(0.02));
+    CHECK(mean_color(fallback.color)[c] == doctest::Approx(fallback.factors.base_color[c]).epsilon(0.02));
+  }
+}
+
+TEST_CASE("fallback: a file keeps the factors in 300 bytes, and other members of that name are fitted anew") {
+  Fabric fabric = test::lambert_fabric(V2d(5, 5), 4, V3f(0.5F, 0.25F, 0.1F));
+  const FallbackFactors fitted = fit_fallback(fabric);
+  fabric.fallback = text_of(fitted);
+  CHECK(fabric.fallback.size() <= 300);
+  const test::Folder folder;
+  const std::string file = folder / "k.fabric.exr";
+  REQUIRE(write_fabric(file, fabric));
+  const Fabric read = test::need(read_fabric(file));
+  CHECK(text_of(fallback_of(read)) == fabric.fallback);
+  for (const char* text :
+       {R"({"metallicFactor":0})", R"({"baseColor":[2,0,0]})", R"({"baseColor":7})", "{}"}) {
+    fabric.fallback = text;
+    CHECK(text_of(fallback_of(fabric)) == text_of(fitted));
+  }
+  // What the file says holds, whatever the fabric looks like.
+  FallbackFactors other = fitted;
+  other.base_color = V3f(0.25F, 0.5F, 0.75F);
+  fabric.fallback = text_of(other);
+  CHECK(mean_color(bake_fallback(fabric).color).z == doctest::Approx(0.75));
 }
 
 TEST_CASE("fallback: holes take the mean colour and normals point up in green") {
@@ -128,8 +162,8 @@ TEST_CASE("fallback: holes take the mean colour and normals point up in green") 
   for (TexelFrame& frame : fabric.levels[0].frame()) frame = {V3f(0, 0.6F, 0.8F), V3f(1, 0, 0)};
   const Fallback fallback = bake_fallback(fabric);
   CHECK(fallback.holes);
-  CHECK(fallback.base_color.pixels[3] == 0);
-  CHECK(fallback.base_color.pixels[0] > 0.05F);
+  CHECK(fallback.color.pixels[3] == 0);
+  CHECK(fallback.color.pixels[0] > 0.05F);
   REQUIRE(fallback.normal);
   CHECK(fallback.normal->pixels[0] == doctest::Approx(0.5));
   CHECK(fallback.normal->pixels[1] == doctest::Approx(0.8));

@@ -73,6 +73,8 @@ struct Worn : Workshop {
 };
 
 DressOptions all() { return {.all = true}; }
+/// In the fabric's own colour.
+DressOptions undyed() { return {.all = true, .keep = {.base_color = false}}; }
 
 V3f color_of(const SceneMaterial& material) {
   return {material.base_color.x, material.base_color.y, material.base_color.z};
@@ -80,9 +82,10 @@ V3f color_of(const SceneMaterial& material) {
 
 }  // namespace
 
-TEST_CASE("dress: mask, normals and occlusion of a garment stay, and its colours leave the file") {
+TEST_CASE(
+    "dress: mask, normals and occlusion of a garment stay, and its colours leave where they are unwanted") {
   const Worn worn;
-  const Scene scene = worn.checked(all());
+  const Scene scene = worn.checked(undyed());
   const SceneMaterial& material = scene.materials[0];
   const GarmentParts& kept = material.kept;
   REQUIRE(kept.mask.image >= 0);
@@ -100,7 +103,7 @@ TEST_CASE("dress: mask, normals and occlusion of a garment stay, and its colours
   CHECK(material.base_color_texture.image == kept.mask.image);
   CHECK(material.alpha_mode == AlphaMode::mask);
   CHECK(material.alpha_cutoff == 0.25F);
-  const V3f mean = mean_color(bake_fallback(test::net_fabric(V2d(5, 4))).base_color);
+  const V3f mean = mean_color(bake_fallback(test::net_fabric(V2d(5, 4))).color);
   for (int c = 0; c < 3; ++c) CHECK(color_of(material)[c] == doctest::Approx(mean[c]).epsilon(0.02));
   CHECK(material.normal_texture.image == kept.normal.image);
   CHECK(material.occlusion_texture.image == kept.normal.image);
@@ -112,25 +115,32 @@ TEST_CASE("dress: mask, normals and occlusion of a garment stay, and its colours
   CHECK(fs::file_size(worn.output) <= fs::file_size(worn.garment) + fs::file_size(worn.fabric) + 2000);
 }
 
-TEST_CASE("dress: the base colour stays as a tint where it is asked for, and a colour can take its place") {
+TEST_CASE("dress: cloth has the garment's print and colour, and other colours can take their place") {
   const Worn worn;
-  DressOptions options = all();
-  options.keep.base_color = true;
-  const SceneMaterial printed = worn.checked(options).materials[0];
+  const SceneMaterial printed = worn.checked(all()).materials[0];
   CHECK(printed.kept.tint_texture.image >= 0);
   CHECK(printed.kept.tint_texture.image == printed.kept.mask.image);
-  CHECK(printed.kept.tint == V3f(0.5F, 0.25F, 1));
+  // 0.5, 0.25, 1 of yarn that reflects 0.3, 0.2, 0.3.
+  for (int c = 0; c < 3; ++c) {
+    const float factor = std::array{0.5F / 0.3F, 0.25F / 0.2F, 1 / 0.3F}[c];
+    CHECK(printed.kept.tint[c] == doctest::Approx(factor).epsilon(1e-3));
+  }
   CHECK(printed.base_color_texture.image == printed.kept.tint_texture.image);
+  DressOptions options = all();
+  options.keep.color = V3f(0.15F, 0.2F, 0);
+  const SceneMaterial colored = worn.checked(options).materials[0];
+  CHECK((colored.kept.tint - V3f(0.5F, 1, 0)).length() < 1e-3F);
+  CHECK(colored.kept.tint_texture.image == -1);
   options = all();
   options.keep.tint = V3f(2, 0.5F, 0.25F);
   const SceneMaterial dyed = worn.checked(options).materials[0];
   CHECK(dyed.kept.tint == V3f(2, 0.5F, 0.25F));
-  const V3f mean = mean_color(bake_fallback(test::net_fabric(V2d(5, 4))).base_color);
+  const V3f mean = mean_color(bake_fallback(test::net_fabric(V2d(5, 4))).color);
   CHECK(color_of(dyed).y == doctest::Approx(mean.y * 0.5F).epsilon(0.02));
 }
 
 TEST_CASE("dress: the report names the kept and the replaced members") {
-  const DressReport report = test::need(Worn().dress(all()));
+  const DressReport report = test::need(Worn().dress(undyed()));
   CHECK(report.materials[0].kept ==
         std::vector<std::string>{"maskTexture", "normalTexture", "occlusionTexture"});
   CHECK(report.materials[0].replaced == std::vector<std::string>{"baseColorTexture \"stripes\"",
@@ -138,10 +148,12 @@ TEST_CASE("dress: the report names the kept and the replaced members") {
                                                                  "metallicRoughnessTexture"});
   // All four corners of the square lie in one texel of the repeated picture.
   CHECK(report.warnings.empty());
-  Workshop plain;
-  const DressReport bare = test::need(plain.dress(all()));
-  CHECK(bare.materials[0].kept.empty());
-  CHECK(bare.materials[0].replaced == std::vector<std::string>{"baseColorFactor 0.8 0.8 0.8"});
+  CHECK(test::need(Worn().dress(all())).materials[0].kept ==
+        std::vector<std::string>{"tintTexture", "maskTexture", "normalTexture", "occlusionTexture"});
+  Workshop plain;  // of a grey that programs write by default
+  CHECK(test::need(plain.dress(all())).materials[0].kept.empty());
+  CHECK(test::need(plain.dress(undyed())).materials[0].replaced ==
+        std::vector<std::string>{"baseColorFactor 0.8 0.8 0.8"});
 }
 
 TEST_CASE("dress: an opaque material has no mask, and a blended one is cut in the middle") {
@@ -153,7 +165,7 @@ TEST_CASE("dress: an opaque material has no mask, and a blended one is cut in th
   const SceneMaterial material = sheer.checked(all()).materials[0];
   CHECK(material.kept.mask.image >= 0);
   CHECK(material.kept.mask_cutoff == 0.5F);
-  CHECK(test::need(sheer.dress(all())).materials[0].replaced[2].starts_with("alphaMode BLEND"));
+  CHECK(test::need(sheer.dress(undyed())).materials[0].replaced[2].starts_with("alphaMode BLEND"));
 }
 
 TEST_CASE("dress: a dressed garment that is dressed again keeps its parts") {
@@ -189,35 +201,70 @@ TEST_CASE("reattach: mask, normals and tint come back with the fabric") {
   CHECK(kept.tint == V3f(0.5F, 1, 1));
 }
 
-TEST_CASE("dress --all leaves alone what calls itself no cloth, but not what only sounds like it") {
+TEST_CASE(
+    "dress --all leaves alone what is no cloth by its names or factors, but for a document's only material") {
   struct Case {
-    const char* name;
+    const char* about;
+    Json second;       ///< material beside "cotton"
+    const char* mesh;  ///< name of its mesh
     bool cloth;
   };
-  for (const Case& c : {Case{"Buttons", false}, Case{"metalZip_02", false}, Case{"shoe sole", false},
-                        Case{"Std_Eyelash", false}, Case{"leftEyes", false}, Case{"HAIR", false},
-                        Case{"skin.001", false}, Case{"console", true}, Case{"Skinny jeans", true},
-                        Case{"unzipped", true}, Case{"chair cover", true}, Case{"", true}}) {
-    CAPTURE(c.name);
+  const auto named = [](const char* name) { return Json{{"name", name}}; };
+  const Json through = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}};
+  const auto metal = [](double roughness) {
+    return Json{{"pbrMetallicRoughness", {{"metallicFactor", 1}, {"roughnessFactor", roughness}}}};
+  };
+  for (const Case& c :
+       {Case{"plural", named("Buttons"), "", false},
+        Case{"before a capital", named("metalZip_02"), "", false},
+        Case{"one of two words", named("shoe sole"), "", false},
+        Case{"behind _", named("Std_Eyelash"), "", false},
+        Case{"small before large", named("leftEyes"), "", false}, Case{"capitals", named("HAIR"), "", false},
+        Case{"numbers", named("skin.001"), "", false}, Case{"within a word", named("console"), "", true},
+        Case{"begins a word", named("Skinny jeans"), "", true},
+        Case{"ends a word", named("unzipped"), "", true}, Case{"furniture", named("chair cover"), "", true},
+        Case{"no name", named(""), "", true}, Case{"by its mesh", named(""), "Buttons", false},
+        Case{"sofa", named("wooden_leg"), "", false}, Case{"a bodice", named("Body"), "", true},
+        Case{"glass", {{"extensions", through}}, "", false}, Case{"polished", metal(0.2), "", false},
+        Case{"forgotten factor", metal(1), "", true}}) {
+    CAPTURE(c.about);
     GltfDocument document;
-    document.json = {{"materials", {{{"name", "cotton"}}, {{"name", c.name}}}}};
+    document.json = {
+        {"materials", {named("cotton"), c.second}},
+        {"meshes",
+         {{{"primitives", {{{"material", 0}}}}}, {{"name", c.mesh}, {"primitives", {{{"material", 1}}}}}}}};
     const ChosenMaterials chosen = test::need(choose_materials(document, {.all = true}));
     CHECK(chosen.materials.size() == (c.cloth ? 2 : 1));
     CHECK(chosen.left_alone.size() == (c.cloth ? 0 : 1));
-    // Its mesh may say so where the material does not.
-    document.json["materials"][1].erase("name");
-    document.json["meshes"] = {{{"name", c.name}, {"primitives", {{{"material", 1}}}}}};
-    CHECK(test::need(choose_materials(document, {.all = true})).materials.size() == (c.cloth ? 2 : 1));
+    if (!c.cloth) CHECK(chosen.left_alone[0].ends_with("--material '#1' dresses it"));
     CHECK(test::need(choose_materials(document, {.materials = {"#1"}})).materials == std::vector<int>{1});
+    // Alone it is cloth whatever it is called.
+    document.json["meshes"].erase(0);
+    document.json["materials"].erase(0);
+    document.json["meshes"][0]["primitives"][0]["material"] = 0;
+    CHECK(test::need(choose_materials(document, {.all = true})).materials == std::vector<int>{0});
   }
   GltfDocument document;
-  document.json = {{"materials", {{{"name", "a"}}, {{"name", "b"}}}}};
+  // A body beside hair is skin, and a leg beside a fabric a piece of wood, but silk is cloth in all colours.
+  document.json = {{"materials", {named("Hair"), named("Body"), named("Shirt"), named("Silver")}}};
+  CHECK(test::need(choose_materials(document, {.all = true})).materials == std::vector<int>{2});
+  document.json = {{"materials", {named("Sofa_legs"), named("fabric_gold"), named("Silver silk")}}};
+  CHECK(test::need(choose_materials(document, {.all = true})).materials == std::vector<int>{1, 2});
+  document.json = {{"materials", {named("a"), named("b")}}};
   CHECK(test::need(choose_materials(document, {.all = true, .except = {"a"}})).materials ==
         std::vector<int>{1});
   CHECK(test::error_of(choose_materials(document, {.all = true, .except = {"c"}})).code ==
         Code::material_missing);
   CHECK(test::error_of(choose_materials(document, {.all = true, .except = {"a", "b"}})).code ==
         Code::material_missing);
+  // A garment whose meshes are called hair is one; other names and factors are told with the way to dress
+  // them.
+  document.json["meshes"] = {{{"name", "Hair001"}, {"primitives", {{{"material", 0}}, {{"material", 1}}}}}};
+  CHECK(test::need(choose_materials(document, {.all = true})).materials == std::vector<int>{0, 1});
+  document.json["materials"] = {named("Hair"), named("Body")};
+  CHECK(
+      test::error_of(choose_materials(document, {.all = true}))
+          .message.ends_with("\"Body\" was left alone: a \"body\" is no cloth; --material '#1' dresses it"));
 }
 
 TEST_CASE("dress: materials on one picture share its mask, and textures on other UV sets are left out") {
@@ -231,7 +278,7 @@ TEST_CASE("dress: materials on one picture share its mask, and textures on other
     json["materials"].back()["normalTexture"]["texCoord"] = 2;
     json["materials"].back()["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 1};
   });
-  const DressReport report = test::need(worn.dress(all()));
+  const DressReport report = test::need(worn.dress(undyed()));
   const Json json = test::need(load_gltf(worn.output)).json;
   CHECK(std::ranges::count_if(json["images"], [](const Json& image) {
           return string_of(member(image, "name")) == "mask";

@@ -52,3 +52,21 @@ TEST_CASE("true size: a scene that lists the child of a node is refused") {
   CHECK(error.code == Code::gltf_malformed);
   CHECK(error.place == "/scenes/0/nodes/0");
 }
+
+TEST_CASE("true size: advice names the unit that makes a garment as long as garments are, or none") {
+  for (const auto& [longest, advice] : {std::pair(0.0, ""),
+                                        {0.25, ""},
+                                        {0.7, ""},
+                                        {2.29, ""},
+                                        {425.0, "--unit mm makes that 0.425 m"},
+                                        {60.0, "--unit cm makes that 0.6 m"},
+                                        {11.6, "--height METRES"},
+                                        {4.8, "--height METRES"},
+                                        {0.058, "--height METRES"},
+                                        {9e9, "--height METRES"}}) {
+    CAPTURE(longest);
+    const std::string told = size_advice(V3d(longest / 2, longest, 0));
+    CHECK(told.empty() == (*advice == '\0'));
+    CHECK(told.find(advice) != std::string::npos);
+  }
+}

@@ -9,7 +9,9 @@
 
 #include "converter/dress/charts.h"
 #include "format/check/gltf.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/read_scene.h"
+#include "format/picture/image.h"
 #include "tests/converter/workshop.h"
 #include "tests/require.h"
 #include "tests/shared_data.h"
@@ -141,8 +143,11 @@ TEST_CASE("dress: a garment without texture coordinates gets them in metres, wha
       json["nodes"][0]["scale"] = {unit, unit, unit};
       json["meshes"][0]["primitives"][0]["attributes"].erase("TEXCOORD_0");
     });
-    CHECK(test::error_of(workshop.dress({.materials = {"#0"}})).code == Code::garment_no_uvs);
-    const DressReport report = test::need(workshop.dress({.materials = {"#0"}, .unwrap = true}));
+    CHECK(test::error_of(workshop.dress({.materials = {"#0"}, .unwrap = Unwrapping::never})).code ==
+          Code::garment_no_uvs);
+    CHECK(test::need(workshop.dress({.materials = {"#0"}})).warnings.size() == 1);
+    const DressReport report =
+        test::need(workshop.dress({.materials = {"#0"}, .unwrap = Unwrapping::always}));
     CHECK(report.unwrapped.at(0).charts == 4);
     CHECK(report.unwrapped.at(0).stretch == doctest::Approx(1).epsilon(1e-4));
     CHECK_FALSE(report.unwrapped.at(0).replaced);
@@ -154,20 +159,65 @@ TEST_CASE("dress: a garment without texture coordinates gets them in metres, wha
   }
 }
 
-TEST_CASE("dress: unwrapping replaces coordinates with a remark, counts as memory, and needs an area") {
+TEST_CASE("dress: coordinates that are stretched beyond use give way, beside the set of a print") {
+  // A square metre in two strips across, the upper one 0.2 m high: its part of the picture is a fifth as high
+  // as it should be, or a half.
+  for (const auto& [part, share, new_charts] :
+       {std::tuple(0.2F, 0.2F, true), {0.5F, 0.2F, false}, {0.2F, 0.05F, false}}) {
+    CAPTURE(part);
+    CAPTURE(share);
+    const float seam = 1 - share;
+    const float end = seam + part * share;
+    Garment garment = garment_of(
+        {{V3d(0, 0, 0), V3d(1, 0, 0), V3d(1, seam, 0), V3d(0, seam, 0), V3d(1, 1, 0), V3d(0, 1, 0)},
+         {0, 1, 2, 0, 2, 3, 3, 2, 4, 3, 4, 5}});
+    garment.primitives[0].tex_coords = {V2f(0, 1),        V2f(1, 1),       V2f(1, 1 - seam),
+                                        V2f(0, 1 - seam), V2f(1, 1 - end), V2f(0, 1 - end)};
+    Workshop workshop(garment);
+    const Image red{1, 1, 3, {1, 0, 0}};
+    GltfDocument document = test::need(load_gltf(workshop.garment));
+    const int view = append_view(document, test::need(encode_png(red, Transfer::keep)));
+    document.json["images"] = {{{"mimeType", "image/png"}, {"bufferView", view}}};
+    document.json["textures"] = {{{"source", 0}}};
+    document.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+    REQUIRE(save_gltf(document, workshop.garment));
+    const DressReport report = test::need(workshop.dress({.all = true}));
+    CHECK(report.unwrapped.size() == (new_charts ? 1 : 0));
+    const Scene scene = test::need(read_scene(workshop.output));
+    CHECK(scene.materials[0].fabric->tex_coord == (new_charts ? 1 : 0));
+    CHECK(scene.materials[0].kept.tint_texture.tex_coord == 0);
+    CHECK(scene.materials[0].double_sided);
+    for (const Error& issue : check_gltf(workshop.output, {})) FAIL_CHECK(to_line(issue));
+    CHECK(test::need(workshop.dress({.all = true, .unwrap = Unwrapping::never})).unwrapped.empty());
+    const DressReport moved = test::need(workshop.dress({.all = true, .unwrap = Unwrapping::always}));
+    CHECK(moved.warnings[0].ends_with("show in other places now"));
+  }
+}
+
+TEST_CASE("dress: the back of a single-sided garment shows, with a remark, unless it is to stay hidden") {
+  Workshop workshop;
+  workshop.edit([](Json& json) { json["materials"][0].erase("doubleSided"); });
+  CHECK(test::need(workshop.dress({.all = true})).warnings.size() == 1);
+  CHECK(test::need(read_scene(workshop.output)).materials[0].double_sided);
+  CHECK(test::need(workshop.dress({.all = true, .single_sided = true})).warnings.empty());
+  CHECK_FALSE(test::need(read_scene(workshop.output)).materials[0].double_sided);
+}
+
+TEST_CASE("dress: unwrapping replaces coordinates, counts as memory, and needs an area") {
   const Workshop workshop(garment_of(tube(0.1, 0.5)));
-  const DressReport report = test::need(workshop.dress({.all = true, .unwrap = true}));
+  const DressReport report = test::need(workshop.dress({.all = true, .unwrap = Unwrapping::always}));
   CHECK(report.unwrapped.at(0).replaced);
-  CHECK(report.warnings.size() == 1);
+  CHECK(report.warnings.empty());
   // The charts on a set of their own: the first stays.
-  const DressReport second = test::need(workshop.dress({.all = true, .unwrap = true, .tex_coord = 1}));
+  const DressReport second =
+      test::need(workshop.dress({.all = true, .unwrap = Unwrapping::always, .tex_coord = 1}));
   CHECK_FALSE(second.unwrapped.at(0).replaced);
   CHECK(test::need(read_scene(workshop.output)).primitives[0].tex_coords[0].front() == V2d(0, 0));
-  DressOptions options{.all = true, .unwrap = true};
+  DressOptions options{.all = true, .unwrap = Unwrapping::always};
   options.limits.document.memory = 3 << 20;  // for 960 triangles
   CHECK(test::error_of(workshop.dress(options)).code == Code::file_too_large);
   const Workshop flat(garment_of({{V3d(0, 0, 0), V3d(1, 0, 0), V3d(2, 0, 0)}, {0, 1, 2}}));
-  CHECK(test::error_of(flat.dress({.all = true, .unwrap = true})).code == Code::garment_empty);
+  CHECK(test::error_of(flat.dress({.all = true, .unwrap = Unwrapping::always})).code == Code::garment_empty);
 }
 
 TEST_CASE("dress: garments of the field are unwrapped with little stretch, skins and morph targets too") {
@@ -180,7 +230,8 @@ TEST_CASE("dress: garments of the field are unwrapped with little stretch, skins
     if (!std::filesystem::exists(data + file)) continue;
     Workshop workshop;
     workshop.garment = data + file;
-    const DressReport report = test::need(workshop.dress({.materials = {"#0"}, .unwrap = true}));
+    const DressReport report =
+        test::need(workshop.dress({.materials = {"#0"}, .unwrap = Unwrapping::always}));
     const Unwrapped& made = report.unwrapped.at(0);
     CHECK(made.stretch < 1.5);
     const UvSize& size = report.materials[0].size;
@@ -208,7 +259,7 @@ TEST_CASE("dress: a primitive without an area does not keep the others from bein
   workshop.edit([](Json& json) {
     for (Json& primitive : json["meshes"][0]["primitives"]) primitive["attributes"].erase("TEXCOORD_0");
   });
-  const DressReport report = test::need(workshop.dress({.materials = {"#0"}, .unwrap = true}));
+  const DressReport report = test::need(workshop.dress({.materials = {"#0"}, .unwrap = Unwrapping::always}));
   CHECK(report.unwrapped.at(0).charts == 4);
   for (const Error& issue : check_gltf(workshop.output, {})) {
     if (issue.code != Code::gltf_advice) FAIL_CHECK(to_line(issue));
@@ -219,11 +270,11 @@ TEST_CASE("dress: a material without an area is left alone where all are dressed
   Garment garment = test::square(2);
   for (V3f& position : garment.primitives[1].positions) position.y = 0;
   const Workshop workshop(garment);
-  const DressReport report = test::need(workshop.dress({.all = true, .unwrap = true}));
+  const DressReport report = test::need(workshop.dress({.all = true, .unwrap = Unwrapping::always}));
   CHECK(report.materials.size() == 1);
   CHECK(std::ranges::count(report.warnings,
                            "material #1 was left alone: no triangle has an area to lay flat") == 1);
-  const Error error = test::error_of(workshop.dress({.materials = {"#1"}, .unwrap = true}));
+  const Error error = test::error_of(workshop.dress({.materials = {"#1"}, .unwrap = Unwrapping::always}));
   CHECK(error.code == Code::garment_empty);
   CHECK(error.place == "/materials/1");
 }

@@ -7,6 +7,7 @@
 
 #include "format/base/random.h"
 #include "format/picture/image.h"
+#include "format/picture/probe_layout.h"
 #include "format/picture/studio.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
@@ -175,6 +176,60 @@ TEST_CASE("the studio lights a white cloth from two sides, and leaves none dark"
   CHECK(white_facing(divide(room).lamps[0].direction) == doctest::Approx(1.75).epsilon(0.1));
   for (const V3d& normal : {V3d(0, 0, 1), V3d(0, 0, -1), V3d(1, 0, 0), V3d(-1, 0, 0), V3d(0, 1, 0)})
     CHECK(white_facing(normal) > 0.3);
+}
+
+TEST_CASE("crosses and balls are the environments whose directions they show") {
+  // Directions of their pixels by the layouts' own definitions: a folded cube, and Debevec's rotation of -z
+  // by pi r about the axis across.
+  const auto on_cube = [](int column, int row, double x, double y, bool tall) {
+    if (row == 0) return V3d(x, 1, -y);
+    if (row == 2) return V3d(x, -1, y);
+    if (row == 3) return V3d(x, y, 1);
+    if (column == 0) return V3d(-1, -y, -x);
+    if (column == 1) return V3d(x, -y, -1);
+    return column == 2 ? V3d(1, -y, x) : V3d(-x, -y, tall ? 0 : 1);
+  };
+  struct Case {
+    ProbeLayout layout;
+    V2i size;
+  };
+  for (const Case& c : {Case{ProbeLayout::vertical_cross, V2i(192, 256)},
+                        {ProbeLayout::horizontal_cross, V2i(256, 192)},
+                        {ProbeLayout::ball, V2i(256, 256)}}) {
+    CHECK(probe_layout(c.size) == c.layout);
+    const bool tall = c.layout == ProbeLayout::vertical_cross;
+    Image probe{c.size.x, c.size.y, 4, {}};
+    for (int j = 0; j < c.size.y; ++j) {
+      for (int i = 0; i < c.size.x; ++i) {
+        V3d d(0, 0, 0);
+        if (c.layout == ProbeLayout::ball) {
+          const V2d uv((i + 0.5) / 128 - 1, 1 - (j + 0.5) / 128);
+          const double phi = std::numbers::pi * uv.length();
+          const double theta = std::atan2(uv.y, uv.x);
+          if (uv.length() <= 1)
+            d = V3d(std::sin(phi) * std::cos(theta), std::sin(phi) * std::sin(theta), -std::cos(phi));
+        } else if (tall ? i / 64 == 1 || j / 64 == 1 : j / 64 == 1 || i / 64 == 1) {
+          d = on_cube(i / 64, j / 64, (i % 64 + 0.5) / 32 - 1, (j % 64 + 0.5) / 32 - 1, tall).normalized();
+        }
+        for (int k = 0; k < 3; ++k) probe.pixels.push_back(static_cast<float>(0.5 + 0.5 * d[k]));
+        probe.pixels.push_back(1);
+      }
+    }
+    const Image flat = equirectangular(probe, c.layout);
+    const Environment e{flat.width, flat.height, {}, {}};
+    double largest = 0;
+    for (int y = 0; y < e.height; ++y) {
+      for (int x = 0; x < e.width; ++x) {
+        const float* pixel = &flat.pixels[std::size_t{4} * (y * e.width + x)];
+        const V3d seen = V3d(V3f(pixel[0], pixel[1], pixel[2])) * 2.0 - V3d(1);
+        // The rim of a ball is all one direction, of which half pixels lie outside of the disc.
+        if (c.layout != ProbeLayout::ball || e.direction(x, y).z < 0.99)
+          largest = std::max(largest, (seen - e.direction(x, y)).length());
+      }
+    }
+    CHECK(largest < 0.03);  // half a pixel of the coarsest, where faces meet
+  }
+  for (const V2i& size : {V2i(4, 4), V2i(100, 51), V2i(64, 128)}) CHECK_FALSE(probe_layout(size));
 }
 
 TEST_CASE("environments are read from files, and other pictures are refused") {
