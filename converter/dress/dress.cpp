@@ -7,7 +7,6 @@
 #include <numbers>
 #include <set>
 
-#include "converter/dress/add_tangents.h"
 #include "converter/dress/backing.h"
 #include "converter/dress/choose_materials.h"
 #include "converter/dress/extras_mirror.h"
@@ -19,13 +18,14 @@
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/geometry.h"
 #include "format/gltf/material_uses.h"
 #include "format/gltf/memory.h"
 #include "format/gltf/names.h"
 #include "format/gltf/read_scene.h"
-#include "format/gltf/unused_pictures.h"
+#include "format/gltf/unused_parts.h"
 
 namespace selvedge {
 namespace {
@@ -102,7 +102,7 @@ class Dresser {
     ChosenMaterials chosen =
         value_or_throw(choose_materials(document_, {options_.materials, options_.all, options_.except}));
     report_.warnings = chosen.left_alone;
-    std::set<int> textures = textures_in_use(document_);
+    UsedParts used = used_parts(document_);
     uses_ = uses_of(document_.json);
     reserve_memory(chosen.materials);
     Scene scene = value_or_throw(read_scene(document_, limits_));
@@ -130,17 +130,17 @@ class Dresser {
     if (options_.backing) add_backings();
     for (const std::optional<Cloth>& cloth : cloths_) {
       if (!cloth || !cloth->textures) continue;
-      textures.insert(cloth->textures->base_color);
-      if (cloth->textures->normal >= 0) textures.insert(cloth->textures->normal);
+      used.textures.insert(cloth->textures->base_color);
+      if (cloth->textures->normal >= 0) used.textures.insert(cloth->textures->normal);
     }
-    drop_unused_pictures(document_, textures);
+    drop_unused_parts(document_, used);
     report_.embedded = cloth_.source.uri.empty();
     return std::move(report_);
   }
 
  private:
-  /// Takes from the limits what dressing makes of the primitives at most: new vertices with tangents,
-  /// backings and charts. Primitives may share their accessors, but get copies of their own.
+  /// Takes from the limits what dressing makes of the primitives at most: backings and charts.
+  /// Primitives may share their accessors, but get copies of their own.
   void reserve_memory(const std::vector<int>& materials) {
     const std::uint64_t corner_price = options_.unwrap ? 1024 : 128;  // bytes
     constexpr std::uint64_t value_price = 32;                         // of a corner in each accessor
@@ -297,14 +297,10 @@ class Dresser {
   void write_fallback(int material, Cloth& cloth, const DressedUse& use, const std::set<Place>& places) {
     if (!cloth.textures) cloth.textures = value_or_throw(add_fallback_textures(document_, cloth.fallback()));
     set_fallback(document_, material, cloth.fallback(), *cloth.textures, use.reference);
-    if (cloth.textures->normal < 0 || keeps(names::gltf::normal_texture, material)) return;
-    for (const Place& place : places) {
-      // The tangents of a place are made once: colourways share them.
-      if (!with_tangents_.insert(place).second) continue;
-      if (use.stale_tangents)
-        drop_tangents(document_.json["meshes"][place.first]["primitives"][place.second]);
-      if (add_tangents(document_, place.first, place.second, options_.tex_coord)) ++report_.tangents_added;
-    }
+    if (cloth.textures->normal < 0 || keeps(names::gltf::normal_texture, material) || !use.stale_tangents)
+      return;
+    for (const auto& [mesh, primitive] : places)
+      drop_tangents(document_.json["meshes"][mesh]["primitives"][primitive]);
   }
 
   void add_colourway(const Colourway& colourway, Cloth& cloth) {
@@ -373,7 +369,6 @@ class Dresser {
   PlacesInScene in_scene_;             ///< where charts or backings are wanted
   std::optional<Error> left_out_;      ///< why the first material was left alone
   std::map<int, DressedUse> dressed_;  ///< by material
-  std::set<Place> with_tangents_;
   MaskTextures masks_;
   DressReport report_;
 };

@@ -10,7 +10,7 @@
 // KHR_materials_emissive_strength. The garment's mask and normal texture, and where it is asked for its base
 // colour, become members of the extension (garment_parts.h), which the fallback shows as far as it can.
 // Emission, occlusion, doubleSided, extras and other extensions stay. Pictures that nothing uses any more
-// leave the file. Primitives without TANGENT get it for the normal texture of the fabric.
+// leave the file.
 //
 // Colourways are copies of the dressed materials under the names of variants; the garment's own stay.
 #pragma once
@@ -79,7 +79,6 @@ struct DressReport {
   std::map<int, Unwrapped> unwrapped;  ///< by material
   Imath::Box3d bounds;                 ///< of the garment, metres, in its true size
   bool embedded = false;
-  int tangents_added = 0;              ///< primitives
   int backed = 0;                      ///< primitives
   std::uint64_t bytes = 0;             ///< of the glTF, including an embedded fabric
   std::vector<std::string> usd_files;  ///< files of DressOptions::usd, the layer last

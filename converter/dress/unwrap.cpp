@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "converter/dress/add_tangents.h"
 #include "converter/dress/charts.h"
 #include "converter/dress/gather_vertices.h"
 #include "format/base/guard.h"

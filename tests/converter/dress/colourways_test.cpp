@@ -81,7 +81,6 @@ TEST_CASE("dress: a colourway in another fabric has its repeats, its fallback an
   const DressReport report = test::need(pale.dress({.all = true, .colourways = {{"net", {}, other}}}));
   pale.check();
   CHECK(report.variants[0].repeats == V2d(100, 125));
-  CHECK(report.tangents_added == 1);
   const Scene scene = test::need(read_scene(pale.output));
   REQUIRE(scene.fabrics.size() == 2);
   CHECK(scene.fabrics[1].bytes.size() == fs::file_size(other));
