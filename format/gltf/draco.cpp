@@ -245,8 +245,9 @@ int usual_bits(const std::string& semantic) {
   return semantic == "TANGENT" || semantic.starts_with("WEIGHTS_") ? 12 : 0;
 }
 
-/// Bits with which a step of texture coordinates is 2^-15: in metres, as unwrapped ones, or over a range of 1
-/// fine enough for the texels of a fabric (spec/SELVEDGE_materials_fabric, "Implementation notes").
+/// Bits with which a step of texture coordinates is 2^-17, be they metres, as unwrapped ones, or over a range
+/// of 1: the texels of a fabric need 2^-15 (spec/SELVEDGE_materials_fabric, "Implementation notes"), and
+/// small triangles keep their directions.
 int texture_bits(std::span<const float> values) {
   std::array<float, 2> low{values[0], values[1]};
   std::array<float, 2> high = low;
@@ -255,7 +256,7 @@ int texture_bits(std::span<const float> values) {
     high[i % 2] = std::max(high[i % 2], values[i]);
   }
   const double range = std::max(high[0] - low[0], high[1] - low[1]);
-  return std::clamp(15 + (range > 0 ? static_cast<int>(std::ceil(std::log2(range))) : 0), 1, 30);
+  return std::clamp(17 + (range > 0 ? static_cast<int>(std::ceil(std::log2(range))) : 0), 1, 30);
 }
 
 draco::GeometryAttribute::Type type_of(const std::string& semantic) {

@@ -20,7 +20,7 @@ void expand_draco(GltfDocument& document);
 /// Gives primitives whose vertices and indices are still those of a stream that stream back
 /// (GltfDocument::packed), and encodes new ones of a document that required Draco: with as many bits for each
 /// attribute as the most precise stream of the file, and for texture coordinates at least so many that a step
-/// is 2^-15. Primitives that Draco cannot encode stay plain. Throws Failure.
+/// is 2^-17. Primitives that Draco cannot encode stay plain. Throws Failure.
 void pack_draco(GltfDocument& document);
 
 struct DracoCounts {

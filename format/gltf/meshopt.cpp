@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 #include <meshoptimizer.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstring>
 #include <span>
 
@@ -144,6 +147,30 @@ std::map<int, AccessorShape> fresh_views(const GltfDocument& document, const cha
   return fresh;
 }
 
+/// Floats that are whole multiples of a power of two below 2^23 of it, as the filter EXPONENTIAL takes them;
+/// empty for others.
+std::vector<std::uint32_t> as_multiples(std::span<const std::uint8_t> bytes) {
+  std::vector<float> values(bytes.size() / sizeof(float));
+  std::memcpy(values.data(), bytes.data(), bytes.size());
+  int step = 127;  // exponent of the largest step that suits all
+  float largest = 0;
+  for (const float value : values) {
+    if (!std::isfinite(value)) return {};
+    int exponent = 0;
+    const auto digits = static_cast<std::int32_t>(std::ldexp(std::frexp(value, &exponent), 24));
+    if (digits != 0) step = std::min(step, exponent - 24 + std::countr_zero(static_cast<unsigned>(digits)));
+    largest = std::max(largest, std::abs(value));
+  }
+  if (step < -100 || std::ldexp(largest, -step) >= 0x1p23F) return {};
+  std::vector<std::uint32_t> codes;
+  for (const float value : values) {
+    const auto multiple = static_cast<std::int32_t>(std::ldexp(value, -step));
+    codes.push_back((static_cast<std::uint32_t>(step) << 24U) |
+                    (static_cast<std::uint32_t>(multiple) & 0xffffffU));
+  }
+  return codes;
+}
+
 /// The stream of a new view; `extension` gets what describes it.
 Bytes encode(std::span<const std::uint8_t> bytes, const Json& view, const AccessorShape& shape,
              Json& extension) {
@@ -155,8 +182,12 @@ Bytes encode(std::span<const std::uint8_t> bytes, const Json& view, const Access
   extension["byteStride"] = stride;
   Bytes stream;
   if (!triangles) {
+    std::vector<std::uint32_t> multiples;
+    if (shape.component_type == 5126) multiples = as_multiples(bytes);
+    if (!multiples.empty()) extension["filter"] = Filter::exponential;
+    const void* const rows = multiples.empty() ? static_cast<const void*>(bytes.data()) : multiples.data();
     stream.resize(meshopt_encodeVertexBufferBound(count, stride));
-    stream.resize(meshopt_encodeVertexBuffer(stream.data(), stream.size(), bytes.data(), count, stride));
+    stream.resize(meshopt_encodeVertexBuffer(stream.data(), stream.size(), rows, count, stride));
     return stream;
   }
   std::vector<unsigned> indices(count);
@@ -208,6 +239,18 @@ void expand_meshopt(GltfDocument& document) {
     document.buffers.push_back(std::move(decoded));
   }
   for (const char* name : {meshopt, khr_meshopt}) drop_encoding(document, name);
+}
+
+std::vector<std::uint32_t> order_triangles(std::vector<std::uint32_t>& indices, std::size_t vertices) {
+  std::vector<std::uint32_t> ordered(indices.size());
+  meshopt_optimizeVertexCacheStrip(ordered.data(), indices.data(), indices.size(), vertices);
+  std::vector<std::uint32_t> numbers(vertices);
+  std::vector<std::uint32_t> former(
+      meshopt_optimizeVertexFetchRemap(numbers.data(), ordered.data(), ordered.size(), vertices));
+  meshopt_remapIndexBuffer(indices.data(), ordered.data(), ordered.size(), numbers.data());
+  for (std::uint32_t i = 0; i < vertices; ++i)
+    if (numbers[i] != ~0U) former[numbers[i]] = i;
+  return former;
 }
 
 void pack_meshopt(GltfDocument& document) {
