@@ -187,7 +187,7 @@ class Expander {
     keep(std::move(json), accessor, view, semantic, id);
   }
 
-  /// Keeps what an accessor was before its new view; `view` is that of the stream.
+  /// Keeps what an accessor was before its new view; `view` has the stream.
   void keep(Json former, int accessor, int view, const std::string& semantic, int id) {
     for (const char* key : {"bufferView", "byteOffset"}) former.erase(key);
     const Json& views = document_.json["bufferViews"];
@@ -256,7 +256,8 @@ int texture_bits(std::span<const float> values) {
     high[i % 2] = std::max(high[i % 2], values[i]);
   }
   const double range = std::max(high[0] - low[0], high[1] - low[1]);
-  return std::clamp(17 + (range > 0 ? static_cast<int>(std::ceil(std::log2(range))) : 0), 1, 30);
+  return std::clamp(
+      17 + (range > 0 && std::isfinite(range) ? static_cast<int>(std::ceil(std::log2(range))) : 0), 1, 30);
 }
 
 draco::GeometryAttribute::Type type_of(const std::string& semantic) {
@@ -325,8 +326,8 @@ class Packer {
     return found;
   }
 
-  /// The extension of a primitive whose vertices and indices are those of one stream, which stands as a whole
-  /// in the place of its number; null for others.
+  /// The extension of a primitive with vertices and indices of one stream, whose view stands as a whole in
+  /// the place of its number; null for others.
   Json former_extension(const Json& primitive) const {
     const DracoAccessor* const indices = former(place_behind(member(primitive, "indices")));
     if (indices == nullptr || is_new(primitive)) return nullptr;
@@ -340,7 +341,7 @@ class Packer {
     return {{"bufferView", indices->view}, {"attributes", std::move(attributes)}};
   }
 
-  /// Gives an accessor its former JSON, or its number that of a new one if plain primitives need it as it is.
+  /// Gives an accessor its former JSON; if plain primitives need it as it is, a new one gets that.
   void restore(Json& number) {
     const int expanded = index_of(number);
     if (const auto [entry, fresh] = restored_.try_emplace(expanded, expanded); fresh) {

@@ -17,7 +17,7 @@ namespace selvedge {
 /// FILE_DAMAGED for streams that Draco refuses, FILE_TOO_LARGE for counts far beyond a stream's length.
 void expand_draco(GltfDocument& document);
 
-/// Gives primitives whose vertices and indices are still those of a stream that stream back
+/// Gives primitives their stream back if their vertices and indices still come from one
 /// (GltfDocument::packed), and encodes new ones of a document that required Draco: with as many bits for each
 /// attribute as the most precise stream of the file, and for texture coordinates at least so many that a step
 /// is 2^-17. Primitives that Draco cannot encode stay plain. Throws Failure.

@@ -21,7 +21,8 @@ void expand_meshopt(GltfDocument& document);
 void pack_meshopt(GltfDocument& document);
 
 /// Orders triangles so that neighbours follow each other, which graphics processors and encoders like, and
-/// numbers the vertices by their first use. Returns the former number of each; those of no triangle go.
+/// numbers the vertices by their first use. Returns the former number of each; vertices without a triangle
+/// go.
 std::vector<std::uint32_t> order_triangles(std::vector<std::uint32_t>& indices, std::size_t vertices);
 
 }  // namespace selvedge

@@ -29,7 +29,7 @@ TEST_CASE("new vertices take every attribute and morph target along") {
 
   GltfReader reader(document);
   gather_vertices(document, reader, primitive, {0, 1, 2, 3, 1, 2}, "/meshes/0/primitives/0");
-  // What a thousand morph targets name is copied once.
+  // An accessor that a thousand morph targets name is copied once.
   CHECK(document.json["accessors"].size() == accessors + attributes + 1);
   for (const auto& [semantic, accessor] : primitive["attributes"].items()) {
     const std::string named = semantic;  // Clang 14 captures no bindings.
