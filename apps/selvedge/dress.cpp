@@ -132,11 +132,9 @@ Result<int> run(const DressCommand& command) {
     variants.push_back({{"name", v.variant}, {"index", v.index}, {"of", v.of}, {"repeats", v.repeats}});
     if (v.tint) variants.back()["tint"] = *v.tint;
   }
-  const Json json{{"output", command.output},    {"bytes", dressed.bytes},
-                  {"bounds", dressed.bounds},    {"embedded", dressed.embedded},
-                  {"usd", dressed.usd_files},    {"tangentsAdded", dressed.tangents_added},
-                  {"backed", dressed.backed},    {"materials", materials},
-                  {"variants", variants},        {"unwrapped", unwrapped},
+  const Json json{{"output", command.output},     {"bytes", dressed.bytes},   {"bounds", dressed.bounds},
+                  {"embedded", dressed.embedded}, {"usd", dressed.usd_files}, {"backed", dressed.backed},
+                  {"materials", materials},       {"variants", variants},     {"unwrapped", unwrapped},
                   {"warnings", dressed.warnings}};
   report(command.common, "dress", json,
          lines_text(materials,
@@ -150,8 +148,8 @@ Result<int> run(const DressCommand& command) {
              lines_text(variants,
                         "#{index} for #{of} in variant \"{name}\": {repeats:.5g} repeats, tint "
                         "{tint:.3g}") +
-             filled("fabric embedded {embedded}, backing behind {backed} primitives, tangents added to "
-                    "{tangentsAdded} -> {output} ({bytes} bytes), USD {usd}\n",
+             filled("fabric embedded {embedded}, backing behind {backed} primitives "
+                    "-> {output} ({bytes} bytes), USD {usd}\n",
                     json));
   return 0;
 }

@@ -21,9 +21,9 @@ struct ChosenMaterials {
 
 /// `all` gives triangles without a material a new one, "fabric", and leaves alone what is no cloth: by its
 /// name, or by the names of all of its meshes (a button, glass, wood, skin ...; a body beside skin or hair, a
-/// leg beside velvet), or by its factors (glass that light passes through, polished metal). The only material of a
-/// document is cloth whatever it is called, and names of meshes alone do not leave a document without cloth.
-/// MATERIAL_MISSING.
+/// leg beside velvet), or by its factors (glass that light passes through, polished metal). The only material
+/// of a document is cloth whatever it is called, and names of meshes alone do not leave a document without
+/// cloth. MATERIAL_MISSING.
 Result<ChosenMaterials> choose_materials(GltfDocument& document, const MaterialChoice& choice);
 
 }  // namespace selvedge

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <set>
 
-#include "converter/dress/add_tangents.h"
 #include "converter/dress/backing.h"
 #include "converter/dress/choose_materials.h"
 #include "converter/dress/extras_mirror.h"
@@ -19,13 +18,14 @@
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/geometry.h"
 #include "format/gltf/material_uses.h"
 #include "format/gltf/memory.h"
 #include "format/gltf/names.h"
 #include "format/gltf/read_scene.h"
-#include "format/gltf/unused_pictures.h"
+#include "format/gltf/unused_parts.h"
 
 namespace selvedge {
 namespace {
@@ -44,7 +44,7 @@ struct Cloth {
   int index = -1;  ///< of its entry in the document
   std::optional<FallbackFactors> factors = {};
   std::optional<Fallback> baked = {};
-  std::optional<FallbackTextures> textures = {};
+  int texture = -1;
 
   const Fallback& fallback() {
     if (!baked) baked = bake_fallback(fabric);
@@ -99,7 +99,6 @@ std::string name_of(const Json& material) { return string_of(member(material, "n
 struct DressedUse {
   FabricReference reference;
   UvSize size;
-  bool stale_tangents = false;  ///< before it was dressed, TANGENT was for another UV set
 };
 
 class Dresser {
@@ -113,7 +112,7 @@ class Dresser {
     ChosenMaterials chosen =
         value_or_throw(choose_materials(document_, {options_.materials, options_.all, options_.except}));
     report_.warnings = chosen.left_alone;
-    std::set<int> textures = textures_in_use(document_);
+    UsedParts used = used_parts(document_);
     uses_ = uses_of(document_.json);
     reserve_memory(chosen.materials, corner_price);
     Scene scene = value_or_throw(read_scene(document_, limits_));
@@ -146,18 +145,16 @@ class Dresser {
       add_colourway(options_.colourways[i], cloths_[i + 1] ? *cloths_[i + 1] : cloth_);
     if (options_.backing) add_backings();
     for (const std::optional<Cloth>& cloth : cloths_) {
-      if (!cloth || !cloth->textures) continue;
-      textures.insert(cloth->textures->base_color);
-      if (cloth->textures->normal >= 0) textures.insert(cloth->textures->normal);
+      if (cloth && cloth->texture >= 0) used.textures.insert(cloth->texture);
     }
-    drop_unused_pictures(document_, textures);
+    drop_unused_parts(document_, used);
     report_.embedded = cloth_.source.uri.empty();
     return std::move(report_);
   }
 
  private:
-  /// Takes from the limits what dressing makes of the primitives at most: new vertices with tangents,
-  /// backings and charts. Primitives may share their accessors, but get copies of their own.
+  /// Takes from the limits what dressing makes of the primitives at most: backings and charts.
+  /// Primitives may share their accessors, but get copies of their own.
   void reserve_memory(const std::vector<int>& materials, std::uint64_t price) {
     constexpr std::uint64_t value_price = 32;  // of a corner in each accessor
     MemoryAccount account(limits_.document.memory);
@@ -293,7 +290,7 @@ class Dresser {
     const UvSize size = measure_uv(scene, primitives_of(scene, material), set_of(material));
     dressed.primitives = size.primitives;
     dressed.size = size;
-    DressedUse use{reference_to(cloth_, size, set_of(material)), size, has_stale_tangents(material)};
+    DressedUse use{reference_to(cloth_, size, set_of(material)), size};
     dressed.repeats = use.reference.transform.scale;
     if (!(std::abs(dressed.repeats.x) > 0) || !(std::abs(dressed.repeats.y) > 0)) {
       throw Failure{
@@ -311,7 +308,7 @@ class Dresser {
       core["doubleSided"] = true;
       report_.warnings.push_back(where + " shows its back, too; --single-sided hides it");
     }
-    wear(material, cloth_, use, places);
+    wear(material, cloth_, use);
     dressed_.emplace(material, use);
     report_.materials.push_back(std::move(dressed));
   }
@@ -327,13 +324,13 @@ class Dresser {
   }
 
   /// Writes the reference, its mirror and the fallback.
-  void wear(int material, Cloth& cloth, const DressedUse& use, const std::set<Place>& places) {
+  void wear(int material, Cloth& cloth, const DressedUse& use) {
     if (const std::optional<TransformFault> fault = fault_of(use.reference.transform)) {
       throw Failure{{Code::gltf_extension, document_.file, fmt::format("/materials/{}", material),
                      fmt::format("invalid texture transform: {}: {}", fault->member, fault->reason)}};
     }
     set_fabric_reference(document_, material, use.reference);
-    if (options_.fallback) write_fallback(material, cloth, use, places);
+    if (options_.fallback) write_fallback(material, cloth, use);
     complete_mirror(document_, material, cloth.digest);
   }
 
@@ -347,24 +344,9 @@ class Dresser {
     warn(size.without, "has degenerate texture coordinates and will show streaks");
   }
 
-  /// TANGENT belongs to the UV set of the normal texture.
-  bool has_stale_tangents(int material) const {
-    const Json& normal = member(document_.json["materials"][material], "normalTexture");
-    return std::max(0, index_of(member(normal, names::gltf::tex_coord))) != set_of(material);
-  }
-
-  void write_fallback(int material, Cloth& cloth, const DressedUse& use, const std::set<Place>& places) {
-    if (!cloth.textures) cloth.textures = value_or_throw(add_fallback_textures(document_, cloth.fallback()));
-    set_fallback(document_, material, cloth.fallback(), *cloth.textures, use.reference);
-    if (cloth.textures->normal < 0 || keeps(names::gltf::normal_texture, material)) return;
-    for (const Place& place : places) {
-      // The tangents of a place are made once: colourways share them.
-      if (!with_tangents_.insert(place).second) continue;
-      if (use.stale_tangents)
-        drop_tangents(document_.json["meshes"][place.first]["primitives"][place.second]);
-      if (add_tangents(document_, place.first, place.second, use.reference.tex_coord))
-        ++report_.tangents_added;
-    }
+  void write_fallback(int material, Cloth& cloth, const DressedUse& use) {
+    if (cloth.texture < 0) cloth.texture = value_or_throw(add_fallback_texture(document_, cloth.fallback()));
+    set_fallback(document_, material, cloth.fallback(), cloth.texture, use.reference);
   }
 
   void add_colourway(const Colourway& colourway, Cloth& cloth) {
@@ -384,7 +366,7 @@ class Dresser {
       DressedUse in_variant = use;
       in_variant.reference = reference_to(cloth, use.size, set_of(material));
       made.repeats = in_variant.reference.transform.scale;
-      wear(copy, cloth, in_variant, uses_[material]);
+      wear(copy, cloth, in_variant);
       report_.variants.push_back(std::move(made));
     }
     if (!shown) {
@@ -434,7 +416,6 @@ class Dresser {
   std::map<int, int> sets_;            ///< of materials that were laid flat beside the pictures' set
   std::optional<Error> left_out_;      ///< why the first material was left alone
   std::map<int, DressedUse> dressed_;  ///< by material
-  std::set<Place> with_tangents_;
   MaskTextures masks_;
   DressReport report_;
 };

@@ -5,12 +5,12 @@
 // material's old textures, as quantised garments have, is replaced, not composed).
 //
 // By default the core material becomes a fallback for viewers that do not know the extension (fallback.h):
-// base colour and normal textures with the same transform and UV set, roughness 1, metallic 0, sheen, alpha
-// mode. The fallback replaces the old base colour and metallic-roughness, and every KHR_materials_* lobe but
+// a base colour texture with the same transform and UV set, roughness 1, metallic 0, sheen, alpha mode. The
+// fallback replaces the old base colour and metallic-roughness, and every KHR_materials_* lobe but
 // KHR_materials_emissive_strength. The garment's mask, normal texture and base colour become members of
 // the extension (garment_parts.h), which the fallback shows as far as it can.
 // Emission, occlusion, extras and other extensions stay. Pictures that nothing uses any more
-// leave the file. Primitives without TANGENT get it for the normal texture of the fabric.
+// leave the file.
 //
 // Colourways are copies of the dressed materials under the names of variants; the garment's own stay.
 #pragma once
@@ -85,7 +85,6 @@ struct DressReport {
   std::map<int, Unwrapped> unwrapped;  ///< by material
   Imath::Box3d bounds;                 ///< of the garment, metres, in its true size
   bool embedded = false;
-  int tangents_added = 0;              ///< primitives
   int backed = 0;                      ///< primitives
   std::uint64_t bytes = 0;             ///< of the glTF, including an embedded fabric
   std::vector<std::string> usd_files;  ///< files of DressOptions::usd, the layer last

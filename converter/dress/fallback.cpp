@@ -119,18 +119,6 @@ void fill_holes(Image& image) {
   }
 }
 
-Image normals_of(const FabricLevel& level) {
-  Image image{level.width, level.height, 3, {}};
-  for (const TexelFrame& frame : level.frame()) {
-    V3f normal = frame.normal;
-    // glTF requires z > 0 in normal textures.
-    normal.z = std::max(normal.z, 0.05F);
-    normal.normalize();
-    for (int c = 0; c < 3; ++c) image.pixels.push_back(normal[c] * 0.5F + 0.5F);
-  }
-  return image;
-}
-
 }  // namespace
 
 V3f mean_color(const Image& image) {
@@ -151,15 +139,13 @@ Fallback bake_fallback(const Fabric& cloth) {
          std::max(cloth.levels[level].width, cloth.levels[level].height) > largest_side) {
     ++level;
   }
-  const FabricLevel& source = cloth.levels[level];
-  Fallback fallback{base_picture(cloth, level), {}, has_holes(cloth, level), fallback_of(cloth)};
+  Fallback fallback{base_picture(cloth, level), has_holes(cloth, level), fallback_of(cloth)};
   scale_to(fallback.factors.base_color, fallback.color);
   fill_holes(fallback.color);
-  if (source.has(LayerKind::frame)) fallback.normal = normals_of(source);
   return fallback;
 }
 
-Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fallback& fallback) {
+Result<int> add_fallback_texture(GltfDocument& document, const Fallback& fallback) {
   // Without holes alpha is only noise of the view table, and a picture without it is smaller.
   Image base = fallback.color;
   if (!fallback.holes) {
@@ -167,27 +153,17 @@ Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fal
     std::size_t i = 0;
     std::erase_if(base.pixels, [&](float) { return i++ % 4 == 3; });
   }
+  const auto png = encode_png(base, Transfer::srgb);
+  if (!png) return tl::unexpected<Error>(png.error());
   const int sampler =
       find_or_add(document.json, "samplers",
                   Json{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 10497}, {"wrapT", 10497}});
-  const auto texture_of = [&](const std::vector<std::uint8_t>& png, const char* image_name) {
-    const int source = find_or_add_image(document, png, image_name);
-    return find_or_add(document.json, "textures", Json{{"sampler", sampler}, {"source", source}});
-  };
-  FallbackTextures textures;
-  const auto color = encode_png(base, Transfer::srgb);
-  if (!color) return tl::unexpected<Error>(color.error());
-  textures.base_color = texture_of(*color, "fabric base colour");
-  if (fallback.normal) {
-    const auto normal = encode_png(*fallback.normal, Transfer::keep);
-    if (!normal) return tl::unexpected<Error>(normal.error());
-    textures.normal = texture_of(*normal, "fabric normals");
-  }
-  return textures;
+  const int source = find_or_add_image(document, *png, "fabric base colour");
+  return find_or_add(document.json, "textures", Json{{"sampler", sampler}, {"source", source}});
 }
 
-void set_fallback(GltfDocument& document, int material, const Fallback& fallback,
-                  const FallbackTextures& textures, const FabricReference& reference) {
+void set_fallback(GltfDocument& document, int material, const Fallback& fallback, int texture,
+                  const FabricReference& reference) {
   const auto part = [&](const char* member) -> const Json& { return part_of(document, material, member); };
   Json& json = document.json["materials"][material];
   drop_lobes(document, json);
@@ -210,7 +186,7 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
     core["baseColorFactor"].push_back(1);
   }
   core["baseColorTexture"] =
-      has_own ? part(own) : texture_info(textures.base_color, reference.tex_coord, reference.transform);
+      has_own ? part(own) : texture_info(texture, reference.tex_coord, reference.transform);
   core["metallicFactor"] = 0;
   core["roughnessFactor"] = 1;
   for (const char* key : {"normalTexture", "alphaMode", "alphaCutoff"}) {
@@ -218,8 +194,6 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
   }
   if (part(normal_texture).is_object()) {
     json["normalTexture"] = part(normal_texture);
-  } else if (textures.normal >= 0) {
-    json["normalTexture"] = texture_info(textures.normal, reference.tex_coord, reference.transform);
   }
   if (fallback.holes || masked) {
     json["alphaMode"] = "MASK";

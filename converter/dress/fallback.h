@@ -1,5 +1,5 @@
-// Draws a fabric for glTF's core material, for viewers that do not know the extension: pictures and factors,
-// and then textures and material properties of a document.
+// Draws a fabric for glTF's core material, for viewers that do not know the extension: a picture and factors,
+// and then a texture and material properties of a document.
 #pragma once
 
 #include <optional>
@@ -12,15 +12,12 @@
 
 namespace selvedge {
 
-/// One repeat of the fabric as pictures, of the yarn itself where the fabric has it, and factors.
+/// One repeat of the fabric as a picture, of the yarn itself where the fabric has it, and factors.
 struct Fallback {
   /// Linear, RGBA. Colour: directional albedo along the normal, the integral of f(l, z) over the lights,
   /// times one factor a channel, so that its mean is the fitted base colour, clamped to 1; holes have the
   /// mean colour, so that coarser mip levels have no dark rims. Alpha: alpha(z).
   Image color;
-  /// Data (not sRGB), RGB = (n + 1) / 2: x along growing u, y up in the picture, as in glTF's normal
-  /// textures. Nothing if the fabric stores no frames.
-  std::optional<Image> normal;
   /// As has_holes says (format/fabric/evaluate.h): alphaMode MASK, cutoff 0.5.
   bool holes = false;
   FallbackFactors factors;
@@ -34,20 +31,14 @@ V3f mean_color(const Image& image);
 /// valid fabric (see validate) with at least one level.
 Fallback bake_fallback(const Fabric& fabric);
 
-/// The pictures of a fallback as textures of the document.
-struct FallbackTextures {
-  int base_color = -1;
-  int normal = -1;  ///< -1: the fabric has no normals
-};
+/// Adds the picture as embedded PNG with a repeating, mip-mapped sampler, and returns the number of its
+/// texture. An equal picture, sampler or texture in the document (after dressing twice) is used again.
+Result<int> add_fallback_texture(GltfDocument& document, const Fallback& fallback);
 
-/// Adds the pictures as embedded PNG with one repeating, mip-mapped sampler. Equal pictures, samplers and
-/// textures in the document (after dressing twice) are reused.
-Result<FallbackTextures> add_fallback_textures(GltfDocument& document, const Fallback& fallback);
-
-/// Rewrites the core part of the material (dress.h says which members stay). The fabric's textures get the
+/// Rewrites the core part of the material (dress.h says which members stay). The fabric's texture gets the
 /// reference's UV set and transform. A tint texture or mask of the extension becomes the base colour texture,
 /// times the fabric's mean colour; its normal texture becomes the fallback's, its tint a factor.
-void set_fallback(GltfDocument& document, int material, const Fallback& fallback,
-                  const FallbackTextures& textures, const FabricReference& reference);
+void set_fallback(GltfDocument& document, int material, const Fallback& fallback, int texture,
+                  const FabricReference& reference);
 
 }  // namespace selvedge

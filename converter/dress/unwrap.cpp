@@ -4,15 +4,17 @@
 
 #include <cmath>
 
-#include "converter/dress/add_tangents.h"
 #include "converter/dress/charts.h"
 #include "converter/dress/gather_vertices.h"
 #include "format/base/guard.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"
+#include "format/gltf/meshopt.h"
 
 namespace selvedge {
 namespace {
+
+constexpr double uv_step = 0x1p-20;  ///< metres
 
 class Unwrapper {
  public:
@@ -74,11 +76,20 @@ class Unwrapper {
     for (V3d& p : positions) p *= metres;
     Charts charts = cut_into_charts(positions, triangles, seen.down, top_);
     if (charts.count == 0) return leave();
-    drop_tangents(json);
+    std::vector<std::uint32_t> sources;
+    std::vector<V2d> uvs;
+    for (const std::uint32_t vertex : order_triangles(charts.indices, charts.sources.size())) {
+      sources.push_back(charts.sources[vertex]);
+      // Encoders take whole multiples without loss, and of steps that are no finer than need be in fewer
+      // bytes.
+      const V2d uv = charts.uvs[vertex] / uv_step;
+      uvs.push_back(V2d(std::round(uv.x), std::round(uv.y)) * uv_step);
+    }
+    if (attributes.contains(semantic_)) drop_tangents(json);  // of a normal texture on the set
     result_.replaced |= attributes.contains(semantic_);
     attributes.erase(semantic_);
-    gather_vertices(document_, reader, json, charts.sources, where);
-    set_uvs(json, charts.uvs);
+    gather_vertices(document_, reader, json, sources, where);
+    set_uvs(json, uvs);
     json["indices"] = append_index_accessor(document_, charts.indices);
     json.erase("mode");
     json_of(place) = std::move(json);

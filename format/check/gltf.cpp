@@ -34,7 +34,7 @@ void check_pictures(const GltfDocument& document, std::uint64_t memory, IssueSin
     const auto bytes = read_image_bytes(document, i, max_picture_bytes);
     Result<void> good = bytes ? Result<void>() : tl::unexpected(bytes.error());
     const std::string_view type = bytes ? picture_type(*bytes) : "";
-    if (memory > 0 && (type == "image/png" || type == "image/jpeg"))
+    if (memory > 0 && (type == "image/png" || type == "image/jpeg" || type == "image/webp"))
       good = decode_image(*bytes, "", Transfer::keep, picture_limits, smallest).map([](const Image&) {});
     if (!good) issues.add(Code::image_unreadable, fmt::format("/images/{}", i), good.error().message);
   }

@@ -161,13 +161,6 @@ class FabricCheck {
       issues_.add(Code::gltf_advice, place + "/doubleSided", "is not true: the cloth's back is not drawn");
     }
     check_fallback(material, place, *reference);
-    // Tangents of a normal texture that was baked from the fabric; garments rarely bring their own.
-    if (material.contains(normal_texture) && !own(material, normal_texture).is_object()) {
-      each_without("TANGENT", number, [&](const std::string& where) {
-        issues_.add(Code::gltf_advice, where,
-                    "no TANGENT for the fallback's normalTexture: viewers make their own");
-      });
-    }
     if (const Entry& facts = entries_[reference->fabric]) check_alpha(material, place, facts->holes);
   }
 

@@ -6,8 +6,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,11 +24,30 @@ namespace selvedge {
 using Json = nlohmann::ordered_json;
 using Bytes = std::vector<std::uint8_t>;
 
+/// Where bytes of a document lie: buffer and offset.
+using BytePlace = std::pair<std::size_t, std::size_t>;
+
+/// How the geometry of a document was encoded in its file, by the place of its expanded bytes, which stays
+/// where views and accessors get other numbers.
+struct PackedGeometry {
+  struct DracoAccessor {
+    Json json;             ///< as it was, without a view
+    Json view;             ///< of the compressed stream
+    std::string semantic;  ///< empty: indices
+    int id = -1;           ///< of the attribute in the stream
+  };
+  std::map<BytePlace, Json> meshopt_views;  ///< as they were
+  std::map<BytePlace, DracoAccessor> draco_accessors;
+  std::set<std::string> required;  ///< these of the extensions were
+  BytePlace end;                   ///< the bytes of the file and the expanded ones lie before it
+};
+
 struct GltfDocument {
   std::string file;            ///< as the user named it
   std::string folder;          ///< relative URIs start here
   Json json;                   ///< an object; plain geometry: Draco and meshopt are expanded on loading
   std::vector<Bytes> buffers;  ///< one per entry of json["buffers"]
+  PackedGeometry packed;
   /// The files that its URIs may name (resolve_uri): by `other_files` around `root`, the folder that it was
   /// read from, and the files that the user has named.
   OtherFiles other_files = OtherFiles::inside;
@@ -49,7 +70,9 @@ Result<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const std::s
 std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const std::string& path,
                                       const GltfLimits& limits, IssueSink& issues);
 
-/// Writes whole files or nothing, and returns the number of bytes. ".glb": one file; all buffers become the
+/// Writes whole files or nothing, and returns the number of bytes. Geometry that was compressed and that
+/// nothing has changed is written as it was, byte by byte; what has changed in documents that require Draco
+/// or meshopt is compressed anew. ".glb": one file; all buffers become the
 /// binary chunk and pictures beside the input are embedded, files that are no picture never. ".gltf": the
 /// buffers become one file
 /// "<stem>.bin" beside the output (another name if the input's own buffer file would be overwritten);
@@ -57,7 +80,8 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
 /// folder (move_document). Missing pictures keep their URI. Unused bytes are left out.
 Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path);
 
-/// The bytes of a .glb file with the whole document; other files are embedded as by save_gltf().
+/// The bytes of a .glb file with the whole document, its geometry plain; other files are embedded as by
+/// save_gltf().
 Result<std::vector<std::uint8_t>> pack_glb(GltfDocument document);
 
 /// The same files beside their places, which appear with commit_all().

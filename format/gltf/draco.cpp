@@ -1,6 +1,9 @@
 #include "format/gltf/draco.h"
 
+#include <draco/attributes/attribute_octahedron_transform.h>
+#include <draco/attributes/attribute_quantization_transform.h>
 #include <draco/compression/decode.h>
+#include <draco/compression/expert_encode.h>
 #include <draco/compression/point_cloud/point_cloud_decoder.h>
 #include <draco/core/varint_decoding.h>
 #include <draco/metadata/metadata_decoder.h>
@@ -16,7 +19,9 @@
 #include <set>
 
 #include "format/gltf/edit.h"
+#include "format/gltf/geometry.h"
 #include "format/gltf/names.h"
+#include "format/gltf/unused_parts.h"
 
 namespace selvedge {
 namespace {
@@ -69,6 +74,22 @@ void make_valid(const std::string& semantic, std::vector<float>& values, std::si
   }
 }
 
+/// The decoded elements of an attribute, and in `accessor` their number and bounds; nothing if a value does
+/// not fit.
+std::optional<Bytes> take_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute,
+                                 const std::string& semantic, const AccessorShape& shape, Json& accessor) {
+  Bytes elements(mesh.num_points() * shape.element_size());
+  if (!copy_values(mesh, attribute, shape.component_type, elements.data())) return std::nullopt;
+  std::vector<float> values = to_floats(elements, shape.component_type, false);
+  if (shape.component_type == 5126) {
+    make_valid(semantic, values, static_cast<std::size_t>(shape.components));
+    std::memcpy(elements.data(), values.data(), elements.size());
+  }
+  if (accessor.contains("min") || accessor.contains("max")) set_bounds(accessor, values, shape.components);
+  accessor["count"] = mesh.num_points();
+  return elements;
+}
+
 class Expander {
  public:
   explicit Expander(GltfDocument& document) : document_(document), reader_(document) {}
@@ -82,11 +103,14 @@ class Expander {
         expand_primitive(primitive, fmt::format("/meshes/{}/primitives/{}", m, p));
         Json& plain = document_.json["meshes"][m]["primitives"][p];
         erase_extension(plain, names::gltf::draco);
-        plain.erase("mode");  // decoded faces are a list, whatever the primitive was before
+        // Decoded faces are a list, whatever the primitive was before.
+        if (member(plain, "mode") != 4) plain.erase("mode");
       }
     }
     if (!expanded_.empty()) reuse_views();
-    drop_extension(document_.json, names::gltf::draco);
+    drop_encoding(document_, names::gltf::draco);
+    // Without that, the former views of the accessors were plain ones.
+    if (!document_.packed.required.contains(names::gltf::draco)) document_.packed.draco_accessors.clear();
   }
 
  private:
@@ -101,10 +125,10 @@ class Expander {
       const int accessor = index_of(member(member(primitive, "attributes"), semantic.c_str()));
       const std::string attribute = where + "/attributes/" + semantic;
       if (is_fresh(accessor, view, attribute))
-        expand_attribute(*mesh, semantic, index_of(id), accessor, attribute);
+        expand_attribute(*mesh, view, semantic, index_of(id), accessor, attribute);
     }
     const int indices = index_of(member(primitive, "indices"));
-    if (is_fresh(indices, view, place)) expand_indices(*mesh, indices, place + "/indices");
+    if (is_fresh(indices, view, place)) expand_indices(*mesh, view, indices, place + "/indices");
   }
 
   std::unique_ptr<draco::Mesh> decode(int view, const std::string& place) {
@@ -141,7 +165,7 @@ class Expander {
   }
 
   /// The primitive's attribute `semantic`: a new view behind its accessor.
-  void expand_attribute(const draco::Mesh& mesh, const std::string& semantic, int id, int accessor,
+  void expand_attribute(const draco::Mesh& mesh, int view, const std::string& semantic, int id, int accessor,
                         const std::string& place) {
     AccessorShape shape = reader_.accessor_shape(accessor, place);
     const draco::PointAttribute* attribute =
@@ -154,24 +178,25 @@ class Expander {
     if (attribute->data_type() == draco::DT_BOOL)
       reader_.fail(Code::gltf_malformed, place, fmt::format("Draco attribute {} is boolean", id));
     shape.count = mesh.num_points();
-    Bytes elements(shape.count * shape.element_size());
-    if (!copy_values(mesh, *attribute, shape.component_type, elements.data()))
-      reader_.fail(Code::file_damaged, place, "a Draco value does not fit into its accessor");
     Json json = document_.json["accessors"][accessor];
-    std::vector<float> values = to_floats(elements, shape.component_type, false);
-    if (shape.component_type == 5126) {
-      make_valid(semantic, values, static_cast<std::size_t>(shape.components));
-      std::memcpy(elements.data(), values.data(), elements.size());
-    }
-    if (json.contains("min") || json.contains("max")) set_bounds(json, values, shape.components);
+    const std::optional<Bytes> elements = take_values(mesh, *attribute, semantic, shape, json);
+    if (!elements) reader_.fail(Code::file_damaged, place, "a Draco value does not fit into its accessor");
     json.erase("byteOffset");
-    json["bufferView"] = append_attribute_view(document_, shape, elements);
-    json["count"] = shape.count;
-    document_.json["accessors"][accessor] = std::move(json);
+    json["bufferView"] = append_attribute_view(document_, shape, *elements);
+    std::swap(document_.json["accessors"][accessor], json);
+    keep(std::move(json), accessor, view, semantic, id);
   }
 
-  void expand_indices(const draco::Mesh& mesh, int accessor, const std::string& place) {
-    reader_.entry("accessors", accessor, place);
+  /// Keeps what an accessor was before its new view; `view` has the stream.
+  void keep(Json former, int accessor, int view, const std::string& semantic, int id) {
+    for (const char* key : {"bufferView", "byteOffset"}) former.erase(key);
+    const Json& views = document_.json["bufferViews"];
+    const Json& expanded = views[index_of(document_.json["accessors"][accessor]["bufferView"])];
+    document_.packed.draco_accessors[place_of(expanded)] = {std::move(former), views[view], semantic, id};
+  }
+
+  void expand_indices(const draco::Mesh& mesh, int view, int accessor, const std::string& place) {
+    Json former = reader_.entry("accessors", accessor, place);
     std::vector<std::uint32_t> indices;
     indices.reserve(std::size_t{mesh.num_faces()} * 3);
     for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
@@ -186,6 +211,7 @@ class Expander {
     for (const char* key : {"bufferView", "componentType", "count", "type"}) old[key] = accessors.back()[key];
     for (const char* key : {"byteOffset", "min", "max"}) old.erase(key);
     accessors.erase(accessors.size() - 1);
+    keep(std::move(former), accessor, view, "", -1);
   }
 
   /// Moves new views to the places of the compressed ones, which are unused now: removing those would
@@ -208,6 +234,276 @@ class Expander {
   GltfDocument& document_;
   GltfReader reader_;
   std::map<int, int> expanded_;  ///< accessor -> the compressed view that its values came from
+};
+
+using DracoAccessor = PackedGeometry::DracoAccessor;
+
+/// Bits that an attribute of floats gets where the file tells nothing; 0: its floats as they are.
+int usual_bits(const std::string& semantic) {
+  if (semantic == "POSITION") return 14;
+  if (semantic == "NORMAL" || semantic.starts_with("COLOR_")) return 10;
+  return semantic == "TANGENT" || semantic.starts_with("WEIGHTS_") ? 12 : 0;
+}
+
+/// Bits with which a step of texture coordinates is 2^-17, be they metres, as unwrapped ones, or over a range
+/// of 1: the texels of a fabric need 2^-15 (spec/SELVEDGE_materials_fabric, "Implementation notes"), and
+/// small triangles keep their directions.
+int texture_bits(std::span<const float> values) {
+  std::array<float, 2> low{values[0], values[1]};
+  std::array<float, 2> high = low;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    low[i % 2] = std::min(low[i % 2], values[i]);
+    high[i % 2] = std::max(high[i % 2], values[i]);
+  }
+  const double range = std::max(high[0] - low[0], high[1] - low[1]);
+  return std::clamp(
+      17 + (range > 0 && std::isfinite(range) ? static_cast<int>(std::ceil(std::log2(range))) : 0), 1, 30);
+}
+
+draco::GeometryAttribute::Type type_of(const std::string& semantic) {
+  if (semantic == "POSITION") return draco::GeometryAttribute::POSITION;
+  if (semantic == "NORMAL") return draco::GeometryAttribute::NORMAL;
+  if (semantic.starts_with("COLOR_")) return draco::GeometryAttribute::COLOR;
+  if (semantic.starts_with("TEXCOORD_")) return draco::GeometryAttribute::TEX_COORD;
+  return draco::GeometryAttribute::GENERIC;
+}
+
+class Packer {
+ public:
+  explicit Packer(GltfDocument& document)
+      : document_(document), reader_(document), before_(used_parts(document)) {}
+
+  void pack() {
+    each_primitive([&](Json& primitive, const std::string& place) {
+      if (Json extension = former_extension(primitive); !extension.is_null())
+        extensions_.emplace(place, std::move(extension));
+      else if (!is_new(primitive) || !encode(primitive, place))
+        each_accessor(primitive, [&](const Json& accessor) { plain_.insert(index_of(accessor)); });
+    });
+    each_primitive([&](Json& primitive, const std::string& place) {
+      const auto found = extensions_.find(place);
+      if (found == extensions_.end()) return;
+      primitive["extensions"][names::gltf::draco] = found->second;
+      for (const auto& [semantic, id] : found->second["attributes"].items())
+        restore(primitive["attributes"][semantic]);
+      restore(primitive["indices"]);
+    });
+    if (extensions_.empty() && !encoded_) return;
+    name_streams();
+    drop_unused_data(document_, before_);
+    use_encoding(document_, names::gltf::draco);
+  }
+
+ private:
+  template <class F>
+  void each_primitive(const F& visit) {
+    for (std::size_t m = 0; m < array_of(document_.json, "meshes").size(); ++m) {
+      for (std::size_t p = 0; p < array_of(document_.json["meshes"][m], "primitives").size(); ++p)
+        visit(document_.json["meshes"][m]["primitives"][p], fmt::format("/meshes/{}/primitives/{}", m, p));
+    }
+  }
+
+  template <class F>
+  static void each_accessor(const Json& primitive, const F& visit) {
+    for (const Json& accessor : member(primitive, "attributes")) visit(accessor);
+    visit(member(primitive, "indices"));
+  }
+
+  BytePlace place_behind(const Json& accessor) const {
+    const Json& json = entry_of(document_, "accessors", index_of(accessor));
+    return place_of(entry_of(document_, "bufferViews", index_of(member(json, "bufferView"))));
+  }
+
+  const DracoAccessor* former(const BytePlace& place) const {
+    const auto found = document_.packed.draco_accessors.find(place);
+    return found == document_.packed.draco_accessors.end() ? nullptr : &found->second;
+  }
+
+  bool is_new(const Json& primitive) const {
+    bool found = false;
+    each_accessor(primitive,
+                  [&](const Json& accessor) { found |= place_behind(accessor) >= document_.packed.end; });
+    return found;
+  }
+
+  /// The extension of a primitive with vertices and indices of one stream, whose view stands as a whole in
+  /// the place of its number; null for others.
+  Json former_extension(const Json& primitive) const {
+    const DracoAccessor* const indices = former(place_behind(member(primitive, "indices")));
+    if (indices == nullptr || is_new(primitive)) return nullptr;
+    Json attributes = Json::object();
+    for (const auto& [semantic, accessor] : member(primitive, "attributes").items()) {
+      const DracoAccessor* const attribute = former(place_behind(accessor));
+      if (attribute == nullptr) continue;
+      if (attribute->view != indices->view) return nullptr;
+      attributes[semantic] = attribute->id;
+    }
+    return {{"bufferView", indices->view}, {"attributes", std::move(attributes)}};
+  }
+
+  /// Gives an accessor its former JSON; if plain primitives need it as it is, a new one gets that.
+  void restore(Json& number) {
+    const int expanded = index_of(number);
+    if (const auto [entry, fresh] = restored_.try_emplace(expanded, expanded); fresh) {
+      const DracoAccessor* const was = former(place_behind(number));
+      if (plain_.contains(expanded))
+        entry->second = append(document_.json["accessors"], was->json);
+      else
+        document_.json["accessors"][expanded] = was->json;
+    }
+    number = restored_.at(expanded);
+  }
+
+  /// Puts the streams into places that expanded views have left, the first ones of which were theirs.
+  void name_streams() {
+    const std::set<int> used = used_parts(document_).views;
+    Json& views = document_.json["bufferViews"];
+    std::map<BytePlace, int> numbers;
+    for (int i = 0; i < static_cast<int>(views.size()); ++i) {
+      const DracoAccessor* const was = former(place_of(views[i]));
+      if (was == nullptr || used.contains(i)) continue;
+      if (numbers.try_emplace(place_of(was->view), i).second) views[i] = was->view;
+    }
+    each_primitive([&](Json& primitive, const std::string& place) {
+      if (!extensions_.contains(place)) return;
+      Json& view = primitive["extensions"][names::gltf::draco]["bufferView"];
+      const auto [number, missing] = numbers.try_emplace(place_of(view), -1);
+      if (missing) number->second = append(views, view);
+      view = number->second;
+    });
+  }
+
+  /// Makes a stream of a primitive; false if Draco cannot.
+  bool encode(Json& primitive, const std::string& place) {
+    const Json attributes = member(primitive, "attributes");
+    const std::size_t count = reader_.accessor_shape(index_of(member(attributes, "POSITION")), place).count;
+    draco::Mesh mesh;
+    mesh.set_num_points(static_cast<std::uint32_t>(count));
+    std::map<int, int> bits;
+    for (const auto& [semantic, accessor] : attributes.items()) {
+      const AccessorShape shape = reader_.accessor_shape(index_of(accessor), place);
+      if (shape.count != count) return false;
+      const Bytes elements = reader_.elements(index_of(accessor), place);
+      const int id = add(mesh, semantic, shape, elements);
+      if (shape.component_type == 5126)
+        bits[id] = bits_of(semantic, to_floats(elements, shape.component_type, false));
+    }
+    const std::vector<std::uint32_t> triangles = read_triangles(reader_, primitive, place, count);
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+      mesh.AddFace({draco::PointIndex(triangles[t]), draco::PointIndex(triangles[t + 1]),
+                    draco::PointIndex(triangles[t + 2])});
+    }
+    const bool ordered = primitive.contains("targets");  // which are no part of the stream
+    if (!ordered) {
+      mesh.DeduplicateAttributeValues();
+      mesh.DeduplicatePointIds();
+    }
+    draco::ExpertEncoder encoder(mesh);
+    encoder.SetEncodingMethod(ordered ? draco::MESH_SEQUENTIAL_ENCODING : draco::MESH_EDGEBREAKER_ENCODING);
+    for (const auto& [id, number] : bits)
+      if (number > 0) encoder.SetAttributeQuantization(id, number);
+    draco::EncoderBuffer buffer;
+    if (!encoder.EncodeToBuffer(&buffer).ok()) return false;
+    const std::span<const std::uint8_t> stream(reinterpret_cast<const std::uint8_t*>(buffer.data()),
+                                               buffer.size());
+    draco::DecoderBuffer input = buffer_of(stream);
+    const auto decoded = draco::Decoder().DecodeMeshFromBuffer(&input);
+    if (!decoded.ok()) return false;
+    name(primitive, *decoded.value(), stream);
+    return true;
+  }
+
+  static int add(draco::Mesh& mesh, const std::string& semantic, const AccessorShape& shape,
+                 const Bytes& elements) {
+    constexpr std::array<draco::DataType, 7> types{draco::DT_INT8,   draco::DT_UINT8,   draco::DT_INT16,
+                                                   draco::DT_UINT16, draco::DT_INVALID, draco::DT_UINT32,
+                                                   draco::DT_FLOAT32};
+    const std::size_t size = shape.element_size();
+    draco::GeometryAttribute description;
+    description.Init(type_of(semantic), nullptr, static_cast<std::int8_t>(shape.components),
+                     types.at(shape.component_type - 5120), shape.normalized, static_cast<std::int64_t>(size),
+                     0);
+    const int id = mesh.AddAttribute(description, true, static_cast<std::uint32_t>(shape.count));
+    for (std::size_t i = 0; i < shape.count; ++i) {
+      mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(i)),
+                                            elements.data() + i * size);
+    }
+    return id;
+  }
+
+  /// Gives a primitive its stream and accessors without bytes.
+  void name(Json& primitive, const draco::Mesh& mesh, std::span<const std::uint8_t> stream) {
+    Json& accessors = document_.json["accessors"];
+    Json ids = Json::object();
+    int id = 0;
+    for (auto& [semantic, number] : primitive["attributes"].items()) {
+      const AccessorShape shape = reader_.accessor_shape(index_of(number), "");
+      Json accessor = accessors[index_of(number)];
+      for (const char* key : {"bufferView", "byteOffset", "sparse"}) accessor.erase(key);
+      take_values(mesh, *mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(id)), semantic, shape,
+                  accessor);
+      ids[semantic] = id++;
+      number = append(accessors, std::move(accessor));
+    }
+    primitive["indices"] = append(accessors, {{"componentType", mesh.num_points() < 65536 ? 5123 : 5125},
+                                              {"count", std::size_t{mesh.num_faces()} * 3},
+                                              {"type", "SCALAR"}});
+    primitive.erase("mode");
+    primitive["extensions"][names::gltf::draco] = {{"bufferView", append_view(document_, stream)},
+                                                   {"attributes", std::move(ids)}};
+    encoded_ = true;
+  }
+
+  int bits_of(const std::string& semantic, std::span<const float> values) {
+    if (!bits_of_file_) bits_of_file_ = bits_of_file();
+    const auto found = bits_of_file_->find(semantic);
+    const int bits = found == bits_of_file_->end() ? usual_bits(semantic) : found->second;
+    return semantic.starts_with("TEXCOORD_") ? std::max(bits, texture_bits(values)) : bits;
+  }
+
+  /// The most of any stream for each attribute.
+  std::map<std::string, int> bits_of_file() {
+    std::map<std::string, int> bits;
+    std::map<BytePlace, std::unique_ptr<draco::Mesh>> meshes;
+    for (const auto& [place, part] : document_.packed.draco_accessors) {
+      const auto [entry, fresh] = meshes.try_emplace(place_of(part.view));
+      if (fresh) entry->second = decode_bits(part.view);
+      if (entry->second == nullptr || part.id < 0) continue;
+      const draco::PointAttribute& attribute =
+          *entry->second->GetAttributeByUniqueId(static_cast<std::uint32_t>(part.id));
+      if (attribute.GetAttributeTransformData() == nullptr) continue;
+      int& most = bits[part.semantic];
+      draco::AttributeQuantizationTransform steps;
+      draco::AttributeOctahedronTransform directions;
+      if (attribute.GetAttributeTransformData()->transform_type() ==
+          draco::ATTRIBUTE_QUANTIZATION_TRANSFORM) {
+        if (steps.InitFromAttribute(attribute)) most = std::max(most, steps.quantization_bits());
+      } else if (directions.InitFromAttribute(attribute)) {
+        most = std::max(most, directions.quantization_bits());
+      }
+    }
+    return bits;
+  }
+
+  std::unique_ptr<draco::Mesh> decode_bits(const Json& view) const {
+    const auto [buffer, offset] = place_of(view);
+    draco::DecoderBuffer input =
+        buffer_of(std::span(document_.buffers[buffer]).subspan(offset, *size_of(view["byteLength"])));
+    draco::Decoder decoder;
+    for (int type = 0; type < draco::GeometryAttribute::NAMED_ATTRIBUTES_COUNT; ++type)
+      decoder.SetSkipAttributeTransform(static_cast<draco::GeometryAttribute::Type>(type));
+    auto mesh = decoder.DecodeMeshFromBuffer(&input);
+    return mesh.ok() ? std::move(mesh).value() : nullptr;
+  }
+
+  GltfDocument& document_;
+  GltfReader reader_;
+  UsedParts before_;
+  std::map<std::string, Json> extensions_;  ///< by the place of the primitive
+  std::set<int> plain_;                     ///< accessors that primitives need with their bytes
+  std::map<int, int> restored_;             ///< accessors -> accessors of streams
+  std::optional<std::map<std::string, int>> bits_of_file_;
+  bool encoded_ = false;
 };
 
 }  // namespace
@@ -242,5 +538,9 @@ std::optional<DracoCounts> draco_counts(std::span<const std::uint8_t> bytes) {
 }
 
 void expand_draco(GltfDocument& document) { Expander(document).expand(); }
+
+void pack_draco(GltfDocument& document) {
+  if (!document.packed.draco_accessors.empty()) Packer(document).pack();
+}
 
 }  // namespace selvedge

@@ -1,4 +1,5 @@
-// Draco: compressed primitives become plain ones (draco.cpp is the only file that includes Draco).
+// Draco: compressed primitives become plain ones, and compressed again (draco.cpp is the only file that
+// includes Draco).
 #pragma once
 
 #include <cstdint>
@@ -15,6 +16,12 @@ namespace selvedge {
 /// and max are taken from the decoded values. Throws the first fault: GLTF_ACCESSOR, GLTF_MALFORMED,
 /// FILE_DAMAGED for streams that Draco refuses, FILE_TOO_LARGE for counts far beyond a stream's length.
 void expand_draco(GltfDocument& document);
+
+/// Gives primitives their stream back if their vertices and indices still come from one
+/// (GltfDocument::packed), and encodes new ones of a document that required Draco: with as many bits for each
+/// attribute as the most precise stream of the file, and for texture coordinates at least so many that a step
+/// is 2^-17. Primitives that Draco cannot encode stay plain. Throws Failure.
+void pack_draco(GltfDocument& document);
 
 struct DracoCounts {
   std::uint64_t faces = 0;

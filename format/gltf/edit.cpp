@@ -49,6 +49,12 @@ int append_attribute_view(GltfDocument& document, const AccessorShape& shape,
   return append_view(document, rows, 34962, static_cast<int>(stride));
 }
 
+void drop_tangents(Json& primitive) {
+  primitive["attributes"].erase("TANGENT");
+  if (!primitive.contains("targets")) return;
+  for (Json& target : primitive["targets"]) target.erase("TANGENT");
+}
+
 void set_bounds(Json& accessor, std::span<const float> values, int components) {
   const auto n = static_cast<std::size_t>(components);
   std::vector<float> low(n, std::numeric_limits<float>::max());
@@ -101,6 +107,23 @@ void drop_extension(Json& root, const char* name) {
     names.erase(std::remove(names.begin(), names.end(), name), names.end());
     if (names.empty()) root.erase(list);
   }
+}
+
+void drop_encoding(GltfDocument& document, const char* name) {
+  const Json& required = array_of(document.json, "extensionsRequired");
+  if (std::ranges::find(required, name) != required.end()) document.packed.required.insert(name);
+  drop_extension(document.json, name);
+}
+
+void use_encoding(GltfDocument& document, const char* name) {
+  use_extension(document.json, name);
+  if (!document.packed.required.contains(name)) return;
+  Json& required = document.json["extensionsRequired"];
+  if (std::ranges::find(required, name) == required.end()) required.push_back(name);
+}
+
+BytePlace place_of(const Json& view) {
+  return {size_of(member(view, "buffer")).value_or(0), size_of(member(view, "byteOffset")).value_or(0)};
 }
 
 void erase_extension(Json& object, const char* name) {

@@ -265,6 +265,8 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
     issues.add(beyond_memory(path, "/buffers", "its buffers", limits.memory));
     return std::nullopt;
   }
+  if (!document.buffers.empty())
+    document.packed.end = {document.buffers.size() - 1, document.buffers.back().size()};
   document.taken = limits.memory - account.left();
   return document;
 }

@@ -110,12 +110,13 @@ class Reader {
     texture.wrap_u = wrap_of(member(sampler, "wrapS"));
     texture.wrap_v = wrap_of(member(sampler, "wrapT"));
     texture.nearest = member(sampler, "magFilter") == nearest;
-    const Json& source = member(json, "source");
-    if (source.is_null()) {
-      remark(scene_, "a texture without a PNG or JPEG picture is left out");
+    const Json& core = member(json, "source");
+    const Json& webp = member(member(member(json, "extensions"), names::gltf::texture_webp), "source");
+    if (core.is_null() && webp.is_null()) {
+      remark(scene_, "a texture without a PNG, JPEG or WebP picture is left out");
       return texture;
     }
-    texture.image = add_image(index_of(source));
+    texture.image = add_image(index_of(core.is_null() ? webp : core));
     return texture;
   }
 

@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 #include <meshoptimizer.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
 #include <span>
 
 #include "format/gltf/edit.h"
@@ -128,6 +132,72 @@ bool has_plain_bytes(const GltfDocument& document, const Json& view) {
   return buffer < document.buffers.size() && !document.buffers[buffer].empty();
 }
 
+/// The views of new vertices and indices with the shape of their elements, whose rows may be padded; none if
+/// readers without the extension need plain bytes.
+std::map<int, AccessorShape> fresh_views(const GltfDocument& document, const char* name) {
+  std::map<int, AccessorShape> fresh;
+  if (!document.packed.required.contains(name)) return fresh;
+  GltfReader reader(document);
+  for (int i = 0; i < static_cast<int>(array_of(document.json, "accessors").size()); ++i) {
+    const int number = index_of(member(document.json["accessors"][i], "bufferView"));
+    const Json& view = entry_of(document, "bufferViews", number);
+    if (!member(view, "target").is_null() && place_of(view) >= document.packed.end)
+      fresh.emplace(number, reader.accessor_shape(i, ""));
+  }
+  return fresh;
+}
+
+/// Floats that are whole multiples of a power of two below 2^23 of it, as the filter EXPONENTIAL takes them;
+/// empty for others.
+std::vector<std::uint32_t> as_multiples(std::span<const std::uint8_t> bytes) {
+  std::vector<float> values(bytes.size() / sizeof(float));
+  std::memcpy(values.data(), bytes.data(), bytes.size());
+  int step = 127;  // exponent of the largest step that suits all
+  float largest = 0;
+  for (const float value : values) {
+    if (!std::isfinite(value)) return {};
+    int exponent = 0;
+    const auto digits = static_cast<std::int32_t>(std::ldexp(std::frexp(value, &exponent), 24));
+    if (digits != 0) step = std::min(step, exponent - 24 + std::countr_zero(static_cast<unsigned>(digits)));
+    largest = std::max(largest, std::abs(value));
+  }
+  if (step < -100 || std::ldexp(largest, -step) >= 0x1p23F) return {};
+  std::vector<std::uint32_t> codes;
+  for (const float value : values) {
+    const auto multiple = static_cast<std::int32_t>(std::ldexp(value, -step));
+    codes.push_back((static_cast<std::uint32_t>(step) << 24U) |
+                    (static_cast<std::uint32_t>(multiple) & 0xffffffU));
+  }
+  return codes;
+}
+
+/// The stream of a new view; `extension` gets what describes it.
+Bytes encode(std::span<const std::uint8_t> bytes, const Json& view, const AccessorShape& shape,
+             Json& extension) {
+  const bool triangles = view["target"] == 34963;
+  const std::size_t stride = size_of(member(view, "byteStride")).value_or(shape.element_size());
+  const std::size_t count = bytes.size() / stride;
+  extension["mode"] = triangles ? StreamMode::triangles : StreamMode::attributes;
+  extension["count"] = count;
+  extension["byteStride"] = stride;
+  Bytes stream;
+  if (!triangles) {
+    std::vector<std::uint32_t> multiples;
+    if (shape.component_type == 5126) multiples = as_multiples(bytes);
+    if (!multiples.empty()) extension["filter"] = Filter::exponential;
+    const void* const rows = multiples.empty() ? static_cast<const void*>(bytes.data()) : multiples.data();
+    stream.resize(meshopt_encodeVertexBufferBound(count, stride));
+    stream.resize(meshopt_encodeVertexBuffer(stream.data(), stream.size(), rows, count, stride));
+    return stream;
+  }
+  std::vector<unsigned> indices(count);
+  for (std::size_t i = 0; i < count; ++i) std::memcpy(&indices[i], bytes.data() + i * stride, stride);
+  meshopt_encodeIndexVersion(1);  // the only one of the extension
+  stream.resize(meshopt_encodeIndexBufferBound(count, count));
+  stream.resize(meshopt_encodeIndexBuffer(stream.data(), stream.size(), indices.data(), count));
+  return stream;
+}
+
 }  // namespace
 
 void expand_meshopt(GltfDocument& document) {
@@ -151,6 +221,7 @@ void expand_meshopt(GltfDocument& document) {
       }
       budget -= stream.size();
       decoded.resize((decoded.size() + 15) / 16 * 16);
+      document.packed.meshopt_views.emplace(BytePlace(target, decoded.size()), view);
       view["buffer"] = target;
       view["byteOffset"] = decoded.size();
       decoded.resize(decoded.size() + stream.size());
@@ -167,7 +238,56 @@ void expand_meshopt(GltfDocument& document) {
     document.json["buffers"].push_back(Json{{"byteLength", decoded.size()}});
     document.buffers.push_back(std::move(decoded));
   }
-  for (const char* name : {meshopt, khr_meshopt}) drop_extension(document.json, name);
+  for (const char* name : {meshopt, khr_meshopt}) drop_encoding(document, name);
+}
+
+std::vector<std::uint32_t> order_triangles(std::vector<std::uint32_t>& indices, std::size_t vertices) {
+  std::vector<std::uint32_t> ordered(indices.size());
+  meshopt_optimizeVertexCacheStrip(ordered.data(), indices.data(), indices.size(), vertices);
+  std::vector<std::uint32_t> numbers(vertices);
+  std::vector<std::uint32_t> former(
+      meshopt_optimizeVertexFetchRemap(numbers.data(), ordered.data(), ordered.size(), vertices));
+  meshopt_remapIndexBuffer(indices.data(), ordered.data(), ordered.size(), numbers.data());
+  for (std::uint32_t i = 0; i < vertices; ++i)
+    if (numbers[i] != ~0U) former[numbers[i]] = i;
+  return former;
+}
+
+void pack_meshopt(GltfDocument& document) {
+  const std::map<BytePlace, Json>& packed = document.packed.meshopt_views;
+  if (packed.empty()) return;
+  const char* const name = extension_of(packed.begin()->second);
+  const std::map<int, AccessorShape> fresh = fresh_views(document, name);
+  const std::size_t fallback = document.buffers.size();
+  Bytes streams;
+  std::size_t declared = 0;
+  for (int i = 0; i < static_cast<int>(array_of(document.json, "bufferViews").size()); ++i) {
+    Json& view = document.json["bufferViews"][i];
+    if (const auto was = packed.find(place_of(view)); was != packed.end()) {
+      view = was->second;
+      use_encoding(document, extension_of(view));
+      if (has_plain_bytes(document, view)) continue;
+    } else if (const auto shape = fresh.find(i); shape != fresh.end()) {
+      use_encoding(document, name);
+      Json& extension = view["extensions"][name];
+      const Bytes stream = encode(GltfReader(document).bytes(i, ""), view, shape->second, extension);
+      extension["buffer"] = fallback + 1;
+      extension["byteOffset"] = streams.size();
+      extension["byteLength"] = stream.size();
+      streams.insert(streams.end(), stream.begin(), stream.end());
+    } else {
+      continue;
+    }
+    view["buffer"] = fallback;
+    view["byteOffset"] = declared;
+    declared += (size_of(view["byteLength"]).value_or(0) + 15) / 16 * 16;
+  }
+  if (declared == 0) return;
+  document.json["buffers"].push_back(
+      Json{{"byteLength", declared}, {"extensions", {{name, {{"fallback", true}}}}}});
+  document.json["buffers"].push_back(Json{{"byteLength", streams.size()}});
+  document.buffers.emplace_back();
+  document.buffers.push_back(std::move(streams));
 }
 
 }  // namespace selvedge

@@ -1,5 +1,5 @@
-// Meshopt: compressed buffer views become plain ones (meshopt.cpp is the only file that includes
-// meshoptimizer).
+// Meshopt: compressed buffer views become plain ones, and compressed again (meshopt.cpp is the only file that
+// includes meshoptimizer).
 #pragma once
 
 #include "format/gltf/document.h"
@@ -14,5 +14,15 @@ namespace selvedge {
 /// GLTF_ACCESSOR for bytes beyond the buffer, GLTF_UNSUPPORTED for newer bitstreams, FILE_TOO_LARGE for views
 /// that share streams and decode to too many bytes.
 void expand_meshopt(GltfDocument& document);
+
+/// Gives the views that were expanded their streams back (GltfDocument::packed). If the extension was
+/// required, views of new vertices and indices are compressed too, without loss. Decoded bytes have their
+/// places in a buffer that is only declared.
+void pack_meshopt(GltfDocument& document);
+
+/// Orders triangles so that neighbours follow each other, which graphics processors and encoders like, and
+/// numbers the vertices by their first use. Returns the former number of each; vertices without a triangle
+/// go.
+std::vector<std::uint32_t> order_triangles(std::vector<std::uint32_t>& indices, std::size_t vertices);
 
 }  // namespace selvedge

@@ -28,6 +28,20 @@ Size jpeg_size(std::span<const std::uint8_t> bytes) {
   return {0, 0};
 }
 
+/// By the first chunk: of a lossy or a lossless picture, or of a canvas.
+Size webp_size(std::span<const std::uint8_t> bytes) {
+  if (bytes.size() < 30) return {0, 0};
+  const auto number = [&](std::size_t at, std::size_t size) {
+    std::int64_t value = 0;
+    while (size-- > 0) value = value * 256 + bytes[at + size];
+    return value;
+  };
+  constexpr std::int64_t side = 0x3fff;
+  if (bytes[15] == ' ') return picture_size(number(26, 2) & side, number(28, 2) & side);
+  if (bytes[15] == 'X') return picture_size(number(24, 3) + 1, number(27, 3) + 1);
+  return picture_size((number(21, 4) & side) + 1, ((number(21, 4) >> 14) & side) + 1);
+}
+
 }  // namespace
 
 std::string_view picture_type(std::span<const std::uint8_t> bytes) {
@@ -51,6 +65,7 @@ Imath::Vec2<std::int64_t> picture_size(std::span<const std::uint8_t> bytes) {
     return value;
   };
   if (type == "image/png") return bytes.size() >= 24 ? picture_size(number(16), number(20)) : Size(0, 0);
+  if (type == "image/webp") return webp_size(bytes);
   return type == "image/jpeg" ? jpeg_size(bytes) : Size(0, 0);
 }
 

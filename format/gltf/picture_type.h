@@ -13,8 +13,8 @@ namespace selvedge {
 /// such as OpenEXR, which is no texture of glTF.
 std::string_view picture_type(std::span<const std::uint8_t> bytes);
 
-/// Width and height that the header of a PNG or a JPEG declares; (0, 0) for files of other kinds, which are
-/// never decoded, and without a readable header.
+/// Width and height that the header of a PNG, a JPEG or a WebP declares; (0, 0) for files of other kinds,
+/// which are never decoded, and without a readable header.
 Imath::Vec2<std::int64_t> picture_size(std::span<const std::uint8_t> bytes);
 /// Their product.
 std::uint64_t picture_pixels(std::span<const std::uint8_t> bytes);

@@ -39,6 +39,7 @@ constexpr std::array references{
     Reference{"/animations/*/samplers/*/input", "accessors"},
     Reference{"/animations/*/samplers/*/output", "accessors"},
     Reference{"/textures/*/source", "images"},
+    Reference{"/textures/*/extensions/EXT_texture_webp/source", "images"},
     Reference{"/textures/*/sampler", "samplers"},
     Reference{"/images/*/bufferView", "bufferViews"},
     Reference{"/accessors/*/bufferView", "bufferViews"},

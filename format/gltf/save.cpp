@@ -7,7 +7,10 @@
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/gltf/document.h"
+#include "format/gltf/draco.h"
 #include "format/gltf/edit.h"
+#include "format/gltf/meshopt.h"
+#include "format/gltf/names.h"
 #include "format/gltf/picture_type.h"
 #include "format/gltf/uri.h"
 
@@ -28,10 +31,21 @@ struct Range {
   std::size_t end = 0;
 };
 
-/// Finds the ranges in `json`; each gets a "byteOffset", so that the pointers to it stay valid.
+/// Whether the entry of "buffers" declares places of decoded bytes (pack_meshopt), which the file lacks.
+bool is_declared_only(const Json& buffer) {
+  const Json& extensions = member(buffer, "extensions");
+  const auto is_fallback = [](const Json& extension) { return member(extension, "fallback") == true; };
+  return is_fallback(member(extensions, names::gltf::meshopt)) ||
+         is_fallback(member(extensions, names::gltf::khr_meshopt));
+}
+
+/// Finds the ranges in `json`; each gets a "byteOffset", so that the pointers to it stay valid. Views of a
+/// buffer that is only declared get it as the second one.
 void find_ranges(const GltfDocument& document, Json& json, std::vector<Range>& ranges) {
   const auto buffer = static_cast<std::size_t>(index_of(member(json, "buffer")));
-  if (buffer < document.buffers.size()) {
+  if (buffer < document.buffers.size() && is_declared_only(document.json["buffers"][buffer])) {
+    json["buffer"] = 1;
+  } else if (buffer < document.buffers.size()) {
     const std::size_t size = document.buffers[buffer].size();
     const auto begin = static_cast<std::size_t>(std::max(0, index_of(member(json, "byteOffset"))));
     if (begin <= size) {
@@ -45,7 +59,8 @@ void find_ranges(const GltfDocument& document, Json& json, std::vector<Range>& r
   for (Json& child : json) find_ranges(document, child, ranges);
 }
 
-/// Merges all buffers into one, which is returned, without unused bytes. Overlapping ranges stay together.
+/// Merges all buffers into one, which is returned, without unused bytes. Overlapping ranges stay together. A
+/// buffer that is only declared stays behind it.
 Bytes merge_buffers(GltfDocument& document) {
   if (document.buffers.empty()) return {};
   std::vector<Range> ranges;
@@ -72,10 +87,14 @@ Bytes merge_buffers(GltfDocument& document) {
   if (whole.empty()) {
     document.json.erase("buffers");
   } else {
-    Json json = document.json["buffers"][0];
+    Json& buffers = document.json["buffers"];
+    Json json = buffers[0];
     json.erase("uri");
     json["byteLength"] = whole.size();
-    document.json["buffers"] = Json::array({std::move(json)});
+    Json merged = Json::array({std::move(json)});
+    const auto declared = std::ranges::find_if(buffers, is_declared_only);
+    if (declared != buffers.end()) merged.push_back(std::move(*declared));
+    buffers = std::move(merged);
   }
   document.buffers.clear();
   return whole;
@@ -152,6 +171,8 @@ Result<StagedGltf> stage(GltfDocument& document, const std::string& path) {
     const auto input = resolve_uri(document, uri, "");
     if (!uri.empty() && input) inputs.insert(*input);
   }
+  pack_draco(document);
+  pack_meshopt(document);
   move_document(document, output.parent_path().string());
   StagedGltf staged;
   if (binary) {

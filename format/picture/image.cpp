@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "format/base/atomic_file.h"
+#include "format/gltf/picture_type.h"
 #include "format/picture/openimageio.h"
 
 namespace selvedge {
@@ -17,6 +18,7 @@ namespace {
 const char* format_of(std::string_view bytes) {
   if (bytes.starts_with("\x89PNG")) return "png";
   if (bytes.starts_with("\xFF\xD8\xFF")) return "jpeg";
+  if (bytes.starts_with("RIFF") && bytes.size() > 11 && bytes.substr(8, 4) == "WEBP") return "webp";
   if (bytes.starts_with("II") || bytes.starts_with("MM")) return "tiff";
   if (bytes.starts_with("\x76\x2F\x31\x01")) return "openexr";
   if (bytes.starts_with("#?")) return "hdr";
@@ -26,6 +28,14 @@ const char* format_of(std::string_view bytes) {
 
 Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, const std::string& name,
                      Transfer transfer, const ImageLimits& limits, int halvings) {
+  // WebP's reader takes canvases of this size when it opens the file.
+  constexpr std::uint64_t canvas_bytes = 12;  // of a pixel
+  if (format == std::string_view("webp")) {
+    const std::uint64_t pixels = picture_pixels(bytes);
+    if (pixels > static_cast<std::uint64_t>(limits.pixels) ||
+        !MemoryAccount(limits.memory).take(pixels, canvas_bytes))
+      return fail(Code::file_too_large, name, "", fmt::format("{} pixels", pixels));
+  }
   return load_openimageio(Code::image_unreadable).and_then([&](const OpenImageIo* library) {
     return library->read(format, bytes, name, transfer, limits, halvings);
   });
@@ -69,7 +79,7 @@ Result<Image> read_image(const std::string& path, Transfer transfer, std::uint64
   const char* format = format_of(*file);
   if (format == nullptr) {
     return fail(Code::image_unreadable, path, "",
-                "is no picture of a known kind: PNG, JPEG, TIFF, OpenEXR, Radiance HDR, PNM");
+                "is no picture of a known kind: PNG, JPEG, WebP, TIFF, OpenEXR, Radiance HDR, PNM");
   }
   return decode(format, {reinterpret_cast<const std::uint8_t*>(file->data()), file->size()}, path, transfer,
                 {.memory = memory}, 0);
@@ -79,7 +89,8 @@ Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::strin
                            const ImageLimits& limits, int halvings) {
   const char* format = format_of({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   const std::string_view kind = format == nullptr ? "" : format;
-  if (kind != "png" && kind != "jpeg") return fail(Code::image_unreadable, name, "", "neither PNG nor JPEG");
+  if (kind != "png" && kind != "jpeg" && kind != "webp")
+    return fail(Code::image_unreadable, name, "", "neither PNG, JPEG nor WebP");
   return decode(format, bytes, name, transfer, limits, halvings);
 }
 

@@ -29,8 +29,8 @@ struct Image {
 /// Whether the last channel is opacity: in images with two or four channels.
 inline bool has_alpha(const Image& image) { return image.channels == 2 || image.channels == 4; }
 
-/// Encoding of the colour channels in integer files (PNG, JPEG). Alpha and floating-point files are always
-/// read and written unchanged.
+/// Encoding of the colour channels in integer files (PNG, JPEG, WebP). Alpha and floating-point files are
+/// always read and written unchanged.
 enum class Transfer {
   keep,  ///< stored value / full scale, e.g. for normals; still sRGB-encoded if the file is
   srgb,  ///< linear in memory, sRGB-encoded in the file
@@ -44,16 +44,17 @@ struct ImageLimits {
   std::uint64_t memory = std::numeric_limits<std::uint64_t>::max();
 };
 
-/// Reads a file of PNG, JPEG, TIFF, OpenEXR, Radiance HDR or PNM, by its first bytes: first part, finest
-/// level; always four channels: grey is repeated, a missing alpha is 1. EXR: the channels R, G, B, A, or the
-/// first ones if the file has no such names. IMAGE_UNREADABLE for others, FILE_TOO_LARGE beyond `memory`.
+/// Reads a file of PNG, JPEG, WebP, TIFF, OpenEXR, Radiance HDR or PNM, by its first bytes: first part,
+/// finest level; always four channels: grey is repeated, a missing alpha is 1. EXR: the channels R, G, B, A,
+/// or the first ones if the file has no such names. IMAGE_UNREADABLE for others, FILE_TOO_LARGE beyond
+/// `memory`.
 Result<Image> read_image(const std::string& path, Transfer transfer = Transfer::srgb,
                          std::uint64_t memory = default_memory);
 /// Bytes of its pixels.
 inline std::uint64_t memory_of(const Image& image) { return image.pixels.size() * sizeof(float); }
 
-/// As read_image(), from a whole PNG or JPEG file in memory, as garments bring them. `name` is the file in
-/// errors. The limits are of the picture in the file; the one that is returned is halved so many times, to
+/// As read_image(), from a whole PNG, JPEG or WebP file in memory, as garments bring them. `name` is the file
+/// in errors. The limits are of the picture in the file; the one that is returned is halved so many times, to
 /// level_size(): its pixels are the means of those that they cover (a pixel at an edge counts for one side),
 /// after the transfer. Only a strip of the larger picture is in memory, as far as its format allows.
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name,

@@ -99,7 +99,7 @@ struct SceneInstance {
   M44d world;  ///< primitive -> world, metres
 };
 
-/// An encoded picture (PNG, JPEG) in memory.
+/// An encoded picture (PNG, JPEG, WebP) in memory.
 struct SceneImage {
   std::string name;
   std::string mime_type;

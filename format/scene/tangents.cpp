@@ -241,10 +241,4 @@ Tangents compute_tangents(std::span<const V3d> positions, std::span<const V3d> n
   return TangentBuilder(positions, normals, tex_coords, indices, facing).tangents();
 }
 
-V3d any_perpendicular(const V3d& normal) {
-  const V3d axis = std::abs(normal.x) < 0.9 ? V3d(1, 0, 0) : V3d(0, 1, 0);
-  const V3d flat = flattened(axis, normal);
-  return flat.length2() > 0 ? flat : axis;
-}
-
 }  // namespace selvedge

@@ -33,7 +33,4 @@ Tangents compute_tangents(std::span<const V3d> positions, std::span<const V3d> n
                           std::span<const V2d> tex_coords, std::span<const std::uint32_t> indices,
                           Facing facing);
 
-/// An arbitrary unit vector perpendicular to a unit normal.
-V3d any_perpendicular(const V3d& normal);
-
 }  // namespace selvedge

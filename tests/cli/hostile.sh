@@ -92,7 +92,7 @@ test_files_of_other_kinds_are_no_pictures() {
   for kind in fits axes simple gif empty text p; do
     for name in a.png a.exr a.fits a; do
       cp $kind $name
-      refuses IMAGE_UNREADABLE 'PNG, JPEG, TIFF, OpenEXR, Radiance HDR, PNM' compare-pictures $name $name
+      refuses IMAGE_UNREADABLE 'PNG, JPEG, WebP, TIFF, OpenEXR, Radiance HDR, PNM' compare-pictures $name $name
     done
     refuses IMAGE_UNREADABLE 'a.png: is no picture' selvedge-view render quad.gltf -o o.png --environment a.png
   done

@@ -100,6 +100,8 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
   image.pixels.reserve(width * height * 4);
   const bool decode = transfer == Transfer::srgb && !spec.format.is_floating_point();
   const std::array<int, 4> order = channel_order(spec);
+  // WebP's reader multiplies colours by alpha, whatever it is asked for.
+  const bool multiplied = input.format_name() == std::string_view("webp");
   Decoder decoder(spec);
   std::vector<std::int64_t> columns(spec.width);  // where the pixels of a row go
   for (std::int64_t x = 0; x < spec.width; ++x) columns[x] = x * width / spec.width * 4;
@@ -117,8 +119,10 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
       const float* from = &stored[(y - first) * spec.width * channels];
       for (const std::int64_t column : columns) {
         float* pixel = row + column;
+        const float alpha = order[3] < 0 ? 1.0F : from[order[3]];
         for (int c = 0; c < 4; ++c) {
-          const float value = order[c] < 0 ? 1.0F : from[order[c]];
+          float value = order[c] < 0 ? 1.0F : from[order[c]];
+          if (multiplied && c < 3 && alpha > 0) value = std::min(value / alpha, 1.0F);
           pixel[c] += decode && c < 3 ? decoder.linear(value) : value;
         }
         from += channels;

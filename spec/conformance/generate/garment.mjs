@@ -91,16 +91,6 @@ export function embed(gltf, bytes) {
   return item;
 }
 
-/** Tangents for the triangle; gives their accessor. */
-export function add_tangents(gltf) {
-  const bytes = Buffer.from(new Float32Array([1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1]).buffer);
-  gltf.buffers.push({byteLength: bytes.length, uri: data_uri('application/octet-stream', bytes)});
-  gltf.bufferViews.push({buffer: gltf.buffers.length - 1, byteLength: bytes.length, target: 34962});
-  return gltf.accessors.push(
-           {bufferView: gltf.bufferViews.length - 1, componentType: 5126, count: 3, type: 'VEC4'}) -
-    1;
-}
-
 export const root = `/extensions/${NAME}/fabrics`;
 export const material = `/materials/0/extensions/${NAME}`;
 export const item_of = (gltf) => gltf.extensions[NAME].fabrics[0];

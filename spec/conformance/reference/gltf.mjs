@@ -90,8 +90,6 @@ function check_primitives(gltf, material, i, set, report) {
       if (attributes[`TEXCOORD_${needed}`] === undefined)
         report('GARMENT_NO_UVS', place, `no TEXCOORD_${needed}, which the fabric or a texture is laid by`);
     if (attributes.NORMAL === undefined) report('GLTF_ADVICE', place, 'no NORMAL: flat triangles');
-    if (material.normalTexture && !extension.normalTexture && attributes.TANGENT === undefined)
-      report('GLTF_ADVICE', place, 'no TANGENT for the normalTexture of the fallback');
   }
 }
 

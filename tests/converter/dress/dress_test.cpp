@@ -12,6 +12,7 @@
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/read_scene.h"
 #include "format/picture/image.h"
 #include "tests/converter/fabrics.h"
@@ -142,7 +143,6 @@ TEST_CASE("dress: the fallback is a core material on the same UV set and transfo
   const Json& transform = material["extensions"][extension]["fabric"]["extensions"]["KHR_texture_transform"];
   CHECK(material["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"] ==
         transform);
-  CHECK(material["normalTexture"]["extensions"]["KHR_texture_transform"] == transform);
   CHECK(material["pbrMetallicRoughness"]["metallicFactor"] == 0);
   CHECK(material["pbrMetallicRoughness"]["roughnessFactor"] == 1);
   CHECK(material["extensions"]["KHR_materials_specular"]["specularFactor"] == 0);
@@ -152,27 +152,11 @@ TEST_CASE("dress: the fallback is a core material on the same UV set and transfo
   CHECK(material["extras"][extension]["index"] == 0);
   CHECK(json["extensions"][extension]["fabrics"][0]["mimeType"] == "image/x-exr");
   CHECK_FALSE(json.contains("extensionsRequired"));
-  CHECK(json["meshes"][0]["primitives"][0]["attributes"].contains("TANGENT"));
   for (const Json& texture : json["textures"]) {
     const Json& sampler = json["samplers"][texture["sampler"].get<std::size_t>()];
     CHECK(sampler["wrapS"] == 10497);
     CHECK(sampler["minFilter"] == 9987);
   }
-}
-
-TEST_CASE("dress: tangents of another UV set than the fabric's are made anew") {
-  Workshop workshop;
-  REQUIRE(workshop.dress(everything));
-  workshop.garment = workshop.folder / "again.glb";
-  fs::copy_file(workshop.output, workshop.garment);
-  workshop.edit([](Json& json) {
-    Json& attributes = json["meshes"][0]["primitives"][0]["attributes"];
-    attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"];
-  });
-  CHECK(workshop.dress({.all = true})->tangents_added == 0);
-  CHECK(workshop.dress({.all = true, .tex_coord = 1})->tangents_added == 1);
-  fs::copy_file(workshop.output, workshop.garment, fs::copy_options::overwrite_existing);
-  CHECK(workshop.dress({.all = true, .tex_coord = 1})->tangents_added == 0);
 }
 
 TEST_CASE("dress: what the fallback replaces goes and the rest stays") {
@@ -293,7 +277,6 @@ TEST_CASE("dress: a material that is worn in a variant only is dressed") {
   CHECK(json["materials"][1]["extensions"].contains(extension));
   CHECK_FALSE(json["materials"][0].contains("extensions"));
   const Json& primitive = json["meshes"][0]["primitives"][0];
-  CHECK(primitive["attributes"].contains("TANGENT"));
   CHECK(primitive["extensions"]["KHR_materials_variants"]["mappings"].size() == 2);
 }
 

@@ -13,7 +13,6 @@
 #include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/read_scene.h"
-#include "format/gltf/unused_pictures.h"
 #include "format/picture/image.h"
 #include "tests/converter/workshop.h"
 #include "tests/require.h"

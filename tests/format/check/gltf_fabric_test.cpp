@@ -226,23 +226,9 @@ TEST_CASE("gltf check: what a consumer would see wrongly is a warning") {
              s.at("/materials/1")["doubleSided"] = false;
            },
            Code::gltf_advice, "/materials/1/doubleSided"},
-          {"no tangents for a variant",
-           [](Square& s) {
-             s.wear_variants();
-             s.at("/materials/1")["normalTexture"] =
-                 s.at("/materials/1/pbrMetallicRoughness/baseColorTexture");
-             s.primitive()["attributes"].erase("TANGENT");
-           },
-           Code::gltf_advice, "/meshes/0/primitives/0/attributes"},
           {"no normals",
            [](Square& s) {
              s.primitive()["attributes"].erase("NORMAL");
-             s.primitive()["attributes"].erase("TANGENT");
-           },
-           Code::gltf_advice, "/meshes/0/primitives/0/attributes"},
-          {"no tangents",
-           [](Square& s) {
-             s.material()["normalTexture"] = s.at("/materials/0/pbrMetallicRoughness/baseColorTexture");
              s.primitive()["attributes"].erase("TANGENT");
            },
            Code::gltf_advice, "/meshes/0/primitives/0/attributes"},

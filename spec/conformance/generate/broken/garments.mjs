@@ -1,7 +1,7 @@
 // Garments that use the extension against its rules, or unwisely. Rows: [code, what, about, place, change, more], as
 // fixture() of garment.mjs takes them.
 import {
-  BROKEN, FABRIC, HOLED, NAME, SHEER, add_tangents, data_uri, embed, fixture, item_of, material, nothing, png,
+  BROKEN, FABRIC, HOLED, NAME, SHEER, data_uri, embed, fixture, item_of, material, nothing, png,
   reference_of, root
 } from '../garment.mjs';
 import {with_parts} from '../garments.mjs';
@@ -221,7 +221,6 @@ export const unwise_garments = [
   ],
   [TRANSFORM, 'normal-texture', 'the normal texture repeats at another rate', MATERIAL, quiet((g) => {
     g.materials[0].normalTexture = {index: 0, extensions: {[UV]: {scale: [5, 5]}}};
-    g.meshes[0].primitives[0].attributes.TANGENT = add_tangents(g);
   })],
   [
     ADVICE, 'single-sided', 'cloth that is not drawn from behind', `${MATERIAL}/doubleSided`,
@@ -231,8 +230,5 @@ export const unwise_garments = [
     ADVICE, 'no-normals', 'a triangle without normals', '/meshes/0/primitives/0',
     remove('/meshes/0/primitives/0/attributes/NORMAL')
   ],
-  [ADVICE, 'no-tangents', 'a normal texture without tangents', '/meshes/0/primitives/0', quiet((g) => {
-    g.materials[0].normalTexture = structuredClone(g.materials[0].pbrMetallicRoughness.baseColorTexture);
-  })],
   [ADVICE, 'material-on-nothing', 'a material on no triangle', MATERIAL, remove('/meshes/0/primitives/0/material')],
 ].map((row) => fixture(...row));

@@ -1,4 +1,4 @@
-#include "format/gltf/unused_pictures.h"
+#include "format/gltf/unused_parts.h"
 
 #include <algorithm>
 #include <array>
@@ -48,6 +48,25 @@ void each_view(Json& root, const Visit& visit) {
   walk(root, [&](const std::string&, Json& value) { visit_index(value, buffer_view, visit); });
 }
 
+void each_entry(Json& list, const Visit& visit) {
+  if (!list.is_structured()) return;
+  for (Json& entry : list)
+    if (index_of(entry) >= 0) visit(entry);
+}
+
+/// Accessors of meshes, instances, skins and animations.
+void each_accessor(Json& root, const Visit& visit) {
+  walk(root, [&](const std::string& key, Json& value) {
+    if (key == "targets" && value.is_array())
+      for (Json& target : value) each_entry(target, visit);
+    if (!value.is_object()) return;
+    for (const char* one : {"indices", "inverseBindMatrices", "input", "output"})
+      visit_index(value, one, visit);
+    // Draco's extension, which has a view, numbers the attributes of a stream.
+    if (value.contains("attributes") && !value.contains(buffer_view)) each_entry(value["attributes"], visit);
+  });
+}
+
 /// Fabrics of materials, and their mirrors in extras.
 void each_fabric(Json& root, const Visit& visit) {
   if (!root.contains("materials")) return;
@@ -88,7 +107,7 @@ void drop(Json& root, Json& owner, const char* array, Each each, const std::set<
     owner[array] = std::move(rest);
 }
 
-/// Whether an extension refers to textures and pictures in the ways above, or not at all.
+/// Whether an extension refers to these parts in the ways above, or not at all.
 bool is_known(std::string_view extension) {
   constexpr std::array<std::string_view, 6> known{"EXT_texture_webp",        "EXT_texture_avif",
                                                   "EXT_meshopt_compression", "EXT_mesh_gpu_instancing",
@@ -98,22 +117,31 @@ bool is_known(std::string_view extension) {
 
 }  // namespace
 
-std::set<int> textures_in_use(GltfDocument& document) { return used_by(document.json, each_texture); }
+UsedParts used_parts(GltfDocument& document) {
+  Json& root = document.json;
+  return {used_by(root, each_texture), used_by(root, each_accessor), used_by(root, each_view)};
+}
 
-void drop_unused_pictures(GltfDocument& document, const std::set<int>& used) {
+void drop_unused_data(GltfDocument& document, const UsedParts& used) {
+  drop(document.json, document.json, "accessors", each_accessor, used.accessors);
+  drop(document.json, document.json, "bufferViews", each_view, used.views);
+}
+
+void drop_unused_parts(GltfDocument& document, const UsedParts& used) {
   Json& root = document.json;
   const Json& extensions = array_of(root, "extensionsUsed");
   if (!std::ranges::all_of(extensions, [](const Json& extension) { return is_known(string_of(extension)); }))
     return;
   const std::set<int> images = used_by(root, each_image);
-  const std::set<int> views = used_by(root, each_view);
-  drop(root, root, "textures", each_texture, used);
+  UsedParts data = used;
+  data.views.merge(used_by(root, each_view));
+  drop(root, root, "textures", each_texture, used.textures);
   drop(root, root, "images", each_image, images);
   std::set<int> all;
   const Json& extension = member(member(root, "extensions"), fabric_extension);
   for (std::size_t i = 0; i < array_of(extension, fabrics).size(); ++i) all.insert(static_cast<int>(i));
   if (!all.empty()) drop(root, root["extensions"][fabric_extension], fabrics, each_fabric, all);
-  drop(root, root, "bufferViews", each_view, views);
+  drop_unused_data(document, data);
 }
 
 }  // namespace selvedge
