@@ -193,13 +193,12 @@ void add_quality(Options& options, MakeCommand& command) {
 }
 
 /// Uses as many texels for each repeat, and no fewer than the stitch demands, by default; refuses fewer.
-Result<void> ensure_texels(const Cell& cell, const MakeCommand& command, BakeOptions& options) {
+Result<void> ensure_texels(const V2i& min_texels, int repeats, const MakeCommand& command,
+                           BakeOptions& options) {
   constexpr int max_texels = 4096;
-  if (!cell.stitch) return {};
-  const V2i min_texels = cell.stitch->min_texels;
   if (!command.texels_given) {
-    options.width = std::max(options.width * cell.stitch->repeats, min_texels.x);
-    options.height = std::max(options.height * cell.stitch->repeats, min_texels.y);
+    options.width = std::max(command.options.bake.width * repeats, min_texels.x);
+    options.height = std::max(command.options.bake.height * repeats, min_texels.y);
   }
   const bool possible = std::max(min_texels.x, min_texels.y) <= max_texels;
   if (possible && options.width >= min_texels.x && options.height >= min_texels.y) return {};
@@ -243,12 +242,33 @@ Json sheet_of(const FoundStitch& stitch, const CellMesh& mesh) {
   return sheet;
 }
 
+/// Tells the cells of a large chart or draft, and the time and bytes of its fabric, before the work.
+/// As measured on samples/charts and samples/drafts; cells of many points trace paths in place of the cache
+/// of indirect light (docs/bake.md), which takes about eight times as long.
+void tell_work(const StitchSize& size, const MakeCommand& command) {
+  constexpr int few = 8;
+  if (size.cells <= few) return;
+  const double quality = command.quality == "draft" ? 1 : 2;
+  const double beyond_cache = size.cells > (size.woven ? 100 : 24) ? 8 : 1;
+  report_remarks(command.common, command.input,
+                 {fmt::format("{} {}: about {:.0f} CPU seconds and {:.0f} KB", size.cells,
+                              size.woven ? "crossings" : "stitches",
+                              size.cells * (size.woven ? 0.7 : 2.5) * quality * beyond_cache,
+                              size.cells * (size.woven ? 5.0 : 14.0))});
+}
+
 /// Loads the cell and bakes it, with progress.
 Baked bake_cell(const MakeCommand& command) {
   const CommonOptions& common = command.common;
-  const auto cell = value_or_throw(find_cell(command.input, command.cell));
   BakeOptions options = command.options.bake;
-  value_or_throw(ensure_texels(cell, command, options));
+  CellOptions cell_options = command.cell;
+  cell_options.start = [&](const StitchSize& size) {
+    value_or_throw(ensure_texels(size.min_texels, size.repeats, command, options));
+    tell_work(size, command);
+  };
+  const auto cell = value_or_throw(find_cell(command.input, cell_options));
+  if (cell.stitch)
+    value_or_throw(ensure_texels(cell.stitch->min_texels, cell.stitch->repeats, command, options));
   // The hue of yarn that scatters inside comes from many bounces.
   if (!command.bounces_given && !cell.mesh.transmission.empty()) options.bounces = unlimited_bounces;
   TerminalProgress progress("bake", common.quiet);

@@ -15,7 +15,7 @@ namespace selvedge {
 Result<void> size_garment(GltfDocument& document, double unit, std::optional<double> height,
                           const SceneLimits& limits);
 
-/// What a garment of this size, metres, is told: the unit that makes its longest side as long as garments
+/// Advice on a garment of this size, metres: the unit that makes its longest side as long as garments
 /// are, 0.3 to 2.2 m, or that none does. Empty from 0.1 to 2.3 m, and for no size at all.
 std::string size_advice(const V3d& size);
 

@@ -35,7 +35,7 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
     cell.remarks = remarks_on(*cell.choices);
     return cell;
   }
-  auto stitch = find_stitch(name_or_path, options.settings);
+  auto stitch = find_stitch(name_or_path, options.settings, options.start);
   if (!stitch) return tl::unexpected(stitch.error());
   if (options.import.period) {
     return fail(Code::option_out_of_range, name_or_path, "--period", "a stitch has its own period");

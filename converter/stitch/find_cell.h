@@ -16,6 +16,7 @@ struct CellOptions {
   MeshOptions mesh;          ///< used for stitches
   MeshImportOptions import;  ///< used for mesh files; a period for a stitch is refused
   StitchSettings settings;   ///< of a stitch's parameters; refused for mesh files
+  StitchStart start = {};    ///< called before the yarns of a chart or draft are laid
 };
 
 struct Cell {

@@ -418,16 +418,26 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
   return found;
 }
 
-Result<FoundStitch> chart_in(const std::string& path, const StitchSettings& settings) {
+/// Tells the size of a chart or draft of `cells` each way, whose repeats are still to be laid; throws for
+/// settings without a valid number of these.
+void tell_size(const StitchValues& values, V2i cells, V2i min_texels, bool woven, const StitchStart& start) {
+  if (!start) return;
+  const auto repeats = static_cast<int>(values.number("repeats"));
+  start({cells.x * cells.y * repeats * repeats, woven, min_texels * repeats, repeats});
+}
+
+Result<FoundStitch> chart_in(const std::string& path, const StitchSettings& settings,
+                             const StitchStart& start) {
   const auto text = value_or_throw(read_file(path, max_chart_text));
   auto chart = value_or_throw(read_chart(text, path));
   if (chart.name.empty()) chart.name = std::filesystem::path(path).stem().string();
   BuiltIn stitch = knit("", chart);
   stitch.info.name = path;
+  const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
+  tell_size(value_or_throw(StitchValues::create(path, stitch.info.parameters, settings)), cells,
+            cells * texels_per_stitch, false, start);
   auto found = value_or_throw(relaxed(stitch, settings));
-  found.min_texels =
-      V2i(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size())) *
-      (texels_per_stitch * found.repeats);
+  found.min_texels = cells * (texels_per_stitch * found.repeats);
   found.remarks.insert(found.remarks.begin(), chart.remarks.begin(), chart.remarks.end());
   return found;
 }
@@ -444,12 +454,15 @@ std::vector<StitchParameter> draft_parameters() {
   return parameters;
 }
 
-Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& settings) {
+Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& settings,
+                             const StitchStart& start) {
   const auto text = value_or_throw(read_file(path, max_wif_text));
   auto draft = value_or_throw(read_wif(text, path));
   const auto values = value_or_throw(StitchValues::create(path, draft_parameters(), settings));
   FoundStitch found;
   found.min_texels = texels_for(draft.weave);
+  tell_size(values, {static_cast<int>(draft.weave.warp.size()), static_cast<int>(draft.weave.weft.size())},
+            found.min_texels, true, start);
   found.remarks = std::move(draft.remarks);
   const std::string name = draft.title.empty() ? std::filesystem::path(path).stem().string() : draft.title;
   RelaxOptions options;
@@ -500,7 +513,8 @@ Result<FoundStitch> described_in(const std::string& path, const StitchSettings& 
   return found;
 }
 
-Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSettings& settings) {
+Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSettings& settings,
+                                 const StitchStart& start) {
   std::string names;
   for (const BuiltIn& stitch : library()) {
     names += (names.empty() ? "" : ", ") + stitch.info.name;
@@ -512,8 +526,8 @@ Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSe
     return fail(Code::stitch_unknown, name_or_path, "",
                 "no such file and no such built-in stitch (there are " + names + ")");
   }
-  if (has_ending(name_or_path, ".wif")) return draft_in(name_or_path, settings);
-  if (has_ending(name_or_path, ".txt")) return chart_in(name_or_path, settings);
+  if (has_ending(name_or_path, ".wif")) return draft_in(name_or_path, settings, start);
+  if (has_ending(name_or_path, ".txt")) return chart_in(name_or_path, settings, start);
   return described_in(name_or_path, settings);
 }
 
@@ -525,8 +539,9 @@ std::vector<StitchInfo> built_in_stitches() {
   return infos;
 }
 
-Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings) {
-  return result_of([&] { return stitch_named(name_or_path, settings); });
+Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings,
+                                const StitchStart& start) {
+  return result_of([&] { return stitch_named(name_or_path, settings, start); });
 }
 
 }  // namespace selvedge

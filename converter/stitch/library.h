@@ -1,6 +1,7 @@
 // The built-in stitches: charts and drawdowns with their lengths, relaxed.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -31,9 +32,21 @@ struct FoundStitch {
 /// Maximum overlap of neighbouring yarns, in radii, that counts as touching.
 constexpr double touching_overlap = 0.02;
 
+/// A chart or draft that has been read, before its yarns are laid.
+struct StitchSize {
+  int cells = 1;  ///< stitches, or crossings of a warp and a weft, with its repeats
+  bool woven = false;
+  V2i min_texels{1, 1};  ///< as in FoundStitch
+  int repeats = 1;
+};
+/// May throw Failure, which refuses the stitch.
+using StitchStart = std::function<void(const StitchSize&)>;
+
 /// A built-in stitch by its name, or else the stitch description (.json), the weaving draft (.wif) or the
 /// knitting chart (.txt) in a file. Refuses other names (stitch_unknown), and settings that the stitch does
 /// not have, that are out of range, or whose yarns have no room at their gauge (option_out_of_range).
-Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings = {});
+/// `start` is called for charts and drafts.
+Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings = {},
+                                const StitchStart& start = {});
 
 }  // namespace selvedge

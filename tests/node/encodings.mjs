@@ -60,7 +60,7 @@ for (const prefix of [ours, theirs].filter((name) => existsSync(`${name}plain.gl
     const input = `${prefix}${encoding}.glb`, before = await geometry_of(input);
     for (const unwrap of [false, true]) {
       const what = `${encoding}${unwrap ? ', unwrapped' : ''}`, output = path('dressed.glb');
-      run('selvedge', 'dress', input, fabric, '-o', output, '--all', '--no-fallback', '--quiet', ...(unwrap ? ['--unwrap'] : []));
+      run('selvedge', 'dress', input, fabric, '-o', output, '--all', '--no-fallback', '--quiet', '--unwrap', unwrap ? 'always' : 'never');
       expect(json_of(output).extensionsRequired.some((name) => name.endsWith('compression')), `${what}: is compressed`);
       const { fresh, messages } = await compare(input, output);
       expect(fresh.length === 0, `${what}: the validator says nothing new`, JSON.stringify(messages));

@@ -37,7 +37,7 @@ for (const [garment, form] of [['sweater', 'glb'], ['sweater', 'gltf']]) {
   for (const name of names) expect(paths.includes(`/Garment/Materials/${name}`), `${garment}: material ${name}`, paths);
   for (const material of scene.materials) {
     expect(material.metallic === 0 && material.roughness === 1, `${garment}: matt`);
-    for (const texture of [material.diffuseColorTextureId, material.normalTextureId]) {
+    for (const texture of [material.diffuseColorTextureId]) {
       const file = resolve(dirname(layer), scene.image_of(texture));
       expect(readFileSync(file).toString('latin1', 1, 4) === 'PNG', `${garment}: ${file} is a picture`);
     }

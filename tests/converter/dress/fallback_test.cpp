@@ -149,7 +149,7 @@ TEST_CASE("fallback: a file keeps the factors in 300 bytes, and other members of
     fabric.fallback = text;
     CHECK(text_of(fallback_of(fabric)) == text_of(fitted));
   }
-  // What the file says holds, whatever the fabric looks like.
+  // The factors of the file hold, whatever the fabric looks like.
   FallbackFactors other = fitted;
   other.base_color = V3f(0.25F, 0.5F, 0.75F);
   fabric.fallback = text_of(other);

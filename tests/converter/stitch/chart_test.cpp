@@ -6,6 +6,7 @@
 #include "converter/stitch/find_cell.h"
 #include "converter/stitch/parameters.h"
 #include "format/base/atomic_file.h"
+#include "format/base/guard.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 
@@ -172,6 +173,16 @@ TEST_CASE("a chart on disk is a stitch with the parameters of a knit and of each
   const FoundStitch found = test::need(find_stitch(path));
   CHECK(found.pattern.name == "stripe");
   CHECK(found.pattern.period_mm == V2d(5, 7.6));
+  // The size is told before the yarns are laid, and may be refused.
+  StitchSize told;
+  const Error refused = test::error_of(find_stitch(path, {{"repeats", {2}}}, [&](const StitchSize& size) {
+    told = size;
+    throw Failure{{Code::option_out_of_range, path, "--texels", "too few"}};
+  }));
+  CHECK(refused.message == "too few");
+  CHECK(told.min_texels == found.min_texels * 2);
+  CHECK(told.cells == found.stitches * 4);
+  CHECK_FALSE(told.woven);
   CHECK(found.min_texels == V2i(4, 8));
   REQUIRE(found.pattern.yarns.size() == 2);
   CHECK(found.pattern.yarns[0].fibre == find_yarn_kind("wool"));
