@@ -78,7 +78,7 @@ TEST_CASE("dress: the picture of the fallback holds its colour sRGB-encoded, and
   CHECK(material.alpha_cutoff == 0.5F);
   const SceneImage& encoded = scene.images[material.base_color_texture.image];
   const Image stored = test::need(decode_image(encoded.bytes, "stored", Transfer::keep));
-  const Fallback fallback = bake_fallback(test::net_fabric(V2d(5, 4)));
+  const Fallback fallback = bake_fallback(test::need(read_fabric(workshop.fabric)));
   const Image& linear = fallback.color;
   REQUIRE(stored.pixels.size() == linear.pixels.size());
   for (std::size_t i = 0; i < linear.pixels.size(); ++i) {
