@@ -43,7 +43,8 @@ V3f mean_reflectance(const Fabric& fabric, int pair, const V3f& light, const V3f
     // Additive recurrence of the plastic number: the points of all pairs fill the repeat evenly.
     const V2d shift(std::fmod(pair * 0.7548776662466927, 1), std::fmod(pair * 0.5698402909980532, 1));
     for (int i = 0; i < yarn_points * yarn_points; ++i) {
-      const V2d uv = (V2d(i % yarn_points, i / yarn_points) + shift) / double{yarn_points};
+      const V2i place(i % yarn_points, i / yarn_points);
+      const V2d uv = (V2d(place) + shift) / double{yarn_points};
       add(yarns->shade(uv, fabric.reference_height, light, view));
     }
   } else {

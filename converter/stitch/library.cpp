@@ -420,7 +420,8 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
 
 /// Tells the size of a chart or draft of `cells` each way, whose repeats are still to be laid; throws for
 /// settings without a valid number of these.
-void tell_size(const StitchValues& values, V2i cells, V2i min_texels, bool woven, const StitchStart& start) {
+void tell_size(const StitchValues& values, const V2i& cells, const V2i& min_texels, bool woven,
+               const StitchStart& start) {
   if (!start) return;
   const auto repeats = static_cast<int>(values.number("repeats"));
   start({cells.x * cells.y * repeats * repeats, woven, min_texels * repeats, repeats});
