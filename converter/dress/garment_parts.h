@@ -14,7 +14,8 @@
 
 namespace selvedge {
 
-/// The colour of the fabric: the garment's base colour, texture and factor, or one of the others in its place.
+/// The colour of the fabric: the garment's base colour, texture and factor, or one of the others in its
+/// place.
 struct KeepOptions {
   bool base_color = true;         ///< white and 0.8, which programs write by default, are no colour
   std::optional<V3f> color = {};  ///< linear, the mean of the cloth

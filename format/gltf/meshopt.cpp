@@ -255,8 +255,8 @@ std::vector<std::uint32_t> order_triangles(std::vector<std::uint32_t>& indices, 
 
 void pack_meshopt(GltfDocument& document) {
   const std::map<BytePlace, Json>& packed = document.packed.meshopt_views;
-  if (packed.empty()) return;
-  const char* const name = extension_of(packed.begin()->second);
+  if (packed.empty() && !document.packed.required.contains(meshopt)) return;
+  const char* const name = packed.empty() ? meshopt : extension_of(packed.begin()->second);
   const std::map<int, AccessorShape> fresh = fresh_views(document, name);
   const std::size_t fallback = document.buffers.size();
   Bytes streams;

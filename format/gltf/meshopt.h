@@ -15,9 +15,9 @@ namespace selvedge {
 /// that share streams and decode to too many bytes.
 void expand_meshopt(GltfDocument& document);
 
-/// Gives the views that were expanded their streams back (GltfDocument::packed). If the extension was
-/// required, views of new vertices and indices are compressed too, without loss. Decoded bytes have their
-/// places in a buffer that is only declared.
+/// Gives the views that were expanded their streams back (GltfDocument::packed). If the extension is
+/// required (PackedGeometry::required), views of new vertices and indices are compressed too, without loss.
+/// Decoded bytes have their places in a buffer that is only declared.
 void pack_meshopt(GltfDocument& document);
 
 /// Orders triangles so that neighbours follow each other, which graphics processors and encoders like, and

@@ -1,5 +1,5 @@
 // The sample garment, dressed in a small knit: the Khronos validator has nothing to say of it.
-import { dress, expect, finish, make_fabric } from './workshop.mjs';
+import { dress, expect, finish, make_fabric, make_yarn_fabric, path, run } from './workshop.mjs';
 import { validate } from './validate.mjs';
 
 const fabric = make_fabric();
@@ -11,4 +11,9 @@ for (const form of ['glb', 'gltf']) {
 }
 const report = await validate(dress('sweater', 'glb', '--unwrap', 'always', '--backing', '#202020'));
 expect(report.errors + report.warnings === 0, 'unwrapped and backed', JSON.stringify(report.messages.slice(0, 8)));
+make_yarn_fabric();
+dress('sweater', 'glb');
+run('selvedge', 'export', path('sweater.glb'), '-o', path('yarn.glb'), '--quiet');
+const exported = await validate(path('yarn.glb'));
+expect(exported.errors + exported.warnings === 0, 'yarn', JSON.stringify(exported.messages.slice(0, 8)));
 finish();

@@ -5,7 +5,7 @@
 import { execFileSync } from 'node:child_process';
 import { existsSync, readFileSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
-import { dress, expect, finish, json_of, make_fabric, path } from './workshop.mjs';
+import { dress, expect, finish, json_of, make_fabric, make_yarn_fabric, path, run } from './workshop.mjs';
 
 const EXTENSION = 'SELVEDGE_materials_fabric';
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
@@ -115,6 +115,82 @@ const viewers = {
   },
 };
 
+/** Opens an export: triangles of each material, copies counted. */
+const export_viewers = {
+  babylon: async (file) => {
+    const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js');
+    const { Scene } = await import('@babylonjs/core/scene.js');
+    const { LoadAssetContainerAsync } = await import('@babylonjs/core/Loading/sceneLoader.js');
+    const { MeshoptCompression } = await import('@babylonjs/core/Meshes/Compression/meshoptCompression.js');
+    const { Logger } = await import('@babylonjs/core/Misc/logger.js');
+    await import('@babylonjs/core/Meshes/thinInstanceMesh.js');
+    await import('@babylonjs/loaders/glTF/2.0/index.js');
+    const { MeshoptDecoder } = await import('meshoptimizer');
+    await MeshoptDecoder.ready;
+    MeshoptCompression._Default = {
+      decodeGltfBufferAsync: async (source, count, stride, mode, filter) => {
+        const target = new Uint8Array(count * stride);
+        MeshoptDecoder.decodeGltfBuffer(target, count, stride, source, mode, filter);
+        return target;
+      },
+    };
+    const { meshes } = await LoadAssetContainerAsync(
+      new Uint8Array(readFileSync(path(file))), new Scene(new NullEngine()), { pluginExtension: '.glb' });
+    expect(Logger.errorsCount === 0, 'Babylon.js logs no error', Logger.LogCache);
+    return meshes.filter(({ material }) => material)
+      .reduce((sum, mesh) => sum + mesh.getTotalIndices() / 3 * Math.max(1, mesh.thinInstanceCount), 0);
+  },
+
+  three: async (file) => {
+    const { in_browser } = await import('../web/browser.mjs');
+    return in_browser(here('../../viewer/web'), { made: path('.') }, async ({ page, errors }) => {
+      const triangles = await page.evaluate(async (src) => {
+        const { GLTFLoader } = await import('three/addons/loaders/GLTFLoader.js');
+        const { MeshoptDecoder } = await import('three/addons/libs/meshopt_decoder.module.js');
+        const { scene } = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).loadAsync(src);
+        let sum = 0;
+        scene.traverse(({ geometry, count }) => { if (geometry) sum += geometry.index.count / 3 * (count ?? 1); });
+        return sum;
+      }, `/made/${file}`);
+      expect(errors.length === 0, 'the console shows no error', errors);
+      return triangles;
+    });
+  },
+
+  'model-viewer': async (file) => {
+    const { in_browser } = await import('../web/browser.mjs');
+    const folders = {
+      made: path('.'), 'model-viewer': here('node_modules/@google/model-viewer/dist'), meshopt: here('node_modules/meshoptimizer'),
+    };
+    return in_browser(here('../../viewer/web'), folders, async ({ page, errors }) => {
+      const triangles = await page.evaluate(async (src) => {
+        const { ModelViewerElement } = await import('/model-viewer/model-viewer.min.js');
+        ModelViewerElement.meshoptDecoderLocation = '/meshopt/meshopt_decoder.cjs';
+        const viewer = document.createElement('model-viewer');
+        Object.assign(viewer.style, { width: '200px', height: '200px' });
+        const loaded = new Promise((good, bad) => {
+          viewer.addEventListener('load', good, { once: true });
+          viewer.addEventListener('error', ({ detail }) => bad(new Error(`${detail.sourceError}`)), { once: true });
+        });
+        viewer.src = src;
+        document.body.replaceChildren(viewer);
+        await loaded;
+        let sum = 0;
+        const scene = viewer[Object.getOwnPropertySymbols(viewer).find(({ description }) => description === 'scene')];
+        scene.traverse(({ geometry, material, count }) => {
+          if (geometry?.index && material?.name.endsWith(' yarn')) sum += geometry.index.count / 3 * (count ?? 1);
+        });
+        return sum;
+      }, `/made/${file}`);
+      // model-viewer says so of every instanced mesh, also of Khronos' SimpleInstancing.
+      const faults = errors.filter((message) =>
+        !message.startsWith('rAF timed out') && message !== 'Mesh is missing primitive index association');
+      expect(faults.length === 0, 'the console shows no error', faults);
+      return triangles;
+    });
+  },
+};
+
 const near = (a, b) => Math.abs(a - b) <= 1e-5;
 make_fabric();
 const files = [];
@@ -122,7 +198,7 @@ for (const form of ['glb', 'gltf']) {
   dress('sweater', form);
   files.push(`sweater.${form}`);
 }
-for (const [file, answer] of await viewers[process.argv[4]](files)) {
+for (const [file, answer] of await viewers[process.argv[4]]?.(files) ?? []) {
   const expected = fallbacks_of(json_of(path(file)));
   expect(Object.keys(expected).length > 0, `${file} is dressed`);
   for (const [name, { triangles, sheen }] of Object.entries(expected)) {
@@ -132,5 +208,13 @@ for (const [file, answer] of await viewers[process.argv[4]](files)) {
     expect(good, `${file}, ${name}: all triangles in the fallback`, { shown, triangles, sheen });
     console.log(`${file}, ${name}: ${shown.triangles} triangles`);
   }
+}
+const open = export_viewers[process.argv[4]];
+if (open) {
+  make_yarn_fabric();
+  dress('sweater', 'glb');
+  const { triangles } = run('selvedge', 'export', path('sweater.glb'), '-o', path('yarn.glb'), '--triangles', '4000000', '--json', '--quiet');
+  const shown = await open('yarn.glb');
+  expect(shown === triangles, 'yarn.glb: all triangles of the yarn', { shown, triangles });
 }
 finish();

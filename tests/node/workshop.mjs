@@ -54,6 +54,10 @@ export function make_fabric() {
   return path('knit.fabric.exr');
 }
 
+/** Over that: a knit with yarn. */
+export const make_yarn_fabric = () =>
+  run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '--quality', 'draft', '-o', path('knit.fabric.exr'), '--quiet');
+
 /** The file of a sample garment as it is made. */
 export const plain = (garment) => sample_garment(bin, garment, folder);
 

@@ -1,0 +1,382 @@
+#include "converter/export/export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "converter/dress/fabric_source.h"
+#include "converter/export/place_repeats.h"
+#include "converter/make/fallback_factors.h"
+#include "format/fabric/file.h"
+#include "format/gltf/edit.h"
+#include "format/gltf/names.h"
+#include "format/gltf/pose.h"
+#include "format/gltf/read_scene.h"
+#include "format/gltf/unused_parts.h"
+
+namespace selvedge {
+namespace {
+
+/// A fabric's yarn, and the surface that wears it.
+struct WornCloth {
+  int material = 0;
+  std::string name;
+  V3f tint{1, 1, 1};
+  Fabric fabric;
+  Cloth cloth;
+  std::vector<ClothCell> cells;
+  std::vector<int> detail;  ///< of each cell: 1 in the region, else 0
+
+  const Yarns& yarns() const { return *fabric.levels.front().yarns(); }
+};
+
+/// Values in whole steps of a power of two, which meshopt packs well: so many bits for the largest.
+std::vector<float> in_steps(std::span<const float> values, int bits) {
+  int exponent = 0;
+  float largest = 0;
+  for (const float value : values) largest = std::max(largest, std::abs(value));
+  std::frexp(largest, &exponent);
+  std::vector<float> rounded;
+  for (const float value : values)
+    rounded.push_back(std::ldexp(std::round(std::ldexp(value, bits - exponent)), exponent - bits));
+  return rounded;
+}
+
+class Exporter {
+ public:
+  Exporter(GltfDocument& document, const ExportOptions& options) : document_(document), options_(options) {}
+
+  ExportReport run() {
+    const UsedParts used = used_parts(document_);
+    const Scene scene = value_or_throw(read_scene(document_, options_.limits));
+    report_.warnings = scene.remarks;
+    read_cloths(scene);
+    const std::array<double, 2> triangles = share_triangles();
+    remove_surfaces();
+    document_.packed.required = {names::gltf::meshopt, names::gltf::khr_meshopt};
+    for (const WornCloth& worn : cloths_) add(worn, triangles);
+    drop_unused_parts(document_, used);
+    return std::move(report_);
+  }
+
+ private:
+  [[noreturn]] void refuse(Code code, std::string place, std::string why) const {
+    throw Failure{{code, document_.file, std::move(place), std::move(why)}};
+  }
+
+  void read_cloths(const Scene& scene) {
+    std::uint64_t memory = scene.memory_left;
+    for (int m = 0; m < static_cast<int>(scene.materials.size()); ++m) {
+      const SceneMaterial& material = scene.materials[m];
+      const std::string place = fmt::format("/materials/{}", m);
+      if (!material.fabric || std::ranges::none_of(scene.instances, [&](const SceneInstance& instance) {
+            return scene.primitives[instance.primitive].material == m;
+          }))
+        continue;
+      const SceneFabric& source = scene.fabrics[material.fabric->fabric];
+      FabricReader reader = value_or_throw(
+          source.path.empty() ? FabricReader::open(source.bytes, source.name, {.memory = memory})
+                              : FabricReader::open(source.path, {.memory = memory}));
+      Fabric fabric = value_or_throw(reader.read());
+      memory -= std::min(memory, reader.memory());
+      if (!fabric.levels.front().yarns()) {
+        refuse(Code::fabric_unsupported, place,
+               fmt::format("the fabric {} has texels alone, no yarn", source.name));
+      }
+      if (material.fabric->tex_coord > 1)
+        refuse(Code::garment_no_uvs, place, "only the UV sets 0 and 1 are read");
+      cloths_.push_back({m,
+                         material.name.empty() ? fmt::format("material {}", m) : material.name,
+                         material.kept.tint,
+                         std::move(fabric),
+                         cloth_of(scene, m),
+                         {},
+                         {}});
+      if (cloths_.back().cloth.triangles.empty())
+        refuse(Code::garment_no_uvs, place, "its texture coordinates cover no area in the scene");
+      for (const auto& [texture, what] :
+           {std::pair(&material.kept.mask, "mask"), std::pair(&material.kept.normal, "normal texture"),
+            std::pair(&material.kept.tint_texture, "texture of the tint")}) {
+        if (texture->image >= 0)
+          report_.warnings.push_back(fmt::format("{}: the {} is left out", cloths_.back().name, what));
+      }
+    }
+    if (cloths_.empty()) refuse(Code::material_missing, "/materials", "no surface wears a fabric");
+  }
+
+  /// Finds the cells, and divides the triangles: a repeat outside of the region gets so many, and one within
+  /// it all that show, as far as half of them suffices.
+  std::array<double, 2> share_triangles() {
+    const double allowed = options_.triangles;
+    const auto refuse_if_over = [&](double count, double least) {
+      if (least <= allowed) return;
+      refuse(Code::file_too_large, "",
+             fmt::format("{:.0f} repeats of yarn need {:.0f} triangles, more than {}; --triangles allows "
+                         "more, and a larger repeat (dress --scale) needs fewer",
+                         count, least, options_.triangles));
+    };
+    double repeats = 0, least = 0;
+    for (const WornCloth& worn : cloths_) {
+      repeats += worn.cloth.repeats;
+      least += worn.cloth.repeats * min_triangles(worn.yarns());
+    }
+    refuse_if_over(repeats, least);
+    std::array<double, 2> counts{};
+    double full = 0;
+    least = 0;
+    for (WornCloth& worn : cloths_) {
+      auto cells = cells_of(worn.cloth, reach_of(worn.yarns()), allowed);
+      if (!cells) {
+        refuse(Code::file_too_large, fmt::format("/materials/{}", worn.material),
+               fmt::format("its texture coordinates reach over more than {} repeats", options_.triangles));
+      }
+      worn.cells = std::move(*cells);
+      full = std::max(full, max_triangles(worn.yarns()));
+      least = std::max(least, min_triangles(worn.yarns()));
+      for (const ClothCell& cell : worn.cells) {
+        worn.detail.push_back(options_.region && options_.region->intersects(V2d(cell.at) + V2d(0.5, 0.5)));
+        counts[worn.detail.back()] += 1;
+      }
+    }
+    if (options_.region && counts[1] == 0) report_.warnings.emplace_back("the region has none of the cloth");
+    const double within =
+        counts[1] > 0 ? std::min(full, (counts[0] > 0 ? allowed / 2 : allowed) / counts[1]) : full;
+    const double outside =
+        counts[0] > 0 ? std::min(full, (allowed - within * counts[1]) / counts[0]) : within;
+    if (std::min(within, outside) < least) {
+      refuse_if_over(counts[0] + counts[1],
+                     (counts[0] + counts[1]) * least * (counts[0] > 0 && counts[1] > 0 ? 2 : 1));
+    }
+    return {outside, within};
+  }
+
+  void add(const WornCloth& worn, const std::array<double, 2>& triangles) {
+    std::vector<RepeatMesh> meshes;
+    for (int detail = 0; detail <= std::ranges::max(worn.detail); ++detail)
+      meshes.push_back(
+          mesh_of_repeat(worn.yarns(), std::min(triangles[detail], max_triangles(worn.yarns()))));
+    const RepeatFrame frame{V2d(worn.yarns().period()), worn.fabric.reference_height};
+    const LaidCloth laid = place_repeats(worn.cloth, worn.cells, worn.yarns(), frame, meshes, worn.detail);
+    constexpr double degrees = 180 / std::numbers::pi;
+    ExportedYarn yarn{worn.material,       worn.name,           {}, 0, 0, 0, laid.gap, laid.overlap,
+                      laid.turn * degrees, laid.shear * degrees};
+    float shade = 1;
+    for (const PlacedRepeats& placed : laid.repeats) {
+      for (const auto& [shape, copies] : placed.copies)
+        for (const RepeatCopy& copy : copies) shade = std::max(shade, copy.shade);
+    }
+    std::vector<Paint> paints;
+    for (std::size_t y = 0; y < meshes.front().size(); ++y) {
+      Paint paint;
+      for (const RepeatMesh& mesh : meshes) {
+        for (const V3f& light : mesh[y].mesh.light) {
+          for (int k = 0; k < 3; ++k) paint.white[k] = std::max(paint.white[k], light[k] * shade);
+        }
+      }
+      paint.material = add_material(worn, paint.white, y == 0);
+      paints.push_back(paint);
+    }
+    for (std::size_t d = 0; d < meshes.size(); ++d) {
+      const PlacedRepeats& placed = laid.repeats[d];
+      yarn.triangles.push_back(triangles_of(meshes[d]));
+      yarn.bent += placed.bent_repeats;
+      yarn.cut += placed.cut_repeats;
+      const std::string name = worn.name + (d == 0 ? " yarn" : " yarn in the region");
+      for (const auto& [shape, copies] : placed.copies) {
+        std::vector<TubeMesh> tubes;
+        for (const YarnTubes& one : meshes[d]) tubes.push_back(shaped_mesh(one.mesh, shape, frame));
+        add_copies(name, add_mesh(name, tubes, paints), copies);
+        yarn.copies += static_cast<int>(copies.size());
+        report_.triangles += yarn.triangles.back() * static_cast<std::int64_t>(copies.size());
+      }
+      std::int64_t bent = 0;
+      for (const TubeMesh& one : placed.bent) bent += static_cast<std::int64_t>(one.indices.size() / 3);
+      report_.triangles += bent;
+      if (bent > 0)
+        add_node({{"name", name + ", bent"}, {"mesh", add_mesh(name + ", bent", placed.bent, paints)}});
+    }
+    warn_of_shape(yarn);
+    report_.yarns.push_back(std::move(yarn));
+  }
+
+  void warn_of_shape(const ExportedYarn& yarn) {
+    constexpr double much_turn = 10, much_shear = 5;  // degrees
+    if (yarn.turn > much_turn) {
+      report_.warnings.push_back(
+          fmt::format("{}: the cloth turns up to {:.0f} degrees a repeat", yarn.name, yarn.turn));
+    }
+    if (yarn.shear > much_shear) {
+      report_.warnings.push_back(
+          fmt::format("{}: the cloth is sheared by up to {:.0f} degrees", yarn.name, yarn.shear));
+    }
+  }
+
+  /// A material whose vertex colours count in `white`.
+  struct Paint {
+    int material = 0;
+    V3f white{0, 0, 0};
+  };
+
+  /// The core material of yarn; in place of the garment's, or another one.
+  int add_material(const WornCloth& worn, const V3f& white, bool in_place) {
+    const auto most_one = [](const V3f& x) {
+      return Json::array({std::min(x.x, 1.0F), std::min(x.y, 1.0F), std::min(x.z, 1.0F)});
+    };
+    Json material{
+        {"name", worn.name + " yarn"},
+        {"pbrMetallicRoughness", {{"baseColorFactor", most_one(white * worn.tint)}, {"metallicFactor", 0}}}};
+    material["pbrMetallicRoughness"]["baseColorFactor"].push_back(1);
+    material["extensions"]["KHR_materials_specular"] = {{"specularFactor", 0}};
+    use_extension(document_.json, "KHR_materials_specular");
+    const FallbackFactors factors = fallback_of(worn.fabric);
+    if (factors.sheen_color != V3f(0, 0, 0)) {
+      material["extensions"]["KHR_materials_sheen"] = {
+          {"sheenColorFactor", most_one(factors.sheen_color * worn.tint)},
+          {"sheenRoughnessFactor", factors.sheen_roughness}};
+      use_extension(document_.json, "KHR_materials_sheen");
+    }
+    Json& materials = document_.json["materials"];
+    if (!in_place) return append(materials, std::move(material));
+    materials[worn.material] = std::move(material);
+    return worn.material;
+  }
+
+  int add_mesh(const std::string& name, const std::vector<TubeMesh>& tubes,
+               const std::vector<Paint>& paints) {
+    constexpr int bits = 16;  // of a position: 1/30 mm in a metre
+    Json primitives = Json::array();
+    for (std::size_t y = 0; y < tubes.size(); ++y) {
+      const TubeMesh& mesh = tubes[y];
+      if (mesh.indices.empty()) continue;
+      Json attributes;
+      attributes["POSITION"] =
+          append_float_accessor(document_, in_steps(floats_of(mesh.positions), bits), 3, true);
+      attributes["NORMAL"] = add_bytes(mesh.normals, V3f(1, 1, 1), 5120, 127);
+      attributes["COLOR_0"] = add_bytes(mesh.light, paints[y].white, 5121, 255);
+      primitives.push_back({{"attributes", std::move(attributes)},
+                            {"indices", append_index_accessor(document_, mesh.indices)},
+                            {"material", paints[y].material}});
+    }
+    require("KHR_mesh_quantization");
+    return append(document_.json["meshes"], {{"name", name}, {"primitives", std::move(primitives)}});
+  }
+
+  /// Normalised bytes, signed or not, of shares of `whole`.
+  int add_bytes(const std::vector<V3f>& values, const V3f& whole, int type, float most) {
+    Bytes bytes;
+    for (const V3f& value : values) {
+      for (int k = 0; k < 3; ++k) {
+        const float share = whole[k] > 0 ? value[k] / whole[k] : 0;
+        bytes.push_back(static_cast<std::uint8_t>(std::lround(most * std::clamp(share, -1.0F, 1.0F))));
+      }
+    }
+    const AccessorShape shape{values.size(), 3, type, true};
+    return append(document_.json["accessors"],
+                  {{"bufferView", append_attribute_view(document_, shape, bytes)},
+                   {"componentType", type},
+                   {"normalized", true},
+                   {"count", values.size()},
+                   {"type", "VEC3"}});
+  }
+
+  void add_copies(const std::string& name, int mesh, const std::vector<RepeatCopy>& copies) {
+    std::vector<V3f> translations, scales, shades;
+    std::vector<V4f> rotations;
+    for (const RepeatCopy& copy : copies) {
+      translations.push_back(copy.translation);
+      rotations.push_back(copy.rotation);
+      scales.push_back(copy.scale);
+      shades.emplace_back(copy.shade);
+    }
+    Json attributes;
+    const auto add_values = [&](const char* semantic, std::span<const float> values, int components,
+                                int bits) {
+      attributes[semantic] = append_float_accessor(document_, in_steps(values, bits), components, false);
+    };
+    add_values("TRANSLATION", floats_of(translations), 3, 17);
+    add_values("ROTATION", floats_of(rotations), 4, 12);
+    add_values("SCALE", floats_of(scales), 3, 12);
+    if (std::ranges::any_of(copies, [](const RepeatCopy& copy) { return copy.shade != 1; }))
+      add_values("_COLOR_0", floats_of(shades), 3, 8);
+    Json node{{"name", name}, {"mesh", mesh}};
+    node["extensions"][names::gltf::gpu_instancing]["attributes"] = std::move(attributes);
+    require(names::gltf::gpu_instancing);
+    add_node(std::move(node));
+  }
+
+  void require(const char* extension) {
+    use_extension(document_.json, extension);
+    Json& required = document_.json["extensionsRequired"];
+    if (std::ranges::find(required, extension) == required.end()) required.push_back(extension);
+  }
+
+  void add_node(Json node) {
+    Json& root = document_.json;
+    Json& scene = root["scenes"][std::max(0, index_of(member(root, "scene")))];
+    scene["nodes"].push_back(append(root["nodes"], std::move(node)));
+  }
+
+  /// The triangles that wore the cloths, and all other use of fabrics.
+  void remove_surfaces() {
+    Json& root = document_.json;
+    if (array_of(root, "scenes").empty()) {
+      const NodeTransforms transforms(document_);
+      Json& nodes = root["scenes"][0]["nodes"];
+      for (int i = 0; i < static_cast<int>(root["nodes"].size()); ++i)
+        if (!transforms.has_parent(i)) nodes.push_back(i);
+    }
+    bool moved = root.erase("animations") > 0;
+    for (int m = static_cast<int>(root["meshes"].size()) - 1; m >= 0; --m) {
+      Json rest = Json::array();
+      for (Json& primitive : root["meshes"][m]["primitives"]) {
+        const int material = index_of(member(primitive, "material"));
+        if (std::ranges::find(cloths_, material, &WornCloth::material) == cloths_.end())
+          rest.push_back(std::move(primitive));
+      }
+      root["meshes"][m]["primitives"] = std::move(rest);
+      if (!root["meshes"][m]["primitives"].empty()) continue;
+      root["meshes"].erase(m);
+      for (Json& node : root["nodes"]) {
+        const int own = index_of(member(node, "mesh"));
+        if (own > m) node["mesh"] = own - 1;
+        if (own != m) continue;
+        moved = moved || node.contains("skin");
+        for (const char* key : {"mesh", "skin", "weights"}) node.erase(key);
+        if (node.contains("extensions")) erase_extension(node, names::gltf::gpu_instancing);
+      }
+    }
+    if (moved) report_.warnings.emplace_back("the yarn is at rest: animations and skins are left out");
+    const auto forget = [](Json& owner) {
+      for (const char* key : {"extensions", "extras"}) {
+        if (!owner.contains(key) || !owner[key].is_object()) continue;
+        owner[key].erase(names::gltf::fabric_extension);
+        if (owner[key].empty()) owner.erase(key);
+      }
+    };
+    forget(root);
+    for (Json& material : root["materials"]) forget(material);
+    drop_extension(root, names::gltf::fabric_extension);
+  }
+
+  GltfDocument& document_;
+  const ExportOptions& options_;
+  std::vector<WornCloth> cloths_;
+  ExportReport report_;
+};
+
+}  // namespace
+
+Result<ExportReport> export_yarn(const std::string& garment_path, const std::string& output_path,
+                                 const ExportOptions& options) {
+  return result_of_edit(garment_path, [&] {
+    GltfDocument document = load_garment(garment_path, output_path, options.limits.document);
+    ExportReport report = Exporter(document, options).run();
+    report.bytes = value_or_throw(save_gltf(std::move(document), output_path));
+    return report;
+  });
+}
+
+}  // namespace selvedge

@@ -1,0 +1,308 @@
+#include "converter/export/place_repeats.h"
+
+#include <Imath/ImathMatrixAlgo.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <tuple>
+
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+double angle_between(const V3d& a, const V3d& b) {
+  return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0, 1.0));
+}
+
+constexpr double bend_step = 4 * degree;
+constexpr int most_steps = 12;
+/// A shape with fewer copies costs more than these bent.
+constexpr int fewest_copies = 8;
+
+/// Steps a mm to the side, and along each axis and across.
+V3d bends_of(const MeshShape& shape, const RepeatFrame& frame) {
+  const auto& [x, y, twist] = shape.bend;
+  return V3d(x / frame.period.x, y / frame.period.y, twist / std::sqrt(frame.period.x * frame.period.y)) *
+         bend_step;
+}
+
+/// By how much the normal of the shaped surface leans at a place of the repeat.
+V2d lean_at(const V3d& p, const MeshShape& shape, const RepeatFrame& frame) {
+  const V3d bends = bends_of(shape, frame);
+  const V2d from(p.x - frame.period.x / 2, p.y + frame.period.y / 2);
+  return {bends.x * from.x + bends.z * from.y, bends.y * from.y + bends.z * from.x};
+}
+
+/// From the frame of the repeat to the frame of the mesh.
+V3d shaped(const V3d& p, const MeshShape& shape, const RepeatFrame& frame) {
+  const V2d lean = lean_at(p, shape, frame);
+  const V2d from(p.x - frame.period.x / 2, p.y + frame.period.y / 2);
+  const V3d place = V3d(p.x, p.y, frame.height - lean.dot(from) / 2) +
+                    V3d(lean.x, lean.y, 1).normalized() * (p.z - frame.height);
+  return {shape.mirrored ? -place.x : place.x, place.y, place.z};
+}
+
+enum class Lay { none, copy, bent, cut };
+
+/// A repeat that is laid onto a cell.
+struct LaidRepeat {
+  Lay lay = Lay::none;
+  MeshShape shape;
+  RepeatCopy copy;
+  M44d to_world;  ///< of the copy, from the frame of the mesh
+  double turn = 0, shear = 0, gap = 0, overlap = 0;
+  bool is_faulty() const { return std::max(gap, overlap) > max_fault(turn); }
+};
+
+class RepeatLayer {
+ public:
+  RepeatLayer(const Cloth& cloth, const std::vector<ClothCell>& cells, const Yarns& yarns,
+              const RepeatFrame& frame)
+      : cloth_(cloth),
+        cells_(cells),
+        yarns_(yarns),
+        joints_(joints_of(yarns)),
+        frame_(frame),
+        period_(frame.period),
+        scale_(std::sqrt(cloth.area / (cloth.repeats * period_.x * period_.y))),
+        laid(cells.size()) {
+    for (int i = 0; i < static_cast<int>(cells.size()); ++i)
+      numbers_[{cells[i].patch, cells[i].at.x, cells[i].at.y}] = i;
+  }
+
+  /// As a copy, unless it is cut or beyond the surface.
+  void lay(int i, const RepeatMesh& mesh) {
+    bool any = false, all = true;
+    for (const YarnTubes& tubes : mesh) {
+      for (const V3f& p : tubes.mesh.positions) {
+        const bool inside = below(i, V3d(p)).inside;
+        any = any || inside;
+        all = all && inside;
+      }
+    }
+    if (!any) return;
+    laid[i].lay = all ? Lay::copy : Lay::cut;
+    fit(i);
+  }
+
+  /// Sets gap and overlap of a copy.
+  void measure(int i) {
+    LaidRepeat& own = laid[i];
+    own.gap = own.overlap = 0;
+    if (own.lay != Lay::copy) return;
+    for (const YarnJoint& joint : joints_) {
+      const V2i at = cells_[i].at + V2i(joint.repeat.x, -joint.repeat.y);
+      const auto number = numbers_.find({cells_[i].patch, at.x, at.y});
+      if (number == numbers_.end() || laid[number->second].lay == Lay::none) continue;
+      const LaidRepeat& neighbour = laid[number->second];
+      const V3d q(joint.other), shift(joint.repeat.x * period_.x, joint.repeat.y * period_.y, 0);
+      if (neighbour.lay == Lay::cut && !below(number->second, q).inside) continue;
+      const V3d other = neighbour.lay == Lay::copy ? copied(neighbour, q) : bent(number->second, q);
+      const V3d expected = copied(own, q + shift), apart = copied(own, V3d(joint.own)) - expected;
+      const V3d moved = (expected - other) / (scale_ * static_cast<double>(joint.radius));
+      const double way = joint.goes_on ? moved.length() : moved.dot(apart.normalized());
+      own.gap = std::max(own.gap, way);
+      own.overlap = std::max(own.overlap, -way);
+    }
+  }
+
+  /// The tubes on the surface, as far as it has them.
+  TubeMesh bend(int i, const YarnTubes& tubes) const {
+    TubeMesh result;
+    const TubeMesh& mesh = tubes.mesh;
+    std::vector<int> kept(mesh.positions.size(), -1);
+    for (std::size_t k = 0; k + 2 < mesh.indices.size(); k += 3) {
+      std::array<std::uint32_t, 3> corners{mesh.indices[k], mesh.indices[k + 1], mesh.indices[k + 2]};
+      const V3f sum = mesh.positions[corners[0]] + mesh.positions[corners[1]] + mesh.positions[corners[2]];
+      if (!below(i, V3d(sum) / 3.0).inside) continue;
+      if (laid[i].shape.mirrored) std::swap(corners[1], corners[2]);
+      for (const std::uint32_t corner : corners) {
+        if (kept[corner] < 0) {
+          kept[corner] = static_cast<int>(result.positions.size());
+          add_vertex(i, tubes, corner, result);
+        }
+        result.indices.push_back(static_cast<std::uint32_t>(kept[corner]));
+      }
+    }
+    return result;
+  }
+
+ private:
+  V2d uv_of(int i, const V3d& p) const { return V2d(p.x / period_.x, -p.y / period_.y) + V2d(cells_[i].at); }
+  ClothPoint below(int i, const V3d& p) const { return point_at(cloth_, cells_[i], uv_of(i, p)); }
+
+  V3d bent(int i, const V3d& p) const {
+    const ClothPoint surface = below(i, p);
+    return surface.position + surface.normal * ((p.z - frame_.height) * scale_);
+  }
+
+  V3d copied(const LaidRepeat& repeat, const V3d& p) const {
+    return shaped(p, repeat.shape, frame_) * repeat.to_world;
+  }
+
+  /// The shape that is next to the cloth, and the copy of it whose joints are nearest to where they bend to:
+  /// by least squares, but without the shear.
+  void fit(int i) {
+    LaidRepeat& repeat = laid[i];
+    std::array<ClothPoint, 4> sides;
+    constexpr std::array<std::array<double, 2>, 4> middles{{{0, 0.5}, {1, 0.5}, {0.5, 1}, {0.5, 0}}};
+    for (std::size_t k = 0; k < 4; ++k)
+      sides[k] = point_at(cloth_, cells_[i], V2d(cells_[i].at) + V2d(middles[k][0], middles[k][1]));
+    V3d along = (sides[1].position - sides[0].position) / period_.x;
+    V3d up = (sides[3].position - sides[2].position) / period_.y;
+    const V3d turn_along = sides[1].normal - sides[0].normal, turn_up = sides[3].normal - sides[2].normal;
+    repeat.turn = std::max(turn_along.length(), turn_up.length());
+    repeat.shear = std::abs(std::numbers::pi / 2 - angle_between(along, up));
+    repeat.shape.mirrored = cloth_.triangles[cells_[i].triangles.front()].mirrored;
+    const double squareness = std::sqrt(period_.y / period_.x);
+    const std::array<double, 3> bends{
+        turn_along.dot(along.normalized()), turn_up.dot(up.normalized()),
+        (turn_along.dot(up.normalized()) * squareness + turn_up.dot(along.normalized()) / squareness) / 2};
+    for (std::size_t k = 0; k < 3; ++k)
+      repeat.shape.bend[k] = static_cast<int>(
+          std::lround(std::clamp(bends[k] / bend_step, -1.0 * most_steps, 1.0 * most_steps)));
+    if (repeat.shape.mirrored) along *= -1;
+
+    constexpr double weight_of_end = 10, weight_of_middles = 1e-3;
+    std::vector<std::tuple<double, V3d, V3d>> pairs;
+    double sum = 0;
+    V3d centre(0, 0, 0), middle(0, 0, 0);
+    for (const YarnJoint& joint : joints_) {
+      const double weight = joint.goes_on ? weight_of_end : 1;
+      const V3d own(joint.own);
+      const auto& [_, from, to] = pairs.emplace_back(weight, shaped(own, repeat.shape, frame_), bent(i, own));
+      sum += weight;
+      centre += from * weight;
+      middle += to * weight;
+    }
+    centre /= sum;
+    middle /= sum;
+    const V3d straight = along.cross(up).normalized() * scale_;
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Identity() * (weight_of_middles * sum * period_.x * period_.y);
+    Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+    for (const auto& [weight, from, to] : pairs) {
+      const V3d p = from - centre, away = to - middle - along * p.x - up * p.y - straight * p.z;
+      squares += weight * Eigen::Vector3d(p.x, p.y, p.z) * Eigen::RowVector3d(p.x, p.y, p.z);
+      moments += weight * Eigen::Vector3d(p.x, p.y, p.z) * Eigen::RowVector3d(away.x, away.y, away.z);
+    }
+    const Eigen::Matrix3d change = squares.ldlt().solve(moments);
+    along += V3d(change(0, 0), change(0, 1), change(0, 2));
+    up += V3d(change(1, 0), change(1, 1), change(1, 2));
+
+    const V3d across = (along.normalized() + up.normalized()).normalized();
+    const V3d beside = (along.normalized() - up.normalized()).normalized();
+    const V3d x = (across + beside).normalized(), y = (across - beside).normalized(), z = x.cross(y);
+    const V3d scale(along.dot(x), up.dot(y), scale_);
+    M44d turned(x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0, 0, 0, 0, 1);
+    const Imath::Quatd rotation = Imath::extractQuat(turned);
+    const V3d translation = middle - centre * scale * turned;
+    repeat.to_world = M44d().setScale(scale) * turned * M44d().setTranslation(translation);
+    repeat.copy = {V3f(translation), V4f(Imath::V4d(rotation.v.x, rotation.v.y, rotation.v.z, rotation.r)),
+                   V3f(scale), yarns_.factor_at(V2d(cells_[i].at) + V2d(0.5, 0.5), -1)};
+  }
+
+  void add_vertex(int i, const YarnTubes& tubes, std::uint32_t vertex, TubeMesh& result) const {
+    const V3d p(tubes.mesh.positions[vertex]), n(tubes.mesh.normals[vertex]);
+    result.positions.emplace_back(bent(i, p));
+    const ClothPoint surface = below(i, p);
+    const V3d x = surface.along_u / period_.x, y = surface.along_v / -period_.y, z = surface.normal * scale_;
+    const V3d normal = y.cross(z) * n.x + z.cross(x) * n.y + x.cross(y) * n.z;
+    result.normals.emplace_back((laid[i].shape.mirrored ? -normal : normal).normalized());
+    result.light.push_back(tubes.mesh.light[vertex] * yarns_.factor_at(uv_of(i, p), tubes.curve));
+  }
+
+  const Cloth& cloth_;
+  const std::vector<ClothCell>& cells_;
+  const Yarns& yarns_;
+  std::vector<YarnJoint> joints_;
+  RepeatFrame frame_;
+  V2d period_;    ///< mm
+  double scale_;  ///< m a mm
+  std::map<std::tuple<int, int, int>, int> numbers_;
+
+ public:
+  std::vector<LaidRepeat> laid;  ///< of each cell
+};
+
+void append_mesh(const TubeMesh& part, TubeMesh& whole) {
+  const auto first = static_cast<std::uint32_t>(whole.positions.size());
+  whole.positions.insert(whole.positions.end(), part.positions.begin(), part.positions.end());
+  whole.normals.insert(whole.normals.end(), part.normals.begin(), part.normals.end());
+  whole.light.insert(whole.light.end(), part.light.begin(), part.light.end());
+  for (const std::uint32_t index : part.indices) whole.indices.push_back(first + index);
+}
+
+}  // namespace
+
+double max_fault(double turn) { return turn <= 4 * degree ? 0.1 : std::max(0.25, 0.025 * turn / degree); }
+
+TubeMesh shaped_mesh(TubeMesh mesh, const MeshShape& shape, const RepeatFrame& frame) {
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    V3f& n = mesh.normals[v];
+    const V2f lean(lean_at(V3d(mesh.positions[v]), shape, frame));
+    n = V3f(n.x + lean.x * n.z, n.y + lean.y * n.z, n.z - lean.x * n.x - lean.y * n.y).normalized();
+    if (shape.mirrored) n.x = -n.x;
+    mesh.positions[v] = V3f(shaped(V3d(mesh.positions[v]), shape, frame));
+  }
+  for (std::size_t i = 0; shape.mirrored && i + 2 < mesh.indices.size(); i += 3)
+    std::swap(mesh.indices[i + 1], mesh.indices[i + 2]);
+  return mesh;
+}
+
+LaidCloth place_repeats(const Cloth& cloth, const std::vector<ClothCell>& cells, const Yarns& yarns,
+                        const RepeatFrame& frame, std::span<const RepeatMesh> meshes,
+                        const std::vector<int>& mesh_of_cell) {
+  RepeatLayer layer(cloth, cells, yarns, frame);
+  const auto each = [&](const auto& work) { parallel_for(0, static_cast<int>(cells.size()), work); };
+  each([&](int i) { layer.lay(i, meshes[mesh_of_cell[i]]); });
+  std::map<std::pair<int, MeshShape>, int> counts;
+  const auto count_of = [&](std::size_t i) -> int& { return counts[{mesh_of_cell[i], layer.laid[i].shape}]; };
+  for (std::size_t i = 0; i < cells.size(); ++i) count_of(i) += layer.laid[i].lay == Lay::copy;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (layer.laid[i].lay == Lay::copy && count_of(i) < fewest_copies) layer.laid[i].lay = Lay::bent;
+  }
+  for (bool changed = true; changed;) {
+    each([&](int i) { layer.measure(i); });
+    changed = false;
+    for (LaidRepeat& repeat : layer.laid) {
+      if (!repeat.is_faulty()) continue;
+      repeat.lay = Lay::bent;
+      repeat.gap = repeat.overlap = 0;
+      changed = true;
+    }
+  }
+  std::vector<std::vector<TubeMesh>> tubes(cells.size());
+  each([&](int i) {
+    if (layer.laid[i].lay == Lay::copy || layer.laid[i].lay == Lay::none) return;
+    for (const YarnTubes& one : meshes[mesh_of_cell[i]]) tubes[i].push_back(layer.bend(i, one));
+  });
+  LaidCloth all;
+  for (const RepeatMesh& mesh : meshes) all.repeats.emplace_back().bent.resize(mesh.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const LaidRepeat& repeat = layer.laid[i];
+    const bool is_empty =
+        std::ranges::all_of(tubes[i], [](const TubeMesh& one) { return one.indices.empty(); });
+    if (repeat.lay == Lay::none || (repeat.lay != Lay::copy && is_empty)) continue;
+    PlacedRepeats& placed = all.repeats[mesh_of_cell[i]];
+    all.gap = std::max(all.gap, repeat.gap);
+    all.overlap = std::max(all.overlap, repeat.overlap);
+    if (repeat.lay != Lay::cut) {
+      all.turn = std::max(all.turn, repeat.turn);
+      all.shear = std::max(all.shear, repeat.shear);
+    }
+    placed.bent_repeats += repeat.lay == Lay::bent;
+    placed.cut_repeats += repeat.lay == Lay::cut;
+    if (repeat.lay == Lay::copy) placed.copies[repeat.shape].push_back(repeat.copy);
+    for (std::size_t y = 0; y < tubes[i].size(); ++y) append_mesh(tubes[i][y], placed.bent[y]);
+  }
+  return all;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,62 @@
+// Lays repeats of yarn onto a dressed surface: whole ones as copies of one mesh, the others bent.
+#pragma once
+
+#include <array>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "converter/export/repeat_mesh.h"
+#include "converter/export/surface.h"
+
+namespace selvedge {
+
+/// How the mesh of a repeat is shaped for its copies, so that few of them are too far from the cloth.
+struct MeshShape {
+  bool mirrored = false;  ///< x is turned over, last
+  /// By so many steps the normal turns over a repeat: to x along x, to y along y, and to y along x.
+  std::array<int, 3> bend{0, 0, 0};
+  auto operator<=>(const MeshShape&) const = default;
+};
+
+/// The frame of a repeat, as shapes need it.
+struct RepeatFrame {
+  V2d period{1, 1};   ///< mm
+  double height = 0;  ///< mm, of the surface
+};
+TubeMesh shaped_mesh(TubeMesh mesh, const MeshShape& shape, const RepeatFrame& frame);
+
+/// A copy of such a mesh, from its frame (mm).
+struct RepeatCopy {
+  V3f translation{0, 0, 0};  ///< m
+  V4f rotation{0, 0, 0, 1};  ///< unit quaternion x, y, z, w
+  V3f scale{1, 1, 1};        ///< m a mm; > 0
+  float shade = 1;           ///< factor of the light, by the variation beyond the repeat
+};
+
+/// Yarn that is drawn with one mesh of the repeat.
+struct PlacedRepeats {
+  std::map<MeshShape, std::vector<RepeatCopy>> copies;
+  std::vector<TubeMesh> bent;  ///< of each of the mesh's yarns: m, world
+  int bent_repeats = 0;        ///< whole ones, whose copies would leave too large gaps
+  int cut_repeats = 0;         ///< by borders and seams
+};
+
+struct LaidCloth {
+  std::vector<PlacedRepeats> repeats;  ///< of each mesh
+  double gap = 0;                      ///< between neighbours of which one is a copy, radii of yarn, at most
+  double overlap = 0;                  ///< likewise, more than in the repeat itself
+  double turn = 0, shear = 0;          ///< radians, of the surface over a repeat, at most
+};
+
+/// Bounds of both, beyond which a repeat is bent instead, where the cloth turns so far (radians).
+double max_fault(double turn);
+
+/// Places the yarn of the cells; `mesh_of_cell`: of `meshes`. Bent yarn follows the surface vertex by vertex;
+/// triangles whose middle lies beyond it are left out. Rows keep their places: their ways by the variation
+/// would part copies.
+LaidCloth place_repeats(const Cloth& cloth, const std::vector<ClothCell>& cells, const Yarns& yarns,
+                        const RepeatFrame& frame, std::span<const RepeatMesh> meshes,
+                        const std::vector<int>& mesh_of_cell);
+
+}  // namespace selvedge

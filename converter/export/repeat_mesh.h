@@ -1,0 +1,53 @@
+// The yarn of one repeat as tubes of triangles.
+#pragma once
+
+#include <Imath/ImathBox.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "format/fabric/yarns.h"
+
+namespace selvedge {
+
+/// Frame of the fabric, mm; the ends of a tube lie open where the tubes of neighbouring repeats begin.
+///
+/// Under a light l above the cloth, a vertex reflects light max(0, normal . l) / pi: direct light with what
+/// yarn hides of it, and that by way of other yarn. So normals lean to where a vertex gets most of its light
+/// from.
+struct TubeMesh {
+  std::vector<V3f> positions;
+  std::vector<V3f> normals;            ///< unit
+  std::vector<V3f> light;              ///< linear, >= 0
+  std::vector<std::uint32_t> indices;  ///< three per triangle, counter-clockwise seen from outside
+};
+
+/// Tubes of the curves that reflect alike.
+struct YarnTubes {
+  int curve = 0;  ///< the first of them
+  TubeMesh mesh;
+};
+using RepeatMesh = std::vector<YarnTubes>;
+
+/// At most so many triangles, unless min_triangles() are more. Plies are tubes of their own where the
+/// triangles suffice; else the yarn is one tube, coloured by its plies.
+RepeatMesh mesh_of_repeat(const Yarns& yarns, double triangles);
+std::int64_t triangles_of(const RepeatMesh& mesh);
+
+/// The fewest triangles that a repeat can have, and those beyond which more show no detail.
+double min_triangles(const Yarns& yarns);
+double max_triangles(const Yarns& yarns);
+
+/// Where yarn goes on in a neighbouring repeat, or touches its yarn; axes, in the frame of either's cell.
+struct YarnJoint {
+  V3f own{0, 0, 0}, other{0, 0, 0};  ///< mm
+  V2i repeat{0, 0};                  ///< periods along x and y from the own cell to the neighbour's
+  float radius = 0;                  ///< mm, of a round yarn with the same area
+  bool goes_on = false;              ///< one yarn; else two that touch
+};
+std::vector<YarnJoint> joints_of(const Yarns& yarns);
+
+/// Where the yarn of a repeat lies, in repeats: around the cell from (0, 0) to (1, 1), v grows downwards.
+Imath::Box2d reach_of(const Yarns& yarns);
+
+}  // namespace selvedge

@@ -1,0 +1,219 @@
+#include "converter/export/export.h"
+
+#include <Imath/ImathQuat.h>
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numbers>
+
+#include "converter/export/place_repeats.h"
+#include "format/gltf/read_scene.h"
+#include "tests/converter/workshop.h"
+
+using namespace selvedge;
+
+namespace {
+
+const V2f period(5, 4);  // mm
+constexpr float radius = 0.5F;
+constexpr float height = 1;  // mm, of the yarn's axis and of the surface
+
+/// One straight yarn along x through the middle of the cell.
+YarnData straight_yarn() {
+  YarnData data;
+  YarnCurve curve;
+  curve.nodes = 4;
+  curve.stations = 1;
+  curve.turns = V2i(1, 0);
+  curve.radius = radius;
+  data.curves = {curve};
+  for (int i = 0; i < curve.nodes; ++i)
+    data.nodes.emplace_back(period.x * static_cast<float>(i) / 4, -period.y / 2, height);
+  data.light.assign(light_values_per_station, 0.0F);
+  return data;
+}
+
+/// Of a cell from (u, v) to (u + 1, v + 1) so many parts a side, where `at` lays them; without the cells of
+/// which `left_out` says so.
+template <class At, class LeftOut>
+Cloth cloth_on(double width, int rows, int parts, const At& at, const LeftOut& left_out) {
+  Cloth cloth;
+  const auto corner = [&](int i, int j) {
+    const V2d uv(static_cast<double>(i) / parts, static_cast<double>(j) / parts);
+    const auto [position, normal] = at(uv);
+    return Cloth::Corner{uv, position, normal};
+  };
+  const auto add = [&](Cloth::Corner a, Cloth::Corner b, Cloth::Corner c) {
+    if ((b.position - a.position).cross(c.position - a.position).dot(a.normal) < 0) std::swap(b, c);
+    cloth.add({a, b, c});
+  };
+  for (int j = 0; j < rows * parts; ++j) {
+    for (int i = 0; i < static_cast<int>(std::lround(width * parts)); ++i) {
+      if (left_out(V2i(i / parts, j / parts))) continue;
+      add(corner(i, j), corner(i, j + 1), corner(i + 1, j));
+      add(corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1));
+    }
+  }
+  cloth.join();
+  return cloth;
+}
+
+const auto everywhere = [](const V2i&) { return false; };
+
+/// In the plane z = 0, in true size; v grows downwards. `sense`: of u along x.
+auto flat(double sense = 1) {
+  return [sense](const V2d& uv) {
+    return std::pair(V3d(sense * uv.x * period.x, -uv.y * period.y, 0) / 1000.0, V3d(0, 0, 1));
+  };
+}
+
+const RepeatFrame frame{V2d(period), height};
+
+LaidCloth laid_on(const Cloth& cloth, const Yarns& yarns, const RepeatMesh& mesh) {
+  const auto cells = cells_of(cloth, reach_of(yarns), 1000);
+  REQUIRE(cells);
+  return place_repeats(cloth, *cells, yarns, frame, std::span(&mesh, 1), std::vector<int>(cells->size()));
+}
+
+double area_of(const TubeMesh& mesh) {
+  double sum = 0;
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    const V3d a(mesh.positions[mesh.indices[i]]);
+    sum += (V3d(mesh.positions[mesh.indices[i + 1]]) - a)
+               .cross(V3d(mesh.positions[mesh.indices[i + 2]]) - a)
+               .length() /
+           2;
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("export: the mesh of a straight yarn is a tube as wide in the mean as the yarn, out of itself") {
+  const Yarns yarns(straight_yarn(), period);
+  for (const double triangles : {1.0, 60.0, max_triangles(yarns)}) {
+    const RepeatMesh mesh = mesh_of_repeat(yarns, triangles);
+    REQUIRE(mesh.size() == 1);
+    CHECK(static_cast<double>(triangles_of(mesh)) <= std::max(triangles, min_triangles(yarns)));
+    // A convex section's mean width is its girth over pi.
+    const double area = area_of(mesh[0].mesh);
+    CHECK(area == doctest::Approx(2 * std::numbers::pi * radius * period.x).epsilon(1e-4));
+    for (std::size_t i = 0; i + 2 < mesh[0].mesh.indices.size(); i += 3) {
+      const auto corner = [&](std::size_t k) {
+        return V3d(mesh[0].mesh.positions[mesh[0].mesh.indices[i + k]]);
+      };
+      const V3d out = (corner(0) + corner(1) + corner(2)) / 3.0 - V3d(0, -period.y / 2, height);
+      CHECK((corner(1) - corner(0)).cross(corner(2) - corner(0)).dot(V3d(0, out.y, out.z)) > 0);
+    }
+  }
+}
+
+TEST_CASE("export: repeats are whole copies, mirrored ones, bent or cut, as the cloth lies") {
+  const Yarns yarns(straight_yarn(), period);
+  const RepeatMesh mesh = mesh_of_repeat(yarns, 64);
+  const double whole = area_of(mesh[0].mesh);
+  const auto turning = [](double degrees) {
+    return [angle = degrees * std::numbers::pi / 180](const V2d& uv) {
+      const double r = period.x / 1000.0 / angle, a = uv.x * angle;
+      return std::pair(V3d(r * std::sin(a), -uv.y * period.y / 1000.0, r * std::cos(a)),
+                       V3d(std::sin(a), 0, std::cos(a)));
+    };
+  };
+  struct Case {
+    const char* name;
+    Cloth cloth;
+    std::size_t copies, mirrored;
+    int cut;
+    double gap, bent_area;  // radii; of whole repeats
+    double off =
+        1e-7;  // m, of the middle of a repeat from the cloth: a chord of the turn that its shape lacks
+  };
+  const Case cases[] = {
+      {"flat", cloth_on(4, 3, 2, flat(), everywhere), 12, 0, 0, 1e-6, 0},
+      {"mirrored", cloth_on(4, 3, 2, flat(-1), everywhere), 0, 12, 0, 1e-6, 0},
+      {"stretched threefold",
+       cloth_on(
+           4, 3, 2, [](const V2d& uv) { return flat()(V2d(3 * uv.x, uv.y)); }, everywhere),
+       12, 0, 0, 1e-6, 0},
+      {"a hole", cloth_on(4, 3, 2, flat(), [](const V2i& at) { return at == V2i(1, 1); }), 11, 0, 0, 1e-6, 0},
+      {"cut in half at the right", cloth_on(3.5, 3, 2, flat(), everywhere), 9, 0, 3, 1e-6, 1.5},
+      {"smaller than a repeat", cloth_on(0.5, 1, 2, flat(), everywhere), 0, 0, 1, 0, 0.5},
+      {"4 degrees a repeat", cloth_on(8, 2, 8, turning(4), everywhere), 16, 0, 0, 0.02, 0, 2e-6},
+      {"9 degrees a repeat", cloth_on(8, 2, 8, turning(9), everywhere), 16, 0, 0, 0.05, 0, 1.1e-5},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    const LaidCloth laid = laid_on(c.cloth, yarns, mesh);
+    const PlacedRepeats& placed = laid.repeats[0];
+    std::array<std::size_t, 2> counts{};
+    for (const auto& [shape, copies] : placed.copies) counts[shape.mirrored] += copies.size();
+    CHECK(counts[0] == c.copies);
+    CHECK(counts[1] == c.mirrored);
+    CHECK(placed.cut_repeats == c.cut);
+    CHECK(placed.bent_repeats == 0);
+    CHECK(laid.gap <= c.gap);
+    CHECK(laid.overlap <= c.gap);
+    CHECK(area_of(placed.bent[0]) * 1e6 / whole == doctest::Approx(c.bent_area).epsilon(1e-3));
+    for (const auto& [shape, copies] : placed.copies) {
+      TubeMesh middles;  // of the cells, in the mesh
+      middles.positions = {V3f(period.x / 2, -period.y / 2, height)};
+      middles.normals = {V3f(0, 0, 1)};
+      const V3d middle(shaped_mesh(middles, shape, frame).positions[0]);
+      for (const RepeatCopy& copy : copies) {
+        // The middle of the yarn lies on the cloth in the middle of its cell.
+        const Imath::Quatd turn(copy.rotation.w, copy.rotation.x, copy.rotation.y, copy.rotation.z);
+        const V3d place = middle * V3d(copy.scale) * turn.toMatrix44() + V3d(copy.translation);
+        double nearest = 1;
+        for (const Cloth::Triangle& t : c.cloth.triangles) {
+          for (const Cloth::Corner& corner : t.corners) {
+            const V2d within(corner.uv.x - std::floor(corner.uv.x), corner.uv.y - std::floor(corner.uv.y));
+            if ((within - V2d(0.5, 0.5)).length() < 1e-9)
+              nearest = std::min(nearest, (corner.position - place).length());
+          }
+        }
+        CHECK(nearest <= c.off);
+      }
+    }
+  }
+}
+
+TEST_CASE("export: the file has the copies, and the triangles of the cloth are gone") {
+  const test::Workshop workshop;
+  Fabric fabric = test::lambert_fabric(V2d(period), 4, V3f(0.5F, 0.4F, 0.3F));
+  const auto write = [&] { REQUIRE(write_fabric(workshop.fabric, fabric)); };
+  const std::string exported = workshop.folder / "yarn.glb";
+  const auto refused = [&](const ExportOptions& options) {
+    return test::error_of(export_yarn(workshop.output, exported, options)).code;
+  };
+  DressOptions dressing{.all = true};
+  dressing.repeats = V2d(4, 3);
+  write();
+  REQUIRE(workshop.dress(dressing));
+  CHECK(refused({}) == Code::fabric_unsupported);  // without yarn
+  CHECK(test::error_of(export_yarn(workshop.garment, exported, {})).code == Code::material_missing);
+  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(straight_yarn(), period));
+  write();
+  REQUIRE(workshop.dress(dressing));
+  CHECK(refused({.triangles = 100}) == Code::file_too_large);
+  const auto report = export_yarn(workshop.output, exported, {});
+  REQUIRE(report);
+  REQUIRE(report->yarns.size() == 1);
+  CHECK(report->yarns[0].copies == 12);
+  const Scene scene = test::need(read_scene(exported));
+  CHECK(scene.instances.size() == 12);
+  REQUIRE(scene.primitives.size() == 1);
+  CHECK(static_cast<std::int64_t>(scene.primitives[0].indices.size() / 3) == report->yarns[0].triangles[0]);
+  CHECK(scene.fabrics.empty());
+  CHECK(scene.images.empty());
+  REQUIRE(scene.materials.size() == 1);
+  CHECK_FALSE(scene.materials[0].fabric);
+  const auto region = export_yarn(workshop.output, exported, {.region = Imath::Box2d(V2d(0, 0), V2d(2, 1))});
+  REQUIRE(region);
+  REQUIRE(region->yarns.size() == 1);
+  CHECK(region->yarns[0].triangles.size() == 2);
+  CHECK(region->yarns[0].copies == 10);
+  CHECK(region->yarns[0].bent == 2);  // too few for a mesh of their own
+}
