@@ -67,8 +67,8 @@ void drop_lobes(GltfDocument& document, Json& material) {
 }
 
 constexpr int largest_side = 1024;
-constexpr int yarn_side = 128;  ///< of the pictures of a fabric with yarn, unless level 0 has more texels
-constexpr int lights_of_integral = 9;
+constexpr int yarn_side = 64;  ///< of the pictures of a fabric with yarn, unless level 0 has more texels
+constexpr int lights_of_integral = 16;
 
 /// Brings the mean colour of the picture to `mean`.
 void scale_to(const V3f& mean, Image& image) {

@@ -108,7 +108,7 @@ TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of tha
 TEST_CASE("fallback: the picture shows the yarn where the fabric has it, in the yarn's colour") {
   const Fabric fabric = test::with_yarn(test::lambert_fabric(V2d(5, 5), 4, V3f(0.2F, 0.3F, 0.4F)), 1);
   const Fallback fallback = bake_fallback(fabric);
-  REQUIRE(fallback.color.width == 128);
+  REQUIRE(fallback.color.width == 64);
   const V3f up(0, 0, 1);
   const auto shade = [&](const V2d& uv, const V3f& light) {
     return fabric.levels[0].yarns()->shade(uv, fabric.reference_height, light, up);
@@ -116,8 +116,8 @@ TEST_CASE("fallback: the picture shows the yarn where the fabric has it, in the 
   std::size_t differing = 0;
   V3d sum(0, 0, 0);
   double seen = 0;
-  for (int i = 0; i < 128 * 128; ++i) {
-    const V2d uv((i % 128 + 0.5) / 128, (i / 128 + 0.5) / 128);
+  for (int i = 0; i < 64 * 64; ++i) {
+    const V2d uv((i % 64 + 0.5) / 64, (i / 64 + 0.5) / 64);
     if (fallback.color.pixels[4 * i + 3] != shade(uv, up).alpha) ++differing;
     // Lights of equal solid angle on a spiral.
     const double z = std::fmod((i + 0.5) * 0.7548776662466927, 1);
