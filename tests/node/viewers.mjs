@@ -9,6 +9,9 @@ import { dress, expect, finish, json_of, make_fabric, make_yarn_fabric, path, ru
 
 const EXTENSION = 'SELVEDGE_materials_fabric';
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
+const model_viewer_folders = {
+  made: path('.'), node: here('.'), 'model-viewer': here('node_modules/@google/model-viewer/dist'), meshopt: here('node_modules/meshoptimizer'),
+};
 
 function skip(why) {
   console.log(`skipped: ${why}`);
@@ -63,21 +66,12 @@ const viewers = {
   /** model-viewer, drawn by Chromium. */
   'model-viewer': async (files) => {
     const { in_browser } = await import('../web/browser.mjs');
-    const folders = { made: path('.'), 'model-viewer': here('node_modules/@google/model-viewer/dist') };
-    return in_browser(here('../../viewer/web'), folders, async ({ page, errors }) => {
+    return in_browser(here('../../viewer/web'), model_viewer_folders, async ({ page, errors }) => {
       const answers = [];
       for (const file of files) {
         answers.push([file, await page.evaluate(async (src) => {
-          await import('/model-viewer/model-viewer.min.js');
-          const viewer = document.createElement('model-viewer');
-          Object.assign(viewer.style, { width: '200px', height: '200px' });
-          const loaded = new Promise((good, bad) => {
-            viewer.addEventListener('load', good, { once: true });
-            viewer.addEventListener('error', ({ detail }) => bad(new Error(`${detail.sourceError}`)), { once: true });
-          });
-          viewer.src = src;
-          document.body.replaceChildren(viewer);
-          await loaded;
+          const { shown } = await import('/node/model_viewer_page.js');
+          const viewer = await shown(src);
           const answer = {};
           for (const { name, pbrMetallicRoughness: pbr } of viewer.model.materials) {
             answer[name] = {
@@ -159,22 +153,10 @@ const export_viewers = {
 
   'model-viewer': async (file) => {
     const { in_browser } = await import('../web/browser.mjs');
-    const folders = {
-      made: path('.'), 'model-viewer': here('node_modules/@google/model-viewer/dist'), meshopt: here('node_modules/meshoptimizer'),
-    };
-    return in_browser(here('../../viewer/web'), folders, async ({ page, errors }) => {
+    return in_browser(here('../../viewer/web'), model_viewer_folders, async ({ page, errors }) => {
       const triangles = await page.evaluate(async (src) => {
-        const { ModelViewerElement } = await import('/model-viewer/model-viewer.min.js');
-        ModelViewerElement.meshoptDecoderLocation = '/meshopt/meshopt_decoder.cjs';
-        const viewer = document.createElement('model-viewer');
-        Object.assign(viewer.style, { width: '200px', height: '200px' });
-        const loaded = new Promise((good, bad) => {
-          viewer.addEventListener('load', good, { once: true });
-          viewer.addEventListener('error', ({ detail }) => bad(new Error(`${detail.sourceError}`)), { once: true });
-        });
-        viewer.src = src;
-        document.body.replaceChildren(viewer);
-        await loaded;
+        const { shown } = await import('/node/model_viewer_page.js');
+        const viewer = await shown(src);
         let sum = 0;
         const scene = viewer[Object.getOwnPropertySymbols(viewer).find(({ description }) => description === 'scene')];
         scene.traverse(({ geometry, material, count }) => {
