@@ -72,7 +72,7 @@ def _verb(name):
     return verb
 
 
-for _name in ("stitch", "import", "bake", "fit", "make", "plan", "dress", "reattach", "export", "check", "info",
+for _name in ("stitch", "import", "bake", "fit", "make", "plan", "dress", "export", "check", "info",
               "evaluate", "compare", "swatch"):
     globals()[_name + "_" * (_name == "import")] = _verb(_name)  # import_: the other is Python's own word
 

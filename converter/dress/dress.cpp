@@ -9,7 +9,6 @@
 
 #include "converter/dress/backing.h"
 #include "converter/dress/choose_materials.h"
-#include "converter/dress/extras_mirror.h"
 #include "converter/dress/fabric_source.h"
 #include "converter/dress/fallback.h"
 #include "converter/dress/true_size.h"
@@ -40,7 +39,6 @@ constexpr double most_unusable = 0.1;
 struct Cloth {
   Fabric fabric;
   FabricSource source;
-  std::string digest;
   int index = -1;  ///< of its entry in the document
   std::optional<FallbackFactors> factors = {};
   std::optional<Fallback> baked = {};
@@ -84,12 +82,11 @@ void check_options(const DressOptions& options, const V2d& shape) {
 Cloth read_cloth(const std::string& path, const std::string& output_path, const DressOptions& options,
                  SceneLimits& limits) {
   FabricReader reader = value_or_throw(FabricReader::open(path, {.memory = limits.document.memory}));
-  Cloth cloth{value_or_throw(reader.read()), {}, {}};
+  Cloth cloth{value_or_throw(reader.read()), {}};
   limits.document.memory -= reader.memory();
   check_options(options, options.mm_per_repeat.value_or(V2d(cloth.fabric.period_mm)));
   cloth.source =
       value_or_throw(source_of(path, output_path, options.embed.value_or(has_ending(output_path, ".glb"))));
-  cloth.digest = value_or_throw(digest_of_fabric(path));
   return cloth;
 }
 
@@ -323,7 +320,7 @@ class Dresser {
     return {cloth.index, tex_coord, {options_.offset, options_.rotation * std::numbers::pi / 180, repeats}};
   }
 
-  /// Writes the reference, its mirror and the fallback.
+  /// Writes the reference and the fallback.
   void wear(int material, Cloth& cloth, const DressedUse& use) {
     if (const std::optional<TransformFault> fault = fault_of(use.reference.transform)) {
       throw Failure{{Code::gltf_extension, document_.file, fmt::format("/materials/{}", material),
@@ -331,7 +328,6 @@ class Dresser {
     }
     set_fabric_reference(document_, material, use.reference);
     if (options_.fallback) write_fallback(material, cloth, use);
-    complete_mirror(document_, material, cloth.digest);
   }
 
   void warn_of_uvs(const std::string& where, const UvSize& size) {

@@ -7,24 +7,10 @@
 #include "format/base/atomic_file.h"
 #include "format/base/option_text.h"
 #include "format/base/printable.h"
-#include "format/exr/exr.h"
-#include "format/fabric/names.h"
 #include "format/gltf/references.h"
 #include "format/gltf/uri.h"
 
 namespace selvedge {
-namespace {
-
-Result<std::string> digest_in(const Result<ExrReader>& reader) {
-  if (!reader) return tl::unexpected<Error>(reader.error());
-  const auto& attributes = reader->parts().front().attributes;
-  const auto found = attributes.find(names::attribute_digest);
-  if (found == attributes.end())
-    return fail(Code::fabric_malformed, reader->name(), names::attribute_digest, "is not a fabric file");
-  return found->second;
-}
-
-}  // namespace
 
 Result<FabricSource> source_of(const std::string& fabric_path, const std::string& output_path, bool embed) {
   namespace fs = std::filesystem;
@@ -47,14 +33,6 @@ Result<FabricSource> source_of(const std::string& fabric_path, const std::string
   return source;
 }
 
-Result<std::string> digest_of_fabric(const std::string& fabric_path) {
-  return digest_in(ExrReader::open(fabric_path));
-}
-
-Result<std::string> digest_of_fabric(std::span<const std::uint8_t> bytes, const std::string& name) {
-  return digest_in(ExrReader::open(bytes, name));
-}
-
 GltfDocument load_garment(const std::string& path, const std::string& output_path, const GltfLimits& limits) {
   GltfDocument document = value_or_throw(load_gltf(path, limits));
   value_or_throw(check_references(document));
@@ -68,7 +46,6 @@ std::vector<std::string> outside_warnings(const GltfDocument& document, const st
   std::vector<std::string> warnings;
   for (const Error& issue : issues.take()) {
     const bool moves_in = issue.place.starts_with("/buffers/") ||
-                          issue.place.starts_with("/materials/") ||  // a fabric's mirror, which is told
                           (issue.place.starts_with("/images/") && has_ending(output_path, ".glb"));
     if (!moves_in) warnings.push_back(fmt::format("{}: {}", issue.place, issue.message));
   }

@@ -2,7 +2,6 @@
 // garments.
 #pragma once
 
-#include <span>
 #include <string>
 
 #include "format/base/guard.h"
@@ -16,13 +15,9 @@ namespace selvedge {
 /// itself. Does not check that the file is a fabric.
 Result<FabricSource> source_of(const std::string& fabric_path, const std::string& output_path, bool embed);
 
-/// The identity of a fabric: the header digest (spec/fabric.md), which covers the digests of all pixels.
-Result<std::string> digest_of_fabric(const std::string& fabric_path);
-Result<std::string> digest_of_fabric(std::span<const std::uint8_t> bytes, const std::string& name);
-
 /// One line for each file that a document, moved to its output's folder, names outside of it: readers of the
-/// output refuse those. Mirrors are left out, as are buffers and the pictures of a .glb,, which are still to
-/// be written into it.
+/// output refuse those. Buffers and the pictures of a .glb, which are still to be written into it, are left
+/// out.
 std::vector<std::string> outside_warnings(const GltfDocument& document, const std::string& output_path);
 
 /// Loads a garment and moves it to the output's folder, so that the URIs of all fabrics are relative to that.

@@ -350,11 +350,7 @@ class Exporter {
     }
     if (moved) report_.warnings.emplace_back("the yarn is at rest: animations and skins are left out");
     const auto forget = [](Json& owner) {
-      for (const char* key : {"extensions", "extras"}) {
-        if (!owner.contains(key) || !owner[key].is_object()) continue;
-        owner[key].erase(names::gltf::fabric_extension);
-        if (owner[key].empty()) owner.erase(key);
-      }
+      if (member(owner, "extensions").is_object()) erase_extension(owner, names::gltf::fabric_extension);
     };
     forget(root);
     for (Json& material : root["materials"]) forget(material);

@@ -59,13 +59,12 @@ void warn_of_light(const FabricReader& reader, const Fabric& fabric, IssueSink& 
 }
 
 CheckedFabric check(Result<ExrReader> file, const FabricLimits& limits) {
-  if (!file) return {{file.error()}, {}, {}};
+  if (!file) return {{file.error()}, {}};
   IssueSink sink(file->name());
   CheckedFabric checked;
   if (auto reader = FabricReader::open(std::move(*file), limits, sink)) {
     checked.fabric = reader->read(sink);
     if (checked.fabric) {
-      checked.digest = reader->digest();
       warn_of_levels(reader->header(), sink);
       warn_of_light(*reader, *checked.fabric, sink);
     }

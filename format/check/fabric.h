@@ -15,7 +15,6 @@ namespace selvedge {
 struct CheckedFabric {
   Issues issues;                 ///< empty: a good file
   std::optional<Fabric> fabric;  ///< unless there are errors
-  std::string digest;            ///< of its header
 };
 
 /// Places are JSON pointers into the attribute text, or "part/level N/channel/x,y". Warnings are

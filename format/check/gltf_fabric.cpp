@@ -34,14 +34,8 @@ bool close(const UvTransform& a, const UvTransform& b) {
          close(a.scale.y, b.scale.y) && close(a.rotation, b.rotation);
 }
 
-/// Facts of a fabric file that its materials have to agree with.
-struct FabricFacts {
-  bool holes = false;
-  std::string digest;  ///< of its header
-};
-
-/// An entry of the root array; empty if its fabric cannot be read.
-using Entry = std::optional<FabricFacts>;
+/// Whether the fabric of an entry of the root array has holes; empty if it cannot be read.
+using Entry = std::optional<bool>;
 
 /// Visits the textures below a material (objects shaped like a textureInfo), with their place. Extras and the
 /// reference to a fabric are left out.
@@ -135,7 +129,7 @@ class FabricCheck {
     }
     issues_.add(checked.issues);
     if (!checked.fabric) return {};
-    return FabricFacts{has_holes(*checked.fabric, 0), checked.digest};
+    return has_holes(*checked.fabric, 0);
   }
 
   void check_material(const Json& material, int number) {
@@ -161,7 +155,7 @@ class FabricCheck {
       issues_.add(Code::gltf_advice, place + "/doubleSided", "is not true: the cloth's back is not drawn");
     }
     check_fallback(material, place, *reference);
-    if (const Entry& facts = entries_[reference->fabric]) check_alpha(material, place, facts->holes);
+    if (const Entry& holes = entries_[reference->fabric]) check_alpha(material, place, *holes);
   }
 
   /// Calls missing(place) for the primitives of a material without an attribute.

@@ -50,8 +50,6 @@ class FabricReader {
   const FabricHeader& header() const { return header_; }
   /// The attribute text as stored: a JSON object.
   const std::string& text() const { return *fabric_text(file_.parts()); }
-  /// The header digest, which differs between fabrics.
-  std::string digest() const { return header_digest(text(), file_.parts()); }
 
   /// Bytes that the fabric takes at most, with what reading it takes, but for the cells of yarn.
   std::uint64_t memory() const;

@@ -60,8 +60,8 @@ struct GltfDocument {
 /// (mesh_document.h). Missing pictures are no error. KHR_draco_mesh_compression and EXT_meshopt_compression
 /// are expanded and their names removed. Refused are truncated files, versions other than 2.x, required
 /// extensions that change the geometry and are not read, and root members that are not arrays of objects
-/// where glTF has arrays; and with GLTF_REFERENCE a URI of a buffer, a picture, a fabric or a mirror that
-/// leads out of the document's folder, whether or not it is read.
+/// where glTF has arrays; and with GLTF_REFERENCE a URI of a buffer, a picture or a fabric that leads out of
+/// the document's folder, whether or not it is read.
 Result<GltfDocument> load_gltf(const std::string& path, const GltfLimits& limits = {});
 /// From memory; messages name `path`, and relative URIs are relative to its folder.
 Result<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const std::string& path,

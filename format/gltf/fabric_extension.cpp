@@ -163,14 +163,7 @@ void set_fabric_reference(GltfDocument& document, int material, const FabricRefe
   Json& json = document.json["materials"][material];
   Json info = texture_info(reference.fabric, reference.tex_coord, reference.transform);
   if (info.contains("extensions")) use_extension(document.json, texture_transform);
-  json["extensions"][fabric_extension][fabric] = info;
-  // Extras may be any JSON value; one that is not an object is left alone.
-  if (json.contains("extras") && !json["extras"].is_object()) return;
-  const Json& entry = entries_of(document)[reference.fabric];
-  for (const char* key : {name, uri}) {
-    if (entry.contains(key)) info[key] = entry[key];
-  }
-  json["extras"][fabric_extension] = std::move(info);
+  json["extensions"][fabric_extension][fabric] = std::move(info);
 }
 
 }  // namespace selvedge

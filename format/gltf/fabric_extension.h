@@ -1,5 +1,4 @@
-// The extension SELVEDGE_materials_fabric, see spec/SELVEDGE_materials_fabric. A reference to a fabric is
-// mirrored in the material's "extras" under the same name, because some optimisers keep nothing else.
+// The extension SELVEDGE_materials_fabric, see spec/SELVEDGE_materials_fabric.
 #pragma once
 
 #include <optional>
@@ -30,7 +29,6 @@ Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument&
 struct Placement {
   int tex_coord = 0;
   UvTransform transform;
-  bool operator==(const Placement&) const = default;
 };
 /// The placement of a textureInfo-shaped object: KHR_texture_transform, which may name another UV set; the
 /// identity without it.
@@ -67,7 +65,7 @@ struct FabricSource {
 /// used again.
 Result<int> add_fabric(GltfDocument& document, const FabricSource& source);
 
-/// Sets (or replaces) the material's reference and its mirror in extras. Precondition: both exist.
+/// Sets (or replaces) the material's reference. Precondition: both exist.
 void set_fabric_reference(GltfDocument& document, int material, const FabricReference& reference);
 
 }  // namespace selvedge

@@ -11,15 +11,13 @@ inline constexpr const char* mask_cutoff = "maskCutoff";
 inline constexpr const char* normal_texture = "normalTexture";  ///< core glTF's name, too
 inline constexpr const char* tint_factor = "tintFactor";
 inline constexpr const char* tint_texture = "tintTexture";
-inline constexpr const char* kept = "kept";  ///< in the mirror: names of these textures
 inline constexpr const char* name = "name";
 inline constexpr const char* mime_type = "mimeType";
 inline constexpr const char* uri = "uri";
 inline constexpr const char* buffer_view = "bufferView";
 inline constexpr const char* index = "index";
 inline constexpr const char* tex_coord = "texCoord";
-inline constexpr const char* digest = "digest";                        ///< in the mirror
-inline constexpr const char* base_color_texture = "baseColorTexture";  ///< core glTF, and in the mirror
+inline constexpr const char* base_color_texture = "baseColorTexture";  ///< core glTF
 inline constexpr const char* fabric_mime_type = "image/x-exr";
 
 inline constexpr const char* texture_transform = "KHR_texture_transform";

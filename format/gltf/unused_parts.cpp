@@ -67,14 +67,12 @@ void each_accessor(Json& root, const Visit& visit) {
   });
 }
 
-/// Fabrics of materials, and their mirrors in extras.
+/// Fabrics of materials.
 void each_fabric(Json& root, const Visit& visit) {
   if (!root.contains("materials")) return;
   for (Json& material : root["materials"]) {
     if (member(member(member(material, "extensions"), fabric_extension), fabric).is_object())
       visit_index(material["extensions"][fabric_extension][fabric], index, visit);
-    if (member(member(material, "extras"), fabric_extension).is_object())
-      visit_index(material["extras"][fabric_extension], index, visit);
   }
 }
 

@@ -69,20 +69,12 @@ fs::path canonical(const std::string& path) {
 /// Visits the objects of a document that name a file by "uri", with their JSON pointers.
 template <class Root, class F>
 void for_each_uri(Root& root, const F& visit) {
-  const auto visit_list = [&](const std::string& list) {
+  for (const std::string& list :
+       {std::string("/buffers"), std::string("/images"),
+        fmt::format("/extensions/{}/{}", names::gltf::fabric_extension, names::gltf::fabrics)}) {
     const Json::json_pointer at(list);
-    if (!root.contains(at) || !root[at].is_array()) return;
+    if (!root.contains(at) || !root[at].is_array()) continue;
     for (std::size_t i = 0; i < root[at].size(); ++i) visit(root[at][i], fmt::format("{}/{}", list, i));
-  };
-  visit_list("/buffers");
-  visit_list("/images");
-  visit_list(fmt::format("/extensions/{}/{}", names::gltf::fabric_extension, names::gltf::fabrics));
-  // The mirrors of the materials' references hold the same URIs.
-  for (std::size_t i = 0; i < array_of(root, "materials").size(); ++i) {
-    auto& material = root["materials"][i];
-    if (member(member(material, "extras"), names::gltf::fabric_extension).is_null()) continue;
-    visit(material["extras"][names::gltf::fabric_extension],
-          fmt::format("/materials/{}/extras/{}", i, names::gltf::fabric_extension));
   }
 }
 

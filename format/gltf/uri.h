@@ -31,8 +31,8 @@ Result<bool> is_inside(const std::string& path, const std::string& folder);
 Result<std::string> resolve_uri(const GltfDocument& document, const std::string& uri,
                                 const std::string& place);
 
-/// Adds GLTF_REFERENCE for every URI of a buffer, a picture, a fabric or a mirror that leads out of the
-/// folder that the document is in now, allowed or not: what readers of a file there refuse.
+/// Adds GLTF_REFERENCE for every URI of a buffer, a picture or a fabric that leads out of the folder that
+/// the document is in now, allowed or not: what readers of a file there refuse.
 void find_outside(const GltfDocument& document, IssueSink& issues);
 
 /// Allows the file that a URI names now, as the user's own choice.

@@ -222,23 +222,7 @@ export class MaterialsFabric extends Extension {
       const view = context.otherBufferViewsIndexMap.get(file.getImage());
       return view === undefined ? { ...def, uri: file.getURI() } : { ...def, bufferView: view };
     });
-    if (fabrics.length === 0) return this;
-    json.extensions = { ...json.extensions, [NAME]: { fabrics } };
-    for (const materialDef of json.materials) {
-      if (materialDef.extensions?.[NAME]) this.#writeMirror(materialDef, fabrics);
-    }
+    if (fabrics.length > 0) json.extensions = { ...json.extensions, [NAME]: { fabrics } };
     return this;
-  }
-
-  /** The mirror in extras follows the reference; what else it holds, such as the digest, stays. */
-  #writeMirror(materialDef, fabrics) {
-    const { fabric: { index, texCoord, extensions }, maskCutoff, tintFactor, ...others } = materialDef.extensions[NAME];
-    const { name, uri } = fabrics[index], textures = TEXTURES.filter((texture) => others[texture]);
-    const kept = textures.length > 0 ? textures : undefined;
-    const mirror = { ...materialDef.extras?.[NAME], index, texCoord, extensions, name, uri, maskCutoff, tintFactor, kept };
-    const base = materialDef.pbrMetallicRoughness?.baseColorTexture;
-    const place = base ? { texCoord: base.texCoord, extensions: base.extensions } : null;
-    mirror.baseColorTexture = JSON.stringify(place) === JSON.stringify({ texCoord, extensions }) ? undefined : place;
-    materialDef.extras = { ...materialDef.extras, [NAME]: JSON.parse(JSON.stringify(mirror)) };
   }
 }

@@ -141,14 +141,3 @@ make_scene() {
   write_quad quad.gltf
   selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
 }
-
-# make_packed DRESSED.glb PACKED.glb: without the extension, as an optimiser leaves it that keeps extras alone. The
-# binary chunk stays as it is.
-make_packed() {
-  node -e 'const fs = require("fs"), bytes = fs.readFileSync(process.argv[1]), size = bytes.readUInt32LE(12);
-    const json = JSON.parse(bytes.toString("utf8", 20, 20 + size));
-    delete json.extensions;
-    for (const material of json.materials) delete (material.extensions ?? {}).SELVEDGE_materials_fabric;
-    const text = Buffer.from(JSON.stringify(json).padEnd(size, " "));
-    fs.writeFileSync(process.argv[2], Buffer.concat([bytes.subarray(0, 20), text, bytes.subarray(20 + size)]));' "$1" "$2"
-}

@@ -10,7 +10,6 @@ make_inputs() {
   write_quad bare.gltf 'POSITION NORMAL'
   selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
   selvedge dress quad.gltf plane.fabric.exr -o beside.gltf --all --quiet
-  make_packed quad.glb packed.glb
   cut_short plane.samples.exr short.samples.exr
   cut_short plane.fabric.exr short.exr
   cut_short quad.glb short.glb

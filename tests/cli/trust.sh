@@ -12,7 +12,6 @@ test_no_verb_opens_a_file_outside_of_the_garments_folder() {
   for uri in ../secret ..%2Fsecret "$PWD/secret" link.png ../no-such-file; do
     edited quad.gltf in/a.gltf "$(picture_from "$uri")"
     refuses GLTF_REFERENCE --allow-outside selvedge dress in/a.gltf plane.fabric.exr -o out/a.glb --all
-    refuses GLTF_REFERENCE --allow-outside selvedge reattach in/a.gltf -o out/a.glb
     refuses GLTF_REFERENCE --allow-outside selvedge info in/a.gltf
     refuses GLTF_REFERENCE --allow-outside selvedge plan in/a.gltf
     refuses GLTF_REFERENCE --allow-outside selvedge-view render in/a.gltf -o out/a.png

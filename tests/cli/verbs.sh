@@ -2,7 +2,7 @@
 # What holds for every verb: help, reports, exit statuses, progress; and the verbs that only read.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-verbs=(stitch bake import fit make plan dress reattach export check info evaluate compare swatch)
+verbs=(stitch bake import fit make plan dress export check info evaluate compare swatch)
 
 # The examples that the help of a verb gives, one per line.
 examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\1/p'; }
@@ -16,7 +16,6 @@ make_example_files() {
   selvedge dress shirt.gltf k.fabric.exr -o dressed.glb --all --quiet
   cp dressed.glb shirt.glb
   make_knitted knitted.glb
-  make_packed dressed.glb packed.glb
   echo '{"op":"check","file":"k.fabric.exr"}' >queries.jsonl
   write_pictures pictures
   echo '{"centre":{"texels":8,"directions":16,"samples":2}}' >grid.json
@@ -173,13 +172,10 @@ test_report_of_every_verb_is_json() {
   holds "r.materials.length === 1 && r.materials[0].name === 'cloth' && r.bytes === $(stat -c %s quad.glb)"
   reports selvedge plan selvedge plan quad.glb
   holds "r.materials.length === 1 && r.materials[0].seen"
-  make_packed quad.glb packed.glb
-  reports selvedge reattach selvedge reattach packed.glb -o quad2.glb --fabric k.fabric.exr
-  holds "r.materials.length === 1 && r.embedded === 1 && r.attached.length === 0 && r.bytes === $(stat -c %s quad2.glb)"
   make_knitted knitted.glb
   reports selvedge export selvedge export knitted.glb -o yarn.glb
   holds "r.yarns.length === 1 && r.triangles > 0 && r.bytes === $(stat -c %s yarn.glb)"
-  reports selvedge check selvedge check k.fabric.exr k.samples.exr quad.glb quad2.glb
+  reports selvedge check selvedge check k.fabric.exr k.samples.exr quad.glb
   reports selvedge info selvedge info k.fabric.exr
   reports selvedge evaluate selvedge evaluate k.fabric.exr --uv 0.5,0.5
   holds "r.rgb.length === 3 && r.alpha >= 0 && r.alpha <= 1"

@@ -64,9 +64,7 @@ struct Square {
       "pbrMetallicRoughness":{"metallicFactor":0,"baseColorTexture":{"index":0,
         "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}},
       "extensions":{"SELVEDGE_materials_fabric":{"fabric":{"index":0,
-        "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}}},
-      "extras":{"SELVEDGE_materials_fabric":{"index":0,"name":"net","uri":"the%20net.exr",
-        "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}}})");
+        "extensions":{"KHR_texture_transform":{"scale":[20,25]}}}}}})");
   }
 
   /// Two variants, of which the second wears a copy of the material on the primitive.

@@ -1,14 +1,15 @@
-// Garments in Draco and meshopt, dressed: the decoders of others (three.js' Draco, npm meshoptimizer), run by
-// glTF-Transform and three.js, find in the output what they find in the garment.
+// Garments in Draco and meshopt, the one of docs/dress.md by gltfpack among them, dressed: the decoders of others
+// (three.js' Draco, npm meshoptimizer), run by glTF-Transform and three.js, find in the output what they find in the garment.
 import { Logger, NodeIO } from '@gltf-transform/core';
 import { ALL_EXTENSIONS } from '@gltf-transform/extensions';
+import { execFileSync } from 'node:child_process';
 import { existsSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { fileURLToPath } from 'node:url';
 import { MeshoptDecoder } from 'meshoptimizer';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { compare } from './validate.mjs';
-import { expect, finish, json_of, make_fabric, path, run } from './workshop.mjs';
+import { blocks_of, expect, finish, json_of, make_fabric, path, plain, run } from './workshop.mjs';
 
 /** The decoder that three.js has in its package, a script for browsers. */
 function draco_decoder() {
@@ -55,24 +56,28 @@ async function corners_in_three(file) {
 const fabric = make_fabric();
 const ours = fileURLToPath(new URL('../data/encodings/scarf_', import.meta.url));
 const theirs = fileURLToPath(new URL('../../../shared/data/garments/encodings/enc__SheenCloth__', import.meta.url));
-for (const prefix of [ours, theirs].filter((name) => existsSync(`${name}plain.glb`))) {
-  for (const encoding of ['draco_edgebreaker', 'draco_sequential', 'meshopt_high', 'meshopt_medium']) {
-    const input = `${prefix}${encoding}.glb`, before = await geometry_of(input);
-    for (const unwrap of [false, true]) {
-      const what = `${encoding}${unwrap ? ', unwrapped' : ''}`, output = path('dressed.glb');
-      run('selvedge', 'dress', input, fabric, '-o', output, '--all', '--no-fallback', '--quiet', '--unwrap', unwrap ? 'always' : 'never');
-      expect(json_of(output).extensionsRequired.some((name) => name.endsWith('compression')), `${what}: is compressed`);
-      const { fresh, messages } = await compare(input, output);
-      expect(fresh.length === 0, `${what}: the validator says nothing new`, JSON.stringify(messages));
-      const after = await geometry_of(output);
-      if (unwrap) {
-        const off = Math.hypot(...[2, 3, 4].map((c) => after.mean[c] - before.mean[c])) / Math.hypot(...before.mean.slice(2));
-        expect(after.corners === before.corners && off < 1e-4, `${what}: the same triangles`, off);
-      } else {
-        expect(after.all === before.all, `${what}: the same vertices`);
-      }
-      if (encoding.startsWith('meshopt')) expect(await corners_in_three(output) === after.corners, `${what}: three.js draws it`);
+const encodings = ['draco_edgebreaker', 'draco_sequential', 'meshopt_high', 'meshopt_medium'];
+const inputs = [ours, theirs].filter((name) => existsSync(`${name}plain.glb`))
+  .flatMap((name) => encodings.map((encoding) => `${name}${encoding}.glb`));
+const gltfpack = fileURLToPath(new URL('node_modules/gltfpack/cli.js', import.meta.url)), packed = path('packed.glb');
+const words = { gltfpack, 'plain.glb': plain('sweater'), 'packed.glb': packed };
+execFileSync(process.execPath, blocks_of('docs/dress.md', 'text')[0].split('\n')[0].split(' ').map((word) => words[word] ?? word));
+for (const input of [...inputs, packed]) {
+  const before = await geometry_of(input);
+  for (const unwrap of [false, true]) {
+    const what = `${input}${unwrap ? ', unwrapped' : ''}`, output = path('dressed.glb');
+    run('selvedge', 'dress', input, fabric, '-o', output, '--all', '--no-fallback', '--quiet', '--unwrap', unwrap ? 'always' : 'never');
+    expect(json_of(output).extensionsRequired.some((name) => name.endsWith('compression')), `${what}: is compressed`);
+    const { fresh, messages } = await compare(input, output);
+    expect(fresh.length === 0, `${what}: the validator says nothing new`, JSON.stringify(messages));
+    const after = await geometry_of(output);
+    if (unwrap) {
+      const off = Math.hypot(...[2, 3, 4].map((c) => after.mean[c] - before.mean[c])) / Math.hypot(...before.mean.slice(2));
+      expect(after.corners === before.corners && off < 1e-4, `${what}: the same triangles`, off);
+    } else {
+      expect(after.all === before.all, `${what}: the same vertices`);
     }
+    if (!input.includes('draco')) expect(await corners_in_three(output) === after.corners, `${what}: three.js draws it`);
   }
 }
 finish();

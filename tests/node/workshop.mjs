@@ -2,7 +2,7 @@
 //
 // A test is run as `node TEST.mjs BIN_FOLDER OUTPUT_FOLDER`, and its output folder is gone afterwards. Exit 0: good,
 // 1: not, 77 (skipped): what is installed with npm ci is not there.
-import { execFileSync, spawnSync } from 'node:child_process';
+import { execFileSync } from 'node:child_process';
 import { existsSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
 import { register } from 'node:module';
 import { sample_garment } from './sample_garment.mjs';
@@ -32,12 +32,6 @@ export const path = (name) => `${folder}/${name}`;
 export function run(program, ...options) {
   const text = execFileSync(`${bin}/${program}`, options, { encoding: 'utf8', stdio: ['ignore', 'pipe', 'inherit'] });
   return options.includes('--json') ? JSON.parse(text) : text;
-}
-
-/** What one of our programs says of bad input: its exit status and its line on standard error. */
-export function refusal(program, ...options) {
-  const { status, stderr } = spawnSync(`${bin}/${program}`, options, { encoding: 'utf8' });
-  return { status, line: stderr.trim() };
 }
 
 /** The JSON of a .gltf or .glb file. */

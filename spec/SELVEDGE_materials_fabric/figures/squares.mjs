@@ -80,7 +80,7 @@ function turn(file) {
   const json = JSON.parse(readFileSync(file, 'utf8'));
   transforms.forEach((transform, i) => {
     const material = json.materials[i];
-    for (const info of [material.extensions[NAME].fabric, material.pbrMetallicRoughness.baseColorTexture, material.normalTexture, material.extras[NAME]]) {
+    for (const info of [material.extensions[NAME].fabric, material.pbrMetallicRoughness.baseColorTexture]) {
       info.extensions = { KHR_texture_transform: transform };
     }
   });

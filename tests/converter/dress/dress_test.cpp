@@ -149,7 +149,6 @@ TEST_CASE("dress: the fallback is a core material on the same UV set and transfo
   CHECK(material["alphaMode"] == "MASK");  // a sixteenth of the net is holes
   CHECK(material["alphaCutoff"] == 0.5);
   CHECK(material["doubleSided"] == true);
-  CHECK(material["extras"][extension]["index"] == 0);
   CHECK(json["extensions"][extension]["fabrics"][0]["mimeType"] == "image/x-exr");
   CHECK_FALSE(json.contains("extensionsRequired"));
   for (const Json& texture : json["textures"]) {
@@ -176,7 +175,7 @@ TEST_CASE("dress: what the fallback replaces goes and the rest stays") {
   CHECK(material["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] == 2);
   CHECK(material["extensions"]["X_other"]["a"] == 1);
   CHECK(material["emissiveFactor"] == Json({1, 0, 0}));
-  CHECK(material["extras"]["note"] == 1);
+  CHECK(material["extras"] == Json({{"note", 1}}));
 }
 
 TEST_CASE("dress: without the fallback the core material is left as it was") {
@@ -188,7 +187,6 @@ TEST_CASE("dress: without the fallback the core material is left as it was") {
   Json after = load_gltf(workshop.output)->json["materials"][0];
   CHECK(after.contains("extensions"));
   after.erase("extensions");
-  after.erase("extras");
   CHECK(after == before);
 }
 

@@ -7,7 +7,6 @@
 
 #include "converter/dress/choose_materials.h"
 #include "converter/dress/fallback.h"
-#include "converter/dress/reattach.h"
 #include "format/check/gltf.h"
 #include "format/gltf/access.h"
 #include "format/gltf/edit.h"
@@ -177,27 +176,6 @@ TEST_CASE("dress: a dressed garment that is dressed again keeps its parts") {
   CHECK(twice.images[twice.materials[0].kept.mask.image].bytes ==
         once.images[once.materials[0].kept.mask.image].bytes);
   CHECK(twice.images.size() == once.images.size());
-}
-
-TEST_CASE("reattach: mask, normals and tint come back with the fabric") {
-  const Worn worn;
-  DressOptions options = all();
-  options.keep.tint = V3f(0.5F, 1, 1);
-  const Scene before = worn.checked(options);
-  GltfDocument document = test::need(load_gltf(worn.output));
-  erase_extension(document.json["materials"][0], "SELVEDGE_materials_fabric");
-  erase_extension(document.json, "SELVEDGE_materials_fabric");
-  const std::string packed = worn.folder / "packed.glb";
-  const std::string restored = worn.folder / "restored.glb";
-  REQUIRE(save_gltf(document, packed));
-  REQUIRE(reattach(packed, restored, {.fabrics = {worn.fabric}}));
-  const GarmentParts kept = test::need(read_scene(restored)).materials[0].kept;
-  CHECK(kept.mask.image >= 0);
-  CHECK(kept.mask.transform.scale == V2d(2, 1));
-  CHECK(kept.mask_cutoff == 0.25F);
-  CHECK(kept.normal.image >= 0);
-  CHECK(kept.normal_scale == 0.5F);
-  CHECK(kept.tint == V3f(0.5F, 1, 1));
 }
 
 TEST_CASE(
