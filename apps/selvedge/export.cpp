@@ -17,7 +17,9 @@ struct ExportCommand {
 void declare(Options& options, ExportCommand& command) {
   options.common(command.common);
   options.text("garment", command.input, "FILE", "A dressed garment (.gltf .glb)").required().reads();
-  options.output(command.output, "The garment with its yarn as geometry (.gltf .glb)", {".gltf", ".glb"})
+  options
+      .output(command.output, "The garment with its yarn as geometry (.gltf .glb .usda)",
+              {".gltf", ".glb", ".usda"})
       .required();
   ExportOptions& exported = command.exported;
   options.number("--triangles", exported.triangles, "N", "Triangles that are drawn at most; each copy counts")

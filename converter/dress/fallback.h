@@ -34,6 +34,8 @@ Fallback bake_fallback(const Fabric& fabric);
 /// Adds the picture as embedded PNG with a repeating, mip-mapped sampler, and returns the number of its
 /// texture. An equal picture, sampler or texture in the document (after dressing twice) is used again.
 Result<int> add_fallback_texture(GltfDocument& document, const Fallback& fallback);
+/// The same of any linear picture.
+Result<int> add_color_texture(GltfDocument& document, const Image& image, const char* name);
 
 /// Rewrites the core part of the material (dress.h says which members stay). The fabric's texture gets the
 /// reference's UV set and transform. A tint texture or mask of the extension becomes the base colour texture,

@@ -1,6 +1,7 @@
 #include "converter/dress/usd.h"
 
 #include <Imath/ImathBox.h>
+#include <Imath/ImathMatrixAlgo.h>
 #include <fmt/format.h>
 
 #include <cctype>
@@ -8,6 +9,7 @@
 #include <filesystem>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include "format/base/option_text.h"
@@ -314,6 +316,49 @@ std::string mesh(const ScenePrimitive& primitive, const M44d& world, const std::
   return text + "    }\n\n";
 }
 
+/// Many instances of a mesh, of its text; nothing if one has no position, rotation and scale.
+std::optional<std::string> point_instancer(const std::vector<M44d>& worlds, const std::string& name,
+                                           const std::string& prototype) {
+  std::vector<std::string> positions, orientations, scales;
+  for (const M44d& world : worlds) {
+    V3d scale, shear, translation;
+    Imath::Quatd turn;
+    M44d rest = world;
+    constexpr double least_shear = 5e-3;  // of quaternions in steps, which are not quite unit
+    if (world.determinant() <= 0 || !Imath::extractAndRemoveScalingAndShear(rest, scale, shear, false) ||
+        shear.length() > least_shear)
+      return {};
+    turn = Imath::extractQuat(rest);
+    positions.push_back(text_of(V3f(world.translation())));
+    orientations.push_back(
+        fmt::format("({:.4f}, {:.4f}, {:.4f}, {:.4f})", turn.r, turn.v.x, turn.v.y, turn.v.z));
+    scales.push_back(text_of(V3f(scale)));
+  }
+  const auto same = [](const std::string& text) { return text; };
+  const auto zero = [](const M44d&) { return std::string("0"); };
+  return fmt::format(
+      "    def PointInstancer \"{}\"\n    {{\n"
+      "        point3f[] positions = {}\n        quath[] orientations = {}\n        float3[] scales = {}\n"
+      "        int[] protoIndices = {}\n        rel prototypes = </Garment/{}/prototype>\n\n{}    }}\n\n",
+      name, list(positions, same), list(orientations, same), list(scales, same), list(worlds, zero), name,
+      prototype);
+}
+
+std::string basis_curves(const UsdCurves& curves, const std::string& name) {
+  std::vector<V3f> points;
+  for (const std::vector<V3f>& one : curves.points) points.insert(points.end(), one.begin(), one.end());
+  const auto count_of = [](const std::vector<V3f>& one) { return fmt::format("{}", one.size()); };
+  const char* constant = " (\n            interpolation = \"constant\"\n        )\n";
+  return fmt::format(
+      "    def BasisCurves \"{}\"\n    {{\n"
+      "        uniform token basis = \"catmullRom\"\n        int[] curveVertexCounts = {}\n"
+      "        float3[] extent = {}\n        point3f[] points = {}\n"
+      "        color3f[] primvars:displayColor = [{}]{}        uniform token type = \"cubic\"\n"
+      "        float[] widths = [{}]{}        uniform token wrap = \"pinned\"\n    }}\n\n",
+      name, list(curves.points, count_of), extent_of(points), list(points, text_of), text_of(curves.color),
+      constant, curves.width, constant);
+}
+
 /// Refuses to overwrite a picture of the garment.
 Result<void> check_names(const GltfDocument& document, const UsdFiles& files) {
   for (const Json& image : array_of(document.json, "images")) {
@@ -332,7 +377,8 @@ Result<void> check_names(const GltfDocument& document, const UsdFiles& files) {
 
 }  // namespace
 
-Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, const SceneLimits& limits) {
+Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, const SceneLimits& limits,
+                        const std::vector<UsdCurves>& curves) {
   if (!has_ending(path, ".usda")) {
     return fail(Code::option_out_of_range, path, "", "the name of a USD layer has to end in .usda");
   }
@@ -345,9 +391,13 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, c
   std::map<int, std::string> bindings;
   std::string meshes;
   std::string materials;
+  std::map<int, std::vector<M44d>> worlds;  // of each primitive
+  for (const SceneInstance& instance : scene->instances) worlds[instance.primitive].push_back(instance.world);
   for (const SceneInstance& instance : scene->instances) {
     const ScenePrimitive& primitive = scene->primitives[instance.primitive];
     if (primitive.positions.empty()) continue;
+    std::vector<M44d>& own = worlds[instance.primitive];
+    if (own.empty()) continue;
     const SceneMaterial* material = primitive.material < 0 ? nullptr : &scene->materials[primitive.material];
     std::string binding;
     if (material != nullptr) {
@@ -361,9 +411,20 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, c
       }
       binding = entry->second;
     }
-    meshes += mesh(primitive, instance.world, names.make(primitive.name, "mesh"), binding,
-                   material != nullptr && material->double_sided);
+    const bool two_sided = material != nullptr && material->double_sided;
+    const std::string name = names.make(primitive.name, "mesh");
+    constexpr std::size_t many = 8;
+    if (own.size() >= many) {
+      if (const auto text =
+              point_instancer(own, name, mesh(primitive, {}, "prototype", binding, two_sided))) {
+        meshes += *text;
+        own.clear();
+        continue;
+      }
+    }
+    meshes += mesh(primitive, instance.world, name, binding, two_sided);
   }
+  for (const UsdCurves& one : curves) meshes += basis_curves(one, names.make(one.name, "curves"));
   const std::string text = fmt::format(
       "#usda 1.0\n(\n    defaultPrim = \"Garment\"\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\n"
       "def Xform \"Garment\"\n{{\n{}    def Scope \"{}\"\n    {{\n{}    }}\n}}\n",

@@ -29,9 +29,18 @@ struct UsdFiles {
   std::vector<std::string> remarks;  ///< content that could not be written, one line each
 };
 
-/// `path` is the layer's, with the ending ".usda".
-Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path,
-                        const SceneLimits& limits = {});
+/// Curves that reflect and are as thick alike.
+struct UsdCurves {
+  std::string name;
+  V3f color{1, 1, 1};                    ///< linear
+  float width = 0;                       ///< m
+  std::vector<std::vector<V3f>> points;  ///< of each curve: m, world; at least two
+};
+
+/// `path` is the layer's, with the ending ".usda". Triangles that have at least eight places, each a
+/// position, rotation and scale, become a PointInstancer; `curves` become BasisCurves.
+Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, const SceneLimits& limits = {},
+                        const std::vector<UsdCurves>& curves = {});
 
 /// KHR_texture_transform for texture coordinates with v up: the inputs of a UsdTransform2d that maps (u, 1 -
 /// v) to (u', 1 - v').

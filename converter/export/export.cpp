@@ -8,8 +8,12 @@
 #include <numbers>
 
 #include "converter/dress/fabric_source.h"
+#include "converter/dress/fallback.h"
+#include "converter/dress/usd.h"
 #include "converter/export/place_repeats.h"
 #include "converter/make/fallback_factors.h"
+#include "format/base/atomic_file.h"
+#include "format/base/option_text.h"
 #include "format/fabric/file.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/names.h"
@@ -33,6 +37,8 @@ struct WornCloth {
   const Yarns& yarns() const { return *fabric.levels.front().yarns(); }
 };
 
+constexpr double pixels_of_yarn = 1 << 14, pixels_in_region = 1 << 16;  ///< of a repeat's picture
+
 /// Values in whole steps of a power of two, which meshopt packs well: so many bits for the largest.
 std::vector<float> in_steps(std::span<const float> values, int bits) {
   int exponent = 0;
@@ -47,7 +53,9 @@ std::vector<float> in_steps(std::span<const float> values, int bits) {
 
 class Exporter {
  public:
-  Exporter(GltfDocument& document, const ExportOptions& options) : document_(document), options_(options) {}
+  /// `curves`: gets the yarn in the region, which is a mesh if that is null.
+  Exporter(GltfDocument& document, const ExportOptions& options, std::vector<UsdCurves>* curves)
+      : document_(document), options_(options), curves_(curves) {}
 
   ExportReport run() {
     const UsedParts used = used_parts(document_);
@@ -156,50 +164,50 @@ class Exporter {
   void add(const WornCloth& worn, const std::array<double, 2>& triangles) {
     std::vector<RepeatMesh> meshes;
     for (int detail = 0; detail <= std::ranges::max(worn.detail); ++detail)
-      meshes.push_back(
-          mesh_of_repeat(worn.yarns(), std::min(triangles[detail], max_triangles(worn.yarns()))));
+      meshes.push_back(mesh_of_repeat(worn.yarns(), std::min(triangles[detail], max_triangles(worn.yarns())),
+                                      detail == 0 ? pixels_of_yarn : pixels_in_region));
     const RepeatFrame frame{V2d(worn.yarns().period()), worn.fabric.reference_height};
-    const LaidCloth laid = place_repeats(worn.cloth, worn.cells, worn.yarns(), frame, meshes, worn.detail);
+    const LaidCloth laid =
+        place_repeats(worn.cloth, worn.cells, worn.yarns(), frame, meshes, worn.detail, options_.region);
     constexpr double degrees = 180 / std::numbers::pi;
     ExportedYarn yarn{worn.material,       worn.name,           {}, 0, 0, 0, laid.gap, laid.overlap,
                       laid.turn * degrees, laid.shear * degrees};
-    float shade = 1;
-    for (const PlacedRepeats& placed : laid.repeats) {
-      for (const auto& [shape, copies] : placed.copies)
-        for (const RepeatCopy& copy : copies) shade = std::max(shade, copy.shade);
-    }
-    std::vector<Paint> paints;
-    for (std::size_t y = 0; y < meshes.front().size(); ++y) {
-      Paint paint;
-      for (const RepeatMesh& mesh : meshes) {
-        for (const V3f& light : mesh[y].mesh.light) {
-          for (int k = 0; k < 3; ++k) paint.white[k] = std::max(paint.white[k], light[k] * shade);
-        }
-      }
-      paint.material = add_material(worn, paint.white, y == 0);
-      paints.push_back(paint);
-    }
     for (std::size_t d = 0; d < meshes.size(); ++d) {
       const PlacedRepeats& placed = laid.repeats[d];
+      const std::vector<int> materials = add_materials(worn, meshes[d], d == 0);
       yarn.triangles.push_back(triangles_of(meshes[d]));
       yarn.bent += placed.bent_repeats;
       yarn.cut += placed.cut_repeats;
       const std::string name = worn.name + (d == 0 ? " yarn" : " yarn in the region");
       for (const auto& [shape, copies] : placed.copies) {
         std::vector<TubeMesh> tubes;
-        for (const YarnTubes& one : meshes[d]) tubes.push_back(shaped_mesh(one.mesh, shape, frame));
-        add_copies(name, add_mesh(name, tubes, paints), copies);
+        for (const YarnTubes& one : meshes[d].tubes) tubes.push_back(shaped_mesh(one.mesh, shape, frame));
+        add_copies(name, add_mesh(name, tubes, materials), copies);
         yarn.copies += static_cast<int>(copies.size());
         report_.triangles += yarn.triangles.back() * static_cast<std::int64_t>(copies.size());
+      }
+      if (d > 0 && curves_ != nullptr) {
+        add_curves(worn, laid, name);
+        continue;
       }
       std::int64_t bent = 0;
       for (const TubeMesh& one : placed.bent) bent += static_cast<std::int64_t>(one.indices.size() / 3);
       report_.triangles += bent;
       if (bent > 0)
-        add_node({{"name", name + ", bent"}, {"mesh", add_mesh(name + ", bent", placed.bent, paints)}});
+        add_node({{"name", name + ", bent"}, {"mesh", add_mesh(name + ", bent", placed.bent, materials)}});
     }
     warn_of_shape(yarn);
     report_.yarns.push_back(std::move(yarn));
+  }
+
+  void add_curves(const WornCloth& worn, const LaidCloth& laid, const std::string& name) {
+    const double scale = std::sqrt(worn.cloth.area / worn.cloth.repeats /
+                                   (V2d(worn.yarns().period()).x * V2d(worn.yarns().period()).y));
+    for (std::size_t c = 0; c < laid.lines.size(); ++c) {
+      const YarnCurve& curve = worn.yarns().data().curves[c];
+      const float width = 2 * radius_of_plies(curve) * static_cast<float>(scale);
+      if (!laid.lines[c].empty()) curves_->push_back({name, curve.albedo * worn.tint, width, laid.lines[c]});
+    }
   }
 
   void warn_of_shape(const ExportedYarn& yarn) {
@@ -214,71 +222,82 @@ class Exporter {
     }
   }
 
-  /// A material whose vertex colours count in `white`.
-  struct Paint {
-    int material = 0;
-    V3f white{0, 0, 0};
-  };
-
-  /// The core material of yarn; in place of the garment's, or another one.
-  int add_material(const WornCloth& worn, const V3f& white, bool in_place) {
-    const auto most_one = [](const V3f& x) {
-      return Json::array({std::min(x.x, 1.0F), std::min(x.y, 1.0F), std::min(x.z, 1.0F)});
+  /// Core materials of the yarns with the picture; the first may stand in the garment's place.
+  std::vector<int> add_materials(const WornCloth& worn, const RepeatMesh& mesh, bool in_place) {
+    const auto json_of = [](const V3f& x) { return Json::array({x.x, x.y, x.z}); };
+    V3f white(0, 0, 0);
+    Image picture = mesh.picture;
+    const auto each_value = [&](const auto& change) {
+      for (std::size_t i = 0; i < picture.pixels.size(); ++i)
+        change(picture.pixels[i], white[static_cast<int>(i % 3)]);
     };
-    Json material{
-        {"name", worn.name + " yarn"},
-        {"pbrMetallicRoughness", {{"baseColorFactor", most_one(white * worn.tint)}, {"metallicFactor", 0}}}};
-    material["pbrMetallicRoughness"]["baseColorFactor"].push_back(1);
+    each_value([](float value, float& most) { most = std::max(most, std::min(value, 1.0F)); });
+    each_value([](float& value, float most) { value = most > 0 ? std::min(value / most, 1.0F) : 0; });
+    Json core{{"baseColorFactor", json_of(white * worn.tint)},
+              {"baseColorTexture",
+               {{"index", value_or_throw(add_color_texture(document_, picture, "light of the yarn"))}}},
+              {"metallicFactor", 0}};
+    core["baseColorFactor"].push_back(1);
+    Json material{{"name", worn.name + " yarn"}, {"pbrMetallicRoughness", std::move(core)}};
     material["extensions"]["KHR_materials_specular"] = {{"specularFactor", 0}};
     use_extension(document_.json, "KHR_materials_specular");
     const FallbackFactors factors = fallback_of(worn.fabric);
     if (factors.sheen_color != V3f(0, 0, 0)) {
       material["extensions"]["KHR_materials_sheen"] = {
-          {"sheenColorFactor", most_one(factors.sheen_color * worn.tint)},
+          {"sheenColorFactor", json_of(factors.sheen_color * worn.tint)},
           {"sheenRoughnessFactor", factors.sheen_roughness}};
       use_extension(document_.json, "KHR_materials_sheen");
     }
     Json& materials = document_.json["materials"];
-    if (!in_place) return append(materials, std::move(material));
-    materials[worn.material] = std::move(material);
-    return worn.material;
+    std::vector<int> numbers;
+    for (std::size_t y = 0; y < mesh.tubes.size(); ++y) {
+      numbers.push_back(in_place && y == 0 ? worn.material : append(materials, material));
+      if (in_place && y == 0) materials[worn.material] = material;
+    }
+    return numbers;
   }
 
   int add_mesh(const std::string& name, const std::vector<TubeMesh>& tubes,
-               const std::vector<Paint>& paints) {
-    constexpr int bits = 16;  // of a position: 1/30 mm in a metre
+               const std::vector<int>& materials) {
     Json primitives = Json::array();
     for (std::size_t y = 0; y < tubes.size(); ++y) {
       const TubeMesh& mesh = tubes[y];
       if (mesh.indices.empty()) continue;
       Json attributes;
-      attributes["POSITION"] =
-          append_float_accessor(document_, in_steps(floats_of(mesh.positions), bits), 3, true);
-      attributes["NORMAL"] = add_bytes(mesh.normals, V3f(1, 1, 1), 5120, 127);
-      attributes["COLOR_0"] = add_bytes(mesh.light, paints[y].white, 5121, 255);
+      const auto add_values = [&](const char* semantic, std::span<const float> values, int components,
+                                  int bits) {
+        attributes[semantic] =
+            append_float_accessor(document_, in_steps(values, bits), components, components == 3);
+      };
+      add_values("POSITION", floats_of(mesh.positions), 3, 16);  // 1/30 mm in a metre
+      attributes["NORMAL"] = add_normals(mesh.normals);
+      add_values("TEXCOORD_0", floats_of(mesh.tex_coords), 2, 10);
+      if (std::ranges::any_of(mesh.shades, [](float shade) { return shade != 1; })) {
+        std::vector<V3f> shades;
+        for (const float shade : mesh.shades) shades.emplace_back(shade);
+        add_values("COLOR_0", floats_of(shades), 3, 6);
+      }
       primitives.push_back({{"attributes", std::move(attributes)},
                             {"indices", append_index_accessor(document_, mesh.indices)},
-                            {"material", paints[y].material}});
+                            {"material", materials[y]}});
     }
     require("KHR_mesh_quantization");
     return append(document_.json["meshes"], {{"name", name}, {"primitives", std::move(primitives)}});
   }
 
-  /// Normalised bytes, signed or not, of shares of `whole`.
-  int add_bytes(const std::vector<V3f>& values, const V3f& whole, int type, float most) {
+  int add_normals(const std::vector<V3f>& normals) {
+    constexpr int signed_byte = 5120;
     Bytes bytes;
-    for (const V3f& value : values) {
-      for (int k = 0; k < 3; ++k) {
-        const float share = whole[k] > 0 ? value[k] / whole[k] : 0;
-        bytes.push_back(static_cast<std::uint8_t>(std::lround(most * std::clamp(share, -1.0F, 1.0F))));
-      }
+    for (const V3f& normal : normals) {
+      for (int k = 0; k < 3; ++k)
+        bytes.push_back(static_cast<std::uint8_t>(std::lround(127 * std::clamp(normal[k], -1.0F, 1.0F))));
     }
-    const AccessorShape shape{values.size(), 3, type, true};
+    const AccessorShape shape{normals.size(), 3, signed_byte, true};
     return append(document_.json["accessors"],
                   {{"bufferView", append_attribute_view(document_, shape, bytes)},
-                   {"componentType", type},
+                   {"componentType", signed_byte},
                    {"normalized", true},
-                   {"count", values.size()},
+                   {"count", normals.size()},
                    {"type", "VEC3"}});
   }
 
@@ -359,6 +378,7 @@ class Exporter {
 
   GltfDocument& document_;
   const ExportOptions& options_;
+  std::vector<UsdCurves>* curves_;
   std::vector<WornCloth> cloths_;
   ExportReport report_;
 };
@@ -369,8 +389,21 @@ Result<ExportReport> export_yarn(const std::string& garment_path, const std::str
                                  const ExportOptions& options) {
   return result_of_edit(garment_path, [&] {
     GltfDocument document = load_garment(garment_path, output_path, options.limits.document);
-    ExportReport report = Exporter(document, options).run();
-    report.bytes = value_or_throw(save_gltf(std::move(document), output_path));
+    std::vector<UsdCurves> curves;
+    const bool is_usd = has_ending(output_path, ".usda");
+    ExportReport report = Exporter(document, options, is_usd ? &curves : nullptr).run();
+    if (!is_usd) {
+      report.bytes = value_or_throw(save_gltf(std::move(document), output_path));
+      return report;
+    }
+    const UsdFiles files = value_or_throw(usd_of(document, output_path, options.limits, curves));
+    report.warnings.insert(report.warnings.end(), files.remarks.begin(), files.remarks.end());
+    std::vector<AtomicFile> staged;
+    for (const UsdFile& file : files.files) {
+      report.bytes += file.bytes.size();
+      staged.push_back(value_or_throw(stage_file(file.path, file.bytes)));
+    }
+    value_or_throw(commit_all(std::move(staged)));
     return report;
   });
 }

@@ -1,12 +1,12 @@
 // Stage "export": the yarn of a dressed garment as geometry, for viewers that know no fabrics.
 //
 // Triangles with a fabric give way to the tubes of its yarn: whole repeats are copies of one mesh, or of the
-// same one turned (EXT_mesh_gpu_instancing); those that borders and seams cut, and those that a copy does not
-// come near enough to, are ordinary meshes. Materials are glTF's core with sheen, without specular; vertex
-// colours hold the shades of plies and the light within the cell, colours of copies the variation beyond the
-// repeat. Buffers are compressed (EXT_meshopt_compression), normals quantised (KHR_mesh_quantization). Hairs,
-// single strands and textures of the garment on the fabric are left out. Other triangles stay as they are;
-// the garment is at rest, without animations.
+// same one turned (EXT_mesh_gpu_instancing); repeats that borders and seams cut, that a copy does not come
+// near enough to, or that lie in the region are ordinary meshes. Materials are glTF's core with sheen,
+// without specular; their texture has the plies, the fibres and the light within the cell, colours of copies
+// and bent yarn the variation beyond the repeat. Buffers are compressed (EXT_meshopt_compression), normals
+// quantised (KHR_mesh_quantization). Hairs and textures of the garment on the fabric are left out. Other
+// triangles stay as they are; the garment is at rest, without animations.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -46,9 +46,9 @@ struct ExportReport {
   std::vector<std::string> warnings;
 };
 
-/// Reads a dressed garment and writes `output_path` (.gltf, .glb), whole or not at all. Refuses garments
-/// without a fabric (MATERIAL_MISSING), fabrics without yarn (FABRIC_UNSUPPORTED) and more repeats than the
-/// triangles suffice for (FILE_TOO_LARGE).
+/// Reads a dressed garment and writes `output_path` (.gltf, .glb; .usda: with point instancers, and curves in
+/// the region), whole or not at all. Refuses garments without a fabric (MATERIAL_MISSING), fabrics without
+/// yarn (FABRIC_UNSUPPORTED) and more repeats than the triangles suffice for (FILE_TOO_LARGE).
 Result<ExportReport> export_yarn(const std::string& garment_path, const std::string& output_path,
                                  const ExportOptions& options);
 

@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "format/base/parallel.h"
+#include "format/fabric/variation.h"
 
 namespace selvedge {
 namespace {
@@ -64,12 +65,13 @@ struct LaidRepeat {
 class RepeatLayer {
  public:
   RepeatLayer(const Cloth& cloth, const std::vector<ClothCell>& cells, const Yarns& yarns,
-              const RepeatFrame& frame)
+              const RepeatFrame& frame, const std::optional<Imath::Box2d>& region)
       : cloth_(cloth),
         cells_(cells),
         yarns_(yarns),
         joints_(joints_of(yarns)),
         frame_(frame),
+        region_(region),
         period_(frame.period),
         scale_(std::sqrt(cloth.area / (cloth.repeats * period_.x * period_.y))),
         laid(cells.size()) {
@@ -78,9 +80,9 @@ class RepeatLayer {
   }
 
   /// As a copy, unless it is cut or beyond the surface.
-  void lay(int i, const RepeatMesh& mesh) {
+  void lay(int i, const RepeatMesh& mesh, bool in_region) {
     bool any = false, all = true;
-    for (const YarnTubes& tubes : mesh) {
+    for (const YarnTubes& tubes : mesh.tubes) {
       for (const V3f& p : tubes.mesh.positions) {
         const bool inside = below(i, V3d(p)).inside;
         any = any || inside;
@@ -88,7 +90,7 @@ class RepeatLayer {
       }
     }
     if (!any) return;
-    laid[i].lay = all ? Lay::copy : Lay::cut;
+    laid[i].lay = !all ? Lay::cut : in_region ? Lay::bent : Lay::copy;
     fit(i);
   }
 
@@ -110,6 +112,19 @@ class RepeatLayer {
       const double way = joint.goes_on ? moved.length() : moved.dot(apart.normalized());
       own.gap = std::max(own.gap, way);
       own.overlap = std::max(own.overlap, -way);
+    }
+  }
+
+  /// The plies of a curve on the surface; of cut ones nothing.
+  void add_lines(int i, const YarnCurve& curve, std::span<const Yarns::Segment> segments,
+                 PlyLines& lines) const {
+    for (int ply = 0; laid[i].lay == Lay::bent && ply < curve.plies.count; ++ply) {
+      const std::size_t each = segments.size() / curve.plies.count;
+      std::vector<V3f>& line = lines.emplace_back();
+      for (const Yarns::Segment& s : segments.subspan(ply * each, each))
+        line.emplace_back(bent(i, V3d(s.start)));
+      const Yarns::Segment& last = segments[(ply + 1) * each - 1];
+      line.emplace_back(bent(i, V3d(last.start + last.along)));
     }
   }
 
@@ -136,7 +151,20 @@ class RepeatLayer {
 
  private:
   V2d uv_of(int i, const V3d& p) const { return V2d(p.x / period_.x, -p.y / period_.y) + V2d(cells_[i].at); }
-  ClothPoint below(int i, const V3d& p) const { return point_at(cloth_, cells_[i], uv_of(i, p)); }
+
+  /// The cloth that shows this place of the repeat. Rows leave their places within the region.
+  ClothPoint below(int i, const V3d& p) const {
+    const V2d shown = uv_of(i, p);
+    V2d uv = shown;
+    for (int round = 0; region_ && round < 3; ++round) {
+      const V2d within = V2d(uv - region_->min), left = V2d(region_->max - uv);
+      const double share = std::clamp(std::min({within.x, within.y, left.x, left.y}), 0.0, 1.0);
+      const RepeatPlace place = repeat_place(uv);
+      const RepeatPlace moved = place_of(yarns_.variation(), place, static_cast<float>(share));
+      uv = shown - V2d(moved.repeat - place.repeat) - V2d(moved.within - place.within);
+    }
+    return point_at(cloth_, cells_[i], uv);
+  }
 
   V3d bent(int i, const V3d& p) const {
     const ClothPoint surface = below(i, p);
@@ -215,7 +243,8 @@ class RepeatLayer {
     const V3d x = surface.along_u / period_.x, y = surface.along_v / -period_.y, z = surface.normal * scale_;
     const V3d normal = y.cross(z) * n.x + z.cross(x) * n.y + x.cross(y) * n.z;
     result.normals.emplace_back((laid[i].shape.mirrored ? -normal : normal).normalized());
-    result.light.push_back(tubes.mesh.light[vertex] * yarns_.factor_at(uv_of(i, p), tubes.curve));
+    result.tex_coords.push_back(tubes.mesh.tex_coords[vertex]);
+    result.shades.push_back(yarns_.factor_at(uv_of(i, p), tubes.curve));
   }
 
   const Cloth& cloth_;
@@ -223,6 +252,7 @@ class RepeatLayer {
   const Yarns& yarns_;
   std::vector<YarnJoint> joints_;
   RepeatFrame frame_;
+  std::optional<Imath::Box2d> region_;
   V2d period_;    ///< mm
   double scale_;  ///< m a mm
   std::map<std::tuple<int, int, int>, int> numbers_;
@@ -235,7 +265,8 @@ void append_mesh(const TubeMesh& part, TubeMesh& whole) {
   const auto first = static_cast<std::uint32_t>(whole.positions.size());
   whole.positions.insert(whole.positions.end(), part.positions.begin(), part.positions.end());
   whole.normals.insert(whole.normals.end(), part.normals.begin(), part.normals.end());
-  whole.light.insert(whole.light.end(), part.light.begin(), part.light.end());
+  whole.tex_coords.insert(whole.tex_coords.end(), part.tex_coords.begin(), part.tex_coords.end());
+  whole.shades.insert(whole.shades.end(), part.shades.begin(), part.shades.end());
   for (const std::uint32_t index : part.indices) whole.indices.push_back(first + index);
 }
 
@@ -258,10 +289,10 @@ TubeMesh shaped_mesh(TubeMesh mesh, const MeshShape& shape, const RepeatFrame& f
 
 LaidCloth place_repeats(const Cloth& cloth, const std::vector<ClothCell>& cells, const Yarns& yarns,
                         const RepeatFrame& frame, std::span<const RepeatMesh> meshes,
-                        const std::vector<int>& mesh_of_cell) {
-  RepeatLayer layer(cloth, cells, yarns, frame);
+                        const std::vector<int>& mesh_of_cell, const std::optional<Imath::Box2d>& region) {
+  RepeatLayer layer(cloth, cells, yarns, frame, region);
   const auto each = [&](const auto& work) { parallel_for(0, static_cast<int>(cells.size()), work); };
-  each([&](int i) { layer.lay(i, meshes[mesh_of_cell[i]]); });
+  each([&](int i) { layer.lay(i, meshes[mesh_of_cell[i]], mesh_of_cell[i] > 0); });
   std::map<std::pair<int, MeshShape>, int> counts;
   const auto count_of = [&](std::size_t i) -> int& { return counts[{mesh_of_cell[i], layer.laid[i].shape}]; };
   for (std::size_t i = 0; i < cells.size(); ++i) count_of(i) += layer.laid[i].lay == Lay::copy;
@@ -281,10 +312,19 @@ LaidCloth place_repeats(const Cloth& cloth, const std::vector<ClothCell>& cells,
   std::vector<std::vector<TubeMesh>> tubes(cells.size());
   each([&](int i) {
     if (layer.laid[i].lay == Lay::copy || layer.laid[i].lay == Lay::none) return;
-    for (const YarnTubes& one : meshes[mesh_of_cell[i]]) tubes[i].push_back(layer.bend(i, one));
+    for (const YarnTubes& one : meshes[mesh_of_cell[i]].tubes) tubes[i].push_back(layer.bend(i, one));
   });
   LaidCloth all;
-  for (const RepeatMesh& mesh : meshes) all.repeats.emplace_back().bent.resize(mesh.size());
+  std::size_t first = 0;
+  for (const YarnCurve& curve : yarns.data().curves) {
+    PlyLines& lines = all.lines.emplace_back();
+    const std::size_t count = segment_count(curve);
+    for (int i = 0; i < static_cast<int>(cells.size()); ++i)
+      if (mesh_of_cell[i] > 0)
+        layer.add_lines(i, curve, yarns.inside().segments.subspan(first, count), lines);
+    first += count;
+  }
+  for (const RepeatMesh& mesh : meshes) all.repeats.emplace_back().bent.resize(mesh.tubes.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const LaidRepeat& repeat = layer.laid[i];
     const bool is_empty =

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -42,8 +43,12 @@ struct PlacedRepeats {
   int cut_repeats = 0;         ///< by borders and seams
 };
 
+/// Axes of the plies of one curve, or of the curve itself if it has none.
+using PlyLines = std::vector<std::vector<V3f>>;
+
 struct LaidCloth {
   std::vector<PlacedRepeats> repeats;  ///< of each mesh
+  std::vector<PlyLines> lines;         ///< of each curve in the region: m, world
   double gap = 0;                      ///< between neighbours of which one is a copy, radii of yarn, at most
   double overlap = 0;                  ///< likewise, more than in the repeat itself
   double turn = 0, shear = 0;          ///< radians, of the surface over a repeat, at most
@@ -52,11 +57,12 @@ struct LaidCloth {
 /// Bounds of both, beyond which a repeat is bent instead, where the cloth turns so far (radians).
 double max_fault(double turn);
 
-/// Places the yarn of the cells; `mesh_of_cell`: of `meshes`. Bent yarn follows the surface vertex by vertex;
-/// triangles whose middle lies beyond it are left out. Rows keep their places: their ways by the variation
-/// would part copies.
+/// Places the yarn of the cells; `mesh_of_cell`: 0 outside of the region (texture coordinates in repeats), 1
+/// in it. Bent yarn follows the surface vertex by vertex; triangles whose middle lies beyond it are left out.
+/// In the region all yarn is bent, and rows leave their places as the variation has them, the more the
+/// farther from its border, up to one repeat; outside, their ways would part copies.
 LaidCloth place_repeats(const Cloth& cloth, const std::vector<ClothCell>& cells, const Yarns& yarns,
                         const RepeatFrame& frame, std::span<const RepeatMesh> meshes,
-                        const std::vector<int>& mesh_of_cell);
+                        const std::vector<int>& mesh_of_cell, const std::optional<Imath::Box2d>& region = {});
 
 }  // namespace selvedge

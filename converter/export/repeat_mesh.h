@@ -7,18 +7,17 @@
 #include <vector>
 
 #include "format/fabric/yarns.h"
+#include "format/picture/image.h"
 
 namespace selvedge {
 
 /// Frame of the fabric, mm; the ends of a tube lie open where the tubes of neighbouring repeats begin.
-///
-/// Under a light l above the cloth, a vertex reflects light max(0, normal . l) / pi: direct light with what
-/// yarn hides of it, and that by way of other yarn. So normals lean to where a vertex gets most of its light
-/// from.
+/// Normals lean to where a vertex gets most of its light from.
 struct TubeMesh {
   std::vector<V3f> positions;
   std::vector<V3f> normals;            ///< unit
-  std::vector<V3f> light;              ///< linear, >= 0
+  std::vector<V2f> tex_coords;         ///< of the picture, which repeats across
+  std::vector<float> shades;           ///< factors of the picture; empty: 1
   std::vector<std::uint32_t> indices;  ///< three per triangle, counter-clockwise seen from outside
 };
 
@@ -27,11 +26,17 @@ struct YarnTubes {
   int curve = 0;  ///< the first of them
   TubeMesh mesh;
 };
-using RepeatMesh = std::vector<YarnTubes>;
 
-/// At most so many triangles, unless min_triangles() are more. Plies are tubes of their own where the
-/// triangles suffice; else the yarn is one tube, coloured by its plies.
-RepeatMesh mesh_of_repeat(const Yarns& yarns, double triangles);
+/// Under a light l above the cloth, a point of the surface with the normal n reflects
+/// picture max(0, n . l) / pi: direct light with what other yarn hides of it, and light by way of other yarn.
+struct RepeatMesh {
+  std::vector<YarnTubes> tubes;
+  Image picture;  ///< linear, three channels, >= 0: the yarns' surfaces, columns around them, rows along them
+};
+
+/// At most so many triangles, unless min_triangles() are more, and about so many pixels. Plies are tubes of
+/// their own where the triangles suffice; else the yarn is one tube, with its plies in the picture.
+RepeatMesh mesh_of_repeat(const Yarns& yarns, double triangles, double pixels);
 std::int64_t triangles_of(const RepeatMesh& mesh);
 
 /// The fewest triangles that a repeat can have, and those beyond which more show no detail.

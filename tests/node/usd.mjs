@@ -1,7 +1,7 @@
 // The .usda that `selvedge dress --usda` writes, as tinyusdz reads it.
 import { existsSync, readFileSync } from 'node:fs';
 import { dirname, resolve } from 'node:path';
-import { blocks_of, dress, expect, finish, json_of, make_fabric, path, run } from './workshop.mjs';
+import { blocks_of, dress, expect, finish, json_of, make_fabric, make_yarn_fabric, path, run } from './workshop.mjs';
 import { read_usda, rewrite_usda } from './tinyusdz.mjs';
 
 const { NodeIO } = await import('@gltf-transform/core');
@@ -52,6 +52,15 @@ for (const [garment, form] of [['sweater', 'glb'], ['sweater', 'gltf']]) {
   for (const [, shader] of coordinates) expect(paths.includes(shader), `${garment}: ${shader} exists`);
   expect(coordinates.length === names.length, `${garment}: each fabric has its place`);
 }
+
+// The yarn of a garment: copies, and curves in the region.
+make_yarn_fabric();
+run('selvedge', 'export', dress('sweater', 'glb', '--repeats', '12,16'), '-o', path('yarn.usda'), '--region', '2,2,6,6', '--quiet');
+const yarn = readFileSync(path('yarn.usda'), 'utf8');
+expect(read_usda(yarn).error === undefined, 'tinyusdz reads the yarn', read_usda(yarn).error);
+const kept = rewrite_usda(yarn);
+for (const type of ['PointInstancer', 'BasisCurves'])
+  expect(kept.split(`def ${type} `).length === yarn.split(`def ${type} `).length && yarn.includes(`def ${type} `), type);
 
 // tinyusdz rejects broken text, so all of this says something.
 const text = readFileSync(path('gltf.usda'), 'utf8');

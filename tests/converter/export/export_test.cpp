@@ -12,6 +12,7 @@
 #include "converter/export/place_repeats.h"
 #include "format/gltf/read_scene.h"
 #include "tests/converter/workshop.h"
+#include "tests/format/files.h"
 
 using namespace selvedge;
 
@@ -95,15 +96,15 @@ double area_of(const TubeMesh& mesh) {
 TEST_CASE("export: the mesh of a straight yarn is a tube as wide in the mean as the yarn, out of itself") {
   const Yarns yarns(straight_yarn(), period);
   for (const double triangles : {1.0, 60.0, max_triangles(yarns)}) {
-    const RepeatMesh mesh = mesh_of_repeat(yarns, triangles);
-    REQUIRE(mesh.size() == 1);
+    const RepeatMesh mesh = mesh_of_repeat(yarns, triangles, 64);
+    REQUIRE(mesh.tubes.size() == 1);
     CHECK(static_cast<double>(triangles_of(mesh)) <= std::max(triangles, min_triangles(yarns)));
     // A convex section's mean width is its girth over pi.
-    const double area = area_of(mesh[0].mesh);
+    const double area = area_of(mesh.tubes[0].mesh);
     CHECK(area == doctest::Approx(2 * std::numbers::pi * radius * period.x).epsilon(1e-4));
-    for (std::size_t i = 0; i + 2 < mesh[0].mesh.indices.size(); i += 3) {
+    for (std::size_t i = 0; i + 2 < mesh.tubes[0].mesh.indices.size(); i += 3) {
       const auto corner = [&](std::size_t k) {
-        return V3d(mesh[0].mesh.positions[mesh[0].mesh.indices[i + k]]);
+        return V3d(mesh.tubes[0].mesh.positions[mesh.tubes[0].mesh.indices[i + k]]);
       };
       const V3d out = (corner(0) + corner(1) + corner(2)) / 3.0 - V3d(0, -period.y / 2, height);
       CHECK((corner(1) - corner(0)).cross(corner(2) - corner(0)).dot(V3d(0, out.y, out.z)) > 0);
@@ -113,8 +114,8 @@ TEST_CASE("export: the mesh of a straight yarn is a tube as wide in the mean as 
 
 TEST_CASE("export: repeats are whole copies, mirrored ones, bent or cut, as the cloth lies") {
   const Yarns yarns(straight_yarn(), period);
-  const RepeatMesh mesh = mesh_of_repeat(yarns, 64);
-  const double whole = area_of(mesh[0].mesh);
+  const RepeatMesh mesh = mesh_of_repeat(yarns, 64, 64);
+  const double whole = area_of(mesh.tubes[0].mesh);
   const auto turning = [](double degrees) {
     return [angle = degrees * std::numbers::pi / 180](const V2d& uv) {
       const double r = period.x / 1000.0 / angle, a = uv.x * angle;
@@ -207,7 +208,7 @@ TEST_CASE("export: the file has the copies, and the triangles of the cloth are g
   REQUIRE(scene.primitives.size() == 1);
   CHECK(static_cast<std::int64_t>(scene.primitives[0].indices.size() / 3) == report->yarns[0].triangles[0]);
   CHECK(scene.fabrics.empty());
-  CHECK(scene.images.empty());
+  CHECK(scene.images.size() == 1);  // of the yarn
   REQUIRE(scene.materials.size() == 1);
   CHECK_FALSE(scene.materials[0].fabric);
   const auto region = export_yarn(workshop.output, exported, {.region = Imath::Box2d(V2d(0, 0), V2d(2, 1))});
@@ -215,5 +216,11 @@ TEST_CASE("export: the file has the copies, and the triangles of the cloth are g
   REQUIRE(region->yarns.size() == 1);
   CHECK(region->yarns[0].triangles.size() == 2);
   CHECK(region->yarns[0].copies == 10);
-  CHECK(region->yarns[0].bent == 2);  // too few for a mesh of their own
+  CHECK(region->yarns[0].bent == 2);
+  const std::string layer = workshop.folder / "yarn.usda";
+  REQUIRE(export_yarn(workshop.output, layer, {.region = Imath::Box2d(V2d(0, 0), V2d(2, 1))}));
+  const std::string text = test::bytes_of(layer);
+  const auto has = [&](const char* part) { return text.find(part) != std::string::npos; };
+  CHECK(has("protoIndices = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n"));
+  CHECK(has("int[] curveVertexCounts = [5, 5]\n"));  // two straight yarns
 }
