@@ -156,13 +156,13 @@ Result<int> add_fallback_texture(GltfDocument& document, const Fallback& fallbac
   return add_color_texture(document, base, "fabric base colour");
 }
 
-Result<int> add_color_texture(GltfDocument& document, const Image& image, const char* name) {
+Result<int> add_color_texture(GltfDocument& document, const Image& image, const char* title) {
   const auto png = encode_png(image, Transfer::srgb);
   if (!png) return tl::unexpected<Error>(png.error());
   const int sampler =
       find_or_add(document.json, "samplers",
                   Json{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 10497}, {"wrapT", 10497}});
-  const int source = find_or_add_image(document, *png, name);
+  const int source = find_or_add_image(document, *png, title);
   return find_or_add(document.json, "textures", Json{{"sampler", sampler}, {"source", source}});
 }
 

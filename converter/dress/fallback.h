@@ -35,7 +35,7 @@ Fallback bake_fallback(const Fabric& fabric);
 /// texture. An equal picture, sampler or texture in the document (after dressing twice) is used again.
 Result<int> add_fallback_texture(GltfDocument& document, const Fallback& fallback);
 /// The same of any linear picture.
-Result<int> add_color_texture(GltfDocument& document, const Image& image, const char* name);
+Result<int> add_color_texture(GltfDocument& document, const Image& image, const char* title);
 
 /// Rewrites the core part of the material (dress.h says which members stay). The fabric's texture gets the
 /// reference's UV set and transform. A tint texture or mask of the extension becomes the base colour texture,
