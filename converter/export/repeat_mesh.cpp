@@ -89,17 +89,14 @@ class Lighting {
   V3f normal_at(std::span<const YarnHit> hits) const {
     std::vector<V3f> reflected(lights_.size(), V3f(0, 0, 0));
     V3f normal(0, 0, 0);
-    float weights = 0;
     for (const YarnHit& hit : hits) {
       const Reflection one = reflection_of({&hit, 1});
       for (std::size_t i = 0; i < lights_.size(); ++i) reflected[i] += one.light[i] * one.seen;
       normal += one.point.normal * one.seen;
-      weights += one.seen;
     }
     normal.normalize();
-    // Seen from behind alone, it has the normal of the yarn.
-    const bool behind = weights <= least_seen * static_cast<float>(hits.size()) && normal.z < 0;
-    return behind ? normal : normal_for(reflected, normal);
+    constexpr float from_behind = -0.5F;  // there it has the normal of the yarn
+    return normal.z < from_behind ? normal : normal_for(reflected, normal);
   }
 
   struct Shown {
