@@ -358,13 +358,13 @@ class TubeBuilder {
       area += girth * curves_[c].axis.length;
       widest = std::max(widest, girth);
     }
-    const double pixel = std::sqrt(area / pixels);
     Image& picture = mesh.picture;
     picture.channels = 3;
-    picture.width = std::max(min_sides, static_cast<int>(widest / pixel));
+    picture.width = std::max(min_sides, static_cast<int>(widest / std::sqrt(area / pixels)));
+    const double row = length * picture.width / pixels;  // mm
     for (Tube& tube : tubes) {
       tube.first_row = picture.height + margin;
-      tube.rows = std::max(min_rings, static_cast<int>(tube.curve->axis.length / pixel));
+      tube.rows = std::max(min_rings, static_cast<int>(tube.curve->axis.length / row));
       picture.height = tube.first_row + tube.rows + margin;
     }
     picture.pixels.resize(std::size_t{3} * picture.width * picture.height);

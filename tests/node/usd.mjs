@@ -55,7 +55,7 @@ for (const [garment, form] of [['sweater', 'glb'], ['sweater', 'gltf']]) {
 
 // The yarn of a garment: copies, and curves in the region.
 make_yarn_fabric();
-run('selvedge', 'export', dress('sweater', 'glb', '--repeats', '12,16'), '-o', path('yarn.usda'), '--region', '2,2,6,6', '--quiet');
+run('selvedge', 'export', dress('sweater', 'glb', '--repeats', '20,26'), '-o', path('yarn.usda'), '--region', '2,2,8,8', '--quiet');
 const yarn = readFileSync(path('yarn.usda'), 'utf8');
 expect(read_usda(yarn).error === undefined, 'tinyusdz reads the yarn', read_usda(yarn).error);
 const kept = rewrite_usda(yarn);
