@@ -422,9 +422,7 @@ std::vector<AtomicFile> stage_usd(const GltfDocument& document, const std::strin
   if (path.empty()) return {};
   const UsdFiles files = value_or_throw(usd_of(document, path, limits));
   report.warnings.insert(report.warnings.end(), files.remarks.begin(), files.remarks.end());
-  std::vector<AtomicFile> staged;
-  for (const UsdFile& file : files.files) staged.push_back(value_or_throw(stage_file(file.path, file.bytes)));
-  return staged;
+  return staged(files);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <optional>
 #include <set>
 
+#include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/gltf/access.h"
 #include "format/gltf/fabric_extension.h"
@@ -434,6 +435,12 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, c
     return tl::unexpected<Error>(std::move(good.error()));
   }
   result.files.push_back({path, std::vector<std::uint8_t>(text.begin(), text.end())});
+  return result;
+}
+
+std::vector<AtomicFile> staged(const UsdFiles& files) {
+  std::vector<AtomicFile> result;
+  for (const UsdFile& file : files.files) result.push_back(value_or_throw(stage_file(file.path, file.bytes)));
   return result;
 }
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "format/base/atomic_file.h"
 #include "format/gltf/document.h"
 #include "format/scene/scene.h"
 
@@ -36,6 +37,9 @@ struct UsdCurves {
   float width = 0;                       ///< m
   std::vector<std::vector<V3f>> points;  ///< of each curve: m, world; at least two
 };
+
+/// Throws Failure where one cannot be written.
+std::vector<AtomicFile> staged(const UsdFiles& files);
 
 /// `path` is the layer's, with the ending ".usda". Triangles that have at least eight places, each a
 /// position, rotation and scale, become a PointInstancer; `curves` become BasisCurves.

@@ -12,7 +12,6 @@
 #include "converter/dress/usd.h"
 #include "converter/export/place_repeats.h"
 #include "converter/make/fallback_factors.h"
-#include "format/base/atomic_file.h"
 #include "format/base/option_text.h"
 #include "format/fabric/file.h"
 #include "format/gltf/edit.h"
@@ -398,12 +397,8 @@ Result<ExportReport> export_yarn(const std::string& garment_path, const std::str
     }
     const UsdFiles files = value_or_throw(usd_of(document, output_path, options.limits, curves));
     report.warnings.insert(report.warnings.end(), files.remarks.begin(), files.remarks.end());
-    std::vector<AtomicFile> staged;
-    for (const UsdFile& file : files.files) {
-      report.bytes += file.bytes.size();
-      staged.push_back(value_or_throw(stage_file(file.path, file.bytes)));
-    }
-    value_or_throw(commit_all(std::move(staged)));
+    for (const UsdFile& file : files.files) report.bytes += file.bytes.size();
+    value_or_throw(commit_all(staged(files)));
     return report;
   });
 }

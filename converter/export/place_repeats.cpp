@@ -115,16 +115,24 @@ class RepeatLayer {
     }
   }
 
-  /// The plies of a curve on the surface; of cut ones nothing.
+  /// The plies of a curve on the surface, as far as it has them.
   void add_lines(int i, const YarnCurve& curve, std::span<const Yarns::Segment> segments,
                  PlyLines& lines) const {
-    for (int ply = 0; laid[i].lay == Lay::bent && ply < curve.plies.count; ++ply) {
-      const std::size_t each = segments.size() / curve.plies.count;
-      std::vector<V3f>& line = lines.emplace_back();
-      for (const Yarns::Segment& s : segments.subspan(ply * each, each))
-        line.emplace_back(bent(i, V3d(s.start)));
-      const Yarns::Segment& last = segments[(ply + 1) * each - 1];
-      line.emplace_back(bent(i, V3d(last.start + last.along)));
+    const std::size_t each = segments.size() / curve.plies.count;
+    for (int ply = 0; laid[i].lay != Lay::none && ply < curve.plies.count; ++ply) {
+      std::vector<V3f> line;
+      const auto finish = [&] {
+        if (line.size() > 1) lines.push_back(line);
+        line.clear();
+      };
+      const auto add = [&](const V3f& p) {
+        if (!below(i, V3d(p)).inside) return finish();
+        line.emplace_back(bent(i, V3d(p)));
+      };
+      const auto own = segments.subspan(ply * each, each);
+      for (const Yarns::Segment& s : own) add(s.start);
+      add(own.back().start + own.back().along);
+      finish();
     }
   }
 

@@ -223,4 +223,9 @@ TEST_CASE("export: the file has the copies, and the triangles of the cloth are g
   const auto has = [&](const char* part) { return text.find(part) != std::string::npos; };
   CHECK(has("protoIndices = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n"));
   CHECK(has("int[] curveVertexCounts = [5, 5]\n"));  // two straight yarns
+  // Half a repeat, cut by the border: as far as the cloth goes.
+  dressing.repeats = V2d(0.5, 1);
+  REQUIRE(workshop.dress(dressing));
+  REQUIRE(export_yarn(workshop.output, layer, {.region = Imath::Box2d(V2d(0, 0), V2d(1, 1))}));
+  CHECK(test::bytes_of(layer).find("int[] curveVertexCounts = [3]\n") != std::string::npos);
 }
