@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
 #include <string_view>
 
@@ -26,6 +27,28 @@ const char* format_of(std::string_view bytes) {
                                                                                              : nullptr;
 }
 
+/// Whether an attribute of an OpenEXR header is longer than the file: OpenEXR takes its memory first.
+bool declares_more_than_it_has(std::span<const std::uint8_t> exr) {
+  constexpr std::uint8_t many_parts = 0x10;
+  for (std::size_t at = 8; at + 1 < exr.size();) {
+    if (exr[at] == 0) {
+      if ((exr[5] & many_parts) == 0 || exr[++at] == 0) return false;
+      continue;
+    }
+    for (int text = 0; text < 2 && at < exr.size(); ++text)  // name and type
+      at = static_cast<std::size_t>(std::find(exr.begin() + static_cast<std::ptrdiff_t>(at), exr.end(), 0) -
+                                    exr.begin()) +
+           1;
+    if (at + 4 > exr.size()) return true;
+    const std::size_t length =
+        exr[at] | exr[at + 1] << 8U | exr[at + 2] << 16U | std::size_t{exr[at + 3]} << 24U;
+    at += 4;
+    if (length > exr.size() - at) return true;
+    at += length;
+  }
+  return true;
+}
+
 Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, const std::string& name,
                      Transfer transfer, const ImageLimits& limits, int halvings) {
   // WebP's reader takes canvases of this size when it opens the file.
@@ -36,6 +59,8 @@ Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, co
         !MemoryAccount(limits.memory).take(pixels, canvas_bytes))
       return fail(Code::file_too_large, name, "", fmt::format("{} pixels", pixels));
   }
+  if (format == std::string_view("openexr") && declares_more_than_it_has(bytes))
+    return fail(Code::image_unreadable, name, "", "ends within its header");
   return load_openimageio(Code::image_unreadable).and_then([&](const OpenImageIo* library) {
     return library->read(format, bytes, name, transfer, limits, halvings);
   });
