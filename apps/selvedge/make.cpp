@@ -150,7 +150,7 @@ void add_bake(Options& options, MakeCommand& command) {
   options.check([&options, &command] {
     command.texels_given = options.given("--texels");
     command.bounces_given = options.given("--bounces");
-    command.options.bake.validation_pairs = command.options.bake.held_out_pairs;
+    command.rays_given = options.given("--truth-samples");
   });
 }
 
@@ -179,6 +179,8 @@ void add_quality(Options& options, MakeCommand& command) {
     if (!given("--views")) make.bake.views = quality.bake.views;
     if (!given("--lights")) make.bake.lights = quality.bake.lights;
     if (!given("--samples")) make.bake.samples = quality.bake.samples;
+    if (!given("--pairs")) make.bake.held_out_pairs = quality.bake.held_out_pairs;
+    make.bake.validation_pairs = make.bake.held_out_pairs;
     if (!given("--yarns")) make.bake.yarns = quality.bake.yarns;
     if (!given("--lobes")) make.fit.lobes = quality.fit.lobes;
     make.write = quality.write;
@@ -243,18 +245,24 @@ Json sheet_of(const FoundStitch& stitch, const CellMesh& mesh) {
 }
 
 /// Tells the cells of a large chart or draft, and the time and bytes of its fabric, before the work.
-/// As measured on samples/charts and samples/drafts; cells of many points trace paths in place of the cache
-/// of indirect light (docs/bake.md), which takes about eight times as long.
+/// As measured on samples/charts and on drafts of 16 to 10,000 crossings.
 void tell_work(const StitchSize& size, const MakeCommand& command) {
   constexpr int few = 8;
   if (size.cells <= few) return;
-  const double quality = command.quality == "draft" ? 1 : 2;
-  const double beyond_cache = size.cells > (size.woven ? 100 : 24) ? 8 : 1;
+  const double cells = size.cells;
+  const double seconds = size.woven ? 3 * std::pow(cells, 0.31) : 1.2 * cells;
+  const double kilobytes = size.woven ? 0.55 * cells + 35 * std::sqrt(cells) : 11 * cells;
   report_remarks(command.common, command.input,
                  {fmt::format("{} {}: about {:.0f} CPU seconds and {:.0f} KB", size.cells,
                               size.woven ? "crossings" : "stitches",
-                              size.cells * (size.woven ? 0.7 : 2.5) * quality * beyond_cache,
-                              size.cells * (size.woven ? 5.0 : 14.0))});
+                              seconds * (command.quality == "draft" ? 1 : 2.5), kilobytes)});
+}
+
+/// Of a chart's or draft's many texels, each takes fewer rays of a pair: their errors average out.
+void share_rays(BakeOptions& options) {
+  constexpr int rays_of_pair = 1 << 13;
+  const int of_texel = rays_of_pair / (options.width * options.height) / 2 * 2;
+  options.truth_samples = std::clamp(of_texel, 2, options.truth_samples);
 }
 
 /// Loads the cell and bakes it, with progress.
@@ -264,6 +272,7 @@ Baked bake_cell(const MakeCommand& command) {
   CellOptions cell_options = command.cell;
   cell_options.start = [&](const StitchSize& size) {
     value_or_throw(ensure_texels(size.min_texels, size.repeats, command, options));
+    if (!command.rays_given) share_rays(options);
     tell_work(size, command);
   };
   const auto cell = value_or_throw(find_cell(command.input, cell_options));
@@ -394,7 +403,10 @@ Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const
 }
 
 MadeFabric make_fabric(const MakeCommand& command) {
-  Baked baked = bake_cell(command);
+  MakeCommand needed = command;
+  // Without a budget no layers are chosen.
+  if (!command.options.budget && command.samples.empty()) needed.options.bake.validation_pairs = 0;
+  Baked baked = bake_cell(needed);
   if (!command.samples.empty()) value_or_throw(write_samples(command.samples, baked.samples));
   return {std::move(baked.report), fit_samples(baked.samples, command)};
 }

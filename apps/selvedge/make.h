@@ -22,6 +22,7 @@ struct MakeCommand {
   std::string quality{default_quality};
   bool texels_given = false;   ///< if not, the stitch may raise the default
   bool bounces_given = false;  ///< if not, light within translucent yarn has as many bounces as there are
+  bool rays_given = false;     ///< if not, many texels share the rays of a pair
   std::string samples;         ///< file to keep them in; empty: none
   std::string depfile;         ///< empty: none
   std::string list;            ///< file with the words of a make on each line; empty: a single fabric

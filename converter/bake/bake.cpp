@@ -118,7 +118,7 @@ Baked baked_cell(const CellMesh& given, const std::string& name, const BakeOptio
       report.remarks.push_back(
           fmt::format("the mesh needs more than {} points for cached indirect light: paths are traced, which "
                       "takes longer and is noisier",
-                      max_cache_points));
+                      max_shared_points));
     }
   }
   IrradianceCache* const cached = cache ? &*cache : nullptr;
@@ -153,11 +153,12 @@ Baked baked_cell(const CellMesh& given, const std::string& name, const BakeOptio
       done(view_work);
     }
   }
-  NoiseSum truth_noise;
+  ByPairKind<NoiseSum> truth_noise;
   for (const PairKind kind : all_pair_kinds) {
     samples.pairs[index_of(kind)] = bake_pairs(
-        baker, cached, cell, o, header, kind, [&] { done(pair_work); }, truth_noise);
+        baker, cached, cell, o, header, kind, [&] { done(pair_work); }, truth_noise[index_of(kind)]);
   }
+  const double noise_of_truth = truth_noise[index_of(PairKind::held_out)].relative();
   if (header.yarns.curves > 0) {
     samples.yarns = lit_yarns(cell, mesh.yarns, bounds_of(mesh).min.z, o, cached, header);
   }
@@ -165,11 +166,11 @@ Baked baked_cell(const CellMesh& given, const std::string& name, const BakeOptio
   const auto warnings = value_or_throw(round_as_stored(samples));
   for (const Error& warning : warnings) report.remarks.push_back(to_line(warning));
   nlohmann::json text = nlohmann::json::parse(header.provenance);
-  text["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", truth_noise.relative()}};
+  text["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", noise_of_truth}};
   header.provenance = text.dump();
   report.coverage = coverage_of(samples);
   report.noise = noise.relative();
-  report.truth_noise = truth_noise.relative();
+  report.truth_noise = noise_of_truth;
   report.samples = header.samples_per_texel;
   report.truth_samples = header.truth_samples;
   report.reference_height = plane;

@@ -317,24 +317,35 @@ PairSamples TexelBaker::bake_pair(const DirectionPair& pair, const LitBy& lights
   out.alpha_noise.assign(texels, 0);
   out.radiance.assign(texels, V3f(0, 0, 0));
   out.noise.assign(texels, V3f(0, 0, 0));
+  const auto count = static_cast<std::uint32_t>(samples / 2);
+  const int at_once = std::max(1, static_cast<int>(packet_size) / samples);  // that fill a packet
   parallel_for(0, texels_.y, [&](int y) {
-    std::array<Gather, 2> half{Gather(1), Gather(1)};
-    for (int x = 0; x < texels_.x; ++x) {
-      const std::size_t texel = y * texels_.x + x;
-      for (Gather& h : half) h.clear();
-      const auto count = static_cast<std::uint32_t>(samples / 2);
-      sample(std::array{TexelRays{x, y, count, count, mix(seed ^ mix(2 * texel)), &half[0], &half[1]},
-                        TexelRays{x, y, count, 0, mix(seed ^ mix(2 * texel + 1)), &half[0], &half[1]}},
-             pair.view, lights);
-      const int rays = half[0].rays + half[1].rays;
-      const int hits = half[0].hits + half[1].hits;
-      const auto radiance = [&](std::size_t h) {
-        return V3d(half[h].radiance[0], half[h].radiance[1], half[h].radiance[2]);
-      };
-      out.alpha[texel] = static_cast<float>(hits) / static_cast<float>(rays);
-      out.alpha_noise[texel] = static_cast<float>(half[0].hits - half[1].hits) / static_cast<float>(rays);
-      out.noise[texel] = V3f((radiance(0) - radiance(1)) / rays);
-      if (hits > 0) out.radiance[texel] = V3f((radiance(0) + radiance(1)) / hits);
+    std::vector<std::array<Gather, 2>> halves(at_once, {Gather(1), Gather(1)});
+    std::vector<TexelRays> rays;
+    for (int first = 0; first < texels_.x; first += at_once) {
+      const int end = std::min(first + at_once, texels_.x);
+      rays.clear();
+      for (int x = first; x < end; ++x) {
+        const std::size_t texel = y * texels_.x + x;
+        auto& half = halves[x - first];
+        for (Gather& h : half) h.clear();
+        rays.push_back({x, y, count, count, mix(seed ^ mix(2 * texel)), &half[0], &half[1]});
+        rays.push_back({x, y, count, 0, mix(seed ^ mix(2 * texel + 1)), &half[0], &half[1]});
+      }
+      sample(rays, pair.view, lights);
+      for (int x = first; x < end; ++x) {
+        const std::size_t texel = y * texels_.x + x;
+        const auto& half = halves[x - first];
+        const int traced = half[0].rays + half[1].rays;
+        const int hits = half[0].hits + half[1].hits;
+        const auto radiance = [&](std::size_t h) {
+          return V3d(half[h].radiance[0], half[h].radiance[1], half[h].radiance[2]);
+        };
+        out.alpha[texel] = static_cast<float>(hits) / static_cast<float>(traced);
+        out.alpha_noise[texel] = static_cast<float>(half[0].hits - half[1].hits) / static_cast<float>(traced);
+        out.noise[texel] = V3f((radiance(0) - radiance(1)) / traced);
+        if (hits > 0) out.radiance[texel] = V3f((radiance(0) + radiance(1)) / hits);
+      }
     }
   });
   for (std::size_t t = 0; t < texels; ++t) {

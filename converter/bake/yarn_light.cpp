@@ -136,12 +136,14 @@ bool is_open(const TracedCell& cell, const CachePoint& place, SurfacePoint& poin
   return std::abs(off.length() - lift * place.radius) < 0.1 * place.radius;
 }
 
+/// Of each of the places about all stations; at least 4 and at most 128 of each.
+constexpr std::size_t paths_of_moments = 1 << 17;
+
 /// Means of U_1 and U_2 (yarns.h) of the light that falls on the point by way of one other yarn: those by
 /// which they come nearest to its light under all of `lights`. `fibre`: unit.
 std::array<double, light_moments> moments_at(const TracedCell& cell, const SurfacePoint& point,
                                              const V3d& fibre, std::span<const V3f> lights,
-                                             std::uint64_t place) {
-  constexpr int paths = 128;
+                                             std::uint64_t place, int paths) {
   constexpr std::size_t light_step = 4;
   Eigen::MatrixX3d sums = Eigen::MatrixX3d::Zero(static_cast<int>(light_count / light_step), 3);
   std::uint64_t rays = 0;
@@ -230,6 +232,7 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
   data.light.assign(stations * light_values_per_station, 0);
   data.through.assign(options.both_sides ? data.light.size() : 0, 0);
   const Yarns yarns(data, V2f(cell.scene.period() * cell.mm));
+  const auto paths = static_cast<int>(std::clamp<std::size_t>(paths_of_moments / stations, 4, 128));
   std::size_t first = 0;
   for (std::size_t c = 0; c < data.curves.size(); ++c) {
     YarnCurve& curve = data.curves[c];
@@ -271,8 +274,8 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
         if (curve.gloss.lustre == 0 || !(mean[0] > 0)) continue;
         const V3d fibre = surface_at(cell.scene, point).fibre;
         const V3d along(yarns.frame_at(static_cast<int>(c), station).tangent);
-        const auto moments =
-            moments_at(cell, point, fibre.dot(along) < 0 ? -fibre : fibre, lights, place ^ stream_along);
+        const auto moments = moments_at(cell, point, fibre.dot(along) < 0 ? -fibre : fibre, lights,
+                                        place ^ stream_along, paths);
         for (int n = 0; n < light_moments; ++n)
           at.light[sides * columns + n] = moments[n] * mean[0] / (mean[0] + mean[1]);
       }

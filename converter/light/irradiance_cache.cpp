@@ -4,7 +4,6 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <map>
 
 #include "converter/light/path_tracer.h"
 #include "converter/light/yarn_brdf.h"
@@ -17,7 +16,8 @@ namespace {
 /// Directions per point: side x side. More make no visible difference, as the errors of neighbouring points
 /// average out.
 constexpr int side = 8;
-constexpr int max_places = 8;  ///< from which a shared point sends 16 of them
+constexpr int max_places = 8;             ///< from which a shared point sends 16 of them
+constexpr std::size_t shared_places = 4;  ///< of a shared front: as many as blocks of 16 directions
 
 /// target = sum of weight[k] * source[column[k]], vectors of `width` numbers; those that are all 0 are not
 /// marked in `marked`. Element by element, so the result does not depend on the width of vector registers.
@@ -36,23 +36,58 @@ constexpr double patches_per_period = 20;
 /// Smallest cosine between a vertex's normal and a triangle's for which the vertex may stand for the
 /// triangle.
 constexpr float smooth = 0.8F;
-/// About as many points of closed yarn share one on its inside.
+/// About as many points of closed yarn share one on its inside; of points that are shared themselves, fewer.
 constexpr double points_inside = 16;
-
-std::size_t lattice_size(int parts) { return (parts + 1) * (parts + 2) / 2; }
+constexpr double shared_points_inside = 4;
 
 /// Row j of a lattice has parts + 1 - j points.
 int lattice_index(int parts, int i, int j) { return j * (parts + 1) - j * (j - 1) / 2 + i; }
 
+/// Points in groups, one after the other.
+struct Groups {
+  std::vector<int> members;
+  std::vector<int> first{};  ///< of each group, and the end
+  std::size_t count() const { return first.size() - 1; }
+  std::span<const int> group(std::size_t g) const {
+    return std::span(members).subspan(first[g], first[g + 1] - first[g]);
+  }
+};
+
+/// A group lies in one cell of a lattice and faces the same way, as points of one wall do: a wall that
+/// touches it faces it. `cell`: mm; 0: each point by itself.
+Groups groups_of(std::span<const SurfacePoint> points, double cell) {
+  std::vector<std::pair<std::array<int, 4>, int>> keys;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const int index = static_cast<int>(p);
+    keys.push_back({{index, 0, 0, 0}, index});
+    if (cell == 0) continue;
+    auto& key = keys.back().first;
+    const V3f& n = points[p].face_normal;
+    const V3f facing(std::abs(n.x), std::abs(n.y), std::abs(n.z));
+    const int axis = facing.x >= std::max(facing.y, facing.z) ? 0 : facing.y >= facing.z ? 1 : 2;
+    for (int k = 0; k < 3; ++k)
+      key[k] = static_cast<int>(std::floor(static_cast<double>(points[p].position[k]) / cell));
+    key[3] = 2 * axis + (n[axis] < 0 ? 1 : 0);
+  }
+  std::ranges::sort(keys);
+  Groups groups;
+  for (const auto& [key, point] : keys) {
+    if (groups.members.empty() || key != keys[groups.members.size() - 1].first)
+      groups.first.push_back(static_cast<int>(groups.members.size()));
+    groups.members.push_back(point);
+  }
+  groups.first.push_back(static_cast<int>(groups.members.size()));
+  return groups;
+}
+
 }  // namespace
 
 std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std::uint64_t seed,
-                                                      bool from_below) {
+                                                      bool from_below, std::size_t most_points) {
   IrradianceCache t;
   t.triangles_ = scene.mesh().triangles;
   t.sides_ = scene.is_translucent() || shows_backs(scene, 3, from_below) ? 2 : 1;
-  t.place_points(scene);
-  if (t.points() > max_cache_points) return std::nullopt;
+  if (!t.place_points(scene, most_points)) return std::nullopt;
   t.order_points(scene);
   t.gather(scene, seed);
   return t;
@@ -76,9 +111,10 @@ void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
     const int per_row = spread ? 4 : side;
     for (int block = 0; block < blocks; ++block) {
       const std::size_t place = spread ? fronts[block * fronts.size() / blocks] : p;
+      const std::size_t at = place * places_ + block % places_;
       SurfacePoint origin;
-      origin.position = position_[place];
-      origin.face_normal = spread ? -normal_[place] : normal_[place];
+      origin.position = position_[at];
+      origin.face_normal = spread ? -normal_[at] : normal_[at];
       if (origin.face_normal == V3f(0, 0, 0)) continue;
       traced += 16;
       const float share = 1.0F / static_cast<float>(16 * blocks);
@@ -130,26 +166,28 @@ std::vector<float> IrradianceCache::light_directly(const RayScene& scene, std::s
   parallel_for(0, static_cast<int>(packets), [&](int packet) {
     const auto indices = std::span(order_).subspan(packet * packet_size);
     const std::size_t size = std::min(packet_size, indices.size());
-    PointPacket points;
-    for (std::size_t i = 0; i < size; ++i) {
-      points[i].position = position_[indices[i]];
-      points[i].face_normal = normal_[indices[i]];
-    }
-    const LeavingPacket leaving = scene.leave(points, (1U << size) - 1);
     std::uint64_t traced = 0;
-    for (std::size_t l = 0; l < n; ++l) {
-      std::uint32_t lit = 0;
+    for (std::size_t place = 0; place < places_; ++place) {
+      PointPacket points;
       for (std::size_t i = 0; i < size; ++i) {
-        // Light reaches the inside of closed yarn only through its wall.
-        const bool hidden =
-            scene.is_translucent() && !scene.is_open() && indices[i] >= static_cast<int>(behind_.size());
-        lit |= (!hidden && points[i].face_normal.dot(lights[l]) > 0 ? 1U : 0U) << i;
+        points[i].position = position_[indices[i] * places_ + place];
+        points[i].face_normal = normal_[indices[i] * places_ + place];
       }
-      traced += static_cast<std::uint64_t>(std::popcount(lit));
-      lit &= ~scene.occluded(leaving, lights[l], lit);
-      for (; lit != 0; lit &= lit - 1) {
-        const int i = std::countr_zero(lit);
-        direct[indices[i] * n + l] = points[i].face_normal.dot(lights[l]);
+      const LeavingPacket leaving = scene.leave(points, (1U << size) - 1);
+      for (std::size_t l = place; l < n; l += places_) {
+        std::uint32_t lit = 0;
+        for (std::size_t i = 0; i < size; ++i) {
+          // Light reaches the inside of closed yarn only through its wall.
+          const bool hidden =
+              scene.is_translucent() && !scene.is_open() && indices[i] >= static_cast<int>(behind_.size());
+          lit |= (!hidden && points[i].face_normal.dot(lights[l]) > 0 ? 1U : 0U) << i;
+        }
+        traced += static_cast<std::uint64_t>(std::popcount(lit));
+        lit &= ~scene.occluded(leaving, lights[l], lit);
+        for (; lit != 0; lit &= lit - 1) {
+          const int i = std::countr_zero(lit);
+          direct[indices[i] * n + l] = points[i].face_normal.dot(lights[l]);
+        }
       }
     }
     rays += traced;
@@ -286,43 +324,44 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
   return total;
 }
 
-void IrradianceCache::place_points(const RayScene& scene) {
+bool IrradianceCache::place_points(const RayScene& scene, std::size_t most_points) {
   const CellMesh& mesh = scene.mesh();
   const double longest = std::max(mesh.period.x, mesh.period.y) / patches_per_period;
-  std::vector<SurfacePoint> points;  // points at which albedo and gloss are taken
-  std::vector<V3f> normals;
-  std::vector<V3f> positions;
-  const auto corner_of = [&](std::size_t t, int k) { return triangles_[t][k]; };
-
   patches_.resize(triangles_.size());
   // Vertices first; small triangles need no further points.
-  points.resize(mesh.positions.size());
-  normals = mesh.normals;
-  positions = mesh.positions;
+  std::vector<SurfacePoint> points(mesh.positions.size());
+  std::vector<double> areas(points.size());  // that each stands for
+  double whole_area = 0;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    points[p].position = mesh.positions[p];
+    points[p].face_normal = mesh.normals[p];
+  }
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
-      SurfacePoint& point = points[corner_of(t, k)];
+      SurfacePoint& point = points[triangles_[t][k]];
       point.triangle = static_cast<int>(t);
       point.u = k == 1 ? 1.0F : 0.0F;
       point.v = k == 2 ? 1.0F : 0.0F;
     }
   }
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    const V3f& a = mesh.positions[corner_of(t, 0)];
-    const V3f& b = mesh.positions[corner_of(t, 1)];
-    const V3f& c = mesh.positions[corner_of(t, 2)];
+    const V3i& corner = triangles_[t];
+    const V3f& a = mesh.positions[corner.x];
+    const V3f& b = mesh.positions[corner.y];
+    const V3f& c = mesh.positions[corner.z];
     const double edge = static_cast<double>(std::max({(b - a).length(), (c - b).length(), (a - c).length()}));
+    const double area = static_cast<double>((b - a).cross(c - a).length()) / 2;
     const V3f normal = (b - a).cross(c - a).normalized();
+    whole_area += area;
     const int parts = static_cast<int>(std::clamp(std::ceil(edge / longest - 1e-3), 1.0, 1e3));
     bool needs_points = parts > 1;
     // A vertex where yarns touch has the normal of one yarn and triangles of both.
-    for (int k = 0; k < 3; ++k) needs_points |= std::abs(normal.dot(mesh.normals[corner_of(t, k)])) < smooth;
-    if (!needs_points) continue;
-    patches_[t] = {static_cast<int>(positions.size()), parts};
-    if (positions.size() + lattice_size(parts) > max_cache_points) {
-      position_.resize(max_cache_points + 1);  // too many
-      return;
+    for (int k = 0; k < 3; ++k) needs_points |= std::abs(normal.dot(mesh.normals[corner[k]])) < smooth;
+    if (!needs_points) {
+      for (int k = 0; k < 3; ++k) areas[corner[k]] += area / 3;
+      continue;
     }
+    patches_[t] = {static_cast<int>(points.size()), parts};
     for (int j = 0; j <= parts; ++j) {
       for (int i = 0; i + j <= parts; ++i) {
         SurfacePoint point;
@@ -330,68 +369,81 @@ void IrradianceCache::place_points(const RayScene& scene) {
         point.u = static_cast<float>(i) / static_cast<float>(parts);
         point.v = static_cast<float>(j) / static_cast<float>(parts);
         point.face_normal = normal;
-        points.push_back(point);
-        normals.push_back(normal);
         // Slightly inwards: a point on the edge may lie in the wall of the next triangle.
         const float inwards = 0.1F / static_cast<float>(parts);
         const float u = point.u * (1 - inwards) + inwards / 3;
         const float v = point.v * (1 - inwards) + inwards / 3;
-        positions.push_back(a * (1 - u - v) + b * u + c * v);
+        point.position = a * (1 - u - v) + b * u + c * v;
+        points.push_back(point);
       }
     }
+    areas.resize(points.size(), 2 * area / ((parts + 1) * (parts + 2)));
+    if (points.size() > max_shared_points) return false;
   }
-  std::map<std::array<int, 4>, std::vector<int>> backs;
-  const auto place = [&](std::size_t p, bool back) {
-    position_.push_back(positions[p]);
-    normal_.push_back(back ? -normals[p].normalized() : normals[p].normalized());
-    points[p].face_normal = normals[p].normalized();
-    points[p].back = back && scene.is_translucent();
-    add_shares(scene, points[p]);
-  };
-  for (std::size_t p = 0; p < positions.size(); ++p) place(p, false);
-  if (sides_ == 1) return;
-  // Neighbours that share a back lie in one cell of a lattice and face the same way, as points of one wall
-  // do: a wall that touches it faces it.
-  const bool shared = scene.is_translucent() && !scene.is_open();
-  double area = 0;
-  for (const V3i& t : triangles_) {
-    const V3f& a = mesh.positions[t.x];
-    area += static_cast<double>((mesh.positions[t.y] - a).cross(mesh.positions[t.z] - a).length()) / 2;
+
+  Groups groups = groups_of(points, 0);
+  for (double share = 1; groups.count() > most_points; share *= 1.3)
+    groups = groups_of(points, std::sqrt(share * whole_area / static_cast<double>(most_points)));
+  if (groups.count() < points.size()) {
+    places_ = shared_places;
+    shared_.resize(points.size());
   }
-  const double cell = std::sqrt(points_inside * area / static_cast<double>(positions.size()));
-  for (std::size_t p = 0; p < positions.size(); ++p) {
-    std::array<int, 4> key{static_cast<int>(p), 0, 0, 0};
-    if (shared) {
-      const V3f& n = normal_[p];
-      const V3f facing(std::abs(n.x), std::abs(n.y), std::abs(n.z));
-      const int axis = facing.x >= std::max(facing.y, facing.z) ? 0 : facing.y >= facing.z ? 1 : 2;
-      for (int k = 0; k < 3; ++k)
-        key[k] = static_cast<int>(std::floor(static_cast<double>(positions[p][k]) / cell));
-      key[3] = 2 * axis + (n[axis] < 0 ? 1 : 0);
+  std::vector<SurfacePoint> fronts;  // [point][place]
+  for (std::size_t g = 0; g < groups.count(); ++g) {
+    const auto group = groups.group(g);
+    double area = 0;
+    for (const int p : group) area += areas[p];
+    double passed = areas[group[0]];
+    std::size_t member = 0;
+    for (std::size_t k = 0; k < places_; ++k) {
+      const double at = area * (static_cast<double>(k) + 0.5) / static_cast<double>(places_);
+      while (passed < at && member + 1 < group.size()) passed += areas[group[++member]];
+      fronts.push_back(points[group[member]]);
     }
-    backs[key].push_back(static_cast<int>(p));
+    if (!shared_.empty())
+      for (const int p : group) shared_[p] = static_cast<int>(g);
+    place(scene, std::span(fronts).last(places_), false);
   }
-  behind_.resize(positions.size());
-  for (const auto& [key, fronts] : backs) {
-    for (const int front : fronts) behind_[front] = static_cast<int>(position_.size());
-    fronts_.insert(fronts_.end(), fronts.begin(), fronts.end());
-    first_front_.push_back(static_cast<int>(fronts_.size() - fronts.size()));
-    place(fronts[fronts.size() / 2], true);
+  if (sides_ == 1) return true;
+  // A point inside has the places of one of its fronts.
+  const std::size_t count = groups.count();
+  std::vector<SurfacePoint> firsts;
+  for (std::size_t p = 0; p < count; ++p) firsts.push_back(fronts[p * places_]);
+  const bool even = scene.is_translucent() && !scene.is_open();
+  const double inside = shared_.empty() ? points_inside : shared_points_inside;
+  groups = groups_of(firsts, even ? std::sqrt(inside * whole_area / static_cast<double>(count)) : 0);
+  behind_.resize(count);
+  for (std::size_t g = 0; g < groups.count(); ++g) {
+    const auto group = groups.group(g);
+    for (const int front : group) behind_[front] = static_cast<int>(count + g);
+    place(scene, std::span(fronts).subspan(group[group.size() / 2] * places_, places_), true);
   }
-  first_front_.push_back(static_cast<int>(fronts_.size()));
+  fronts_ = groups.members;
+  first_front_ = groups.first;
+  return true;
 }
 
-void IrradianceCache::add_shares(const RayScene& scene, const SurfacePoint& point) {
-  const YarnBrdf surface = surface_at(scene, point);
-  if (scene.is_translucent()) {
-    const DiffuseShares shares = diffuse_shares(surface);
-    albedo_.push_back(shares.back);
-    through_.push_back(shares.through);
-    return;
+void IrradianceCache::place(const RayScene& scene, std::span<const SurfacePoint> places, bool back) {
+  V3f albedo(0, 0, 0);
+  V3f through(0, 0, 0);
+  for (SurfacePoint point : places) {
+    point.face_normal.normalize();
+    point.back = back && scene.is_translucent();
+    position_.push_back(point.position);
+    normal_.push_back(back ? -point.face_normal : point.face_normal);
+    const YarnBrdf surface = surface_at(scene, point);
+    if (scene.is_translucent()) {
+      const DiffuseShares shares = diffuse_shares(surface);
+      albedo += shares.back;
+      through += shares.through;
+      continue;
+    }
+    const auto w = static_cast<double>(surface.gloss.weight);
+    const double reflected = w > 0 ? w * mean_gloss_albedo(static_cast<double>(surface.gloss.roughness)) : 0;
+    albedo += V3f(surface.albedo * (1 - w) + V3d(reflected));
   }
-  const auto w = static_cast<double>(surface.gloss.weight);
-  const double reflected = w > 0 ? w * mean_gloss_albedo(static_cast<double>(surface.gloss.roughness)) : 0;
-  albedo_.emplace_back(surface.albedo * (1 - w) + V3d(reflected));
+  albedo_.push_back(albedo / static_cast<float>(places.size()));
+  if (scene.is_translucent()) through_.push_back(through / static_cast<float>(places.size()));
 }
 
 std::span<const int> IrradianceCache::fronts_of(int back) const {
@@ -424,6 +476,8 @@ bool IrradianceCache::taps(const SurfacePoint& point, CacheTaps& taps) const {
       taps.weight = {std::max(0.0F, 1 - fu - fv), fu, fv};
     }
   }
+  if (!shared_.empty())
+    for (int& p : taps.point) p = shared_[p];
   if (sides_ == 2) {
     for (std::size_t k = 0; k < 3; ++k) taps.other_side[k] = behind_[taps.point[k]];
     if (point.back) std::swap(taps.point, taps.other_side);
@@ -438,11 +492,11 @@ void IrradianceCache::order_points(const RayScene& scene) {
   const auto curve = [&](std::size_t p) {
     std::uint64_t key = 0;
     for (int axis = 0; axis < 3; ++axis) {
-      const double share = static_cast<double>(position_[p][axis]) / size[axis];
+      const double share = static_cast<double>(position_[p * places_][axis]) / size[axis];
       const auto cell = static_cast<std::uint64_t>(std::clamp(share, 0.0, 1.0) * 1023);
       for (int bit = 0; bit < 10; ++bit) key |= (cell >> bit & 1U) << (3 * bit + axis);
       // Points with similar normals see the same lights.
-      key |= (normal_[p][axis] < 0 ? std::uint64_t{1} : 0) << (30 + axis);
+      key |= (normal_[p * places_][axis] < 0 ? std::uint64_t{1} : 0) << (30 + axis);
     }
     return key;
   };

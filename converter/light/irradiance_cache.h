@@ -7,7 +7,8 @@
 // gives a matrix W; with the direct irradiance E0 and the albedo a, the irradiance after k + 1 reflections is
 // S = W a (E0 + S) with the S after k. Where light passes through walls, each point has one on the other
 // side, and sends the share of that one's light, too, that comes through. Inside of closed yarn, where light
-// is even, neighbouring points share one.
+// is even, neighbouring points share one. So do points of a mesh with more than max_cache_points; the rays
+// and lights of each group leave from four of its places.
 //
 // Approximations: irradiance and reflected light are linear between the points, and reflection is Lambertian,
 // the share of a gloss included. Rays that meet the inside of closed opaque yarn count as dark. docs/bake.md
@@ -22,6 +23,10 @@
 
 namespace selvedge {
 
+/// Limits of memory: points with light of their own, and points of the mesh, which share them.
+inline constexpr std::size_t max_cache_points = 120000;
+inline constexpr std::size_t max_shared_points = 1 << 22;
+
 /// Three points and their weights (sum 1).
 struct CacheTaps {
   std::array<int, 3> point{0, 0, 0};
@@ -31,12 +36,14 @@ struct CacheTaps {
 
 class IrradianceCache {
  public:
-  /// Nothing if the mesh needs more than max_cache_points; it is left to the path tracer.
-  /// `from_below`: views and lights come from below as well.
+  /// With light at `most_points` of the points of a side at most, which others share. Nothing if the mesh has
+  /// more than max_shared_points; it is left to the path tracer. `from_below`: views and lights come from
+  /// below as well.
   static std::optional<IrradianceCache> build(const RayScene& scene, std::uint64_t seed,
-                                              bool from_below = false);
+                                              bool from_below = false,
+                                              std::size_t most_points = max_cache_points);
 
-  int points() const { return static_cast<int>(position_.size()); }
+  int points() const { return static_cast<int>(albedo_.size()); }
   /// Rays of build() and solve() so far.
   std::uint64_t rays() const { return rays_; }
 
@@ -51,8 +58,10 @@ class IrradianceCache {
     int first = -1;  ///< index of its first point; -1: its corners are its points
     int parts = 1;   ///< per edge
   };
-  void place_points(const RayScene& scene);
-  void add_shares(const RayScene& scene, const SurfacePoint& point);
+  /// False if there are too many to share.
+  bool place_points(const RayScene& scene, std::size_t most_points);
+  /// Adds a point with these places, the mean of which it reflects.
+  void place(const RayScene& scene, std::span<const SurfacePoint> places, bool back);
   std::span<const int> fronts_of(int back) const;
   void order_points(const RayScene& scene);
   void gather(const RayScene& scene, std::uint64_t seed);
@@ -62,10 +71,12 @@ class IrradianceCache {
   std::vector<V3i> triangles_;
   std::vector<Patch> patches_;  ///< per triangle
   int sides_ = 1;               ///< 2: points on both sides of the triangles, fronts first
+  std::vector<int> shared_;     ///< the point that stands for each lattice point; empty: itself
   std::vector<int> behind_;     ///< the back of each front; empty: no backs
   std::vector<int> fronts_;     ///< of the backs, one after the other
   std::vector<int> first_front_;
-  std::vector<V3f> position_;
+  std::size_t places_ = 1;     ///< of each point
+  std::vector<V3f> position_;  ///< [point][place]
   std::vector<V3f> normal_;
   std::vector<V3f> albedo_;   ///< of light that goes back, gloss included
   std::vector<V3f> through_;  ///< of the light on the other side; empty: the yarn is opaque
@@ -76,8 +87,5 @@ class IrradianceCache {
   std::vector<float> weight_;
   std::uint64_t rays_ = 0;
 };
-
-/// Limit of memory.
-inline constexpr int max_cache_points = 120000;
 
 }  // namespace selvedge

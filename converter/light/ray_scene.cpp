@@ -21,16 +21,13 @@ namespace {
 /// Cells on each side of the middle one that a ray crosses before it is shifted back. More cost memory, fewer
 /// cost restarts; one suffices for most rays in a cell that is thinner than wide.
 constexpr int block_reach = 1;
+/// Cells of more triangles have parts of others around them alone, as wide as the cell is thick so many
+/// times.
+constexpr std::size_t few_triangles = 100000;
+constexpr double thicknesses_around = 2;
 
 /// The scene's second geometry; the first one holds the triangles.
 constexpr unsigned hair_geometry = 1;
-
-/// First point of the piece of a hair that a triangle of the hairs' geometry is of; two make a piece.
-int hair_point_of(const Hairs& hairs, unsigned primitive) {
-  constexpr int pieces = Hairs::points_each - 1;
-  const int piece = static_cast<int>(primitive / 2 % (pieces * hairs.roots.size()));
-  return piece / pieces * Hairs::points_each + piece % pieces;
-}
 
 }  // namespace
 
@@ -47,7 +44,9 @@ struct RaySceneState {
   RTCScene scene = nullptr;
   Imath::Box3f bounds;  // of one cell
   CellMesh mesh;
-  int ground_triangle = 0;  // the first one
+  int ground_triangle = 0;         // the first one
+  std::vector<int> triangle_of;    // the mesh's, of each in the scene
+  std::vector<int> hair_point_of;  // the first point of each piece of a hair; two triangles make a piece
   CellBlock block;
   bool open = false;  // RayScene::is_open()
   double offset = 0;  // offset of rays from the surface that they leave
@@ -57,9 +56,10 @@ namespace {
 
 /// A point on the ribbon of a hair, `side` (-1 to 1) of the way to its edges, has the normal of a round hair
 /// that the ray meets there.
-void place_on_hair(const Hairs& hairs, unsigned primitive, float side, SurfacePoint& point) {
+void place_on_hair(const RaySceneState& s, unsigned primitive, float side, SurfacePoint& point) {
+  const Hairs& hairs = s.mesh.hairs;
   point.back = false;
-  point.hair = hair_point_of(hairs, primitive);
+  point.hair = s.hair_point_of[primitive / 2];
   point.triangle = hairs.roots[point.hair / Hairs::points_each];
   point.u = point.v = 1.0F / 3;
   const V3f along = (hairs.points[point.hair + 1] - hairs.points[point.hair]).normalized();
@@ -80,10 +80,10 @@ SurfacePoint point_from(const RaySceneState& s, const V3d& position, const V3d& 
   point.back = point.face_normal.dot(V3f(direction)) > 0;
   if (point.back) point.face_normal = -point.face_normal;
   if (geometry == hair_geometry) {
-    place_on_hair(s.mesh.hairs, primitive, primitive % 2 == 0 ? 2 * u - 1 : 1 - 2 * v, point);
+    place_on_hair(s, primitive, primitive % 2 == 0 ? 2 * u - 1 : 1 - 2 * v, point);
     return point;
   }
-  point.triangle = static_cast<int>(primitive % s.mesh.triangles.size());
+  point.triangle = s.triangle_of[primitive];
   point.u = u;
   point.v = v;
   return point;
@@ -272,6 +272,14 @@ void add_ground(CellMesh& mesh, float albedo) {
   mesh.triangles.emplace_back(first, first + 2, first + 3);
 }
 
+/// Whether the box of some points meets the block, seen from above.
+bool meet(std::initializer_list<V3d> points, const CellBlock& block) {
+  Imath::Box3d box;
+  for (const V3d& point : points) box.extendBy(point);
+  return box.min.x <= block.max.x && box.max.x >= block.min.x && box.min.y <= block.max.y &&
+         box.max.y >= block.min.y;
+}
+
 /// Copies triangles into the scene; `filter` decides about hits. False without memory.
 bool attach(RaySceneState& state, const std::vector<V3f>& vertices, const std::vector<V3i>& triangles,
             RTCFilterFunctionN filter = nullptr) {
@@ -306,7 +314,7 @@ void pass_hairs(const RTCFilterFunctionNArguments* args) {
   const unsigned n = args->N;
   for (unsigned i = 0; i < n; ++i) {
     if (args->valid[i] != -1) continue;
-    const int hair = hair_point_of(hairs, RTCHitN_primID(args->hit, n, i)) / Hairs::points_each;
+    const int hair = state.hair_point_of[RTCHitN_primID(args->hit, n, i) / 2] / Hairs::points_each;
     const auto bits = [](float x) { return static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(x)); };
     RTCRayN* const ray = args->ray;
     const std::uint64_t origin = bits(RTCRayN_org_x(ray, n, i)) << 32U ^ bits(RTCRayN_org_y(ray, n, i));
@@ -363,15 +371,17 @@ bool attach_hairs(RaySceneState& state) {
   std::vector<V3i> triangles;
   for (int cy = -cells(high.y - period.y, period.y); cy <= cells(-low.y, period.y); ++cy) {
     for (int cx = -cells(high.x - period.x, period.x); cx <= cells(-low.x, period.x); ++cx) {
-      const int first = static_cast<int>(vertices.size());
       const V3d shift(cx * period.x, cy * period.y, 0);
-      for (const V3f& edge : edges) vertices.emplace_back(V3d(edge) + shift);
       for (int p = 0; p < static_cast<int>(hairs.points.size()); ++p) {
         if ((p + 1) % Hairs::points_each == 0) continue;
-        // The order that hair_place() reads.
-        const int left = first + 2 * p;
+        const auto at = [&](int edge) { return V3d(edges[2 * p + edge]) + shift; };
+        if (!meet({at(0), at(1), at(2), at(3)}, state.block)) continue;
+        // The order that place_on_hair() reads.
+        const int left = static_cast<int>(vertices.size());
+        for (int edge = 0; edge < 4; ++edge) vertices.emplace_back(at(edge));
         triangles.emplace_back(left, left + 1, left + 2);
         triangles.emplace_back(left + 1, left + 3, left + 2);
+        state.hair_point_of.push_back(p);
       }
     }
   }
@@ -444,7 +454,13 @@ LeavingPacket RayScene::leave(const PointPacket& points, std::uint32_t active) c
   const int first = std::countr_zero(active);
   LeavingPacket packet;
   for (std::size_t i = 0; i < packet_size; ++i) {
-    const V3d origin = leave(points[(active >> i & 1U) != 0 ? i : first]);
+    V3d origin = leave(points[(active >> i & 1U) != 0 ? i : first]);
+    const CellBlock& block = state_->block;
+    for (int k = 0; k < 2; ++k) {
+      // Of a mesh that reaches beyond its cell.
+      if (origin[k] < block.min[k] || origin[k] > block.max[k])
+        origin[k] = wrap_into(origin[k], block.period[k]);
+    }
     packet.x[i] = static_cast<float>(origin.x);
     packet.y[i] = static_cast<float>(origin.y);
     packet.z[i] = static_cast<float>(origin.z);
@@ -515,20 +531,39 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
                 fmt::format("the mesh reaches {} periods beyond its cell; {} are allowed",
                             std::max(extra_x, extra_y), max_extra));
   }
-  state->block.min = {-block_reach * period.x, -block_reach * period.y};
-  state->block.max = {(1 + block_reach) * period.x, (1 + block_reach) * period.y};
+  for (int i = 0; i < 2; ++i) {
+    const bool few = mesh.triangles.size() <= few_triangles;
+    const double around = std::min(block_reach * period[i], few ? size : thicknesses_around * thickness);
+    state->block.min[i] = -around;
+    state->block.max[i] = period[i] + around;
+  }
 
   std::vector<V3f> vertices;
   std::vector<V3i> triangles;
   for (int cy = -block_reach - extra_y; cy <= block_reach + extra_y; ++cy) {
     for (int cx = -block_reach - extra_x; cx <= block_reach + extra_x; ++cx) {
-      const int first = static_cast<int>(vertices.size());
-      for (const V3f& p : state->mesh.positions) {
-        vertices.emplace_back(
-            V3f(V3d(snap_to_wall(static_cast<double>(p.x) + cx * period.x, period.x),
-                    snap_to_wall(static_cast<double>(p.y) + cy * period.y, period.y), p.z)));
+      const V3d to(cx * period.x, cy * period.y, 0);
+      if (!meet({V3d(state->bounds.min) + to, V3d(state->bounds.max) + to}, state->block)) continue;
+      std::vector<int> copies(state->mesh.positions.size(), -1);
+      const auto at = [&](int vertex) {
+        const V3d p(state->mesh.positions[vertex]);
+        return V3d(snap_to_wall(p.x + cx * period.x, period.x), snap_to_wall(p.y + cy * period.y, period.y),
+                   p.z);
+      };
+      for (std::size_t t = 0; t < state->mesh.triangles.size(); ++t) {
+        V3i corner = state->mesh.triangles[t];
+        if (!meet({at(corner.x), at(corner.y), at(corner.z)}, state->block)) continue;
+        for (int k = 0; k < 3; ++k) {
+          int& copy = copies[corner[k]];
+          if (copy < 0) {
+            copy = static_cast<int>(vertices.size());
+            vertices.emplace_back(at(corner[k]));
+          }
+          corner[k] = copy;
+        }
+        triangles.push_back(corner);
+        state->triangle_of.push_back(static_cast<int>(t));
       }
-      for (const V3i& t : state->mesh.triangles) triangles.push_back(t + V3i(first));
     }
   }
   if (triangles.empty()) return fail(Code::mesh_empty, name, {}, "the mesh has no triangles");

@@ -85,6 +85,7 @@ MakeOptions quality_named(std::string_view name) {
   if (name == "draft") {
     o.bake.views = o.bake.lights = 36;
     o.bake.samples = 2;
+    o.bake.held_out_pairs = 64;
     o.fit.lobes = 1;
     o.write.half.insert(LayerKind::lobes);
   } else {

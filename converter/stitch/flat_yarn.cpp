@@ -11,17 +11,12 @@ V3d squeeze_at(const Yarn& yarn, std::size_t segment, double t) {
   return squeeze_between(yarn.squeezes[segment], yarn.squeezes[(segment + 1) % yarn.squeezes.size()], t);
 }
 
-double support_of(const Section& section, const V3d& direction) {
-  return reach_of(thin_radius(section.radius, section.squeeze), section.squeeze, direction);
-}
-
-V3d direction_between(const V3d& apart, const Section& a, const Section& b) {
+V3d direction_between(const V3d& apart, const Section& a, const Section& b, int steps) {
   V3d direction = apart.normalized();
   if (a.squeeze == V3d(0, 0, 0) && b.squeeze == V3d(0, 0, 0)) return direction;
   // With supports h = sqrt(d.S d), the distance is largest where apart - (S_a / h_a + S_b / h_b) d is along
   // d. Near contact that is small, so that apart is nearly a multiple of the sum, whose inverse each step
   // takes: one is enough where the sections are alike. Any direction is safe.
-  constexpr int steps = 4;
   for (int step = 0; step < steps; ++step) {
     Imath::M33d sum(0.0);
     for (const Section* s : {&a, &b}) {

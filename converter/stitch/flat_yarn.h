@@ -20,11 +20,13 @@ struct Section {
 
 /// How far a section reaches in a unit direction, mm: the reach of the ellipsoid whose widest
 /// section it is.
-double support_of(const Section& section, const V3d& direction);
+inline double support_of(const Section& section, const V3d& direction) {
+  return reach_of(thin_radius(section.radius, section.squeeze), section.squeeze, direction);
+}
 
 /// The unit direction from b to a in which there is most room between them, or least overlap, a lying
 /// `apart` (not 0) from b: apart.direction less both supports is their distance.
-V3d direction_between(const V3d& apart, const Section& a, const Section& b);
+V3d direction_between(const V3d& apart, const Section& a, const Section& b, int steps = 4);
 
 /// Half the width and half the thickness, mm, where the yarn lies level.
 inline double wide_of(const Yarn& yarn) { return yarn.radius_mm / std::sqrt(yarn.flattening); }

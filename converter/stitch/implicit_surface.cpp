@@ -56,7 +56,10 @@ Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, dou
   surface.reach_ = reach;
   surface.cut(pattern);
   // Bins much smaller than the reach would repeat the same pieces.
-  if (!surface.index(std::max(0.5 * min_radius, 0.25 * reach))) {
+  const double size = std::max(0.5 * min_radius, 0.25 * reach);
+  double times = 1;
+  while (!surface.index(size * times) && times < 8) times *= 1.25;
+  if (surface.entries_.empty()) {
     return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close for the index");
   }
   return surface;

@@ -19,6 +19,7 @@
 #include "converter/stitch/pattern_json.h"
 #include "converter/stitch/weave.h"
 #include "converter/stitch/wif.h"
+#include "converter/stitch/yarn_mesh.h"
 #include "converter/stitch/yarn_relax.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
@@ -288,6 +289,14 @@ void lay_repeats(const StitchValues& values, const std::string& name, FoundStitc
   found.pattern = repeated(found.pattern, found.repeats);
   found.min_texels *= found.repeats;
   value_or_throw(validate(found.pattern, name));
+  // Beside its nodes, a file holds so many hairs (format/fabric/yarns.h).
+  constexpr double most_hairs = 1 << 16;
+  double hairs = 0;
+  for (const Yarn& yarn : found.pattern.yarns) hairs += expected_hairs(yarn);
+  if (hairs <= most_hairs) return;
+  for (Yarn& yarn : found.pattern.yarns) yarn.hairiness *= most_hairs / hairs;
+  found.remarks.push_back(
+      fmt::format("{:.0f} hairs a repeat are too many: {:.0f} % are kept", hairs, 100 * most_hairs / hairs));
 }
 
 double shorter_period(const StitchPattern& pattern) {
@@ -317,9 +326,11 @@ void apply_woven_settings(const StitchValues& values, std::size_t warps, StitchP
     apply_settings(values, y < warps ? "warp_" : "weft_", shorter_period(pattern), pattern.yarns[y]);
 }
 
+constexpr double rough_work = 8;  ///< rough relaxation does so many times as much in the same time
+
 /// Estimated work of relax(), to which its time is proportional: 5 seconds a million on a core of
 /// 2024.
-double relaxation_work(const StitchPattern& pattern) {
+double relaxation_work(const StitchPattern& pattern, bool rough = false) {
   constexpr double points_per_radius = 2.5;
   constexpr double margin = 0.7;  // of the widest yarn, within which neighbours are kept
   double squares = 0;             // of each yarn's number of points, for its smoothing
@@ -341,7 +352,8 @@ double relaxation_work(const StitchPattern& pattern) {
       2 * points.x * points.z + 2 * points.y * points.y + kept * points.x * (4 * points.y + kept * points.x);
   const double contacts = 0.5 * std::numbers::pi * density * squared_reaches;
   const double looked_at = 9 * density * std::pow((2 + margin) * widest * points.x, 2);
-  return squares + 50 * contacts + 0.1 * looked_at;
+  const double searched = 50 * contacts + 0.1 * looked_at;
+  return rough ? searched / rough_work : squares + searched;
 }
 constexpr double max_relaxation_work = 2e8;
 constexpr const char* too_much_work =
@@ -455,6 +467,29 @@ std::vector<StitchParameter> draft_parameters() {
   return parameters;
 }
 
+/// The first yarns of a weave each way.
+Weave corner_of(const Weave& weave, std::size_t yarns) {
+  Weave corner = weave;
+  for (auto [all, widths] :
+       {std::pair(&corner.warp, &corner.warp_mm), std::pair(&corner.weft, &corner.weft_mm)}) {
+    all->resize(std::min(all->size(), yarns));
+    widths->resize(all->size());
+  }
+  corner.warp_is_over.clear();
+  for (std::size_t j = 0; j < corner.weft.size(); ++j)
+    for (std::size_t i = 0; i < corner.warp.size(); ++i) corner.warp_is_over.push_back(weave.over(i, j));
+  return corner;
+}
+
+/// Thins the yarns of a large weave as a part of it demands: all of them are relaxed once then. Returns the
+/// factor.
+double thin_as_corner(Weave& weave, const std::string& name, const RelaxOptions& options) {
+  const double part = relax(draw_weave(corner_of(weave, 12), name), options).part;
+  for (auto* yarns : {&weave.warp, &weave.weft})
+    for (Yarn& yarn : *yarns) yarn.radius_mm *= part;
+  return part;
+}
+
 Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& settings,
                              const StitchStart& start) {
   const auto text = value_or_throw(read_file(path, max_wif_text));
@@ -478,18 +513,22 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
       apply_flattening(values, prefix, yarn);
     }
   }
+  constexpr std::size_t finely_relaxed = 144;  // crossings
+  options.rough = draft.weave.warp_is_over.size() > finely_relaxed;
+  double thickness = options.rough ? thin_as_corner(draft.weave, name, options) : 1;
   const StitchPattern drawn = draw_weave(draft.weave, name);
   // Relaxation makes thick yarns thinner.
   value_or_throw(validate(drawn, path, {.radius_periods = 8}));
-  if (relaxation_work(drawn) > max_relaxation_work)
+  if (relaxation_work(drawn, options.rough) > max_relaxation_work)
     return fail(Code::stitch_invalid, path, "", too_much_work);
   Relaxed result = relax(drawn, options);
+  thickness *= result.part;
   found.pattern = std::move(result.pattern);
   value_or_throw(validate(found.pattern, path));
-  const auto thinner = thin_to_touch(found.pattern, path);
+  if (!options.rough) thickness *= thin_to_touch(found.pattern, path);
   apply_woven_settings(values, draft.weave.warp.size(), found.pattern);
   set_seed(values, path, found.pattern);
-  tell_thickness(result.part * thinner, found);
+  tell_thickness(thickness, found);
   lay_repeats(values, path, found);
   return found;
 }

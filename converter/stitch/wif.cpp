@@ -467,12 +467,8 @@ WifDraft draft_of(const WifSections& draft) {
                                                               : ""));
   result.remarks.insert(result.remarks.end(), remarks.begin(), remarks.end());
   if (across * up > max_wif_crossings) {
-    const V2i texels = texels_for(result.weave);
-    throw WifFault{
-        "", fmt::format(
-                "its smallest repeat has {} x {} yarns and would need {} x {} texels; at most {} crossings "
-                "are made",
-                across, up, texels.x, texels.y, max_wif_crossings)};
+    throw WifFault{"", fmt::format("its smallest repeat has {} x {} yarns; at most {} crossings are made",
+                                   across, up, max_wif_crossings)};
   }
   return result;
 }
@@ -480,8 +476,8 @@ WifDraft draft_of(const WifSections& draft) {
 int texels_along(const std::vector<double>& widths) {
   double sum = 0;
   for (const double width : widths) sum += width;
-  // An int even for all repeats; no file holds as many.
-  constexpr double most = 1e8;
+  // Beyond that, its yarn is seen as yarn until it is much finer than a pixel.
+  constexpr double most = 48;
   return static_cast<int>(
       std::min(most, std::ceil(texels_per_yarn * sum / *std::ranges::min_element(widths) - 1e-9)));
 }

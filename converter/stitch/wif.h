@@ -17,7 +17,7 @@ constexpr std::size_t max_wif_text = 16U << 20U;
 /// Limits of a draft: yarns each way, crossings, and crossings of its smallest repeat.
 constexpr int max_wif_threads = 16384;
 constexpr std::size_t max_wif_drawdown = 1U << 24U;
-constexpr std::size_t max_wif_crossings = 4096;
+constexpr std::size_t max_wif_crossings = 16384;
 
 struct WifDraft {
   std::string title;

@@ -14,6 +14,7 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/marching_cubes.h"
 #include "converter/stitch/yarn_plies.h"
+#include "converter/stitch/yarn_tubes.h"
 #include "format/base/guard.h"
 #include "format/base/random.h"
 
@@ -83,12 +84,7 @@ constexpr std::uint64_t stream_hairs = 31;
 Result<YarnHairs> hairs_for(const StitchPattern& pattern, std::size_t index, int room) {
   const Yarn& yarn = pattern.yarns[index];
   YarnHairs hairs;
-  if (yarn.hairiness == 0) return hairs;
-  double length = 0;
-  for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
-  // The mean of the cut exponential distribution.
-  const double mean = 1 - max_hair / std::expm1(max_hair);
-  const double expected = yarn.hairiness * length / (mean * yarn.hair_mm);
+  const double expected = expected_hairs(yarn);
   if (expected >= room) {
     return fail(Code::mesh_invalid, pattern.name, fmt::format("/yarns/{}/hairiness", index),
                 fmt::format("the repeat would have more than {} hairs", max_hairs));
@@ -176,9 +172,20 @@ double surface_of(const Yarn& yarn) {
   return 2 * std::numbers::pi * yarn.radius_mm * length;
 }
 
+constexpr double triangles_per_square = 2.9;  ///< of Marching Cubes, for surfaces of all orientations
+/// Cubes are as wide as the thinnest yarn's radius over this, or smaller.
+constexpr double cubes_per_radius = 1.25;
+
+/// Whether Marching Cubes would make so many triangles that tubes take their place.
+bool has_many_yarns(const StitchPattern& pattern) {
+  constexpr double most = 1e5;
+  double surface = 0;
+  for (const Yarn& yarn : pattern.yarns) surface += surface_of(yarn);
+  return surface * triangles_per_square > most * std::pow(thinnest_of(pattern) / cubes_per_radius, 2);
+}
+
 /// The rule of MeshOptions::cells_across.
 int cells_across_for(const StitchPattern& pattern, int repeats) {
-  constexpr double triangles_per_square = 2.9;  // of marching cubes, for surfaces of all orientations
   constexpr double triangles = 29000;
   const double longer = std::max(pattern.period_mm.x, pattern.period_mm.y) / repeats;
   const double thinnest = thinnest_of(pattern);
@@ -186,7 +193,7 @@ int cells_across_for(const StitchPattern& pattern, int repeats) {
   for (const Yarn& yarn : pattern.yarns) surface += surface_of(yarn) / (repeats * repeats);
   const double step =
       std::max(std::min(longer / 40, thinnest / 4),
-               std::min(std::sqrt(surface * triangles_per_square / triangles), thinnest / 1.25));
+               std::min(std::sqrt(surface * triangles_per_square / triangles), thinnest / cubes_per_radius));
   return static_cast<int>(std::clamp(repeats * std::ceil(longer / step), static_cast<double>(min_across),
                                      static_cast<double>(max_across)));
 }
@@ -334,9 +341,9 @@ Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cells_across, do
   return grid;
 }
 
-Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& options) {
-  value_or_throw(validate(described, described.name));
-  const StitchPattern pattern = value_or_throw(lay_plies(described, described.name));
+/// Sets `surface`.
+Result<MarchedSurface> marched(const StitchPattern& pattern, const MeshOptions& options,
+                               std::optional<ImplicitSurface>& surface) {
   const int cells_across =
       options.cells_across ? *options.cells_across : cells_across_for(pattern, options.repeats);
   if (cells_across < min_across || cells_across > max_across) {
@@ -345,17 +352,30 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
   }
   // The search along an edge needs exact values up to the length of an edge.
   const double reach = std::max(pattern.period_mm.x, pattern.period_mm.y) / cells_across * 2;
-  const auto surface = value_or_throw(ImplicitSurface::build(pattern, reach, pattern.name));
-  const auto grid = value_or_throw(grid_for(pattern, cells_across, surface.low(), surface.high()));
+  surface = value_or_throw(ImplicitSurface::build(pattern, reach, pattern.name));
+  const auto grid = value_or_throw(grid_for(pattern, cells_across, surface->low(), surface->high()));
   const double points = 1.0 * grid.cells.x * grid.cells.y * grid.cells.z;
-  if (points * surface.pieces_per_point() > max_grid_distances) {
+  if (points * surface->pieces_per_point() > max_grid_distances) {
     return fail(Code::mesh_invalid, pattern.name, "/yarns",
                 "the yarns are too many and too close to each other for the grid");
   }
-  const MarchedSurface marched = march(grid, [&](const V3d& p) { return surface.distance(p); });
+  MarchedSurface marched = march(grid, [&](const V3d& p) { return surface->distance(p); });
   if (marched.triangles.empty()) {
     return fail(Code::mesh_empty, pattern.name, "", "the yarns enclose no grid point");
   }
+  return marched;
+}
+
+Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& options) {
+  value_or_throw(validate(described, described.name));
+  const StitchPattern pattern = value_or_throw(lay_plies(described, described.name));
+  std::optional<ImplicitSurface> surface;
+  YarnTubes tubes;
+  if (!options.cells_across && has_many_yarns(pattern))
+    tubes = tubes_of(pattern);
+  else
+    tubes.surface = value_or_throw(marched(pattern, options, surface));
+  const MarchedSurface& marched = tubes.surface;
 
   CellMesh mesh;
   mesh.period = pattern.period_mm;
@@ -384,7 +404,7 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
       if (varied) mesh.places.push_back(mesh.places[original]);
       continue;
     }
-    const SurfaceSample sample = surface.sample(marched.positions[v]);
+    const SurfaceSample sample = surface ? surface->sample(marched.positions[v]) : tubes.samples[v];
     const Yarn& yarn = pattern.yarns[sample.yarn];
     mesh.normals.emplace_back(sample.widening == 0
                                   ? sample.gradient
@@ -399,9 +419,10 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
   return mesh;
 }
 
-}  // namespace
+/// Nodes of a repeat, beyond which they lie farther from their curves: a viewer's memory grows with them.
+constexpr double many_nodes = 1 << 18;
 
-Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options) {
+Result<YarnData> chains_of(const StitchPattern& pattern, const YarnChainOptions& options) {
   YarnData data;
   std::optional<StitchPattern> laid;
   std::size_t first_ply = 0;
@@ -442,12 +463,32 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
     StitchPattern alone = pattern;
     const auto from = laid->yarns.begin() + static_cast<std::ptrdiff_t>(own_plies);
     alone.yarns = {from, from + plies};
-    const auto chains = yarn_curves_of(alone, options);
+    const auto chains = chains_of(alone, options);
     if (!chains) return tl::unexpected(chains.error());
     data.curves.insert(data.curves.end(), chains->curves.begin(), chains->curves.end());
     data.nodes.insert(data.nodes.end(), chains->nodes.begin(), chains->nodes.end());
   }
   return data;
+}
+
+}  // namespace
+
+double expected_hairs(const Yarn& yarn) {
+  if (yarn.hairiness == 0) return 0;
+  double length = 0;
+  for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
+  // The mean of the cut exponential distribution.
+  const double mean = 1 - max_hair / std::expm1(max_hair);
+  return yarn.hairiness * length / (mean * yarn.hair_mm);
+}
+
+Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options) {
+  auto data = chains_of(pattern, options);
+  const double times = data ? static_cast<double>(data->nodes.size()) / many_nodes : 0;
+  if (times <= 1) return data;
+  YarnChainOptions coarser = options;
+  for (double* sag : {&coarser.max_sag, &coarser.max_flat_sag}) *sag *= times * times;
+  return chains_of(pattern, coarser);
 }
 
 Hairs grow_hairs(const CellMesh& mesh) {

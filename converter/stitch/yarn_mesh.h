@@ -33,7 +33,11 @@ Result<CellMesh> mesh_stitch(const StitchPattern& pattern, const MeshOptions& op
 /// yet. Heights are the pattern's own. Yarns of several plies are one curve, or one a ply where the plies
 /// turn more often than a file can say or pass a bend so close that they stand still. Refuses patterns as
 /// lay_plies() does. Precondition: a valid pattern.
+/// Chains of many nodes lie farther from their yarns, as a viewer's memory grows with them.
 Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options = {});
+
+/// Hairs that the yarn's hairiness asks for.
+double expected_hairs(const Yarn& yarn);
 
 /// Fuzz: the hairs of mesh.yarns (format/fabric/yarn_hairs.h), each from the triangle of the mesh that lies
 /// nearest to its root. Precondition: triangles lie in the cell.

@@ -47,6 +47,18 @@ constexpr int settling_steps = 60;  // at the end, contacts alone
 constexpr int max_settling_steps = 400;
 constexpr double settled_overlap = 2e-3;  // overlap, in radii, that ends the settling
 constexpr double over_relaxation = 1.4;   // of projections that are averaged
+constexpr int direction_steps = 4;        // of direction_between()
+
+/// The same of rough relaxation.
+constexpr double rough_piece_radii = 0.8;
+constexpr int rough_steps = 60;
+constexpr double rough_settled_overlap = 0.02;
+constexpr int rough_direction_steps = 1;
+/// Distances, in half widths of the widest yarn, up to which pairs are kept until the next search and through
+/// the projections of a step.
+constexpr double rough_search_margin = 0.2;
+constexpr double rough_step_margin = 0.05;
+constexpr std::size_t rough_kernel = 64;  ///< points, within which a smoothing kernel vanishes
 
 /// Sections of soft yarn: strain that a step adds for an overlap of a radius; share of the strain that it
 /// takes back, and that it passes on to either neighbour; least share of thickness in width.
@@ -130,9 +142,17 @@ void smooth(Chain& chain, const std::vector<double>& kernel) {
   std::vector<V3d> bent(count);
   const V3d step = chain.way / static_cast<double>(count);
   for (std::size_t i = 0; i < count; ++i) bent[i] = chain.points[i] - step * static_cast<double>(i);
+  const std::size_t width = kernel.size();
   for (std::size_t i = 0; i < count; ++i) {
     V3d sum(0);
-    for (std::size_t j = 0; j < count; ++j) sum += bent[j] * kernel[i >= j ? i - j : i + count - j];
+    // A whole kernel begins at the first point, one that is cut off half its width before the point.
+    std::size_t j = width == count ? 0 : (i + count - width / 2) % count;
+    std::size_t d = width == count ? i : width / 2;
+    for (std::size_t k = 0; k < width; ++k) {
+      sum += bent[j] * kernel[d];
+      j = j + 1 < count ? j + 1 : 0;
+      d = d > 0 ? d - 1 : width - 1;
+    }
     chain.points[i] = sum + step * static_cast<double>(i);
   }
 }
@@ -147,7 +167,10 @@ struct Contact {
 class Relaxation {
  public:
   Relaxation(const StitchPattern& pattern, const RelaxOptions& options)
-      : options_(options), period_(pattern.period_mm.x, pattern.period_mm.y, 0) {
+      : options_(options),
+        piece_(options.rough ? rough_piece_radii : piece_radii),
+        period_(pattern.period_mm.x, pattern.period_mm.y, 0) {
+    if (options.rough) options_.steps = rough_steps;
     for (const Yarn& yarn : pattern.yarns) {
       Chain chain;
       chain.soft = yarn.fibre != 0;
@@ -184,7 +207,9 @@ class Relaxation {
       const double time = 0.03 * remaining * remaining * grown_ * grown_ + 1e-4;
       for (Chain& chain : chains_) {
         const double spacing = chain.length() / static_cast<double>(chain.points.size());
-        smooth(chain, kernel_of(chain.points.size(), spacing, chain.radius, time, options_.bending));
+        const std::size_t count = chain.points.size();
+        const std::size_t width = options_.rough ? std::min(count, rough_kernel) : count;
+        smooth(chain, kernel_of(width, spacing, chain.radius, time, options_.bending));
         for (V3d& p : chain.points)
           p += chain.across * (options_.hold * remaining * (chain.drawn - p.dot(chain.across)));
       }
@@ -199,7 +224,7 @@ class Relaxation {
     for (int step = 0; step < max_settling_steps; ++step) {
       if (any_soft_) soften(0);
       const double overlap = push_apart(step);
-      if (overlap < settled_overlap) break;
+      if (overlap < (options_.rough ? rough_settled_overlap : settled_overlap)) break;
       if (step >= settling_steps) grown_ *= 1 - 0.25 * overlap;
     }
     // Woven yarn that is longer has climbed over others.
@@ -260,6 +285,9 @@ class Relaxation {
   /// Projects all contacts repeatedly; returns the largest remaining overlap, in radii.
   double push_apart(int step) {
     if (step % steps_per_search == 0) search();
+    touching_ = contacts_;
+    if (options_.rough)
+      std::erase_if(touching_, [&](const Contact& c) { return !overlap_of(c, rough_step_margin * widest_); });
     double overlap = 0;
     for (int k = 0; k < projections; ++k) overlap = project();
     return overlap;
@@ -268,7 +296,7 @@ class Relaxation {
   void distribute() {
     std::size_t begin = 0;
     for (Chain& chain : chains_) {
-      const double pieces = std::max(12.0, std::round(chain.length() / (piece_radii * chain.radius)));
+      const double pieces = std::max(12.0, std::round(chain.length() / (piece_ * chain.radius)));
       const std::size_t before = chain.points.size();
       chain.points = resampled(chain, static_cast<std::size_t>(pieces));
       chain.reaches.assign(chain.points.size(), chain.wide);
@@ -296,7 +324,8 @@ class Relaxation {
                    const V3d& along_b) const {
     constexpr double least_sine2 = 0.1;
     const double sine2 = along_a.cross(along_b).length2() / (along_a.length2() * along_b.length2());
-    return any_soft_ && sine2 > least_sine2 ? apart.normalized() : direction_between(apart, a, b);
+    if (any_soft_ && sine2 > least_sine2) return apart.normalized();
+    return direction_between(apart, a, b, options_.rough ? rough_direction_steps : direction_steps);
   }
 
   /// How two pieces overlap.
@@ -305,20 +334,20 @@ class Relaxation {
     V3d direction;  ///< unit, from the second to the first
     double depth;   ///< mm
   };
-  /// Nothing where they are apart.
-  std::optional<Overlap> overlap_of(const Contact& c) const {
+  /// Nothing where they are `margin` or more apart, mm.
+  std::optional<Overlap> overlap_of(const Contact& c, double margin = 0) const {
     const Chain& chain_a = chains_[c.chain_a];
     const Chain& chain_b = chains_[c.chain_b];
     const V3d a = chain_a.points[c.piece_a];
     const V3d b = chain_b.points[c.piece_b] + c.shift;
     const V3d along_a = chain_a.next(c.piece_a) - a;
     const V3d along_b = chain_b.next(c.piece_b) + c.shift - b;
-    double min_distance = distance_of(c, chain_a.reaches[c.piece_a] + chain_b.reaches[c.piece_b]);
+    double min_distance = distance_of(c, chain_a.reaches[c.piece_a] + chain_b.reaches[c.piece_b]) + margin;
     const double far = min_distance + chain_a.spacing + chain_b.spacing;
     if ((a + along_a * 0.5 - b - along_b * 0.5).length2() > far * far) return std::nullopt;
     const Nearest n = nearest_of(a, along_a, b, along_b);
     const V3d apart = a + along_a * n.s - b - along_b * n.t;
-    double distance = apart.length();
+    double distance = std::sqrt(apart.length2());
     if (distance >= min_distance || distance == 0) return std::nullopt;
     V3d direction = apart / distance;
     if (any_soft_ || chain_a.flattening < 1 || chain_b.flattening < 1) {
@@ -326,7 +355,8 @@ class Relaxation {
       const Section section_b = section_of(chain_b, c.piece_b, along_b);
       direction = direction_of(apart, section_a, section_b, along_a, along_b);
       distance = apart.dot(direction);
-      min_distance = distance_of(c, support_of(section_a, direction) + support_of(section_b, direction));
+      min_distance =
+          distance_of(c, support_of(section_a, direction) + support_of(section_b, direction)) + margin;
       if (distance >= min_distance) return std::nullopt;
     }
     return Overlap{n, direction, min_distance - distance};
@@ -416,14 +446,14 @@ class Relaxation {
       if ((c.shift - chain.way * turns).length2() > 1e-12 * way2) return false;
       along = std::abs(along + turns * n);
     }
-    return along * chain.length() / n < (pi + piece_radii) * chain.wide;
+    return along * chain.length() / n < (pi + piece_) * chain.wide;
   }
 
   void search() {
     contacts_.clear();
     widest_ = 0;
     for (const Chain& chain : chains_) widest_ = std::max(widest_, std::ranges::max(chain.reaches));
-    const double reach = widest_ * (2 + options_.gap + piece_radii + search_margin);
+    const double reach = widest_ * (2 + options_.gap + piece_ + search_margin);
     const int nx = std::max(1, static_cast<int>(period_.x / reach));
     const int ny = std::max(1, static_cast<int>(period_.y / reach));
     struct Place {
@@ -474,10 +504,11 @@ class Relaxation {
     if (chain_b < chain_a || (chain_b == chain_a && piece_b < piece_a)) return;
     if (chain_b == chain_a && piece_b == piece_a && (shift.x < 0 || (shift.x == 0 && shift.y <= 0))) return;
     const double radii = chains_[chain_a].reaches[piece_a] + chains_[chain_b].reaches[piece_b];
-    const double reach = std::min(1.0, grown_ + growth_per_search) * radii +
-                         widest_ * (options_.gap + piece_radii + search_margin);
+    const double reach =
+        std::min(1.0, grown_ + growth_per_search) * radii + widest_ * (options_.gap + piece_ + search_margin);
     if (between.length2() > reach * reach) return;
     const Contact contact{chain_a, piece_a, chain_b, piece_b, shift};
+    if (options_.rough && !overlap_of(contact, rough_search_margin * widest_)) return;
     if (!follow(contact)) contacts_.push_back(contact);
   }
 
@@ -487,7 +518,7 @@ class Relaxation {
     const std::size_t total = chains_.back().begin + chains_.back().points.size();
     moves_.assign(total, V3d(0));
     weights_.assign(total, 0.0);
-    for (const Contact& c : contacts_) {
+    for (const Contact& c : touching_) {
       const Chain& chain_a = chains_[c.chain_a];
       const Chain& chain_b = chains_[c.chain_b];
       const auto overlap = overlap_of(c);
@@ -526,9 +557,11 @@ class Relaxation {
   }
 
   RelaxOptions options_;
+  double piece_;  ///< length of pieces, radii
   V3d period_;
   std::vector<Chain> chains_;
   std::vector<Contact> contacts_;
+  std::vector<Contact> touching_;  ///< or nearly
   std::vector<V3d> moves_;
   std::vector<double> weights_;
   double thickest_ = 0, widest_ = 0;  ///< the most of half the thickness and of half the width, mm
@@ -539,7 +572,7 @@ class Relaxation {
 }  // namespace
 
 Relaxed relax(const StitchPattern& pattern, const RelaxOptions& options) {
-  constexpr double least_part = 0.95;
+  const double least_part = options.rough ? 0.85 : 0.95;
   constexpr int most_tries = 4;
   Relaxed relaxed{pattern, 1};
   Relaxation relaxation(pattern, options);

@@ -26,6 +26,9 @@ struct RelaxOptions {
   /// other.
   bool thins = false;
   int steps = 240;
+  /// For hundreds of yarns: longer pieces, 60 steps, overlaps of up to 0.02 radii, and any thinner yarns that
+  /// have room.
+  bool rough = false;
 };
 
 struct Relaxed {

@@ -157,7 +157,11 @@ CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
   const V2f texels(fabric.texels());
   const V2f size = pixel * texels;
   const float width = pixel_size({V2f(size.x, 0), V2f(0, size.y)});
-  const float largest = levels.front().yarns() ? std::sqrt(texels.x * texels.y) / least_yarn_pixels : 0;
+  float largest = 0;
+  if (const auto& yarns = levels.front().yarns()) {
+    const float nodes = static_cast<float>(yarns->data().nodes.size());
+    largest = std::sqrt(texels.x * texels.y) / std::max(least_yarn_pixels, nodes / most_nodes_of_pixel);
+  }
   const float level = std::clamp(std::log2(width) + level_bias, 0.0F, static_cast<float>(last));
   CellLevels shown{yarn_share(width, largest), static_cast<int>(level), 0};
   // Larger images take too much memory.

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "converter/light/irradiance_cache.h"
 #include "converter/stitch/find_cell.h"
 #include "format/base/parallel.h"
 #include "tests/converter/bake_cells.h"
@@ -258,28 +259,22 @@ TEST_CASE("the same seed gives the same bytes for any number of threads, another
 }
 
 TEST_CASE("a mesh with too many points for cached light is traced, and the report and the file say so") {
-  // A floor of small squares, 120,409 vertices.
+  // Floors of eight periods, one above the other.
   CellMesh mesh;
-  constexpr int squares = 346;
-  for (int y = 0; y <= squares; ++y) {
-    for (int x = 0; x <= squares; ++x) {
-      mesh.positions.emplace_back(static_cast<float>(x) / squares, static_cast<float>(y) / squares, 0.0F);
+  for (int k = 0; k < 150; ++k) {
+    for (const V2f& corner : {V2f(0, 0), V2f(8, 0), V2f(8, 8), V2f(0, 8)}) {
+      mesh.positions.emplace_back(corner.x, corner.y, 1e-3F * static_cast<float>(k));
       mesh.normals.emplace_back(0.0F, 0.0F, 1.0F);
       mesh.albedo.emplace_back(0.5F);
     }
-  }
-  for (int y = 0; y < squares; ++y) {
-    for (int x = 0; x < squares; ++x) {
-      const int a = y * (squares + 1) + x;
-      mesh.triangles.emplace_back(a, a + 1, a + squares + 2);
-      mesh.triangles.emplace_back(a, a + squares + 2, a + squares + 1);
-    }
+    mesh.triangles.emplace_back(4 * k, 4 * k + 1, 4 * k + 2);
+    mesh.triangles.emplace_back(4 * k, 4 * k + 2, 4 * k + 3);
   }
   BakeOptions o = small_bake();
   const Baked large = test::need(bake(mesh, "test", o));
   CHECK(large.report.indirect == IndirectLight::traced);
   REQUIRE(large.report.remarks.size() == 1);
-  CHECK(large.report.remarks.front().find("120000 points") != std::string::npos);
+  CHECK(large.report.remarks.front().find(fmt::format("{} points", max_shared_points)) != std::string::npos);
   CHECK(nlohmann::json::parse(large.samples.header.provenance)["bake"]["indirect"] == "traced");
 
   // Asked for, it is no remark and gives the same samples.
@@ -291,6 +286,36 @@ TEST_CASE("a mesh with too many points for cached light is traced, and the repor
   const Baked small = test::need(bake(fence(1, 0.5F, 0.6F, 0.3F), "test", small_bake()));
   CHECK(small.report.indirect == IndirectLight::cached);
   CHECK(small.report.remarks.empty());
+}
+
+TEST_CASE("a large mesh that reaches beyond its cell is lit as one within it") {
+  // Walls of many triangles, of which the ray tracer has little more than the cell.
+  CellMesh mesh = fence(1, 0.05F, 0.9F, 0.9F);
+  while (mesh.triangles.size() < 100000) {
+    std::vector<V3i> finer;
+    for (const V3i& t : mesh.triangles) {
+      const auto first = static_cast<int>(mesh.positions.size());
+      for (int k = 0; k < 3; ++k) {
+        mesh.positions.push_back((mesh.positions[t[k]] + mesh.positions[t[(k + 1) % 3]]) * 0.5F);
+        mesh.normals.push_back(mesh.normals[t[k]]);
+        mesh.albedo.push_back(mesh.albedo[t[k]]);
+      }
+      for (int k = 0; k < 3; ++k) finer.emplace_back(t[k], first + k, first + (k + 2) % 3);
+      finer.emplace_back(first, first + 1, first + 2);
+    }
+    mesh.triangles = finer;
+  }
+  const V3f light = V3f(0.5F, 0.25F, 1).normalized();
+  const auto irradiance = [&](const CellMesh& cell) {
+    const RayScene scene = test::need(RayScene::create(cell, "test"));
+    auto cache = test::need(IrradianceCache::build(scene, 1));
+    double sum = 0;
+    for (const float value : cache.solve(scene, {&light, 1}, 2)) sum += static_cast<double>(value);
+    return sum / cache.points();
+  };
+  const double within = irradiance(mesh);
+  for (V3f& p : mesh.positions) p += V3f(0.4F, 0.7F, 0);
+  CHECK(irradiance(mesh) == doctest::Approx(within).epsilon(0.01));
 }
 
 TEST_CASE("bad input is refused before any light is traced") {

@@ -4,13 +4,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 
+#include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
+#include "converter/stitch/yarn_mesh.h"
 #include "format/base/atomic_file.h"
+#include "tests/converter/cells.h"
 #include "tests/converter/load_cell.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
@@ -272,13 +277,38 @@ TEST_CASE("a draft that would take too long to relax is refused before") {
             .starts_with("/yarns/0/radius_mm: radius "));
 }
 
-TEST_CASE("a repeat that is too large is refused with the texels that it would need") {
-  const auto irregular = [](int i, int j) { return (i * i + 3 * j * j + i * j) % 7 < 3 || i == j; };
-  CHECK(refusal(draft_of(80, 60, irregular)) ==
-        ": its smallest repeat has 80 x 60 yarns and would need 320 x 240 texels; at most 4096 crossings are "
-        "made");
+bool irregular(int i, int j) { return (i * i + 3 * j * j + i * j) % 7 < 3 || i == j; }
+
+TEST_CASE("a repeat that is too large is refused") {
+  CHECK(refusal(draft_of(150, 120, irregular)) ==
+        ": its smallest repeat has 150 x 120 yarns; at most 16384 crossings are made");
   CHECK(refusal(draft_of(5000, 5000, [](int, int) { return false; })) ==
         "[WEFT] Threads: 5000 x 5000 yarns are more than 16777216 crossings");
+}
+
+TEST_CASE("many yarns nearly touch, keep as many hairs as a file holds, and become a mesh of tubes") {
+  const test::Folder folder;
+  test::write_bytes(folder / "d.wif", draft_of(50, 48, irregular));
+  const FoundStitch found = test::need(find_stitch(folder / "d.wif"));
+  CHECK(found.min_texels == V2i(48, 48));
+  CHECK(found.remarks.back().ends_with("are kept"));
+  const double least = thinnest_of(found.pattern);
+  const double clearance = test::need(minimum_clearance(found.pattern, ""));
+  CHECK(std::abs(clearance) < 0.05 * least);
+  const CellMesh mesh = test::need(mesh_stitch(found.pattern));
+  CHECK(validate(mesh, "d.wif"));
+  CHECK(mesh.hairs.roots.size() == doctest::Approx(1 << 16).epsilon(0.01));
+  YarnData data = mesh.yarns;
+  data.light.resize(std::size_t{light_values_per_station} * counts_of(data).stations);
+  CHECK(validate(data, V2f(mesh.period)));
+  // A decagon has this share of its circle.
+  double volume = 0;
+  for (const Yarn& yarn : found.pattern.yarns) {
+    double length = 0;
+    for (const BezierSegment& segment : yarn.segments) length += (segment[3] - segment[0]).length();
+    volume += 5 * std::sin(std::numbers::pi / 5) * yarn.radius_mm * yarn.radius_mm * length;
+  }
+  CHECK(testing::volume_of(mesh) == doctest::Approx(volume).epsilon(0.02));
 }
 
 TEST_CASE("a draft becomes a weave whose yarns touch, as thick as there is room for") {

@@ -7,6 +7,7 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/marching_cubes.h"
+#include "converter/stitch/yarn_tubes.h"
 #include "tests/converter/cells.h"
 #include "tests/converter/load_cell.h"
 #include "tests/require.h"
@@ -123,6 +124,26 @@ TEST_CASE("vertices lie on the surface, normals point out of the yarn") {
       inward += most <= 0;
     }
     CHECK(inward == 0);
+  }
+}
+
+TEST_CASE("tubes lie on the surface of their yarn and are closed") {
+  for (const StitchPattern& pattern : {plain_weave(), ring(4, 1.1, 0.53)}) {
+    CAPTURE(pattern.name);
+    const YarnTubes tubes = tubes_of(pattern);
+    const auto surface = test::need(ImplicitSurface::build(pattern, 0.5, ""));
+    double farthest = 0;
+    for (const V3d& p : tubes.surface.positions) farthest = std::max(farthest, std::abs(surface.distance(p)));
+    CHECK(farthest < 1e-3);
+    std::map<std::pair<int, int>, int> edges;
+    for (const V3i& t : tubes.surface.triangles) {
+      for (int k = 0; k < 3; ++k)
+        ++edges[{tubes.surface.original[t[k]], tubes.surface.original[t[(k + 1) % 3]]}];
+    }
+    for (const auto& [edge, count] : edges) {
+      CHECK(count == 1);
+      CHECK(edges.count({edge.second, edge.first}) == 1);
+    }
   }
 }
 

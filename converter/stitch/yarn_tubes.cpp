@@ -1,0 +1,104 @@
+#include "converter/stitch/yarn_tubes.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "converter/stitch/flat_yarn.h"
+
+namespace selvedge {
+namespace {
+
+constexpr int sides = 10;
+constexpr double ring_radii = 1.2;  ///< distance of rings
+constexpr double ring_sag = 0.05;   ///< of the axis between them, radii
+
+struct Ring {
+  V3d centre;
+  V3d tangent;
+  V3d squeeze;
+  double radius;
+  double widening;
+};
+
+std::vector<Ring> rings_of(const Yarn& yarn) {
+  std::vector<Ring> rings;
+  std::vector<double> along;
+  double length = 0;
+  for (std::size_t i = 0; i < yarn.segments.size(); ++i) {
+    const BezierSegment& segment = yarn.segments[i];
+    for (const CurveSpan& span : spans_of(segment, ring_radii * yarn.radius_mm, ring_sag * yarn.radius_mm)) {
+      rings.push_back({span.start, derivative_at(segment, span.t0).normalized(), squeeze_at(yarn, i, span.t0),
+                       yarn.radius_mm, 0});
+      along.push_back(length);
+      length += (span.end - span.start).length();
+    }
+  }
+  along.push_back(length);
+  const auto radius_at = [&](double at) {
+    return yarn.radius_mm * strand_swell(yarn.swells, at / length * yarn.passes, byte_of_thickness);
+  };
+  for (std::size_t r = 0; r < rings.size(); ++r) {
+    rings[r].radius = radius_at(along[r]);
+    rings[r].widening = (radius_at(along[r + 1]) - rings[r].radius) / (along[r + 1] - along[r]);
+  }
+  return rings;
+}
+
+void add_tube(const Yarn& yarn, int index, YarnTubes& tubes) {
+  const std::vector<Ring> rings = rings_of(yarn);
+  auto& [positions, original, triangles] = tubes.surface;
+  const auto first = static_cast<int>(positions.size());
+  const V3d way = yarn.segments.back()[3] - yarn.segments.front()[0];
+  const auto turned = [](const V3d& axis, const V3d& across) {
+    return (across - axis * axis.dot(across)).normalized();
+  };
+  V3d across = std::abs(rings.front().tangent.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
+  for (const Ring& ring : rings) {
+    const V3d axis = squeezed(ring.tangent, ring.squeeze).normalized();
+    across = turned(axis, across);
+    const V3d beside = axis.cross(across);
+    for (int k = 0; k < sides; ++k) {
+      const double angle = 2 * std::numbers::pi * k / sides;
+      SurfaceSample sample{.round = across * std::cos(angle) + beside * std::sin(angle),
+                           .squeeze = ring.squeeze,
+                           .tangent = ring.tangent,
+                           .yarn = index,
+                           .widening = ring.widening};
+      sample.gradient = squeezed(sample.round, ring.squeeze).normalized();
+      original.push_back(static_cast<int>(positions.size()));
+      positions.push_back(ring.centre +
+                          stretched(sample.round * thin_radius(ring.radius, ring.squeeze), ring.squeeze));
+      tubes.samples.push_back(sample);
+    }
+  }
+  // The first ring once more, from the vertex on that is nearest to the last ring's first.
+  const V3d round = turned(squeezed(rings.front().tangent, rings.front().squeeze).normalized(), across);
+  int turn = 0;
+  for (int k = 1; k < sides; ++k) {
+    if (round.dot(tubes.samples[first + k].round) > round.dot(tubes.samples[first + turn].round)) turn = k;
+  }
+  for (int k = 0; k < sides; ++k) {
+    const int copied = first + (k + turn) % sides;
+    original.push_back(copied);
+    positions.push_back(positions[copied] + way);
+    tubes.samples.push_back(tubes.samples[copied]);
+  }
+  for (int r = first; r + sides < static_cast<int>(positions.size()); r += sides) {
+    for (int k = 0; k < sides; ++k) {
+      const int next = (k + 1) % sides;
+      triangles.emplace_back(r + k, r + next, r + sides + k);
+      triangles.emplace_back(r + next, r + sides + next, r + sides + k);
+    }
+  }
+}
+
+}  // namespace
+
+YarnTubes tubes_of(const StitchPattern& pattern) {
+  YarnTubes tubes;
+  for (std::size_t y = 0; y < pattern.yarns.size(); ++y)
+    add_tube(pattern.yarns[y], static_cast<int>(y), tubes);
+  return tubes;
+}
+
+}  // namespace selvedge
