@@ -28,6 +28,11 @@ inline double support_of(const Section& section, const V3d& direction) {
 /// `apart` (not 0) from b: apart.direction less both supports is their distance.
 V3d direction_between(const V3d& apart, const Section& a, const Section& b, int steps = 4);
 
+/// Half the width of the round section with its area, mm, at a place along a chain of this length, mm.
+inline double swollen_radius(const Yarn& yarn, double along, double length) {
+  return yarn.radius_mm * strand_swell(yarn.swells, along / length * yarn.passes, byte_of_thickness);
+}
+
 /// Half the width and half the thickness, mm, where the yarn lies level.
 inline double wide_of(const Yarn& yarn) { return yarn.radius_mm / std::sqrt(yarn.flattening); }
 inline double thin_of(const Yarn& yarn) { return yarn.radius_mm * std::sqrt(yarn.flattening); }

@@ -87,13 +87,10 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
       }
     }
     yarn_length_.push_back(length);
-    const auto radius_at = [&](double along) {
-      return yarn.radius_mm * strand_swell(yarn.swells, along / length * yarn.passes, byte_of_thickness);
-    };
     for (std::size_t p = first; p < pieces_.size(); ++p) {
       Piece& piece = pieces_[p];
-      piece.start_radius = radius_at(piece.start_length);
-      piece.end_radius = radius_at(piece.start_length + piece.length());
+      piece.start_radius = swollen_radius(yarn, piece.start_length, length);
+      piece.end_radius = swollen_radius(yarn, piece.start_length + piece.length(), length);
       const double larger = std::max(piece.start_radius, piece.end_radius);
       piece.radius = larger / std::sqrt(piece.least_share);
       const auto tall = [&](const V3d& squeeze) {

@@ -47,13 +47,11 @@ constexpr int settling_steps = 60;  // at the end, contacts alone
 constexpr int max_settling_steps = 400;
 constexpr double settled_overlap = 2e-3;  // overlap, in radii, that ends the settling
 constexpr double over_relaxation = 1.4;   // of projections that are averaged
-constexpr int direction_steps = 4;        // of direction_between()
 
 /// The same of rough relaxation.
 constexpr double rough_piece_radii = 0.8;
 constexpr int rough_steps = 60;
 constexpr double rough_settled_overlap = 0.02;
-constexpr int rough_direction_steps = 1;
 /// Distances, in half widths of the widest yarn, up to which pairs are kept until the next search and through
 /// the projections of a step.
 constexpr double rough_search_margin = 0.2;
@@ -285,9 +283,10 @@ class Relaxation {
   /// Projects all contacts repeatedly; returns the largest remaining overlap, in radii.
   double push_apart(int step) {
     if (step % steps_per_search == 0) search();
-    touching_ = contacts_;
-    if (options_.rough)
+    if (options_.rough) {
+      touching_ = contacts_;
       std::erase_if(touching_, [&](const Contact& c) { return !overlap_of(c, rough_step_margin * widest_); });
+    }
     double overlap = 0;
     for (int k = 0; k < projections; ++k) overlap = project();
     return overlap;
@@ -325,7 +324,7 @@ class Relaxation {
     constexpr double least_sine2 = 0.1;
     const double sine2 = along_a.cross(along_b).length2() / (along_a.length2() * along_b.length2());
     if (any_soft_ && sine2 > least_sine2) return apart.normalized();
-    return direction_between(apart, a, b, options_.rough ? rough_direction_steps : direction_steps);
+    return options_.rough ? direction_between(apart, a, b, 1) : direction_between(apart, a, b);
   }
 
   /// How two pieces overlap.
@@ -347,7 +346,7 @@ class Relaxation {
     if ((a + along_a * 0.5 - b - along_b * 0.5).length2() > far * far) return std::nullopt;
     const Nearest n = nearest_of(a, along_a, b, along_b);
     const V3d apart = a + along_a * n.s - b - along_b * n.t;
-    double distance = std::sqrt(apart.length2());
+    double distance = std::sqrt(apart.length2());  // length() is a call, on the hottest path here
     if (distance >= min_distance || distance == 0) return std::nullopt;
     V3d direction = apart / distance;
     if (any_soft_ || chain_a.flattening < 1 || chain_b.flattening < 1) {
@@ -518,7 +517,7 @@ class Relaxation {
     const std::size_t total = chains_.back().begin + chains_.back().points.size();
     moves_.assign(total, V3d(0));
     weights_.assign(total, 0.0);
-    for (const Contact& c : touching_) {
+    for (const Contact& c : options_.rough ? touching_ : contacts_) {
       const Chain& chain_a = chains_[c.chain_a];
       const Chain& chain_b = chains_[c.chain_b];
       const auto overlap = overlap_of(c);
@@ -561,7 +560,7 @@ class Relaxation {
   V3d period_;
   std::vector<Chain> chains_;
   std::vector<Contact> contacts_;
-  std::vector<Contact> touching_;  ///< or nearly
+  std::vector<Contact> touching_;  ///< or nearly; of rough relaxation
   std::vector<V3d> moves_;
   std::vector<double> weights_;
   double thickest_ = 0, widest_ = 0;  ///< the most of half the thickness and of half the width, mm

@@ -34,12 +34,10 @@ std::vector<Ring> rings_of(const Yarn& yarn) {
     }
   }
   along.push_back(length);
-  const auto radius_at = [&](double at) {
-    return yarn.radius_mm * strand_swell(yarn.swells, at / length * yarn.passes, byte_of_thickness);
-  };
   for (std::size_t r = 0; r < rings.size(); ++r) {
-    rings[r].radius = radius_at(along[r]);
-    rings[r].widening = (radius_at(along[r + 1]) - rings[r].radius) / (along[r + 1] - along[r]);
+    rings[r].radius = swollen_radius(yarn, along[r], length);
+    rings[r].widening =
+        (swollen_radius(yarn, along[r + 1], length) - rings[r].radius) / (along[r + 1] - along[r]);
   }
   return rings;
 }
