@@ -133,8 +133,8 @@ struct Renderer::State {
     if (!options.around || options.shadows == 0) return {};
     if (!sky) {
       // 48 maps of a million triangles take six seconds.
-      constexpr std::size_t most_triangles = std::size_t{1} << 20;
-      const bool fits = scene.mesh.triangles.size() <= most_triangles &&
+      constexpr std::size_t max_triangles = std::size_t{1} << 20;
+      const bool fits = scene.mesh.triangles.size() <= max_triangles &&
                         textures->leave(scene.mesh.positions.size() * bytes_per::shaded_vertex);
       if (!fits)
         remarks.emplace_back(

@@ -213,17 +213,19 @@ Result<int> run(const TradeCommand& command) {
     trace.samples = truth_samples;
     const Frame traced = value_or_throw(trace_swatch(truth, command.input, distance.middle(), trace)).frame;
     std::vector<Frame> frames;
-    for (const Made& of : made) {
-      Json row = {{"quality", of.quality}, {"bytes", size_of_file(of.file)}, {"makeSeconds", of.seconds}};
-      row.update(distance.measure(of.fabric, traced, frames));
+    for (const Made& candidate : made) {
+      Json row = {{"quality", candidate.quality},
+                  {"bytes", size_of_file(candidate.file)},
+                  {"makeSeconds", candidate.seconds}};
+      row.update(distance.measure(candidate.fabric, traced, frames));
       rows.push_back(row);
     }
     pictures.push_back(picture_of(fmt::format("{} pixels a repeat: the stitch, traced", pixels), traced));
     for (std::size_t i = 0; i < 2 * made.size(); ++i) {
-      const std::size_t of = i % made.size();
+      const std::size_t index = i % made.size();
       const bool moving = i >= made.size();
-      pictures.push_back(picture_of(made[of].quality + (moving ? ", moving" : ", at rest"),
-                                    frames[2 * of + (moving ? 0 : 1)]));
+      pictures.push_back(picture_of(made[index].quality + (moving ? ", moving" : ", at rest"),
+                                    frames[2 * index + (moving ? 0 : 1)]));
     }
   }
   mark_front(rows);

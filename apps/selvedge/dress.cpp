@@ -129,7 +129,7 @@ Result<int> run(const DressCommand& command) {
     unwrapped.push_back({{"index", material}, {"charts", made.charts}, {"stretch", made.stretch}});
   Json variants = Json::array();
   for (const VariantMaterial& v : dressed.variants) {
-    variants.push_back({{"name", v.variant}, {"index", v.index}, {"of", v.of}, {"repeats", v.repeats}});
+    variants.push_back({{"name", v.variant}, {"index", v.index}, {"of", v.base}, {"repeats", v.repeats}});
     if (v.tint) variants.back()["tint"] = *v.tint;
   }
   const Json json{{"output", command.output},     {"bytes", dressed.bytes},   {"bounds", dressed.bounds},

@@ -120,8 +120,8 @@ void add_triangle(const std::array<V4d, 3>& clip, const std::array<V2d, 3>& at, 
     if (!(p.w > 0)) continue;
     const V3d screen(p.x / p.w, p.y / p.w, 1);
     const double w = 1 / one.dot(screen);
-    const auto slope = [&](const V3d& of, int axis) {
-      return static_cast<float>((of[axis] - of.dot(screen) * w * one[axis]) * w * pixel[axis]);
+    const auto slope = [&](const V3d& gradient, int axis) {
+      return static_cast<float>((gradient[axis] - gradient.dot(screen) * w * one[axis]) * w * pixel[axis]);
     };
     const TexelSlopes slopes{{slope(u, 0), slope(v, 0)}, {slope(u, 1), slope(v, 1)}};
     const double size = pixel_size(slopes);

@@ -50,9 +50,9 @@ LightChoice::LightChoice(const std::vector<Light>& lights) {
   for (const Light& light : lights) whole += power(light);
   for (const Light& light : lights) {
     const bool is_sure = lights.size() <= few || power(light) >= large_share * whole;
-    PathLights& of = is_sure ? sure_ : others_;
-    of.directions.emplace_back(light.direction.normalized());
-    of.irradiance.emplace_back(light.irradiance);
+    PathLights& target = is_sure ? sure_ : others_;
+    target.directions.emplace_back(light.direction.normalized());
+    target.irradiance.emplace_back(light.irradiance);
     if (!is_sure) up_to_.push_back((up_to_.empty() ? 0 : up_to_.back()) + power(light));
   }
 }

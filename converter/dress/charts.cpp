@@ -131,9 +131,9 @@ class Cutter {
   void join_small_parts() {
     constexpr double small = 0.01;
     const std::vector<int> whole = parts(std::vector<int>(faces_.size(), 0));
-    const auto sum_of = [&](const std::vector<int>& of) {
-      std::vector<double> areas(of.empty() ? 0 : *std::ranges::max_element(of) + 1);
-      for (std::size_t f = 0; f < faces_.size(); ++f) areas[of[f]] += normals_[f].length();
+    const auto sum_of = [&](const std::vector<int>& chart_ids) {
+      std::vector<double> areas(chart_ids.empty() ? 0 : *std::ranges::max_element(chart_ids) + 1);
+      for (std::size_t f = 0; f < faces_.size(); ++f) areas[chart_ids[f]] += normals_[f].length();
       return areas;
     };
     const std::vector<double> of_whole = sum_of(whole);
@@ -213,7 +213,7 @@ class Cutter {
   /// Whether the equations of a chart are as sparse as for a disc, by Euler's number: a hole takes one
   /// from it and a handle two, and many handles tie everything to everything. One triangle needs none.
   static bool is_simple(const Panel& panel) {
-    constexpr std::ptrdiff_t most_holes = 64;
+    constexpr std::ptrdiff_t max_holes = 64;
     std::vector<std::pair<int, int>> edges;
     for (const V3i& t : panel.triangles) {
       for (int k = 0; k < 3; ++k) edges.push_back(std::minmax(t[k], t[(k + 1) % 3]));
@@ -221,7 +221,7 @@ class Cutter {
     std::ranges::sort(edges);
     const std::ptrdiff_t unique = std::unique(edges.begin(), edges.end()) - edges.begin();
     return panel.triangles.size() > 1 &&
-           std::ssize(panel.positions) - unique + std::ssize(panel.triangles) >= 1 - most_holes;
+           std::ssize(panel.positions) - unique + std::ssize(panel.triangles) >= 1 - max_holes;
   }
 
   static double signed_area(const V3i& t, const std::vector<V2d>& plane) {

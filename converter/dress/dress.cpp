@@ -33,7 +33,7 @@ namespace {
 constexpr std::uint64_t corner_price = 128;
 constexpr std::uint64_t unwrapped_corner_price = 896;
 /// Share of the area whose texture coordinates may be useless.
-constexpr double most_unusable = 0.1;
+constexpr double max_unusable = 0.1;
 
 /// A fabric that materials wear; what is made of it is made once.
 struct Cloth {
@@ -217,7 +217,7 @@ class Dresser {
     if (options_.unwrap == Unwrapping::never || options_.repeats) return flat;
     for (const int material : materials) {
       const UvSize size = measure_uv(scene, primitives_of(scene, material), options_.tex_coord);
-      if (!(size.unusable > most_unusable)) continue;
+      if (!(size.unusable > max_unusable)) continue;
       report_.warnings.push_back(fmt::format(
           "material #{} has new texture coordinates: its own are {} on {:.0f} % of its area; --unwrap never "
           "keeps them",

@@ -74,7 +74,7 @@ struct DressedMaterial {
 struct VariantMaterial {
   std::string variant;
   int index = 0;
-  int of = 0;  ///< the material that it is a copy of
+  int base = 0;  ///< the material that it is a copy of
   V2d repeats{0, 0};
   std::optional<V3f> tint = {};  ///< of a colourway by colour
 };

@@ -182,11 +182,11 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
   const char* const own = part(tint_texture).is_object() ? tint_texture : mask_texture;
   const bool has_own = part(own).is_object();
   const V3f factor = has_own ? mean_color(fallback.color) * tint : tint;
-  const auto most_one = [](const V3f& x) {
+  const auto at_most_one = [](const V3f& x) {
     return Json::array({std::min(x.x, 1.0F), std::min(x.y, 1.0F), std::min(x.z, 1.0F)});
   };
   if (factor != V3f(1, 1, 1)) {
-    core["baseColorFactor"] = most_one(factor);
+    core["baseColorFactor"] = at_most_one(factor);
     core["baseColorFactor"].push_back(1);
   }
   core["baseColorTexture"] =
@@ -210,12 +210,12 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
   if (factors.transmission > 0) {
     json["extensions"][transmission] = {
         {"diffuseTransmissionFactor", factors.transmission},
-        {"diffuseTransmissionColorFactor", most_one(factors.transmission_color * tint)}};
+        {"diffuseTransmissionColorFactor", at_most_one(factors.transmission_color * tint)}};
     use_extension(document.json, transmission);
   }
   const V3f color = factors.sheen_color * tint;
   if (color == V3f(0, 0, 0)) return;
-  json["extensions"][sheen_lobe] = {{"sheenColorFactor", most_one(color)},
+  json["extensions"][sheen_lobe] = {{"sheenColorFactor", at_most_one(color)},
                                     {"sheenRoughnessFactor", factors.sheen_roughness}};
   use_extension(document.json, sheen_lobe);
 }

@@ -325,9 +325,9 @@ std::optional<std::string> point_instancer(const std::vector<M44d>& worlds, cons
     V3d scale, shear, translation;
     Imath::Quatd turn;
     M44d rest = world;
-    constexpr double least_shear = 5e-3;  // of quaternions in steps, which are not quite unit
+    constexpr double min_shear = 5e-3;  // of quaternions in steps, which are not quite unit
     if (world.determinant() <= 0 || !Imath::extractAndRemoveScalingAndShear(rest, scale, shear, false) ||
-        shear.length() > least_shear)
+        shear.length() > min_shear)
       return {};
     turn = Imath::extractQuat(rest);
     positions.push_back(text_of(V3f(world.translation())));

@@ -23,7 +23,7 @@ double angle_between(const V3d& a, const V3d& b) {
 }
 
 constexpr double bend_step = 4 * degree;
-constexpr int most_steps = 12;
+constexpr int max_steps = 12;
 /// A shape with fewer copies costs more than these bent.
 constexpr int fewest_copies = 8;
 
@@ -202,8 +202,8 @@ class RepeatLayer {
         turn_along.dot(along.normalized()), turn_up.dot(up.normalized()),
         (turn_along.dot(up.normalized()) * squareness + turn_up.dot(along.normalized()) / squareness) / 2};
     for (std::size_t k = 0; k < 3; ++k)
-      repeat.shape.bend[k] = static_cast<int>(
-          std::lround(std::clamp(bends[k] / bend_step, -1.0 * most_steps, 1.0 * most_steps)));
+      repeat.shape.bend[k] =
+          static_cast<int>(std::lround(std::clamp(bends[k] / bend_step, -1.0 * max_steps, 1.0 * max_steps)));
     if (repeat.shape.mirrored) along *= -1;
 
     constexpr double weight_of_end = 10, weight_of_middles = 1e-3;

@@ -106,7 +106,7 @@ class Lighting {
   };
   /// The mean of some places on a surface with such a normal.
   Shown shown_at(std::span<const YarnHit> hits, const V3f& normal) const {
-    constexpr float mostly_seen = 0.02F, least_squares = 0.02F;
+    constexpr float mostly_seen = 0.02F, min_squares = 0.02F;
     const Reflection one = reflection_of(hits);
     V3f sum(0, 0, 0);
     float squares = 0;
@@ -115,17 +115,17 @@ class Lighting {
       sum += one.light[i] * (cosine * lights_[i].z);
       squares += cosine * cosine * lights_[i].z;
     }
-    if (!(squares > least_squares * static_cast<float>(lights_.size()))) return {};
+    if (!(squares > min_squares * static_cast<float>(lights_.size()))) return {};
     return {sum * (std::numbers::pi_v<float> / squares), std::min(1.0F, one.seen / mostly_seen), one.seen};
   }
 
  private:
-  static constexpr float least_seen = 1e-3F;
+  static constexpr float min_seen = 1e-3F;
 
   struct Reflection {
     YarnPoint point;
-    std::vector<V3f> light;   ///< 1/sr
-    float seen = least_seen;  ///< by views about the cloth's normal, as most of a garment is seen
+    std::vector<V3f> light;  ///< 1/sr
+    float seen = min_seen;   ///< by views about the cloth's normal, as most of a garment is seen
   };
 
   /// Of the mean of some places, which other yarn hides as it hides the first; as seen from above.

@@ -98,9 +98,9 @@ std::optional<std::vector<ClothCell>> cells_of(const Cloth& cloth, const Imath::
     for (const Cloth::Corner& corner : cloth.triangles[t].corners) box.extendBy(corner.uv);
     const V2d from = box.min - reach.max, to = box.max - reach.min;
     // A triangle may cover little of its box.
-    constexpr double most_boxes = 64;
+    constexpr double max_boxes = 64;
     if (!(std::max({-from.x, -from.y, to.x, to.y}) < max_repeat) ||
-        (to.x - from.x) * (to.y - from.y) > most_boxes * limit)
+        (to.x - from.x) * (to.y - from.y) > max_boxes * limit)
       return {};
     for (int row = static_cast<int>(std::ceil(from.y)); row <= to.y; ++row) {
       for (int column = static_cast<int>(std::ceil(from.x)); column <= to.x; ++column) {

@@ -83,11 +83,11 @@ Groups groups_of(std::span<const SurfacePoint> points, double cell) {
 }  // namespace
 
 std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std::uint64_t seed,
-                                                      bool from_below, std::size_t most_points) {
+                                                      bool from_below, std::size_t max_points) {
   IrradianceCache t;
   t.triangles_ = scene.mesh().triangles;
   t.sides_ = scene.is_translucent() || shows_backs(scene, 3, from_below) ? 2 : 1;
-  if (!t.place_points(scene, most_points)) return std::nullopt;
+  if (!t.place_points(scene, max_points)) return std::nullopt;
   t.order_points(scene);
   t.gather(scene, seed);
   return t;
@@ -324,7 +324,7 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
   return total;
 }
 
-bool IrradianceCache::place_points(const RayScene& scene, std::size_t most_points) {
+bool IrradianceCache::place_points(const RayScene& scene, std::size_t max_points) {
   const CellMesh& mesh = scene.mesh();
   const double longest = std::max(mesh.period.x, mesh.period.y) / patches_per_period;
   patches_.resize(triangles_.size());
@@ -382,8 +382,8 @@ bool IrradianceCache::place_points(const RayScene& scene, std::size_t most_point
   }
 
   Groups groups = groups_of(points, 0);
-  for (double share = 1; groups.count() > most_points; share *= 1.3)
-    groups = groups_of(points, std::sqrt(share * whole_area / static_cast<double>(most_points)));
+  for (double share = 1; groups.count() > max_points; share *= 1.3)
+    groups = groups_of(points, std::sqrt(share * whole_area / static_cast<double>(max_points)));
   if (groups.count() < points.size()) {
     places_ = shared_places;
     shared_.resize(points.size());

@@ -36,12 +36,12 @@ struct CacheTaps {
 
 class IrradianceCache {
  public:
-  /// With light at `most_points` of the points of a side at most, which others share. Nothing if the mesh has
+  /// With light at `max_points` of the points of a side at most, which others share. Nothing if the mesh has
   /// more than max_shared_points; it is left to the path tracer. `from_below`: views and lights come from
   /// below as well.
   static std::optional<IrradianceCache> build(const RayScene& scene, std::uint64_t seed,
                                               bool from_below = false,
-                                              std::size_t most_points = max_cache_points);
+                                              std::size_t max_points = max_cache_points);
 
   int points() const { return static_cast<int>(albedo_.size()); }
   /// Rays of build() and solve() so far.
@@ -59,7 +59,7 @@ class IrradianceCache {
     int parts = 1;   ///< per edge
   };
   /// False if there are too many to share.
-  bool place_points(const RayScene& scene, std::size_t most_points);
+  bool place_points(const RayScene& scene, std::size_t max_points);
   /// Adds a point with these places, the mean of which it reflects.
   void place(const RayScene& scene, std::span<const SurfacePoint> places, bool back);
   std::span<const int> fronts_of(int back) const;

@@ -290,13 +290,13 @@ void lay_repeats(const StitchValues& values, const std::string& name, FoundStitc
   found.min_texels *= found.repeats;
   value_or_throw(validate(found.pattern, name));
   // Beside its nodes, a file holds so many hairs (format/fabric/yarns.h).
-  constexpr double most_hairs = 1 << 16;
+  constexpr double max_hairs = 1 << 16;
   double hairs = 0;
   for (const Yarn& yarn : found.pattern.yarns) hairs += expected_hairs(yarn);
-  if (hairs <= most_hairs) return;
-  for (Yarn& yarn : found.pattern.yarns) yarn.hairiness *= most_hairs / hairs;
+  if (hairs <= max_hairs) return;
+  for (Yarn& yarn : found.pattern.yarns) yarn.hairiness *= max_hairs / hairs;
   found.remarks.push_back(
-      fmt::format("{:.0f} hairs a repeat are too many: {:.0f} % are kept", hairs, 100 * most_hairs / hairs));
+      fmt::format("{:.0f} hairs a repeat are too many: {:.0f} % are kept", hairs, 100 * max_hairs / hairs));
 }
 
 double shorter_period(const StitchPattern& pattern) {

@@ -63,7 +63,7 @@ constexpr std::size_t rough_kernel = 64;  ///< points, within which a smoothing 
 constexpr double soft_pressure = 1.5;
 constexpr double soft_recovery = 0.05;
 constexpr double soft_spread = 0.25;
-constexpr double soft_least_share = 0.3;
+constexpr double soft_min_share = 0.3;
 
 /// Length of the resulting segments, in radii; sections of soft yarn change within a radius.
 constexpr double segment_radii = 0.8;
@@ -226,9 +226,9 @@ class Relaxation {
       if (step >= settling_steps) grown_ *= 1 - 0.25 * overlap;
     }
     // Woven yarn that is longer has climbed over others.
-    constexpr double most_crimped = 1.6;
+    constexpr double max_crimped = 1.6;
     const bool climbed = options_.hold > 0 && std::ranges::any_of(chains_, [](const Chain& chain) {
-                           return chain.length() > most_crimped * chain.way.length();
+                           return chain.length() > max_crimped * chain.way.length();
                          });
     return climbed ? std::min(grown_, 0.9) : grown_;
   }
@@ -321,9 +321,9 @@ class Relaxation {
   /// Direction in which pieces leave each other. Soft ones that cross stay on their sides.
   V3d direction_of(const V3d& apart, const Section& a, const Section& b, const V3d& along_a,
                    const V3d& along_b) const {
-    constexpr double least_sine2 = 0.1;
+    constexpr double min_sine2 = 0.1;
     const double sine2 = along_a.cross(along_b).length2() / (along_a.length2() * along_b.length2());
-    if (any_soft_ && sine2 > least_sine2) return apart.normalized();
+    if (any_soft_ && sine2 > min_sine2) return apart.normalized();
     return options_.rough ? direction_between(apart, a, b, 1) : direction_between(apart, a, b);
   }
 
@@ -409,7 +409,7 @@ class Relaxation {
       // In the plane of x and y it is (c, s; s, -c).
       const double c = 0.5 * (x.dot(x * strain) - y.dot(y * strain));
       const double s = x.dot(y * strain);
-      const double most = -0.5 * std::log(soft_least_share);
+      const double most = -0.5 * std::log(soft_min_share);
       const double size = std::hypot(c, s);
       const double part = size > most ? most / size : 1;
       for (int k = 0; k < 3; ++k) {
@@ -571,12 +571,12 @@ class Relaxation {
 }  // namespace
 
 Relaxed relax(const StitchPattern& pattern, const RelaxOptions& options) {
-  const double least_part = options.rough ? 0.85 : 0.95;
-  constexpr int most_tries = 4;
+  const double min_part = options.rough ? 0.85 : 0.95;
+  constexpr int max_tries = 4;
   Relaxed relaxed{pattern, 1};
   Relaxation relaxation(pattern, options);
   double part = relaxation.run();
-  for (int tries = 1; options.thins && part < least_part && tries < most_tries; ++tries) {
+  for (int tries = 1; options.thins && part < min_part && tries < max_tries; ++tries) {
     const double thinner = 0.95 * part;
     relaxed.part *= thinner;
     for (Yarn& yarn : relaxed.pattern.yarns) yarn.radius_mm *= thinner;
@@ -584,7 +584,7 @@ Relaxed relax(const StitchPattern& pattern, const RelaxOptions& options) {
     part = relaxation.run();
   }
   relaxed.part *= part;
-  relaxed.settled = part >= least_part;
+  relaxed.settled = part >= min_part;
   relaxation.centre();
   for (std::size_t y = 0; y < relaxed.pattern.yarns.size(); ++y) {
     relaxed.pattern.yarns[y].segments = relaxation.segments_of(y, relaxed.pattern.yarns[y].squeezes);

@@ -11,7 +11,7 @@ namespace selvedge {
 namespace {
 
 constexpr std::size_t batch_size = 256;
-constexpr std::size_t most_lanes = 16;
+constexpr std::size_t max_lanes = 16;
 
 /// Light that a station has for one lamp, or for smooth light.
 struct Slot {
@@ -50,7 +50,7 @@ struct Batch {
 
 /// Numbers of lanes' curves.
 struct CurveNumbers {
-  using Floats = std::array<float, most_lanes>;
+  using Floats = std::array<float, max_lanes>;
   alignas(64) Floats slope, stations, gloss, rough, lustre, matt_x, matt_y, matt_z;
   int curve = -1;  ///< of all lanes, or -1
 };
@@ -162,8 +162,8 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
   const OnCurve<N> at = nearest_on_curve<N>(s, round_off);
   const Wide zero(0);
   const Wide one(1);
-  const auto load_of = [&](const CurveNumbers::Floats& of) __attribute__((always_inline)) {
-    return Wide::load(of.data());
+  const auto load_of = [&](const CurveNumbers::Floats& numbers) __attribute__((always_inline)) {
+    return Wide::load(numbers.data());
   };
   const Wide all_stations = load_of(numbers.stations);
   Wide station = s.station + at.share * s.stations;
@@ -219,8 +219,8 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
   const bool is_matt = !any_greater(lustre, zero);
   const Wide most = (one - gloss) * Wide(std::numbers::inv_pi_v<float>);
   const Wide less = one - hidden * Wide(hidden_loss);
-  const auto matt_of = [&](const Wide& of) __attribute__((always_inline)) {
-    return min(of * bright, most) * less;
+  const auto matt_of = [&](const Wide& value) __attribute__((always_inline)) {
+    return min(value * bright, most) * less;
   };
   const Vec matt{matt_of(load_of(numbers.matt_x)), matt_of(load_of(numbers.matt_y)),
                  matt_of(load_of(numbers.matt_z))};
@@ -294,14 +294,14 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
     const V3f& groove = curve.plies.groove;
     const Quad of_lamps = Quad{1, 1, 1, 0} + Quad{groove.x, groove.y, groove.z, 0} * numbers_of[6][i];
     const bool sides = curve.plies.sides != 0;
-    const std::array<std::size_t, angle_functions> of{0, 2, 3, sides ? 8U : 4U, sides ? 9U : 5U};
+    const std::array<std::size_t, angle_functions> rows{0, 2, 3, sides ? 8U : 4U, sides ? 9U : 5U};
     const std::uint32_t texel = batch.texel[first + i];
     const auto about = [&](std::size_t slot) __attribute__((always_inline)) {
       Quad value{};
       for (int k = 0; k < angle_functions; ++k) {
         const Quad low = quad_of(a[k * columns_of_table + slot]);
         const Quad mixed = low + part * (quad_of(b[k * columns_of_table + slot]) - low);
-        value += k == 0 ? mixed : mixed * numbers_of[of[k]][i];
+        value += k == 0 ? mixed : mixed * numbers_of[rows[k]][i];
       }
       return value;
     };
@@ -364,15 +364,15 @@ std::vector<Slot> fill_table(const CellYarn& yarn, const CellView& view, std::ve
     if (behind && (data.through.empty() || !(lamp.direction.z < 0))) continue;
     const std::array<float, light_functions_of_yarn> basis =
         light_basis(V3f(lamp.direction.x, lamp.direction.y, std::abs(lamp.direction.z)));
-    auto& [from, of] = sources.emplace_back();
+    auto& [from, factors] = sources.emplace_back();
     from = behind ? data.through : data.light;
-    for (int k = 0; k < light_functions_of_yarn; ++k) of[k] = lamp.irradiance * basis[k];
+    for (int k = 0; k < light_functions_of_yarn; ++k) factors[k] = lamp.irradiance * basis[k];
     slots.push_back({lamp.plane, behind ? Slot::behind : Slot::front});
   }
   if (view.around && !yarn.sky().empty()) {
-    auto& [from, of] = sources.emplace_back();
+    auto& [from, factors] = sources.emplace_back();
     from = yarn.sky();
-    of = view.around->factors;
+    factors = view.around->factors;
     slots.push_back({0, Slot::sky});
   }
   const std::size_t columns = slots.size() + 1;
@@ -398,7 +398,7 @@ float pixel_width(const V2f& period, const CellSize& size) {
 /// Texels of the shadow grid, and least share of the period, by which points leave the yarn before they are
 /// looked up.
 constexpr float shadow_bias = 0.7F;
-constexpr float least_bias = 0.003F;
+constexpr float min_bias = 0.003F;
 
 /// The lamps before the cell, with their shadows. `pixel`: its width, mm.
 std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, float pixel,
@@ -412,7 +412,7 @@ std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, 
                          view.shadow_texels / view.detail, view.hairs && view.hair_shadows});
     lamps.push_back({lifted(lamp.direction), lamp.irradiance, std::min(1.0F, lamp.direction.z / min_rise),
                      lamp.plane, shadow->slope, shadow,
-                     shadow_bias * std::max(shadow->texel, least_bias * std::min(period.x, period.y))});
+                     shadow_bias * std::max(shadow->texel, min_bias * std::min(period.x, period.y))});
   }
   return lamps;
 }

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int max_side = 512;  ///< of a grid
 /// Largest shift of a shadow by the rounding of its direction, texels, and the largest step.
-constexpr float most_moved = 0.25F;
+constexpr float max_moved = 0.25F;
 constexpr float largest_step = 0.1F;
 
 std::size_t bytes_of(const CellShadow& shadow) { return shadow.grid.z.size() * sizeof(float); }
@@ -34,7 +34,7 @@ std::shared_ptr<const CellShadow> CellShadows::find(const Key& key) {
 }
 
 void CellShadows::keep(const Key& key, std::shared_ptr<const CellShadow> shadow) {
-  if (latest_.bytes + bytes_of(*shadow) > most_bytes_ / 2) older_ = std::exchange(latest_, {});
+  if (latest_.bytes + bytes_of(*shadow) > max_bytes_ / 2) older_ = std::exchange(latest_, {});
   latest_.bytes += bytes_of(*shadow);
   latest_.grids.emplace(key, std::move(shadow));
 }
@@ -45,7 +45,7 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
   detail.texel = std::exp2(std::round(4 * std::log2(std::clamp(detail.texel, 1e-12F, 1e12F))) / 4);
   // The arguments of the hyperbolic sines that are its slopes: texels are as much longer where light is
   // slanted.
-  const float step = std::min(2 * most_moved * detail.texel / relief_, largest_step);
+  const float step = std::min(2 * max_moved * detail.texel / relief_, largest_step);
   const V2f slope = slope_of(direction);
   const auto rounded = [&](float s) { return static_cast<std::int32_t>(std::lround(std::asinh(s) / step)); };
   const Key key{detail, rounded(slope.x), rounded(slope.y)};

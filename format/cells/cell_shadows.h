@@ -33,7 +33,7 @@ class CellShadows {
  public:
   explicit CellShadows(const CellYarn& yarn);
   /// Grids that nobody holds take at most so many bytes, but for the last one; 64 MiB without a call.
-  void set_memory(std::size_t most_bytes) { most_bytes_ = most_bytes; }
+  void set_memory(std::size_t max_bytes) { max_bytes_ = max_bytes; }
   /// The grid of a unit direction with z > 0, rounded so that no point's shadow moves by more than a quarter
   /// of a texel. It does not depend on earlier calls.
   std::shared_ptr<const CellShadow> cast(const V3f& direction, ShadowDetail detail);
@@ -56,7 +56,7 @@ class CellShadows {
   float relief_;          ///< height of the yarn, mm
   float radius_ = 1e30F;  ///< of the thinnest ply, mm
   std::mutex mutex_;
-  std::size_t most_bytes_ = std::size_t{64} << 20;
+  std::size_t max_bytes_ = std::size_t{64} << 20;
   /// The latest that were asked for, half of the bytes; then these are the older ones, which are forgotten.
   Grids latest_, older_;
 };

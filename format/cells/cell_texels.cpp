@@ -81,10 +81,10 @@ void add_linear(const FabricLevel& level, const Fabric& fabric, std::span<const 
   if (around == nullptr) return;
   for (std::size_t m = 0; m < products; ++m) {
     V3f sum(0, 0, 0);
-    const float* of = &of_around[std::size_t{3} * smooth_functions * level.pairs[m].y];
+    const float* weights = &of_around[std::size_t{3} * smooth_functions * level.pairs[m].y];
     for (const V3f& factor : around->factors) {
-      sum += factor * V3f(of[0], of[1], of[2]);
-      of += 3;
+      sum += factor * V3f(weights[0], weights[1], weights[2]);
+      weights += 3;
     }
     factors[m] = quad_of(sum) * phi[m];
   }
@@ -160,13 +160,13 @@ CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
   float largest = 0;
   if (const auto& yarns = levels.front().yarns()) {
     const float nodes = static_cast<float>(yarns->data().nodes.size());
-    largest = std::sqrt(texels.x * texels.y) / std::max(least_yarn_pixels, nodes / most_nodes_of_pixel);
+    largest = std::sqrt(texels.x * texels.y) / std::max(min_yarn_pixels, nodes / max_nodes_of_pixel);
   }
   const float level = std::clamp(std::log2(width) + level_bias, 0.0F, static_cast<float>(last));
   CellLevels shown{yarn_share(width, largest), static_cast<int>(level), 0};
   // Larger images take too much memory.
-  const auto is_large = [&](const FabricLevel& of) {
-    return std::max(of.width, of.height) > max_cell_samples;
+  const auto is_large = [&](const FabricLevel& candidate) {
+    return std::max(candidate.width, candidate.height) > max_cell_samples;
   };
   while (shown.finer < last && is_large(levels[shown.finer])) ++shown.finer;
   if (shown.finer < last) shown.coarser = blend_of_levels(level - static_cast<float>(shown.finer));
@@ -174,8 +174,8 @@ CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
 }
 
 CellSize texel_size(const Fabric& fabric, const V2f& pixel, int level) {
-  const FabricLevel& of = fabric.levels[level];
-  CellSize size{{of.width, of.height}, {1, 1}, 1};
+  const FabricLevel& stored = fabric.levels[level];
+  CellSize size{{stored.width, stored.height}, {1, 1}, 1};
   for (int axis = 0; axis < 2; ++axis) {
     const float texels = std::min(pixel[axis], 1.0F) * static_cast<float>(size.samples[axis]);
     size.pixel[axis] = std::max(1, static_cast<int>(std::lround(texels)));
@@ -218,7 +218,9 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
   }
   // A sample shows the texel in which its middle lies. Rows of samples rise, texels' fall.
   const V2i& size = view.size.samples;
-  const auto texel_at = [](int sample, int samples, int of) { return (2 * sample + 1) * of / (2 * samples); };
+  const auto texel_at = [](int sample, int count, int extent) {
+    return (2 * sample + 1) * extent / (2 * count);
+  };
   Group* to = samples.data();
   for (int plane = 0; plane < view.planes; ++plane) {
     for (int y = 0; y < size.y; ++y) {

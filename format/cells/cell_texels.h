@@ -12,8 +12,8 @@ namespace selvedge {
 
 /// Below so many pixels a repeat, in the mean of both sides, texels show in place of yarn; of yarn with many
 /// nodes, which cost their time in each image, below a pixel for so many.
-inline constexpr float least_yarn_pixels = 2;
-inline constexpr float most_nodes_of_pixel = 4000;
+inline constexpr float min_yarn_pixels = 2;
+inline constexpr float max_nodes_of_pixel = 4000;
 
 /// Response of a fabric's psi_b to smooth light, [b][function][colour]: integrals over the hemisphere, the
 /// cosine included. Empty without products.

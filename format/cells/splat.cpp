@@ -36,8 +36,8 @@ enum Linear {
   high_w,
   axis_x,
   inverse_axis_x,
-  least_axis,
-  most_axis,
+  min_axis,
+  max_axis,
   shown,
   linear_count
 };
@@ -149,40 +149,40 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
   put(axis_x, axis);
   put(inverse_axis_x, if_greater(abs(axis), Wide(1e-9F), one / axis, zero));
   const Wide root = sqrt(radius2);
-  put(least_axis, -over - max(along_e, zero) * root);
-  put(most_axis, high + max(-along_e, zero) * root);
+  put(min_axis, -over - max(along_e, zero) * root);
+  put(max_axis, high + max(-along_e, zero) * root);
   put(shown, is_shown);
   return true;
 }
 
 /// Draws piece `number`, lane i of `of`.
 template <std::size_t N, bool with_pieces>
-SELVEDGE_INLINE void draw(const float (*of)[N], int i, std::int32_t number, DepthGrid& grid) {
+SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, DepthGrid& grid) {
   using Wide = WideFloat<N>;
   using Lane = Lanes<N>;
   Wide lanes;
   for (std::size_t k = 0; k < N; ++k) lanes.v[k] = static_cast<float>(k);
-  const int first_row = static_cast<int>(std::ceil(of[low_y][i]));
-  const int last_row = static_cast<int>(std::floor(of[high_y][i]));
-  const float radius = of[r][i];
-  const float inverse = of[inverse_g_x][i];
+  const int first_row = static_cast<int>(std::ceil(fields[low_y][i]));
+  const int last_row = static_cast<int>(std::floor(fields[high_y][i]));
+  const float radius = fields[r][i];
+  const float inverse = fields[inverse_g_x][i];
   const float half = radius * std::abs(inverse);
-  const Wide radius2(of[r2][i]);
-  const Wide gx(of[g_x][i]);
-  const Wide zx(of[z_x][i]);
-  const Wide wx(of[w_x][i]);
-  const Wide wz(of[w_depth][i]);
-  const Wide low(of[low_w][i]);
-  const Wide high(of[high_w][i]);
+  const Wide radius2(fields[r2][i]);
+  const Wide gx(fields[g_x][i]);
+  const Wide zx(fields[z_x][i]);
+  const Wide wx(fields[w_x][i]);
+  const Wide wz(fields[w_depth][i]);
+  const Wide low(fields[low_w][i]);
+  const Wide high(fields[high_w][i]);
   const Wide nothing(no_depth);
   const typename Lane::Ints own = typename Lane::Ints{} + number;
   int row = first_row;
   while (row >= grid.height) row -= grid.height;
   for (int j = first_row; j <= last_row; ++j, row = row + 1 == grid.height ? 0 : row + 1) {
     const auto y = static_cast<float>(j);
-    const float g = of[g_at][i] + of[g_y][i] * y;
-    float left = of[low_x][i];
-    float right = of[high_x][i];
+    const float g = fields[g_at][i] + fields[g_y][i] * y;
+    float left = fields[low_x][i];
+    float right = fields[high_x][i];
     if (inverse != 0) {
       const float middle = -g * inverse;
       left = std::max(left, middle - half);
@@ -190,15 +190,15 @@ SELVEDGE_INLINE void draw(const float (*of)[N], int i, std::int32_t number, Dept
     } else if (std::abs(g) > radius) {
       continue;
     }
-    const float depth = of[z_at][i] + of[z_y][i] * y;
-    const float along = of[w_at][i] + of[w_y][i] * y;
-    const float axis = along + of[w_depth][i] * depth;
-    if (const float per = of[inverse_axis_x][i]; per != 0) {
-      const float one_end = (of[least_axis][i] - axis) * per;
-      const float other_end = (of[most_axis][i] - axis) * per;
+    const float depth = fields[z_at][i] + fields[z_y][i] * y;
+    const float along = fields[w_at][i] + fields[w_y][i] * y;
+    const float axis = along + fields[w_depth][i] * depth;
+    if (const float per = fields[inverse_axis_x][i]; per != 0) {
+      const float one_end = (fields[min_axis][i] - axis) * per;
+      const float other_end = (fields[max_axis][i] - axis) * per;
       left = std::max(left, std::min(one_end, other_end));
       right = std::min(right, std::max(one_end, other_end));
-    } else if (axis < of[least_axis][i] || axis > of[most_axis][i]) {
+    } else if (axis < fields[min_axis][i] || axis > fields[max_axis][i]) {
       continue;
     }
     const int first = static_cast<int>(std::ceil(left));
@@ -242,40 +242,40 @@ int wrapped(int i, int count) {
 
 /// Blends hair `number`, lane i of `of`, over texels.
 template <std::size_t N>
-SELVEDGE_INLINE void blend(const float (*of)[N], int i, std::span<const Group> colours, const DepthGrid& seen,
-                           std::size_t hair, std::span<Group> raw) {
+SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Group> colours,
+                           const DepthGrid& seen, std::size_t hair, std::span<Group> raw) {
   const std::size_t plane_texels = static_cast<std::size_t>(seen.width) * seen.height;
   const std::size_t planes = raw.size() / plane_texels;
   const std::size_t hairs = colours.size() / planes;
-  const float gx = of[g_x][i];
+  const float gx = fields[g_x][i];
   // Distances in texels: a line of 2 `wide` that passes `beside` a texel's centre covers so much of it.
-  const float per_texel = std::sqrt(gx * gx + of[g_y][i] * of[g_y][i]);
+  const float per_texel = std::sqrt(gx * gx + fields[g_y][i] * fields[g_y][i]);
   const float inverse_per = 1 / std::max(per_texel, 1e-12F);
-  const float wide = of[r][i] * inverse_per;
+  const float wide = fields[r][i] * inverse_per;
   const float most = std::min(2 * wide, 1.0F);
-  const float middle = 0.8F * of[r][i];  // mean height of the visible half over the axis
-  const float inverse = of[inverse_g_x][i];
-  const float half = (of[r][i] + 0.5F * per_texel) * std::abs(inverse);
-  const int last_row = static_cast<int>(std::floor(of[high_y][i] + 0.5F));
-  for (int j = static_cast<int>(std::ceil(of[low_y][i] - 0.5F)); j <= last_row; ++j) {
+  const float middle = 0.8F * fields[r][i];  // mean height of the visible half over the axis
+  const float inverse = fields[inverse_g_x][i];
+  const float half = (fields[r][i] + 0.5F * per_texel) * std::abs(inverse);
+  const int last_row = static_cast<int>(std::floor(fields[high_y][i] + 0.5F));
+  for (int j = static_cast<int>(std::ceil(fields[low_y][i] - 0.5F)); j <= last_row; ++j) {
     const auto y = static_cast<float>(j);
-    const float g = of[g_at][i] + of[g_y][i] * y;
-    float left = of[low_x][i] - 0.5F;
-    float right = of[high_x][i] + 0.5F;
+    const float g = fields[g_at][i] + fields[g_y][i] * y;
+    float left = fields[low_x][i] - 0.5F;
+    float right = fields[high_x][i] + 0.5F;
     if (inverse != 0) {
       left = std::max(left, -g * inverse - half);
       right = std::min(right, -g * inverse + half);
     }
-    const float depth = of[z_at][i] + of[z_y][i] * y;
-    const float along = of[w_at][i] + of[w_y][i] * y;
+    const float depth = fields[z_at][i] + fields[z_y][i] * y;
+    const float along = fields[w_at][i] + fields[w_y][i] * y;
     const int row = wrapped(j, seen.height);
     const float* const depths = &seen.z[static_cast<std::size_t>(row) * seen.stride];
     for (int c = static_cast<int>(std::ceil(left)); static_cast<float>(c) <= right; ++c) {
       const auto x = static_cast<float>(c);
       const float share = std::min(wide + 0.5F - std::abs(g + gx * x) * inverse_per, most);
-      const float z = depth + of[z_x][i] * x;
-      const float place = along + of[w_x][i] * x + z * of[w_depth][i];
-      if (!(share > 0) || place < of[low_w][i] || place > of[high_w][i]) continue;
+      const float z = depth + fields[z_x][i] * x;
+      const float place = along + fields[w_x][i] * x + z * fields[w_depth][i];
+      if (!(share > 0) || place < fields[low_w][i] || place > fields[high_w][i]) continue;
       const int column = wrapped(c, seen.width);
       if (depths[column] > z + middle) continue;
       const std::size_t texel = static_cast<std::size_t>(row) * seen.width + column;
@@ -309,16 +309,16 @@ SELVEDGE_INLINE void splat_pieces(const YarnPieces& pieces, const V2f& period, f
                                   const SplatView& view, DepthGrid& grid) {
   const V2f texel(period.x / static_cast<float>(grid.width), period.y / static_cast<float>(grid.height));
   const int count = view.hairs ? pieces.count() : pieces.plies;
-  alignas(64) float of[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
+  alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
   for (int base = 0; base < count; base += static_cast<int>(N)) {
-    if (!set_up<N>(pieces, base, period, plane, view, texel, of)) continue;
+    if (!set_up<N>(pieces, base, period, plane, view, texel, fields)) continue;
     const int lanes = std::min(static_cast<int>(N), count - base);
     for (int i = 0; i < lanes; ++i) {
-      if (!(of[shown][i] > 0)) continue;
+      if (!(fields[shown][i] > 0)) continue;
       if (grid.piece.empty())
-        draw<N, false>(of, i, base + i, grid);
+        draw<N, false>(fields, i, base + i, grid);
       else
-        draw<N, true>(of, i, base + i, grid);
+        draw<N, true>(fields, i, base + i, grid);
     }
   }
 }
@@ -332,11 +332,11 @@ SELVEDGE_INLINE void blend_pieces(const YarnPieces& pieces, const V2f& period, f
                                   const SplatView& view, const DepthGrid& seen,
                                   std::span<const Group> colours, std::span<Group> raw) {
   const V2f texel(period.x / static_cast<float>(seen.width), period.y / static_cast<float>(seen.height));
-  alignas(64) float of[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
+  alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
   for (int base = pieces.plies; base < pieces.count(); base += static_cast<int>(N)) {
-    if (!set_up<N>(pieces, base, period, plane, view, texel, of)) continue;
+    if (!set_up<N>(pieces, base, period, plane, view, texel, fields)) continue;
     for (int i = 0; i < std::min(static_cast<int>(N), pieces.count() - base); ++i) {
-      if (of[shown][i] > 0) blend<N>(of, i, colours, seen, base + i - pieces.plies, raw);
+      if (fields[shown][i] > 0) blend<N>(fields, i, colours, seen, base + i - pieces.plies, raw);
     }
   }
 }

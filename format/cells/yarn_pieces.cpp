@@ -12,7 +12,7 @@ namespace {
 /// Segments of a ply that one piece stands for.
 constexpr std::array<int, 6> detail_lengths{1, 2, 3, 4, 6, 9};
 /// Largest turn along a piece of a ply, 14 degrees: beyond that the splatter's joints leave gaps in bends.
-constexpr float least_turn_cosine = 0.970F;
+constexpr float min_turn_cosine = 0.970F;
 constexpr std::size_t padding = 16;
 
 /// One segment in place of `chain`.
@@ -35,12 +35,12 @@ Yarns::Segment chord(std::span<const Yarns::Segment> chain) {
 }
 
 std::array<Group, 2> strands_of(const YarnCurve& curve, const V2f& sense, const Yarns::Segment& s) {
-  const YarnStrands& of = curve.strands;
-  const bool some = of.count != 0 && !(s.rank > 0);
-  const auto count = some ? static_cast<float>(std::abs(of.count)) : 1.0F;
+  const YarnStrands& strands = curve.strands;
+  const bool some = strands.count != 0 && !(s.rank > 0);
+  const auto count = some ? static_cast<float>(std::abs(strands.count)) : 1.0F;
   const float width = 2 * std::numbers::pi_v<float> * s.wide(s.radius) / count;
-  return {{{count, some ? static_cast<float>(shift_within_turn(of)) : 0, static_cast<float>(of.shift) / count,
-            static_cast<float>(s.rows.first)},
+  return {{{count, some ? static_cast<float>(shift_within_turn(strands)) : 0,
+            static_cast<float>(strands.shift) / count, static_cast<float>(s.rows.first)},
            {static_cast<float>(s.rows.later), width, some ? sense.x : 0, some ? sense.y : 0}}};
 }
 
@@ -61,8 +61,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     for (int ply = 0; ply < curve.plies.count; ++ply) {
       for (int i = 0, count = 0; i < of_ply; i += count) {
         count = std::min(chain, of_ply - i);
-        while (count > 1 && rest[i].tangent[0].dot(rest[i + count - 1].tangent[1]) < least_turn_cosine)
-          --count;
+        while (count > 1 && rest[i].tangent[0].dot(rest[i + count - 1].tangent[1]) < min_turn_cosine) --count;
         pieces.segments.push_back(chord(rest.subspan(i, count)));
       }
       rest = rest.subspan(of_ply);

@@ -25,8 +25,8 @@ void warn_of_levels(const FabricHeader& header, IssueSink& sink) {
         if (!left_out && !side.has(layer, k) && !side.has(LayerKind::products, k)) ++without;
       }
       if (without == 0) continue;
-      const std::string of = side.side == Side::front ? "" : fmt::format("/sides/{}", name_of(side.side));
-      sink.add(Code::fabric_levels, fmt::format("{}/layers/{}/levels", of, name_of(layer)),
+      const std::string prefix = side.side == Side::front ? "" : fmt::format("/sides/{}", name_of(side.side));
+      sink.add(Code::fabric_levels, fmt::format("{}/layers/{}/levels", prefix, name_of(layer)),
                fmt::format("{} of the {} levels: on the others the layer counts as 1", side.levels - without,
                            side.levels));
     }

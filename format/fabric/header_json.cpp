@@ -236,9 +236,9 @@ class TextIo {
       const JsonIo other = sides.object(name_of(wanted));
       if (!other) continue;
       if (text.reads()) header.sides.push_back(new_side(header, wanted));
-      FabricHeader& of = *std::ranges::find(header.sides, wanted, &FabricHeader::side);
-      side(other, of);
-      if (text.reads()) check_side(other, header, of);
+      FabricHeader& target = *std::ranges::find(header.sides, wanted, &FabricHeader::side);
+      side(other, target);
+      if (text.reads()) check_side(other, header, target);
     }
   }
 

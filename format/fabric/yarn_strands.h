@@ -149,8 +149,8 @@ StrandChange<T> strand_change(const YarnStrands& y, T around, T share, const Str
   const std::uint32_t own = std::min(static_cast<std::uint32_t>(strand), count - 1);
   const std::uint32_t row = own + static_cast<std::uint32_t>(rows.first);
   const std::uint32_t later = (own + shift_within_turn(y)) % count + static_cast<std::uint32_t>(rows.later);
-  const auto offset = [&](std::uint32_t of) {
-    return static_cast<T>(strand_bits(seed, of, place_of_offset) >> 9U) * static_cast<T>(0x1p-23);
+  const auto offset = [&](std::uint32_t number) {
+    return static_cast<T>(strand_bits(seed, number, place_of_offset) >> 9U) * static_cast<T>(0x1p-23);
   };
   // Pieces of neighbouring strands begin at different places.
   const T place = share * static_cast<T>(y.pieces) + offset(row) + share * (offset(later) - offset(row));

@@ -47,11 +47,11 @@ V3f agx(const V3f& colour) {
                             0.101439F, 0.811302F);
   const Imath::M33f outwards(1.1271F, -0.14133F, -0.14133F, -0.110607F, 1.157824F, -0.110607F, -0.0164939F,
                              -0.0164939F, 1.251936F);
-  constexpr float least_stop = -12.47393F;
+  constexpr float min_stop = -12.47393F;
   constexpr float stops = 16.5F;
   V3f c = colour * to_2020 * inwards;
   for (int i = 0; i < 3; ++i) {
-    const float x = std::clamp((std::log2(std::max(c[i], 1e-10F)) - least_stop) / stops, 0.0F, 1.0F);
+    const float x = std::clamp((std::log2(std::max(c[i], 1e-10F)) - min_stop) / stops, 0.0F, 1.0F);
     c[i] =
         -0.00232F + x * (0.1191F + x * (0.4298F + x * (-6.868F + x * (31.96F + x * (-40.14F + x * 15.5F)))));
   }

@@ -14,7 +14,7 @@
 namespace selvedge {
 namespace {
 
-constexpr std::size_t most_lamps = 4;
+constexpr std::size_t max_lamps = 4;
 /// Lamps and smooth light are made of a picture of at most this width: its pixels are 0.7 degrees wide.
 constexpr int divided_width = 512;
 /// A lamp is what lies so close to its brightest point; fabrics blur light more than that.
@@ -22,7 +22,7 @@ const double lamp_cosine = std::cos(20 * std::numbers::pi / 180);
 /// ... and is so many times as bright as the mean.
 constexpr float lamp_brightness = 4;
 /// A lamp whose light is a smaller share of all is left in the rest.
-constexpr double least_lamp = 0.01;
+constexpr double min_lamp = 0.01;
 
 double brightness(const V3f& c) {
   return (static_cast<double>(c.x) + static_cast<double>(c.y) + static_cast<double>(c.z)) / 3;
@@ -182,7 +182,7 @@ std::vector<Light> take_lamps(Environment& environment) {
              [&](const V3f& c, const V3d&, double solid_angle) { whole += V3d(c) * solid_angle; });
   std::vector<Light> lamps;
   V3d left = whole;
-  while (lamps.size() < most_lamps) {
+  while (lamps.size() < max_lamps) {
     const V3f mean(left / (4 * std::numbers::pi));
     const double least = lamp_brightness * brightness(mean);
     const std::optional<V3d> towards = strongest_part(environment, least);
@@ -198,7 +198,7 @@ std::vector<Light> take_lamps(Environment& environment) {
       sum += excess;
       middle += d * brightness(V3f(excess));
     });
-    if (brightness(V3f(sum)) < least_lamp * brightness(V3f(whole))) break;
+    if (brightness(V3f(sum)) < min_lamp * brightness(V3f(whole))) break;
     for_pixels(environment, [&](V3f& c, const V3d& d, double) {
       if (is_of_lamp(c, d)) c = mean;
     });

@@ -9,7 +9,7 @@ namespace selvedge {
 namespace {
 
 /// Pixels; smaller squares are icons and layers of fabrics.
-constexpr int least_ball = 64;
+constexpr int min_ball = 64;
 
 /// A rectangle of the picture, in pixels, and a place in it.
 struct ProbePlace {
@@ -72,7 +72,7 @@ std::optional<ProbeLayout> probe_layout(const V2i& size) {
   if (size.x == 2 * size.y) return ProbeLayout::equirectangular;
   if (4 * size.x == 3 * size.y) return ProbeLayout::vertical_cross;
   if (3 * size.x == 4 * size.y) return ProbeLayout::horizontal_cross;
-  if (size.x == size.y && size.x >= least_ball) return ProbeLayout::ball;
+  if (size.x == size.y && size.x >= min_ball) return ProbeLayout::ball;
   return std::nullopt;
 }
 

@@ -32,7 +32,7 @@ void add_texels(const Fabric& fabric, int level, const LevelOptions& options, co
     return;
   }
   const V2d size(texels.width, texels.height);
-  const auto slopes = [&](const V2d& of) { return TexelSlopes{V2f(right * of), V2f(up * of)}; };
+  const auto slopes = [&](const V2d& axis) { return TexelSlopes{V2f(right * axis), V2f(up * axis)}; };
   const float pixel = pixel_size(slopes(V2d(fabric.texels())));
   const PixelBox box = pixel_box(slopes(size), std::ldexp(pixel, -level));
   const V2d centre = uv * size;

@@ -129,8 +129,8 @@ int speed(const std::string& samples, int step) {
     const auto width = static_cast<std::size_t>(input.header.width);
     const std::size_t from = t / width * static_cast<std::size_t>(step) * width + t % width;
     part.level.normal.push_back(input.level.normal[from]);
-    const auto copy = [&](auto& to, const auto& of, std::size_t each) {
-      const auto begin = of.begin() + static_cast<std::ptrdiff_t>(from * each);
+    const auto copy = [&](auto& to, const auto& source, std::size_t each) {
+      const auto begin = source.begin() + static_cast<std::ptrdiff_t>(from * each);
       to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(each));
     };
     copy(part.level.alpha, input.level.alpha, views);

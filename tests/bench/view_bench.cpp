@@ -130,11 +130,12 @@ double decibels(const Frame& frame, const Image& middle) {
 double fine_power(const Frame& frame, const Image& middle) {
   constexpr std::array filter{-1.0F, 0.0F, 9.0F, -16.0F, 9.0F, 0.0F, -1.0F};
   const auto luminance = [](const Image& image) {
-    std::vector<float> of;
-    for (const float* p = image.pixels.data(); of.size() < std::size_t{1} * image.width * image.height;
+    std::vector<float> luma;
+    for (const float* p = image.pixels.data(); luma.size() < std::size_t{1} * image.width * image.height;
          p += image.channels)
-      of.push_back(linear_to_srgb(std::clamp(0.2126F * p[0] + 0.7152F * p[1] + 0.0722F * p[2], 0.0F, 1.0F)));
-    return of;
+      luma.push_back(
+          linear_to_srgb(std::clamp(0.2126F * p[0] + 0.7152F * p[1] + 0.0722F * p[2], 0.0F, 1.0F)));
+    return luma;
   };
   const std::array pictures{luminance(over_grey(frame)), luminance(middle)};
   const std::array widths{frame.width, middle.width};

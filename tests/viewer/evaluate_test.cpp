@@ -93,8 +93,8 @@ std::vector<Case> cases() {
 
 /// Largest difference of a level's texels in cell images to the reference, relative to 1 + radiance. Lamps
 /// shine from both sides, into two planes.
-double worst_texel(const Case& of, double& brightest) {
-  const CellTexels texels(of.fabric);
+double worst_texel(const Case& example, double& brightest) {
+  const CellTexels texels(example.fabric);
   double worst = 0;
   for (std::uint64_t number = 0; number < 20; ++number) {
     Random random(7, number);
@@ -103,18 +103,18 @@ double worst_texel(const Case& of, double& brightest) {
     view.view = test::any_direction(random);
     view.view.z = std::abs(view.view.z) + 0.01F;
     view.view.normalize();
-    for (std::size_t i = 0; i < of.lights; ++i)
+    for (std::size_t i = 0; i < example.lights; ++i)
       view.lamps.push_back({test::any_direction(random), V3f(1, 2, 0.5F), static_cast<int>(i % 2)});
-    for (std::size_t level = 0; level < of.fabric.levels.size(); ++level) {
+    for (std::size_t level = 0; level < example.fabric.levels.size(); ++level) {
       view.levels = {0, static_cast<int>(level), 0};
-      view.size = texel_size(of.fabric, {1e-6F, 1e-6F}, view.levels.finer);
+      view.size = texel_size(example.fabric, {1e-6F, 1e-6F}, view.levels.finer);
       const V2i& size = view.size.samples;
       const std::size_t count = std::size_t{1} * size.x * size.y;
       std::vector<Group> samples(2 * count, Group{});
       texels.add(view, samples);
       for (std::size_t i = 0; i < count; ++i) {
         const auto by_reference = [&](const V3f& l) {
-          return evaluate(of.fabric, view.levels.finer, static_cast<int>(i) % size.x,
+          return evaluate(example.fabric, view.levels.finer, static_cast<int>(i) % size.x,
                           size.y - 1 - static_cast<int>(i) / size.x, l, view.view);
         };
         const float alpha = by_reference(V3f(0, 0, 1)).alpha;
@@ -137,11 +137,11 @@ double worst_texel(const Case& of, double& brightest) {
 }  // namespace
 
 TEST_CASE("texels of cell images agree with the reference evaluation, whatever the layers") {
-  for (const Case& of : cases()) {
-    CAPTURE(of.name);
+  for (const Case& example : cases()) {
+    CAPTURE(example.name);
     double brightest = 0;
-    CHECK(worst_texel(of, brightest) < 2e-5);
-    CHECK((of.lights == 0 || brightest > 0.1));
+    CHECK(worst_texel(example, brightest) < 2e-5);
+    CHECK((example.lights == 0 || brightest > 0.1));
   }
 }
 

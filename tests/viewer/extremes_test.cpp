@@ -39,21 +39,21 @@ Camera facing_camera() {
 }
 
 Extreme facing_square(const Fabric& fabric, double repeats) {
-  Extreme of;
-  test::add(of.scene, test::square(repeats), test::material(0));
-  of.fabrics.push_back(fabric);
-  of.camera = facing_camera();
-  of.options.width = of.options.height = 64;
-  of.options.lights = {Light{}};
-  return of;
+  Extreme extreme;
+  test::add(extreme.scene, test::square(repeats), test::material(0));
+  extreme.fabrics.push_back(fabric);
+  extreme.camera = facing_camera();
+  extreme.options.width = extreme.options.height = 64;
+  extreme.options.lights = {Light{}};
+  return extreme;
 }
 
 /// The frame by one path; every number of it finite, radiance not below 0, opacity within [0, 1].
-Frame drawn(const Extreme& of, RenderPath path, RenderStats* stats = nullptr) {
-  RenderOptions options = of.options;
+Frame drawn(const Extreme& extreme, RenderPath path, RenderStats* stats = nullptr) {
+  RenderOptions options = extreme.options;
   options.path = path;
   options.context = ContextKind::osmesa;
-  const Frame frame = test::need(render(of.scene, of.fabrics, of.camera, options, stats));
+  const Frame frame = test::need(render(extreme.scene, extreme.fabrics, extreme.camera, options, stats));
   int wrong = 0;
   for (const V4f& p : frame.pixels) {
     for (int c = 0; c < 4; ++c) wrong += std::isfinite(p[c]) && p[c] >= 0 ? 0 : 1;
@@ -63,15 +63,15 @@ Frame drawn(const Extreme& of, RenderPath path, RenderStats* stats = nullptr) {
   return frame;
 }
 
-Frame rays_of(const Extreme& of) {
-  return test::march(of.scene, of.fabrics, of.camera, {of.options.width, of.options.height},
-                     of.options.lights);
+Frame rays_of(const Extreme& extreme) {
+  return test::march(extreme.scene, extreme.fabrics, extreme.camera,
+                     {extreme.options.width, extreme.options.height}, extreme.options.lights);
 }
 
-void on_both_paths(const Extreme& of, const std::function<void(const Frame&)>& check) {
+void on_both_paths(const Extreme& extreme, const std::function<void(const Frame&)>& check) {
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
     CAPTURE(path_names[static_cast<std::size_t>(path)]);
-    check(drawn(of, path));
+    check(drawn(extreme, path));
   }
 }
 
@@ -99,7 +99,7 @@ TEST_CASE(
     "matt cloth shows its albedo and the light's cosine, in one pixel, at 89.99 degrees, in any light") {
   struct Case {
     const char* name;
-    Extreme of;
+    Extreme extreme;
     double cosine = 1;
     int covered = 64 * 64;
     bool exactly = true;
@@ -108,28 +108,28 @@ TEST_CASE(
   const Extreme plain = facing_square(test::lambert_fabric(16, V3f(albedo)), 40);
   std::vector<Case> cases;
   Case& far = cases.emplace_back(Case{"a garment of one pixel", plain, 1, 1});
-  far.of.camera.window_half = V2d(64, 64);
-  far.of.camera.window_centre = V2d(1, 1);
+  far.extreme.camera.window_half = V2d(64, 64);
+  far.extreme.camera.window_centre = V2d(1, 1);
   for (const int supersample : {1, 16}) {
     Case& one = cases.emplace_back(Case{"a frame of one pixel", plain, 1, 1});
-    one.of.options.width = one.of.options.height = 1;
-    one.of.options.supersample = supersample;
+    one.extreme.options.width = one.extreme.options.height = 1;
+    one.extreme.options.supersample = supersample;
   }
   Case& grazing = cases.emplace_back(Case{"at 89.99 degrees", plain, 1, 60 * 60, false, 1e-3});
   const double angle = 89.99 * std::numbers::pi / 180;
-  grazing.of.camera.to_viewer = V3d(0, -std::sin(angle), std::cos(angle));
-  grazing.of.camera.up = V3d(0, std::cos(angle), std::sin(angle));
-  grazing.of.camera.window_half = V2d(1, std::cos(angle));
-  grazing.of.camera.near = -1000;
-  grazing.of.camera.far = 1000;
+  grazing.extreme.camera.to_viewer = V3d(0, -std::sin(angle), std::cos(angle));
+  grazing.extreme.camera.up = V3d(0, std::cos(angle), std::sin(angle));
+  grazing.extreme.camera.window_half = V2d(1, std::cos(angle));
+  grazing.extreme.camera.near = -1000;
+  grazing.extreme.camera.far = 1000;
   for (const V3d& direction :
        {V3d(0, 0, 1), V3d(0, 0, -1), V3d(1, 0, 0), V3d(std::sin(1.57), 0, std::cos(1.57))}) {
     Case& lit = cases.emplace_back(Case{"a light", plain, std::max(direction.z, 0.0)});
-    lit.of.options.lights[0].direction = direction;
+    lit.extreme.options.lights[0].direction = direction;
   }
   for (const Case& one : cases) {
     CAPTURE(one.name);
-    on_both_paths(one.of, [&](const Frame& frame) {
+    on_both_paths(one.extreme, [&](const Frame& frame) {
       CHECK(covered(frame) >= one.covered);
       if (one.exactly) CHECK(covered(frame) == one.covered);
       for (const V4f& p : frame.pixels) {
@@ -140,33 +140,33 @@ TEST_CASE(
 }
 
 TEST_CASE("ten thousand repeats in 64 pixels are the coarsest level everywhere") {
-  Extreme of = facing_square(test::random_fabric(16, 16, 1), 10000);
-  Extreme coarsest = of;
+  Extreme extreme = facing_square(test::random_fabric(16, 16, 1), 10000);
+  Extreme coarsest = extreme;
   coarsest.options.levels.forced = 4;
-  on_both_paths(of, [&](const Frame& frame) {
+  on_both_paths(extreme, [&](const Frame& frame) {
     CHECK(covered(frame) == 64 * 64);
     CHECK(apart(frame, drawn(coarsest, RenderPath::hybrid)) < 2.5e-4);
   });
 }
 
 TEST_CASE("a camera inside the cloth, and one in its plane, see what is before them") {
-  Extreme of;
-  test::add(of.scene, test::sphere(64, 32, V2d(12, 6)), test::material(0));
-  of.fabrics.push_back(test::lambert_fabric(8, V3f(albedo)));
-  of.options.width = of.options.height = 48;
-  of.options.lights = {Light{}};
-  of.camera.near = 1e-4;
+  Extreme extreme;
+  test::add(extreme.scene, test::sphere(64, 32, V2d(12, 6)), test::material(0));
+  extreme.fabrics.push_back(test::lambert_fabric(8, V3f(albedo)));
+  extreme.options.width = extreme.options.height = 48;
+  extreme.options.lights = {Light{}};
+  extreme.camera.near = 1e-4;
   SUBCASE("in the middle the back is all around") {
-    of.camera.position = V3d(0, 0, 0);
-    on_both_paths(of, [](const Frame& frame) { CHECK(covered(frame) == 48 * 48); });
+    extreme.camera.position = V3d(0, 0, 0);
+    on_both_paths(extreme, [](const Frame& frame) { CHECK(covered(frame) == 48 * 48); });
   }
   SUBCASE("on the surface") {
-    of.camera.position = V3d(0, 0, 1);
-    on_both_paths(of, [](const Frame& frame) { CHECK(covered(frame) > 0); });
+    extreme.camera.position = V3d(0, 0, 1);
+    on_both_paths(extreme, [](const Frame& frame) { CHECK(covered(frame) > 0); });
   }
   SUBCASE("a thousandth of a millimetre before it") {
-    of.camera.position = V3d(0, 0, 1 + 1e-6);
-    on_both_paths(of, [](const Frame&) {});
+    extreme.camera.position = V3d(0, 0, 1 + 1e-6);
+    on_both_paths(extreme, [](const Frame&) {});
   }
 }
 
@@ -185,34 +185,35 @@ TEST_CASE(
 
   struct Case {
     const char* name;
-    Extreme of;
+    Extreme extreme;
   };
   std::vector<Case> cases{{"300 yarns of 8 plies", facing_square(crowd, 3)}};
   for (const Fabric& fabric : {yarn, test::random_fabric(16, 16, 1)}) {
     for (const double repeats : {0.2, 1.0, 1e6})
       cases.push_back({"few and many repeats", facing_square(fabric, repeats)});
-    Extreme of = facing_square(fabric, 3);
+    Extreme extreme = facing_square(fabric, 3);
     for (const double degrees : {0.5, 5.0}) {
-      Case& grazing = cases.emplace_back(Case{"grazing", of});
+      Case& grazing = cases.emplace_back(Case{"grazing", extreme});
       const double angle = degrees * std::numbers::pi / 180;
-      grazing.of.camera.to_viewer = V3d(0, -std::cos(angle), std::sin(angle));
-      grazing.of.camera.up = V3d(0, std::sin(angle), std::cos(angle));
-      grazing.of.camera.window_half = V2d(1, std::sin(angle));
+      grazing.extreme.camera.to_viewer = V3d(0, -std::cos(angle), std::sin(angle));
+      grazing.extreme.camera.up = V3d(0, std::sin(angle), std::cos(angle));
+      grazing.extreme.camera.window_half = V2d(1, std::sin(angle));
     }
     for (const V2d& scale : {V2d(-1, 1), V2d(20, 1), V2d(-1e6)}) {
-      Case& moved = cases.emplace_back(Case{"mirrored, stretched and far away", of});
-      for (V2d& uv : moved.of.scene.primitives[0].tex_coords[0]) uv = scale.y < 0 ? uv + scale : uv * scale;
+      Case& moved = cases.emplace_back(Case{"mirrored, stretched and far away", extreme});
+      for (V2d& uv : moved.extreme.scene.primitives[0].tex_coords[0])
+        uv = scale.y < 0 ? uv + scale : uv * scale;
     }
     Case& tight = cases.emplace_back(Case{"4 MiB", facing_square(fabric, 40)});
-    tight.of.options.width = tight.of.options.height = 800;
-    tight.of.options.cells.memory = std::size_t{4} << 20;
-    of.scene = {};
-    test::add(of.scene, test::sphere(64, 32, V2d(12, 6)), test::material(0));
-    of.camera.projection = Projection::perspective;
-    of.camera.near = 1e-4;
+    tight.extreme.options.width = tight.extreme.options.height = 800;
+    tight.extreme.options.cells.memory = std::size_t{4} << 20;
+    extreme.scene = {};
+    test::add(extreme.scene, test::sphere(64, 32, V2d(12, 6)), test::material(0));
+    extreme.camera.projection = Projection::perspective;
+    extreme.camera.near = 1e-4;
     for (const double away : {0.0, 1.0, 1 + 1e-6}) {
-      of.camera.position = V3d(0, 0, away);
-      cases.push_back({"inside", of});
+      extreme.camera.position = V3d(0, 0, away);
+      cases.push_back({"inside", extreme});
     }
   }
   for (const Case& one : cases) {
@@ -220,56 +221,56 @@ TEST_CASE(
     for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
       set_threads(1);
       RenderStats stats;
-      const Frame alone = drawn(one.of, path, &stats);
+      const Frame alone = drawn(one.extreme, path, &stats);
       set_threads(2);
-      CHECK(drawn(one.of, path).pixels == alone.pixels);
+      CHECK(drawn(one.extreme, path).pixels == alone.pixels);
       CHECK(covered(alone) > 0);
       CHECK(stats.image_bytes > 0);
-      CHECK(stats.image_bytes <= static_cast<std::int64_t>(one.of.options.cells.memory));
+      CHECK(stats.image_bytes <= static_cast<std::int64_t>(one.extreme.options.cells.memory));
     }
     set_threads(0);
   }
 }
 
 TEST_CASE("the picture follows the light's strength from 1e-6 to 1e9") {
-  Extreme of = facing_square(test::random_fabric(8, 8, 1), 3);
+  Extreme extreme = facing_square(test::random_fabric(8, 8, 1), 3);
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
-    of.options.lights[0].irradiance = V3f(1);
-    const Frame plain = drawn(of, path);
+    extreme.options.lights[0].irradiance = V3f(1);
+    const Frame plain = drawn(extreme, path);
     for (const float strength : {1e-6F, 1e9F}) {
-      of.options.lights[0].irradiance = V3f(strength);
-      Frame scaled = drawn(of, path);
+      extreme.options.lights[0].irradiance = V3f(strength);
+      Frame scaled = drawn(extreme, path);
       for (V4f& p : scaled.pixels) p = V4f(p.x / strength, p.y / strength, p.z / strength, p.w);
       CHECK(apart(scaled, plain) < 5e-4);
     }
     // Beyond floats it ends, finite (drawn() looks).
-    of.options.lights[0].irradiance = V3f(3e38F);
-    static_cast<void>(drawn(of, path));
+    extreme.options.lights[0].irradiance = V3f(3e38F);
+    static_cast<void>(drawn(extreme, path));
   }
 }
 
 TEST_CASE("triangles without area change nothing, and one of a kilometre is as flat as a small one") {
-  Extreme of = facing_square(test::lambert_fabric(8, V3f(albedo)), 3);
-  Extreme with = of;
+  Extreme extreme = facing_square(test::lambert_fabric(8, V3f(albedo)), 3);
+  Extreme with = extreme;
   ScenePrimitive& cloth = with.scene.primitives[0];
   cloth.indices.insert(cloth.indices.end(), {0, 0, 0, 0, 1, 1, 2, 3, 2});
-  Extreme large = of;
+  Extreme large = extreme;
   for (V3f& p : large.scene.primitives[0].positions) p *= 500.0F;
   for (V2d& uv : large.scene.primitives[0].tex_coords[0]) uv *= 500.0;
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
-    const Frame plain = drawn(of, path);
+    const Frame plain = drawn(extreme, path);
     CHECK(drawn(with, path).pixels == plain.pixels);
     CHECK(apart(drawn(large, path), plain) < 1e-5);
   }
 }
 
 TEST_CASE("texture coordinates a million repeats away show the same texels") {
-  const Extreme of = facing_square(test::random_fabric(8, 8, 1), 3);
+  const Extreme extreme = facing_square(test::random_fabric(8, 8, 1), 3);
   for (const double away : {1e6, -1e6}) {
-    Extreme far = of;
+    Extreme far = extreme;
     for (V2d& uv : far.scene.primitives[0].tex_coords[0]) uv += V2d(away, -away);
     for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster})
-      CHECK(apart(drawn(far, path), drawn(of, path)) < 1e-6);
+      CHECK(apart(drawn(far, path), drawn(extreme, path)) < 1e-6);
   }
 }
 
@@ -285,18 +286,18 @@ TEST_CASE("a hundred lights are a hundred times one of them") {
 
 TEST_CASE("fabrics of one texel and of 4096 directions are drawn as rays evaluate them") {
   for (const Fabric& fabric : {test::random_fabric(1, 1, 1), test::random_fabric(4, 4, {64, 64}, 2, 1)}) {
-    Extreme of = facing_square(fabric, 3);
-    of.camera.to_viewer = V3d(0.3, 0.2, 0.9).normalized();
-    of.options.lights[0].direction = V3d(0.6, 0, 0.8);
-    CHECK(apart(rays_of(of), drawn(of, RenderPath::hybrid)) < 1e-3);
+    Extreme extreme = facing_square(fabric, 3);
+    extreme.camera.to_viewer = V3d(0.3, 0.2, 0.9).normalized();
+    extreme.options.lights[0].direction = V3d(0.6, 0, 0.8);
+    CHECK(apart(rays_of(extreme), drawn(extreme, RenderPath::hybrid)) < 1e-3);
   }
 }
 
 TEST_CASE("cells of 0.01 mm and of 10 m on a cloth of two metres") {
   const Fabric fabric = test::random_fabric(16, 16, 1);
   for (const double cell : {1e-5, 10.0}) {
-    const Extreme of = facing_square(fabric, 2 / cell);
-    CHECK(apart(rays_of(of), drawn(of, RenderPath::hybrid)) < 1e-3);
+    const Extreme extreme = facing_square(fabric, 2 / cell);
+    CHECK(apart(rays_of(extreme), drawn(extreme, RenderPath::hybrid)) < 1e-3);
   }
 }
 

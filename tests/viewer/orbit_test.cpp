@@ -131,9 +131,9 @@ TEST_CASE("lights told in other axes are the same lights") {
   // A drag means the same in both.
   ShowState other = state;
   switch_light_frame(other);
-  for (ShowState* of : {&state, &other}) {
+  for (ShowState* each : {&state, &other}) {
     const ShowInput drag{ShowInput::Grip::light, V2d(0.1, 0.2), 0, V2d(0, 0)};
-    CHECK(apply(drag, aspect, 7, *of) == Change::frame);
+    CHECK(apply(drag, aspect, 7, *each) == Change::frame);
   }
   CHECK((lights_in_world(state, camera)[0].direction - lights_in_world(other, camera)[0].direction).length() <
         1e-12);

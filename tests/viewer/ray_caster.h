@@ -48,8 +48,8 @@ class RayCaster {
     const V3d b = at_plane(triangle, x, y);
     std::array<double, 4> sum{};
     for (unsigned k = 0; k < 3; ++k) {
-      const Group& of = mesh_.attributes[mesh_.triangles[triangle].corners[k]][group];
-      for (std::size_t i = 0; i < 4; ++i) sum[i] += static_cast<double>(of[i]) * b[static_cast<int>(k)];
+      const Group& value = mesh_.attributes[mesh_.triangles[triangle].corners[k]][group];
+      for (std::size_t i = 0; i < 4; ++i) sum[i] += static_cast<double>(value[i]) * b[static_cast<int>(k)];
     }
     return sum;
   }

@@ -134,12 +134,13 @@ TEST_CASE(
   parallel.projection = Projection::parallel;
   // Edges of quads lie on centres of pixels.
   parallel.azimuth = 45;
-  for (const Case& of : {Case{4, {}}, Case{4, within}, Case{1, apart}, Case{2, near}, Case{3, parallel}}) {
+  for (const Case& example :
+       {Case{4, {}}, Case{4, within}, Case{1, apart}, Case{2, near}, Case{3, parallel}}) {
     test::Setting setting = sphere_in(test::random_fabric(16, 16, 1));
-    for (int i = 1; i < of.spheres; ++i)
+    for (int i = 1; i < example.spheres; ++i)
       test::add(setting.scene, test::sphere(24 + i, 12, V2d(12, 6)), test::material(0),
                 M44d().setScale(1 - 0.15 * i) * M44d().setTranslation(V3d(0.1 * i, 0, 0)));
-    setting.camera = of.camera;
+    setting.camera = example.camera;
     const Frame frame = test::drawn(setting, RenderPath::raster);
     const Frame other = test::drawn(setting, RenderPath::hybrid);
     std::size_t apart_count = 0;
@@ -147,7 +148,7 @@ TEST_CASE(
       const V4f difference = frame.pixels[i] - other.pixels[i];
       if (!(difference.length() < 0.05F)) ++apart_count;
     }
-    CAPTURE(of.spheres);
+    CAPTURE(example.spheres);
     CHECK(apart_count <= frame.pixels.size() / 1000);
   }
 }

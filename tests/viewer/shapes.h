@@ -91,9 +91,10 @@ inline SceneMaterial material(int fabric, const V4f& base_color = V4f(1, 1, 1, 1
   return m;
 }
 
-inline void add(Scene& scene, ScenePrimitive primitive, const SceneMaterial& of, const M44d& world = M44d()) {
+inline void add(Scene& scene, ScenePrimitive primitive, const SceneMaterial& material,
+                const M44d& world = M44d()) {
   primitive.material = static_cast<int>(scene.materials.size());
-  scene.materials.push_back(of);
+  scene.materials.push_back(material);
   SceneInstance instance;
   instance.primitive = static_cast<int>(scene.primitives.size());
   instance.world = world;

@@ -50,14 +50,14 @@ double difference(const Fabric& fabric, int level, const V2i& repeats, const V3d
   RenderOptions options;
   options.lights = {{light.normalized(), V3f(1, 1, 1)}};
   const Frame frame = test::need(render_swatch(fabric, swatch, options));
-  const FabricLevel& of = fabric.levels[level];
-  REQUIRE(frame.width == of.width * repeats.x);
-  REQUIRE(frame.height == of.height * repeats.y);
+  const FabricLevel& stored = fabric.levels[level];
+  REQUIRE(frame.width == stored.width * repeats.x);
+  REQUIRE(frame.height == stored.height * repeats.y);
   double peak = 0;
   double worst = 0;
   for (int y = 0; y < frame.height; ++y) {
     for (int x = 0; x < frame.width; ++x) {
-      const V4f expected = texel_of(fabric, level, swatch_level < 0, V2i(x % of.width, y % of.height),
+      const V4f expected = texel_of(fabric, level, swatch_level < 0, V2i(x % stored.width, y % stored.height),
                                     V3f(light.normalized()), V3f(view.normalized()));
       const V4f& pixel = frame.pixels[y * frame.width + x];
       for (int c = 0; c < 3; ++c) {

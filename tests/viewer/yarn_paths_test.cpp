@@ -36,17 +36,17 @@ TEST_CASE("cell images show the yarn that rays meet, from every place, of any si
     double db;
   };
   // Rays of one repeat are taken as parallel, and these stand as high above each other as they are wide.
-  for (const Case& of : {Case{"yarn and plies", fabric_of(3, 4), SwatchView::near, 28},
-                         Case{"yarn and plies", fabric_of(3, 4), SwatchView::middle, 23},
-                         Case{"yarn and plies", fabric_of(3, 4), SwatchView::grazing, 25},
-                         Case{"strands", fabric_of(3, 4, true), SwatchView::near, 28},
-                         Case{"strands", fabric_of(3, 4, true), SwatchView::middle, 23},
-                         Case{"one yarn", fabric_of(3, 1), SwatchView::near, 33},
-                         Case{"0.01 mm", fabric_of(0.01F, 4), SwatchView::near, 28},
-                         Case{"10 m", fabric_of(10000, 4), SwatchView::near, 28},
-                         Case{"10 m", fabric_of(10000, 4), SwatchView::grazing, 25}}) {
-    const SwatchShot shot = swatch_shot(of.view, V2d(of.fabric.period_mm), 96, 72);
-    const Scene scene = swatch_scene(V2d(of.fabric.period_mm), shot);
+  for (const Case& example : {Case{"yarn and plies", fabric_of(3, 4), SwatchView::near, 28},
+                              Case{"yarn and plies", fabric_of(3, 4), SwatchView::middle, 23},
+                              Case{"yarn and plies", fabric_of(3, 4), SwatchView::grazing, 25},
+                              Case{"strands", fabric_of(3, 4, true), SwatchView::near, 28},
+                              Case{"strands", fabric_of(3, 4, true), SwatchView::middle, 23},
+                              Case{"one yarn", fabric_of(3, 1), SwatchView::near, 33},
+                              Case{"0.01 mm", fabric_of(0.01F, 4), SwatchView::near, 28},
+                              Case{"10 m", fabric_of(10000, 4), SwatchView::near, 28},
+                              Case{"10 m", fabric_of(10000, 4), SwatchView::grazing, 25}}) {
+    const SwatchShot shot = swatch_shot(example.view, V2d(example.fabric.period_mm), 96, 72);
+    const Scene scene = swatch_scene(V2d(example.fabric.period_mm), shot);
     RenderOptions options;
     options.context = ContextKind::osmesa;
     options.width = shot.width;
@@ -54,12 +54,12 @@ TEST_CASE("cell images show the yarn that rays meet, from every place, of any si
     options.layers = 1;
     options.levels.points = 1;
     options.lights = shot.lights;
-    const Frame frame = test::need(render(scene, {of.fabric}, shot.camera, options));
+    const Frame frame = test::need(render(scene, {example.fabric}, shot.camera, options));
     const Frame rays =
-        test::march(scene, {&of.fabric, 1}, shot.camera, {shot.width, shot.height}, shot.lights);
+        test::march(scene, {&example.fabric, 1}, shot.camera, {shot.width, shot.height}, shot.lights);
     const double db = test::decibels(frame, rays, 1);
-    MESSAGE(of.name, " ", name_of(of.view), ": ", db);
-    CHECK(db > of.db);
+    MESSAGE(example.name, " ", name_of(example.view), ": ", db);
+    CHECK(db > example.db);
   }
 }
 

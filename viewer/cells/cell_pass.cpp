@@ -19,9 +19,9 @@ namespace {
 constexpr float unseen_share = 1.0F / 256;
 constexpr std::size_t chunk = 2048;
 /// Curvature of a triangle beside the largest along its edges, at most.
-constexpr float most_bend = 1.5F;
+constexpr float max_bend = 1.5F;
 /// Whole repeats of a triangle from the origin, at most.
-constexpr float most_whole = 1e9F;
+constexpr float max_whole = 1e9F;
 
 /// Of a light in masks (CellLights).
 std::uint32_t bit_of(std::size_t light) { return light < 32 ? 1U << light : 0; }
@@ -139,7 +139,7 @@ float CellPass::brighter(SeenSurface surface, int x, int y, const V3f& normal, c
   const float beyond = beyond_[scene_.mesh.triangles[triangle].corners[0]];
   const float bright = lights_.brightness(normal, point, around, beyond, of_environment);
   constexpr float most = 8;
-  const float applied = std::clamp(by_corners * image.brightness, image.least_brighter, image.most_brighter);
+  const float applied = std::clamp(by_corners * image.brightness, image.min_gain, image.max_gain);
   const float ratio = std::clamp(bright * image.brightness, 0.0F, most) / applied;
   return ratio >= 0 ? ratio : 1;
 }
@@ -167,7 +167,7 @@ float CellPass::outline_rise(std::size_t triangle) const {
     const float length = e.along.length() * e.yarn.length();
     if (length > 0) bend = std::max(bend, e.turn.dot(e.along) / length);
   }
-  return std::sqrt(std::min(2 * most_bend * bend * thickness, 0.5F));
+  return std::sqrt(std::min(2 * max_bend * bend * thickness, 0.5F));
 }
 
 /// How far below its plane yarn is met at a pixel where cloth bends away, mm: a ray leaves a parabola again.
@@ -192,14 +192,14 @@ float CellPass::outline_depth(std::uint32_t triangle, float x, float y) const {
 /// Samples the share of a light within a triangle that is larger than shadows may be.
 void CellPass::add_inner_shares(const ShadowMap& map, std::size_t triangle) {
   constexpr float shadow_texels = 32;
-  constexpr int most_parts = 64;
+  constexpr int max_parts = 64;
   const MergedSurfaces& mesh = scene_.mesh;
   const auto& corners = mesh.triangles[triangle].corners;
   const V3f a = mesh.positions[corners[0]];
   const V3f b = mesh.positions[corners[1]] - a;
   const V3f c = mesh.positions[corners[2]] - a;
   const float longest = std::max({b.length(), c.length(), (b - c).length()});
-  const int parts = std::clamp(static_cast<int>(longest / (shadow_texels * map.view.texel)), 1, most_parts);
+  const int parts = std::clamp(static_cast<int>(longest / (shadow_texels * map.view.texel)), 1, max_parts);
   for (int i = 0; i <= parts && parts > 1; ++i) {
     for (int j = 0; j <= parts - i; ++j) {
       const V2f at(static_cast<float>(i) / static_cast<float>(parts),
@@ -311,8 +311,8 @@ void CellPass::set_planes(const ProjectedVertices& projected) {
     std::array<float, 20> flat{};
     for (std::size_t k = 0; k < 18; ++k) flat[k] = static_cast<float>(sums[k / 3][static_cast<int>(k % 3)]);
     const V2f from_origin = whole + mesh.triangles[i].whole;
-    flat[18] = std::clamp(from_origin.x, -most_whole, most_whole);
-    flat[19] = std::clamp(from_origin.y, -most_whole, most_whole);
+    flat[18] = std::clamp(from_origin.x, -max_whole, max_whole);
+    flat[19] = std::clamp(from_origin.y, -max_whole, max_whole);
     std::memcpy(planes_[i].coefficients.data(), flat.data(), sizeof flat);
     const auto [least, most] =
         std::minmax({slopes_[corners[0]].z, slopes_[corners[1]].z, slopes_[corners[2]].z});
@@ -358,8 +358,8 @@ float CellPass::share_of(std::size_t light, std::uint32_t triangle, float x, flo
 void CellPass::see(SeenSurface surface, int x, int y) {
   const std::uint32_t triangle = surface / 2;
   const auto mark = [](std::uint8_t& flag, std::uint8_t bit) {
-    const std::atomic_ref<std::uint8_t> of(flag);
-    if ((of.load(std::memory_order_relaxed) & bit) == 0) of.fetch_or(bit, std::memory_order_relaxed);
+    const std::atomic_ref<std::uint8_t> bits(flag);
+    if ((bits.load(std::memory_order_relaxed) & bit) == 0) bits.fetch_or(bit, std::memory_order_relaxed);
   };
   if (!extents_[triangle].is_large()) {
     mark(seen_[triangle], surface % 2 == 0 ? 1 : 2);
@@ -419,17 +419,17 @@ void CellPass::collect(bool behind, int shared) {
     patches.for_all(patches.place(i), extents_[i], [&](std::uint32_t patch) {
       for (std::uint32_t side = 0; side < 2; ++side) {
         if ((seen_[i] >> side & 1) == 0) continue;
-        PatchNeed& of = need(2 * patch + side, behind, shared);
-        of.lit |= always | shares_[i].lit;
-        of.unlit |= shares_[i].unlit;
+        PatchNeed& patch_need = need(2 * patch + side, behind, shared);
+        patch_need.lit |= always | shares_[i].lit;
+        patch_need.unlit |= shares_[i].unlit;
       }
     });
   }
   for (std::uint32_t i = 0; i < seen_patches_.size(); ++i) {
     if (seen_patches_[i] == 0) continue;
-    PatchNeed& of = need(i, behind, shared);
-    of.lit = ~0U;
-    of.unlit = mapped_;
+    PatchNeed& patch_need = need(i, behind, shared);
+    patch_need.lit = ~0U;
+    patch_need.unlit = mapped_;
   }
 }
 
@@ -538,9 +538,9 @@ SELVEDGE_INLINE void look_lanes(const LanePlaces& places, LookLanes& lanes) {
       const std::int8_t* const heights = lanes.looks[i + k]->heights;
       height[k] = heights != nullptr ? static_cast<float>(heights[nearest[k]]) : 0.0F;
     }
-    const auto moved = [&](const float& slope, const Wide& of, const Wide& texels)
+    const auto moved = [&](const float& slope, const Wide& offset, const Wide& texels)
         __attribute__((always_inline)) {
-      return max(min(Wide::load(&slope) - of, one), -one) * Wide::load(height) * texels;
+      return max(min(Wide::load(&slope) - offset, one), -one) * Wide::load(height) * texels;
     };
     x = x + moved(places.slope_x[i], relief[0], relief[2]);
     y = y + moved(places.slope_y[i], relief[1], relief[3]);
@@ -719,12 +719,12 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
   if (varied != 0) place_varied(planes, lanes, varied, places, of_variation);
   look_all(places, lanes);
   for (std::size_t lane = 0; own != 0 && lane < lane_count; ++lane) {
-    const CellLook& of = *lanes.looks[lane];
-    if (of.own == 0) continue;
-    const CellTexel* plane = of.texels;
+    const CellLook& look = *lanes.looks[lane];
+    if (look.own == 0) continue;
+    const CellTexel* plane = look.texels;
     Quad sum{};
-    for (std::uint32_t left = of.own; left != 0; left &= left - 1) {
-      plane += static_cast<std::ptrdiff_t>((of.size[0] + 1) * (of.size[1] + 1));
+    for (std::uint32_t left = look.own; left != 0; left &= left - 1) {
+      plane += static_cast<std::ptrdiff_t>((look.size[0] + 1) * (look.size[1] + 1));
       const float share = share_of(static_cast<std::size_t>(std::countr_zero(left)), pixels.surface[lane] / 2,
                                    pixels.x[lane], pixels.y[lane]);
       if (share > 0) sum += mean_of(lanes, lane, plane) * share;

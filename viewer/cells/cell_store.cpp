@@ -13,13 +13,13 @@ namespace {
 
 /// The least cosine between view and a patch's normal: patches at an outline may face away in the mean.
 constexpr float min_facing_patch = 0.08F;
-constexpr float least_rise = 0.1F;  ///< of a light over a patch of texels
+constexpr float min_lamp_rise = 0.1F;  ///< of a light over a patch of texels
 /// Images of other patches are of use until then.
-constexpr float most_outdated = 16;
+constexpr float max_outdated = 16;
 /// Look-ups follow the relief of older images. What they miss grows with the pixels of a repeat: from so many
 /// on a frame makes CellImageOptions::fresh of the images, of smaller repeats at least this share of it.
 constexpr float fresh_pixels = 30;
-constexpr double least_fresh = 0.4;
+constexpr double min_fresh = 0.4;
 /// Coarse shading saves little of smaller images.
 constexpr int many_samples = 96 * 96;
 
@@ -43,7 +43,7 @@ constexpr float relief_of_texels = 0.2F;
 
 /// Pixels of coarser images are larger, in steps of a quarter of an octave.
 constexpr float step_larger = 1.189207F;
-constexpr float most_larger = 64;
+constexpr float max_larger = 64;
 
 double bytes_of(const CellView& view) {
   const V2i texels = view.size.samples / view.size.stride;
@@ -189,25 +189,25 @@ CellMemory CellStore::end() {
 }
 
 /// Levels and size of an image for pixels that are so much larger.
-void CellStore::set_size(Wanted& of, float samples, float larger) const {
-  const V2f shown = of.pixel * levels_.footprint;
-  CellLevels& levels = of.view.levels = shown_levels(*of.fabric, shown, levels_.forced);
+void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
+  const V2f shown = wanted.pixel * levels_.footprint;
+  CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, shown, levels_.forced);
   if (levels.yarn > 0) {
-    of.view.size = cell_size(shown * larger, samples);
+    wanted.view.size = cell_size(shown * larger, samples);
     return;
   }
-  if (larger > 1) levels = shown_levels(*of.fabric, shown * larger, levels_.forced);
-  of.view.size = texel_size(*of.fabric, shown, levels.finer);
+  if (larger > 1) levels = shown_levels(*wanted.fabric, shown * larger, levels_.forced);
+  wanted.view.size = texel_size(*wanted.fabric, shown, levels.finer);
 }
 
 /// Sets the fabric, whose number it returns, and the pixels of a patch.
-int CellStore::set_pixel(Wanted& of, PatchSide patch) const {
+int CellStore::set_pixel(Wanted& wanted, PatchSide patch) const {
   const int fabric = materials_[mesh_.triangles[patches_[patch / 2].triangle].surface].fabric;
   ClothSide& cloth = (*cloths_)[fabric].seen_from(patch % 2 != 0);
-  of.source = cloth.source();
-  of.fabric = &cloth.fabric;
-  of.period = cloth.fabric.period_mm;
-  of.pixel = patches_.shown(patch / 2).pixel;
+  wanted.source = cloth.source();
+  wanted.fabric = &cloth.fabric;
+  wanted.period = cloth.fabric.period_mm;
+  wanted.pixel = patches_.shown(patch / 2).pixel;
   return fabric;
 }
 
@@ -252,10 +252,10 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
     const int plane = (result.own & bit) != 0 ? 1 + std::popcount(result.own & (bit - 1)) : 0;
     V3f lamp = local(direction);
     // Parts of texels' patch may face a light that its mean does not.
-    if (!(*cloths_)[fabric].has_yarn && std::abs(lamp.z) < least_rise) {
+    if (!(*cloths_)[fabric].has_yarn && std::abs(lamp.z) < min_lamp_rise) {
       lifted += (irradiance.x + irradiance.y + irradiance.z) / 3 * (1 - (*cloths_)[fabric].beyond) *
-                (least_rise - std::max(lamp.z, 0.0F));
-      lamp.z = least_rise;
+                (min_lamp_rise - std::max(lamp.z, 0.0F));
+      lamp.z = min_lamp_rise;
       lamp.normalize();
     }
     result.view.lamps.push_back({lamp, irradiance, plane});
@@ -327,10 +327,10 @@ std::optional<float> CellStore::fit(std::span<Work> works, float samples) const 
     }
     return sum <= room_;
   };
-  if (!fits(most_larger)) return std::nullopt;
+  if (!fits(max_larger)) return std::nullopt;
   // Sizes are not monotonic.
   float larger = step_larger;
-  while (!fits(larger)) larger = std::min(larger * step_larger, most_larger);
+  while (!fits(larger)) larger = std::min(larger * step_larger, max_larger);
   return larger;
 }
 
@@ -378,8 +378,8 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     memory_.full = std::max(memory_.full, whole);
   }
   const std::optional<float> fitting = full > room_ ? fit(all, samples) : 1;
-  if (!fitting && shared < most_shared) return false;
-  const float larger = fitting.value_or(most_larger);
+  if (!fitting && shared < max_shared) return false;
+  const float larger = fitting.value_or(max_larger);
   memory_.coarser |= larger > 1 || shared > 0;
   ++call_;
   samples /= larger;
@@ -407,7 +407,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     if (kept_[work.patch] && kept_[work.patch]->used >= frame_) continue;
     const V2f& pixel = work.wanted.pixel;
     const double of_repeat = 1 / std::max(std::min(pixel.x, pixel.y) * fresh_pixels, 1e-6F);
-    const double less = options_.fresh < 1 ? std::clamp(of_repeat, least_fresh, 1.0) : 1;
+    const double less = options_.fresh < 1 ? std::clamp(of_repeat, min_fresh, 1.0) : 1;
     allowed += work.cost * options_.fresh * less;
   }
   std::vector<Work*> order;
@@ -444,16 +444,16 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
   parallel_for(0, static_cast<int>(order.size()), [&](int i) {
     thread_local CellScratch scratch;
     if (interrupts_->ends()) return;
-    Wanted& of = order[i]->wanted;
+    Wanted& made = order[i]->wanted;
     Kept& kept = *kept_[order[i]->patch];
-    make_cell_image(of.source, of.view, scratch, kept.image);
-    kept.view = std::move(of.view);
-    kept.pixel = of.pixel;
+    make_cell_image(made.source, made.view, scratch, kept.image);
+    kept.view = std::move(made.view);
+    kept.pixel = made.pixel;
     kept.samples = samples;
     kept.forced = levels_.forced;
-    kept.own = of.own;
-    kept.lit = of.lit;
-    kept.brightness = of.brightness;
+    kept.own = made.own;
+    kept.lit = made.lit;
+    kept.brightness = made.brightness;
   });
   // Of an interrupted frame parts are missing.
   for (const Work* work : order) {
@@ -510,7 +510,7 @@ std::shared_ptr<CellStore::Kept> CellStore::of_kin(PatchSide patch, const Wanted
   const std::uint32_t down = patches_.child(patch / 2);
   for (const std::uint32_t kin : {up, down, patches_.parent(up), patches_.child(down)}) {
     const std::shared_ptr<Kept>& kept = kept_[2 * kin + side];
-    if (kept && outdated(*kept, wanted, samples) < most_outdated) return kept;
+    if (kept && outdated(*kept, wanted, samples) < max_outdated) return kept;
   }
   return nullptr;
 }

@@ -54,7 +54,7 @@ struct CellLook {
   float brightness = 1;  ///< CellLights::brightness() that the image was made for, inverse
   float scale = 1;       ///< of radiance
   /// Bounds of the factor by which a pixel is brighter than its image.
-  float least_brighter = 0.5F, most_brighter = 2;
+  float min_gain = 0.5F, max_gain = 2;
   /// Slope of the rays that the image was made for, and texels along x and y for a step of height and a slope
   /// of 1.
   Group relief{};
@@ -92,10 +92,10 @@ class CellStore {
   void set_memory(double bytes) { options_.memory = static_cast<std::size_t>(bytes); }
   /// Makes images that are missing, and of others the most outdated, for these patches, and keeps others
   /// while all fit into CellImageOptions::memory; without room for these they are coarser. If even the
-  /// coarsest do not fit, returns false, with no other effect, unless `shared` is most_shared: so often
+  /// coarsest do not fit, returns false, with no other effect, unless `shared` is max_shared: so often
   /// patches were replaced by the ones around them. `behind`: only holes of other surfaces show them.
   bool make(std::span<const PatchNeed> needs, bool behind, int shared);
-  static constexpr int most_shared = 8;
+  static constexpr int max_shared = 8;
   /// Ends a frame.
   CellMemory end();
   const CellLook& look(PatchSide patch) const { return looks_[patch]; }
@@ -109,8 +109,8 @@ class CellStore {
   struct Wanted;
   struct Work;
   Wanted wanted(const PatchNeed& need, float samples, bool behind) const;
-  int set_pixel(Wanted& of, PatchSide patch) const;
-  void set_size(Wanted& of, float samples, float larger) const;
+  int set_pixel(Wanted& wanted, PatchSide patch) const;
+  void set_size(Wanted& wanted, float samples, float larger) const;
   std::optional<float> fit(std::span<Work> works, float samples) const;
   float outdated(const Kept& kept, const Wanted& wanted, float samples) const;
   std::shared_ptr<Kept> of_kin(PatchSide patch, const Wanted& wanted, float samples) const;

@@ -54,16 +54,16 @@ V2i level_size(const Patches::Chart& chart, std::size_t level) {
   return {halved(chart.size.x), halved(chart.size.y)};
 }
 
-void add(const Patch& of, Patch& to) {
-  if (!(of.area > 0)) return;
-  to.normal += of.normal;
-  to.tangent += of.tangent;
-  to.along_u += of.along_u;
-  to.along_v += of.along_v;
-  to.centre += of.centre;
-  to.area += of.area;
-  to.handedness += of.handedness;
-  to.triangle = of.triangle;
+void add(const Patch& part, Patch& to) {
+  if (!(part.area > 0)) return;
+  to.normal += part.normal;
+  to.tangent += part.tangent;
+  to.along_u += part.along_u;
+  to.along_v += part.along_v;
+  to.centre += part.centre;
+  to.area += part.area;
+  to.handedness += part.handedness;
+  to.triangle = part.triangle;
 }
 
 }  // namespace
@@ -195,7 +195,9 @@ void Patches::add_up(const MergedSurfaces& mesh) {
         const float l1 = (static_cast<float>(a) + third) / static_cast<float>(parts);
         const float l2 = (static_cast<float>(b / 2) + third) / static_cast<float>(parts);  // NOLINT: whole
         const float l0 = 1 - l1 - l2;
-        const auto mean = [&](const auto& of) { return of[0] * l0 + of[1] * l1 + of[2] * l2; };
+        const auto mean = [&](const auto& corners) {
+          return corners[0] * l0 + corners[1] * l1 + corners[2] * l2;
+        };
         const V2f at = mean(uv);
         const auto unit_of = [&](float c) {
           const float repeat = std::floor(c);

@@ -64,7 +64,7 @@ GarmentPoint garment_point(const FrameScene& scene, SeenSurface seen, int x, int
     right[k] = w[b] * p[a].y - w[a] * p[b].y;
     up[k] = p[b].x * w[a] - p[a].x * w[b];
   }
-  const auto sum = [](const std::array<float, 3>& of) { return of[0] + of[1] + of[2]; };
+  const auto sum = [](const std::array<float, 3>& values) { return values[0] + values[1] + values[2]; };
   const float whole = sum(edge);
   const float scale = std::abs(whole) > 0 ? 1 / whole : 0;
   const V2f first(std::floor(uv[0].x), std::floor(uv[0].y));

@@ -34,8 +34,8 @@ PaperTexels paper_texels(const Fabric& fabric, const GarmentPoint& point, int fo
   const float finer = std::floor(level);
   const float blue = std::round((finer + blend_of_levels(level - finer)) * level_step) / level_step;
   texels.coarser = finer < last ? std::clamp(blue - finer, 0.0F, 1.0F) : 0;
-  const FabricLevel& of = fabric.levels[texels.finer];
-  texels.uv = {middle_of_texel(point.uv.x, of.width), middle_of_texel(point.uv.y, of.height)};
+  const FabricLevel& stored = fabric.levels[texels.finer];
+  texels.uv = {middle_of_texel(point.uv.x, stored.width), middle_of_texel(point.uv.y, stored.height)};
   return texels;
 }
 
@@ -73,9 +73,9 @@ V4f shade_by_paper(const FrameScene& scene, const GarmentPoint& point) {
     const float weight = next == 0 ? 1 - texels.coarser : texels.coarser;
     if (!(weight > 0)) continue;
     const int level = texels.finer + next;
-    const FabricLevel& of = fabric.levels[level];
-    const V2i at(wrap_texel(static_cast<double>(texels.uv.x), of.width),
-                 wrap_texel(static_cast<double>(texels.uv.y), of.height));
+    const FabricLevel& stored = fabric.levels[level];
+    const V2i at(wrap_texel(static_cast<double>(texels.uv.x), level.width),
+                 wrap_texel(static_cast<double>(texels.uv.y), level.height));
     const float share = weight * evaluate(fabric, level, at.x, at.y, V3f(0, 0, 1), view).alpha;
     alpha += share;
     for (const ArrivingLight& light : lights)

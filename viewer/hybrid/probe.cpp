@@ -32,9 +32,9 @@ PixelProbe probe_pixel(const FrameScene& scene, SeenSurface seen, const V2i& pix
     const CellLevels levels = shown_levels(fabric, repeats, scene.view.options.levels.forced);
     const auto add = [&](int level, float weight) {
       if (!(weight > 0)) return;
-      const FabricLevel& of = fabric.levels[std::max(level, 0)];
+      const FabricLevel& stored = fabric.levels[std::max(level, 0)];
       probe.texels.push_back(
-          {level, {wrap_texel(probe.uv.x, of.width), wrap_texel(probe.uv.y, of.height)}, weight});
+          {level, {wrap_texel(probe.uv.x, stored.width), wrap_texel(probe.uv.y, stored.height)}, weight});
     };
     add(-1, levels.yarn);
     add(levels.finer, (1 - levels.yarn) * (1 - levels.coarser));

@@ -11,7 +11,7 @@ namespace selvedge {
 namespace {
 
 constexpr std::size_t triangles_per_task = 1024;
-constexpr std::size_t most_lanes = 16;
+constexpr std::size_t max_lanes = 16;
 constexpr double rounding = 1e-6;  ///< of rows; edges decide
 
 /// Pixels of a row that a triangle covers.
@@ -220,7 +220,7 @@ void Raster::each_span(int strip, const Wanted& wanted, const Visit& visit) cons
 void Raster::draw(int strip, RasterRows& to) const {
   static const auto draw_all = draw_spans_for_this_processor();
   const int first = strip * strip_rows;
-  to.stride = width_ + most_lanes;
+  to.stride = width_ + max_lanes;
   const std::size_t size = to.stride * (std::min(first + strip_rows, rows_) - first);
   to.depth.assign(size, 1);
   to.surface.resize(size);

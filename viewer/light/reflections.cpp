@@ -21,7 +21,7 @@ constexpr int max_width = 512;
 /// parts so many times as far out over pixels so many times as large.
 constexpr double near_part = 12;
 constexpr int part_ratio = 4;
-constexpr int least_part_width = 8;
+constexpr int min_part_width = 8;
 
 /// GGX's distribution times the cosine to the light, but for a factor; of view and normal in the middle.
 struct Lobe {
@@ -44,7 +44,7 @@ Environment means(const Environment& e, const Lobe& lobe, double inner, double o
   const int half = e.width / 2;
   const std::size_t row = 3 * static_cast<std::size_t>(e.width);
   parallel_for(0, e.height, [&](int y) {
-    const auto polar = [&](int of) { return (of + 0.5) / e.height * pi; };
+    const auto polar = [&](int row) { return (row + 0.5) / e.height * pi; };
     std::vector<float> sums(row, 0.0F);
     std::vector<float> wrapped(2 * row);
     double total = 0;
@@ -96,7 +96,7 @@ Environment blurred(const Environment& picture, double roughness) {
             part.at(result.direction(x, y)) * share;
     }
     inner = outer;
-    width = std::max(width / part_ratio, least_part_width);
+    width = std::max(width / part_ratio, min_part_width);
   }
   return result;
 }

@@ -15,7 +15,7 @@ TEST_CASE("the front has the rows that none of their distance beats in both byte
             row(30, "draft", 20, 29, 30),  row(30, "standard", 20, 29, 30),  row(30, "paper", 90, 28, 20)};
   mark_front(rows);
   std::vector<bool> front;
-  for (const Json& of : rows) front.push_back(of["front"]);
+  for (const Json& row : rows) front.push_back(row["front"]);
   CHECK(front == std::vector<bool>{false, true, true, true, true, false});
   CHECK(front_words(rows) ==
         "On the front, where none has fewer bytes and more dB: draft at 30; standard at 120, 30; paper at "

@@ -123,7 +123,7 @@ TEST_CASE("the moments tell by which view light of other yarn leaves yarn with l
   const auto yarns_of = [&](const YarnData& data) { return Yarns(data, baked.header.period_mm); };
   YarnData dark = without;
   std::ranges::fill(dark.light, 0.0F);
-  const std::array of{yarns_of(dark), yarns_of(without), yarns_of(baked.yarns)};
+  const std::array versions{yarns_of(dark), yarns_of(without), yarns_of(baked.yarns)};
   const std::size_t texels = baked.header.texels();
   double product = 0;
   double squares = 0;
@@ -135,7 +135,7 @@ TEST_CASE("the moments tell by which view light of other yarn leaves yarn with l
       const V2d texel(static_cast<double>(i % texels % 8), static_cast<double>(i % texels / 8));
       const V2d uv = (texel + V2d((k % side + 0.5) / side, (k / side + 0.5) / side)) / 8;
       for (std::size_t n = 0; n < f.size(); ++n) {
-        const Shading s = of[n].shade(uv, baked.header.reference_height, light, view);
+        const Shading s = versions[n].shade(uv, baked.header.reference_height, light, view);
         f[n] += static_cast<double>(s.radiance.y) / (side * side);
       }
     }

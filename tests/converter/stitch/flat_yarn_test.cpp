@@ -53,7 +53,7 @@ StitchPattern woven(double radius, double flattening) {
 
 /// The least of the other yarns' surfaces' distance from points of every yarn's section, which are placed by
 /// the ellipse's own parameters.
-double least_between(const StitchPattern& pattern) {
+double min_between(const StitchPattern& pattern) {
   double least = 1e9;
   for (std::size_t own = 0; own < pattern.yarns.size(); ++own) {
     StitchPattern others = pattern;
@@ -180,7 +180,7 @@ TEST_CASE("relaxed flat yarns lie on each other and do not overlap") {
       for (const Crossing& c : crossings_of(relaxed, relaxed.yarns[i], relaxed.yarns[2]))
         CHECK(std::abs(c.z_a - c.z_b) == doctest::Approx(2 * thin).epsilon(0.03));
     }
-    const double least = least_between(relaxed);
+    const double least = min_between(relaxed);
     MESSAGE(q, ": ", least / thin);
     CHECK(least > -touching_overlap * thin);
     CHECK(least < 0.1 * thin);
@@ -217,7 +217,7 @@ TEST_CASE("squashed yarn closes weaves: it keeps its area, and covers more than 
 TEST_CASE("shirtings come to rest at their counts, without being thinned, and weigh as much as is sold") {
   struct Shirting {
     const char* name;
-    double warp_tex, weft_tex, least_weight, most_weight;
+    double warp_tex, weft_tex, min_weight, max_weight;
   };
   // The files have the sources.
   for (const auto& [name, warp, weft, least, most] :
@@ -246,7 +246,7 @@ TEST_CASE("the cover that built-in stitches state is the cover of their yarns at
 TEST_CASE("knits are of textile numbers, and squashed yarn covers them") {
   struct Knit {
     const char* name;
-    double least_cover, most_cover, least_with_hairs, least_tightness;
+    double min_cover, max_cover, min_with_hairs, min_tightness;
   };
   for (const auto& [name, least, most, with_hairs, tightness] :
        {Knit{"plain-knit", 0.88, 1, 0.93, 14}, Knit{"rib", 0.88, 1, 0.93, 14},

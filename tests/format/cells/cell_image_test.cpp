@@ -204,11 +204,11 @@ TEST_CASE("an image has the mean radiance and opacity of rays with shadows, what
     bool coarse;
     double error;
   };
-  for (const Case& of : {Case{1 / 40.0F, 4, false, 0.01}, Case{1 / 10.0F, 4, false, 0.02},
-                         Case{1 / 20.0F, 2, true, 0.03}, Case{1 / 4.0F, 4, false, 0.03}}) {
-    CAPTURE(of.pixel);
-    view.size = cell_size({of.pixel, of.pixel}, of.samples);
-    view.coarse_shading = of.coarse;
+  for (const Case& example : {Case{1 / 40.0F, 4, false, 0.01}, Case{1 / 10.0F, 4, false, 0.02},
+                              Case{1 / 20.0F, 2, true, 0.03}, Case{1 / 4.0F, 4, false, 0.03}}) {
+    CAPTURE(example.pixel);
+    view.size = cell_size({example.pixel, example.pixel}, example.samples);
+    view.coarse_shading = example.coarse;
     view.shadow_texels = 4;
     CellShadows shadows(cell);
     CellScratch scratch;
@@ -228,9 +228,9 @@ TEST_CASE("an image has the mean radiance and opacity of rays with shadows, what
     for (int row = 0; row <= image.height; ++row)
       CHECK(image.texels[row * image.stride()] == image.texels[row * image.stride() + image.width]);
     const auto count = static_cast<double>(image.width) * image.height;
-    CHECK(alpha / count == doctest::Approx(opacity).epsilon(of.error));
-    CHECK(sum.x / count == doctest::Approx(radiance.x).epsilon(of.error));
-    CHECK(sum.z / count == doctest::Approx(radiance.z).epsilon(of.error));
+    CHECK(alpha / count == doctest::Approx(opacity).epsilon(example.error));
+    CHECK(sum.x / count == doctest::Approx(radiance.x).epsilon(example.error));
+    CHECK(sum.z / count == doctest::Approx(radiance.z).epsilon(example.error));
   }
 }
 
@@ -302,8 +302,8 @@ TEST_CASE(
   const Yarns yarns(stranded(random, false), period);
   const CellYarn cell(yarns, plane, {});
   CellShadows shadows(cell);
-  constexpr std::size_t most_bytes = 1 << 20;
-  shadows.set_memory(most_bytes);
+  constexpr std::size_t max_bytes = 1 << 20;
+  shadows.set_memory(max_bytes);
   const float relief = yarns.inside().high - yarns.inside().low;
   for (int i = 0; i < 200; ++i) {
     const V3f direction = upwards(random, 0.02);
@@ -320,7 +320,7 @@ TEST_CASE(
     CellShadows others(cell);
     others.cast(upwards(random, 0.02), detail);
     CHECK(others.cast(direction, detail)->grid.z == shadow->grid.z);
-    CHECK(shadows.bytes() <= most_bytes);
+    CHECK(shadows.bytes() <= max_bytes);
   }
 }
 

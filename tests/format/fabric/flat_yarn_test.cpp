@@ -51,8 +51,8 @@ struct Ellipses {
 
 V2d across_and_up(const V3d& p) { return {(p.x - p.y) * root, p.z}; }
 
-V3f upwards(Random& random, double most_z = 1) {
-  const double z = 0.05 + (most_z - 0.05) * random.uniform();
+V3f upwards(Random& random, double max_z = 1) {
+  const double z = 0.05 + (max_z - 0.05) * random.uniform();
   const double turn = 2 * std::numbers::pi * random.uniform();
   return V3f(V3d(std::sqrt(1 - z * z) * std::cos(turn), std::sqrt(1 - z * z) * std::sin(turn), z));
 }

@@ -75,9 +75,9 @@ TEST_CASE("values of yarn have all fields, then the nodes, and fewer or more fie
   const auto read = [&](std::vector<float> values, int fields) {
     values.insert(values.begin() + 36, 9.0F);  // of a later version
     values.erase(values.begin() + fields, values.begin() + 37);
-    YarnCounts of = counts;
-    of.fields = fields;
-    return need(yarns_from_values(values, indirect_values(data), of, period));
+    YarnCounts changed = counts;
+    changed.fields = fields;
+    return need(yarns_from_values(values, indirect_values(data), changed, period));
   };
   const std::vector<float> values = curve_values(data);
   CHECK(values.size() == static_cast<std::size_t>(curve_value_count(counts)));

@@ -42,7 +42,7 @@ TEST_CASE("strands differ with a mean of 0 and the stated variances, and neighbo
   constexpr int count = 20000;
   constexpr double bound = 6 / 141.4;
   Random random(2);
-  std::array<Moments, 4> of;
+  std::array<Moments, 4> moments;
   Moments product;
   for (int i = 0; i < count; ++i) {
     YarnStrands own{40, 7, 0, i, 0, 1};
@@ -53,12 +53,12 @@ TEST_CASE("strands differ with a mean of 0 and the stated variances, and neighbo
     // In the middle of a strand its roundness has no slope.
     const std::array<double, 4> values{change.across / strand_tilt, change.along / strand_lift,
                                        change.turn / strand_sway, (change.brightness - 1) / usual_contrast};
-    for (std::size_t k = 0; k < values.size(); ++k) of[k].add(values[k]);
+    for (std::size_t k = 0; k < values.size(); ++k) moments[k].add(values[k]);
     product.add(values[0] * next.across / strand_tilt);
     product.add(values[0] * values[1]);
     product.add(values[2] * values[3]);
   }
-  for (const Moments& m : of) {
+  for (const Moments& m : moments) {
     CHECK(std::abs(m.mean()) < bound);
     CHECK(std::abs(m.variance() - 1) < bound);
   }

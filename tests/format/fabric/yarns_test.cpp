@@ -88,8 +88,8 @@ bool is_inside(const YarnData& data, const V2f& period, const V3d& point) {
   return false;
 }
 
-V3f upwards(Random& random, double least_z) {
-  const double z = least_z + (1 - least_z) * random.uniform();
+V3f upwards(Random& random, double min_z) {
+  const double z = min_z + (1 - min_z) * random.uniform();
   const double turn = 2 * std::numbers::pi * random.uniform();
   const double r = std::sqrt(1 - z * z);
   return V3f(V3d(r * std::cos(turn), r * std::sin(turn), z));

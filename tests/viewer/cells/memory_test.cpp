@@ -22,14 +22,14 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
     std::size_t memory;
     double db;  ///< to a frame with room
   };
-  for (const Case& of : {Case{"yarn", yarn, {24, 12}, {}, 100'000, 28},
-                         Case{"yarn that moves", yarn, {24, 12}, moving_cell_images, 100'000, 25},
-                         Case{"patches share images", yarn, {120, 60}, {}, 400'000, 40},
-                         Case{"texels", test::random_fabric(64, 64, 3), {24, 12}, {}, 200'000, 22}}) {
-    INFO(of.name);
+  for (const Case& example : {Case{"yarn", yarn, {24, 12}, {}, 100'000, 28},
+                              Case{"yarn that moves", yarn, {24, 12}, moving_cell_images, 100'000, 25},
+                              Case{"patches share images", yarn, {120, 60}, {}, 400'000, 40},
+                              Case{"texels", test::random_fabric(64, 64, 3), {24, 12}, {}, 200'000, 22}}) {
+    INFO(example.name);
     test::Setting setting;
-    test::add(setting.scene, test::sphere(64, 32, of.repeats), test::material(0));
-    setting.fabrics = {of.fabric};
+    test::add(setting.scene, test::sphere(64, 32, example.repeats), test::material(0));
+    setting.fabrics = {example.fabric};
     setting.options.width = 160;
     setting.options.height = 120;
     setting.options.path = RenderPath::raster;
@@ -37,7 +37,7 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
     setting.options.lights = default_lights(test::camera_of(setting));
     // Frames of an orbit; the last one.
     const auto drawn = [&](std::size_t memory, int frames) {
-      setting.options.cells = of.cells;
+      setting.options.cells = example.cells;
       setting.options.cells.memory = memory;
       const auto renderer = test::need(Renderer::create(setting.scene, setting.fabrics, setting.options));
       Frame frame;
@@ -47,18 +47,18 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
         test::need(renderer->draw(test::camera_of(setting), setting.options, frame, stats));
         CHECK(stats.image_bytes > 0);
         CHECK(stats.image_bytes <= static_cast<std::int64_t>(memory));
-        CHECK(stats.remarks.size() == (memory == of.memory ? 1 : 0));
+        CHECK(stats.remarks.size() == (memory == example.memory ? 1 : 0));
       }
       return frame;
     };
-    const Frame frame = drawn(of.memory, 4);
+    const Frame frame = drawn(example.memory, 4);
     for (const V4f& p : frame.pixels) CHECK(std::isfinite(p.x + p.y + p.z + p.w));
-    const double db = test::decibels(frame, drawn(of.cells.memory, 4), 1);
-    MESSAGE(of.name, ": ", db, " dB");
-    CHECK(db > of.db);
+    const double db = test::decibels(frame, drawn(example.cells.memory, 4), 1);
+    MESSAGE(example.name, ": ", db, " dB");
+    CHECK(db > example.db);
     set_threads(1);
-    const bool rests = of.cells.fresh == 1;
-    CHECK(drawn(of.memory, rests ? 1 : 4).pixels == frame.pixels);
+    const bool rests = example.cells.fresh == 1;
+    CHECK(drawn(example.memory, rests ? 1 : 4).pixels == frame.pixels);
     set_threads(0);
   }
 }

@@ -31,9 +31,9 @@ TEST_CASE("in the paper's bits directions have 255 steps, and levels 25.5 in one
       ++blended;
       CHECK(is_whole((static_cast<float>(texels.finer) + texels.coarser) * 25.5F));
     }
-    const FabricLevel& of = fabrics[0].levels[texels.finer];
-    CHECK(is_whole(texels.uv.x * static_cast<float>(of.width) - 0.5F));
-    CHECK(std::abs(texels.uv.x - point.uv.x) < 0.5001F / static_cast<float>(of.width));
+    const FabricLevel& level = fabrics[0].levels[texels.finer];
+    CHECK(is_whole(texels.uv.x * static_cast<float>(level.width) - 0.5F));
+    CHECK(std::abs(texels.uv.x - point.uv.x) < 0.5001F / static_cast<float>(level.width));
   });
   CHECK(blended > 20);
 }

@@ -38,14 +38,14 @@ TEST_CASE("the tangent runs along growing u, turned and mirrored by the texture 
   UvTransform turned;
   turned.rotation = quarter;
   const float along_y = turned.apply_linear(V2d(0, 1)).x > 0 ? -1 : 1;
-  for (const Case& of : {Case{0, {1, 1}, {1, 0, 0}, 1}, Case{quarter, {1, 1}, {0, along_y, 0}, 1},
-                         Case{0, {-2, 1}, {-1, 0, 0}, -1}}) {
+  for (const Case& example : {Case{0, {1, 1}, {1, 0, 0}, 1}, Case{quarter, {1, 1}, {0, along_y, 0}, 1},
+                              Case{0, {-2, 1}, {-1, 0, 0}, -1}}) {
     Scene scene;
     SceneMaterial material = test::material(0);
-    material.fabric->transform.rotation = of.rotation;
-    material.fabric->transform.scale = of.scale;
+    material.fabric->transform.rotation = example.rotation;
+    material.fabric->transform.scale = example.scale;
     test::add(scene, test::square(3), material);
-    check_tangents(build_one(scene), of.tangent, of.handedness);
+    check_tangents(build_one(scene), example.tangent, example.handedness);
   }
 }
 

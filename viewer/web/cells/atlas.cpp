@@ -31,7 +31,7 @@ TileNumber Atlas::take(Shelf& shelf, int row, std::size_t span, int begin, std::
                        const V2i& size) {
   TileNumber tile = 0;
   if (free_.empty()) {
-    if (tiles_.size() == most_tiles) return 0;
+    if (tiles_.size() == max_tiles) return 0;
     tile = static_cast<TileNumber>(tiles_.size());
     tiles_.emplace_back();
   } else {

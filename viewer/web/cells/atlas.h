@@ -23,7 +23,7 @@ struct Tile {
 class Atlas {
  public:
   static constexpr int width = 2048;
-  static constexpr int most_tiles = 1 << 15;
+  static constexpr int max_tiles = 1 << 15;
 
   void set_rows(int rows) { rows_ = rows; }
   int rows() const { return rows_; }

@@ -78,14 +78,14 @@ std::uint64_t atlas_mark = 1;
 std::uint64_t packed_at = 0;  ///< frame
 std::size_t image_memory = 0;
 /// Share of the atlas that images may fill: it has shelves of equal heights.
-constexpr double most_fill = 0.75;
-constexpr double least_fill = 0.05;
+constexpr double max_fill = 0.75;
+constexpr double min_fill = 0.05;
 /// A frame that moves visits one of so many patches that have images, in front and behind.
 constexpr int visits_of_front = 4;
 constexpr int visits_behind = 8;
 /// Share of the atlas from which on it is not packed again.
-constexpr double most_packed = 0.85;
-double fill = most_fill;
+constexpr double max_packed = 0.85;
+double fill = max_fill;
 double full_need = 0;  ///< all_need() when images found no room
 /// Whether images have found no room, and whether tiles have moved or are others', since it was asked.
 bool is_full = false;
@@ -102,19 +102,19 @@ std::vector<std::vector<std::uint16_t>> pixels;
 std::vector<std::vector<std::uint8_t>> heights;
 
 /// Images as halves: sign and one bit of the fraction differ (CellTexel).
-void upload(const CellLook& look, TileNumber tile) {
-  const Tile& of = atlas[tile];
+void upload(const CellLook& look, TileNumber number) {
+  const Tile& tile = atlas[number];
   std::vector<std::uint16_t>& halves =
-      pixels.emplace_back(4 * static_cast<std::size_t>(of.size.x) * of.size.y);
+      pixels.emplace_back(4 * static_cast<std::size_t>(tile.size.x) * tile.size.y);
   const std::uint16_t* from = look.texels->data();
   for (std::uint16_t& half : halves) half = static_cast<std::uint16_t>(*from++ >> 1);
   std::vector<std::uint8_t>& steps = heights.emplace_back(halves.size() / 4, std::uint8_t{0});
   for (std::size_t i = 0; look.heights != nullptr && i < steps.size(); ++i)
     steps[i] = static_cast<std::uint8_t>(look.heights[i] + 128);
-  uploads.push_back({of.place.x, of.place.y, of.size.x, of.size.y, halves.data(), steps.data()});
-  tile_numbers.resize(std::max(tile_numbers.size(), std::size_t{12} * (tile + 1)));
-  const float numbers[]{static_cast<float>(of.place.x),
-                        static_cast<float>(of.place.y),
+  uploads.push_back({tile.place.x, tile.place.y, tile.size.x, tile.size.y, halves.data(), steps.data()});
+  tile_numbers.resize(std::max(tile_numbers.size(), std::size_t{12} * (number + 1)));
+  const float numbers[]{static_cast<float>(tile.place.x),
+                        static_cast<float>(tile.place.y),
                         look.size[0],
                         look.size[1],
                         look.size[2],
@@ -125,7 +125,7 @@ void upload(const CellLook& look, TileNumber tile) {
                         look.relief[1],
                         look.relief[2],
                         look.relief[3]};
-  std::memcpy(&tile_numbers[std::size_t{12} * tile], numbers, sizeof numbers);
+  std::memcpy(&tile_numbers[std::size_t{12} * number], numbers, sizeof numbers);
 }
 
 /// Bytes of all garments' images in sight as fine as wanted.
@@ -175,7 +175,7 @@ bool drop_unseen() {
 
 /// Makes room in the atlas of the gaps between tiles, once a frame. Returns whether there is more.
 bool pack() {
-  if (packed_at == frame || atlas.texels() > most_packed * Atlas::width * atlas.rows()) return false;
+  if (packed_at == frame || atlas.texels() > max_packed * Atlas::width * atlas.rows()) return false;
   packed_at = frame;
   std::vector<std::pair<Garment*, PatchSide>> places;
   for (const auto& garment : garments) {
@@ -207,8 +207,8 @@ void show(Garment& garment, std::span<const PatchNeed> needs) {
     if (!is_placed && !is_full && pack()) is_placed = place_look(garment, need.patch);
     if (is_placed) continue;
     garment.shown[need.patch].image = old;
-    if (is_full || fill <= least_fill) continue;
-    fill = std::max(0.8 * fill, least_fill);
+    if (is_full || fill <= min_fill) continue;
+    fill = std::max(0.8 * fill, min_fill);
     full_need = all_need();
     is_full = true;
   }
@@ -294,8 +294,8 @@ void look_for_patches(Garment& garment) {
   const auto add = [&](std::uint8_t mask, std::uint8_t without) {
     for (std::uint32_t i = 0; i < garment.flags.size(); ++i) {
       for (std::uint32_t side = 0; side < 2; ++side) {
-        const int of = garment.flags[i] >> side;
-        if (patches.shown(i).in_frame && (of & mask) != 0 && (of & without) == 0)
+        const int flag = garment.flags[i] >> side;
+        if (patches.shown(i).in_frame && (flag & mask) != 0 && (flag & without) == 0)
           garment.needs.push_back({2 * i + side, ~0U, 0});
       }
     }
@@ -356,11 +356,11 @@ Tangents take_shape(Garment& garment, const std::vector<V3d>& positions, const s
   mesh.attributes.clear();
   mesh.triangles.clear();
   for (std::size_t i = 0; i < tangents.tangents.size(); ++i) {
-    const std::size_t of = i < positions.size() ? i : tangents.copy_of[i - positions.size()];
-    const V3f normal(normals[of]);
+    const std::size_t source = i < positions.size() ? i : tangents.copy_of[i - positions.size()];
+    const V3f normal(normals[source]);
     const V4f& tangent = tangents.tangents[i];
-    const V2f uv(garment.uvs[of]);
-    mesh.positions.emplace_back(positions[of]);
+    const V2f uv(garment.uvs[source]);
+    mesh.positions.emplace_back(positions[source]);
     mesh.attributes.push_back(
         {Group{normal.x, normal.y, normal.z, uv.x}, Group{tangent.x, tangent.y, tangent.z, uv.y}});
   }
@@ -415,7 +415,7 @@ EXPORT(add_fabric) std::uint32_t add_fabric() {
 /// Begins a side of a fabric; input: side, columns and rows of views and lights, lobes, products, functions
 /// of views and lights, curves, nodes, stations, fields, values of a station (whole), factor on radiance.
 EXPORT(add_side) void add_side(std::uint32_t number) {
-  LoadedFabric& of = *fabrics[number];
+  LoadedFabric& loaded = *fabrics[number];
   const std::int32_t* n = whole();
   LayerShape shape;
   shape.side = static_cast<Side>(n[0]);
@@ -426,12 +426,12 @@ EXPORT(add_side) void add_side(std::uint32_t number) {
   shape.view_functions = n[7];
   shape.light_functions = n[8];
   shape.yarns = {n[9], n[10], n[11], n[12], n[13]};
-  shape.base_texels = of.fabric.levels.front().texels();
-  Fabric* side = &of.fabric;
+  shape.base_texels = loaded.fabric.levels.front().texels();
+  Fabric* side = &loaded.fabric;
   if (shape.side == Side::front) {
-    of.shape = shape;
+    loaded.shape = shape;
   } else {
-    side = &of.others.emplace_back(shape, of.fabric).second;
+    side = &loaded.others.emplace_back(shape, loaded.fabric).second;
     for (FabricLevel& level : side->levels) {
       FabricLevel fresh;
       fresh.width = level.width;
@@ -451,9 +451,9 @@ EXPORT(add_side) void add_side(std::uint32_t number) {
 EXPORT(add_layer)
 void add_layer(std::uint32_t number, std::uint32_t kind, std::uint32_t k, std::uint32_t channels,
                std::uint32_t pairs) {
-  LoadedFabric& of = *fabrics[number];
-  const LayerShape& shape = of.others.empty() ? of.shape : of.others.back().first;
-  FabricLevel& level = (of.others.empty() ? of.fabric : of.others.back().second).levels[k];
+  LoadedFabric& loaded = *fabrics[number];
+  const LayerShape& shape = loaded.others.empty() ? loaded.shape : loaded.others.back().first;
+  FabricLevel& level = (loaded.others.empty() ? loaded.fabric : loaded.others.back().second).levels[k];
   for (std::uint32_t i = 0; i < pairs; ++i) level.pairs.emplace_back(whole()[2 * i], whole()[2 * i + 1]);
   const auto texels = static_cast<std::size_t>(level.texels());
   std::vector<std::vector<float>> planes;
@@ -467,19 +467,19 @@ void add_layer(std::uint32_t number, std::uint32_t kind, std::uint32_t k, std::u
 /// Ends a fabric; `shown` of other sides: input, [side][level], the level whose texels a level shows. Returns
 /// 0 where it is refused.
 EXPORT(end_fabric) std::uint32_t end_fabric(std::uint32_t number) {
-  LoadedFabric& of = *fabrics[number];
-  Fabric& fabric = of.fabric;
+  LoadedFabric& loaded = *fabrics[number];
+  Fabric& fabric = loaded.fabric;
   const auto share_bases = [](Fabric& side) {
     const std::shared_ptr<const ProductBases> bases = side.levels.front().bases;
     for (FabricLevel& level : side.levels) level.bases = level.has(LayerKind::products) ? bases : nullptr;
   };
   share_bases(fabric);
   IssueSink sink("");
-  if (of.shape.yarns.curves > 0)
-    restore_yarns(fabric.levels.front(), of.shape, fabric.period_mm, default_memory, sink);
+  if (loaded.shape.yarns.curves > 0)
+    restore_yarns(fabric.levels.front(), loaded.shape, fabric.period_mm, default_memory, sink);
   if (sink.has_error()) return 0;
   const std::int32_t* shown = whole();
-  for (auto& [shape, side] : of.others) {
+  for (auto& [shape, side] : loaded.others) {
     share_bases(side);
     restore_light_through(fabric.levels.front(), side.levels.front());
     const int levels = static_cast<int>(side.levels.size());
@@ -488,8 +488,8 @@ EXPORT(end_fabric) std::uint32_t end_fabric(std::uint32_t number) {
     }
     fabric.add_side(std::move(side));
   }
-  of.others.clear();
-  of.sides.emplace(fabric);
+  loaded.others.clear();
+  loaded.sides.emplace(fabric);
   return 1;
 }
 
@@ -562,7 +562,7 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
   const Tangents tangents = take_shape(garment, positions, normals);
   const MergedSurfaces& mesh = garment.mesh;
   const auto kin = std::ranges::find_if(
-      garments, [&](const auto& of) { return of && of->store && of->fabric == garment.fabric; });
+      garments, [&](const auto& other) { return other && other->store && other->fabric == garment.fabric; });
   garment.store = std::make_unique<CellStore>(mesh, garment.materials, garment.sides, V3d(0, 0, 0),
                                               kin != garments.end() ? (*kin)->store.get() : nullptr);
   const Patches& patches = garment.store->patches();
@@ -583,8 +583,8 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
     // The last corner's numbers are the triangle's: others may lie in several charts, where the texture is
     // mirrored.
     const std::uint32_t vertex = mesh.triangles[i].corners[2];
-    const std::uint32_t of = vertex < vertices ? vertex : tangents.copy_of[vertex - vertices];
-    std::memcpy(&garment.charts[6 * std::size_t{of}], numbers, sizeof numbers);
+    const std::uint32_t source = vertex < vertices ? vertex : tangents.copy_of[vertex - vertices];
+    std::memcpy(&garment.charts[6 * std::size_t{source}], numbers, sizeof numbers);
   }
   return static_cast<std::uint32_t>(place - garments.begin());
 }
@@ -643,7 +643,7 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   options.cells.fresh = next();
   options.cells.memory = image_memory / garments.size();
   if (options.cells.fresh < 1) {
-    if (all_need() < 0.9 * full_need) fill = most_fill;
+    if (all_need() < 0.9 * full_need) fill = max_fill;
     options.cells.fresh = std::min(visits_of_front * options.cells.fresh, 0.99F);
   }
   options.levels.forced = static_cast<int>(next());
@@ -661,11 +661,11 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
     light.position = next3();
   }
   ++frame;
-  CellLights of;
-  of.lights = garment.lights;
-  of.around = around ? &garment.around : nullptr;
+  CellLights lights;
+  lights.lights = garment.lights;
+  lights.around = around ? &garment.around : nullptr;
   garment.store->end();
-  garment.store->begin(camera, size, options, 1, of);
+  garment.store->begin(camera, size, options, 1, lights);
   look_for_patches(garment);
   return static_cast<std::uint32_t>(garment.visits.size());
 }
@@ -678,7 +678,7 @@ EXPORT(make_images) std::uint32_t make_images(std::uint32_t number, std::uint32_
       std::min(garment.done + count, behind ? garment.visits.size() : garment.visits_in_front);
   const std::span<const PatchNeed> needs(&garment.visits[garment.done], end - garment.done);
   if (!needs.empty()) {
-    if (!garment.store->make(needs, behind, 0)) garment.store->make(needs, behind, CellStore::most_shared);
+    if (!garment.store->make(needs, behind, 0)) garment.store->make(needs, behind, CellStore::max_shared);
     show(garment, needs);
   }
   garment.done = end;
@@ -716,8 +716,8 @@ EXPORT(table_of) const std::uint32_t* table_of(std::uint32_t number) {
   std::uint32_t missing = 0;
   for (std::size_t i = 0; i < garment.in_front; ++i)
     missing += tile_of(garment.needs[i].patch / 2, garment.needs[i].patch % 2) == 0 ? 1 : 0;
-  const auto address = [](const void* of) {
-    return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(of));
+  const auto address = [](const void* pointer) {
+    return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(pointer));
   };
   result[0] = static_cast<std::uint32_t>(garment.table);
   result[1] = static_cast<std::uint32_t>(chosen.size());
