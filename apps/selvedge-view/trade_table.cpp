@@ -32,9 +32,9 @@ figure { margin: 0; font-size: 12px; } figure:nth-child(7n+1) { grid-row: span 2
 
 void mark_front(Json& rows) {
   const auto is_beaten = [](const Json& by, const Json& row) {
-    const auto figures = [](const Json& row) {
-      return std::array{-row["bytes"].get<double>(), row["movingDb"].get<double>(),
-                        row["restDb"].get<double>()};
+    const auto figures = [](const Json& line) {
+      return std::array{-line["bytes"].get<double>(), line["movingDb"].get<double>(),
+                        line["restDb"].get<double>()};
     };
     const auto a = figures(by);
     const auto b = figures(row);

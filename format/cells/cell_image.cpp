@@ -26,7 +26,7 @@ struct FrontLamp {
   float rise = 1;  ///< no step where the light sets
   int plane = 0;
   V2f slope{0, 0};
-  std::shared_ptr<const CellShadow> shadow;  ///< null: nothing is in shadow
+  std::shared_ptr<const CellShadow> shadow = nullptr;  ///< nothing is in shadow
   float away = 0;  ///< mm along the normal, by which looked-up points leave the yarn
 };
 
@@ -162,8 +162,8 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
   const OnCurve<N> at = nearest_on_curve<N>(s, round_off);
   const Wide zero(0);
   const Wide one(1);
-  const auto load_of = [&](const CurveNumbers::Floats& numbers) __attribute__((always_inline)) {
-    return Wide::load(numbers.data());
+  const auto load_of = [&](const CurveNumbers::Floats& floats) __attribute__((always_inline)) {
+    return Wide::load(floats.data());
   };
   const Wide all_stations = load_of(numbers.stations);
   Wide station = s.station + at.share * s.stations;
@@ -738,13 +738,9 @@ std::vector<V3f> shade_points(const CellYarn& yarn, const YarnPieces& pieces, co
   std::vector<FrontLamp> lamps;
   for (const CellLamp& lamp : view.lamps) {
     if (lamp.direction.z > 0)
-      lamps.push_back({lifted(lamp.direction),
-                       lamp.irradiance,
-                       std::min(1.0F, lamp.direction.z / min_rise),
-                       0,
-                       {},
-                       nullptr,
-                       0});
+      lamps.push_back({.lifted = lifted(lamp.direction),
+                       .irradiance = lamp.irradiance,
+                       .rise = std::min(1.0F, lamp.direction.z / min_rise)});
   }
   std::vector<Group> table;
   const std::vector<Slot> slots = fill_table(yarn, view, table);

@@ -218,8 +218,8 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
   }
   // A sample shows the texel in which its middle lies. Rows of samples rise, texels' fall.
   const V2i& size = view.size.samples;
-  const auto texel_at = [](int sample, int count, int extent) {
-    return (2 * sample + 1) * extent / (2 * count);
+  const auto texel_at = [](int sample, int samples_across, int extent) {
+    return (2 * sample + 1) * extent / (2 * samples_across);
   };
   Group* to = samples.data();
   for (int plane = 0; plane < view.planes; ++plane) {

@@ -719,12 +719,12 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
   if (varied != 0) place_varied(planes, lanes, varied, places, of_variation);
   look_all(places, lanes);
   for (std::size_t lane = 0; own != 0 && lane < lane_count; ++lane) {
-    const CellLook& look = *lanes.looks[lane];
-    if (look.own == 0) continue;
-    const CellTexel* plane = look.texels;
+    const CellLook& seen = *lanes.looks[lane];
+    if (seen.own == 0) continue;
+    const CellTexel* plane = seen.texels;
     Quad sum{};
-    for (std::uint32_t left = look.own; left != 0; left &= left - 1) {
-      plane += static_cast<std::ptrdiff_t>((look.size[0] + 1) * (look.size[1] + 1));
+    for (std::uint32_t left = seen.own; left != 0; left &= left - 1) {
+      plane += static_cast<std::ptrdiff_t>((seen.size[0] + 1) * (seen.size[1] + 1));
       const float share = share_of(static_cast<std::size_t>(std::countr_zero(left)), pixels.surface[lane] / 2,
                                    pixels.x[lane], pixels.y[lane]);
       if (share > 0) sum += mean_of(lanes, lane, plane) * share;

@@ -74,8 +74,8 @@ V4f shade_by_paper(const FrameScene& scene, const GarmentPoint& point) {
     if (!(weight > 0)) continue;
     const int level = texels.finer + next;
     const FabricLevel& stored = fabric.levels[level];
-    const V2i at(wrap_texel(static_cast<double>(texels.uv.x), level.width),
-                 wrap_texel(static_cast<double>(texels.uv.y), level.height));
+    const V2i at(wrap_texel(static_cast<double>(texels.uv.x), stored.width),
+                 wrap_texel(static_cast<double>(texels.uv.y), stored.height));
     const float share = weight * evaluate(fabric, level, at.x, at.y, V3f(0, 0, 1), view).alpha;
     alpha += share;
     for (const ArrivingLight& light : lights)

@@ -44,7 +44,7 @@ Environment means(const Environment& e, const Lobe& lobe, double inner, double o
   const int half = e.width / 2;
   const std::size_t row = 3 * static_cast<std::size_t>(e.width);
   parallel_for(0, e.height, [&](int y) {
-    const auto polar = [&](int row) { return (row + 0.5) / e.height * pi; };
+    const auto polar = [&](int line) { return (line + 0.5) / e.height * pi; };
     std::vector<float> sums(row, 0.0F);
     std::vector<float> wrapped(2 * row);
     double total = 0;

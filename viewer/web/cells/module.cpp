@@ -661,11 +661,11 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
     light.position = next3();
   }
   ++frame;
-  CellLights lights;
-  lights.lights = garment.lights;
-  lights.around = around ? &garment.around : nullptr;
+  CellLights cell_lights;
+  cell_lights.lights = garment.lights;
+  cell_lights.around = around ? &garment.around : nullptr;
   garment.store->end();
-  garment.store->begin(camera, size, options, 1, lights);
+  garment.store->begin(camera, size, options, 1, cell_lights);
   look_for_patches(garment);
   return static_cast<std::uint32_t>(garment.visits.size());
 }
