@@ -1,16 +1,14 @@
-// Mutations of fabric and samples files that stay OpenEXR files: attributes (the JSON text by its structure),
-// chunks as they are packed or as pixels, names, places. All offsets and sizes are made true, and so are the
-// digests of a fabric: what is behind those checks is reached without a reader that leaves them out.
-#include <Imath/half.h>
-
+// Mutations of fabric and samples files that stay OpenEXR files: read by our reader, changed in the JSON text
+// (by its structure), other texts, names, precisions, parts and pixels, and written by our writer with true
+// digests. What is behind the container and the digests is reached without a reader that leaves them out;
+// faults of the container itself are libFuzzer's, and the conformance kit's.
 #include <algorithm>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "format/base/digest.h"
-#include "format/fabric/fabric.h"
+#include "format/base/mip.h"
+#include "format/fabric/file.h"
 #include "format/fabric/names.h"
-#include "tests/fuzz/exr_container.h"
+#include "tests/format/files.h"
 #include "tests/fuzz/mutate.h"
 #include "tests/fuzz/target.h"
 
@@ -23,187 +21,100 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Bytes of one row of a chunk.
-std::size_t row_size(const ExrPart& part, int width) {
-  std::size_t size = 0;
-  for (const ExrChannel& channel : part.channels)
-    size += (channel.half ? 2U : 4U) * static_cast<std::size_t>(width);
-  return size;
-}
+struct File {
+  std::vector<ExrPart> parts;
+  std::vector<std::vector<ExrPixels>> levels;  ///< [part][level]
+};
 
-char compression_of(const ExrHeader& header) {
-  const std::string* compression = header.find("compression");
-  return compression == nullptr || compression->empty() ? '\0' : compression->front();
-}
-
-/// Width and height of the pixels in a chunk, as long as it is rows or the only tile of its level.
-std::optional<std::pair<int, int>> extent_of(const ExrFile& file, const ExrChunk& chunk,
-                                             const ExrPart& part) {
-  constexpr int largest = 64;
-  if (part.width < 1 || part.height < 1 || part.width > 4096) return std::nullopt;
-  const bool zip = compression_of(file.headers[chunk.part]) == 3;
-  if (!part.mipmapped)
-    return std::pair(part.width, zip ? std::clamp(part.height - chunk.place[1], 1, 16) : 1);
-  const int level = chunk.place[3];
-  if (part.width > largest || part.height > largest || level < 0 || level > 16) return std::nullopt;
-  return std::pair(level_size(part.width, level), level_size(part.height, level));
-}
-
-std::optional<std::string> pixels_of(const ExrFile& file, const ExrChunk& chunk, const ExrPart& part) {
-  const auto extent = extent_of(file, chunk, part);
-  if (!extent) return std::nullopt;
-  return unpack(chunk.data, compression_of(file.headers[chunk.part]),
-                row_size(part, extent->first) * static_cast<std::size_t>(extent->second));
-}
-
-void mutate_chunk(ExrFile& file, Choice& choice) {
-  if (file.chunks.empty()) return;
-  const std::size_t index = choice.below(file.chunks.size());
-  ExrChunk& chunk = file.chunks[index];
-  const auto part = part_of(file.headers[chunk.part]);
-  switch (choice.below(8)) {
-    case 0: {
-      std::int32_t& word = chunk.place[choice.below(chunk.place.size())];
-      word = choice.one_in(2) ? word + 1 : static_cast<std::int32_t>(choice.below(8)) - 1;
-      return;
+std::optional<File> read_file(std::span<const std::uint8_t> bytes) {
+  auto reader = ExrReader::open(bytes, "input");
+  if (!reader) return std::nullopt;
+  File file{reader->parts(), {}};
+  for (std::size_t p = 0; p < file.parts.size(); ++p) {
+    auto& levels = file.levels.emplace_back();
+    for (int k = 0; k < file.parts[p].levels; ++k) {
+      auto pixels = reader->read_level(static_cast<int>(p), k);
+      if (!pixels) return std::nullopt;
+      levels.push_back(std::move(*pixels));
     }
+  }
+  return file;
+}
+
+/// Nothing if the writer refuses it.
+std::string written(const File& file) {
+  static const test::Folder folder;
+  const std::string path = folder / "mutated.exr";
+  auto writer = ExrWriter::create(path, file.parts);
+  if (!writer) return {};
+  for (std::size_t p = 0; p < file.levels.size(); ++p) {
+    for (std::size_t k = 0; k < file.levels[p].size(); ++k) {
+      if (!writer->write_level(static_cast<int>(p), static_cast<int>(k), file.levels[p][k])) return {};
+    }
+  }
+  return writer->commit() ? test::bytes_of(path) : std::string();
+}
+
+void mutate_pixels(File& file, Choice& choice) {
+  auto& levels = file.levels[choice.below(file.levels.size())];
+  ExrPixels& pixels = levels[choice.below(levels.size())];
+  std::vector<float>& plane = pixels.planes[choice.below(pixels.planes.size())];
+  const std::size_t first = choice.below(plane.size());
+  auto* const begin = reinterpret_cast<char*>(&plane[first]);
+  const std::size_t size = 4 * std::min<std::size_t>(plane.size() - first, 1 + choice.below(16));
+  std::string mutated = mutate_bytes({begin, size}, 0);
+  mutated.resize(size, '\0');
+  std::copy(mutated.begin(), mutated.end(), begin);
+}
+
+void mutate_parts(File& file, Choice& choice) {
+  const std::size_t p = choice.below(file.parts.size());
+  ExrPart& part = file.parts[p];
+  ExrChannel& channel = part.channels[choice.below(part.channels.size())];
+  switch (choice.below(6)) {
+    case 0:
+      part.name = mutate_bytes(part.name, 2);
+      return;
     case 1:
-      if (choice.one_in(2)) {
-        const ExrChunk copy = chunk;
-        file.chunks.insert(file.chunks.begin() + static_cast<std::ptrdiff_t>(index), copy);
-      } else {
-        file.chunks.erase(file.chunks.begin() + static_cast<std::ptrdiff_t>(index));
-      }
+      channel.name = mutate_bytes(channel.name, 2);
       return;
     case 2:
-      std::swap(chunk.data, file.chunks[choice.below(file.chunks.size())].data);
+      channel.half = !channel.half;
       return;
     case 3:
-      chunk.data = mutate_bytes(chunk.data, 16);
+      std::swap(part.name, file.parts[choice.below(file.parts.size())].name);
+      return;
+    case 4:
+      file.parts.erase(file.parts.begin() + static_cast<std::ptrdiff_t>(p));
+      file.levels.erase(file.levels.begin() + static_cast<std::ptrdiff_t>(p));
       return;
     default:
-      if (!part) return;
-      if (auto pixels = pixels_of(file, chunk, *part)) {
-        const std::size_t size = pixels->size();
-        *pixels = mutate_bytes(std::move(*pixels), 0);
-        pixels->resize(size, '\0');
-        chunk.data = pack(*pixels, compression_of(file.headers[chunk.part]));
+      for (auto& [name, text] : part.attributes) {
+        if (choice.one_in(part.attributes.size())) text = mutate_bytes(text, 8);
       }
   }
 }
 
-void mutate_attributes(ExrFile& file, Choice& choice) {
-  ExrHeader& header = file.headers[choice.below(file.headers.size())];
-  if (header.attributes.empty()) return;
-  const std::size_t index = choice.below(header.attributes.size());
-  ExrAttribute& attribute = header.attributes[index];
-  switch (choice.below(10)) {
-    case 0: {
-      const ExrHeader& other = file.headers[choice.below(file.headers.size())];
-      if (other.attributes.empty()) return;
-      const ExrAttribute copy = other.attributes[choice.below(other.attributes.size())];
-      header.attributes.push_back(copy);
-      return;
+/// Digests of the listed levels from their pixels, and of the text.
+void seal(File& file) {
+  auto& attributes = file.parts.front().attributes;
+  const auto text = attributes.find(names::attribute_fabric);
+  if (text == attributes.end()) return;
+  try {
+    Json json = Json::parse(text->second);
+    for (std::size_t p = 0; p < file.parts.size(); ++p) {
+      const ExrPart& part = file.parts[p];
+      if (!json.at("layers").contains(part.name)) continue;
+      const Json levels = json["layers"][part.name].at("levels");
+      Json& digests = json.at("digests").at(part.name);
+      for (std::size_t i = 0; i < levels.size() && i < digests.size(); ++i)
+        digests.at(i) = digest_of(part, file.levels[p].at(levels.at(i).get<std::size_t>()));
     }
-    case 1:
-      header.attributes.erase(header.attributes.begin() + static_cast<std::ptrdiff_t>(index));
-      return;
-    case 2:
-      (choice.one_in(2) ? attribute.name : attribute.type) = mutate_bytes(attribute.name, 2);
-      return;
-    default:
-      attribute.value = mutate_bytes(attribute.value, choice.one_in(2) ? 0 : 8);
+    text->second = json.dump();
+  } catch (const std::exception&) {
+    // Some other shape: as it is.
   }
-}
-
-/// The text that makes the file a fabric or samples; null if absent.
-std::string* text_of(ExrFile& file) {
-  for (const char* name : {names::attribute_fabric, names::attribute_samples}) {
-    if (std::string* text = file.headers.front().find(name)) return text;
-  }
-  return nullptr;
-}
-
-std::string pixel_digest(const ExrFile& file, std::size_t part_index, int level) {
-  const auto part = part_of(file.headers[part_index]);
-  if (!part) return {};
-  for (const ExrChunk& chunk : file.chunks) {
-    if (chunk.part != part_index || chunk.place.size() < 5 || chunk.place[chunk.place.size() - 2] != level) {
-      continue;
-    }
-    const auto bytes = pixels_of(file, chunk, *part);
-    const auto extent = extent_of(file, chunk, *part);
-    if (!bytes || !extent) return {};
-    ExrPixels pixels{extent->first, extent->second, std::vector<std::vector<float>>(part->channels.size())};
-    const char* at = bytes->data();
-    for (int y = 0; y < extent->second; ++y) {
-      for (std::size_t c = 0; c < part->channels.size(); ++c) {
-        for (int x = 0; x < extent->first; ++x) {
-          float value = 0;
-          if (part->channels[c].half) {
-            std::uint16_t bits = 0;
-            std::memcpy(&bits, at, 2);
-            at += 2;
-            value = Imath::half(Imath::half::FromBits, bits);
-          } else {
-            std::memcpy(&value, at, 4);
-            at += 4;
-          }
-          pixels.planes[c].push_back(value);
-        }
-      }
-    }
-    return digest_of(*part, pixels);
-  }
-  return {};
-}
-
-/// Computes the digests of the listed levels from their pixels.
-void seal_pixels(const ExrFile& file, Json& text) {
-  if (!text.contains("layers") || !text.contains("digests") || !text["digests"].is_object()) return;
-  for (std::size_t p = 0; p < file.headers.size(); ++p) {
-    const std::string* name = file.headers[p].find("name");
-    if (name == nullptr || !text["layers"].contains(*name) || !text["digests"].contains(*name)) continue;
-    const Json levels = text["layers"][*name].value("levels", Json::array());
-    Json& digests = text["digests"][*name];
-    if (!digests.is_array() || !levels.is_array()) continue;
-    for (std::size_t i = 0; i < digests.size() && i < levels.size(); ++i) {
-      if (!levels[i].is_number_integer()) continue;
-      const std::string digest = pixel_digest(file, p, levels[i].get<int>());
-      if (!digest.empty()) digests[i] = digest;
-    }
-  }
-}
-
-/// spec/fabric.md: the digest over the text and all part and channel names.
-std::string header_digest(const ExrFile& file, const std::string& text) {
-  std::string all = text;
-  for (const ExrHeader& header : file.headers) {
-    const auto part = part_of(header);
-    if (!part) return {};
-    all += '\n' + part->name;
-    std::vector<std::string> channels;
-    for (const ExrChannel& c : part->channels) channels.push_back(c.name + (c.half ? " half" : " float"));
-    std::sort(channels.begin(), channels.end());
-    for (const std::string& channel : channels) all += '\n' + channel;
-  }
-  return digest_of(all);
-}
-
-void seal(ExrFile& file) {
-  std::string* text = file.headers.front().find(names::attribute_fabric);
-  std::string* digest = file.headers.front().find(names::attribute_digest);
-  if (text == nullptr || digest == nullptr) return;
-  Json json = Json::parse(*text, nullptr, false);
-  if (json.is_object()) {
-    try {
-      seal_pixels(file, json);
-      *text = json.dump();
-    } catch (const Json::exception&) {
-      // Of some other shape: as it is.
-    }
-  }
-  *digest = header_digest(file, *text);
+  attributes[names::attribute_digest] = header_digest(text->second, file.parts);
 }
 
 }  // namespace
@@ -211,17 +122,19 @@ void seal(ExrFile& file) {
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
                                                unsigned seed) {
   Choice choice(seed);
-  if (choice.one_in(6)) return LLVMFuzzerMutate(data, size, max_size);
-  auto file = take_apart({reinterpret_cast<const char*>(data), size});
-  if (!file || file->headers.empty()) return LLVMFuzzerMutate(data, size, max_size);
+  auto file = choice.one_in(6) ? std::nullopt : read_file({data, size});
+  if (!file) return LLVMFuzzerMutate(data, size, max_size);
   const std::size_t way = choice.below(8);
-  if (std::string* text = text_of(*file); text != nullptr && way < 4) {
-    *text = mutate_json(*text, choice);
-  } else if (way < 6) {
-    mutate_chunk(*file, choice);
-  } else {
-    mutate_attributes(*file, choice);
-  }
-  if (!choice.one_in(8)) seal(*file);
-  return give(put_together(*file), data, size, max_size);
+  auto& attributes = file->parts.front().attributes;
+  const auto text = attributes.contains(names::attribute_fabric) ? attributes.find(names::attribute_fabric)
+                                                                 : attributes.find(names::attribute_samples);
+  if (way < 4 && text != attributes.end())
+    text->second = mutate_json(text->second, choice);
+  else if (way < 6)
+    mutate_pixels(*file, choice);
+  else
+    mutate_parts(*file, choice);
+  if (!choice.one_in(8) && !file->parts.empty()) seal(*file);
+  const std::string bytes = written(*file);
+  return bytes.empty() ? LLVMFuzzerMutate(data, size, max_size) : give(bytes, data, size, max_size);
 }
