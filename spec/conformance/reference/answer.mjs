@@ -4,9 +4,10 @@ import {createInterface} from 'node:readline';
 import {evaluate_texel, evaluate_uv} from './brdf.mjs';
 import {check_fabric} from './check.mjs';
 import {in_frame, shown} from './environment.mjs';
-import {Issue, dot, open_fabric} from './reader.mjs';
 import {check_gltf} from './gltf.mjs';
+import {Issue, open_fabric} from './reader.mjs';
 import {in_sight, seen_from} from './sides.mjs';
+import {dot} from './vector.mjs';
 
 const opened = new Map();
 

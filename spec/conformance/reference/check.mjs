@@ -1,8 +1,9 @@
 // All faults of a fabric file, and warnings about its levels, lobes and energy (codes of spec/issues.md).
 import {evaluate_texel} from './brdf.mjs';
+import {yarns_of} from './curves.mjs';
 import {cell_direction} from './directions.mjs';
 import {make_level} from './level.mjs';
-import {Issue, LAYERS, SPREAD, chain_length, level_of_texels, open_fabric, read_layer, yarns_of} from './reader.mjs';
+import {Issue, LAYERS, SPREAD, chain_length, level_of_texels, open_fabric, read_layer} from './reader.mjs';
 
 const LARGE_EXPONENT = 102.4;  // from here on halves cost a lobe's peak some per cent
 const LARGEST_HALF = 65504;

@@ -1,6 +1,6 @@
 // Light from all around in closed form, and what a fabric shows in it (spec/brdf.md, Environments): integrals by
 // Gauss-Legendre over boxes of polar angles about an axis, which are quartered until quarters change nothing.
-import {across, cross, dot, plus, times, unit} from './reader.mjs';
+import {across, cross, dot, plus, times, unit} from './vector.mjs';
 
 const {PI, abs, acos, cos, max, min, sin} = Math;
 const UP = [0, 0, 1];

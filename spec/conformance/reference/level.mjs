@@ -1,6 +1,7 @@
 // The levels of a fabric as brdf.mjs wants them.
+import {yarns_of} from './curves.mjs';
 import {
-  COLOURS, LAYERS, PARAMETERS, base_count, direction_name, grid_size, level_size, pairs_at, read_layer, yarns_of
+  COLOURS, LAYERS, PARAMETERS, base_count, direction_name, grid_size, level_size, pairs_at, read_layer
 } from './reader.mjs';
 
 const each = (n, make) => Array.from({length: n}, (_, i) => make(i));

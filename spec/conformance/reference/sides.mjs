@@ -1,6 +1,7 @@
 // The cloth as it is seen from one side, with the light that comes through to it (spec/brdf.md, Sides).
+import {yarns_of} from './curves.mjs';
 import {read_fabric_level} from './level.mjs';
-import {ANGLES, LIGHTS, read_layer, TRANSFER_VALUES, yarns_of} from './reader.mjs';
+import {ANGLES, LIGHTS, read_layer, TRANSFER_VALUES} from './reader.mjs';
 
 /** The numbers of a spread layer, Map from channels to arrays, as one list, and back. */
 const flat = (values, layer) => Array.from({length: values.size}, (_, i) => [...values.get(`${layer}.${i}`)]).flat();

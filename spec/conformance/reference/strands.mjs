@@ -1,5 +1,6 @@
 // Strands of fibres (spec/brdf.md, Strands).
-import {cross, dot, hash, minus, noise, plus, swell, times, unit} from './reader.mjs';
+import {hash, noise, swell} from './swells.mjs';
+import {cross, dot, minus, plus, times, unit} from './vector.mjs';
 
 const {abs, atan2, floor, max, min, PI} = Math;
 const PLACE_OF_OFFSET = 65535, OF_COLOUR = 3;

@@ -1,5 +1,5 @@
 // Variation of cloth beyond its repeat (spec/brdf.md, Variation).
-import {hash, noise} from './reader.mjs';
+import {hash, noise} from './swells.mjs';
 import {trace} from './yarns.mjs';
 
 const {abs, floor, log2, max, min, round, sqrt} = Math;

@@ -8,10 +8,9 @@ import {LIMITS as EXR_LIMITS, chain_length, channel_values, level_size, read_hea
 import {throw_issue} from './issue.js';
 import {is_object, parse_json} from './json.js';
 import {
-  LAYERS, SPREAD, channel_count, layer_channels, level_of_texels, needs_lights, needs_views, used_count
+  LAYERS, SPREAD, TRANSFER_VALUES, channel_count, layer_channels, level_of_texels, needs_lights, needs_views, used_count
 } from './layers.js';
 import {xxh3_128} from './xxh3.js';
-import {TRANSFER_VALUES} from './yarns.js';
 
 export const VERSION = 4;
 export const LIMITS = {

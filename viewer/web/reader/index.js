@@ -8,11 +8,7 @@ export {SIDES, header_digest, open_fabric, pixel_digest, read_layer} from './fab
 export {Issue} from './issue.js';
 export {is_object, parse_json} from './json.js';
 export {
-  COLOURS, LAYERS, PARAMETERS, SPREAD, base_count, direction_name, grid_size, layer_channels, level_of_texels,
-  needs_lights, pairs_at, used_count
+  ANGLES, COLOURS, LAYERS, LIGHTS, PARAMETERS, SPREAD, TRANSFER_VALUES, base_count, direction_name, grid_size,
+  layer_channels, level_of_texels, needs_lights, pairs_at, used_count
 } from './layers.js';
-export {across, cross, dot, minus, plus, times, unit} from './vector.js';
-export {hash, noise, swell} from './swells.js';
-export {squeezed, stretched, wide} from './sections.js';
-export {ANGLES, LIGHTS, TRANSFER_VALUES, yarns_of} from './yarns.js';
 export {xxh3_128} from './xxh3.js';

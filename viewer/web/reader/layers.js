@@ -1,6 +1,5 @@
 // The layers of a fabric (spec/fabric.md): which channels their parts have, and how
 // many numbers of them mean something.
-import {indirect_count, yarn_count} from './yarns.js';
 
 export const LAYERS = ['lobes', 'frame', 'table', 'opacity', 'light', 'products', 'bases', 'yarns', 'indirect'];
 /** Those of level 0 alone, with numbers that belong to no texel but are spread over the texels. */
@@ -30,10 +29,16 @@ export function base_count({views, lights, layers: {bases}}) {
   return {of_views, all: of_views + 3 * bases.functions.lights * grid_size(lights)};
 }
 
-/** How many numbers a spread layer has. */
+/** Functions of the angle, and of the light, that indirect light has coefficients of. */
+export const ANGLES = 5, LIGHTS = 9;
+/** Coefficients of a station, which its moments follow: all numbers of a station in older files. */
+export const TRANSFER_VALUES = 3 * ANGLES * LIGHTS;
+
+/** How many numbers a spread layer has; of yarns the fields of all curves one after the other, then x, y and z of nodes. */
 function spread_count(layer, text) {
   if (layer === 'bases') return base_count(text).all;
-  return (layer === 'yarns' ? yarn_count : indirect_count)(text.layers.yarns);
+  const {curves, nodes, fields, stations, valuesPerStation = TRANSFER_VALUES} = text.layers.yarns;
+  return layer === 'yarns' ? fields * curves + 3 * nodes : valuesPerStation * stations;
 }
 
 /** Whether a layer's part has a number of channels that depends on the grid of views, or of lights. */

@@ -1,5 +1,5 @@
 // Flat sections of yarn (spec/brdf.md, "Flat yarn"): the twin of format/fabric/yarn_section.h.
-import {dot, minus, plus, times, unit} from './vector.js';
+import {dot, minus, plus, times, unit} from './vector.mjs';
 
 const {hypot, sqrt} = Math;
 

@@ -6,17 +6,15 @@
 // ball: radius of that about its start; rank: of hairs, else 0; reach: the largest radius; squeeze: g of flat yarn }. Its
 // radii, length, tangents and `round`, which is along, belong to the round section. Of a hair, across[0] has cos a,
 // sin a and u of its root.
-import {hairs_of} from './hairs.js';
-import {between, squeeze_of, squeezed, stretched, thin} from './sections.js';
-import {Issue} from './issue.js';
-import {swell} from './swells.js';
-import {across, cross, dot, minus, plus, times, unit} from './vector.js';
+import {hairs_of} from './hairs.mjs';
+import {ANGLES, Issue, LIGHTS, TRANSFER_VALUES} from './reader.mjs';
+import {between, squeeze_of, squeezed, stretched, thin} from './sections.mjs';
+import {swell} from './swells.mjs';
+import {across, cross, dot, minus, plus, times, unit} from './vector.mjs';
 
 const {abs, atan2, cos, floor, fround, hypot, max, min, sin} = Math;
 /** Values of the fields from 11 on of files that have fewer. */
 const DEFAULTS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, fround(0.12), 0, 0, 0, 0];
-/** Functions of the angle, and of the light, that indirect light has coefficients of. */
-export const ANGLES = 5, LIGHTS = 9;
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
 const REACH = 64, MOST_RADIUS = 2, LEAST_LENGTH = 1e-3;
 /**
@@ -39,12 +37,6 @@ const LEAST_FLATTENING = fround(0.3);
 
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
-
-/** How many numbers the layers have: the fields of all curves one after the other, then x, y and z of all nodes and squeezes. */
-export const yarn_count = ({curves, nodes, fields}) => fields * curves + 3 * nodes;
-/** Coefficients of a station, which its moments follow: all numbers of a station in older files. */
-export const TRANSFER_VALUES = 3 * ANGLES * LIGHTS;
-export const indirect_count = ({stations, valuesPerStation = TRANSFER_VALUES}) => valuesPerStation * stations;
 
 function curves_of(counts, number, point) {
   const {curves, nodes, fields} = counts;
