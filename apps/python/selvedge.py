@@ -73,7 +73,7 @@ def _verb(name):
 
 
 for _name in ("stitch", "import", "bake", "fit", "make", "plan", "dress", "export", "check", "info",
-              "evaluate", "compare", "swatch"):
+              "evaluate", "compare", "truth"):
     globals()[_name + "_" * (_name == "import")] = _verb(_name)  # import_: the other is Python's own word
 
 

@@ -59,7 +59,7 @@ void add_swatch(Options& options, RenderCommand& command) {
   options.vector("--view", swatch.view, "X,Y,Z",
                  "Direction towards the viewer, in the fabric's frame (default 0,0,1)");
   add_place(options,
-            "Instead: in perspective from a place and under the lights of `selvedge swatch`; --size counts",
+            "Instead: in perspective from a place and under the lights of `selvedge truth`; --size counts",
             [&command](SwatchView place) { command.place = place; });
 }
 

@@ -8,7 +8,7 @@ namespace selvedge {
 using AddVerb = void(Program& program);
 AddVerb add_stitch_verb, add_import_verb, add_bake_verb, add_fit_verb, add_make_verb, add_plan_verb,
     add_dress_verb, add_export_verb, add_check_verb, add_info_verb, add_evaluate_verb, add_compare_verb,
-    add_swatch_verb;
+    add_truth_verb;
 /// All of them.
 AddVerb add_verbs;
 

@@ -1,5 +1,5 @@
 // Ray-traces the truth: a picture of a flat swatch of the stitch, repeated without end, under the lights of
-// the bake. Pictures of a fabric by format/picture/swatch_picture.h and the viewer approximate it.
+// the bake. The viewer's pictures of a fabric approximate it.
 #pragma once
 
 #include <cstdint>

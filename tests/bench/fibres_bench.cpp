@@ -6,8 +6,7 @@
 //     comes along y at 45 degrees the radiance, times pi, of cones of 12 degrees about its mirror direction,
 //     the normal, and the way back.
 //   selvedge-fibres picture STITCH SAMPLES OUT.exr [near|middle [W,H [SEED [X,Y,Z,INTENSITY...]]]]: as
-//   `swatch
-//     --truth --place near --size 240x180 --set seed=1`, of the fibres.
+//     `truth --place near --size 240x180 --set seed=1`, of the fibres.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -343,7 +343,7 @@ void draw_whole(const Subject& subject, bench::Rows& rows) {
   rows.add(fmt::format("frame/{}/hybrid/processor", subject.name), processor, "ms");
 }
 
-/// A swatch under the lights of `selvedge swatch`, by 8 x 8 rays a pixel, or so many times more a side.
+/// A swatch under the lights of `selvedge truth`, by 8 x 8 rays a pixel, or so many times more a side.
 void write_swatch(const std::vector<std::string>& arguments) {
   const Fabric fabric = need(read_fabric(arguments.at(0)));
   const auto view = std::ranges::find(swatch_view_names, arguments.at(1)) - swatch_view_names.begin();

@@ -19,11 +19,12 @@ test_render_draws_light_from_all_around() {
   selvedge-view render k.fabric.exr -o place.png --place near --size 40x30 --environment white.hdr
   refuses FILE_MISSING none.hdr selvedge-view render quad.glb -o x.png --environment none.hdr
   refuses IMAGE_UNREADABLE 'is no environment' selvedge-view render quad.glb -o x.png --environment k.fabric.exr
-  selvedge swatch k.fabric.exr -o swatch.png --size 12x9 --environment white.hdr
-  exits 2 selvedge swatch k.fabric.exr -o x.png --environment white.hdr --light 0,0,1
-  exits 2 selvedge swatch k.fabric.exr -o x.png --environment-turn 20
-  selvedge swatch k.fabric.exr -o strong.exr --size 12x9 --environment white.hdr --environment-strength 2
-  selvedge swatch k.fabric.exr -o once.exr --size 12x9 --environment white.hdr --environment-turn 90
+  write_plane plane.obj
+  local truth=(selvedge truth plane.obj --period 2x2 --size 12x9 --samples 2 --quiet)
+  exits 2 "${truth[@]}" -o x.png --environment white.hdr --light 0,0,1
+  exits 2 "${truth[@]}" -o x.png --environment-turn 20
+  "${truth[@]}" -o strong.exr --environment white.hdr --environment-strength 2
+  "${truth[@]}" -o once.exr --environment white.hdr --environment-turn 90
   exits 1 compare-pictures once.exr strong.exr --max 0.01
   differ white.exr blurred.exr
   exits 2 selvedge-view render quad.glb -o x.png --environment white.hdr --backdrop-blur 0.5

@@ -2,7 +2,7 @@
 # What holds for every verb: help, reports, exit statuses, progress; and the verbs that only read.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-verbs=(stitch bake import fit make plan dress export check info evaluate compare swatch)
+verbs=(stitch bake import fit make plan dress export check info evaluate compare truth)
 
 # The examples that the help of a verb gives, one per line.
 examples() { "$@" --help | sed -n '/^Examples\{0,1\}:/,/^$/s/^  \(selvedge.*\)/\1/p'; }
@@ -16,7 +16,6 @@ make_example_files() {
   selvedge dress shirt.gltf k.fabric.exr -o dressed.glb --all --quiet
   cp dressed.glb shirt.glb
   make_knitted knitted.glb
-  echo '{"op":"check","file":"k.fabric.exr"}' >queries.jsonl
   write_pictures pictures
   echo '{"centre":{"texels":8,"directions":16,"samples":2}}' >grid.json
 }
@@ -51,7 +50,7 @@ test_help_of_every_verb_has_an_example_that_runs() {
     # At their full size some take a while, and yarn of fibres more so.
     case $verb in
       bake | make) example+=" --set yarn=tube ${small[*]}" ;;
-      swatch) example+=" --set yarn=tube --size 40x30 --samples 4" ;;
+      truth) example+=" --set yarn=tube --size 40x30 --samples 4" ;;
     esac
     bash -c "set -e; $example" >"$scratch/out" 2>"$scratch/err" || fail "$example: $(cat "$scratch/err")"
   done
@@ -211,9 +210,9 @@ test_a_direction_is_the_same_however_long_it_is() {
   for long in 1e308 1e-320; do
     exits 0 selvedge evaluate plane.fabric.exr --uv 0,0 --light 0,0.6,0.8 --view $long,0,$long
     same short "$scratch/out"
-    exits 0 selvedge swatch plane.fabric.exr -o $long.exr --size 8x8 --light $long,0,$long
+    exits 0 selvedge truth plane.obj --period 2x2 --samples 2 -o $long.exr --size 8x8 --light $long,0,$long
   done
-  exits 0 selvedge swatch plane.fabric.exr -o short.exr --size 8x8 --light 1,0,1
+  exits 0 selvedge truth plane.obj --period 2x2 --samples 2 -o short.exr --size 8x8 --light 1,0,1
   same short.exr 1e308.exr
   same short.exr 1e-320.exr
 }

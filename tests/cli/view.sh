@@ -107,7 +107,7 @@ test_lights_of_any_intensity_make_numbers() {
     exits 0 compare-pictures view1.png "view$of.png" --max 0.005
   done
   exits 2 selvedge-view render k.fabric.exr -o x.png --light 0,0,1,1e13
-  exits 2 selvedge swatch k.fabric.exr -o x.png --light 0,0,1,1e13
+  exits 2 selvedge truth plain-knit -o x.png --light 0,0,1,1e13
   # As near to the cloth as numbers go.
   selvedge-view render quad.glb -o point.exr --size 20x20 --quiet --point-light 0.05,0.05,1e-9,1e12
   # A single number that is none would make the difference one that JSON does not have.

@@ -38,7 +38,7 @@ const queries = Array.from({ length: 500 }, (_, n) => {
 });
 function answers_to(op, asked) {
   const input = asked.map((query) => JSON.stringify({ op, file, ...query })).join('\n') + '\n';
-  const lines = execFileSync(selvedge, ['evaluate', '--queries'], { input, encoding: 'utf8' }).trim().split('\n');
+  const lines = execFileSync(join(programs, 'answer_queries'), [], { input, encoding: 'utf8' }).trim().split('\n');
   assert.equal(lines.length, asked.length);
   return lines.map((line) => JSON.parse(line));
 }

@@ -5,16 +5,19 @@
 #include <iostream>
 #include <numbers>
 
-#include "apps/selvedge/query.h"
 #include "format/base/json_text.h"
 #include "format/cells/cell_image.h"
 #include "format/fabric/evaluate.h"
+#include "format/fabric/file.h"
 #include "format/fabric/yarn_sky.h"
 #include "format/picture/environment.h"
+#include "tests/spec/query.h"
 
 namespace {
 
 using namespace selvedge;
+using test::ClosedEnvironment;
+using test::Query;
 
 /// As many pixels as the viewer looks at. Those that an edge may cross have the mean of so many points.
 constexpr int picture_width = 512;
@@ -44,8 +47,7 @@ Environment picture_of(const ClosedEnvironment& e) {
   return picture;
 }
 
-Shading shade_texel(const Fabric& fabric, int number, const FabricQuery& query,
-                    const EnvironmentLight& light) {
+Shading shade_texel(const Fabric& fabric, int number, const Query& query, const EnvironmentLight& light) {
   const FabricLevel& level = fabric.levels[number];
   const V2i texel = query.texel.value_or(
       query.uv ? V2i(wrap_texel(query.uv->x, level.width), wrap_texel(query.uv->y, level.height))
@@ -63,7 +65,7 @@ Shading shade_texel(const Fabric& fabric, int number, const FabricQuery& query,
 }
 
 /// The lamps by the reference, with shadows of the yarn; light from all around as cell images have it.
-Shading shade_yarn(const Fabric& fabric, const FabricQuery& query, const EnvironmentLight& light) {
+Shading shade_yarn(const Fabric& fabric, const Query& query, const EnvironmentLight& light) {
   const Yarns& yarns = *fabric.levels.front().yarns();
   const float plane = fabric.reference_height;
   const auto hit = yarns.trace(*query.uv, plane, query.view);
@@ -87,22 +89,22 @@ Shading shade_yarn(const Fabric& fabric, const FabricQuery& query, const Environ
 }
 
 nlohmann::json answer(const nlohmann::json& line) {
-  const EnvironmentQuery query = environment_query_from(line);
+  const Query query = test::query_from(line);
   const Fabric fabric = read_fabric(line["file"].get<std::string>()).value();
-  const bool turns = query.place.behind && fabric.side_of(Side::back) != nullptr;
+  const bool turns = query.behind && fabric.side_of(Side::back) != nullptr;
   const Fabric seen = turns ? turned_over(fabric) : fabric;
-  const EnvironmentLight light = divide(picture_of(query.environment));
+  const EnvironmentLight light = divide(picture_of(*query.environment));
   const auto at = [&](int level) {
-    if (level < 0) return shade_yarn(seen, query.place, light);
-    Shading shading = shade_texel(seen, level, query.place, light);
+    if (level < 0) return shade_yarn(seen, query, light);
+    Shading shading = shade_texel(seen, level, query, light);
     const auto& yarns = seen.levels.front().yarns();
-    if (query.place.uv && yarns) shading.radiance *= yarns->factor_at(*query.place.uv, -1);
+    if (query.uv && yarns) shading.radiance *= yarns->factor_at(*query.uv, -1);
     return shading;
   };
-  const LevelBlend between = level_blend(query.place.level, static_cast<int>(fabric.levels.size()), -1);
+  const LevelBlend between = level_blend(query.level, static_cast<int>(fabric.levels.size()), -1);
   const Shading near = at(between.lower);
   const Shading shading = between.weight > 0 ? blend(near, at(between.lower + 1), between.weight) : near;
-  const V3d behind = query.background.value_or(query.environment.at(-V3d(query.place.view)));
+  const V3d behind = query.background.value_or(query.environment->at(-V3d(query.view)));
   const V3d shown = V3d(shading.radiance) * shading.alpha + behind * (1 - shading.alpha);
   return {{"rgb", {shown.x, shown.y, shown.z}}, {"alpha", shading.alpha}};
 }

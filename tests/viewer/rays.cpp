@@ -1,4 +1,5 @@
 #include "tests/viewer/rays.h"
+#include "tests/viewer/swatch_picture.h"
 
 #include <Imath/ImathBox.h>
 
@@ -8,7 +9,6 @@
 
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
-#include "format/picture/swatch_picture.h"
 #include "viewer/gl/context.h"
 #include "viewer/hybrid/raster.h"
 #include "viewer/light/pbr_brdf.h"

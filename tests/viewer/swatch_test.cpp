@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "format/fabric/evaluate.h"
-#include "format/picture/swatch_picture.h"
 #include "tests/require.h"
 #include "tests/viewer/paths.h"
 #include "tests/viewer/shapes.h"
+#include "tests/viewer/swatch_picture.h"
 #include "viewer/render.h"
 
 namespace selvedge {

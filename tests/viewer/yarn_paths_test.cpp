@@ -3,13 +3,13 @@
 
 #include <doctest/doctest.h>
 
-#include "format/picture/swatch_picture.h"
 #include "format/scene/swatch.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
 #include "tests/viewer/paths.h"
 #include "tests/viewer/rays.h"
 #include "tests/viewer/shapes.h"
+#include "tests/viewer/swatch_picture.h"
 #include "viewer/render.h"
 
 namespace selvedge {

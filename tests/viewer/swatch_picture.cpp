@@ -1,4 +1,4 @@
-#include "format/picture/swatch_picture.h"
+#include "tests/viewer/swatch_picture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +9,58 @@
 
 namespace selvedge {
 namespace {
+
+/// Width of the largest pixel among the texels of its level, which only the coarsest levels exceed.
+constexpr float max_pixel_size = 3.5F;
+
+/// A level's texels along each side that lie under one pixel.
+constexpr int max_pixel_texels = 8;
+
+/// The pixel as a parallelogram among the texels of a level, at least as wide as a texel.
+struct PixelBox {
+  V2f across;  ///< a pixel's coordinate to the right is across . (x, y), -1/2 to 1/2 within it
+  V2f along;   ///< the same upwards
+  V2f texel;   ///< size of a texel in these coordinates
+  V2f reach;   ///< texels whose centres are further away have no weight
+};
+
+/// `size`: pixel_size(), in texels of the level.
+PixelBox pixel_box(const TexelSlopes& slopes, float size) {
+  constexpr float tiny = 1e-12F;
+  const float shrink = std::min(max_pixel_size / size, 1.0F);
+  // A side shorter than a texel becomes as long as one: texels are then interpolated.
+  const auto lengthened = [](const V2f& side, const V2f& otherwise) {
+    const float length = side.length();
+    return length > tiny ? side / std::min(length, 1.0F) : otherwise;
+  };
+  V2f right = lengthened(slopes.right * shrink, V2f(1, 0));
+  V2f up = lengthened(slopes.up * shrink, V2f(0, 1));
+  // A parallelogram thinner than a texel becomes a strip of both sides' length.
+  if (!(std::abs(right.cross(up)) > std::min(right.length(), up.length()) / 2)) {
+    right += right.dot(up) > 0 ? up : -up;
+    up = V2f(-right.y, right.x) / std::max(right.length(), tiny);
+  }
+  const float inverse = 1 / right.cross(up);
+  PixelBox box;
+  box.across = V2f(up.y, -up.x) * inverse;
+  box.along = V2f(-right.y, right.x) * inverse;
+  box.texel = {box.across.length(), box.along.length()};
+  const V2f half = (V2f(1, 1) + box.texel) / 2;
+  constexpr float most = 0.5F * max_pixel_texels;
+  box.reach = {std::min(std::abs(right.x) * half.x + std::abs(up.x) * half.y, most),
+               std::min(std::abs(right.y) * half.x + std::abs(up.y) * half.y, most)};
+  return box;
+}
+
+/// Weight of a texel whose centre lies so many texels from the pixel's, times a constant: exactly the area
+/// under the pixel where both have the same directions.
+float texel_weight(const PixelBox& box, const V2f& from_centre) {
+  if (!(std::abs(from_centre.x) < box.reach.x && std::abs(from_centre.y) < box.reach.y)) return 0;
+  const auto overlap = [](float texel, float away) {
+    return std::min(std::max((1 + texel) / 2 - std::abs(away), 0.0F), std::min(texel, 1.0F));
+  };
+  return overlap(box.texel.x, box.across.dot(from_centre)) * overlap(box.texel.y, box.along.dot(from_centre));
+}
 
 /// One lookup of a pixel: a texel, or a point of the yarn.
 struct Tap {
@@ -44,12 +96,12 @@ void add_texels(const Fabric& fabric, int level, const LevelOptions& options, co
     for (int x = first.x; x < first.x + max_pixel_texels; ++x) {
       const V2d at(x + 0.5, y + 0.5);
       const V2f away(at - centre);
-      const float share = texel_share(box, away);
-      if (!(share > 0)) continue;
-      sum += share;
+      const float weight_here = texel_weight(box, away);
+      if (!(weight_here > 0)) continue;
+      sum += weight_here;
       taps.push_back({level,
                       {wrap_texel(at.x / size.x, texels.width), wrap_texel(at.y / size.y, texels.height)},
-                      share});
+                      weight_here});
     }
   }
   for (std::size_t i = begin; i < taps.size(); ++i) taps[i].weight *= weight / sum;

@@ -1,0 +1,117 @@
+// truth: a ray-traced picture of a stitch, flat and repeated.
+#include "apps/common/shared_options.h"
+#include "apps/selvedge/commands.h"
+#include "apps/selvedge/option_groups.h"
+#include "converter/bake/truth_swatch.h"
+#include "converter/stitch/find_cell.h"
+#include "format/picture/display.h"
+#include "format/picture/studio.h"
+
+namespace selvedge {
+namespace {
+
+struct TruthCommand {
+  CommonOptions common;
+  std::string input;
+  std::string output;  ///< .png or .exr
+  CellOptions cell;
+  TruthOptions trace;
+  SwatchView place = SwatchView::near;
+  V2i size{320, 240};
+  std::vector<Light> lights;  ///< empty: the lights of the place
+  std::string environment;    ///< a picture of radiance; empty: none
+  EnvironmentOptions around;
+};
+
+void declare(Options& options, TruthCommand& command) {
+  options.common(command.common);
+  options
+      .output(command.output, "The picture: .png as people see it, .exr linear with opacity",
+              {".png", ".exr"})
+      .required();
+  add_place(options, "Camera of the swatch [near]", [&command](SwatchView place) { command.place = place; });
+  options.size("--size", command.size, "Size of the picture in pixels", 1, 8192);
+  add_lights(
+      options, command.lights,
+      "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "
+      "and a fill light of 0.3)");
+  options
+      .text("--environment", command.environment, "FILE|studio",
+            "Environment light instead: an equirectangular picture (.hdr, .exr), as a lamp for each pixel of "
+            "32 x 16 and up to four for bright spots. The exposure of PNG files is then 1")
+      .reads();
+  options.number("--environment-turn", command.around.turn, "DEGREES", "Turns it about the upward axis")
+      .in(-360, 360);
+  options.number("--environment-strength", command.around.strength, "FACTOR", "Factor on its radiance")
+      .in(0, 1e6);
+  TruthOptions& trace = command.trace;
+  options.number("--samples", trace.samples, "N", "Rays a pixel, an even number");
+  add_transport(options, {trace.bounces, trace.ground, trace.reference});
+  options.number("--seed", trace.seed, "N", "Same seed, same picture");
+  add_cell(options, command.input, command.cell);
+  options.check([&options, &command] {
+    options.refuse_if(command.environment.empty(), "has no effect without --environment",
+                      {"--environment-turn", "--environment-strength"});
+    options.refuse_if(!command.environment.empty(), "has no effect with --environment", {"--light"});
+    if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
+  });
+}
+
+/// Lamps above the cloth, which together are the environment.
+std::vector<Light> lamps_above(Environment environment) {
+  std::vector<Light> lamps = take_lamps(environment);
+  const std::vector<Light> others = lamps_of(reduced(environment, 32));
+  lamps.insert(lamps.end(), others.begin(), others.end());
+  std::erase_if(lamps, [](const Light& lamp) { return !(lamp.direction.z > 0); });
+  return lamps;
+}
+
+TruthSwatch trace(const TruthCommand& command) {
+  const auto cell = value_or_throw(find_cell(command.input, command.cell));
+  TerminalProgress progress("truth", command.common.quiet);
+  SwatchShot shot = swatch_shot(command.place, cell.mesh.period, command.size.x, command.size.y);
+  DisplayOptions display = default_display();
+  if (!command.lights.empty()) shot.lights = command.lights;
+  if (!command.environment.empty()) {
+    shot.lights = lamps_above(value_or_throw(environment_named(command.environment, command.around)));
+    display.exposure = 1;
+  }
+  TruthSwatch traced =
+      value_or_throw(trace_swatch(cell.mesh, command.input, shot, command.trace, progress.callback()));
+  report_remarks(command.common, command.input, cell.remarks);
+  value_or_throw(command.output.ends_with(".exr")
+                     ? write_exr(command.output, to_linear_image(traced.frame))
+                     : write_png(command.output, to_display_image(traced.frame, display)));
+  return traced;
+}
+
+Result<int> run(const TruthCommand& command) {
+  const TruthSwatch traced = trace(command);
+  const Json json = {{"input", command.input},
+                     {"output", command.output},
+                     {"bytes", size_of_file(command.output)},
+                     {"place", name_of(command.place)},
+                     {"width", command.size.x},
+                     {"height", command.size.y},
+                     {"seconds", traced.seconds},
+                     {"samples", command.trace.samples},
+                     {"rays", traced.rays},
+                     {"noise", traced.noise},
+                     {"alphaNoise", traced.alpha_noise}};
+  report(
+      command.common, "truth", json,
+      filled("{place} swatch, {width}x{height} pixels, in {seconds:.2f} s, {rays:.3g} rays, standard error "
+             "{noise:.2g} (opacity {alphaNoise:.2g}) -> {output} ({bytes} bytes)\n",
+             json));
+  return 0;
+}
+
+}  // namespace
+
+void add_truth_verb(Program& program) {
+  program.add<TruthCommand>({"truth", "Ray-trace a picture of the stitch itself, flat and repeated",
+                             "selvedge truth plain-knit --place middle -o truth.exr"},
+                            declare, run);
+}
+
+}  // namespace selvedge
