@@ -1,8 +1,8 @@
 // Costs and quality of the fit, in tables. SAMPLES is a samples file, or a built-in stitch, which is
 // baked first (TEXELS a side, 64 views x 64 lights).
 //
-//   selvedge-fit-bench speed SAMPLES [STEP]
-//     against plain Ceres, on every STEP-th row of level 0's texels
+//   selvedge-fit-bench speed SAMPLES
+//     evaluations and time of every level
 //   selvedge-fit-bench restarts SAMPLES [TEXELS [COUNT]]
 //     against the best of COUNT (20) random restarts
 //   selvedge-fit-bench lobes SAMPLES [TEXELS]
@@ -17,7 +17,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <mutex>
-#include <numeric>
 #include <span>
 
 #include "converter/bake/bake.h"
@@ -28,7 +27,6 @@
 #include "format/quality/compare.h"
 #include "tests/bench/rows.h"
 #include "tests/converter/load_cell.h"
-#include "tests/fitter/ceres_reference.h"
 #include "tests/fitter/reflectance.h"
 
 namespace {
@@ -102,47 +100,14 @@ std::array<ChannelFit, 3> restarted(const TexelSamples& samples, const LobeFitOp
   return fits;
 }
 
-int speed(const std::string& samples, int step) {
+int speed(const std::string& samples) {
   const Input input = load(samples, 32);
-  const FitOptions options;
-  const Run ours = run(input.level, input.header, options, fit_texel);
-  fmt::print("{} texels on all levels: {:.2f} s of processor ({} threads), {:.2f} s on the wall\n",
-             std::accumulate(ours.result.levels.begin(), ours.result.levels.end(), 0,
-                             [](int sum, const LevelReport& l) { return sum + l.width * l.height; }),
-             ours.seconds, thread_count(),
-             std::accumulate(ours.result.levels.begin(), ours.result.levels.end(), 0.0,
-                             [](double sum, const LevelReport& l) { return sum + l.seconds; }));
+  const Run ours = run(input.level, input.header, {}, fit_texel);
+  fmt::print("{:.2f} s of processor ({} threads)\n", ours.seconds, thread_count());
   for (const LevelReport& level : ours.result.levels) {
-    fmt::print("  {:>7}: {:6.1f} evaluations per channel\n", fmt::format("{}x{}", level.width, level.height),
-               level.iterations);
+    fmt::print("  {:>7}: {:6.1f} evaluations per channel, {:.2f} s on the wall\n",
+               fmt::format("{}x{}", level.width, level.height), level.iterations, level.seconds);
   }
-  // A cell of a few of the rows, with its own coarser levels: the same problem for both.
-  Input part = input;
-  part.header.height = part.level.height = std::max(1, input.header.height / step);
-  const auto texels = static_cast<std::size_t>(part.header.texels());
-  part.level.normal.clear();
-  part.level.alpha.clear();
-  part.level.radiance.clear();
-  const auto views = static_cast<std::size_t>(input.level.views);
-  const auto lights = static_cast<std::size_t>(input.level.lights);
-  for (std::size_t t = 0; t < texels; ++t) {
-    const auto width = static_cast<std::size_t>(input.header.width);
-    const std::size_t from = t / width * static_cast<std::size_t>(step) * width + t % width;
-    part.level.normal.push_back(input.level.normal[from]);
-    const auto copy = [&](auto& to, const auto& source, std::size_t each) {
-      const auto begin = source.begin() + static_cast<std::ptrdiff_t>(from * each);
-      to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(each));
-    };
-    copy(part.level.alpha, input.level.alpha, views);
-    copy(part.level.radiance, input.level.radiance, views * lights);
-  }
-  const Run fast = run(part.level, part.header, options, fit_texel);
-  const Run plain = run(part.level, part.header, options, test::fit_texel_plainly);
-  fmt::print("{}x{} texels and their levels:\n", part.header.width, part.header.height);
-  fmt::print("  ours   {:9.2f} s of processor, cost {:.6g}\n", fast.seconds, fast.cost);
-  fmt::print("  plain  {:9.2f} s of processor, cost {:.6g}\n", plain.seconds, plain.cost);
-  fmt::print("  {:.0f} times faster, cost {:.4f} of plain\n", plain.seconds / fast.seconds,
-             fast.cost / plain.cost);
   return 0;
 }
 
@@ -257,7 +222,7 @@ int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
   const std::string samples = argc > 2 ? argv[2] : "plain-knit";
   const auto number = [&](int i, int otherwise) { return argc > i ? std::atoi(argv[i]) : otherwise; };
-  if (what == "speed") return speed(samples, number(3, 8));
+  if (what == "speed") return speed(samples);
   if (what == "restarts") return restarts(samples, number(3, 16), number(4, 20));
   if (what == "lobes") return lobes(samples, number(3, 32));
   if (what == "scale") return scale();

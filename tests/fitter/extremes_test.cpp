@@ -313,31 +313,6 @@ TEST_CASE("data of two identical or two opposite lobes are recovered in function
   }
 }
 
-TEST_CASE("the float evaluation agrees with the formula in double precision") {
-  const Fabric fabric = fitted(case_of(glossy)).fabric;
-  Fabric plain = fabric;
-  plain.levels[0].remove(LayerKind::table);
-  for (const DirectionPair& pair : probes()) {
-    const V3f value = evaluate(plain, 0, 0, 0, pair.light, pair.view).radiance;
-    const FabricLevel& level = plain.levels[0];
-    const V3d n(level.frame()[0].normal);
-    const V3d t(level.frame()[0].tangent);
-    const V3d b = n.cross(t);
-    const auto local = [&](const V3f& d) { return V3d(V3d(d).dot(t), V3d(d).dot(b), V3d(d).dot(n)); };
-    const V3d l = local(pair.light);
-    const V3d v = local(pair.view);
-    for (int c = 0; c < 3; ++c) {
-      std::vector<double> p;
-      for (std::size_t k = 0; k < 9; ++k) {
-        p.push_back(static_cast<double>(level.lobes()[static_cast<std::size_t>(c) * 9 + k]));
-      }
-      // Rounding of the base to 2^-24 is multiplied by the exponent, at most 200.
-      const double exact = lafortune(p.data(), 2, &l.x, &v.x);
-      CHECK(std::abs(static_cast<double>(value[c]) - exact) <= 2e-4 * exact + 1e-7);
-    }
-  }
-}
-
 TEST_CASE("random and adversarial textures never give NaN or infinity") {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     Random random(seed, 17);

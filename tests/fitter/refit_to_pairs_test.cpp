@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "format/base/random.h"
 #include "format/fabric/evaluate.h"
 #include "tests/format/fabrics.h"
 #include "tests/require.h"
@@ -100,6 +101,45 @@ TEST_CASE("a fabric that shows its pairs stays as it is, and without pairs nothi
   const Fabric truth = fabric;
   refit_to_pairs(fabric, shown_by(truth, random_pairs(300, 0.02, 3)), 64, options_of(2, true));
   CHECK(error_of(fabric, truth) < 1e-5);
+}
+
+TEST_CASE("Ceres finds nothing better than the end of a fit to the same samples, in automatic derivatives") {
+  // A valley's shadow that turns with the light, gloss, noise: no sum of two lobes.
+  const std::vector<V3f> directions = directions_of({6, 6});
+  Random random(1);
+  SamplesHeader header;
+  header.width = header.height = 1;
+  header.views = header.lights = {6, 6};
+  SampleLevel level;
+  level.width = level.height = 1;
+  level.views = level.lights = 36;
+  level.normal = {V3f(0, 0, 1)};
+  level.alpha.assign(36, 1);
+  PairSamples pairs;
+  pairs.width = pairs.height = 1;
+  pairs.alpha.assign(std::size_t{36} * 36, 1);
+  for (const V3f& v : directions) {
+    for (const V3f& l : directions) {
+      const float gloss = std::pow(std::max(0.0F, (l + v).normalized().z), 30.0F);
+      const auto lit = static_cast<float>((l.x > 0.4F ? 0.3 : 1.0) * (1 + 0.1 * random.uniform())) * l.z;
+      level.radiance.push_back((V3f(0.3F, 0.2F, 0.1F) * (0.4F + v.z) + V3f(0.2F) * gloss) * lit);
+      pairs.pairs.push_back({l, v});
+    }
+  }
+  pairs.radiance = level.radiance;
+  const FitOptions options = options_of(2, false);
+  Fabric fabric = test::need(fit(level, header, options)).fabric;
+  const auto error = [&] {
+    double sum = 0;
+    const PairSamples shown = shown_by(fabric, pairs.pairs);
+    for (std::size_t i = 0; i < shown.radiance.size(); ++i)
+      sum += static_cast<double>((shown.radiance[i] - pairs.radiance[i]).length2());
+    return sum;
+  };
+  const double before = error();
+  CHECK(before > 0.1);
+  refit_to_pairs(fabric, pairs, 36, options);
+  CHECK(error() > 0.99 * before);
 }
 
 TEST_CASE("a refit of black, of one pair, of huge and of tiny samples is finite") {

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 
-#include "format/fabric/lafortune.h"
+#include "format/fabric/file.h"
 #include "tests/format/fabrics.h"
+#include "tests/require.h"
 
 using namespace selvedge;
 
@@ -28,37 +30,80 @@ TEST_CASE("light and view below the cloth give nothing") {
   CHECK(evaluate(fabric, 0, 0, 0, up, below).radiance == V3f(0, 0, 0));
 }
 
-TEST_CASE("at a stored view the table's own entry is taken, times the lobes in the texel's frame") {
+TEST_CASE("lobes are reciprocal, and turn with the frame of their texel") {
+  Fabric fabric = test::random_fabric(4, 4, {2, 2}, 2, 9);
+  FabricLevel& level = fabric.levels[0];
+  level.remove(LayerKind::table);
+  const auto radiance = [&](const V3f& light, const V3f& view) {
+    return evaluate(fabric, 0, 1, 2, light, view).radiance;
+  };
+  auto& [normal, tangent] = level.frame()[2 * 4 + 1];
+  int bright = 0;
+  for (const DirectionPair& pair : random_pairs(200, 0.1, 5)) {
+    const V3f there = radiance(pair.light, pair.view) * std::max(normal.dot(pair.view), 0.0F);
+    const V3f back = radiance(pair.view, pair.light) * std::max(normal.dot(pair.light), 0.0F);
+    for (int c = 0; c < 3; ++c) CHECK(there[c] == doctest::Approx(back[c]).epsilon(1e-4));
+    bright += there.y > 1e-3F ? 1 : 0;
+  }
+  CHECK(bright > 100);
+  for (const DirectionPair& pair : random_pairs(50, 0.6, 6)) {
+    const M44d turn = M44d().setAxisAngle(V3d(0.3, -0.2, 1).normalized(), 0.4);
+    const auto turned = [&](const V3f& v) {
+      V3d result;
+      turn.multDirMatrix(V3d(v), result);
+      return V3f(result);
+    };
+    const auto frame = std::pair(normal, tangent);
+    const V3f before = radiance(pair.light, pair.view);
+    normal = turned(normal);
+    tangent = turned(tangent);
+    const V3f after = radiance(turned(pair.light), turned(pair.view));
+    std::tie(normal, tangent) = frame;
+    for (int c = 0; c < 3; ++c) CHECK(after[c] == doctest::Approx(before[c]).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("at a stored view opacity is the stored one, and the table a factor of its own entry") {
   const Fabric fabric = test::random_fabric(4, 4, {4, 4}, 2, 9);
-  const FabricLevel& level = fabric.levels[0];
+  Fabric bare = fabric;
+  bare.levels[0].remove(LayerKind::table);
   const V3f light = V3f(0.3F, -0.2F, 0.9F).normalized();
-  for (int texel = 0; texel < 16; ++texel) {
-    const auto t = static_cast<std::size_t>(texel);
-    for (int v = 0; v < 16; ++v) {
-      const V3f view = direction_of(fabric.views, v);
-      const std::size_t entry = t * 16 + static_cast<std::size_t>(v);
-      const Shading s = evaluate(fabric, 0, texel % 4, texel / 4, light, view);
-      CHECK(s.alpha == doctest::Approx(level.opacity()[entry]).epsilon(1e-4));
-      if (level.opacity()[entry] == 0) continue;
-      // Equations (1) and (2), written out with the frame's three axes.
-      const V3d n(level.frame()[t].normal);
-      const V3d x(level.frame()[t].tangent);
-      const V3d y = n.cross(x);
-      const V3d l(V3d(light).dot(x), V3d(light).dot(y), V3d(light).dot(n));
-      const V3d e(V3d(view).dot(x), V3d(view).dot(y), V3d(view).dot(n));
-      for (int c = 0; c < 3; ++c) {
-        const float* p = &level.lobes()[(t * 3 + static_cast<std::size_t>(c)) * 9];
-        double sum = p[0];
-        for (int j = 0; j < 2; ++j) {
-          const float* q = p + 1 + 4 * j;
-          const double base = q[0] * l.x * e.x + q[1] * l.y * e.y + q[2] * l.z * e.z;
-          if (base > 0) sum += std::pow(base, static_cast<double>(q[3]));
+  for (int entry = 0; entry < 16 * 16; ++entry) {
+    const int texel = entry / 16;
+    const V3f view = direction_of(fabric.views, entry % 16);
+    const Shading s = evaluate(fabric, 0, texel % 4, texel / 4, light, view);
+    const Shading plain = evaluate(bare, 0, texel % 4, texel / 4, light, view);
+    CHECK(s.alpha == doctest::Approx(fabric.levels[0].opacity()[entry]).epsilon(1e-4));
+    // The neighbours' weights at a cell's own direction are rounding only (1e-6 of the square).
+    for (int c = 0; fabric.levels[0].opacity()[entry] > 0 && c < 3; ++c)
+      CHECK(s.radiance[c] == doctest::Approx(fabric.levels[0].view_table()[entry][c] * plain.radiance[c])
+                                 .epsilon(1e-4)
+                                 .scale(0.01));
+  }
+}
+
+TEST_CASE("no cloth of any layers sends out more than it receives, to either side, near and far") {
+  const std::vector<V3f> lights = directions_of({24, 24});
+  for (const char* name : {"lobes", "products-both", "yarn"}) {
+    CAPTURE(name);
+    const Fabric fabric = test::need(
+        read_fabric(std::string(SELVEDGE_SOURCE_DIR "/tests/data/kept/4.0/") + name + ".fabric.exr"));
+    double lit = 0;
+    for (const double level : {-1.0, 0.0, 1.5}) {
+      if (level < 0 && fabric.levels.front().yarns() == nullptr) continue;
+      for (const DirectionPair& pair : random_pairs(20, 0.1, 4)) {
+        const V2d uv(static_cast<double>(pair.light.x), static_cast<double>(pair.light.y));
+        V3d sum(0, 0, 0);
+        for (const V3f& light : lights) {
+          for (const float side : {1.0F, -1.0F})
+            sum += V3d(evaluate(fabric, level, uv, {light.x, light.y, side * light.z}, pair.view).radiance);
         }
-        const double expected = level.view_table()[entry][c] * sum * std::max(0.0, l.z);
-        // The neighbours' weights at a cell's own direction are rounding only (1e-6 of the square).
-        CHECK(s.radiance[c] == doctest::Approx(expected).epsilon(1e-4).scale(0.01));
+        sum *= 2 * std::numbers::pi / static_cast<double>(lights.size());
+        for (int c = 0; c < 3; ++c) CHECK(sum[c] < 1.05);
+        lit += sum.y;
       }
     }
+    CHECK(lit > 4);
   }
 }
 

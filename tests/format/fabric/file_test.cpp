@@ -70,47 +70,6 @@ TEST_CASE("the same fabric gives the same bytes") {
   CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
 }
 
-TEST_CASE("a fabric is read from memory as from a file") {
-  const Folder folder;
-  const Fabric fabric = test::random_fabric(8, 4, {2, 2}, 1, 2);
-  REQUIRE(write_fabric(folder / "a.exr", fabric));
-  const std::string bytes = test::bytes_of(folder / "a.exr");
-  const auto read =
-      test::need(read_fabric({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "memory"));
-  check_equal(fabric, read);
-}
-
-TEST_CASE("a cut-short fabric file is refused, wherever it is cut") {
-  const Folder folder;
-  REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(8, 8, {2, 2}, 1, 4)));
-  const std::string bytes = test::bytes_of(folder / "a.exr");
-  for (std::size_t length = 0; length + 1 < bytes.size(); length += 97) {
-    test::write_bytes(folder / "cut.exr", bytes.substr(0, length));
-    const Error error = test::error_of(read_fabric(folder / "cut.exr"));
-    CHECK(error.file == folder / "cut.exr");
-    CHECK_FALSE(error.message.empty());
-  }
-}
-
-TEST_CASE("a changed pixel is found by its digest") {
-  const Folder folder;
-  REQUIRE(write_fabric(folder / "a.exr", test::random_fabric(8, 8, {2, 2}, 1, 4)));
-  const std::string bytes = test::bytes_of(folder / "a.exr");
-  int changed = 0;
-  for (std::size_t at = bytes.size() / 2; at < bytes.size(); at += 41) {
-    std::string broken = bytes;
-    broken[at] = static_cast<char>(broken[at] ^ 0x10);
-    test::write_bytes(folder / "b.exr", broken);
-    const auto read = read_fabric(folder / "b.exr");
-    if (read) {
-      check_equal(*read_fabric(folder / "a.exr"), *read);  // a bit that means nothing, such as the preview's
-    } else {
-      ++changed;
-    }
-  }
-  CHECK(changed > 0);
-}
-
 TEST_CASE("values that half precision cannot hold are refused with their place, and nothing is left") {
   const Folder folder;
   Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 4);
@@ -195,34 +154,4 @@ TEST_CASE("functions of levels that begin after level 0 are stored as they are r
   for (std::size_t i = 0; i < before.light.size(); ++i)
     CHECK((after.light[i] - before.light[i]).length() < 1e-3F);
   for (std::size_t k = 0; k + 1 < stored.levels.size(); ++k) CHECK_FALSE(stored.levels[k].bases);
-}
-
-TEST_CASE("a missing file, a folder and another EXR are named as what they are") {
-  const Folder folder;
-  CHECK(read_fabric(folder / "none.exr").error().code == Code::file_missing);
-  std::filesystem::create_directory(folder / "sub");
-  CHECK(read_fabric(folder / "sub").error().code == Code::file_unreadable);
-  test::write_bytes(folder / "text.exr", "hello");
-  CHECK(read_fabric(folder / "text.exr").error().code == Code::exr_malformed);
-}
-
-TEST_CASE("products that do not fit their bases are refused") {
-  Fabric fabric = test::random_product_fabric(4, 2, {2, 2}, 1, 3);
-  REQUIRE(validate(fabric));
-  FabricLevel& level = fabric.levels[1];
-  SUBCASE("a function that is not there") { level.pairs[0].y = 2; }
-  SUBCASE("coefficients for other products") { level.add(LayerKind::products, 3); }
-  SUBCASE("no bases") { level.bases = nullptr; }
-  SUBCASE("other bases than the other levels'") {
-    ProductBases other = *level.bases;
-    other.view[0] += 1;
-    level.bases = std::make_shared<ProductBases>(other);
-  }
-  SUBCASE("a coefficient too few") {
-    Layer layer = level[LayerKind::products];
-    layer.values.pop_back();
-    level.set(LayerKind::products, layer);
-  }
-  SUBCASE("no products") { level.pairs.clear(); }
-  CHECK(test::error_of(validate(fabric)).code == Code::fabric_malformed);
 }

@@ -8,13 +8,6 @@
 
 using namespace selvedge;
 
-TEST_CASE("a Lambert texel of albedo a sends a/pi times the cosine") {
-  const double rho = 0.5 / std::numbers::pi;
-  const std::array<double, 3> l{0.6, 0, 0.8};
-  const std::array<double, 3> v{0, 0.6, 0.8};
-  CHECK(lafortune(&rho, 0, l.data(), v.data()) == doctest::Approx(0.5 / std::numbers::pi * 0.8));
-}
-
 TEST_CASE("a lobe with C = (-1, -1, 1) is Phong's: its base is the cosine to the mirrored light") {
   const std::array<double, 5> p{0, -1, -1, 1, 20};
   const std::array<double, 3> l{0.6, 0, 0.8};

@@ -34,12 +34,3 @@ TEST_CASE("files of 4.x are read; files of 3.x are refused in a line that names 
   CHECK(verdict({{"version", {5, 0}}}).find("[FABRIC_VERSION]") != std::string::npos);
   CHECK(verdict({{"version", "4.0"}}).find("[FABRIC_MEMBER]") != std::string::npos);
 }
-
-TEST_CASE("reserved members have their types, unknown ones are ignored") {
-  CHECK(verdict({{"recipe", {{"stitch", 7}}}, {"sheet", json::object()}, {"other", 1}}).empty());
-  CHECK(verdict({{"colourways", {json::object()}}}).empty());
-  for (const char* name : {"variation", "recipe", "sheet", "fallback"})
-    CHECK(verdict({{name, 1}}) == fmt::format("a.exr: /{}: is not an object [FABRIC_MEMBER]", name));
-  CHECK(verdict({{"colourways", json::object()}}) == "a.exr: /colourways: is not an array [FABRIC_MEMBER]");
-  CHECK(verdict({{"colourways", {1}}}) == "a.exr: /colourways/0: is not an object [FABRIC_MEMBER]");
-}

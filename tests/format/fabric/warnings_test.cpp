@@ -111,12 +111,3 @@ TEST_CASE("the energy of a mirror lobe is the closed form for small and large ex
     CHECK(names_energy(warnings_of(lobe_of(1.03))));
   }
 }
-
-TEST_CASE("a single texel that is too bright is found among many, where all are tried") {
-  FabricLevel level = test::lambert_fabric(16, 16, {0.5F, 0.5F, 0.5F}).levels[0];
-  CHECK(warnings_of(level).empty());
-  level.lobes()[3 * (16 * 5 + 3) + 2] = 1;
-  const Issues issues = warnings_of(level);
-  REQUIRE(issues.size() == 1);
-  CHECK(issues[0].place == "level 0/blue/3,5");
-}

@@ -208,24 +208,9 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("values of hairs are read back, and hairs out of their ranges are refused") {
-  YarnData data = hairy(2, {-40, 0.5F, 0.25F, 0.01F, 0.5F});
-  const YarnCounts counts = counts_of(data);
-  CHECK(data == *yarns_from_values(curve_values(data), indirect_values(data), counts, period));
-  const auto refused = [&](const YarnHairs& hairs) {
-    data.curves[0].hairs = hairs;
-    const auto ok = validate(data, period);
-    return !ok && ok.error().place == "curve 0";
-  };
-  CHECK_FALSE(refused({3000, 4, 1, 0.01F, 1}));
-  CHECK(refused({6000, 4, 1, 0.01F, 1}));
-  CHECK(refused({100001, 1, 0, 0.01F, 1}));
-  CHECK(refused({1, 0, 0, 0.01F, 1}));
-  CHECK(refused({1, 4.5F, 0, 0.01F, 1}));
-  CHECK(refused({1, 1, -0.5F, 0.01F, 1}));
-  CHECK(refused({1, 1, 0, 0, 1}));
-  CHECK(refused({1, 1, 0, 0.01F, 0}));
-  CHECK(refused({1, 1, 0, 0.01F, 1.5F}));
+TEST_CASE("values of hairs are read back") {
+  const YarnData data = hairy(2, {-40, 0.5F, 0.25F, 0.01F, 0.5F});
+  CHECK(data == *yarns_from_values(curve_values(data), indirect_values(data), counts_of(data), period));
 }
 
 TEST_CASE("hairs too short for a direction are not there, however they are looked at") {

@@ -1,47 +1,12 @@
 #include <doctest/doctest.h>
 
-#include <cmath>
-#include <limits>
-
-#include "format/fabric/file.h"
 #include "format/fabric/header.h"
 #include "format/fabric/yarns.h"
-#include "tests/format/fabrics.h"
-#include "tests/format/files.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::test;
-
-TEST_CASE("refuses yarn that cannot be traced") {
-  const V2f period(2, 2);
-  const auto place = [&](const auto& change) {
-    YarnData data = straight(2, 0.5F);
-    change(data);
-    const auto ok = validate(data, period);
-    REQUIRE_FALSE(ok);
-    return ok.error().place;
-  };
-  CHECK(place([](YarnData& d) { d.curves.clear(); }) == "curves");
-  CHECK(place([](YarnData& d) { d.curves[0].radius = 0; }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].radius = 4.1F; }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].albedo.y = 1.1F; }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].gloss.roughness = 0; }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].turns.x = 65; }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].plies.count = 9; }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].plies.divisions = 2; }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].plies.shift = -4097; }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].plies.phase = std::nanf(""); }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].plies.groove.y = -4.1F; }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].nodes = 5; }) == "curve 0");
-  CHECK(place([](YarnData& d) { d.curves[0].nodes = 3; }) == "nodes");
-  CHECK(place([](YarnData& d) { d.curves[0].stations = 2; }) == "light");
-  CHECK(place([](YarnData& d) { d.nodes[2] = d.nodes[1]; }) == "node 1");
-  CHECK(place([](YarnData& d) { d.nodes[3].z = std::nanf(""); }) == "node 3");
-  CHECK(place([](YarnData& d) { d.nodes[3].x = 200; }) == "node 3");
-  CHECK(place([](YarnData& d) { d.light[7] = std::numeric_limits<float>::infinity(); }) == "light");
-}
 
 TEST_CASE("refuses plies of more nodes than a file may have, and plies that stand still") {
   YarnData data = straight(2, 0.04F);
@@ -87,24 +52,4 @@ TEST_CASE("values of yarn have all fields, then the nodes, and fewer or more fie
   CHECK(read(values, 31).curves[0].strands.contrast == usual_contrast);
   CHECK(read(values, 14).curves[0].plies.shift == -7);
   CHECK(read(values, 11).curves[0].plies == YarnPlies());
-}
-
-TEST_CASE("refuses strands out of their ranges") {
-  const auto refused = [](const YarnStrands& strands) {
-    YarnData data = straight(2, 0.5F);
-    data.curves[0].strands = strands;
-    const auto ok = validate(data, {2, 2});
-    return !ok && ok.error().place == "curve 0";
-  };
-  CHECK_FALSE(refused({-1024, 32768, -32768, (1 << 24) - 1, 0.3F, 32768}));
-  CHECK(refused({1025, 2, 0, 0, 0, 1}));
-  CHECK(refused({9, 1, 0, 0, 0, 1}));
-  CHECK(refused({9, 2, 32769, 0, 0, 1}));
-  CHECK(refused({9, 2, 0, -1, 0, 1}));
-  CHECK(refused({9, 2, 0, 0, 0.31F, 1}));
-  CHECK(refused({9, 2, 0, 0, std::nanf(""), 1}));
-  CHECK(refused({9, 2, 0, 0, 0, 0}));
-  CHECK(refused({9, 2, 0, 0, 0, 1, 0.41F}));
-  CHECK(refused({9, 2, 0, 0, 0, 1, 0, 0.61F}));
-  CHECK(refused({9, 2, 0, 0, 0, 1, 0, 0, 0.91F}));
 }
