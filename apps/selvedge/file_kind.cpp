@@ -39,7 +39,8 @@ Result<FileKind> kind_of(const std::string& path) {
   if (magic == "glTF" || magic == "ply\n" || magic == "ply\r" || magic.find('{') != std::string_view::npos)
     return FileKind::gltf;
   if (magic != std::string_view("\x76\x2f\x31\x01", 4)) {
-    return fail(Code::file_unreadable, path, {}, "is neither OpenEXR nor glTF nor OBJ nor PLY");
+    return fail(Code::file_unreadable, path, {},
+                "is neither OpenEXR nor glTF nor OBJ nor PLY (selvedge stitch reads drafts and charts)");
   }
   const auto reader = ExrReader::open(path);
   if (!reader) return tl::unexpected(reader.error());

@@ -13,6 +13,7 @@
 
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
+#include "format/base/option_text.h"
 #include "format/fabric/fabric.h"
 #include "format/mesh/mesh_file.h"
 #include "format/mesh/ply.h"
@@ -124,7 +125,7 @@ Result<void> add_curves(const PlyFile& ply, const std::string& path, CellMesh& m
   if (whole) counts.fields = static_cast<int>(fields);
   for (int c = 0; whole && c < counts.curves; ++c) stations += static_cast<double>(values[counts.curves + c]);
   if (!whole || !(stations >= 1 && stations <= max_stations))
-    return damaged(path, "yarn_curves", "has not the values of its curves");
+    return damaged(path, "yarn_curves", "wrong number of values for its curves");
   counts.stations = static_cast<int>(stations);
   const std::vector<float> dark(std::size_t{light_values_per_station} * counts.stations);
   auto yarns = yarns_from_values(values, dark, counts, V2f(mesh.period));
@@ -225,9 +226,7 @@ constexpr std::uintmax_t max_mesh_file = std::uintmax_t{1} << 30;  // bytes
 
 /// The ending of a path in lower case, without the dot.
 std::string ending_of(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::ranges::transform(ending, ending.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_case(std::filesystem::path(path).extension().string());
   return ending.empty() ? ending : ending.substr(1);
 }
 
@@ -394,7 +393,12 @@ bool is_known(const std::string& ending) { return ending == "obj" || ending == "
 Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
                            const MeshImportOptions& options, bool with_materials, MeshChoices* chosen) {
   const std::string format = ending_of(path);
-  if (!is_known(format)) return fail(Code::mesh_invalid, path, "", "the file's ending must be .obj or .ply");
+  if (!is_known(format)) {
+    return fail(Code::mesh_invalid, path, "",
+                fmt::format("files that end in \".{}\" are not read: .wif are drafts, .txt charts, .json "
+                            "descriptions, .obj and .ply meshes",
+                            format));
+  }
   if (options.scale_to_mm && (!(*options.scale_to_mm > 0) || !std::isfinite(*options.scale_to_mm))) {
     return fail(Code::option_out_of_range, path, "--unit",
                 fmt::format("must be positive, is {}", *options.scale_to_mm));

@@ -11,17 +11,16 @@
 #include <sstream>
 
 #include "converter/stitch/fibres.h"
+#include "converter/stitch/text_fault.h"
 #include "format/base/option_text.h"
 #include "format/base/printable.h"
 
 namespace selvedge {
 namespace {
 
-/// A fault of a chart, and its line (0: of the whole text): thrown here, caught by read_chart().
-struct ChartFault {
-  int line = 0;
-  std::string message;
-};
+[[noreturn]] void refuse_line(int line, std::string message) {
+  refuse_text(fmt::format("line {}", line), std::move(message));
+}
 
 struct ChartRow {
   std::vector<ChartStitch> stitches;  ///< whose `yarn` is an index into `letters`
@@ -70,7 +69,7 @@ int count_in(std::string_view digits, int line) {
   const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), count);
   const bool sound = read.ec == std::errc() && read.ptr == digits.data() + digits.size();
   if (!sound || count < 1 || count > static_cast<int>(max_chart_stitches)) {
-    throw ChartFault{line, fmt::format("\"{}\" is not a count from 1 to {}", digits, max_chart_stitches)};
+    refuse_line(line, fmt::format("\"{}\" is not a count from 1 to {}", digits, max_chart_stitches));
   }
   return count;
 }
@@ -87,7 +86,7 @@ std::vector<Counted> counted_words(std::string_view text, int line, const IsName
     text.remove_prefix(word.size());
     if (word.find_first_not_of("0123456789") == std::string_view::npos) {
       if (words.empty() || words.back().counted)
-        throw ChartFault{line, fmt::format("the count {} follows no stitch", word)};
+        refuse_line(line, fmt::format("the count {} follows no stitch", word));
       words.back() = {words.back().name, count_in(word, line), true};
       continue;
     }
@@ -101,21 +100,21 @@ std::vector<Counted> counted_words(std::string_view text, int line, const IsName
 std::vector<Item> items_of(const std::string& text, int line) {
   std::vector<Item> items;
   std::size_t stitches = 0;
-  for (const Counted& word : counted_words(text, line, item_of)) {
+  for (const Counted& word : counted_words(lower_case(text), line, item_of)) {
     const auto item = item_of(word.name);
     if (!item) {
-      throw ChartFault{
-          line, fmt::format("there is no stitch \"{}\" (there are k, p, yo, k2tog, ssk, and cables of 2 to "
-                            "{} stitches, c2f, c2b, c4f, c4b, ...)",
-                            word.name, max_cable)};
+      refuse_line(line,
+                  fmt::format("there is no stitch \"{}\" (there are k, p, yo, k2tog, ssk, and cables of 2 to "
+                              "{} stitches, c2f, c2b, c4f, c4b, ...)",
+                              word.name, max_cable));
     }
     stitches += static_cast<std::size_t>(item->makes) * static_cast<std::size_t>(word.count);
     if (stitches > max_chart_stitches) {
-      throw ChartFault{line, fmt::format("more than {} stitches", max_chart_stitches)};
+      refuse_line(line, fmt::format("more than {} stitches", max_chart_stitches));
     }
     items.insert(items.end(), static_cast<std::size_t>(word.count), *item);
   }
-  if (items.empty()) throw ChartFault{line, "the row has no stitch"};
+  if (items.empty()) refuse_line(line, "the row has no stitch");
   return items;
 }
 
@@ -169,7 +168,7 @@ void give_yarns(const std::string& text, int line, ChartRow& row) {
   const std::vector<Counted> words = counted_words(text, line, is_letter);
   for (const Counted& word : words) {
     if (!is_letter(word.name))
-      throw ChartFault{line, fmt::format("\"{}\" is not the letter of a yarn", word.name)};
+      refuse_line(line, fmt::format("\"{}\" is not the letter of a yarn", word.name));
     std::size_t index = row.letters.find(word.name);
     if (index == std::string::npos) {
       index = row.letters.size();
@@ -182,19 +181,18 @@ void give_yarns(const std::string& text, int line, ChartRow& row) {
     given += count;
   }
   if (given != row.stitches.size()) {
-    throw ChartFault{line,
-                     fmt::format("names yarns for {} stitches, the row has {}", given, row.stitches.size())};
+    refuse_line(line, fmt::format("names yarns for {} stitches, the row has {}", given, row.stitches.size()));
   }
 }
 
-/// "k2 p2 c4f [A4 B4]". Throws a ChartFault of this line for unknown stitches, counts out of range, yarn
+/// "k2 p2 c4f [A4 B4]". Refuses unknown stitches, counts out of range, yarn
 /// overs that are not as many as decreases, and yarns for fewer or more stitches than the row has.
 ChartRow row_of(const std::string& text, int line) {
   const std::size_t open = text.find('[');
   const std::size_t close = text.find(']');
   if ((open == std::string::npos) != (close == std::string::npos) ||
       (open != std::string::npos && close != text.size() - 1) || close < open) {
-    throw ChartFault{line, "the letters of yarns stand in one pair of brackets at the end of the row"};
+    refuse_line(line, "the letters of yarns stand in one pair of brackets at the end of the row");
   }
   const std::vector<Item> items = items_of(text.substr(0, open), line);
   int decreases = 0;
@@ -204,10 +202,9 @@ ChartRow row_of(const std::string& text, int line) {
     overs += item.takes < item.makes ? 1 : 0;
   }
   if (decreases != overs) {
-    throw ChartFault{line,
-                     fmt::format("yarn overs: {}, decreases: {}; as many of one as of the other keep the "
-                                 "number of stitches",
-                                 overs, decreases)};
+    refuse_line(line, fmt::format("yarn overs: {}, decreases: {}; as many of one as of the other keep the "
+                                  "number of stitches",
+                                  overs, decreases));
   }
   int first = 0;
   for (int k = 1; k <= decreases; ++k) {
@@ -219,6 +216,9 @@ ChartRow row_of(const std::string& text, int line) {
   if (open != std::string::npos) give_yarns(text.substr(open + 1, close - open - 1), line, row);
   return row;
 }
+
+/// The same letter in upper or lower case.
+char other_case(char letter) { return static_cast<char>(letter ^ ('a' ^ 'A')); }
 
 constexpr const char* radius_parameter = "radius_mm";
 constexpr const char* albedo_parameter = "albedo";
@@ -239,13 +239,13 @@ std::vector<Line> lines_of(std::string_view text) {
     std::string_view whole = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
     if (whole.ends_with('\r')) whole.remove_suffix(1);
-    if (whole.find('\0') != std::string_view::npos) throw ChartFault{number, "has a NUL byte"};
-    if (as_utf8(whole) != whole) throw ChartFault{number, "has a byte that is not UTF-8"};
+    if (whole.find('\0') != std::string_view::npos) refuse_line(number, "has a NUL byte");
+    if (as_utf8(whole) != whole) refuse_line(number, "has a byte that is not UTF-8");
     const std::string line = trimmed(whole);
     if (line.empty() || line.front() == '#') continue;
     const std::size_t colon = line.find(':');
     if (colon == std::string::npos || colon == 0) {
-      throw ChartFault{number, "is neither of the form \"name: rope\" nor a row such as \"1: k2 p2\""};
+      refuse_line(number, "is neither of the form \"name: rope\" nor a row such as \"1: k2 p2\"");
     }
     lines.push_back({number, trimmed(line.substr(0, colon)), trimmed(line.substr(colon + 1))});
   }
@@ -255,8 +255,8 @@ std::vector<Line> lines_of(std::string_view text) {
 double length_in(const Line& line) {
   const auto numbers = parse_numbers(line.value, ',', 1, 1);
   if (!numbers || !(numbers->front() >= min_stitch_mm && numbers->front() <= max_stitch_mm)) {
-    throw ChartFault{line.number, fmt::format("{} must be a number from {} to {}, is \"{}\"", line.key,
-                                              min_stitch_mm, max_stitch_mm, line.value)};
+    refuse_line(line.number, fmt::format("{} must be a number from {} to {}, is \"{}\"", line.key,
+                                         min_stitch_mm, max_stitch_mm, line.value));
   }
   return numbers->front();
 }
@@ -273,7 +273,7 @@ class ChartReader {
         add_header(line);
       }
     }
-    if (rows_.empty()) throw ChartFault{0, "has no row"};
+    if (rows_.empty()) refuse_text("", "has no row");
     finish();
     return std::move(chart_);
   }
@@ -286,11 +286,15 @@ class ChartReader {
     std::vector<ChartStitch> stitches;
   };
 
-  void add_header(const Line& line) {
-    const auto refuse = [&](std::string why) { throw ChartFault{line.number, std::move(why)}; };
-    if (!rows_.empty()) refuse(fmt::format("\"{}\" must come before the rows", line.key));
-    if (!keys_.insert(line.key).second) refuse(fmt::format("\"{}\" is said a second time", line.key));
-    if (line.key.starts_with("yarn ")) {
+  void add_header(Line line) {
+    const char letter = line.key.back();
+    line.key = lower_case(line.key);
+    const bool yarn = line.key.starts_with("yarn ");
+    if (yarn) line.key.back() = letter;
+    if (!rows_.empty()) refuse_line(line.number, fmt::format("\"{}\" must come before the rows", line.key));
+    if (!keys_.insert(line.key).second)
+      refuse_line(line.number, fmt::format("\"{}\" is said a second time", line.key));
+    if (yarn) {
       add_yarn(line);
     } else if (line.key == "name") {
       chart_.name = line.value;
@@ -299,31 +303,33 @@ class ChartReader {
     } else if (line.key == "course_mm") {
       chart_.knit.course_mm = length_in(line);
     } else {
-      refuse(fmt::format("\"{}\" must be name, wale_mm, course_mm, \"yarn A\" or the number of a row",
-                         line.key));
+      refuse_line(line.number,
+                  fmt::format("\"{}\" must be name, wale_mm, course_mm, \"yarn A\" or the number of a row",
+                              line.key));
     }
   }
 
   /// The letter of a yarn, and its settings as --set has them.
   void add_yarn(const Line& line) {
-    const auto refuse = [&](std::string why) { throw ChartFault{line.number, std::move(why)}; };
     const char letter = line.key.back();
     if (line.key.size() != std::string_view("yarn A").size() ||
         std::isalpha(static_cast<unsigned char>(letter)) == 0) {
-      refuse("a yarn is called by one letter, as \"yarn A\"");
+      refuse_line(line.number, "a yarn is called by one letter, as \"yarn A\"");
     }
     if (letters_.size() == max_chart_yarns)
-      refuse(fmt::format("there are more than {} yarns", max_chart_yarns));
+      refuse_line(line.number, fmt::format("there are more than {} yarns", max_chart_yarns));
     StitchSettings settings;
     std::stringstream words(line.value);
     for (std::string word; words >> word;) {
       const std::size_t before = settings.size();
       if (!parse_setting(word, settings)) {
-        refuse(
+        refuse_line(
+            line.number,
             fmt::format("\"{}\" is not of the form albedo=#aa3322, radius_mm=0.6 or yarn=wool (there are {})",
                         word, yarn_kind_names()));
       }
-      if (settings.size() == before) refuse(fmt::format("\"{}\" sets a parameter a second time", word));
+      if (settings.size() == before)
+        refuse_line(line.number, fmt::format("\"{}\" sets a parameter a second time", word));
     }
     std::vector<StitchParameter> parameters = yarn_parameters("", {});
     parameters.push_back(shared_parameters("", find_yarn_kind("wool").value()).front());
@@ -332,7 +338,7 @@ class ChartReader {
     if (!values) {
       std::string place = values.error().place;
       if (place.starts_with("--set ")) place.erase(0, std::string_view("--set ").size());
-      refuse(fmt::format("{}: {}", place, values.error().message));
+      refuse_line(line.number, fmt::format("{}: {}", place, values.error().message));
     }
     Yarn yarn;
     yarn.fibre = static_cast<int>(values->number(yarn_parameter));
@@ -347,34 +353,36 @@ class ChartReader {
   }
 
   void add_row(const Line& line) {
-    const auto refuse = [&](std::string why) { throw ChartFault{line.number, std::move(why)}; };
     if (letters_.empty()) add_yarn({line.number, "yarn A", ""});
     const int number = row_number(line);
     if (!rows_.empty()) {
       const int last = rows_.back().number;
       const int step = rows_.size() > 1 ? rows_[1].number - rows_[0].number : number - last;
       if (std::abs(step) != 1 || number != last + step) {
-        refuse(fmt::format("row {} follows row {}: rows are numbered up or down by one", number, last));
+        refuse_line(line.number,
+                    fmt::format("row {} follows row {}: rows are numbered up or down by one", number, last));
       }
     }
     ChartRow row = row_of(line.value, line.number);
     if (!rows_.empty() && row.stitches.size() != rows_.front().stitches.size()) {
-      refuse(fmt::format("row {} has {} stitches, row {} has {}", number, row.stitches.size(),
-                         rows_.front().number, rows_.front().stitches.size()));
+      refuse_line(line.number,
+                  fmt::format("row {} has {} stitches, row {} has {}", number, row.stitches.size(),
+                              rows_.front().number, rows_.front().stitches.size()));
     }
     if ((rows_.size() + 1) * row.stitches.size() > max_chart_stitches) {
-      refuse(fmt::format("the chart has more than {} stitches", max_chart_stitches));
+      refuse_line(line.number, fmt::format("the chart has more than {} stitches", max_chart_stitches));
     }
     if (row.letters.size() > max_row_yarns) {
-      refuse(fmt::format("the row has {} yarns, at most {} can float behind it", row.letters.size(),
-                         max_row_yarns));
+      refuse_line(line.number, fmt::format("the row has {} yarns, at most {} can float behind it",
+                                           row.letters.size(), max_row_yarns));
     }
     for (ChartStitch& stitch : row.stitches) {
       if (row.letters.empty()) break;  // all of the first yarn
       const char letter = row.letters[stitch.yarn];
       stitch.yarn = letters_.find(letter);
+      if (stitch.yarn == std::string::npos) stitch.yarn = letters_.find(other_case(letter));
       if (stitch.yarn == std::string::npos) {
-        refuse(fmt::format("there is no yarn {} (there are {})", letter, letters_));
+        refuse_line(line.number, fmt::format("there is no yarn {} (there are {})", letter, letters_));
       }
     }
     rows_.push_back({number, line.number, std::move(row.stitches)});
@@ -384,7 +392,7 @@ class ChartReader {
     const auto number = parse_numbers(line.key, ',', 1, 1);
     const bool digits = line.key.find_first_not_of("0123456789") == std::string::npos;
     if (!digits || !number || *number->begin() < 1 || *number->begin() > 1e6) {
-      throw ChartFault{line.number, fmt::format("\"{}\" is not the number of a row", line.key)};
+      refuse_line(line.number, fmt::format("\"{}\" is not the number of a row", line.key));
     }
     return static_cast<int>(number->front());
   }
@@ -399,10 +407,9 @@ class ChartReader {
       double& radius = knit.yarns[k].radius_mm;
       if (radius == 0) radius = usual_radius(knit, knit.yarns[k].fibre);
       if (radius > StitchLimits().radius_periods * shorter) {
-        throw ChartFault{yarn_lines_[k],
-                         fmt::format("radius_mm: {} is more than {} times the shorter side {} mm "
-                                     "of the chart",
-                                     radius, StitchLimits().radius_periods, shorter)};
+        refuse_line(yarn_lines_[k], fmt::format("radius_mm: {} is more than {} times the shorter side {} mm "
+                                                "of the chart",
+                                                radius, StitchLimits().radius_periods, shorter));
       }
     }
     double crossings = 0;
@@ -416,10 +423,10 @@ class ChartReader {
     }
     const double room = max_crossing_share * static_cast<double>(rows_.size());
     if (crossings > room) {
-      throw ChartFault{
-          line, fmt::format("stitches that move aside take {:.2f} rows of the chart, there is room for "
-                            "{:.2f}: knit more rows between them",
-                            crossings, room)};
+      refuse_line(line,
+                  fmt::format("stitches that move aside take {:.2f} rows of the chart, there is room for "
+                              "{:.2f}: knit more rows between them",
+                              crossings, room));
     }
     for (std::size_t yarn = 0; yarn < letters_.size(); ++yarn) remark_on_floats(yarn);
   }
@@ -464,12 +471,7 @@ Result<ChartText> read_chart(std::string_view text, const std::string& file) {
     return fail(Code::file_too_large, file, "",
                 fmt::format("{} bytes, a chart has at most {}", text.size(), max_chart_text));
   }
-  try {
-    return ChartReader(file).read(text);
-  } catch (const ChartFault& fault) {
-    return fail(Code::stitch_invalid, file, fault.line > 0 ? fmt::format("line {}", fault.line) : "",
-                fault.message);
-  }
+  return reading(file, [&] { return ChartReader(file).read(text); });
 }
 
 }  // namespace selvedge

@@ -7,6 +7,7 @@
 
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/parameters.h"
+#include "converter/stitch/text_fault.h"
 #include "format/base/atomic_file.h"
 #include "format/base/json_text.h"
 
@@ -19,33 +20,27 @@ using OrderedJson = nlohmann::ordered_json;
 constexpr auto version_key = "selvedge_stitch";
 constexpr int version = 1;
 
-/// A malformed member or element; thrown and caught within this file.
-struct Fault {
-  std::string place;
-  std::string message;
-};
-
 const Json& member(const Json& object, const std::string& place, const char* name) {
-  if (!object.is_object()) throw Fault{place, "must be an object"};
+  if (!object.is_object()) refuse_text(place, "must be an object");
   const auto found = object.find(name);
-  if (found == object.end()) throw Fault{place + "/" + name, "is missing"};
+  if (found == object.end()) refuse_text(place + "/" + name, "is missing");
   return *found;
 }
 
 double number(const Json& value, const std::string& place) {
-  if (!value.is_number()) throw Fault{place, fmt::format("must be a number, is {}", value.type_name())};
+  if (!value.is_number()) refuse_text(place, fmt::format("must be a number, is {}", value.type_name()));
   return value.get<double>();
 }
 
 std::string text_of(const Json& value, const std::string& place) {
-  if (!value.is_string()) throw Fault{place, fmt::format("must be a string, is {}", value.type_name())};
+  if (!value.is_string()) refuse_text(place, fmt::format("must be a string, is {}", value.type_name()));
   return value.get<std::string>();
 }
 
 const Json& array_of(const Json& value, const std::string& place, std::size_t size) {
-  if (!value.is_array()) throw Fault{place, fmt::format("must be an array, is {}", value.type_name())};
+  if (!value.is_array()) refuse_text(place, fmt::format("must be an array, is {}", value.type_name()));
   if (size > 0 && value.size() != size) {
-    throw Fault{place, fmt::format("must have {} elements, has {}", size, value.size())};
+    refuse_text(place, fmt::format("must have {} elements, has {}", size, value.size()));
   }
   return value;
 }
@@ -61,7 +56,7 @@ V3f albedo_of(const Json& json, const std::string& place) {
     return V3f(vector3(member(json, place, "albedo"), place + "/albedo"));
   }
   const auto colour = linear_of(text_of(json["colour"], place + "/colour"));
-  if (!colour) throw Fault{place + "/colour", "must be of the form #rrggbb"};
+  if (!colour) refuse_text(place + "/colour", "must be of the form #rrggbb");
   return V3f(*colour);
 }
 
@@ -75,21 +70,21 @@ Yarn yarn_of(const Json& json, const std::string& place) {
   };
   if (json.contains("fibre")) {
     const auto kind = find_yarn_kind(text_of(json["fibre"], place + "/fibre"));
-    if (!kind) throw Fault{place + "/fibre", "must be one of " + yarn_kind_names()};
+    if (!kind) refuse_text(place + "/fibre", "must be one of " + yarn_kind_names());
     set_fibre(*kind, yarn);
   }
   for (const YarnMember& m : yarn_members()) {
     if (!json.contains(m.name)) continue;
     const double value = optional(m.name, 0);
     if (m.whole && !(value == std::floor(value) && std::abs(value) <= 1000)) {
-      throw Fault{fmt::format("{}/{}", place, m.name), fmt::format("must be a whole number, is {}", value)};
+      refuse_text(fmt::format("{}/{}", place, m.name), fmt::format("must be a whole number, is {}", value));
     }
     m.set(yarn, value);
   }
   if (json.contains("twist_degrees")) {
     const double degrees = optional("twist_degrees", 0);
     if (!(std::abs(degrees) < 90)) {
-      throw Fault{place + "/twist_degrees", fmt::format("must lie between -90 and 90, is {}", degrees)};
+      refuse_text(place + "/twist_degrees", fmt::format("must lie between -90 and 90, is {}", degrees));
     }
     yarn.twist_per_mm = twist_for(degrees, yarn.radius_mm);
   }
@@ -114,7 +109,7 @@ Yarn yarn_of(const Json& json, const std::string& place) {
 StitchPattern pattern_of(const Json& json) {
   const Json& stated = member(json, "", version_key);
   if (!stated.is_number_integer() || stated != version) {
-    throw Fault{fmt::format("/{}", version_key), fmt::format("must be {}, is {}", version, stated.dump())};
+    refuse_text(fmt::format("/{}", version_key), fmt::format("must be {}, is {}", version, stated.dump()));
   }
   StitchPattern pattern;
   pattern.name = text_of(member(json, "", "name"), "/name");
@@ -123,7 +118,7 @@ StitchPattern pattern_of(const Json& json) {
   if (json.contains("seed")) {
     const double seed = number(json["seed"], "/seed");
     if (!(seed >= 0 && seed <= max_seed && seed == std::floor(seed))) {
-      throw Fault{"/seed", fmt::format("must be a whole number from 0 to {}, is {}", max_seed, seed)};
+      refuse_text("/seed", fmt::format("must be a whole number from 0 to {}, is {}", max_seed, seed));
     }
     pattern.seed = static_cast<std::uint32_t>(seed);
   }
@@ -142,13 +137,13 @@ Result<StitchPattern> read_stitch(std::string_view text, const std::string& file
                 fmt::format("{} bytes, a stitch description has at most {}", text.size(), max_stitch_text));
   }
   try {
-    StitchPattern pattern = pattern_of(Json::parse(text));
-    if (auto sound = validate(pattern, file); !sound) return tl::unexpected(sound.error());
-    return pattern;
+    return reading(file, [&] {
+      StitchPattern pattern = pattern_of(Json::parse(text));
+      value_or_throw(validate(pattern, file));
+      return pattern;
+    });
   } catch (const Json::parse_error& error) {
     return fail(Code::json_malformed, file, line_of(text, error.byte), reason_of(error));
-  } catch (const Fault& fault) {
-    return fail(Code::stitch_invalid, file, fault.place, fault.message);
   } catch (const Json::exception& error) {  // e.g. a number beyond double
     return fail(Code::json_malformed, file, "", reason_of(error));
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bitset>
 #include <cctype>
 #include <charconv>
@@ -11,16 +12,11 @@
 #include <optional>
 #include <set>
 
+#include "converter/stitch/text_fault.h"
 #include "format/base/option_text.h"
 
 namespace selvedge {
 namespace {
-
-/// A missing section or key, or a wrong value: thrown here, caught by read_wif().
-struct WifFault {
-  std::string place;
-  std::string message;
-};
 
 /// Greatest number of shafts, treadles and colours, and a set of some of them.
 constexpr int max_shafts = 4096;
@@ -34,20 +30,16 @@ std::string upper(std::string text) {
   return text;
 }
 
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 /// Splits "1, 2,3" at commas and trims the parts; parts may be empty.
 std::vector<std::string> parts_of(const std::string& text) {
   std::vector<std::string> parts(1);
   for (const char c : text) {
     if (c == ',')
       parts.emplace_back();
-    else if (c != ' ' && c != '\t')
+    else
       parts.back() += c;
   }
+  for (std::string& part : parts) part = trimmed(part);
   return parts;
 }
 
@@ -59,7 +51,7 @@ std::optional<double> number_in(std::string_view text) {
 }
 
 std::optional<bool> truth_of(const std::string& text) {
-  const std::string word = lower(text);
+  const std::string word = lower_case(text);
   if (word == "true" || word == "yes" || word == "on" || word == "1") return true;
   if (word == "false" || word == "no" || word == "off" || word == "0") return false;
   return std::nullopt;
@@ -69,10 +61,10 @@ std::optional<bool> truth_of(const std::string& text) {
 int whole_in(const std::string& text, const std::string& place, int min, int max) {
   const auto value = number_in(text);
   if (!value || *value != std::floor(*value)) {
-    throw WifFault{place, fmt::format("\"{}\" is not a whole number", text)};
+    refuse_text(place, fmt::format("\"{}\" is not a whole number", text));
   }
   if (*value < min || *value > max) {
-    throw WifFault{place, fmt::format("must lie in {} to {}, is {}", min, max, text)};
+    refuse_text(place, fmt::format("must lie in {} to {}, is {}", min, max, text));
   }
   return static_cast<int>(*value);
 }
@@ -80,7 +72,7 @@ int whole_in(const std::string& text, const std::string& place, int min, int max
 /// Throws unless the text is a number >= 0; nothing for 0, which some programs write for "not given".
 std::optional<double> positive_in(const std::string& text, const std::string& place) {
   const auto value = number_in(text);
-  if (!value || *value < 0) throw WifFault{place, fmt::format("\"{}\" is not a number of at least 0", text)};
+  if (!value || *value < 0) refuse_text(place, fmt::format("\"{}\" is not a number of at least 0", text));
   return *value > 0 ? value : std::nullopt;
 }
 
@@ -89,49 +81,75 @@ std::string place_of(const std::string& section, const std::string& key) {
   return fmt::format("[{}] {}", section, key);
 }
 
+/// The sections that are read for their numbers, which a comment may follow. All others hold text.
+constexpr std::array<std::string_view, 16> sections_of_numbers{
+    "CONTENTS",       "WEAVING",        "WARP",        "WEFT",         "WARP SPACING", "WEFT SPACING",
+    "WARP THICKNESS", "WEFT THICKNESS", "WARP COLORS", "WEFT COLORS",  "THREADING",    "TIEUP",
+    "TREADLING",      "LIFTPLAN",       "COLOR TABLE", "COLOR PALETTE"};
+
 /// The sections of a text, with names of sections and keys in upper case.
 class WifSections {
  public:
   /// Accepts names in any case, lines that end in LF, CRLF or CR, a byte order mark, empty lines, comments
-  /// that begin with ";" at the start of a line, any single-byte encoding or UTF-8. The first of repeated
-  /// sections or keys is used. Refuses lines before the first section, lines that are neither a section nor a
+  /// that begin with ";" at the start of a line or behind a number, any lines in sections of text, any
+  /// single-byte encoding or UTF-8. The first of repeated sections or keys is used. [CONTENTS] is no more
+  /// than a hint. Refuses lines before the first section, lines of numbers that are neither a section nor a
   /// key or too long, UTF-16, and texts without sections.
-  explicit WifSections(std::string_view text) {
+  WifSections(std::string_view text, std::set<std::string>& remarks) {
     if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
-      throw WifFault{"", "is UTF-16; a WIF file has one byte per character"};
+      refuse_text("", "is UTF-16; a WIF file has one byte per character");
     }
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+    text = text.substr(0, text.find('\x1a'));  // where a text of DOS ends
     std::map<std::string, std::string>* current = nullptr;
     std::map<std::string, std::string> repeated;
+    bool numbers = true;
     for (int number = 1; !text.empty(); ++number) {
       const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
-      const std::string line = trimmed(text.substr(0, end));
+      std::string line = trimmed(text.substr(0, end));
       const bool pair = text.substr(end).starts_with("\r\n");
       text.remove_prefix(std::min(end + (pair ? 2 : 1), text.size()));
       if (line.empty() || line.front() == ';') continue;
       const auto refuse = [&](std::string why) {
-        throw WifFault{fmt::format("line {}", number), std::move(why)};
+        refuse_text(fmt::format("line {}", number), std::move(why));
       };
-      if (line.size() > max_wif_line) refuse(fmt::format("has more than {} bytes", max_wif_line));
-      if (line.front() == '[') {
-        const std::size_t close = line.find(']');
-        if (close == std::string::npos) refuse("a section's name has no closing bracket");
-        const auto [section, is_new] = sections_.try_emplace(upper(trimmed(line.substr(1, close - 1))));
+      const std::size_t close = line.front() == '[' ? line.find(']') : std::string::npos;
+      if (close != std::string::npos) {
+        const std::string name = upper(trimmed(line.substr(1, close - 1)));
+        numbers = std::ranges::find(sections_of_numbers, name) != sections_of_numbers.end();
+        const auto [section, is_new] = sections_.try_emplace(name);
+        if (!is_new && numbers) remarks.insert(fmt::format("[{}] is there twice: the first is read", name));
         current = is_new ? &section->second : &repeated;
         continue;
       }
+      if (numbers && line.size() > max_wif_line) refuse(fmt::format("has more than {} bytes", max_wif_line));
+      if (numbers && line.front() == '[') refuse("a section's name has no closing bracket");
       if (current == nullptr) refuse("is before the first section: not a WIF file");
+      if (const std::size_t comment = line.find(';'); numbers && comment != std::string::npos) {
+        line = trimmed(line.substr(0, comment));
+        remarks.insert("comments behind numbers left out");
+      }
       const std::size_t equals = line.find('=');
-      if (equals == std::string::npos) refuse("is neither a section nor of the form key=value");
+      if (equals == std::string::npos) {
+        if (numbers) refuse("is neither a section nor of the form key=value");
+        remarks.insert("lines of text in other sections left out");
+        continue;
+      }
       current->try_emplace(upper(trimmed(line.substr(0, equals))), trimmed(line.substr(equals + 1)));
     }
-    if (sections_.empty()) throw WifFault{"", "has no section: not a WIF file"};
+    if (sections_.empty()) refuse_text("", "has no section: not a WIF file");
+    for (const std::string_view name : sections_of_numbers) {
+      if (denied(std::string(name)))
+        remarks.insert(fmt::format("[CONTENTS] denies [{}], which is there", name));
+    }
   }
 
-  /// Whether the section exists and [CONTENTS] does not disable it.
-  bool has(const std::string& section) const {
+  bool has(const std::string& section) const { return sections_.contains(section); }
+
+  /// Whether the section exists and [CONTENTS] says that it does not.
+  bool denied(const std::string& section) const {
     const auto listed = find("CONTENTS", section);
-    return sections_.contains(section) && (listed ? truth_of(*listed).value_or(true) : true);
+    return has(section) && listed && !truth_of(*listed).value_or(true);
   }
 
   /// The value, if it is not empty.
@@ -151,14 +169,13 @@ class WifSections {
 
   /// Throws if has() is false.
   void need(const std::string& section) const {
-    if (!sections_.contains(section)) throw WifFault{"[" + section + "]", "the section is missing"};
-    if (!has(section)) throw WifFault{"[" + section + "]", "is needed, but disabled in [CONTENTS]"};
+    if (!has(section)) refuse_text("[" + section + "]", "the section is missing");
   }
 
-  int whole(const std::string& section, const std::string& key, int min, int max) const {
+  /// 0 where it is not said.
+  int count(const std::string& section, const std::string& key, int max) const {
     const auto text = find(section, key);
-    if (!text) throw WifFault{place_of(section, key), "is missing"};
-    return whole_in(*text, place_of(section, key), min, max);
+    return text ? whole_in(*text, place_of(section, key), 0, max) : 0;
   }
 
   /// The values of entries 1 to `count` of a section; `default_value` if there is no entry or parse(text,
@@ -197,28 +214,14 @@ constexpr double texels_per_yarn = 4;
 constexpr double default_spacing_mm = 1;
 
 /// The colours of the palette, linear.
-std::vector<V3f> palette_of(const WifSections& draft) {
-  std::vector<V3f> colours;
-  if (!draft.has("COLOR TABLE")) return colours;
+struct WifColours {
   int low = 0;
   int high = 255;
-  if (const auto range = draft.find("COLOR PALETTE", "RANGE")) {
-    const std::string place = place_of("COLOR PALETTE", "RANGE");
-    const auto ends = parts_of(*range);
-    if (ends.size() != 2) throw WifFault{place, fmt::format("\"{}\" is not of the form 0,255", *range)};
-    low = whole_in(ends[0], place, -1000000, 1000000);
-    high = whole_in(ends[1], place, -1000000, 1000000);
-    if (high <= low) throw WifFault{place, fmt::format("\"{}\" holds no values", *range)};
-  }
-  const auto form = draft.find("COLOR PALETTE", "FORM");
-  if (form && lower(*form) != "rgb") {
-    throw WifFault{place_of("COLOR PALETTE", "FORM"), fmt::format("\"{}\" is not RGB", *form)};
-  }
-  for (const auto& [key, value] : draft.all("COLOR TABLE")) {
-    const std::string place = place_of("COLOR TABLE", key);
-    const int index = whole_in(key, place, 1, max_shafts);
-    const auto parts = parts_of(value);
-    if (parts.size() != 3) throw WifFault{place, fmt::format("\"{}\" is not red, green, blue", value)};
+  std::vector<std::optional<V3f>> table;
+
+  /// Throws unless three parts are levels.
+  V3f colour(const std::vector<std::string>& parts, const std::string& text, const std::string& place) const {
+    if (parts.size() != 3) refuse_text(place, fmt::format("\"{}\" is not red, green, blue", text));
     V3f colour;
     for (unsigned i = 0; i < 3; ++i) {
       const int level = whole_in(parts[i], place, low, high);
@@ -226,10 +229,37 @@ std::vector<V3f> palette_of(const WifSections& draft) {
       colour[i] =
           static_cast<float>(coded <= 0.04045 ? coded / 12.92 : std::pow((coded + 0.055) / 1.055, 2.4));
     }
-    if (colours.size() < static_cast<std::size_t>(index)) {
-      colours.resize(index, V3f(-1));
-    }
-    colours[index - 1] = colour;
+    return colour;
+  }
+};
+
+WifColours colours_of(const WifSections& draft, std::set<std::string>& remarks) {
+  WifColours colours;
+  if (const auto range = draft.find("COLOR PALETTE", "RANGE")) {
+    const std::string place = place_of("COLOR PALETTE", "RANGE");
+    const auto ends = parts_of(*range);
+    if (ends.size() != 2) refuse_text(place, fmt::format("\"{}\" is not of the form 0,255", *range));
+    colours.low = whole_in(ends[0], place, -1000000, 1000000);
+    colours.high = whole_in(ends[1], place, -1000000, 1000000);
+    if (colours.high <= colours.low) refuse_text(place, fmt::format("\"{}\" holds no values", *range));
+  } else {
+    // Fiberworks counts to 999, others to 65535.
+    double highest = 0;
+    for (const auto& [key, value] : draft.all("COLOR TABLE"))
+      for (const std::string& part : parts_of(value))
+        highest = std::max(highest, number_in(part).value_or(0));
+    colours.high = highest <= 255 ? 255 : highest <= 999 ? 999 : 65535;
+    if (highest > 255) remarks.insert(fmt::format("[COLOR PALETTE] without a range: 0 to {}", colours.high));
+  }
+  const auto form = draft.find("COLOR PALETTE", "FORM");
+  if (form && lower_case(*form) != "rgb")
+    remarks.insert("[COLOR PALETTE] of another form: read as red, green, blue");
+  for (const auto& [key, value] : draft.all("COLOR TABLE")) {
+    const std::string place = place_of("COLOR TABLE", key);
+    const int index = whole_in(key, place, 1, max_shafts);
+    const V3f colour = colours.colour(parts_of(value), value, place);
+    if (colours.table.size() < static_cast<std::size_t>(index)) colours.table.resize(index);
+    colours.table[index - 1] = colour;
   }
   return colours;
 }
@@ -242,38 +272,46 @@ struct WifSystem {
 
 /// Millimetres per unit of a section's lengths.
 double unit_of(const WifSections& draft, const std::string& section) {
-  const std::string name = lower(draft.find(section, "UNITS").value_or("centimeters"));
+  const std::string name = lower_case(draft.find(section, "UNITS").value_or("centimeters"));
   if (name.starts_with("decipoint")) return 25.4 / 720;
   if (name.starts_with("inch") || name == "in") return 25.4;
   if (name == "mm" || name.starts_with("millimet")) return 1;
   if (name == "cm" || name.starts_with("centimet")) return 10;
-  throw WifFault{place_of(section, "UNITS"),
-                 fmt::format("\"{}\" must be Decipoints, Inches or Centimeters", name)};
+  refuse_text(place_of(section, "UNITS"),
+              fmt::format("\"{}\" must be Decipoints, Inches or Centimeters", name));
 }
 
 /// `section`: "WARP" or "WEFT"; `albedo`: of yarns without a colour.
 WifSystem system_of(const WifSections& draft, const std::string& section, const V3f& albedo,
-                    const std::vector<V3f>& palette, std::set<std::string>& remarks) {
+                    const WifColours& colours, std::set<std::string>& remarks) {
   draft.need(section);
-  const int threads = draft.whole(section, "THREADS", 1, max_wif_threads);
+  const auto stated = draft.find(section, "THREADS");
+  if (!stated) refuse_text(place_of(section, "THREADS"), "is missing");
+  const int threads = whole_in(*stated, place_of(section, "THREADS"), 1, max_wif_threads);
   const double unit = unit_of(draft, section);
-  const auto length = [&](const std::string& text, const std::string& place) {
+  const auto length = [&](std::string text, const std::string& place) {
+    if (const std::size_t comma = text.find(','); comma != std::string::npos) {
+      text[comma] = '.';
+      remarks.insert("commas in lengths read as decimal points");
+    }
     const auto value = positive_in(text, place);
     if (!value) return std::optional<double>();
     const double mm = *value * unit;
     if (mm < min_stitch_mm || mm > max_stitch_mm) {
-      throw WifFault{place, fmt::format("must lie in {} to {} mm, is {}", min_stitch_mm, max_stitch_mm, mm)};
+      refuse_text(place, fmt::format("must lie in {} to {} mm, is {}", min_stitch_mm, max_stitch_mm, mm));
     }
     return std::optional(mm);
   };
   const auto colour = [&](const std::string& text, const std::string& place) -> std::optional<V3f> {
     // The number of a palette entry; some programs write its red, green and blue behind it.
-    const int index = whole_in(parts_of(text).front(), place, 0, max_shafts);
+    const auto parts = parts_of(text);
+    const int index = whole_in(parts.front(), place, 0, max_shafts);
     if (index == 0) return albedo;
-    if (index > static_cast<int>(palette.size()) || palette[index - 1].x < 0) {
-      throw WifFault{place, fmt::format("color {} is not in [COLOR TABLE]", index)};
-    }
-    return palette[index - 1];
+    if (index <= static_cast<int>(colours.table.size()) && colours.table[index - 1])
+      return colours.table[index - 1];
+    if (parts.size() == 4) return colours.colour({parts.begin() + 1, parts.end()}, text, place);
+    remarks.insert("colours that are not in [COLOR TABLE]: as yarns without a colour");
+    return albedo;
   };
   const auto section_default = [&](const char* key, const auto& parse) {
     const auto text = draft.find(section, key);
@@ -282,22 +320,22 @@ WifSystem system_of(const WifSections& draft, const std::string& section, const 
   const auto spacing = section_default("SPACING", length);
   const auto thickness = section_default("THICKNESS", length);
   if (!spacing && !draft.has(section + " SPACING")) {
-    remarks.insert(fmt::format("{} without a spacing: {} mm", lower(section), default_spacing_mm));
+    remarks.insert(fmt::format("{} without a spacing: {} mm", lower_case(section), default_spacing_mm));
   }
   WifSystem system;
   system.yarns.resize(threads);
   system.width_mm = draft.values(section + " SPACING", threads, spacing.value_or(default_spacing_mm), length);
   const auto thicknesses = draft.values(section + " THICKNESS", threads, thickness, length);
-  const auto colours =
+  const auto albedos =
       draft.values(section + " COLORS", threads, section_default("COLOR", colour).value_or(albedo), colour);
   for (int k = 0; k < threads; ++k) {
     const double width = system.width_mm[k];
-    system.yarns[k].name = fmt::format("{} {}", lower(section), k + 1);
-    system.yarns[k].albedo = colours[k];
+    system.yarns[k].name = fmt::format("{} {}", lower_case(section), k + 1);
+    system.yarns[k].albedo = albedos[k];
     // Round yarns wider than their lane would lie on top of each other.
     system.yarns[k].radius_mm = 0.5 * std::min(thicknesses[k].value_or(width), width);
     if (thicknesses[k].value_or(width) > width) {
-      remarks.insert(fmt::format("{} thicker than its spacing: as thick as that", lower(section)));
+      remarks.insert(fmt::format("{} thicker than its spacing: as thick as that", lower_case(section)));
     }
   }
   return system;
@@ -331,18 +369,19 @@ struct Lifts {
 };
 
 /// Tie-ups may name more shafts and treadles than the header counts.
-Lifts lifts_of(const WifSections& draft, int wefts) {
-  if (draft.has("LIFTPLAN")) {
+Lifts lifts_of(const WifSections& draft, int wefts, std::set<std::string>& remarks) {
+  const bool tied = draft.has("TREADLING") && draft.has("TIEUP");
+  if (draft.has("LIFTPLAN") && !(tied && draft.denied("LIFTPLAN"))) {
     auto shafts = draft.sets("LIFTPLAN", wefts, max_shafts);
-    return {shafts, shafts};
+    if (!tied || largest_in(shafts) > 0) return {shafts, shafts};
+    remarks.insert("[LIFTPLAN] lifts nothing: [TIEUP] and [TREADLING] are read");
   }
-  if (!draft.has("TREADLING"))
-    throw WifFault{"[TREADLING]", "the section is missing, and [LIFTPLAN] as well"};
+  if (!draft.has("TREADLING")) refuse_text("[TREADLING]", "the section is missing, and [LIFTPLAN] as well");
   draft.need("TIEUP");
-  const int counted = draft.whole("WEAVING", "TREADLES", 1, max_shafts);
   auto tieup = draft.sets("TIEUP", max_shafts, max_shafts);
   while (!tieup.empty() && tieup.back().none()) tieup.pop_back();
-  const int treadles = std::max(counted, static_cast<int>(tieup.size()));
+  const int treadles =
+      std::max(draft.count("WEAVING", "TREADLES", max_shafts), static_cast<int>(tieup.size()));
   tieup.resize(treadles);
   Lifts lifts;
   lifts.given = draft.sets("TREADLING", wefts, treadles);
@@ -358,18 +397,17 @@ Lifts lifts_of(const WifSections& draft, int wefts) {
 std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
                               std::set<std::string>& remarks) {
   draft.need("WEAVING");
-  const int counted = draft.whole("WEAVING", "SHAFTS", 1, max_shafts);
+  const int counted = draft.count("WEAVING", "SHAFTS", max_shafts);
   bool rising = true;
   if (const auto text = draft.find("WEAVING", "RISING SHED")) {
     const auto value = truth_of(*text);
     if (!value)
-      throw WifFault{place_of("WEAVING", "RISING SHED"),
-                     fmt::format("\"{}\" is neither true nor false", *text)};
+      refuse_text(place_of("WEAVING", "RISING SHED"), fmt::format("\"{}\" is neither true nor false", *text));
     rising = *value;
   }
   draft.need("THREADING");
-  Lifts lifts = lifts_of(draft, wefts);
-  const int shafts = std::max(counted, largest_in(lifts.shafts));
+  Lifts lifts = lifts_of(draft, wefts, remarks);
+  const int shafts = counted > 0 ? std::max(counted, largest_in(lifts.shafts)) : max_shafts;
   auto threading = draft.sets("THREADING", warps, shafts);
   const auto leave_out = [&](const char* name, int used, int& count) {
     if (used == count) return;
@@ -385,6 +423,8 @@ std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
   for (const WifSet& lifted : lifts.shafts) {
     for (const WifSet& shafts_of_warp : threading) over.push_back((shafts_of_warp & lifted).any() == rising);
   }
+  if (std::ranges::count(over, over.front()) == std::ssize(over))
+    refuse_text("", "every warp yarn stays on one side of all weft yarns: they are not woven");
   return over;
 }
 
@@ -437,16 +477,17 @@ Weave smallest_repeat(const WifSystem& warp, const WifSystem& weft, const std::v
   return weave;
 }
 
-WifDraft draft_of(const WifSections& draft) {
-  if (!draft.has("WIF")) throw WifFault{"[WIF]", "the section is missing: not a WIF file"};
+WifDraft draft_of(std::string_view text) {
   std::set<std::string> remarks;
-  const std::vector<V3f> palette = palette_of(draft);
-  if (palette.empty()) remarks.insert("no colours: off-white warp and blue weft");
-  WifSystem warp = system_of(draft, "WARP", {0.62F, 0.58F, 0.50F}, palette, remarks);
-  WifSystem weft = system_of(draft, "WEFT", {0.09F, 0.17F, 0.38F}, palette, remarks);
+  const WifSections draft(text, remarks);
+  if (!draft.has("WIF")) refuse_text("[WIF]", "the section is missing: not a WIF file");
+  const WifColours colours = colours_of(draft, remarks);
+  if (colours.table.empty()) remarks.insert("no [COLOR TABLE]: off-white warp and blue weft");
+  WifSystem warp = system_of(draft, "WARP", {0.62F, 0.58F, 0.50F}, colours, remarks);
+  WifSystem weft = system_of(draft, "WEFT", {0.09F, 0.17F, 0.38F}, colours, remarks);
   if (warp.yarns.size() * weft.yarns.size() > max_wif_drawdown) {
-    throw WifFault{"[WEFT] Threads", fmt::format("{} x {} yarns are more than {} crossings",
-                                                 warp.yarns.size(), weft.yarns.size(), max_wif_drawdown)};
+    refuse_text("[WEFT] Threads", fmt::format("{} x {} yarns are more than {} crossings", warp.yarns.size(),
+                                              weft.yarns.size(), max_wif_drawdown));
   }
   WifDraft result;
   result.title = draft.find("TEXT", "TITLE").value_or("");
@@ -467,8 +508,8 @@ WifDraft draft_of(const WifSections& draft) {
                                                               : ""));
   result.remarks.insert(result.remarks.end(), remarks.begin(), remarks.end());
   if (across * up > max_wif_crossings) {
-    throw WifFault{"", fmt::format("its smallest repeat has {} x {} yarns; at most {} crossings are made",
-                                   across, up, max_wif_crossings)};
+    refuse_text("", fmt::format("its smallest repeat has {} x {} yarns; at most {} crossings are made",
+                                across, up, max_wif_crossings));
   }
   return result;
 }
@@ -491,11 +532,7 @@ Result<WifDraft> read_wif(std::string_view text, const std::string& file) {
     return fail(Code::file_too_large, file, "",
                 fmt::format("{} bytes, a weaving draft has at most {}", text.size(), max_wif_text));
   }
-  try {
-    return draft_of(WifSections(text));
-  } catch (const WifFault& fault) {
-    return fail(Code::stitch_invalid, file, fault.place, fault.message);
-  }
+  return reading(file, [&] { return draft_of(text); });
 }
 
 }  // namespace selvedge

@@ -31,10 +31,13 @@ std::string trimmed(std::string_view text) {
   return std::string(text.substr(first, text.find_last_not_of(blanks) - first + 1));
 }
 
+std::string lower_case(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
+}
+
 bool has_ending(std::string path, std::string_view ending) {
-  std::ranges::transform(path, path.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return path.size() > ending.size() && path.ends_with(ending);
+  return path.size() > ending.size() && lower_case(std::move(path)).ends_with(ending);
 }
 
 std::string shell_word(const std::string& text) {

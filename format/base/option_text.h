@@ -15,6 +15,9 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text, char s
 /// Without spaces and tabs at both ends.
 std::string trimmed(std::string_view text);
 
+/// With the letters A to Z as a to z.
+std::string lower_case(std::string text);
+
 /// Whether a file's name is longer than `ending` (".png", lower case) and ends in it, in either case.
 bool has_ending(std::string path, std::string_view ending);
 

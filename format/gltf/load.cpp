@@ -120,7 +120,8 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, M
   } catch (const nlohmann::json::parse_error& error) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
     if (begin == 0 && (first == std::string_view::npos || text[first] != '{'))
-      return refuse(Code::json_malformed, "", "is neither glTF nor GLB");
+      return refuse(Code::json_malformed, "",
+                    "is neither glTF nor GLB (garments are .gltf, .glb, .obj or .ply)");
     return refuse(Code::json_malformed, fmt::format("byte {}", begin + error.byte - 1),
                   error.byte > text.size() ? "the JSON is cut short" : "is not JSON");
   } catch (const nlohmann::json::out_of_range&) {

@@ -44,6 +44,14 @@ TEST_CASE("a row is read from left to right, with counts behind stitches or afte
   CHECK(row("k2 p2") == "k k p p");
   CHECK(row("k 2, p") == "k k p");
   CHECK(row("k p k 3 p1") == "k p k k k p");
+  CHECK(row("K2, P YO K2TOG") == "k k p o k-1,0");
+  CHECK(text_of(chart("3: K6\n2: K C4F K\n1: K6").knit.rows[1]) == "k k2+ k2+ k-2- k-2- k");
+  // Letters of yarns keep their case where both are there.
+  const ChartText named = chart("NAME: Rope\nYarn A: albedo=#ffffff\nyarn a:\nyarn B:\n1: K3 [a A b]");
+  CHECK(named.name == "Rope");
+  const auto& stitches = named.knit.rows[0];
+  CHECK(std::vector{stitches[0].yarn, stitches[1].yarn, stitches[2].yarn} ==
+        std::vector<std::size_t>{1, 0, 2});
 }
 
 TEST_CASE("the loop in front of a decrease is the left one of k2tog and the right one of ssk") {

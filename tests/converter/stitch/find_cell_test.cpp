@@ -28,4 +28,9 @@ TEST_CASE("each kind of name gives its own refusal") {
   CHECK(load_cell("no_such.json").error().code == Code::stitch_unknown);
   CHECK(load_cell("no_such.txt").error().code == Code::stitch_unknown);
   CHECK(load_cell("no_such.ply").error().code == Code::file_missing);
+  const test::Folder folder;
+  REQUIRE(write_file(folder / "machine.k", ";!knitout-2"));
+  CHECK(load_cell(folder / "machine.k").error().message ==
+        "files that end in \".k\" are not read: .wif are drafts, .txt charts, .json descriptions, .obj and .ply "
+        "meshes");
 }

@@ -228,17 +228,63 @@ TEST_CASE("what programs write is read: names in any case, comments, blanks, lin
   CHECK(drawdown(draft(good + "\n9=0\n").weave) == twill);  // a zero behind the last one
 }
 
+TEST_CASE("drafts of real programs are read, with a remark on what was left out or mended") {
+  const auto without = [](const std::string& from, const std::string& to) {
+    const std::size_t begin = good.find(from);
+    return std::string(good).erase(begin, good.find(to) - begin);
+  };
+  const std::string lifts = "[LIFTPLAN]\n1=1,2\n2=2,3\n3=3,4\n4=1,4\n5=1,2\n6=2,3\n7=3,4\n8=1,4\n";
+  const std::string no_table = "no [COLOR TABLE]: off-white warp and blue weft";
+  const std::string unknown_colour = "colours that are not in [COLOR TABLE]: as yarns without a colour";
+  const std::string comment = "comments behind numbers left out";
+  const std::string text = "lines of text in other sections left out";
+  const std::string nothing = "[LIFTPLAN] lifts nothing: [TIEUP] and [TREADLING] are read";
+  const auto denies = [](const char* name) {
+    return fmt::format("[CONTENTS] denies [{}], which is there", name);
+  };
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {with("[TIEUP]", "[LIFTPLAN]\n[TIEUP]"), nothing},
+      {good + "[LIFTPLAN]\n1=0\n2=\n8=0\n", nothing},
+      {with("Spacing=0.1", "Spacing=0.1 ;10 ends a cm"), comment},
+      {with("1=255,0,0", "1=255,0,0\t;red=warm"), comment},
+      {with("\n2=2,3", "\n2=2,3;a twill", with("Rising Shed=yes", "Rising Shed=yes ; a jack loom")), comment},
+      {with("[WEAVING]", "[PRIVATE X NOTES]\nfree text; of the program\n[half a bracket\n[WEAVING]"), text},
+      {good + "[NOTES]\nwarp it wide\n" + std::string(70000, 'x') + "\n[PRIVATE X]\n[12] ends\n", text},
+      {without("[COLOR PALETTE]", "[THREADING]"), no_table},
+      {with("1=255,0,0\n2=0,0,255\n", ""), no_table},
+      {with("1=255,0,0\n2=0,0,255\n", "", with("Color=1", "Color=9,0,128,0")), no_table},
+      {with("Color=1", "Color=3"), unknown_colour},
+      {with("Color=1", "Color=") + "[WARP COLORS]\n5=7\n1=7\n", unknown_colour},
+      {with("1=255,0,0\n2=0,0,255\n", "1=999,0,0\n2=0,0,321\n", without("[COLOR PALETTE]", "[COLOR TABLE]")),
+       "[COLOR PALETTE] without a range: 0 to 999"},
+      {with("Range=0,255", "Range=0,255\nForm=Decimal"),
+       "[COLOR PALETTE] of another form: read as red, green, blue"},
+      {with("[WIF]", "[CONTENTS]\nTHREADING=no ;\n[WIF]"), denies("THREADING")},
+      {with("[WIF]", "[CONTENTS]\nCOLOR TABLE=0\n[WIF]"), denies("COLOR TABLE")},
+      {without("[TIEUP]", "[nothing]") + lifts + "[CONTENTS]\nLIFTPLAN=off\n", denies("LIFTPLAN")},
+      {with("[WIF]", "[CONTENTS]\nLIFTPLAN=no\n[WIF]") + "[LIFTPLAN]\n1=4\n", denies("LIFTPLAN")},
+      {good + "[TIEUP]\n1=4\n", "[TIEUP] is there twice: the first is read"},
+      {with("Spacing=0.1", "Spacing=0,1"), "commas in lengths read as decimal points"},
+      {with("Shafts=4\nTreadles=4\n", "") + "\x1a\x00\x00", ""}};
+  for (const auto& [file, remark] : cases) {
+    CAPTURE(file);
+    const WifDraft read = draft(file);
+    CHECK(drawdown(read.weave) == drawdown(draft(good).weave));
+    CHECK(read.weave.warp_mm[0] == doctest::Approx(1));
+    CHECK((remark.empty() || std::ranges::count(read.remarks, remark) == 1));
+  }
+  CHECK(draft(cases[9].first).weave.warp[0].albedo.y == doctest::Approx(0.2158605));
+}
+
 TEST_CASE("broken drafts are refused by section and key") {
   CHECK(refusal("") == ": has no section: not a WIF file");
   CHECK(refusal("v 1 2 3\n") == "line 1: is before the first section: not a WIF file");
-  CHECK(refusal("[WIF]\nnonsense\n") == "line 2: is neither a section nor of the form key=value");
-  CHECK(refusal("[WIF\n") == "line 1: a section's name has no closing bracket");
+  CHECK(refusal("[WARP]\nnonsense\n") == "line 2: is neither a section nor of the form key=value");
+  CHECK(refusal("[WARP\n") == "line 1: a section's name has no closing bracket");
   CHECK(refusal("\xff\xfe[") == ": is UTF-16; a WIF file has one byte per character");
   CHECK(refusal(with("[WIF]", "[OTHER]")) == "[WIF]: the section is missing: not a WIF file");
   CHECK(refusal(with("[WARP]", "[X]")) == "[WARP]: the section is missing");
   CHECK(refusal(with("[TREADLING]", "[X]")) == "[TREADLING]: the section is missing, and [LIFTPLAN] as well");
-  CHECK(refusal(with("[WIF]", "[CONTENTS]\nTHREADING=no\n[WIF]")) ==
-        "[THREADING]: is needed, but disabled in [CONTENTS]");
   CHECK(refusal(with("Threads=8\n", "")) == "[WARP] THREADS: is missing");
   CHECK(refusal(with("Threads=8", "Threads=0")) == "[WARP] THREADS: must lie in 1 to 16384, is 0");
   CHECK(refusal(with("Threads=8", "Threads=eight")) == "[WARP] THREADS: \"eight\" is not a whole number");
@@ -251,8 +297,11 @@ TEST_CASE("broken drafts are refused by section and key") {
   CHECK(refusal(with("Spacing=0.1", "Spacing=-1")) == "[WARP] SPACING: \"-1\" is not a number of at least 0");
   CHECK(refusal(good + "[WEFT THICKNESS]\n2=0.00005\n") ==
         "[WEFT THICKNESS] 2: must lie in 0.001 to 1000 mm, is 0.0005");
-  CHECK(refusal("[WIF]\n1=" + std::string(70000, '1')) == "line 2: has more than 65536 bytes");
-  CHECK(refusal(with("Color=1", "Color=3")) == "[WARP] COLOR: color 3 is not in [COLOR TABLE]");
+  CHECK(refusal("[WARP]\n1=" + std::string(70000, '1')) == "line 2: has more than 65536 bytes");
+  CHECK(refusal(with("1=1,2\n", "1=1 2\n")) == "[TIEUP] 1: \"1 2\" is not a whole number");
+  const std::string loose = ": every warp yarn stays on one side of all weft yarns: they are not woven";
+  CHECK(refusal(with("[TREADLING]\n", "[TREADLING]\n[X]\n")) == loose);
+  CHECK(refusal(with("[TIEUP]", "[LIFTPLAN]\n[X]", with("[TREADLING]", "[Y]"))) == loose);
   CHECK(refusal(with("1=255,0,0", "1=255,0")) == "[COLOR TABLE] 1: \"255,0\" is not red, green, blue");
   CHECK(refusal(with("Range=0,255", "Range=5,5")) == "[COLOR PALETTE] RANGE: \"5,5\" holds no values");
   CHECK(refusal(good + "[WEFT COLORS]\n12=1\n") == "[WEFT COLORS] 12: must lie in 1 to 8, is 12");
