@@ -102,9 +102,7 @@ function bounded_look_up(level, texel, {here: point, around}) {
   for (const other of around) {
     const there = look_up(level, texel, other);
     alpha = Math.max(alpha, Math.abs(there.alpha - here.alpha));
-    there.T.forEach((value, c) => {
-      T[c] = Math.max(T[c], Math.abs(value - here.T[c]));
-    });
+    there.T.forEach((value, c) => { T[c] = Math.max(T[c], Math.abs(value - here.T[c])); });
   }
   return {
     alpha: new Bounded(here.alpha, level.opacity ? alpha + 8 * U * here.alpha : 0),

@@ -154,9 +154,7 @@ const unknowns = [
     name: 'unknown-minor-version',
     about: 'version 4.9',
     layers: ['lobes'],
-    text: (text) => {
-      text.version = [4, 9];
-    }
+    text: (text) => { text.version = [4, 9]; }
   },
   {
     name: 'reserved-names',
@@ -201,9 +199,7 @@ const layouts = [
     about: `compression ${compression} in all parts, chunks of several lines`,
     texels: [3, 20], layers: ['lobes', 'opacity'], grid: [1, 1],
     value: {lobes: (level, channel) => channel.includes('.n.') ? 2 : undefined},
-    before: (parts) => parts.forEach((part) => {
-      part.compression = compression;
-    }),
+    before: (parts) => parts.forEach((part) => { part.compression = compression; }),
   })),
   {
     name: 'layout-gaps',

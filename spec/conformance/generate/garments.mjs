@@ -73,9 +73,7 @@ export const valid_garments = [
     }),
   fixture(
     '', 'holes', 'a sound garment with holes, alphaMode MASK', '',
-    (g) => {
-      g.materials[0].alphaMode = 'MASK';
-    },
+    (g) => { g.materials[0].alphaMode = 'MASK'; },
     {fabric: HOLED}),
   fixture(
     '', 'almost-closed', 'alphaMode OPAQUE over a fabric of which less than 1/2000 is open', '', () => {},

@@ -7,10 +7,7 @@ const u16 = (...numbers) => Buffer.from(new Uint16Array(numbers).buffer);
 const u8 = (...numbers) => Buffer.from(numbers);
 export const bytes_of = {f32, u16, u8};
 
-/**
- * Where the values of the square's accessors begin: 0 POSITION, 1 NORMAL, 2 TANGENT, 3 TEXCOORD_0, 4
- * indices.
- */
+/** Where the values of the square's accessors begin: 0 POSITION, 1 NORMAL, 2 TANGENT, 3 TEXCOORD_0, 4 indices. */
 export const AT = [0, 48, 96, 160, 192];
 const VERTICES = 34962, INDICES = 34963;
 
@@ -82,6 +79,8 @@ export function glb_of(chunks, {version = 2, length} = {}) {
 /** Bytes filled up to a multiple of 4. */
 export const padded = (bytes, fill) => Buffer.concat([bytes, Buffer.alloc(-bytes.length & 3, fill)]);
 const json_bytes = (json) => Buffer.from(JSON.stringify(json));
+const fixture = (code, what, about, place, files, more) =>
+  ({name: `${[code].flat()[0]}-${what}`, about, issues: [{code, place}], others: 'none', files, ...more});
 
 /**
  * A fixture of the square, changed: `change` takes { json, bytes } and may write the buffer's `uri`.
@@ -93,25 +92,11 @@ export function of_square(code, what, about, place, change, {text = (t) => t, be
   const [buffer] = s.json.buffers ?? [];
   if (buffer && !('uri' in buffer)) buffer.uri = data_uri(s.bytes);
   if (buffer && buffer.uri === null) delete buffer.uri;
-  return {
-    name: `${[code].flat()[0]}-${what}`,
-    about,
-    issues: [{code, place}],
-    others: 'none',
-    files: {'garment.gltf': Buffer.from(text(JSON.stringify(s.json)) + '\n'), ...beside},
-    ...more,
-  };
+  return fixture(code, what, about, place, {'garment.gltf': Buffer.from(text(JSON.stringify(s.json)) + '\n'), ...beside}, more);
 }
 
 /** The same as a GLB: `make` gives its bytes from the JSON's and the buffer's. */
 export function of_glb(code, what, about, place, make, more = {}) {
   const s = square();
-  return {
-    name: `${[code].flat()[0]}-${what}`,
-    about,
-    issues: [{code, place}],
-    others: 'none',
-    files: {'garment.glb': make(padded(json_bytes(s.json), ' '), padded(s.bytes, 0), s)},
-    ...more,
-  };
+  return fixture(code, what, about, place, {'garment.glb': make(padded(json_bytes(s.json), ' '), padded(s.bytes, 0), s)}, more);
 }

@@ -8,32 +8,23 @@
 // sin a and u of its root.
 import {hairs_of} from './hairs.mjs';
 import {ANGLES, Issue, LIGHTS, TRANSFER_VALUES} from './reader.mjs';
-import {between, squeeze_of, squeezed, stretched, thin} from './sections.mjs';
 import {swell} from './swells.mjs';
-import {across, cross, dot, minus, plus, times, unit} from './vector.mjs';
+import {across, between, cross, dot, minus, plus, squeeze_of, squeezed, stretched, thin, times, unit} from './vector.mjs';
 
 const {abs, atan2, cos, floor, fround, hypot, max, min, sin} = Math;
 /** Values of the fields from 11 on of files that have fewer. */
 const DEFAULTS = [1, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, fround(0.12), 0, 0, 0, 0];
 /** Limits of the values: turns, and nodes in periods; a radius in periods; a segment in radii. */
 const REACH = 64, MOST_RADIUS = 2, LEAST_LENGTH = 1e-3;
-/**
- * Limits of plies: their number, the parts of a segment, the shift of one over the chain, the nodes of all, and the
- * groove.
- */
+/** Limits of plies: their number, the parts of a segment, the shift of one over the chain, the nodes of all, the groove. */
 const MOST_PLIES = 8, MOST_DIVISIONS = 64, MOST_SHIFT = 4096, MOST_NODES = 2 ** 20, MOST_GROOVE = 4;
 
-/** The field that has the number of strands; limits of it, of pieces, shift and swells. */
-const STRANDS = 18;
+/** Limits of strands, and of their pieces, shift and swells. */
 const MOST_STRANDS = 1024, MOST_PIECES = 32768;
 /** Hairs of a curve, points of each. */
 const MOST_HAIRS = 100000, HAIR_POINTS = 8;
-
-/** Times that all yarn covers the cell. */
-const MOST_COVERED = 1024;
-
-/** Of thickness over width. */
-const LEAST_FLATTENING = fround(0.3);
+/** Times that all yarn covers the cell; thickness over width. */
+const MOST_COVERED = 1024, LEAST_FLATTENING = fround(0.3);
 
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));

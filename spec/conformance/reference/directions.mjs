@@ -19,20 +19,8 @@ export function direction_to_square([x, y, below]) {
   const r = (p / q) / sqrt(1 + z / q);
   let phi = atan2(y, x);
   if (phi < -PI / 4) phi += 2 * PI;
-  let a, b;
-  if (phi < PI / 4) {
-    a = r;
-    b = a * phi / (PI / 4);
-  } else if (phi < 3 * PI / 4) {
-    b = r;
-    a = -b * (phi - PI / 2) / (PI / 4);
-  } else if (phi < 5 * PI / 4) {
-    a = -r;
-    b = a * (phi - PI) / (PI / 4);
-  } else {
-    b = -r;
-    a = -b * (phi - 3 * PI / 2) / (PI / 4);
-  }
+  const quarter = [1, 3, 5].filter((k) => phi >= k * PI / 4).length, c = r * (phi - quarter * PI / 2) / (PI / 4);
+  const [a, b] = [[r, c], [-c, r], [-r, -c], [c, -r]][quarter];
   return [(a + 1) / 2, (b + 1) / 2];
 }
 
@@ -40,14 +28,9 @@ export function direction_to_square([x, y, below]) {
 export const cell_direction = ({columns, rows}, index) =>
   square_to_direction((index % columns + 0.5) / columns, (floor(index / columns) + 0.5) / rows);
 
-/**
- * A point of the square in units of cells: [0, columns - 1] x [0, rows - 1]; cell centres have whole
- * numbers.
- */
+/** A point of the square in units of cells: [0, columns - 1] x [0, rows - 1]; cell centres have whole numbers. */
 export const square_to_grid = ({columns, rows}, [s, t]) =>
-  [min(max(s * columns - 0.5, 0), columns - 1),
-   min(max(t * rows - 0.5, 0), rows - 1),
-];
+  [min(max(s * columns - 0.5, 0), columns - 1), min(max(t * rows - 0.5, 0), rows - 1)];
 
 /** The four cells around a point of the grid, and their weights: [[index, weight], ...]. */
 export function grid_weights({columns, rows}, [x, y]) {

@@ -1,7 +1,6 @@
 // Hairs that stand off yarn (spec/brdf.md, Hairs), as segments of curves.mjs.
-import {squeezed, stretched, thin} from './sections.mjs';
 import {hash, swell} from './swells.mjs';
-import {across, cross, dot, minus, plus, times, unit} from './vector.mjs';
+import {across, cross, dot, minus, plus, squeezed, stretched, thin, times, unit} from './vector.mjs';
 
 const {abs, cos, expm1, fround, hypot, log1p, max, min, sin, sqrt, PI} = Math;
 const PIECES = 7, LONGEST = 3, WIDEST = 1 / 8;

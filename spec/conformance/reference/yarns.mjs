@@ -1,7 +1,6 @@
 // Evaluates the yarn itself (spec/brdf.md, Yarn), the result of yarns_of.
-import {squeezed, stretched, wide} from './sections.mjs';
 import {strand_at} from './strands.mjs';
-import {across, cross, dot, minus, plus, times, unit} from './vector.mjs';
+import {across, cross, dot, minus, plus, squeezed, stretched, times, unit, wide} from './vector.mjs';
 
 const {abs, ceil, floor, hypot, max, min, sqrt, PI} = Math;
 const LEAST_Z = 1 / 32, MOST_RADII = 2 ** 13, LEAST_FACING = 0.01, LEAST_WIDTH = 0.01, OFF_THE_YARN = 1 / 64;

@@ -7,9 +7,7 @@ import {
 
 const damaged = (what, about, place, bytes, more) => broken('FILE_DAMAGED', what, about, place, {bytes, ...more});
 const uncompressed = (name) => ({
-  before: (parts) => {
-    part_of(parts, name).compression = 'none';
-  }
+  before: (parts) => { part_of(parts, name).compression = 'none'; }
 });
 
 /** Another offset of the first chunk of `opacity` in the table. */

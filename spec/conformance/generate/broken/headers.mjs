@@ -10,9 +10,7 @@ const UNSUPPORTED_OR_MALFORMED = ['EXR_UNSUPPORTED', 'EXR_MALFORMED'];
 const header = (code, what, about, bytes, more) => broken(code, what, about, '', {bytes, ...more});
 /** Another value of an attribute of the part `opacity`; null: it is missing. */
 const opacity_attribute = (code, what, about, name, value, more) => broken(code, what, about, '', {
-  after: (parts) => {
-    part_of(parts, 'opacity').attributes[name] = value;
-  },
+  after: (parts) => { part_of(parts, 'opacity').attributes[name] = value; },
   ...more
 });
 const malformed = (what, about, changes) => broken('EXR_MALFORMED', what, about, '', changes);
@@ -57,9 +55,7 @@ const attributes = [
   opacity_attribute(
     'EXR_MALFORMED', 'attribute-of-another-size', 'a data window of eight bytes', 'dataWindow', ['box2i', Buffer.alloc(8)]),
   malformed('attribute-twice', 'a duplicate attribute', {
-    ...on_opacity((part) => {
-      part.attributes.seam1 = part.attributes.seam2 = attribute.int(1);
-    }),
+    ...on_opacity((part) => { part.attributes.seam1 = part.attributes.seam2 = attribute.int(1); }),
     bytes: renamed('seam2\0', 'seam1\0'),
   }),
   ...[
@@ -175,9 +171,7 @@ const limits = [
     'channels', '32,769 channels in a part', {large: true, before: (list) => list.push(part_of_channels(32769))}),
   too_large('header', 'an unknown attribute of 2^24 bytes', {
     large: true,
-    ...on_opacity((part) => {
-      part.attributes.seam = ['blob', Buffer.alloc(2 ** 24)];
-    }),
+    ...on_opacity((part) => { part.attributes.seam = ['blob', Buffer.alloc(2 ** 24)]; }),
   }),
   broken(TOO_LARGE_OR_DAMAGED, 'chunk-from-one-byte', '32,768 bytes of floats from a chunk of one byte', '', {
     texels: [64, 64],

@@ -3,9 +3,7 @@ import {attribute} from '../../reference/exr_write.mjs';
 import {all, alone, base, broken, find_attribute, members_of, others, set, with_bytes} from './common.mjs';
 
 const text_attribute = (what, about, value) => broken('FABRIC_MALFORMED', what, about, '', {
-  after: ([first]) => {
-    first.attributes['selvedge.fabric'] = value;
-  },
+  after: ([first]) => { first.attributes['selvedge.fabric'] = value; },
   ...others,
 });
 const replaced = (from, to) => (text) => JSON.stringify(text).replace(from, to);
