@@ -10,7 +10,7 @@
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
 #include "viewer/gl/context.h"
-#include "viewer/hybrid/raster.h"
+#include "viewer/raster/raster.h"
 #include "viewer/light/pbr_brdf.h"
 #include "viewer/light/shadow_pass.h"
 

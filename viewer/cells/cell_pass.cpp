@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "format/base/parallel.h"
+#include "format/base/chunks.h"
 #include "format/fabric/lifted.h"
 #include "format/simd/fetch.h"
 #include "format/simd/wide_float.h"
@@ -25,14 +25,6 @@ constexpr float max_whole = 1e9F;
 
 /// Of a light in masks (CellLights).
 std::uint32_t bit_of(std::size_t light) { return light < 32 ? 1U << light : 0; }
-
-template <class Body>
-void for_all(std::size_t count, const Body& body) {
-  parallel_for(0, static_cast<int>((count + chunk - 1) / chunk), [&](int part) {
-    const std::size_t first = chunk * static_cast<std::size_t>(part);
-    for (std::size_t i = first; i < std::min(first + chunk, count); ++i) body(i);
-  });
-}
 
 bool same_light(const Light& a, const Light& b) {
   return a.direction == b.direction && a.irradiance == b.irradiance && a.kind == b.kind &&
@@ -82,7 +74,7 @@ CellPass::CellPass(const PreparedScene& scene)
   seen_patches_.resize(2 * store_.patches().count());
   numbers_.resize(seen_patches_.size());
   calls_.resize(seen_patches_.size());
-  for_all(mesh.triangles.size(), [&](std::size_t i) {
+  parallel_each(mesh.triangles.size(), chunk, [&](std::size_t i) {
     outline_rises_[i] = outline_rise(i);
     extents_[i] = store_.patches().extent(mesh, i);
   });
@@ -225,7 +217,7 @@ void CellPass::light_vertices() {
   const MergedSurfaces& mesh = scene_.mesh;
   if (!same_lights || around != known_around_) {
     brightness_.resize(mesh.positions.size());
-    for_all(mesh.positions.size(), [&](std::size_t i) {
+    parallel_each(mesh.positions.size(), chunk, [&](std::size_t i) {
       const SmoothLight* const there = around.empty()       ? nullptr
                                        : around.size() == 1 ? around.data()
                                                             : &around[i];
@@ -233,11 +225,12 @@ void CellPass::light_vertices() {
       brightness_[i] = {lights_.brightness(normal, mesh.positions[i], there, beyond_[i]),
                         lights_.brightness(-normal, mesh.positions[i], there, beyond_[i])};
     });
-    for_all(mesh.triangles.size(), [&](std::size_t i) { uneven_[i] = is_lit_unevenly(i) ? 1 : 0; });
+    parallel_each(mesh.triangles.size(), chunk,
+                  [&](std::size_t i) { uneven_[i] = is_lit_unevenly(i) ? 1 : 0; });
   }
   if (!same_lights || views != known_views_) {
     std::vector<Shares> of_vertices(mesh.positions.size());
-    for_all(of_vertices.size(), [&](std::size_t i) {
+    parallel_each(of_vertices.size(), chunk, [&](std::size_t i) {
       for (const ShadowMap& map : lights_.shadows) {
         const float share =
             share_at(lights_, map, mesh.positions[i], mesh.normal(static_cast<std::uint32_t>(i)));
@@ -246,7 +239,7 @@ void CellPass::light_vertices() {
       }
     });
     shares_.assign(mesh.triangles.size(), {});
-    for_all(shares_.size(), [&](std::size_t i) {
+    parallel_each(shares_.size(), chunk, [&](std::size_t i) {
       for (const std::uint32_t corner : mesh.triangles[i].corners) {
         shares_[i].lit |= of_vertices[corner].lit;
         shares_[i].unlit |= of_vertices[corner].unlit;
@@ -268,7 +261,7 @@ V3f CellPass::to_viewer(const V3f& point) const {
 void CellPass::slope_vertices() {
   const MergedSurfaces& mesh = scene_.mesh;
   slopes_.resize(mesh.positions.size());
-  for_all(slopes_.size(), [&](std::size_t i) {
+  parallel_each(slopes_.size(), chunk, [&](std::size_t i) {
     const auto vertex = static_cast<std::uint32_t>(i);
     const V3f view = to_viewer(mesh.positions[i]);
     const V3f normal = mesh.normal(vertex);
@@ -282,7 +275,7 @@ void CellPass::slope_vertices() {
 /// Homogeneous coordinates, as in the index pass: correct in perspective and for corners behind the viewer.
 void CellPass::set_planes(const ProjectedVertices& projected) {
   const MergedSurfaces& mesh = scene_.mesh;
-  for_all(mesh.triangles.size(), [&](std::size_t i) {
+  parallel_each(mesh.triangles.size(), chunk, [&](std::size_t i) {
     if (kinds_[i] == Kind::none) return;
     const auto& corners = mesh.triangles[i].corners;
     std::array<V3d, 3> p;

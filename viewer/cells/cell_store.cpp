@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "format/base/parallel.h"
+#include "format/base/chunks.h"
 #include "format/fabric/yarn_sky.h"
 
 namespace selvedge {
@@ -44,6 +44,7 @@ constexpr float relief_of_texels = 0.2F;
 /// Pixels of coarser images are larger, in steps of a quarter of an octave.
 constexpr float step_larger = 1.189207F;
 constexpr float max_larger = 64;
+constexpr std::size_t needs_per_task = 64;
 
 double bytes_of(const CellView& view) {
   const V2i texels = view.size.samples / view.size.stride;
@@ -348,14 +349,7 @@ double CellStore::expect(std::span<const PatchNeed> needs) {
 bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) {
   float samples = options_.samples * (behind ? options_.behind : 1);
   std::vector<Work> all(needs.size());
-  const auto for_all = [&](const auto& body) {
-    parallel_for(0, static_cast<int>((needs.size() + 63) / 64), [&](int part) {
-      for (std::size_t i = 64 * static_cast<std::size_t>(part);
-           i < std::min<std::size_t>(64 * (part + 1), needs.size()); ++i)
-        body(i);
-    });
-  };
-  for_all([&](std::size_t i) {
+  parallel_each(needs.size(), needs_per_task, [&](std::size_t i) {
     all[i].patch = needs[i].patch;
     all[i].wanted = wanted(needs[i], samples, behind);
     all[i].kept = kept_[needs[i].patch];
@@ -384,7 +378,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
   ++call_;
   samples /= larger;
   const bool tight = larger > 1 || held > room_;
-  for_all([&](std::size_t i) {
+  parallel_each(needs.size(), needs_per_task, [&](std::size_t i) {
     Work& work = all[i];
     // Finer and larger images make room.
     if (tight && work.kept &&

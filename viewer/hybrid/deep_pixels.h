@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "viewer/hybrid/visibility_pass.h"
-#include "viewer/scene/pixel_triangles.h"
+#include "viewer/raster/raster.h"
 
 namespace selvedge {
 
@@ -19,15 +19,6 @@ struct DrawnSide {
   PbrPixel pbr_at(std::size_t i) const {
     return seen.colours.empty() ? PbrPixel{} : PbrPixel{seen.colours[i], seen.pbr[i]};
   }
-};
-
-/// A surface at a deep pixel.
-struct DeepHit {
-  std::uint32_t pixel = 0;  ///< y * width + x of the band
-  float depth = 0;
-  SeenSurface surface = 0;
-  std::uint32_t number = 0;  ///< of the pixel, of all deep ones
-  std::uint32_t pbr = 0;     ///< of DeepLayers::pbr
 };
 
 /// Hits by pixel, nearest first: starts[i] ... starts[i + 1] - 1 are hits of one pixel.

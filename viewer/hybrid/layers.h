@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "viewer/hybrid/deep_pixels.h"
-#include "viewer/hybrid/raster.h"
 #include "viewer/hybrid/shade.h"
+#include "viewer/raster/raster.h"
 
 namespace selvedge {
 

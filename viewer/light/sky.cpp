@@ -4,14 +4,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "format/base/parallel.h"
+#include "format/base/chunks.h"
 
 namespace selvedge {
 namespace {
 
 constexpr int direction_count = 48;
 constexpr int sky_size = 512;
-constexpr int vertices_per_task = 1024;
+constexpr std::size_t vertices_per_task = 1024;
 
 /// Points of a spiral, each with the same part of the sphere.
 V3f spiral_direction(int i) {
@@ -19,16 +19,6 @@ V3f spiral_direction(int i) {
   const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
   const double planar = std::sqrt(1 - z * z);
   return V3f(V3d(planar * std::cos(angle), planar * std::sin(angle), z));
-}
-
-/// Calls body(first, end) for parts of the vertices.
-template <class Body>
-void for_vertices(std::size_t count, const Body& body) {
-  const std::size_t tasks = (count + vertices_per_task - 1) / vertices_per_task;
-  parallel_for(0, static_cast<int>(tasks), [&](int task) {
-    const std::size_t first = static_cast<std::size_t>(task) * vertices_per_task;
-    for (std::size_t i = first; i < std::min(first + vertices_per_task, count); ++i) body(i);
-  });
 }
 
 }  // namespace
@@ -48,7 +38,7 @@ Result<SkyVisibility> sky_visibility(const GlFunctions& gl, const MergedSurfaces
     if (auto good = (*pass)->draw(shadow_views(lamps, mesh.positions, V3d(0, 0, 0), sky_size)); !good)
       return tl::unexpected(good.error());
     const std::span<const ShadowMap> maps = (*pass)->read();
-    for_vertices(count, [&](std::size_t i) {
+    parallel_each(count, vertices_per_task, [&](std::size_t i) {
       const Group& n = mesh.attributes[i][0];
       const V3f normal(n[0], n[1], n[2]);
       for (const ShadowMap& map : maps) {
@@ -77,7 +67,7 @@ std::vector<SmoothLight> light_at_vertices(const SkyVisibility& visibility, cons
       parts[i].factors[k] = radiance * (basis[k] * static_cast<float>(solid_angle / smooth_norms[k]));
   }
   std::vector<SmoothLight> result(visibility.shares.size() / directions, light);
-  for_vertices(result.size(), [&](std::size_t vertex) {
+  parallel_each(result.size(), vertices_per_task, [&](std::size_t vertex) {
     for (std::size_t i = 0; i < directions; ++i) {
       const float hidden = 1 - static_cast<float>(visibility.shares[vertex * directions + i]) / 255;
       if (!(hidden > 0)) continue;

@@ -3,22 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/base/parallel.h"
+#include "format/base/chunks.h"
 
 namespace selvedge {
 namespace {
 
 constexpr std::size_t chunk_size = 4096;
-
-/// Calls body(chunk, first, end) for the chunks of [0, count) on all cores.
-template <class Body>
-void in_chunks(std::size_t count, const Body& body) {
-  const std::size_t chunks = (count + chunk_size - 1) / chunk_size;
-  parallel_for(0, static_cast<int>(chunks), [&](int chunk) {
-    const std::size_t first = chunk * chunk_size;
-    body(chunk, first, std::min(first + chunk_size, count));
-  });
-}
 
 /// Pixels by which a rasteriser may round a corner.
 constexpr float rounding = 1.0F / 64;
@@ -151,20 +141,18 @@ ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int widt
   const std::size_t count = mesh.positions.size();
   projected.clip.resize(count);
   projected.screen.resize(count);
-  in_chunks(count, [&](std::size_t, std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) {
-      const V3d p(mesh.positions[i]);
-      const auto row = [&](unsigned k) {
-        return p.x * clip[0][k] + p.y * clip[1][k] + p.z * clip[2][k] + clip[3][k];
-      };
-      const double x = row(0);
-      const double y = row(1);
-      const double w = row(3);
-      projected.clip[i] = V4f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(row(2)),
-                              static_cast<float>(w));
-      projected.screen[i] = {static_cast<float>(x * 0.5 * width), static_cast<float>(y * 0.5 * height),
-                             static_cast<float>(w), 0};
-    }
+  parallel_each(count, chunk_size, [&](std::size_t i) {
+    const V3d p(mesh.positions[i]);
+    const auto row = [&](unsigned k) {
+      return p.x * clip[0][k] + p.y * clip[1][k] + p.z * clip[2][k] + clip[3][k];
+    };
+    const double x = row(0);
+    const double y = row(1);
+    const double w = row(3);
+    projected.clip[i] =
+        V4f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(row(2)), static_cast<float>(w));
+    projected.screen[i] = {static_cast<float>(x * 0.5 * width), static_cast<float>(y * 0.5 * height),
+                           static_cast<float>(w), 0};
   });
   return projected;
 }
@@ -196,14 +184,15 @@ std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const Projecte
   const TriangleSieve sieve(projected, everywhere);
   const std::size_t bands = (projected.height + band_rows - 1) / band_rows;
   std::vector<std::vector<TriangleLists>> parts((mesh.triangles.size() + chunk_size - 1) / chunk_size);
-  in_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t first, std::size_t end) {
-    parts[chunk].resize(bands);
+  parallel_chunks(mesh.triangles.size(), chunk_size, [&](std::size_t first, std::size_t end) {
+    auto& part = parts[first / chunk_size];
+    part.resize(bands);
     for (std::size_t i = first; i < end; ++i) {
       const PixelRange rows = sieve.rows(mesh.triangles[i]);
       if (rows.first > rows.last) continue;
       const std::size_t lowest = rows.first / band_rows;
       const std::size_t highest = rows.last / band_rows;
-      add_by_side(sieve, mesh, materials, i, std::span(parts[chunk]).subspan(lowest, highest - lowest + 1));
+      add_by_side(sieve, mesh, materials, i, std::span(part).subspan(lowest, highest - lowest + 1));
     }
   });
   std::vector<TriangleLists> lists(bands);
@@ -217,10 +206,8 @@ std::vector<std::uint32_t> sift_triangles(const MergedSurfaces& mesh, const Proj
                                           std::span<const std::uint32_t> list, const FrameTiles& where) {
   const TriangleSieve sieve(projected, where);
   std::vector<std::vector<std::uint32_t>> parts((list.size() + chunk_size - 1) / chunk_size);
-  in_chunks(list.size(), [&](std::size_t chunk, std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) {
-      if (sieve.keeps(mesh.triangles[list[i]])) parts[chunk].push_back(list[i]);
-    }
+  parallel_each(list.size(), chunk_size, [&](std::size_t i) {
+    if (sieve.keeps(mesh.triangles[list[i]])) parts[i / chunk_size].push_back(list[i]);
   });
   std::vector<std::uint32_t> kept;
   for (const std::vector<std::uint32_t>& part : parts) kept.insert(kept.end(), part.begin(), part.end());

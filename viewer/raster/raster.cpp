@@ -1,10 +1,10 @@
-#include "viewer/hybrid/raster.h"
+#include "viewer/raster/raster.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 
-#include "format/base/parallel.h"
+#include "format/base/chunks.h"
 #include "format/simd/wide_float.h"
 
 namespace selvedge {
@@ -150,16 +150,12 @@ void Raster::begin(const MergedSurfaces& mesh, const ProjectedVertices& projecte
   first_row_ = first_row;
   rows_ = rows;
   triangles_.resize(list.size());
-  parallel_for(0, static_cast<int>((list.size() + triangles_per_task - 1) / triangles_per_task),
-               [&](int task) {
-                 const std::size_t first = task * triangles_per_task;
-                 for (std::size_t i = first; i < std::min(first + triangles_per_task, list.size()); ++i) {
-                   Triangle& t = triangles_[i];
-                   t = set_up(mesh, projected, 2 * list[i] + (back ? 1 : 0));
-                   t.low = std::max(t.low - first_row, 0);
-                   t.high = std::min(t.high - first_row, rows - 1);
-                 }
-               });
+  parallel_each(list.size(), triangles_per_task, [&](std::size_t i) {
+    Triangle& t = triangles_[i];
+    t = set_up(mesh, projected, 2 * list[i] + (back ? 1 : 0));
+    t.low = std::max(t.low - first_row, 0);
+    t.high = std::min(t.high - first_row, rows - 1);
+  });
   // A counting sort by strips.
   const auto each_strip = [](const Triangle& t, const auto& body) {
     for (int strip = t.low / strip_rows; t.low <= t.high && strip <= t.high / strip_rows; ++strip)

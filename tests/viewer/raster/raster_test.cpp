@@ -1,4 +1,4 @@
-#include "viewer/hybrid/raster.h"
+#include "viewer/raster/raster.h"
 
 #include <doctest/doctest.h>
 

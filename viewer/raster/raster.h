@@ -1,6 +1,5 @@
-// Finds the surfaces at a frame's pixels on the CPU, as the geometry pass does with OpenGL
-// (visibility_pass.h): several times as fast as a software OpenGL whose frame is read back, for scenes of
-// which all surfaces have a fabric.
+// Finds the surfaces at a frame's pixels on the CPU: several times as fast as a software OpenGL whose frame
+// is read back (viewer/hybrid/visibility_pass.h), for scenes whose surfaces all have a fabric.
 #pragma once
 
 #include <array>
@@ -8,11 +7,19 @@
 #include <span>
 #include <vector>
 
-#include "viewer/hybrid/deep_pixels.h"
 #include "viewer/scene/mesh.h"
 #include "viewer/scene/pixel_triangles.h"
 
 namespace selvedge {
+
+/// A surface at a pixel in which one side of the cloth covers itself.
+struct DeepHit {
+  std::uint32_t pixel = 0;  ///< y * width + x of the band
+  float depth = 0;
+  SeenSurface surface = 0;
+  std::uint32_t number = 0;  ///< of the pixel, of all deep ones
+  std::uint32_t pbr = 0;     ///< of DeepLayers::pbr
+};
 
 /// Some rows of one side of the cloth, bottom row first; pixel (x, y) at y * stride + x.
 struct RasterRows {
