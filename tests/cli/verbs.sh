@@ -69,17 +69,10 @@ test_help_of_the_viewer_has_examples_that_run() {
   [ -s knit.exr ]
 }
 
-test_help_of_the_sample_garment_has_an_example() {
-  exits 0 selvedge-samples --help
-  grep -q '^Example: selvedge-samples' "$scratch/out"
-  exits 2 selvedge-samples
-  exits 2 selvedge-samples trousers -o t.glb
-}
-
 test_version_is_the_projects() {
   local version
   version=$(sed -n 's/^project(selvedge VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt")
-  for program in selvedge selvedge-view selvedge-samples; do
+  for program in selvedge selvedge-view; do
     [ "$($program --version)" = "$program $version" ] || fail "$program --version: $($program --version)"
   done
 }

@@ -1,12 +1,11 @@
-// A sample garment: a copy of that which CTest's fixture has made in $SELVEDGE_GARMENTS, or a new one.
+// The sample garment without its compression, which programs of others may not read.
 import { execFileSync } from 'node:child_process';
-import { copyFileSync, existsSync } from 'node:fs';
+import { existsSync } from 'node:fs';
+import { fileURLToPath } from 'node:url';
 
-/** The file of the garment of this name in `folder`; without the fixture it is made by the program in `bin`. */
+/** The file of the garment of this name in `folder`, which the program in `bin` writes. */
 export function sample_garment(bin, name, folder) {
-  const file = `${folder}/${name}-plain.glb`, made = process.env.SELVEDGE_GARMENTS;
-  if (existsSync(file)) return file;
-  if (made) copyFileSync(`${made}/${name}.glb`, file);
-  else execFileSync(`${bin}/selvedge-samples`, [name, '-o', file]);
+  const file = `${folder}/${name}-plain.glb`;
+  if (!existsSync(file)) execFileSync(`${bin}/expand-garment`, [fileURLToPath(new URL(`../../samples/${name}.glb`, import.meta.url)), file]);
   return file;
 }

@@ -243,7 +243,7 @@ TEST_CASE("dress: a fabric that nothing wears any more leaves the file, even a d
 
 TEST_CASE("dress: materials are found by name, all of that name, or by number") {
   Garment garment = square(3);
-  garment.materials[1].name = garment.materials[0].name;
+  garment.materials[1] = garment.materials[0];
   const Workshop workshop(garment);
   const Result<DressReport> by_name = workshop.dress({.materials = {"cloth 0"}});
   REQUIRE(by_name);

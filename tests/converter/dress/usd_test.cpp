@@ -100,9 +100,9 @@ TEST_CASE("usd: nodes, the second UV set and single-sidedness are kept") {
 
 TEST_CASE("usd: names become identifiers, each its own") {
   Garment garment = square(3);
-  garment.materials[0].name = "Größe 1";
-  garment.materials[1].name = "2 \"quoted\"";
-  garment.materials[2].name = garment.materials[1].name;
+  garment.materials[0] = "Größe 1";
+  garment.materials[1] = "2 \"quoted\"";
+  garment.materials[2] = garment.materials[1];
   const UsdLayer layer{Workshop(garment)};
   CHECK(layer.has("def Material \"Gr____e_1\""));
   CHECK(layer.has("def Material \"_2__quoted_\""));
@@ -112,9 +112,11 @@ TEST_CASE("usd: names become identifiers, each its own") {
 }
 
 TEST_CASE("usd: a material without a fabric is a UsdPreviewSurface like any other") {
-  Garment garment = square(2);
-  garment.materials[1].base_color = V4f(0.5F, 0.25F, 0.125F, 1);
-  const UsdLayer layer(Workshop(garment), {.materials = {"cloth 0"}});
+  Workshop workshop(square(2));
+  workshop.edit([](Json& json) {
+    json["materials"][1]["pbrMetallicRoughness"]["baseColorFactor"] = {0.5, 0.25, 0.125, 1};
+  });
+  const UsdLayer layer(workshop, {.materials = {"cloth 0"}});
   CHECK(layer.has("color3f inputs:diffuseColor = (0.5, 0.25, 0.125)"));
   const std::size_t second = layer.text.find("def Material \"cloth_1\"");
   REQUIRE(second != std::string::npos);
