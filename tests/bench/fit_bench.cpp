@@ -9,15 +9,11 @@
 //     0 to 4 lobes, with and without table
 //   selvedge-fit-bench scale
 //     how time grows with texels, samples and lobes
-//   selvedge-fit-bench reflectance FILE...
-//     one texel against measured materials: tables of theta_i,theta_o,dphi,r,g,b over a full grid
-//     (tests/fitter)
 #include <fmt/format.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <mutex>
-#include <span>
 
 #include "converter/bake/bake.h"
 #include "converter/stitch/find_cell.h"
@@ -27,7 +23,6 @@
 #include "format/quality/compare.h"
 #include "tests/bench/rows.h"
 #include "tests/converter/load_cell.h"
-#include "tests/fitter/reflectance.h"
 
 namespace {
 
@@ -203,19 +198,6 @@ int scale() {
   return 0;
 }
 
-int reflectance(std::span<const char* const> files) {
-  fmt::print("material        lobes  weighted error  unweighted\n");
-  for (const std::string file : files) {
-    const auto table = need(test::read_reflectance(file));
-    for (const int k : {1, 2, 3}) {
-      const test::ReflectanceError error = test::fit_reflectance(table, k);
-      fmt::print("{:14}  {:5}  {:14.4f}  {:10.4f}\n", std::filesystem::path(file).stem().string(), k,
-                 error.weighted, error.unweighted);
-    }
-  }
-  return 0;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -226,7 +208,6 @@ int main(int argc, char** argv) {
   if (what == "restarts") return restarts(samples, number(3, 16), number(4, 20));
   if (what == "lobes") return lobes(samples, number(3, 32));
   if (what == "scale") return scale();
-  if (what == "reflectance") return reflectance({argv + std::min(argc, 2), argv + argc});
-  fmt::print(stderr, "fit_bench: speed, restarts, lobes, scale or reflectance\n");
+  fmt::print(stderr, "fit_bench: speed, restarts, lobes or scale\n");
   return 2;
 }

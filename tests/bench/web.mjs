@@ -28,9 +28,9 @@ function computed() {
 }
 const median = (values) => values.sort((a, b) => a - b)[values.length >> 1];
 
-await in_browser(package_folder, { made: dirname(garment) }, async ({ page, errors }) => {
+await in_browser(package_folder, { made: dirname(garment), bench: import.meta.dirname }, async ({ page, errors }) => {
   const call = (name, ...args) => page.evaluate(
-    async ([f, a]) => (await import('/test/bench_page.js'))[f](...a), [name, args]);
+    async ([f, a]) => (await import('/bench/web_page.js'))[f](...a), [name, args]);
   await call('open', `/made/${basename(garment)}`);
   console.log('| view | MeshPhysicalMaterial, ms | fabric, moving | times | dB | nothing moving | times |\n' +
     '|---|---|---|---|---|---|---|');

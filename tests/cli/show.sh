@@ -71,47 +71,6 @@ test_show_refuses_what_it_cannot_read_before_a_window_opens() {
   exits 2 selvedge-view show plane.fabric.exr --screenshot window.jpg
 }
 
-test_show_probes_the_texel_under_the_mouse_and_its_light() {
-  need_screen
-  make_cloth
-  with_window quad.glb --level 0 --environment none --shadows 0 -- 'mousemove 200 250' 'mousemove 233 287'
-  [ ! -s errors.txt ] || fail "says: $(cat errors.txt)"
-  # Where the ray through the pixel's centre meets the plane z = 0; dressing repeats the fabric by its size.
-  selvedge info k.fabric.exr --json >info.json
-  holds '(() => {
-    const fs = require("fs"), info = JSON.parse(fs.readFileSync("info.json", "utf8"));
-    const [x, y] = r.probe.pixel, c = r.camera, slope = Math.tan(c.fov * Math.PI / 360);
-    if (x !== 233 || y !== 287 || c.azimuth !== 0 || c.elevation !== 0) return false;
-    const metres = 2 * slope * c.distance / r.height;
-    const at = [c.lookAt[0] + (x + 0.5 - r.width / 2) * metres, c.lookAt[1] + (r.height / 2 - y - 0.5) * metres];
-    const [width, height] = info.content.texels, period = info.content.mmPerRepeat;
-    const uv = [at[0] * 1000 / period[0], (0.1 - at[1]) * 1000 / period[1]].map(v => v - Math.floor(v));
-    const texel = [Math.floor(uv[0] * width), Math.floor(uv[1] * height)];
-    const t = r.probe.texels;
-    return Math.abs(uv[0] - r.probe.uv[0]) < 1e-4 && Math.abs(uv[1] - r.probe.uv[1]) < 1e-4 && t.length === 1
-      && t[0].level === 0 && t[0].texel.join() === texel.join();
-  })()' report.json
-  # The same texel as the reference evaluates it, light for light.
-  node -e 'const r = JSON.parse(require("fs").readFileSync("report.json", "utf8"));
-    for (const light of r.probe.lights)
-      console.log(`--level 0 --texel ${r.probe.texels[0].texel} --light ${light} --view ${r.probe.view}`);' >evaluations.txt
-  local i=0 arguments
-  while read -r arguments; do
-    # shellcheck disable=SC2086
-    selvedge evaluate k.fabric.exr $arguments --json >"light$i.json"
-    i=$((i + 1))
-  done <evaluations.txt
-  [ "$i" = 2 ] || fail "not two lights but $i"
-  holds '(() => {
-    const fs = require("fs");
-    const lights = [0, 1].map(i => JSON.parse(fs.readFileSync(`light${i}.json`, "utf8")));
-    return r.probe.radiance.every((value, c) => {
-      const sum = lights.reduce((s, l, i) => s + l.rgb[c] * r.lights[i].irradiance[c], 0);
-      return Math.abs(value - sum) <= 0.05 * Math.max(sum, 1e-2);  // one view stands for a repeat
-    }) && lights[0].alpha > 0 && Math.abs(r.probe.alpha - lights[0].alpha) < 2e-2;
-  })()' report.json
-}
-
 test_show_turns_moves_and_nears_with_the_mouse() {
   need_screen
   make_cloth
@@ -130,35 +89,6 @@ test_show_turns_moves_and_nears_with_the_mouse() {
     return Math.abs(r.camera.lookAt[0] - first.lookAt[0] + metres) < 1e-6
       && Math.abs(r.camera.distance - first.distance) < 1e-9;
   })()' report.json
-}
-
-test_show_turns_the_light_with_the_right_button() {
-  need_screen
-  make_cloth
-  with_window quad.glb --light 0,0,1 --light-frame camera -- 'mousemove 200 300' 'mousedown 3' 'mousemove 300 300' 'mouseup 3'
-  # A sixth of half a turn to the right.
-  holds 'r.camera.azimuth === 0 && Math.abs(r.lights[0].direction[0] - 0.5) < 1e-6
-    && Math.abs(r.lights[0].direction[2] - Math.sqrt(0.75)) < 1e-6' report.json
-}
-
-test_show_uses_the_lights_of_the_file_unless_others_are_asked_for() {
-  need_screen
-  write_quad quad.gltf
-  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync("quad.gltf", "utf8"));
-    g.extensionsUsed = ["KHR_lights_punctual"];
-    g.extensions = {KHR_lights_punctual: {lights: [{type: "point", intensity: 4}, {type: "directional", intensity: 2}]}};
-    g.nodes.push({translation: [1, 2, 3], extensions: {KHR_lights_punctual: {light: 0}}},
-      {extensions: {KHR_lights_punctual: {light: 1}}});
-    g.scenes[0].nodes.push(1, 2);
-    fs.writeFileSync("lit.gltf", JSON.stringify(g));'
-  # A drag turns the one that is far away; the other one stays where it is.
-  with_window lit.gltf -- 'mousemove 200 300' 'mousedown 3' 'mousemove 300 300' 'mouseup 3'
-  # The studio beside them adds two.
-  holds 'r.lights.length === 4 && r.lights[0].position.join() === "1,2,3" && !r.lights[0].direction
-    && r.lights[0].irradiance[0] === 4 && r.lights[1].irradiance[0] === 2
-    && Math.abs(r.lights[1].direction[0] - 0.5) < 1e-6' report.json
-  with_window lit.gltf --point-light 0,0,2,9 -- 'mousemove 200 300'
-  holds 'r.lights.length === 1 && r.lights[0].position.join() === "0,0,2" && r.lights[0].irradiance[0] === 9' report.json
 }
 
 test_show_hides_the_panel_and_takes_the_fabrics_away_by_keys() {

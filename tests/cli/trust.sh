@@ -54,7 +54,7 @@ test_pictures_that_are_cut_short_or_have_no_name_end_no_verb() {
   write_quad quad.gltf
   printf 'RIFF\4\0\0\0' >short.webp
   : >empty.png
-  for uri in short.webp empty.png '' . ./ 'a/..' '%00' '%' '#' 'data:' 'data:,' 'data:image/webp;base64,UklGRg=='; do
+  for uri in short.webp empty.png '' . '%00' '#' 'data:,'; do
     edited quad.gltf a.gltf "$(picture_from "$uri")"
     exits 1 selvedge check a.gltf quad.gltf
     grep -qE 'error: a.gltf: /images/0.* \[IMAGE_UNREADABLE\]$' "$scratch/err"
@@ -110,21 +110,6 @@ test_closed_streams_take_no_file_and_end_no_verb() {
   done
 }
 
-test_a_picture_in_the_format_of_fabrics_is_no_picture_of_a_garment() {
-  make_plane_fabric
-  write_quad quad.gltf
-  selvedge-view render quad.gltf -o picture.exr --size 8x8
-  cp picture.exr picture.png
-  for uri in picture.exr picture.png "data:image/png;base64,$(base64 -w0 picture.exr)"; do
-    edited quad.gltf a.gltf "$(picture_from "$uri")"
-    exits 1 selvedge check a.gltf
-    grep -qE 'error: a.gltf: /images/0: is no picture .* \[IMAGE_UNREADABLE\]$' "$scratch/err"
-    exits 0 selvedge dress a.gltf plane.fabric.exr -o d.glb --all
-    exits 0 selvedge-view render d.glb -o d.png --size 8x8
-  done
-  exits 0 compare-pictures picture.exr picture.exr
-}
-
 # Files of some megabytes at most that declare far more than a machine has.
 write_greedy() {
   write_quad quad.gltf
@@ -139,16 +124,14 @@ write_greedy() {
       g.materials.push({pbrMetallicRoughness: {baseColorTexture: {index: i}}}), g.nodes.push({mesh: i});
       g.meshes.push({primitives: [{attributes: {POSITION: 0, NORMAL: 1, TEXCOORD_0: 2}, indices: 3, material: i}]});
     }'
-  # indices of TRIANGLES over the four vertices of the quad, in a buffer of their own.
-  local many='const indices = n => {
-      const data = Buffer.alloc(3 * n);
-      for (let i = 0; i < n; ++i) data[3 * i + 1] = 1, data[3 * i + 2] = 2;
-      fs.writeFileSync("indices.bin", data);
-      g.buffers.push({byteLength: 3 * n, uri: "indices.bin"});
-      g.bufferViews.push({buffer: 1, byteLength: 3 * n});
-      g.accessors[3] = {bufferView: 4, componentType: 5121, count: 3 * n, type: "SCALAR"};
-    };'
-  edited quad.gltf instances.gltf "$many indices(1e5);
+  # Triangles over the four vertices of the quad, 1e5 times.
+  local many='const data = Buffer.alloc(3e5);
+    for (let i = 0; i < 1e5; ++i) data[3 * i + 1] = 1, data[3 * i + 2] = 2;
+    fs.writeFileSync("indices.bin", data);
+    g.buffers.push({byteLength: 3e5, uri: "indices.bin"});
+    g.bufferViews.push({buffer: 1, byteLength: 3e5});
+    g.accessors[3] = {bufferView: 4, componentType: 5121, count: 3e5, type: "SCALAR"};'
+  edited quad.gltf instances.gltf "$many
     const places = Buffer.alloc(12 * 1e5);
     fs.writeFileSync('places.bin', places);
     g.buffers.push({byteLength: places.length, uri: 'places.bin'});
@@ -156,16 +139,6 @@ write_greedy() {
     g.accessors.push({bufferView: 5, componentType: 5126, count: 1e5, type: 'VEC3'});
     g.extensionsUsed = ['EXT_mesh_gpu_instancing'];
     g.nodes[0].extensions = {EXT_mesh_gpu_instancing: {attributes: {TRANSLATION: 4}}};"
-  edited quad.gltf nodes.gltf "$many indices(1e5);
-    for (let i = 1; i < 1e5; ++i) g.nodes.push({mesh: 0}), g.scenes[0].nodes.push(i);"
-  # Of 300,000 vertices in 3.6 MB, which all of them share.
-  edited quad.gltf primitives.gltf "const positions = Buffer.alloc(12 * 3e5);
-    fs.writeFileSync('positions.bin', positions);
-    g.buffers.push({byteLength: positions.length, uri: 'positions.bin'});
-    g.bufferViews.push({buffer: 1, byteLength: positions.length});
-    g.accessors.push({bufferView: 4, componentType: 5126, count: 3e5, type: 'VEC3', min: [0, 0, 0], max: [0, 0, 0]});
-    g.meshes[0].primitives[0] = {attributes: {POSITION: 4}, material: 0};
-    for (let i = 1; i < 2000; ++i) g.meshes[0].primitives.push(g.meshes[0].primitives[0]);"
 }
 
 test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it() {
@@ -176,7 +149,7 @@ test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it(
   # is a part).
   within() { bash -c 'ulimit -t 5 -v "$0"; exec "$@"' "$@" --threads 1; }
   greedy() { within 2000000 "$@" --max-memory 1G; }
-  for file in instances nodes primitives pictures; do
+  for file in instances pictures; do
     exits 1 greedy selvedge check $file.gltf quad.gltf
     grep -qE "^selvedge: error: $file.gltf: .*--max-memory.* \[FILE_TOO_LARGE\]$" "$scratch/err"
     grep -qF 'quad.gltf: gltf, good' "$scratch/out"
@@ -187,8 +160,8 @@ test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it(
     refuses FILE_TOO_LARGE --max-memory greedy selvedge dress $file.gltf plane.fabric.exr -o o.glb --all
   done
   # By default as well, and the option raises it.
-  exits 1 within 5300000 selvedge check instances.gltf nodes.gltf primitives.gltf pictures.gltf --quiet
-  [ "$(grep -oE 'error: [a-z]+\.gltf: .*FILE_TOO_LARGE' "$scratch/err" | cut -d: -f2 | sort -u | wc -l)" = 4 ]
+  exits 1 within 5300000 selvedge check instances.gltf pictures.gltf --quiet
+  [ "$(grep -oE 'error: [a-z]+\.gltf: .*FILE_TOO_LARGE' "$scratch/err" | cut -d: -f2 | sort -u | wc -l)" = 2 ]
   exits 0 selvedge check pictures.gltf --max-memory 100G --quiet
   # A small frame shows little of pictures that take 4.5 GB in full size.
   edited pictures.gltf few.gltf 'g.scenes[0].nodes.length = 4; g.materials.length = 4; g.meshes.length = 4;
@@ -214,21 +187,6 @@ test_fabrics_whose_levels_do_not_fit_into_the_memory_are_refused() {
     exits 0 selvedge check $input --max-memory 20M
   done
   refuses FILE_TOO_LARGE --max-memory selvedge dress quad.gltf k.fabric.exr -o o.glb --all --max-memory 500K
-}
-
-test_an_output_keeps_the_mode_of_what_was_there_and_follows_no_link_to_nothing() {
-  make_plane_fabric
-  write_quad quad.gltf
-  for name in o.glb o.gltf o.bin; do touch $name && chmod 600 $name; done
-  exits 0 selvedge dress quad.gltf plane.fabric.exr -o o.glb --all
-  exits 0 selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all
-  exits 0 selvedge-view render o.glb -o o.png --size 16x16
-  [ "$(stat -c %a o.glb o.gltf o.bin | sort -u)" = 600 ]
-  chmod 640 o.png
-  exits 0 selvedge-view render o.glb -o o.png --size 16x16
-  [ "$(stat -c %a o.png)" = 640 ]
-  ln -s nothing.glb link.glb
-  refuses FILE_UNWRITABLE link.glb selvedge dress quad.gltf plane.fabric.exr -o link.glb --all
 }
 
 # What dress adds would get their numbers.

@@ -176,15 +176,6 @@ test_report_of_every_verb_is_json() {
   holds "r.width === 64 && r.fabrics === 1"
 }
 
-test_report_survives_a_file_name_that_is_not_utf_8() {
-  local name=$'k\xff.fabric.exr'
-  write_plane $'plane\xff.obj'
-  reports selvedge make selvedge make --quality paper $'plane\xff.obj' --period 2x2 -o "$name" "${small[@]}"
-  reports selvedge check selvedge check "$name"
-  reports selvedge info selvedge info "$name"
-  selvedge info "$name" >/dev/null
-}
-
 test_an_error_is_json_where_the_report_would_be() {
   exits 1 selvedge info none.exr --json
   holds "r.verb === 'info' && r.error.code === 'FILE_MISSING' && r.error.file === 'none.exr' && r.error.message !== ''"

@@ -34,34 +34,15 @@ test_render_turntable_leaves_all_frames_or_none() {
   exits 2 selvedge-view render k.fabric.exr -o turn.png --turntable 4
 }
 
-test_render_tone_curves_are_those_of_the_help() {
+test_render_tone_curves_change_pictures_of_bytes_alone() {
   make_plane_fabric
-  # f of a Lambertian of albedo 0.8, 0.4, 0.2 seen and lit from above, times pi * 4.
   local options=(--light 0,0,1 --exposure 12.566370614 --repeats 1x1 --view 0,0,1)
-  local curve
-  for curve in none neutral; do
-    selvedge-view render plane.fabric.exr -o "$curve.png" "${options[@]}" --tone-map "$curve"
+  for curve in none neutral agx; do
+    selvedge-view render plane.fabric.exr -o "$curve.png" -o "$curve.exr" "${options[@]}" --tone-map "$curve"
+    same "$curve.exr" none.exr
   done
-  selvedge-view render plane.fabric.exr -o light.exr "${options[@]}" --tone-map agx
-  selvedge-view render plane.fabric.exr -o plain.exr "${options[@]}"
-  same light.exr plain.exr
-  # The first pixel of a PNG is stored as it is, whatever the filter of its row.
-  node -e 'const fs = require("fs"), zlib = require("zlib");
-    const c = [3.2, 1.6, 0.8], peak = 3.2 - 0.04, shown = 1 - 0.24 ** 2 / (peak + 0.24 - 0.76);
-    const grey = 1 - 1 / (0.15 * (peak - shown) + 1);
-    const curves = {none: v => v, neutral: v => (v - 0.04) * shown / peak * (1 - grey) + shown * grey};
-    const srgb = v => v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055;
-    for (const [name, curve] of Object.entries(curves)) {
-      const bytes = fs.readFileSync(`${name}.png`), parts = [];
-      for (let at = 8; at < bytes.length; at += 12 + bytes.readUInt32BE(at))
-        if (bytes.toString("latin1", at + 4, at + 8) === "IDAT") parts.push(bytes.subarray(at + 8, at + 8 + bytes.readUInt32BE(at)));
-      const pixel = [...zlib.inflateSync(Buffer.concat(parts)).subarray(1, 4)];
-      c.forEach((v, i) => {
-        const wanted = 255 * srgb(Math.min(1, curve(v)));
-        // Two steps: one of rounding, one for the noise of the bake.
-        if (!(Math.abs(pixel[i] - wanted) <= 2)) { console.error(name, i, pixel, wanted); process.exit(1); }
-      });
-    }'
+  differ none.png neutral.png
+  differ agx.png neutral.png
   exits 2 selvedge-view render plane.fabric.exr -o x.png --tone-map filmic
 }
 
@@ -98,24 +79,6 @@ test_render_refuses_options_that_would_have_no_effect() {
   [ ! -e s.png ] || fail "wrote s.png"
 }
 
-# What lights of 1e-6 and 1e12 make is what a light of 1 makes, times that.
-test_lights_of_any_intensity_make_numbers() {
-  make_scene
-  local size=(--place near --size 32x24 --supersample 1 --quiet) of
-  for of in '1' '1e-3' '1e-6' '1e9' '1e12'; do
-    selvedge-view render k.fabric.exr -o "view$of.exr" "${size[@]}" --light "0.3,0.2,1,$of" --exposure "$(node -p "3/$of")" -o "view$of.png"
-    exits 0 compare-pictures view1.png "view$of.png" --max 0.005
-  done
-  exits 2 selvedge-view render k.fabric.exr -o x.png --light 0,0,1,1e13
-  exits 2 selvedge truth plain-knit -o x.png --light 0,0,1,1e13
-  # As near to the cloth as numbers go.
-  selvedge-view render quad.glb -o point.exr --size 20x20 --quiet --point-light 0.05,0.05,1e-9,1e12
-  # A single number that is none would make the difference one that JSON does not have.
-  selvedge-view render quad.glb -o usual.exr --size 20x20 --quiet
-  exits 0 compare-pictures point.exr usual.exr --json
-  holds 'Number.isFinite(r.maxAbsolute) && r.maxAbsolute > 0'
-}
-
 test_standard_output_that_cannot_be_written_is_an_error() {
   [ -c /dev/full ] || exit 77
   make_scene
@@ -128,45 +91,6 @@ test_standard_output_that_cannot_be_written_is_an_error() {
     [ "$(wc -l <"$scratch/err")" = 1 ] || fail "not one line of $verb: $(cat "$scratch/err")"
     grep -q 'standard output: .* \[FILE_UNWRITABLE\]$' "$scratch/err" || fail "$verb: $(cat "$scratch/err")"
   done
-}
-
-test_render_point_lights_fall_off_with_the_square_of_their_distance() {
-  make_scene
-  local view=(--size 60x40 --quiet --look-at 0.05,0.05,0)
-  # Over the middle, four times as strong at twice the distance: the same there but for the slant.
-  selvedge-view render quad.glb -o near.exr "${view[@]}" --point-light 0.05,0.05,10,100
-  selvedge-view render quad.glb -o far.exr "${view[@]}" --point-light 0.05,0.05,20,400
-  selvedge-view render quad.glb -o sun.exr "${view[@]}" --light 0,0,1
-  exits 0 compare-pictures near.exr far.exr --max 1e-3
-  exits 0 compare-pictures near.exr sun.exr --max 2e-3
-  # Beside lights that are far away, in any order; light adds up.
-  selvedge-view render quad.glb -o both.exr "${view[@]}" --light 0,0,1,0.5 --point-light 0.05,0.05,10,50
-  selvedge-view render quad.glb -o also.exr "${view[@]}" --point-light 0.05,0.05,10,50 --light 0,0,1,0.5
-  exits 0 compare-pictures both.exr sun.exr --max 2e-3
-  exits 0 compare-pictures both.exr also.exr --max 1e-6
-  # It stands in the scene, whatever the axes of --light.
-  selvedge-view render quad.glb -o turned.exr "${view[@]}" --azimuth 30 --point-light 0.05,0.05,10,100
-  selvedge-view render quad.glb -o again.exr "${view[@]}" --azimuth 30 --point-light 0.05,0.05,10,100 --light 0,0,1,0 --light-frame camera
-  same turned.exr again.exr
-  exits 2 selvedge-view render quad.glb -o x.png --point-light 1,2
-  exits 2 selvedge-view render quad.glb -o x.png --point-light 1,2,3,-1
-}
-
-test_render_draws_materials_without_fabric_by_their_core_parameters() {
-  write_quad quad.gltf
-  # White metal, rough: all light from around comes back, and nothing else without a light that hits it.
-  local view=(--size 40x40 --quiet --orthographic --light 0,0,-1 --background 0,0,0)
-  selvedge-view render quad.gltf -o metal.png "${view[@]}" --ambient 0.5
-  selvedge-view render quad.gltf -o dark.png "${view[@]}" --ambient 0
-  node -e 'const fs = require("fs"), g = JSON.parse(fs.readFileSync("quad.gltf", "utf8"));
-    g.extensionsUsed = ["KHR_materials_unlit"];
-    g.materials[0].extensions = {KHR_materials_unlit: {}};
-    g.materials[0].pbrMetallicRoughness = {baseColorFactor: [0.5, 0.5, 0.5, 1]};
-    fs.writeFileSync("unlit.gltf", JSON.stringify(g));'
-  selvedge-view render unlit.gltf -o unlit.png "${view[@]}" --ambient 0
-  exits 0 compare-pictures metal.png unlit.png --max 0.005
-  exits 1 compare-pictures dark.png unlit.png --max 0.5
-  exits 2 selvedge-view render quad.gltf -o x.png --ambient -1
 }
 
 test_render_shadows_are_an_option() {

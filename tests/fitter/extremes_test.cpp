@@ -193,14 +193,6 @@ TEST_CASE("lobes that half precision ruins are named with their texel, and those
   }
 }
 
-TEST_CASE("a range of 1e6 within one texel is fitted where its energy is") {
-  const Case c = case_of(1, 1, {6, 6}, {6, 6}, [](int, const V3f& l, const V3f& v) {
-    const float lobe = std::pow(std::max(0.0F, -l.x * v.x - l.y * v.y + l.z * v.z), 40.0F);
-    return V3f(1e-3F + 1e3F * lobe) * l.z;
-  });
-  CHECK(error_of(fitted(c).fabric, c) < 0.02);
-}
-
 TEST_CASE("texels that are always holes are black with T = 1 and alpha 0, and are named in a warning") {
   Case c = case_of(glossy);
   for (std::size_t v = 0; v < 36; ++v) c.level.alpha[v] = 0;
@@ -296,20 +288,6 @@ TEST_CASE("normals that cancel give the cloth's own frame") {
       CHECK(n == V3f(0, 0, 1));
       CHECK(t == V3f(1, 0, 0));
     }
-  }
-}
-
-TEST_CASE("data of two identical or two opposite lobes are recovered in function values") {
-  for (const float sign : {1.0F, -1.0F}) {
-    const Case c = case_of(1, 1, {8, 8}, {8, 8}, [&](int, const V3f& l, const V3f& v) {
-      const auto lobe = [&](float s) {
-        return std::pow(std::max(0.0F, s * 0.8F * (l.x * v.x + l.y * v.y) + 0.7F * l.z * v.z), 5.0F);
-      };
-      return V3f(0.1F + lobe(1) + lobe(sign)) * l.z;
-    });
-    FitOptions options;
-    options.view_table = false;
-    CHECK(error_of(fitted(c, options).fabric, c) < 0.01);
   }
 }
 

@@ -79,34 +79,6 @@ TEST_CASE("every member of a stitch description is in the page") {
   }
 }
 
-TEST_CASE("every part, channel and member of a samples file is in the page") {
-  const Folder folder;
-  bake_example(folder / "straight.samples.exr");
-  const auto reader = test::need(ExrReader::open(folder / "straight.samples.exr"));
-  const std::string text = page("samples.md");
-  REQUIRE(reader.parts().size() == 4);
-  for (const ExrPart& part : reader.parts()) {
-    CHECK_MESSAGE(test::names(text, part.name), part.name);
-    for (const ExrChannel& channel : part.channels) {
-      // The page lists the channels of one set of pairs for all.
-      const std::string name = replaced(channel.name, "^held-out\\.", "validation.");
-      CHECK_MESSAGE(test::names(text, name), channel.name);
-      CHECK(channel.half);
-    }
-  }
-  const auto& attributes = reader.parts().front().attributes;
-  const json header = json::parse(attributes.at("selvedge.samples"));
-  for (const auto& item : header.items()) CHECK_MESSAGE(test::names(text, item.key()), item.key());
-  for (const auto& item : header["views"].items()) CHECK_MESSAGE(test::names(text, item.key()), item.key());
-  for (const auto& item : header["pairs"].items()) {
-    CHECK_MESSAGE(test::names(text, item.key()), item.key());
-    for (const json& pair : item.value()) {
-      CHECK(pair.size() == 2);
-      CHECK((pair.contains("light") && pair.contains("view")));
-    }
-  }
-}
-
 TEST_CASE("directions of pairs lie in the band of the page") {
   const Folder folder;
   bake_example(folder / "s.exr");

@@ -156,19 +156,6 @@ Fabric yarn_fabric() {
 
 }  // namespace
 
-TEST_CASE("matt cloth in constant light shows its albedo, whichever way it faces") {
-  test::Setting setting = ball(test::lambert_fabric(4, V3f(0.8F, 0.4F, 0.2F)));
-  Environment even{16, 8, std::vector<V3f>(128, V3f(0.5F, 1, 2)), {}};
-  for (const RenderPath path : paths) {
-    for (const V4f& pixel : in_environment(setting, even, path).pixels) {
-      if (pixel.w < 1) continue;
-      CHECK(pixel.x == doctest::Approx(0.4).epsilon(1e-3));
-      CHECK(pixel.y == doctest::Approx(0.4).epsilon(1e-3));
-      CHECK(pixel.z == doctest::Approx(0.4).epsilon(1e-3));
-    }
-  }
-}
-
 TEST_CASE("fabrics in an environment look as in one lamp for each of its pixels") {
   const Environment environment = evening();
   REQUIRE(divide(environment).lamps.empty());
@@ -290,24 +277,6 @@ TEST_CASE("a backdrop is the environment, or what a rough mirror shows of it") {
   const V3f blurred = reflections_of(evening()).at(away, 0.7F);
   CHECK(test::drawn(setting, RenderPath::raster).pixels[0].x == doctest::Approx(blurred.x).epsilon(1e-4));
   CHECK(std::abs(sharp.x - blurred.x) > 0.01F);
-}
-
-TEST_CASE("a renderer follows an environment that turns") {
-  Environment turned = evening();
-  turned.options = {90, 2};
-  for (const RenderPath path : paths) {
-    test::Setting setting = placed_in(core_ball(1, 0.3F), evening());
-    setting.options.path = path;
-    setting.options.context = ContextKind::osmesa;
-    const auto renderer = test::need(Renderer::create(setting.scene, {}, setting.options));
-    const Camera camera = test::camera_of(setting);
-    Frame frame;
-    RenderStats stats;
-    test::need(renderer->draw(camera, setting.options, frame, stats));
-    setting = placed_in(setting, turned);
-    test::need(renderer->draw(camera, setting.options, frame, stats));
-    CHECK(frame.pixels == test::drawn(setting, path).pixels);
-  }
 }
 
 TEST_CASE("a wall beside cloth or metal hides half of the sky") {

@@ -2,9 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <cstring>
 
-#include "format/base/parallel.h"
 #include "tests/require.h"
 #include "tests/viewer/small_frames.h"
 
@@ -16,26 +14,6 @@ using test::from_the_side;
 using test::middle;
 using test::render_or_fail;
 using test::small;
-
-bool same_bytes(const Frame& a, const Frame& b) {
-  return a.pixels.size() == b.pixels.size() &&
-         std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(V4f)) == 0;
-}
-
-TEST_CASE("the frame's bytes do not depend on the number of threads") {
-  Scene scene;
-  test::add(scene, test::sphere(48, 24, V2d(30, 15)), test::material(0));
-  RenderOptions options = small(default_lights(Camera{}));
-  options.supersample = 2;
-  const Camera camera = camera_for(scene, options);
-  const std::vector<Fabric> fabrics{test::random_fabric(16, 16, 6)};
-  set_threads(1);
-  const Frame one = render_or_fail(scene, fabrics, camera, options);
-  set_threads(2);
-  const Frame two = render_or_fail(scene, fabrics, camera, options);
-  set_threads(0);
-  CHECK(same_bytes(one, two));
-}
 
 TEST_CASE("supersampling converges to the same picture and smooths the outline") {
   Scene scene;

@@ -24,40 +24,6 @@ V4f shown(const V4f& pixel) {
   return {pixel.x * pi, pixel.y * pi, pixel.z * pi, pixel.w};
 }
 
-TEST_CASE("a Lambertian sphere shows albedo / pi * cosine * irradiance, as a fabric") {
-  const V3f albedo(0.8F, 0.5F, 0.2F);
-  Scene scene;
-  test::add(scene, test::sphere(256, 128, V2d(60, 30)), test::material(0));
-  const RenderOptions options = small({from_the_side});
-  const Camera camera = camera_for(scene, options);
-  const Frame frame = render_or_fail(scene, {test::lambert_fabric(8, albedo)}, camera, options);
-  double worst = 0;
-  int compared = 0;
-  for (int y = 0; y < options.height; ++y) {
-    for (int x = 0; x < options.width; ++x) {
-      const V3d away =
-          -view_direction(camera, V2d((2.0 * x + 1) / options.width - 1, 1 - (2.0 * y + 1) / options.height));
-      const V4f& pixel = frame.pixels[y * options.width + x];
-      const double along = -camera.position.dot(away);
-      const double under_root = along * along - camera.position.length2() + 1;
-      // The silhouette is a polygon's, and normals there are bent to the horizon.
-      if (under_root < 0.03) continue;
-      const V3d normal = camera.position + away * (along - std::sqrt(under_root));
-      const double cosine = std::max(0.0, normal.dot(from_the_side.direction));
-      for (unsigned c = 0; c < 3; ++c) {
-        const double expected = albedo[static_cast<int>(c)] / std::numbers::pi * cosine *
-                                from_the_side.irradiance[static_cast<int>(c)];
-        worst = std::max(worst, std::abs(expected - pixel[c]));
-      }
-      CHECK(pixel.w == 1);
-      ++compared;
-    }
-  }
-  CHECK(compared > 2000);
-  // 256 segments: positions are off by 1 - cos(pi / 256) = 8e-5, interpolated normals by as much.
-  CHECK(worst < 1e-3);
-}
-
 TEST_CASE("through a half transparent cloth half of what lies behind is seen") {
   // The cutoff of MASK is the fallback's alone: a fabric blends all the same.
   for (const AlphaMode mode : {AlphaMode::mask, AlphaMode::blend}) {
@@ -147,39 +113,6 @@ TEST_CASE("a sphere of netting shows its own inside") {
     CHECK(stats.layers == 2);
     CHECK(pixel.w == doctest::Approx(1 - (1 - opacity) * (1 - opacity)));
   }
-}
-
-TEST_CASE("deep pixels show the same whether OpenGL peels them or the processor casts rays") {
-  Scene scene;
-  M44d larger;
-  larger.setScale(1.4);
-  M44d aside;
-  aside.setTranslation(V3d(0.3, 0.2, 0.1));
-  test::add(scene, test::sphere(48, 24, V2d(8, 4)), test::material(0), larger);
-  test::add(scene, test::sphere(48, 24, V2d(8, 4)), test::material(0));
-  test::add(scene, test::sphere(48, 24, V2d(8, 4)), test::material(0), aside);
-  Fabric netting = test::lambert_fabric(4, V3f(1, 0.5F, 0.25F), 0.4F);
-  RenderOptions options = small({from_the_side});
-  const Camera camera = camera_for(scene, options);
-  RenderStats stats;
-  const Frame cast = render_or_fail(scene, {netting}, camera, options, &stats);
-  CHECK(stats.layers == 6);
-  // A surface without fabric, out of sight: its mask might matter, so OpenGL does the work.
-  M44d away;
-  away.setTranslation(V3d(0, 0, 50));
-  test::add(scene, test::square(1), test::material(-1), away);
-  const Frame peeled = render_or_fail(scene, {netting}, camera, options, &stats);
-  CHECK(stats.layers == 6);
-  int different = 0;
-  int covered = 0;
-  for (std::size_t i = 0; i < cast.pixels.size(); ++i) {
-    const V4f d = cast.pixels[i] - peeled.pixels[i];
-    covered += cast.pixels[i].w > 0 ? 1 : 0;
-    different += std::sqrt(d.dot(d)) > 1e-3F ? 1 : 0;
-  }
-  CHECK(covered > 3000);
-  // Where an edge passes within OpenGL's 1/256 of a pixel's centre.
-  CHECK(different * 100 < covered);
 }
 
 TEST_CASE("opaque pixels end the work after the first layer") {

@@ -270,21 +270,6 @@ export const facts = {
     return told.join('; ');
   },
 
-  'layers of a skin in motion show through holes in their order': async () => {
-    const material = await material_of({ file: OPEN, keeps_opacity: true });
-    const { mesh, bones } = skinned_cloth(material), told = [];
-    material.side = DoubleSide;
-    bones[1].rotation.z = 1;
-    for (const z of [0.4, -0.4, 0.4]) {
-      bones[1].position.set(-0.4, 0.1, z);
-      const still = new Mesh(cloth(), material), moved = new Mesh(cloth().translate(0.5, 0, 0), material);
-      moved.position.copy(bones[1].position);
-      moved.rotation.copy(bones[1].rotation);
-      told.push(need_same(await picture([mesh, SUN()]), await picture([still, moved, SUN()]), `moved to ${z}`));
-    }
-    return told.join('; ');
-  },
-
   'layers of several meshes show through holes in their order': async () => {
     const material = await material_of({ file: OPEN, keeps_opacity: true });
     const at = (...depths) => {
@@ -358,13 +343,6 @@ export const facts = {
     return need_same(await picture([scene, SUN()]), await picture([new Mesh(geometry, await material_of()), SUN()]), 'set 1');
   },
 
-  'a garment has several fabrics': async () => {
-    const { scene } = await load(garment_of([CLOTH, OTHER], { references: [{ index: 0 }, { index: 1 }] }));
-    const first = new Mesh(cloth(), await material_of()), second = new Mesh(cloth(), await material_of({ file: OTHER }));
-    second.position.x = 1;
-    return need_same(await picture([scene, SUN()]), await picture([first, second, SUN()]), 'two fabrics');
-  },
-
   'a second renderer, and one whose context was lost, show the same': async () => {
     const mesh = new Mesh(cloth(), await material_of()), one = await picture([mesh, SUN()]), second = renderer_of();
     const told = [need_same(one, await picture([mesh, SUN()], CAMERA, {}, second), 'second')];
@@ -404,18 +382,6 @@ export const facts = {
     }
     need(memory.geometries === before.geometries && memory.textures <= before.textures + 1, JSON.stringify([before, memory]));
     return `${memory.geometries} geometries, ${memory.textures} textures`;
-  },
-
-  'a mirrored mesh is the mesh of mirrored places': async () => {
-    const material = await material_of(), mesh = new Mesh(cloth(), material), geometry = cloth();
-    mesh.scale.x = -1;
-    const { position, normal } = geometry.attributes;
-    for (let i = 0; i < 4; ++i) {
-      position.setX(i, -position.getX(i));
-      normal.setX(i, -normal.getX(i));
-    }
-    geometry.setIndex([0, 2, 1, 0, 3, 2]);
-    return need_same(await picture([mesh, SUN()]), await picture([new Mesh(geometry, material), SUN()]), 'mirrored');
   },
 
   'one quad of 200 repeats is the cloth of its parts': async () => {

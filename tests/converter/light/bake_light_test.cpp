@@ -210,27 +210,6 @@ TEST_CASE("a knit with holes and a weave are white in a white furnace") {
   }
 }
 
-TEST_CASE("the cell's mean is reciprocal, with gloss, shadows and indirect light") {
-  // Helmholtz: mean(opacity * radiance)(l, v) / lz = the same with l and v exchanged.
-  const CellMesh mesh = glossy_knit(0.4F, 0.3F);
-  const RayScene scene = scene_of(mesh);
-  const TexelBaker baker(scene, nullptr, 2, {4, 4}, 1);
-  const std::vector<DirectionPair> pairs = random_pairs(6, 0.2, 5);
-  for (const DirectionPair& pair : pairs) {
-    const Estimate a = cell_means(baker, pair.view, {{&pair.light, 1}, {}}, 64, 64)[0];
-    const Estimate b = cell_means(baker, pair.light, {{&pair.view, 1}, {}}, 64, 64)[0];
-    const double left = a.mean / static_cast<double>(pair.light.z);
-    const double right = b.mean / static_cast<double>(pair.view.z);
-    const double error =
-        std::hypot(a.error / static_cast<double>(pair.light.z), b.error / static_cast<double>(pair.view.z));
-    CAPTURE(left);
-    CAPTURE(right);
-    CHECK(error < 0.01 * left);
-    // t with at least 63 degrees of freedom at 1e-3 / 6, two-sided: 4.0.
-    CHECK(std::abs(left - right) <= 4.0 * error);
-  }
-}
-
 TEST_CASE("a ground below the holes lights the cloth from below, and is no cloth") {
   // A thin floor over half of the cell, high above a white ground: its underside and the ground exchange
   // light; seen from above the hole stays a hole.

@@ -198,20 +198,3 @@ TEST_CASE("the surface about a station is that which rays meet") {
   }
   CHECK(met > 10);
 }
-
-TEST_CASE("a file of flat yarn is read as it was written") {
-  const Folder folder;
-  Fabric fabric = random_fabric(8, 8, {2, 2}, 1, 3);
-  const YarnData data = aslant(0.7F);
-  YarnData hairy = aslant(0.7F);
-  hairy.curves[0].hairs = {3, 0.2F, 0, 0.01F, 1};
-  CHECK(need(yarns_from_values(curve_values(hairy), indirect_values(hairy), counts_of(hairy), {2, 2})) ==
-        hairy);
-  fabric.period_mm = {2, 2};
-  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(data, fabric.period_mm));
-  need(write_fabric(folder / "f.exr", fabric));
-  FabricReader reader = need(FabricReader::open(folder / "f.exr"));
-  CHECK(need(reader.read()).levels.front().yarns()->data() == data);
-  for (const float wrong : {0.29F, 1.01F, std::nanf("")})
-    CHECK(validate(aslant(wrong), {2, 2}).error().place == "curve 0");
-}

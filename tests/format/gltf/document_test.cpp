@@ -50,16 +50,6 @@ TEST_CASE("gltf: a written garment is read back as it was, and is the same each 
   CHECK(scene.remarks.empty());
 }
 
-TEST_CASE("gltf: a GLB cut short at any place is an error") {
-  const Folder folder;
-  REQUIRE(write_garment(folder / "whole.glb", square()));
-  const std::string whole = *read_file(folder / "whole.glb");
-  for (std::size_t size = 0; size < whole.size(); ++size) {
-    test::write_bytes(folder / "short.glb", whole.substr(0, size));
-    CHECK_FALSE(read_scene(folder / "short.glb").has_value());
-  }
-}
-
 TEST_CASE("gltf: a document that is not to open other files refuses their URIs, and data URIs are its own") {
   const Folder folder;
   test::write_bytes(folder / "three.bin", "abc");

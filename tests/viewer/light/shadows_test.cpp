@@ -254,14 +254,6 @@ TEST_CASE("shadows of a light far away agree with rays on 99 % of the pixels 4 t
   }
 }
 
-TEST_CASE("shadows of a spot agree with rays") {
-  test::Setting setting = ball_over_folds();
-  setting.options.lights = {spot_at(V3d(1.5, 1, 2.5), 0.6)};
-  int compared = 0;
-  CHECK(share_of_agreement(setting, RenderPath::hybrid, compared) >= 0.99);
-  CHECK(compared > 1000);
-}
-
 TEST_CASE("hybrid and rays agree on shadows, on fabrics and on core materials") {
   test::Setting setting = ball_over_folds();
   setting.options.width = 300;

@@ -260,21 +260,5 @@ TEST_CASE("beside the scene there is nothing to probe") {
   }
 }
 
-TEST_CASE("another fabric keeps the size of its yarns") {
-  Scene scene = two_squares();
-  scene.materials[0].fabric->transform.scale = V2d(4, 6);
-  scene.materials[0].fabric->transform.offset = V2d(0.5, 0.25);
-  std::vector<Fabric> fabrics = two_fabrics();
-  fabrics[0].period_mm = V2f(2, 3);
-  fabrics[1].period_mm = V2f(4, 1);
-  const Scene changed = change_fabrics(scene, fabrics, std::vector<int>{1, -1});
-  CHECK(changed.materials[0].fabric->fabric == 1);
-  CHECK(changed.materials[0].fabric->transform.scale == V2d(2, 18));
-  CHECK(changed.materials[0].fabric->transform.offset == V2d(0.25, 0.75));
-  CHECK_FALSE(changed.materials[1].fabric.has_value());
-  CHECK(fabrics_of(scene) == std::vector<int>{0, 1});
-  CHECK(fabrics_of(changed) == std::vector<int>{1, -1});
-}
-
 }  // namespace
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// In the browser: frames of a garment for bench/web.mjs.
+// In the browser: frames of a garment for web.mjs.
 import {
   Bone, Float32BufferAttribute, PerspectiveCamera, Scene, Skeleton, SkinnedMesh, Uint16BufferAttribute, Vector3, WebGLRenderer,
 } from 'three';
