@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace selvedge {
@@ -11,20 +12,6 @@ namespace {
 
 constexpr double degrees_per_height = 180;
 constexpr double factor_per_step = 0.9;
-
-/// The camera's right and up axes.
-struct Axes {
-  V3d right;
-  V3d up;
-};
-Axes axes_of(const CameraOptions& orbit) {
-  const double azimuth = orbit.azimuth * radians_per_degree;
-  const double elevation = orbit.elevation * radians_per_degree;
-  const V3d right(std::cos(azimuth), 0, -std::sin(azimuth));
-  const V3d back(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
-                 std::cos(elevation) * std::cos(azimuth));
-  return {right, back.cross(right)};
-}
 
 /// Half the height of the view at the distance of the orbit's point, m.
 double half_height(const CameraOptions& orbit) {
@@ -37,6 +24,13 @@ V3d turned(const V3d& v, const V3d& axis, double degrees) {
 }
 
 }  // namespace
+
+Camera axes_of(const CameraOptions& options) {
+  CameraOptions plain;
+  plain.azimuth = options.azimuth;
+  plain.elevation = options.elevation;
+  return make_camera(std::array{V3d(0, 0, 0)}, 1, plain).value_or(Camera{});
+}
 
 std::vector<V3d> box_corners(std::span<const V3d> points) {
   Imath::Box3d bounds;
@@ -74,12 +68,12 @@ void turn(CameraOptions& orbit, const V2d& drag) {
 }
 
 void pan(CameraOptions& orbit, const V2d& drag) {
-  const Axes axes = axes_of(orbit);
+  const Camera axes = axes_of(orbit);
   *orbit.look_at -= (axes.right * drag.x + axes.up * drag.y) * (2 * half_height(orbit));
 }
 
 void dolly(CameraOptions& orbit, double steps, const V2d& cursor, double aspect, double size) {
-  const Axes axes = axes_of(orbit);
+  const Camera axes = axes_of(orbit);
   const double old_height = half_height(orbit);
   orbit.distance = std::clamp(*orbit.distance * std::pow(factor_per_step, steps), 1e-4 * size, 100 * size);
   const double lost = old_height - half_height(orbit);
@@ -88,8 +82,7 @@ void dolly(CameraOptions& orbit, double steps, const V2d& cursor, double aspect,
 
 void orbit_about(CameraOptions& orbit, const V3d& seen) {
   if (orbit.projection == Projection::parallel) return;
-  const Axes axes = axes_of(orbit);
-  const V3d back = axes.right.cross(axes.up);
+  const V3d back = axes_of(orbit).back();
   const V3d eye = *orbit.look_at + back * *orbit.distance;
   const double depth = (eye - seen).dot(back);
   if (!(depth > 0)) return;

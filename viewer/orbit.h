@@ -17,6 +17,9 @@ namespace selvedge {
 /// them. Errors as make_camera().
 Result<CameraOptions> start_orbit(std::span<const V3d> points, double aspect, const CameraOptions& options);
 
+/// A camera with the directions of `options` alone, which do not depend on a scene.
+Camera axes_of(const CameraOptions& options);
+
 /// The corners of the points' bounding box, which can replace the points in make_camera() if the options have
 /// point and distance.
 std::vector<V3d> box_corners(std::span<const V3d> points);

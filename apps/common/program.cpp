@@ -157,6 +157,7 @@ std::string Program::usage_fault(std::string fault) const {
     fault = fmt::format("unknown {} {}", is_option ? "option" : "verb", word.substr(0, word.find('=')));
     break;
   }
+  std::ranges::replace(fault, '\n', ' ');
   return fmt::format("{}; see {}--help", fault,
                      verbs.empty() ? "" : fmt::format("{} {} ", app_->get_name(), at.get_name()));
 }
@@ -176,8 +177,7 @@ int Program::parse_and_run(int argc, const char* const* argv) {
       return 0;
     }
     if (error.get_exit_code() == 0) return app_->exit(error);
-    std::string fault = usage_fault(error.what());
-    std::replace(fault.begin(), fault.end(), '\n', ' ');
+    const std::string fault = usage_fault(error.what());
     if (wants_json(argc, argv)) {
       const auto verbs = app_->get_subcommands();
       fmt::print(
@@ -222,9 +222,7 @@ Result<Json> Program::call(std::vector<std::string> words) {
   try {
     app_->parse(words);
   } catch (const CLI::ParseError& error) {
-    std::string fault = usage_fault(error.what());
-    std::replace(fault.begin(), fault.end(), '\n', ' ');
-    return fail(Code::option_out_of_range, "", "usage", fault);
+    return fail(Code::option_out_of_range, "", "usage", usage_fault(error.what()));
   }
   for (const auto& verb : verbs_) {
     if (!verb->options->app().parsed()) continue;

@@ -14,31 +14,12 @@ namespace selvedge {
 const char* program_name = "selvedge";
 thread_local Json* report_target = nullptr;
 
-Json to_json(const Error& issue) {
-  return {{"code", name_of(issue.code)},
-          {"severity", name_of(severity_of(issue.code))},
-          {"file", as_utf8(issue.file)},
-          {"place", as_utf8(issue.place)},
-          {"message", as_utf8(issue.message)}};
-}
-
 namespace {
 
 /// A fault of standard error has nowhere to be told.
 void print_line(const std::string& text) {
   std::fputs(fmt::format("{}: {}\n", program_name, text).c_str(), stderr);
 }
-
-}  // namespace
-
-void report_error(const Error& error) { print_line(to_line(error)); }
-
-void report_issue(const Error& issue) {
-  if (report_target != nullptr) return;
-  print_line(fmt::format("{}: {}", name_of(severity_of(issue.code)), to_line(issue)));
-}
-
-namespace {
 
 /// A remark without its numbers and quoted names.
 std::string kind_of(const std::string& remark) {
@@ -51,7 +32,37 @@ std::string kind_of(const std::string& remark) {
   return kind;
 }
 
+std::string value_text(const Json& value, const std::string& format) {
+  if (value.is_null() || (value.is_array() && value.empty())) return "-";
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_boolean()) return value.get<bool>() ? "on" : "off";
+  if (value.is_array()) {
+    const char* between = value.size() == 2 && value[0].is_number() ? "x" : ", ";
+    std::string text = value_text(value[0], format);
+    for (std::size_t i = 1; i < value.size(); ++i) text += between + value_text(value[i], format);
+    return text;
+  }
+  if (value.is_number() && !format.empty())
+    return fmt::format(fmt::runtime(fmt::format("{{{}}}", format)), value.get<double>());
+  return value.dump();
+}
+
 }  // namespace
+
+Json to_json(const Error& issue) {
+  return {{"code", name_of(issue.code)},
+          {"severity", name_of(severity_of(issue.code))},
+          {"file", as_utf8(issue.file)},
+          {"place", as_utf8(issue.place)},
+          {"message", as_utf8(issue.message)}};
+}
+
+void report_error(const Error& error) { print_line(to_line(error)); }
+
+void report_issue(const Error& issue) {
+  if (report_target != nullptr) return;
+  print_line(fmt::format("{}: {}", name_of(severity_of(issue.code)), to_line(issue)));
+}
 
 void report_remarks(const CommonOptions& common, const std::string& file,
                     const std::vector<std::string>& remarks) {
@@ -70,25 +81,6 @@ void report_remarks(const CommonOptions& common, const std::string& file,
     of_kind = 0;
   }
 }
-
-namespace {
-
-std::string value_text(const Json& value, const std::string& format) {
-  if (value.is_null() || (value.is_array() && value.empty())) return "-";
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_boolean()) return value.get<bool>() ? "on" : "off";
-  if (value.is_array()) {
-    const char* between = value.size() == 2 && value[0].is_number() ? "x" : ", ";
-    std::string text = value_text(value[0], format);
-    for (std::size_t i = 1; i < value.size(); ++i) text += between + value_text(value[i], format);
-    return text;
-  }
-  if (value.is_number() && !format.empty())
-    return fmt::format(fmt::runtime(fmt::format("{{{}}}", format)), value.get<double>());
-  return value.dump();
-}
-
-}  // namespace
 
 std::string filled(const std::string& pattern, const Json& json) {
   std::string text;

@@ -108,10 +108,7 @@ Result<int> run(const ShowCommand& command) {
   std::string garment = command.picture.input;
   LoadedScene scene =
       is_fabric ? load_swatch(command) : value_or_throw(load_scene(garment, {}, command.picture.limits));
-  const auto wears_nothing = [](const LoadedScene& loaded) {
-    return std::ranges::all_of(fabrics_of(loaded.scene), [](int fabric) { return fabric < 0; });
-  };
-  if (!is_fabric && !files.empty() && wears_nothing(scene)) {
+  if (!is_fabric && !files.empty() && wears_nothing(scene.scene)) {
     garment = writer.dress(garment, files.front());
     scene = value_or_throw(load_scene(garment, {}, command.picture.limits));
     files.erase(files.begin());

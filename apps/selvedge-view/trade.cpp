@@ -65,7 +65,7 @@ Image display_values(const Frame& frame) {
   return image;
 }
 
-/// Of all threads.
+/// Seconds of all threads.
 double processor_seconds(std::clock_t since) {
   return static_cast<double>(std::clock() - since) / CLOCKS_PER_SEC;
 }

@@ -258,7 +258,7 @@ void tell_work(const StitchSize& size, const MakeCommand& command) {
                               seconds * (command.quality == "draft" ? 1 : 2.5), kilobytes)});
 }
 
-/// Of a chart's or draft's many texels, each takes fewer rays of a pair: their errors average out.
+/// Takes fewer rays of a pair for each of a chart's or draft's many texels: their errors average out.
 void share_rays(BakeOptions& options) {
   constexpr int rays_of_pair = 1 << 13;
   const int of_texel = rays_of_pair / (options.width * options.height) / 2 * 2;

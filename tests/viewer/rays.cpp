@@ -10,9 +10,9 @@
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
 #include "viewer/gl/context.h"
-#include "viewer/raster/raster.h"
 #include "viewer/light/pbr_brdf.h"
 #include "viewer/light/shadow_pass.h"
+#include "viewer/raster/raster.h"
 
 namespace selvedge::test {
 namespace {

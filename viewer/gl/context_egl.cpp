@@ -91,7 +91,7 @@ Result<std::unique_ptr<GraphicsContext>> make_egl_context() {
   for (EGLDisplay display : displays()) {
     if (auto context = context_of(display)) return context;
   }
-  return tl::unexpected(unavailable("no device gives an OpenGL 4.5 pbr context without a window"));
+  return tl::unexpected(unavailable("no device gives an OpenGL 4.5 core context without a window"));
 }
 
 }  // namespace selvedge

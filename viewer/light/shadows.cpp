@@ -1,5 +1,7 @@
 #include "viewer/light/shadows.h"
 
+#include <Imath/ImathInterval.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -21,16 +23,7 @@ std::array<V3d, 2> across(const V3d& d) {
   return {right, d.cross(right)};
 }
 
-struct Range {
-  double low = HUGE_VAL;
-  double high = -HUGE_VAL;
-  void extend(double x) {
-    low = std::min(low, x);
-    high = std::max(high, x);
-  }
-  double length() const { return high - low; }
-  double middle() const { return 0.5 * (low + high); }
-};
+using Range = Imath::Interval<double>;
 
 V4f row_of(const V3d& direction, double offset) {
   return {static_cast<float>(direction.x), static_cast<float>(direction.y), static_cast<float>(direction.z),
@@ -44,20 +37,20 @@ ShadowView parallel_view(const V3d& towards_light, std::span<const V3f> position
   Range depth;
   for (const V3f& position : positions) {
     const V3d p(position);
-    x.extend(p.dot(right));
-    y.extend(p.dot(up));
-    depth.extend(-p.dot(towards_light));
+    x.extendBy(p.dot(right));
+    y.extendBy(p.dot(up));
+    depth.extendBy(-p.dot(towards_light));
   }
-  const double extent = std::max({x.length(), y.length(), 1e-9});
+  const double extent = std::max({x.size(), y.size(), 1e-9});
   const double texel = extent / (size - 2 * margin);
-  const double range = std::max(depth.length(), 1e-9);
+  const double range = std::max(depth.size(), 1e-9);
   // A margin keeps surfaces off the near and far planes.
-  const double near = depth.low - 0.01 * range;
+  const double near = depth.min - 0.01 * range;
   ShadowView view;
   view.size = size;
   view.texel = static_cast<float>(texel);
-  view.rows = {row_of(right / texel, 0.5 * size - x.middle() / texel),
-               row_of(up / texel, 0.5 * size - y.middle() / texel),
+  view.rows = {row_of(right / texel, 0.5 * size - x.center() / texel),
+               row_of(up / texel, 0.5 * size - y.center() / texel),
                row_of(-towards_light / (1.02 * range), -near / (1.02 * range)), V4f(0, 0, 0, 1)};
   return view;
 }
@@ -69,10 +62,10 @@ std::optional<ShadowView> spot_view(const Light& light, std::span<const V3f> pos
   const double half_angle = std::acos(std::clamp(light.cos_outer, -1.0, 1.0));
   if (!(half_angle > 0 && half_angle < widest_cone)) return std::nullopt;
   Range depth;
-  for (const V3f& position : positions) depth.extend((V3d(position) - place).dot(axis));
-  if (!(depth.high > 0)) return std::nullopt;
-  const double far = 1.01 * depth.high;
-  const double near = std::max(0.99 * depth.low, nearest_share * far);
+  for (const V3f& position : positions) depth.extendBy((V3d(position) - place).dot(axis));
+  if (!(depth.max > 0)) return std::nullopt;
+  const double far = 1.01 * depth.max;
+  const double near = std::max(0.99 * depth.min, nearest_share * far);
   const auto [right, up] = across(light.direction);
   const double texel = 2 * std::tan(half_angle) / (size - 2 * margin);
   ShadowView view;

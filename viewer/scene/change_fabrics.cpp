@@ -1,5 +1,6 @@
 #include "viewer/scene/change_fabrics.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -10,6 +11,10 @@ std::vector<int> fabrics_of(const Scene& scene) {
   for (const SceneMaterial& material : scene.materials)
     result.push_back(material.fabric ? material.fabric->fabric : -1);
   return result;
+}
+
+bool wears_nothing(const Scene& scene) {
+  return std::ranges::none_of(scene.materials, [](const SceneMaterial& m) { return m.fabric.has_value(); });
 }
 
 Scene change_fabrics(const Scene& scene, std::span<const Fabric> fabrics, std::span<const int> choice) {

@@ -11,6 +11,8 @@ namespace selvedge {
 
 /// For each material, its fabric; -1 where it has none.
 std::vector<int> fabrics_of(const Scene& scene);
+/// Whether no material has a fabric.
+bool wears_nothing(const Scene& scene);
 
 /// `scene` with fabric choice[i] (index into `fabrics`) on material i; -1 takes the fabric away. Materials
 /// without a fabric keep none, as they lack its texture transform. The yarns keep their size on the cloth:

@@ -345,7 +345,7 @@ std::string BackgroundPicture::add(const std::string& path) {
   } else if (has_ending(path, ".glb") || has_ending(path, ".gltf")) {
     return show_garment(path, path, false);
   } else if (const auto fabric = FabricReader::open(path)) {
-    if (wears_nothing()) return put_on(path);
+    if (wears_nothing(picture_->scene())) return put_on(path);
     add_fabric(path);
     change_ = Change::scene;
     stage_ = Stage::first;
@@ -376,12 +376,9 @@ std::string BackgroundPicture::offer(const std::string& path) {
   return {};
 }
 
-bool BackgroundPicture::wears_nothing() const {
-  return std::ranges::all_of(fabrics_of(picture_->scene()), [](int fabric) { return fabric < 0; });
-}
-
 std::string BackgroundPicture::put_on(const std::string& path) {
-  if (wears_nothing()) return show_garment(garment_writer_.dress(garment_, path), name_, true);
+  if (wears_nothing(picture_->scene()))
+    return show_garment(garment_writer_.dress(garment_, path), name_, true);
   add_fabric(path);
   std::vector<int> worn = fabrics_of(picture_->scene());
   for (int& fabric : worn) fabric = fabric < 0 ? -1 : added_[path];

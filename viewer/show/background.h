@@ -66,8 +66,8 @@ struct RenderUpdate {
   std::optional<V2d> probed;
   std::optional<PixelProbe> probe;
   std::uint64_t probe_request = 0;  ///< the number of its request
-  /// The window goes on from another garment, of which `picture` is, too, or from the last good state, as the
-  /// request could not be drawn. Requests of the generation before are dropped.
+  /// A new garment (the one in `picture`), or the last valid state if the request failed. Requests of the
+  /// generation before are dropped.
   std::optional<ShownGarment> garment;
   std::optional<ShowState> state;
   std::optional<FabricChoice> worn;  ///< was put on, after all of these; the generation is another, too
@@ -149,13 +149,12 @@ class BackgroundPicture {
   std::string put_on(const std::string& path);
   std::string write_picture(const std::string& stem);
   std::string write_garment(const std::string& stem);
-  bool wears_nothing() const;
   std::string show_garment(const std::string& path, const std::string& name, bool keeps_camera);
   void show(const std::optional<ShownGarment>& garment = {});
   void post_message(const std::string& message);
   void post(const std::function<void(RenderUpdate&)>& change);
 
-  // Of the window and of the thread, under the mutex.
+  // Shared by the window and the thread, under the mutex.
   std::mutex mutex_;
   std::condition_variable there_is_work_;
   std::optional<RenderRequest> next_;
@@ -166,7 +165,7 @@ class BackgroundPicture {
   std::atomic<bool> interrupted_{false};  ///< what is drawn in full is not wanted any more
   std::atomic<bool> asked_{false};        ///< there is a request
 
-  // Of the thread alone.
+  // The thread's alone.
   std::unique_ptr<ShowPicture> picture_;
   std::string garment_;
   std::string name_;

@@ -14,15 +14,6 @@ V3d to_camera_frame(const Camera& camera, const V3d& d) {
   return {d.dot(camera.right), d.dot(camera.up), d.dot(camera.back())};
 }
 
-/// Only the axes, which do not depend on the scene.
-Camera axes_of(const CameraOptions& options) {
-  const std::array<V3d, 1> anywhere{V3d(0, 0, 0)};
-  CameraOptions plain;
-  plain.azimuth = options.azimuth;
-  plain.elevation = options.elevation;
-  return make_camera(anywhere, 1, plain).value_or(Camera{});
-}
-
 EnvironmentLight light_of(const ShowState& state) {
   return turned(state.environments[state.environment]->light,
                 {static_cast<double>(state.turn), static_cast<double>(state.strength)});

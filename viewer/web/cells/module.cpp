@@ -746,7 +746,7 @@ EXPORT(table_of) const TableNumbers* table_of(std::uint32_t number) {
     const std::uint64_t image = garment.shown[2 * patch + side].image;
     return image != 0 ? page.atlas.find(image, 0) : 0;
   };
-  // Of a patch without an image, those around it and within it.
+  // A patch without an image shows those around it and within it.
   const auto shown = [&](std::uint32_t patch, std::uint32_t side) {
     TileNumber tile = tile_of(patch, side);
     for (std::uint32_t at = patch; tile == 0 && patches.parent(at) != at; tile = tile_of(at, side))

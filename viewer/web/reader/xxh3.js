@@ -112,7 +112,7 @@ const PRIME = Number(P32_1);
 
 function any_length(data) {
   const n = data.length, view = view_of(data);
-  // Of 8 sums of 64 bits the lower and the upper half.
+  // The lower and the upper halves of 8 sums of 64 bits.
   const starts = [P32_3, P64_1, P64_2, P64_3, P64_4, P32_2, P64_5, P32_1];
   const lows = Uint32Array.from(starts, (x) => Number(x & 0xFFFFFFFFn));
   const highs = Uint32Array.from(starts, (x) => Number(x >> 32n));

@@ -216,7 +216,7 @@ class CellImages extends EventDispatcher {
   /** Tells the worker what is seen of an object; `around`: null, or 36 numbers (cells/module.cpp) for light from all around. */
   look(garment, renderer, scene, camera, object, level, around_of) {
     this.#upload(renderer);
-    // Of cameras that take turns, as of a mirror, the first one's images stay.
+    // Where cameras take turns, as for a mirror, the first one's images stay.
     const seen_at = performance.now();
     if (garment.camera !== camera && seen_at < garment.looked_at + CAMERAS) return;
     Object.assign(garment, {camera, looked_at: seen_at});
@@ -255,7 +255,7 @@ class CellImages extends EventDispatcher {
       other.fromBufferAttribute(normal, i).multiplyScalar(moves.length > 0 ? rest : 1);
       moves.forEach((move, k) => other.addScaledVector(moved.fromBufferAttribute(move, i), influences[k]));
       if (object.isSkinnedMesh) {
-        // Of a skin, the change from a place to the place beside it.
+        // The normal through a skin: the change from a place to the place beside it.
         const of_rest = moved.fromBufferAttribute(object.geometry.attributes.position, i);
         object.applyBoneTransform(i, other.add(of_rest)).sub(object.applyBoneTransform(i, of_rest));
       }

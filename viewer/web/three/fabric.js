@@ -13,7 +13,7 @@ export class LoadedFabric {
     /** loading, ready or broken. */
     this.state = 'loading';
     this.issue = null;
-    /** Of the worker. */
+    /** The worker's number. */
     this.number = null;
     this.has_yarn = false;
     this.variation = null;

@@ -29,7 +29,7 @@ export class LoadedFabric {
   readonly state: 'loading' | 'ready' | 'broken';
   readonly issue: Issue | null;
   readonly has_yarn: boolean;
-  /** Of the file. */
+  /** Levels of the file. */
   readonly levels: number;
   readonly mm_per_repeat: [number, number] | null;
   /** Where it was read, once it is. */

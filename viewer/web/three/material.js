@@ -41,7 +41,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     };
     /** The level that is shown everywhere; -1: by the size of a pixel. */
     this.level = -1;
-    /** Of cell_images, the last one that was drawn. */
+    /** The garment of cell_images that was drawn last. */
     this.garment = null;
     this.names = CHART;
     this.around_uniforms = around_uniforms();
@@ -86,7 +86,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     if (due === 'fabric') {
       this.transparent = this.keeps_opacity && !this.alphaToCoverage;
       this.depthWrite = this.forceSinglePass = true;
-      // Of the fallback's picture, which has the mask, for shadow maps: the fabric's shader knows no such test.
+      // The fallback's picture has the mask, for shadow maps: the fabric's shader knows no such test.
       this.alphaTest = this.parts.mask ? this.of_fallback.alphaTest : 0;
     } else {
       Object.assign(this, this.of_fallback);

@@ -172,7 +172,7 @@ float lattice_noise(uint key, int row, float row_part, int len, float len_part) 
   }
   return sum * 0.013531648;
 }
-// Of yarn along u (axis 0) or v, where so many repeats along u and v are seen at once.
+// The change of yarn along u (axis 0) or v, where so many repeats along u and v are seen at once.
 float varied_along(int axis, ivec2 repeat, vec2 within, vec2 pixel) {
   float change = varied_numbers[2 * axis + 1];
   if (!(change > 0.0)) return 1.0;
