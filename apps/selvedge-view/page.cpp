@@ -116,6 +116,7 @@ std::string environment_element(const PageCommand& command) {
   Environment small =
       reduced(value_or_throw(environment_named(command.environment, {}, command.limits.document.memory)),
               environment_width);
+  report_remarks(command.common, command.environment, small.remarks);
   for (V3f& c : small.radiance) c *= static_cast<float>(command.around.strength);
   const std::span<const V3f> pixels = small.radiance;
   const std::string backdrop = command.backdrop ? fmt::format(" data-backdrop=\"{}\"", command.blur) : "";

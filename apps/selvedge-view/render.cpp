@@ -122,7 +122,11 @@ Result<int> run(const RenderCommand& command) {
   std::vector<std::string> remarks = shot.scene.remarks;
   remarks.insert(remarks.end(), stats.remarks.begin(), stats.remarks.end());
   all["remarks"] = remarks;
+  const auto environment =
+      shot.look.environment ? shot.look.environment->remarks : std::vector<std::string>();
+  for (const std::string& remark : environment) all["remarks"].push_back(shot.look.name + ": " + remark);
   report_remarks(command.common, "note", remarks);
+  report_remarks(command.common, shot.look.name, environment);
   all["seconds"]["read"] = read;
   all["seconds"]["write"] = write_seconds;
   all["seconds"]["total"] = watch.seconds();

@@ -83,6 +83,7 @@ ShowState first_state(const ShowCommand& command, const Window& window, const Sh
     state.strength = static_cast<float>(around.strength);
     state.environment = 0;
     offer(look.name, plain, state);
+    report_remarks(command.common, look.name, plain.remarks);
   }
   if (look.name != "studio") offer("studio", studio(), state);
   state.shadows = look.shadows;

@@ -27,6 +27,7 @@ struct Environment {
   int height = 0;
   std::vector<V3f> radiance;  ///< [row][column], the top row first
   EnvironmentOptions options;
+  std::vector<std::string> remarks{};  ///< what of its file was left out or changed
 
   /// Towards the middle of a pixel; unit, world.
   V3d direction(int x, int y) const;
@@ -40,8 +41,10 @@ struct Environment {
 inline constexpr std::uint64_t environment_price = 28;
 
 /// Reads any picture that read_image() does, of values that are not encoded for a screen (.hdr, .exr).
-/// Crosses and balls (probe_layout.h) become equirectangular. Negative values count as 0. IMAGE_UNREADABLE
-/// for pictures of other shapes and values that are not finite; FILE_TOO_LARGE beyond `memory`.
+/// Crosses and balls (probe_layout.h) become equirectangular. A crop is placed in its frame, and primaries
+/// are converted to those of Rec. 709. Negative values and NaN become 0, infinite ones as bright as the
+/// brightest other one, at least 65504. IMAGE_UNREADABLE for pictures of other shapes; FILE_TOO_LARGE beyond
+/// `memory`.
 Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options = {},
                                      std::uint64_t memory = default_memory);
 

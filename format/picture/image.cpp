@@ -10,12 +10,13 @@
 #include "format/base/atomic_file.h"
 #include "format/gltf/picture_type.h"
 #include "format/picture/openimageio.h"
+#include "format/picture/radiance.h"
 
 namespace selvedge {
 namespace {
 
-/// The reader of OpenImageIO for a file that begins so; null for all others. It is never asked to find one
-/// itself: FITS's, for one, does not end on some headers.
+/// The reader of OpenImageIO, or "hdr", for a file that begins so; null for all others. OpenImageIO is never
+/// asked to find one itself: FITS's, for one, does not end on some headers.
 const char* format_of(std::string_view bytes) {
   if (bytes.starts_with("\x89PNG")) return "png";
   if (bytes.starts_with("\xFF\xD8\xFF")) return "jpeg";
@@ -61,6 +62,7 @@ Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, co
   }
   if (format == std::string_view("openexr") && declares_more_than_it_has(bytes))
     return fail(Code::image_unreadable, name, "", "ends within its header");
+  if (format == std::string_view("hdr")) return read_radiance(bytes, name, limits);
   return load_openimageio(Code::image_unreadable).and_then([&](const OpenImageIo* library) {
     return library->read(format, bytes, name, transfer, limits, halvings);
   });

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@
 #include "format/base/error.h"
 #include "format/base/memory.h"
 #include "format/base/mip.h"
+#include "format/base/vec.h"
+#include "format/picture/primaries.h"
 
 namespace selvedge {
 
@@ -24,6 +27,11 @@ struct Image {
   int height = 0;
   int channels = 4;
   std::vector<float> pixels;
+  // What a file says beside its pixels.
+  V2i origin{0, 0};  ///< of the pixels in the frame
+  V2i frame{0, 0};   ///< size of OpenEXR's display window; (0, 0): the pixels are the frame
+  std::optional<Primaries> primaries{};  ///< of the pixels, if the file says them
+  std::vector<std::string> remarks{};    ///< what was left out or changed
 };
 
 /// Whether the last channel is opacity: in images with two or four channels.
@@ -44,10 +52,10 @@ struct ImageLimits {
   std::uint64_t memory = std::numeric_limits<std::uint64_t>::max();
 };
 
-/// Reads a file of PNG, JPEG, WebP, TIFF, OpenEXR, Radiance HDR or PNM, by its first bytes: first part,
-/// finest level; always four channels: grey is repeated, a missing alpha is 1. EXR: the channels R, G, B, A,
-/// or the first ones if the file has no such names. IMAGE_UNREADABLE for others, FILE_TOO_LARGE beyond
-/// `memory`.
+/// Reads a file of PNG, JPEG, WebP, TIFF, OpenEXR, Radiance HDR or PNM, by its first bytes: the finest level;
+/// always four channels: grey is repeated, a missing alpha is 1. OpenEXR: of all parts and layers the first
+/// with R, G and B, best the one that is called the picture (Combined, beauty), else Y, else the first
+/// channels; its data window. IMAGE_UNREADABLE for others, FILE_TOO_LARGE beyond `memory`.
 Result<Image> read_image(const std::string& path, Transfer transfer = Transfer::srgb,
                          std::uint64_t memory = default_memory);
 /// Bytes of its pixels.

@@ -354,6 +354,7 @@ std::string BackgroundPicture::add(const std::string& path) {
       update.environments.push_back(
           std::make_shared<const Surroundings>(Surroundings{path, *read, divide(*read)}));
     });
+    return fmt::format("{}", fmt::join(read->remarks, "\n"));
   } else {
     throw Failure{has_ending(path, ".exr") ? fabric.error() : read.error()};
   }

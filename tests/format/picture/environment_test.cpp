@@ -1,9 +1,20 @@
 #include "format/picture/environment.h"
 
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfMultiPartOutputFile.h>
+#include <OpenEXR/ImfOutputPart.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 #include <doctest/doctest.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <optional>
 
 #include "format/base/random.h"
 #include "format/picture/image.h"
@@ -241,9 +252,208 @@ TEST_CASE("environments are read from files, and other pictures are refused") {
   CHECK(e.width == 8);
   CHECK(e.radiance[1] == V3f(0, 1, 1));
   CHECK(e.radiance[2] == V3f(1, 1, 1));
-  image.pixels[5] = std::numeric_limits<float>::infinity();
-  need(write_exr(folder / "f.exr", image));
-  CHECK(error_of(read_environment(folder / "f.exr")).code == Code::image_unreadable);
   need(write_exr(folder / "g.exr", {4, 4, 3, std::vector<float>(4 * 4 * 3, 1.0F)}));
   CHECK(error_of(read_environment(folder / "g.exr")).code == Code::image_unreadable);
+}
+
+namespace {
+
+/// Pixel (x, y) of the pictures below, 16 x 8: what rows and columns are told by.
+V3f shown_at(int x, int y) {
+  return V3f(static_cast<float>(1 + x % 2), static_cast<float>(y < 4 ? 1 : 2),
+             static_cast<float>(x < 8 ? 1 : 2));
+}
+
+/// A Radiance file of these pixels, flat. `scanline` begins with the axis that goes on slowest.
+std::string hdr(const std::string& header, const std::string& order = "-Y 8 +X 16") {
+  std::string bytes = "#?RADIANCE\n" + header + "\n" + order + "\n";
+  const bool columns = order[1] == 'X';
+  for (int i = 0; i < (columns ? 16 : 8); ++i) {
+    for (int j = 0; j < (columns ? 8 : 16); ++j) {
+      int x = columns ? i : j;
+      int y = columns ? j : i;
+      if (order.find("-X") != std::string::npos) x = 15 - x;
+      if (order.find("+Y") != std::string::npos) y = 7 - y;
+      const V3f c = shown_at(x, y) * 64.0F;
+      for (int k = 0; k < 3; ++k) bytes += static_cast<char>(static_cast<int>(c[k]));
+      bytes += static_cast<char>(130);
+    }
+  }
+  return bytes;
+}
+
+struct Part {
+  std::string name;
+  std::vector<std::string> channels;  ///< R, red ... show the picture, others 7
+  Imath::Box2i data{{0, 0}, {15, 7}};
+  Imath::Box2i frame{{0, 0}, {15, 7}};
+  float factor = 1;  ///< on the red of pixel (0, 0)
+  bool half = false;
+  std::vector<float> chromaticities{};
+};
+
+void write_parts(const std::string& path, const std::vector<Part>& parts) {
+  std::vector<Imf::Header> headers;
+  for (const Part& part : parts) {
+    Imf::Header header(part.frame, part.data);
+    header.setName(part.name);
+    header.setType(Imf::SCANLINEIMAGE);
+    for (const std::string& name : part.channels)
+      header.channels().insert(name, Imf::Channel(part.half ? Imf::HALF : Imf::FLOAT));
+    if (const auto& c = part.chromaticities; !c.empty())
+      Imf::addChromaticities(header, {{c[0], c[1]}, {c[2], c[3]}, {c[4], c[5]}, {c[6], c[7]}});
+    headers.push_back(header);
+  }
+  Imf::MultiPartOutputFile file(path.c_str(), headers.data(), static_cast<int>(headers.size()));
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    const Part& part = parts[p];
+    const int width = part.data.max.x - part.data.min.x + 1;
+    const int height = part.data.max.y - part.data.min.y + 1;
+    Imf::FrameBuffer buffer;
+    std::vector<std::vector<float>> planes;
+    std::vector<std::vector<half>> halves;
+    planes.reserve(part.channels.size());
+    halves.reserve(part.channels.size());
+    for (const std::string& name : part.channels) {
+      const std::string last = name.substr(name.rfind('.') + 1);
+      const std::size_t c = std::string("RGBrgb").find(last[0]) % 3;
+      std::vector<float>& plane = planes.emplace_back();
+      for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+          const V3f shown = shown_at((x + part.data.min.x + 16) % 16, std::clamp(y + part.data.min.y, 0, 7));
+          plane.push_back(std::string("RGBrgb").find(last[0]) != std::string::npos
+                              ? shown[static_cast<int>(c)]
+                          : last == "Y" ? 2
+                                        : 7);
+        }
+      }
+      if (c == 0 && part.factor != 1) plane[0] *= part.factor;
+      halves.emplace_back(plane.begin(), plane.end());
+      const std::size_t size = part.half ? sizeof(half) : sizeof(float);
+      char* base =
+          part.half ? reinterpret_cast<char*>(halves.back().data()) : reinterpret_cast<char*>(plane.data());
+      base -= (part.data.min.x + part.data.min.y * width) * static_cast<std::ptrdiff_t>(size);
+      buffer.insert(name, Imf::Slice(part.half ? Imf::HALF : Imf::FLOAT, base, size, size * width));
+    }
+    Imf::OutputPart out(file, static_cast<int>(p));
+    out.setFrameBuffer(buffer);
+    out.writePixels(height);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("environments are read as their headers and the names of their channels say") {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  const Folder folder;
+  const std::string rgbe = "FORMAT=32-bit_rle_rgbe\n";
+  struct Case {
+    std::string header;
+    std::string order = "-Y 8 +X 16";
+    V3f factor{1, 1, 1};
+    std::string remark{};
+  };
+  for (const Case& c : {
+           Case{rgbe},
+           {rgbe, "+Y 8 +X 16", V3f(1), "+Y +X"},
+           {rgbe, "-Y 8 -X 16", V3f(1), "-Y -X"},
+           {rgbe, "+X 16 +Y 8", V3f(1), "+X +Y"},
+           {rgbe, "-X 16 -Y 8", V3f(1), "-X -Y"},
+           {"EXPOSURE=2\nCOLORCORR= 1 2 4\n" + rgbe + "\tExposure = 4.0e0\n", "-Y 8 +X 16",
+            V3f(0.125F, 0.0625F, 0.03125F), "exposure of its header"},
+           {rgbe + "EXPOSURE=0\nEXPOSURE=nan\n", "-Y 8 +X 16", V3f(1), "no exposure"},
+           {"# a\r\n\r\nSOFTWARE=x=y\r\n FORMAT= 32-bit_rle_rgbe\r\n\r", "-Y 8 +X 16\r"},
+           {std::string(100'000, 'x') + "\nPRIMARIES=0 0 0 0 0 0 0 0\nGAMMA=1\n" + rgbe},
+           {"VIEW= -vtv\n", "-Y  8\t+X 16", V3f(1), "no FORMAT"},
+           {rgbe + "GAMMA=2.2\n", "-Y 8 +X 16", V3f(1), "GAMMA"},
+       }) {
+    CAPTURE(c.header.substr(0, 100));
+    CAPTURE(c.order);
+    write_bytes(folder / "e.hdr", hdr(c.header, c.order));
+    const Environment e = need(read_environment(folder / "e.hdr"));
+    REQUIRE(e.radiance.size() == 128);
+    for (int i = 0; i < 128; ++i) CHECK(e.radiance[i] == shown_at(i % 16, i / 16) * c.factor);
+    CHECK(e.remarks.empty() == c.remark.empty());
+    CHECK(fmt::format("{}", fmt::join(e.remarks, "; ")).find(c.remark) != std::string::npos);
+  }
+  // Radiance's table: Y alone has this colour.
+  write_bytes(folder / "e.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_xyze\nEXPOSURE=2\n\n-Y 1 +X 2\n" +
+                                    std::string("\x80\x80\x80\x82") + std::string("\0\x80\0\x82", 4));
+  const Environment xyz = need(read_environment(folder / "e.hdr"));
+  CHECK((xyz.radiance[0] - V3f(1)).length() < 1e-4F);
+  CHECK((xyz.radiance[1] - V3f(0, 1.978F, 0)).length() < 1e-3F);
+  // Run lengths: of pixels before 1991, and of components since then.
+  const std::string pixel = "\x80\x80\x80\x82";
+  const std::string run = std::string("\x80\x80\x80\x82\1\1\1\x2b\1\1\1\1", 12) +
+                          std::string("\x40\x80\x80\x82", 4) + "\1\1\1\x03";
+  std::string lines;
+  for (int y = 0; y < 152; ++y)
+    lines += y % 2 == 0 ? run
+                        : std::string("\2\2\1\x30", 4) +
+                              "\xff\x80\xff\x80\xb2\x80\xff\x80\xff\x80\xb2\x80\xff\x80\xff\x80\xb2\x80\xff"
+                              "\x82\xff\x82\xb2\x82";
+  write_bytes(folder / "e.hdr", "#?RADIANCE\n" + rgbe + "\n-Y 152 +X 304\n" + lines);
+  const Environment runs = need(read_environment(folder / "e.hdr"));
+  for (const int x : {0, 43, 299, 303}) CHECK(runs.radiance[x] == V3f(x < 300 ? 2.0F : 1.0F, 2, 2));
+  for (const int x : {0, 303}) CHECK(runs.radiance[304 + x] == V3f(2));
+  for (const std::string& bytes : std::vector<std::string>{
+           "#?RADIANCE\nFORMAT=x\n\n-Y 1 +X 2\n" + pixel + pixel, "#?RADIANCE\n" + rgbe,
+           "#?RADIANCE\n" + rgbe + "\n-Y 0 +X 0\n", "#?RADIANCE\n\n-Y -1 +X -2\n",
+           "#?RADIANCE\n\n-Y 1 +Y 2\n" + pixel + pixel, "#?RADIANCE\n\n-Y 1 +X 2\n" + pixel,
+           "#?RADIANCE\n\n-Y 1 +X 2\n\1\1\1\1" + pixel,
+           "#?RADIANCE\n\n-Y 152 +X 304\n" + lines.substr(0, lines.size() - 1)}) {
+    write_bytes(folder / "e.hdr", bytes);
+    CHECK(error_of(read_environment(folder / "e.hdr")).code == Code::image_unreadable);
+  }
+
+  const std::vector<std::string> rgb{"R", "G", "B"};
+  const std::vector<float> wide{0.708F, 0.292F, 0.17F, 0.797F, 0.131F, 0.046F, 0.3127F, 0.329F};  // Rec. 2020
+  struct ExrCase {
+    std::vector<Part> parts;
+    std::string remark;
+    V3f last{2, 2, 2};  ///< of the pixel at the lower right
+    std::optional<V3f> first = V3f(1);
+  };
+  for (const ExrCase& c : {
+           ExrCase{{{"a", rgb}}, ""},
+           {{{"a", {"R", "G", "B", "A", "Z"}}}, "shows R, G, B, A, and not its 1 other"},
+           {{{"depth", {"Z"}}, {"a", rgb}}, "part a"},
+           {{{"normals", rgb, {{0, 0}, {15, 7}}, {{0, 0}, {15, 7}}, 5}, {"beauty", rgb}}, "part beauty"},
+           {{{"a",
+              {"A.depth.Z", "L.DiffCol.X", "L.DiffCol.Y", "L.DiffCol.Z", "L.Combined.R", "L.Combined.G",
+               "L.Combined.B"}}},
+            "L.Combined.R"},
+           {{{"a", {"diffuse.V", "diffuse.U", "diffuse.W", "R", "G", "B"}}}, "3 other channels"},
+           {{{"a", {"right.R", "right.G", "right.B", "r", "g", "b"}}}, "3 other channels"},
+           {{{"a", {"Y"}}}, "", V3f(2), V3f(2)},
+           {{{"a", {"Z"}}}, "no channels R, G and B", V3f(7), V3f(7)},
+           {{{"a", {"N.x", "N.y", "N.z"}}}, "no channels R, G and B", V3f(7), V3f(7)},
+           {{{"a", rgb, {{0, 0}, {15, 7}}, {{0, 0}, {15, 7}}, infinity, true}},
+            "1 infinite values become 65504",
+            V3f(2),
+            V3f(65504, 1, 1)},
+           {{{"a", rgb, {{0, 0}, {15, 7}}, {{0, 0}, {15, 7}}, 3e38F}}, "infinite", V3f(2), V3f(65504, 1, 1)},
+           {{{"a", rgb, {{0, 0}, {15, 7}}, {{0, 0}, {15, 7}}, std::nanf("")}},
+            "no numbers",
+            V3f(2),
+            V3f(0, 1, 1)},
+           {{{"a", rgb, {{0, 0}, {15, 7}}, {{0, 0}, {15, 7}}, -1}}, "negative", V3f(2), V3f(0, 1, 1)},
+           {{{"a", rgb, {{0, 4}, {15, 7}}}}, "placed in 16 x 8", V3f(2), V3f(0)},
+           {{{"a", rgb, {{-4, -2}, {19, 9}}}}, "placed in 16 x 8"},
+           {{{"a", rgb, {{100, 50}, {115, 57}}, {{100, 50}, {115, 57}}}}, "", V3f(2, 2, 1), std::nullopt},
+           {{{"a", rgb, {{0, 0}, {15, 7}}, {{0, 0}, {15, 11}}}}, ""},
+           {{{"a", rgb, {{0, 0}, {15, 7}}, {{0, 0}, {15, 7}}, 1, false, wide}}, "primaries", V3f(2)},
+       }) {
+    CAPTURE(c.remark);
+    CAPTURE(c.parts.back().channels.front());
+    write_parts(folder / "e.exr", c.parts);
+    const Environment e = need(read_environment(folder / "e.exr"));
+    REQUIRE(e.radiance.size() == 128);
+    CHECK((e.radiance.back() - c.last).length() < 1e-3F);
+    if (c.first) CHECK((e.radiance.front() - *c.first).length() < 1e-3F);
+    CHECK(e.remarks.empty() == c.remark.empty());
+    CHECK(fmt::format("{}", fmt::join(e.remarks, "; ")).find(c.remark) != std::string::npos);
+  }
+  write_parts(folder / "e.exr", {{"a", rgb, {{0, 0}, {15, 7}}, {{0, 0}, {1'000'000'000, 499'999'999}}}});
+  CHECK(need(read_environment(folder / "e.exr")).width == 16);
 }
