@@ -35,7 +35,7 @@ execute_process(COMMAND gzip -9nf ${CMAKE_BINARY_DIR}/changelog)
 deb_package(programs selvedge graphics "fabric appearance for glTF"
   "Makes fabric files from stitches, bakes and fits them, dresses glTF garments\nin them, and shows the garments.")
 deb_package(library libselvedge-dev libdevel "reader of fabric files for C++"
-  "One shared library and one header: reads fabric files, evaluates them, and\npacks them for a graphics card.")
+  "One shared library and one header: reads fabric files, evaluates them and\ngives access to every layer.")
 deb_package(documentation selvedge-doc doc "manual and specification of Selvedge"
   "How to make fabrics and dress garments in them, and the format of fabric\nfiles and of the glTF extension.")
 if(TARGET selvedge_python)

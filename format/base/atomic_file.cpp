@@ -2,12 +2,10 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <cctype>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -61,48 +59,6 @@ std::optional<mode_t> mode_of(const std::string& path) {
   return status.st_mode & 0777;
 }
 
-/// The id of the process that made a temporary file, from the suffix of its name: ".part-PID-N". 0 for other
-/// names.
-int process_of(const std::string& suffix) {
-  int process = 0;
-  int end = 0;
-  if (std::sscanf(suffix.c_str(), ".part-%d-%*[0-9]%n", &process, &end) != 1 || end == 0) return 0;
-  return suffix[end] == '\0' && std::isdigit(static_cast<unsigned char>(suffix[6])) != 0 ? process : 0;
-}
-
-/// Removes temporary files of this target whose process does not run here any more and, by their locks, on no
-/// other machine that shares the folder.
-void remove_leftovers(const std::filesystem::path& target) {
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  const std::string name = target.filename().string();
-  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
-  std::vector<fs::path> leftovers;
-  for (fs::directory_iterator entry(folder, ignored), end; entry != end; entry.increment(ignored)) {
-    const std::string found = entry->path().filename().string();
-    const int process = found.starts_with(name) ? process_of(found.substr(name.size())) : 0;
-    if (process > 0 && kill(process, 0) != 0 && errno == ESRCH) leftovers.push_back(entry->path());
-  }
-  for (const fs::path& path : leftovers) {
-    const int file = open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-    if (file < 0) continue;
-    struct stat status {};
-    const bool is_plain = fstat(file, &status) == 0 && S_ISREG(status.st_mode);
-    if (is_plain && flock(file, LOCK_EX | LOCK_NB) == 0) unlink(path.c_str());
-    close(file);
-  }
-}
-
-/// Locks a new file; false if another process has just removed it as a leftover.
-bool lock_new(int file, const std::string& path) {
-  struct stat open_file {};
-  struct stat named {};
-  // Without locks in the file system, no process removes leftovers.
-  if (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return false;
-  return fstat(file, &open_file) == 0 && stat(path.c_str(), &named) == 0 &&
-         open_file.st_ino == named.st_ino && open_file.st_dev == named.st_dev;
-}
-
 }  // namespace
 
 /// A temporary file; the destructor removes it unless `temporary` is empty.
@@ -111,16 +67,13 @@ struct AtomicFile::Unfinished {
   Unfinished(const Unfinished&) = delete;
   Unfinished& operator=(const Unfinished&) = delete;
   ~Unfinished() {
-    if (file >= 0) {
-      if (!temporary.empty()) unlink(temporary.c_str());
-      close(file);
-    }
+    if (exists && !temporary.empty()) unlink(temporary.c_str());
     std::free(entry->path.exchange(nullptr));
   }
 
   std::string temporary;
   Entry* entry;
-  int file = -1;
+  bool exists = false;
 };
 
 void remove_unfinished_files_on_signal() {
@@ -148,7 +101,6 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   const fs::path resolved =
       fs::is_symlink(path, ignored) ? fs::weakly_canonical(fs::absolute(path), ignored) : fs::path();
   const std::string target = resolved.empty() ? path : resolved.string();
-  remove_leftovers(target);
   static std::atomic<int> counter{0};
   // An existing file or link belongs to another process: the next name is tried.
   for (int attempt = 0;; ++attempt) {
@@ -157,24 +109,17 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
     // The replacement of a private file is private before it is complete, too.
     const int file =
         open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode_of(target) ? 0600 : 0666);
-    int error = errno;
-    if (file >= 0 && lock_new(file, temporary)) {
-      unfinished->file = file;
-      return AtomicFile(target, std::move(unfinished));
-    }
-    if (file >= 0) {
-      close(file);
-      error = EEXIST;
-    }
     constexpr int max_attempts = 100;
-    if (error != EEXIST || attempt == max_attempts) {
-      return fail(Code::file_unwritable, path, {}, std::strerror(error));
-    }
+    if (file < 0 && (errno != EEXIST || attempt == max_attempts))
+      return fail(Code::file_unwritable, path, {}, reason());
+    if (file < 0) continue;
+    close(file);
+    unfinished->exists = true;
+    return AtomicFile(target, std::move(unfinished));
   }
 }
 
 const std::string& AtomicFile::temporary() const { return unfinished_->temporary; }
-int AtomicFile::descriptor() const { return unfinished_->file; }
 
 Result<void> AtomicFile::commit() {
   const auto unfinished = std::move(unfinished_);

@@ -12,8 +12,7 @@
 namespace selvedge {
 
 /// A file being written. create() makes the temporary file, so that an unwritable folder is found before the
-/// work begins. The destructor, SIGINT and SIGTERM remove it unless it was committed; the next process that
-/// writes the same file removes what a killed process left.
+/// work begins. The destructor, SIGINT and SIGTERM remove it unless it was committed.
 class AtomicFile {
  public:
   /// Refuses folders, devices, pipes, and links to no file. If `path` is a link, the file that it points to
@@ -25,8 +24,6 @@ class AtomicFile {
   const std::string& path() const { return path_; }
   /// The temporary file, in the same folder as path(). Not after commit().
   const std::string& temporary() const;
-  /// The temporary file, open to read and write, with an exclusive lock (flock) until it is closed.
-  int descriptor() const;
   /// Renames the temporary file to path(), replacing an existing file.
   Result<void> commit();
 

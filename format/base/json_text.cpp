@@ -3,41 +3,35 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <set>
+#include <vector>
 
 namespace selvedge {
 namespace {
 
 using nlohmann::json;
 
-/// Stops at the first member that its object has twice.
-class RepetitionFinder : public nlohmann::json_sax<json> {
+/// Follows a parser by its callback.
+class JsonGuard {
  public:
-  std::optional<std::string> found;
+  explicit JsonGuard(JsonLimits& limits) : limits_(limits) {}
 
-  bool null() override { return step(); }
-  bool boolean(bool) override { return step(); }
-  bool number_integer(number_integer_t) override { return step(); }
-  bool number_unsigned(number_unsigned_t) override { return step(); }
-  bool number_float(number_float_t, const string_t&) override { return step(); }
-  bool string(string_t&) override { return step(); }
-  bool binary(binary_t&) override { return step(); }
-  bool start_object(std::size_t) override { return open(false); }
-  bool start_array(std::size_t) override { return open(true); }
-  bool end_object() override { return close(); }
-  bool end_array() override { return close(); }
-  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override {
-    return false;
-  }
-
-  bool key(string_t& name) override {
-    open_.back().step = name;
-    if (open_.back().members.insert(name).second) return true;
-    found.emplace();
-    for (const Level& level : open_) {
-      found = pointer_to(*found, level.is_array ? std::to_string(level.count - 1) : level.step);
+  bool operator()(int /*depth*/, json::parse_event_t event, json& parsed) {
+    using Event = json::parse_event_t;
+    if (event == Event::object_end || event == Event::array_end) {
+      open_.pop_back();
+    } else if (event == Event::key) {
+      add_member(parsed.get_ref<const std::string&>());
+    } else {
+      if (limits_.values-- == 0) throw JsonFault{JsonFault::Kind::values, {}};
+      if (!open_.empty()) ++open_.back().count;
+      if (event != Event::value) {
+        open_.push_back({event == Event::array_start, 0, {}, {}});
+        if (static_cast<int>(open_.size()) > limits_.nesting) throw JsonFault{JsonFault::Kind::nesting, {}};
+      }
     }
-    return false;
+    return true;
   }
 
  private:
@@ -49,56 +43,41 @@ class RepetitionFinder : public nlohmann::json_sax<json> {
     std::set<std::string> members;
   };
 
-  bool step() {
-    if (!open_.empty()) ++open_.back().count;
-    return true;
-  }
-  bool open(bool is_array) {
-    step();
-    open_.push_back({is_array, 0, {}, {}});
-    return true;
-  }
-  bool close() {
-    open_.pop_back();
-    return true;
+  void add_member(const std::string& name) {
+    Level& object = open_.back();
+    object.step = name;
+    const bool is_new = object.members.insert(name).second;
+    if (static_cast<int>(object.members.size()) > limits_.members)
+      throw JsonFault{JsonFault::Kind::members, {}};
+    if (is_new) return;
+    std::string place;
+    for (const Level& level : open_)
+      place = pointer_to(place, level.is_array ? std::to_string(level.count - 1) : level.step);
+    throw JsonFault{JsonFault::Kind::repeated, place};
   }
 
+  JsonLimits& limits_;
   std::vector<Level> open_;
 };
 
 }  // namespace
 
-JsonDemands demands_of(std::string_view text, int max_nesting) {
-  JsonDemands demands;
-  std::vector<int> members;  ///< by open bracket
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == ',') {
-      ++demands.values;
-    } else if (c == '{' || c == '[') {
-      ++demands.values;
-      members.push_back(0);
-      demands.nesting = std::max(demands.nesting, static_cast<int>(members.size()));
-      if (demands.nesting > max_nesting) return demands;
-    } else if ((c == '}' || c == ']') && !members.empty()) {
-      members.pop_back();
-    } else if (c == ':' && !members.empty()) {
-      demands.members = std::max(demands.members, ++members.back());
-    }
-  }
-  return demands;
+json parse_json(std::string_view text, JsonLimits& limits) {
+  JsonGuard guard(limits);
+  return json::parse(text, std::ref(guard));
 }
 
-std::optional<std::string> repeated_member(std::string_view text) {
-  RepetitionFinder finder;
-  json::sax_parse(text, &finder);
-  return std::move(finder.found);
+json parse_json(std::string_view text) {
+  const json none(json::value_t::discarded);
+  if (text.starts_with("\xEF\xBB\xBF")) return none;  // the parser would skip it
+  try {
+    JsonLimits limits;
+    return parse_json(text, limits);
+  } catch (const JsonFault&) {
+    return none;
+  } catch (const json::exception&) {
+    return none;
+  }
 }
 
 std::string line_of(std::string_view text, std::size_t byte) {
@@ -107,14 +86,6 @@ std::string line_of(std::string_view text, std::size_t byte) {
   const std::size_t start = before.rfind('\n');
   const std::size_t column = before.size() - (start == std::string_view::npos ? 0 : start + 1) + 1;
   return fmt::format("line {}, column {}", line, column);
-}
-
-json parse_json(std::string_view text) {
-  constexpr int max_depth = 64;
-  // The parser would skip a byte order mark.
-  const bool sound = !text.starts_with("\xEF\xBB\xBF") && demands_of(text, max_depth).nesting <= max_depth;
-  json parsed = sound ? json::parse(text, nullptr, false) : json(json::value_t::discarded);
-  return parsed.is_discarded() || repeated_member(text) ? json(json::value_t::discarded) : parsed;
 }
 
 std::string reason_of(const std::exception& error) {

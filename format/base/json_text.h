@@ -1,9 +1,10 @@
 // JSON from untrusted files: a limit of depth, no repeated members, line numbers in messages.
 #pragma once
 
+#include <cstdint>
 #include <exception>
+#include <limits>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -11,23 +12,26 @@
 
 namespace selvedge {
 
-/// How deeply a JSON text nests how many members its largest object has, and how many values there
-/// are, counted without parsing it.
-struct JsonDemands {
-  int nesting = 0;
-  int members = 0;
-  std::size_t values = 1;  ///< at least as many as there are
+/// Limits of a JSON text, which end its parsing where they are passed.
+struct JsonLimits {
+  int nesting = 64;                               ///< of brackets; makes recursion over the value safe
+  int members = std::numeric_limits<int>::max();  ///< of one object
+  std::uint64_t values = std::numeric_limits<std::uint64_t>::max();
 };
 
-/// Stops counting once brackets nest deeper than `max_nesting`.
-JsonDemands demands_of(std::string_view text, int max_nesting);
+/// Why a JSON text was given up.
+struct JsonFault {
+  enum class Kind { nesting, members, values, repeated } kind = Kind::repeated;
+  std::string
+      place;  ///< JSON pointer of a member that its object has twice: programs differ in which they read
+};
 
-/// The JSON pointer of the first member that its object has twice: programs differ in which of the two they
-/// read. Nothing if there is no such member before the end or the first syntax error.
-std::optional<std::string> repeated_member(std::string_view text);
+/// Parses in one pass, and takes its values from `limits`. Throws JsonFault, or nlohmann-json's exception for
+/// what is not JSON.
+nlohmann::json parse_json(std::string_view text, JsonLimits& limits);
 
 /// The result is_discarded() if the text is not JSON, begins with a byte order mark, repeats a member, or
-/// nests deeper than 64. The limit makes recursion over the value safe.
+/// nests deeper than 64.
 nlohmann::json parse_json(std::string_view text);
 
 /// "line 2, column 5" of a byte counted from 1, as nlohmann-json counts.

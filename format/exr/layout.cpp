@@ -63,7 +63,7 @@ Range locate(const InputFile& source, const ExrPart& part, int part_index, std::
     damaged(exr_place(part, chunk), "cannot be read");
   ExrBytes head(bytes);
   for (const std::int32_t number : expected) {
-    if (head.i32() != number) damaged(exr_place(part, chunk), "another chunk stands at its offset");
+    if (head.i32() != number) damaged(exr_place(part, chunk), "its offset points to another chunk");
   }
   const std::uint64_t packed = head.u32();
   const std::uint64_t pixels = std::uint64_t{1} * chunk.width * chunk.height;

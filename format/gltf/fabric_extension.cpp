@@ -63,7 +63,7 @@ std::optional<TransformFault> fault_of(const UvTransform& transform) {
   if (std::optional<TransformFault> fault = range_fault_of(transform)) return fault;
   const double smallest = std::min(std::abs(transform.scale.x), std::abs(transform.scale.y));
   if (smallest >= double{std::numeric_limits<float>::min()}) return std::nullopt;
-  return TransformFault{scale, fmt::format("{:g} is no scale: the fabric lies in no direction", smallest)};
+  return TransformFault{scale, fmt::format("scale {:g}: the texture transform is singular", smallest)};
 }
 
 Json texture_info(int number, int set, const UvTransform& transform) {

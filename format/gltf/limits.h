@@ -27,7 +27,7 @@ inline constexpr int max_depth = 1024;
 
 struct SceneLimits {
   GltfLimits document;
-  /// Of all primitives together, after expansion; no more than unbacked_elements in any case.
+  /// Vertices of all primitives together, after expansion; no more than unbacked_elements in any case.
   std::size_t vertices = std::size_t{1} << 27;
   std::size_t instances = std::size_t{1} << 20;
   std::uint64_t image_bytes = std::uint64_t{1} << 30;  ///< of all encoded pictures; beyond, they are left out

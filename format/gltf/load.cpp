@@ -98,25 +98,26 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, M
   };
   if (text.starts_with("\xEF\xBB\xBF"))
     return refuse(Code::json_malformed, "", "begins with a byte order mark");
-  const JsonDemands demands = demands_of(text, limits.nesting);
-  if (demands.nesting > limits.nesting) {
-    return refuse(Code::gltf_malformed, "",
-                  fmt::format("JSON is nested deeper than {} levels", limits.nesting));
-  }
-  if (demands.members > limits.members) {
-    return refuse(Code::file_too_large, "",
-                  fmt::format("a JSON object with more than {} members", limits.members));
-  }
-  if (!account.take(text.size(), 1) || !account.take(demands.values, bytes_per::json_value)) {
-    Error beyond = beyond_memory("", "", fmt::format("{} values of JSON", demands.values), limits.memory);
-    return refuse(beyond.code, "", std::move(beyond.message));
-  }
+  const std::uint64_t room = account.take(text.size(), 1) ? account.left() / bytes_per::json_value : 0;
   try {
-    Json json = Json::parse(text.begin(), text.end());
+    JsonLimits left{limits.nesting, limits.members, room};
+    Json json = parse_json(text, left);
+    account.take(room - left.values, bytes_per::json_value);
     if (!json.is_object()) return refuse(Code::gltf_malformed, "", "the JSON is not an object");
-    if (std::optional<std::string> place = repeated_member(text))
-      return refuse(Code::gltf_malformed, std::move(*place), "duplicate member");
     return json;
+  } catch (const JsonFault& fault) {
+    if (fault.kind == JsonFault::Kind::repeated)
+      return refuse(Code::gltf_malformed, fault.place, "duplicate member");
+    if (fault.kind == JsonFault::Kind::nesting) {
+      return refuse(Code::gltf_malformed, "",
+                    fmt::format("JSON is nested deeper than {} levels", limits.nesting));
+    }
+    if (fault.kind == JsonFault::Kind::members) {
+      return refuse(Code::file_too_large, "",
+                    fmt::format("a JSON object with more than {} members", limits.members));
+    }
+    Error beyond = beyond_memory("", "", fmt::format("more than {} values of JSON", room), limits.memory);
+    return refuse(beyond.code, "", std::move(beyond.message));
   } catch (const nlohmann::json::parse_error& error) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
     if (begin == 0 && (first == std::string_view::npos || text[first] != '{'))

@@ -9,7 +9,7 @@ Size picture_size(std::int64_t width, std::int64_t height) {
   return width > 0 && height > 0 ? Size(width, height) : Size(0, 0);
 }
 
-/// Of the first frame: segments are skipped by their lengths.
+/// The size of the first frame: segments are skipped by their lengths.
 Size jpeg_size(std::span<const std::uint8_t> bytes) {
   const auto word = [&](std::size_t at) { return bytes[at] * 256 + bytes[at + 1]; };
   std::size_t at = 2;

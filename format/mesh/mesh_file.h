@@ -62,9 +62,9 @@ inline constexpr std::uint64_t obj_memory_factor = 24;
 /// Indices count from 1, or backwards from -1, over the lines before. Colours behind positions are linear.
 Result<MeshFile> read_obj(std::string_view text, const std::string& file);
 
-/// Of element "vertex" x, y, z, nx, ny, nz, texture coordinates (u and v, s and t, texture_u and texture_v)
-/// and colours (yarn_red, red, r or diffuse_red ...); of element "face" colours, the list vertex_indices (or
-/// vertex_index), and texcoord. All else is skipped.
+/// Reads x, y, z, nx, ny, nz, texture coordinates (u and v, s and t, texture_u and texture_v) and colours
+/// (yarn_red, red, r or diffuse_red ...) of element "vertex"; colours, the list vertex_indices (or
+/// vertex_index), and texcoord of element "face". All else is skipped.
 Result<MeshFile> mesh_of(const PlyFile& ply, const std::string& file);
 
 /// A material of an MTL file.

@@ -154,7 +154,7 @@ class ObjReader {
     return sound ? std::optional(corner) : std::nullopt;
   }
 
-  /// Of `count` entries so far: from 1, or backwards from -1.
+  /// Reads an index into `count` entries so far: from 1, or backwards from -1.
   static bool read_index(std::string_view word, std::size_t count, int& index) {
     const char* end = word.data() + word.size();
     std::int64_t number = 0;

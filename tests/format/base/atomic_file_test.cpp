@@ -1,8 +1,6 @@
 #include "format/base/atomic_file.h"
 
 #include <doctest/doctest.h>
-#include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -132,46 +130,6 @@ TEST_CASE("a file or a link in the place of the temporary one is left as it is")
   CHECK(test::bytes_of(folder / "other") == "untouched");
   CHECK(std::filesystem::is_symlink(next));
   CHECK(test::bytes_of(folder / "a") == "whole");
-}
-
-TEST_CASE("what a killed program left is removed by the next, what a living one writes is not") {
-  const Folder folder;
-  const auto killed = [&] {
-    const pid_t child = fork();
-    if (child == 0) {
-      const auto file = AtomicFile::create(folder / "a");
-      if (!file) _exit(3);
-      kill(getpid(), SIGKILL);
-    }
-    int status = 0;
-    REQUIRE(waitpid(child, &status, 0) == child);
-    REQUIRE(WIFSIGNALED(status));
-  };
-  killed();
-  CHECK(folder.files() == 1);
-  test::write_bytes(folder / "a.part-of-something", "of others");
-  test::write_bytes(folder / "ab.part-999999999-0", "of another file");
-  const auto living = test::need(AtomicFile::create(folder / "a"));
-  CHECK(folder.files() == 3);
-  killed();
-  CHECK(folder.files() == 4);
-  REQUIRE(write_file(folder / "a", std::string("whole")));
-  CHECK(std::filesystem::exists(living.temporary()));
-  CHECK(folder.files() == 4);
-}
-
-TEST_CASE("what is locked is not taken for a leftover") {
-  const Folder folder;
-  // As if its maker ran on another machine: no process here has this number.
-  const std::string foreign = folder / "a.part-999999999-0";
-  test::write_bytes(foreign, "being written");
-  const int file = open(foreign.c_str(), O_RDONLY);
-  REQUIRE(flock(file, LOCK_EX) == 0);
-  REQUIRE(write_file(folder / "a", std::string("whole")));
-  CHECK(std::filesystem::exists(foreign));
-  close(file);
-  REQUIRE(write_file(folder / "a", std::string("whole")));
-  CHECK_FALSE(std::filesystem::exists(foreign));
 }
 
 TEST_CASE("a signal removes every unfinished file, however many there are") {
