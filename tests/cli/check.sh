@@ -55,18 +55,4 @@ test_check_counts_warnings_and_can_take_them_for_errors() {
   [ "$(wc -l <"$scratch/err")" = 2 ] || fail "$(cat "$scratch/err")"
 }
 
-test_check_and_fit_refuse_the_same_damaged_samples() {
-  local at check fit counts=(0 0)
-  make_plane_fabric
-  for at in $(seq 4 97 1200) $(seq 1200 900 "$(stat -c %s plane.samples.exr)"); do
-    check=0 fit=0
-    { head -c "$at" plane.samples.exr && printf '\245' && tail -c +$((at + 2)) plane.samples.exr; } >bad.samples.exr
-    selvedge check bad.samples.exr >/dev/null 2>&1 || check=$?
-    selvedge fit bad.samples.exr --quality paper -o bad.fabric.exr --quiet >/dev/null 2>&1 || fit=$?
-    [ "$check" = "$fit" ] || fail "byte $at: check exits with $check, fit with $fit"
-    counts[check]=$((counts[check] + 1))
-  done
-  [ "${counts[1]}" -gt 10 ] || fail "${counts[*]} files were good and bad"
-}
-
 "$2"

@@ -100,15 +100,6 @@ test_files_of_other_kinds_are_no_pictures() {
   refuses IMAGE_UNREADABLE 'fits: is no picture' selvedge import fits.csv --width 10 -o o.samples.exr
 }
 
-test_a_picture_that_is_cut_short_ends_no_verb_and_is_told_of_in_one_line() {
-  write_pictures 'for (const [name, bytes] of Object.entries({png: png(head(32, 16), zeros(32, 16), end),
-      jpeg: jpeg(32, 16), tiff: tiff(32, 16), hdr: hdr(32, 16), exr: exr(32, 16), pnm: pnm(6, 32, 16)})) {
-    for (let size = 16; size <= 256; size += 48) save(`${name}.${size}`, bytes.subarray(0, size));
-  }'
-  for file in *.*; do answers compare-pictures "$file" "$file"; done
-  refuses IMAGE_UNREADABLE png.16 compare-pictures png.16 png.16
-}
-
 test_what_a_picture_declares_is_reckoned_before_it_is_taken() {
   if sanitized; then exit 77; fi
   # A black picture of 32 KB that would take 4 GB, and headers alone.

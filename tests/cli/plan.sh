@@ -55,16 +55,4 @@ test_a_plan_covers_the_cameras_of_the_file() {
   [ "$(levels --camera 0)" = 3,4 ] || fail "$(levels --camera 0)"
 }
 
-# The fabric that the options make shows the same picture.
-test_the_options_of_a_plan_make_a_smaller_fabric_of_the_same_picture() {
-  make_cloth
-  exits 0 selvedge plan quad.glb "${far_view[@]}" --json
-  read -ra words < <(node -p 'JSON.parse(require("fs").readFileSync(process.argv[1])).materials[0].make' "$scratch/out")
-  selvedge make --quality paper plain-knit --set yarn=tube -o part.exr --quiet "${small[@]:2:4}" --samples 64 "${words[@]}"
-  [ "$(stat -c %s part.exr)" -lt "$(stat -c %s k.fabric.exr)" ]
-  selvedge dress quad.gltf part.exr -o part.glb --all --quiet
-  for name in quad part; do selvedge-view render $name.glb "${far_view[@]}" -o $name.png --quiet; done
-  exits 0 compare-pictures quad.png part.png --max 0.1
-}
-
 "$2"

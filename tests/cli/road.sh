@@ -31,16 +31,6 @@ shows() {
     "$scratch/pixels" "$2" || fail "$1 is not albedo / pi x $2"
 }
 
-test_swatch_of_a_plane_shows_albedo_over_pi_times_cosine() {
-  make_plane_fabric
-  local n=0
-  for options in '1 --light 0,0,1' '0.8 --light 0.6,0,0.8 --view 0.3,0,1' '0.6 --light 0,1.6,1.2 --view -1,-1,1' \
-    '0.4 --light 0,0.6,0.8,0.5 --repeats 3x2' '0.8 --light 0,-3,4 --level 1 --repeats 5x5 --view 0,2,1'; do
-    selvedge-view render plane.fabric.exr -o $((++n)).exr --pixels-per-texel 2 --quiet ${options#* }
-    shows $n.exr "${options%% *}"
-  done
-}
-
 test_dressed_square_shows_albedo_over_pi_times_cosine() {
   make_plane_fabric
   write_quad quad.gltf

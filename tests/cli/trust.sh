@@ -22,18 +22,6 @@ test_no_verb_opens_a_file_outside_of_the_garments_folder() {
   done
 }
 
-test_what_is_no_picture_goes_into_no_garment_even_if_it_is_allowed() {
-  make_plane_fabric
-  write_quad quad.gltf
-  mkdir in out
-  echo 'the secret of the server' >secret
-  edited quad.gltf in/a.gltf "$(picture_from ../secret)"
-  exits 0 selvedge dress in/a.gltf plane.fabric.exr -o out/a.glb --all --allow-outside --usda out/a.usda
-  exits 1 selvedge check in/a.gltf --allow-outside
-  cat "$scratch/out" "$scratch/err" out/* >all
-  [ "$(grep -c 'the secret' all)" = 0 ] || fail "bytes of a file that is no picture came out"
-}
-
 test_check_goes_on_after_a_file_that_ends_it() {
   write_quad quad.gltf
   # A document of 1.5 GB, more than there is memory for.
@@ -187,21 +175,6 @@ test_fabrics_whose_levels_do_not_fit_into_the_memory_are_refused() {
     exits 0 selvedge check $input --max-memory 20M
   done
   refuses FILE_TOO_LARGE --max-memory selvedge dress quad.gltf k.fabric.exr -o o.glb --all --max-memory 500K
-}
-
-# What dress adds would get their numbers.
-test_numbers_of_meshes_and_textures_that_are_not_there_go_into_no_dressed_garment() {
-  make_plane_fabric
-  write_quad quad.gltf
-  edited quad.gltf m.gltf 'g.nodes.push({mesh: 1})'
-  exits 1 selvedge check m.gltf
-  grep -qF 'm.gltf: /nodes/1/mesh: there is no /meshes/1 [GLTF_ACCESSOR]' "$scratch/err"
-  refuses GLTF_ACCESSOR 'm.gltf: /nodes/1/mesh: there is no /meshes/1' \
-    selvedge dress m.gltf plane.fabric.exr -o o.gltf --material cloth --backing '#ffffff'
-  edited quad.gltf t.gltf 'g.materials[1].pbrMetallicRoughness = {baseColorTexture: {index: 0}};
-    g.materials[1].normalTexture = {index: 5};'
-  refuses GLTF_ACCESSOR 't.gltf: /materials/1/pbrMetallicRoughness/baseColorTexture/index: there is no /textures/0' \
-    selvedge dress t.gltf plane.fabric.exr -o o.gltf --material cloth
 }
 
 test_samples_take_no_more_than_their_parts() {

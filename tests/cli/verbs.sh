@@ -129,16 +129,6 @@ test_a_knitting_chart_is_a_stitch() {
   refuses OPTION_OUT_OF_RANGE 'its yarns need 32x8 texels' selvedge bake dots.txt -o o.exr "${small[@]}"
 }
 
-test_what_was_guessed_of_a_mesh_is_said() {
-  write_plane plane.obj
-  exits 0 selvedge stitch plane.obj --json
-  holds "r.periodMm[0] === 2 && r.unitMm === 1 && r.up === 'z' && r.guessed.period === 'guessed: the extent of the mesh'"
-  exits 0 selvedge stitch plane.obj --period 3x3 --unit 2 --up y --json
-  holds "r.periodMm[0] === 3 && r.unitMm === 2 && r.up === 'y' && r.guessed.period === 'given' && r.guessed.up === 'given'"
-  exits 0 selvedge bake plane.obj -o p.samples.exr "${small[@]}"
-  grep -q 'plane.obj: period 2 x 2 mm (guessed: the extent of the mesh)' "$scratch/err"
-}
-
 # reports PROGRAM VERB COMMAND...: the report is one JSON text with the frame of all reports, and nothing else is said.
 reports() {
   local program=$1 verb=$2

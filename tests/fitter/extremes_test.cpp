@@ -228,28 +228,6 @@ TEST_CASE("a texel seen from one view only has that view's radiance, and a table
   }
 }
 
-TEST_CASE("views that all graze give a finite fit that follows them") {
-  std::vector<V3f> views;
-  for (int i = 0; i < 12; ++i) {
-    const double turn = i * 0.5236;
-    views.push_back(
-        V3f(static_cast<float>(std::cos(turn)), static_cast<float>(std::sin(turn)), 0.02F).normalized());
-  }
-  const std::vector<V3f> lights = directions_of({6, 6});
-  std::vector<V3f> radiance;
-  for (const V3f& v : views) {
-    for (const V3f& l : lights) radiance.push_back(glossy(0, l, v));
-  }
-  const std::vector<float> alpha(views.size(), 1);
-  const TexelSamples samples =
-      gather_texel(alpha.data(), radiance.data(), {views, lights}, {0, 0, 1}, {1, 0, 0});
-  for (const ChannelFit& f : fit_texel(samples, {})) {
-    CHECK(f.error < 0.01 * f.energy);
-    for (const double t : f.table) CHECK(std::isfinite(t));
-    for (const double p : f.parameters) CHECK(std::isfinite(p));
-  }
-}
-
 TEST_CASE("one view, one light, or fewer samples than parameters: a valid fabric and a warning") {
   for (const auto& [views, lights] : {std::pair{DirectionGrid{1, 1}, DirectionGrid{6, 6}},
                                       {DirectionGrid{6, 6}, DirectionGrid{1, 1}},
@@ -276,18 +254,6 @@ TEST_CASE("exponents that the data drive to 0 and to 10,000 stay within their bo
     }
     // A step is no lobe of exponent 1 or more; a peak between the directions of the grid is one of 200.
     CHECK(error_of(result.fabric, c) < (n < 1 ? 0.3 : 0.05));
-  }
-}
-
-TEST_CASE("normals that cancel give the cloth's own frame") {
-  Case c = case_of(glossy);
-  for (V3f& n : c.level.normal) n = V3f(0, 0, 0);
-  const FitResult result = fitted(c);
-  for (const FabricLevel& level : result.fabric.levels) {
-    for (const auto& [n, t] : level.frame()) {
-      CHECK(n == V3f(0, 0, 1));
-      CHECK(t == V3f(1, 0, 0));
-    }
   }
 }
 

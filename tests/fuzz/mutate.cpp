@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -27,32 +28,6 @@ void collect(Json& value, Json* parent, std::vector<Node>& nodes) {
 }
 
 Json interesting_number(Choice& choice) {
-  static const std::array<double, 26> numbers{0,
-                                              -1,
-                                              1,
-                                              2,
-                                              3,
-                                              4,
-                                              5,
-                                              7,
-                                              8,
-                                              16,
-                                              255,
-                                              256,
-                                              4096,
-                                              5121,
-                                              5125,
-                                              65535,
-                                              65536,
-                                              1e6,
-                                              1e9,
-                                              2147483647.0,
-                                              2147483648.0,
-                                              4294967295.0,
-                                              4294967296.0,
-                                              9e15,
-                                              0.5,
-                                              -0.0};
   static const std::array<Json, 6> others{1e308,
                                           -1e308,
                                           1e-320,
@@ -60,7 +35,11 @@ Json interesting_number(Choice& choice) {
                                           std::numeric_limits<std::uint64_t>::max(),
                                           1e39};
   if (choice.one_in(8)) return others[choice.below(others.size())];
-  const double number = numbers[choice.below(numbers.size())];
+  // Beside a power of two, or a component type of glTF.
+  static constexpr std::array odd{-1.0, -0.0, 0.5, 5121.0, 5125.0, 1e6, 1e9};
+  const double number = choice.one_in(4)
+                            ? odd[choice.below(odd.size())]
+                            : std::exp2(choice.below(54)) + static_cast<double>(choice.below(3)) - 1;
   if (number == static_cast<double>(static_cast<std::int64_t>(number)) && !choice.one_in(8)) {
     return static_cast<std::int64_t>(number);
   }

@@ -228,23 +228,6 @@ TEST_CASE("a perfect mirror shows the environment itself, turned and as bright a
   }
 }
 
-TEST_CASE("core materials in an environment look as in one lamp for each of its pixels") {
-  const auto check = [](float metallic, float roughness) {
-    const test::Setting setting = core_ball(metallic, roughness, V4f(0.8F, 0.5F, 0.3F, 1));
-    const Frame lamps = in_lamps(setting, evening());
-    for (const RenderPath path : paths) {
-      const double dB = likeness(in_environment(setting, evening(), path), lamps);
-      MESSAGE(path_names[static_cast<std::size_t>(path)], " dB: ", dB);
-      CHECK(dB > 35);
-    }
-  };
-  SUBCASE("plastic, glossy") { check(0, 0.4F); }
-  SUBCASE("plastic, matt") { check(0, 1); }
-  SUBCASE("half a metal") { check(0.5F, 0.4F); }
-  // The lamps lose what these facets send to each other.
-  SUBCASE("metal") { check(1, 0.4F); }
-}
-
 TEST_CASE(
     "an occlusion texture darkens what comes from around, an environment's lamps included, and no other "
     "light") {

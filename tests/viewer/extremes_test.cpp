@@ -10,7 +10,6 @@
 #include "tests/format/fabrics.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
-#include "tests/viewer/rays.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/render.h"
 #include "viewer/scene/surfaces.h"
@@ -61,11 +60,6 @@ Frame drawn(const Extreme& extreme, RenderPath path, RenderStats* stats = nullpt
   }
   CHECK(wrong == 0);
   return frame;
-}
-
-Frame rays_of(const Extreme& extreme) {
-  return test::march(extreme.scene, extreme.fabrics, extreme.camera,
-                     {extreme.options.width, extreme.options.height}, extreme.options.lights);
 }
 
 void on_both_paths(const Extreme& extreme, const std::function<void(const Frame&)>& check) {
@@ -271,15 +265,6 @@ TEST_CASE("texture coordinates a million repeats away show the same texels") {
     for (V2d& uv : far.scene.primitives[0].tex_coords[0]) uv += V2d(away, -away);
     for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster})
       CHECK(apart(drawn(far, path), drawn(extreme, path)) < 1e-6);
-  }
-}
-
-TEST_CASE("fabrics of one texel and of 4096 directions are drawn as rays evaluate them") {
-  for (const Fabric& fabric : {test::random_fabric(1, 1, 1), test::random_fabric(4, 4, {64, 64}, 2, 1)}) {
-    Extreme extreme = facing_square(fabric, 3);
-    extreme.camera.to_viewer = V3d(0.3, 0.2, 0.9).normalized();
-    extreme.options.lights[0].direction = V3d(0.6, 0, 0.8);
-    CHECK(apart(rays_of(extreme), drawn(extreme, RenderPath::hybrid)) < 1e-3);
   }
 }
 

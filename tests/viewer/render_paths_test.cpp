@@ -38,23 +38,6 @@ TEST_CASE("hybrid and rays agree on light tables and products") {
   CHECK(test::decibels_to_rays(sphere_in(test::random_product_fabric(16, 16, {4, 4}, 1, 3))) > 27);
 }
 
-TEST_CASE("hybrid and rays agree under point and spot lights, which fall off as they should") {
-  test::Setting setting = sphere_in(test::random_fabric(16, 16, 1));
-  Light point;
-  point.kind = LightKind::point;
-  point.position = V3d(1.5, 1, 1.5);
-  point.irradiance = V3f(4, 3, 2);
-  point.range = 6;
-  Light spot = point;
-  spot.kind = LightKind::spot;
-  spot.position = V3d(-1, 0.5, 2);
-  spot.direction = V3d(-1, 0.5, 2).normalized();
-  spot.cos_inner = 0.98;
-  spot.cos_outer = 0.9;
-  setting.options.lights = {point, spot};
-  CHECK(test::decibels_to_rays(setting) > 30);
-}
-
 TEST_CASE("a point light over a Lambertian square has the radiance of its closed form") {
   test::Setting setting;
   test::add(setting.scene, test::square(1, 0), test::material(0));

@@ -152,19 +152,6 @@ TEST_CASE("the noise of a traced swatch is its distance from one with many rays"
   CHECK(rms < 1.15 * std::hypot(a.noise, b.noise));
 }
 
-TEST_CASE("a traced swatch is the same for any number of threads") {
-  const auto mesh = test::need(load_cell("plain-knit"));
-  const SwatchShot shot = swatch_shot(SwatchView::grazing, mesh.period, 16, 12);
-  TruthOptions options;
-  options.samples = 4;
-  set_threads(1);
-  const TruthSwatch one = traced(mesh, shot, options);
-  set_threads(0);
-  const TruthSwatch all = traced(mesh, shot, options);
-  CHECK(one.frame.pixels == all.frame.pixels);
-  CHECK(one.noise == all.noise);
-}
-
 TEST_CASE("a light that stands somewhere is refused by the traced swatch") {
   const CellMesh mesh = floor_of(1, 1, 0.5F);
   SwatchShot shot = swatch_shot(SwatchView::near, mesh.period, 4, 3);

@@ -85,22 +85,3 @@ TEST_CASE("rays meet the strands on the mesh that a file's yarn has there") {
     CHECK(same_shade > 0.85 * met);
   }
 }
-
-TEST_CASE("a tube has no strands, and irregular yarn changes its colour alone") {
-  const auto tube = test::need(RayScene::create(knit({}), "tube"));
-  const auto thick = test::need(RayScene::create(knit({{"irregularity", {0.3}}}), "thick"));
-  double least = 1;
-  double most = 0;
-  look_down(thick, [&](const SurfacePoint& point) {
-    const YarnBrdf s = surface_at(thick, point);
-    CHECK(s.normal == V3d(point.face_normal));
-    least = std::min(least, s.albedo.x);
-    most = std::max(most, s.albedo.x);
-  });
-  CHECK(most / least > 1.15);
-  look_down(tube, [&](const SurfacePoint& point) {
-    const YarnBrdf s = surface_at(tube, point);
-    CHECK(s.normal == V3d(point.face_normal));
-    CHECK(s.albedo == V3d(tube.albedo(point)));
-  });
-}

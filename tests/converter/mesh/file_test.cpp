@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <sstream>
 
 #include "converter/stitch/library.h"
@@ -212,18 +211,6 @@ TEST_CASE("files that cannot be read are refused where they are wrong") {
   }
 }
 
-TEST_CASE("PLY files that are cut short are refused") {
-  const std::string text = ply_header("ascii", 3, xyz, 1) + triangle_rows;
-  std::string binary = ply_header("binary_little_endian", 3, xyz, 1);
-  append<float>(binary, {0, 0, 0, 1, 0, 0, 0, 1, 0});
-  append<std::uint8_t>(binary, {3});
-  append<std::int32_t>(binary, {0, 1, 2});
-  for (const std::string& whole : {text, binary}) {
-    for (std::size_t size = 0; size + 2 < whole.size(); ++size)
-      CHECK(refusal("cut.ply", whole.substr(0, size)).code == Code::file_damaged);
-  }
-}
-
 TEST_CASE("a stitch written and read again is the same mesh") {
   const auto mesh = test::need(mesh_stitch(plain_weave(), {16}));
   const test::Folder folder;
@@ -288,15 +275,6 @@ TEST_CASE("damaged yarns in a PLY file are refused") {
                              "property float yarn_around\n";
   const std::string rows = "0 0 0 0 0 0 0\n1 0 0 0 0 0 0\n0 1 0 0 0 0 0\n3 0 1 2\n";
   CHECK(refusal("y.ply", ply_header("ascii", 3, placed, 1) + rows).place == "element vertex");
-}
-
-TEST_CASE("what cannot be written leaves nothing behind") {
-  const auto mesh = test::need(mesh_stitch(plain_weave(), {16}));
-  CHECK(write_mesh("out.glb", mesh).error().code == Code::file_unwritable);
-  CHECK(write_mesh("no/such/folder/out.ply", mesh).error().code == Code::file_unwritable);
-  CHECK_FALSE(std::filesystem::exists("no"));
-  CHECK(write_mesh("empty.obj", {}).error().code == Code::mesh_empty);
-  CHECK_FALSE(std::filesystem::exists("empty.obj"));
 }
 
 TEST_CASE("OBJ comments, continued lines, byte order marks and every kind of line end are read") {

@@ -125,12 +125,10 @@ void recompute_normals(CellMesh& mesh) {
 
 // The mesh's own yarns are exact. Touching yarns are joined by the cubes; colours mix where they touch.
 TEST_CASE("the yarns of stitches are found in their meshes: curves, turns, radii and centre lines") {
-  for (const auto& info : built_in_stitches()) {
-    // Lace and satin have larger repeats; basket and rib show nothing that the others do not.
-    if (info.name == "lace" || info.name == "satin" || info.name == "basket" || info.name == "rib") continue;
-    CAPTURE(info.name);
+  for (const char* name : {"plain-knit", "garter", "two-colour", "plain-weave", "denim"}) {
+    CAPTURE(name);
     YarnData truth;
-    const CellMesh mesh = mesh_with(pattern_of(info.name), 4, truth);
+    const CellMesh mesh = mesh_with(pattern_of(name), 4, truth);
     check_found(mesh, truth);
   }
 }

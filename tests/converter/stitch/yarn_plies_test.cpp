@@ -21,33 +21,6 @@ StitchPattern laid(const StitchPattern& pattern) { return test::need(lay_plies(p
 
 }  // namespace
 
-TEST_CASE("plies of a straight yarn are helices, right-handed for Z-twist") {
-  for (const double twist : {0.5, -0.5}) {
-    CAPTURE(twist);
-    StitchPattern pattern = cylinder(4, 0.5);
-    pattern.yarns[0].plies = 2;
-    pattern.yarns[0].twist_per_mm = twist;
-    const StitchPattern plies = laid(pattern);
-    REQUIRE(plies.yarns.size() == 2);  // two whole turns: each ply meets itself
-    for (const Yarn& ply : plies.yarns) {
-      CHECK(ply.radius_mm == doctest::Approx(0.25));
-      CHECK(turns_of(ply, plies.period_mm) == V2i(1, 0));
-      const V3d start = ply.segments[0][0];
-      const double begin = std::atan2(start.z, start.y - 2);
-      for (const BezierSegment& segment : ply.segments) {
-        for (const double t : {0.0, 0.5}) {
-          const V3d p = point_at(segment, t);
-          CHECK(std::hypot(p.y - 2, p.z) == doctest::Approx(0.25).epsilon(1e-3));
-          // Looking along +x, y to the left and z up is a right-handed screw for growing angles from y to z.
-          const double angle = begin + 2 * std::numbers::pi * twist * p.x;
-          CHECK(std::abs(p.y - 2 - 0.25 * std::cos(angle)) < 1e-3);
-          CHECK(std::abs(p.z - 0.25 * std::sin(angle)) < 1e-3);
-        }
-      }
-    }
-  }
-}
-
 TEST_CASE("fibres lean to their ply, of the other hand than the twist, and hairs are shared out") {
   for (const double twist : {0.5, -0.5}) {
     StitchPattern pattern = cylinder(4, 0.5);

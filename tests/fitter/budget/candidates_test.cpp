@@ -129,10 +129,3 @@ TEST_CASE("the choice of layers scales with the radiance") {
   }
   for (const std::string& text : layers) CHECK(text == layers[0]);
 }
-
-TEST_CASE("without pairs to choose by, layers are refused") {
-  const Fabric fabric = patterned(4, 4);
-  const SamplesHeader header = samples_header_of(fabric);
-  CHECK(test::error_of(LayerFitter::create(seen_of(fabric), header, PairSamples{}, {})).code ==
-        Code::samples_malformed);
-}

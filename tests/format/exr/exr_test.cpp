@@ -1,7 +1,6 @@
 #include "format/exr/exr.h"
 
 #include <doctest/doctest.h>
-#include <sys/stat.h>
 
 #include <limits>
 
@@ -125,13 +124,4 @@ TEST_CASE("more than the limit is refused before anything is allocated") {
   CHECK(refused({.parts = 1}));
   CHECK(refused({.channels = 1}));
   CHECK(refused({.attributes = 5}));
-}
-
-TEST_CASE("a pipe, a device and a folder are refused and not waited for") {
-  const Folder folder;
-  REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
-  CHECK(ExrReader::open(folder / "pipe").error().code == Code::file_unreadable);
-  CHECK(ExrReader::open("/dev/null").error().code == Code::file_unreadable);
-  CHECK(ExrReader::open(folder / "pipe/a.exr").error().code == Code::file_missing);
-  CHECK(ExrReader::open(folder / "").error().code == Code::file_unreadable);
 }

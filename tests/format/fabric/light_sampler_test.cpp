@@ -215,47 +215,6 @@ TEST_CASE("lights of the yarn itself are drawn as their density says, with gloss
   check_fabric(turned_over(fabric), {-1}, 90);
 }
 
-TEST_CASE("lights of baked stitches are drawn as their density says") {
-  check_fabric(kept("lobes.fabric.exr"), {0, 1.5}, 100);
-  const Fabric both = kept("products-both.fabric.exr");
-  check_fabric(both, {0, 1.5}, 110);
-  check_fabric(turned_over(both), {0}, 120);
-  check_fabric(kept("yarn.fabric.exr"), {-1, -0.3}, 130);
-}
-
-TEST_CASE("a lobe along the normal reflects its closed form, whatever its exponent") {
-  // f = z (rho + z^n) for the view along the normal: the integral is rho pi + 2 pi / (n + 2).
-  for (const float n : {0.0F, 1.0F, 7.5F, 1000.0F, 10000.0F}) {
-    CAPTURE(n);
-    for (const float rho : {0.0F, 0.1F}) {
-      Fabric fabric = test::lambert_fabric(1, 1, {0, 0, 0});
-      FabricLevel& level = fabric.levels.front();
-      level.add(LayerKind::lobes, 15);
-      for (std::size_t c = 0; c < 3; ++c) {
-        level.lobes()[5 * c] = rho;
-        level.lobes()[5 * c + 3] = 1;
-        level.lobes()[5 * c + 4] = n;
-      }
-      const LightSampler sampler(fabric, 0, {0, 0}, {0, 0, 1});
-      Random random(5);
-      double sum = 0;
-      double squares = 0;
-      for (int i = 0; i < samples; ++i) {
-        const double a = random.uniform();
-        const double b = random.uniform();
-        const double weight = static_cast<double>(sampler.sample({a, b, random.uniform()}).weight.y);
-        sum += weight;
-        squares += weight * weight;
-      }
-      const double mean = sum / samples;
-      const double error = std::sqrt((squares / samples - mean * mean) / samples);
-      CHECK(std::abs(mean - (rho * pi + 2 * pi / (static_cast<double>(n) + 2))) < 4 * error);
-      // The density follows f closely: a third of a cosine's error at most, but for the floor.
-      if (n >= 1000 && rho == 0) CHECK(error * std::sqrt(samples) < 0.5 * mean);
-    }
-  }
-}
-
 TEST_CASE("extreme numbers give finite weights, and black texels densities") {
   Random random(7);
   const std::array odd{0.0F, 1e-30F, 1.0F, 30.0F, 1e6F, 3e38F};

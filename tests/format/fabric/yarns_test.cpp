@@ -216,27 +216,6 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("the size of a cell changes nothing") {
-  for (const float scale : {0x1p-10F, 0x1p13F}) {  // cells of 2 micrometres and 20 metres
-    Random random(3);
-    const V2f period(2.5F, 1.75F);
-    YarnData data = tangle(random, period, 5);
-    const Yarns yarns(data, period);
-    for (V3f& node : data.nodes) node *= scale;
-    for (YarnCurve& curve : data.curves) curve.radius *= scale;
-    const Yarns scaled(data, period * scale);
-    const V3f light = V3f(0.3F, -0.4F, 0.6F).normalized();
-    for (int i = 0; i < 2000; ++i) {
-      const V2d uv(random.uniform(), random.uniform());
-      const V3f view = upwards(random, 0.001);
-      const Shading a = yarns.shade(uv, 0.1F, light, view);
-      const Shading b = scaled.shade(uv, 0.1F * scale, light, view);
-      CHECK(a.alpha == b.alpha);
-      CHECK(a.radiance == b.radiance);
-    }
-  }
-}
-
 TEST_CASE("a yarn that lies alone is in no shadow of its own") {
   const YarnData data = straight(2, 0.25F);
   const Yarns yarns(data, {2, 2});

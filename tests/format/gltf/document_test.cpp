@@ -162,15 +162,6 @@ TEST_CASE("gltf: pictures are found from another folder, or go into the GLB byte
   CHECK(load_gltf(folder / "out/b.gltf", anywhere.document)->json["images"][1]["uri"] == "none.png");
 }
 
-TEST_CASE("gltf: an output that cannot be written leaves nothing behind") {
-  const Folder folder;
-  REQUIRE(write_garment(folder / "a.glb", square()));
-  const Result<GltfDocument> document = load_gltf(folder / "a.glb");
-  CHECK(save_gltf(*document, folder / "absent/a.gltf").error().code == Code::file_unwritable);
-  CHECK(save_gltf(*document, folder / "a.obj").error().code == Code::option_out_of_range);
-  CHECK(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()) == 1);
-}
-
 TEST_CASE("gltf: the texture transform turns as Khronos' test model does") {
   // TextureTransformTest: the arrow's tip is at (0.7778, 0.7778) of the picture; the green marker for
   // rotation 22.5 degrees lies at (0.4210, 1.0163) of the quad, the one for scale 1.5 at (0.5185, 0.5185).

@@ -73,15 +73,6 @@ TEST_CASE("image: an EXR keeps floats exactly and is the same each time") {
   CHECK(std::isinf(compare_images(image, back)->psnr));
 }
 
-TEST_CASE("image: a PNG is the same each time") {
-  const Folder folder;
-  REQUIRE(write_png(folder / "a.png", ramp(9, 9, 4)));
-  REQUIRE(write_png(folder / "b.png", ramp(9, 9, 4)));
-  CHECK(*read_file(folder / "a.png") == *read_file(folder / "b.png"));
-  const auto back = test::need(read_image(folder / "a.png"));
-  CHECK(back.width == 9);
-}
-
 TEST_CASE("image: the difference has its closed form and its place") {
   Image a{2, 1, 3, {0, 0, 0, 0, 0, 0}};
   Image b = a;

@@ -251,14 +251,5 @@ TEST_CASE("the probe tells the texel of a forced level and the light of the refe
   CHECK(probed > 50);
 }
 
-TEST_CASE("beside the scene there is nothing to probe") {
-  const auto picture = picture_of(two_squares(), two_fabrics());
-  test::need(picture->update(state_of(*picture), Change::scene, V2i(100, 80), 1));
-  for (const V2d& at : {V2d(0.001, 0.001), V2d(1, 0.5), V2d(0.5, -0.1)}) {
-    const auto probe = test::need(picture->probe(at));
-    CHECK_FALSE(probe.has_value());
-  }
-}
-
 }  // namespace
 }  // namespace selvedge
