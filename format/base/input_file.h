@@ -22,10 +22,10 @@ class InputFile {
   bool read(std::uint64_t offset, std::span<std::uint8_t> out) const;
 
  private:
-  InputFile(std::shared_ptr<const int> descriptor, std::uint64_t size)
-      : descriptor_(std::move(descriptor)), size_(size) {}
+  struct Stream;
+  InputFile(std::shared_ptr<Stream> file, std::uint64_t size) : file_(std::move(file)), size_(size) {}
 
-  std::shared_ptr<const int> descriptor_;  ///< closed with the last copy; null: from memory
+  std::shared_ptr<Stream> file_;  ///< null: from memory
   std::span<const std::uint8_t> bytes_;
   std::uint64_t size_ = 0;
 };

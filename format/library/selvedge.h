@@ -1,4 +1,4 @@
-// The installed library: reads fabric files, evaluates them, and packs them for a graphics card.
+// The installed library: reads fabric files and evaluates them.
 // This is the only installed header; it needs the standard library alone. Link to selvedge::selvedge.
 //
 // Frames, units and formulas follow the specification (fabric.md, brdf.md; Daubert et al. 2001,
@@ -6,8 +6,8 @@
 // in 1/sr under unit perpendicular irradiance with the light's cosine included, and is not multiplied by
 // opacity. Texel (i, j) is i to the right and j down; arrays are texel by texel, index j * width + i.
 //
-// Functions throw nothing: too little memory is FILE_TOO_LARGE where there are problems, else nothing, false
-// or no words. A FabricFile is immutable: any number of threads may use one.
+// Functions throw nothing: too little memory is FILE_TOO_LARGE where there are problems, else nothing or
+// false. A FabricFile is immutable: any number of threads may use one.
 #pragma once
 
 #include <array>

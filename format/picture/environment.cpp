@@ -118,7 +118,7 @@ void show_colours(Image& image, const Primaries& primaries, std::vector<std::str
   const M33d matrix = shown_colours(primaries);
   if (matrix == M33d()) return;
   remarks.emplace_back(primaries == xyz_primaries ? "converted from X, Y and Z to red, green and blue"
-                                                  : "its primaries are converted to those of Rec. 709");
+                                                  : "its primaries are converted to Rec. 709");
   for (std::size_t i = 0; i < image.pixels.size(); i += 4) {
     float* pixel = &image.pixels[i];
     const V3d colour = V3d(pixel[0], pixel[1], pixel[2]) * matrix;

@@ -42,7 +42,7 @@ inline constexpr std::uint64_t environment_price = 28;
 
 /// Reads any picture that read_image() does, of values that are not encoded for a screen (.hdr, .exr).
 /// Crosses and balls (probe_layout.h) become equirectangular. A crop is placed in its frame, and primaries
-/// are converted to those of Rec. 709. Negative values and NaN become 0, infinite ones as bright as the
+/// are converted to Rec. 709. Negative values and NaN become 0, infinite ones as bright as the
 /// brightest other one, at least 65504. IMAGE_UNREADABLE for pictures of other shapes; FILE_TOO_LARGE beyond
 /// `memory`.
 Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options = {},

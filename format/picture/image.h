@@ -27,7 +27,7 @@ struct Image {
   int height = 0;
   int channels = 4;
   std::vector<float> pixels;
-  // What a file says beside its pixels.
+  // The rest of the file.
   V2i origin{0, 0};  ///< of the pixels in the frame
   V2i frame{0, 0};   ///< size of OpenEXR's display window; (0, 0): the pixels are the frame
   std::optional<Primaries> primaries{};  ///< of the pixels, if the file says them

@@ -1,4 +1,4 @@
-// Colours of pictures whose red, green and blue are not those of a screen.
+// Colours of pictures by the primaries that they are stored in.
 #pragma once
 
 #include <Imath/ImathMatrix.h>

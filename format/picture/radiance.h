@@ -11,7 +11,7 @@
 namespace selvedge {
 
 /// Decodes a file whose first bytes are "#?": the top row first, divided by EXPOSURE and COLORCORR, with the
-/// primaries of its header; a missing FORMAT is RGBE. IMAGE_UNREADABLE for what is none, FILE_TOO_LARGE
+/// primaries of its header; a missing FORMAT is RGBE. IMAGE_UNREADABLE for other bytes, FILE_TOO_LARGE
 /// beyond `limits`.
 Result<Image> read_radiance(std::span<const std::uint8_t> bytes, const std::string& name,
                             const ImageLimits& limits);

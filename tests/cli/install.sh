@@ -56,6 +56,20 @@ test_the_installed_library_shows_nothing_but_its_header() {
   [ -z "$foreign" ] || fail "also visible: $foreign"
 }
 
+test_the_library_alone_needs_few_packages_and_no_linux() {
+  local package blocked=()
+  for package in OpenEXR OpenImageIO Threads TBB PNG Ceres CLI11 draco meshoptimizer Eigen3 embree; do
+    blocked+=("-DCMAKE_DISABLE_FIND_PACKAGE_$package=ON")
+  done
+  cmake --no-warn-unused-cli -S "$root" -B alone -G Ninja -DSELVEDGE_LIBRARY_ONLY=ON -DCMAKE_BUILD_TYPE=Debug "${blocked[@]}" >"$scratch/out"
+  cmake --build alone >"$scratch/out"
+  ctest --test-dir alone >"$scratch/out" || fail "$(cat "$scratch/out")"
+  ninja -C alone -t deps >deps.txt
+  if grep -E '/(OpenEXR|OpenImageIO|tbb|draco|embree3?|eigen3)/|/meshoptimizer' deps.txt; then fail "needs more"; fi
+  grep -q "$root/format/base/input_file.h" deps.txt
+  if grep -oE "$root/\S+" deps.txt | sort -u | xargs grep -lE '<(unistd|fcntl|dlfcn|sys/[a-z]+)\.h>'; then fail "is Linux's"; fi
+}
+
 test_an_installed_program_loads_openimageio_for_pictures_alone() {
   cmake --install "$build" --prefix "$scratch/prefix" --component programs >"$scratch/out"
   local program=$scratch/prefix/bin/selvedge
