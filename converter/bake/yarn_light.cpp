@@ -209,6 +209,40 @@ Eigen::MatrixXd solved_for(const std::vector<CachePoint>& places) {
   return normal.ldlt().solve(right);
 }
 
+/// Writes one side's coefficients of each station, rounded to steps that differ by colour.
+void write_rounded(const std::vector<Eigen::MatrixXd>& solved, int side, int sides, bool is_translucent,
+                   float* out) {
+  std::array<double, 3> largest{};
+  for (const auto& values : solved) {
+    for (int k = 0; k < columns; ++k) {
+      largest[k % 3] = std::max(largest[k % 3], values.col(side * columns + k).cwiseAbs().maxCoeff());
+    }
+  }
+  const double brightest = *std::ranges::max_element(largest);
+  // The brightest colour has 8 bits, and of light that comes through each has: a red that is a hundred
+  // times as bright as the blue would leave it nothing.
+  std::array<double, 3> step{1, 1, 1};
+  for (int colour = 0; colour < 3; ++colour) {
+    const bool fine = largest[colour] > 0 && (side == 1 || is_translucent);
+    const double own = fine ? largest[colour] / 127 : brightest;
+    const double wanted = std::min(brightest / 127, own);
+    if (wanted > 0) step[colour] = std::exp2(std::ceil(std::log2(wanted)));
+  }
+  for (const auto& values : solved) {
+    for (int i = 0; i < angle_functions; ++i) {
+      for (int k = 0; k < columns; ++k) {
+        *out++ = static_cast<float>(std::round(values(i, side * columns + k) / step[k % 3]) * step[k % 3]);
+      }
+    }
+    for (int n = 0; n < light_moments; ++n) {
+      for (int i = 0; i < angle_functions; ++i) {
+        const double moment = side == 0 ? values(i, sides * columns + n) : 0;
+        *out++ = static_cast<float>(std::round(moment / step_of_moments) * step_of_moments);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, IrradianceCache* cache,
@@ -283,39 +317,9 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
     fill_covered(places);
     std::vector<Eigen::MatrixXd> solved(curve.stations);
     parallel_for(0, curve.stations, [&](int station) { solved[station] = solved_for(places[station]); });
-    for (int side = 0; side < sides; ++side) {
-      std::array<double, 3> largest{};
-      for (const auto& values : solved) {
-        for (int k = 0; k < columns; ++k) {
-          largest[k % 3] = std::max(largest[k % 3], values.col(side * columns + k).cwiseAbs().maxCoeff());
-        }
-      }
-      const double brightest = *std::ranges::max_element(largest);
-      // The brightest colour has 8 bits, and of light that comes through each has: a red that is a hundred
-      // times as bright as the blue would leave it nothing.
-      std::array<double, 3> step{1, 1, 1};
-      for (int colour = 0; colour < 3; ++colour) {
-        const bool fine = largest[colour] > 0 && (side == 1 || cell.scene.is_translucent());
-        const double own = fine ? largest[colour] / 127 : brightest;
-        const double wanted = std::min(brightest / 127, own);
-        if (wanted > 0) step[colour] = std::exp2(std::ceil(std::log2(wanted)));
-      }
-      float* out = &(side == 0 ? data.light : data.through)[first * light_values_per_station];
-      for (const auto& values : solved) {
-        for (int i = 0; i < angle_functions; ++i) {
-          for (int k = 0; k < columns; ++k) {
-            *out++ =
-                static_cast<float>(std::round(values(i, side * columns + k) / step[k % 3]) * step[k % 3]);
-          }
-        }
-        for (int n = 0; n < light_moments; ++n) {
-          for (int i = 0; i < angle_functions; ++i) {
-            const double moment = side == 0 ? values(i, sides * columns + n) : 0;
-            *out++ = static_cast<float>(std::round(moment / step_of_moments) * step_of_moments);
-          }
-        }
-      }
-    }
+    for (int side = 0; side < sides; ++side)
+      write_rounded(solved, side, sides, cell.scene.is_translucent(),
+                    &(side == 0 ? data.light : data.through)[first * light_values_per_station]);
     first += curve.stations;
   }
 }

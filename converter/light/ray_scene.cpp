@@ -344,6 +344,38 @@ void add_edges(const Hairs& hairs, std::size_t hair, std::vector<V3f>& edges) {
   }
 }
 
+/// Adds the triangles of all cells that reach into the block, from up to `extra` cells beyond it.
+void fill_block(RaySceneState& state, int extra_x, int extra_y, std::vector<V3f>& vertices,
+                std::vector<V3i>& triangles) {
+  const V2d period = state.mesh.period;
+  for (int cy = -block_reach - extra_y; cy <= block_reach + extra_y; ++cy) {
+    for (int cx = -block_reach - extra_x; cx <= block_reach + extra_x; ++cx) {
+      const V3d to(cx * period.x, cy * period.y, 0);
+      if (!meet({V3d(state.bounds.min) + to, V3d(state.bounds.max) + to}, state.block)) continue;
+      std::vector<int> copies(state.mesh.positions.size(), -1);
+      const auto at = [&](int vertex) {
+        const V3d p(state.mesh.positions[vertex]);
+        return V3d(snap_to_wall(p.x + cx * period.x, period.x), snap_to_wall(p.y + cy * period.y, period.y),
+                   p.z);
+      };
+      for (std::size_t t = 0; t < state.mesh.triangles.size(); ++t) {
+        V3i corner = state.mesh.triangles[t];
+        if (!meet({at(corner.x), at(corner.y), at(corner.z)}, state.block)) continue;
+        for (int k = 0; k < 3; ++k) {
+          int& copy = copies[corner[k]];
+          if (copy < 0) {
+            copy = static_cast<int>(vertices.size());
+            vertices.emplace_back(at(corner[k]));
+          }
+          corner[k] = copy;
+        }
+        triangles.push_back(corner);
+        state.triangle_of.push_back(static_cast<int>(t));
+      }
+    }
+  }
+}
+
 /// The hairs of all cells that reach into the block; true without any.
 bool attach_hairs(RaySceneState& state) {
   const Hairs& hairs = state.mesh.hairs;
@@ -540,32 +572,7 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
 
   std::vector<V3f> vertices;
   std::vector<V3i> triangles;
-  for (int cy = -block_reach - extra_y; cy <= block_reach + extra_y; ++cy) {
-    for (int cx = -block_reach - extra_x; cx <= block_reach + extra_x; ++cx) {
-      const V3d to(cx * period.x, cy * period.y, 0);
-      if (!meet({V3d(state->bounds.min) + to, V3d(state->bounds.max) + to}, state->block)) continue;
-      std::vector<int> copies(state->mesh.positions.size(), -1);
-      const auto at = [&](int vertex) {
-        const V3d p(state->mesh.positions[vertex]);
-        return V3d(snap_to_wall(p.x + cx * period.x, period.x), snap_to_wall(p.y + cy * period.y, period.y),
-                   p.z);
-      };
-      for (std::size_t t = 0; t < state->mesh.triangles.size(); ++t) {
-        V3i corner = state->mesh.triangles[t];
-        if (!meet({at(corner.x), at(corner.y), at(corner.z)}, state->block)) continue;
-        for (int k = 0; k < 3; ++k) {
-          int& copy = copies[corner[k]];
-          if (copy < 0) {
-            copy = static_cast<int>(vertices.size());
-            vertices.emplace_back(at(corner[k]));
-          }
-          corner[k] = copy;
-        }
-        triangles.push_back(corner);
-        state->triangle_of.push_back(static_cast<int>(t));
-      }
-    }
-  }
+  fill_block(*state, extra_x, extra_y, vertices, triangles);
   if (triangles.empty()) return fail(Code::mesh_empty, name, {}, "the mesh has no triangles");
 
   state->device = rtcNewDevice(nullptr);

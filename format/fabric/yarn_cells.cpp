@@ -30,6 +30,74 @@ Grid grid_of(double radius, const V2f& period_mm) {
 /// How far from its axis a segment reaches.
 double reach_of(const Yarns::Segment& s) { return 1.001 * static_cast<double>(s.wide(s.reach)); }
 
+/// A segment in a cell, and what is added to its place there, mm.
+struct Copy {
+  int segment;
+  V2f shift;
+};
+
+/// Calls add(x, y) for each cell, of any repeat, that the segment reaches.
+template <class Add>
+void for_each_cell(const Yarns::Segment& s, const Grid& grid, const Add& add) {
+  const V2d cell = grid.cell;
+  const V2d a(s.start.x, s.start.y);
+  const V2d along(s.along.x, s.along.y);
+  const double reach = reach_of(s);
+  const V2d low = V2d(std::min(a.x, a.x + along.x), std::min(a.y, a.y + along.y)) - V2d(reach);
+  const V2d high = V2d(std::max(a.x, a.x + along.x), std::max(a.y, a.y + along.y)) + V2d(reach);
+  for (int y = static_cast<int>(std::floor(low.y / cell.y));
+       y <= static_cast<int>(std::floor(high.y / cell.y)); ++y) {
+    // A long segment that lies aslant: the part near the row.
+    const double before = (y + 0.5) * cell.y - a.y - reach - grid.half_diagonal;
+    const double behind = (y + 0.5) * cell.y - a.y + reach + grid.half_diagonal;
+    const auto fraction_at = [&](double dy) { return std::clamp(dy / along.y, 0.0, 1.0); };
+    const double from = along.y != 0 ? a.x + along.x * fraction_at(before) : low.x;
+    const double to = along.y != 0 ? a.x + along.x * fraction_at(behind) : high.x;
+    const double margin = reach + grid.half_diagonal + cell.x;
+    const double left = std::max(low.x, std::min(from, to) - margin);
+    const double right = std::min(high.x, std::max(from, to) + margin);
+    for (int x = static_cast<int>(std::floor(left / cell.x));
+         x <= static_cast<int>(std::floor(right / cell.x)); ++x) {
+      const V2d middle((x + 0.5) * cell.x, (y + 0.5) * cell.y);
+      const double length2 = along.length2();
+      const double fraction = length2 > 0 ? std::clamp((middle - a).dot(along) / length2, 0.0, 1.0) : 0;
+      if ((middle - a - along * fraction).length() <= reach + grid.half_diagonal) add(x, y);
+    }
+  }
+}
+
+Yarns::Block empty_block() {
+  Yarns::Block block{};
+  block.low = std::numeric_limits<float>::max();
+  block.high = std::numeric_limits<float>::lowest();
+  return block;
+}
+
+/// Writes the segment into one lane of a block of the cell around `middle`.
+void put(const Yarns::Segment& s, const Copy& copy, const V2d& middle, std::size_t lane,
+         Yarns::Block& block) {
+  const V3f along = squeezed(s.along, s.squeeze);
+  const V3f axis = along.normalized();
+  const V3f start(
+      static_cast<float>(static_cast<double>(s.start.x) + static_cast<double>(copy.shift.x) - middle.x),
+      static_cast<float>(static_cast<double>(s.start.y) + static_cast<double>(copy.shift.y) - middle.y),
+      s.start.z);
+  for (int k = 0; k < 3; ++k) {
+    block.start[k][lane] = start[k];
+    block.axis[k][lane] = axis[k];
+    block.squeeze[k][lane] = s.squeeze[k];
+  }
+  block.length[lane] = along.length();
+  block.reach[lane] = s.reach;
+  block.radius[lane] = s.radius;
+  block.rank[lane] = s.rank;
+  block.segment[lane] = copy.segment;
+  block.empty_for = std::max(block.empty_for, empty_for(s));
+  block.flat |= s.squeeze != V3f(0, 0, 0);
+  block.low = std::min(block.low, std::min(s.start.z, s.start.z + s.along.z) - s.tall());
+  block.high = std::max(block.high, std::max(s.start.z, s.start.z + s.along.z) + s.tall());
+}
+
 }  // namespace
 
 double memory_of(const YarnData& data, const V2f& period) {
@@ -64,51 +132,24 @@ void Yarns::place_in_cells() {
   double count = 0;
   for (const Segment& s : segments_) {
     if (s.rank > 0) continue;
-    // Of flat yarn, as memory_of() has it: of the round one with the same area.
+    // As memory_of() has it: of flat yarn, the radius of a round one with the same area.
     radius += std::sqrt(static_cast<double>(s.radius) * static_cast<double>(s.wide(s.radius)));
     ++count;
   }
   radius /= count;
-  const auto [cells, cell, half_diagonal] = grid_of(radius, period_);
+  const Grid grid = grid_of(radius, period_);
   const V2d period(period_);
-  cells_ = cells;
+  cells_ = grid.cells;
   cell_size_ = {period_.x / static_cast<float>(cells_.x), period_.y / static_cast<float>(cells_.y)};
 
-  struct Copy {
-    int segment;
-    V2f shift;  // to be added to the segment's place
-  };
   std::vector<std::vector<Copy>> lists(static_cast<std::size_t>(cells_.x) * cells_.y);
   for (std::size_t i = 0; i < segments_.size(); ++i) {
-    const Segment& s = segments_[i];
-    const V2d a(s.start.x, s.start.y);
-    const V2d along(s.along.x, s.along.y);
-    const double reach = reach_of(s);
-    const V2d low = V2d(std::min(a.x, a.x + along.x), std::min(a.y, a.y + along.y)) - V2d(reach);
-    const V2d high = V2d(std::max(a.x, a.x + along.x), std::max(a.y, a.y + along.y)) + V2d(reach);
-    for (int y = static_cast<int>(std::floor(low.y / cell.y));
-         y <= static_cast<int>(std::floor(high.y / cell.y)); ++y) {
-      // Of a long segment that lies aslant, the part near the row.
-      const double before = (y + 0.5) * cell.y - a.y - reach - half_diagonal;
-      const double behind = (y + 0.5) * cell.y - a.y + reach + half_diagonal;
-      const auto share_at = [&](double dy) { return std::clamp(dy / along.y, 0.0, 1.0); };
-      const double from = along.y != 0 ? a.x + along.x * share_at(before) : low.x;
-      const double to = along.y != 0 ? a.x + along.x * share_at(behind) : high.x;
-      const double margin = reach + half_diagonal + cell.x;
-      const double left = std::max(low.x, std::min(from, to) - margin);
-      const double right = std::min(high.x, std::max(from, to) + margin);
-      for (int x = static_cast<int>(std::floor(left / cell.x));
-           x <= static_cast<int>(std::floor(right / cell.x)); ++x) {
-        const V2d middle((x + 0.5) * cell.x, (y + 0.5) * cell.y);
-        const double length2 = along.length2();
-        const double share = length2 > 0 ? std::clamp((middle - a).dot(along) / length2, 0.0, 1.0) : 0;
-        if ((middle - a - along * share).length() > reach + half_diagonal) continue;
-        const V2i repeat(static_cast<int>(std::floor(static_cast<double>(x) / cells_.x)),
-                         static_cast<int>(std::floor(static_cast<double>(y) / cells_.y)));
-        lists[static_cast<std::size_t>(y - repeat.y * cells_.y) * cells_.x + (x - repeat.x * cells_.x)]
-            .push_back({static_cast<int>(i), V2f(-V2d(repeat.x * period.x, repeat.y * period.y))});
-      }
-    }
+    for_each_cell(segments_[i], grid, [&](int x, int y) {
+      const V2i repeat(static_cast<int>(std::floor(static_cast<double>(x) / cells_.x)),
+                       static_cast<int>(std::floor(static_cast<double>(y) / cells_.y)));
+      lists[static_cast<std::size_t>(y - repeat.y * cells_.y) * cells_.x + (x - repeat.x * cells_.x)]
+          .push_back({static_cast<int>(i), V2f(-V2d(repeat.x * period.x, repeat.y * period.y))});
+    });
   }
   std::size_t blocks = 0;
   for (const auto& list : lists) blocks += (list.size() + yarn_block - 1) / yarn_block;
@@ -119,46 +160,17 @@ void Yarns::place_in_cells() {
       auto& list = lists[static_cast<std::size_t>(y) * cells_.x + x];
       // Blocks of a few heights each, the highest first, and of hairs that vanish together: rays pass many of
       // them by.
-      std::ranges::stable_sort(list, [&](const Copy& a, const Copy& b) {
-        const auto key = [&](const Copy& c) {
-          const Segment& s = segments_[c.segment];
-          return std::pair(s.rank > 0 ? std::max(-3, std::ilogb(s.rank)) : -4, -2 * s.start.z - s.along.z);
-        };
-        return key(a) < key(b);
+      std::ranges::stable_sort(list, {}, [&](const Copy& c) {
+        const Segment& s = segments_[c.segment];
+        return std::pair(s.rank > 0 ? std::max(-3, std::ilogb(s.rank)) : -4, -2 * s.start.z - s.along.z);
       });
       Cell placed{static_cast<std::uint32_t>(blocks_.size()), 0, std::numeric_limits<float>::max(),
                   std::numeric_limits<float>::lowest()};
-      const V2d middle((x + 0.5) * cell.x, (y + 0.5) * cell.y);
+      const V2d middle((x + 0.5) * grid.cell.x, (y + 0.5) * grid.cell.y);
       for (std::size_t i = 0; i < list.size(); ++i) {
-        if (i % yarn_block == 0) {
-          blocks_.emplace_back(Block{});
-          blocks_.back().low = std::numeric_limits<float>::max();
-          blocks_.back().high = std::numeric_limits<float>::lowest();
-        }
+        if (i % yarn_block == 0) blocks_.push_back(empty_block());
         Block& block = blocks_.back();
-        const Segment& s = segments_[list[i].segment];
-        const float r = s.reach;
-        const V3f along = squeezed(s.along, s.squeeze);
-        const V3f axis = along.normalized();
-        const V3f start(static_cast<float>(static_cast<double>(s.start.x) +
-                                           static_cast<double>(list[i].shift.x) - middle.x),
-                        static_cast<float>(static_cast<double>(s.start.y) +
-                                           static_cast<double>(list[i].shift.y) - middle.y),
-                        s.start.z);
-        for (int k = 0; k < 3; ++k) {
-          block.start[k][i % yarn_block] = start[k];
-          block.axis[k][i % yarn_block] = axis[k];
-        }
-        block.length[i % yarn_block] = along.length();
-        block.reach[i % yarn_block] = r;
-        block.radius[i % yarn_block] = s.radius;
-        block.rank[i % yarn_block] = s.rank;
-        block.segment[i % yarn_block] = list[i].segment;
-        block.empty_for = std::max(block.empty_for, empty_for(s));
-        for (int k = 0; k < 3; ++k) block.squeeze[k][i % yarn_block] = s.squeeze[k];
-        block.flat |= s.squeeze != V3f(0, 0, 0);
-        block.low = std::min(block.low, std::min(s.start.z, s.start.z + s.along.z) - s.tall());
-        block.high = std::max(block.high, std::max(s.start.z, s.start.z + s.along.z) + s.tall());
+        put(segments_[list[i].segment], list[i], middle, i % yarn_block, block);
         placed.low = std::min(placed.low, block.low);
         placed.high = std::max(placed.high, block.high);
       }
