@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-std::array<float, yarn_fields> values_of(const YarnCurve& c) {
+std::array<float, yarn_fields> fields_of(const YarnCurve& c) {
   const YarnPlies& p = c.plies;
   const YarnStrands& s = c.strands;
   return {static_cast<float>(c.nodes),
@@ -71,7 +71,7 @@ YarnCounts counts_of(const YarnData& data) {
 std::vector<float> curve_values(const YarnData& data) {
   std::vector<float> values;
   for (int field = 0; field < yarn_fields; ++field) {
-    for (const YarnCurve& curve : data.curves) values.push_back(values_of(curve)[field]);
+    for (const YarnCurve& curve : data.curves) values.push_back(fields_of(curve)[field]);
   }
   for (int axis = 0; axis < values_per_node; ++axis) {
     for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
@@ -148,7 +148,7 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
   YarnData data;
   std::vector<int> squeezes;  // of the curves
   constexpr int many = 1 << 24;
-  const std::array<float, yarn_fields> plain = values_of({});
+  const std::array<float, yarn_fields> plain = fields_of({});
   for (int c = 0; c < counts.curves; ++c) {
     // The last fields may be missing; fields beyond the known ones are of later versions.
     const auto value = [&](int field) {
