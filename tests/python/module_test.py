@@ -4,6 +4,7 @@ import concurrent.futures
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -69,6 +70,15 @@ class Module(unittest.TestCase):
         with concurrent.futures.ThreadPoolExecutor(4) as pool:
             each = list(pool.map(lambda _: fabric.evaluate_at(0, 0.3, 0.6, lights, views)[0], range(8)))
         self.assertTrue(all(np.array_equal(a, each[0]) for a in each))
+
+    def test_the_example_prints_what_the_module_gives(self):
+        example = pathlib.Path(__file__).resolve().parents[2] / "examples" / "fabric.py"
+        said = subprocess.run([sys.executable, example, "k.fabric.exr"], env={**os.environ, "PYTHONPATH": str(build / "python")},
+                              check=True, capture_output=True, text=True).stdout
+        random = np.random.default_rng(2).random((10000, 3))
+        weight = selvedge.Fabric("k.fabric.exr").sample_at(0, 0.25, 0.5, [0, 0.6, 0.8], random)[2]
+        mean, error = (np.array(text.split(), float) for text in re.search(r"reflects \[(.*)\] \+- \[(.*)\] of", said).groups())
+        self.assertTrue(np.all(np.abs(mean - weight.mean(axis=0)) < 6 * error))
 
     def test_lights_are_drawn_with_their_density(self):
         fabric = selvedge.Fabric("k.fabric.exr")

@@ -37,6 +37,7 @@ const IMPORTS = {
     'three': '/three/build/three.module.js',
     'three/addons/': '/three/examples/jsm/',
     'selvedge/': '/selvedge/',
+    'selvedge/three': '/selvedge/three/index.js',
   },
 };
 
@@ -81,7 +82,7 @@ export async function from_file(file, viewport, work) {
 
 /** Runs work({ page, errors }) on an empty page that can import the package in `package_folder`; errors: errors_of(). */
 export async function in_browser(package_folder, folders, work) {
-  const server = await serve({ three: join(MODULES, 'three'), selvedge: package_folder, test: here, ...folders });
+  const server = await serve({ three: join(MODULES, 'three'), selvedge: package_folder, test: here, examples: join(here, '../../examples'), ...folders });
   const browser = await launch();
   try {
     const page = await browser.newPage();

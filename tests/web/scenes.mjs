@@ -163,4 +163,15 @@ await in_browser(package_folder, { made: folder, demo: dirname(sweater ?? '') },
     assert.ok(sweater || off_edges >= (shades ? SHADED : OFF_EDGES) && over_all >= (shades ? SHADED : OVER_ALL), name);
   }
   assert.deepEqual(errors, []);
+  // The example of docs/web.md: the middle of its first picture is cloth.
+  const middle = await page.evaluate(async () => {
+    document.body.style.height = '100vh';
+    const { renderer, draw } = await (await import('/examples/three.js')).show('/made/sweater.glb', document.body);
+    draw();
+    const gl = renderer.getContext(), pixel = new Uint8Array(4);
+    gl.readPixels(gl.drawingBufferWidth / 2, gl.drawingBufferHeight / 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    return [...pixel];
+  });
+  assert.ok(sweater || middle[0] > 2 * middle[2] && middle[2] > 0, `${middle}`);
+  assert.deepEqual(errors, []);
 });
