@@ -7,12 +7,12 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "fitter/refit_to_pairs.h"
 #include "fitter/solve/radiance_scale.h"
 #include "format/base/parallel.h"
+#include "format/fabric/json_parts.h"
 #include "format/samples/pool.h"
 
 namespace selvedge {
@@ -137,8 +137,7 @@ LevelReport report_of(const std::vector<TexelTotals>& totals, const FabricLevel&
 }
 
 std::string provenance_of(const SamplesHeader& header, const FitOptions& options) {
-  nlohmann::json text = nlohmann::json::parse(header.provenance, nullptr, false);
-  if (!text.is_object()) text = nlohmann::json::object();
+  nlohmann::json text = provenance_json(header.provenance);
   text["fit"] = {{"lobes", options.lobes},
                  {"viewTable", options.view_table},
                  {"starts", options.starts},

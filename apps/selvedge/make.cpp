@@ -10,6 +10,7 @@
 #include "converter/stitch/textile.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
+#include "format/fabric/json_parts.h"
 
 namespace selvedge {
 namespace {
@@ -214,7 +215,6 @@ Result<void> ensure_texels(const V2i& min_texels, int repeats, const MakeCommand
 Json sheet_of(const FoundStitch& stitch, const CellMesh& mesh) {
   const auto numbers = textile_numbers(stitch.pattern, stitch.stitches);
   if (!numbers) return Json::object();
-  const auto short_number = [](double x) { return Json::parse(fmt::format("{:.4g}", x)); };
   Json tex = Json::array();
   for (const double of_yarn : numbers->tex) {
     if (const Json number = short_number(of_yarn); std::ranges::find(tex, number) == tex.end())

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "converter/bake/setup.h"
 #include "converter/bake/texels.h"
@@ -11,6 +10,7 @@
 #include "converter/mesh/find_yarns.h"
 #include "format/base/guard.h"
 #include "format/base/random.h"
+#include "format/fabric/json_parts.h"
 
 namespace selvedge {
 namespace {
@@ -165,7 +165,7 @@ Baked baked_cell(const CellMesh& given, const std::string& name, const BakeOptio
 
   const auto warnings = value_or_throw(round_as_stored(samples));
   for (const Error& warning : warnings) report.remarks.push_back(to_line(warning));
-  nlohmann::json text = nlohmann::json::parse(header.provenance);
+  nlohmann::json text = provenance_json(header.provenance);
   text["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", noise_of_truth}};
   header.provenance = text.dump();
   report.coverage = coverage_of(samples);

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "format/base/digest.h"
 #include "format/base/random.h"
 #include "format/exr/exr.h"
 #include "format/fabric/fabric.h"
+#include "format/fabric/json_parts.h"
 
 namespace selvedge {
 namespace {
@@ -153,8 +153,7 @@ SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& o, double 
   }
   header.both_sides = o.both_sides;
   if (o.yarns) header.yarns = counts_of(mesh.yarns);
-  nlohmann::json text = nlohmann::json::parse(provenance.empty() ? "{}" : provenance, nullptr, false);
-  if (!text.is_object()) text = nlohmann::json::object();
+  nlohmann::json text = provenance_json(provenance);
   nlohmann::json& bake = text["bake"];
   bake = {{"samples", o.samples},
           {"seed", o.seed},

@@ -1,7 +1,5 @@
 #include "converter/make/fallback_factors.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -197,7 +195,7 @@ FallbackFactors fallback_of(const Fabric& fabric) {
 
 std::string text_of(const FallbackFactors& factors) {
   // Four digits are finer than a step of an 8-bit colour.
-  const auto rounded = [](float x) { return nlohmann::json::parse(fmt::format("{:.4g}", x)); };
+  const auto rounded = [](float x) { return short_number(static_cast<double>(x)); };
   nlohmann::json text;
   for (const auto& [name, color] : colors) {
     const V3f& value = factors.*color;

@@ -6,12 +6,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <map>
 #include <mutex>
 #include <numbers>
-#include <regex>
 #include <sstream>
 #include <tuple>
 
@@ -113,12 +114,20 @@ std::vector<MeasuredPicture> read_table(const std::string& path) {
   return pictures;
 }
 
-/// The angle that follows `name` in a file's name, degrees.
-std::optional<double> angle_in(const std::string& file, const char* name) {
-  std::smatch match;
-  const std::regex pattern(std::string("(^|[^A-Za-z])") + name + R"((\d+(\.\d+)?))");
-  if (!std::regex_search(file, match, pattern)) return std::nullopt;
-  return std::stod(match[2]) * std::numbers::pi / 180;
+/// The angle whose degrees follow the word `name` in a file's name.
+std::optional<double> angle_in(const std::string& file, std::string_view name) {
+  const auto is = [&](int (*kind)(int), std::size_t i) {
+    return kind(static_cast<unsigned char>(file[i])) != 0;
+  };
+  for (std::size_t i = file.find(name); i != std::string::npos; i = file.find(name, i + 1)) {
+    const std::size_t digits = i + name.size();
+    double degrees = 0;
+    if ((i == 0 || !is(std::isalpha, i - 1)) && is(std::isdigit, digits) &&
+        std::from_chars(&file[digits], file.data() + file.size(), degrees, std::chars_format::fixed).ec ==
+            std::errc())
+      return degrees * std::numbers::pi / 180;
+  }
+  return std::nullopt;
 }
 
 std::vector<MeasuredPicture> read_names(const std::string& path) {

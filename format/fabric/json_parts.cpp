@@ -14,6 +14,10 @@ json provenance_json(const std::string& provenance) {
   return parsed.is_object() ? parsed : json::object();
 }
 
+json short_number(double value, const char* form) {
+  return parse_json(fmt::format(fmt::runtime(form), value));
+}
+
 json grid_json(const DirectionGrid& grid) {
   return {{names::member::layout, names::layout_equal_area},
           {names::member::columns, grid.columns},

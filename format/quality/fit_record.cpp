@@ -11,12 +11,6 @@ namespace {
 using nlohmann::json;
 namespace member = names::member;
 
-/// A number without the digits that are noise. Parsed from text, so that 19.16 does not become
-/// 19.160000000000004.
-json short_number(const char* form, double value) {
-  return json::parse(fmt::format(fmt::runtime(form), value));
-}
-
 }  // namespace
 
 Result<void> measure_side(const Fabric& side, const PairSamples& held_out, FitRecord& record) {
@@ -37,10 +31,10 @@ std::string with_fit_record(const std::string& provenance, const FitRecord& reco
   fit.erase(member::held_out);
   if (record.pairs > 0)
     fit[member::held_out] = {{member::pairs, record.pairs},
-                             {member::peak, short_number("{:.6g}", record.peak)}};
+                             {member::peak, short_number(record.peak, "{:.6g}")}};
   for (const Side side : all_sides) {
     for (const double psnr : record.psnr[index_of(side)])
-      fit[member::held_out][name_of(side)].push_back(short_number("{:.2f}", psnr));
+      fit[member::held_out][name_of(side)].push_back(short_number(psnr, "{:.2f}"));
   }
   return text.dump();
 }
