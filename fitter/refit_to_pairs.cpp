@@ -114,7 +114,7 @@ bool solve(const std::vector<TexelPair>& pairs, const std::vector<double>& value
     problem.AddResidualBlock(new PairResidual(pairs[i], values[i], options.lobes, !table.empty()), nullptr,
                              blocks);
   }
-  // As strong as in the fit to the grids (direction_table.h), where a view has a sample for each light.
+  // As strong as in the fit to the grids (lobes/channel_problem.h), where a view has a sample for each light.
   const double of_view = energy / weight * lights;
   const double damping = std::sqrt(options.table.damping * of_view);
   const double smoothness = std::sqrt(options.table.smoothness * of_view);

@@ -75,6 +75,16 @@ test_version_is_the_projects() {
   for program in selvedge selvedge-view; do
     [ "$($program --version)" = "$program $version" ] || fail "$program --version: $($program --version)"
   done
+  # Python, npm, Debian, the changelog and the citation, where they are there.
+  local build=${bin%/bin} found
+  found=$(
+    grep -m 1 -oE '^## [0-9.]+ - 20[0-9-]+$' "$root/CHANGELOG.md" | cut -d ' ' -f 2
+    sed -n 's/^version: //p' "$root/CITATION.cff"
+    node -p "require('$root/viewer/web/package.json').version"
+    sed -n 's/^set(CPACK_PACKAGE_VERSION "\(.*\)")/\1/p' "$build/CPackConfig.cmake"
+    if [ -d "$build/python" ]; then PYTHONPATH=$build/python /usr/bin/python3 -c 'import selvedge; print(selvedge.__version__)'; fi
+  )
+  [ "$(sort -u <<<"$found")" = "$version" ] || fail "not all $version: $found"
 }
 
 test_a_description_is_read_again_and_set_moves_it() {
