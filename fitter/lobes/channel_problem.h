@@ -116,7 +116,7 @@ class ChannelProblem {
   std::vector<float> cosine_;                  ///< of each light
   std::array<std::vector<double>, 4> factor_;  ///< [column % 4][view]: 1, x, y, z
   LobeMoments moments_;
-  // Of the shapes evaluated last. Bases: the cosine, then each lobe.
+  // The shapes evaluated last. Bases: the cosine, then each lobe.
   std::vector<double> products_;     ///< [column * bases + basis][view]
   std::vector<double> basis_gram_;   ///< [i * bases + j][view], j <= i
   std::vector<double> basis_cross_;  ///< [basis][view]: with radiance

@@ -191,7 +191,7 @@ function compared(a, b, places = covered(a, b)) {
   return all;
 }
 
-/** Of each sphere { metal, roughness, places: [{ at, normal, view }] }: every so many pixels well inside of it. */
+/** { metal, roughness, places: [{ at, normal, view }] } of each sphere: every so many pixels well inside of it. */
 function places_on_spheres({ look_at, distance, width, height, fov }) {
   const eye = plus(look_at, [0, 0, distance]), scale = 2 * Math.tan(fov * PI / 360) / height;
   return METALS.flatMap((metal, row) => ROUGHNESSES.map((roughness, column) => {

@@ -6,7 +6,7 @@ import { base64, camera_of, read_rows } from '/test/picture_page.js';
 const renderer = new WebGLRenderer();
 renderer.setClearColor(0, 0);
 
-/** Of each light alone: radiance * opacity and opacity, row by row from the top, as base64 of floats. */
+/** Radiance * opacity and opacity by each light alone, row by row from the top, as base64 of floats. */
 export async function drawn(file, view, lights) {
   const { width, height } = view;
   const light = new DirectionalLight(0xffffff, 1), scene = new Scene();

@@ -40,7 +40,7 @@ struct Subject {
     view.azimuth = azimuth;
     return need(make_camera(points, static_cast<double>(size.x) / size.y, view));
   }
-  /// Of all surfaces.
+  /// Whether all surfaces do.
   bool wears_yarn() const {
     return std::ranges::all_of(loaded.scene.materials, [&](const SceneMaterial& m) {
       return m.fabric && loaded.fabrics[m.fabric->fabric].levels.front().yarns();
@@ -81,7 +81,7 @@ struct Drawing {
   }
 };
 
-/// Of the last `count` of them.
+/// Median of the last `count`.
 double median(std::span<const double> values, std::size_t count) {
   std::vector<double> last(values.end() - static_cast<std::ptrdiff_t>(count), values.end());
   std::ranges::nth_element(last, last.begin() + static_cast<std::ptrdiff_t>(count / 2));
@@ -257,7 +257,7 @@ class Rates {
     }
     return mean;
   }
-  /// Of a frame of the orbit, or of its middle.
+  /// A frame of the orbit, or its middle.
   Camera camera(const View& view, int frame, double part = 1) const {
     return subject_.camera(part * view.pixels_of_a_repeat / whole_, view.degrees * frame);
   }

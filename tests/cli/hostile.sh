@@ -85,7 +85,7 @@ test_files_of_other_kinds_are_no_pictures() {
       "NAXIS   =                    2", "NAXIS1  =                    4", "NAXIS2  =                    4", "END"];
     const fits = cards => cards.map(card => card.padEnd(80)).join("").padEnd(2880).padEnd(5760, "x");
     save("fits", fits(cards));
-    // Of so many axes that OpenImageIO does not come to an end.
+    // So many axes that OpenImageIO does not come to an end.
     save("axes", fits([cards[0], "NAXIS   =          99999999999", "END"]));
     save("simple", "SIMPLE  =".padEnd(2880)), save("gif", "GIF89a" + "\0".repeat(100)), save("empty", "");
     save("text", "the secret of the server"), save("p", "P");'

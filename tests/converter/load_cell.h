@@ -12,7 +12,7 @@ inline StitchSettings of_tubes(StitchSettings settings = {}) {
   return settings;
 }
 
-/// Of tubes; plain weave is square, its yarns touch their neighbours.
+/// Tubes; plain weave is square, its yarns touch their neighbours.
 inline StitchSettings tubes_of(const std::string& name) {
   if (name != "plain-weave") return of_tubes();
   return of_tubes({{"warp_spacing_mm", {1}}, {"warp_radius_mm", {0.3}}, {"weft_radius_mm", {0.3}}});

@@ -40,7 +40,7 @@ void mutate_stretch(std::string& binary, Choice& choice) {
   if (binary.empty()) return;
   const std::size_t begin = choice.below(binary.size());
   const std::size_t length = 1 + choice.below(std::min<std::size_t>(64, binary.size() - begin));
-  // Of the same size as a rule: what comes behind stays where it is.
+  // The same size as a rule: what comes behind stays where it is.
   std::string stretch = mutate_bytes(binary.substr(begin, length), choice.one_in(4) ? 16 : 0);
   if (!choice.one_in(4)) stretch.resize(length, '\0');
   binary.replace(begin, length, stretch);

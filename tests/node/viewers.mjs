@@ -18,7 +18,7 @@ function skip(why) {
   process.exit(77);
 }
 
-/** Of each dressed material by its name: triangles, the sheen of the fallback. */
+/** Triangles and the sheen of the fallback of each dressed material, by its name. */
 function fallbacks_of(gltf) {
   const found = {};
   for (const { primitives } of gltf.meshes) {

@@ -56,7 +56,7 @@ inline double decibels(const Frame& frame, const Frame& fine, int larger) {
   return 10 * std::log10(255 * 255 * 4.0 * static_cast<double>(frame.pixels.size()) / std::max(sum, 1e-9));
 }
 
-/// Of the hybrid path's picture to rays (rays.h). At least an eighth of the frame shows something.
+/// Compares the hybrid path's picture to rays (rays.h). At least an eighth of the frame shows something.
 inline double decibels_to_rays(Setting setting) {
   // The outlines of rays are smooth.
   setting.options.supersample = 4;

@@ -48,7 +48,7 @@ struct Slopes {
   std::array<V2f, 2> place, normal;
 };
 
-/// Of the ellipse that a ray stands for, the shorter axis.
+/// The shorter axis of the ellipse that a ray stands for.
 float width_across_view(const Slopes& s) {
   const float area = s.place[0].cross(s.place[1]);
   const float half = (s.place[0].length2() + s.place[1].length2()) / 2;

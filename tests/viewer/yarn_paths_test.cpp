@@ -102,7 +102,7 @@ TEST_CASE("the outline of a ball is its yarn's, so deep below the surface as the
     setting.options.width = setting.options.height = 300;
     setting.options.lights = default_lights(test::camera_of(setting));
     const Frame frame = test::drawn(setting, path);
-    // Of the widest row.
+    // The widest row decides.
     std::ptrdiff_t widest = 0;
     for (int y = 120; y < 180; ++y) {
       const std::span row(&frame.pixels[y * frame.width], frame.width);

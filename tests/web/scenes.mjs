@@ -3,7 +3,7 @@
 //
 //   node scenes.mjs PACKAGE_FOLDER BIN_FOLDER OUTPUT_FOLDER [SWEATER.glb]
 //
-// Of a sweater of `./demo` it tells the same at four distances, and the seconds until its images rest; nothing is asserted.
+// For a sweater of `./demo` it tells the same at four distances, and the seconds until its images rest; nothing is asserted.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, rmSync, writeFileSync } from 'node:fs';

@@ -107,7 +107,7 @@ const points = (right = 0, up = 0) => Array.from({ length: SIZE * SIZE }, (_, i)
   return CAMERA.position.clone().addScaledVector(way, -CAMERA.position.z / way.z);
 });
 
-/** Of a light its direction from a point, its distance, and what share of its colour comes there by three.js's rules. */
+/** Direction of a light from a point, its distance, and the fraction of its colour that comes there by three.js's rules. */
 function seen_from(point, light) {
   const way = light.position.clone().sub(point), far = way.length(), direction = way.clone().normalize();
   if (light.isDirectionalLight) return [light.position.clone().normalize(), 1];

@@ -26,7 +26,7 @@ const BACK = [...TURNED.slice(0, 2), TURNED[2].map((x) => -x)];
 
 /** a E_a + b E_b by hand, of integrals of f and of f times the shape. */
 const by_hand = (of_a, of_b = 0) => ({b = BLACK}) => A.map((a, c) => a * of_a + b[c] * of_b);
-/** Of f = l_z. */
+/** For f = l_z. */
 const MATT = [
   ['the constant', constant, by_hand(PI)],
   ['the cosine about the normal', cosine(UP), by_hand(PI, 2 * PI / 3)],

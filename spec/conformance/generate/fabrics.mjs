@@ -275,7 +275,7 @@ const texts = [
   },
 ];
 
-/** Of these a program only has to show that it reads them. */
+/** A program only has to show that it reads these. */
 const brief = [...unknowns, ...layouts, ...texts].map((fixture) => ({...fixture, brief: true}));
 
 export const valid = [

@@ -124,7 +124,7 @@ function tangents_at(nodes) {
   });
 }
 
-/** Of squashed yarn, g so far behind node i; else none. */
+/** g of squashed yarn, so far behind node i; none of round yarn. */
 const squeeze_at = ({squeezes, nodes}, i, s) => squeezes.length > 0 ? between(squeezes[i], squeezes[(i + 1) % nodes], s) : null;
 
 /** Per node of a curve, and for where it begins again: { p, tangent, across, share }, share: of the chain before it. */

@@ -284,7 +284,7 @@ TEST_CASE("yarns that a mesh does not know are found, and a surface that is no y
   o.yarns = true;
   o.yarn_paths = 1;
   o.validation_pairs = o.held_out_pairs = 1;
-  // Of 40 cubes, 1 % of the surface is too rough to be found.
+  // 40 cubes: 1 % of the surface is too rough to be found.
   CellMesh mesh = test::need(load_cell("plain-weave", {.cells_across = 60}));
   mesh.yarns = {};
   Baked baked = test::need(bake(mesh, "weave", o));

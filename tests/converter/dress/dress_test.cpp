@@ -231,7 +231,7 @@ TEST_CASE("dress: a fabric that nothing wears any more leaves the file, even a d
   REQUIRE(fabrics_of_again().size() == 1);
   CHECK(fabrics_of_again()[0].bytes.size() == fs::file_size(other));
   CHECK(fs::file_size(again) < fs::file_size(workshop.output) + fs::file_size(other));
-  // Of two, the one stays that a variant wears.
+  // The one of two stays that a variant wears.
   REQUIRE(dress(workshop.garment, workshop.fabric, workshop.output,
                 {.all = true, .colourways = {{.name = "other", .fabric = other}}}));
   REQUIRE(dress(workshop.output, other, again, everything));

@@ -66,7 +66,7 @@ Charts charts_of(const Surface& surface) {
   return cut_into_charts(surface.positions, surface.triangles, V3d(0, -1, 0), top);
 }
 
-/// Of all triangles in the plane, m^2. Those that are turned over count as negative.
+/// All triangles in the plane, m^2. Those that are turned over count as negative.
 double flat_area(const Charts& charts) {
   double sum = 0;
   for (std::size_t t = 0; t < charts.indices.size(); t += 3) {

@@ -37,7 +37,7 @@ YarnData straight_yarn() {
   return data;
 }
 
-/// Of a cell from (u, v) to (u + 1, v + 1) so many parts a side, where `at` lays them; without the cells of
+/// So many parts a side of a cell from (u, v) to (u + 1, v + 1), where `at` lays them; without the cells of
 /// which `left_out` says so.
 template <class At, class LeftOut>
 Cloth cloth_on(double width, int rows, int parts, const At& at, const LeftOut& left_out) {

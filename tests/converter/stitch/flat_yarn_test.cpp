@@ -28,8 +28,8 @@ CellMesh mesh_of(StitchPattern pattern, double flattening, int cells) {
   return test::need(mesh_stitch(pattern, {cells}));
 }
 
-/// Of an ellipse of the semi-axes a and b: the arithmetic-geometric mean (Gauss; Abramowitz and Stegun
-/// 17.6).
+/// Perimeter of an ellipse of the semi-axes a and b: the arithmetic-geometric mean (Gauss; Abramowitz and
+/// Stegun 17.6).
 double perimeter_of(double a, double b) {
   double sum = 0.5 * (a * a + b * b);
   double power = 0.5;
@@ -166,7 +166,7 @@ TEST_CASE("mesh and level -1 have the same flat yarn: rays meet both at the same
     // Sections of squashed yarn change by steps from segment to segment.
     CHECK(of_share(apart, 0.97) < (kind > 0 ? 0.01 : 0.004));
     CHECK(of_share(turned, 0.5) < (kind > 0 ? 0.01 : 0.005));
-    // Of steep places; nodes half as far apart leave it as it is.
+    // Steep places; nodes half as far apart leave it as it is.
     CHECK(of_share(turned, 0.97) < 0.1);
   }
 }
@@ -268,7 +268,7 @@ TEST_CASE("knits are of textile numbers, and squashed yarn covers them") {
     CHECK(-test::need(minimum_clearance(found.pattern, "")) <= touching_overlap * yarn.radius_mm);
     for (const V3d& squeeze : yarn.squeezes) CHECK(squeeze.length2() <= 0.7 + 1e-6);
   }
-  // Of its count, packing and tightness: 500 tex, 0.4 of wool.
+  // From its count, packing and tightness: 500 tex, 0.4 of wool.
   const auto knit =
       test::need(find_stitch("plain-knit", {{"tex", {500}}, {"packing", {0.4}}, {"tightness", {12}}}));
   CHECK(knit.pattern.yarns[0].radius_mm == doctest::Approx(10 * std::sqrt(500e-5 / (1.31 * 0.4 * pi))));

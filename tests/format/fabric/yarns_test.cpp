@@ -167,7 +167,7 @@ TEST_CASE("what rays meet, and what hides the light, is what the segments say in
   }
   CHECK(met > rays / 4);
   CHECK(hidden > met / 10);
-  // Of 3,000,000 rays none met yarn that is not there or missed what is, and 2 met another yarn behind.
+  // None of 3,000,000 rays met yarn that is not there or missed what is, and 2 met another yarn behind.
   CHECK(differ == 0);
   CHECK(elsewhere <= 1);
   CHECK(shadows_differ <= 1);

@@ -16,7 +16,7 @@ GltfDocument document_of(const Json& json) {
   return document;
 }
 
-/// Of each kind of entry one more, with the numbers that it may hold.
+/// One more of each kind of entry, with the numbers that it may hold.
 Json with_all_references() {
   Json json = test::Square().json;
   json.update(Json::parse(R"({

@@ -10,7 +10,7 @@
 namespace selvedge {
 namespace {
 
-/// Of a weave of so many mm, its rows along u and v changing by 0.2 and 0.3.
+/// A weave of so many mm, its rows along u and v changing by 0.2 and 0.3.
 Variation woven(float period) {
   YarnData data = test::waves(period, 4, false);
   for (std::size_t c = 0; c < 4; ++c) {
@@ -66,7 +66,7 @@ TEST_CASE("changes have the mean 1 and the rows' root mean square anywhere, and 
         };
         sum += at(uv.x, uv.y);
         squares += at(uv.x, uv.y) * at(uv.x, uv.y);
-        // Of two rows of different areas.
+        // Two rows of different areas.
         beside += at(uv.x, uv.y) * at(uv.x, uv.y + 16);
         CHECK(std::abs(at(uv.x, uv.y) - at(uv.x + 1e-3, uv.y)) < 1e-3);
         ways += std::pow(place_of(variation, uv).y - uv.y, 2);

@@ -56,7 +56,7 @@ export const all = (...changes) => (object) => changes.forEach((change) => chang
 export const members_of = (sound, rows) => rows.map(([what, pointer, value, more = others]) => broken(
   'FABRIC_MEMBER', what, `${pointer}: ${what.replaceAll('-', ' ')}`, pointer,
   {text: typeof value === 'function' ? value : set(pointer, value), ...more}, sound));
-/** Of rows: no other error follows. */
+/** For rows: no other error follows. */
 export const alone = {};
 
 /** Removes a channel of a part. */
