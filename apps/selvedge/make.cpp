@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <ctime>
 #include <filesystem>
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
 #include "converter/stitch/fibres.h"
+#include "converter/stitch/text_fault.h"
 #include "converter/stitch/textile.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
@@ -211,9 +214,12 @@ Result<void> ensure_texels(const V2i& min_texels, int repeats, const MakeCommand
                                    : fmt::format("at most {} a side are made", max_texels)));
 }
 
-/// The data sheet of a stitch (spec/fabric.md), to four digits.
-Json sheet_of(const FoundStitch& stitch, const CellMesh& mesh) {
-  const auto numbers = textile_numbers(stitch.pattern, stitch.stitches);
+/// The data sheet of a stitch (spec/fabric.md), to four digits. Refuses yarn that is to be stored but that no
+/// fabric file can hold.
+Json sheet_of(const FoundStitch& stitch, const CellMesh& mesh, const MakeCommand& command) {
+  const auto numbers =
+      reading(command.input, [&] { return textile_numbers(stitch.pattern, stitch.stitches); });
+  if (!numbers && command.options.bake.yarns) throw Failure{numbers.error()};
   if (!numbers) return Json::object();
   Json tex = Json::array();
   for (const double of_yarn : numbers->tex) {
@@ -228,6 +234,7 @@ Json sheet_of(const FoundStitch& stitch, const CellMesh& mesh) {
   Json sheet = {{"composition", fibres},
                 {"gramsPerSquareMetre", short_number(numbers->weight)},
                 {"tex", tex},
+                {"thicknessMm", short_number(numbers->thickness_mm)},
                 {"cover", short_number(numbers->cover)},
                 {"coverWithHairs", short_number(numbers->cover_hairs)}};
   const std::array<YarnRuns, 2> runs = Yarns(mesh.yarns, V2f(mesh.period)).variation().runs;
@@ -244,18 +251,42 @@ Json sheet_of(const FoundStitch& stitch, const CellMesh& mesh) {
   return sheet;
 }
 
-/// Tells the cells of a large chart or draft, and the time and bytes of its fabric, before the work.
-/// As measured on samples/charts and on drafts of 16 to 10,000 crossings.
-void tell_work(const StitchSize& size, const MakeCommand& command) {
+/// CPU seconds that this processor takes now for a second's work of the one that tell_work() was measured on.
+double slowness() {
+  constexpr double measured = 0.00155;
+  double least = 1;
+  std::vector<float> field(std::size_t{1} << 19, 1.0F);
+  float sum = 0;
+  for (int run = 0; run < 4; ++run) {
+    const std::clock_t begin = std::clock();
+    std::uint32_t at = 1;
+    for (int k = 0; k < 200'000; ++k) {
+      at = at * 1664525 + 1013904223;
+      float& x = field[at >> 13];
+      x = 0.5F * std::sqrt(x * x + sum + 1);
+      sum = 0.5F * sum + x;
+    }
+    // The sum, about 2, is in use, so that the work is done.
+    if (sum > 1) least = std::min(least, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+  }
+  return least / measured;
+}
+
+/// Tells the cells of a chart or draft, and the time and bytes of its fabric, before the work: as measured on
+/// charts of 8 to 64 stitches, and drafts of 16 to 10,000 crossings (tests/bench/drafts).
+void tell_work(const StitchSize& size, const MakeCommand& command, const BakeOptions& bake) {
   constexpr int few = 8;
-  if (size.cells <= few) return;
+  if (size.cells < few) return;
   const double cells = size.cells;
-  const double seconds = size.woven ? 3 * std::pow(cells, 0.31) : 1.2 * cells;
+  const double texels = bake.width * bake.height;
+  const double draft_seconds = size.woven ? 3.6 + 0.0127 * texels + 0.3 * std::sqrt(size.radii)
+                                          : 12 + 0.219 * std::sqrt(cells * size.radii);
+  const double longer = command.quality == "draft" ? 1 : size.woven ? 2.5 : 1.6;
+  const double seconds = slowness() * longer * draft_seconds;
   const double kilobytes = size.woven ? 0.55 * cells + 35 * std::sqrt(cells) : 11 * cells;
   report_remarks(command.common, command.input,
-                 {fmt::format("{} {}: about {:.0f} CPU seconds and {:.0f} KB", size.cells,
-                              size.woven ? "crossings" : "stitches",
-                              seconds * (command.quality == "draft" ? 1 : 2.5), kilobytes)});
+                 {fmt::format("{} {}: about {:.0f} CPU seconds of this processor and {:.0f} KB", size.cells,
+                              size.woven ? "crossings" : "stitches", seconds, kilobytes)});
 }
 
 /// Takes fewer rays of a pair for each of a chart's or draft's many texels: their errors average out.
@@ -273,7 +304,7 @@ Baked bake_cell(const MakeCommand& command) {
   cell_options.start = [&](const StitchSize& size) {
     value_or_throw(ensure_texels(size.min_texels, size.repeats, command, options));
     if (!command.rays_given) share_rays(options);
-    tell_work(size, command);
+    tell_work(size, command, options);
   };
   const auto cell = value_or_throw(find_cell(command.input, cell_options));
   if (cell.stitch)
@@ -285,7 +316,8 @@ Baked bake_cell(const MakeCommand& command) {
                      {"stitch", std::filesystem::path(command.input).filename().string()},
                      {"vertices", cell.mesh.positions.size()},
                      {"triangles", cell.mesh.triangles.size()}};
-  if (cell.stitch && !cell.mesh.yarns.curves.empty()) provenance["sheet"] = sheet_of(*cell.stitch, cell.mesh);
+  if (cell.stitch && !cell.mesh.yarns.curves.empty())
+    provenance["sheet"] = sheet_of(*cell.stitch, cell.mesh, command);
   auto baked = value_or_throw(bake(cell.mesh, command.input, options,
                                    provenance.dump(-1, ' ', false, Json::error_handler_t::replace),
                                    progress.callback()));

@@ -9,6 +9,7 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/pattern_json.h"
+#include "converter/stitch/text_fault.h"
 #include "converter/stitch/textile.h"
 #include "format/base/atomic_file.h"
 #include "format/base/option_text.h"
@@ -93,15 +94,13 @@ Result<int> run(const StitchCommand& command) {
   if (has_ending(command.output, ".json")) return write_description(command);
   const auto cell = value_or_throw(find_cell(command.input, command.cell));
   const CellMesh& mesh = cell.mesh;
-  if (!command.output.empty()) value_or_throw(write_mesh(command.output, mesh));
   Json json = {{"stitch", command.input},
                {"vertices", mesh.positions.size()},
                {"triangles", mesh.triangles.size()},
                {"periodMm", mesh.period},
-               {"thicknessMm", bounds_of(mesh).size().z}};
+               {"heightMm", bounds_of(mesh).size().z}};
   std::string text = filled(
-      "{stitch}: {vertices} vertices, {triangles} triangles, {periodMm} mm, {thicknessMm:.3g} mm thick",
-      json);
+      "{stitch}: {vertices} vertices, {triangles} triangles, {periodMm} mm, {heightMm:.3g} mm high", json);
   if (cell.stitch) {
     const auto clearance = value_or_throw(minimum_clearance(cell.stitch->pattern, command.input));
     json["yarns"] = cell.stitch->pattern.yarns.size();
@@ -111,22 +110,25 @@ Result<int> run(const StitchCommand& command) {
                 ? ", yarns touch"
                 : fmt::format(", yarns {} {:.2g} mm", clearance < 0 ? "overlap by" : "are apart by",
                               std::abs(clearance));
-    if (const auto numbers = textile_numbers(cell.stitch->pattern, cell.stitch->stitches)) {
-      json["tex"] = numbers->tex;
-      json["tightness"] = numbers->tightness;
-      json["gramsPerM2"] = numbers->weight;
-      json["cover"] = numbers->cover;
-      json["coverWithHairs"] = numbers->cover_hairs;
-      text += fmt::format(", {:.0f} g/m2, {:.0f} tex, cover {:.3f} ({:.3f} with hairs)", numbers->weight,
-                          numbers->tex.front(), numbers->cover, numbers->cover_hairs);
-      if (numbers->tightness > 0) text += fmt::format(", tightness {:.1f}", numbers->tightness);
-    }
+    const auto numbers = value_or_throw(
+        reading(command.input, [&] { return textile_numbers(cell.stitch->pattern, cell.stitch->stitches); }));
+    json["tex"] = numbers.tex;
+    json["tightness"] = numbers.tightness;
+    json["gramsPerM2"] = numbers.weight;
+    json["thicknessMm"] = numbers.thickness_mm;
+    json["cover"] = numbers.cover;
+    json["coverWithHairs"] = numbers.cover_hairs;
+    text += fmt::format(", {:.0f} g/m2, {:.1f} mm thick, {:.0f} tex, cover {:.3f} ({:.3f} with hairs)",
+                        numbers.weight, numbers.thickness_mm, numbers.tex.front(), numbers.cover,
+                        numbers.cover_hairs);
+    if (numbers.tightness > 0) text += fmt::format(", tightness {:.1f}", numbers.tightness);
   } else {
     const MeshChoices& c = *cell.choices;
     json["guessed"] = {{"period", c.period_from}, {"unit", c.scale_from}, {"up", c.up_axis_from}};
     json["unitMm"] = c.scale_to_mm;
     json["up"] = name_of(c.up_axis);
   }
+  if (!command.output.empty()) value_or_throw(write_mesh(command.output, mesh));
   json["remarks"] = cell.remarks;
   json["output"] = command.output;
   text += (command.output.empty() ? "" : " -> " + command.output) + "\n";

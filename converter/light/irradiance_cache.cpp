@@ -324,13 +324,13 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
   return total;
 }
 
-bool IrradianceCache::place_points(const RayScene& scene, std::size_t max_points) {
-  const CellMesh& mesh = scene.mesh();
+std::optional<double> IrradianceCache::spread_points(const CellMesh& mesh, std::vector<SurfacePoint>& points,
+                                                     std::vector<double>& areas) {
   const double longest = std::max(mesh.period.x, mesh.period.y) / patches_per_period;
   patches_.resize(triangles_.size());
   // Vertices first; small triangles need no further points.
-  std::vector<SurfacePoint> points(mesh.positions.size());
-  std::vector<double> areas(points.size());  // that each stands for
+  points.resize(mesh.positions.size());
+  areas.resize(points.size());
   double whole_area = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {
     points[p].position = mesh.positions[p];
@@ -378,12 +378,19 @@ bool IrradianceCache::place_points(const RayScene& scene, std::size_t max_points
       }
     }
     areas.resize(points.size(), 2 * area / ((parts + 1) * (parts + 2)));
-    if (points.size() > max_shared_points) return false;
+    if (points.size() > max_shared_points) return std::nullopt;
   }
+  return whole_area;
+}
 
+bool IrradianceCache::place_points(const RayScene& scene, std::size_t max_points) {
+  std::vector<SurfacePoint> points;
+  std::vector<double> areas;
+  const std::optional<double> whole_area = spread_points(scene.mesh(), points, areas);
+  if (!whole_area) return false;
   Groups groups = groups_of(points, 0);
   for (double share = 1; groups.count() > max_points; share *= 1.3)
-    groups = groups_of(points, std::sqrt(share * whole_area / static_cast<double>(max_points)));
+    groups = groups_of(points, std::sqrt(share * *whole_area / static_cast<double>(max_points)));
   if (groups.count() < points.size()) {
     places_ = shared_places;
     shared_.resize(points.size());
@@ -411,7 +418,7 @@ bool IrradianceCache::place_points(const RayScene& scene, std::size_t max_points
   for (std::size_t p = 0; p < count; ++p) firsts.push_back(fronts[p * places_]);
   const bool even = scene.is_translucent() && !scene.is_open();
   const double inside = shared_.empty() ? points_inside : shared_points_inside;
-  groups = groups_of(firsts, even ? std::sqrt(inside * whole_area / static_cast<double>(count)) : 0);
+  groups = groups_of(firsts, even ? std::sqrt(inside * *whole_area / static_cast<double>(count)) : 0);
   behind_.resize(count);
   for (std::size_t g = 0; g < groups.count(); ++g) {
     const auto group = groups.group(g);

@@ -58,6 +58,10 @@ class IrradianceCache {
     int first = -1;  ///< index of its first point; -1: its corners are its points
     int parts = 1;   ///< per edge
   };
+  /// Makes points of vertices and patches, and the area that each stands for. Returns the area of all, or
+  /// nothing if there are too many to share.
+  std::optional<double> spread_points(const CellMesh& mesh, std::vector<SurfacePoint>& points,
+                                      std::vector<double>& areas);
   /// False if there are too many to share.
   bool place_points(const RayScene& scene, std::size_t max_points);
   /// Adds a point with these places, the mean of which it reflects.

@@ -15,7 +15,8 @@ namespace {
 // practical microcylinder appearance model for cloth rendering") fitted to linen (12 degrees), silk (5) and
 // polyester (5); of cotton, wool and viscose no fit was found: dull, scaly and bright beside those.
 // Density: Morton and Hearle, chapter 5, as commonly quoted. Packing: woollen yarn 0.3 to 0.4, spun cotton
-// 0.5 to 0.6 (Hearle, Grosberg and Backer 1969), filaments up to 0.7; values within these ranges are ours.
+// 0.5 to 0.6 (Hearle, Grosberg and Backer 1969); values within these ranges are ours. Ashenhurst's diameter
+// of a yarn, 1 / (0.9 sqrt(yards per pound)) inch, gives 0.52 to spun cotton, 0.59 to spun silk.
 // Transmission: calibrated against explicit fibres (docs/yarn.md).
 // Twist and lean: the range of the nine yarns that Zhao et al. 2016 fitted (32 to 45 and 17 to 25 degrees).
 // Flattening: Peirce (1937, "The geometry of cloth structure", J. Text. Inst. 28) took sections of woven yarn
@@ -27,7 +28,7 @@ constexpr std::array<YarnKind, 7> kinds{{
     {"tube", 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0.12, 1},
     {"cotton", 16, 1.547, 0.45, 0.7, 1.52, 0.5, 2, -38, 20, 5, 1.2, 0.4, 0.06, 0.12, 0.5},
     {"wool", 23, 1.546, 0.35, 0.75, 1.31, 0.4, 3, -35, 20, 8, 1.8, 0.3, 0.05, 0.25, 0.6},
-    {"silk", 12, 1.556, 0.12, 0.55, 1.34, 0.6, 2, -32, 17, 1, 0.8, 0.2, 0.02, 0.08, 0.5},
+    {"silk", 12, 1.556, 0.12, 0.55, 1.34, 0.5, 2, -32, 17, 1, 0.8, 0.2, 0.02, 0.08, 0.5},
     {"linen", 16, 1.551, 0.30, 0.65, 1.5, 0.5, 2, -32, 17, 5, 1.6, 0.1, 0.12, 0.18, 0.5},
     {"viscose", 12, 1.526, 0.18, 0.55, 1.52, 0.5, 2, -40, 22, 4, 1.0, 0.4, 0.03, 0.1, 0.5},
     {"polyester", 12, 1.600, 0.12, 0.6, 1.39, 0.5, 3, -32, 17, 0, 1.0, 0, 0.01, 0.08, 0.5},

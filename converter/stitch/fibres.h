@@ -17,7 +17,7 @@ struct YarnKind {
   double roughness;     ///< Gloss::roughness
   double transmission;  ///< Yarn::transmission
   double density;       ///< of the fibre, g/cm3
-  double packing;       ///< share of fibre in the yarn's section
+  double packing;       ///< fraction of fibre in the section of woven yarn
   // The yarn, where nothing else is said.
   int plies;
   double twist_degrees;  ///< of the plies at the yarn's surface; negative: S-twist
@@ -35,6 +35,9 @@ std::span<const YarnKind> yarn_kinds();
 
 /// The fibre of yarn_kinds()[kind]; hairs on a tube have a usual one.
 YarnKind fibre_of(int kind);
+
+/// Fraction of fibre in the section of knitting yarn, whatever its fibre (spec/stitch.md, Textile numbers).
+inline constexpr double knit_packing = 0.2;
 
 /// Yarn count in tex (g/km) of a round yarn, and the inverse; `packing`: share of fibre in its section.
 double tex_of(double radius_mm, int kind, double packing);

@@ -394,7 +394,22 @@ void tell_thickness(double share, FoundStitch& found) {
         fmt::format("yarns thinned to {:.2f} of their thickness: there is no more room", share));
 }
 
-Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
+/// Tells the size of a chart or draft of `cells` each way, whose repeats are still to be laid.
+void tell_size(const StitchValues& values, const V2i& cells, const V2i& min_texels, bool woven,
+               const StitchPattern& drawn, const StitchStart& start) {
+  if (!start) return;
+  const auto repeats = static_cast<int>(values.number("repeats"));
+  double radii = 0;
+  for (const Yarn& yarn : drawn.yarns)
+    for (const BezierSegment& segment : yarn.segments)
+      radii += yarn.plies * polygon_length(segment) / yarn.radius_mm;
+  start({cells.x * cells.y * repeats * repeats, woven, min_texels * repeats, repeats,
+         radii * repeats * repeats});
+}
+
+/// `tell`: called with the values and the yarns as drawn, before they come to rest.
+Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings,
+                            const std::function<void(const StitchValues&, const StitchPattern&)>& tell = {}) {
   settings.insert(stitch.settings.begin(), stitch.settings.end());
   settings = by_count(stitch, std::move(settings));
   const auto values =
@@ -410,6 +425,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
   set_seed(values, stitch.info.name, drawn);
   if (relaxation_work(drawn) > max_relaxation_work)
     return fail(Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii, too_much_work);
+  if (tell) tell(values, drawn);
   Relaxed result = relax(drawn, options);
   if (given ? result.part < 1 - touching_overlap : !result.settled) {
     return fail(
@@ -430,15 +446,6 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings) {
   return found;
 }
 
-/// Tells the size of a chart or draft of `cells` each way, whose repeats are still to be laid; throws for
-/// settings without a valid number of these.
-void tell_size(const StitchValues& values, const V2i& cells, const V2i& min_texels, bool woven,
-               const StitchStart& start) {
-  if (!start) return;
-  const auto repeats = static_cast<int>(values.number("repeats"));
-  start({cells.x * cells.y * repeats * repeats, woven, min_texels * repeats, repeats});
-}
-
 Result<FoundStitch> chart_in(const std::string& path, const StitchSettings& settings,
                              const StitchStart& start) {
   const auto text = value_or_throw(read_file(path, max_chart_text));
@@ -447,9 +454,10 @@ Result<FoundStitch> chart_in(const std::string& path, const StitchSettings& sett
   BuiltIn stitch = knit("", chart);
   stitch.info.name = path;
   const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
-  tell_size(value_or_throw(StitchValues::create(path, stitch.info.parameters, settings)), cells,
-            cells * texels_per_stitch, false, start);
-  auto found = value_or_throw(relaxed(stitch, settings));
+  auto found =
+      value_or_throw(relaxed(stitch, settings, [&](const StitchValues& values, const StitchPattern& drawn) {
+        tell_size(values, cells, cells * texels_per_stitch, false, drawn, start);
+      }));
   found.min_texels = cells * (texels_per_stitch * found.repeats);
   found.remarks.insert(found.remarks.begin(), chart.remarks.begin(), chart.remarks.end());
   return found;
@@ -497,8 +505,6 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   const auto values = value_or_throw(StitchValues::create(path, draft_parameters(), settings));
   FoundStitch found;
   found.min_texels = texels_for(draft.weave);
-  tell_size(values, {static_cast<int>(draft.weave.warp.size()), static_cast<int>(draft.weave.weft.size())},
-            found.min_texels, true, start);
   found.remarks = std::move(draft.remarks);
   const std::string name = draft.title.empty() ? std::filesystem::path(path).stem().string() : draft.title;
   RelaxOptions options;
@@ -513,6 +519,8 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
       apply_flattening(values, prefix, yarn);
     }
   }
+  tell_size(values, {static_cast<int>(draft.weave.warp.size()), static_cast<int>(draft.weave.weft.size())},
+            found.min_texels, true, draw_weave(draft.weave, name), start);
   constexpr std::size_t finely_relaxed = 144;  // crossings
   options.rough = draft.weave.warp_is_over.size() > finely_relaxed;
   double thickness = options.rough ? thin_as_corner(draft.weave, name, options) : 1;

@@ -32,12 +32,13 @@ struct FoundStitch {
 /// Maximum overlap of neighbouring yarns, in radii, that counts as touching.
 constexpr double touching_overlap = 0.02;
 
-/// A chart or draft that has been read, before its yarns are laid.
+/// A chart or draft that has been read, before its yarns come to rest.
 struct StitchSize {
   int cells = 1;  ///< stitches, or crossings of a warp and a weft, with its repeats
   bool woven = false;
   V2i min_texels{1, 1};  ///< as in FoundStitch
   int repeats = 1;
+  double radii = 0;  ///< length of all plies, in radii of their yarns
 };
 /// May throw Failure, which refuses the stitch.
 using StitchStart = std::function<void(const StitchSize&)>;

@@ -57,7 +57,7 @@ constexpr YarnMember gloss_member(const char* name, double min, const char* mean
 }
 
 constexpr YarnMember members[] = {
-    member<&Yarn::plies>("plies", 1, 8, true, "thinner yarns that it is twisted of"),
+    member<&Yarn::plies>("plies", 1, 8, true, "number of plies"),
     member<&Yarn::twist_per_mm>("twist_per_mm", -100, 100, false,
                                 "turns per mm, Z-twist is positive; not set, it follows the radius"),
     gloss_member<&Gloss::weight>("gloss", 0, "share of the light that the fibres reflect"),
@@ -71,9 +71,8 @@ constexpr YarnMember members[] = {
     member<&Yarn::hair_loops>("hair_loops", 0, 1, true, "share of hairs that return into the yarn"),
     member<&Yarn::irregularity>("irregularity", 0, 0.3, true, "change of thickness and colour along it"),
     member<&Yarn::melange>("melange", 0, 0.4, true, "difference of colour of its fibres"),
-    member<&Yarn::marl>("marl", 0, 0.9, true,
-                        "difference of shade of its plies, of half the palest and darkest"),
-    member<&Yarn::packing>("packing", 0.05, 1, true, "share of fibre in its section, for weight and tex"),
+    member<&Yarn::marl>("marl", 0, 0.9, true, "half the lightness difference between palest and darkest ply"),
+    member<&Yarn::packing>("packing", 0.05, 1, true, "fraction of fibre in its section, for weight and tex"),
     member<&Yarn::transmission>("transmission", 0, 1, true,
                                 "share of the diffuse light that goes through the wall of a ply")};
 
@@ -154,6 +153,7 @@ void set_kind(int index, const std::string& prefix, double shorter_mm, Yarn& yar
   const YarnKind& kind = yarn_kinds()[index];
   const bool single = woven(prefix);
   set_fibre(index, yarn);
+  if (!single) yarn.packing = knit_packing;
   yarn.plies = single ? 1 : kind.plies;
   yarn.twist_per_mm = twist_for(single ? kind.fibre_degrees : kind.twist_degrees, yarn.radius_mm);
   yarn.fibre_degrees = single ? 0 : kind.fibre_degrees;
@@ -234,7 +234,9 @@ std::optional<double> radius_by_count(const StitchValues& values, const std::str
   const int kind = kind_of(values, prefix);
   const std::string packing = prefix + "packing";
   return radius_of_tex(values.number(prefix + "tex"), kind,
-                       values.is_set(packing) ? values.number(packing) : fibre_of(kind).packing);
+                       values.is_set(packing) ? values.number(packing)
+                       : woven(prefix)        ? fibre_of(kind).packing
+                                              : knit_packing);
 }
 
 void apply_settings(const StitchValues& values, const std::string& prefix, double shorter_mm, Yarn& yarn) {

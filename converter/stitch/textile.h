@@ -1,4 +1,4 @@
-// Textile numbers of a stitch: what it weighs, how tight it is, and how much of its area yarn covers.
+// Textile numbers of a stitch: weight, thickness, tightness, and the area that its yarn covers.
 #pragma once
 
 #include <vector>
@@ -12,6 +12,8 @@ struct TextileNumbers {
   /// Root of tex over the length of yarn in a stitch, cm (Munden 1962); 0 without `stitches`.
   double tightness = 0;
   double weight = 0;  ///< g/m2
+  /// Between the plates of a gauge (ISO 5084), each of which a tenth of the covered area rises into.
+  double thickness_mm = 0;
   double cover = 0;   ///< share of the area that yarn covers seen along the normal, and with its hairs
   double cover_hairs = 0;
 };

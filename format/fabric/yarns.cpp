@@ -84,7 +84,7 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
     return refuse(place, "turns too often");
   if (!in(c.flattening, min_flattening, 1)) return refuse(place, "has a flattening out of range");
   if (!c.squeezes.empty() && c.squeezes.size() != static_cast<std::size_t>(c.nodes))
-    return refuse(place, "has not a squeeze for each node");
+    return refuse(place, "needs one squeeze per node");
   for (const V3f& squeeze : c.squeezes) {
     if (!in(squeeze.length2(), 0, 1 - min_flattening)) return refuse(place, "has a squeeze out of range");
   }
@@ -111,7 +111,7 @@ Result<void> check_segments(const YarnData& data, const V2f& period) {
     for (const Yarns::Segment& s : segments_of(curve, own, period)) {
       length += static_cast<double>(s.along.length());
       if (s.along.length() >= 1e-3F * s.radius) continue;
-      result = refuse(place, "has a ply of which a node lies where the next does");
+      result = refuse(place, "consecutive nodes of a ply coincide");
       return;
     }
     const YarnHairs& h = curve.hairs;
@@ -132,7 +132,7 @@ Result<void> validate(const YarnData& data, const V2f& period) {
   for (std::size_t n = 0; n < data.nodes.size(); ++n) {
     for (int k = 0; k < 3; ++k) {
       if (!in(data.nodes[n][k], -reach[k], reach[k])) {
-        return refuse(fmt::format("node {}", n), "lies too far away or nowhere");
+        return refuse(fmt::format("node {}", n), "is out of range or not finite");
       }
     }
   }
@@ -152,7 +152,7 @@ Result<void> validate(const YarnData& data, const V2f& period) {
                             : data.nodes[n + 1];
       const float length = (next - data.nodes[n]).length();
       if (!(length >= 1e-3F * curve.radius))
-        return refuse(fmt::format("node {}", n), "lies where the next does");
+        return refuse(fmt::format("node {}", n), "coincides with the next");
     }
     first += curve.nodes;
     stations += curve.stations;
@@ -162,7 +162,7 @@ Result<void> validate(const YarnData& data, const V2f& period) {
   for (const auto* light : {&data.light, &data.through}) {
     if (light->empty() && light == &data.through) continue;
     if (light->size() != stations * light_values_per_station)
-      return refuse("light", "has not the stations of the curves");
+      return refuse("light", "station count does not match the curves");
     for (const float value : *light) {
       if (!std::isfinite(value)) return refuse("light", "a value is not finite");
     }

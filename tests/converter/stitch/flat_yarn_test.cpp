@@ -235,36 +235,62 @@ TEST_CASE("shirtings come to rest at their counts, without being thinned, and we
   }
 }
 
-TEST_CASE("the cover that built-in stitches state is the cover of their yarns at rest") {
-  for (const StitchInfo& info : built_in_stitches()) {
+TEST_CASE(
+    "built-in stitches weigh as much, and are as thick, as such cloth, and cover as much as they state") {
+  // Sources of the ranges: spec/stitch.md, Textile numbers.
+  struct Cloth {
+    const char* name;
+    double min_tex, max_tex, min_weight, max_weight, min_mm, max_mm;
+  };
+  const std::vector<Cloth> cloths{
+      {"plain-knit", 413, 620, 510, 760, 1.8, 4}, {"purl", 413, 620, 510, 760, 1.8, 4},
+      {"rib", 261, 550, 400, 760, 3.6, 7},        {"rib-2x2", 261, 550, 400, 760, 3, 7},
+      {"garter", 261, 550, 400, 760, 3, 7},       {"two-colour", 413, 620, 510, 760, 1.8, 4},
+      {"lace", 261, 550, 200, 400, 1.5, 4},       {"plain-weave", 100, 300, 240, 610, 0.5, 1.4},
+      {"twill", 148, 394, 400, 712, 0.8, 2},      {"herringbone", 130, 300, 380, 520, 0.8, 2},
+      {"denim", 148, 394, 407, 712, 0.7, 1.7},    {"satin", 100, 204, 250, 600, 0.6, 1.5},
+      {"basket", 100, 330, 300, 600, 0.6, 1.7}};
+  CHECK(cloths.size() == built_in_stitches().size());
+  for (std::size_t i = 0; i < cloths.size(); ++i) {
+    const StitchInfo info = built_in_stitches()[i];
+    const Cloth& cloth = cloths[i];
     CAPTURE(info.name);
-    const auto numbers = test::need(textile_numbers(test::need(find_stitch(info.name)).pattern, 0));
+    CHECK(info.name == cloth.name);
+    const FoundStitch found = test::need(find_stitch(info.name));
+    const auto numbers = test::need(textile_numbers(found.pattern, found.stitches));
+    MESSAGE(info.name, ": ", numbers.tex[0], " tex, ", numbers.weight, " g/m2, ", numbers.thickness_mm,
+            " mm, ", numbers.tightness);
     CHECK(info.cover == doctest::Approx(numbers.cover).epsilon(0.002));
+    for (const double tex : numbers.tex) {
+      CHECK(tex >= cloth.min_tex);
+      CHECK(tex <= cloth.max_tex);
+    }
+    CHECK(numbers.weight >= cloth.min_weight);
+    CHECK(numbers.weight <= cloth.max_weight);
+    CHECK(numbers.thickness_mm >= cloth.min_mm);
+    CHECK(numbers.thickness_mm <= cloth.max_mm);
+    if (found.stitches > 0) CHECK(numbers.tightness == doctest::Approx(14).epsilon(0.36));  // 9 to 19
   }
 }
 
 TEST_CASE("knits are of textile numbers, and squashed yarn covers them") {
   struct Knit {
     const char* name;
-    double min_cover, max_cover, min_with_hairs, min_tightness;
+    double min_cover, max_cover, min_with_hairs;
   };
-  for (const auto& [name, least, most, with_hairs, tightness] :
-       {Knit{"plain-knit", 0.88, 1, 0.93, 14}, Knit{"rib", 0.88, 1, 0.93, 14},
-        Knit{"garter", 0.88, 1, 0.93, 14}, Knit{"lace", 0.6, 0.85, 0.6, 12}}) {
+  for (const auto& [name, least, most, with_hairs] :
+       {Knit{"plain-knit", 0.88, 1, 0.93}, Knit{"rib", 0.88, 1, 0.93}, Knit{"garter", 0.88, 1, 0.93},
+        Knit{"lace", 0.6, 0.85, 0.6}}) {
     CAPTURE(name);
     const FoundStitch found = test::need(find_stitch(name));
     const Yarn& yarn = found.pattern.yarns[0];
     const auto numbers = test::need(textile_numbers(found.pattern, found.stitches));
-    MESSAGE(name, ": radius ", yarn.radius_mm, " mm, cover ", numbers.cover, ", with hairs ",
-            numbers.cover_hairs, ", tightness ", numbers.tightness, ", ", numbers.weight, " g/m2");
     CHECK(numbers.cover >= least);
     CHECK(numbers.cover <= most);
     // Round yarn covers less.
     CHECK(test::need(textile_numbers(test::need(find_stitch(name, {{"yarn", {0}}})).pattern, found.stitches))
               .cover < numbers.cover);
     CHECK(numbers.cover_hairs >= std::max(numbers.cover, with_hairs));
-    CHECK(numbers.tightness >= tightness);
-    CHECK(numbers.tightness <= 16);
     CHECK(-test::need(minimum_clearance(found.pattern, "")) <= touching_overlap * yarn.radius_mm);
     for (const V3d& squeeze : yarn.squeezes) CHECK(squeeze.length2() <= 0.7 + 1e-6);
   }
