@@ -136,7 +136,7 @@ bool is_open(const TracedCell& cell, const CachePoint& place, SurfacePoint& poin
   return std::abs(off.length() - lift * place.radius) < 0.1 * place.radius;
 }
 
-/// Of each of the places about all stations; at least 4 and at most 128 of each.
+/// Paths of each of the places about all stations, together; 4 to 128 of each.
 constexpr std::size_t paths_of_moments = 1 << 17;
 
 /// Means of U_1 and U_2 (yarns.h) of the light that falls on the point by way of one other yarn: those by

@@ -489,7 +489,7 @@ LeavingPacket RayScene::leave(const PointPacket& points, std::uint32_t active) c
     V3d origin = leave(points[(active >> i & 1U) != 0 ? i : first]);
     const CellBlock& block = state_->block;
     for (int k = 0; k < 2; ++k) {
-      // Of a mesh that reaches beyond its cell.
+      // Where the mesh reaches beyond its cell.
       if (origin[k] < block.min[k] || origin[k] > block.max[k])
         origin[k] = wrap_into(origin[k], block.period[k]);
     }

@@ -286,7 +286,7 @@ V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrd
                  const V3d& view, std::uint64_t& rays) {
   const V3d towards(light);
   const bool through = comes_through(surface, towards);
-  // Of closed yarn only the outside is lit.
+  // Closed yarn is lit from outside alone.
   if (surface.transmission > 0 && !scene.is_open() && through != point.back) return V3d(0, 0, 0);
   const double cosine = incidence(surface, towards);
   if (!(cosine > 0)) return V3d(0, 0, 0);

@@ -52,8 +52,8 @@ class GlossPacket {
  public:
   using Lanes = std::array<float, packet_size>;
   void set(std::size_t lane, const YarnBrdf& surface, const V3d& view);
-  /// Of every lane the body, and the weight times gloss_reflectance(), which is 0 if light or view lies below
-  /// the surface; 1/sr.
+  /// Evaluates the body of every lane, and the weight times gloss_reflectance(), which is 0 if light or view
+  /// lies below the surface; 1/sr.
   void reflectance(const V3f& light, Lanes& body, Lanes& gloss) const;
 
  private:

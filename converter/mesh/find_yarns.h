@@ -7,8 +7,8 @@ namespace selvedge {
 
 struct FoundYarns {
   YarnData yarns;  ///< without light; heights as in the mesh
-  /// Of the surface's area: what lies within 0.1 radii of the round tube about the nearest curve, faces as it
-  /// does, and has its albedo to within 0.1.
+  /// Fraction of the surface's area that lies within 0.1 radii of the round tube about the nearest curve,
+  /// faces as it does, and has its albedo to within 0.1.
   double share = 0;
 };
 

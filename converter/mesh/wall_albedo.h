@@ -12,10 +12,10 @@ namespace selvedge {
 /// (docs/yarn.md).
 inline constexpr double ply_gain = 1.6;
 
-/// Of a wall around a hollow ply that, alone in even light, sends away 1 - (1 - albedo)^(1 + ply_gain t^2):
-/// less is absorbed in a ply than in as many fibres as light can reach. A hollow body whose wall has the
-/// albedo x sends away x (1 - t) + (x t)^2 / (1 - x (1 - t)) wherever light lands in it evenly; this is
-/// solved for x. No transmission leaves an albedo as it is; black and white stay.
+/// Albedo of the wall of a hollow ply whose total reflectance under uniform light is
+/// 1 - (1 - albedo)^(1 + ply_gain t^2): less is absorbed in a ply than in as many fibres as light can reach.
+/// A hollow body whose wall has the albedo x sends away x (1 - t) + (x t)^2 / (1 - x (1 - t)) wherever light
+/// lands in it evenly; this is solved for x. No transmission leaves an albedo as it is; black and white stay.
 inline double wall_albedo(double albedo, double t) {
   if (t == 0 || albedo <= 0) return albedo;
   const double sent = 1 - std::pow(1 - std::min(1.0, albedo), 1 + ply_gain * t * t);

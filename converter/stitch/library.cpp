@@ -75,10 +75,10 @@ yarn A: albedo=0.60,0.53,0.43 radius_mm=0.61
 2: k yo k2tog k
 1: k4)"}};
 
-/// Of knitted yarn where nothing presses it: the press that finishes cloth.
+/// Flattening of knitted yarn where nothing presses it but the press that finishes cloth.
 constexpr double knit_flattening = 0.6;
 
-/// Of the parameters of each yarn of a chart.
+/// Prefixes of the parameters of each yarn of a chart.
 constexpr std::array<const char*, max_chart_yarns> prefixes{"",       "second_", "third_",   "fourth_",
                                                             "fifth_", "sixth_",  "seventh_", "eighth_"};
 
@@ -268,7 +268,7 @@ const std::vector<BuiltIn>& library() {
   static const std::vector<BuiltIn> stitches = [] {
     std::vector<BuiltIn> all = built_in_knits();
     std::ranges::move(built_in_weaves(), std::back_inserter(all));
-    // Of textile_numbers(): the yarns come to rest in seconds.
+    // By textile_numbers(): the yarns come to rest in seconds.
     constexpr std::array covers{0.955, 0.962, 0.948, 0.935, 0.954, 0.950, 0.788,
                                 0.997, 0.988, 0.987, 0.990, 1.000, 0.992};
     for (std::size_t i = 0; i < covers.size(); ++i) all.at(i).info.cover = covers[i];

@@ -438,7 +438,7 @@ Result<YarnData> chains_of(const StitchPattern& pattern, const YarnChainOptions&
     curve.squeezes.resize(yarn.squeezes.empty() ? 0 : 1);
     curve.turns = turns_of(yarn, pattern.period_mm);
     curve.radius = static_cast<float>(yarn.radius_mm);
-    // Of the light that falls on it; light through the wall is part of its indirect light.
+    // Albedo for the light that falls on it; light through the wall is part of its indirect light.
     curve.albedo = V3f(wall_albedo(V3d(yarn.albedo), yarn.transmission) * (1 - yarn.transmission));
     curve.gloss = yarn.gloss;
     const double around = 2 * std::numbers::pi * yarn.radius_mm;

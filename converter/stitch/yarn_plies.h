@@ -36,7 +36,7 @@ PlyCourse course_of_plies(const Yarn& yarn);
 /// Changes of thickness and colour along a yarn: one every 12 radii.
 int swells_of(double length, double radius_mm);
 
-/// Of the noise of yarn or ply number `chain` of a pattern whose plies are laid.
+/// Seed of the noise of yarn or ply number `chain` of a pattern whose plies are laid.
 int strand_seed(std::uint64_t seed, int chain);
 
 /// Degrees by which the fibres of a ply lean to it, right-handed.

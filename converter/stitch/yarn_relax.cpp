@@ -81,7 +81,7 @@ struct Chain {
   double wide = 0;              ///< half the width of its section, mm
   double thin = 0;              ///< and half the thickness
   std::vector<double> reaches;  ///< half the width by piece, mm
-  /// Of soft yarn, by piece: logarithms of stretches across it, without trace; and squeezes.
+  /// Logarithms of stretches across soft yarn, by piece, without trace; and squeezes.
   std::vector<Imath::M33d> strains;
   std::vector<V3d> squeezes;
   std::size_t begin = 0;  ///< index of its first point among the points of all chains

@@ -90,7 +90,7 @@ V3f product_sum(const FabricLevel& level, const FabricInfo& info, std::size_t te
   return sum;
 }
 
-/// Of F: never negative, 0 for NaN as well.
+/// Clamps F: never negative, 0 for NaN as well.
 V3f bracket(V3f sum) {
   for (int c = 0; c < 3; ++c) sum[c] = sum[c] > 0 ? sum[c] : 0;
   return clamp_to_finite(sum);

@@ -90,7 +90,7 @@ struct FabricLevel {
   /// c: [texel * pairs.size() + m]
   std::span<const float> coefficients() const { return values<float>(LayerKind::products); }
   std::span<float> coefficients() { return values<float>(LayerKind::products); }
-  /// Of level 0; null without.
+  /// Yarn of level 0; null without.
   const std::shared_ptr<const Yarns>& yarns() const { return yarns_; }
 
  private:
@@ -134,7 +134,7 @@ struct Fabric : FabricInfo {
   /// through are mirrored into its upper half. The opacity of such a side is the visible side's.
   std::array<std::shared_ptr<const Fabric>, other_sides.size()> sides;
 
-  /// Of level 0. Precondition: the fabric has a level.
+  /// Texels of level 0. Precondition: the fabric has a level.
   V2i texels() const { return {levels.front().width, levels.front().height}; }
   /// Null where the fabric does not have it. Not of the front.
   const Fabric* side_of(Side other) const { return sides[index_of(other) - 1].get(); }

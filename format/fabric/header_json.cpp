@@ -24,7 +24,7 @@ enum class RealRule { any, not_negative, positive };
 /// member.
 class JsonIo {
  public:
-  /// Of an object. `sink` must outlive it.
+  /// Reads an object. `sink` must outlive it.
   static JsonIo reader(const nlohmann::json& object, IssueSink& sink) {
     return {&object, nullptr, {}, &sink};
   }

@@ -64,7 +64,7 @@ double indirect_energy(const LightTransfer& transfer) {
   const auto colours = [&](std::size_t function) {
     return mean(V3d(transfer[3 * function], transfer[3 * function + 1], transfer[3 * function + 2]));
   };
-  // Of 1, z and 3 z^2 - 1, with the cosine; the other functions' is 0.
+  // Integrals of 1, z and 3 z^2 - 1 with the cosine; the other functions' is 0.
   return pi * colours(0) + 2 * pi / 3 * colours(3) + pi / 2 * colours(8);
 }
 

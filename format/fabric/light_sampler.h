@@ -52,7 +52,7 @@ struct FibreGloss {
   double pdf(const V3d& light) const;
 };
 
-/// Of one point of the cloth seen from one side, for any number of lights. Refers to the fabric.
+/// Samples lights for one point of the cloth seen from one side. Refers to the fabric.
 class LightSampler {
  public:
   /// As evaluate() has them. From behind, the fabric is to be turned_over().

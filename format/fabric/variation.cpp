@@ -38,7 +38,7 @@ LatticePlace of_areas(const LatticePlace& place, int log2_size) {
           (static_cast<float>(place.whole & (size - 1)) + place.part) / static_cast<float>(size)};
 }
 
-/// Of unit variance.
+/// Noise of unit variance.
 float noise_at(std::uint32_t key, const LatticePlace& row, const LatticePlace& length) {
   const StrandBlend<float> across(row.part);
   const StrandBlend<float> along(length.part);

@@ -73,7 +73,7 @@ float share_of_way(const VariationFade& fade);
 float variation_at(const Variation& variation, const RepeatPlace& place, float along_v,
                    const VariationFade& fade = no_fade);
 
-/// Of the lattice of changes: of rows along u, of areas, of rows along v, of areas; of the places of rows
+/// Numbers of the lattices of changes: rows along u, areas, rows along v, areas; then the places of rows
 /// along u, and along v.
 inline constexpr std::uint32_t lattice_of_places = 4;
 constexpr std::uint32_t variation_key(std::uint32_t seed, std::uint32_t lattice) {

@@ -19,7 +19,7 @@ Imath::Vec3<T> squeeze_of(T flattening, const Imath::Vec3<T>& way) {
   return {way.y * scale, -way.x * scale, 0};
 }
 
-/// g between two places, of which the second is so far on: g and -g are the same section.
+/// Interpolates two squeezes; g and -g are the same section.
 template <class T>
 Imath::Vec3<T> squeeze_between(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b, T share) {
   return a * (1 - share) + (a.dot(b) < 0 ? -b : b) * share;

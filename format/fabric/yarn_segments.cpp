@@ -75,7 +75,7 @@ struct AxisPlace {
   V3d squeeze{0, 0, 0};
 };
 
-/// Of a squashed curve, at a share of segment i.
+/// Squeeze of a squashed curve, at a fraction of segment i.
 V3d squeeze_at(const YarnCurve& curve, int i, double share) {
   return squeeze_between(V3d(curve.squeezes[i]), V3d(curve.squeezes[(i + 1) % curve.nodes]), share);
 }
@@ -113,14 +113,14 @@ struct ChainNodes {
   StrandRows rows;
 };
 
-/// Of the part of the axis from one place to another.
+/// Squeeze for the part of the axis from one place to another.
 V3d squeeze_along(const YarnCurve& curve, const V3d& from, const V3d& to) {
   const V3d way = to - from;
   if (curve.is_round() || way.length2() == 0) return {0, 0, 0};
   return squeeze_of(static_cast<double>(curve.flattening), way.normalized());
 }
 
-/// Of the circle with the area of its section.
+/// Radius of the circle with the area of its section.
 float round_radius_of(const Yarns::Segment& s) { return s.radius / thin_radius(1.0F, s.squeeze); }
 
 void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vector<Yarns::Segment>& segments) {

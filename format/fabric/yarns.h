@@ -63,7 +63,7 @@ struct YarnCurve {
 
 /// Radius of each of `plies` equal circles that touch each other in a ring within a circle of radius 1.
 double ply_radius(int plies);
-/// Of the plies, or of the yarn where it has none.
+/// Radius of the plies, or of the yarn where it has none.
 float radius_of_plies(const YarnCurve& curve);
 
 /// Indirect light of a station: for the angle a about the axis and the light l
@@ -108,7 +108,7 @@ inline int curve_value_count(const YarnCounts& counts) {
   return counts.fields * counts.curves + values_per_node * counts.nodes;
 }
 std::vector<float> curve_values(const YarnData& data);
-/// Of light from above, or of light that comes `through`; empty where that is unknown.
+/// Transfer of light from above, or of light that comes `through`; empty where that is unknown.
 std::vector<float> indirect_values(const YarnData& data, bool through = false);
 /// The inverse, of values that may be followed by others. Refuses what validate() refuses.
 Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
@@ -203,7 +203,7 @@ class Yarns {
   bool occluded(const V3f& from, const V3f& light) const;
   /// f(l, v) of the point by direct light, whether or not yarn hides it.
   V3f direct(const YarnPoint& point, const V3f& light, const V3f& view) const;
-  /// Of light from above, or of light that comes `through`, if that is known.
+  /// Transfer of light from above, or of light that comes `through`, if that is known.
   LightTransfer transfer_at(const YarnPoint& point, bool through = false) const;
   /// Factor of that light from above, by lustre: its share that leaves towards the view over the mean.
   float view_factor(const YarnPoint& point, const V3f& view) const;
@@ -212,7 +212,7 @@ class Yarns {
   /// Directions are unit; where the view lies below the horizon, f is 0, and alpha the rim's. `varied`: f is
   /// multiplied by factor_at().
   Shading shade(const V2d& uv, float plane, const V3f& light, const V3f& view, bool varied = false) const;
-  /// Of the variation beyond the repeat, where a curve is seen; -1: all of them, from above.
+  /// Factor of the variation beyond the repeat, where a curve is seen; -1: all of them, from above.
   float factor_at(const V2d& uv, int curve) const;
 
   /// Between two nodes, or a piece of a hair, mm; the frames at both ends. Only members of 4 bytes, so that
@@ -265,7 +265,7 @@ class Yarns {
     std::span<const Block> blocks;       ///< of the cells
     std::span<const Segment> segments;   ///< one for each node of a yarn or ply
     std::span<const int> first_station;  ///< of each curve
-    /// Of each curve, factors of cosine and sine: of yarn turned over, strands count from the mirrored angle.
+    /// Factors of cosine and sine, by curve: strands of yarn turned over count from the mirrored angle.
     std::span<const V2f> strand_sense;
   };
   Inside inside() const {
@@ -299,7 +299,7 @@ inline std::int64_t segment_count(const YarnCurve& curve) {
 }
 /// The width of rays from which on none meets the segment; infinite for all but most hairs.
 float empty_for(const Yarns::Segment& segment);
-/// Of one curve and its own nodes: from node to node, ply after ply. Precondition: validate() holds of all
+/// Makes the segments of one curve from its own nodes, ply after ply. Precondition: validate() holds of all
 /// but the lengths of plies.
 std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const V3f> nodes,
                                         const V2f& period);
