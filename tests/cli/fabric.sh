@@ -30,8 +30,7 @@ test_answers_to_the_conformance_kit_are_those_of_evaluate() {
 }
 
 test_yarn_goes_from_the_stitch_into_the_fabric() {
-  local pairs=(--pairs 8 --truth-samples 8)
-  local few=(--texels 8 --views 4 --lights 4 --samples 1 --lobes 1 "${pairs[@]}" --quiet)
+  local few=(--texels 8 --views 4 --lights 4 --samples 1 --lobes 1 --pairs 8 --truth-samples 8 --quiet)
   exits 0 selvedge make plain-knit --set yarn=tube --yarns on "${few[@]}" -o y.fabric.exr
   exits 0 selvedge info y.fabric.exr
   grep -qE '^yarn +[0-9]+ curves, [0-9]+ nodes$' "$scratch/out" || fail "$(cat "$scratch/out")"
@@ -44,11 +43,6 @@ test_yarn_goes_from_the_stitch_into_the_fabric() {
   holds 'r.alpha === 1 && r.rgb[0] > 0'
   exits 1 selvedge evaluate y.fabric.exr --level -1 --texel 0,0
   exits 1 selvedge evaluate y.fabric.exr --level -1.5 --uv 0,0
-  # By way of samples it is the same.
-  local bake=(plain-knit --yarns on --texels 8 --views 4 --lights 4 --samples 1 "${pairs[@]}" --quiet)
-  selvedge bake "${bake[@]}" -o s.exr
-  selvedge fit s.exr --lobes 1 --quiet -o f.fabric.exr
-  exits 0 selvedge evaluate f.fabric.exr --level -1 --uv 0.3,0.4
   # In a mesh from a file they are found; a sheet has none.
   selvedge stitch plain-knit --set yarn=tube -o knit.obj --quiet
   exits 0 selvedge make knit.obj --period 5x3.8 --yarns on "${few[@]}" -o k.fabric.exr

@@ -2,23 +2,6 @@
 # The whole road in small, from the stitch to the picture, against closed forms and against itself.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-# Digests of the pixels of all layers and levels: the fabric itself, without where it comes from.
-digests_of() { selvedge info "$1" --json | node -p 'JSON.stringify(JSON.parse(require("fs").readFileSync(0)).content.digests)'; }
-
-# The files differ by the name of the input in their provenance, and by nothing else.
-test_stitch_description_is_as_good_as_the_built_in_name() {
-  selvedge stitch plain-weave -o w.json --quiet
-  selvedge make --quality paper plain-weave -o named.exr --keep-samples named.samples.exr --quiet "${small[@]}"
-  selvedge make --quality paper w.json -o described.exr --keep-samples described.samples.exr --quiet "${small[@]}"
-  [ "$(digests_of named.exr)" = "$(digests_of described.exr)" ] || fail "the fabrics differ"
-  # The same errors against both samples: those agree in their pairs too.
-  for name in named described; do selvedge compare $name.exr $name.samples.exr | tail -n +2 >$name.txt; done
-  same named.txt described.txt
-  # And what is read is what was written.
-  selvedge stitch w.json -o again.json --quiet
-  same w.json again.json
-}
-
 # shows FILE.exr COSINE: every pixel that is covered is albedo / pi times the cosine within 1 %.
 shows() {
   oiiotool --dumpdata "$1" >"$scratch/pixels"
@@ -236,24 +219,6 @@ test_dress_writes_usd_with_its_files_beside() {
   exits 0 selvedge dress quad.gltf plane.fabric.exr -o out/e.gltf --all --usda out/e.usda
   [ ! -e out/e-fabric0.exr ] || fail "a fabric that is a file already was written again"
   grep -qF 'selvedge:fabric:file = @../plane.fabric.exr@' out/e.usda
-}
-
-test_dressed_sweater_renders_the_same_for_any_number_of_threads() {
-  selvedge make --quality paper plain-weave --set yarn=tube -o w.fabric.exr --quiet "${small[@]}"
-  selvedge dress "$root/samples/sweater.glb" w.fabric.exr -o dressed.glb --material sweater --quiet
-  exits 0 selvedge check dressed.glb
-  for n in 1 2; do
-    exits 0 selvedge-view render dressed.glb -o $n.exr -o $n.png --size 160x120 --supersample 2 --elevation 20 \
-      --threads $n --json
-  done
-  # Some cloth, some background.
-  holds "r.coveredPixels > 320 * 240 / 10 && r.coveredPixels < 320 * 240"
-  [ "$(head -c 8 1.png | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ] || fail "1.png is no PNG"
-  same 1.exr 2.exr
-  same 1.png 2.png
-  exits 0 compare-pictures 1.png 2.png --max 0 --json
-  holds "r.maxAbsolute === 0"
-  exits 0 compare-pictures 1.exr 2.exr --max 0
 }
 
 test_compare_prints_a_table_for_each_fabric() {

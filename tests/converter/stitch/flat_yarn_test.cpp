@@ -23,11 +23,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-CellMesh mesh_of(StitchPattern pattern, double flattening, int cells) {
-  for (Yarn& yarn : pattern.yarns) yarn.flattening = flattening;
-  return test::need(mesh_stitch(pattern, {cells}));
-}
-
 /// Perimeter of an ellipse of the semi-axes a and b: the arithmetic-geometric mean (Gauss; Abramowitz and
 /// Stegun 17.6).
 double perimeter_of(double a, double b) {
@@ -78,19 +73,6 @@ double min_between(const StitchPattern& pattern) {
 
 }  // namespace
 
-TEST_CASE("the mesh of a straight flat yarn has the ellipse's width, thickness, area and perimeter") {
-  for (const double q : {0.35, 0.7}) {
-    const double a = 0.6 / std::sqrt(q);
-    const double b = 0.6 * std::sqrt(q);
-    const CellMesh mesh = mesh_of(cylinder(4, 0.6), q, 96);
-    const Imath::Box3f box = bounds_of(mesh);
-    CHECK(static_cast<double>(box.max.y - box.min.y) == doctest::Approx(2 * a).epsilon(2e-3));
-    CHECK(static_cast<double>(box.max.z - box.min.z) == doctest::Approx(2 * b).epsilon(2e-3));
-    CHECK(volume_of(mesh) == doctest::Approx(4 * pi * 0.36).epsilon(5e-3));
-    CHECK(area_of(mesh) == doctest::Approx(4 * perimeter_of(a, b)).epsilon(3e-3));
-  }
-}
-
 TEST_CASE(
     "the mesh of a straight squashed yarn has the ellipse's reach, area and perimeter, whichever way it "
     "leans") {
@@ -104,7 +86,7 @@ TEST_CASE(
     // The same section all along, also where the sign changes.
     for (std::size_t s = 0; s < pattern.yarns[0].segments.size(); ++s)
       pattern.yarns[0].squeezes.push_back(along * std::sqrt(1 - q) * (s % 2 == 0 ? 1 : -1));
-    const CellMesh mesh = mesh_of(pattern, 1, 96);
+    const CellMesh mesh = test::need(mesh_stitch(pattern, {96}));
     const Imath::Box3f box = bounds_of(mesh);
     const double high = std::hypot(a * along.z, b * along.y);
     CHECK(static_cast<double>(box.max.y - box.min.y) ==

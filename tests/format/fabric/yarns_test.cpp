@@ -216,20 +216,6 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a yarn that lies alone is in no shadow of its own") {
-  const YarnData data = straight(2, 0.25F);
-  const Yarns yarns(data, {2, 2});
-  Random random(5);
-  for (int i = 0; i < 20000; ++i) {
-    const auto hit = yarns.trace({random.uniform(), random.uniform()}, 0.25F, upwards(random, 0.01));
-    if (!hit) continue;
-    const YarnPoint point = yarns.point_at(*hit);
-    // Copies lie 2 mm apart and are 0.5 mm high: none reaches into light from above 30 degrees.
-    const V3f light = upwards(random, 0.5);
-    if (point.normal.dot(light) > 0) CHECK_FALSE(yarns.occluded(*hit, point, light));
-  }
-}
-
 TEST_CASE("below the horizon nothing is lit, and opacity is the rim's") {
   const Yarns yarns(straight(2, 0.5F), {2, 2});
   const Shading low = yarns.shade({0.1, 0.5}, 0.5F, {0, 0, 1}, V3f(0.6F, 0.0F, -0.8F));
