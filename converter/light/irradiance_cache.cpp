@@ -80,6 +80,41 @@ Groups groups_of(std::span<const SurfacePoint> points, double cell) {
   return groups;
 }
 
+struct Sums {
+  std::vector<double> changed, all;  ///< [colour][light]
+};
+
+/// Marks the lights that are not yet done and to which a further reflection adds less than a fraction.
+/// Without an end, the rest is then taken for a geometric series: by then each colour falls by the same
+/// factor from reflection to reflection. `before`: the change by the reflection before, replaced; `rest`:
+/// receives the fraction of the change that follows it.
+std::vector<char> converged(const std::vector<Sums>& sums, const std::vector<char>& done, bool endless,
+                            std::vector<double>& before, std::vector<float>& rest) {
+  const double min_change = endless ? 1e-2 : 1e-4;
+  constexpr double max_factor = 0.98;
+  const std::size_t n = done.size();
+  const std::size_t width = 3 * n;
+  std::vector<char> ends(n, 0);
+  for (std::size_t l = 0; l < n; ++l) {
+    if (done[l] != 0) continue;
+    double all_changed = 0;
+    double all = 0;
+    for (std::size_t i = l; i < width; i += n) {
+      double changed = 0;
+      for (const Sums& sum : sums) {
+        changed += sum.changed[i];
+        all += sum.all[i];
+      }
+      const double factor = before[i] > 0 ? std::min(max_factor, changed / before[i]) : 0;
+      rest[i] = static_cast<float>(endless ? factor / (1 - factor) : 0);
+      before[i] = changed;
+      all_changed += changed;
+    }
+    ends[l] = all_changed <= min_change * all ? 1 : 0;
+  }
+  return ends;
+}
+
 }  // namespace
 
 std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std::uint64_t seed,
@@ -225,17 +260,10 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
   std::vector<char> sends(count);
   std::vector<float> next(count * width);
 
-  // Converged if a further reflection adds less than this share. Without an end, the rest is then taken
-  // for a geometric series: by then each colour falls by the same factor from reflection to reflection.
   const bool endless = bounces == unlimited_bounces;
-  const double min_change = endless ? 1e-2 : 1e-4;
   constexpr int max_rounds = 1000;
-  constexpr double max_factor = 0.98;
   constexpr std::size_t block_size = 256;
   const std::size_t blocks = (count + block_size - 1) / block_size;
-  struct Sums {
-    std::vector<double> changed, all;  ///< [colour][light]
-  };
   std::vector<Sums> sums(blocks);
   std::vector<char> done(n, 0);
   std::vector<double> before(width, 0);  ///< change by the reflection before
@@ -293,24 +321,7 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
         next[at] = change;
       });
     });
-    std::vector<char> ends(n, 0);
-    for (std::size_t l = 0; l < n; ++l) {
-      if (done[l] != 0) continue;
-      double all_changed = 0;
-      double all = 0;
-      for (std::size_t i = l; i < width; i += n) {
-        double changed = 0;
-        for (const Sums& sum : sums) {
-          changed += sum.changed[i];
-          all += sum.all[i];
-        }
-        const double factor = before[i] > 0 ? std::min(max_factor, changed / before[i]) : 0;
-        rest[i] = static_cast<float>(endless ? factor / (1 - factor) : 0);
-        before[i] = changed;
-        all_changed += changed;
-      }
-      ends[l] = all_changed <= min_change * all ? 1 : 0;
-    }
+    const std::vector<char> ends = converged(sums, done, endless, before, rest);
     if (endless && std::ranges::find(ends, 1) != ends.end()) {
       parallel_for(0, static_cast<int>(blocks), [&](int block) {
         each_value(block, [&](std::size_t i, std::size_t at) {

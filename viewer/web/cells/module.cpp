@@ -26,7 +26,7 @@ void parallel_for(int begin, int end, const std::function<void(int)>& body) {
 namespace web {
 namespace {
 
-// What cells.js writes to input() and reads, in words of 32 bits.
+// Messages that cells.js writes to input() and reads, in words of 32 bits.
 
 struct FabricInput {
   std::int32_t width, height, levels;
