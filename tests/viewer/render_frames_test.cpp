@@ -1,4 +1,4 @@
-// Frames as such: threads, supersampling, bands, extreme sizes, refusals.
+// Frames as such: supersampling, bands, extreme sizes, refusals.
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -2,8 +2,6 @@
 
 #include <doctest/doctest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "format/base/error.h"
 
 using namespace selvedge;
@@ -37,27 +35,6 @@ TEST_CASE("printable: control characters are escaped for a terminal, line ends a
   CHECK(printable(std::string("a\0b", 3)) == "a\\x00b");
   CHECK(printable("a\tb\nc") == "a\tb\nc");
   CHECK(as_utf8("red \x1B[31m") == "red \x1B[31m");
-}
-
-TEST_CASE(
-    "printable: the JSON library agrees on what is UTF-8, for every sequence of two bytes and some of more") {
-  const auto agrees = [](const std::string& text) {
-    bool good = true;
-    try {
-      static_cast<void>(nlohmann::json(text).dump());
-    } catch (const nlohmann::json::exception&) {
-      good = false;
-    }
-    return good == (as_utf8(text) == text) && nlohmann::json::accept(nlohmann::json(as_utf8(text)).dump());
-  };
-  int wrong = 0;
-  for (int a = 0; a < 256; ++a) {
-    for (int b = 0; b < 256; ++b) {
-      const std::string two{static_cast<char>(a), static_cast<char>(b)};
-      for (const char* tail : {"", "\x80", "\xBF\x80", "\x80z"}) wrong += agrees(two + tail) ? 0 : 1;
-    }
-  }
-  CHECK(wrong == 0);
 }
 
 TEST_CASE("printable: the line of an error is one line of UTF-8, whatever its parts are") {
