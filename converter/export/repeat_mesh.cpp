@@ -128,7 +128,7 @@ class Lighting {
     float seen = min_seen;   ///< by views about the cloth's normal, as most of a garment is seen
   };
 
-  /// Of the mean of some places, which other yarn hides as it hides the first; as seen from above.
+  /// Mean over some places, which other yarn hides as it hides the first; as seen from above.
   Reflection reflection_of(std::span<const YarnHit> hits) const {
     Reflection result{yarns_.point_at(hits.front()), std::vector<V3f>(lights_.size(), V3f(0, 0, 0))};
     const V3f normal = result.point.normal, view(0, 0, 1);
@@ -222,7 +222,7 @@ class PliedCurve {
     return away * cosine + std::sqrt(std::max(0.0F, radius_ * radius_ - away * away * (1 - cosine * cosine)));
   }
 
-  /// Of so many corners from where a ply meets the one before it to where it meets the next; the angle is
+  /// One of so many corners from where a ply meets the one before it to where it meets the next; the angle is
   /// from the first ply.
   SectionCorner corner_of(int ply, int corner, int corners) const {
     const double between = pi / plies_.count, half = pi / 2 + between, side = half / corners;

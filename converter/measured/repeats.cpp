@@ -26,7 +26,7 @@ class AreaSums {
       }
     }
   }
-  /// Of a rectangle within the picture, with parts of pixels.
+  /// Sum over a rectangle within the picture, with parts of pixels.
   double over(const V2d& min, const V2d& max) const {
     return until(max.x, max.y) - until(min.x, max.y) - until(max.x, min.y) + until(min.x, min.y);
   }

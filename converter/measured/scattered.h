@@ -19,7 +19,7 @@ struct ScatterKernel {
   double view_scale = 0.6;
   double trend = 1;     ///< variance of the trend
   double noise = 0.02;  ///< variance of independent noise in every picture
-  /// Of the choice: relative root mean square error at pairs that are left out one by one.
+  /// Relative root mean square error of the choice at pairs that are left out one by one.
   double left_out_error = 0;
 };
 

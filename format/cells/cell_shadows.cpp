@@ -62,7 +62,7 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
         std::clamp(count + 0.5F, static_cast<float>(min_cell_texels), static_cast<float>(max_side)));
   };
   made->grid.resize(texels(period.x, made->slope.x), texels(period.y, made->slope.y), false);
-  // Of a small grid, texels are smaller than asked for.
+  // A small grid has smaller texels than asked for.
   const auto width = [](float length, float along, int count) {
     return length / (static_cast<float>(count) * std::sqrt(1 + along * along));
   };

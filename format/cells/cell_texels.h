@@ -26,7 +26,7 @@ std::vector<CellLamp> smooth_lamps(const SmoothLight& around, float least);
 /// For pixels of `pixel` repeats along u and v. The finer level has 2 to 4 texels along a pixel. A `forced`
 /// level shows alone; -1: none is forced.
 CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced);
-/// Of images that show texels alone: samples are the texels of this level.
+/// Size of images that show texels alone: samples are the texels of this level.
 CellSize texel_size(const Fabric& fabric, const V2f& pixel, int level);
 
 /// One side of a fabric. Immutable: for any number of threads.

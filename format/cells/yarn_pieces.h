@@ -36,7 +36,7 @@ struct YarnPieces {
     number_count
   };
   std::vector<Yarns::Segment> segments;
-  /// Of the strands: count, shift within a turn, lays, first row; later row, width in mm, strand sense x and
+  /// Strands: count, shift within a turn, lays, first row; later row, width in mm, strand sense x and
   /// y.
   std::vector<std::array<Group, 2>> strands;
   std::array<std::vector<float>, number_count> numbers;  ///< padded by a vector's width

@@ -23,7 +23,7 @@ constexpr float max_bend = 1.5F;
 /// Whole repeats of a triangle from the origin, at most.
 constexpr float max_whole = 1e9F;
 
-/// Of a light in masks (CellLights).
+/// Bit of a light in masks (CellLights).
 std::uint32_t bit_of(std::size_t light) { return light < 32 ? 1U << light : 0; }
 
 bool same_light(const Light& a, const Light& b) {

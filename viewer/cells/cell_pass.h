@@ -117,7 +117,7 @@ class CellPass {
   std::vector<Patches::Extent> extents_;          ///< of triangles
   std::vector<float> beyond_;                     ///< of vertices: CellLights::brightness()
   std::vector<std::array<float, 2>> brightness_;  ///< of vertices, front and back
-  /// Of vertices: slopes of rays along the tangent and the normal x tangent, cosine between normal and ray.
+  /// Slopes at vertices, of rays along the tangent and the normal x tangent, cosine between normal and ray.
   std::vector<V3f> slopes_;
   std::vector<float> thickness_;      ///< of fabrics: of yarn below its plane, mm
   std::vector<float> outline_rises_;  ///< of triangles

@@ -38,7 +38,7 @@ float bright_around(const SmoothLight& light, const V3f& n) {
 /// CellLights::brightness(): yarn stands out of the cloth.
 constexpr float beyond_yarn = 0.15F;
 constexpr float beyond_thin_cloth = 0.5F;
-/// Of cloth without yarn, whose texels change with the view as if some of them lay so high, repeats.
+/// Texels of cloth without yarn change with the view as if some of them lay so high, repeats.
 constexpr float relief_of_texels = 0.2F;
 
 /// Pixels of coarser images are larger, in steps of a quarter of an octave.
@@ -394,7 +394,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     work.cost =
         static_cast<double>(size.samples.x) * size.samples.y * (1 + 0.1 * work.wanted.view.planes) + 1500;
   });
-  // Of calls for few patches some make none again.
+  // Some calls for few patches make none again.
   double allowed = options_.fresh < 1 ? std::min(allowance_, 0.0) : 0;
   for (const Work& work : all) {
     // A patch that another call of this frame has seen counts once.
@@ -449,7 +449,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     kept.lit = made.lit;
     kept.brightness = made.brightness;
   });
-  // Of an interrupted frame parts are missing.
+  // An interrupted frame lacks parts.
   for (const Work* work : order) {
     if (kept_[work->patch]->image.texels.empty()) kept_[work->patch].reset();
   }

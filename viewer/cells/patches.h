@@ -40,7 +40,7 @@ struct ShownPatch {
 struct PatchLimits {
   float pixels = 1;   ///< of their longest side
   float repeats = 1;  ///< along their side
-  /// Of the turn from their mean normal, in degrees, times the pixels of a repeat: yarn seen from another
+  /// Turn from their mean normal, in degrees, times the pixels of a repeat: yarn seen from another
   /// side is so much elsewhere.
   float turn = 0;
   /// Yarn of parts of a repeat may be so far from its place at their border, pixels.
@@ -49,8 +49,8 @@ struct PatchLimits {
 
 class Patches {
  public:
-  /// Of the triangles whose surface has a fabric. `reliefs`, of fabrics: distance from the plane of the cloth
-  /// of what they show, repeats.
+  /// Takes the triangles whose surface has a fabric. `reliefs`, of fabrics: distance from the plane of the
+  /// cloth of what they show, repeats.
   Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
           std::span<const float> reliefs);
 

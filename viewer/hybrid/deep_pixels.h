@@ -30,7 +30,7 @@ struct DeepLayers {
   PbrPixel pbr_of(const DeepHit& hit) const { return pbr.empty() ? PbrPixel{} : pbr[hit.pbr]; }
 };
 
-/// Of so many pixels. The order does not depend on the order of `hits`.
+/// Sorts hits into so many pixels. The order does not depend on the order of `hits`.
 DeepLayers by_pixel(std::size_t pixels, std::span<const DeepHit> hits);
 
 /// The deep pixels of a band of a scene with surfaces without fabric, collected until OpenGL has drawn all

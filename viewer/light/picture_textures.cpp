@@ -41,7 +41,7 @@ class StepBound {
     max_slope2_ = farthest.length2();
   }
 
-  /// Of a triangle at `points` (world, m) with texture coordinates `at`: a lower bound of the step, in their
+  /// A lower bound of the step of a triangle at `points` (world, m) with texture coordinates `at`, in their
   /// units, between some pixel of it and its neighbour to the right or above, the longer of the two; infinite
   /// if no pixel shows the triangle.
   double operator()(const std::array<V3d, 3>& points, const std::array<V2d, 3>& at) const {
@@ -54,7 +54,7 @@ class StepBound {
   }
 
  private:
-  /// Of the shorter axis of a footprint, m; infinite: no pixel sees the triangle.
+  /// Length of the shorter axis of a footprint, m; infinite: no pixel sees the triangle.
   double span_of(const std::array<V3d, 3>& p) const {
     double nearest = HUGE_VAL;
     double slope2 = 0;  // squared tangent of the angle between the axis and the ray to a corner

@@ -13,7 +13,7 @@ namespace {
 
 using std::numbers::pi;
 constexpr int rough_levels = 8;
-/// Of the first level.
+/// The first level's width.
 constexpr int mirror_width = 2048;
 constexpr int min_width = 64;
 constexpr int max_width = 512;
@@ -37,7 +37,7 @@ struct Lobe {
   }
 };
 
-/// Of every pixel, the mean of the picture under the part of the lobe that has cosines from `outer` to
+/// For every pixel, the mean of the picture under the part of the lobe that has cosines from `outer` to
 /// `inner`.
 Environment means(const Environment& e, const Lobe& lobe, double inner, double outer) {
   Environment result{e.width, e.height, std::vector<V3f>(e.radiance.size()), {}};

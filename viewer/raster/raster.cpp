@@ -239,7 +239,7 @@ void Raster::draw(int strip, RasterRows& to) const {
 }
 
 void Raster::find(int strip, std::span<const std::uint32_t> pixels, std::vector<DeepHit>& to) const {
-  // Of every eighth pixel, the first wanted one from it on.
+  // The first wanted pixel from every eighth one on.
   constexpr std::uint32_t step = 8;
   const auto first = static_cast<std::uint32_t>(strip * strip_rows * width_);
   std::vector<std::uint32_t> next(strip_rows * static_cast<std::size_t>(width_) / step + 1);

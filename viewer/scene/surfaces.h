@@ -48,7 +48,7 @@ struct Surface {
   int material = -1;  ///< index into Scene::materials; -1: the default material of glTF
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;
-  /// Of mappings 1, 2 ..., and Mappings::normal_frame; per vertex; empty without coordinates.
+  /// Coordinates of mappings 1, 2 ..., and of Mappings::normal_frame; per vertex; empty without coordinates.
   std::vector<std::vector<V2f>> more_uvs;
   std::vector<V4f> colors;  ///< linear factors on the base colour; empty: white
 };

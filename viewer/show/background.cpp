@@ -209,7 +209,7 @@ void BackgroundPicture::perform(const Task& task) {
   const auto said =
       guarded(task.path, [&]() -> Result<std::string> { return (this->*task.action)(task.path); });
   post([&](RenderUpdate& update) {
-    // Of the fabrics of a folder, only the faults are worth a line.
+    // Only the faults of the fabrics of a folder are worth a line.
     if (!said || task.action != &BackgroundPicture::offer)
       update.messages.push_back(said ? *said : to_line(said.error()));
   });
