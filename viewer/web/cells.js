@@ -112,7 +112,7 @@ export class CellModule {
     this.#of.remove_garment(number);
   }
 
-  /** Begins a frame: `numbers` and `lights` as begin_frame() has them. Returns the patches in sight. */
+  /** Begins a frame: `numbers` are a FrameInput, `lights` LightInputs (cells/module.cpp). Returns the patches in sight. */
   begin_frame(number, numbers, lights) {
     const {floats} = this.#input(numbers.length + 10 * lights.length);
     floats.set(numbers);
