@@ -73,7 +73,9 @@ TruthSwatch trace(const TruthCommand& command) {
   DisplayOptions display = default_display();
   if (!command.lights.empty()) shot.lights = command.lights;
   if (!command.environment.empty()) {
-    shot.lights = lamps_above(value_or_throw(environment_named(command.environment, command.around)));
+    const Environment environment = value_or_throw(environment_named(command.environment, command.around));
+    report_remarks(command.common, command.environment, environment.remarks);
+    shot.lights = lamps_above(environment);
     display.exposure = 1;
   }
   TruthSwatch traced =
