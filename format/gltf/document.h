@@ -53,11 +53,13 @@ struct GltfDocument {
   OtherFiles other_files = OtherFiles::inside;
   std::string root;  ///< empty: `folder`
   std::vector<std::string> named_files;
-  std::uint64_t taken = 0;  ///< bytes of memory that it takes, reckoned as in memory.h
+  std::vector<std::string> remarks;  ///< what the reader left out or read otherwise than it is written
+  std::uint64_t taken = 0;           ///< bytes of memory that it takes, reckoned as in memory.h
 };
 
 /// Loads .gltf (with external or data URIs) or .glb, distinguished by content, or a mesh file
-/// (mesh_document.h). Missing pictures are no error. KHR_draco_mesh_compression and EXT_meshopt_compression
+/// (mesh_document.h). Missing pictures are no error; a file that is there by a similar name alone
+/// (similar_file) is read. KHR_draco_mesh_compression and EXT_meshopt_compression
 /// are expanded and their names removed. Refused are truncated files, versions other than 2.x, required
 /// extensions that change the geometry and are not read, and root members that are not arrays of objects
 /// where glTF has arrays; and with GLTF_REFERENCE a URI of a buffer, a picture or a fabric that leads out of

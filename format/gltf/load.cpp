@@ -250,6 +250,8 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
   check_lists(document.json, issues);
   if (limits.other_files == OtherFiles::inside) find_outside(document, issues);
   if (issues.has_error()) return std::nullopt;
+  mend_uris(document);
+  for (const std::string& remark : document.remarks) issues.add(Code::gltf_advice, "", remark);
   std::uint64_t room = std::min(limits.buffer_bytes, account.left());
   for (int i = 0; i < static_cast<int>(array_of(document.json, "buffers").size()); ++i) {
     auto buffer = result_of([&] { return read_buffer(document, parts, i, room); });

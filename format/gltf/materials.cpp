@@ -41,13 +41,7 @@ class Reader {
     faults_ = &faults;
     SceneMaterial material;
     material.name = string_of(member(json, "name"));
-    const Json& pbr = member(json, "pbrMetallicRoughness");
-    read_factor(member(pbr, "baseColorFactor"), material.base_color);
-    material.base_color_texture = read_texture(pbr, "baseColorTexture", "/pbrMetallicRoughness");
-    material.metallic = float_of(member(pbr, "metallicFactor"), 1);
-    material.roughness = float_of(member(pbr, "roughnessFactor"), 1);
-    material.metallic_roughness_texture =
-        read_texture(pbr, "metallicRoughnessTexture", "/pbrMetallicRoughness");
+    read_core(json, material);
     const Json& normal = member(json, "normalTexture");
     material.normal_texture = read_texture(json, "normalTexture");
     material.normal_scale = float_of(member(normal, "scale"), 1);
@@ -71,6 +65,27 @@ class Reader {
   }
 
  private:
+  /// Base colour, metal and roughness. Specular-glossiness has a diffuse colour in their place.
+  void read_core(const Json& json, SceneMaterial& material) {
+    using names::gltf::specular_glossiness;
+    if (const Json& old = member(member(json, "extensions"), specular_glossiness); old.is_object()) {
+      read_factor(member(old, "diffuseFactor"), material.base_color);
+      const std::string within = fmt::format("/extensions/{}", specular_glossiness);
+      material.base_color_texture = read_texture(old, "diffuseTexture", within);
+      material.metallic = 0;
+      material.roughness = 1 - float_of(member(old, "glossinessFactor"), 1);
+      remark(scene_, fmt::format("{}{}: only diffuse colour and glossinessFactor are read", place_, within));
+      return;
+    }
+    const Json& pbr = member(json, "pbrMetallicRoughness");
+    const std::string within = "/pbrMetallicRoughness";
+    read_factor(member(pbr, "baseColorFactor"), material.base_color);
+    material.base_color_texture = read_texture(pbr, "baseColorTexture", within);
+    material.metallic = float_of(member(pbr, "metallicFactor"), 1);
+    material.roughness = float_of(member(pbr, "roughnessFactor"), 1);
+    material.metallic_roughness_texture = read_texture(pbr, "metallicRoughnessTexture", within);
+  }
+
   GarmentParts read_kept(const Json& extension) {
     using namespace names::gltf;
     const std::string within = fmt::format("/extensions/{}", fabric_extension);
@@ -150,6 +165,12 @@ class Reader {
 };
 
 }  // namespace
+
+const Json& base_texture_of(const Json& material) {
+  const Json& old = member(member(material, "extensions"), names::gltf::specular_glossiness);
+  return old.is_object() ? member(old, "diffuseTexture")
+                         : member(member(material, "pbrMetallicRoughness"), "baseColorTexture");
+}
 
 void read_materials(const GltfDocument& document, std::uint64_t image_bytes, std::uint64_t memory,
                     Scene& scene, IssueSink& issues) {

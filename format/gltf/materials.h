@@ -13,6 +13,10 @@ namespace selvedge {
 void read_materials(const GltfDocument& document, std::uint64_t image_bytes, std::uint64_t memory,
                     Scene& scene, IssueSink& issues);
 
+/// The base colour texture of a material, or the diffuse one of KHR_materials_pbrSpecularGlossiness, which
+/// takes its place; null without.
+const Json& base_texture_of(const Json& material);
+
 /// Adds a remark, unless the scene has it already or has a hundred.
 void remark(Scene& scene, std::string text);
 

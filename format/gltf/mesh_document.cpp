@@ -1,5 +1,8 @@
 #include "format/gltf/mesh_document.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -9,8 +12,11 @@
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/base/printable.h"
+#include "format/base/srgb.h"
 #include "format/gltf/edit.h"
+#include "format/gltf/fabric_extension.h"
 #include "format/gltf/memory.h"
+#include "format/gltf/names.h"
 #include "format/gltf/uri.h"
 #include "format/mesh/mesh_file.h"
 
@@ -51,13 +57,22 @@ class MeshDocument {
     take(bytes.size(), is_obj ? obj_memory_factor : ply_memory_factor, "its text");
     if (is_obj) {
       mesh_ = value_or_throw(read_obj(bytes, document_.file));
-      for (const std::string& name : mesh_.material_files) read_materials(name);
+      for (const std::string& names : mesh_.material_files) read_materials(names);
+      const std::string own = std::filesystem::path(document_.file).stem().string() + ".mtl";
+      if (materials_.empty() && !similar_file(document_, own).empty()) {
+        document_.remarks.push_back(fmt::format("{} is read", own));
+        read_materials(own);
+      }
     } else {
       const PlyFile ply = value_or_throw(read_ply(bytes, document_.file));
       mesh_ = value_or_throw(mesh_of(ply, document_.file));
       read_comments(ply.comments);
     }
+    decode_colours();
     make_primitives();
+    if (!unknown_.empty())
+      document_.remarks.push_back(fmt::format("no material file has \"{}\": left without colour and picture",
+                                              fmt::join(unknown_, "\", \"")));
     document_.taken = limits_.memory - account_.left();
     return std::move(document_);
   }
@@ -67,21 +82,52 @@ class MeshDocument {
     if (!account_.take(count, price)) throw Failure{beyond_memory(document_.file, "", what, limits_.memory)};
   }
 
-  /// The path of a file that the text names; other systems' separators and roots are understood. Empty if
-  /// other files are not to be opened.
-  std::string path_of(std::string name, const char* place) const {
-    std::replace(name.begin(), name.end(), '\\', '/');
+  /// The path of a file that the text names; other systems' separators and roots are understood, and so are
+  /// similar names (similar_file), with a remark. Empty, with a remark, without such a file, and if other
+  /// files are not to be opened.
+  std::string path_of(std::string name, const char* place) {
+    std::ranges::replace(name, '\\', '/');
     if (name.starts_with('/') || name.find(':') != std::string::npos) name = name.substr(name.rfind('/') + 1);
     if (name.empty() || document_.other_files == OtherFiles::none) return {};
-    const std::string path = (std::filesystem::path(document_.folder) / name).string();
-    return value_or_throw(resolve_uri(document_, relative_uri(path, document_.folder), place));
+    std::string path = (std::filesystem::path(document_.folder) / name).string();
+    path = value_or_throw(resolve_uri(document_, relative_uri(path, document_.folder), place));
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(path, ignored)) return path;
+    const std::string similar = similar_file(document_, name);
+    document_.remarks.push_back(similar.empty()
+                                    ? fmt::format("{}: {}: no such file", place, name)
+                                    : fmt::format("{}: there is no \"{}\"; \"{}\" is read", place, name,
+                                                  std::filesystem::path(similar).filename().string()));
+    return similar;
   }
 
-  void read_materials(const std::string& name) {
-    const auto text = read_file(path_of(name, "mtllib"), std::min(limits_.file_bytes, limits_.memory));
+  /// Reads the material files of a line: one, whose name may have blanks, or several.
+  void read_materials(const std::string& line) {
+    const std::size_t end = line.find(".mtl ") + 4;
+    if (end > 4 && end < line.size() && similar_file(document_, line).empty()) {
+      read_materials(line.substr(0, end));
+      return read_materials(line.substr(line.find_first_not_of(' ', end)));
+    }
+    const auto text = read_file(path_of(line, "mtllib"), std::min(limits_.file_bytes, limits_.memory));
     if (!text) return;
     take(text->size(), obj_memory_factor, "its materials");
     read_mtl(*text, materials_);
+  }
+
+  /// Makes colours of vertices linear: as in Blender and three.js they are sRGB, from 0 to 1 or to 255. White
+  /// is no colour.
+  void decode_colours() {
+    std::vector<V3f>& colours = mesh_.colours.values;
+    float largest = 0;
+    for (const V3f& c : colours) largest = std::max({largest, c.x, c.y, c.z});
+    const float full = largest > 1.5F ? 255 : 1;
+    for (V3f& colour : colours) {
+      for (int c = 0; c < 3; ++c)
+        colour[c] = colour[c] >= 0 ? srgb_to_linear(std::min(colour[c] / full, 1.0F)) : 1;
+    }
+    if (std::ranges::all_of(colours, [](const V3f& colour) { return colour == V3f(1); })) colours.clear();
+    if (!mesh_.face_colours.values.empty())
+      document_.remarks.emplace_back("colours of faces are left out; vertex colours are read");
   }
 
   /// The picture that MeshLab names in a comment.
@@ -89,8 +135,8 @@ class MeshDocument {
     constexpr std::string_view key = " TextureFile ";
     MtlMaterial& material = materials_[""];
     for (const std::string& comment : comments) {
-      if (comment.starts_with(key) && material.diffuse_map.empty())
-        material.diffuse_map = comment.substr(key.size());
+      if (comment.starts_with(key) && material.diffuse_map.file.empty())
+        material.diffuse_map.file = comment.substr(key.size());
     }
   }
 
@@ -142,6 +188,7 @@ class MeshDocument {
     std::vector<float> positions;
     std::vector<float> normals;
     std::vector<float> uvs;
+    std::vector<V3f> colours;
     std::vector<std::uint32_t> indices;
     for (const MeshCorner& corner : part.corners) {
       const auto [entry, is_new] =
@@ -155,10 +202,13 @@ class MeshDocument {
       positions.insert(positions.end(), {position.x, position.y, position.z});
       normals.insert(normals.end(), {normal.x, normal.y, normal.z});
       if (part.has_uvs) uvs.insert(uvs.end(), {mesh_.uvs[corner.uv].x, mesh_.uvs[corner.uv].y});
+      if (!mesh_.colours.values.empty()) colours.push_back(mesh_.colours.values[corner.position]);
     }
     Json attributes{{"POSITION", append_float_accessor(document_, positions, 3, true)},
                     {"NORMAL", append_float_accessor(document_, normals, 3, false)}};
     if (part.has_uvs) attributes["TEXCOORD_0"] = append_float_accessor(document_, uvs, 2, false);
+    if (!colours.empty())
+      attributes["COLOR_0"] = append_float_accessor(document_, floats_of(colours), 3, false);
     return {{"attributes", attributes},
             {"indices", append_index_accessor(document_, indices)},
             {"material", part.material}};
@@ -168,6 +218,7 @@ class MeshDocument {
   int material_of(const std::string& name) {
     const auto [entry, is_new] = used_.try_emplace(name, static_cast<int>(used_.size()));
     if (!is_new) return entry->second;
+    if (!name.empty() && !materials_.contains(name)) unknown_.push_back(name);
     const MtlMaterial& given = materials_[name];
     Json material{{"name", name.empty() ? "cloth" : as_utf8(name)},  // JSON strings are UTF-8
                   {"doubleSided", true},
@@ -186,24 +237,29 @@ class MeshDocument {
     if (set_picture(given.emission_map, material, "emissiveTexture") && !given.emission)
       material["emissiveFactor"] = Json::array({1, 1, 1});
     set_picture(given.normal_map, material, "normalTexture");
-    if (given.masked)
+    if (!given.mask.empty()) {
       material["alphaMode"] = "MASK";  // of the picture that has the colour, too, if it is one
+      if (given.mask != given.diffuse_map.file)
+        document_.remarks.push_back(fmt::format("map_d {}: the alpha of map_Kd alone is read", given.mask));
+    }
     document_.json["materials"].push_back(std::move(material));
     return entry->second;
   }
 
   /// Whether the picture exists, which owner[key] then names.
-  bool set_picture(const std::string& name, Json& owner, const char* key) {
-    const std::string path = path_of(name, "materials");
-    std::error_code ignored;
-    if (path.empty() || !std::filesystem::is_regular_file(path, ignored)) return false;
+  bool set_picture(const MtlMap& map, Json& owner, const char* key) {
+    const std::string path = path_of(map.file, "materials");
+    if (path.empty()) return false;
     const std::string uri = relative_uri(path, document_.folder);
     const auto [entry, is_new] = pictures_.try_emplace(uri, static_cast<int>(pictures_.size()));
     if (is_new) {
       document_.json["images"].push_back({{"uri", uri}});
       document_.json["textures"].push_back(Json::object({{"source", entry->second}}));
     }
-    owner[key] = Json::object({{"index", entry->second}});
+    // MTL's v grows upwards.
+    const UvTransform transform{V2d(map.offset.x, 1 - map.scale.y - map.offset.y), 0, map.scale};
+    owner[key] = texture_info(entry->second, 0, transform);
+    if (owner[key].contains("extensions")) use_extension(document_.json, names::gltf::texture_transform);
     return true;
   }
 
@@ -212,6 +268,7 @@ class MeshDocument {
   GltfDocument document_;
   MeshFile mesh_;
   std::map<std::string, MtlMaterial> materials_;
+  std::vector<std::string> unknown_;            ///< names of materials without an entry
   std::map<std::string, int> used_, pictures_;  ///< numbers in the document
 };
 

@@ -26,6 +26,7 @@ inline constexpr const char* rotation = "rotation";
 inline constexpr const char* scale = "scale";
 
 inline constexpr const char* texture_webp = "EXT_texture_webp";
+inline constexpr const char* specular_glossiness = "KHR_materials_pbrSpecularGlossiness";
 inline constexpr const char* variants = "KHR_materials_variants";
 inline constexpr const char* draco = "KHR_draco_mesh_compression";
 inline constexpr const char* meshopt = "EXT_meshopt_compression";

@@ -164,6 +164,7 @@ class SceneReader {
     if (issues_.has_error()) return {};
     for (const Json& variant : array_of(extension, "variants"))
       scene_.variants.push_back(string_of(member(variant, "name")));
+    for (const std::string& text : document_.remarks) remark(scene_, text);
     read_materials(document_, limits_.image_bytes, memory_.left(), scene_, issues_);
     std::uint64_t held = 0;
     for (const SceneImage& image : scene_.images) held += image.bytes.size();

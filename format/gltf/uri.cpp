@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string_view>
 
 #include "format/base/atomic_file.h"
@@ -123,9 +124,14 @@ Result<std::string> resolve_uri(const GltfDocument& document, const std::string&
   const std::vector<std::string>& named = document.named_files;
   if (std::ranges::find(named, canonical(*path).string()) != named.end()) return path;
   const std::string& root = document.root.empty() ? document.folder : document.root;
-  if (Result<void> good = check_inside(document, *path, root, uri, place); !good)
-    return tl::unexpected<Error>(std::move(good.error()));
-  return path;
+  Result<void> good = check_inside(document, *path, root, uri, place);
+  if (good) return path;
+  // A missing file keeps the name that it had where the document was read (move_document).
+  const std::string before = (fs::path(root) / percent_decoded(uri)).string();
+  std::error_code ignored;
+  if (!document.root.empty() && !fs::exists(before, ignored) && is_inside(before, root).value_or(false))
+    return before;
+  return tl::unexpected<Error>(std::move(good.error()));
 }
 
 void find_outside(const GltfDocument& document, IssueSink& issues) {
@@ -137,6 +143,52 @@ void find_outside(const GltfDocument& document, IssueSink& issues) {
     if (!path) return;
     const Result<void> inside = check_inside(document, *path, document.folder, uri, where);
     if (!inside && inside.error().code == Code::gltf_reference) issues.add(inside.error());
+  });
+}
+
+std::string similar_file(const GltfDocument& document, std::string name) {
+  if (document.other_files == OtherFiles::none || name.find('\0') != std::string::npos) return {};
+  const auto lower = [](std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  };
+  std::ranges::replace(name, '\\', '/');
+  const fs::path around(document.folder.empty() ? "." : document.folder);
+  for (const fs::path& wanted : {fs::path(name).relative_path(), fs::path(name).filename()}) {
+    std::error_code error;
+    fs::path found = around;
+    for (const fs::path& part : wanted) {
+      if (fs::exists(found / part, error)) {
+        found /= part;
+        continue;
+      }
+      std::set<fs::path> alike;
+      for (fs::directory_iterator entry(found, error), end; !error && entry != end; entry.increment(error)) {
+        if (lower(entry->path().filename()) == lower(part)) alike.insert(entry->path());
+      }
+      found = alike.empty() ? fs::path() : *alike.begin();
+      if (found.empty()) break;
+    }
+    if (!fs::is_regular_file(found, error)) continue;
+    if (resolve_uri(document, relative_uri(found.string(), document.folder), "")) return found.string();
+  }
+  return {};
+}
+
+void mend_uris(GltfDocument& document) {
+  const fs::path around(document.folder.empty() ? "." : document.folder);
+  for_each_uri(document.json, [&](Json& entry, const std::string& place) {
+    const std::string uri = string_of(member(entry, names::gltf::uri));
+    if (!names_file(uri) || uri.starts_with("http")) return;
+    const Result<std::string> path = resolve_uri(document, uri, place);
+    std::error_code ignored;
+    if (path && fs::exists(*path, ignored)) return;
+    const std::string found = similar_file(document, percent_decoded(uri));
+    if (found.empty()) return;
+    entry[names::gltf::uri] = relative_uri(found, document.folder);
+    document.remarks.push_back(fmt::format("{}: there is no \"{}\"; \"{}\" is read", place,
+                                           uri.substr(0, 200),
+                                           fs::path(found).lexically_proximate(around).string()));
   });
 }
 

@@ -35,6 +35,13 @@ Result<std::string> resolve_uri(const GltfDocument& document, const std::string&
 /// the document is in now, allowed or not: what readers of a file there refuse.
 void find_outside(const GltfDocument& document, IssueSink& issues);
 
+/// The file in `folder` that a name from another system means: with slashes for backslashes, or else its last
+/// part alone, in any capitals. Empty without such a file, and if it leads out of the document's folder.
+std::string similar_file(const GltfDocument& document, std::string name);
+
+/// Replaces URIs of missing files by URIs of similar ones (similar_file), each with a remark.
+void mend_uris(GltfDocument& document);
+
 /// Allows the file that a URI names now, as the user's own choice.
 void name_file(GltfDocument& document, const std::string& uri);
 

@@ -67,14 +67,21 @@ Result<MeshFile> read_obj(std::string_view text, const std::string& file);
 /// vertex_index), and texcoord of element "face". All else is skipped.
 Result<MeshFile> mesh_of(const PlyFile& ply, const std::string& file);
 
+/// A picture of an MTL file.
+struct MtlMap {
+  std::string file;
+  V2d scale{1, 1};   ///< -s: of the texture coordinates, v upwards
+  V2d offset{0, 0};  ///< -o
+};
+
 /// A material of an MTL file.
 struct MtlMaterial {
-  std::optional<V3d> diffuse;   ///< Kd, not negative
+  std::optional<V3d> diffuse;   ///< Kd, not negative; none for the black that programs write beside map_Kd
   std::optional<V3d> emission;  ///< Ke, not negative
-  std::string diffuse_map;      ///< map_Kd
-  std::string emission_map;     ///< map_Ke
-  std::string normal_map;       ///< norm, or map_Bump of a name with "normal"
-  bool masked = false;          ///< by map_d
+  MtlMap diffuse_map;           ///< map_Kd
+  MtlMap emission_map;          ///< map_Ke
+  MtlMap normal_map;            ///< norm, or map_Bump of a name with "normal"
+  std::string mask;             ///< map_d
 };
 
 /// Adds the materials of an MTL text, by name. Lines that cannot be read are skipped.

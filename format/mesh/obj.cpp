@@ -183,25 +183,33 @@ class ObjReader {
   std::map<std::string, int> numbers_;  ///< of materials
 };
 
-/// The name of a picture, behind its options: -s 1 1 1, -clamp on.
-std::string picture_of(const Words& words) {
-  std::size_t first = 1;
-  double number = 0;
-  while (first < words.size() && words[first].starts_with('-')) {
-    ++first;
-    while (first + 1 < words.size() &&
-           (to_number(words[first], number) || words[first] == "on" || words[first] == "off"))
-      ++first;
+/// A picture behind its options: -s 1 1 1, -clamp on.
+MtlMap picture_of(const Words& words) {
+  MtlMap map;
+  std::size_t next = 1;
+  while (next + 2 < words.size() && words[next].starts_with('-')) {
+    const std::string_view option = words[next++];
+    const bool is_vector = option == "-s" || option == "-o" || option == "-t";
+    V3d values(option == "-s" ? 1.0 : 0.0);
+    const std::size_t end = std::min(next + (is_vector ? 3 : option == "-mm" ? 2 : 1), words.size() - 1);
+    for (int c = 0; next < end && to_number(words[next], values[c]); ++c) ++next;
+    if (!is_vector && next < end) ++next;  // a word: on, off, a channel
+    if (option == "-s") map.scale = V2d(values.x, values.y);
+    if (option == "-o") map.offset = V2d(values.x, values.y);
   }
-  return rest_of(words, first);
+  map.file = rest_of(words, next);
+  return map;
+}
+
+std::string lower_case(std::string_view word) {
+  std::string lower(word);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
 }
 
 /// MTL has heights alone, but Blender and others name normal maps there.
-bool is_normal_map(const Words& words) {
-  std::string name(words.back());
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return (words[0] == "map_Bump" || words[0] == "map_bump" || words[0] == "bump") &&
-         name.find("normal") != std::string::npos;
+bool is_normal_map(const std::string& key, const Words& words) {
+  return (key == "map_bump" || key == "bump") && lower_case(words.back()).find("normal") != std::string::npos;
 }
 
 }  // namespace
@@ -224,23 +232,29 @@ Result<MeshFile> read_obj(std::string_view text, const std::string& file) {
 void read_mtl(std::string_view text, std::map<std::string, MtlMaterial>& materials) {
   MtlMaterial* material = nullptr;
   (void)for_each_line(text, [&](const Words& words, int) -> Result<void> {
-    if (words[0] == "newmtl") material = &(materials[rest_of(words)] = MtlMaterial());
+    const std::string key = lower_case(words[0]);
+    if (key == "newmtl") material = &(materials[rest_of(words)] = MtlMaterial());
     if (material == nullptr) return {};
-    if (words[0] == "Kd" || words[0] == "Ke") {
+    if (key == "kd" || key == "ke") {
+      double grey = 0;
       std::optional<V3d> colour = numbers_at(words, 1);
+      if (words.size() == 2 && to_number(words[1], grey)) colour = V3d(grey);
       for (int c = 0; colour && c < 3; ++c) (*colour)[c] = (*colour)[c] >= 0 ? (*colour)[c] : 0;
-      if (colour) (words[0] == "Kd" ? material->diffuse : material->emission) = colour;
-    } else if (words[0] == "map_Kd") {
+      if (colour) (key == "kd" ? material->diffuse : material->emission) = colour;
+    } else if (key == "map_kd") {
       material->diffuse_map = picture_of(words);
-    } else if (words[0] == "map_Ke") {
+    } else if (key == "map_ke") {
       material->emission_map = picture_of(words);
-    } else if (words[0] == "norm" || is_normal_map(words)) {
+    } else if (key == "norm" || is_normal_map(key, words)) {
       material->normal_map = picture_of(words);
-    } else if (words[0] == "map_d") {
-      material->masked = true;
+    } else if (key == "map_d") {
+      material->mask = picture_of(words).file;
     }
     return {};
   });
+  for (auto& [name, read] : materials) {
+    if (!read.diffuse_map.file.empty() && read.diffuse == V3d(0, 0, 0)) read.diffuse.reset();
+  }
 }
 
 }  // namespace selvedge

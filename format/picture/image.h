@@ -6,7 +6,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -17,6 +16,7 @@
 #include "format/base/error.h"
 #include "format/base/memory.h"
 #include "format/base/mip.h"
+#include "format/base/srgb.h"
 #include "format/base/vec.h"
 #include "format/picture/primaries.h"
 
@@ -96,13 +96,5 @@ struct ImageDifference {
 /// IMAGE_MISMATCH if sizes or channel counts differ. Two NaN or two equal infinities differ by 0; a NaN or
 /// infinity in one picture makes the difference infinite.
 Result<ImageDifference> compare_images(const Image& a, const Image& b);
-
-/// The sRGB transfer function of IEC 61966-2-1, for values in [0, 1].
-inline float srgb_to_linear(float encoded) {
-  return encoded <= 0.04045F ? encoded / 12.92F : std::pow((encoded + 0.055F) / 1.055F, 2.4F);
-}
-inline float linear_to_srgb(float linear) {
-  return linear <= 0.0031308F ? linear * 12.92F : 1.055F * std::pow(linear, 1.0F / 2.4F) - 0.055F;
-}
 
 }  // namespace selvedge

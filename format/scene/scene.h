@@ -90,7 +90,7 @@ struct ScenePrimitive {
   std::vector<V3f> normals;                    ///< this and the next three: empty if the file has none
   std::vector<V4f> tangents;                   ///< xyz + handedness
   std::array<std::vector<V2d>, 2> tex_coords;  ///< TEXCOORD_0 and TEXCOORD_1
-  std::vector<V4f> colors;                     ///< COLOR_0, linear, factors on the base colour
+  std::vector<V4f> colors;                     ///< COLOR_0, linear, factors on the base colour or the tint
   std::vector<std::uint32_t> indices;          ///< three per triangle; strips and fans are expanded
 };
 

@@ -1,6 +1,7 @@
 #include "format/gltf/mesh_document.h"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <bit>
 #include <filesystem>
@@ -129,6 +130,93 @@ TEST_CASE("a garment of OBJ glows by its picture, and names in Latin-1 can be sa
   CHECK(material["emissiveFactor"] == Json::array({1, 1, 1}));
   CHECK(material.contains("emissiveTexture"));
   CHECK(save_gltf(document, folder / "g.gltf"));
+}
+
+TEST_CASE("colours of vertices are sRGB, of 1 or 255, and white is no colour") {
+  const auto obj = [](const char* first) {
+    return fmt::format("v 0 0 0 {}\nv 1 0 0 1 1 1\nv 0 1 0\nf 1 2 3\n", first);
+  };
+  const auto ply = [](const char* type, const char* first) {
+    return fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "property {0} red\nproperty {0} green\nproperty {0} blue\nelement face 1\n"
+        "property list uchar int vertex_indices\nend_header\n0 0 0 {1}\n1 0 0 {1}\n0 1 0 {1}\n3 0 1 2\n",
+        type, first);
+  };
+  for (const auto& [text, path] : {std::pair(obj("1 0.5 0"), "g.obj"),
+                                   {obj("255 127.5 0"), "g.obj"},
+                                   {ply("uchar", "255 128 0"), "g.ply"},
+                                   {ply("ushort", "65535 32768 0"), "g.ply"},
+                                   {ply("float", "1 0.5 0"), "g.ply"},
+                                   {ply("float", "255 127.5 0"), "g.ply"}}) {
+    CAPTURE(text);
+    const ScenePrimitive p = scene_of(test::need(load_mesh_document(text, path, {}))).primitives[0];
+    REQUIRE(p.colors.size() == 3);
+    CHECK(p.colors[0].x == 1);
+    CHECK(p.colors[0].y == doctest::Approx(0.2140).epsilon(0.01));  // IEC 61966-2-1
+    CHECK(p.colors[0].z == 0);
+    if (path == std::string("g.obj")) CHECK(p.colors[2] == V4f(1, 1, 1, 1));
+  }
+  CHECK(scene_of(test::need(load_mesh_document(obj("1 1 1"), "g.obj", {}))).primitives[0].colors.empty());
+}
+
+TEST_CASE("materials of OBJ: what programs write otherwise is understood, and what is missing is told") {
+  struct Case {
+    const char* mtl;     ///< of material "a b", in the file "M.mtl"
+    Json factor;         ///< of the base colour
+    const char* uri;     ///< of its picture
+    const char* remark;  ///< "": none
+    const char* head = "mtllib M.mtl\nusemtl a b\n";
+  };
+  const Json none;
+  for (const Case& c :
+       {Case{"Kd 0 0 0\nmap_Kd print.png", none, "print.png", ""},
+        Case{"map_kd print.png\nKd 0 0 0", none, "print.png", ""},
+        Case{"Kd 0 0 0", {0.0, 0.0, 0.0, 1}, "", ""}, Case{"Kd 0.5", {0.5, 0.5, 0.5, 1}, "", ""},
+        Case{"Kd 0 0 0\nmap_Kd none.png", none, "", "materials: none.png: no such file"},
+        Case{"map_Kd PRINT.png", none, "print.png", "\"print.png\" is read"},
+        Case{"map_Kd tex\\print.png", none, "print.png", "\"print.png\" is read"},
+        Case{"map_Kd -clamp on C:\\art\\print.png", none, "print.png", ""},
+        Case{"map_Kd -s 1 1 1 2 cloth.png", none, "2%20cloth.png", ""},
+        Case{"map_Kd print.png\nmap_d mask.png", none, "print.png", "map_d mask.png"},
+        Case{"", none, "", "nowhere.mtl: no such file", "mtllib nowhere.mtl\nusemtl a b\n"},
+        Case{"map_Kd print.png", none, "print.png", "\"M.mtl\" is read", "mtllib m.MTL\nusemtl a b\n"},
+        Case{"map_Kd print.png", none, "print.png", "none.mtl: no such file",
+             "mtllib none.mtl M.mtl\nusemtl a b\n"},
+        Case{"map_Kd print.png", none, "", "no material file has \"y\", \"x\"",
+             "mtllib M.mtl\nusemtl y\nf 1 2 3\nusemtl x\n"},
+        Case{"map_Kd print.png", none, "", "no material file has \"a b\"", "usemtl a b\n"}}) {
+    CAPTURE(c.mtl);
+    CAPTURE(c.head);
+    const Folder folder;
+    test::write_bytes(folder / "M.mtl", std::string("newmtl a b\n") + c.mtl);
+    test::write_bytes(folder / "print.png", "png");
+    test::write_bytes(folder / "2 cloth.png", "png");
+    const std::string text = std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\n") + c.head + "f 1 2 3\n";
+    const GltfDocument document = test::need(load_mesh_document(text, folder / "g.obj", {}));
+    const Json& core = document.json["materials"][0]["pbrMetallicRoughness"];
+    CHECK(member(core, "baseColorFactor") == c.factor);
+    const Json& images = array_of(document.json, "images");
+    CHECK((images.empty() ? "" : string_of(images[0]["uri"])) == c.uri);
+    const auto told = [&](const std::string& line) { return line.find(c.remark) != std::string::npos; };
+    if (*c.remark == '\0')
+      CHECK(document.remarks.empty());
+    else
+      CHECK(std::ranges::any_of(document.remarks, told));
+  }
+}
+
+TEST_CASE("a map of OBJ is scaled and moved as MTL says, v upwards") {
+  const Folder folder;
+  test::write_bytes(folder / "g.mtl", "newmtl a\nmap_Kd -s 2 4 -o 0.25 0.5 print.png\n");
+  test::write_bytes(folder / "print.png", "png");
+  const std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.1 0.2\nusemtl a\nf 1/1 2/1 3/1\n";
+  // The material file of the garment's own name.
+  const GltfDocument document = test::need(load_mesh_document(text, folder / "g.obj", {}));
+  const Scene scene = scene_of(document);
+  const V2d uv = scene.materials[0].base_color_texture.transform.apply(scene.primitives[0].tex_coords[0][0]);
+  CHECK(uv.x == doctest::Approx(0.1 * 2 + 0.25));
+  CHECK(uv.y == doctest::Approx(1 - (0.2 * 4 + 0.5)));
 }
 
 TEST_CASE("damaged garments of OBJ are refused with the line, and files outside are not opened") {

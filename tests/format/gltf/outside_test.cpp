@@ -94,6 +94,33 @@ TEST_CASE("gltf: the folder of a document follows from its name, also without on
         Code::file_unreadable);
 }
 
+TEST_CASE("gltf: a file is found by a name of another system, with a remark, but not outside") {
+  const Yard yard;
+  test::write_bytes(yard.folder / "in/deep/Blue Print.png", "\x89PNG");
+  const std::string found = "deep/Blue%20Print.png";
+  for (const auto& [uri, wanted] : {std::pair("deep\\Blue Print.png", found.c_str()),
+                                    {"deep%5Cblue%20print.PNG", found.c_str()},
+                                    {"Deep/Blue%20Print.png", found.c_str()},
+                                    {"C:\\art\\OWN", "own"},
+                                    {"tex/own", "own"},
+                                    {"..\\secret", "..\\secret"},
+                                    {"deep\\..\\..\\secret", "deep\\..\\..\\secret"},
+                                    {"LINK", "LINK"},
+                                    {"http://x.org/own", "http://x.org/own"},
+                                    {"nowhere.png", "nowhere.png"}}) {
+    CAPTURE(uri);
+    yard.write("/images/1/uri", uri);
+    const GltfDocument document = test::need(load_gltf(yard.document));
+    CHECK(document.json["images"][1]["uri"] == wanted);
+    CHECK(document.remarks.size() == (std::string(uri) == wanted ? 0 : 1));
+  }
+  // A missing file is missing after the document has moved, too.
+  GltfDocument document = test::need(load_gltf(yard.document));
+  fs::create_directories(yard.folder / "out");
+  move_document(document, yard.folder / "out");
+  CHECK(test::error_of(read_image_bytes(document, 1)).message == "nowhere.png: no such file");
+}
+
 TEST_CASE("gltf: a name with a zero byte names no file") {
   const Yard yard;
   yard.write("/buffers/1/uri", "own%00/../../secret");
