@@ -431,6 +431,8 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, c
       "def Xform \"Garment\"\n{{\n{}    def Scope \"{}\"\n    {{\n{}    }}\n}}\n",
       meshes, materials_name, materials);
   UsdFiles result = assets.take();
+  if (std::ranges::any_of(scene->primitives, [](const ScenePrimitive& p) { return !p.colors.empty(); }))
+    result.remarks.emplace_back("vertex colours are left out of the USD layer");
   if (Result<void> good = check_names(document, result); !good) {
     return tl::unexpected<Error>(std::move(good.error()));
   }

@@ -110,6 +110,9 @@ class Exporter {
         if (texture->image >= 0)
           report_.warnings.push_back(fmt::format("{}: the {} is left out", cloths_.back().name, what));
       }
+      if (std::ranges::any_of(scene.primitives,
+                              [&](const ScenePrimitive& p) { return p.material == m && !p.colors.empty(); }))
+        report_.warnings.push_back(cloths_.back().name + ": the vertex colours are left out");
     }
     if (cloths_.empty()) refuse(Code::material_missing, "/materials", "no surface wears a fabric");
   }

@@ -140,6 +140,11 @@ TEST_CASE("a tint is a factor on the albedo of matt cloth") {
     if (textured) kept.tint_texture.image = 0;
     V3f tinted = albedo * factor;
     for (int c = 0; c < 3 && textured; ++c) tinted[c] *= srgb_to_linear(static_cast<float>(bytes[c]) / 255);
+    if (textured) {  // and vertex colours, whose alpha is not read
+      ScenePrimitive& p = setting.scene.primitives[0];
+      p.colors.assign(p.positions.size(), V4f(0.5F, 1, 0.75F, 0.1F));
+      tinted *= V3f(0.5F, 1, 0.75F);
+    }
     const test::Setting plain = curtain(test::lambert_fabric(2, tinted), {});
     for (const RenderPath path : paths) {
       const V4f seen = middle_of(setting, path);

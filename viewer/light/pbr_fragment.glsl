@@ -34,7 +34,7 @@ vec2 uv_of(int mapping) {
 bool write_pbr() {
   vec4 colour = pbr_base_color;
 #ifdef VERTEX_COLOURS
-  if (is_pbr != 0) colour *= surface_colour;
+  colour *= surface_colour;
 #endif
   vec2 metal = pbr_factors.xy;
   vec2 slope = vec2(0.0);

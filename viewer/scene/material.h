@@ -32,7 +32,7 @@ struct MaterialTexture {
 
 /// glTF's core material of a surface. The base colour is the product of `SurfaceMaterial::base_color`, the
 /// texture here and Surface::colors. With a fabric there are occlusion, emission, and what the garment keeps
-/// (GarmentParts): the tint as base colour, without Surface::colors, the normal texture, and the mask.
+/// (GarmentParts): the tint as base colour, the normal texture, and the mask.
 struct PbrMaterial {
   MaterialTexture base_color;
   float metallic = 1;

@@ -92,7 +92,9 @@ Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& s
       const GarmentParts& kept = material.kept;
       drawn.base_color = V4f(kept.tint.x, kept.tint.y, kept.tint.z, 1);
       pbr.base_color = texture(kept.tint_texture, Transfer::srgb);
-      drawn.tinted = pbr.base_color.image >= 0 || kept.tint != V3f(1, 1, 1);
+      drawn.tinted = pbr.base_color.image >= 0 || kept.tint != V3f(1, 1, 1) ||
+                     std::ranges::any_of(surface.colors,
+                                         [](const V4f& c) { return V3f(c.x, c.y, c.z) != V3f(1, 1, 1); });
       // Its alpha equals the alpha of a tint of the same picture.
       pbr.metallic_roughness = texture(kept.mask, Transfer::srgb);
       if (pbr.metallic_roughness.image >= 0) drawn.opaque_from = kept.mask_cutoff;

@@ -74,6 +74,7 @@ uniform vec3 diffuse;
 #include <common>
 #include <dithering_pars_fragment>
 #include <uv_pars_fragment>
+#include <color_pars_fragment>
 #include <emissivemap_pars_fragment>
 #include <aomap_pars_fragment>
 #include <fog_pars_fragment>
@@ -232,6 +233,9 @@ void main() {
   vec3 tint = kept_tint;
 #ifdef KEPT_TINT_TEXTURE
   tint *= texture2D(kept_tint_texture, kept_tint_texture_uv).rgb;
+#endif
+#if defined(USE_COLOR) || defined(USE_COLOR_ALPHA)
+  tint *= vColor.rgb;
 #endif
 #ifdef USE_AOMAP
   float occlusion = 1.0 + aoMapIntensity * (texture2D(aoMap, vAoMapUv).r - 1.0);
