@@ -1,11 +1,13 @@
 // dress: attaches a fabric to materials of a glTF garment.
 #include "converter/dress/dress.h"
 
+#include <algorithm>
 #include <array>
 #include <set>
 
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
+#include "converter/dress/true_size.h"
 #include "converter/stitch/parameters.h"
 #include "format/base/printable.h"
 
@@ -84,11 +86,13 @@ void declare(Options& options, DressCommand& command) {
   options.number("--rotate", dress.rotation, "DEG",
                  "Turn the cloth, counter-clockwise; by right angles unless its repeat is a square");
   options.vector("--offset", dress.offset, "U,V", "Move the cloth, in repeats");
-  static constexpr std::array<std::string_view, 3> units{"m", "cm", "mm"};
+  static const auto units = [] {
+    std::array<std::string_view, length_units.size()> names;
+    std::ranges::transform(length_units, names.begin(), &LengthUnit::name);
+    return names;
+  }();
   const Option unit = options.choice("--unit", units, "Unit of the garment's lengths, where it is not metres",
-                                     [&dress](std::size_t i) {
-                                       dress.unit = std::array{1.0, 0.01, 0.001}[i];
-                                     });
+                                     [&dress](std::size_t i) { dress.unit = length_units[i].metres; });
   options.number("--height", dress.height, "METRES", "Height of the garment, instead of --unit")
       .excludes(unit);
   options.number("--texcoord", dress.tex_coord, "N", "Set of texture coordinates").in(0, 1);
@@ -140,7 +144,7 @@ Result<int> run(const DressCommand& command) {
          lines_text(materials,
                     "#{index} {name}: {primitives} primitives, {repeats:.5g} repeats, {metresPerUv:.3g} m a "
                     "unit of uv (nine tenths of the area {metresPerUvLow:.3g} to {metresPerUvHigh:.3g}), "
-                    "shares stretched {stretched:.2f}, without uv {withoutUvs:.1g}; keeps {kept}; replaces "
+                    "fraction stretched {stretched:.2f}, without uv {withoutUvs:.1g}; keeps {kept}; replaces "
                     "{replaced}") +
              lines_text(unwrapped,
                         "#{index} unwrapped into {charts} charts, 95 % of its area stretched less than "

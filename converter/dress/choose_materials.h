@@ -19,11 +19,13 @@ struct ChosenMaterials {
   std::vector<std::string> left_alone;  ///< a line for each that `all` leaves alone by its name
 };
 
-/// `all` gives triangles without a material a new one, "fabric", and leaves alone what is no cloth: by its
-/// name, or by the names of all of its meshes (a button, glass, wood, skin ...; a body beside skin or hair, a
-/// leg beside velvet), or by its factors (glass that light passes through, polished metal). The only material
-/// of a document is cloth whatever it is called, and names of meshes alone do not leave a document without
-/// cloth. MATERIAL_MISSING.
+/// `all` gives triangles without a material a new one, "fabric", and leaves alone what is no cloth. A name
+/// tells: the material's own, else the names of all of its meshes, their nodes and the parents of these.
+/// Words are parts of names between digits, signs and capitals; one of cloth (shirt, sofa, cotton ...) wins,
+/// unless skin or hardware follows (shirt button); a body is not beside skin or hair, a leg beside velvet.
+/// Where names say nothing: glass that light passes through, polished metal, and what follows joints of head
+/// and fingers. The rest is cloth, as is the only material of a document, and names of meshes alone do not
+/// leave a document without cloth. MATERIAL_MISSING.
 Result<ChosenMaterials> choose_materials(GltfDocument& document, const MaterialChoice& choice);
 
 }  // namespace selvedge

@@ -21,6 +21,7 @@
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/geometry.h"
 #include "format/gltf/material_uses.h"
+#include "format/gltf/materials.h"
 #include "format/gltf/memory.h"
 #include "format/gltf/names.h"
 #include "format/gltf/read_scene.h"
@@ -109,24 +110,35 @@ class Dresser {
     ChosenMaterials chosen =
         value_or_throw(choose_materials(document_, {options_.materials, options_.all, options_.except}));
     report_.warnings = chosen.left_alone;
-    UsedParts used = used_parts(document_);
     uses_ = uses_of(document_.json);
     reserve_memory(chosen.materials, corner_price);
+    value_or_throw(scale_garment(document_, options_.unit));
     Scene scene = value_or_throw(read_scene(document_, limits_));
+    measure(scene, chosen.materials);
+    if (options_.height) {
+      const double present = report_.bounds.isEmpty() ? 0 : report_.bounds.size().y;
+      // A flat cloth that lies down has none but rounding.
+      if (!(present > 1e-3 * report_.bounds.size().length()))
+        throw Failure{{Code::option_out_of_range, document_.file, "height", "the garment has no height"}};
+      scene = Scene();  // before the next takes its place in memory
+      value_or_throw(scale_garment(document_, *options_.height / present));
+      scene = value_or_throw(read_scene(document_, limits_));
+      measure(scene, chosen.materials);
+    }
     std::vector<int> flat = to_unwrap(scene, chosen.materials);
+    UsedParts used = used_parts(document_);
     if (!flat.empty() || options_.backing) in_scene_ = places_in(scene);
     if (!flat.empty()) {
       reserve_memory(flat, unwrapped_corner_price);
-      scene = Scene();  // before the next takes its place in memory
+      scene = Scene();
       unwrap_all(flat, chosen.materials);
       scene = value_or_throw(read_scene(document_, limits_));
     }
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
-    report_.bounds = bounds_of(scene);
+    for (const auto& [part, metres] : strays_)
+      report_.warnings.push_back(
+          fmt::format("{} lies {:.3g} m from the rest, and does not count for the size", part, metres));
     const V3d size = report_.bounds.isEmpty() ? V3d(0) : report_.bounds.size();
-    if (!std::isfinite(size.x + size.y + size.z)) {
-      throw Failure{Error{Code::mesh_not_finite, document_.file, "/nodes", "a node transform overflows"}};
-    }
     if (const std::string advice = size_advice(size);
         !advice.empty() && options_.unit == 1 && !options_.height)
       report_.warnings.push_back(advice);
@@ -150,6 +162,22 @@ class Dresser {
   }
 
  private:
+  /// Finds the bounds of the materials, and parts of the scene that lie far from everything.
+  void measure(const Scene& scene, const std::vector<int>& materials) {
+    const Imath::Box3d all = bounds_of(scene);
+    const V3d size = all.isEmpty() ? V3d(0) : all.size();
+    if (!std::isfinite(size.x + size.y + size.z))
+      throw Failure{Error{Code::mesh_not_finite, document_.file, "/nodes", "a node transform overflows"}};
+    std::set<int> dressed;
+    for (const int material : materials) dressed.merge(primitives_of(scene, material));
+    std::set<int> every;
+    for (int i = 0; i < static_cast<int>(scene.primitives.size()); ++i) every.insert(i);
+    GarmentBounds bounds = robust_bounds(scene, dressed);
+    report_.bounds = bounds.box;
+    if (dressed != every) bounds.strays.merge(robust_bounds(scene, every).strays);
+    strays_ = std::move(bounds.strays);
+  }
+
   /// Takes from the limits what dressing makes of the primitives at most: backings and charts.
   /// Primitives may share their accessors, but get copies of their own.
   void reserve_memory(const std::vector<int>& materials, std::uint64_t price) {
@@ -225,15 +253,35 @@ class Dresser {
           100 * size.unusable));
       flat.push_back(material);
       // A print keeps its own.
-      if (has_pictures(material) && check_uvs(document_, uses_[material], 0)) sets_[material] = 1;
+      if (!has_pictures(material)) continue;
+      fill_gaps(material, 0);
+      if (check_uvs(document_, uses_[material], 0)) sets_[material] = 1;
     }
     return flat;
   }
 
   bool has_pictures(int material) const {
     const Json& json = document_.json["materials"][material];
-    return json.contains("normalTexture") ||
-           member(json, "pbrMetallicRoughness").contains(names::gltf::base_color_texture);
+    return json.contains("normalTexture") || !base_texture_of(json).is_null();
+  }
+
+  /// Gives primitives without texture coordinates zeros if others of the material have some: a few triangles
+  /// without do not cost the rest theirs.
+  void fill_gaps(int material, int set) {
+    const std::string semantic = fmt::format("TEXCOORD_{}", set);
+    const auto primitive_at = [&](const Place& place) -> Json& {
+      return document_.json["meshes"][place.first]["primitives"][place.second];
+    };
+    const auto has = [&](const Place& p) { return member(primitive_at(p), "attributes").contains(semantic); };
+    const std::set<Place>& places = uses_[material];
+    if (std::ranges::none_of(places, has)) return;
+    for (const Place& place : places) {
+      const int positions = index_of(member(member(primitive_at(place), "attributes"), "POSITION"));
+      if (has(place) || positions < 0) continue;
+      const std::size_t count = GltfReader(document_).accessor_shape(positions, "").count;
+      const int zeros = append_float_accessor(document_, std::vector<float>(2 * count), 2, false);
+      primitive_at(place)["attributes"][semantic] = zeros;
+    }
   }
 
   /// The set of texture coordinates that a material's fabric is on.
@@ -277,6 +325,7 @@ class Dresser {
       report_.warnings.push_back(where + " is on no triangles and was left alone");
       return;
     }
+    for (int set = 0; set <= set_of(material); ++set) fill_gaps(material, set);
     changing_failures([&] { value_or_throw(check_uvs(document_, places, set_of(material))); },
                       [](Error error) {
                         if (error.code == Code::garment_no_uvs)
@@ -408,10 +457,11 @@ class Dresser {
   const DressOptions& options_;
   SceneLimits limits_;  ///< what the fabrics and the places of the materials leave of the options'
   Uses uses_;
-  PlacesInScene in_scene_;             ///< where charts or backings are wanted
-  std::map<int, int> sets_;            ///< of materials that were laid flat beside the pictures' set
-  std::optional<Error> left_out_;      ///< why the first material was left alone
-  std::map<int, DressedUse> dressed_;  ///< by material
+  std::map<std::string, double> strays_;  ///< as in GarmentBounds
+  PlacesInScene in_scene_;                ///< where charts or backings are wanted
+  std::map<int, int> sets_;               ///< of materials that were laid flat beside the pictures' set
+  std::optional<Error> left_out_;         ///< why the first material was left alone
+  std::map<int, DressedUse> dressed_;     ///< by material
   MaskTextures masks_;
   DressReport report_;
 };
@@ -438,7 +488,6 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
         cloths.back() = read_cloth(colourway.fabric, output_path, options, limits);
     }
     GltfDocument document = load_garment(garment_path, output_path, limits.document);
-    value_or_throw(size_garment(document, options.unit, options.height, limits));
     DressReport report = Dresser(document, cloths, options, limits).dress();
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));

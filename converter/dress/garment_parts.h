@@ -14,8 +14,8 @@
 
 namespace selvedge {
 
-/// The colour of the fabric: the garment's base colour, texture and factor, or one of the others in its
-/// place.
+/// The colour of the fabric: the garment's base colour, texture, factor and vertex colours, or one of the
+/// others in its place.
 struct KeepOptions {
   bool base_color = true;         ///< white and 0.8, which programs write by default, are no colour
   std::optional<V3f> color = {};  ///< linear, the mean of the cloth
@@ -34,7 +34,8 @@ using MaskTextures = std::map<int, int>;
 
 /// Writes the members of the extension beside `fabric` to a material that is about to be dressed: the mask of
 /// a picture with alpha, as a picture of alpha alone unless the base colour is kept, the normal texture, and
-/// the tint, by which cloth of mean `albedo` gets the garment's colour. Textures that are broken or on UV
+/// the tint, by which cloth of mean `albedo` gets the garment's colour. Vertex colours stay, too, unless
+/// another colour is wanted. Textures that are broken or on UV
 /// sets that the `places` of the material lack are left out, with a warning. Of a material with a fabric they
 /// stay, as its core is a fallback, but for a tint that is given. `scene`: as the document was read; `masks`:
 /// of the materials before, of the same document.

@@ -6,9 +6,7 @@
 #include <map>
 #include <set>
 
-#include "converter/dress/uv_scale.h"
 #include "format/gltf/access.h"
-#include "format/gltf/read_scene.h"
 
 namespace selvedge {
 namespace {
@@ -26,14 +24,17 @@ Json roots_of(const Json& nodes) {
   return roots;
 }
 
-/// Puts a node that scales by `factor` above each root: skins follow, as their joints lie below.
-Result<void> scale_scenes(GltfDocument& document, double factor) {
+}  // namespace
+
+Result<void> scale_garment(GltfDocument& document, double factor) {
   Json& json = document.json;
+  if (factor == 1) return {};
   if (array_of(json, "nodes").empty())
     return fail(Code::garment_empty, document.file, "/nodes", "the document has no nodes");
   std::map<int, std::size_t> above;  // by root
   for (const Json& root : roots_of(json["nodes"])) {
     above[index_of(root)] = json["nodes"].size();
+    // Skins follow, as their joints lie below.
     json["nodes"].push_back(
         Json{{"name", "true size"}, {"scale", {factor, factor, factor}}, {"children", {root}}});
   }
@@ -50,33 +51,16 @@ Result<void> scale_scenes(GltfDocument& document, double factor) {
   return {};
 }
 
-}  // namespace
-
-Result<void> size_garment(GltfDocument& document, double unit, std::optional<double> height,
-                          const SceneLimits& limits) {
-  double factor = unit;
-  if (height) {
-    const Result<Scene> scene = read_scene(document, limits);
-    if (!scene) return tl::unexpected(scene.error());
-    const Imath::Box3d bounds = bounds_of(*scene);
-    const double present = bounds.isEmpty() ? 0 : bounds.size().y;
-    // A flat cloth that lies down has none but rounding.
-    if (!(present > 1e-3 * bounds.size().length()))
-      return fail(Code::option_out_of_range, document.file, "height", "the garment has no height");
-    factor = *height / present;
-  }
-  if (factor == 1) return {};
-  return scale_scenes(document, factor);
-}
-
 std::string size_advice(const V3d& size) {
   const double longest = std::max({size.x, size.y, size.z});
   if (!(longest > 0) || (longest >= 0.1 && longest < 2.3)) return "";
   const std::string found = fmt::format("the garment is {:.3g} m long", longest);
-  for (const auto& [unit, metres] : {std::pair("cm", 0.01), std::pair("mm", 0.001)}) {
-    const double then = longest * metres;
-    if (then >= 0.3 && then <= 2.2)
-      return fmt::format("{}: --unit {} makes that {:.3g} m", found, unit, then);
+  for (const auto& [low, high] : {std::pair(0.5, 2.0), std::pair(0.3, 2.2)}) {
+    for (const LengthUnit& unit : length_units) {
+      const double then = longest * unit.metres;
+      if (then >= low && then <= high)
+        return fmt::format("{}: --unit {} makes that {:.3g} m", found, unit.name, then);
+    }
   }
   return found + ": --height METRES gives it its true size";
 }

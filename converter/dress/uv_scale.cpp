@@ -138,6 +138,58 @@ Imath::Box3d bounds_of(const Scene& scene) {
   return bounds;
 }
 
+GarmentBounds robust_bounds(const Scene& scene, const std::set<int>& chosen) {
+  struct Triangle {
+    Imath::Box3d box;
+    double area;
+    int primitive;
+  };
+  std::vector<Triangle> triangles;
+  double total = 0;
+  for (const SceneInstance& instance : scene.instances) {
+    if (!chosen.contains(instance.primitive)) continue;
+    const ScenePrimitive& p = scene.primitives[instance.primitive];
+    for (std::size_t t = 0; t + 2 < p.indices.size(); t += 3) {
+      std::array<V3d, 3> corners;
+      Triangle triangle{{}, 0, instance.primitive};
+      for (std::size_t c = 0; c < 3; ++c)
+        triangle.box.extendBy(corners[c] = V3d(p.positions[p.indices[t + c]]) * instance.world);
+      triangle.area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+      total += triangle.area;
+      if (triangle.area > 0) triangles.push_back(triangle);
+    }
+  }
+  Imath::Box3d middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<std::pair<double, double>> places;
+    for (const Triangle& t : triangles) places.emplace_back(t.box.center()[axis], t.area);
+    std::ranges::sort(places);
+    double sum = 0;
+    for (const auto& [place, area] : places) {
+      if (sum <= 0.05 * total) middle.min[axis] = place;
+      if (sum <= 0.95 * total) middle.max[axis] = place;
+      sum += area;
+    }
+  }
+  const double side = triangles.empty() ? 0 : std::max({middle.size().x, middle.size().y, middle.size().z});
+  GarmentBounds found;
+  for (const Triangle& triangle : triangles) {
+    double away = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      away = std::max(
+          {away, middle.min[axis] - triangle.box.max[axis], triangle.box.min[axis] - middle.max[axis]});
+    if (!(away > 2 * side)) {
+      found.box.extendBy(triangle.box);
+      continue;
+    }
+    const ScenePrimitive& p = scene.primitives[triangle.primitive];
+    const std::string material = p.material < 0 ? "" : scene.materials[p.material].name;
+    double& farthest = found.strays[fmt::format("\"{}\" of material \"{}\"", p.name, material)];
+    farthest = std::max(farthest, away);
+  }
+  return found;
+}
+
 double area_of(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles) {
   double sum = 0;
   for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "format/gltf/material_uses.h"
@@ -39,6 +40,15 @@ Issues check_uv_areas(const Scene& scene);
 
 /// Bounds of the scene's triangles, metres; empty without triangles.
 Imath::Box3d bounds_of(const Scene& scene);
+
+struct GarmentBounds {
+  Imath::Box3d box;                        ///< metres; empty without an area
+  std::map<std::string, double> strays{};  ///< primitives, and how far from the rest they lie
+};
+
+/// The same of `chosen` primitives (indices into scene.primitives) without strays: triangles farther from the
+/// box of the middle nine tenths of their area than its longest side twice.
+GarmentBounds robust_bounds(const Scene& scene, const std::set<int>& chosen);
 
 struct PlaceInScene {
   double area = 0;     ///< twice the area of its first instance, m^2, as it rests

@@ -83,6 +83,58 @@ TEST_CASE("dress: a garment in centimetres, or of a known height, gets its true 
   }
 }
 
+TEST_CASE("dress: the size is measured without strays, which are named, and without undressed materials") {
+  Workshop workshop;
+  workshop.edit([](Json& json) {
+    // A copy of the cloth far away, in small, as a button and as cloth.
+    for (const char* name : {"button", "scrap"}) {
+      Json mesh = json["meshes"][0];
+      mesh["name"] = name;
+      mesh["primitives"][0]["material"] = name == std::string("button") ? 1 : 0;
+      json["scenes"][0]["nodes"].push_back(json["nodes"].size());
+      json["nodes"].push_back(
+          {{"mesh", json["meshes"].size()}, {"scale", {0.01, 0.01, 0.01}}, {"translation", {0, 107, 0}}});
+      json["meshes"].push_back(mesh);
+    }
+    json["materials"].push_back({{"name", "button"}});
+  });
+  for (const double height : {0.0, 2.0}) {
+    DressOptions options = everything;
+    if (height > 0) options.height = height;
+    const DressReport report = test::need(workshop.dress(options));
+    CHECK(report.bounds.size().y == doctest::Approx(height > 0 ? height : 1));
+    for (const std::string part :
+         {"\"button/0\" of material \"button\"", "\"scrap/0\" of material \"cloth 0\""})
+      CHECK(std::ranges::any_of(report.warnings, [&](const std::string& line) {
+        return line.starts_with(part + " lies " + (height > 0 ? "21" : "10"));
+      }));
+  }
+}
+
+TEST_CASE("dress: primitives without texture coordinates do not cost the others theirs") {
+  for (const bool printed : {false, true}) {
+    for (const double part : {0.1, 1.0}) {  // of the side of the square
+      Workshop workshop;
+      workshop.edit([&](Json& json) {
+        json["meshes"].push_back(json["meshes"][0]);
+        json["meshes"][1]["primitives"][0]["attributes"].erase("TEXCOORD_0");
+        json["scenes"][0]["nodes"].push_back(json["nodes"].size());
+        json["nodes"].push_back({{"mesh", 1}, {"scale", {part, part, part}}});
+        if (!printed) return;
+        json["images"].push_back({{"uri", "none.png"}});
+        json["textures"].push_back(Json::object({{"source", 0}}));
+        json["materials"][0]["normalTexture"] = {{"index", 0}};
+      });
+      const DressReport report = test::need(workshop.dress(everything));
+      const Scene scene = test::need(read_scene(workshop.output));
+      CHECK(report.unwrapped.size() == (part < 1 ? 0 : 1));
+      CHECK(scene.materials[0].fabric->tex_coord == (printed && part == 1 ? 1 : 0));
+      for (const ScenePrimitive& p : scene.primitives) CHECK_FALSE(p.tex_coords[0].empty());
+      if (printed || part < 1) CHECK(scene.primitives[1].tex_coords[0][0] == V2d(0, 0));
+    }
+  }
+}
+
 TEST_CASE("dress: the cloth is scaled, turned and moved") {
   const Workshop workshop;
   DressOptions options = everything;
@@ -320,6 +372,43 @@ TEST_CASE("dress: a node whose transform overflows is refused, also if its mesh 
     json["scenes"][0]["nodes"].push_back(2);
   });
   CHECK(test::error_of(workshop.dress({.materials = {"cloth 0"}})).code == Code::mesh_not_finite);
+}
+
+TEST_CASE("dress: what strangers' garments look like is kept, or told to be lost") {
+  const std::string data = test::shared_data("wild4/");
+  if (data.empty()) return;
+  struct Case {
+    const char* file;
+    std::vector<std::string> kept;
+    const char* remark = "";
+    int tex_coord = 0;
+  };
+  const std::vector<std::string> print{"tintTexture"};
+  const std::vector<std::string> colours{"COLOR_0"};
+  for (const Case& item :
+       {Case{"maya-kd0.obj", print}, Case{"gap-in-vt.obj", print, "missing on 14 % of its area", 1},
+        Case{"specgloss.glb", print}, Case{"vertex-colours.glb", colours},
+        Case{"05-vertex-colours.obj", colours},
+        Case{"missing-mtl.obj", {}, "mtllib: nowhere.mtl: no such file"},
+        Case{"missing-picture.gltf", {}, "/images/0: textures/nowhere.png: no such file"},
+        Case{"backslash.gltf", print, "\"textures/print.png\" is read"},
+        Case{"stray-button.glb", {}, "\"mesh 0/0\" of material \"button\" lies 107 m from the rest"}}) {
+    CAPTURE(item.file);
+    Workshop workshop;
+    workshop.garment = data + item.file;
+    const DressReport report = test::need(workshop.dress(everything));
+    CHECK(report.materials[0].kept == item.kept);
+    CHECK((*item.remark == '\0' || std::ranges::any_of(report.warnings, [&](const std::string& line) {
+      return line.find(item.remark) != std::string::npos;
+    })));
+    CHECK(report.bounds.size().length() < 1);
+    const Scene scene = test::need(read_scene(workshop.output));
+    const SceneMaterial& cloth = scene.materials[report.materials[0].index];
+    CHECK(cloth.fabric->tex_coord == item.tex_coord);
+    CHECK(cloth.kept.tint.x == doctest::Approx(item.kept.empty() ? 1 : 1 / 0.3).epsilon(1e-3));
+    CHECK((cloth.kept.tint_texture.image >= 0) == (item.kept == print));
+    CHECK(scene.primitives.back().colors.empty() == (item.kept != colours));
+  }
 }
 
 TEST_CASE("dress: the garments of the field can be dressed, each at its own size") {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <sstream>
 
 #include "converter/dress/choose_materials.h"
 #include "converter/dress/fallback.h"
@@ -179,54 +180,67 @@ TEST_CASE("dress: a dressed garment that is dressed again keeps its parts") {
 }
 
 TEST_CASE(
-    "dress --all leaves alone what is no cloth by its names or factors, but for a document's only material") {
-  struct Case {
-    const char* about;
-    Json second;       ///< material beside "cotton"
-    const char* mesh;  ///< name of its mesh
-    bool cloth;
+    "dress --all leaves alone what is no cloth by names or factors, but for a document's only material") {
+  const auto named = [](const std::string& name) { return Json{{"name", name}}; };
+  const auto chosen_of = [](GltfDocument& document) {
+    return test::need(choose_materials(document, {.all = true})).materials;
   };
-  const auto named = [](const char* name) { return Json{{"name", name}}; };
-  const Json through = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}};
-  const auto metal = [](double roughness) {
-    return Json{{"pbrMetallicRoughness", {{"metallicFactor", 1}, {"roughnessFactor", roughness}}}};
-  };
-  for (const Case& c :
-       {Case{"plural", named("Buttons"), "", false},
-        Case{"before a capital", named("metalZip_02"), "", false},
-        Case{"one of two words", named("shoe sole"), "", false},
-        Case{"behind _", named("Std_Eyelash"), "", false},
-        Case{"small before large", named("leftEyes"), "", false}, Case{"capitals", named("HAIR"), "", false},
-        Case{"numbers", named("skin.001"), "", false}, Case{"within a word", named("console"), "", true},
-        Case{"begins a word", named("Skinny jeans"), "", true},
-        Case{"ends a word", named("unzipped"), "", true}, Case{"furniture", named("chair cover"), "", true},
-        Case{"no name", named(""), "", true}, Case{"by its mesh", named(""), "Buttons", false},
-        Case{"sofa", named("wooden_leg"), "", false}, Case{"a bodice", named("Body"), "", true},
-        Case{"glass", {{"extensions", through}}, "", false}, Case{"polished", metal(0.2), "", false},
-        Case{"forgotten factor", metal(1), "", true}}) {
-    CAPTURE(c.about);
+  // Beside cotton, and a material of another name.
+  const auto is_cloth = [&](const Json& material, const Json& mesh, const char* beside = "") {
     GltfDocument document;
-    document.json = {
-        {"materials", {named("cotton"), c.second}},
-        {"meshes",
-         {{{"primitives", {{{"material", 0}}}}}, {{"name", c.mesh}, {"primitives", {{{"material", 1}}}}}}}};
+    Json shown = mesh;
+    shown["primitives"] = {{{"material", 1}}};
+    document.json = {{"materials", {named("cotton"), material, named(beside)}},
+                     {"meshes", {{{"primitives", {{{"material", 0}}}}}, shown}},
+                     {"nodes", {{{"name", shown.value("parent", "")}, {"children", {1}}}, {{"mesh", 1}}}}};
     const ChosenMaterials chosen = test::need(choose_materials(document, {.all = true}));
-    CHECK(chosen.materials.size() == (c.cloth ? 2 : 1));
-    CHECK(chosen.left_alone.size() == (c.cloth ? 0 : 1));
-    if (!c.cloth) CHECK(chosen.left_alone[0].ends_with("--material '#1' dresses it"));
+    const bool cloth = std::ranges::find(chosen.materials, 1) != chosen.materials.end();
+    CHECK(cloth == std::ranges::none_of(chosen.left_alone, [](const std::string& line) {
+            return line.ends_with("--material '#1' dresses it");
+          }));
     CHECK(test::need(choose_materials(document, {.materials = {"#1"}})).materials == std::vector<int>{1});
     // Alone it is cloth whatever it is called.
     document.json["meshes"].erase(0);
-    document.json["materials"].erase(0);
+    document.json["materials"] = Json::array({material});
     document.json["meshes"][0]["primitives"][0]["material"] = 0;
-    CHECK(test::need(choose_materials(document, {.all = true})).materials == std::vector<int>{0});
+    CHECK(chosen_of(document) == std::vector<int>{0});
+    return cloth;
+  };
+  constexpr const char* others =
+      "Buttons|metalZip_02|shoe sole|Std_Eyelash|leftEyes|HAIR|skin.001|wooden_leg|Wolf3D_Skin|Wolf3D_Head|"
+      "Wolf3D_Teeth|avaturn_look_0|avaturn_body|male_body|N00_000_00_Body_00_SKIN (Instance)|"
+      "N00_000_00_EyeIris_00_EYE|Std_Skin_Head|Mannequin|shirt_buttons|Jacket_Zipper|sofa_legs|Lamp02|"
+      "lampBulb|"
+      "TVScreen|text|wall paint|pipe.004|Soil|Leaf|plantLeaves|Floor|Chrome|glass_window|Haut|Zähne|cheveux|"
+      "piel|botón|Holz|皮肤|白目|髪";
+  constexpr const char* cloths =
+      "|console|Skinny jeans|unzipped|chair "
+      "cover|Body|Bodysuit|BodySuit|face_mask|headband|hair_band|hairband|"
+      "leafprint_dress|leaf_print_dress|floor_length_gown|Armour|Eyelet_lace_top|button_down_shirt|metal_"
+      "jacket|"
+      "fabric_gold|Silver silk|pants_leg|Female_Dress_Body|Wolf3D_Outfit_Top|N00_002_01_Tops_01_CLOTH|"
+      "jacket_text|shower curtain|Texture_01|Material.001|上衣服|chemise|Vorhang";
+  for (const auto& [list, cloth] : {std::pair(others, false), std::pair(cloths, true)}) {
+    std::istringstream names(list);
+    for (std::string name; std::getline(names, name, '|');) {
+      CAPTURE(name);
+      CHECK(is_cloth(named(name), Json::object()) == cloth);
+    }
   }
+  // A body, a head or a leg is one beside skin or hair.
+  for (const char* name : {"Body", "Head", "arms", "Leg"}) CHECK_FALSE(is_cloth(named(name), {}, "Hair_02"));
+  // Where the material's name says nothing, its meshes, their nodes and the parents of these may.
+  CHECK_FALSE(is_cloth(named("Black"), named("Buttons")));
+  CHECK_FALSE(is_cloth(named("Black"), {{"parent", "Lamp_3"}}));
+  CHECK(is_cloth(named("Black"), {{"name", "Shirt"}, {"parent", "Mannequin"}}));
+  CHECK(is_cloth(named("cotton_2"), named("Lamp")));
+  const auto metal = [](double roughness) {
+    return Json{{"pbrMetallicRoughness", {{"metallicFactor", 1}, {"roughnessFactor", roughness}}}};
+  };
+  CHECK_FALSE(is_cloth({{"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}}}, {}));
+  CHECK_FALSE(is_cloth(metal(0.2), {}));
+  CHECK(is_cloth(metal(1), {}));  // a forgotten factor
   GltfDocument document;
-  // A body beside hair is skin, and a leg beside a fabric a piece of wood, but silk is cloth in all colours.
-  document.json = {{"materials", {named("Hair"), named("Body"), named("Shirt"), named("Silver")}}};
-  CHECK(test::need(choose_materials(document, {.all = true})).materials == std::vector<int>{2});
-  document.json = {{"materials", {named("Sofa_legs"), named("fabric_gold"), named("Silver silk")}}};
-  CHECK(test::need(choose_materials(document, {.all = true})).materials == std::vector<int>{1, 2});
   document.json = {{"materials", {named("a"), named("b")}}};
   CHECK(test::need(choose_materials(document, {.all = true, .except = {"a"}})).materials ==
         std::vector<int>{1});
@@ -237,11 +251,65 @@ TEST_CASE(
   // A garment whose meshes are called hair is one; other names and factors are told with the way to dress
   // them.
   document.json["meshes"] = {{{"name", "Hair001"}, {"primitives", {{{"material", 0}}, {{"material", 1}}}}}};
-  CHECK(test::need(choose_materials(document, {.all = true})).materials == std::vector<int>{0, 1});
+  CHECK(chosen_of(document) == std::vector<int>{0, 1});
   document.json["materials"] = {named("Hair"), named("Body")};
   CHECK(
       test::error_of(choose_materials(document, {.all = true}))
           .message.ends_with("\"Body\" was left alone: a \"body\" is no cloth; --material '#1' dresses it"));
+}
+
+TEST_CASE("dress --all: what moves with head and fingers is a body, and cloth moves with either at most") {
+  for (const auto& [first, second, body] : {std::tuple("mixamorig:Head", "mixamorig:LeftHandThumb1", true),
+                                            {"head", "f_finger.01.L", true},
+                                            {"Spine", "LeftHand", false},
+                                            {"thumb", "LeftHandThumb2", false},
+                                            {"Head", "Neck", false}}) {
+    CAPTURE(first);
+    Workshop workshop;
+    GltfDocument document = test::need(load_gltf(workshop.garment));
+    Json mesh = document.json["meshes"][0];
+    mesh["primitives"][0]["material"] = 1;
+    std::vector<float> joints;
+    std::vector<float> weights;
+    for (int i = 0; i < 4; ++i) {
+      joints.insert(joints.end(), {i < 2 ? 0.0F : 1.0F, 0, 0, 0});
+      weights.insert(weights.end(), {1, 0, 0, 0});
+    }
+    mesh["primitives"][0]["attributes"]["JOINTS_0"] = append_float_accessor(document, joints, 4, false);
+    mesh["primitives"][0]["attributes"]["WEIGHTS_0"] = append_float_accessor(document, weights, 4, false);
+    document.json["materials"] = {{{"name", "a"}}, {{"name", "b"}}};
+    document.json["meshes"].push_back(mesh);
+    const std::size_t nodes = document.json["nodes"].size();
+    for (const Json& node : {Json{{"mesh", 1}, {"skin", 0}}, Json{{"name", first}}, Json{{"name", second}}})
+      document.json["nodes"].push_back(node);
+    document.json["skins"] = {{{"joints", {nodes + 1, nodes + 2}}}};
+    CHECK(test::need(choose_materials(document, {.all = true})).materials.size() == (body ? 1 : 2));
+  }
+}
+
+TEST_CASE("dress: vertex colours of a garment are the cloth's, unless they are white or others are wanted") {
+  for (const float red : {1.0F, 0.5F}) {
+    for (const bool given : {false, true}) {
+      const Workshop plain;
+      GltfDocument document = test::need(load_gltf(plain.garment));
+      const std::vector<V4f> colours(4, V4f(red, 1, 1, 0.5F));
+      document.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] =
+          append_float_accessor(document, floats_of(colours), 4, false);
+      REQUIRE(save_gltf(document, plain.garment));
+      DressOptions options = all();
+      if (given) options.keep.color = V3f(0.3F, 0.2F, 0.3F);
+      const DressReport report = test::need(plain.dress(options));
+      const Scene scene = test::need(read_scene(plain.output));
+      CHECK(scene.primitives[0].colors.empty() == (given && red < 1));
+      const std::vector<std::string> said =
+          red < 1 ? std::vector<std::string>{"COLOR_0"} : std::vector<std::string>{};
+      if (!given) CHECK(report.materials[0].kept == said);
+      if (!given)
+        CHECK(scene.materials[0].kept.tint.x == doctest::Approx(red < 1 ? 0.8 / 0.3 : 1).epsilon(1e-3));
+      if (given && red < 1) CHECK(report.materials[0].replaced.front() == "COLOR_0");
+      CHECK(check_gltf(plain.output).empty());
+    }
+  }
 }
 
 TEST_CASE("dress: materials on one picture share its mask, and textures on other UV sets are left out") {

@@ -17,7 +17,7 @@ TEST_CASE("true size: a document without scenes is scaled as one with them") {
   GltfDocument document = test::need(load_gltf(workshop.garment));
   document.json.erase("scenes");
   document.json.erase("scene");
-  REQUIRE(size_garment(document, 0.01, {}, {}));
+  REQUIRE(scale_garment(document, 0.01));
   CHECK_FALSE(document.json.contains("scenes"));
   CHECK(bounds_of(test::need(read_scene(document))).size().y == doctest::Approx(0.01));
 }
@@ -32,7 +32,7 @@ TEST_CASE("true size: scenes that share nodes are all scaled, and no node gets t
   document.json["scenes"][0]["nodes"] = {shared, count};
   document.json["scenes"][1]["nodes"] = {shared};
   document.json["scenes"][3]["nodes"] = {count, shared};
-  REQUIRE(size_garment(document, 0.01, {}, {}));
+  REQUIRE(scale_garment(document, 0.01));
   std::map<int, int> parents;
   for (const Json& node : document.json["nodes"]) {
     for (const Json& child : array_of(node, "children")) ++parents[child.get<int>()];
@@ -48,7 +48,7 @@ TEST_CASE("true size: a scene that lists the child of a node is refused") {
   GltfDocument document = test::need(load_gltf(workshop.garment));
   const int root = document.json["scenes"][0]["nodes"][0];
   document.json["nodes"].push_back({{"children", {root}}});
-  const Error error = test::error_of(size_garment(document, 0.01, {}, {}));
+  const Error error = test::error_of(scale_garment(document, 0.01));
   CHECK(error.code == Code::gltf_malformed);
   CHECK(error.place == "/scenes/0/nodes/0");
 }
@@ -60,8 +60,9 @@ TEST_CASE("true size: advice names the unit that makes a garment as long as garm
                                         {2.29, ""},
                                         {425.0, "--unit mm makes that 0.425 m"},
                                         {60.0, "--unit cm makes that 0.6 m"},
+                                        {36.3, "--unit inch makes that 0.922 m"},
                                         {11.6, "--height METRES"},
-                                        {4.8, "--height METRES"},
+                                        {4.8, "--unit foot makes that 1.46 m"},
                                         {0.058, "--height METRES"},
                                         {9e9, "--height METRES"}}) {
     CAPTURE(longest);
