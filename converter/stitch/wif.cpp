@@ -114,7 +114,9 @@ class WifSections {
         refuse_text(fmt::format("line {}", number), std::move(why));
       };
       const std::size_t close = line.front() == '[' ? line.find(']') : std::string::npos;
-      if (close != std::string::npos) {
+      // Text may begin with brackets, too.
+      if (close != std::string::npos &&
+          (numbers || close + 1 == line.size() || trimmed(line.substr(close + 1)).front() == ';')) {
         const std::string name = upper(trimmed(line.substr(1, close - 1)));
         numbers = std::ranges::find(sections_of_numbers, name) != sections_of_numbers.end();
         const auto [section, is_new] = sections_.try_emplace(name);
@@ -370,7 +372,7 @@ struct Lifts {
 
 /// Tie-ups may name more shafts and treadles than the header counts.
 Lifts lifts_of(const WifSections& draft, int wefts, std::set<std::string>& remarks) {
-  const bool tied = draft.has("TREADLING") && draft.has("TIEUP");
+  const bool tied = !draft.all("TREADLING").empty() && !draft.all("TIEUP").empty();
   if (draft.has("LIFTPLAN") && !(tied && draft.denied("LIFTPLAN"))) {
     auto shafts = draft.sets("LIFTPLAN", wefts, max_shafts);
     if (!tied || largest_in(shafts) > 0) return {shafts, shafts};

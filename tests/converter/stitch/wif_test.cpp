@@ -250,6 +250,9 @@ TEST_CASE("drafts of real programs are read, with a remark on what was left out 
       {with("\n2=2,3", "\n2=2,3;a twill", with("Rising Shed=yes", "Rising Shed=yes ; a jack loom")), comment},
       {with("[WEAVING]", "[PRIVATE X NOTES]\nfree text; of the program\n[half a bracket\n[WEAVING]"), text},
       {good + "[NOTES]\nwarp it wide\n" + std::string(70000, 'x') + "\n[PRIVATE X]\n[12] ends\n", text},
+      {with("[WARP]", "[NOTES]\n[WARP] of wool\n[WARP] ;\n"), text},
+      {without("[TIEUP]", "[nothing]") + "[TIEUP]\n[TREADLING]\n" + lifts + "[CONTENTS]\nLIFTPLAN=0\n",
+       denies("LIFTPLAN")},
       {without("[COLOR PALETTE]", "[THREADING]"), no_table},
       {with("1=255,0,0\n2=0,0,255\n", ""), no_table},
       {with("1=255,0,0\n2=0,0,255\n", "", with("Color=1", "Color=9,0,128,0")), no_table},
@@ -273,7 +276,7 @@ TEST_CASE("drafts of real programs are read, with a remark on what was left out 
     CHECK(read.weave.warp_mm[0] == doctest::Approx(1));
     CHECK((remark.empty() || std::ranges::count(read.remarks, remark) == 1));
   }
-  CHECK(draft(cases[9].first).weave.warp[0].albedo.y == doctest::Approx(0.2158605));
+  CHECK(draft(cases[11].first).weave.warp[0].albedo.y == doctest::Approx(0.2158605));
 }
 
 TEST_CASE("broken drafts are refused by section and key") {
