@@ -115,6 +115,7 @@ Result<int> run(const DressCommand& command) {
   const auto dressed = value_or_throw(dress(command.garment, command.fabric, command.output, command.dress));
   report_remarks(command.common, command.garment, dressed.warnings);
   Json materials = Json::array();
+  Json unwrapped = Json::array();
   for (const DressedMaterial& m : dressed.materials) {
     materials.push_back({{"index", m.index},
                          {"name", m.name},
@@ -127,10 +128,9 @@ Result<int> run(const DressCommand& command) {
                          {"withoutUvs", m.size.without},
                          {"kept", m.kept},
                          {"replaced", m.replaced}});
+    if (const auto made = dressed.unwrapped.find(m.index); made != dressed.unwrapped.end())
+      unwrapped.push_back({{"index", m.index}, {"charts", made->second.charts}, {"stretch", m.size.stretch}});
   }
-  Json unwrapped = Json::array();
-  for (const auto& [material, made] : dressed.unwrapped)
-    unwrapped.push_back({{"index", material}, {"charts", made.charts}, {"stretch", made.stretch}});
   Json variants = Json::array();
   for (const VariantMaterial& v : dressed.variants) {
     variants.push_back({{"name", v.variant}, {"index", v.index}, {"of", v.base}, {"repeats", v.repeats}});

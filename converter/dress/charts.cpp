@@ -2,14 +2,16 @@
 
 #include <Imath/ImathBox.h>
 
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 #include <tuple>
 
-#include "format/scene/flatten.h"
+#include "converter/dress/flatten.h"
 
 namespace selvedge {
 namespace {
@@ -18,16 +20,22 @@ constexpr int none = -1;
 
 using Face = std::array<std::uint32_t, 3>;
 
+struct Traits : OpenMesh::DefaultTraits {
+  using Point = OpenMesh::Vec3d;
+  using Normal = OpenMesh::Vec3d;
+};
+using Mesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
+
 class Cutter {
  public:
   Cutter(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles, const V3d& down)
-      : positions_(positions), down_(down), welded_(weld(positions)) {
+      : positions_(positions), down_(down) {
     for (std::size_t t = 0; t + 2 < triangles.size(); t += 3)
       add({triangles[t], triangles[t + 1], triangles[t + 2]});
   }
 
   Charts cut(double& top) {
-    find_neighbours();
+    build_mesh();
     chart_of_ = parts(half_axes());
     join_small_parts();
     lay_flat();
@@ -36,47 +44,99 @@ class Cutter {
   }
 
  private:
-  std::array<V3d, 3> corners(std::size_t face) const {
-    const Face& f = faces_[face];
-    return {positions_[f[0]], positions_[f[1]], positions_[f[2]]};
+  V3d normal_of(const Face& face) const {  ///< as long as twice its area
+    return (positions_[face[1]] - positions_[face[0]]).cross(positions_[face[2]] - positions_[face[0]]);
   }
 
   void add(const Face& face) {
     constexpr double thinnest = 1e-9;  // height over length: invisible, and too steep for the equations
-    const V3d a = positions_[face[1]] - positions_[face[0]];
-    const V3d b = positions_[face[2]] - positions_[face[0]];
-    const V3d normal = a.cross(b);
-    const double longest = std::max({a.length2(), b.length2(), (b - a).length2()});
-    if (!(normal.length() > thinnest * longest)) return;
-    faces_.push_back(face);
-    normals_.push_back(normal);
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      longest = std::max(longest, (positions_[face[(k + 1) % 3]] - positions_[face[k]]).length2());
+    if (normal_of(face).length() > thinnest * longest) faces_.push_back(face);
   }
 
-  void find_neighbours() {
-    // From the smaller vertex to the larger, and the face; odd where the face runs the other way.
+  /// The size of a triangle in the middle.
+  double size_of_face() const {
+    if (faces_.empty()) return 0;
+    std::vector<double> areas;
+    for (const Face& face : faces_) areas.push_back(normal_of(face).length());
+    const auto middle = areas.begin() + std::ssize(areas) / 2;
+    std::ranges::nth_element(areas, middle);
+    return std::sqrt(*middle);
+  }
+
+  /// Numbers of faces, each with an edge that an earlier one has, too, where there is one.
+  std::vector<std::size_t> in_reach(const std::vector<std::uint32_t>& welded) const {
+    constexpr int max_faces = 8;  // looked at on one edge
     std::vector<std::tuple<std::uint32_t, std::uint32_t, std::size_t>> edges;
-    for (std::size_t f = 0; f < faces_.size(); ++f) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t a = welded_[faces_[f][k]];
-        const std::uint32_t b = welded_[faces_[f][(k + 1) % 3]];
-        edges.emplace_back(std::min(a, b), std::max(a, b), 2 * (3 * f + k) + (a < b ? 0 : 1));
+    const auto edge = [&](std::size_t face, std::size_t k) {
+      return std::minmax(welded[faces_[face][k]], welded[faces_[face][(k + 1) % 3]]);
+    };
+    for (std::size_t f = 0; f < faces_.size(); ++f)
+      for (std::size_t k = 0; k < 3; ++k) edges.emplace_back(edge(f, k).first, edge(f, k).second, f);
+    std::ranges::sort(edges);
+    std::vector<bool> reached(faces_.size(), false);
+    std::vector<std::size_t> order;
+    const auto reach = [&](std::size_t face) {
+      if (!reached[face]) order.push_back(face);
+      reached[face] = true;
+    };
+    for (std::size_t seed = 0, at = 0; seed < faces_.size(); ++seed) {
+      reach(seed);
+      for (; at < order.size(); ++at) {
+        const std::size_t face = order[at];
+        for (std::size_t k = 0; k < 3; ++k) {
+          const auto [a, b] = edge(face, k);
+          auto other = std::ranges::lower_bound(edges, std::tuple(a, b, std::size_t{0}));
+          for (int n = 0; n < max_faces && other != edges.end(); ++n, ++other) {
+            if (std::get<0>(*other) != a || std::get<1>(*other) != b) break;
+            reach(std::get<2>(*other));
+          }
+        }
       }
     }
-    std::ranges::sort(edges);
-    neighbours_.assign(faces_.size(), {none, none, none});
-    const auto same = [&](std::size_t i, std::size_t j) {
-      return std::get<0>(edges[i]) == std::get<0>(edges[j]) && std::get<1>(edges[i]) == std::get<1>(edges[j]);
-    };
-    for (std::size_t i = 0; i < edges.size();) {
-      std::size_t end = i + 1;
-      while (end < edges.size() && same(i, end)) ++end;
-      const std::size_t one = std::get<2>(edges[i]);
-      const std::size_t other = std::get<2>(edges[end - 1]);
-      if (end - i == 2 && one % 2 != other % 2) {
-        neighbours_[one / 6][one / 2 % 3] = static_cast<int>(other / 6);
-        neighbours_[other / 6][other / 2 % 3] = static_cast<int>(one / 6);
+    return order;
+  }
+
+  void build_mesh() {
+    omerr().disable();  // it tells of faces that it refuses
+    const std::vector<std::uint32_t> welded = weld(positions_, 3e-3 * size_of_face());
+    std::vector<std::size_t> open = in_reach(welded);
+    // Sheets of faces; those that one refuses both ways are left to the next, and at last each has vertices
+    // of its own.
+    constexpr int sheets = 8;
+    for (int sheet = 0; !open.empty(); ++sheet) {
+      std::vector<Mesh::VertexHandle> vertices(positions_.size());
+      std::set<Face> seen;
+      std::vector<std::size_t> refused;
+      for (const std::size_t number : open) {
+        Face corners;
+        std::array<Mesh::VertexHandle, 3> own;
+        for (std::size_t k = 0; k < 3; ++k) {
+          corners[k] = welded[faces_[number][k]];
+          Mesh::VertexHandle& vertex = sheet < sheets ? vertices[corners[k]] : own[k];
+          // Faces all around take no more: another part begins that meets them here.
+          if (!vertex.is_valid() || !(mesh_.is_isolated(vertex) || mesh_.is_boundary(vertex))) {
+            const V3d& p = positions_[corners[k]];
+            vertex = mesh_.add_vertex({p.x, p.y, p.z});
+          }
+          own[k] = vertex;
+        }
+        std::ranges::sort(corners);
+        const bool fits = corners[0] != corners[1] && corners[1] != corners[2] && seen.insert(corners).second;
+        bool added = false;
+        for (const bool turned : {false, true}) {
+          if (added || (!fits && sheet < sheets)) continue;
+          added = mesh_.add_face(own[0], own[turned ? 2 : 1], own[turned ? 1 : 2]).is_valid();
+          if (!added) continue;
+          numbers_.push_back(number);
+          turned_.push_back(turned);
+          normals_.push_back(normal_of(faces_[number]) * (turned ? -1 : 1));
+        }
+        if (!added) refused.push_back(number);
       }
-      i = end;
+      open = std::move(refused);
     }
   }
 
@@ -87,9 +147,7 @@ class Cutter {
     for (int round = 0; round < rounds; ++round) {
       std::vector<V3d> next = smooth;
       for (std::size_t f = 0; f < faces_.size(); ++f) {
-        for (const int n : neighbours_[f]) {
-          if (n != none) next[f] += smooth[n];
-        }
+        for (const auto n : mesh_.ff_range(face_handle(f))) next[f] += smooth[n.idx()];
         next[f] *= 0.25;
       }
       smooth = std::move(next);
@@ -117,10 +175,11 @@ class Cutter {
       while (!open.empty()) {
         const std::size_t face = open.back();
         open.pop_back();
-        for (const int n : neighbours_[face]) {
-          if (n == none || part[n] != none || labels[n] != labels[seed]) continue;
+        for (const auto neighbour : mesh_.ff_range(face_handle(face))) {
+          const auto n = static_cast<std::size_t>(neighbour.idx());
+          if (part[n] != none || labels[n] != labels[seed]) continue;
           part[n] = count;
-          open.push_back(static_cast<std::size_t>(n));
+          open.push_back(n);
         }
       }
       ++count;
@@ -131,13 +190,12 @@ class Cutter {
   void join_small_parts() {
     constexpr double small = 0.01;
     const std::vector<int> whole = parts(std::vector<int>(faces_.size(), 0));
-    const auto sum_of = [&](const std::vector<int>& chart_ids) {
-      std::vector<double> areas(chart_ids.empty() ? 0 : *std::ranges::max_element(chart_ids) + 1);
-      for (std::size_t f = 0; f < faces_.size(); ++f) areas[chart_ids[f]] += normals_[f].length();
-      return areas;
-    };
-    const std::vector<double> of_whole = sum_of(whole);
-    std::vector<double> areas = sum_of(chart_of_);
+    std::vector<double> areas(faces_.size(), 0);
+    std::vector<double> wholes(faces_.size(), 0);
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+      areas[chart_of_[f]] += normals_[f].length();
+      wholes[whole[f]] += normals_[f].length();
+    }
     // Rounds, in each of which every small part that has a neighbour joins one: half as many are left.
     std::vector<int> joined(areas.size());  // the part that each has joined, or itself
     std::iota(joined.begin(), joined.end(), 0);
@@ -147,81 +205,71 @@ class Cutter {
     };
     for (bool again = true; again;) {
       again = false;
-      std::vector<std::tuple<int, int, double>> borders;  // of small parts, with whom, and how long
-      for (std::size_t f = 0; f < faces_.size(); ++f) {
-        const int part = root(chart_of_[f]);
-        if (areas[part] >= small * of_whole[whole[f]]) continue;
-        for (std::size_t k = 0; k < 3; ++k) {
-          const int n = neighbours_[f][k];
-          if (n == none || root(chart_of_[n]) == part) continue;
-          borders.emplace_back(part, root(chart_of_[n]),
-                               (positions_[faces_[f][(k + 1) % 3]] - positions_[faces_[f][k]]).length());
+      std::map<std::pair<int, int>, double> borders;  // of small parts, with whom, and how long
+      for (const auto edge : mesh_.edges()) {
+        if (edge.is_boundary()) continue;
+        for (const auto side : {edge.h0(), edge.h1()}) {
+          const int part = root(chart_of_[side.face().idx()]);
+          const int other = root(chart_of_[side.opp().face().idx()]);
+          if (part != other && areas[part] < small * wholes[whole[side.face().idx()]])
+            borders[{part, other}] += mesh_.calc_edge_length(edge);
         }
       }
-      std::ranges::sort(borders);
-      for (std::size_t at = 0; at < borders.size();) {
-        const int part = std::get<0>(borders[at]);
-        int into = part;
-        double longest = -1;
-        while (at < borders.size() && std::get<0>(borders[at]) == part) {
-          const int other = std::get<1>(borders[at]);
-          double length = 0;
-          for (; at < borders.size() && std::get<0>(borders[at]) == part && std::get<1>(borders[at]) == other;
-               ++at)
-            length += std::get<2>(borders[at]);
-          if (length > longest) std::tie(into, longest) = std::pair(other, length);
-        }
+      for (auto at = borders.begin(); at != borders.end();) {
+        const int part = at->first.first;
+        auto longest = at;
+        for (; at != borders.end() && at->first.first == part; ++at)
+          if (at->second > longest->second) longest = at;
         const int from = root(part);
-        const int to = root(into);
+        const int to = root(longest->first.second);
         if (from == to) continue;  // they have joined each other
         joined[from] = to;
         areas[to] += areas[from];
         again = true;
       }
     }
-    std::vector<std::vector<std::size_t>> members(areas.size());
-    for (std::size_t f = 0; f < faces_.size(); ++f) members[root(chart_of_[f])].push_back(f);
-    std::erase_if(members, [](const auto& part) { return part.empty(); });
-    members_ = std::move(members);
+    for (int& part : chart_of_) part = root(part);
   }
 
   void lay_flat() {
     charts_.indices.resize(3 * faces_.size());
-    charts_.stretch.resize(faces_.size());
-    for (const std::vector<std::size_t>& faces : members_) {
+    std::map<int, std::vector<std::size_t>> members;
+    for (std::size_t f = 0; f < faces_.size(); ++f) members[chart_of_[f]].push_back(f);
+    for (const auto& [chart, faces] : members) {
       Panel panel;
-      std::map<std::uint32_t, int> local;
+      std::map<Mesh::VertexHandle, int> local;
       for (const std::size_t f : faces) {
         V3i triangle;
-        for (int k = 0; k < 3; ++k) {
-          const std::uint32_t v = welded_[faces_[f][k]];
-          const auto [entry, fresh] = local.try_emplace(v, static_cast<int>(panel.positions.size()));
-          if (fresh) panel.positions.push_back(positions_[v]);
-          triangle[k] = entry->second;
+        int k = 0;
+        for (const auto vertex : mesh_.fv_range(face_handle(f))) {
+          const auto [entry, fresh] = local.try_emplace(vertex, static_cast<int>(panel.positions.size()));
+          const Mesh::Point& p = mesh_.point(vertex);
+          if (fresh) panel.positions.emplace_back(p[0], p[1], p[2]);
+          triangle[k++] = entry->second;
         }
         panel.triangles.push_back(triangle);
       }
       std::vector<V2d> plane;
-      if (is_simple(panel)) plane = flatten(panel);
+      if (is_simple(faces, panel)) plane = flatten(panel);
       if (plane.empty() || !is_sound(panel, plane)) plane = projected(panel);
       for (V2d& p : plane) p.y = -p.y;  // v of glTF grows downwards
       turn(panel, plane);
-      add_chart(faces, panel, local, plane);
+      add_chart(faces, panel, plane);
     }
   }
 
   /// Whether the equations of a chart are as sparse as for a disc, by Euler's number: a hole takes one
   /// from it and a handle two, and many handles tie everything to everything. One triangle needs none.
-  static bool is_simple(const Panel& panel) {
+  bool is_simple(const std::vector<std::size_t>& faces, const Panel& panel) const {
     constexpr std::ptrdiff_t max_holes = 64;
-    std::vector<std::pair<int, int>> edges;
-    for (const V3i& t : panel.triangles) {
-      for (int k = 0; k < 3; ++k) edges.push_back(std::minmax(t[k], t[(k + 1) % 3]));
+    std::ptrdiff_t halves = 0;  // of edges
+    for (const std::size_t f : faces) {
+      for (const auto side : mesh_.fh_range(face_handle(f))) {
+        const auto other = side.opp().face();
+        halves += other.is_valid() && chart_of_[other.idx()] == chart_of_[f] ? 1 : 2;
+      }
     }
-    std::ranges::sort(edges);
-    const std::ptrdiff_t unique = std::unique(edges.begin(), edges.end()) - edges.begin();
-    return panel.triangles.size() > 1 &&
-           std::ssize(panel.positions) - unique + std::ssize(panel.triangles) >= 1 - max_holes;
+    return faces.size() > 1 && std::ssize(panel.positions) - halves / 2 + std::ssize(faces) >= 1 - max_holes;
   }
 
   static double signed_area(const V3i& t, const std::vector<V2d>& plane) {
@@ -253,26 +301,24 @@ class Cutter {
     for (V2d& p : plane) p = V2d(p.x * slope.y - p.y * slope.x, p.x * slope.x + p.y * slope.y);
   }
 
-  void add_chart(const std::vector<std::size_t>& faces, const Panel& panel,
-                 const std::map<std::uint32_t, int>& local, const std::vector<V2d>& plane) {
-    std::map<std::uint32_t, std::uint32_t> fresh;  // by vertex of the surface
+  void add_chart(const std::vector<std::size_t>& faces, const Panel& panel, const std::vector<V2d>& plane) {
+    std::map<std::pair<std::uint32_t, int>, std::uint32_t> fresh;  // by vertices of surface and panel
     Imath::Box2d box;
     for (const V2d& p : plane) box.extendBy(p);
     const std::size_t first = charts_.uvs.size();
     for (std::size_t i = 0; i < faces.size(); ++i) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t v = faces_[faces[i]][k];
-        const auto [entry, is_new] = fresh.try_emplace(v, static_cast<std::uint32_t>(charts_.sources.size()));
+      const std::size_t number = numbers_[faces[i]];
+      for (int k = 0; k < 3; ++k) {
+        const auto corner = static_cast<std::size_t>(turned_[faces[i]] ? (3 - k) % 3 : k);
+        const std::uint32_t source = faces_[number][corner];
+        const int flat = panel.triangles[i][k];
+        const auto [entry, is_new] = fresh.try_emplace({source, flat}, charts_.sources.size());
         if (is_new) {
-          charts_.sources.push_back(v);
-          charts_.uvs.push_back(plane[local.at(welded_[v])] - box.min);
+          charts_.sources.push_back(source);
+          charts_.uvs.push_back(plane[flat] - box.min);
         }
-        charts_.indices[3 * faces[i] + k] = entry->second;
+        charts_.indices[3 * number + corner] = entry->second;
       }
-      const V3i& t = panel.triangles[i];
-      const Stretch s = stretch_of(corners(faces[i]), {plane[t[0]], plane[t[1]], plane[t[2]]});
-      const double most = std::max(s.most, 1 / std::max(s.least, 1e-12));
-      charts_.stretch[faces[i]] = {std::isfinite(most) ? most : 1e12, normals_[faces[i]].length() / 2};
     }
     placed_.push_back({box.size(), first, charts_.uvs.size()});
     ++charts_.count;
@@ -307,46 +353,52 @@ class Cutter {
     std::size_t end = 0;
   };
 
+  static Mesh::FaceHandle face_handle(std::size_t face) { return Mesh::FaceHandle(static_cast<int>(face)); }
+
   const std::vector<V3d>& positions_;
   V3d down_;
-  std::vector<std::uint32_t> welded_;
-  std::vector<Face> faces_;
-  std::vector<V3d> normals_;  ///< of faces, as long as twice their area
-  std::vector<std::array<int, 3>> neighbours_;
+  Mesh mesh_;
+  std::vector<Face> faces_;           ///< of the surface, those with an area
+  std::vector<std::size_t> numbers_;  ///< by face of the mesh, as all below: in faces_
+  std::vector<bool> turned_;          ///< its corners run the other way in the mesh, as its neighbours' do
+  std::vector<V3d> normals_;          ///< as long as twice the area
   std::vector<int> chart_of_;
-  std::vector<std::vector<std::size_t>> members_;
   std::vector<Placed> placed_;
   Charts charts_;
 };
 
 }  // namespace
 
-std::vector<std::uint32_t> weld(const std::vector<V3d>& positions) {
-  const auto key = [&](std::uint32_t i) { return std::tie(positions[i].x, positions[i].y, positions[i].z); };
-  std::vector<std::uint32_t> order(positions.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::ranges::stable_sort(order, [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-  std::vector<std::uint32_t> first(positions.size());
-  for (std::size_t i = 0; i < order.size(); ++i)
-    first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
+std::vector<std::uint32_t> weld(const std::vector<V3d>& positions, double tolerance) {
+  using Cell = std::array<double, 3>;
+  const double side = tolerance > 0 ? 4 * tolerance : 1e-9;
+  const auto cell_of = [&](const V3d& p) {
+    return Cell{std::floor(p.x / side), std::floor(p.y / side), std::floor(p.z / side)};
+  };
+  std::multimap<Cell, std::uint32_t> cells;  // with the first ones
+  std::vector<std::uint32_t> first;
+  for (std::uint32_t i = 0; i < positions.size(); ++i) {
+    std::set<Cell> around;
+    for (const unsigned corner : {0U, 1U, 2U, 3U, 4U, 5U, 6U, 7U}) {
+      const V3d way(corner & 1U ? 1 : -1, corner & 2U ? 1 : -1, corner & 4U ? 1 : -1);
+      around.insert(cell_of(positions[i] + tolerance * way));
+    }
+    first.push_back(i);
+    for (const Cell& cell : around) {
+      for (auto [at, end] = cells.equal_range(cell); at != end; ++at) {
+        const V3d away = positions[at->second] - positions[i];
+        if (std::max({std::abs(away.x), std::abs(away.y), std::abs(away.z)}) <= tolerance)
+          first[i] = std::min(first[i], at->second);
+      }
+    }
+    if (first[i] == i) cells.emplace(cell_of(positions[i]), i);
+  }
   return first;
 }
 
 Charts cut_into_charts(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles,
                        const V3d& down, double& top) {
   return Cutter(positions, triangles, down).cut(top);
-}
-
-double stretch_below(std::vector<ChartStretch> stretch, double share) {
-  std::ranges::sort(stretch, [](const ChartStretch& a, const ChartStretch& b) { return a.most < b.most; });
-  double total = 0;
-  for (const ChartStretch& s : stretch) total += s.area;
-  double sum = 0;
-  for (const ChartStretch& s : stretch) {
-    sum += s.area;
-    if (sum >= share * total) return s.most;
-  }
-  return 1;
 }
 
 }  // namespace selvedge

@@ -11,16 +11,17 @@ namespace selvedge {
 
 struct Unwrapped {
   int charts = 0;
-  double stretch = 1;     ///< what nineteen twentieths of the area stay below (ChartStretch::most)
   bool replaced = false;  ///< there were texture coordinates before
 };
 
 /// Gives the places of a material texture coordinates in metres, in place of the set's old ones: charts
-/// (charts.h) of each primitive, below each other. Vertices at seams become several, tangents are dropped.
-/// Skins and morph targets are kept: what is laid flat is the mesh without them, in the size that `in_scene`,
-/// of the same document, has for it. A primitive without an area gets zeros where it has none. GARMENT_EMPTY
-/// without a triangle that has an area, GARMENT_NO_UVS for a set above one that is missing, both of a
-/// document that is as it was.
+/// (charts.h) of each primitive, below each other. Vertices at seams become several; normals and tangents
+/// that are not unit and joints without weight are mended, so that no fault is there twice. Tangents follow
+/// the set if a normal texture is on it; without a normal texture they are dropped. Skins and morph targets
+/// are kept: what is laid flat is the mesh without them, in the size that `in_scene`, of the same document,
+/// has for it. A primitive without an area gets zeros where it has none. GARMENT_EMPTY without a triangle
+/// that has an area, GARMENT_NO_UVS for a set above one that is missing, both of a document that is as it
+/// was.
 Result<Unwrapped> unwrap(GltfDocument& document, const std::set<Place>& places, int tex_coord,
                          const PlacesInScene& in_scene);
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace selvedge {
 namespace {
@@ -17,27 +18,24 @@ struct Sample {
   double area;
 };
 
-/// The lengths that the shares of the area stay below.
-std::array<double, 3> quantiles(const std::vector<Sample>& samples, V3d Sample::*along,
-                                const std::array<double, 3>& shares) {
-  std::vector<std::pair<double, double>> lengths;
+/// Values, each with its area.
+using Spread = std::vector<std::pair<double, double>>;
+
+/// The values that 5, 50 and 95 % of the area stay below.
+std::array<double, 3> quantiles(Spread values) {
+  constexpr std::array<double, 3> wanted{0.05, 0.5, 0.95};
   double total = 0;
-  for (const Sample& sample : samples) {
-    lengths.emplace_back((sample.*along).length(), sample.area);
-    total += sample.area;
-  }
-  std::ranges::sort(lengths);
+  for (const auto& [value, area] : values) total += area;
+  std::ranges::sort(values);
   std::array<double, 3> found{};
   double sum = 0;
   std::size_t next = 0;
-  for (const auto& [length, area] : lengths) {
+  for (const auto& [value, area] : values) {
     sum += area;
-    for (; next < shares.size() && sum >= shares[next] * total; ++next) found[next] = length;
+    for (; next < wanted.size() && sum >= wanted[next] * total; ++next) found[next] = value;
   }
   return found;
 }
-
-constexpr std::array<double, 3> wanted{0.05, 0.5, 0.95};
 
 /// How many times cloth of this size is too long or too short one way: by the singular values of its stretch.
 double stretch_of(const Sample& sample, const V2d& metres) {
@@ -47,7 +45,8 @@ double stretch_of(const Sample& sample, const V2d& metres) {
   const double root = std::hypot(u.length2() - v.length2(), 2 * u.dot(v));
   const double longest = std::sqrt((sum + root) / 2);
   const double shortest = std::sqrt(std::max(0.0, (sum - root) / 2));
-  return std::max(longest, 1 / shortest);
+  const double most = std::max(longest, 1 / shortest);
+  return std::isnan(most) ? std::numeric_limits<double>::infinity() : most;
 }
 
 /// Adds the samples of a primitive, and the area of triangles that have none.
@@ -90,19 +89,28 @@ UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord
     ++size.primitives;
     all.insert(all.end(), samples.begin(), samples.end());
   }
-  const auto u = quantiles(all, &Sample::along_u, wanted);
-  const auto v = quantiles(all, &Sample::along_v, wanted);
+  Spread lengths_u;
+  Spread lengths_v;
+  for (const Sample& sample : all) {
+    lengths_u.emplace_back(sample.along_u.length(), sample.area);
+    lengths_v.emplace_back(sample.along_v.length(), sample.area);
+  }
+  const auto u = quantiles(std::move(lengths_u));
+  const auto v = quantiles(std::move(lengths_v));
   size.low = V2d(u[0], v[0]);
   size.metres = V2d(u[1], v[1]);
   size.high = V2d(u[2], v[2]);
   double area = without;
+  Spread stretches{{std::numeric_limits<double>::infinity(), without}};
   for (const Sample& sample : all) {
     area += sample.area;
     const double stretch = stretch_of(sample, size.metres);
+    stretches.emplace_back(stretch, sample.area);
     if (stretch > max_stretch) size.stretched += sample.area;
     if (!(stretch <= useless_stretch)) size.unusable += sample.area;
   }
   if (area > 0) {
+    size.stretch = quantiles(std::move(stretches))[2];
     size.stretched /= area;
     size.unusable = (size.unusable + without) / area;
     size.without = without / area;

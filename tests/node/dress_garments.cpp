@@ -1,4 +1,5 @@
-// Dresses every garment of a folder, for garments.mjs to validate: dress_garments FOLDER OUTPUT_FOLDER
+// Dresses every garment of a folder, for garments.mjs to validate, with its own texture coordinates and with
+// new ones: dress_garments FOLDER OUTPUT_FOLDER
 // Prints "input<tab>output<tab>" per file dressed. A garment that cannot be dressed is written again as it
 // is, and the reason printed behind; without an output if it cannot be read either.
 #include <cstdio>
@@ -33,6 +34,7 @@ int main(int argc, char** argv) {
       const std::string name = std::to_string(number++) + "-" + garment.stem().string() + ending;
       DressOptions options;
       options.all = true;
+      if (name.ends_with(".gltf")) options.unwrap = Unwrapping::always;
       const auto report = dress(garment.string(), fabric, (output / name).string(), options);
       bool written = report.has_value();
       if (!report) {

@@ -1,4 +1,4 @@
-#include "format/scene/flatten.h"
+#include "converter/dress/flatten.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
@@ -135,10 +135,9 @@ Eigen::Matrix2d nearest_rotation(const FlatTriangle& flat, const std::array<Eige
   return Eigen::Rotation2Dd(angle).toRotationMatrix();
 }
 
-}  // namespace
-
-std::vector<V2d> relax(const Panel& panel, const std::vector<V2d>& start) {
-  const std::vector<FlatTriangle> flat = lay_flat(panel);
+/// As rigid as possible, from given plane positions.
+std::vector<V2d> relax(const Panel& panel, const std::vector<FlatTriangle>& flat,
+                       const std::vector<V2d>& start) {
   const Eigen::Index count = static_cast<Eigen::Index>(panel.positions.size());
 
   // The first vertex is held: the energy does not see translations.
@@ -189,7 +188,12 @@ std::vector<V2d> relax(const Panel& panel, const std::vector<V2d>& start) {
   return result;
 }
 
-std::vector<V2d> flatten(const Panel& panel) { return relax(panel, conformal(panel, lay_flat(panel))); }
+}  // namespace
+
+std::vector<V2d> flatten(const Panel& panel) {
+  const std::vector<FlatTriangle> flat = lay_flat(panel);
+  return relax(panel, flat, conformal(panel, flat));
+}
 
 V2d gradient_of(const Panel& panel, const std::vector<V2d>& plane, const V3d& direction) {
   V2d sum(0, 0);
@@ -202,22 +206,6 @@ V2d gradient_of(const Panel& panel, const std::vector<V2d>& plane, const V3d& di
     sum += side * V2d(along_a * b.y - along_b * a.y, along_b * a.x - along_a * b.x);
   }
   return sum;
-}
-
-Stretch stretch_of(const std::array<V3d, 3>& corners, const std::array<V2d, 3>& plane) {
-  const V2d a = plane[1] - plane[0];
-  const V2d b = plane[2] - plane[0];
-  const double area = a % b;
-  const V3d p = corners[1] - corners[0];
-  const V3d q = corners[2] - corners[0];
-  const V3d along_u = (p * b.y - q * a.y) / area;
-  const V3d along_v = (q * a.x - p * b.x) / area;
-  const double e = along_u.dot(along_u);
-  const double f = along_u.dot(along_v);
-  const double g = along_v.dot(along_v);
-  const double middle = (e + g) / 2;
-  const double spread = std::sqrt((e - g) * (e - g) / 4 + f * f);
-  return {std::sqrt(middle + spread), std::sqrt(std::max(0.0, middle - spread))};
 }
 
 }  // namespace selvedge
