@@ -1,7 +1,12 @@
-// Exception boundary: turns exceptions of third-party libraries, std::bad_alloc included, into Errors. For
-// the entry points of programs and of the installed library; an exception that reaches another caller is a
-// bug, which the fuzz targets report. Also value_or_throw(), which ends work of many steps at the first
-// error.
+// The two ways of an Error, and the boundary of exceptions.
+//
+// Result<T> (error.h): what a library's header declares for other libraries, programs and tests returns a
+// Result if it can fail. Failure: within one library or program, work of many steps throws it at the first
+// error: private functions and classes, and what says so in a header. value_or_throw() goes from a Result to
+// it, result_of() back: an exported function of many steps is `return result_of([&] { ... })`. A verb of a
+// program may throw; Program catches it. guarded(): turns exceptions of third-party libraries too,
+// std::bad_alloc included, into Errors. For the entry points of programs and of the installed library; an
+// exception that reaches another caller is a bug, which the fuzz targets report.
 #pragma once
 
 #include <string>
