@@ -279,8 +279,8 @@ void tell_work(const StitchSize& size, const MakeCommand& command, const BakeOpt
   if (size.cells < few) return;
   const double cells = size.cells;
   const double texels = bake.width * bake.height;
-  const double draft_seconds = size.woven ? 3.6 + 0.0127 * texels + 0.3 * std::sqrt(size.radii)
-                                          : 12 + 0.219 * std::sqrt(cells * size.radii);
+  const double draft_seconds =
+      size.woven ? 3 + 0.0127 * texels + 0.6 * std::sqrt(cells) : 12 + 0.219 * std::sqrt(cells * size.radii);
   const double longer = command.quality == "draft" ? 1 : size.woven ? 2.5 : 1.6;
   const double seconds = slowness() * longer * draft_seconds;
   const double kilobytes = size.woven ? 0.55 * cells + 35 * std::sqrt(cells) : 11 * cells;
