@@ -22,7 +22,16 @@ struct Face {
   int sign = 0;     ///< -1 for a mirrored texture, else +1; without UV area, the first group's
   bool has_uv_area = false;
   bool has_size = true;  ///< no two corners at the same place
+  /// Squares of changes of place along u and v, and the texture's area for an area of 1.
+  std::array<double, 2> stretch{0, 0};
+  double density = 0;
+  double size = 0;  ///< twice the area
 };
+
+/// Change of place for a change of texture coordinates, beside the usual one, from which on textures show
+/// nothing.
+constexpr double max_stretch = 32;
+constexpr double min_stretch = 1e-3;
 
 struct Group {
   std::uint32_t vertex = 0;
@@ -45,6 +54,7 @@ class TangentBuilder {
     join_vertices();
     faces_.resize(indices.size() / 3);
     for (std::size_t f = 0; f < faces_.size(); ++f) faces_[f] = face_of(f, facing);
+    if (facing == Facing::normals) drop_streaks();
     connect();
     for (std::uint32_t f = 0; f < faces_.size(); ++f) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -58,6 +68,7 @@ class TangentBuilder {
   Tangents tangents() const {
     Tangents result;
     result.indices.assign(indices_.begin(), indices_.end());
+    for (const Face& face : faces_) result.streaked.push_back(face.has_uv_area ? 0 : 1);
     std::vector<std::uint32_t> first(positions_.size(), none);  // group of the vertex itself
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> copies;
     std::vector<std::uint32_t> group_of(positions_.size(), none);
@@ -145,7 +156,35 @@ class TangentBuilder {
     if (!std::isfinite(length) || length == 0 || dv.length() == 0) return face;
     face.du = du / length;
     face.has_uv_area = true;
+    face.size = e1.cross(e2).length();
+    face.density = std::abs(area) / face.size;
+    face.stretch = {du.length2() / (area * area), dv.length2() / (area * area)};
     return face;
+  }
+
+  /// Takes UV area from faces whose texture is stretched or squeezed far more than the median of the surface.
+  void drop_streaks() {
+    std::vector<std::pair<double, double>> densities;  // and sizes
+    double whole = 0;
+    for (const Face& face : faces_) {
+      if (!face.has_uv_area || !(face.size > 0) || !std::isfinite(face.density)) continue;
+      densities.emplace_back(face.density, face.size);
+      whole += face.size;
+    }
+    std::ranges::sort(densities);
+    double usual = 0;
+    double sum = 0;
+    for (const auto& [density, size] : densities) {
+      usual = density;
+      if ((sum += size) >= whole / 2) break;
+    }
+    for (Face& face : faces_) {
+      const auto [low, high] = std::minmax({face.stretch[0] * usual, face.stretch[1] * usual});
+      if (face.size > 0 && low >= min_stretch * min_stretch && high <= max_stretch * max_stretch) continue;
+      face.has_uv_area = false;
+      face.sign = 0;
+      face.du = V3d(0, 0, 0);
+    }
   }
 
   /// Two faces are neighbours if they have an edge in opposite directions.

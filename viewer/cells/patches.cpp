@@ -14,6 +14,7 @@ constexpr double max_cells = 1 << 18;
 constexpr int finest_level = -3;
 constexpr int coarsest_level = 5;
 constexpr std::int32_t no_chart = -1;
+constexpr float min_area = 1e-20F;  ///< of a triangle, m^2: all charts have a surface
 /// Texture coordinates beyond are on it.
 constexpr double farthest = 1 << 30;
 /// Patches are split for point lights while they reach so far, in distances to the light.
@@ -72,27 +73,45 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
                  std::span<const float> reliefs) {
   places_.resize(mesh.triangles.size());
   Components components(mesh.positions.size());
-  const auto has_fabric = [&](const MergedTriangle& t) { return materials[t.surface].fabric >= 0; };
-  for (const MergedTriangle& t : mesh.triangles) {
-    if (!has_fabric(t)) continue;
-    components.join(t.corners[0], t.corners[1]);
-    components.join(t.corners[1], t.corners[2]);
+  is_counted_.resize(mesh.triangles.size());
+  std::vector<std::uint8_t> is_charted(mesh.positions.size());  // vertices
+  for (const bool streaked : {false, true}) {
+    std::vector<std::uint32_t> joined;  // vertices
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      const MergedTriangle& t = mesh.triangles[i];
+      const auto& [a, b, c] = t.corners;
+      if (materials[t.surface].fabric < 0 || t.is_streaked != streaked) continue;
+      if (streaked && (is_charted[a] | is_charted[b] | is_charted[c]) != 0) continue;
+      is_counted_[i] = 1;
+      components.join(a, b);
+      components.join(b, c);
+      joined.insert(joined.end(), {a, b, c});
+    }
+    for (const std::uint32_t vertex : joined) is_charted[vertex] = streaked ? 0 : 1;
   }
   std::unordered_map<std::uint32_t, std::int32_t> numbers;
   std::vector<Box> boxes;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const MergedTriangle& t = mesh.triangles[i];
-    if (!has_fabric(t)) continue;
+    if (is_counted_[i] == 0) continue;
     const auto [at, fresh] =
         numbers.try_emplace(components.find(t.corners[0]), static_cast<std::int32_t>(boxes.size()));
     if (fresh) boxes.emplace_back().relief = reliefs[materials[t.surface].fabric];
     places_[i].chart = at->second;
     Box& box = boxes[at->second];
     for (const std::uint32_t corner : t.corners) {
-      V2d uv(mesh.uv(corner));
+      V2d uv = t.is_streaked ? V2d(0, 0) : V2d(mesh.uv(corner));
       for (int axis = 0; axis < 2; ++axis) uv[axis] = std::clamp(uv[axis], -farthest, farthest);
       box.low = {std::min(box.low.x, std::floor(uv.x)), std::min(box.low.y, std::floor(uv.y))};
       box.high = {std::max(box.high.x, std::floor(uv.x)), std::max(box.high.y, std::floor(uv.y))};
+    }
+  }
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const MergedTriangle& t = mesh.triangles[i];
+    if (materials[t.surface].fabric < 0) continue;
+    for (const std::uint32_t corner : t.corners) {
+      if (is_counted_[i] == 0 && is_charted[corner] != 0)
+        places_[i].chart = numbers.at(components.find(corner));
     }
   }
   first_level_ = finest_level;
@@ -129,8 +148,8 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
     const V2d& low = boxes[place.chart].low;
     const double units = units_of_repeat();
     constexpr double last = 1 << 30;
-    place.u = static_cast<std::int32_t>(std::clamp((std::floor(uv.x) - low.x) * units, 0.0, last));
-    place.v = static_cast<std::int32_t>(std::clamp((std::floor(uv.y) - low.y) * units, 0.0, last));
+    place.u = static_cast<std::int32_t>(std::clamp((std::floor(uv.x) - low.x) * units, -last, last));
+    place.v = static_cast<std::int32_t>(std::clamp((std::floor(uv.y) - low.y) * units, -last, last));
   }
   add_up(mesh);
 }
@@ -153,8 +172,8 @@ Patches::Extent Patches::extent(const MergedSurfaces& mesh, std::size_t triangle
 /// Samples all triangles, at least twice along each smallest patch, and adds patches up to larger ones.
 void Patches::add_up(const MergedSurfaces& mesh) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (is_counted_[i] == 0) continue;
     const Place& place = places_[i];
-    if (place.chart == no_chart) continue;
     const Chart& chart = charts_[place.chart];
     const MergedTriangle& t = mesh.triangles[i];
     std::array<V3f, 3> p;
@@ -174,9 +193,9 @@ void Patches::add_up(const MergedSurfaces& mesh) {
     const V2f two = uv[2] - uv[0];
     const V3f e1 = p[1] - p[0];
     const V3f e2 = p[2] - p[0];
-    const float area = 0.5F * e1.cross(e2).length();
+    const float area = std::max(0.5F * e1.cross(e2).length(), min_area);
     const float det = one.x * two.y - two.x * one.y;
-    if (!(area > 0) || !(std::abs(det) > 0)) continue;
+    const bool has_scale = !t.is_streaked && std::abs(det) > 0;
     Patch sample;
     sample.triangle = static_cast<std::uint32_t>(i);
     sample.handedness = t.handedness;
@@ -184,10 +203,10 @@ void Patches::add_up(const MergedSurfaces& mesh) {
     const float longest = std::max({std::abs(one.x), std::abs(one.y), std::abs(two.x), std::abs(two.y),
                                     std::abs(one.x - two.x), std::abs(one.y - two.y)}) /
                           side;
-    const int parts = std::clamp(static_cast<int>(std::ceil(2 * longest)), 1, 2048);
+    const int parts = has_scale ? static_cast<int>(std::clamp(std::ceil(2 * longest), 1.0F, 2048.0F)) : 1;
     const float weight = area / static_cast<float>(parts * parts);
-    const V3f along_u = (e1 * two.y - e2 * one.y) / det;
-    const V3f along_v = (e2 * one.x - e1 * two.x) / det;
+    const V3f along_u = has_scale ? (e1 * two.y - e2 * one.y) / det : V3f(0, 0, 0);
+    const V3f along_v = has_scale ? (e2 * one.x - e1 * two.x) / det : V3f(0, 0, 0);
     for (int a = 0; a < parts; ++a) {
       for (int b = 0; b < 2 * (parts - a) - 1; ++b) {
         // Centroids of the parts, upright and turned over.
@@ -234,6 +253,10 @@ void Patches::add_up(const MergedSurfaces& mesh) {
         }
       }
     }
+  }
+  for (Chart& chart : charts_) {
+    chart.any = static_cast<std::uint32_t>(chart.levels.back());
+    while (!(patches_[chart.any].area > 0)) ++chart.any;
   }
   for (Patch& patch : patches_) {
     if (!(patch.area > 0)) continue;
@@ -290,9 +313,7 @@ void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, 
     const std::size_t top = chart.levels.size() - 1;
     const V2i size = level_size(chart, top);
     for (int y = 0; y < size.y; ++y) {
-      for (int x = 0; x < size.x; ++x)
-        choose_in(chart, view, top, {x, y},
-                  static_cast<std::uint32_t>(chart.levels[top] + static_cast<std::size_t>(y) * size.x + x));
+      for (int x = 0; x < size.x; ++x) choose_in(chart, view, top, {x, y}, chart.any);
     }
   }
 }
@@ -310,7 +331,9 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     ShownPatch& shown = shown_[number];
     const V3f away = patch.centre - view.position;
     const float repeats = std::exp2(static_cast<float>(level) + static_cast<float>(first_level_));
-    const float radius = repeats * (patch.along_u.length() + patch.along_v.length());
+    const bool has_scale = patch.along_u.length2() > 0;
+    const float radius =
+        has_scale ? repeats * (patch.along_u.length() + patch.along_v.length()) : std::sqrt(patch.area);
     float depth = 1;
     V3f to_viewer = view.back;
     if (!view.parallel) {
@@ -336,7 +359,8 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     const V2f a = on_screen(patch.along_u);
     const V2f b = on_screen(patch.along_v);
     const float det = std::max(std::abs(a.x * b.y - a.y * b.x), 0.02F * (a.length2() + b.length2()) + 1e-20F);
-    shown.pixel = {b.length() / det, a.length() / det};
+    // Without a scale it shows its mean.
+    shown.pixel = has_scale ? V2f(b.length() / det, a.length() / det) : V2f(16, 16);
     // A cap of unit normals whose mean is so long reaches so far.
     const float turn_cosine = 2 * patch.normal.length() - 1;
     const float of_repeat = std::max(a.length(), b.length());

@@ -1,8 +1,10 @@
 // Patches of a garment: squares of 1, 2, 4 ... repeats of one chart, each of which shows one cell image;
 // parts of a repeat where it is so large that its rays are far from parallel.
 //
-// A chart is a set of triangles that share vertices. Its patches form a quadtree over texture coordinates; a
-// frame takes the largest ones whose normals turn little and that are small on the screen.
+// A chart is a set of triangles that share vertices. Streaked ones (tangents.h) join nothing: they show the
+// chart of their last corner, or have one of their own, which shows the fabric's mean. Its patches form a
+// quadtree over texture coordinates; a frame takes the largest ones whose normals turn little and that are
+// small on the screen.
 #pragma once
 
 #include <algorithm>
@@ -65,6 +67,7 @@ class Patches {
     float relief = 0;
     std::size_t table = 0;            ///< its first entry of the table
     std::vector<std::size_t> levels;  ///< first patch of each level, finest first
+    std::uint32_t any = 0;            ///< one of the last level that has a surface
   };
   /// Where a triangle lies: the unit of its first corner's repeat, relative to the chart's first.
   struct Place {
@@ -135,7 +138,8 @@ class Patches {
 
   int first_level_ = 0;  ///< 2^first_level repeats are a side of the smallest patches
   std::vector<Chart> charts_;
-  std::vector<Place> places_;  ///< of the triangles
+  std::vector<Place> places_;             ///< of the triangles
+  std::vector<std::uint8_t> is_counted_;  ///< whether a triangle is part of its chart's means
   std::vector<Patch> patches_;
   std::vector<std::array<std::uint32_t, 2>> kin_;  ///< parent, child
   std::vector<ShownPatch> shown_;

@@ -101,7 +101,8 @@ MergedSurfaces merge(std::span<const Surface> surfaces) {
       mesh.triangles.push_back({{base + corner[0], base + corner[1], base + corner[2]},
                                 static_cast<std::uint32_t>(i),
                                 surface.vertices[corner[0]].tangent.w < 0 ? -1.0F : 1.0F,
-                                surface.vertices[corner[0]].whole});
+                                surface.vertices[corner[0]].whole,
+                                !surface.streaked.empty() && surface.streaked[k / 3] != 0});
     }
     mesh.more_uvs.resize(std::max(mesh.more_uvs.size(), surface.more_uvs.size()));
     for (std::size_t m = 0; m < surface.more_uvs.size(); ++m) {

@@ -16,8 +16,9 @@ namespace selvedge {
 struct MergedTriangle {
   std::array<std::uint32_t, 3> corners{};
   std::uint32_t surface = 0;
-  float handedness = 1;  ///< w of the corners' tangents (surfaces.h)
-  V2f whole{0, 0};       ///< repeats that their coordinates lack
+  float handedness = 1;      ///< w of the corners' tangents (surfaces.h)
+  V2f whole{0, 0};           ///< repeats that their coordinates lack
+  bool is_streaked = false;  ///< Tangents::streaked
 };
 
 struct MergedSurfaces {

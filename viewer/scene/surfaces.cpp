@@ -18,6 +18,8 @@ V3d transform_point(const V3f& p, const M44d& m) {
   return result;
 }
 
+constexpr double farthest_uv = 1e15;
+
 bool finite(const V3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 const SceneMaterial* material_of(const Scene& scene, int material) {
@@ -75,10 +77,13 @@ std::vector<V2d> map(const Scene& scene, const ScenePrimitive& primitive, const 
   if (coordinates == nullptr) return uvs;
   uvs.reserve(coordinates->size());
   for (const V2d& uv : *coordinates) {
-    uvs.push_back(mapping.transform.apply(uv));
-    if (!std::isfinite(uvs.back().x) || !std::isfinite(uvs.back().y))
+    const V2d at = mapping.transform.apply(uv);
+    if (!std::isfinite(at.x) || !std::isfinite(at.y))
       throw Failure{
           {Code::mesh_not_finite, scene.file, primitive.name, "a texture coordinate is not finite"}};
+    // Floats stay finite.
+    uvs.emplace_back(std::clamp(at.x, -farthest_uv, farthest_uv),
+                     std::clamp(at.y, -farthest_uv, farthest_uv));
   }
   const V2d period(period_of(mapping.wrap_u), period_of(mapping.wrap_v));
   std::vector<V2d> low(uvs.size(), V2d(HUGE_VAL, HUGE_VAL));
@@ -216,6 +221,7 @@ Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, c
     directions = turn_normals(placed, uvs[mapping], tangents);
   }
   surface.indices = std::move(tangents.indices);
+  surface.streaked = std::move(tangents.streaked);
   surface.vertices.reserve(tangents.tangents.size());
   surface.more_uvs.resize(uvs.empty() ? 0 : uvs.size() - 1);
   if (mappings.normal_frame > 0)

@@ -50,7 +50,8 @@ struct Surface {
   std::vector<std::uint32_t> indices;
   /// Coordinates of mappings 1, 2 ..., and of Mappings::normal_frame; per vertex; empty without coordinates.
   std::vector<std::vector<V2f>> more_uvs;
-  std::vector<V4f> colors;  ///< linear factors on the base colour; empty: white
+  std::vector<V4f> colors;             ///< linear factors on the base colour; empty: white
+  std::vector<std::uint8_t> streaked;  ///< Tangents::streaked of the fabric; empty: none
 };
 
 /// All instances. Tangents come from compute_tangents, in world space after the texture transform; a

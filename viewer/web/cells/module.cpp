@@ -447,6 +447,7 @@ Tangents take_shape(Garment& garment, const std::vector<V3d>& positions, const s
     MergedTriangle& t = mesh.triangles.emplace_back();
     t.corners = {tangents.indices[i], tangents.indices[i + 1], tangents.indices[i + 2]};
     t.handedness = tangents.tangents[t.corners[0]].w;
+    t.is_streaked = tangents.streaked[i / 3] != 0;
   }
   return tangents;
 }
