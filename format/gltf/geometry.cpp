@@ -68,6 +68,30 @@ void make_flat(ScenePrimitive& primitive) {
 
 }  // namespace
 
+bool mend_normals(ScenePrimitive& primitive) {
+  const auto is_zero = [&](std::uint32_t i) { return primitive.normals[i] == V3f(0, 0, 0); };
+  if (std::ranges::none_of(primitive.indices, is_zero)) return false;
+  if (std::ranges::all_of(primitive.indices, is_zero)) {
+    make_flat(primitive);
+    return true;
+  }
+  std::vector<V3d> sums(primitive.normals.size(), V3d(0, 0, 0));
+  for (std::size_t k = 0; k + 2 < primitive.indices.size(); k += 3) {
+    const std::uint32_t* const corner = &primitive.indices[k];
+    const V3d a(primitive.positions[corner[0]]);
+    const V3d normal =
+        (V3d(primitive.positions[corner[1]]) - a).cross(V3d(primitive.positions[corner[2]]) - a);
+    for (std::size_t i = 0; i < 3; ++i) sums[corner[i]] += normal;
+  }
+  bool any = false;
+  for (std::uint32_t i = 0; i < sums.size(); ++i) {
+    if (!is_zero(i) || !(sums[i].length() > 0)) continue;
+    primitive.normals[i] = V3f(sums[i].normalized());
+    any = true;
+  }
+  return any;
+}
+
 std::vector<std::uint32_t> read_triangles(GltfReader& reader, const Json& primitive, const std::string& place,
                                           std::size_t vertices) {
   const int mode = mode_of(primitive);

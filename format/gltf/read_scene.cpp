@@ -236,6 +236,16 @@ class SceneReader {
       remark(scene_, fmt::format("{}: left out, for it has no triangles or no POSITION", place));
       return std::nullopt;
     }
+    const std::size_t given = read->positions.size();
+    if (mend_normals(*read)) {
+      // Flat normals make a vertex of every corner.
+      if (read->positions.size() > limits_.vertices - vertices_ ||
+          !memory_.take(read->positions.size() - given, bytes_per::vertex))
+        throw Failure{beyond_memory(document_.file, place, "its vertices", limits_.document.memory)};
+      const std::string normals = "has normals of length 0, which are made from the triangles around them";
+      issues_.add(Code::gltf_advice, place + "/attributes/NORMAL", normals);
+      remark(scene_, fmt::format("{}/attributes/NORMAL {}", place, normals));
+    }
     vertices_ += read->positions.size();
     indices_ += read->indices.size();
     if (indices_ / indices_per_vertex > limits_.vertices)

@@ -261,3 +261,17 @@ TEST_CASE("attributes: colours of three numbers are opaque, quantised coordinate
   CHECK(scene.primitives[0].colors[0] == V4f(1, 128 / 255.0F, 0, 1));
   CHECK(scene.primitives[0].tex_coords[1][0] == V2d(1 / 65535.0, 2 / 65535.0));
 }
+
+TEST_CASE("normals of length 0 are made from the triangles around them, flat ones if all are, and remarked") {
+  for (const std::size_t zeros : {0U, 1U, 4U}) {
+    INFO(zeros);
+    Square square;
+    for (std::size_t i = 0; i < 3 * zeros; ++i) square.put(48 + 4 * i, 0.0F);
+    const Scene scene = good(square);
+    for (const V3f& normal : scene.primitives[0].normals) CHECK(normal == V3f(0, 0, 1));
+    CHECK(scene.primitives[0].normals.size() == (zeros == 4 ? 6 : 4));
+    CHECK(scene.primitives[0].tangents.empty() == (zeros == 4));
+    REQUIRE(scene.remarks.size() == (zeros > 0 ? 1 : 0));
+    if (zeros > 0) CHECK(scene.remarks[0].starts_with("/meshes/0/primitives/0/attributes/NORMAL has"));
+  }
+}

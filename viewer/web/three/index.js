@@ -113,6 +113,10 @@ export class SelvedgeFabric {
       scene.traverse((object) => {
         const {material, geometry} = object;
         if (!material?.isFabricMaterial) return;
+        const {normal} = geometry.attributes;
+        // As `render` has it: such normals are no directions.
+        if (normal && Array.from({length: normal.count}, (_, i) => normal.getX(i) || normal.getY(i) || normal.getZ(i)).some((x) => !x))
+          geometry.computeVertexNormals();
         if (geometry.attributes[material.lay.uv_set === 1 ? 'uv1' : 'uv']) return;
         console.warn(`selvedge: GARMENT_NO_UVS: ${object.name}: no TEXCOORD_${material.lay.uv_set}; the fallback is shown`);
         object.material = material.clone().set_fabric(null);
