@@ -1,4 +1,5 @@
 // page: garments and fabrics as one file that a browser shows by itself.
+#include <Imath/ImathBox.h>
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -15,6 +16,7 @@
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/names.h"
 #include "format/picture/studio.h"
+#include "format/scene/framing.h"
 #include "viewer/light/floor.h"
 #include "viewer/load.h"
 
@@ -125,9 +127,28 @@ std::string environment_element(const PageCommand& command) {
                      packed({reinterpret_cast<const std::uint8_t*>(pixels.data()), pixels.size_bytes()}));
 }
 
+/// The attributes of a garment's element with what is shown of it, where that is not all or not from the
+/// front.
+std::string frame_attributes(const Scene& scene, const CommonOptions& common) {
+  const Framing framing = value_or_throw(frame_scene(scene));
+  report_remarks(common, "note", framing.strays);
+  std::string text;
+  if (!framing.left_out.empty()) {
+    Imath::Box3d box;
+    for (const V3d& point : framing.points) box.extendBy(point);
+    text += fmt::format(" data-box=\"{},{},{},{},{},{}\"", box.min.x, box.min.y, box.min.z, box.max.x,
+                        box.max.y, box.max.z);
+  }
+  if (framing.turned.empty()) return text;
+  report_remarks(common, "note", std::vector{framing.turned});
+  const double azimuth = framing.azimuth * radians_per_degree;
+  const double elevation = framing.elevation * radians_per_degree;
+  return text + fmt::format(" data-side=\"{},{},{}\"", std::sin(azimuth) * std::cos(elevation),
+                            std::sin(elevation), std::cos(azimuth) * std::cos(elevation) + 0.01);
+}
+
 /// The attributes of a garment's element with the floor under it, whose shade has bytes.
-std::string floor_attributes(const std::string& path, const SceneLimits& limits) {
-  const Scene scene = value_or_throw(load_scene(path, {}, limits)).scene;
+std::string floor_attributes(const Scene& scene) {
   const Floor floor = floor_under(merge(value_or_throw(build_surfaces(scene, V3d(0, 0, 0)))));
   if (floor.hidden.empty()) return "";
   std::vector<std::uint8_t> shade;
@@ -148,9 +169,14 @@ Result<int> run(const PageCommand& command) {
         is_fabric ? value_or_throw(read_file(input)) : whole_garment(input, command.limits.document);
     garments += is_fabric ? 0 : 1;
     const bool stands = !is_fabric && command.environment != "none" && !command.backdrop;
+    std::string attributes;
+    if (!is_fabric) {
+      const Scene scene = value_or_throw(load_scene(input, {}, command.limits)).scene;
+      attributes = frame_attributes(scene, command.common) + (stands ? floor_attributes(scene) : "");
+    }
     scripts += fmt::format("<script type=\"text/plain\" data-{}=\"{}\"{}>{}</script>\n",
                            is_fabric ? "fabric" : "garment", escaped(fs::path(input).filename().string()),
-                           stands ? floor_attributes(input, command.limits) : "", packed(bytes_of(bytes)));
+                           attributes, packed(bytes_of(bytes)));
   }
   if (garments == 0)
     return fail(Code::garment_empty, command.inputs.front(), {}, "a page shows at least one garment");

@@ -87,12 +87,13 @@ void declare_render(Options& options, RenderCommand& command) {
   options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");
   options.group("Choices (scenes)");
   options.text("--camera", command.camera_of_file, "NAME|N",
-               "A camera of the file, by name or number (default: one that shows everything)");
+               "A camera of the file, by name or number (default: one that shows all cloth)");
   add_scene_choice(options, command.choice);
   add_swatch(options, command);
   add_light(options, picture);
   options.check([&options, &command] {
     check_render(options, command);
+    command.has_side = options.given("--azimuth") || options.given("--elevation");
     command.picture.swatch.level = command.picture.levels.forced;
     // A swatch of whole texels shows each of them as it is.
     const bool whole_texels = has_ending(command.picture.input, ".exr") && !command.place;

@@ -19,6 +19,7 @@ struct RenderCommand {
   V2i size{800, 600};
   RenderOptions render;             ///< path, context and supersampling
   std::string camera_of_file;       ///< scenes: name or number; empty: PictureOptions::camera
+  bool has_side = false;            ///< --azimuth or --elevation is given
   SceneChoice choice;               ///< scenes
   std::optional<SwatchView> place;  ///< fabric files: instead of PictureOptions::swatch
   int turntable = 0;                ///< frames once around the scene; 0: one frame

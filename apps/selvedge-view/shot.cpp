@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "format/base/option_text.h"
+#include "format/scene/framing.h"
 #include "viewer/orbit.h"
 #include "viewer/scene/surfaces.h"
 
@@ -36,14 +37,27 @@ void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& o
   shot.cameras = {swatch.camera};
 }
 
-std::vector<Camera> cameras_of(const RenderCommand& command, const Scene& scene) {
-  const auto points = value_or_throw(world_points(scene));
+std::vector<Camera> cameras_of(const RenderCommand& command, Scene& scene) {
   const double aspect = static_cast<double>(command.size.x) / command.size.y;
+  CameraOptions options = command.picture.camera;
+  if (!command.camera_of_file.empty()) {
+    const auto points = value_or_throw(world_points(scene));
+    return {value_or_throw(camera_of(scene, command.camera_of_file, points, aspect, options))};
+  }
+  const Framing framing = value_or_throw(frame_scene(scene));
+  if (!command.has_side) {
+    options.azimuth = framing.azimuth;
+    options.elevation = framing.elevation;
+    if (!framing.turned.empty()) scene.remarks.push_back(framing.turned);
+  }
+  scene.remarks.insert(scene.remarks.end(), framing.strays.begin(), framing.strays.end());
+  std::vector<Camera> cameras;
   if (command.turntable > 0)
-    return value_or_throw(turntable(points, aspect, command.picture.camera, command.turntable));
-  if (command.camera_of_file.empty())
-    return {value_or_throw(make_camera(points, aspect, command.picture.camera))};
-  return {value_or_throw(camera_of(scene, command.camera_of_file, points, aspect, command.picture.camera))};
+    cameras = value_or_throw(turntable(framing.points, aspect, options, command.turntable));
+  else
+    cameras = {value_or_throw(make_camera(framing.points, aspect, options))};
+  for (Camera& camera : cameras) show_depths(framing.left_out, camera);
+  return cameras;
 }
 
 }  // namespace

@@ -214,21 +214,28 @@ function set_level(level) {
   moved();
 }
 
-/** Puts garments side by side and the camera before all of them. */
-function arrange(garments) {
-  let right = 0;
-  for (const garment of garments) {
-    const box = new Box3().setFromObject(garment), gap = (box.max.x - box.min.x) * 0.1;
+/** What is shown of a garment: all, or its element's box, without strays. */
+function box_of(garment, {dataset}) {
+  const corners = dataset.box?.split(',').map(Number);
+  if (!corners) return new Box3().setFromObject(garment);
+  return new Box3(new Vector3(...corners), new Vector3(...corners.slice(3))).translate(garment.position);
+}
+/** Puts garments side by side and the camera before all of them, or where an element says that cloth is not seen edge-on. */
+function arrange(elements) {
+  let right = 0, side = null;
+  for (const [garment, element] of elements) {
+    const box = box_of(garment, element), gap = (box.max.x - box.min.x) * 0.1;
     garment.position.x += right - box.min.x;
     right += box.max.x - box.min.x + gap;
+    if (element.dataset.side) side = element.dataset.side.split(',').map(Number);
   }
   const all = new Box3();
-  for (const garment of garments) all.expandByObject(garment);
+  for (const [garment, element] of elements) all.union(box_of(garment, element));
   const centre = all.getCenter(new Vector3()), size = all.getSize(new Vector3());
   const aspect = renderer.domElement.clientWidth / renderer.domElement.clientHeight;
-  const half = Math.max(size.y, size.x / aspect, 1e-6) / 2;
+  const half = Math.max(size.y, (side ? Math.max(size.x, size.z) : size.x) / aspect, side ? size.z : 0, 1e-6) / 2;
   const distance = half / Math.tan(camera.fov * Math.PI / 360) + size.z / 2;
-  camera.position.copy(centre).add(new Vector3(0.3, 0.12, 1).setLength(1.15 * distance));
+  camera.position.copy(centre).add(new Vector3(...side ?? [0.3, 0.12, 1]).setLength(1.15 * distance));
   camera.near = distance / 1000;
   camera.far = 20 * distance;
   controls.target.copy(centre);
@@ -261,11 +268,12 @@ async function start() {
   const loader = new GLTFLoader();
   loader.setMeshoptDecoder(MeshoptDecoder);
   loader.register((parser) => new SelvedgeFabric(parser));
-  const garments = [], floors = new Map();
+  const garments = [], floors = new Map(), elements = new Map();
   for (const element of document.querySelectorAll('script[data-garment]')) {
     try {
       const garment = (await loader.parseAsync(await bytes_of(element), '')).scene;
       garments.push(garment);
+      elements.set(garment, element);
       if (element.dataset.floor) floors.set(garment, await floor_of(element));
     } catch (error) {
       tell(`${element.dataset.garment}: ${error.message}`);
@@ -275,7 +283,7 @@ async function start() {
     garment.traverse(({material}) => material?.isFabricMaterial && materials.add(material));
   const all = new Group().add(...garments);
   scene.add(all);
-  arrange(garments);
+  arrange(elements);
   for (const [{position}, floor] of floors) scene.add(floor.translateX(position.x));
   surroundings?.stand(all);
   renderer.shadowMap.needsUpdate = true;

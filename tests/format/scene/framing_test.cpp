@@ -1,0 +1,99 @@
+#include "format/scene/framing.h"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "tests/require.h"
+#include "tests/viewer/shapes.h"
+
+namespace selvedge {
+namespace {
+
+M44d moved(const V3d& by, double scale = 1) {
+  return M44d().setScale(V3d(scale)) * M44d().setTranslation(by);
+}
+
+/// Turns +z to +y.
+M44d lying() { return M44d(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1); }
+
+TEST_CASE("the frame holds the cloth and what is beside it, and names strays") {
+  struct Part {
+    bool cloth;
+    V3d at;
+    double size;
+  };
+  struct Case {
+    std::string name;
+    std::vector<Part> parts;
+    std::size_t points;
+    std::size_t strays;
+    bool left_out;
+  };
+  for (const Case& example : {
+           Case{"cloth", {{true, {0, 0, 0}, 1}}, 4, 0, false},
+           Case{"nothing is cloth", {{false, {0, 0, 0}, 1}, {false, {1, 0, 0}, 1}}, 8, 0, false},
+           Case{"a button far away", {{false, {0, 107, 0}, 0.01}, {true, {0, 0, 0}, 0.3}}, 4, 1, true},
+           Case{
+               "a scrap of cloth far away", {{true, {0, 0, -107}, 0.01}, {true, {0, 0, 0}, 0.3}}, 4, 1, true},
+           Case{"a scrap of no cloth far away",
+                {{false, {107, 0, 0}, 0.01}, {false, {0, 0, 0}, 0.3}},
+                4,
+                1,
+                true},
+           Case{"a button on it", {{true, {0, 0, 0}, 1}, {false, {0.2, 0, 0.1}, 0.01}}, 8, 0, false},
+           Case{"a wall behind it", {{true, {0, 0, 0}, 1}, {false, {0, 0, -1}, 3}}, 4, 0, true},
+           Case{"two pieces side by side", {{true, {0, 0, 0}, 1}, {true, {3, 0, 0}, 1}}, 8, 0, false},
+       }) {
+    INFO(example.name);
+    Scene scene;
+    for (const Part& part : example.parts)
+      test::add(scene, test::square(1), test::material(part.cloth ? 0 : -1), moved(part.at, part.size));
+    const Framing framing = test::need(frame_scene(scene));
+    CHECK(framing.points.size() == example.points);
+    CHECK(framing.strays.size() == example.strays);
+    CHECK(framing.left_out.empty() != example.left_out);
+    CHECK(framing.turned.empty());
+    Camera camera = test::need(make_camera(framing.points, 1, {}));
+    const Camera before = camera;
+    show_depths(framing.left_out, camera);
+    for (const V3d& point : framing.left_out)
+      CHECK((camera.position - point).dot(camera.back()) < camera.far);
+    if (!example.left_out) CHECK((camera.near == before.near && camera.far == before.far));
+  }
+}
+
+TEST_CASE("a vertex far away is left out of the frame of its own part") {
+  Scene scene;
+  ScenePrimitive square = test::square(1);
+  for (const V3f& at : {V3f(0, 50, 0), V3f(0, 50.01F, 0), V3f(0.01F, 50, 0)}) {
+    square.indices.push_back(static_cast<std::uint32_t>(square.positions.size()));
+    square.positions.push_back(at);
+  }
+  test::add(scene, square, test::material(0));
+  const Framing framing = test::need(frame_scene(scene));
+  CHECK(framing.points.size() == 4);
+  REQUIRE(framing.strays.size() == 1);
+  CHECK(framing.strays[0].find("square/0") != std::string::npos);
+}
+
+TEST_CASE("cloth that the front shows edge-on is seen from its larger side, in front of its normals") {
+  const auto turned = [](const M44d& world) {
+    Scene scene;
+    test::add(scene, test::square(1), test::material(0), world);
+    return test::need(frame_scene(scene));
+  };
+  const M44d upright;
+  CHECK(turned(upright).turned.empty());
+  const Framing floor = turned(lying());
+  CHECK(floor.elevation == doctest::Approx(90));
+  CHECK(floor.turned.find("--elevation 90") != std::string::npos);
+  CHECK(turned(lying() * M44d().setScale(V3d(1, -1, -1))).elevation == doctest::Approx(-90));
+  // Turned about the y axis, so that +z becomes +x.
+  const Framing wall = turned(M44d(0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1));
+  CHECK(wall.azimuth == doctest::Approx(90));
+  CHECK(wall.elevation == doctest::Approx(0));
+}
+
+}  // namespace
+}  // namespace selvedge
