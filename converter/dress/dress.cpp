@@ -126,7 +126,7 @@ class Dresser {
       measure(scene, chosen.materials);
     }
     std::vector<int> flat = to_unwrap(scene, chosen.materials);
-    UsedParts used = used_parts(document_);
+    const UsedParts used = used_parts(document_);
     if (!flat.empty() || options_.backing) in_scene_ = places_in(scene);
     if (!flat.empty()) {
       reserve_memory(flat, unwrapped_corner_price);
@@ -153,9 +153,6 @@ class Dresser {
     for (std::size_t i = 0; i < options_.colourways.size(); ++i)
       add_colourway(options_.colourways[i], cloths_[i + 1] ? *cloths_[i + 1] : cloth_);
     if (options_.backing) add_backings();
-    for (const std::optional<Cloth>& cloth : cloths_) {
-      if (cloth && cloth->texture >= 0) used.textures.insert(cloth->texture);
-    }
     drop_unused_parts(document_, used);
     report_.embedded = cloth_.source.uri.empty();
     return std::move(report_);
@@ -390,7 +387,10 @@ class Dresser {
   }
 
   void write_fallback(int material, Cloth& cloth, const DressedUse& use) {
-    if (cloth.texture < 0) cloth.texture = value_or_throw(add_fallback_texture(document_, cloth.fallback()));
+    const bool printed =
+        keeps(names::gltf::tint_texture, material) || keeps(names::gltf::mask_texture, material);
+    if (cloth.texture < 0 && !printed)
+      cloth.texture = value_or_throw(add_fallback_texture(document_, cloth.fallback()));
     set_fallback(document_, material, cloth.fallback(), cloth.texture, use.reference);
   }
 

@@ -1,8 +1,8 @@
 // Stage "export": the yarn of a dressed garment as geometry, for viewers that know no fabrics.
 //
-// Triangles with a fabric give way to the tubes of its yarn: whole repeats are copies of one mesh, or of the
-// same one turned (EXT_mesh_gpu_instancing); repeats that borders and seams cut, that a copy does not come
-// near enough to, or that lie in the region are ordinary meshes. Materials are glTF's core with sheen,
+// Triangles with a fabric are replaced by the tubes of its yarn: whole repeats are copies of one mesh, or of
+// the same one turned (EXT_mesh_gpu_instancing); repeats that borders and seams cut, that a copy does not
+// come near enough to, or that lie in the region are ordinary meshes. Materials are glTF's core with sheen,
 // without specular; their texture has the plies, the fibres and the light within the cell, colours of copies
 // and bent yarn the variation beyond the repeat. Buffers are compressed (EXT_meshopt_compression), normals
 // quantised (KHR_mesh_quantization). Hairs and textures of the garment on the fabric are left out. Other

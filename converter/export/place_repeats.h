@@ -59,8 +59,8 @@ double max_fault(double turn);
 
 /// Places the yarn of the cells; `mesh_of_cell`: 0 outside of the region (texture coordinates in repeats), 1
 /// in it. Bent yarn follows the surface vertex by vertex; triangles whose middle lies beyond it are left out.
-/// In the region all yarn is bent, and rows leave their places as the variation has them, the more the
-/// farther from its border, up to one repeat; outside, their ways would part copies.
+/// In the region all yarn is bent, and the variation displaces its rows, fading in over a repeat from the
+/// region's border; outside, displacement would separate copies.
 LaidCloth place_repeats(const Cloth& cloth, const std::vector<ClothCell>& cells, const Yarns& yarns,
                         const RepeatFrame& frame, std::span<const RepeatMesh> meshes,
                         const std::vector<int>& mesh_of_cell, const std::optional<Imath::Box2d>& region = {});
