@@ -86,7 +86,7 @@ void read_variable(const std::string& name, const std::string& value, Header& he
 }
 
 /// Reads lines up to the resolution, whichever blank ones are among them, and takes them from `bytes`.
-Header read_header(std::span<const std::uint8_t>& bytes, const std::string& file) {
+Header header_in(std::span<const std::uint8_t>& bytes, const std::string& file) {
   Header header;
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   for (std::size_t start = 0, end = 0; (end = text.find('\n', start)) != std::string_view::npos;
@@ -171,7 +171,7 @@ class Scanlines {
 Image read(std::span<const std::uint8_t> bytes, const std::string& name, const ImageLimits& limits) {
   MemoryAccount account(limits.memory);
   const bool held = account.take(bytes.size(), 1);
-  Header header = read_header(bytes, name);
+  Header header = header_in(bytes, name);
   const Resolution& r = header.resolution;
   Image image{r.size('X'), r.size('Y'), 4, {}};
   const std::string size = fmt::format("{} x {} pixels", image.width, image.height);
