@@ -46,10 +46,10 @@ int copy_for_variant(GltfDocument& document, int material, const std::set<Place>
 }
 
 V3f tint_towards(const V3f& color, const V3f& albedo) {
-  V3f tint(0, 0, 0);
-  for (int c = 0; c < 3; ++c) {
-    if (color[c] > 0) tint[c] = std::min(color[c] / std::max(albedo[c], 1e-6F), static_cast<float>(max_tint));
-  }
+  const float gloss = std::max(darkest_cloth - color.dot({0.2126F, 0.7152F, 0.0722F}), 0.0F);
+  V3f tint;
+  for (int c = 0; c < 3; ++c)
+    tint[c] = std::min((color[c] + gloss) / std::max(albedo[c], 1e-6F), static_cast<float>(max_tint));
   return tint;
 }
 

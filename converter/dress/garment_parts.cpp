@@ -95,9 +95,6 @@ struct Keeper {
     const bool colored = std::ranges::none_of(default_greys, [&](float grey) { return color == V3f(grey); });
     const bool printed = textured && base_fits();
     if (!printed && !vertex_colors && (textured || !colored)) return;
-    if (color == V3f(0, 0, 0))
-      parts.warnings.emplace_back(
-          "its base colour is black, which hides all of the fabric; --colour gives another");
     set_tint(tint_towards(color, albedo));
     if (printed || !vertex_colors) parts.kept.emplace_back(printed ? tint_texture : tint_factor);
     if (vertex_colors) parts.kept.emplace_back(vertex_color);

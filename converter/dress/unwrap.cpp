@@ -22,7 +22,7 @@ constexpr double uv_step = 0x1p-20;  ///< metres
 /// Values of attributes, by semantic.
 using Columns = std::map<std::string, std::vector<Imath::V4d>>;
 
-/// Unit normals: the given ones, by the triangles around where those have no direction or there are none.
+/// Unit normals: the given ones, or by the triangles around where those have no direction or are missing.
 std::vector<V3d> unit_normals(std::vector<V3d> given, const std::vector<V3d>& positions,
                               const std::vector<std::uint32_t>& triangles) {
   constexpr double tolerance = 1e-4;  // within it they stay as they are

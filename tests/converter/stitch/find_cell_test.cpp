@@ -31,6 +31,7 @@ TEST_CASE("each kind of name gives its own refusal") {
   const test::Folder folder;
   REQUIRE(write_file(folder / "machine.k", ";!knitout-2"));
   CHECK(load_cell(folder / "machine.k").error().message ==
-        "files that end in \".k\" are not read: .wif are drafts, .txt charts, .json descriptions, .obj and .ply "
+        "files that end in \".k\" are not read: .wif are drafts, .txt charts, .json descriptions, .obj and "
+        ".ply "
         "meshes");
 }
