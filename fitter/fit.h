@@ -23,7 +23,7 @@ struct FitOptions {
   DirectionTableOptions table;
   int starts = 3;           ///< searches per texel and channel; more on levels of at most 16
   int max_iterations = 60;  ///< of a search
-  double tolerance = 1e-4;  ///< share of the cost; an iteration that gains less ends a search
+  double tolerance = 1e-4;  ///< fraction of the cost; an iteration that gains less ends a search
 };
 
 /// Result of the fit of one level.
@@ -31,7 +31,7 @@ struct LevelReport {
   int width = 0;  ///< texels
   int height = 0;
   double training_error = 0;  ///< relative L2 over all samples, weighted by opacity
-  double cost = 0;            ///< the minimised squared error and penalties, as a share of the energy
+  double cost = 0;            ///< the minimised squared error and penalties, as a fraction of the energy
   double iterations = 0;      ///< evaluations of all samples, per texel and channel
   int at_limit = 0;           ///< texels that reached the limit of iterations in a channel
   int unseen = 0;             ///< texels that are holes from every view

@@ -108,7 +108,7 @@ bool solve(const std::vector<TexelPair>& pairs, const std::vector<double>& value
     energy += pairs[i].weight * values[i] * values[i];
     weight += pairs[i].weight;
     std::vector<double*> blocks{lobes};
-    for (const auto& [view, share] : pairs[i].views) {
+    for (const auto& [view, weight] : pairs[i].views) {
       if (!table.empty()) blocks.push_back(&table[view]);
     }
     problem.AddResidualBlock(new PairResidual(pairs[i], values[i], options.lobes, !table.empty()), nullptr,
@@ -161,19 +161,19 @@ std::vector<TexelPair> pairs_of(const FabricLevel& level, const DirectionGrid& v
     const DirectionTaps taps = interpolate(views, directions[i].view);
     double sum = 0;
     for (int k = 0; k < 4; ++k) {
-      const double share =
+      const double weight =
           static_cast<double>(taps.weight[k] * level.opacity()[texel * views.count() + taps.cell[k]]);
-      if (!(share > 0)) continue;
-      sum += share;
+      if (!(weight > 0)) continue;
+      sum += weight;
       const auto same =
           std::ranges::find_if(pair.views, [&](const auto& entry) { return entry.first == taps.cell[k]; });
       if (same == pair.views.end())
-        pair.views.emplace_back(taps.cell[k], share);
+        pair.views.emplace_back(taps.cell[k], weight);
       else
-        same->second += share;
+        same->second += weight;
     }
     if (!(sum > 0 && l.z > 0 && pair.weight > 0)) continue;
-    for (auto& [view, share] : pair.views) share /= sum;
+    for (auto& [view, weight] : pair.views) weight /= sum;
     pairs.push_back(pair);
   }
   return pairs;

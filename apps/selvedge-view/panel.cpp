@@ -93,8 +93,8 @@ float Panel::width() const {
 
 V2i Panel::picture_size(const V2i& window) const {
   const float all = ImGui::GetIO().DisplaySize.x;
-  const float share = all > 0 ? 1 - width() / all : 1.0F;
-  return {static_cast<int>(std::lround(static_cast<float>(window.x) * share)), window.y};
+  const float fraction = all > 0 ? 1 - width() / all : 1.0F;
+  return {static_cast<int>(std::lround(static_cast<float>(window.x) * fraction)), window.y};
 }
 
 bool Panel::holds() const {

@@ -77,7 +77,7 @@ void add_light(Options& options, PictureOptions& picture) {
   options
       .number(
           "--ambient", picture.ambient, "SHARE",
-          "Even light from all sides, as a share of what white reflects that faces a light of intensity 1")
+          "Even light from all sides, as a fraction of what white reflects that faces a light of intensity 1")
       .in(0, 1e6);
   options
       .number("--exposure", picture.exposure, "FACTOR",

@@ -177,9 +177,9 @@ TradePicture picture_of(const std::string& words, const Frame& frame) {
 Result<int> run(const TradeCommand& command) {
   limit_mesa_threads(command.common.threads);
   TerminalProgress progress("trade", command.common.quiet);
-  const auto tell = [&, show = progress.callback()](const std::string& note, double share) {
+  const auto tell = [&, show = progress.callback()](const std::string& note, double fraction) {
     progress.note(note);
-    if (show) show(share);
+    if (show) show(fraction);
   };
   tell("the stitch", 0);
   const CellMesh truth = truth_mesh(command);

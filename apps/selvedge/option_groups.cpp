@@ -85,7 +85,7 @@ void add_transport(Options& options, const TransportOptions& transport) {
               const double value =
                   numbers_from("--reference-height", t.substr(0, t.size() - (percent ? 1 : 0)), ',', 1, 1,
                                "top, 90% or 2.5")[0];
-              reference = {percent ? Kind::share : Kind::at, percent ? value / 100 : value};
+              reference = {percent ? Kind::fraction : Kind::at, percent ? value / 100 : value};
             })
       .further();
 }

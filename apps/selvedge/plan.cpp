@@ -170,7 +170,7 @@ Json material_json(const Seen& seen, const Fabric& fabric) {
   const int coarsest =
       is_seen ? std::clamp(static_cast<int>(std::ceil(level(seen.largest) + margin)), first, last) : last;
   const float largest = largest_yarn_pixel(fabric) * largest_by_points(LevelOptions().points);
-  const bool yarn = is_seen && yarn_share(static_cast<float>(seen.smallest), largest) > 0;
+  const bool yarn = is_seen && yarn_weight(static_cast<float>(seen.smallest), largest) > 0;
   const V2i texels(level_size(fabric.texels().x, first), level_size(fabric.texels().y, first));
   const char* sides = !is_seen ? "none" : !seen.backs ? "front" : seen.fronts ? "both" : "back";
   return {{"seen", is_seen},

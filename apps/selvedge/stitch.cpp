@@ -82,7 +82,7 @@ Result<int> write_description(const StitchCommand& command) {
   const Json json{{"stitch", stitch.pattern.name},
                   {"output", command.output},
                   {"yarns", stitch.pattern.yarns.size()},
-                  {"thicknessShare", stitch.thickness_share},
+                  {"thicknessFraction", stitch.thickness_fraction},
                   {"remarks", stitch.remarks}};
   report(command.common, "stitch", json,
          filled("{stitch}: {yarns} yarns -> {output}\n", json) + lines_text(json["remarks"], "  {}"));
@@ -105,7 +105,7 @@ Result<int> run(const StitchCommand& command) {
     const auto clearance = value_or_throw(minimum_clearance(cell.stitch->pattern, command.input));
     json["yarns"] = cell.stitch->pattern.yarns.size();
     json["clearanceMm"] = clearance;
-    json["thicknessShare"] = cell.stitch->thickness_share;
+    json["thicknessFraction"] = cell.stitch->thickness_fraction;
     text += std::abs(clearance) < 1e-6
                 ? ", yarns touch"
                 : fmt::format(", yarns {} {:.2g} mm", clearance < 0 ? "overlap by" : "are apart by",

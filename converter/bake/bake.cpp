@@ -24,16 +24,16 @@ std::uint64_t stream_of(PairKind kind) { return 2 + 16 * (static_cast<std::uint6
 /// mesh whose surface is not almost all yarn gets no yarns, since close by nothing else is seen.
 /// Precondition: validate(mesh) holds.
 YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
-  constexpr double min_share = 0.9;
-  constexpr double share_without_remark = 0.99;
+  constexpr double min_fraction = 0.9;
+  constexpr double fraction_without_remark = 0.99;
   if (!mesh.yarns.curves.empty()) return mesh.yarns;
   FoundYarns found = find_yarns(mesh);
   YarnData lit = found.yarns;
   lit.light.resize(std::size_t{light_values_per_station} * counts_of(lit).stations);
-  const bool stored = found.share >= min_share && validate(lit, V2f(mesh.period)).has_value();
-  if (!stored || found.share < share_without_remark) {
+  const bool stored = found.fraction >= min_fraction && validate(lit, V2f(mesh.period)).has_value();
+  if (!stored || found.fraction < fraction_without_remark) {
     report.remarks.push_back(fmt::format("{:.0f} % of the surface is not round yarn: {}",
-                                         100 * (1 - found.share),
+                                         100 * (1 - found.fraction),
                                          stored ? "it is missing close by" : "no yarns are stored"));
   }
   return stored ? std::move(found.yarns) : YarnData();

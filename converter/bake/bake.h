@@ -30,12 +30,12 @@ const char* name_of(IndirectLight indirect);
 /// The height at which texels lie, above the cell's lowest point.
 struct ReferencePlane {
   enum class Kind {
-    top,    ///< top of the cell's bounding box, as in the paper
-    share,  ///< `value` times the thickness
-    at      ///< `value` in mm
+    top,       ///< top of the cell's bounding box, as in the paper
+    fraction,  ///< `value` times the thickness
+    at         ///< `value` in mm
   };
-  /// This share is the best or close to it for every built-in stitch (table in docs/bake.md).
-  Kind kind = Kind::share;
+  /// This fraction is the best or close to it for every built-in stitch (table in docs/bake.md).
+  Kind kind = Kind::fraction;
   double value = 0.9;
 };
 

@@ -69,7 +69,8 @@ Result<double> plane_of(const CellMesh& mesh, const TracedCell& cell, const std:
                         const BakeOptions& o) {
   const double thickness = cell.thickness_mm();
   if (o.reference.kind == ReferencePlane::Kind::top) return thickness;
-  const double height = o.reference.value * (o.reference.kind == ReferencePlane::Kind::share ? thickness : 1);
+  const double height =
+      o.reference.value * (o.reference.kind == ReferencePlane::Kind::fraction ? thickness : 1);
   if (std::abs(height) > 4 * (thickness + std::max(mesh.period.x, mesh.period.y))) {
     return fail(Code::option_out_of_range, name, "reference-height",
                 fmt::format("{} mm is far from a cell of {:.3g} mm", height, thickness));

@@ -169,7 +169,7 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
       albedo = V3f(surface.albedo);
       diffuse -= surface.gloss.weight;
       if (surface.transmission > 0)
-        diffuse = static_cast<float>(surface.brightness * dull_share(surface) * (1 - surface.transmission));
+        diffuse = static_cast<float>(surface.brightness * dull_weight(surface) * (1 - surface.transmission));
       r.gloss.set(i, surface, view);
     } else {
       albedo = scene_.albedo(points[i]);
@@ -233,7 +233,7 @@ std::uint64_t TexelBaker::light_through(const Packet& packet, const PointPacket&
 void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights, Gather& gather) const {
   CacheTaps taps;
   if (!cache_->taps(point, taps)) return;
-  const DiffuseShares shares = diffuse_shares(scene_, point);
+  const DiffuseAlbedos fractions = diffuse_albedos(scene_, point);
   const std::size_t n = lights.directions.size();
   const std::size_t solved = lights.solved > 0 ? lights.solved : n;
   const auto add = [&](std::size_t k, int cached, const V3f& albedo) {
@@ -248,8 +248,8 @@ void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights
     }
   };
   for (std::size_t k = 0; k < 3; ++k) {
-    add(k, taps.point[k], shares.back);
-    if (scene_.is_translucent()) add(k, taps.other_side[k], shares.through);
+    add(k, taps.point[k], fractions.back);
+    if (scene_.is_translucent()) add(k, taps.other_side[k], fractions.through);
   }
 }
 
@@ -286,7 +286,7 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samp
         out.alpha[texel] = static_cast<float>(hits) / static_cast<float>(samples);
         out.normal[texel] = V3f((early.normal + late.normal) / samples);
         // If the means of the halves differ by d, the error of their mean is d/2 for equally large halves.
-        const double share =
+        const double fraction =
             static_cast<double>(early.rays) * late.rays / (static_cast<double>(samples) * samples);
         for (std::size_t l = 0; l < n; ++l) {
           V3f& radiance = out.radiance[l * texels + texel];
@@ -295,7 +295,7 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samp
             const double b = late.radiance[c * n + l];
             radiance[static_cast<int>(c)] = static_cast<float>((a + b) / hits);
             const double d = a / std::max(1, early.rays) - b / late.rays;
-            sum.error2 += d * d * share;
+            sum.error2 += d * d * fraction;
             sum.signal2 += (a + b) * (a + b) / (static_cast<double>(samples) * samples);
           }
         }

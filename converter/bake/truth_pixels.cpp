@@ -42,14 +42,14 @@ HalfPixel trace_half(const SwatchShot& shot, const TruthOptions& options, const 
 
 LightChoice::LightChoice(const std::vector<Light>& lights) {
   constexpr std::size_t few = 8;
-  constexpr double large_share = 1.0 / 32;
+  constexpr double large_fraction = 1.0 / 32;
   const auto power = [](const Light& light) {
     return static_cast<double>(light.irradiance.x + light.irradiance.y + light.irradiance.z);
   };
   double whole = 0;
   for (const Light& light : lights) whole += power(light);
   for (const Light& light : lights) {
-    const bool is_sure = lights.size() <= few || power(light) >= large_share * whole;
+    const bool is_sure = lights.size() <= few || power(light) >= large_fraction * whole;
     PathLights& target = is_sure ? sure_ : others_;
     target.directions.emplace_back(light.direction.normalized());
     target.irradiance.emplace_back(light.irradiance);

@@ -22,8 +22,8 @@ struct TruthOptions {
 };
 
 struct TruthSwatch {
-  /// Radiance times opacity, and opacity, the share of the pixel's rays that met yarn. Unweighted means over
-  /// the pixel's square.
+  /// Radiance times opacity, and opacity, the fraction of the pixel's rays that met yarn. Unweighted means
+  /// over the pixel's square.
   Frame frame;
   /// Standard error of radiance times opacity: half the difference between the means of two independent
   /// halves of the rays, as root mean square over pixels and colours.

@@ -100,7 +100,7 @@ struct CachePoint {
   V3d normal;
   double radius;  ///< mm
   Eigen::Matrix<double, 1, angle_functions> row;
-  double seen = 1;  ///< roughly the share of views that it is seen from
+  double seen = 1;  ///< roughly the fraction of views that it is seen from
   bool open = false;
   double weight = covered_weight;
   Eigen::RowVectorXd light;  ///< [side][function][colour], then the moments
@@ -167,7 +167,7 @@ std::array<double, light_moments> moments_at(const TracedCell& cell, const Surfa
   return moments;
 }
 
-/// Gives places that other yarn covers a share of the mean of the station's open ones, or of the nearest
+/// Gives places that other yarn covers a fraction of the mean of the station's open ones, or of the nearest
 /// stations' that have any.
 void fill_covered(std::vector<std::vector<CachePoint>>& stations) {
   const auto count = static_cast<int>(stations.size());
@@ -285,25 +285,25 @@ void trace_yarn_light(const TracedCell& cell, const YarnLightOptions& options, I
         const std::uint64_t place =
             seed_of(options.seed, 201, (first + station) * places[station].size() + a);
         std::array<double, 2> mean{};  // of the light that the surface reflects, and that comes through it
-        const auto add = [&](const SurfacePoint& on, const V3f& share, std::uint64_t stream) {
+        const auto add = [&](const SurfacePoint& on, const V3f& weight, std::uint64_t stream) {
           const Eigen::MatrixX3d irradiance =
               irradiance_at(cell, on, lights, options, cached, place ^ stream);
           for (int side = 0; side < sides; ++side) {
             const Eigen::MatrixXd values = project * irradiance.middleRows(side * light_count, light_count);
             for (int k = 0; k < columns; ++k)
-              at.light[side * columns + k] += values(k / 3, k % 3) * static_cast<double>(share[k % 3]) / pi;
+              at.light[side * columns + k] += values(k / 3, k % 3) * static_cast<double>(weight[k % 3]) / pi;
           }
           mean[stream == 0 ? 0 : 1] =
               irradiance.topRows(light_count)
                   .colwise()
                   .mean()
-                  .dot(Eigen::RowVector3d(static_cast<double>(share.x), static_cast<double>(share.y),
-                                          static_cast<double>(share.z)));
+                  .dot(Eigen::RowVector3d(static_cast<double>(weight.x), static_cast<double>(weight.y),
+                                          static_cast<double>(weight.z)));
         };
         add(point, reflected, 0);
         if (cell.scene.is_translucent()) {
           const SurfacePoint inside = other_side(point);  // no ray met it: without the noise of its fibres
-          add(inside, diffuse_shares(cell.scene, inside).through, stream_inside);
+          add(inside, diffuse_albedos(cell.scene, inside).through, stream_inside);
         }
         if (curve.gloss.lustre == 0 || !(mean[0] > 0)) continue;
         const V3d fibre = surface_at(cell.scene, point).fibre;

@@ -33,7 +33,7 @@ namespace {
 /// Bytes of a corner that is dressed, and of one that is laid flat.
 constexpr std::uint64_t corner_price = 128;
 constexpr std::uint64_t unwrapped_corner_price = 896;
-/// Share of the area whose texture coordinates may be useless.
+/// Fraction of the area whose texture coordinates may be useless.
 constexpr double max_unusable = 0.1;
 
 /// A fabric that materials wear; what is made of it is made once.
@@ -378,9 +378,9 @@ class Dresser {
 
   void warn_of_uvs(const std::string& where, const UvSize& size) {
     constexpr double much = 0.02;  // of the area
-    const auto warn = [&](double share, const std::string& what) {
-      if (share > much)
-        report_.warnings.push_back(fmt::format("{}: {:.0f} % of its area {}", where, 100 * share, what));
+    const auto warn = [&](double fraction, const std::string& what) {
+      if (fraction > much)
+        report_.warnings.push_back(fmt::format("{}: {:.0f} % of its area {}", where, 100 * fraction, what));
     };
     warn(size.stretched, fmt::format("shows cloth stretched more than {} times one way", max_stretch));
     warn(size.without, "has degenerate texture coordinates and will show streaks");

@@ -14,14 +14,15 @@
 namespace selvedge {
 
 struct UvSize {
-  V2d metres{0, 0};      ///< along u and v, per unit of UV: the medians over the area
-  V2d low{0, 0};         ///< a twentieth of the area has less
-  V2d high{0, 0};        ///< a twentieth of the area has more
-  double stretch = 1;    ///< what 95 % of the area stay below, in times longer or shorter one way
-  double stretched = 0;  ///< share of the area where cloth is more than max_stretch longer or shorter one way
-  double without = 0;    ///< share of the area whose UVs cover no area
-  double unusable = 0;   ///< share of the area without, or where cloth is more than useless_stretch off
-  int primitives = 0;    ///< instances with area in space and in UV
+  V2d metres{0, 0};    ///< along u and v, per unit of UV: the medians over the area
+  V2d low{0, 0};       ///< a twentieth of the area has less
+  V2d high{0, 0};      ///< a twentieth of the area has more
+  double stretch = 1;  ///< what 95 % of the area stay below, in times longer or shorter one way
+  double stretched =
+      0;  ///< fraction of the area where cloth is more than max_stretch longer or shorter one way
+  double without = 0;   ///< fraction of the area whose UVs cover no area
+  double unusable = 0;  ///< fraction of the area without, or where cloth is more than useless_stretch off
+  int primitives = 0;   ///< instances with area in space and in UV
 };
 
 /// Cloth that is stretched by more than this one way shows it.

@@ -61,7 +61,7 @@ class Exporter {
     const Scene scene = value_or_throw(read_scene(document_, options_.limits));
     report_.warnings = scene.remarks;
     read_cloths(scene);
-    const std::array<double, 2> triangles = share_triangles();
+    const std::array<double, 2> triangles = divide_triangles();
     remove_surfaces();
     document_.packed.required = {names::gltf::meshopt, names::gltf::khr_meshopt};
     for (const WornCloth& worn : cloths_) add(worn, triangles);
@@ -119,7 +119,7 @@ class Exporter {
 
   /// Finds the cells, and divides the triangles: a repeat outside of the region gets so many, and one within
   /// it all that show, as far as half of them suffices.
-  std::array<double, 2> share_triangles() {
+  std::array<double, 2> divide_triangles() {
     const double allowed = options_.triangles;
     const auto refuse_if_over = [&](double count, double least) {
       if (least <= allowed) return;

@@ -166,9 +166,9 @@ class RepeatLayer {
     V2d uv = shown;
     for (int round = 0; region_ && round < 3; ++round) {
       const V2d within = V2d(uv - region_->min), left = V2d(region_->max - uv);
-      const double share = std::clamp(std::min({within.x, within.y, left.x, left.y}), 0.0, 1.0);
+      const double fraction = std::clamp(std::min({within.x, within.y, left.x, left.y}), 0.0, 1.0);
       const RepeatPlace place = repeat_place(uv);
-      const RepeatPlace moved = place_of(yarns_.variation(), place, static_cast<float>(share));
+      const RepeatPlace moved = place_of(yarns_.variation(), place, static_cast<float>(fraction));
       uv = shown - V2d(moved.repeat - place.repeat) - V2d(moved.within - place.within);
     }
     return point_at(cloth_, cells_[i], uv);

@@ -45,7 +45,7 @@ struct Chain {
 /// A place on a chain.
 struct ChainPlace {
   std::size_t segment = 0;
-  float share = 0;
+  float fraction = 0;
   YarnFrame frame;
   V3f round_at(double angle) const {
     return frame.across * static_cast<float>(std::cos(angle)) +
@@ -53,9 +53,9 @@ struct ChainPlace {
   }
 };
 
-/// The place that this share of the chain's bends leads to; on the smooth curve through its nodes.
-ChainPlace place_at(const Chain& chain, double share) {
-  const double wanted = share * chain.bend.back();
+/// The place that this fraction of the chain's bends leads to; on the smooth curve through its nodes.
+ChainPlace place_at(const Chain& chain, double fraction) {
+  const double wanted = fraction * chain.bend.back();
   const auto next = std::upper_bound(chain.bend.begin() + 1, chain.bend.end() - 1, wanted);
   ChainPlace place;
   place.segment = static_cast<std::size_t>(next - chain.bend.begin()) - 1;
@@ -65,12 +65,12 @@ ChainPlace place_at(const Chain& chain, double share) {
   const float rest = 1 - t, length = s.along.length();
   const V3f first = s.tangent[0] * length, second = s.tangent[1] * length;
   const V3f way = s.along * (6 * t * rest) + first * (rest * (1 - 3 * t)) + second * (t * (3 * t - 2));
-  place.share = t;
+  place.fraction = t;
   YarnFrame& frame = place.frame;
   frame.position =
       s.start + s.along * (t * t * (3 - 2 * t)) + first * (t * rest * rest) - second * (t * t * rest);
   // The chain's end is as thick as its begin.
-  const Yarns::Segment& section = share < 1 ? s : chain.segments.front();
+  const Yarns::Segment& section = fraction < 1 ? s : chain.segments.front();
   frame.squeeze = section.squeeze;
   frame.radius = section.radius;
   frame.tangent = squeezed(way, frame.squeeze).normalized();
@@ -101,7 +101,7 @@ class Lighting {
 
   struct Shown {
     V3f color{0, 0, 0};  ///< of the picture
-    float share = 0;     ///< in [0, 1]: 0 where other yarn hides it from above
+    float fraction = 0;  ///< in [0, 1]: 0 where other yarn hides it from above
     float seen = 0;      ///< weight in the mean of what is seen
   };
   /// The mean of some places on a surface with such a normal.
@@ -137,15 +137,15 @@ class Lighting {
       lit.push_back(normal.dot(l) > 0 && !yarns_.occluded(hits.front(), result.point, l));
       if (lit.back()) result.seen += normal.dot(l) * std::pow(l.z, 4.0F) / static_cast<float>(lights_.size());
     }
-    const float share = 1 / static_cast<float>(hits.size());
+    const float fraction = 1 / static_cast<float>(hits.size());
     for (const YarnHit& hit : hits) {
       YarnPoint point = yarns_.point_at(hit);
       yarns_.add_strands(point, view);
       const LightTransfer transfer = yarns_.transfer_at(point);
-      const float factor = point.brightness * yarns_.view_factor(point, view) * share;
+      const float factor = point.brightness * yarns_.view_factor(point, view) * fraction;
       for (std::size_t i = 0; i < lights_.size(); ++i) {
         result.light[i] += indirect_light(transfer, lights_[i]) * factor;
-        if (lit[i]) result.light[i] += yarns_.direct(point, lights_[i], view) * share;
+        if (lit[i]) result.light[i] += yarns_.direct(point, lights_[i], view) * fraction;
       }
     }
     return result;
@@ -206,12 +206,12 @@ class PliedCurve {
   /// The angle of the first ply about the axis; it goes on beyond pi.
   double turn_at(const ChainPlace& place) const {
     if (plies_.count == 1) return 0;
-    const auto [segment, share] = ply_at(0, place);
-    const V3f out = mix(segment->out[0], segment->out[1], share);
+    const auto [segment, fraction] = ply_at(0, place);
+    const V3f out = mix(segment->out[0], segment->out[1], fraction);
     const double turn =
         std::atan2(out.dot(place.frame.tangent.cross(place.frame.across)), out.dot(place.frame.across));
     const double near = static_cast<double>(plies_.phase) +
-                        twist() * (static_cast<double>(place.segment) + static_cast<double>(place.share)) /
+                        twist() * (static_cast<double>(place.segment) + static_cast<double>(place.fraction)) /
                             static_cast<double>(axis.segments.size());
     return near + std::remainder(turn - near, 2 * pi);
   }
@@ -239,23 +239,23 @@ class PliedCurve {
     int facing = 0;
     float most = -1;
     for (int ply = 0; ply < plies_.count; ++ply) {
-      const auto [segment, share] = ply_at(ply, place);
-      const float cosine = mix(segment->out[0], segment->out[1], share).dot(round);
+      const auto [segment, fraction] = ply_at(ply, place);
+      const float cosine = mix(segment->out[0], segment->out[1], fraction).dot(round);
       if (cosine > most) std::tie(facing, most) = std::pair(ply, cosine);
     }
-    const auto [segment, share] = ply_at(facing, place);
+    const auto [segment, fraction] = ply_at(facing, place);
     const Yarns::Segment& s = *segment;
     const V3f way = squeezed(s.along, s.squeeze) * std::sqrt(s.inverse_length2);
-    V3f across = round * reach_at(most) - mix(s.out[0], s.out[1], share) * (1 - radius_);
+    V3f across = round * reach_at(most) - mix(s.out[0], s.out[1], fraction) * (1 - radius_);
     across = (across - way * way.dot(across)).normalized();
     return {static_cast<int>(segment - segments_.data()),
-            s.along * share + stretched(across, s.squeeze) * s.radius};
+            s.along * fraction + stretched(across, s.squeeze) * s.radius};
   }
 
  private:
   std::pair<const Yarns::Segment*, float> ply_at(int ply, const ChainPlace& place) const {
     const std::size_t divisions = plies_.divisions;
-    const float part = place.share * static_cast<float>(divisions);
+    const float part = place.fraction * static_cast<float>(divisions);
     const auto within = std::min(divisions - 1, static_cast<std::size_t>(part));
     const std::size_t segment = (ply * axis.segments.size() + place.segment) * divisions + within;
     return {&segments_[first_segment_ + segment], part - static_cast<float>(within)};
@@ -391,14 +391,14 @@ class TubeBuilder {
     parallel_for(0, (rings + 1) * (sides + 1), [&](int i) {
       const int ring = i / (sides + 1), side = i % (sides + 1);
       const std::size_t vertex = first + static_cast<std::size_t>(i);
-      const double share = double{1} * ring / rings;
-      const ChainPlace place = place_at(curve.axis, share);
+      const double fraction = double{1} * ring / rings;
+      const ChainPlace place = place_at(curve.axis, fraction);
       const double turn = curve.turn_at(place), from = tube.first_angle(turn);
       const auto& [angle, reach] = tube.section[side];
       mesh.positions[vertex] =
           place.frame.place_of(place.round_at(from + tube.section[side % sides].angle) * reach);
       mesh.tex_coords[vertex] =
-          V2f(V2d((from + angle - turn) / (2 * pi), (tube.first_row + share * tube.rows) / height));
+          V2f(V2d((from + angle - turn) / (2 * pi), (tube.first_row + fraction * tube.rows) / height));
       std::vector<YarnHit> hits;
       for (const double along : {-0.25, 0.25}) {
         const double at = (ring + along) / rings;
@@ -423,8 +423,8 @@ class TubeBuilder {
     const PliedCurve& curve = *tube.curve;
     std::vector<Lighting::Shown> shown(std::size_t{1} * tube.rows * picture.width);
     parallel_for(0, tube.rows, [&](int row) {
-      const double share = (row + 0.5) / tube.rows, along = share * tube.rings;
-      const ChainPlace place = place_at(curve.axis, share);
+      const double fraction = (row + 0.5) / tube.rows, along = fraction * tube.rings;
+      const ChainPlace place = place_at(curve.axis, fraction);
       const double turn = curve.turn_at(place);
       const int ring = static_cast<int>(along);
       for (int x = 0; x < picture.width; ++x) {
@@ -438,7 +438,7 @@ class TubeBuilder {
         const V3f normal = mix(normal_on(ring), normal_on(ring + 1), static_cast<float>(along - ring));
         std::vector<YarnHit> hits{curve.hit_at(place, angle)};
         for (const double up : {-0.25, 0.25}) {
-          const ChainPlace beside = place_at(curve.axis, share + up / tube.rows);
+          const ChainPlace beside = place_at(curve.axis, fraction + up / tube.rows);
           for (const double around : {-0.25, 0.25})
             hits.push_back(curve.hit_at(beside, angle + 2 * pi * around / picture.width));
         }
@@ -450,8 +450,8 @@ class TubeBuilder {
     for (const Lighting::Shown& one : shown) {
       seen += V3d(one.color) * static_cast<double>(one.seen);
       weight += static_cast<double>(one.seen);
-      kept += V3d(one.color * one.share);
-      hidden += 1 - static_cast<double>(one.share);
+      kept += V3d(one.color * one.fraction);
+      hidden += 1 - static_cast<double>(one.fraction);
     }
     V3f rest(0, 0, 0);
     if (hidden > 0 && weight > 0)
@@ -460,7 +460,7 @@ class TubeBuilder {
       for (int x = 0; x < picture.width; ++x) {
         const Lighting::Shown& one =
             shown[std::size_t{1} * std::clamp(row, 0, tube.rows - 1) * picture.width + x];
-        const V3f color = mix(rest, one.color, one.share);
+        const V3f color = mix(rest, one.color, one.fraction);
         for (int k = 0; k < 3; ++k)
           picture.pixels[3 * ((tube.first_row + row) * picture.width + x) + k] = std::max(0.0F, color[k]);
       }

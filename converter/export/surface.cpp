@@ -133,27 +133,27 @@ ClothPoint point_at(const Cloth& cloth, const ClothCell& cell, const V2d& uv) {
   const V2d d1 = b.uv - a.uv, d2 = c.uv - a.uv;
   const double whole = cross(d1, d2);
   const V2d rest(cross(uv - a.uv, d2) / whole, cross(d1, uv - a.uv) / whole);
-  const std::array<double, 3> shares{1 - rest.x - rest.y, rest.x, rest.y};
+  const std::array<double, 3> weights{1 - rest.x - rest.y, rest.x, rest.y};
   ClothPoint point;
   point.inside = distance <= edge;
   V3d middle(0, 0, 0);
   double sum = 0;
   for (int i = 0; i < 3; ++i) {
-    point.position += nearest->corners[i].position * shares[i];
+    point.position += nearest->corners[i].position * weights[i];
     // Beyond its triangle a surface does not bend on.
-    const double share = std::clamp(shares[i], 0.0, 1.0);
-    point.normal += nearest->corners[i].normal * share;
-    middle += nearest->corners[i].position * share;
-    sum += share;
+    const double weight = std::clamp(weights[i], 0.0, 1.0);
+    point.normal += nearest->corners[i].normal * weight;
+    middle += nearest->corners[i].position * weight;
+    sum += weight;
   }
   point.normal.normalize();
   V3d lift(0, 0, 0);
   for (int i = 0; i < 3; ++i) {
     const Cloth::Corner& corner = nearest->corners[i];
     lift -= corner.normal *
-            ((middle / sum - corner.position).dot(corner.normal) * std::clamp(shares[i], 0.0, 1.0) / sum);
+            ((middle / sum - corner.position).dot(corner.normal) * std::clamp(weights[i], 0.0, 1.0) / sum);
   }
-  point.position += lift * 0.5;  // the share with which the surface is at right angles to the normals
+  point.position += lift * 0.5;  // the fraction with which the surface is at right angles to the normals
   const V3d e1 = b.position - a.position, e2 = c.position - a.position;
   for (auto* along : {&point.along_u, &point.along_v}) {
     const bool u = along == &point.along_u;

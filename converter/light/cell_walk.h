@@ -21,8 +21,8 @@ struct CellBlock {
   V2d max{1, 1};
 };
 
-/// Share of the way through the block after which a ray is shifted back. Less than 1, so that a wall exactly
-/// at the end of the block lies ahead of the shifted ray.
+/// Fraction of the way through the block after which a ray is shifted back. Less than 1, so that a wall
+/// exactly at the end of the block lies ahead of the shifted ray.
 inline constexpr double block_turn = 1 - 1e-4;
 
 /// Minimum slope: a horizontal ray would be shifted for ever.

@@ -152,7 +152,7 @@ void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
       origin.face_normal = spread ? -normal_[at] : normal_[at];
       if (origin.face_normal == V3f(0, 0, 0)) continue;
       traced += 16;
-      const float share = 1.0F / static_cast<float>(16 * blocks);
+      const float fraction = 1.0F / static_cast<float>(16 * blocks);
       std::array<V3d, packet_size> directions;
       for (int k = 0; k < 16; ++k) {
         const int x = (spread ? 0 : block % (side / 4) * 4) + k % 4;
@@ -166,7 +166,7 @@ void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
            remaining &= remaining - 1) {
         CacheTaps sent;
         if (!taps(met[std::countr_zero(remaining)], sent)) continue;
-        for (std::size_t k = 0; k < 3; ++k) entries.emplace_back(sent.point[k], sent.weight[k] * share);
+        for (std::size_t k = 0; k < 3; ++k) entries.emplace_back(sent.point[k], sent.weight[k] * fraction);
       }
     }
     rays += traced;
@@ -267,19 +267,20 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
   std::vector<Sums> sums(blocks);
   std::vector<char> done(n, 0);
   std::vector<double> before(width, 0);  ///< change by the reflection before
-  std::vector<float> rest(width,
-                          0.0F);  ///< share of the last change that follows it, of lights that have converged
+  std::vector<float> rest(
+      width,
+      0.0F);  ///< fraction of the last change that follows it, of lights that have converged
   const int rounds = endless ? max_rounds : bounces;
   for (int round = 0; round < rounds; ++round) {
     parallel_for(0, points(), [&](int p) {
       const std::size_t point = p;
       float* const out = &sent[point * width];
-      /// Adds shares of the light on a point.
-      const auto add = [&](std::size_t from, const V3f& share) {
+      /// Adds fractions of the light on a point.
+      const auto add = [&](std::size_t from, const V3f& fraction) {
         for (std::size_t c = 0; c < 3; ++c) {
           for (std::size_t l = 0; l < n; ++l) {
             out[c * n + l] +=
-                share[static_cast<int>(c)] * (direct[from * n + l] + total[from * width + c * n + l]);
+                fraction[static_cast<int>(c)] * (direct[from * n + l] + total[from * width + c * n + l]);
           }
         }
       };
@@ -400,8 +401,8 @@ bool IrradianceCache::place_points(const RayScene& scene, std::size_t max_points
   const std::optional<double> whole_area = spread_points(scene.mesh(), points, areas);
   if (!whole_area) return false;
   Groups groups = groups_of(points, 0);
-  for (double share = 1; groups.count() > max_points; share *= 1.3)
-    groups = groups_of(points, std::sqrt(share * *whole_area / static_cast<double>(max_points)));
+  for (double fraction = 1; groups.count() > max_points; fraction *= 1.3)
+    groups = groups_of(points, std::sqrt(fraction * *whole_area / static_cast<double>(max_points)));
   if (groups.count() < points.size()) {
     places_ = shared_places;
     shared_.resize(points.size());
@@ -451,9 +452,9 @@ void IrradianceCache::place(const RayScene& scene, std::span<const SurfacePoint>
     normal_.push_back(back ? -point.face_normal : point.face_normal);
     const YarnBrdf surface = surface_at(scene, point);
     if (scene.is_translucent()) {
-      const DiffuseShares shares = diffuse_shares(surface);
-      albedo += shares.back;
-      through += shares.through;
+      const DiffuseAlbedos fractions = diffuse_albedos(surface);
+      albedo += fractions.back;
+      through += fractions.through;
       continue;
     }
     const auto w = static_cast<double>(surface.gloss.weight);
@@ -510,8 +511,8 @@ void IrradianceCache::order_points(const RayScene& scene) {
   const auto curve = [&](std::size_t p) {
     std::uint64_t key = 0;
     for (int axis = 0; axis < 3; ++axis) {
-      const double share = static_cast<double>(position_[p * places_][axis]) / size[axis];
-      const auto cell = static_cast<std::uint64_t>(std::clamp(share, 0.0, 1.0) * 1023);
+      const double fraction = static_cast<double>(position_[p * places_][axis]) / size[axis];
+      const auto cell = static_cast<std::uint64_t>(std::clamp(fraction, 0.0, 1.0) * 1023);
       for (int bit = 0; bit < 10; ++bit) key |= (cell >> bit & 1U) << (3 * bit + axis);
       // Points with similar normals see the same lights.
       key |= (normal_[p * places_][axis] < 0 ? std::uint64_t{1} : 0) << (30 + axis);

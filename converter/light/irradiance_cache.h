@@ -6,13 +6,13 @@
 // creases, get additional points inside. From each point 64 cosine-distributed rays meet other points, which
 // gives a matrix W; with the direct irradiance E0 and the albedo a, the irradiance after k + 1 reflections is
 // S = W a (E0 + S) with the S after k. Where light passes through walls, each point has one on the other
-// side, and sends the share of that one's light, too, that comes through. Inside of closed yarn, where light
-// is even, neighbouring points share one. So do points of a mesh with more than max_cache_points; the rays
-// and lights of each group leave from four of its places.
+// side, and sends the fraction of that one's light, too, that comes through. Inside of closed yarn, where
+// light is even, neighbouring points share one. So do points of a mesh with more than max_cache_points; the
+// rays and lights of each group leave from four of its places.
 //
 // Approximations: irradiance and reflected light are linear between the points, and reflection is Lambertian,
-// the share of a gloss included. Rays that meet the inside of closed opaque yarn count as dark. docs/bake.md
-// has the measured error.
+// the fraction of a gloss included. Rays that meet the inside of closed opaque yarn count as dark.
+// docs/bake.md has the measured error.
 #pragma once
 
 #include <optional>

@@ -307,7 +307,7 @@ bool attach(RaySceneState& state, const std::vector<V3f>& vertices, const std::v
 /// Rays that begin on a hair do not meet it again: hairs nearer than so many of their radii are passed.
 constexpr float near_radii = 4;
 
-/// Lets the share `passed` of rays go on, by a number that belongs to the ray and the hair.
+/// Lets the fraction `passed` of rays go on, by a number that belongs to the ray and the hair.
 void pass_hairs(const RTCFilterFunctionNArguments* args) {
   const auto& state = *static_cast<const RaySceneState*>(args->geometryUserPtr);
   const Hairs& hairs = state.mesh.hairs;
@@ -420,7 +420,7 @@ bool attach_hairs(RaySceneState& state) {
   return attach(state, vertices, triangles, pass_hairs);
 }
 
-/// Share of rays that may meet backs of triangles before both sides count as outside.
+/// Fraction of rays that may meet backs of triangles before both sides count as outside.
 constexpr double max_backs = 0.005;
 
 }  // namespace
@@ -601,8 +601,8 @@ bool shows_backs(const RayScene& scene, int bounces, bool from_below) {
   for (std::uint32_t i = 0; i < (from_below ? 2 * count : count); ++i) {
     const bool down = i < count;
     PathSampler sampler(i, 0);
-    const V2d share = sampler.next();
-    V3d origin(share.x * period.x, share.y * period.y, down ? above : -period.x);
+    const V2d fraction = sampler.next();
+    V3d origin(fraction.x * period.x, fraction.y * period.y, down ? above : -period.x);
     V3d direction = cosine_direction({0, 0, down ? -1.0 : 1.0}, sampler.next());
     SurfacePoint point;
     for (int k = 0; k <= bounces && scene.trace(origin, direction, point); ++k) {

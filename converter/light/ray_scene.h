@@ -5,7 +5,7 @@
 // not depend on how grazing a ray is.
 //
 // Hairs lie beside the triangles as ribbons of triangles that turn about themselves: as wide as a round hair
-// on average, and shaded as one. Of the rays that meet a hair, its share `passed` goes on as if it was not
+// on average, and shaded as one. Of the rays that meet a hair, its fraction `passed` goes on as if it was not
 // there; which ones, is drawn from the ray and the hair. So opacity, light and shadow count a hair's cover
 // less what it lets pass, and a ray is always decided alike.
 //

@@ -17,8 +17,8 @@ namespace {
 /// Place of a point, from the corners that lie on the same yarn as the nearest corner.
 YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
   const V3i& corner = mesh.triangles[point.triangle];
-  const std::array<float, 3> share{1 - point.u - point.v, point.u, point.v};
-  const auto nearest = std::ranges::max_element(share) - share.begin();
+  const std::array<float, 3> weight{1 - point.u - point.v, point.u, point.v};
+  const auto nearest = std::ranges::max_element(weight) - weight.begin();
   YarnPlace place = mesh.places[corner[static_cast<int>(nearest)]];
   if (place.curve < 0) return place;
   const YarnPlies& plies = mesh.yarns.curves[place.curve].plies;
@@ -36,9 +36,9 @@ YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
     const float ahead = other.along - origin.along;
     if (other.curve != origin.curve || other.ply != ply_after(static_cast<int>(-std::round(ahead)))) continue;
     const float turned = other.around - origin.around;
-    sum += share[i];
-    along += share[i] * (ahead - std::round(ahead));
-    around += share[i] * (turned - std::round(turned));
+    sum += weight[i];
+    along += weight[i] * (ahead - std::round(ahead));
+    around += weight[i] * (turned - std::round(turned));
   }
   place.along += along / sum;
   place.around += around / sum;
@@ -72,7 +72,7 @@ V3d visible_normal(const V3d& v, double r, const V2d& random) {
   return V3d(r * n.x, n.y, std::max(1e-12, n.z)).normalized();
 }
 
-/// A sampled light for a view in the local frame, and the share of it that is neither masked nor shadowed.
+/// A sampled light for a view in the local frame, and the fraction of it that is neither masked nor shadowed.
 double reflect_at_facet(const V3d& v, double r, const V2d& random, V3d& l) {
   const V3d h = visible_normal(v, r, random);
   l = h * (2 * v.dot(h)) - v;
@@ -155,7 +155,7 @@ V3d cosine_direction(const V3d& normal, const V2d& square) {
       .normalized();
 }
 
-double dull_share(const YarnBrdf& s) {
+double dull_weight(const YarnBrdf& s) {
   const auto w = static_cast<double>(s.gloss.weight);
   return 1 -
          (s.transmission > 0 && w > 0 ? w * mean_gloss_albedo(static_cast<double>(s.gloss.roughness)) : w);
@@ -177,15 +177,15 @@ YarnBrdf surface_at(const RayScene& scene, const SurfacePoint& point) {
     return s;
   }
   const V3i& corner = mesh.triangles[point.triangle];
-  const std::array<float, 3> share{1 - point.u - point.v, point.u, point.v};
+  const std::array<float, 3> weight{1 - point.u - point.v, point.u, point.v};
   V3f fibre(0, 0, 0);
   s.gloss = {0, 0};
   for (int i = 0; i < 3; ++i) {
-    s.gloss.weight += share[i] * mesh.gloss[corner[i]].weight;
-    s.gloss.roughness += share[i] * mesh.gloss[corner[i]].roughness;
-    s.gloss.lustre += share[i] * mesh.gloss[corner[i]].lustre;
+    s.gloss.weight += weight[i] * mesh.gloss[corner[i]].weight;
+    s.gloss.roughness += weight[i] * mesh.gloss[corner[i]].roughness;
+    s.gloss.lustre += weight[i] * mesh.gloss[corner[i]].lustre;
     // The sign of a fibre has no meaning: corners are flipped to agree.
-    fibre += aligned(mesh.fibres[corner[i]], mesh.fibres[corner.x]) * share[i];
+    fibre += aligned(mesh.fibres[corner[i]], mesh.fibres[corner.x]) * weight[i];
   }
   if (point.hair >= 0) fibre = mesh.hairs.points[point.hair + 1] - mesh.hairs.points[point.hair];
   V3d in_plane = V3d(fibre) - s.normal * V3d(fibre).dot(s.normal);
@@ -195,7 +195,7 @@ YarnBrdf surface_at(const RayScene& scene, const SurfacePoint& point) {
   s.fibre = in_plane.normalized();
   if (s.transmission > 0 && point.back) {
     // Inside a ply there is no highlight, and as much goes through as from outside.
-    s.transmission *= dull_share(s);
+    s.transmission *= dull_weight(s);
     s.gloss.weight = s.gloss.lustre = 0;
   }
   add_strand(mesh, point, V3d(fibre).normalized(), s);
@@ -213,11 +213,11 @@ double incidence(const YarnBrdf& surface, const V3d& light) {
 
 V3d reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view) {
   if (comes_through(surface, light)) {
-    return surface.albedo * (surface.brightness * dull_share(surface) * surface.transmission / pi);
+    return surface.albedo * (surface.brightness * dull_weight(surface) * surface.transmission / pi);
   }
   if (light.dot(surface.normal) <= 0 || view.dot(surface.normal) <= 0) return V3d(0, 0, 0);
   const auto& gloss = surface.gloss;
-  const V3d body = surface.albedo * (surface.brightness * dull_share(surface) * (1 - surface.transmission));
+  const V3d body = surface.albedo * (surface.brightness * dull_weight(surface) * (1 - surface.transmission));
   const double shine = gloss.weight > 0 ? gloss_reflectance(local(surface, light), local(surface, view),
                                                             static_cast<double>(gloss.roughness))
                                         : 0;
@@ -266,7 +266,7 @@ std::optional<BsdfSample> sample_bsdf(const YarnBrdf& surface, const V3d& view, 
     const double t = surface.transmission;
     const double x = (random.x - w) / (1 - w);
     const V3d weight =
-        t > 0 ? surface.albedo * (surface.brightness * dull_share(surface) / (1 - w)) : surface.albedo;
+        t > 0 ? surface.albedo * (surface.brightness * dull_weight(surface) / (1 - w)) : surface.albedo;
     if (x < t) return BsdfSample{cosine_direction(surface.inward, {x / t, random.y}), weight};
     BsdfSample sample = sample_body(surface, view, {(x - t) / (1 - t), random.y});
     sample.weight *= weight;
@@ -275,11 +275,11 @@ std::optional<BsdfSample> sample_bsdf(const YarnBrdf& surface, const V3d& view, 
   const V3d v = local(surface, view);
   if (v.z <= 0) return std::nullopt;
   V3d l;
-  const double share = reflect_at_facet(v, width_of(surface.gloss), {random.x / w, random.y}, l);
-  if (share == 0) return std::nullopt;
+  const double weight = reflect_at_facet(v, width_of(surface.gloss), {random.x / w, random.y}, l);
+  if (weight == 0) return std::nullopt;
   const V3d direction =
       surface.fibre * l.x + surface.normal.cross(surface.fibre) * l.y + surface.normal * l.z;
-  return BsdfSample{direction.normalized(), V3d(share)};
+  return BsdfSample{direction.normalized(), V3d(weight)};
 }
 
 V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrdf& surface, const V3f& light,
@@ -295,23 +295,23 @@ V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrd
   return reflectance(surface, towards, view) * cosine;
 }
 
-DiffuseShares diffuse_shares(const YarnBrdf& surface) {
+DiffuseAlbedos diffuse_albedos(const YarnBrdf& surface) {
   const V3f albedo(surface.albedo * surface.brightness);
   const Gloss gloss = surface.gloss;
   const auto t = static_cast<float>(surface.transmission);
-  DiffuseShares shares{albedo * (1 - t), albedo * t};
-  if (!(gloss.weight > 0)) return shares;
-  const float dull = t > 0 ? static_cast<float>(dull_share(surface)) : 1 - gloss.weight;
-  shares.back = shares.back * dull + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
-  shares.through *= dull;
-  return shares;
+  DiffuseAlbedos weights{albedo * (1 - t), albedo * t};
+  if (!(gloss.weight > 0)) return weights;
+  const float dull = t > 0 ? static_cast<float>(dull_weight(surface)) : 1 - gloss.weight;
+  weights.back = weights.back * dull + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
+  weights.through *= dull;
+  return weights;
 }
 
-DiffuseShares diffuse_shares(const RayScene& scene, const SurfacePoint& point) {
+DiffuseAlbedos diffuse_albedos(const RayScene& scene, const SurfacePoint& point) {
   const CellMesh& mesh = scene.mesh();
   const bool plain = mesh.gloss.empty() && mesh.places.empty() && mesh.transmission.empty();
   if (plain) return {scene.albedo(point), V3f(0, 0, 0)};
-  return diffuse_shares(surface_at(scene, point));
+  return diffuse_albedos(surface_at(scene, point));
 }
 
 }  // namespace selvedge

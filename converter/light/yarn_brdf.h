@@ -1,7 +1,7 @@
 // BRDF of yarn (format/fabric/yarn_reflectance.h) at points that rays meet, in packets, and importance
 // sampling of it.
 //
-// The wall of a yarn or ply may let light through: of the diffuse part, the share `transmission` leaves on
+// The wall of a yarn or ply may let light through: of the diffuse part, the fraction `transmission` leaves on
 // the other side, Lambertian on both sides. A ply is then a hollow tube, and light crosses it by two walls
 // and bounces between them (cf. Montazeri et al. 2020, "A practical ply-based appearance model of woven
 // fabrics": plies as surfaces that reflect and transmit). Inside there is no highlight. Only surfaces
@@ -24,7 +24,7 @@ struct YarnBrdf {
   V3d albedo{0, 0, 0};  ///< of the wall (wall_albedo.h)
   V3d fibre{1, 0, 0};   ///< unit, in the plane of the surface
   Gloss gloss;
-  double transmission = 0;  ///< share of the diffuse part that goes through the wall, in [0, 1]
+  double transmission = 0;  ///< fraction of the diffuse part that goes through the wall, in [0, 1]
   V3d inward{0, 0, -1};     ///< unit, of the triangle, away from the viewer: the side that it goes to
   /// Factor on the diffuse light that leaves: of the strand, where light crosses many of them. About 1.
   double brightness = 1;
@@ -34,9 +34,9 @@ struct YarnBrdf {
 /// met there (yarn_strands.h).
 YarnBrdf surface_at(const RayScene& scene, const SurfacePoint& point);
 
-/// Share of the light that is not in the highlight: 1 - w. In translucent yarn also the light that the
+/// Fraction of the light that is not in the highlight: 1 - w. In translucent yarn also the light that the
 /// highlight's facets block, on average: there light goes on where it would be lost.
-double dull_share(const YarnBrdf& surface);
+double dull_weight(const YarnBrdf& surface);
 
 /// Whether light from there reaches a viewer through the wall.
 bool comes_through(const YarnBrdf& surface, const V3d& light);
@@ -79,12 +79,12 @@ V3d cosine_direction(const V3d& normal, const V2d& square);
 V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrdf& surface, const V3f& light,
                  const V3d& view, std::uint64_t& rays);
 
-/// Shares of uniform light that leave a point equally in all directions: the albedos for indirect light.
-struct DiffuseShares {
+/// Fractions of uniform light that leave a point equally in all directions: the albedos for indirect light.
+struct DiffuseAlbedos {
   V3f back{0, 0, 0};     ///< on the side that it falls on, gloss included
   V3f through{0, 0, 0};  ///< on the other side
 };
-DiffuseShares diffuse_shares(const YarnBrdf& surface);
-DiffuseShares diffuse_shares(const RayScene& scene, const SurfacePoint& point);
+DiffuseAlbedos diffuse_albedos(const YarnBrdf& surface);
+DiffuseAlbedos diffuse_albedos(const RayScene& scene, const SurfacePoint& point);
 
 }  // namespace selvedge

@@ -135,12 +135,12 @@ void fit_transmission(const Reflected& through, FallbackFactors& factors) {
     sum += V3d(through.values[i]) * static_cast<double>(cosine);
     weight += static_cast<double>(cosine * through.directions[i % count].z) / std::numbers::pi;
   }
-  const V3f share(sum / weight);
-  const float largest = std::min(1.0F, std::max({share.x, share.y, share.z}));
+  const V3f fraction(sum / weight);
+  const float largest = std::min(1.0F, std::max({fraction.x, fraction.y, fraction.z}));
   // Less than one step of an 8-bit colour is noise of the fit.
   if (largest < 1.0F / 255.0F) return;
   factors.transmission = largest;
-  for (int c = 0; c < 3; ++c) factors.transmission_color[c] = std::clamp(share[c] / largest, 0.0F, 1.0F);
+  for (int c = 0; c < 3; ++c) factors.transmission_color[c] = std::clamp(fraction[c] / largest, 0.0F, 1.0F);
   // The extension takes the transmitted light from the base colour.
   for (int c = 0; c < 3; ++c)
     factors.base_color[c] = std::min(factors.base_color[c] / std::max(1 - largest, 1e-3F), 1.0F);

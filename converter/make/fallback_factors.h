@@ -15,8 +15,8 @@ struct FallbackFactors {
   /// side. Zero if the fit does without.
   V3f sheen_color{0, 0, 0};
   float sheen_roughness = 0.6F;  ///< what fits the built-in stitches best
-  /// KHR_materials_diffuse_transmission: the share of light from behind that comes through in the brightest
-  /// channel, and its colour. 0 for opaque cloth.
+  /// KHR_materials_diffuse_transmission: the fraction of light from behind that comes through in the
+  /// brightest channel, and its colour. 0 for opaque cloth.
   float transmission = 0;
   V3f transmission_color{1, 1, 1};
 };

@@ -11,8 +11,8 @@
 namespace selvedge {
 namespace {
 
-/// Share of the budget by Side: light that comes through is smooth.
-constexpr std::array<double, all_sides.size()> budget_shares{1, 0.5, 0.4, 0.4};
+/// Fraction of the budget by Side: light that comes through is smooth.
+constexpr std::array<double, all_sides.size()> budget_weights{1, 0.5, 0.4, 0.4};
 /// Bytes of a side's parts and members beside its values, about.
 constexpr double overhead_of_side = 4500;
 
@@ -21,7 +21,7 @@ FitResult fit_layers(SideSamples samples, const MakeOptions& options, const Prog
   const double texels = samples.header.texels();
   const double growth = options.budget_texels > 0 ? std::max(texels / options.budget_texels, 1.0) : 1;
   const Side side = samples.header.side;
-  const double bytes = static_cast<double>(*options.budget) * growth * budget_shares[index_of(side)];
+  const double bytes = static_cast<double>(*options.budget) * growth * budget_weights[index_of(side)];
   const auto fitter = value_or_throw(LayerFitter::create(
       std::move(samples.level), samples.header, samples.pairs[index_of(PairKind::validation)], options.fit,
       progress, samples.pairs[index_of(PairKind::measured)]));
@@ -43,8 +43,8 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
   const std::size_t sides = samples.header.both_sides ? all_sides.size() : 1;
   for (std::size_t i = 0; i < sides; ++i) {
     const Side side = all_sides[i];
-    auto fitted = fit_side(samples_of(samples, side), options, [&](double share) {
-      if (progress) progress((static_cast<double>(i) + share) / static_cast<double>(sides));
+    auto fitted = fit_side(samples_of(samples, side), options, [&](double fraction) {
+      if (progress) progress((static_cast<double>(i) + fraction) / static_cast<double>(sides));
     });
     fitted.fabric.side = side;
     const PairSamples held_out = pairs_of(samples.pairs[index_of(PairKind::held_out)], side);

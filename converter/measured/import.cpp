@@ -258,14 +258,14 @@ V2d period_of(const FlatSample& sample, const ImportOptions& options) {
 std::vector<PairKind> sets_of(const std::vector<MeasuredPicture>& pictures, const ImportOptions& options) {
   // As for the random pairs of a bake: errors near the horizon would hide all others.
   constexpr float min_z = 0.15F;
-  constexpr double held_out_share = 0.1;  // of all pictures, for validation and held-out pairs
+  constexpr double held_out_fraction = 0.1;  // of all pictures, for validation and held-out pairs
   std::vector<std::size_t> free;
   for (std::size_t i = 0; i < pictures.size(); ++i)
     if (std::min(pictures[i].pair.light.z, pictures[i].pair.view.z) >= min_z) free.push_back(i);
   Random random(options.seed, 1);
   for (std::size_t i = free.size(); i > 1; --i) std::swap(free[i - 1], free[random.next() % i]);
-  const auto count =
-      std::min<std::size_t>(free.size(), std::lround(held_out_share * static_cast<double>(pictures.size())));
+  const auto count = std::min<std::size_t>(
+      free.size(), std::lround(held_out_fraction * static_cast<double>(pictures.size())));
   std::vector<PairKind> sets(pictures.size(), PairKind::measured);
   for (std::size_t k = 0; k < count; ++k)
     sets[free[k]] = k % 2 == 0 ? PairKind::held_out : PairKind::validation;

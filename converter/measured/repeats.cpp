@@ -149,7 +149,7 @@ std::optional<double> find_period(std::span<const Image> pictures, int axis) {
   }
   const auto first = std::ranges::find_if(peaks, [&](const V2d& peak) { return peak.y >= alike * highest; });
   if (first == peaks.end()) return std::nullopt;
-  // The peaks of several periods are known as exactly, and their period is a share of the place.
+  // The peaks of several periods are known as exactly, and their period is a fraction of the place.
   double period = first->x;
   for (int n = 2; n * period + 3 < static_cast<double>(values.size()); ++n) {
     const auto near = static_cast<int>(std::lround(n * period));

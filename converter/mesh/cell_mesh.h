@@ -20,7 +20,7 @@ namespace selvedge {
 struct YarnPlace {
   int curve = -1;
   int ply = 0;       ///< of a curve with strands
-  float along = 0;   ///< share of the chain, from 0 to about 1
+  float along = 0;   ///< fraction of the chain, from 0 to about 1
   float around = 0;  ///< turns about the yarn or ply, in [-1/2, 1/2]
 };
 
@@ -40,8 +40,9 @@ struct CellMesh {
   std::vector<V3f> albedo;     ///< per vertex, linear, in [0, 1]
   std::vector<V3f> fibres;     ///< unit, per vertex, along the fibres (either sign); empty: no yarn is glossy
   std::vector<Gloss> gloss;    ///< per vertex; as many as fibres
-  std::vector<float> transmission;  ///< per vertex, share of the diffuse light that goes through; empty: none
-  std::vector<YarnPlace> places;    ///< per vertex; empty: no yarn has strands, hairs or irregularity
+  std::vector<float>
+      transmission;  ///< per vertex, fraction of the diffuse light that goes through; empty: none
+  std::vector<YarnPlace> places;  ///< per vertex; empty: no yarn has strands, hairs or irregularity
   Hairs hairs;
   std::vector<V3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
   YarnData yarns;              ///< that the surface is of, without its light; empty: not known (find_yarns())

@@ -43,8 +43,8 @@ constexpr double used_reach = 0.5;         ///< around an axis: balls that begin
 constexpr double seed_reach = 0.3;
 constexpr double closing_distance = 0.3;
 
-constexpr double radius_tolerance = 0.2;  ///< share by which the balls of one tube may differ
-constexpr double min_share = 0.2;         ///< of the balls that a whole tube has
+constexpr double radius_tolerance = 0.2;  ///< fraction by which the balls of one tube may differ
+constexpr double min_fraction = 0.2;      ///< of the balls that a whole tube has
 constexpr int max_gap = 4;                ///< steps without enough balls
 constexpr int max_failures = 1000;        ///< walks that did not close
 
@@ -79,7 +79,7 @@ class Tracer {
     std::vector<TubeAxis> axes;
     int failures = 0;
     for (const int seed : seeds) {
-      if (score[seed] < min_share || failures > max_failures) break;
+      if (score[seed] < min_fraction || failures > max_failures) break;
       if (used_[seed]) continue;
       TubeAxis axis;
       if (walk(balls_[seed], axis)) {
@@ -164,7 +164,7 @@ class Tracer {
     std::nth_element(radii.begin(), radii.begin() + radii.size() / 2, radii.end());
     const double r = radii[radii.size() / 2];
     axis.radius = r;
-    const double enough = std::max(3.0, min_share * expected(r, reach_of_step));
+    const double enough = std::max(3.0, min_fraction * expected(r, reach_of_step));
     const auto is_tube = [&](const Neighbourhood& n) { return n.count >= enough && n.slimness > 0.5; };
     Neighbourhood here = look(seed.centre, r, V3d(0, 0, 0));
     const V3d start = here.centre;
@@ -220,7 +220,7 @@ std::vector<TubeAxis> trace_axes(const std::vector<InnerBall>& balls, const V2d&
 
 constexpr double tolerance = 0.1;         ///< radii
 constexpr float albedo_tolerance = 0.1F;  ///< of a colour channel
-constexpr double min_support = 0.4;       ///< share of a tube's area that the mesh must show
+constexpr double min_support = 0.4;       ///< fraction of a tube's area that the mesh must show
 
 constexpr int min_points = 4096;
 constexpr int max_points = 1 << 18;
@@ -308,13 +308,13 @@ void smooth(TubeAxis& axis, const V2d& period) {
   }
 }
 
-/// Cubic curve through the nodes (Catmull-Rom), `share` of the way from node i to the next.
-V3d curve_point(const TubeAxis& axis, int i, double share, const V2d& period) {
+/// Cubic curve through the nodes (Catmull-Rom), `fraction` of the way from node i to the next.
+V3d curve_point(const TubeAxis& axis, int i, double fraction, const V2d& period) {
   const V3d a = axis.node(i - 1, period);
   const V3d b = axis.node(i, period);
   const V3d c = axis.node(i + 1, period);
   const V3d d = axis.node(i + 2, period);
-  const double t = share;
+  const double t = fraction;
   return b + ((c - a) + ((a * 2.0 - b * 5.0 + c * 4.0 - d) + ((b - c) * 3.0 + d - a) * t) * t) * (0.5 * t);
 }
 
@@ -331,8 +331,8 @@ void refine(TubeAxis& axis, const V2d& period) {
 /// Where a point of the surface lies about the nearest axis.
 struct Foot {
   int axis = -1;
-  int node = 0;      ///< at the start of the nearest segment
-  double share = 0;  ///< along it
+  int node = 0;         ///< at the start of the nearest segment
+  double fraction = 0;  ///< along it
   double distance = 0;
   V3d outward{0, 0, 0};  ///< unit
   V3d along{0, 0, 0};    ///< unit
@@ -418,7 +418,7 @@ void fit_to_surface(const std::vector<SampledPoint>& points, const V2d& period, 
       const int count = static_cast<int>(axes[foot.axis].nodes.size());
       for (int k = 0; k < 2; ++k) {
         const int node = (foot.node + k) % count;
-        const double weight = k == 0 ? 1 - foot.share : foot.share;
+        const double weight = k == 0 ? 1 - foot.fraction : foot.fraction;
         matrix[foot.axis][node] += weight * out * out.transpose();
         right[foot.axis][node] += weight * error * out;
       }
@@ -474,7 +474,7 @@ void drop_unsupported(const Sampled& s, const V2d& period, std::vector<TubeAxis>
   axes = std::move(kept);
 }
 
-/// Albedo, gloss and slope of the curves, as means over the points that support them, and the share of all
+/// Albedo, gloss and slope of the curves, as means over the points that support them, and the fraction of all
 /// points that these represent.
 double describe(const std::vector<SampledPoint>& points, const V2d& period, const std::vector<TubeAxis>& axes,
                 std::vector<YarnCurve>& curves) {
@@ -548,7 +548,7 @@ FoundYarns find_yarns(const CellMesh& mesh) {
   drop_unsupported(s, mesh.period, axes);
   if (axes.empty()) return found;
   std::vector<YarnCurve> curves;
-  found.share = describe(s.points, mesh.period, axes, curves);
+  found.fraction = describe(s.points, mesh.period, axes, curves);
   for (std::size_t a = 0; a < axes.size(); ++a) {
     append_chain(curves[a], dense_points(axes[a], mesh.period), axes[a].radius, {}, found.yarns);
   }

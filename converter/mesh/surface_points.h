@@ -27,7 +27,7 @@ inline double in_repeat(double x, double period) {
   return in_cell < period ? in_cell : 0;
 }
 
-/// At most `count` points that stand for equal shares of the area. Points within a triangle follow its
+/// At most `count` points that stand for equal fractions of the area. Points within a triangle follow its
 /// vertex normals (Boubekeur and Alexa 2008, "Phong tessellation", with shape factor 1/2, for which an arc is
 /// right to second order). Points without a normal are left out. Precondition: validate(mesh) holds.
 std::vector<SampledPoint> sample_surface(const CellMesh& mesh, int count);

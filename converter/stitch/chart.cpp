@@ -421,7 +421,7 @@ class ChartReader {
       if (height > tallest) line = rows_[k].line;
       tallest = std::max(tallest, height);
     }
-    const double room = max_crossing_share * static_cast<double>(rows_.size());
+    const double room = max_crossing_fraction * static_cast<double>(rows_.size());
     if (crossings > room) {
       refuse_line(line,
                   fmt::format("stitches that move aside take {:.2f} rows of the chart, there is room for "

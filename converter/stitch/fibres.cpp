@@ -36,7 +36,7 @@ constexpr std::array<YarnKind, 7> kinds{{
 
 using std::numbers::pi;
 
-/// Share that a dielectric reflects of unpolarised light that falls on it at this cosine.
+/// Fraction that a dielectric reflects of unpolarised light that falls on it at this cosine.
 double fresnel(double cosine, double refraction) {
   const double sine = std::sqrt(1 - cosine * cosine) / refraction;
   const double inside = std::sqrt(1 - sine * sine);
@@ -95,7 +95,7 @@ double surface_reflectance(double refraction) {
   return mean([&](double x) { return 2 * x * fresnel(x, refraction); });
 }
 
-double forward_share(double refraction) {
+double forward_fraction(double refraction) {
   // Two refractions at the offset h from the axis turn light by 2 (asin h - asin(h / n)).
   const double limit = 15 * pi / 180;
   double low = 0;

@@ -24,7 +24,7 @@ struct YarnKind {
   double fibre_degrees;  ///< of the fibres at a ply's surface, of the other hand
   double hairiness;      ///< mm of hair a mm of yarn (the H of Uster's testers)
   double hair_radii;     ///< mean length of a hair, in radii of the yarn
-  double hair_loops;     ///< share of hairs that return into the yarn
+  double hair_loops;     ///< fraction of hairs that return into the yarn
   double irregularity;   ///< Yarn::irregularity
   double melange;        ///< Yarn::melange
   double flattening;     ///< Yarn::flattening of woven yarn where it is free
@@ -39,7 +39,7 @@ YarnKind fibre_of(int kind);
 /// Fraction of fibre in the section of knitting yarn, whatever its fibre (spec/stitch.md, Textile numbers).
 inline constexpr double knit_packing = 0.2;
 
-/// Yarn count in tex (g/km) of a round yarn, and the inverse; `packing`: share of fibre in its section.
+/// Yarn count in tex (g/km) of a round yarn, and the inverse; `packing`: fraction of fibre in its section.
 double tex_of(double radius_mm, int kind, double packing);
 double radius_of_tex(double tex, int kind, double packing);
 
@@ -49,11 +49,11 @@ std::optional<int> find_yarn_kind(std::string_view name);
 /// "tube, cotton, ...", for messages.
 std::string yarn_kind_names();
 
-/// Share of diffuse light that the surface of a fibre reflects (Fresnel): the weight of a yarn's gloss.
+/// Fraction of diffuse light that the surface of a fibre reflects (Fresnel): the weight of a yarn's gloss.
 double surface_reflectance(double refraction);
 
-/// Share of the light on a clear round fibre that goes on within 15 degrees of a straight line: it counts as
-/// not having met the fibre.
-double forward_share(double refraction);
+/// Fraction of the light on a clear round fibre that goes on within 15 degrees of a straight line: it counts
+/// as not having met the fibre.
+double forward_fraction(double refraction);
 
 }  // namespace selvedge

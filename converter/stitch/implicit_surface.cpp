@@ -82,7 +82,7 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
         if (is_round(yarn)) continue;
         piece.start_squeeze = selvedge::squeeze_at(yarn, i, span.t0);
         piece.end_squeeze = selvedge::squeeze_at(yarn, i, span.t1);
-        piece.min_share = 1 - std::max(piece.start_squeeze.length2(), piece.end_squeeze.length2());
+        piece.min_fraction = 1 - std::max(piece.start_squeeze.length2(), piece.end_squeeze.length2());
         if (!yarn.squeezes.empty()) piece.search_squeeze = piece.squeeze_at(0.5 * (span.t0 + span.t1));
       }
     }
@@ -92,7 +92,7 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
       piece.start_radius = swollen_radius(yarn, piece.start_length, length);
       piece.end_radius = swollen_radius(yarn, piece.start_length + piece.length(), length);
       const double larger = std::max(piece.start_radius, piece.end_radius);
-      piece.radius = larger / std::sqrt(piece.min_share);
+      piece.radius = larger / std::sqrt(piece.min_fraction);
       const auto tall = [&](const V3d& squeeze) {
         return reach_of(thin_radius(larger, squeeze), squeeze, V3d(0, 0, 1));
       };
@@ -208,7 +208,7 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
     const V3d local = wrapped - V3d(entry.shift_x * period_.x, entry.shift_y * period_.y, 0);
     const double bound = chord_distance(local, piece.span.start, piece.span.end) - piece.span.sag;
     const double beyond = bound - piece.radius;
-    if (std::min(beyond, beyond * piece.min_share) >= best.distance) continue;
+    if (std::min(beyond, beyond * piece.min_fraction) >= best.distance) continue;
     const double t = piece.nearest_to(local);
     const V3d squeeze = piece.squeeze_at(t);
     const V3d offset = squeezed(local - point_at(piece.segment, t), squeeze);

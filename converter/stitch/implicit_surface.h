@@ -60,14 +60,14 @@ class ImplicitSurface {
     double end_radius = 0;
     V3d start_squeeze{0, 0, 0};
     V3d end_squeeze{0, 0, 0};
-    double min_share = 1;  ///< of thickness in width
+    double min_fraction = 1;  ///< of thickness in width
     /// The nearest point is sought in the section of a ply's middle; across a yarn it is the nearest of all.
     V3d search_squeeze{0, 0, 0};
-    /// Share of the way from start to end.
+    /// Fraction of the way from start to end.
     double part(double t) const { return (t - span.t0) / (span.t1 - span.t0); }
     double length() const { return (span.end - span.start).length(); }
     double radius_at(double t) const { return start_radius + part(t) * (end_radius - start_radius); }
-    bool flat() const { return min_share < 1; }
+    bool flat() const { return min_fraction < 1; }
     /// As flat as between both ends, also where the yarn turns.
     V3d squeeze_at(double t) const;
     double nearest_to(const V3d& point) const;

@@ -259,7 +259,7 @@ class Drawing {
     }
     const double rest = (courses() - taken) / (courses() - stretched);
     double result = rest * y;
-    // Each band takes `more` than its share of the rest, from its lower end to its upper one.
+    // Each band takes `more` than its fraction of the rest, from its lower end to its upper one.
     for (int row = 0; row < courses(); ++row) {
       if (crossings_[row].band == 0) continue;
       const double away = y - (row - 1);

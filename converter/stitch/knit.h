@@ -28,9 +28,9 @@ struct KnitChart {
   std::vector<Yarn> yarns;                     ///< without segments
 };
 
-/// Share of the drawing's height that loops may take to move to other columns; with less left, the other
+/// Fraction of the drawing's height that loops may take to move to other columns; with less left, the other
 /// parts of the courses would come too close to each other.
-constexpr double max_crossing_share = 0.6;
+constexpr double max_crossing_fraction = 0.6;
 
 /// Height, in courses, that the loops below this row take in the drawing to move to other columns: 0 where
 /// none does. Precondition as of draw_knit().
@@ -39,7 +39,7 @@ double height_of_crossing(const KnitChart& chart, int row);
 /// The yarns of the chart, with radii at which they do not touch (RelaxOptions::start). Each course has one
 /// chain for every yarn that it is knitted with; a yarn passes stitches of other yarns behind the cloth.
 /// Precondition: a chart by these rules, at least one yarn, and crossings that together take no more than
-/// max_crossing_share of the rows.
+/// max_crossing_fraction of the rows.
 StitchPattern draw_knit(const KnitChart& chart, const std::string& name);
 
 }  // namespace selvedge

@@ -386,12 +386,12 @@ StitchSettings by_count(const BuiltIn& stitch, StitchSettings settings) {
   return settings;
 }
 
-/// Tells the share of their thickness that yarns have.
-void tell_thickness(double share, FoundStitch& found) {
-  found.thickness_share = share;
-  if (share < 0.995)
+/// Tells the fraction of their thickness that yarns have.
+void tell_thickness(double fraction, FoundStitch& found) {
+  found.thickness_fraction = fraction;
+  if (fraction < 0.995)
     found.remarks.push_back(
-        fmt::format("yarns thinned to {:.2f} of their thickness: there is no more room", share));
+        fmt::format("yarns thinned to {:.2f} of their thickness: there is no more room", fraction));
 }
 
 /// Tells the size of a chart or draft of `cells` each way, whose repeats are still to be laid.

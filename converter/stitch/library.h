@@ -14,7 +14,7 @@ struct StitchInfo {
   std::string name;
   std::string description;  ///< one line
   std::vector<StitchParameter> parameters;
-  double cover = 0;  ///< share of the area that its yarns cover seen along the normal, at the defaults
+  double cover = 0;  ///< fraction of the area that its yarns cover seen along the normal, at the defaults
 };
 
 std::vector<StitchInfo> built_in_stitches();
@@ -23,7 +23,7 @@ std::vector<StitchInfo> built_in_stitches();
 struct FoundStitch {
   StitchPattern pattern;
   V2i min_texels{1, 1};                ///< of a fabric that resolves every yarn; 1: no minimum
-  double thickness_share = 1;          ///< thickness of its yarns, as a share of the stated one
+  double thickness_fraction = 1;       ///< thickness of its yarns, as a fraction of the stated one
   int repeats = 1;                     ///< of the stitch, each way, that the pattern holds
   int stitches = 0;                    ///< of a knit, in the pattern
   std::vector<std::string> remarks{};  ///< choices, omissions and faults, one line each

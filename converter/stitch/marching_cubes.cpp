@@ -30,7 +30,7 @@ std::array<int, 4> face_corners(int axis, int side) {
 }
 
 /// Whether both edges belong to one face of the cube.
-bool share_face(int a, int b) {
+bool have_common_face(int a, int b) {
   for (int axis = 0; axis < 3; ++axis) {
     if (a / 4 == axis || b / 4 == axis) continue;
     if (((edge_corner(a) ^ edge_corner(b)) >> axis & 1) == 0) return true;
@@ -65,7 +65,7 @@ bool fill(const std::vector<int>& contour, std::size_t first, std::size_t last, 
   if (last - first < 2) return true;
   const auto allowed = [&](std::size_t a, std::size_t b) {
     const bool side = b - a == 1 || (a == 0 && b == contour.size() - 1);
-    return side || !share_face(contour[a], contour[b]);
+    return side || !have_common_face(contour[a], contour[b]);
   };
   for (std::size_t middle = first + 1; middle < last; ++middle) {
     if (!allowed(first, middle) || !allowed(middle, last)) continue;

@@ -60,7 +60,7 @@ constexpr YarnMember members[] = {
     member<&Yarn::plies>("plies", 1, 8, true, "number of plies"),
     member<&Yarn::twist_per_mm>("twist_per_mm", -100, 100, false,
                                 "turns per mm, Z-twist is positive; not set, it follows the radius"),
-    gloss_member<&Gloss::weight>("gloss", 0, "share of the light that the fibres reflect"),
+    gloss_member<&Gloss::weight>("gloss", 0, "fraction of the light that the fibres reflect"),
     gloss_member<&Gloss::roughness>("roughness", 0.01, "width of the highlight"),
     gloss_member<&Gloss::lustre>("lustre", 0, "how much the yarn's colour shines about its highlight", 0.9),
     member<&Yarn::fibre_degrees>("fibre_degrees", 0, 60, true,
@@ -68,13 +68,13 @@ constexpr YarnMember members[] = {
     member<&Yarn::hairiness>("hairiness", 0, 100, true, "mm of hair a mm of yarn"),
     member<&Yarn::hair_mm>("hair_mm", 0, 1000, false,
                            "mean length of a hair; not set, it follows the radius"),
-    member<&Yarn::hair_loops>("hair_loops", 0, 1, true, "share of hairs that return into the yarn"),
+    member<&Yarn::hair_loops>("hair_loops", 0, 1, true, "fraction of hairs that return into the yarn"),
     member<&Yarn::irregularity>("irregularity", 0, 0.3, true, "change of thickness and colour along it"),
     member<&Yarn::melange>("melange", 0, 0.4, true, "difference of colour of its fibres"),
     member<&Yarn::marl>("marl", 0, 0.9, true, "half the lightness difference between palest and darkest ply"),
     member<&Yarn::packing>("packing", 0.05, 1, true, "fraction of fibre in its section, for weight and tex"),
     member<&Yarn::transmission>("transmission", 0, 1, true,
-                                "share of the diffuse light that goes through the wall of a ply")};
+                                "fraction of the diffuse light that goes through the wall of a ply")};
 
 }  // namespace
 

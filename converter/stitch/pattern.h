@@ -36,14 +36,14 @@ struct Yarn {
   double fibre_degrees = 0;
   double hairiness = 0;   ///< mm of hair a mm of yarn, 0 to 100
   double hair_mm = 0;     ///< mean length of a hair; the longest is max_hair times as long
-  double hair_loops = 0;  ///< share of hairs that return into the yarn, in [0, 1]
-  double packing = 0.5;   ///< share of fibre in its section: weighs, and is not seen
+  double hair_loops = 0;  ///< fraction of hairs that return into the yarn, in [0, 1]
+  double packing = 0.5;   ///< fraction of fibre in its section: weighs, and is not seen
   /// How much thickness and colour vary along the yarn, as root mean square of the change, 0 to 0.3.
   double irregularity = 0;
   /// How much the colours of its strands of fibres differ, as root mean square of the change, 0 to 0.4.
   double melange = static_cast<double>(usual_contrast);
   double marl = 0;  ///< YarnStrands::marl
-  /// Share of the diffuse light that goes through the wall of a ply rather than back, in [0, 1].
+  /// Fraction of the diffuse light that goes through the wall of a ply rather than back, in [0, 1].
   double transmission = 0;
   /// Thickness over width of its section where it lies level, min_flattening to 1 (round).
   double flattening = 1;

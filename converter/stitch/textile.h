@@ -14,7 +14,7 @@ struct TextileNumbers {
   double weight = 0;  ///< g/m2
   /// Between the plates of a gauge (ISO 5084), each of which a tenth of the covered area rises into.
   double thickness_mm = 0;
-  double cover = 0;  ///< share of the area that yarn covers seen along the normal, and with its hairs
+  double cover = 0;  ///< fraction of the area that yarn covers seen along the normal, and with its hairs
   double cover_hairs = 0;
 };
 

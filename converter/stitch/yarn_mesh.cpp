@@ -95,7 +95,7 @@ Result<YarnHairs> hairs_for(const StitchPattern& pattern, std::size_t index, int
   hairs.length = static_cast<float>(yarn.hair_mm);
   hairs.loops = static_cast<float>(yarn.hair_loops);
   hairs.radius = static_cast<float>(0.5e-3 * fibre.diameter_um);
-  hairs.kept = static_cast<float>(1 - forward_share(fibre.refraction));
+  hairs.kept = static_cast<float>(1 - forward_fraction(fibre.refraction));
   return hairs;
 }
 
@@ -299,8 +299,8 @@ YarnPlace place_of(const V3f& vertex, const Yarns& yarns) {
         from_start[axis] -= std::round((from_start[axis] - s.along[axis] / 2) / period[axis]) * period[axis];
       const V3f round = squeezed(from_start, s.squeeze);
       const V3f along = squeezed(s.along, s.squeeze);
-      const float share = std::clamp(round.dot(along) * s.inverse_length2, 0.0F, 1.0F);
-      const float away = (round - along * share).length() / s.radius;
+      const float fraction = std::clamp(round.dot(along) * s.inverse_length2, 0.0F, 1.0F);
+      const float away = (round - along * fraction).length() / s.radius;
       if (away >= least) continue;
       least = away;
       nearest = {block.segment[lane], from_start};

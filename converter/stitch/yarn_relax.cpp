@@ -58,12 +58,12 @@ constexpr double rough_search_margin = 0.2;
 constexpr double rough_step_margin = 0.05;
 constexpr std::size_t rough_kernel = 64;  ///< points, within which a smoothing kernel vanishes
 
-/// Sections of soft yarn: strain that a step adds for an overlap of a radius; share of the strain that it
-/// takes back, and that it passes on to either neighbour; least share of thickness in width.
+/// Sections of soft yarn: strain that a step adds for an overlap of a radius; fraction of the strain that it
+/// takes back, and that it passes on to either neighbour; least fraction of thickness in width.
 constexpr double soft_pressure = 1.5;
 constexpr double soft_recovery = 0.05;
 constexpr double soft_spread = 0.25;
-constexpr double soft_min_share = 0.3;
+constexpr double soft_min_width = 0.3;
 
 /// Length of the resulting segments, in radii; sections of soft yarn change within a radius.
 constexpr double segment_radii = 0.8;
@@ -192,7 +192,7 @@ class Relaxation {
     distribute();
   }
 
-  /// Returns the share of the radii for which there is room.
+  /// Returns the fraction of the radii for which there is room.
   double run() {
     const int growing = any_soft_ ? options_.steps * 9 / 10 : options_.steps / 2;
     const double growth = (1 - options_.start) / (0.4 * options_.steps);
@@ -370,15 +370,15 @@ class Relaxation {
       for (const auto& [chain, piece] : {std::pair(c.chain_a, c.piece_a), std::pair(c.chain_b, c.piece_b)}) {
         if (!chains_[chain].soft) continue;
         Imath::M33d& strain = chains_[chain].strains[piece];
-        const double share = soft_pressure * overlap->depth / (grown_ * chains_[chain].radius);
+        const double fraction = soft_pressure * overlap->depth / (grown_ * chains_[chain].radius);
         for (int i = 0; i < 3; ++i) {
-          for (int j = 0; j < 3; ++j) strain[i][j] -= share * d[i] * d[j];
+          for (int j = 0; j < 3; ++j) strain[i][j] -= fraction * d[i] * d[j];
         }
       }
     }
   }
 
-  /// Sections flatten under pressure, pass it on along the yarn, and recover by this share.
+  /// Sections flatten under pressure, pass it on along the yarn, and recover by this fraction.
   void soften(double recovery) {
     press();
     for (Chain& chain : chains_) {
@@ -409,7 +409,7 @@ class Relaxation {
       // In the plane of x and y it is (c, s; s, -c).
       const double c = 0.5 * (x.dot(x * strain) - y.dot(y * strain));
       const double s = x.dot(y * strain);
-      const double most = -0.5 * std::log(soft_min_share);
+      const double most = -0.5 * std::log(soft_min_width);
       const double size = std::hypot(c, s);
       const double part = size > most ? most / size : 1;
       for (int k = 0; k < 3; ++k) {

@@ -15,12 +15,13 @@ namespace selvedge {
 struct RelaxOptions {
   double bending = 3;   ///< stiffness: the length over which yarns bend, in radii
   double gap = 0;       ///< between neighbouring yarns, in radii of the thicker one; 0: they touch
-  double start = 0.13;  ///< share of its radius that a yarn begins with
+  double start = 0.13;  ///< fraction of its radius that a yarn begins with
   /// Maximum thickness of the cloth, in radii (half thicknesses) of the thickest yarn; 0: no limit. Without
   /// it, yarns with too little room beside each other climb onto each other.
   double max_thickness = 0;
-  /// Share of the displacement in the plane, across their direction, that each step takes back: 0 for knits,
-  /// whose loops hold themselves; the yarns of a weave would wander without it (reed and beat hold them).
+  /// Fraction of the displacement in the plane, across their direction, that each step takes back: 0 for
+  /// knits, whose loops hold themselves; the yarns of a weave would wander without it (reed and beat hold
+  /// them).
   double hold = 0;
   /// Whether yarns that have no room begin again, as thin as they had become: jammed, they may pass each
   /// other.
@@ -35,7 +36,7 @@ struct Relaxed {
   /// The same yarns, moved, their chains smooth and centred in z, with the given radii, or smaller ones if
   /// there is no room.
   StitchPattern pattern;
-  double part = 1;      ///< share of the given radii
+  double part = 1;      ///< fraction of the given radii
   bool settled = true;  ///< whether the last try had room for most of its radii
 };
 

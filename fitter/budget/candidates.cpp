@@ -48,7 +48,7 @@ int index_in(std::vector<std::vector<float>>& list, const std::vector<float>& fu
 constexpr int max_lights = 512;
 constexpr std::size_t level_view_functions = 12;
 constexpr std::size_t level_light_functions = 16;
-/// Quantisations to try: steps as shares of the power of two below the strongest product's scale, so that
+/// Quantisations to try: steps as fractions of the power of two below the strongest product's scale, so that
 /// multiples have few bits; and the price of a bit.
 struct Coarseness {
   float step;
@@ -58,8 +58,9 @@ constexpr std::array coarseness{
     Coarseness{0.25F, 0.5F},     Coarseness{0.125F, 0.2F},     Coarseness{0.125F, 0.5F},
     Coarseness{0.0625F, 0.3F},   Coarseness{0.0625F, 0.8F},    Coarseness{0.03125F, 0.5F},
     Coarseness{0.015625F, 0.3F}, Coarseness{0.0078125F, 0.3F}, Coarseness{0.00390625F, 0.3F}};
-/// Thresholds to try for the root mean square of a pair's coefficients, as shares of the same power of two.
-constexpr std::array min_shares{0.00390625F, 0.0078125F, 0.015625F, 0.03125F, 0.0625F, 0.125F};
+/// Thresholds to try for the root mean square of a pair's coefficients, as fractions of the same power of
+/// two.
+constexpr std::array min_fractions{0.00390625F, 0.0078125F, 0.015625F, 0.03125F, 0.0625F, 0.125F};
 /// Bytes per pair of functions in the file in addition to its coefficients.
 constexpr double bytes_per_pair = 8;
 
@@ -239,11 +240,11 @@ void LayerFitter::add_quantised(std::size_t level, const BasisFit& basis, double
   const std::size_t width = levels_[level].paper.width;
   for (const Coarseness& coarse : coarseness) {
     std::size_t last = 0;
-    for (const float share : min_shares) {
-      if (share < 0.25F * coarse.step || share > 2 * coarse.step) continue;
+    for (const float fraction : min_fractions) {
+      if (fraction < 0.25F * coarse.step || fraction > 2 * coarse.step) continue;
       Quantisation quantisation;
       quantisation.step = unit * coarse.step;
-      quantisation.min_rms = share / coarse.step;
+      quantisation.min_rms = fraction / coarse.step;
       quantisation.price = coarse.price;
       quantisation.width = width;
       const std::size_t pairs = kept_pair_count(basis, quantisation);
@@ -274,8 +275,8 @@ void LayerFitter::fit_lobes(const SampleLevel& samples, const SamplesHeader& hea
                             const FitOptions& options, const Progress& progress,
                             const PairSamples& measured) {
   const auto part = [&](double from, double size) -> Progress {
-    return [&progress, from, size](double share) {
-      if (progress) progress(from + size * share);
+    return [&progress, from, size](double fraction) {
+      if (progress) progress(from + size * fraction);
     };
   };
   FitResult paper = value_or_throw(fit(samples, header, options, part(0, 0.5), measured));

@@ -13,7 +13,8 @@ struct LobeFitOptions {
   int starts = 3;           ///< short searches
   int finalists = 1;        ///< the best of the starts, which are continued to the end
   int max_iterations = 60;  ///< of each search
-  /// A search ends if an iteration lowers the cost by less than this share, or the next one is expected to.
+  /// A search ends if an iteration lowers the cost by less than this fraction, or the next one is expected
+  /// to.
   double tolerance = 1e-4;
 };
 

@@ -25,7 +25,7 @@ std::span<const float> floats_of(const Vectors& vectors) {
   return {reinterpret_cast<const float*>(vectors.data()), vectors.size() * Vector::dimensions()};
 }
 
-/// Linear interpolation: a where share is 0, b where it is 1.
-inline V3f mix(const V3f& a, const V3f& b, float share) { return a + (b - a) * share; }
+/// Linear interpolation: a where fraction is 0, b where it is 1.
+inline V3f mix(const V3f& a, const V3f& b, float fraction) { return a + (b - a) * fraction; }
 
 }  // namespace selvedge

@@ -76,10 +76,10 @@ void set_curve(const YarnCurve& curve, std::size_t i, CurveNumbers& numbers, Str
   strands.seed[i] = strand_hash(static_cast<std::uint32_t>(curve.strands.seed));
 }
 
-/// Share of a lamp's light that reaches N points: percentage-closer filtering over 2 x 2 texels.
+/// Fraction of a lamp's light that reaches N points: percentage-closer filtering over 2 x 2 texels.
 template <std::size_t N>
-SELVEDGE_INLINE WideFloat<N> lit_share(const FrontLamp& lamp, const WideVec3<N>& p, float plane,
-                                       const V2f& period) {
+SELVEDGE_INLINE WideFloat<N> visibility_of_lamp(const FrontLamp& lamp, const WideVec3<N>& p, float plane,
+                                                const V2f& period) {
   using Wide = WideFloat<N>;
   const DepthGrid& grid = lamp.shadow->grid;
   const Wide width(static_cast<float>(grid.width));
@@ -166,11 +166,11 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
     return Wide::load(floats.data());
   };
   const Wide all_stations = load_of(numbers.stations);
-  Wide station = s.station + at.share * s.stations;
+  Wide station = s.station + at.fraction * s.stations;
   station = if_greater(zero, station, station + all_stations, station);
   const Vec round = unit(at.out - at.tangent * at.tangent.dot(at.out));
   const Vec around = at.tangent.cross(round);
-  const Vec across0 = s.across[0] + (s.across[1] - s.across[0]) * at.share;
+  const Vec across0 = s.across[0] + (s.across[1] - s.across[0]) * at.fraction;
   Wide cosine = round.dot(across0);
   Wide sine = -around.dot(across0);
   const Wide norm2 = cosine * cosine + sine * sine;
@@ -184,7 +184,7 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
   fibre = unit(flat ? s.stretched(fibre) : fibre);
   cosine = or_root(if_greater(norm2, zero, cosine * scale, one), s.across[0].x);
   sine = or_root(if_greater(norm2, zero, sine * scale, zero), s.across[0].y);
-  const Vec out_of_axis = s.out[0] + (s.out[1] - s.out[0]) * at.share;
+  const Vec out_of_axis = s.out[0] + (s.out[1] - s.out[0]) * at.fraction;
   const Wide outward = or_root(round.dot(out_of_axis), s.across[0].z);
   const Wide side_x = or_root(out_of_axis.dot(across0), s.across[1].x);
   const Wide side_y = or_root(out_of_axis.dot(at.tangent.cross(across0)), s.across[1].y);
@@ -249,14 +249,15 @@ SELVEDGE_INLINE void shade_lanes(const ShadingJob& job, const Batch& batch, std:
         if_greater(gloss, zero,
                    gloss * gloss_of(Vec{along, light.dot(side), facing_light}, local_view, roughness), zero);
     const Vec own = is_matt ? matt : matt * body_of(along, local_view.x, lustre);
-    Wide share = facing_light * Wide(lamp.rise);
+    Wide fraction = facing_light * Wide(lamp.rise);
     if (lamp.shadow != nullptr)
-      share = share * lit_share<N>(lamp, leave + smooth * Wide(lamp.away), job.yarn.plane(), period);
-    share = if_greater(facing_light, zero, share, zero);
+      fraction =
+          fraction * visibility_of_lamp<N>(lamp, leave + smooth * Wide(lamp.away), job.yarn.plane(), period);
+    fraction = if_greater(facing_light, zero, fraction, zero);
     const Vec direct =
         Vec{(own.x + glint) * Wide(lamp.irradiance.x), (own.y + glint) * Wide(lamp.irradiance.y),
             (own.z + glint) * Wide(lamp.irradiance.z)} *
-        share;
+        fraction;
     if (lamp.plane == 0)
       sum = sum + direct;
     else
@@ -395,8 +396,8 @@ float pixel_width(const V2f& period, const CellSize& size) {
   return std::min(wide(period.x, size.pixel.x, size.samples.x), wide(period.y, size.pixel.y, size.samples.y));
 }
 
-/// Texels of the shadow grid, and least share of the period, by which points leave the yarn before they are
-/// looked up.
+/// Texels of the shadow grid, and least fraction of the period, by which points leave the yarn before they
+/// are looked up.
 constexpr float shadow_bias = 0.7F;
 constexpr float min_bias = 0.003F;
 
@@ -700,7 +701,7 @@ void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, 
   const YarnPieces& pieces = pieces_of(yarn, view);
   const V2f slope = slope_of(view.view);
   scratch.seen.resize(view.size.samples.x, view.size.samples.y, true);
-  // Thin hairs cover shares of samples; wide ones have a lit and a dark side.
+  // Thin hairs cover fractions of samples; wide ones have a lit and a dark side.
   const float sample = pixel / static_cast<float>(std::max(view.size.pixel.x, view.size.pixel.y));
   const bool lines = view.hairs && pieces.count() > pieces.plies && pieces.thickest_hair < sample;
   splat(yarn, pieces, {slope, width, view.hairs && !lines}, scratch.seen);

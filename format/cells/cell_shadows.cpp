@@ -40,7 +40,8 @@ void CellShadows::keep(const Key& key, std::shared_ptr<const CellShadow> shadow)
 }
 
 std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, ShadowDetail detail) {
-  // Points leave the yarn by a share of a texel before they are looked up: light would pass under thin plies.
+  // Points leave the yarn by a fraction of a texel before they are looked up: light would pass under thin
+  // plies.
   detail.texel = std::min(detail.texel, radius_ * (detail.hairs ? 0.5F : 1.0F));
   detail.texel = std::exp2(std::round(4 * std::log2(std::clamp(detail.texel, 1e-12F, 1e12F))) / 4);
   // The arguments of the hyperbolic sines that are its slopes: texels are as much longer where light is

@@ -163,7 +163,7 @@ CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
     largest = std::sqrt(texels.x * texels.y) / std::max(min_yarn_pixels, nodes / max_nodes_of_pixel);
   }
   const float level = std::clamp(std::log2(width) + level_bias, 0.0F, static_cast<float>(last));
-  CellLevels shown{yarn_share(width, largest), static_cast<int>(level), 0};
+  CellLevels shown{yarn_weight(width, largest), static_cast<int>(level), 0};
   // Larger images take too much memory.
   const auto is_large = [&](const FabricLevel& candidate) {
     return std::max(candidate.width, candidate.height) > max_cell_samples;

@@ -33,7 +33,7 @@ struct CellSize {
 struct CellLevels {
   float yarn = 1;
   int finer = 0;      ///< level
-  float coarser = 0;  ///< share of the next level in what the yarn leaves
+  float coarser = 0;  ///< fraction of the next level in what the yarn leaves
 };
 
 struct CellView {

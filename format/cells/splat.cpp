@@ -42,7 +42,7 @@ enum Linear {
   linear_count
 };
 
-/// Share of its radius by which a ply's piece is longer at either end: it takes the place of the joints'
+/// Fraction of its radius by which a ply's piece is longer at either end: it takes the place of the joints'
 /// balls.
 constexpr float joint = 0.12F;
 
@@ -272,17 +272,17 @@ SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Grou
     const float* const depths = &seen.z[static_cast<std::size_t>(row) * seen.stride];
     for (int c = static_cast<int>(std::ceil(left)); static_cast<float>(c) <= right; ++c) {
       const auto x = static_cast<float>(c);
-      const float share = std::min(wide + 0.5F - std::abs(g + gx * x) * inverse_per, most);
+      const float fraction = std::min(wide + 0.5F - std::abs(g + gx * x) * inverse_per, most);
       const float z = depth + fields[z_x][i] * x;
       const float place = along + fields[w_x][i] * x + z * fields[w_depth][i];
-      if (!(share > 0) || place < fields[low_w][i] || place > fields[high_w][i]) continue;
+      if (!(fraction > 0) || place < fields[low_w][i] || place > fields[high_w][i]) continue;
       const int column = wrapped(c, seen.width);
       if (depths[column] > z + middle) continue;
       const std::size_t texel = static_cast<std::size_t>(row) * seen.width + column;
       for (std::size_t plane = 0; plane < planes; ++plane) {
         Group& to = raw[plane * plane_texels + texel];
         const Floats4 under = quad(&to, 0);
-        const Floats4 sum = under + share * (quad(&colours[plane * hairs + hair], 0) - under);
+        const Floats4 sum = under + fraction * (quad(&colours[plane * hairs + hair], 0) - under);
         std::memcpy(&to, &sum, sizeof sum);
       }
     }

@@ -27,7 +27,8 @@ struct DepthGrid {
 
 struct SplatView {
   V2f slope{0, 0};  ///< way along x and y of a ray for each mm of height, towards the viewer
-  /// Width of what a ray stands for, mm: of thinner hairs only a share is met, and these are as much wider.
+  /// Width of what a ray stands for, mm: of thinner hairs only a fraction is met, and these are as much
+  /// wider.
   float width = 0;
   bool hairs = true;
 };
@@ -35,7 +36,7 @@ struct SplatView {
 /// Slope of rays from a unit direction: rays rise by at least min_rise (lifted.h).
 V2f slope_of(const V3f& direction);
 
-/// Blends hairs, as lines of their share of each texel, over texels whose yarn `seen` has, in the order of
+/// Blends hairs, as lines of their fraction of each texel, over texels whose yarn `seen` has, in the order of
 /// the pieces. `colours`: [plane][hair], radiance; `raw`: [plane][row][column], radiance and opacity.
 void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
                  std::span<const Group> colours, std::span<Group> raw);

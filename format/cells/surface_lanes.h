@@ -64,7 +64,7 @@ struct SegmentLanes {
 /// much larger: means over strands (spec/brdf.md, "Over a surface").
 constexpr float hidden_loss = 0.06F;
 constexpr float hidden_roughness2 = 0.05F;
-constexpr float hidden_lustre = 0.1F;  ///< share of the lustre that goes with them
+constexpr float hidden_lustre = 0.1F;  ///< fraction of the lustre that goes with them
 
 /// Strands of the curves of at most sixteen lanes.
 struct StrandCurves {
@@ -141,11 +141,11 @@ struct StrandChangeLanes {
   WideFloat<N> colour;  ///< factor of the albedo, of the yarn's irregularity
 };
 
-/// strand_change() of the lanes from i on, at the angle and share of the chain that lie there.
+/// strand_change() of the lanes from i on, at the angle and fraction of the chain that lie there.
 template <std::size_t N>
 SELVEDGE_INLINE StrandChangeLanes<N> strand_change_lanes(const StrandCurves& curves, std::size_t i,
                                                          const WideFloat<N>& cosine, const WideFloat<N>& sine,
-                                                         WideFloat<N> share) {
+                                                         WideFloat<N> fraction) {
   using Wide = WideFloat<N>;
   using Noise = StrandNoiseLanes<N>;
   using Bits = typename Lanes<N>::Bits;
@@ -153,10 +153,10 @@ SELVEDGE_INLINE StrandChangeLanes<N> strand_change_lanes(const StrandCurves& cur
   const Wide one(1);
   Noise noise;
   std::memcpy(&noise.seed, &curves.seed[i], sizeof noise.seed);
-  share = share - floor(share);
+  fraction = fraction - floor(fraction);
 
   const Wide swells = Wide::load(&curves.swells[i]);
-  const Wide swell = share * swells;
+  const Wide swell = fraction * swells;
   const Wide first = min(floor(swell), swells - one);
   const Wide second = if_greater(swells, first + one, first + one, zero);
   const Bits yarn = Bits{} + row_of_yarn;
@@ -168,7 +168,7 @@ SELVEDGE_INLINE StrandChangeLanes<N> strand_change_lanes(const StrandCurves& cur
   const Wide sense_y = Wide::load(&curves.sense_y[i]);
   const Wide sense = sense_x * sense_y;
   const Wide strands = Wide::load(&curves.strands[i]);
-  Wide turns = wide_turns<N>(sense_x * cosine, sense_y * sine) - Wide::load(&curves.lays[i]) * share;
+  Wide turns = wide_turns<N>(sense_x * cosine, sense_y * sine) - Wide::load(&curves.lays[i]) * fraction;
   turns = turns - floor(turns);
   const Wide strand = turns * strands;
   const Wide own = min(floor(strand), strands - one);
@@ -176,11 +176,11 @@ SELVEDGE_INLINE StrandChangeLanes<N> strand_change_lanes(const StrandCurves& cur
   Wide later = own + Wide::load(&curves.shift[i]);
   later = if_greater(strands, later, later, later - strands) + Wide::load(&curves.later_row[i]);
   const Wide first_row = Wide::load(&curves.first_row[i]);
-  const Wide at_ply = first_row + share * (Wide::load(&curves.later_row[i]) - first_row);
+  const Wide at_ply = first_row + fraction * (Wide::load(&curves.later_row[i]) - first_row);
   const Wide shade = one - Wide::load(&curves.marl[i]) + Wide::load(&curves.paler[i]) * at_ply;
   const Wide pieces = Wide::load(&curves.pieces[i]);
   const Wide offset = noise.offset(row);
-  const Wide place = share * pieces + offset + share * (noise.offset(later) - offset);
+  const Wide place = fraction * pieces + offset + fraction * (noise.offset(later) - offset);
   const Wide here = floor(place);
   const auto bits = [&](const Wide& at) {
     return noise.at(Noise::bits_of(if_greater(pieces, at, row, later)),
@@ -201,7 +201,7 @@ SELVEDGE_INLINE StrandChangeLanes<N> strand_change_lanes(const StrandCurves& cur
 /// A place on the curve's axis, its direction there, and the way from it to the hit.
 template <std::size_t N>
 struct OnCurve {
-  WideFloat<N> share;
+  WideFloat<N> fraction;
   WideVec3<N> tangent;
   WideVec3<N> out;
 };
@@ -219,14 +219,14 @@ SELVEDGE_INLINE OnCurve<N> nearest_on_curve(const SegmentLanes<N>& s, const Wide
   OnCurve<N> at;
   for (int step = 0; step < 2; ++step) {
     const Wide next = step == 0 ? from_start.dot(along) * inverse
-                                : at.share + at.out.dot(at.tangent) / at.tangent.dot(at.tangent);
-    at.share = max(Wide(-0.25F), min(Wide(1.25F), next));
-    const Wide& share = at.share;
-    const Wide rest = Wide(1) - share;
-    at.tangent = along * (Wide(6) * share * rest) + first * (rest * (Wide(1) - Wide(3) * share)) +
-                 second * (share * (Wide(3) * share - Wide(2)));
-    at.out = from_start - along * (share * share * (Wide(3) - Wide(2) * share)) -
-             first * (share * rest * rest) + second * (share * share * rest);
+                                : at.fraction + at.out.dot(at.tangent) / at.tangent.dot(at.tangent);
+    at.fraction = max(Wide(-0.25F), min(Wide(1.25F), next));
+    const Wide& fraction = at.fraction;
+    const Wide rest = Wide(1) - fraction;
+    at.tangent = along * (Wide(6) * fraction * rest) + first * (rest * (Wide(1) - Wide(3) * fraction)) +
+                 second * (fraction * (Wide(3) * fraction - Wide(2)));
+    at.out = from_start - along * (fraction * fraction * (Wide(3) - Wide(2) * fraction)) -
+             first * (fraction * rest * rest) + second * (fraction * fraction * rest);
   }
   at.tangent = unit(at.tangent);
   return at;

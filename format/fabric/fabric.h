@@ -10,7 +10,7 @@
 //   f(l, v) = g(l', v') * max(0, T(v) S(l) + sum_m c_m phi_a(m)(v) psi_b(m)(l))   in 1/sr,
 // with l', v' in the texel's frame (tangent, normal x tangent, normal). g includes the light's cosine (see
 // lafortune.h); without lobes it is the cosine alone. Without products the bracket is T S (the paper's
-// model is T alone); with products and neither table it is their sum. Opacity alpha(v) is the share of the
+// model is T alone); with products and neither table it is their sum. Opacity alpha(v) is the fraction of the
 // texel that is yarn and not a hole; neither f nor T is multiplied by it. An absent layer counts as 1, an
 // absent frame as the fabric's frame.
 #pragma once

@@ -39,7 +39,7 @@ inline float largest_by_points(int points) { return std::max(0.5F, static_cast<f
 
 /// Weight of the yarn itself for a pixel of `size` (pixel_size()), where `largest` is largest_yarn_pixel(); 0
 /// without yarn.
-inline float yarn_share(float size, float largest) {
+inline float yarn_weight(float size, float largest) {
   return largest > 0 ? blend_of_levels(std::log2(largest / size) + 0.5F, 4) : 0;
 }
 

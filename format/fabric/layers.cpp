@@ -12,7 +12,7 @@ namespace {
 
 constexpr ValueRange finite;
 constexpr ValueRange not_negative{0, std::numeric_limits<float>::max(), "is negative or not finite"};
-constexpr ValueRange share{0, 1, "is outside of [0, 1]"};
+constexpr ValueRange fraction{0, 1, "is outside of [0, 1]"};
 
 int values_of_bases(const LayerShape& shape) {
   return shape.view_functions * shape.views + 3 * shape.light_functions * shape.lights;
@@ -62,7 +62,7 @@ constexpr std::array<LayerRow, all_layers.size()> rows{{
      all_not_negative},
     {names::part_opacity, [](const LayerShape& s) { return s.views; },
      [](const LayerShape&, int i) { return fmt::format("{:04}", i); },
-     [](const LayerShape&, int) { return share; }},
+     [](const LayerShape&, int) { return fraction; }},
     {names::part_light, [](const LayerShape& s) { return 3 * s.lights; }, colour_of_direction,
      all_not_negative},
     {names::part_products, [](const LayerShape& s) { return s.products; }, number, all_finite},

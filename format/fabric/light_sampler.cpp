@@ -14,8 +14,8 @@ namespace {
 
 using std::numbers::pi;
 
-/// Share of the lights that is drawn whatever the energies are estimated to be.
-constexpr double floor_share = 0.1;
+/// Fraction of the lights that is drawn whatever the energies are estimated to be.
+constexpr double floor_weight = 0.1;
 
 /// Single precision does not resolve the directions of sharper lobes. They may be drawn wider than they are.
 constexpr double max_exponent = 1e6;
@@ -33,7 +33,7 @@ V3d interpolated(const std::vector<V3f>& values, const DirectionTaps& taps) {
   return sum;
 }
 
-/// Squares of directions are disks of equal area, lifted; disks of equal shares of the cosine are the
+/// Squares of directions are disks of equal area, lifted; disks of equal fractions of the cosine are the
 /// hemisphere seen from above. From one to the other and back, the radius r, which is the larger of both
 /// coordinates, changes alone (z = 1 - r^2 here, sqrt(1 - r^2) there).
 double squared_radius(const V2d& from_middle) {
@@ -105,8 +105,8 @@ double LightCells::pdf(const V3d& light) const {
   if (cosine) square = to_cosine(square);
   const int cell = std::min(static_cast<int>(square.y * grid.rows), grid.rows - 1) * grid.columns +
                    std::min(static_cast<int>(square.x * grid.columns), grid.columns - 1);
-  const double share = until[cell] - (cell > 0 ? until[cell - 1] : 0);
-  return share * grid.count() * (cosine ? light.z / pi : 1 / (2 * pi));
+  const double fraction = until[cell] - (cell > 0 ? until[cell - 1] : 0);
+  return fraction * grid.count() * (cosine ? light.z / pi : 1 / (2 * pi));
 }
 
 V3d FibreGloss::sample(const V2d& random) const {
@@ -251,17 +251,17 @@ LightSampler::LightSampler(const Fabric& fabric, double level, const V2d& uv, co
 
   double total = 0;
   for (const auto& parts : parts_) {
-    for (const Part& part : parts) total += part.share;
+    for (const Part& part : parts) total += part.fraction;
   }
-  const double scale = total > 0 ? (1 - floor_share) / total : 0;
+  const double scale = total > 0 ? (1 - floor_weight) / total : 0;
   for (auto& parts : parts_) {
-    for (Part& part : parts) part.share *= scale;
+    for (Part& part : parts) part.fraction *= scale;
   }
   double weights = 0;
   for (const Floor& floor : floors_) weights += floor.weight;
   for (const Floor& floor : floors_) {
-    const double share = (total > 0 ? floor_share : 1) * floor.weight / weights;
-    parts_[floor.half].push_back({share, CosineLobe{floor.axis, 1}});
+    const double fraction = (total > 0 ? floor_weight : 1) * floor.weight / weights;
+    parts_[floor.half].push_back({fraction, CosineLobe{floor.axis, 1}});
   }
 }
 
@@ -275,7 +275,7 @@ LightSample LightSampler::sample(const V3d& random) const {
       if (rest < 0) break;
       drawn = &part;
       half = side;
-      rest -= part.share;
+      rest -= part.fraction;
     }
   }
   if (drawn != nullptr) {
@@ -299,7 +299,7 @@ float LightSampler::pdf(const V3f& light) const {
   const V3d mirror(l.x, l.y, -l.z);
   double sum = 0;
   for (const Part& part : parts_[unit.z < 0 ? below : above]) {
-    sum += part.share *
+    sum += part.fraction *
            std::visit([&](const auto& shape) { return shape.pdf(l) + shape.pdf(mirror); }, part.shape);
   }
   return static_cast<float>(sum);

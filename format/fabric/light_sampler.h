@@ -32,12 +32,12 @@ struct CosineLobe {
 };
 
 /// Constant, or the cosine times a constant, in each cell of a grid of directions. The cells of the cosine
-/// have equal shares of it: the cells of the other grid, moved along meridians.
+/// have equal fractions of it: the cells of the other grid, moved along meridians.
 struct LightCells {
   DirectionGrid grid;
   bool cosine = true;
-  std::vector<double> until{};  ///< sums of the cells' shares up to each; the last is 1
-  /// In the square of directions, at a share of the cell's sides.
+  std::vector<double> until{};  ///< sums of the cells' fractions up to each; the last is 1
+  /// In the square of directions, at a fraction of the cell's sides.
   V2d place(int cell, const V2d& within) const;
   V3d sample(const V2d& random) const;
   double pdf(const V3d& light) const;
@@ -68,7 +68,7 @@ class LightSampler {
 
  private:
   struct Part {
-    double share = 0;
+    double fraction = 0;
     std::variant<CosineLobe, LightCells, FibreGloss> shape;
   };
   /// Lights above the cloth, and below it, mirrored.

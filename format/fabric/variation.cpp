@@ -130,7 +130,7 @@ Variation variation_of(const Yarns& yarns) {
     variation.places[axis] = places_of(yarns, variation.runs, axis);
   if (variation.runs[1].rows == 0) return variation;
   if (variation.runs[0].rows == 0) {
-    variation.share = 1;
+    variation.fraction = 1;
     return variation;
   }
   constexpr int side = 32;
@@ -145,7 +145,7 @@ Variation variation_of(const Yarns& yarns) {
     const int curve = yarns.inside().segments[hit->segment].curve;
     along_v += runs_along_v(yarns.data().curves[curve], yarns.period()) ? 1 : 0;
   }
-  if (seen > 0) variation.share = static_cast<float>(along_v) / static_cast<float>(seen);
+  if (seen > 0) variation.fraction = static_cast<float>(along_v) / static_cast<float>(seen);
   return variation;
 }
 
@@ -160,7 +160,7 @@ RepeatPlace repeat_place(const V2d& uv) {
   return place;
 }
 
-RepeatPlace place_of(const Variation& variation, const RepeatPlace& place, float share) {
+RepeatPlace place_of(const Variation& variation, const RepeatPlace& place, float fraction) {
   RepeatPlace result = place;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const YarnRuns& runs = variation.places[axis];
@@ -169,7 +169,7 @@ RepeatPlace place_of(const Variation& variation, const RepeatPlace& place, float
     const int across = 1 - along;
     const auto lattice = lattice_of_places + static_cast<std::uint32_t>(axis);
     const float moved =
-        place.within[across] + share * runs.change *
+        place.within[across] + fraction * runs.change *
                                    noise_at(variation_key(variation.seed, lattice),
                                             rows_at(runs, place.repeat[across], place.within[across]),
                                             lengths_at(runs, place.repeat[along], place.within[along]));
@@ -189,7 +189,7 @@ V2d place_of(const Variation& variation, const V2d& uv) {
   return whole + V2d(moved.repeat - place.repeat) + V2d(moved.within);
 }
 
-float share_of_way(const VariationFade& fade) {
+float offset_weight(const VariationFade& fade) {
   return std::clamp(4 * std::min(fade[0], fade[2]) - 1, 0.0F, 1.0F);
 }
 

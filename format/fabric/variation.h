@@ -29,7 +29,7 @@ struct Variation {
   std::array<YarnRuns, 2> runs;  ///< along u, along v
   /// The rows that leave their places, of knits also wales; their change is the way, in repeats.
   std::array<YarnRuns, 2> places;
-  float share = 0;  ///< of yarn along v in the cloth seen from above
+  float fraction = 0;  ///< of yarn along v in the cloth seen from above
   bool varies() const { return runs[0].change > 0 || runs[1].change > 0; }
 };
 
@@ -56,20 +56,21 @@ struct RepeatPlace {
 };
 RepeatPlace repeat_place(const V2d& uv);
 
-/// Where the fabric is looked up: texture coordinates with the way of their rows. `share` of it, in [0, 1].
-RepeatPlace place_of(const Variation& variation, const RepeatPlace& place, float share = 1);
+/// Where the fabric is looked up: texture coordinates with the way of their rows. `fraction` of it, in [0,
+/// 1].
+RepeatPlace place_of(const Variation& variation, const RepeatPlace& place, float fraction = 1);
 V2d place_of(const Variation& variation, const V2d& uv);
 
-/// Shares of the changes that remain where one pixel shows `pixel` repeats along u and v: of single rows
+/// Fractions of the changes that remain where one pixel shows `pixel` repeats along u and v: of single rows
 /// along u, of areas, and both along v.
 using VariationFade = Group;
 inline constexpr VariationFade no_fade{1, 1, 1, 1};
 VariationFade fade_of(const Variation& variation, const V2f& pixel);
 
-/// Share of the way, without which far rows would flicker.
-float share_of_way(const VariationFade& fade);
+/// Fraction of the way, without which far rows would flicker.
+float offset_weight(const VariationFade& fade);
 
-/// The factor of the radiance at place_of(), in [0, 2]. `along_v`: share of yarn along v.
+/// The factor of the radiance at place_of(), in [0, 2]. `along_v`: fraction of yarn along v.
 float variation_at(const Variation& variation, const RepeatPlace& place, float along_v,
                    const VariationFade& fade = no_fade);
 

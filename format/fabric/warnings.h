@@ -13,7 +13,7 @@ namespace selvedge {
 double lobe_peak(const float* lobe);
 
 /// The largest exponent for which rounding of cx, cy and cz to half precision changes a lobe's peak by at
-/// most 5 %: rounding to 11 bits changes C by up to 2^-11 C, C^n by about n times this share.
+/// most 5 %: rounding to 11 bits changes C by up to 2^-11 C, C^n by about n times this fraction.
 inline constexpr float max_half_exponent = 0.05F * 2048;
 
 /// Adds FABRIC_PEAK, at most once each for the level, if a lobe's peak is beyond 65,504, and if `half` (the
@@ -21,9 +21,9 @@ inline constexpr float max_half_exponent = 0.05F * 2048;
 void warn_of_peaks(const FabricLevel& level, Side side, int level_index, bool half, IssueSink& sink);
 
 /// Adds FABRIC_PRECISION, at most one per layer, if storing the level's lobes or products in 16 bits changes
-/// a texel by more than 5 %. For lobes: the change of rho and of the lobes' peaks, as a share of their sum in
-/// a channel. For products: the change of the coefficients, as a share of the largest. `half`: the layers
-/// that are stored in 16 bits.
+/// a texel by more than 5 %. For lobes: the change of rho and of the lobes' peaks, as a fraction of their sum
+/// in a channel. For products: the change of the coefficients, as a fraction of the largest. `half`: the
+/// layers that are stored in 16 bits.
 void warn_of_precision(const FabricLevel& level, Side side, int level_index, const LayerSet& half,
                        IssueSink& sink);
 
@@ -34,7 +34,7 @@ void warn_of_precision(const FabricLevel& level, Side side, int level_index, con
 /// l_z.
 ///
 /// The integral over directions is one over the unit disc, of alpha f dx dy with (x, y) = (v_x, v_y)
-/// (Nusselt's analog), computed as a sum over an N x N grid. A cell's weight is its share within the disc,
+/// (Nusselt's analog), computed as a sum over an N x N grid. A cell's weight is its fraction within the disc,
 /// and weights are scaled to the area pi: exact for a Lambert texel. N is 2.5 sqrt(n) for the level's largest
 /// exponent n, 24 to 256; for the mirror lobe of these lights the error is then below 1 % up to n = 10,000.
 /// Large levels are sampled at every k-th texel, for at most 131,072 pairs of a texel and a direction per

@@ -14,7 +14,7 @@ using std::numbers::pi;
 
 constexpr int pieces = hair_points - 1;
 /// The meaning of the numbers of a hair; their places in its formula.
-enum Drawn { at_share, at_ply, at_angle, of_length, of_loop, a, b, c, d, e, f };
+enum Drawn { at_fraction, at_ply, at_angle, of_length, of_loop, a, b, c, d, e, f };
 
 /// Number k of a hair, in (0, 1).
 double number(std::uint32_t hashed_seed, int hair, Drawn k) {
@@ -22,26 +22,27 @@ double number(std::uint32_t hashed_seed, int hair, Drawn k) {
   return ((strand_hash(hashed_seed ^ place) >> 8U) + 0.5) * 0x1p-24;
 }
 
-/// The point of a chain's segment at a share of it, seen from its start, and the direction there: of
+/// The point of a chain's segment at a fraction of it, seen from its start, and the direction there: of
 /// the round section.
 struct OnChain {
   V3d off, tangent;
 };
 
-OnChain on_chain(const Yarns::Segment& s, double share) {
+OnChain on_chain(const Yarns::Segment& s, double fraction) {
   const V3d squeeze(s.squeeze);
   const V3d along = squeezed(V3d(s.along), squeeze);
-  const double rest = 1 - share;
+  const double rest = 1 - fraction;
   const V3d first = squeezed(V3d(s.tangent[0]), squeeze) * along.length();
   const V3d second = squeezed(V3d(s.tangent[1]), squeeze) * along.length();
-  return {along * (share * share * (3 - 2 * share)) + first * (share * rest * rest) -
-              second * (share * share * rest),
-          (along * (6 * share * rest) + first * (rest * (1 - 3 * share)) + second * (share * (3 * share - 2)))
+  return {along * (fraction * fraction * (3 - 2 * fraction)) + first * (fraction * rest * rest) -
+              second * (fraction * fraction * rest),
+          (along * (6 * fraction * rest) + first * (rest * (1 - 3 * fraction)) +
+           second * (fraction * (3 * fraction - 2)))
               .normalized()};
 }
 
-V3d mix(const std::array<V3f, 2>& ends, double share) {
-  return V3d(ends[0]) * (1 - share) + V3d(ends[1]) * share;
+V3d mix(const std::array<V3f, 2>& ends, double fraction) {
+  return V3d(ends[0]) * (1 - fraction) + V3d(ends[1]) * fraction;
 }
 
 }  // namespace
@@ -93,10 +94,10 @@ std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> node
   const V2d sense(over && !sideways ? -1 : 1, over && sideways ? -1 : 1);
   hairs.reserve(count);
   for (int h = 0; h < count; ++h) {
-    const double share = number(seed, h, at_share);
+    const double fraction = number(seed, h, at_fraction);
     const int drawn = static_cast<int>(plies * number(seed, h, at_ply));
     const auto own = chain.subspan(each * (over ? (plies - drawn) % plies : drawn), each);
-    const double station = share * curve.stations;
+    const double station = fraction * curve.stations;
     const auto next = std::upper_bound(
         own.begin() + 1, own.end(), station,
         [](double at, const Yarns::Segment& s) { return at < static_cast<double>(s.station); });
@@ -120,8 +121,8 @@ std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> node
         stretched(tangent + tangent.cross(round) * static_cast<double>(curve.fibre_slope), squeeze)
             .normalized();
     const V3d beside = hair.normal.cross(fibre) * (sense.x * sense.y);
-    const double radius =
-        static_cast<double>(radius_of_plies(curve)) * strand_swell(curve.strands, share, byte_of_thickness);
+    const double radius = static_cast<double>(radius_of_plies(curve)) *
+                          strand_swell(curve.strands, fraction, byte_of_thickness);
     const V3d root = V3d(s.start) + stretched(off + round * thin_radius(radius, squeeze), squeeze);
     const auto shape = hair_shape(curve.hairs, seed, h);
     for (int k = 0; k < hair_points; ++k)

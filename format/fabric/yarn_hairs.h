@@ -14,9 +14,9 @@ struct YarnHairs {
   /// Over the chain and all plies. Negative: of yarn turned over, mirrored ones.
   int count = 0;
   float length = 0;  ///< mm, mean of an exponential distribution, which is cut at max_hair times that
-  float loops = 0;   ///< share of hairs that return into the yarn
+  float loops = 0;   ///< fraction of hairs that return into the yarn
   float radius = 0;  ///< mm
-  float kept = 1;    ///< share of light on a hair that it stops: level -1 draws it as much thinner
+  float kept = 1;    ///< fraction of light on a hair that it stops: level -1 draws it as much thinner
   bool operator==(const YarnHairs&) const = default;
 };
 

@@ -15,7 +15,7 @@ namespace {
 constexpr int max_cells_of_a_ray = 16384;
 /// Distance to what a ray does not meet.
 constexpr float no_yarn = std::numeric_limits<float>::max();
-/// Segments count in a cell by this share of its side before it, so that rounding hides none.
+/// Segments count in a cell by this fraction of its side before it, so that rounding hides none.
 constexpr float yarn_slack = 1e-3F;
 
 /// A ray by the height that it has travelled.
@@ -66,7 +66,7 @@ struct InRoundSections {
     slope = axis.dot(d);
     back = d.dot(from);
     normal = d.cross(axis);
-    // Hairs may stand for others: then they are wider, and only a share of them is there.
+    // Hairs may stand for others: then they are wider, and only a fraction of them is there.
     const Wide own = Wide::load(&block.radius[i]);
     const Wide rank = Wide::load(&block.rank[i]);
     const Wide reach = Wide::load(&block.reach[i]);

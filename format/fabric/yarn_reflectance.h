@@ -28,7 +28,7 @@ namespace selvedge {
 
 /// The specular highlight of a yarn's fibres.
 struct Gloss {
-  float weight = 0;        ///< share of the light that it reflects, in [0, 1]; 0: Lambertian yarn
+  float weight = 0;        ///< fraction of the light that it reflects, in [0, 1]; 0: Lambertian yarn
   float roughness = 0.3F;  ///< width of the highlight, in (0, 1]
   float lustre = 0;        ///< of the body, in [0, max_lustre]
   bool operator==(const Gloss&) const = default;
@@ -55,7 +55,7 @@ T gloss_reflectance(const Imath::Vec3<T>& l, const Imath::Vec3<T>& v, T roughnes
          (std::numbers::pi_v<T> * r * q * q * (1 + smith_lambda(l, r) + smith_lambda(v, r)) * 4 * l.z * v.z);
 }
 
-/// Share of uniform light that gloss_reflectance() reflects: a fit to 16 widths, within 6e-4.
+/// Fraction of uniform light that gloss_reflectance() reflects: a fit to 16 widths, within 6e-4.
 template <class T>
 T mean_gloss_albedo(T roughness) {
   const T r = roughness;

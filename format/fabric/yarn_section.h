@@ -21,8 +21,8 @@ Imath::Vec3<T> squeeze_of(T flattening, const Imath::Vec3<T>& way) {
 
 /// Interpolates two squeezes; g and -g are the same section.
 template <class T>
-Imath::Vec3<T> squeeze_between(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b, T share) {
-  return a * (1 - share) + (a.dot(b) < 0 ? -b : b) * share;
+Imath::Vec3<T> squeeze_between(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b, T fraction) {
+  return a * (1 - fraction) + (a.dot(b) < 0 ? -b : b) * fraction;
 }
 
 /// p - g (g.p): an offset from the axis, as it is in the round section. Normals are mapped back by it.

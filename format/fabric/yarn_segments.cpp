@@ -71,13 +71,13 @@ Axis axis_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& peri
 /// A place of the axis where its plies have nodes.
 struct AxisPlace {
   V3d position, across, beside;  ///< both unit, perpendicular to the axis
-  double share = 0;              ///< of the chain's length
+  double fraction = 0;           ///< of the chain's length
   V3d squeeze{0, 0, 0};
 };
 
 /// Squeeze of a squashed curve, at a fraction of segment i.
-V3d squeeze_at(const YarnCurve& curve, int i, double share) {
-  return squeeze_between(V3d(curve.squeezes[i]), V3d(curve.squeezes[(i + 1) % curve.nodes]), share);
+V3d squeeze_at(const YarnCurve& curve, int i, double fraction) {
+  return squeeze_between(V3d(curve.squeezes[i]), V3d(curve.squeezes[(i + 1) % curve.nodes]), fraction);
 }
 
 /// Place k of the divisions on segment i.
@@ -100,7 +100,7 @@ AxisPlace place_on(const Axis& axis, const YarnCurve& curve, int i, int k) {
     place.squeeze = squeeze_at(curve, i, s);
   else if (!curve.is_round())
     place.squeeze = squeeze_of(static_cast<double>(curve.flattening), tangent);
-  place.share = (axis.length[i] + s * length) / axis.length.back();
+  place.fraction = (axis.length[i] + s * length) / axis.length.back();
   return place;
 }
 
@@ -108,7 +108,7 @@ AxisPlace place_on(const Axis& axis, const YarnCurve& curve, int i, int k) {
 struct ChainNodes {
   std::vector<V3d> nodes;  ///< with one before and two behind them
   std::vector<V3d> across, out;
-  std::vector<double> share;
+  std::vector<double> fraction;
   std::vector<V3d> squeeze;  ///< of the segments
   StrandRows rows;
 };
@@ -134,11 +134,11 @@ void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vecto
     if (!chain.out.empty()) s.out = {V3f(chain.out[i]), V3f(chain.out[i + 1])};
     s.squeeze = V3f(chain.squeeze[i]);
     s.inverse_length2 = 1 / squeezed(s.along, s.squeeze).length2();
-    s.station = static_cast<float>(chain.share[i] * curve.stations);
-    s.stations = static_cast<float>((chain.share[i + 1] - chain.share[i]) * curve.stations);
+    s.station = static_cast<float>(chain.fraction[i] * curve.stations);
+    s.stations = static_cast<float>((chain.fraction[i + 1] - chain.fraction[i]) * curve.stations);
     const double round_radius =
         static_cast<double>(radius_of_plies(curve)) *
-        strand_swell(curve.strands, (chain.share[i] + chain.share[i + 1]) / 2, byte_of_thickness);
+        strand_swell(curve.strands, (chain.fraction[i] + chain.fraction[i + 1]) / 2, byte_of_thickness);
     s.radius = static_cast<float>(thin_radius(round_radius, chain.squeeze[i]));
     s.rows = chain.rows;
     segments.push_back(s);
@@ -168,10 +168,10 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
     for (int i = -1; i <= count + 1; ++i) {
       const int repeat = i < 0 ? -1 : i / count;
       const AxisPlace& place = places[i - repeat * count];
-      const double share = place.share + repeat;
-      const double angle = phase + 2 * std::numbers::pi * (ply + shift * share) / plies;
+      const double fraction = place.fraction + repeat;
+      const double angle = phase + 2 * std::numbers::pi * (ply + shift * fraction) / plies;
       const V3d out = place.across * std::cos(angle) + place.beside * std::sin(angle);
-      const double orbit = offset * strand_swell(curve.strands, share, byte_of_thickness);
+      const double orbit = offset * strand_swell(curve.strands, fraction, byte_of_thickness);
       const V3d middle = place.position + axis.turns * static_cast<double>(repeat);
       chain.nodes.push_back(middle + stretched(out, place.squeeze) * thin_radius(orbit, place.squeeze));
       if (i > 0 && i <= count)
@@ -182,7 +182,7 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
       if (i < 0 || i > count) continue;
       chain.across.push_back(place.across);
       chain.out.push_back(out);
-      chain.share.push_back(share);
+      chain.fraction.push_back(fraction);
     }
     append_segments(chain, curve, segments);
   }
@@ -216,7 +216,7 @@ std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const 
       chain.squeeze.push_back(curve.squeezes.empty()
                                   ? squeeze_along(curve, axis.nodes[i + 1], axis.nodes[i + 2])
                                   : squeeze_at(curve, i, 0.5));
-    for (double& share : chain.share) share /= axis.length.back();
+    for (double& fraction : chain.fraction) fraction /= axis.length.back();
     append_segments(chain, curve, segments);
   }
   return segments;
@@ -265,12 +265,12 @@ YarnFrame Yarns::frame_at(int curve, int station, int ply) const {
   int i = 0;
   while (i + 1 < count && first[i + 1].station <= at) ++i;
   const Segment& s = first[i];
-  const float share = std::clamp((at - s.station) / s.stations, 0.0F, 1.0F);
+  const float fraction = std::clamp((at - s.station) / s.stations, 0.0F, 1.0F);
   YarnFrame frame;
-  frame.position = s.start + s.along * share;
-  frame.tangent = squeezed(mix(s.tangent[0], s.tangent[1], share), s.squeeze).normalized();
-  frame.across = across_of(mix(s.across[0], s.across[1], share), frame.tangent);
-  frame.out = across_of(mix(s.out[0], s.out[1], share), frame.tangent);
+  frame.position = s.start + s.along * fraction;
+  frame.tangent = squeezed(mix(s.tangent[0], s.tangent[1], fraction), s.squeeze).normalized();
+  frame.across = across_of(mix(s.across[0], s.across[1], fraction), frame.tangent);
+  frame.out = across_of(mix(s.out[0], s.out[1], fraction), frame.tangent);
   frame.squeeze = s.squeeze;
   const Segment& next = first[(i + 1) % count];
   frame.radius = std::max(s.reach, thin_radius(next.reach / thin_radius(1.0F, next.squeeze), s.squeeze));

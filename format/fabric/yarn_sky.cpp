@@ -69,8 +69,8 @@ class SkyFit {
     for (int i = 0; i < angle_functions; ++i) {
       for (int j = 0; j < angle_functions; ++j) {
         if (j == i) continue;
-        const float share = rows_[j][i] / rows_[i][i];
-        for (std::size_t k = 0; k < rows_[j].size(); ++k) rows_[j][k] -= share * rows_[i][k];
+        const float fraction = rows_[j][i] / rows_[i][i];
+        for (std::size_t k = 0; k < rows_[j].size(); ++k) rows_[j][k] -= fraction * rows_[i][k];
       }
     }
     for (int i = 0; i < angle_functions; ++i) {

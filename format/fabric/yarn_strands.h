@@ -66,7 +66,7 @@ constexpr std::uint32_t strand_bits(std::uint32_t hashed_seed, std::uint32_t row
   return strand_hash(hashed_seed ^ (row << 16 | place));
 }
 
-/// A share of [0, 1] of the way from one place of the lattice to the next.
+/// A fraction of [0, 1] of the way from one place of the lattice to the next.
 template <class T>
 struct StrandBlend {
   T here, next;  ///< weights, whose squares sum to 1: they keep the variance between the places
@@ -113,14 +113,14 @@ struct StrandRows {
 inline constexpr int byte_of_thickness = 0;
 inline constexpr int byte_of_colour = 3;
 
-/// A change along the yarn, as a multiple of what it is in the mean; `share` of the chain's length, of any
+/// A change along the yarn, as a multiple of what it is in the mean; `fraction` of the chain's length, of any
 /// repeat.
 template <class T>
-T strand_swell(const YarnStrands& y, T share, int byte) {
+T strand_swell(const YarnStrands& y, T fraction, int byte) {
   if (!(y.irregularity > 0)) return 1;
-  share -= std::floor(share);
+  fraction -= std::floor(fraction);
   const std::uint32_t seed = strand_hash(static_cast<std::uint32_t>(y.seed));
-  const T place = share * static_cast<T>(y.swells);
+  const T place = fraction * static_cast<T>(y.swells);
   const auto here = std::min(static_cast<std::uint32_t>(place), static_cast<std::uint32_t>(y.swells - 1));
   const std::uint32_t next = here + 1 == static_cast<std::uint32_t>(y.swells) ? 0 : here + 1;
   const StrandBlend<T> blend(place - static_cast<T>(here));
@@ -128,22 +128,22 @@ T strand_swell(const YarnStrands& y, T share, int byte) {
                                                           strand_bits(seed, row_of_yarn, next), byte);
 }
 
-/// At `around` turns about the yarn or ply; `share` of the chain's length. For yarn turned over, `around` is
-/// the original yarn's.
+/// At `around` turns about the yarn or ply; `fraction` of the chain's length. For yarn turned over, `around`
+/// is the original yarn's.
 template <class T>
-StrandChange<T> strand_change(const YarnStrands& y, T around, T share, const StrandRows& rows = {}) {
+StrandChange<T> strand_change(const YarnStrands& y, T around, T fraction, const StrandRows& rows = {}) {
   StrandChange<T> change;
   const std::uint32_t seed = strand_hash(static_cast<std::uint32_t>(y.seed));
-  share -= std::floor(share);
-  change.brightness = strand_swell(y, share, byte_of_colour);
+  fraction -= std::floor(fraction);
+  change.brightness = strand_swell(y, fraction, byte_of_colour);
   if (y.count == 0) return change;
   const auto count = static_cast<std::uint32_t>(std::abs(y.count));
   if (rows.plies > 1) {
-    const auto ply = static_cast<T>(rows.first) + share * static_cast<T>(rows.later - rows.first);
+    const auto ply = static_cast<T>(rows.first) + fraction * static_cast<T>(rows.later - rows.first);
     const T pale = 2 * ply / static_cast<T>(std::abs(y.count) * (rows.plies - 1)) - 1;
     change.brightness *= 1 + static_cast<T>(y.marl) * pale;
   }
-  T turns = around - static_cast<T>(y.shift) / static_cast<T>(count) * share;
+  T turns = around - static_cast<T>(y.shift) / static_cast<T>(count) * fraction;
   turns -= std::floor(turns);
   const T strand = turns * static_cast<T>(count);
   const std::uint32_t own = std::min(static_cast<std::uint32_t>(strand), count - 1);
@@ -153,7 +153,8 @@ StrandChange<T> strand_change(const YarnStrands& y, T around, T share, const Str
     return static_cast<T>(strand_bits(seed, number, place_of_offset) >> 9U) * static_cast<T>(0x1p-23);
   };
   // Pieces of neighbouring strands begin at different places.
-  const T place = share * static_cast<T>(y.pieces) + offset(row) + share * (offset(later) - offset(row));
+  const T place =
+      fraction * static_cast<T>(y.pieces) + offset(row) + fraction * (offset(later) - offset(row));
   const auto here = static_cast<std::uint32_t>(place);
   const auto bits = [&](std::uint32_t at) {
     const auto pieces = static_cast<std::uint32_t>(y.pieces);

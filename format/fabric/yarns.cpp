@@ -62,7 +62,7 @@ Result<void> check_hairs(const YarnHairs& h, float shorter, const std::string& p
   if (std::abs(h.count) > max_hairs) return refuse(place, "has too many hairs");
   if (!in(h.length, 0, max_radius * shorter) || !in(h.radius, 0, max_radius * shorter))
     return refuse(place, "has hairs whose length or radius is out of range");
-  if (!in(h.loops, 0, 1) || !in(h.kept, 0, 1)) return refuse(place, "has a share outside of [0, 1]");
+  if (!in(h.loops, 0, 1) || !in(h.kept, 0, 1)) return refuse(place, "has a fraction outside of [0, 1]");
   if (h.count != 0 && !(h.length > 0 && h.radius * h.kept > 0))
     return refuse(place, "has hairs without length or radius");
   return {};
@@ -205,21 +205,21 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   const V3f along = squeezed(s.along, s.squeeze);
   const V3f first = squeezed(s.tangent[0], s.squeeze) * length;
   const V3f second = squeezed(s.tangent[1], s.squeeze) * length;
-  float share = 0;
+  float fraction = 0;
   V3f out(0, 0, 0);
   V3f tangent(0, 0, 0);
   for (int step = 0; step < 2; ++step) {
-    const float next =
-        step == 0 ? from_start.dot(along) * s.inverse_length2 : share + out.dot(tangent) / tangent.length2();
-    share = std::clamp(next, -0.25F, 1.25F);
-    const float rest = 1 - share;
-    tangent =
-        along * (6 * share * rest) + first * (rest * (1 - 3 * share)) + second * (share * (3 * share - 2));
-    out = from_start - along * (share * share * (3 - 2 * share)) - first * (share * rest * rest) +
-          second * (share * share * rest);
+    const float next = step == 0 ? from_start.dot(along) * s.inverse_length2
+                                 : fraction + out.dot(tangent) / tangent.length2();
+    fraction = std::clamp(next, -0.25F, 1.25F);
+    const float rest = 1 - fraction;
+    tangent = along * (6 * fraction * rest) + first * (rest * (1 - 3 * fraction)) +
+              second * (fraction * (3 * fraction - 2));
+    out = from_start - along * (fraction * fraction * (3 - 2 * fraction)) - first * (fraction * rest * rest) +
+          second * (fraction * fraction * rest);
   }
   tangent.normalize();
-  point.station = s.station + share * s.stations;
+  point.station = s.station + fraction * s.stations;
   if (point.station < 0) point.station += static_cast<float>(curve.stations);
   point.normal = (out - tangent * tangent.dot(out)).normalized();
   const V3f around = tangent.cross(point.normal);
@@ -233,13 +233,13 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
     return point;
   }
   point.fibre = stretched(tangent + around * curve.fibre_slope, s.squeeze).normalized();
-  const V3f across = mix(s.across[0], s.across[1], share);
+  const V3f across = mix(s.across[0], s.across[1], fraction);
   const float cosine = point.normal.dot(across);
   const float sine = -around.dot(across);
   const float norm = std::hypot(cosine, sine);
   point.cosine = norm > 0 ? cosine / norm : 1;
   point.sine = norm > 0 ? sine / norm : 0;
-  const V3f out_of_axis = mix(s.out[0], s.out[1], share);
+  const V3f out_of_axis = mix(s.out[0], s.out[1], fraction);
   point.outward = point.normal.dot(out_of_axis);
   point.side = {out_of_axis.dot(across), out_of_axis.dot(tangent.cross(across))};
   point.normal = squeezed(point.normal, s.squeeze).normalized();
@@ -259,8 +259,8 @@ void Yarns::add_strands(YarnPoint& point, const V3f& view) const {
   const V2f& sense = strand_sense_[point.curve];
   const float around =
       std::atan2(sense.y * point.sine, sense.x * point.cosine) / (2 * std::numbers::pi_v<float>);
-  const float share = point.station / static_cast<float>(curve.stations);
-  const StrandChange<float> change = strand_change(curve.strands, around, share, point.rows);
+  const float fraction = point.station / static_cast<float>(curve.stations);
+  const StrandChange<float> change = strand_change(curve.strands, around, fraction, point.rows);
   point.brightness = change.brightness;
   if (curve.strands.count != 0) turn_to_strand(change, lifted(view), point.strand, point.fibre);
 }
@@ -295,7 +295,7 @@ LightTransfer Yarns::transfer_at(const YarnPoint& point, bool through) const {
   if (light.empty()) return {};
   const YarnCurve& curve = data_.curves[point.curve];
   const auto whole = static_cast<int>(point.station);
-  const float share = point.station - static_cast<float>(whole);
+  const float fraction = point.station - static_cast<float>(whole);
   const auto coefficients = [&](int station) {
     return &light[std::size_t{light_values_per_station} *
                   (first_station_[point.curve] + station % curve.stations)];
@@ -305,7 +305,7 @@ LightTransfer Yarns::transfer_at(const YarnPoint& point, bool through) const {
   LightTransfer transfer{};
   for (const float a : angle_factors(curve.plies, point)) {
     for (std::size_t i = 0; i < transfer.size(); ++i)
-      transfer[i] += a * (here[i] * (1 - share) + next[i] * share);
+      transfer[i] += a * (here[i] * (1 - fraction) + next[i] * fraction);
     here += transfer.size();
     next += transfer.size();
   }
@@ -319,7 +319,7 @@ float Yarns::view_factor(const YarnPoint& point, const V3f& view) const {
   const float lustre = curve.gloss.lustre;
   if (data_.light.empty() || lustre == 0 || point.hair) return 1;
   const auto whole = static_cast<int>(point.station);
-  const float share = point.station - static_cast<float>(whole);
+  const float fraction = point.station - static_cast<float>(whole);
   const auto moments = [&](int station) {
     return &data_.light[std::size_t{light_values_per_station} *
                             (first_station_[point.curve] + station % curve.stations) +
@@ -330,7 +330,7 @@ float Yarns::view_factor(const YarnPoint& point, const V3f& view) const {
   std::array<float, light_moments> mean{};
   for (float& m : mean) {
     for (const float a : angle_factors(curve.plies, point))
-      m += a * (*here++ * (1 - share) + *next++ * share);
+      m += a * (*here++ * (1 - fraction) + *next++ * fraction);
   }
   V3f v = lifted(view);
   v = (v + point.strand * std::max(0.0F, min_facing - point.strand.dot(v))).normalized();
@@ -349,7 +349,7 @@ V3f indirect_light(const LightTransfer& transfer, const V3f& light) {
 }
 
 float Yarns::factor_at(const V2d& uv, int curve) const {
-  if (curve < 0) return variation_at(variation_, repeat_place(uv), variation_.share);
+  if (curve < 0) return variation_at(variation_, repeat_place(uv), variation_.fraction);
   return variation_at(variation_, repeat_place(uv), runs_along_v(data_.curves[curve], period_) ? 1.0F : 0.0F);
 }
 

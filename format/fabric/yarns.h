@@ -31,7 +31,7 @@ struct YarnPlies {
   /// At its end, ply j runs on as ply j + shift: they turn shift/count times about the axis, right-handed.
   int shift = 0;
   float phase = 0;  ///< angle of ply 0 at node 0, in [-pi, pi]
-  /// Indirect light is 1 + groove times the normal's share in the way out of the axis as bright.
+  /// Indirect light is 1 + groove times the normal's fraction in the way out of the axis as bright.
   V3f groove{0, 0, 0};
   /// 1: indirect light tells the sides of the axis on which plies lie (YarnPoint::side) in place of the
   /// double angle. 0: of earlier writers.
@@ -137,7 +137,7 @@ struct YarnPoint {
   V3f fibre{1, 0, 0};   ///< unit, perpendicular to the normal
   float cosine = 1;     ///< of the angle about the axis
   float sine = 0;
-  /// Share of the normal in the way from the yarn's axis to its ply's; 0 without plies.
+  /// Fraction of the normal in the way from the yarn's axis to its ply's; 0 without plies.
   float outward = 0;
   /// The way from the yarn's axis to its ply's, as cosine and sine of its angle; 0 without plies.
   V2f side{0, 0};
@@ -188,7 +188,7 @@ class Yarns {
 
   /// The first yarn that the ray from the viewer meets which passes the plane z = `plane` at (u, v). Rays
   /// rise by at least 1/32 a unit of way in the plane: a lower `view` counts as one that does. `width`: of
-  /// what the ray stands for, mm: of thinner hairs only a share is met, and these are as much wider
+  /// what the ray stands for, mm: of thinner hairs only a fraction is met, and these are as much wider
   /// (spec/brdf.md, "Over a surface").
   std::optional<YarnHit> trace(const V2d& uv, float plane, const V3f& view, float width = 0) const;
   /// Without strands.
@@ -205,7 +205,7 @@ class Yarns {
   V3f direct(const YarnPoint& point, const V3f& light, const V3f& view) const;
   /// Transfer of light from above, or of light that comes `through`, if that is known.
   LightTransfer transfer_at(const YarnPoint& point, bool through = false) const;
-  /// Factor of that light from above, by lustre: its share that leaves towards the view over the mean.
+  /// Factor of that light from above, by lustre: its fraction that leaves towards the view over the mean.
   float view_factor(const YarnPoint& point, const V3f& view) const;
 
   /// f and alpha of what is seen at (u, v) of the plane: alpha is 0 or 1, and f is 0 where nothing is.
@@ -230,7 +230,8 @@ class Yarns {
     V3f squeeze{0, 0, 0};
     /// Radius of the ball about its start: the thicker segment's there. Of a hair, its largest radius.
     float reach = 0;
-    float rank = 0;  ///< of a hair, in (0, 1): it is met where that is less than the share of hairs; else 0
+    float rank =
+        0;  ///< of a hair, in (0, 1): it is met where that is less than the fraction of hairs; else 0
     int curve = 0;
     StrandRows rows;
     /// Half the width of the section where half the thickness is `thin`.
@@ -325,7 +326,7 @@ bool counts_from_the_side(const YarnCurve& curve, std::span<const V3f> nodes, co
 struct StationPoint {
   V3f place, normal;                               ///< mm; unit, out of the yarn
   float radius = 0;                                ///< mm, YarnFrame::radius
-  float seen = 1;                                  ///< roughly the share of views that it is seen from
+  float seen = 1;                                  ///< roughly the fraction of views that it is seen from
   std::array<float, angle_functions> functions{};  ///< angle_factors()
 };
 /// So many points evenly around a yarn, or around each of its plies as far as this touches no other.

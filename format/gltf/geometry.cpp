@@ -41,7 +41,7 @@ std::vector<V4f> read_colors(GltfReader& reader, const Json& attributes, std::si
 }
 
 template <class V>
-void unshare(std::vector<V>& values, const std::vector<std::uint32_t>& indices) {
+void expand(std::vector<V>& values, const std::vector<std::uint32_t>& indices) {
   if (values.empty()) return;
   std::vector<V> own(indices.size());
   std::ranges::transform(indices, own.begin(), [&](std::uint32_t i) { return values[i]; });
@@ -50,9 +50,9 @@ void unshare(std::vector<V>& values, const std::vector<std::uint32_t>& indices) 
 
 /// glTF 2.0 section 3.7.2.1: without normals, flat ones; given tangents are then ignored.
 void make_flat(ScenePrimitive& primitive) {
-  unshare(primitive.positions, primitive.indices);
-  for (std::vector<V2d>& set : primitive.tex_coords) unshare(set, primitive.indices);
-  unshare(primitive.colors, primitive.indices);
+  expand(primitive.positions, primitive.indices);
+  for (std::vector<V2d>& set : primitive.tex_coords) expand(set, primitive.indices);
+  expand(primitive.colors, primitive.indices);
   primitive.tangents.clear();
   std::iota(primitive.indices.begin(), primitive.indices.end(), 0U);
   primitive.normals.resize(primitive.positions.size());

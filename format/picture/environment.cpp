@@ -21,7 +21,7 @@ constexpr int divided_width = 512;
 const double lamp_cosine = std::cos(20 * std::numbers::pi / 180);
 /// ... and is so many times as bright as the mean.
 constexpr float lamp_brightness = 4;
-/// A lamp whose light is a smaller share of all is left in the rest.
+/// A lamp whose light is a smaller fraction of all is left in the rest.
 constexpr double min_lamp = 0.01;
 
 double brightness(const V3f& c) {

@@ -30,10 +30,10 @@ double radiance_of(const Softbox& box, const V3d& direction) {
   const V3d up = box.towards.cross(right);
   const double x = std::abs(direction.dot(right)) / depth;
   const double y = std::abs(direction.dot(up)) / depth;
-  const auto share = [&](double place) {
+  const auto fraction = [&](double place) {
     return 1 - smooth_step(box.half_width - fade, box.half_width + fade, place);
   };
-  return box.radiance * share(x) * share(y);
+  return box.radiance * fraction(x) * fraction(y);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ struct LevelComparison {
   /// dB, against Comparison::peak. 200 if nothing differs; 0 if the truth is black and the fit is not.
   double psnr = 0;
   double relative_l2 = 0;  ///< sqrt(sum (fit - truth)^2 / sum truth^2); 1 if only the truth is black
-  double mean_error = 0;   ///< mean of fit - truth, as a share of the mean truth
+  double mean_error = 0;   ///< mean of fit - truth, as a fraction of the mean truth
   double alpha_rms = 0;    ///< root mean square error of alpha
   double alpha_noise = 0;  ///< the part of alpha_rms that is sampling noise of the truth
   double noise_psnr = 0;   ///< dB, the sampling noise of the truth against the same peak

@@ -45,8 +45,9 @@ SampleLevel pool(const SampleLevel& fine) {
         for (const Overlap& column : columns[texel % coarse.width]) {
           const std::size_t from = row.fine * fine.width + column.fine;
           // Sums of visible normals are already weighted by opacity.
-          if (view == 0) normal += V3d(fine.normal[from]) * (row.share * column.share);
-          const double w = row.share * column.share * static_cast<double>(fine.alpha[from * views + view]);
+          if (view == 0) normal += V3d(fine.normal[from]) * (row.fraction * column.fraction);
+          const double w =
+              row.fraction * column.fraction * static_cast<double>(fine.alpha[from * views + view]);
           if (w == 0) continue;
           weight += w;
           const V3f* in = &fine.radiance[(from * views + view) * lights];
@@ -74,7 +75,7 @@ std::vector<V3d> pool_image(const std::vector<V3d>& values, int width, int heigh
       V3d sum(0, 0, 0);
       for (const Overlap& r : row) {
         for (const Overlap& c : column) {
-          sum += values[r.fine * width + c.fine] * (r.share * c.share);
+          sum += values[r.fine * width + c.fine] * (r.fraction * c.fraction);
         }
       }
       result.push_back(sum);

@@ -1,6 +1,6 @@
 // Pooling of samples to the next coarser mip level (Daubert et al. 2001, section 5.1).
 //
-// Each of the floor(w/2) x floor(h/2) coarse texels covers an equal share of the cell; a fine texel is
+// Each of the floor(w/2) x floor(h/2) coarse texels covers an equal fraction of the cell; a fine texel is
 // weighted by the area of their overlap, also for odd sizes. Opacity is the mean over the area; radiance and
 // normals are weighted by opacity as well, so that holes do not contribute.
 #pragma once
@@ -11,11 +11,11 @@
 
 namespace selvedge {
 
-/// A fine texel of a row (or column) that a coarse texel overlaps, and its share of the coarse texel. The
-/// shares of a coarse texel sum to 1.
+/// A fine texel of a row (or column) that a coarse texel overlaps, and its fraction of the coarse texel. The
+/// fractions of a coarse texel sum to 1.
 struct Overlap {
   int fine = 0;
-  double share = 0;
+  double fraction = 0;
 };
 
 /// The overlaps of each of `coarse` texels with `fine` texels, fine >= coarse >= 1.

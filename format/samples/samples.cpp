@@ -497,7 +497,7 @@ SideSamples samples_of(const Samples& samples, Side side) {
 }
 
 Result<Issues> round_as_stored(Samples& samples) {
-  constexpr float max_share = 0.05F;
+  constexpr float max_fraction = 0.05F;
   float largest = 0;
   float change = 0;
   const auto round = [](float& value) { value = Imath::half(value); };
@@ -527,7 +527,7 @@ Result<Issues> round_as_stored(Samples& samples) {
     round_radiance(pairs.radiance);
   }
   if (auto ok = check(samples, {}); !ok) return tl::unexpected(ok.error());
-  if (!(change > max_share * largest)) return Issues{};
+  if (!(change > max_fraction * largest)) return Issues{};
   return Issues{
       {Code::fabric_precision,
        {},

@@ -68,7 +68,7 @@ Result<SamplesHeader> samples_header_from_json(const std::string& text, const st
 /// The samples of one view, for all lights of the file (SamplesHeader::light_count()). Texels are indexed as
 /// in fabric.h.
 struct ViewSamples {
-  std::vector<float> alpha;  ///< [texel], share of the rays that hit yarn
+  std::vector<float> alpha;  ///< [texel], fraction of the rays that hit yarn
   /// [texel], mean of the visible normals, not normalised; 0 in a hole; mirrored if the view is from behind.
   std::vector<V3f> normal;
   std::vector<V3f> radiance;  ///< [light * texels + texel]

@@ -5,30 +5,30 @@
 
 namespace selvedge {
 
-LightShare light_share_at(const Light& light, const V3d& point) {
+ArrivingLight arriving_light(const Light& light, const V3d& point) {
   if (light.kind == LightKind::directional) return {light.direction, 1};
   const V3d towards = light.position - point;
   const double distance2 = towards.length2();
   if (!(distance2 > 0) || !std::isfinite(distance2)) return {light.direction, 0};
-  LightShare result;
+  ArrivingLight result;
   result.direction = towards / std::sqrt(distance2);
-  result.share = 1 / distance2;
+  result.fraction = 1 / distance2;
   if (light.range > 0) {
     const double r2 = distance2 / (light.range * light.range);
-    result.share *= std::clamp(1 - r2 * r2, 0.0, 1.0);
+    result.fraction *= std::clamp(1 - r2 * r2, 0.0, 1.0);
   }
   if (light.kind == LightKind::spot) {
     const double cosine = result.direction.dot(light.direction);
     const double t =
         std::clamp((cosine - light.cos_outer) / std::max(light.cos_inner - light.cos_outer, 1e-3), 0.0, 1.0);
-    result.share *= t * t;
+    result.fraction *= t * t;
   }
   return result;
 }
 
 Illumination light_at(const Light& light, const V3d& point) {
-  const LightShare at = light_share_at(light, point);
-  return {at.direction, light.irradiance * static_cast<float>(at.share)};
+  const ArrivingLight at = arriving_light(light, point);
+  return {at.direction, light.irradiance * static_cast<float>(at.fraction)};
 }
 
 std::vector<Light> lights_of(const Scene& scene) {

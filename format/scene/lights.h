@@ -8,8 +8,8 @@
 
 namespace selvedge {
 
-/// The largest intensity of a light on a command line. Its product with the largest share of a point light,
-/// 1e24, is finite in single precision.
+/// The largest intensity of a light on a command line. Its product with the largest fraction of a point
+/// light, 1e24, is finite in single precision.
 inline constexpr double max_intensity = 1e12;
 
 /// A light as in KHR_lights_punctual.
@@ -37,11 +37,11 @@ struct Illumination {
 Illumination light_at(const Light& light, const V3d& point);
 
 /// Direction towards a light, and the factor on its irradiance.
-struct LightShare {
+struct ArrivingLight {
   V3d direction{0, 0, 1};
-  double share = 0;
+  double fraction = 0;
 };
-LightShare light_share_at(const Light& light, const V3d& point);
+ArrivingLight arriving_light(const Light& light, const V3d& point);
 
 /// The lights of a scene; lux and candela become irradiance without a factor.
 std::vector<Light> lights_of(const Scene& scene);

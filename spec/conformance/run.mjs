@@ -18,7 +18,7 @@ import {gunzipSync} from 'node:zlib';
 
 const beside = dirname(fileURLToPath(import.meta.url));
 const SECONDS = 60;  // for one answer
-/** Display quality: the most that a colour may be off, as a share of the brightest; and rms of the queries. */
+/** Display quality: the most that a colour may be off, as a fraction of the brightest; and rms of the queries. */
 const DISPLAY_MOST = 0.2, DISPLAY_RMS = 0.04;
 const USAGE = 'node run.mjs [--kit FOLDER] [--only TEXT] [--json] [--codes-only] [--display] -- COMMAND ARGUMENTS...';
 

@@ -1,6 +1,6 @@
 // The error of a bake against a bake of 64 times the samples along paths, beside the error of a plain loop
 // over single rays with independent samples: root mean square of opacity * radiance over all texels, views,
-// lights and channels, as a share of the root mean square of the truth.
+// lights and channels, as a fraction of the root mean square of the truth.
 //
 //   selvedge-bake-noise [STITCH [TEXELS VIEWS LIGHTS [GRID]]]
 #include <fmt/format.h>

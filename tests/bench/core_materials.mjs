@@ -118,7 +118,7 @@ function sample(a2, view, samples, body) {
     if (vh > 0 && light[2] > 0) body(light, 4 * light[2] * vh / (nh * side(a2, light[2]) * side(a2, nv)) / samples ** 2, vh);
   }
 }
-/** Shares of even light that a mirror of all light reflects, by the cosine to the viewer; their mean. */
+/** Fractions of even light that a mirror of all light reflects, by the cosine to the viewer; their mean. */
 const albedos = new Map(ROUGHNESSES.map((roughness) => {
   const of = Array.from({ length: 65 }, (_, i) => {
     const z = max(i / 64, 1e-3);

@@ -24,7 +24,7 @@ mesh.from_pydata(points.tolist(), [], numpy.arange(len(points)).reshape(-1, 3).t
 mesh.materials.append(bpy.data.materials.new('yarn'))
 add('yarn', mesh)
 
-# A wall that sends the share `transmission` of its light to the other side.
+# A wall that sends the fraction `transmission` of its light to the other side.
 mesh.materials[0].use_nodes = True
 tree = mesh.materials[0].node_tree
 mix = tree.nodes.new('ShaderNodeMixShader')

@@ -33,7 +33,7 @@ constexpr double sway = 0.5;
 /// Root mean square change of a fibre's thickness to the next, relative.
 constexpr double unlike = 0.1;
 
-/// Share of a ply's section that is fibre. Yarns are spun to between 0.4 and 0.6.
+/// Fraction of a ply's section that is fibre. Yarns are spun to between 0.4 and 0.6.
 constexpr double packing = 0.5;
 
 void lay_ply(const Yarn& ply, int index, int each_ply, std::uint64_t seed, Fibres& fibres) {
@@ -59,14 +59,14 @@ void lay_ply(const Yarn& ply, int index, int each_ply, std::uint64_t seed, Fibre
     fibres.radius.push_back(static_cast<float>(radius * (1 + unlike * lattice_noise(own, 1))));
     fibres.yarn.push_back(index);
     for (const YarnStation& s : frames.stations) {
-      const double share = s.length / length;
+      const double fraction = s.length / length;
       const auto noise = [&](std::int64_t row) {
-        return sway * between * closed_noise(own ^ mix(stream_sway), row, places, share * places);
+        return sway * between * closed_noise(own ^ mix(stream_sway), row, places, fraction * places);
       };
       V2d at(r * std::cos(angle) + noise(0), r * std::sin(angle) + noise(1));
       if (at.length() > room) at *= room / at.length();
-      at *= strand_swell(ply.swells, share * ply.passes, byte_of_thickness);
-      const double turned = turn * share;
+      at *= strand_swell(ply.swells, fraction * ply.passes, byte_of_thickness);
+      const double turned = turn * fraction;
       const V2d placed(at.x * std::cos(turned) - at.y * std::sin(turned),
                        at.x * std::sin(turned) + at.y * std::cos(turned));
       const V3d off = s.across * placed.x + s.tangent.cross(s.across) * placed.y;
@@ -115,7 +115,7 @@ constexpr std::size_t paths = 4;
 
 double root(double x) { return std::sqrt(std::max(0.0, x)); }
 
-/// Share of unpolarised light that a dielectric reflects.
+/// Fraction of unpolarised light that a dielectric reflects.
 double fresnel(double cosine, double refraction) {
   const double inside = root(1 - (1 - cosine * cosine) / (refraction * refraction));
   const double s = (cosine - refraction * inside) / (cosine + refraction * inside);
@@ -198,13 +198,14 @@ HairBsdf::HairBsdf(const HairOptics& optics, double view_sine, double offset)
   const double f = std::min(1 - 1e-9, fresnel(cosine_ * root(1 - h * h), n));
   for (int c = 0; c < 3; ++c) {
     const double left = std::exp(-optics.absorption_[c] * way);
-    share_[0][c] = f;
-    share_[1][c] = (1 - f) * (1 - f) * left;
-    share_[2][c] = share_[1][c] * left * f;
-    share_[3][c] = share_[2][c] * left * f / (1 - left * f);
+    fraction_[0][c] = f;
+    fraction_[1][c] = (1 - f) * (1 - f) * left;
+    fraction_[2][c] = fraction_[1][c] * left * f;
+    fraction_[3][c] = fraction_[2][c] * left * f / (1 - left * f);
   }
   double all = 0;
-  for (std::size_t p = 0; p < paths; ++p) all += chance_[p] = share_[p].x + share_[p].y + share_[p].z;
+  for (std::size_t p = 0; p < paths; ++p)
+    all += chance_[p] = fraction_[p].x + fraction_[p].y + fraction_[p].z;
   for (double& chance : chance_) chance /= all;
 }
 
@@ -215,18 +216,18 @@ double HairBsdf::turn_of(std::size_t path) const {
 }
 
 template <class Value>
-Value HairBsdf::sum(const HairDirection& light, const std::array<Value, 4>& shares) const {
+Value HairBsdf::sum(const HairDirection& light, const std::array<Value, 4>& fractions) const {
   const double cosine = root(1 - light.sine * light.sine);
   Value value(0);
   for (std::size_t p = 0; p < paths; ++p) {
     const double around =
         p + 1 < paths ? azimuthal(light.azimuth - turn_of(p), optics_.scale_) : 1 / (2 * pi);
-    value += shares[p] * (longitudinal(light.sine, cosine, sine_, cosine_, optics_.spread_[p]) * around);
+    value += fractions[p] * (longitudinal(light.sine, cosine, sine_, cosine_, optics_.spread_[p]) * around);
   }
   return value;
 }
 
-V3d HairBsdf::scattered(const HairDirection& light) const { return sum(light, share_); }
+V3d HairBsdf::scattered(const HairDirection& light) const { return sum(light, fraction_); }
 double HairBsdf::density(const HairDirection& light) const { return sum(light, chance_); }
 
 HairDirection HairBsdf::sample(const V2d& random, const V2d& more) const {
@@ -247,7 +248,7 @@ namespace {
 
 /// How far the block reaches beyond the cell, in periods: rays that leave it are shifted by whole periods.
 constexpr double reach = 0.25;
-/// Rays leave a fibre this share of its radius outside of it.
+/// Rays leave a fibre this fraction of its radius outside of it.
 constexpr double clear = 1e-3;
 
 /// Passes the insides of fibres.

@@ -5,7 +5,7 @@
 // Controllable Hair and Fur Model for Production Path Tracing", after d'Eon et al. 2011: light that the
 // surface reflects (R), that passes through (TT), that is reflected inside once (TRT), and the rest. Energy
 // is conserved: without absorption all light leaves again. Near field: the place across the fibre where a ray
-// meets it counts. Scales (their tilt) are left out. The share of each kind of path follows the viewer's
+// meets it counts. Scales (their tilt) are left out. The fraction of each kind of path follows the viewer's
 // elevation alone, so a fibre is reciprocal between elevations of equal size, and nearly (6 %) between
 // others.
 #pragma once
@@ -72,7 +72,7 @@ class HairBsdf {
   /// negative where the surface's normal has a positive azimuth.
   HairBsdf(const HairOptics& optics, double view_sine, double offset);
 
-  /// f times the cosine, 1/sr: integrated over the sphere, the share of light that is not absorbed.
+  /// f times the cosine, 1/sr: integrated over the sphere, the fraction of light that is not absorbed.
   V3d scattered(const HairDirection& light) const;
   /// Probability density of sample(), 1/sr.
   double density(const HairDirection& light) const;
@@ -82,12 +82,12 @@ class HairBsdf {
  private:
   double turn_of(std::size_t path) const;
   template <class Value>
-  Value sum(const HairDirection& light, const std::array<Value, 4>& shares) const;
+  Value sum(const HairDirection& light, const std::array<Value, 4>& fractions) const;
 
   const HairOptics& optics_;
   double sine_, cosine_;
   double out_, in_;  // angles of the ray to the normal, across the fibre: outside and inside
-  std::array<V3d, 4> share_;
+  std::array<V3d, 4> fraction_;
   std::array<double, 4> chance_;
 };
 

@@ -1,6 +1,6 @@
 // Explicit fibres beside the surfaces of plies, for docs/yarn.md.
-//   selvedge-fibres energies [STITCH [KIND [TRANSMISSION [FIBRES [PATHS [ALBEDOS]]]]]]: shares of the light
-//   that falls
+//   selvedge-fibres energies [STITCH [KIND [TRANSMISSION [FIBRES [PATHS [ALBEDOS]]]]]]: fractions of the
+//   light that falls
 //     on tubes, on the translucent walls of plies and on explicit fibres, straight from above and from all
 //     around above: sent back, let through (holes left out), absorbed; and through holes. Then of light that
 //     comes along y at 45 degrees the radiance, times pi, of cones of 12 degrees about its mirror direction,

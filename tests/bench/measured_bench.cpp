@@ -1,7 +1,7 @@
 // Pictures of a traced stitch for `selvedge import` (tests/bench/measured):
 //
 //   selvedge-measured-bench SAMPLES FOLDER COUNT [NOISE [SHIFT]]
-//     photographs the first COUNT held-out pairs of SAMPLES, noise as a share, shift in pixels
+//     photographs the first COUNT held-out pairs of SAMPLES, noise as a fraction, shift in pixels
 //     (tests/converter/measured)
 #include <cstdlib>
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What a garment of somebody else can do: read no file that it does not bring, end no program, take no more than its
-# share. The hostile files are made here.
+# fraction. The hostile files are made here.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 test_no_verb_opens_a_file_outside_of_the_garments_folder() {

@@ -17,11 +17,11 @@ inline void add_quad(CellMesh& mesh, const V3f& a, const V3f& b, const V3f& c, c
   mesh.triangles.emplace_back(first, first + 2, first + 3);
 }
 
-/// A floor over the cell's left `share`, `period` mm a side.
-inline CellMesh floor_of(float period, float share, float albedo) {
+/// A floor over the cell's left `fraction`, `period` mm a side.
+inline CellMesh floor_of(float period, float fraction, float albedo) {
   CellMesh mesh;
   mesh.period = V2d(period, period);
-  const float x = period * share;
+  const float x = period * fraction;
   add_quad(mesh, {0, 0, 0}, {x, 0, 0}, {x, period, 0}, {0, period, 0}, albedo);
   return mesh;
 }

@@ -44,11 +44,11 @@ inline YarnData tangle(Random& random, const V2f& period, int curves) {
     const float y = uniform(0, period.y);
     const V3f start(uniform(0, period.x), y, unit * 0.3F);
     for (int i = 0; i < curve.nodes; ++i) {
-      const float share = static_cast<float>(i) / static_cast<float>(curve.nodes);
-      const float angle = 2 * std::numbers::pi_v<float> * share;
+      const float fraction = static_cast<float>(i) / static_cast<float>(curve.nodes);
+      const float angle = 2 * std::numbers::pi_v<float> * fraction;
       V3f at = start + V3f(std::cos(angle), std::sin(angle), std::sin(2 * angle)) * (unit * 0.2F);
-      at += V3f(share * static_cast<float>(curve.turns.x) * period.x,
-                share * static_cast<float>(curve.turns.y) * period.y, 0);
+      at += V3f(fraction * static_cast<float>(curve.turns.x) * period.x,
+                fraction * static_cast<float>(curve.turns.y) * period.y, 0);
       data.nodes.push_back(at);
     }
     data.curves.push_back(curve);

@@ -33,7 +33,7 @@ class Module(unittest.TestCase):
         os.chdir(cls.folder.name)
         cls.told = []
         cls.made = selvedge.make("plain-knit", output="k.fabric.exr", keep_samples="k.samples.exr", **small,
-                                 progress=lambda label, share: cls.told.append((label, share)))
+                                 progress=lambda label, fraction: cls.told.append((label, fraction)))
 
     @classmethod
     def tearDownClass(cls):
@@ -50,7 +50,7 @@ class Module(unittest.TestCase):
         self.assertEqual({**said, "status": 0}, selvedge.info("k.fabric.exr"))
         self.assertEqual(self.made["fit"]["bytes"], os.path.getsize("k.fabric.exr"))
         self.assertIn("bake", {label for label, _ in self.told})
-        self.assertTrue(all(0 <= share <= 1 for _, share in self.told))
+        self.assertTrue(all(0 <= fraction <= 1 for _, fraction in self.told))
 
     def test_evaluation_is_that_of_the_program(self):
         fabric = selvedge.Fabric("k.fabric.exr")
@@ -146,13 +146,13 @@ class Module(unittest.TestCase):
         def make(k):
             told = []
             selvedge.make("plain-knit", output=f"side{k}.fabric.exr", seed=k, **small,
-                          progress=lambda label, share: (told.append(label), selvedge.info("k.fabric.exr")))
+                          progress=lambda label, fraction: (told.append(label), selvedge.info("k.fabric.exr")))
             return told
 
         with concurrent.futures.ThreadPoolExecutor(3) as pool:
             self.assertTrue(all("bake" in told for told in pool.map(make, range(3))))
 
-        def stop(label, share):
+        def stop(label, fraction):
             raise KeyboardInterrupt
 
         with self.assertRaises(KeyboardInterrupt):

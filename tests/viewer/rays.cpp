@@ -137,7 +137,7 @@ Meeting meet(const Garment& garment, SeenSurface surface, double x, double y) {
   return m;
 }
 
-/// Calls body(direction in the frame, irradiance, share outside of shadows) for each light.
+/// Calls body(direction in the frame, irradiance, fraction outside of shadows) for each light.
 template <class Body>
 void for_each_light(const Garment& garment, const Meeting& m, const Body& body) {
   for (std::size_t i = 0; i < garment.lights.size(); ++i) {
@@ -145,11 +145,12 @@ void for_each_light(const Garment& garment, const Meeting& m, const Body& body) 
     const Illumination there = light_at(light, garment.origin + V3d(m.place));
     const V3f towards(there.direction);
     const V3f l = m.in_frame(towards);
-    float share = 1;
+    float fraction = 1;
     for (const ShadowMap& map : garment.shadows) {
-      if (map.view.light == i) share = shadow_share(map, m.place, l.z < 0 ? -m.normal : m.normal, towards);
+      if (map.view.light == i)
+        fraction = shadow_visibility(map, m.place, l.z < 0 ? -m.normal : m.normal, towards);
     }
-    body(l, there.irradiance, share);
+    body(l, there.irradiance, fraction);
   }
 }
 
@@ -175,14 +176,14 @@ V4f shade_yarn(const Garment& garment, const Fabric& fabric, const Meeting& m) {
   yarns.add_strands(point, v);
   const float factor = yarns.factor_at(uv, point.curve);
   V3f sum(0);
-  for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float share) {
+  for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float fraction) {
     const bool through = l.z < 0;
     if (through && yarns.data().through.empty()) return;
     V3f f = indirect_light(yarns.transfer_at(point, through), through ? mirrored(l) : l) * point.brightness;
     if (!through) f *= yarns.view_factor(point, v);
     const V3f lit = through ? V3f(0) : yarns.direct(point, l, v);
     if (lit != V3f(0) && !yarns.occluded(*hit, point, l)) f += lit;
-    sum += f * irradiance * (share * factor);
+    sum += f * irradiance * (fraction * factor);
   });
   return {sum.x, sum.y, sum.z, 1};
 }
@@ -216,8 +217,8 @@ V4f shade(const Garment& garment, SeenSurface surface, int x, int y, PixelTexels
     const V4f& base = material.base_color;
     const PbrPoint point{V3f(base.x, base.y, base.z), pbr.metallic, pbr.roughness};
     V3f sum(0);
-    for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float share) {
-      sum += pbr_brdf(point, V3f(0, 0, 1), m.in_frame(m.view), l) * irradiance * share;
+    for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float fraction) {
+      sum += pbr_brdf(point, V3f(0, 0, 1), m.in_frame(m.view), l) * irradiance * fraction;
     });
     return {sum.x, sum.y, sum.z, 1};
   }
@@ -236,8 +237,8 @@ V4f shade(const Garment& garment, SeenSurface surface, int x, int y, PixelTexels
       by_light = shade_texels(garment, fabric, meet(garment, surface, middle.x, middle.y));
     }
     auto light = by_light.begin();
-    for_each_light(garment, m, [&](const V3f&, const V3f&, float share) {
-      shaded += V4f(light->x * share, light->y * share, light->z * share, 0);
+    for_each_light(garment, m, [&](const V3f&, const V3f&, float fraction) {
+      shaded += V4f(light->x * fraction, light->y * fraction, light->z * fraction, 0);
       shaded.w = light++->w;
     });
   }
@@ -281,7 +282,7 @@ Frame march(const Scene& scene, std::span<const Fabric> fabrics, const Camera& c
     PixelTexels texels;
     std::uint32_t pixel = ~0U;
     int layer = 0;
-    float left = 1;  // share of the light from behind that reaches the viewer
+    float left = 1;  // fraction of the light from behind that reaches the viewer
     for (const DeepHit& hit : hits) {
       if (hit.pixel != pixel) {
         pixel = hit.pixel;
@@ -292,9 +293,9 @@ Frame march(const Scene& scene, std::span<const Fabric> fabrics, const Camera& c
       const int x = static_cast<int>(hit.pixel) % rays.x;
       const int y = static_cast<int>(hit.pixel) / rays.x;
       const V4f shaded = shade(garment, hit.surface, x, y, texels);
-      const float share = left * shaded.w / (rays_per_side * rays_per_side);
+      const float fraction = left * shaded.w / (rays_per_side * rays_per_side);
       frame.pixels[(size.y - 1 - y / rays_per_side) * size.x + x / rays_per_side] +=
-          V4f(shaded.x, shaded.y, shaded.z, 1) * share;
+          V4f(shaded.x, shaded.y, shaded.z, 1) * fraction;
       left *= 1 - shaded.w;
     }
   });

@@ -132,7 +132,7 @@ void find_taps(const Fabric& fabric, const LevelOptions& options, const Footprin
       options.forced >= 0 ? static_cast<float>(options.forced) : std::log2(pixel) + level_bias;
   const float yarn = options.forced >= 0
                          ? 0
-                         : yarn_share(pixel, largest_yarn_pixel(fabric) * largest_by_points(options.points));
+                         : yarn_weight(pixel, largest_yarn_pixel(fabric) * largest_by_points(options.points));
   if (yarn > 0) add_points(options, uv, right, up, yarn, taps);
   const auto last = static_cast<float>(fabric.levels.size() - 1);
   const float level = wanted > 0 ? std::min(wanted, last) : 0;
@@ -179,8 +179,8 @@ V4f shade_pixel(const Fabric& fabric, const LevelOptions& levels, const Footprin
     const V2f width(std::hypot(static_cast<float>(pixel.right.x), static_cast<float>(pixel.up.x)),
                     std::hypot(static_cast<float>(pixel.right.y), static_cast<float>(pixel.up.y)));
     const VariationFade fade = fade_of(variation, width);
-    const RepeatPlace moved = place_of(variation, repeat_place(pixel.uv), share_of_way(fade));
-    varied = variation_at(variation, moved, variation.share, fade);
+    const RepeatPlace moved = place_of(variation, repeat_place(pixel.uv), offset_weight(fade));
+    varied = variation_at(variation, moved, variation.fraction, fade);
     place = V2d(moved.within);
   }
   find_taps(fabric, levels, pixel, place, taps);

@@ -111,15 +111,15 @@ const points = (right = 0, up = 0) => Array.from({ length: SIZE * SIZE }, (_, i)
 function seen_from(point, light) {
   const way = light.position.clone().sub(point), far = way.length(), direction = way.clone().normalize();
   if (light.isDirectionalLight) return [light.position.clone().normalize(), 1];
-  let share = 1 / Math.max(far ** light.decay, 0.01);
-  if (light.distance > 0) share *= Math.min(Math.max(1 - (far / light.distance) ** 4, 0), 1) ** 2;
+  let fraction = 1 / Math.max(far ** light.decay, 0.01);
+  if (light.distance > 0) fraction *= Math.min(Math.max(1 - (far / light.distance) ** 4, 0), 1) ** 2;
   if (light.isSpotLight) {
     const outer = Math.cos(light.angle), inner = Math.cos(light.angle * (1 - light.penumbra));
     const cosine = direction.dot(light.position.clone().sub(light.target.position).normalize());
     const t = Math.min(Math.max((cosine - outer) / (inner - outer), 0), 1);
-    share *= t * t * (3 - 2 * t);
+    fraction *= t * t * (3 - 2 * t);
   }
-  return [direction, share];
+  return [direction, fraction];
 }
 function lights() {
   const point = new PointLight(new Color(1, 0.5, 0.25), 3, 4, 1.5), spot = new SpotLight(0xffffff, 5, 0, 0.5, 0.6, 2);
@@ -185,9 +185,9 @@ export const facts = {
     const material = await material_of({ file: MATT }), told = [];
     material.level = 1;
     const radiance = (point, light) => {
-      const [direction, share] = seen_from(point, light), view = CAMERA.position.clone().sub(point).normalize();
+      const [direction, fraction] = seen_from(point, light), view = CAMERA.position.clone().sub(point).normalize();
       const { rgb } = evaluate_texel(level, [0, 0], direction.toArray(), view.toArray());
-      return rgb.map((x, c) => x * light.color.toArray()[c] * light.intensity * share);
+      return rgb.map((x, c) => x * light.color.toArray()[c] * light.intensity * fraction);
     };
     // Rasterisers move corners to the next part of a pixel, and with them what lies between.
     const part = 2 ** -main_renderer.getContext().getParameter(main_renderer.getContext().SUBPIXEL_BITS);
@@ -226,8 +226,8 @@ export const facts = {
         const through = point.clone().addScaledVector(way, height / way.z);
         const off = Math.max(Math.abs(through.x), Math.abs(through.y)) - half;
         if (Math.abs(off) < edge || !(free[4 * i] > 0)) return;
-        const share = shaded[4 * i] / free[4 * i];
-        need(Math.abs(share - (off < 0 ? 0 : 1)) < 1e-5, `${name}: ${share} of the light ${off} beside the blocker`);
+        const fraction = shaded[4 * i] / free[4 * i];
+        need(Math.abs(fraction - (off < 0 ? 0 : 1)) < 1e-5, `${name}: ${fraction} of the light ${off} beside the blocker`);
         off < 0 ? ++dark : ++lit;
       });
       need(dark > 10 && lit > 100, `${name}: ${dark} dark, ${lit} lit`);

@@ -15,8 +15,8 @@
 namespace selvedge {
 namespace {
 
-/// Smaller shares of a light are not seen.
-constexpr float unseen_share = 1.0F / 256;
+/// Smaller fractions of a light are not seen.
+constexpr float unseen_visibility = 1.0F / 256;
 constexpr std::size_t chunk = 2048;
 /// Curvature of a triangle beside the largest along its edges, at most.
 constexpr float max_bend = 1.5F;
@@ -32,14 +32,14 @@ bool same_light(const Light& a, const Light& b) {
          a.cos_outer == b.cos_outer;
 }
 
-/// Share of a light that reaches a vertex, on the light's side of the cloth.
-float share_at(const CellLights& lights, const ShadowMap& map, const V3f& point, V3f normal) {
+/// Fraction of a light that reaches a vertex, on the light's side of the cloth.
+float visibility_at(const CellLights& lights, const ShadowMap& map, const V3f& point, V3f normal) {
   const Light& light = lights.lights[map.view.light];
   const V3f direction = light.kind == LightKind::directional
                             ? V3f(light.direction)
-                            : V3f(light_share_at(light, lights.origin + V3d(point)).direction);
+                            : V3f(arriving_light(light, lights.origin + V3d(point)).direction);
   if (normal.dot(direction) < 0) normal = -normal;
-  return shadow_share(map, point, normal, direction);
+  return shadow_visibility(map, point, normal, direction);
 }
 
 }  // namespace
@@ -181,8 +181,8 @@ float CellPass::outline_depth(std::uint32_t triangle, float x, float y) const {
   return 0.5F * rise * rise / (level.length2() * std::min(bend, 0.25F / thickness));
 }
 
-/// Samples the share of a light within a triangle that is larger than shadows may be.
-void CellPass::add_inner_shares(const ShadowMap& map, std::size_t triangle) {
+/// Samples the fraction of a light within a triangle that is larger than shadows may be.
+void CellPass::add_inner_visibility(const ShadowMap& map, std::size_t triangle) {
   constexpr float shadow_texels = 32;
   constexpr int max_parts = 64;
   const MergedSurfaces& mesh = scene_.mesh;
@@ -198,9 +198,9 @@ void CellPass::add_inner_shares(const ShadowMap& map, std::size_t triangle) {
                    static_cast<float>(j) / static_cast<float>(parts));
       const V3f normal = mesh.normal(corners[0]) * (1 - at.x - at.y) + mesh.normal(corners[1]) * at.x +
                          mesh.normal(corners[2]) * at.y;
-      const float share = share_at(lights_, map, a + b * at.x + c * at.y, normal.normalized());
-      if (share > unseen_share) shares_[triangle].lit |= bit_of(map.view.light);
-      if (share < 1 - unseen_share) shares_[triangle].unlit |= bit_of(map.view.light);
+      const float fraction = visibility_at(lights_, map, a + b * at.x + c * at.y, normal.normalized());
+      if (fraction > unseen_visibility) lit_by_[triangle].lit |= bit_of(map.view.light);
+      if (fraction < 1 - unseen_visibility) lit_by_[triangle].unlit |= bit_of(map.view.light);
     }
   }
 }
@@ -229,22 +229,22 @@ void CellPass::light_vertices() {
                   [&](std::size_t i) { uneven_[i] = is_lit_unevenly(i) ? 1 : 0; });
   }
   if (!same_lights || views != known_views_) {
-    std::vector<Shares> of_vertices(mesh.positions.size());
+    std::vector<LitBy> of_vertices(mesh.positions.size());
     parallel_each(of_vertices.size(), chunk, [&](std::size_t i) {
       for (const ShadowMap& map : lights_.shadows) {
-        const float share =
-            share_at(lights_, map, mesh.positions[i], mesh.normal(static_cast<std::uint32_t>(i)));
-        if (share > unseen_share) of_vertices[i].lit |= bit_of(map.view.light);
-        if (share < 1 - unseen_share) of_vertices[i].unlit |= bit_of(map.view.light);
+        const float fraction =
+            visibility_at(lights_, map, mesh.positions[i], mesh.normal(static_cast<std::uint32_t>(i)));
+        if (fraction > unseen_visibility) of_vertices[i].lit |= bit_of(map.view.light);
+        if (fraction < 1 - unseen_visibility) of_vertices[i].unlit |= bit_of(map.view.light);
       }
     });
-    shares_.assign(mesh.triangles.size(), {});
-    parallel_each(shares_.size(), chunk, [&](std::size_t i) {
+    lit_by_.assign(mesh.triangles.size(), {});
+    parallel_each(lit_by_.size(), chunk, [&](std::size_t i) {
       for (const std::uint32_t corner : mesh.triangles[i].corners) {
-        shares_[i].lit |= of_vertices[corner].lit;
-        shares_[i].unlit |= of_vertices[corner].unlit;
+        lit_by_[i].lit |= of_vertices[corner].lit;
+        lit_by_[i].unlit |= of_vertices[corner].unlit;
       }
-      for (const ShadowMap& map : lights_.shadows) add_inner_shares(map, i);
+      for (const ShadowMap& map : lights_.shadows) add_inner_visibility(map, i);
     });
   }
   known_lights_.assign(lights_.lights.begin(), lights_.lights.end());
@@ -327,23 +327,23 @@ CellPass::Surface CellPass::surface_at(std::uint32_t triangle, float x, float y)
   const float sum = w[0] + w[1] + w[2];
   Surface surface{V3f(0, 0, 0), V3f(0, 0, 0)};
   for (std::size_t k = 0; k < 3; ++k) {
-    const float share = sum != 0 ? w[k] / sum : 1.0F / 3;
-    surface.point += scene_.mesh.positions[corners[k]] * share;
-    surface.normal += scene_.mesh.normal(corners[k]) * share;
+    const float fraction = sum != 0 ? w[k] / sum : 1.0F / 3;
+    surface.point += scene_.mesh.positions[corners[k]] * fraction;
+    surface.normal += scene_.mesh.normal(corners[k]) * fraction;
   }
   surface.normal.normalize();
   return surface;
 }
 
-float CellPass::share_of(std::size_t light, std::uint32_t triangle, float x, float y) const {
+float CellPass::visibility_of(std::size_t light, std::uint32_t triangle, float x, float y) const {
   if ((mapped_ & bit_of(light)) == 0) return 1;
-  const Shares& shares = shares_[triangle];
-  if ((shares.lit & bit_of(light)) == 0) return 0;
-  if ((shares.unlit & bit_of(light)) == 0) return 1;
+  const LitBy& lit_by = lit_by_[triangle];
+  if ((lit_by.lit & bit_of(light)) == 0) return 0;
+  if ((lit_by.unlit & bit_of(light)) == 0) return 1;
   for (const ShadowMap& map : lights_.shadows) {
     if (map.view.light != light) continue;
     const Surface surface = surface_at(triangle, x, y);
-    return share_at(lights_, map, surface.point, surface.normal);
+    return visibility_at(lights_, map, surface.point, surface.normal);
   }
   return 1;
 }
@@ -413,8 +413,8 @@ void CellPass::collect(bool behind, int shared) {
       for (std::uint32_t side = 0; side < 2; ++side) {
         if ((seen_[i] >> side & 1) == 0) continue;
         PatchNeed& patch_need = need(2 * patch + side, behind, shared);
-        patch_need.lit |= always | shares_[i].lit;
-        patch_need.unlit |= shares_[i].unlit;
+        patch_need.lit |= always | lit_by_[i].lit;
+        patch_need.unlit |= lit_by_[i].unlit;
       }
     });
   }
@@ -563,8 +563,8 @@ SELVEDGE_INLINE void look_lanes(const LanePlaces& places, LookLanes& lanes) {
 }
 SELVEDGE_THREE_BODIES(look_lanes, (const LanePlaces& places, LookLanes& lanes), (places, lanes))
 
-/// Share of the yarn at a place that lies between heights over its plane, mm.
-float share_within(const LookLanes& lanes, std::size_t lane, float low, float high) {
+/// Fraction of the yarn at a place that lies between heights over its plane, mm.
+float fraction_within(const LookLanes& lanes, std::size_t lane, float low, float high) {
   const CellLook& look = *lanes.looks[lane];
   float all = 0;
   float within = 0;
@@ -585,12 +585,12 @@ constexpr std::array<CellTexel, 4> empty_texels{};
 const CellLook empty_look{{1, 1, 0, 0}, 1, 0,       0,       1, {},    empty_texels.data(),
                           nullptr,      0, nullptr, no_fade, 0, false, 0};
 
-/// Share of yarn along v at a pixel.
-float share_along_v(const LookLanes& lanes, std::size_t lane) {
+/// Fraction of yarn along v at a pixel.
+float fraction_along_v(const LookLanes& lanes, std::size_t lane) {
   const CellLook& look = *lanes.looks[lane];
   const Variation& variation = *look.variation;
   if (look.heights == nullptr || variation.runs[0].rows == 0 || variation.runs[1].rows == 0)
-    return variation.share;
+    return variation.fraction;
   const std::int8_t* const upper = look.heights + lanes.texel[lane];
   const std::int8_t* const lower = upper + lanes.stride[lane];
   const auto odd = [](std::int8_t height) { return static_cast<float>(height & 1); };
@@ -614,11 +614,11 @@ const Variation& next_variation(const LookLanes& lanes, std::uint32_t& varied, s
 /// Moves these lanes to the places that their variation gives them.
 void place_varied(const PlaneLanes& planes, const LookLanes& lanes, std::uint32_t varied, LanePlaces& places,
                   VariedPixels& pixels) {
-  LaneFloats share;
+  LaneFloats fraction;
   const CellLook* const first = lanes.looks[std::countr_zero(varied)];
   bool same = true;  // mostly
   for (const CellLook* look : lanes.looks) same &= look == first;
-  share.fill(same ? first->way : 0);
+  fraction.fill(same ? first->way : 0);
   for (std::size_t k = 0; k < 4; ++k) pixels.fade[k].fill(first->fade[k]);
   float most = first->way;
   pixels.u = places.u;
@@ -629,19 +629,19 @@ void place_varied(const PlaneLanes& planes, const LookLanes& lanes, std::uint32_
     pixels.repeat_v[lane] = places.repeat_v[lane] + static_cast<int>(wholes[3]);
     if (same || (varied >> lane & 1) == 0) continue;
     for (std::size_t k = 0; k < 4; ++k) pixels.fade[k][lane] = lanes.looks[lane]->fade[k];
-    share[lane] = lanes.looks[lane]->way;
-    most = std::max(most, share[lane]);
+    fraction[lane] = lanes.looks[lane]->way;
+    most = std::max(most, fraction[lane]);
   }
   if (!(most > 0)) return;
   if (same) {
-    place(*first->variation, share, pixels);
+    place(*first->variation, fraction, pixels);
     varied = 0;
   }
   for (std::uint32_t own = 0; varied != 0;) {
     const Variation& variation = next_variation(lanes, varied, own);
     LaneFloats of_own{};
     for (std::size_t lane = 0; lane < lane_count; ++lane)
-      of_own[lane] = (own >> lane & 1) != 0 ? share[lane] : 0;
+      of_own[lane] = (own >> lane & 1) != 0 ? fraction[lane] : 0;
     place(variation, of_own, pixels);
   }
   places.u = pixels.u;
@@ -651,7 +651,7 @@ void place_varied(const PlaneLanes& planes, const LookLanes& lanes, std::uint32_
 /// Multiplies the radiance of these lanes by the factors of their variation.
 void vary_lanes(const LookLanes& lanes, std::uint32_t varied, VariedPixels& pixels, CellShading& shading) {
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    if ((varied >> lane & 1) != 0) pixels.along_v[lane] = share_along_v(lanes, lane);
+    if ((varied >> lane & 1) != 0) pixels.along_v[lane] = fraction_along_v(lanes, lane);
   }
   for (std::uint32_t own = 0; varied != 0;) {
     const Variation& variation = next_variation(lanes, varied, own);
@@ -718,9 +718,9 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
     Quad sum{};
     for (std::uint32_t left = seen.own; left != 0; left &= left - 1) {
       plane += static_cast<std::ptrdiff_t>((seen.size[0] + 1) * (seen.size[1] + 1));
-      const float share = share_of(static_cast<std::size_t>(std::countr_zero(left)), pixels.surface[lane] / 2,
-                                   pixels.x[lane], pixels.y[lane]);
-      if (share > 0) sum += mean_of(lanes, lane, plane) * share;
+      const float fraction = visibility_of(static_cast<std::size_t>(std::countr_zero(left)),
+                                           pixels.surface[lane] / 2, pixels.x[lane], pixels.y[lane]);
+      if (fraction > 0) sum += mean_of(lanes, lane, plane) * fraction;
     }
     sum = sum * 0x1p112F * lanes.brighter[lane];
     for (std::size_t c = 0; c < 3; ++c) shading.pixels[lane][c] += sum[c];
@@ -731,8 +731,8 @@ void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
     if ((outlines >> lane & 1) == 0) continue;
     const SeenSurface surface = pixels.surface[lane];
     const float depth = outline_depth(surface / 2, pixels.x[lane], pixels.y[lane]);
-    const float share = share_within(lanes, lane, -depth, surface % 2 == 0 ? HUGE_VALF : depth);
-    for (float& c : shading.pixels[lane]) c *= share;
+    const float fraction = fraction_within(lanes, lane, -depth, surface % 2 == 0 ? HUGE_VALF : depth);
+    for (float& c : shading.pixels[lane]) c *= fraction;
   }
 }
 

@@ -89,7 +89,7 @@ class CellPass {
   /// At a pixel, from the frame's middle.
   float outline_depth(std::uint32_t triangle, float x, float y) const;
   bool is_lit_unevenly(std::size_t triangle) const;
-  void add_inner_shares(const ShadowMap& map, std::size_t triangle);
+  void add_inner_visibility(const ShadowMap& map, std::size_t triangle);
   /// At a pixel, from the frame's middle.
   std::uint32_t patch_at(std::uint32_t triangle, const V2f& pixel) const;
   void set_planes(const ProjectedVertices& projected);
@@ -100,12 +100,12 @@ class CellPass {
   };
   /// At a pixel, so far from the frame's middle.
   Surface surface_at(std::uint32_t triangle, float x, float y) const;
-  /// Lights of which the corners of a triangle have some share, and lack some.
-  struct Shares {
+  /// Lights of which the corners of a triangle have some fraction, and lack some.
+  struct LitBy {
     std::uint32_t lit = 0, unlit = 0;
   };
   /// At a pixel of a triangle, so far from the frame's middle.
-  float share_of(std::size_t light, std::uint32_t triangle, float x, float y) const;
+  float visibility_of(std::size_t light, std::uint32_t triangle, float x, float y) const;
 
   const PreparedScene& scene_;
   CellStore store_;
@@ -122,7 +122,7 @@ class CellPass {
   std::vector<float> thickness_;      ///< of fabrics: of yarn below its plane, mm
   std::vector<float> outline_rises_;  ///< of triangles
   std::vector<std::uint8_t> uneven_;  ///< of triangles
-  std::vector<Shares> shares_;        ///< of triangles, of lights with a shadow map
+  std::vector<LitBy> lit_by_;         ///< of triangles, of lights with a shadow map
   std::vector<Light> known_lights_;   ///< of brightness_ and shares_
   std::vector<ShadowView> known_views_;
   std::vector<SmoothLight> known_around_;

@@ -17,7 +17,7 @@ constexpr float min_lamp_rise = 0.1F;  ///< of a light over a patch of texels
 /// Images of other patches are of use until then.
 constexpr float max_outdated = 16;
 /// Look-ups follow the relief of older images. What they miss grows with the pixels of a repeat: from so many
-/// on a frame makes CellImageOptions::fresh of the images, of smaller repeats at least this share of it.
+/// on a frame makes CellImageOptions::fresh of the images, of smaller repeats at least this fraction of it.
 constexpr float fresh_pixels = 30;
 constexpr double min_fresh = 0.4;
 /// Coarse shading saves little of smaller images.
@@ -59,15 +59,15 @@ float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLi
   float sum = 0;
   for (const Light& light : lights) {
     V3f direction(light.direction);
-    float share = light.of_environment ? of_environment : 1;
+    float fraction = light.of_environment ? of_environment : 1;
     if (light.kind != LightKind::directional) {
-      const LightShare there = light_share_at(light, origin + V3d(point));
+      const ArrivingLight there = arriving_light(light, origin + V3d(point));
       direction = V3f(there.direction);
-      share *= static_cast<float>(std::min(there.share, 1e24));
+      fraction *= static_cast<float>(std::min(there.fraction, 1e24));
     }
     const float cosine = normal.dot(direction);
     const V3f& e = light.irradiance;
-    sum += share * (e.x + e.y + e.z) / 3 *
+    sum += fraction * (e.x + e.y + e.z) / 3 *
            ((1 - beyond) * std::max(cosine, 0.0F) + beyond * 0.5F * (1 + cosine));
   }
   if (around_there != nullptr) sum += std::numbers::pi_v<float> * bright_around(*around_there, normal);
@@ -167,8 +167,9 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   options_ = options.cells;
   levels_ = options.levels;
   // Samples, texels of shadows and detail are of a pixel of the picture.
-  const float share = levels_.footprint / static_cast<float>(supersample);
-  for (float* per_pixel : {&options_.samples, &options_.shadow_texels, &options_.detail}) *per_pixel *= share;
+  const float fraction = levels_.footprint / static_cast<float>(supersample);
+  for (float* per_pixel : {&options_.samples, &options_.shadow_texels, &options_.detail})
+    *per_pixel *= fraction;
   lights_ = lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;
@@ -245,9 +246,9 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
     V3f direction(light.direction);
     V3f irradiance = light.irradiance;
     if (light.kind != LightKind::directional) {
-      const LightShare there = light_share_at(light, origin_ + V3d(patch.centre));
+      const ArrivingLight there = arriving_light(light, origin_ + V3d(patch.centre));
       direction = V3f(there.direction);
-      irradiance *= static_cast<float>(std::min(there.share, 1e24));
+      irradiance *= static_cast<float>(std::min(there.fraction, 1e24));
     }
     if ((result.own & bit) == 0) result.lit |= bit;
     const int plane = (result.own & bit) != 0 ? 1 + std::popcount(result.own & (bit - 1)) : 0;
@@ -489,7 +490,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
       const Variation& variation = work.wanted.source.yarn->yarns().variation();
       if (variation.varies()) look.variation = &variation;
       look.fade = fade_of(variation, work.wanted.pixel);
-      look.way = share_of_way(look.fade);
+      look.way = offset_weight(look.fade);
     }
     look.is_solid = !material.keeps_opacity;
   }

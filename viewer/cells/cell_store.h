@@ -25,8 +25,8 @@ struct CellLights {
   V3d origin{0, 0, 0};                           ///< of the mesh's coordinates
 
   /// Brightness of white cloth: what cell images are scaled by from place to place. `point`: relative to the
-  /// origin. `beyond`: share of the light of one side that the other side gets. `of_environment`: factor on
-  /// lamps of an environment. Positive.
+  /// origin. `beyond`: fraction of the light of one side that the other side gets. `of_environment`: factor
+  /// on lamps of an environment. Positive.
   float brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there, float beyond,
                    float of_environment = 1) const;
 };
@@ -37,8 +37,8 @@ using PatchSide = std::uint32_t;
 /// A patch in sight, and the lights on it.
 struct PatchNeed {
   PatchSide patch = 0;
-  std::uint32_t lit = 0;    ///< lights of which some of it has a share
-  std::uint32_t unlit = 0;  ///< lights of which some of it lacks a share
+  std::uint32_t lit = 0;    ///< lights of which some of it has a fraction
+  std::uint32_t unlit = 0;  ///< lights of which some of it lacks a fraction
 };
 
 /// Bytes of the images of a frame.
@@ -66,7 +66,7 @@ struct CellLook {
   std::uint32_t own = 0;    ///< lights that have a plane of their own, in their order behind plane 0
   bool is_solid = false;    ///< its holes show the yarn around them
   std::uint64_t image = 0;  ///< number of the image, in the order that the store's were made in
-  float way = 1;            ///< share_of_way() of its fade
+  float way = 1;            ///< offset_weight() of its fade
 };
 
 class CellStore {

@@ -75,7 +75,8 @@ SELVEDGE_INLINE RunLanes<N> run_lanes(const YarnRuns& runs, std::size_t axis, co
 }
 
 template <std::size_t N>
-SELVEDGE_INLINE void place_lanes(const Variation& variation, const LaneFloats& share, VariedPixels& pixels) {
+SELVEDGE_INLINE void place_lanes(const Variation& variation, const LaneFloats& fraction,
+                                 VariedPixels& pixels) {
   using Wide = WideFloat<N>;
   for (std::size_t first = 0; first < lane_count; first += N) {
     Wide way[2];  // NOLINT(modernize-avoid-c-arrays)
@@ -84,7 +85,7 @@ SELVEDGE_INLINE void place_lanes(const Variation& variation, const LaneFloats& s
       const RunLanes<N> at = run_lanes<N>(runs, axis, pixels, first);
       const std::uint32_t key =
           variation_key(variation.seed, lattice_of_places + static_cast<std::uint32_t>(axis));
-      way[axis] = Wide::load(&share[first]) * Wide(runs.change) * lattice_noise<N>(key, at.row, at.length);
+      way[axis] = Wide::load(&fraction[first]) * Wide(runs.change) * lattice_noise<N>(key, at.row, at.length);
     }
     const auto move = [&](const Wide& by, LaneFloats& within, std::array<std::int32_t, lane_count>& repeat)
         __attribute__((always_inline)) {
@@ -100,8 +101,8 @@ SELVEDGE_INLINE void place_lanes(const Variation& variation, const LaneFloats& s
   }
 }
 SELVEDGE_THREE_BODIES(place_lanes,
-                      (const Variation& variation, const LaneFloats& share, VariedPixels& pixels),
-                      (variation, share, pixels))
+                      (const Variation& variation, const LaneFloats& fraction, VariedPixels& pixels),
+                      (variation, fraction, pixels))
 
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> run_factor(const Variation& variation, std::size_t axis,
@@ -137,9 +138,9 @@ SELVEDGE_THREE_BODIES(vary_lanes,
 
 }  // namespace
 
-void place(const Variation& variation, const LaneFloats& share, VariedPixels& pixels) {
+void place(const Variation& variation, const LaneFloats& fraction, VariedPixels& pixels) {
   static const auto place_all = place_lanes_for_this_processor();
-  place_all(variation, share, pixels);
+  place_all(variation, fraction, pixels);
 }
 
 void vary(const Variation& variation, const VariedPixels& pixels, LaneFloats& factors) {

@@ -15,7 +15,7 @@ struct VariedPixels {
 };
 
 /// Moves the pixels' texture coordinates to their places. Precondition, also below: varies() holds.
-void place(const Variation& variation, const LaneFloats& share, VariedPixels& pixels);
+void place(const Variation& variation, const LaneFloats& fraction, VariedPixels& pixels);
 /// The factors of all pixels, which are placed.
 void vary(const Variation& variation, const VariedPixels& pixels, LaneFloats& factors);
 

@@ -14,9 +14,9 @@ constexpr int rasteriser_tile = 64;
 FrameBands bands_of(const FrameSize& size) {
   FrameBands bands{size.width * size.supersample, size.height * size.supersample, 1, size.supersample};
   // Whole tiles of the rasteriser, small enough that a band is drawn while the previous one is shaded.
-  const int share =
+  const int fraction =
       (bands.height / bands_per_frame + rasteriser_tile - 1) / rasteriser_tile * rasteriser_tile;
-  const int rows = std::clamp(share, 1, std::max(pixels_per_band / bands.width, 1));
+  const int rows = std::clamp(fraction, 1, std::max(pixels_per_band / bands.width, 1));
   const int step = 2 * size.supersample;
   bands.rows = std::max(rows / step, 1) * step;
   return bands;

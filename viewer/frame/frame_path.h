@@ -29,7 +29,7 @@ struct FrameView {
   const Camera& camera;
   const DrawOptions& options;
   ShadowPass* shadows = nullptr;  ///< the lights' shadow maps; null: no shadows
-  /// Share of DrawOptions::around that reaches the vertices; empty: all.
+  /// Fraction of DrawOptions::around that reaches the vertices; empty: all.
   std::span<const SmoothLight> around_vertices{};
   std::shared_ptr<const Reflections> reflections = nullptr;  ///< of DrawOptions::environment; null: none
 };

@@ -45,9 +45,9 @@ struct CellImageOptions {
   float shadow_texels = 2;      ///< CellView
   float detail = 8;             ///< CellView
   float piece_pixels = 1.5F;    ///< CellView
-  float behind = 1;             ///< share of the samples of what only shows behind other surfaces
+  float behind = 1;             ///< fraction of the samples of what only shows behind other surfaces
   float fresh =
-      1;  ///< share of the images in sight that a frame makes again where view or light have changed
+      1;  ///< fraction of the images in sight that a frame makes again where view or light have changed
   float turns = 30;         ///< changes of a direction, in radians, times this are outdated by 1
   float rest = 0.5F / 255;  ///< transparency through which nothing is looked at
   std::size_t memory = std::size_t{256} << 20;  ///< bytes of all images; their shadow grids: a quarter

@@ -22,10 +22,10 @@ V3f across(const V3f& normal, const V3f& t) {
   return unit_or(t - normal * normal.dot(t), tangent_of(normal));
 }
 
-float signed_share(std::uint32_t bits) {
+float signed_fraction(std::uint32_t bits) {
   return std::max(static_cast<float>(static_cast<std::int16_t>(bits & 0xffffU)) / 32767.0F, -1.0F);
 }
-float share(std::uint32_t bits) { return static_cast<float>(bits & 0xffffU) / 65535.0F; }
+float fraction(std::uint32_t bits) { return static_cast<float>(bits & 0xffffU) / 65535.0F; }
 float half_number(std::uint32_t bits) {
   Imath::half number;
   number.setBits(static_cast<std::uint16_t>(bits & 0xffffU));
@@ -111,17 +111,17 @@ std::vector<ArrivingLight> lights_at(const FrameScene& scene, const GarmentPoint
                                      const GarmentFrame& frame, bool through) {
   std::vector<ArrivingLight> lights;
   for (const Light& light : scene.view.options.lights) {
-    const LightShare there = light_share_at(light, scene.prepared.origin + V3d(point.position));
+    const ArrivingLight there = arriving_light(light, scene.prepared.origin + V3d(point.position));
     lights.push_back({frame.into(V3f(there.direction)),
-                      light.irradiance * static_cast<float>(std::min(there.share, 1e24)),
+                      light.irradiance * static_cast<float>(std::min(there.fraction, 1e24)),
                       light.of_environment});
   }
   for (const ShadowMap& map : scene.shadows) {
     ArrivingLight& light = lights[map.view.light];
     // Transmitted light leaves the cloth on the light's side, so that it is not in its own shadow.
     const bool behind = through && !(light.direction.z > 0);
-    light.irradiance *= shadow_share(map, point.position, behind ? -frame.normal : frame.normal,
-                                     frame.in_world(light.direction));
+    light.irradiance *= shadow_visibility(map, point.position, behind ? -frame.normal : frame.normal,
+                                          frame.in_world(light.direction));
   }
   return lights;
 }
@@ -147,7 +147,7 @@ V3f mean_radiance(const SmoothLight& light, const V3f& n) {
   return {std::max(sum.x, 0.0F), std::max(sum.y, 0.0F), std::max(sum.z, 0.0F)};
 }
 
-float share_around(const FrameScene& scene, const SmoothLight& at_point, const V3f& normal) {
+float visibility_around(const FrameScene& scene, const SmoothLight& at_point, const V3f& normal) {
   if (scene.view.around_vertices.empty()) return 1;
   const V3f seen = mean_radiance(at_point, normal);
   const V3f all = mean_radiance(*scene.view.options.around, normal);
@@ -158,9 +158,9 @@ float share_around(const FrameScene& scene, const SmoothLight& at_point, const V
 PbrValues pbr_values(const PbrPixel& pixel) {
   const auto& words = pixel.words;
   PbrValues values;
-  values.slope = V2f(signed_share(words[0]), signed_share(words[0] >> 16U));
-  values.metallic = share(words[1]);
-  values.roughness = share(words[1] >> 16U);
+  values.slope = V2f(signed_fraction(words[0]), signed_fraction(words[0] >> 16U));
+  values.metallic = fraction(words[1]);
+  values.roughness = fraction(words[1] >> 16U);
   values.emission = V3f(half_number(words[2]), half_number(words[2] >> 16U), half_number(words[3]));
   values.occlusion = half_number(words[3] >> 16U);
   return values;

@@ -59,7 +59,7 @@ struct ArrivingLight {
   V3f irradiance{0, 0, 0};
   bool of_environment = false;  ///< Light::of_environment
 };
-/// The lights at a point, without their shadows' share. `through`: light from behind comes through.
+/// The lights at a point, without their shadows' fraction. `through`: light from behind comes through.
 std::vector<ArrivingLight> lights_at(const FrameScene& scene, const GarmentPoint& point,
                                      const GarmentFrame& frame, bool through);
 /// Light from all around at a point, world axes. Precondition: the options have such light.
@@ -67,9 +67,9 @@ SmoothLight around_at(const FrameScene& scene, const GarmentPoint& point);
 
 /// Radiance of white Lambertian cloth that faces along `normal`.
 V3f mean_radiance(const SmoothLight& light, const V3f& normal);
-/// The share of light from all around that the scene leaves a point, as white cloth that faces along `normal`
-/// (world) reflects it; 1 where nothing is known.
-float share_around(const FrameScene& scene, const SmoothLight& at_point, const V3f& normal);
+/// The fraction of light from all around that the scene leaves a point, as white cloth that faces along
+/// `normal` (world) reflects it; 1 where nothing is known.
+float visibility_around(const FrameScene& scene, const SmoothLight& at_point, const V3f& normal);
 
 /// PbrPixel::words, decoded.
 struct PbrValues {

@@ -76,10 +76,11 @@ V4f shade_by_paper(const FrameScene& scene, const GarmentPoint& point) {
     const FabricLevel& stored = fabric.levels[level];
     const V2i at(wrap_texel(static_cast<double>(texels.uv.x), stored.width),
                  wrap_texel(static_cast<double>(texels.uv.y), stored.height));
-    const float share = weight * evaluate(fabric, level, at.x, at.y, V3f(0, 0, 1), view).alpha;
-    alpha += share;
+    const float coverage = weight * evaluate(fabric, level, at.x, at.y, V3f(0, 0, 1), view).alpha;
+    alpha += coverage;
     for (const ArrivingLight& light : lights)
-      sum += evaluate(fabric, level, at.x, at.y, light.direction, view).radiance * light.irradiance * share;
+      sum +=
+          evaluate(fabric, level, at.x, at.y, light.direction, view).radiance * light.irradiance * coverage;
   }
   return {sum.x / std::max(alpha, 1e-9F), sum.y / std::max(alpha, 1e-9F), sum.z / std::max(alpha, 1e-9F),
           alpha};

@@ -60,15 +60,15 @@ V3f shade_pbr(const FrameScene& scene, const GarmentPoint& point, const PbrPixel
     const V3f up = frame.in_world(normal);
     const V3f towards = frame.in_world(mirrored_view(normal, view, values.roughness));
     mean += mean_radiance(around, up) *
-            std::min(1.0F, values.occlusion / std::max(share_around(scene, around, up), 1e-3F));
+            std::min(1.0F, values.occlusion / std::max(visibility_around(scene, around, up), 1e-3F));
     mirrored = V3f(scene.view.options.ambient * std::numbers::inv_pi_v<float>);
     if (scene.view.reflections)
       mirrored += scene.view.reflections->at(V3d(towards).normalized(), values.roughness);
-    mirrored *= std::min(share_around(scene, around, towards),
+    mirrored *= std::min(visibility_around(scene, around, towards),
                          mirrored_occlusion(nv, values.occlusion, values.roughness));
   }
-  const V2f share = reflected_share(values.roughness, nv);
-  return sum + pbr_around(material, share.x, share.y, mean, mirrored);
+  const V2f fraction = reflected_fraction(values.roughness, nv);
+  return sum + pbr_around(material, fraction.x, fraction.y, mean, mirrored);
 }
 
 }  // namespace
@@ -98,7 +98,8 @@ V4f change_cell(const FrameScene& scene, SeenSurface seen, int x, int y, const P
     if (scene.view.options.around) {
       around = around_at(scene, point);
       if (occluded)
-        left = std::min(1.0F, values.occlusion / std::max(share_around(scene, around, bent.normal), 1e-3F));
+        left =
+            std::min(1.0F, values.occlusion / std::max(visibility_around(scene, around, bent.normal), 1e-3F));
     }
     for (V3f& factor : around.factors) factor *= left;
     const float of_lamps = occluded && scene.shadows.empty() ? values.occlusion : 1.0F;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int side = Floor::side;
 constexpr double around = 2;  ///< width of the grid, in widths of the scene
-constexpr double sky = 0.6;   ///< share of an even sky in the light
+constexpr double sky = 0.6;   ///< fraction of an even sky in the light
 
 /// Height over the floor of the scene's lower side, [z][x]; infinite beside it.
 std::vector<float> lower_side(const MergedSurfaces& mesh, const Floor& floor) {

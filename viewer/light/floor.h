@@ -10,8 +10,8 @@
 
 namespace selvedge {
 
-/// Share of the light that a scene hides from places of a floor, on a square grid: 0.6 of the share of an
-/// even sky, as walls and lamps light the rest. Coordinates are the mesh's, in metres, y up.
+/// Fraction of the light that a scene hides from places of a floor, on a square grid: 0.6 of the fraction of
+/// an even sky, as walls and lamps light the rest. Coordinates are the mesh's, in metres, y up.
 struct Floor {
   static constexpr int side = 96;  ///< cells
   double height = 0;               ///< y: the lowest point of the scene

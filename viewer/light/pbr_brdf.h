@@ -49,7 +49,7 @@ inline V3f pbr_brdf(const PbrPoint& m, const V3f& n, const V3f& v, const V3f& l)
   const float visibility =
       1 / ((nl + std::sqrt(a2 + (1 - a2) * nl * nl)) * (nv + std::sqrt(a2 + (1 - a2) * nv * nv)));
   const float schlick = fifth_power_below(v.dot(h));
-  // Light reflected at the surface of a mixed material's dielectric share does not reach its base.
+  // Light reflected at the surface of a mixed material's dielectric fraction does not reach its base.
   const float below = 1 - (dielectric_f0 + (1 - dielectric_f0) * schlick);
   const V3f diffuse = m.base * (below * (1 - m.metallic) * std::numbers::inv_pi_v<float>);
   const V3f f0 = pbr_f0(m);

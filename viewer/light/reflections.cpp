@@ -87,13 +87,13 @@ Environment blurred(const Environment& picture, double roughness) {
   double inner = 2;
   for (double angle = near_part * alpha; inner > 0; angle *= part_ratio) {
     const double outer = angle < pi / 2 ? std::cos(angle) : 0;
-    const auto share = static_cast<float>((lobe.sum_to(std::min(inner, 1.0)) - lobe.sum_to(outer)) /
-                                          (lobe.sum_to(1) - lobe.sum_to(0)));
+    const auto fraction = static_cast<float>((lobe.sum_to(std::min(inner, 1.0)) - lobe.sum_to(outer)) /
+                                             (lobe.sum_to(1) - lobe.sum_to(0)));
     const Environment part = means(reduced(source, width), lobe, inner, outer);
     for (int y = 0; y < result.height; ++y) {
       for (int x = 0; x < result.width; ++x)
         result.radiance[static_cast<std::size_t>(y) * result.width + x] +=
-            part.at(result.direction(x, y)) * share;
+            part.at(result.direction(x, y)) * fraction;
     }
     inner = outer;
     width = std::max(width / part_ratio, min_part_width);
@@ -101,14 +101,14 @@ Environment blurred(const Environment& picture, double roughness) {
   return result;
 }
 
-ReflectedShares make_shares() {
+ReflectedFractions make_fractions() {
   constexpr int samples = 24;  // along either side of a square
-  ReflectedShares shares;
-  for (int i = 0; i < share_side; ++i) {
-    const double roughness = static_cast<double>(i) / (share_side - 1);
+  ReflectedFractions fractions;
+  for (int i = 0; i < fraction_side; ++i) {
+    const double roughness = static_cast<double>(i) / (fraction_side - 1);
     const double a2 = std::max(std::pow(roughness, 4), static_cast<double>(min_alpha2));
-    for (int j = 0; j < share_side; ++j) {
-      const double nv = std::max(static_cast<double>(j) / (share_side - 1), 1e-3);
+    for (int j = 0; j < fraction_side; ++j) {
+      const double nv = std::max(static_cast<double>(j) / (fraction_side - 1), 1e-3);
       const V3d v(std::sqrt(1 - nv * nv), 0, nv);
       V2d sum(0, 0);
       for (int k = 0; k < samples * samples; ++k) {
@@ -126,10 +126,10 @@ ReflectedShares make_shares() {
         const auto schlick = static_cast<double>(fifth_power_below(static_cast<float>(vh)));
         sum += V2d(1 - schlick, schlick) * reflected;
       }
-      shares[static_cast<std::size_t>(i) * share_side + j] = V2f(sum / (samples * samples));
+      fractions[static_cast<std::size_t>(i) * fraction_side + j] = V2f(sum / (samples * samples));
     }
   }
-  return shares;
+  return fractions;
 }
 
 }  // namespace
@@ -153,20 +153,21 @@ Reflections reflections_of(const Environment& environment) {
   return result;
 }
 
-const ReflectedShares& reflected_shares() {
-  static const ReflectedShares shares = make_shares();
-  return shares;
+const ReflectedFractions& reflected_fractions() {
+  static const ReflectedFractions fractions = make_fractions();
+  return fractions;
 }
 
-V2f reflected_share(float roughness, float cosine) {
-  const auto place = [](float x) { return std::clamp(x, 0.0F, 1.0F) * (share_side - 1); };
+V2f reflected_fraction(float roughness, float cosine) {
+  const auto place = [](float x) { return std::clamp(x, 0.0F, 1.0F) * (fraction_side - 1); };
   const V2f at(place(roughness), place(cosine));
-  const V2i low(std::min(static_cast<int>(at.x), share_side - 2),
-                std::min(static_cast<int>(at.y), share_side - 2));
-  const V2f share = at - V2f(low);
-  const auto* shares = &reflected_shares()[static_cast<std::size_t>(low.x) * share_side + low.y];
-  return (shares[0] * (1 - share.y) + shares[1] * share.y) * (1 - share.x) +
-         (shares[share_side] * (1 - share.y) + shares[share_side + 1] * share.y) * share.x;
+  const V2i low(std::min(static_cast<int>(at.x), fraction_side - 2),
+                std::min(static_cast<int>(at.y), fraction_side - 2));
+  const V2f fraction = at - V2f(low);
+  const auto* fractions = &reflected_fractions()[static_cast<std::size_t>(low.x) * fraction_side + low.y];
+  return (fractions[0] * (1 - fraction.y) + fractions[1] * fraction.y) * (1 - fraction.x) +
+         (fractions[fraction_side] * (1 - fraction.y) + fractions[fraction_side + 1] * fraction.y) *
+             fraction.x;
 }
 
 }  // namespace selvedge

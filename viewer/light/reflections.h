@@ -1,5 +1,5 @@
 // Reflections of an environment by materials without a fabric, as a split sum (Karis 2013): the environment
-// seen in mirrors of every roughness, times the share of even light that a surface reflects.
+// seen in mirrors of every roughness, times the fraction of even light that a surface reflects.
 #pragma once
 
 #include <array>
@@ -22,10 +22,10 @@ Reflections reflections_of(const Environment& environment);
 
 /// The specular part of pbr_brdf() under even light of radiance 1 is f0 * x + y; [roughness][cosine to the
 /// viewer], both from 0 to 1.
-inline constexpr int share_side = 32;
-using ReflectedShares = std::array<V2f, std::size_t{share_side} * share_side>;
-const ReflectedShares& reflected_shares();
+inline constexpr int fraction_side = 32;
+using ReflectedFractions = std::array<V2f, std::size_t{fraction_side} * fraction_side>;
+const ReflectedFractions& reflected_fractions();
 /// One of them, interpolated.
-V2f reflected_share(float roughness, float cosine);
+V2f reflected_fraction(float roughness, float cosine);
 
 }  // namespace selvedge

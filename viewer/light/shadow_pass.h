@@ -20,7 +20,7 @@ class ShadowPass {
   /// whenever a function of this class is called, the destructor included. GRAPHICS_UNAVAILABLE.
   static Result<std::unique_ptr<ShadowPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
                                                     const Materials& materials);
-  /// Share of --max-memory that the masks of garments take.
+  /// Fraction of --max-memory that the masks of garments take.
   static std::uint64_t mask_bytes(const Materials& materials);
 
   /// Draws maps for these views, all of one size; does nothing if they equal the last call's.

@@ -13,8 +13,8 @@ namespace {
 constexpr double margin = 4;
 /// Maximum half angle of a spot with a shadow map.
 constexpr double widest_cone = 80 * 3.14159265358979 / 180;
-/// Near plane of a spot as a share of its far plane.
-constexpr double nearest_share = 1e-3;
+/// Near plane of a spot as a fraction of its far plane.
+constexpr double nearest_fraction = 1e-3;
 
 /// Two directions perpendicular to `d`.
 std::array<V3d, 2> across(const V3d& d) {
@@ -65,7 +65,7 @@ std::optional<ShadowView> spot_view(const Light& light, std::span<const V3f> pos
   for (const V3f& position : positions) depth.extendBy((V3d(position) - place).dot(axis));
   if (!(depth.max > 0)) return std::nullopt;
   const double far = 1.01 * depth.max;
-  const double near = std::max(0.99 * depth.min, nearest_share * far);
+  const double near = std::max(0.99 * depth.min, nearest_fraction * far);
   const auto [right, up] = across(light.direction);
   const double texel = 2 * std::tan(half_angle) / (size - 2 * margin);
   ShadowView view;
@@ -103,7 +103,7 @@ std::vector<ShadowView> shadow_views(std::span<const Light> lights, std::span<co
   return views;
 }
 
-float shadow_share(const ShadowMap& map, const V3f& point, const V3f& normal, const V3f& light) {
+float shadow_visibility(const ShadowMap& map, const V3f& point, const V3f& normal, const V3f& light) {
   const float cosine = normal.dot(light);
   if (!(cosine > 0)) return 0;
   const ShadowView& view = map.view;

@@ -41,10 +41,10 @@ struct ShadowMap {
   std::vector<float> depths;  ///< of the nearest surface, row by row; 1: no surface
 };
 
-/// The share of the light that reaches a point of a surface; `normal` is its unit normal on the viewer's
+/// The fraction of the light that reaches a point of a surface; `normal` is its unit normal on the viewer's
 /// side, `light` the unit direction towards the light. Percentage-closer filtering (Reeves, Salesin and Cook
 /// 1987) over 3 x 3 texels, bilinear between them. 0 if the surface faces away from the light, 1 outside of
 /// the map.
-float shadow_share(const ShadowMap& map, const V3f& point, const V3f& normal, const V3f& light);
+float shadow_visibility(const ShadowMap& map, const V3f& point, const V3f& normal, const V3f& light);
 
 }  // namespace selvedge

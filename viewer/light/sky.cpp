@@ -28,7 +28,7 @@ Result<SkyVisibility> sky_visibility(const GlFunctions& gl, const MergedSurfaces
   SkyVisibility sky;
   for (int i = 0; i < direction_count; ++i) sky.directions.push_back(spiral_direction(i));
   const std::size_t count = mesh.positions.size();
-  sky.shares.resize(count * direction_count);
+  sky.fractions.resize(count * direction_count);
   Result<std::unique_ptr<ShadowPass>> pass = ShadowPass::create(gl, mesh, materials);
   if (!pass) return tl::unexpected(pass.error());
   for (std::size_t first = 0; first < direction_count; first += max_shadows) {
@@ -45,8 +45,8 @@ Result<SkyVisibility> sky_visibility(const GlFunctions& gl, const MergedSurfaces
         const std::size_t number = first + map.view.light;
         const V3f& d = sky.directions[number];
         const V3f facing = normal.dot(d) > 0 ? normal : -normal;
-        const float share = shadow_share(map, mesh.positions[i], facing, d);
-        sky.shares[i * direction_count + number] = static_cast<std::uint8_t>(std::lround(share * 255));
+        const float fraction = shadow_visibility(map, mesh.positions[i], facing, d);
+        sky.fractions[i * direction_count + number] = static_cast<std::uint8_t>(std::lround(fraction * 255));
       }
     });
   }
@@ -66,10 +66,10 @@ std::vector<SmoothLight> light_at_vertices(const SkyVisibility& visibility, cons
     for (int k = 0; k < smooth_functions; ++k)
       parts[i].factors[k] = radiance * (basis[k] * static_cast<float>(solid_angle / smooth_norms[k]));
   }
-  std::vector<SmoothLight> result(visibility.shares.size() / directions, light);
+  std::vector<SmoothLight> result(visibility.fractions.size() / directions, light);
   parallel_each(result.size(), vertices_per_task, [&](std::size_t vertex) {
     for (std::size_t i = 0; i < directions; ++i) {
-      const float hidden = 1 - static_cast<float>(visibility.shares[vertex * directions + i]) / 255;
+      const float hidden = 1 - static_cast<float>(visibility.fractions[vertex * directions + i]) / 255;
       if (!(hidden > 0)) continue;
       for (int k = 0; k < smooth_functions; ++k) result[vertex].factors[k] -= parts[i].factors[k] * hidden;
     }

@@ -1,5 +1,5 @@
-// The share of light from all around that reaches the vertices of a scene: folds, sleeves and the inside of a
-// collar keep light from each other.
+// The fraction of light from all around that reaches the vertices of a scene: folds, sleeves and the inside
+// of a collar keep light from each other.
 #pragma once
 
 #include <vector>
@@ -9,11 +9,11 @@
 
 namespace selvedge {
 
-/// Shares of the light from directions over the sphere that reach the vertices, on the side of the cloth that
-/// faces the direction.
+/// Fractions of the light from directions over the sphere that reach the vertices, on the side of the cloth
+/// that faces the direction.
 struct SkyVisibility {
   std::vector<V3f> directions;
-  std::vector<std::uint8_t> shares;  ///< [vertex][direction], of 255
+  std::vector<std::uint8_t> fractions;  ///< [vertex][direction], of 255
 };
 
 /// Draws shadow maps towards the directions. Holes of fabrics are ignored, as they are for lamps, and masks

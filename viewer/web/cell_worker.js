@@ -18,7 +18,7 @@ import {Issue} from './reader/index.js';
 
 /** ms after which messages are taken again, and patches that images are made of without a look at the clock. */
 const SLICE = 30, CHUNK = 4;
-/** Samples of an image along a pixel's side, and the share of images that a frame makes again. */
+/** Samples of an image along a pixel's side, and the fraction of images that a frame makes again. */
 const SAMPLES = 2, MOVING = 0.08, RESTING = 1;
 /** ms without another view after which images are made as one that rests wants them: of slow frames twice their time, to a bound. */
 const REST = 150, LATEST_REST = 1000;

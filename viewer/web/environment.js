@@ -9,7 +9,7 @@ export const MOST_LAMPS = 4;
 
 /** Values of the nine functions of a unit direction, and the integrals of their squares. */
 export const smooth_basis = (x, y, z) => [1, x, y, z, x * y, x * z, y * z, x * x - y * y, 3 * z * z - 1];
-const NORMS = [1, 1 / 3, 1 / 3, 1 / 3, 1 / 15, 1 / 15, 1 / 15, 4 / 15, 4 / 5].map((share) => 4 * PI * share);
+const NORMS = [1, 1 / 3, 1 / 3, 1 / 3, 1 / 15, 1 / 15, 1 / 15, 4 / 15, 4 / 5].map((weight) => 4 * PI * weight);
 
 const solid_angle = ({width, height}, y) => 2 * PI / width * (cos(y * PI / height) - cos((y + 1) * PI / height));
 const brightness = (r, g, b) => (r + g + b) / 3;
@@ -79,7 +79,7 @@ function strongest_part(picture, least) {
 }
 
 /** What light of unit radiance from a direction and a solid angle adds to the factors of smooth light. */
-export const shares_of = (basis, solid) => basis.map((value, k) => value * solid / NORMS[k]);
+export const smooth_factors = (basis, solid) => basis.map((value, k) => value * solid / NORMS[k]);
 
 /** Bright parts of a picture, and the picture without them: { lamps: [{ direction, irradiance }], rest }. */
 export function take_lamps(picture) {
@@ -117,8 +117,8 @@ export function take_lamps(picture) {
 export function project(picture) {
   const factors = NORMS.map(() => [0, 0, 0]), {radiance} = picture;
   each(picture, (at, direction, angle) => {
-    shares_of(smooth_basis(...direction), angle).forEach((share, k) => {
-      for (let c = 0; c < 3; ++c) factors[k][c] += radiance[at + c] * share;
+    smooth_factors(smooth_basis(...direction), angle).forEach((weight, k) => {
+      for (let c = 0; c < 3; ++c) factors[k][c] += radiance[at + c] * weight;
     });
   });
   return factors;

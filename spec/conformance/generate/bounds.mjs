@@ -236,11 +236,11 @@ export function bounded_uv(level, levels, fractional, coordinates, light, view) 
   // The level itself is rounded, unless single precision holds it.
   const s = new Bounded(L - k, Math.fround(L) === L ? 0 : 2 * U * Math.abs(L));
   const rest = add(exact(1), minus(s));
-  const share_a = times(rest, a.alpha), share_b = times(s, b.alpha);
-  const alpha = add(share_a, share_b);
+  const fraction_a = times(rest, a.alpha), fraction_b = times(s, b.alpha);
+  const alpha = add(fraction_a, fraction_b);
   const rgb = a.rgb.map(
     (value, c) => alpha.value === 0 && alpha.error === 0 ?
       exact(0) :
-      divide(add(times(share_a, value), times(share_b, b.rgb[c])), alpha));
+      divide(add(times(fraction_a, value), times(fraction_b, b.rgb[c])), alpha));
   return {rgb, alpha, powers: Math.max(a.powers, b.powers)};
 }

@@ -33,11 +33,11 @@ export function look_up(level, texel, point) {
   let alpha = 0;
   const sum = [0, 0, 0];
   for (const [k, weight] of grid_weights(level.views, point)) {
-    const share = weight * (level.opacity ? level.opacity(texel, k) : 1);
-    alpha += share;
+    const fraction = weight * (level.opacity ? level.opacity(texel, k) : 1);
+    alpha += fraction;
     if (level.table)
       level.table(texel, k).forEach((value, c) => {
-        sum[c] += share * value;
+        sum[c] += fraction * value;
       });
   }
   const T = level.table ? sum.map((s) => alpha === 0 ? 0 : s / alpha) : [1, 1, 1];

@@ -39,7 +39,7 @@ function check_levels(fabric, warn) {
   }
 }
 
-/** The share of the light from `light` that a texel sends to all views: the integral of alpha f v_z, per channel. */
+/** The fraction of the light from `light` that a texel sends to all views: the integral of alpha f v_z, per channel. */
 function reflected(level, texel, light) {
   const sums = [0, 0, 0];
   for (const view of ENERGY_VIEWS) {

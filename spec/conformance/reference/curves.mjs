@@ -74,14 +74,14 @@ const are_hairs = ({count, length, loops, radius, kept}, longest) => is_whole(co
 /** The place of the first curve, node or count that a reader must refuse, and why; null if there is no fault. */
 function fault_of({period, curves, counts, point}) {
   const reach = [...period, max(...period)].map((side) => REACH * side);
-  const share = (x) => x >= 0 && x <= 1;
+  const fraction = (x) => x >= 0 && x <= 1;
   let end = 0, stations = 0;
   for (const [c, curve] of curves.entries()) {
     const {nodes, first, points, squashed, squeezes, turns, radius, roughness} = curve;
     const far = points.findIndex((p) => !p.every((x, axis) => abs(x) <= reach[axis]));
     if (far >= 0) return [`node ${first + far}`, 'lies too far away'];
     const good = Number.isInteger(nodes) && nodes >= 2 && Number.isInteger(curve.stations) && curve.stations >= 1 &&
-      radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(share) &&
+      radius > 0 && radius <= MOST_RADIUS * min(...period) && [...curve.albedo, curve.gloss, roughness].every(fraction) &&
       roughness > 0 && curve.lustre >= 0 && curve.lustre <= fround(0.9) && are_plies(curve.plies) && are_strands(curve.strands) &&
       curve.flattening >= LEAST_FLATTENING && curve.flattening <= 1 && (squashed === 0 || squashed === 1) &&
       squeezes.every((g) => dot(g, g) <= 1 - LEAST_FLATTENING) && are_hairs(curve.hairs, MOST_RADIUS * min(...period)) &&
@@ -127,7 +127,7 @@ function tangents_at(nodes) {
 /** g of squashed yarn, so far behind node i; none of round yarn. */
 const squeeze_at = ({squeezes, nodes}, i, s) => squeezes.length > 0 ? between(squeezes[i], squeezes[(i + 1) % nodes], s) : null;
 
-/** Per node of a curve, and for where it begins again: { p, tangent, across, share }, share: of the chain before it. */
+/** Per node of a curve, and for where it begins again: { p, tangent, across, fraction }, fraction: of the chain before it. */
 function axis_of(curve, period) {
   const ways = ways_of(curve, period), n = ways.length, lengths = ways.map((way) => hypot(...way));
   const end = plus(curve.points[n - 1], ways[n - 1]), nodes = [...curve.points, end];
@@ -142,8 +142,8 @@ function axis_of(curve, period) {
   const g = atan2(dot(cross(frames[0], frames[n]), tangents[0]), dot(frames[0], frames[n]));
   curve.tangent = tangents[0];
   return nodes.map((p, i) => {
-    const share = before[i] / before[n];
-    return {p, tangent: tangents[i], across: turned(frames[i], tangents[i], -g * share), share};
+    const fraction = before[i] / before[n];
+    return {p, tangent: tangents[i], across: turned(frames[i], tangents[i], -g * fraction), fraction};
   });
 }
 
@@ -155,7 +155,7 @@ function chained(curve, nodes, ends, radius, rows = [0, 0]) {
   const tangents = tangents_at(nodes);
   const squeezes = ends.slice(1).map(({middle, squeeze}, i) => curve.squeezes.length > 0 ?
     between(ends[i].squeeze, squeeze, 0.5) : squeeze_of(curve, minus(middle, ends[i].middle)));
-  const radii = ends.slice(1).map(({share}, i) => radius * swell(curve.strands, (ends[i].share + share) / 2));
+  const radii = ends.slice(1).map(({fraction}, i) => radius * swell(curve.strands, (ends[i].fraction + fraction) / 2));
   return ends.slice(1).map((end, i) => {
     const along = minus(nodes[i + 2], nodes[i + 1]), both = [ends[i], end], g = squeezes[i], round = squeezed(along, g);
     const ball = thin(max(radii[i], radii.at(i - 1)), g);
@@ -173,17 +173,17 @@ function chained(curve, nodes, ends, radius, rows = [0, 0]) {
       tangents: [tangents[i], tangents[i + 1]].map((t) => squeezed(t, g)),
       across: both.map((of) => of.across),
       out: both.map((of) => of.out),
-      stations: both.map(({share}) => curve.stations * share),
+      stations: both.map(({fraction}) => curve.stations * fraction),
       rows,
     };
   });
 }
 
-/** Where the plies of an axis have nodes, up to its end: { p, squeeze, across, beside, share }. */
+/** Where the plies of an axis have nodes, up to its end: { p, squeeze, across, beside, fraction }. */
 function places_on(axis, curve) {
   const {divisions} = curve.plies;
   return axis.slice(1).flatMap((next, i) => Array.from({length: divisions}, (_, k) => {
-    const s = k / divisions, {p, tangent, across: A, share} = axis[i], d = minus(next.p, p), length = hypot(...d);
+    const s = k / divisions, {p, tangent, across: A, fraction} = axis[i], d = minus(next.p, p), length = hypot(...d);
     const cubic = (of_d, of_first, of_second) =>
       plus(times(d, of_d), plus(times(tangent, of_first), next.tangent, of_second), length);
     const way = cubic(6 * s - 6 * s * s, 1 - 4 * s + 3 * s * s, 3 * s * s - 2 * s);
@@ -193,7 +193,7 @@ function places_on(axis, curve) {
       squeeze: squeeze_at(curve, i, s) ?? squeeze_of(curve, T),
       across: own,
       beside: cross(T, own),
-      share: share + s * (next.share - share),
+      fraction: fraction + s * (next.fraction - fraction),
     };
   }));
 }
@@ -217,12 +217,12 @@ function segments_of(curve, period) {
   const row = (ply) => strands * ((sense * ply % count + count) % count);
   return Array.from({length: count}, (_, ply) => {
     const ends = Array.from({length: n + 3}, (__, i) => {
-      const times_round = floor((i - 1) / n), place = places[i - 1 - times_round * n], share = place.share + times_round;
-      const angle = phase + 2 * Math.PI * (ply + shift * share) / count;
+      const times_round = floor((i - 1) / n), place = places[i - 1 - times_round * n], fraction = place.fraction + times_round;
+      const angle = phase + 2 * Math.PI * (ply + shift * fraction) / count;
       const out = plus(times(place.across, cos(angle)), place.beside, sin(angle));
       const middle = plus(place.p, repeat, times_round), g = place.squeeze;
-      const p = plus(middle, stretched(out, g), thin((radius - own) * swell(curve.strands, share), g));
-      return {middle, p, across: place.across, out, share, squeeze: g};
+      const p = plus(middle, stretched(out, g), thin((radius - own) * swell(curve.strands, fraction), g));
+      return {middle, p, across: place.across, out, fraction, squeeze: g};
     });
     return chained(curve, ends.map(({p}) => p), ends.slice(1, -1), own, [row(ply), row(ply + shift)]);
   }).flat();

@@ -72,8 +72,8 @@ export function shown(
   if (kind !== 'constant') {
     const middle = unit(axis), end = {cosine: PI, lobe: PI / 2, disc: radians(degrees)}[kind];
     // A disc ends where its boxes end.
-    const share = kind === 'disc' ? () => 1 : (d) => pattern(environment, dot(middle, d));
-    const shaped = integral((d) => times(at(d).rgb, share(d)), middle, end, fine);
+    const fraction = kind === 'disc' ? () => 1 : (d) => pattern(environment, dot(middle, d));
+    const shaped = integral((d) => times(at(d).rgb, fraction(d)), middle, end, fine);
     light = light.map((x, c) => x + b[c] * shaped[c]);
   }
   return {rgb: light.map((x, c) => alpha * x + (1 - alpha) * background[c]), alpha};

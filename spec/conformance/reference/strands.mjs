@@ -8,7 +8,7 @@ const LEAST_FACING = 0.05;
 
 /**
  * { N, F, b, strand } of a point of a curve that has the normal N and the fibre F, seen from V; angle: (cos a, sin a), t:
- * the share of the chain, upright: whether A_0 is of the x axis, rows: of strand 0 on its ply, and on the ply which the
+ * the fraction of the chain, upright: whether A_0 is of the x axis, rows: of strand 0 on its ply, and on the ply which the
  * ply goes on as. `strand` tells neighbours apart.
  */
 export function strand_at({count, pieces, shift, seed, irregularity, swells, contrast, marl}, {N, F, angle, t: way, upright, rows, plies}, V) {

@@ -78,25 +78,25 @@ export function place_at(yarns, uv) {
   });
 }
 
-const shares = new WeakMap();
-/** The share of curves along v in the cloth seen from above. */
-function share_along_v(yarns) {
-  if (shares.has(yarns)) return shares.get(yarns);
+const fractions = new WeakMap();
+/** The fraction of curves along v in the cloth seen from above. */
+function fraction_along_v(yarns) {
+  if (fractions.has(yarns)) return fractions.get(yarns);
   const {curves, period} = yarns;
   const both = [0, 1].every((axis) => runs_of(yarns, axis)), hits = [];
   for (let i = 0; both && i < SIDE * SIDE; ++i) {
     const hit = trace(yarns, [(i % SIDE + 0.5) / SIDE, (floor(i / SIDE) + 0.5) / SIDE], [0, 0, 1]);
     if (hit) hits.push(along_v(hit.segment.curve, period));
   }
-  const share = hits.length > 0 ? hits.filter((is) => is).length / hits.length : curves.some((c) => along_v(c, period)) ? 1 : 0;
-  shares.set(yarns, share);
-  return share;
+  const fraction = hits.length > 0 ? hits.filter((is) => is).length / hits.length : curves.some((c) => along_v(c, period)) ? 1 : 0;
+  fractions.set(yarns, fraction);
+  return fraction;
 }
 
 /** The factor at place_at(), of the curve that is met; without one, of a level of texels. */
 export function variation_at(yarns, uv, curve = null) {
   const [repeats, within] = split_uv(uv);
-  const share = curve ? (along_v(curve, yarns.period) ? 1 : 0) : share_along_v(yarns);
+  const fraction = curve ? (along_v(curve, yarns.period) ? 1 : 0) : fraction_along_v(yarns);
   const [of_u, of_v] = [0, 1].map((axis) => factor_of(yarns, axis, repeats, within));
-  return of_u + share * (of_v - of_u);
+  return of_u + fraction * (of_v - of_u);
 }

@@ -18,7 +18,7 @@ export function squeeze_of({flattening}, way) {
   return times([y, -x, 0], sqrt((1 - flattening) * (1 + z ** 2)));
 }
 /** g between two places, so far on: g and -g are the same section. */
-export const between = (a, b, share) => plus(times(a, 1 - share), b, dot(a, b) < 0 ? -share : share);
+export const between = (a, b, fraction) => plus(times(a, 1 - fraction), b, dot(a, b) < 0 ? -fraction : fraction);
 /** To the round section, and of offsets and ways along the surface back from it. */
 export const squeezed = (p, g) => minus(p, times(g, dot(g, p)));
 export const stretched = (p, g) => plus(p, g, dot(g, p) / (1 - dot(g, g)));

@@ -66,7 +66,7 @@ TEST_CASE("a traced Lambert sheet is albedo / pi times the cosine times the ligh
   }
 }
 
-TEST_CASE("what is not yarn in a traced swatch is a hole, and its share the opacity") {
+TEST_CASE("what is not yarn in a traced swatch is a hole, and its fraction the opacity") {
   // The left half is a floor: 6 of 12 columns of one repeat.
   const CellMesh mesh = floor_of(2, 0.5F, 0.8F);
   const TruthSwatch swatch = traced(mesh, texels_of(mesh, 12, 4, V3f(0, 0, 1), V3f(0, 0, 1)), TruthOptions());

@@ -156,7 +156,7 @@ TEST_CASE("dress: the cloth is scaled, turned and moved") {
   CHECK(workshop.dress(options).has_value());
 }
 
-TEST_CASE("dress: stretched cloth is told by its share of the area") {
+TEST_CASE("dress: stretched cloth is told by its fraction of the area") {
   const UvSize even = test::need(Workshop().dress(everything)).materials[0].size;
   CHECK(even.stretched == 0);
   CHECK(even.low == even.high);

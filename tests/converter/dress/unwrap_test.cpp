@@ -300,12 +300,12 @@ TEST_CASE("dress: a garment without texture coordinates gets them in metres, wha
 TEST_CASE("dress: coordinates that are stretched beyond use give way, beside the set of a print") {
   // A square metre in two strips across, the upper one 0.2 m high: its part of the picture is a fifth as high
   // as it should be, or a half.
-  for (const auto& [part, share, new_charts] :
+  for (const auto& [part, fraction, new_charts] :
        {std::tuple(0.2F, 0.2F, true), {0.5F, 0.2F, false}, {0.2F, 0.05F, false}}) {
     CAPTURE(part);
-    CAPTURE(share);
-    const float seam = 1 - share;
-    const float end = seam + part * share;
+    CAPTURE(fraction);
+    const float seam = 1 - fraction;
+    const float end = seam + part * fraction;
     Garment garment = garment_of(
         {{V3d(0, 0, 0), V3d(1, 0, 0), V3d(1, seam, 0), V3d(0, seam, 0), V3d(1, 1, 0), V3d(0, 1, 0)},
          {0, 1, 2, 0, 2, 3, 3, 2, 4, 3, 4, 5}});

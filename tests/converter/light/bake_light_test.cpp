@@ -63,8 +63,8 @@ std::vector<Estimate> cell_means(const TexelBaker& baker, const V3f& view, const
   return estimates;
 }
 
-/// Share of a groove's facet, from the valley up, that cannot be seen from a direction with this height over
-/// its run towards the facet.
+/// Fraction of a groove's facet, from the valley up, that cannot be seen from a direction with this height
+/// over its run towards the facet.
 double hidden(double slope, double rise_over_run) {
   return std::max(0.0, (slope - rise_over_run) / (slope + rise_over_run));
 }
@@ -111,9 +111,9 @@ TEST_CASE("grooves mask and shadow as Torrance and Sparrow's do") {
 }
 
 TEST_CASE("light between two plates is the geometric series of their albedos") {
-  // The floor far below a plate with slits of share t: light enters through them, and what the floor sends up
-  // comes back with the share x = (1 - t) a1 a2, again and again. Where light does not fall directly, the
-  // floor's irradiance is t lz x / (1 - x).
+  // The floor far below a plate with slits of fraction t: light enters through them, and what the floor sends
+  // up comes back with the fraction x = (1 - t) a1 a2, again and again. Where light does not fall directly,
+  // the floor's irradiance is t lz x / (1 - x).
   constexpr double open = 0.25;
   constexpr double floor_albedo = 0.875;
   constexpr double plate_albedo = 0.625;
@@ -141,7 +141,7 @@ TEST_CASE("light between two plates is the geometric series of their albedos") {
   SUBCASE("along paths") {
     const Estimate e = floor_seen(nullptr, {}, unlimited_bounces, 1024);
     // t with 63 degrees of freedom at 1e-3, two-sided: 3.46. The floor's light is uneven as the plate sees it
-    // by less than (1/20)^2 of itself: the share of directions steeper than a period's width.
+    // by less than (1/20)^2 of itself: the fraction of directions steeper than a period's width.
     CHECK(e.error < 0.01 * exact);
     CHECK(std::abs(e.mean - exact) <= 3.46 * e.error + exact / 400);
     // Two bounces are the first term of the series.

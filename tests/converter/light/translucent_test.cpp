@@ -63,11 +63,11 @@ Estimate sent(const RayScene& scene, const IrradianceCache* cache, std::span<con
       if (cache == nullptr) {
         tracer.add_indirect(point, V3d(view), {&light, 1}, sampler, {&radiance, 1});
       } else if (cache->taps(point, taps)) {
-        const DiffuseShares shares = diffuse_shares(scene, point);
+        const DiffuseAlbedos fractions = diffuse_albedos(scene, point);
         for (std::size_t k = 0; k < 3; ++k) {
           radiance.x +=
-              static_cast<double>(taps.weight[k] * (shares.back.x * indirect[3 * taps.point[k]] +
-                                                    shares.through.x * indirect[3 * taps.other_side[k]])) /
+              static_cast<double>(taps.weight[k] * (fractions.back.x * indirect[3 * taps.point[k]] +
+                                                    fractions.through.x * indirect[3 * taps.other_side[k]])) /
               pi;
         }
       }
@@ -82,7 +82,7 @@ Estimate sent(const RayScene& scene, const IrradianceCache* cache, std::span<con
 
 }  // namespace
 
-TEST_CASE("a Lambert sheet sends its share of the light back and the other one through") {
+TEST_CASE("a Lambert sheet sends its fraction of the light back and the other one through") {
   CellMesh sheet = floor_of(2, 1, 0.8F);
   sheet.transmission.assign(4, 0.3F);
   sheet.gloss.assign(4, {0.25F, 0.3F});
@@ -133,8 +133,8 @@ TEST_CASE("two translucent sheets share light as Stokes's pile of plates does") 
   auto cache = need(IrradianceCache::build(scene, 1));
   const std::vector<float> indirect = cache.solve(scene, {&light, 1}, unlimited_bounces);
   for (const V3f& view : {above, below}) {
-    const double share = view.z > 0 ? r + t * t * r / (1 - r * r) : t * t / (1 - r * r);
-    const double exact = share / pi * static_cast<double>(light.z) * std::abs(static_cast<double>(view.z));
+    const double fraction = view.z > 0 ? r + t * t * r / (1 - r * r) : t * t / (1 - r * r);
+    const double exact = fraction / pi * static_cast<double>(light.z) * std::abs(static_cast<double>(view.z));
     const Estimate traced = sent(scene, nullptr, {}, view, light);
     CHECK(traced.error < 0.01 * exact);
     // t with 47 degrees of freedom at 1e-3 / 2, two-sided: 3.74.

@@ -29,7 +29,7 @@ V3d direction(const YarnBrdf& s, double cosine, double azimuth) {
          s.normal * cosine;
 }
 
-/// Share of the light from `l` that is reflected, by the midpoint rule.
+/// Fraction of the light from `l` that is reflected, by the midpoint rule.
 double albedo_by_quadrature(const YarnBrdf& s, const V3d& l) {
   constexpr int rows = 300;
   constexpr int columns = 600;

@@ -18,7 +18,7 @@ namespace selvedge::test {
 struct PhotographOptions {
   V2d period{21.3, 19.6};  ///< of the cloth in a picture, pixels
   V2i size{64, 56};        ///< of a picture, pixels
-  double noise = 0.01;     ///< standard deviation, as a share of the value and of a hundredth of white
+  double noise = 0.01;     ///< standard deviation, as a fraction of the value and of a hundredth of white
   double shift = 0.3;      ///< of each picture, pixels, standard deviation along each axis
 };
 

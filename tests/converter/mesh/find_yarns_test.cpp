@@ -58,14 +58,14 @@ struct Bounds {
   double radius = 0.02;  ///< relative
   double rms = 0.03;     ///< of centre lines, in radii
   double albedo = 0.01;
-  double share = 0.95;
+  double fraction = 0.95;
 };
 
 /// Every found curve is near a true one of its turns and radius, and every true one near a found one.
 void check_found(const CellMesh& mesh, const YarnData& truth, const Bounds& bounds = {}) {
   const FoundYarns found = find_yarns(mesh);
-  CHECK(found.share >= bounds.share);
-  CHECK(found.share <= 1);
+  CHECK(found.fraction >= bounds.fraction);
+  CHECK(found.fraction <= 1);
   REQUIRE(found.yarns.curves.size() == truth.curves.size());
   YarnData lit = found.yarns;
   lit.light.resize(std::size_t{light_values_per_station} * counts_of(lit).stations);
@@ -165,7 +165,7 @@ TEST_CASE("noise, missing normals, a new scale and place, and a quarter turn do 
       }
     }
     recompute_normals(mesh);
-    check_found(mesh, truth, {.share = 0.9});
+    check_found(mesh, truth, {.fraction = 0.9});
   }
   SUBCASE("in metres for millimetres, away from the origin, turned about z") {
     const auto turned = [&](const V3f& v) { return V3f(-v.y, v.x, v.z); };
@@ -199,7 +199,7 @@ TEST_CASE("a plane, a fence, grooves, a ball and a flat band are no yarn") {
   recompute_normals(band);
   for (const CellMesh& mesh : {test::floor_of(5, 1, 0.5F), test::fence(5, 3, 0.5F, 0.5F),
                                test::groove(5, 1, 0.5F), mesh_with(ball, 10, truth), band}) {
-    CHECK(find_yarns(mesh).share < 0.3);
+    CHECK(find_yarns(mesh).fraction < 0.3);
   }
 }
 
@@ -209,13 +209,13 @@ TEST_CASE("open ends and colours that change along a yarn are not represented") 
   SUBCASE("a gap of a third of the repeat") {
     std::erase_if(mesh.triangles, [&](const V3i& t) { return mesh.positions[t.x].x < 1.4F; });
     CHECK(find_yarns(mesh).yarns.curves.empty());
-    CHECK(find_yarns(mesh).share == 0);
+    CHECK(find_yarns(mesh).fraction == 0);
   }
   SUBCASE("two colours, half and half") {
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
       mesh.albedo[v] = mesh.positions[v].x < 2 ? V3f(0.1F, 0.1F, 0.1F) : V3f(0.9F, 0.9F, 0.9F);
     }
     CHECK(find_yarns(mesh).yarns.curves.size() == 1);
-    CHECK(find_yarns(mesh).share < 0.1);
+    CHECK(find_yarns(mesh).fraction < 0.1);
   }
 }

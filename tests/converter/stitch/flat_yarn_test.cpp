@@ -59,11 +59,11 @@ double min_between(const StitchPattern& pattern) {
       const V3d tangent = derivative_at(segment, 0.5).normalized();
       const V3d level = V3d(tangent.y, -tangent.x, 0).normalized();
       const V3d up = level.cross(tangent);
-      const double share = 1 - (1 - yarn.flattening) * (1 - std::pow(tangent.z, 4));
+      const double fraction = 1 - (1 - yarn.flattening) * (1 - std::pow(tangent.z, 4));
       for (int k = 0; k < 64; ++k) {
         const double angle = 2 * pi * k / 64;
         const V3d off =
-            level * (std::cos(angle) / std::sqrt(share)) + up * (std::sin(angle) * std::sqrt(share));
+            level * (std::cos(angle) / std::sqrt(fraction)) + up * (std::sin(angle) * std::sqrt(fraction));
         least = std::min(least, surface.distance(point_at(segment, 0.5) + off * yarn.radius_mm));
       }
     }
@@ -140,8 +140,8 @@ TEST_CASE("mesh and level -1 have the same flat yarn: rays meet both at the same
     REQUIRE(apart.size() > 2000);
     std::sort(apart.begin(), apart.end());
     std::sort(turned.begin(), turned.end());
-    const auto of_share = [](const std::vector<float>& sorted, double share) {
-      return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size()))];
+    const auto of_share = [](const std::vector<float>& sorted, double fraction) {
+      return sorted[static_cast<std::size_t>(fraction * static_cast<double>(sorted.size()))];
     };
     MESSAGE(plies, " plies: apart ", of_share(apart, 0.97), ", turned ", of_share(turned, 0.5), " ",
             of_share(turned, 0.97));
@@ -208,7 +208,7 @@ TEST_CASE("shirtings come to rest at their counts, without being thinned, and we
     const FoundStitch found =
         test::need(find_stitch(fmt::format("{}/samples/drafts/{}.wif", SELVEDGE_SOURCE_DIR, name)));
     const auto numbers = test::need(textile_numbers(found.pattern, 0));
-    CHECK(found.thickness_share == 1);
+    CHECK(found.thickness_fraction == 1);
     CHECK(numbers.tex.front() == doctest::Approx(warp).epsilon(0.02));
     CHECK(numbers.tex.back() == doctest::Approx(weft).epsilon(0.02));
     CHECK(numbers.weight > least);

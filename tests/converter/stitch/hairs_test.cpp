@@ -95,7 +95,8 @@ TEST_CASE("hairs are as long together as the hairiness says, and exponential up 
   // Half of an exponential distribution lies below log 2 of its mean, and more of one that is cut.
   CHECK(static_cast<double>(short_ones) / count == doctest::Approx(0.5 / (1 - std::exp(-3.0))).epsilon(0.06));
   CHECK(hairs.radius[0] == doctest::Approx(0.0115));
-  CHECK(static_cast<double>(hairs.passed[0]) == doctest::Approx(forward_share(yarn_kinds()[2].refraction)));
+  CHECK(static_cast<double>(hairs.passed[0]) ==
+        doctest::Approx(forward_fraction(yarn_kinds()[2].refraction)));
 }
 
 TEST_CASE("the same seed grows the same hairs, another one others, and too many are refused") {

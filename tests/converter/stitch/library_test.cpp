@@ -92,10 +92,10 @@ TEST_CASE(
     CHECK(info.description.find('\n') == std::string::npos);
     // Gap and overlap of neighbouring yarns are at most 2 % of the radius.
     const auto clearance = test::need(minimum_clearance(pattern, ""));
-    const double share = clearance / min_radius(pattern);
-    MESSAGE(info.name, ": clearance ", clearance, " mm, ", 100 * share, " % of the radius");
-    CHECK(share < touching_overlap);
-    CHECK(share > -touching_overlap);
+    const double fraction = clearance / min_radius(pattern);
+    MESSAGE(info.name, ": clearance ", clearance, " mm, ", 100 * fraction, " % of the radius");
+    CHECK(fraction < touching_overlap);
+    CHECK(fraction > -touching_overlap);
     // Each segment leaves in the direction in which the one before arrived.
     for (const Yarn& yarn : pattern.yarns) {
       for (std::size_t s = 0; s < yarn.segments.size(); ++s) {

@@ -353,7 +353,7 @@ TEST_CASE("many yarns nearly touch, keep as many hairs as a file holds, and beco
   YarnData data = mesh.yarns;
   data.light.resize(std::size_t{light_values_per_station} * counts_of(data).stations);
   CHECK(validate(data, V2f(mesh.period)));
-  // A decagon has this share of its circle.
+  // A decagon has this fraction of its circle.
   double volume = 0;
   for (const Yarn& yarn : found.pattern.yarns) {
     double length = 0;
@@ -379,11 +379,11 @@ TEST_CASE("a draft becomes a weave whose yarns touch, as thick as there is room 
   CHECK(std::abs(*minimum_clearance(stitch.pattern, "")) < touching_overlap * least);
   REQUIRE(stitch.remarks.size() == 3);
   // By how much they were thinned: the warp is drawn as thick as its spacing, 1 mm.
-  CHECK(stitch.thickness_share < 0.995);
-  CHECK(stitch.pattern.yarns[0].radius_mm == doctest::Approx(0.5 * stitch.thickness_share));
+  CHECK(stitch.thickness_fraction < 0.995);
+  CHECK(stitch.pattern.yarns[0].radius_mm == doctest::Approx(0.5 * stitch.thickness_fraction));
   CHECK(stitch.remarks.back() ==
         fmt::format("yarns thinned to {:.2f} of their thickness: there is no more room",
-                    stitch.thickness_share));
+                    stitch.thickness_fraction));
 }
 
 TEST_CASE("the real drafts become weaves") {

@@ -115,12 +115,12 @@ TEST_CASE("the splatter sees what rays see, from everywhere, hairs and flat sect
       curve.nodes = 64;
       curve.turns = c % 2 == 0 ? V2i(1, 0) : V2i(0, 1);
       for (int i = 0; i < curve.nodes; ++i) {
-        const float share = static_cast<float>(i) / 64;
+        const float fraction = static_cast<float>(i) / 64;
         const float wave =
-            0.15F * std::sin(2 * std::numbers::pi_v<float> * (share + 0.2F * static_cast<float>(c)));
+            0.15F * std::sin(2 * std::numbers::pi_v<float> * (fraction + 0.2F * static_cast<float>(c)));
         const float side = 0.3F * static_cast<float>(c) + wave;
-        data.nodes.push_back(c % 2 == 0 ? V3f(share * period.x, side, plane + wave)
-                                        : V3f(side, share * period.y, plane - wave));
+        data.nodes.push_back(c % 2 == 0 ? V3f(fraction * period.x, side, plane + wave)
+                                        : V3f(side, fraction * period.y, plane - wave));
       }
     }
     const Yarns yarns(std::move(data), period);

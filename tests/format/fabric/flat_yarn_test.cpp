@@ -122,11 +122,11 @@ TEST_CASE("a flat yarn is the less flat the more steeply it stands, and keeps it
     const V3d off(hit->from_start);
     if (off.dot(way) < 0.2 || off.dot(way) > along.length() - 0.2) continue;
     ++met;
-    const double share = 1 - 0.5 * (1 - std::pow(way.z, 4));  // of thickness in width
+    const double fraction = 1 - 0.5 * (1 - std::pow(way.z, 4));  // of thickness in width
     const double area = std::pow(static_cast<double>(0.1F), 2);
     const double w2 = off.y * off.y;
     const double v2 = (off - way * way.dot(off)).length2() - w2;
-    CHECK(w2 * share / area + v2 / (share * area) == doctest::Approx(1).epsilon(1e-3));
+    CHECK(w2 * fraction / area + v2 / (fraction * area) == doctest::Approx(1).epsilon(1e-3));
   }
   CHECK(met > 100);
 }

@@ -170,7 +170,7 @@ Fabric kept(const char* name) {
   return test::need(read_fabric(std::string(SELVEDGE_SOURCE_DIR "/tests/data/kept/4.0/") + name));
 }
 
-/// Its yarn reflects a share in highlights.
+/// Its yarn reflects a fraction in highlights.
 Fabric glossy(Fabric fabric) {
   YarnData data = fabric.levels.front().yarns()->data();
   for (YarnCurve& curve : data.curves) {

@@ -20,15 +20,15 @@ TEST_CASE("plies of a straight yarn are the helices of the formula, right-handed
     REQUIRE(segments.size() == 3 * 4 * 8);
     const double radius = 0.5 * ply_radius(3);
     for (std::size_t i = 0; i < segments.size(); ++i) {
-      const double share = static_cast<double>(i % 32) / 32;
-      const double angle = 0.75 + 2 * std::numbers::pi * (static_cast<double>(i / 32) + shift * share) / 3;
+      const double fraction = static_cast<double>(i % 32) / 32;
+      const double angle = 0.75 + 2 * std::numbers::pi * (static_cast<double>(i / 32) + shift * fraction) / 3;
       // Along x, angle 0 is up and a right angle is x cross z, which is -y.
       const V3d out(0, -std::sin(angle), std::cos(angle));
-      const V3d place = V3d(2 * share, 1, 0.5) + out * (0.5 - radius);
+      const V3d place = V3d(2 * fraction, 1, 0.5) + out * (0.5 - radius);
       CHECK((V3d(segments[i].start) - place).length() < 1e-6);
       CHECK((V3d(segments[i].out[0]) - out).length() < 1e-6);
       CHECK(static_cast<double>(segments[i].radius) == doctest::Approx(radius));
-      CHECK(static_cast<double>(segments[i].station) == doctest::Approx(share));
+      CHECK(static_cast<double>(segments[i].station) == doctest::Approx(fraction));
       // The last segment of a ply reaches the first of that which it goes on as.
       const bool last = i % 32 == 31;
       const std::size_t ply = (i / 32 + (last ? 3 * 2 + shift : 0)) % 3;

@@ -43,7 +43,7 @@ double length_of(const std::array<V3d, hair_points>& points) {
   return sum;
 }
 
-/// Share of rays from straight above that meet hairs.
+/// Fraction of rays from straight above that meet hairs.
 double cover(const Yarns& yarns, float width) {
   constexpr int side = 1000;
   int met = 0;
@@ -87,7 +87,7 @@ TEST_CASE("lengths of hairs are exponential up to three times their mean, and fr
   CHECK(straight / n < 0.98);
 }
 
-TEST_CASE("a share of hairs are loops, which end on the plane of their roots, along the fibres") {
+TEST_CASE("a fraction of hairs are loops, which end on the plane of their roots, along the fibres") {
   const YarnHairs hairs{20000, 0.5F, 0.3F, 0.01F, 1};
   int loops = 0;
   for (int h = 0; h < hairs.count; ++h) {
@@ -116,8 +116,8 @@ TEST_CASE("hairs begin evenly over the surface of a yarn and of its plies") {
       for (const Yarns::Segment& s : chain) {
         for (const double shift : {-4.0, 0.0, 4.0}) {
           const V3d off = hair.points[0] - V3d(s.start) - V3d(shift, 0, 0);
-          const double share = std::clamp(off.dot(V3d(s.along)) / V3d(s.along).length2(), 0.0, 1.0);
-          nearest = std::min(nearest, (off - V3d(s.along) * share).length());
+          const double fraction = std::clamp(off.dot(V3d(s.along)) / V3d(s.along).length2(), 0.0, 1.0);
+          nearest = std::min(nearest, (off - V3d(s.along) * fraction).length());
         }
       }
       CHECK(nearest <= radius * 1.001);
@@ -161,7 +161,7 @@ TEST_CASE("wide rays meet fewer and wider hairs, of the same cover in the mean")
   const Yarns yarns(hairy(1, {600, 0.5F, 0.2F, 0.002F, 0.75F}), period);
   const double as_they_are = cover(yarns, 0);
   CHECK(as_they_are > 0.05);
-  // 600 hairs, of which a share of 3/10 is left: their lengths vary by about 0.8 of the mean.
+  // 600 hairs, of which a fraction of 3/10 is left: their lengths vary by about 0.8 of the mean.
   const double error = 4 * 0.8 * std::sqrt((1 - 0.3) / (600 * 0.3));
   CHECK(cover(yarns, 0.01F) == doctest::Approx(as_they_are).epsilon(error));
   CHECK(cover(yarns, 0.002F) == as_they_are);
@@ -174,11 +174,11 @@ TEST_CASE("yarn is as thick as its mean and as uneven as it says, apart from its
   double products = 0;
   constexpr int steps = 200000;
   for (int i = 0; i < steps; ++i) {
-    const double share = (i + 0.5) / steps;
-    const double thick = strand_swell(strands, share, byte_of_thickness) - 1;
+    const double fraction = (i + 0.5) / steps;
+    const double thick = strand_swell(strands, fraction, byte_of_thickness) - 1;
     sum += thick;
     squares += thick * thick;
-    products += thick * (strand_swell(strands, share, byte_of_colour) - 1);
+    products += thick * (strand_swell(strands, fraction, byte_of_colour) - 1);
   }
   // Each of the 20,000 places counts once.
   CHECK(std::abs(sum / steps) < 4 * 0.1 / std::sqrt(20000.0));

@@ -47,9 +47,9 @@ TEST_CASE("strands differ with a mean of 0 and the stated variances, and neighbo
   for (int i = 0; i < count; ++i) {
     YarnStrands own{40, 7, 0, i, 0, 1};
     const double around = (std::floor(40 * random.uniform()) + 0.5) / 40;
-    const double share = random.uniform();
-    const auto change = strand_change(own, around, share);
-    const auto next = strand_change(own, around + 1.0 / 40, share);
+    const double fraction = random.uniform();
+    const auto change = strand_change(own, around, fraction);
+    const auto next = strand_change(own, around + 1.0 / 40, fraction);
     // In the middle of a strand its roundness has no slope.
     const std::array<double, 4> values{change.across / strand_tilt, change.along / strand_lift,
                                        change.turn / strand_sway, (change.brightness - 1) / usual_contrast};
@@ -108,9 +108,9 @@ TEST_CASE("single and double precision have the same strands") {
   int apart = 0;
   for (int i = 0; i < 10000; ++i) {
     const double around = random.uniform() - 0.5;
-    const double share = random.uniform();
-    const auto a = strand_change(strands, around, share);
-    const auto b = strand_change(strands, static_cast<float>(around), static_cast<float>(share));
+    const double fraction = random.uniform();
+    const auto a = strand_change(strands, around, fraction);
+    const auto b = strand_change(strands, static_cast<float>(around), static_cast<float>(fraction));
     apart += std::abs(a.across - static_cast<double>(b.across)) +
                          std::abs(a.brightness - static_cast<double>(b.brightness)) <
                      1e-4

@@ -55,7 +55,7 @@ TEST_CASE("a constant error has the figures that follow by hand") {
   CHECK(result.pairs == 8);
 }
 
-TEST_CASE("yarn is compared at every size, by its share of a texel") {
+TEST_CASE("yarn is compared at every size, by its fraction of a texel") {
   // A straight yarn of radius 1/2 in a repeat of 2: from above it covers a half, its texels all or none.
   Fabric fabric = constant_fabric(0.5F, 1);
   fabric.period_mm = V2f(2, 2);

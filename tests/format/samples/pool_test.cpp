@@ -4,15 +4,15 @@
 
 using namespace selvedge;
 
-TEST_CASE("the shares of a coarse texel sum to 1 and cover every fine texel once") {
+TEST_CASE("the fractions of a coarse texel sum to 1 and cover every fine texel once") {
   for (int fine = 1; fine <= 40; ++fine) {
     const int coarse = fine > 1 ? fine / 2 : 1;
     std::vector<double> covered(static_cast<std::size_t>(fine), 0);
     for (const auto& row : overlaps(fine, coarse)) {
       double sum = 0;
       for (const Overlap& o : row) {
-        sum += o.share;
-        covered[o.fine] += o.share * fine / coarse;
+        sum += o.fraction;
+        covered[o.fine] += o.fraction * fine / coarse;
       }
       CHECK(sum == doctest::Approx(1));
     }

@@ -66,9 +66,9 @@ std::vector<std::vector<double>> marched(test::Setting setting, std::span<const 
   return frames;
 }
 
-double percentile(std::vector<double>& values, double share) {
+double percentile(std::vector<double>& values, double fraction) {
   const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+      values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }

@@ -62,7 +62,7 @@ void join_rims(ScenePrimitive& p, bool mirrored = false) {
 }
 
 /// Gives the triangles from `first` on vertices of their own, with coordinates as `of_corner` says.
-void unshare(ScenePrimitive& p, std::size_t first, const std::function<V2d(V2d, std::size_t)>& of_corner) {
+void expand(ScenePrimitive& p, std::size_t first, const std::function<V2d(V2d, std::size_t)>& of_corner) {
   for (std::size_t k = first; k < p.indices.size(); ++k) {
     const std::uint32_t old = std::exchange(p.indices[k], static_cast<std::uint32_t>(p.positions.size()));
     p.positions.push_back(V3f(p.positions[old]));
@@ -93,7 +93,7 @@ TEST_CASE("triangles whose texture says nothing change nothing beside them, what
   const auto own = [first](double scale, const V2d& offset) {
     return [=](ScenePrimitive& p) {
       join_rims(p);
-      unshare(p, first, [&](const V2d& uv, std::size_t) { return uv * scale + offset; });
+      expand(p, first, [&](const V2d& uv, std::size_t) { return uv * scale + offset; });
     };
   };
   const auto moved_back = [](double by) {
@@ -123,14 +123,14 @@ TEST_CASE("triangles whose texture says nothing change nothing beside them, what
            Case{"a rim in u alone",
                 [first](ScenePrimitive& p) {
                   join_rims(p);
-                  unshare(p, first, [](const V2d& uv, std::size_t k) {
+                  expand(p, first, [](const V2d& uv, std::size_t k) {
                     return V2d(uv.x + static_cast<double>(k % 3), 1e-9 * static_cast<double>(k % 2));
                   });
                 }},
            Case{"no vertex is shared",
                 [](ScenePrimitive& p) {
                   join_rims(p);
-                  unshare(p, 0, [](const V2d& uv, std::size_t) { return uv; });
+                  expand(p, 0, [](const V2d& uv, std::size_t) { return uv; });
                 }},
            Case{"a rim that was there twice",
                 [](ScenePrimitive& p) {

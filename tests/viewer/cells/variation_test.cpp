@@ -22,7 +22,7 @@ Variation woven(float period) {
 
 }  // namespace
 
-TEST_CASE("yarn tells rows, lengths and shares; without change there is no variation") {
+TEST_CASE("yarn tells rows, lengths and fractions; without change there is no variation") {
   struct Case {
     float period;
     int lengths, log2_repeats;
@@ -39,8 +39,8 @@ TEST_CASE("yarn tells rows, lengths and shares; without change there is no varia
     for (const YarnRuns& rows : variation.places) CHECK(rows.change == doctest::Approx(0.1 / 2));
     CHECK(variation.runs[0].change == doctest::Approx(0.2));
     CHECK(variation.runs[1].change == doctest::Approx(0.3));
-    CHECK(variation.share > 0.3F);
-    CHECK(variation.share < 0.7F);
+    CHECK(variation.fraction > 0.3F);
+    CHECK(variation.fraction < 0.7F);
   }
   const Variation smooth = Yarns(test::waves(3, 4, false), {3, 3}).variation();
   CHECK_FALSE(smooth.varies());
@@ -93,7 +93,7 @@ TEST_CASE("lanes vary as single places do, and large pixels see the mean") {
       VariedPixels pixels;
       std::array<float, lane_count> single;
       std::array<RepeatPlace, lane_count> moved;
-      LaneFloats share{};
+      LaneFloats fraction{};
       for (std::size_t lane = 0; lane < lane_count; ++lane) {
         const double range = round % 2 == 0 ? 100 : 1e9;
         const RepeatPlace place =
@@ -105,11 +105,11 @@ TEST_CASE("lanes vary as single places do, and large pixels see the mean") {
         pixels.along_v[lane] = static_cast<float>(lane % 3) / 2;
         const VariationFade fade = fade_of(variation, V2f(0.1F, 0.3F) * static_cast<float>(lane));
         for (std::size_t k = 0; k < 4; ++k) pixels.fade[k][lane] = fade[k];
-        share[lane] = share_of_way(fade);
-        moved[lane] = place_of(variation, place, share[lane]);
+        fraction[lane] = offset_weight(fade);
+        moved[lane] = place_of(variation, place, fraction[lane]);
         single[lane] = variation_at(variation, moved[lane], pixels.along_v[lane], fade);
       }
-      place(variation, share, pixels);
+      place(variation, fraction, pixels);
       for (std::size_t lane = 0; lane < lane_count; ++lane) {
         const V2d apart = V2d(V2i(pixels.repeat_u[lane], pixels.repeat_v[lane]) - moved[lane].repeat) +
                           V2d(V2f(pixels.u[lane], pixels.v[lane]) - moved[lane].within);

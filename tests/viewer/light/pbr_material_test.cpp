@@ -99,14 +99,15 @@ TEST_CASE("a metal never gives more light than it gets, a smooth one gives all o
   for (const double roughness : {0.3, 0.6, 1.0}) CHECK(furnace(1, 0, roughness, 0.5) <= 1.0005);
 }
 
-TEST_CASE("the shares of even light are those that the formula gathers") {
+TEST_CASE("the fractions of even light are those that the formula gathers") {
   for (const double angle : {0.0, 0.5, 1.0, 1.4}) {
     for (const double roughness : {0.3, 0.6, 1.0}) {
       CAPTURE(angle);
       CAPTURE(roughness);
-      const V2f share = reflected_share(static_cast<float>(roughness), static_cast<float>(std::cos(angle)));
+      const V2f fraction =
+          reflected_fraction(static_cast<float>(roughness), static_cast<float>(std::cos(angle)));
       for (const double f0 : {0.2, 1.0})
-        CHECK(f0 * static_cast<double>(share.x) + static_cast<double>(share.y) ==
+        CHECK(f0 * static_cast<double>(fraction.x) + static_cast<double>(fraction.y) ==
               doctest::Approx(furnace(f0, 1, roughness, angle)).epsilon(0.01));
     }
   }

@@ -120,7 +120,7 @@ Light spot_at(const V3d& place, double half_angle) {
   return spot;
 }
 
-/// Shares of the light that reaches the points around `p` which the taps of a map may see: all of them the
+/// Fractions of the light that reaches the points around `p` which the taps of a map may see: all of them the
 /// same (0 or 1), else none.
 std::optional<int> reaches(const Rays& rays, const V3d& p, const V3d& normal, const V3d& towards,
                            double distance, double reach) {
@@ -143,8 +143,8 @@ std::optional<int> reaches(const Rays& rays, const V3d& p, const V3d& normal, co
   return all;
 }
 
-/// The share of pixels off the shadows' edges where the picture and a ray cast agree.
-double share_of_agreement(const test::Setting& setting, RenderPath path, int& compared) {
+/// The fraction of pixels off the shadows' edges where the picture and a ray cast agree.
+double agreement(const test::Setting& setting, RenderPath path, int& compared) {
   test::Setting open = setting;
   open.options.shadows = 0;
   const Frame with = test::drawn(setting, path);
@@ -174,8 +174,8 @@ double share_of_agreement(const test::Setting& setting, RenderPath path, int& co
       if (!lit) continue;
       ++compared;
       dark += 1 - *lit;
-      const float share = with.pixels[i].x / without.pixels[i].x;
-      agreed += std::abs(share - static_cast<float>(*lit)) < 0.01F ? 1 : 0;
+      const float fraction = with.pixels[i].x / without.pixels[i].x;
+      agreed += std::abs(fraction - static_cast<float>(*lit)) < 0.01F ? 1 : 0;
     }
   }
   MESSAGE(agreed, " of ", compared, " pixels agree, ", dark, " of them dark");
@@ -249,7 +249,7 @@ TEST_CASE("shadows of a light far away agree with rays on 99 % of the pixels 4 t
   setting.options.lights = {{V3d(0.7, 0.2, 0.5).normalized(), V3f(1)}};
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
     int compared = 0;
-    CHECK(share_of_agreement(setting, path, compared) >= 0.99);
+    CHECK(agreement(setting, path, compared) >= 0.99);
     CHECK(compared > 2000);
   }
 }

@@ -583,7 +583,7 @@ EXPORT(variation_of) const VariationNumbers* variation_of(std::uint32_t number) 
     result.runs[axis] = {runs.rows, runs.lengths, runs.log2_repeats};
     result.changes[axis] = {runs.offset, runs.change};
   }
-  result.fraction_along_v = {variation.share, behind ? behind->variation().share : 0};
+  result.fraction_along_v = {variation.fraction, behind ? behind->variation().fraction : 0};
   return &result;
 }
 

@@ -9,7 +9,7 @@ import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
 import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
 import {LoadedFabric, SelvedgeFabric, Surroundings, cell_images, use_worker} from '../three/index.js';
 
-/** The lights of selvedge-view: the other light has this share, from the right. */
+/** The lights of selvedge-view: the other light has this fraction, from the right. */
 const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18, BACKDROP = 0.8;
 /**
  * While something moves, pixels are twice as wide where a frame takes longer than SLOW ms; FINEST times finer when all has
@@ -174,7 +174,7 @@ function set_light() {
   ambient.intensity = (surroundings ? Math.PI : AMBIENT) * factor;
   surroundings?.set({turn: state.turn + 180 * x, strength: factor});
   renderer.shadowMap.needsUpdate = true;
-  const [right, up] = state.light.map((share) => Math.round(100 * share));
+  const [right, up] = state.light.map((fraction) => Math.round(100 * fraction));
   Object.assign(by_id('light'), {ariaValueNow: right, ariaValueText: `${right} % to the right, ${up} % up`});
   const pad = by_id('light').getContext('2d'), shade = pad.createRadialGradient(48 + 46 * x, 48 - 46 * y, 2, 48, 48, 48);
   shade.addColorStop(0, '#fff');

@@ -177,7 +177,7 @@ function place_chunks(bytes, first, parts) {
     }
   }
   used.sort((a, b) => a[0] - b[0]);
-  if (used.some(([begin], i) => i > 0 && begin < used[i - 1][1])) throw_issue('FILE_DAMAGED', '', 'two chunks share bytes');
+  if (used.some(([begin], i) => i > 0 && begin < used[i - 1][1])) throw_issue('FILE_DAMAGED', '', 'two chunks fraction bytes');
 }
 
 /** { parts }: the headers and chunks of a file (a Uint8Array), the structure of the whole file checked. */

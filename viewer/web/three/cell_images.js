@@ -169,7 +169,7 @@ class CellImages extends EventDispatcher {
   }
   #ask(geometry, {fabric, lay, fabric_uniforms: {fabric_transform: {value: matrix}}}, names) {
     const garment = {
-      state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, view: null, pose: '', posed_at: -POSE, share: 0, at_rest: false, materials: new Set(), geometry, names
+      state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, view: null, pose: '', posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names
     };
     const {position, normal} = geometry.attributes, uv = geometry.attributes[lay.uv_set === 1 ? 'uv1' : 'uv'];
     if (!position || !normal || !uv) {
@@ -310,7 +310,7 @@ class CellImages extends EventDispatcher {
     // Tiles of others came with it.
     const garment = this.#of_number.get(number);
     if (!garment) return;
-    Object.assign(garment, {at_rest: at_rest && serial === garment.view.serial, share: wanted > 0 ? 1 - missing / wanted : 1});
+    Object.assign(garment, {at_rest: at_rest && serial === garment.view.serial, fraction: wanted > 0 ? 1 - missing / wanted : 1});
     // Without room for all images it is as good as it gets.
     if (garment.state === 'waiting' && ((missing === 0 && wanted > 0) || at_rest)) {
       garment.state = 'shown';
@@ -328,10 +328,10 @@ class CellImages extends EventDispatcher {
     return this.#waiting.size === 0 && this.#asked === 0 &&
       [...this.#of_number.values()].every(({at_rest, view}) => at_rest || !view);
   }
-  /** Share of the patches in sight that have images. */
+  /** Fraction of the patches in sight that have images. */
   share() {
     const all = [...this.#of_number.values()];
-    return all.length > 0 ? all.reduce((sum, {share}) => sum + share, 0) / all.length : 0;
+    return all.length > 0 ? all.reduce((sum, {fraction}) => sum + fraction, 0) / all.length : 0;
   }
   #start_again() {
     send({kind: 'again'});

@@ -18,7 +18,7 @@ export const cell_images: EventDispatcher<{change: {at_rest: boolean}}> & {
   supersample: number;
   /** Whether all images are as the last views want them. */
   at_rest(): boolean;
-  /** Share of the cloth in sight that has images. */
+  /** Fraction of the cloth in sight that has images. */
   share(): number;
 };
 

@@ -89,7 +89,7 @@ uniform sampler2D cell_atlas;
 uniform sampler2D cell_heights;
 uniform highp usampler2D cell_table;
 uniform sampler2D cell_tiles;
-uniform float cell_beyond;    // share of the light of one side that the other side gets
+uniform float cell_beyond;    // fraction of the light of one side that the other side gets
 uniform float cell_brighter;  // a place is at most so many times as bright as its image
 varying vec2 fabric_uv;
 flat varying vec4 of_chart;
@@ -126,13 +126,13 @@ flat varying vec2 chart_cells;
 
 // three.js's loops over lights call RE_Direct, shadows included.
 float bright = 0.0;
-float share_of_light(float cosine) {
+float light_of_cosine(float cosine) {
   return (1.0 - cell_beyond) * max(cosine, 0.0) + cell_beyond * 0.5 * (1.0 + cosine);
 }
 struct NoMaterial { int nothing; };
 void add_light(const in IncidentLight light, const in vec3 position, const in vec3 normal, const in vec3 view,
                const in vec3 clearcoat_normal, const in NoMaterial material, inout ReflectedLight reflected) {
-  bright += dot(light.color, vec3(1.0 / 3.0)) * share_of_light(dot(normal, light.direction));
+  bright += dot(light.color, vec3(1.0 / 3.0)) * light_of_cosine(dot(normal, light.direction));
 }
 #define RE_Direct add_light
 
@@ -152,7 +152,7 @@ vec4 number_of_tile(int tile, int k) {
 // Variation beyond the repeat: the twin of format/fabric/variation.h.
 uniform uint varied_keys[4];
 uniform int varied_runs[6];  // rows, lengths, log2 of their repeats, along u and along v
-uniform float varied_numbers[6];  // offset and change, along u and along v; shares of yarn along v, front and back
+uniform float varied_numbers[6];  // offset and change, along u and along v; fractions of yarn along v, front and back
 uint strand_hash(uint x) {
   x = (x ^ x >> 16) * 0x7feb352du;
   x = (x ^ x >> 15) * 0x846ca68bu;
@@ -254,7 +254,7 @@ void main() {
   mat3 from_view = around_from_world * transpose(mat3(viewMatrix));
   vec3 n = from_view * normal;
   for (int i = 0; i < around_lamp_count; ++i)
-    bright += dot(around_lamp_irradiances[i], vec3(occlusion / 3.0)) * share_of_light(dot(n, around_lamp_directions[i]));
+    bright += dot(around_lamp_irradiances[i], vec3(occlusion / 3.0)) * light_of_cosine(dot(n, around_lamp_directions[i]));
   bright += brightness_around(n) * occlusion;
 #endif
 

@@ -10,7 +10,7 @@ import {
   FloatType, LinearFilter, Matrix3, Mesh, NearestFilter, OrthographicCamera, RGBAFormat, Scene, ShaderMaterial,
   Sphere, Vector3, WebGLRenderTarget
 } from 'three';
-import {project, shares_of, smooth_basis, take_lamps} from '../environment.js';
+import {project, smooth_factors, smooth_basis, take_lamps} from '../environment.js';
 
 const {PI, SQRT1_2, cos, floor, max, round, sin, sqrt} = Math;
 const DIRECTIONS = 48, SKY_MAP = 512, LAMP_MAP = 1024;
@@ -149,7 +149,7 @@ export class Surroundings {
     const parts = spiral.map(({x, y, z}) => {
       const basis = smooth_basis(x * c - z * s, y, z * c + x * s), colours = [0, 1, 2];
       const radiance = colours.map((k) => basis.reduce((sum, b, i) => sum + b * this.#factors[i][k], 0));
-      return shares_of(basis, 4 * PI / DIRECTIONS).flatMap((share) => radiance.map((l) => l * share));
+      return smooth_factors(basis, 4 * PI / DIRECTIONS).flatMap((weight) => radiance.map((l) => l * weight));
     });
     for (const {mesh, hidden} of this.#meshes) this.#light(mesh.geometry, hidden, parts);
   }
@@ -166,10 +166,10 @@ export class Surroundings {
     for (let v = 0; v < count; ++v) {
       sums.set(all);
       for (let i = 0; i < DIRECTIONS; ++i) {
-        const share = hidden[v * DIRECTIONS + i] / 255;
-        if (share === 0) continue;
+        const weight = hidden[v * DIRECTIONS + i] / 255;
+        if (weight === 0) continue;
         const part = parts[i];
-        for (let k = 0; k < 27; ++k) sums[k] -= share * part[k];
+        for (let k = 0; k < 27; ++k) sums[k] -= weight * part[k];
       }
       for (let k = 0; k < 27; ++k) arrays[k >> 2][4 * v + (k & 3)] = sums[k];
     }
@@ -202,7 +202,7 @@ export class Surroundings {
     target.dispose();
   }
 
-  /** The shares of light from a direction that are hidden from vertices, the mean of 3 x 3 lookups between the texels of the map. */
+  /** The fractions of light from a direction that are hidden from vertices, the mean of 3 x 3 lookups between the texels of the map. */
   #hide({mesh, hidden}, i, depths, matrix) {
     const {center, radius} = this.sphere, texel = 2 * radius / SKY_MAP, direction = spiral[i];
     const {position, normal} = mesh.geometry.attributes, p = new Vector3(), n = new Vector3();

@@ -19,7 +19,7 @@ const offset_of_opacity = (change) => (b) => {
 };
 
 /** The last chunk of the file, level 1 of `opacity`, is copied into the pixels of the preview. */
-function share_bytes(b) {
+function overlap(b) {
   const last = chunk_at(b, 2, 1), pixels = chunk_at(b, 0) + 12;
   const copy = Buffer.from(b), offset = Buffer.alloc(8);
   b.copy(copy, pixels, last);
@@ -47,7 +47,7 @@ const places = [
     [
       'chunk-of-another-level', 'a tile of another level', 'opacity', (b) => with_i32(b, chunk_at(b, 2) + TILE_LEVEL, 1)
     ],
-    ['chunks-that-share-bytes', 'a chunk within the pixels of another', '', share_bytes, uncompressed('preview')],
+    ['chunks-that-fraction-bytes', 'a chunk within the pixels of another', '', overlap, uncompressed('preview')],
   ].map((row) => damaged(...row)),
 ];
 
