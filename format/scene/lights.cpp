@@ -5,12 +5,12 @@
 
 namespace selvedge {
 
-ArrivingLight arriving_light(const Light& light, const V3d& point) {
+LightReach light_reach(const Light& light, const V3d& point) {
   if (light.kind == LightKind::directional) return {light.direction, 1};
   const V3d towards = light.position - point;
   const double distance2 = towards.length2();
   if (!(distance2 > 0) || !std::isfinite(distance2)) return {light.direction, 0};
-  ArrivingLight result;
+  LightReach result;
   result.direction = towards / std::sqrt(distance2);
   result.fraction = 1 / distance2;
   if (light.range > 0) {
@@ -27,7 +27,7 @@ ArrivingLight arriving_light(const Light& light, const V3d& point) {
 }
 
 Illumination light_at(const Light& light, const V3d& point) {
-  const ArrivingLight at = arriving_light(light, point);
+  const LightReach at = light_reach(light, point);
   return {at.direction, light.irradiance * static_cast<float>(at.fraction)};
 }
 

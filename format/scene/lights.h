@@ -37,11 +37,11 @@ struct Illumination {
 Illumination light_at(const Light& light, const V3d& point);
 
 /// Direction towards a light, and the factor on its irradiance.
-struct ArrivingLight {
+struct LightReach {
   V3d direction{0, 0, 1};
   double fraction = 0;
 };
-ArrivingLight arriving_light(const Light& light, const V3d& point);
+LightReach light_reach(const Light& light, const V3d& point);
 
 /// The lights of a scene; lux and candela become irradiance without a factor.
 std::vector<Light> lights_of(const Scene& scene);

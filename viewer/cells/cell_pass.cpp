@@ -37,7 +37,7 @@ float visibility_at(const CellLights& lights, const ShadowMap& map, const V3f& p
   const Light& light = lights.lights[map.view.light];
   const V3f direction = light.kind == LightKind::directional
                             ? V3f(light.direction)
-                            : V3f(arriving_light(light, lights.origin + V3d(point)).direction);
+                            : V3f(light_reach(light, lights.origin + V3d(point)).direction);
   if (normal.dot(direction) < 0) normal = -normal;
   return shadow_visibility(map, point, normal, direction);
 }

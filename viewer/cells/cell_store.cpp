@@ -61,7 +61,7 @@ float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLi
     V3f direction(light.direction);
     float fraction = light.of_environment ? of_environment : 1;
     if (light.kind != LightKind::directional) {
-      const ArrivingLight there = arriving_light(light, origin + V3d(point));
+      const LightReach there = light_reach(light, origin + V3d(point));
       direction = V3f(there.direction);
       fraction *= static_cast<float>(std::min(there.fraction, 1e24));
     }
@@ -246,7 +246,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
     V3f direction(light.direction);
     V3f irradiance = light.irradiance;
     if (light.kind != LightKind::directional) {
-      const ArrivingLight there = arriving_light(light, origin_ + V3d(patch.centre));
+      const LightReach there = light_reach(light, origin_ + V3d(patch.centre));
       direction = V3f(there.direction);
       irradiance *= static_cast<float>(std::min(there.fraction, 1e24));
     }

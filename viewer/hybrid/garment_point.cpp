@@ -111,7 +111,7 @@ std::vector<ArrivingLight> lights_at(const FrameScene& scene, const GarmentPoint
                                      const GarmentFrame& frame, bool through) {
   std::vector<ArrivingLight> lights;
   for (const Light& light : scene.view.options.lights) {
-    const ArrivingLight there = arriving_light(light, scene.prepared.origin + V3d(point.position));
+    const LightReach there = light_reach(light, scene.prepared.origin + V3d(point.position));
     lights.push_back({frame.into(V3f(there.direction)),
                       light.irradiance * static_cast<float>(std::min(there.fraction, 1e24)),
                       light.of_environment});
