@@ -108,7 +108,7 @@ bool solve(const std::vector<TexelPair>& pairs, const std::vector<double>& value
     energy += pairs[i].weight * values[i] * values[i];
     weight += pairs[i].weight;
     std::vector<double*> blocks{lobes};
-    for (const auto& [view, weight] : pairs[i].views) {
+    for (const auto& [view, factor] : pairs[i].views) {
       if (!table.empty()) blocks.push_back(&table[view]);
     }
     problem.AddResidualBlock(new PairResidual(pairs[i], values[i], options.lobes, !table.empty()), nullptr,
