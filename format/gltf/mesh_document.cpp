@@ -93,7 +93,7 @@ class MeshDocument {
     path = value_or_throw(resolve_uri(document_, relative_uri(path, document_.folder), place));
     std::error_code ignored;
     if (std::filesystem::is_regular_file(path, ignored)) return path;
-    const std::string similar = similar_file(document_, name);
+    std::string similar = similar_file(document_, name);
     document_.remarks.push_back(similar.empty()
                                     ? fmt::format("{}: {}: no such file", place, name)
                                     : fmt::format("{}: there is no \"{}\"; \"{}\" is read", place, name,
