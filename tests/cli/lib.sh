@@ -1,5 +1,5 @@
 # shellcheck shell=bash disable=SC2034
-# What the tests of the command line fraction. Sourced by scripts that are run as SCRIPT BIN CASE: BIN is the folder of
+# What the tests of the command line have in common. Sourced by scripts that are run as SCRIPT BIN CASE: BIN is the folder of
 # the programs, CASE the name of a function of the script. Each run has a folder of its own, which it works in and
 # which is gone afterwards; Node.js reads the JSON reports (without it a test is skipped, status 77).
 set -Eeuo pipefail

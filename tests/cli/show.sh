@@ -54,23 +54,6 @@ with_window() {
   return "$status"
 }
 
-test_show_without_a_display_is_one_line() {
-  make_plane_fabric
-  unset DISPLAY WAYLAND_DISPLAY
-  refuses GRAPHICS_UNAVAILABLE window selvedge-view show plane.fabric.exr
-}
-
-test_show_refuses_what_it_cannot_read_before_a_window_opens() {
-  make_plane_fabric
-  cut_short plane.fabric.exr short.fabric.exr
-  unset DISPLAY WAYLAND_DISPLAY
-  refuses FILE_DAMAGED short.fabric.exr selvedge-view show short.fabric.exr
-  refuses FILE_MISSING nothing.glb selvedge-view show nothing.glb
-  exits 2 selvedge-view show
-  exits 2 selvedge-view show plane.fabric.exr --size 0x4
-  exits 2 selvedge-view show plane.fabric.exr --screenshot window.jpg
-}
-
 test_show_turns_moves_and_nears_with_the_mouse() {
   need_screen
   make_cloth

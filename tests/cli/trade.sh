@@ -13,10 +13,4 @@ test_a_trade_measures_three_qualities_from_four_distances() {
   [ "$(grep -o 'data:image/png' trade/index.html | wc -l)" = 28 ] && [ "$(grep -c '<td>' trade/index.html)" = 12 ]
 }
 
-test_a_trade_refuses_wrong_values_before_the_work() {
-  exits 2 selvedge-view trade plain-knit
-  exits 2 selvedge-view trade plain-knit --size 90x60 -o trade
-  refuses STITCH_UNKNOWN paper selvedge-view trade paper -o trade
-}
-
 "$2"

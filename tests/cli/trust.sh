@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What a garment of somebody else can do: read no file that it does not bring, end no program, take no more than its
-# fraction. The hostile files are made here.
+# share. The hostile files are made here.
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 test_no_verb_opens_a_file_outside_of_the_garments_folder() {
@@ -159,7 +159,6 @@ test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it(
   # 2.4 GB of text in a picture of 2.3 MB.
   edited quad.gltf texts.gltf "$(picture_from texts.png)"
   exits 0 greedy selvedge-view render texts.gltf -o o.png --size 8x8
-  exits 2 selvedge check quad.gltf --max-memory much
 }
 
 test_fabrics_whose_levels_do_not_fit_into_the_memory_are_refused() {
@@ -202,7 +201,6 @@ test_all_files_of_a_dressed_garment_are_written_or_none() {
   [ "$(stat -c %s o.bin)" -lt 2048 ] && [ "$(stat -c %s o.gltf)" -gt 2048 ] || fail "other sizes"
   refuses FILE_UNWRITABLE o.gltf short selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all --backing '#ffffff'
   refuses FILE_UNWRITABLE new.gltf short selvedge dress quad.gltf plane.fabric.exr -o new.gltf --all
-  refuses FILE_UNWRITABLE none/o selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all --backing '#ffffff' --usda none/o.usda
 }
 
 "$2"

@@ -96,7 +96,6 @@ test_a_description_is_read_again_and_set_moves_it() {
   holds "r.parameters.some(p => p.name === 'warp_plies' && p.value[0] === 1 && p.range[1] === 8)"
   exits 0 selvedge stitch plain-knit --set yarn=tube --set wale_mm=2.5 --json --grid 20
   holds "r.periodMm[0] === 2.5 && Math.abs(r.clearanceMm) < 0.012"
-  exits 2 selvedge stitch twill --set warp_plies
 }
 
 # write_twill FILE YARNS: a 2/2 twill of YARNS x YARNS yarns, 1 mm apart, that repeats after 4.

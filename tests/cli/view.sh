@@ -29,9 +29,6 @@ test_render_turntable_leaves_all_frames_or_none() {
   make_scene
   mkdir turn-0003.png
   refuses FILE_UNWRITABLE turn-0003.png selvedge-view render quad.glb -o turn.png --size 20x20 --turntable 4
-  refuses OPTION_OUT_OF_RANGE --turntable selvedge-view render quad.glb -o many.png --size 20x20 --turntable 721
-  exits 2 selvedge-view render quad.glb -o turn.png --turntable 0
-  exits 2 selvedge-view render k.fabric.exr -o turn.png --turntable 4
 }
 
 test_render_tone_curves_change_pictures_of_bytes_alone() {
@@ -43,40 +40,6 @@ test_render_tone_curves_change_pictures_of_bytes_alone() {
   done
   differ none.png neutral.png
   differ agx.png neutral.png
-  exits 2 selvedge-view render plane.fabric.exr -o x.png --tone-map filmic
-}
-
-test_render_refuses_options_that_would_have_no_effect() {
-  make_scene
-  exits 2 selvedge-view render k.fabric.exr -o s.png --azimuth 20
-  exits 2 selvedge-view render k.fabric.exr -o s.png --variant red
-  exits 2 selvedge-view render quad.glb -o s.png --repeats 2x2
-  idle() {
-    exits 2 selvedge-view render "${@:2}" -o s.png
-    grep -q -- "^selvedge-view: $1: .*--help$" "$scratch/err" || fail "$*: $(cat "$scratch/err")"
-  }
-  local option
-  for option in '--turntable 2' '--zoom 2' '--focus 0,0' '--layers 2' '--ambient 1' '--size 20x20' '--shadows 512'; do
-    # shellcheck disable=SC2086
-    idle "${option% *}" k.fabric.exr $option
-  done
-  for option in '--repeats 2x2' '--view 0,0,1' '--pixels-per-texel 2'; do
-    # shellcheck disable=SC2086
-    idle "${option% *}" k.fabric.exr --place near $option
-  done
-  idle --points quad.glb --level 1 --points 3
-  idle --place quad.glb --place near
-  idle --image-memory quad.glb --path paper --image-memory 64
-  for option in '--azimuth 20' '--elevation 3' '--fov 20' --orthographic '--distance 20' '--distance-factor 3' '--look-at 1,1,1'; do
-    # shellcheck disable=SC2086
-    idle "${option% *}" quad.glb --camera 0 $option
-  done
-  idle --distance-factor quad.glb --distance 5 --distance-factor 2
-  idle --fov quad.glb --orthographic --fov 20
-  idle --light-frame quad.glb --light-frame camera
-  idle --light-frame quad.glb --point-light 0,0,1 --light-frame camera
-  idle --points quad.glb --path paper --points 3
-  [ ! -e s.png ] || fail "wrote s.png"
 }
 
 test_standard_output_that_cannot_be_written_is_an_error() {
@@ -114,8 +77,6 @@ test_render_shadows_are_an_option() {
   # Scenes have them without a word.
   selvedge-view render "${view[@]}" -o default.exr
   differ open.exr default.exr
-  exits 2 selvedge-view render quad.glb -o x.png --shadows 8
-  exits 2 selvedge-view render quad.glb -o x.png --shadows many
 }
 
 test_render_in_an_environment_has_a_light_backdrop_and_a_tone_curve() {

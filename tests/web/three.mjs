@@ -3,11 +3,11 @@
 //   node three.mjs PACKAGE_FOLDER KIT_FOLDER
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { here, in_browser } from './browser.mjs';
+import { in_browser } from './browser.mjs';
 
 const [package_folder, kit] = process.argv.slice(2);
 for (const facts of ['facts', 'of_little_memory']) {
-  await in_browser(package_folder, { kit: join(kit, 'valid'), repository: join(here, '../..') }, async ({ page, errors }) => {
+  await in_browser(package_folder, { kit: join(kit, 'valid') }, async ({ page, errors }) => {
     const names = await page.evaluate(async (of) => Object.keys((await import('/test/three_page.js'))[of]), facts);
     for (const name of names) {
       const told = await page.evaluate(async ([of, fact]) => (await import('/test/three_page.js'))[of][fact](), [facts, name]);

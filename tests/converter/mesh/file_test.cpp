@@ -3,7 +3,6 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <cstring>
 #include <sstream>
 
 #include "converter/stitch/library.h"
@@ -81,31 +80,6 @@ TEST_CASE("nothing is lost of a mesh that is no manifold") {
 TEST_CASE("triangles that use a vertex twice are left out") {
   const std::string rows = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 1\n";
   CHECK(read_text("twice.ply", ply_header("ascii", 3, xyz, 2) + rows).triangles.size() == 1);
-}
-
-TEST_CASE("reads PLY as text and binary, of both byte orders, floats and doubles") {
-  const std::string doubles = "property double x\nproperty double y\nproperty double z\n";
-  std::string little = ply_header("binary_little_endian", 3, doubles, 1);
-  append(little, {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.5, 0.25});
-  append<std::uint8_t>(little, {3});
-  append<std::int32_t>(little, {0, 1, 2});
-  std::string big = ply_header("binary_big_endian", 3, xyz, 1, "list uchar uint vertex_indices");
-  for (const float value : {0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.5F, 0.25F}) {
-    char bytes[4];
-    std::memcpy(bytes, &value, 4);
-    big.append({bytes[3], bytes[2], bytes[1], bytes[0]});
-  }
-  big.append({3, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2});
-  const std::string text =
-      ply_header("ascii", 3, doubles, 1) + "0 0 0\n1 0 0\n0 1.5 0.25\n3 0 1 2";  // no newline
-  for (const std::string& content : {little, big, text}) {
-    const CellMesh mesh = read_text("kinds.ply", content);
-    REQUIRE(mesh.positions.size() == 3);
-    CHECK(mesh.positions[1] == V3f(1, 0, 0));
-    CHECK(mesh.positions[2] == V3f(0, 1.5F, 0.25F));
-    REQUIRE(mesh.triangles.size() == 1);
-    CHECK(mesh.triangles[0] == V3i(0, 1, 2));
-  }
 }
 
 TEST_CASE("passes over what else a PLY file has: other elements, lists, properties, comments") {

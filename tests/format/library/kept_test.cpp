@@ -43,12 +43,16 @@ TEST_CASE("what is no fabric is refused with a reason") {
   CHECK(check_fabric_file(good).empty());
   std::ifstream file(good, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  const auto half = std::as_bytes(std::span(bytes).first(bytes.size() / 2));
+  const auto whole = std::as_bytes(std::span(bytes));
+  CHECK(FabricFile::open(whole, "whole"));
   FabricProblem problem;
-  CHECK_FALSE(FabricFile::open(half, "half", &problem));
+  CHECK_FALSE(FabricFile::open(whole.first(bytes.size() / 2), "half", &problem));
   CHECK(problem.code == "FILE_DAMAGED");
+  CHECK(problem.file == "half");
+  CHECK(problem.is_error);
   CHECK_FALSE(FabricFile::open(SELVEDGE_SOURCE_DIR, &problem));
   CHECK(problem.code == "FILE_UNREADABLE");
   CHECK_FALSE(FabricFile::open(SELVEDGE_SOURCE_DIR "/none.exr", &problem));
   CHECK(problem.code == "FILE_MISSING");
+  CHECK(check_fabric_file(SELVEDGE_SOURCE_DIR "/none.exr").front().code == "FILE_MISSING");
 }

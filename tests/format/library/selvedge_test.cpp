@@ -198,21 +198,6 @@ TEST_CASE("a fabric beyond the limits that a program sets is refused") {
   CHECK_FALSE(FabricFile::open(written.path, &problem, options));
 }
 
-TEST_CASE("a file in memory is as good, and a bad one has a problem with a code") {
-  const Written written;
-  const std::string bytes = bytes_of(written.path);
-  const auto in_memory = std::as_bytes(std::span(bytes));
-  CHECK(FabricFile::open(in_memory, "embedded"));
-  FabricProblem problem;
-  CHECK_FALSE(FabricFile::open(in_memory.first(in_memory.size() / 2), "embedded", &problem));
-  CHECK(problem.file == "embedded");
-  CHECK_FALSE(problem.code.empty());
-  CHECK(problem.is_error);
-  CHECK_FALSE(FabricFile::open(written.folder / "none.exr", &problem));
-  CHECK(problem.code == "FILE_MISSING");
-  CHECK(check_fabric_file(written.folder / "none.exr").front().code == "FILE_MISSING");
-}
-
 TEST_CASE("the library draws lights as the sampler does, from both sides, and says nothing where it cannot") {
   const Folder folder;
   const Fabric fabric = four_sides();

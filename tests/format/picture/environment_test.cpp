@@ -38,36 +38,6 @@ Environment made(int width, const Radiance& radiance) {
   return e;
 }
 
-V3f smooth_radiance(const SmoothLight& light, const V3d& d) {
-  const auto basis = smooth_basis(d.x, d.y, d.z);
-  V3f sum(0, 0, 0);
-  for (int k = 0; k < smooth_functions; ++k) sum += light.factors[k] * static_cast<float>(basis[k]);
-  return sum;
-}
-
-V3d any_unit(Random& random) {
-  const double z = 2 * random.uniform() - 1;
-  const double phi = 2 * std::numbers::pi * random.uniform();
-  const double planar = std::sqrt(1 - z * z);
-  return {planar * std::cos(phi), planar * std::sin(phi), z};
-}
-
-/// Irradiance of a surface that faces along `n`.
-V3d irradiance(const EnvironmentLight& light, const V3d& n) {
-  V3d sum(0, 0, 0);
-  for (const Light& lamp : light.lamps) sum += V3d(lamp.irradiance) * std::max(0.0, lamp.direction.dot(n));
-  constexpr int side = 200;
-  for (int i = 0; i < side * side; ++i) {
-    const double z = 2 * (i % side + 0.5) / side - 1;
-    const double phi = 2 * std::numbers::pi * (i / side + 0.5) / side;
-    const double planar = std::sqrt(1 - z * z);
-    const V3d d(planar * std::cos(phi), planar * std::sin(phi), z);
-    sum += V3d(smooth_radiance(light.rest, d)) *
-           (std::max(0.0, d.dot(n)) * 4 * std::numbers::pi / (side * side));
-  }
-  return sum;
-}
-
 }  // namespace
 
 TEST_CASE("an environment's pixels cover the sphere, and directions find them again") {
@@ -93,44 +63,6 @@ TEST_CASE("an environment's pixels cover the sphere, and directions find them ag
   // A turn by a quarter moves what was seen along -z to -x.
   e.options.turn = 90;
   CHECK((e.at({-1, 0, 0}) - V3f(2, 2, 1)).length() < 0.01F);
-}
-
-TEST_CASE("smooth light is the same seen from any axes") {
-  Random random(5);
-  SmoothLight light;
-  for (V3f& f : light.factors)
-    f = V3f(static_cast<float>(random.uniform()), static_cast<float>(random.uniform()), 0);
-  for (int i = 0; i < 50; ++i) {
-    const V3d n = any_unit(random);
-    const V3d t = n.cross(any_unit(random)).normalized();
-    const V3d b = n.cross(t) * (i % 2 == 0 ? 1.0 : -1.0);
-    std::array<double, smooth_functions> red;
-    for (int k = 0; k < smooth_functions; ++k) red[k] = static_cast<double>(light.factors[k].x);
-    const auto in_axes = turned(red, t, b, n);
-    const V3d d = any_unit(random);
-    const auto basis = smooth_basis(d.x, d.y, d.z);
-    double sum = 0;
-    for (int k = 0; k < smooth_functions; ++k) sum += in_axes[k] * basis[k];
-    CHECK(sum == doctest::Approx(smooth_radiance(light, t * d.x + b * d.y + n * d.z).x).epsilon(1e-5));
-  }
-}
-
-TEST_CASE("constant light, a cosine and a step have the irradiance of closed forms") {
-  Random random(7);
-  const EnvironmentLight constant = divide(made(128, [](const V3d&) { return V3f(0.5F, 1, 2); }));
-  const EnvironmentLight cosine =
-      divide(made(128, [](const V3d& d) { return V3f(static_cast<float>(1 + d.y)); }));
-  const EnvironmentLight step = divide(made(128, [](const V3d& d) { return V3f(d.y > 0 ? 1.0F : 0.0F); }));
-  CHECK(constant.lamps.empty());
-  CHECK(cosine.lamps.empty());
-  CHECK(step.lamps.empty());
-  for (int i = 0; i < 10; ++i) {
-    const V3d n = any_unit(random);
-    CHECK((irradiance(constant, n) - V3d(0.5, 1, 2) * std::numbers::pi).length() < 0.01);
-    CHECK(irradiance(cosine, n).x == doctest::Approx(std::numbers::pi * (1 + 2.0 / 3 * n.y)).epsilon(0.002));
-    // A half sphere of light: pi (1 + n.y) / 2. Degree 2 leaves at most 2 % of what a surface below it has.
-    CHECK(std::abs(irradiance(step, n).x - std::numbers::pi * (1 + n.y) / 2) < 0.02 * std::numbers::pi);
-  }
 }
 
 TEST_CASE("a sun becomes a lamp of its direction and irradiance, a second one another") {
