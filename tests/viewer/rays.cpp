@@ -1,5 +1,4 @@
 #include "tests/viewer/rays.h"
-#include "tests/viewer/swatch_picture.h"
 
 #include <Imath/ImathBox.h>
 
@@ -9,6 +8,9 @@
 
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
+#include "format/fabric/evaluate.h"
+#include "format/fabric/footprint.h"
+#include "format/fabric/level_options.h"
 #include "viewer/gl/context.h"
 #include "viewer/light/pbr_brdf.h"
 #include "viewer/light/shadow_pass.h"
@@ -188,17 +190,64 @@ V4f shade_yarn(const Garment& garment, const Fabric& fabric, const Meeting& m) {
   return {sum.x, sum.y, sum.z, 1};
 }
 
-/// Radiance by each light and opacity of the texels under a pixel, of which this is the middle; of a forced
-/// level, of the nearest one.
+/// Weights of texels: level, column, row.
+using TexelWeights = std::map<std::array<int, 3>, float>;
+
+/// Adds the texels of a level under a pixel that is at least as wide as one of them, by the places of points
+/// in it.
+void add_texels(const Fabric& fabric, int level, const V2d& uv, std::array<V2d, 2> steps, float weight,
+                TexelWeights& texels) {
+  constexpr int points = 16;
+  const FabricLevel& stored = fabric.levels[level];
+  const V2d size(stored.width, stored.height);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double length = (steps[i] * size).length();
+    steps[i] = length > 1e-12 ? steps[i] / std::min(length, 1.0) : V2d(i == 0 ? 1 : 0, i == 0 ? 0 : 1) / size;
+  }
+  for (int i = 0; i < points * points; ++i) {
+    const V2d part = V2d(i % points + 0.5, i / points + 0.5) / points - V2d(0.5);
+    const V2d at = uv + steps[0] * part.x + steps[1] * part.y;
+    texels[{level, wrap_texel(at.x, stored.width), wrap_texel(at.y, stored.height)}] +=
+        weight / (points * points);
+  }
+}
+
+/// Radiance by each light and opacity of the texels under a pixel, of which this is the middle (spec/brdf.md,
+/// "The viewer"); of a forced level, of the nearest one.
 std::vector<V4f> shade_texels(const Garment& garment, const Fabric& fabric, const Meeting& m) {
-  LevelOptions levels;
-  levels.forced = garment.forced;
-  const double rays = rays_per_side;
-  const Footprint pixel{m.uv, m.steps[0] * rays, m.steps[1] * rays};
+  const std::array<V2d, 2> steps{m.steps[0] * double{rays_per_side}, m.steps[1] * double{rays_per_side}};
+  V2d place = m.uv;
+  float varied = 1;
+  if (const auto& yarns = fabric.levels.front().yarns(); yarns) {
+    const Variation& variation = yarns->variation();
+    const VariationFade fade =
+        fade_of(variation, V2f(V2d(std::hypot(steps[0].x, steps[1].x), std::hypot(steps[0].y, steps[1].y))));
+    const RepeatPlace moved = place_of(variation, repeat_place(m.uv), offset_weight(fade));
+    varied = variation_at(variation, moved, variation.fraction, fade);
+    place = V2d(moved.within);
+  }
+  TexelWeights texels;
+  if (garment.forced >= 0) {
+    const FabricLevel& level = fabric.levels[garment.forced];
+    texels[{garment.forced, wrap_texel(place.x, level.width), wrap_texel(place.y, level.height)}] = 1;
+  } else {
+    const V2d size(fabric.texels());
+    const float pixel = pixel_size({V2f(steps[0] * size), V2f(steps[1] * size)});
+    const float level =
+        std::clamp(std::log2(pixel) + level_bias, 0.0F, static_cast<float>(fabric.levels.size() - 1));
+    const int lower = static_cast<int>(level);
+    const float of_upper = blend_of_levels(level - std::floor(level));
+    if (of_upper < 1) add_texels(fabric, lower, place, steps, 1 - of_upper, texels);
+    if (of_upper > 0) add_texels(fabric, lower + 1, place, steps, of_upper, texels);
+  }
   std::vector<V4f> by_light;
   for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float) {
-    const Illumination light{V3d(l), irradiance};
-    const V4f p = shade_pixel(fabric, levels, pixel, m.in_frame(m.view), {&light, 1});
+    V4f p(0);
+    for (const auto& [texel, weight] : texels) {
+      const Shading s = evaluate(fabric, texel[0], texel[1], texel[2], l, m.in_frame(m.view));
+      const V3f radiance = s.radiance * irradiance * (s.alpha * weight * varied);
+      p += V4f(radiance.x, radiance.y, radiance.z, s.alpha * weight);
+    }
     by_light.push_back(p.w > 0 ? V4f(p.x / p.w, p.y / p.w, p.z / p.w, p.w) : V4f(0));
   });
   return by_light;
@@ -224,7 +273,7 @@ V4f shade(const Garment& garment, SeenSurface surface, int x, int y, PixelTexels
   }
   const Fabric& fabric = garment.fabrics[2 * material.fabric + surface % 2];
   V4f shaded(0);
-  if (garment.forced < 0 && fabric.levels.front().yarns()) {
+  if (garment.forced == -1 && fabric.levels.front().yarns()) {
     shaded = shade_yarn(garment, fabric, m);
   } else {
     const V2i pixel(x / rays_per_side, y / rays_per_side);

@@ -6,10 +6,11 @@
 #include <cmath>
 
 #include "format/fabric/evaluate.h"
+#include "format/scene/swatch.h"
 #include "tests/require.h"
 #include "tests/viewer/paths.h"
+#include "tests/viewer/rays.h"
 #include "tests/viewer/shapes.h"
-#include "tests/viewer/swatch_picture.h"
 #include "viewer/render.h"
 
 namespace selvedge {
@@ -114,7 +115,6 @@ TEST_CASE("a swatch refuses what cannot be shown") {
 }
 
 TEST_CASE("a swatch from a place looks as the reference evaluation's picture of it") {
-  // An independent way: rays against the plane, texel by texel.
   for (const V2i& size : {V2i(16, 16), V2i(12, 20)}) {
     Fabric fabric = test::random_fabric(size.x, size.y, 3);
     fabric.period_mm = V2f(4, 5);
@@ -122,13 +122,14 @@ TEST_CASE("a swatch from a place looks as the reference evaluation's picture of 
       CAPTURE(name_of(view));
       const V2d period(fabric.period_mm);
       const SwatchShot shot = swatch_shot(view, period, 64, 48);
-      const Frame expected = draw_swatch(fabric, shot);
       RenderOptions options;
       options.width = shot.width;
       options.height = shot.height;
       options.layers = 1;
       options.lights = shot.lights;
-      const Frame frame = test::need(render(swatch_scene(period, shot), {fabric}, shot.camera, options));
+      const Scene scene = swatch_scene(period, shot);
+      const Frame frame = test::need(render(scene, {fabric}, shot.camera, options));
+      const Frame expected = test::march(scene, {&fabric, 1}, shot.camera, {64, 48}, shot.lights);
       const double db = test::decibels(frame, expected, 1);
       MESSAGE(name_of(view), ": ", db, " dB");
       // At a grazing angle pixels lie across the texels' rows.

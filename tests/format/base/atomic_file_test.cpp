@@ -106,14 +106,6 @@ TEST_CASE("a link to a file that is not there is no output") {
   CHECK(test::error_of(write_file(folder / "circle", std::string("text"))).code == Code::file_unwritable);
 }
 
-TEST_CASE("a place that cannot be written to is named") {
-  const Folder folder;
-  const auto file = AtomicFile::create(folder / "absent/a");
-  REQUIRE_FALSE(file);
-  CHECK(file.error().code == Code::file_unwritable);
-  CHECK(file.error().file == folder / "absent/a");
-}
-
 TEST_CASE("a file or a link in the place of the temporary one is left as it is") {
   const Folder folder;
   // The name of the next temporary file, from this one's.

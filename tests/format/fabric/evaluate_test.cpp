@@ -22,14 +22,6 @@ TEST_CASE("a Lambert texel gives albedo / pi times the light's cosine, from ever
   }
 }
 
-TEST_CASE("light and view below the cloth give nothing") {
-  const Fabric fabric = test::lambert_fabric(1, 1, {1, 1, 1});
-  const V3f up(0, 0, 1);
-  const V3f below = V3f(0.6F, 0, -0.8F);
-  CHECK(evaluate(fabric, 0, 0, 0, below, up).radiance == V3f(0, 0, 0));
-  CHECK(evaluate(fabric, 0, 0, 0, up, below).radiance == V3f(0, 0, 0));
-}
-
 TEST_CASE("lobes are reciprocal, and turn with the frame of their texel") {
   Fabric fabric = test::random_fabric(4, 4, {2, 2}, 2, 9);
   FabricLevel& level = fabric.levels[0];
@@ -119,15 +111,6 @@ TEST_CASE("the colour of a hole takes no part in the interpolation of the table"
   CHECK(s.radiance.x == doctest::Approx(1 / std::numbers::pi));
 }
 
-TEST_CASE("blending two levels weights radiance by alpha") {
-  const Shading a{{1, 1, 1}, 0.5F};
-  const Shading b{{3, 3, 3}, 1.0F};
-  const Shading s = blend(a, b, 0.25F);
-  CHECK(s.alpha == doctest::Approx(0.625));
-  CHECK(s.radiance.x == doctest::Approx((0.75 * 0.5 * 1 + 0.25 * 1 * 3) / 0.625));
-  CHECK(blend({{7, 7, 7}, 0}, {{8, 8, 8}, 0}, 0.5F).radiance == V3f(0, 0, 0));
-}
-
 TEST_CASE("no weights turn the largest number into an infinity") {
   const float most = std::numeric_limits<float>::max();
   for (float weight = 0; weight < 1; weight += 0.01F) {
@@ -163,51 +146,4 @@ TEST_CASE("texture coordinates repeat, rows run downwards") {
   same({-0.1, 5.6}, 3, 1);
   same({1e9 + 0.3, -3.9}, 1, 0);
   CHECK(wrap_texel(-1e-18, 4) == 3);
-}
-
-TEST_CASE("products add up to a polynomial of the directions' functions") {
-  // phi_1 = v_x + 2 over the views, psi_0 = (l_z, 1, 0), psi_1 = (0, 0, l_x): at the grid's own directions
-  // interpolation changes nothing.
-  Fabric fabric;
-  fabric.views = {4, 4};
-  fabric.lights = {3, 5};
-  const auto views = directions_of(fabric.views);
-  const auto lights = directions_of(fabric.lights);
-  ProductBases bases;
-  for (const V3f& v : views) bases.view.push_back(v.x + 2);
-  for (const V3f& l : lights) bases.light.emplace_back(l.z, 1.0F, 0.0F);
-  for (const V3f& l : lights) bases.light.emplace_back(0.0F, 0.0F, l.x);
-  FabricLevel level;
-  level.width = level.height = 1;
-  level.bases = std::make_shared<ProductBases>(bases);
-  level.pairs = {{0, 0}, {1, 0}, {1, 1}};
-  level.set(LayerKind::products, {3, {0.5F, 0.25F, 2}});
-  fabric.levels = {level};
-  REQUIRE(validate(fabric));
-  for (const V3f& v : views) {
-    for (const V3f& l : lights) {
-      const Shading s = evaluate(fabric, 0, 0, 0, l, v);
-      const float phi = v.x + 2;
-      CHECK(s.alpha == 1);
-      CHECK(s.radiance.x == doctest::Approx(l.z * l.z * (0.5F + 0.25F * phi)).epsilon(1e-4));
-      CHECK(s.radiance.y == doctest::Approx(l.z * (0.5F + 0.25F * phi)).epsilon(1e-4));
-      CHECK(s.radiance.z == doctest::Approx(l.z * std::max(0.0F, 2 * phi * l.x)).epsilon(1e-4));
-    }
-  }
-  SUBCASE("a light table is a term of its own") {
-    fabric.levels[0].add(LayerKind::light, 45);
-    for (V3f& s : fabric.levels[0].light_table()) s = V3f(1, 2, 3);
-    const Shading s = evaluate(fabric, 0, 0, 0, lights[7], views[5]);
-    CHECK(s.radiance.y == doctest::Approx(lights[7].z * (2.5F + 0.25F * (views[5].x + 2))).epsilon(1e-4));
-  }
-  SUBCASE("a light table alone multiplies the view table") {
-    fabric.levels[0].remove(LayerKind::products);
-    fabric.levels[0].add(LayerKind::light, 45);
-    for (V3f& s : fabric.levels[0].light_table()) s = V3f(1, 2, 3);
-    fabric.levels[0].add(LayerKind::table, 48);
-    for (V3f& t : fabric.levels[0].view_table()) t = V3f(2, 2, 0.5F);
-    const Shading s = evaluate(fabric, 0, 0, 0, lights[7], views[5]);
-    CHECK(s.radiance.x == doctest::Approx(lights[7].z * 2));
-    CHECK(s.radiance.z == doctest::Approx(lights[7].z * 1.5F));
-  }
 }
