@@ -161,7 +161,9 @@ FallbackFactors fit_fallback(const Fabric& fabric) {
   FallbackFactors factors;
   const Reflected reflected(fabric, 1);
   fit_lobes(reflected, factors);
-  fit_transmission(Reflected(fabric, -1), factors);
+  // Yarn without light that comes through is black from behind.
+  const auto yarns = fabric.levels.front().yarns();
+  if (!yarns || !yarns->data().through.empty()) fit_transmission(Reflected(fabric, -1), factors);
   V3d sum(0, 0, 0);
   const int count = static_cast<int>(reflected.directions.size());
   for (int i = 0; i < count; ++i)

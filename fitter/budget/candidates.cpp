@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -12,11 +11,11 @@
 #include "fitter/products/coded_size.h"
 #include "fitter/products/quantise.h"
 #include "fitter/solve/radiance_scale.h"
-#include "format/base/atomic_file.h"
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/layers.h"
+#include "format/fabric/size.h"
 #include "format/samples/pool.h"
 
 namespace selvedge {
@@ -68,20 +67,10 @@ double bytes_of(const FabricLevel& level, LayerKind kind) {
   return coded_bytes(level[kind].values, level[kind].channels, level.width);
 }
 
-/// Normals and tangents separately, as in the file.
-double bytes_of_frame(const FabricLevel& level) {
-  std::vector<float> normals;
-  std::vector<float> tangents;
-  for (const auto& [n, t] : level.frame()) {
-    normals.insert(normals.end(), {n.x, n.y, n.z});
-    tangents.insert(tangents.end(), {t.x, t.y, t.z});
-  }
-  return coded_bytes(normals, 3, level.width) + coded_bytes(tangents, 3, level.width);
-}
-
-/// Lobes are stored in 32 bits, whose mantissas hardly compress.
+/// With opacity. Lobes are stored in 32 bits, whose mantissas hardly compress.
 double bytes_of_lobes(const FabricLevel& level) {
-  return 3.6 * static_cast<double>(level.lobes().size()) + bytes_of_frame(level);
+  return bytes_of(level, LayerKind::opacity) + 3.6 * static_cast<double>(level.lobes().size()) +
+         bytes_of(level, LayerKind::frame);
 }
 
 /// Weight of log(error) at level 0, which near views show; 1 at the other levels.
@@ -89,69 +78,51 @@ constexpr double weight_of_level_0 = 5;
 /// Bytes per channel in the file in addition to its values.
 constexpr double bytes_per_channel = 30;
 
-double weight_of(std::size_t level) { return level == 0 ? weight_of_level_0 : 1; }
+/// Texels of a level that show whether lobes are worth their search, how much larger their error may be
+/// there, and bytes that products may take more: within a budget these cost less than such an error.
+constexpr int max_probes = 2;
+constexpr double max_error_ratio = 1.5;
+constexpr double max_bytes_more = 256;
 
-bool has_basis(const LevelCandidate& candidate) { return candidate.kind == LevelCandidate::Kind::basis; }
+double weighted_log_error(std::size_t level, const LevelCandidate& candidate) {
+  return (level == 0 ? weight_of_level_0 : 1) * std::log(std::max(candidate.error, 1e-30));
+}
+
+bool has_lobes(const LevelCandidate& candidate) { return candidate.lobes.has(LayerKind::lobes); }
 
 /// Few pairs say little about the mean, and a large difference is no error of interpolation.
 constexpr std::size_t min_pairs = 16;
 constexpr double max_brightness = 1.25;
 
-/// l_z max(0, sum over m of c_m phi_m(v) psi_m(l)) of every texel. The products of functions are computed
-/// once for all texels; with evaluate(), the choice takes three times as long. `fabric`: for the grids of
-/// views and lights.
-std::vector<V3f> radiance_of_texels(const BasisFit& basis, const Fabric& fabric, const DirectionPair& pair) {
-  const DirectionTaps views = interpolate(fabric.views, pair.view);
-  const DirectionTaps lights = interpolate(fabric.lights, pair.light);
-  std::vector<V3f> values;  // phi_m(v) psi_m(l)
-  for (const V2i& functions : basis.pairs) {
-    const std::vector<float>& phi = basis.view[functions.x];
-    const std::vector<float>& psi = basis.light[functions.y];
-    float factor = 0;
-    V3f colour(0, 0, 0);
-    for (std::size_t tap = 0; tap < 4; ++tap) {
-      factor += views.weight[tap] * phi[views.cell[tap]];
-      const float* rgb = &psi[3 * lights.cell[tap]];
-      colour += lights.weight[tap] * V3f(rgb[0], rgb[1], rgb[2]);
-    }
-    values.push_back(pair.light.z * factor * colour);
-  }
-  std::vector<V3f> radiance;
-  const float* coefficient = basis.coefficient.data();
-  for (std::size_t t = 0; t < basis.texels(); ++t) {
-    V3f sum(0, 0, 0);
-    for (const V3f& value : values) sum += *coefficient++ * value;
-    for (int c = 0; c < 3; ++c) sum[c] = std::max(sum[c], 0.0F);
-    radiance.push_back(sum);
-  }
-  return radiance;
+float interpolated(const DirectionTaps& taps, const float* values) {
+  float sum = 0;
+  for (std::size_t i = 0; i < 4; ++i) sum += taps.weight[i] * values[taps.cell[i]];
+  return sum;
 }
 
-float interpolated(std::span<const float> opacity, std::size_t texel, std::size_t views,
-                   const DirectionTaps& at) {
-  float alpha = 0;
-  for (std::size_t tap = 0; tap < 4; ++tap) {
-    alpha += at.weight[tap] * opacity[texel * views + at.cell[tap]];
-  }
-  return alpha;
+/// Sizes, frames and opacity of the paper's fit, with lobes and tables that are not searched.
+std::array<ChannelFit, 3> dark_texel(const TexelSamples& samples, const LobeFitOptions& options) {
+  ChannelFit fit;
+  fit.parameters.assign(parameter_count(options.lobes), 0);
+  fit.table.assign(samples.views, 1);
+  return {fit, fit, fit};
 }
 
-/// Size of the file of a fabric, without its yarn. Throws Failure.
-double file_size(const Fabric& fabric, const FabricWriteOptions& options) {
-  std::error_code error;
-  const auto path = std::filesystem::temp_directory_path(error) / "selvedge-size.fabric.exr";
-  const AtomicFile file = value_or_throw(AtomicFile::create(path.string()));
-  value_or_throw(write_fabric(file.temporary(), fabric, options));
-  return static_cast<double>(std::filesystem::file_size(file.temporary(), error));
+/// A fit to compare with others; the searches left out gain few per cent.
+std::array<ChannelFit, 3> quick_texel(const TexelSamples& samples, LobeFitOptions options) {
+  options.starts = options.finalists = 1;
+  options.tolerance = 0.01;
+  return fit_texel(samples, options);
 }
 
-/// Without the noise.
-void append(PairSamples& to, const PairSamples& from) {
-  to.width = from.width;
-  to.height = from.height;
-  to.pairs.insert(to.pairs.end(), from.pairs.begin(), from.pairs.end());
-  to.alpha.insert(to.alpha.end(), from.alpha.begin(), from.alpha.end());
-  to.radiance.insert(to.radiance.end(), from.radiance.begin(), from.radiance.end());
+/// A level of one of the texels.
+SampleLevel texel_of(const SampleLevel& level, std::size_t texel) {
+  const auto part = [&](const auto& values) {
+    const auto size = static_cast<std::ptrdiff_t>(values.size() / level.texels());
+    const auto first = values.begin() + size * static_cast<std::ptrdiff_t>(texel);
+    return std::vector(first, first + size);
+  };
+  return {1, 1, level.views, level.lights, part(level.alpha), part(level.normal), part(level.radiance)};
 }
 
 }  // namespace
@@ -183,9 +154,7 @@ ProductBases BasisList::bases() const {
 }
 
 std::vector<LevelTruth> level_truths(const PairSamples& truth) {
-  std::vector<LevelTruth> levels(1);
-  levels[0].width = truth.width;
-  levels[0].height = truth.height;
+  std::vector<LevelTruth> levels{{truth.width, truth.height, {}}};
   const std::size_t texels = truth.width * truth.height;
   for (std::size_t p = 0; p < truth.pairs.size(); ++p) {
     std::vector<V3d> image;
@@ -195,12 +164,9 @@ std::vector<LevelTruth> level_truths(const PairSamples& truth) {
     levels[0].pairs.push_back(std::move(image));
   }
   while (levels.back().width > 1 || levels.back().height > 1) {
-    LevelTruth coarse;
-    coarse.width = level_size(levels.back().width, 1);
-    coarse.height = level_size(levels.back().height, 1);
-    for (const auto& image : levels.back().pairs) {
-      coarse.pairs.push_back(pool_image(image, levels.back().width, levels.back().height));
-    }
+    const LevelTruth& fine = levels.back();
+    LevelTruth coarse{level_size(fine.width, 1), level_size(fine.height, 1), {}};
+    for (const auto& image : fine.pairs) coarse.pairs.push_back(pool_image(image, fine.width, fine.height));
     levels.push_back(std::move(coarse));
   }
   return levels;
@@ -237,7 +203,7 @@ void LayerFitter::add_quantised(std::size_t level, const BasisFit& basis, double
   const float scale = coefficient_scale(basis);
   if (!(scale > 0)) return;
   const float unit = std::exp2(std::floor(std::log2(scale)));
-  const std::size_t width = levels_[level].paper.width;
+  const std::size_t width = levels_[level].dark.width;
   for (const Coarseness& coarse : coarseness) {
     std::size_t last = 0;
     for (const float fraction : min_fractions) {
@@ -270,43 +236,66 @@ void LayerFitter::scale_radiance(SampleLevel& samples, PairSamples& pairs, PairS
   }
 }
 
-/// Fits the paper's model with and without view table.
-void LayerFitter::fit_lobes(const SampleLevel& samples, const SamplesHeader& header,
-                            const FitOptions& options, const Progress& progress,
-                            const PairSamples& measured) {
-  const auto part = [&](double from, double size) -> Progress {
-    return [&progress, from, size](double fraction) {
-      if (progress) progress(from + size * fraction);
+/// Adds the paper's model with and without view table, from level `first` on.
+void LayerFitter::add_lobes(std::size_t first, const SampleLevel& samples, SamplesHeader header,
+                            FitOptions options, const Progress& progress, const PairSamples& measured,
+                            const PairSamples& pairs, const std::vector<LevelTruth>& truths) {
+  header.width = samples.width;
+  header.height = samples.height;
+  const int kinds = options.view_table ? 2 : 1;
+  for (int kind = 0; kind < kinds; ++kind) {
+    options.view_table = kind == 1;
+    const auto part = [&](double fraction) {
+      if (progress) progress(0.2 + 0.8 * (kind + fraction) / kinds);
     };
-  };
-  FitResult paper = value_or_throw(fit(samples, header, options, part(0, 0.5), measured));
-  FitResult plain = paper;
-  if (options.view_table) {
-    FitOptions without_table = options;
-    without_table.view_table = false;
-    plain = value_or_throw(fit(samples, header, without_table, part(0.5, 0.2), measured));
+    FitResult fitted = value_or_throw(fit(samples, header, options, part, measured));
+    remove_radiance_scale(fitted.fabric);
+    for (std::size_t k = first; k < levels_.size(); ++k) {
+      LevelCandidate candidate;
+      candidate.lobes = std::move(fitted.fabric.levels[k - first]);
+      candidate.report = fitted.levels[k - first];
+      candidate.bytes = bytes_of_lobes(candidate.lobes) + bytes_of(candidate.lobes, LayerKind::table);
+      candidate.error = level_error(candidate.lobes, fabric_, pairs.pairs, truths[k]);
+      levels_[k].candidates.push_back(std::move(candidate));
+    }
   }
-  for (Fabric* fabric : {&paper.fabric, &plain.fabric}) remove_radiance_scale(*fabric);
-  for (std::size_t k = 0; k < paper.levels.size(); ++k) {
-    Level& level = levels_.emplace_back();
-    level.paper = std::move(paper.fabric.levels[k]);
-    level.report = paper.levels[k];
-    level.plain = std::move(plain.fabric.levels[k]);
-    level.plain_report = plain.levels[k];
-  }
-  fabric_ = std::move(paper.fabric);
-  fabric_.levels.clear();
-  fabric_.lights = header.lights;
-  warnings_ = std::move(paper.warnings);
 }
 
+/// The products of functions are computed once for all texels; with evaluate(), the choice takes three times
+/// as long.
 std::vector<V3f> LayerFitter::shown(std::size_t k, const BasisFit& basis, const DirectionPair& pair) const {
-  std::vector<V3f> radiance = radiance_of_texels(basis, fabric_, pair);
-  const DirectionTaps at = interpolate(fabric_.views, pair.view);
-  for (std::size_t t = 0; t < radiance.size(); ++t) {
-    radiance[t] *= interpolated(levels_[k].paper.opacity(), t, fabric_.views.count(), at);
+  const DirectionTaps views = interpolate(fabric_.views, pair.view);
+  const DirectionTaps lights = interpolate(fabric_.lights, pair.light);
+  std::vector<V3f> values;  // phi_m(v) psi_m(l)
+  for (const V2i& functions : basis.pairs) {
+    const std::vector<float>& psi = basis.light[functions.y];
+    V3f colour(0, 0, 0);
+    for (std::size_t tap = 0; tap < 4; ++tap) {
+      const float* rgb = &psi[3 * lights.cell[tap]];
+      colour += lights.weight[tap] * V3f(rgb[0], rgb[1], rgb[2]);
+    }
+    values.push_back(pair.light.z * interpolated(views, basis.view[functions.x].data()) * colour);
   }
-  return radiance;
+  std::vector<V3f> result;
+  // Several texels at a time, because each sum waits for its last term.
+  constexpr std::size_t lanes = 8;
+  for (std::size_t first = 0; first < basis.texels(); first += lanes) {
+    std::array<const float*, lanes> coefficient{};
+    for (std::size_t i = 0; i < lanes; ++i)
+      coefficient[i] = &basis.coefficient[std::min(first + i, basis.texels() - 1) * values.size()];
+    std::array<std::array<float, lanes>, 3> sum{};
+    for (std::size_t m = 0; m < values.size(); ++m) {
+      for (std::size_t i = 0; i < lanes; ++i) {
+        for (int c = 0; c < 3; ++c) sum[c][i] += coefficient[i][m] * values[m][c];
+      }
+    }
+    for (std::size_t i = 0; i < lanes && first + i < basis.texels(); ++i) {
+      const V3f radiance(std::max(sum[0][i], 0.0F), std::max(sum[1][i], 0.0F), std::max(sum[2][i], 0.0F));
+      const float* opacity = &levels_[k].dark.opacity()[(first + i) * fabric_.views.count()];
+      result.push_back(radiance * interpolated(views, opacity));
+    }
+  }
+  return result;
 }
 
 V3d LayerFitter::brightness(std::size_t k, const BasisFit& basis, const LevelTruth& truth,
@@ -326,39 +315,55 @@ V3d LayerFitter::brightness(std::size_t k, const BasisFit& basis, const LevelTru
   return ratio;
 }
 
-void LayerFitter::measure_errors(std::size_t k, const LevelTruth& truth,
-                                 const std::vector<DirectionPair>& pairs) {
-  Level& level = levels_[k];
-  for (LevelCandidate& candidate : level.candidates) {
-    if (candidate.kind != LevelCandidate::Kind::basis) {
-      const bool table = candidate.kind == LevelCandidate::Kind::lobes_and_table;
-      candidate.error = level_error(table ? level.paper : level.plain, fabric_, pairs, truth);
-      continue;
-    }
-    candidate.error =
-        mean_squared_error(truth, [&](std::size_t pair) { return shown(k, candidate.basis, pairs[pair]); });
+/// Whether no products of about the bytes of lobes show some of the texels better than lobes do.
+bool LayerFitter::may_keep_lobes(std::size_t k, const SampleLevel& samples, SamplesHeader header,
+                                 FitOptions options, const PairSamples& pairs,
+                                 const LevelTruth& truth) const {
+  const double bytes = bytes_of_lobes(levels_[k].dark) + max_bytes_more;
+  const LevelCandidate* rival = nullptr;
+  for (const LevelCandidate& candidate : levels_[k].candidates) {
+    if (candidate.bytes <= bytes && (rival == nullptr || candidate.error < rival->error)) rival = &candidate;
   }
+  if (rival == nullptr) return true;
+  header.width = header.height = 1;
+  double of_products = 0;
+  std::array<double, 2> of_lobes{};
+  const int probes = std::min(max_probes, samples.texels());
+  for (int i = 0; i < probes; ++i) {
+    const std::size_t texel = (1 + i) * samples.height / 3 * samples.width + (1 + 2 * i) * samples.width / 4;
+    LevelTruth seen{1, 1, {}};
+    for (const auto& image : truth.pairs) seen.pairs.push_back({image[texel]});
+    of_products += mean_squared_error(seen, [&](std::size_t pair) {
+      return std::vector{shown(k, rival->basis, pairs.pairs[pair])[texel]};
+    });
+    for (const bool table : {false, true}) {
+      options.view_table = table;
+      FitResult quick = value_or_throw(fit(texel_of(samples, texel), header, options, {}, {}, quick_texel));
+      remove_radiance_scale(quick.fabric);
+      of_lobes[table ? 1 : 0] += level_error(quick.fabric.levels[0], fabric_, pairs.pairs, seen);
+    }
+  }
+  return std::min(of_lobes[0], of_lobes[1]) <= max_error_ratio * of_products;
 }
 
-/// Adds candidates with a basis that all levels share, and with the paper's model.
-void LayerFitter::add_candidates(const std::vector<SampleLevel>& pooled, const LevelTruth& mean,
-                                 const std::vector<DirectionPair>& pairs) {
+/// Adds candidates with a basis that all levels share.
+void LayerFitter::add_products(const std::vector<SampleLevel>& pooled, const PairSamples& measured,
+                               const PairSamples& pairs, const std::vector<LevelTruth>& truths) {
   std::vector<BasisFit> basis =
       texel_basis(pooled, fabric_.lights, level_view_functions, level_light_functions);
-  // Interpolation between few directions changes the mean: a hand-over from the yarn would show it.
-  scale_light(basis, brightness(basis.size() - 1, basis.back(), mean, pairs));
+  // Interpolation between few directions changes the mean: a hand-over from the yarn would show it. Measured
+  // pairs count, too: few are held out where few pictures were taken.
+  std::vector<DirectionPair> directions = measured.pairs;
+  directions.insert(directions.end(), pairs.pairs.begin(), pairs.pairs.end());
+  LevelTruth mean = level_truths(measured).back();
+  mean.pairs.insert(mean.pairs.end(), truths.back().pairs.begin(), truths.back().pairs.end());
+  scale_light(basis, brightness(basis.size() - 1, basis.back(), mean, directions));
   for (std::size_t k = 0; k < levels_.size(); ++k) {
-    const FabricLevel& paper = levels_[k].paper;
-    const double opacity = bytes_of(paper, LayerKind::opacity);
-    add_quantised(k, basis[k], opacity);
-    LevelCandidate candidate;
-    candidate.kind = LevelCandidate::Kind::lobes;
-    candidate.bytes = opacity + bytes_of_lobes(paper);
-    levels_[k].candidates.push_back(candidate);
-    if (!paper.has(LayerKind::table)) continue;
-    candidate.kind = LevelCandidate::Kind::lobes_and_table;
-    candidate.bytes += bytes_of(paper, LayerKind::table);
-    levels_[k].candidates.push_back(candidate);
+    add_quantised(k, basis[k], bytes_of(levels_[k].dark, LayerKind::opacity));
+    for (LevelCandidate& candidate : levels_[k].candidates) {
+      candidate.error = mean_squared_error(
+          truths[k], [&](std::size_t pair) { return shown(k, candidate.basis, pairs.pairs[pair]); });
+    }
   }
 }
 
@@ -375,57 +380,50 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
                 "there are no pairs to choose layers by; --quality paper needs none");
   }
   LayerFitter fitter;
-  PairSamples pairs = validation;
-  fitter.scale_radiance(samples, pairs, measured);
-  const auto ok = result_of([&] { fitter.fit_lobes(samples, header, options, progress, measured); });
+  const auto ok = result_of([&] {
+    PairSamples pairs = validation;
+    fitter.scale_radiance(samples, pairs, measured);
+    FitResult dark = value_or_throw(fit(samples, header, options, {}, {}, dark_texel));
+    for (FabricLevel& level : dark.fabric.levels) fitter.levels_.push_back({std::move(level), {}});
+    fitter.fabric_ = std::move(dark.fabric);
+    fitter.fabric_.levels.clear();
+    fitter.fabric_.lights = header.lights;
+    fitter.warnings_ = std::move(dark.warnings);
+    std::vector<SampleLevel> pooled{std::move(samples)};
+    const std::size_t levels = fitter.levels_.size();
+    while (pooled.size() < levels) pooled.push_back(pool(pooled.back()));
+    const std::vector<LevelTruth> truths = level_truths(pairs);
+    fitter.add_products(pooled, measured, pairs, truths);
+    if (progress) progress(0.2);
+    // Lobes are fitted to measured pairs, and products are not, so that nothing is known beforehand.
+    std::size_t first = 0;
+    while (measured.pairs.empty() && first < levels &&
+           !fitter.may_keep_lobes(first, pooled[first], header, options, pairs, truths[first]))
+      ++first;
+    if (first < levels)
+      fitter.add_lobes(first, pooled[first], header, options, progress, measured, pairs, truths);
+    if (progress) progress(1);
+  });
   if (!ok) return tl::unexpected(ok.error());
-  std::vector<SampleLevel> pooled{std::move(samples)};
-  while (pooled.size() < fitter.levels_.size()) pooled.push_back(pool(pooled.back()));
-  if (progress) progress(0.85);
-  const std::vector<LevelTruth> truths = level_truths(pairs);
-  const std::size_t levels = fitter.levels_.size();
-  // Measured pairs count for the brightness, too: few are held out where few pictures were taken.
-  append(measured, pairs);
-  fitter.add_candidates(pooled, level_truths(measured)[levels - 1], measured.pairs);
-  for (std::size_t k = 0; k < levels; ++k) {
-    fitter.measure_errors(k, truths[k], pairs.pairs);
-    if (progress) progress(0.9 + 0.1 * static_cast<double>(k + 1) / static_cast<double>(levels));
-  }
   return fitter;
 }
 
 double LayerFitter::bytes_of_bases(const Chosen& chosen) const {
+  const auto [found, added] = bytes_of_bases_.emplace(chosen, 0);
+  if (!added) return found->second;
   BasisList functions;
   std::size_t products = 0;
-  bool lobes = false;
-  bool table = false;
+  std::size_t lobes = 0;
+  std::size_t table = 0;
   for (const LevelCandidate* candidate : chosen) {
-    table = table || candidate->kind == LevelCandidate::Kind::lobes_and_table;
-    lobes = lobes || !has_basis(*candidate);
-    if (!has_basis(*candidate)) continue;
+    const FabricLevel& level = candidate->lobes;
+    if (level.has(LayerKind::lobes)) lobes = 6 + level[LayerKind::lobes].channels;
+    if (level.has(LayerKind::table)) table = level[LayerKind::table].channels;
     for (const V2i& pair : candidate->basis.pairs) functions.add(candidate->basis, pair);
     products = std::max(products, candidate->basis.pairs.size());
   }
-  const FabricLevel& base = levels_.front().paper;
-  double channels = static_cast<double>(products) + fabric_.views.count();  // and opacity
-  if (table) channels += 3 * fabric_.views.count();
-  if (lobes) channels += 6 + 3 * parameter_count(base.lobe_count());
-  return functions.bytes() + bytes_per_channel * channels;
-}
-
-FabricLevel LayerFitter::level_of(std::size_t k, const LevelCandidate& candidate,
-                                  BasisList& functions) const {
-  const Level& level = levels_[k];
-  if (candidate.kind == LevelCandidate::Kind::lobes_and_table) return level.paper;
-  if (candidate.kind == LevelCandidate::Kind::lobes) return level.plain;
-  FabricLevel result;
-  result.width = level.paper.width;
-  result.height = level.paper.height;
-  result.set(LayerKind::opacity, level.paper[LayerKind::opacity]);
-  result.pairs = candidate.basis.pairs;
-  result.set(LayerKind::products, {static_cast<int>(result.pairs.size()), candidate.basis.coefficient});
-  for (V2i& pair : result.pairs) pair = functions.add(candidate.basis, pair);
-  return result;
+  const double channels = static_cast<double>(products + lobes + table) + fabric_.views.count();  // opacity
+  return found->second = functions.bytes() + bytes_per_channel * channels;
 }
 
 double LayerFitter::size_of(const Chosen& chosen, double overhead) const {
@@ -436,13 +434,12 @@ double LayerFitter::size_of(const Chosen& chosen, double overhead) const {
 
 double LayerFitter::cost_of(const Chosen& chosen) const {
   double sum = 0;
-  for (std::size_t k = 0; k < chosen.size(); ++k)
-    sum += weight_of(k) * std::log(std::max(chosen[k]->error, 1e-30));
+  for (std::size_t k = 0; k < chosen.size(); ++k) sum += weighted_log_error(k, *chosen[k]);
   return sum;
 }
 
 LayerFitter::Chosen LayerFitter::best(bool lobes_alone, double bytes, double overhead) const {
-  const auto allowed = [&](const LevelCandidate& candidate) { return !lobes_alone || !has_basis(candidate); };
+  const auto allowed = [&](const LevelCandidate& candidate) { return !lobes_alone || has_lobes(candidate); };
   // For each level the candidate with the smallest log(error) + lambda * bytes.
   const auto best_at = [&](double lambda) {
     Chosen chosen;
@@ -450,8 +447,7 @@ LayerFitter::Chosen LayerFitter::best(bool lobes_alone, double bytes, double ove
       const LevelCandidate* best = nullptr;
       double min_cost = std::numeric_limits<double>::infinity();
       for (const LevelCandidate& candidate : levels_[k].candidates) {
-        const double cost =
-            weight_of(k) * std::log(std::max(candidate.error, 1e-30)) + lambda * candidate.bytes;
+        const double cost = weighted_log_error(k, candidate) + lambda * candidate.bytes;
         if (cost >= min_cost || !allowed(candidate)) continue;
         min_cost = cost;
         best = &candidate;
@@ -478,54 +474,54 @@ LayerFitter::Chosen LayerFitter::best(bool lobes_alone, double bytes, double ove
   }
 
   // Spends the remaining bytes, step by step, on the candidate with the largest gain per byte.
-  for (bool better = true; better;) {
-    better = false;
+  for (Chosen next = chosen;; chosen = next) {
     const double left = bytes - size_of(chosen, overhead);
     double best_rate = 0;
-    std::size_t best_level = 0;
-    const LevelCandidate* best = nullptr;
     for (std::size_t k = 0; k < levels_.size(); ++k) {
       for (const LevelCandidate& candidate : levels_[k].candidates) {
         const double more = candidate.bytes - chosen[k]->bytes;
-        const double gain = weight_of(k) * std::log(chosen[k]->error / std::max(candidate.error, 1e-30));
-        if (!(gain > 0) || more > left || gain / std::max(more, 1.0) <= best_rate || !allowed(candidate)) {
-          continue;
-        }
+        const double gain = weighted_log_error(k, *chosen[k]) - weighted_log_error(k, candidate);
+        const double rate = gain / std::max(more, 1.0);
+        if (!(gain > 0) || more > left || rate <= best_rate || !allowed(candidate)) continue;
         Chosen tried = chosen;
         tried[k] = &candidate;
         if (size_of(tried, overhead) > bytes) continue;
-        best_rate = gain / std::max(more, 1.0);
-        best_level = k;
-        best = &candidate;
+        best_rate = rate;
+        next = std::move(tried);
       }
     }
-    if (best != nullptr) {
-      chosen[best_level] = best;
-      better = true;
-    }
+    if (best_rate == 0) return chosen;
   }
-  return chosen;
 }
 
 LayerFit LayerFitter::choose(double bytes, double overhead) const {
   Chosen chosen = best(false, bytes, overhead);
-  const Chosen lobes = best(true, bytes, overhead);
-  const bool fits = size_of(chosen, overhead) <= bytes;
-  const bool lobes_fit = size_of(lobes, overhead) <= bytes;
-  const bool better = fits ? lobes_fit && cost_of(lobes) < cost_of(chosen)
-                           : size_of(lobes, overhead) < size_of(chosen, overhead);
-  if (better) chosen = lobes;
+  if (std::ranges::all_of(
+          levels_, [](const Level& level) { return std::ranges::any_of(level.candidates, has_lobes); })) {
+    const Chosen lobes = best(true, bytes, overhead);
+    const bool fits = size_of(chosen, overhead) <= bytes;
+    const bool lobes_fit = size_of(lobes, overhead) <= bytes;
+    const bool better = fits ? lobes_fit && cost_of(lobes) < cost_of(chosen)
+                             : size_of(lobes, overhead) < size_of(chosen, overhead);
+    if (better) chosen = lobes;
+  }
 
   LayerFit result;
   result.fabric = fabric_;
   result.bytes = size_of(chosen, overhead);
   BasisList functions;
   for (std::size_t k = 0; k < chosen.size(); ++k) {
-    FabricLevel level = level_of(k, *chosen[k], functions);
-    LevelReport report{level.width, level.height};
-    if (!has_basis(*chosen[k]))
-      report = level.has(LayerKind::table) ? levels_[k].report : levels_[k].plain_report;
-    result.levels.push_back(report);
+    const FabricLevel& dark = levels_[k].dark;
+    const BasisFit& basis = chosen[k]->basis;
+    FabricLevel level = chosen[k]->lobes;
+    if (!has_lobes(*chosen[k])) {
+      level.width = dark.width;
+      level.height = dark.height;
+      level.set(LayerKind::opacity, dark[LayerKind::opacity]);
+      level.set(LayerKind::products, {static_cast<int>(basis.pairs.size()), basis.coefficient});
+      for (const V2i& pair : basis.pairs) level.pairs.push_back(functions.add(basis, pair));
+    }
+    result.levels.push_back(has_lobes(*chosen[k]) ? chosen[k]->report : LevelReport{dark.width, dark.height});
     result.errors.push_back(std::sqrt(chosen[k]->error) * scale_);
     result.fabric.levels.push_back(std::move(level));
   }
@@ -548,9 +544,9 @@ Result<LayerFit> LayerFitter::choose_for_file(double budget, const FabricWriteOp
   double best_size = 0;
   for (int i = 0; i < max_tries; ++i) {
     LayerFit chosen = choose(budget, overhead);
-    const auto written = result_of([&] { return file_size(chosen.fabric, options); });
-    if (!written) return tl::unexpected(written.error());
-    const double size = *written + record;
+    const auto counted = fabric_bytes(chosen.fabric, options);
+    if (!counted) return tl::unexpected(counted.error());
+    const double size = static_cast<double>(*counted) + record;
     smallest = std::min(smallest, size);
     // If the file is too large, the correction has a small margin.
     const double correction = size - chosen.bytes + (size > budget ? 0.002 * budget : 0);

@@ -1,13 +1,15 @@
 // Chooses the layers of every level, for the smallest error on the validation pairs within a budget of bytes.
 // The same pairs, and measured ones, set the brightness of products, three numbers.
 //
-// Candidates of a level are the paper's model (lobes, with and without the view table), and coefficients in
-// a basis that all texels share, with several steps of quantisation.
-// The chosen combination minimises the sum over levels of log(error) for its bytes (a Lagrange multiplier by
-// bisection). The held-out pairs are not used.
+// Candidates of a level are coefficients in a basis that all texels share, with several steps of
+// quantisation, and the paper's model (lobes, with and without the view table), from the finest level on
+// where a few texels show that products may not be better for fewer bytes. The chosen combination minimises
+// the sum over levels of log(error) for its bytes (a Lagrange multiplier by bisection). The held-out pairs
+// are not used.
 #pragma once
 
 #include <functional>
+#include <map>
 #include <vector>
 
 #include "fitter/fit.h"
@@ -42,11 +44,11 @@ class BasisList;
 
 /// One way to store a level.
 struct LevelCandidate {
-  enum class Kind { lobes, lobes_and_table, basis };
-  Kind kind = Kind::basis;
-  BasisFit basis;    ///< of `basis`
-  double error = 0;  ///< mean squared error of alpha f on the validation pairs
-  double bytes = 0;  ///< estimated size in the file, without the shared functions
+  BasisFit basis;      ///< of products
+  FabricLevel lobes;   ///< the paper's model; without layers for products
+  LevelReport report;  ///< of lobes
+  double error = 0;    ///< mean squared error of alpha f on the validation pairs
+  double bytes = 0;    ///< estimated size in the file, without the shared functions
 };
 
 struct LayerFit {
@@ -58,6 +60,9 @@ struct LayerFit {
 
 class LayerFitter {
  public:
+  LayerFitter(LayerFitter&&) = default;
+  LayerFitter& operator=(LayerFitter&&) = default;
+
   /// Fits all candidates; `measured` is as for fit(). Errors as of fit(), OPTION_OUT_OF_RANGE for more
   /// than 512 lights, and SAMPLES_MALFORMED without validation pairs.
   static Result<LayerFitter> create(SampleLevel samples, const SamplesHeader& header,
@@ -70,7 +75,7 @@ class LayerFitter {
   static constexpr double typical_overhead = 12000;
 
   /// The largest fabric found whose file, without yarn, has at most `budget` bytes. choose() only estimates
-  /// sizes, so up to six temporary files are written to correct the estimate. OPTION_OUT_OF_RANGE, with the
+  /// sizes, so up to six files are counted to correct the estimate. OPTION_OUT_OF_RANGE, with the
   /// smallest size found, if no file is small enough.
   Result<LayerFit> choose_for_file(double budget, const FabricWriteOptions& options) const;
 
@@ -79,41 +84,38 @@ class LayerFitter {
 
  private:
   struct Level {
-    FabricLevel paper;  ///< lobes, frame, table, opacity
-    LevelReport report;
-    FabricLevel plain;  ///< fitted without a table; the same as `paper` if that has no table
-    LevelReport plain_report;
+    FabricLevel dark;  ///< the paper's layers, of which only frame and opacity are fitted
     std::vector<LevelCandidate> candidates;
   };
   using Chosen = std::vector<const LevelCandidate*>;  ///< by level
   LayerFitter() = default;
   void scale_radiance(SampleLevel& samples, PairSamples& pairs, PairSamples& measured);
   /// Throws Failure.
-  void fit_lobes(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
-                 const Progress& progress, const PairSamples& measured);
+  void add_lobes(std::size_t first, const SampleLevel& samples, SamplesHeader header, FitOptions options,
+                 const Progress& progress, const PairSamples& measured, const PairSamples& pairs,
+                 const std::vector<LevelTruth>& truths);
+  bool may_keep_lobes(std::size_t level, const SampleLevel& samples, SamplesHeader header, FitOptions options,
+                      const PairSamples& pairs, const LevelTruth& truth) const;
   /// Adds candidates with quantised coefficients; `bytes`: of the other layers.
   void add_quantised(std::size_t level, const BasisFit& basis, double bytes);
-  void add_candidates(const std::vector<SampleLevel>& pooled, const LevelTruth& mean,
-                      const std::vector<DirectionPair>& pairs);
+  void add_products(const std::vector<SampleLevel>& pooled, const PairSamples& measured,
+                    const PairSamples& pairs, const std::vector<LevelTruth>& truths);
   /// The mean of alpha f over the pairs divided by what the basis shows, for each channel, at level `level`;
   /// 4/5 to 5/4, and 1 for less than 16 pairs.
   V3d brightness(std::size_t level, const BasisFit& basis, const LevelTruth& truth,
                  const std::vector<DirectionPair>& pairs) const;
-  /// alpha f of every texel.
+  /// alpha f of every texel, l_z max(0, sum over m of c_m phi_m(v) psi_m(l)) times its opacity.
   std::vector<V3f> shown(std::size_t level, const BasisFit& basis, const DirectionPair& pair) const;
-  void measure_errors(std::size_t level, const LevelTruth& truth, const std::vector<DirectionPair>& pairs);
   /// The best of all candidates, or of lobes alone, which need no shared functions.
   Chosen best(bool lobes_alone, double bytes, double overhead) const;
   double size_of(const Chosen& chosen, double overhead) const;
   double cost_of(const Chosen& chosen) const;
   double bytes_of_bases(const Chosen& chosen) const;
-  /// Adds the functions of the candidate to `functions`; the caller sets the bases.
-  FabricLevel level_of(std::size_t level, const LevelCandidate& candidate, BasisList& functions) const;
-
   Fabric fabric_;     ///< without levels
   double scale_ = 1;  ///< samples and pairs were divided by it
   Issues warnings_;
   std::vector<Level> levels_;
+  mutable std::map<Chosen, double> bytes_of_bases_;  ///< found before
 };
 
 }  // namespace selvedge

@@ -3,8 +3,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "format/base/parallel.h"
+#include "format/simd/wide.h"
 
 namespace selvedge {
 namespace {
@@ -13,6 +15,7 @@ constexpr double light_step = 1.0 / 1024;
 constexpr double view_step = 1.0 / 256;
 
 /// Adds weight * x x^T to the lower triangle.
+SELVEDGE_WIDE
 void add_outer(const float* x, std::size_t size, double weight, std::vector<double>& matrix) {
   for (std::size_t i = 0; i < size; ++i) {
     const double scaled = weight * static_cast<double>(x[i]);
@@ -22,10 +25,13 @@ void add_outer(const float* x, std::size_t size, double weight, std::vector<doub
   }
 }
 
-float dot(const float* a, const std::vector<float>& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < b.size(); ++i) sum += static_cast<double>(a[i] * b[i]);
-  return static_cast<float>(sum);
+/// Sums of the products of `values` with each of `count` functions ([value][function]).
+SELVEDGE_WIDE
+void add_projections(std::span<const float> values, const float* functions, std::size_t count, double* sums) {
+  for (const float value : values) {
+    for (std::size_t b = 0; b < count; ++b) sums[b] += static_cast<double>(value * functions[b]);
+    functions += count;
+  }
 }
 
 /// l_z of each value of a function of the light, [3 * light + channel].
@@ -107,20 +113,21 @@ std::vector<float> premultiplied(const SampleLevel& level, std::size_t texel) {
   return result;
 }
 
-/// Fits the coefficients of one texel, one row for each phi_a and one column for each psi_b,
-/// which here contains the cosine and is about unit.
+/// Fits the coefficients of one texel, one row for each phi_a and one column for each psi_b.
+/// `psi`: [value][b], here with the cosine and about unit.
 RowMajor fit_texel(const SampleLevel& level, std::size_t texel, const std::vector<std::vector<float>>& phi,
-                   const std::vector<std::vector<float>>& psi) {
+                   const std::vector<float>& psi) {
   const std::vector<float> seen = premultiplied(level, texel);
+  const std::size_t values = std::size_t{3} * level.lights;
+  const std::size_t count = psi.size() / values;
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(phi.size(), phi.size());
-  RowMajor right = RowMajor::Zero(phi.size(), psi.size());
-  Eigen::RowVectorXd in_psi(psi.size());
+  RowMajor right = RowMajor::Zero(phi.size(), count);
   for (int view = 0; view < level.views; ++view) {
     const auto alpha = static_cast<double>(level.alpha[texel * level.views + view]);
     if (alpha == 0) continue;
-    for (std::size_t b = 0; b < psi.size(); ++b) {
-      in_psi[b] = static_cast<double>(dot(&seen[view * psi[b].size()], psi[b]));
-    }
+    Eigen::RowVectorXd in_psi = Eigen::RowVectorXd::Zero(count);
+    add_projections(std::span(seen).subspan(view * values, values), psi.data(), count, in_psi.data());
+    in_psi = in_psi.cast<float>().cast<double>();
     for (std::size_t a = 0; a < phi.size(); ++a) {
       const double factor = alpha * static_cast<double>(phi[a][view]);
       right.row(a) += factor * in_psi;
@@ -131,7 +138,7 @@ RowMajor fit_texel(const SampleLevel& level, std::size_t texel, const std::vecto
   }
   double trace = 0;
   for (std::size_t a = 0; a < phi.size(); ++a) trace += normal(a, a);
-  if (!(trace > 0)) return RowMajor::Zero(phi.size(), psi.size());  // a hole from everywhere
+  if (!(trace > 0)) return RowMajor::Zero(phi.size(), count);  // a hole from everywhere
   normal.diagonal().array() += 1e-3 * trace / static_cast<double>(phi.size());
   return normal.ldlt().solve(right);
 }
@@ -171,9 +178,9 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const 
     for (std::size_t i = 0; i < values; ++i) psi[i] /= cosine[i];
   }
   shared.light = stored(light, 1, light_step);
-  std::vector<std::vector<float>> seen_light = shared.light;  // l_z psi_b
-  for (auto& psi : seen_light) {
-    for (std::size_t i = 0; i < values; ++i) psi[i] *= static_cast<float>(cosine[i]);
+  std::vector<float> seen_light;  // l_z psi_b, [value][b]
+  for (std::size_t i = 0; i < values; ++i) {
+    for (const auto& psi : shared.light) seen_light.push_back(psi[i] * static_cast<float>(cosine[i]));
   }
   for (std::size_t a = 0; a < shared.view.size(); ++a) {
     for (std::size_t b = 0; b < shared.light.size(); ++b) {

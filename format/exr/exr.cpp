@@ -21,21 +21,13 @@
 #include <utility>
 
 #include "format/base/atomic_file.h"
-#include "format/base/mip.h"
 #include "format/base/parallel.h"
+#include "format/exr/layout.h"
 
 namespace selvedge {
 namespace {
 
 constexpr float max_half = 65504.0F;
-
-/// Sets tiles and levels that the caller left open: tiles of 32 x 32 or, for larger parts, 64 x 64 pixels.
-ExrPart with_defaults(ExrPart part) {
-  part.levels = part.mipmapped ? level_count(part.width, part.height) : 1;
-  const int side = std::max(part.width, part.height) > 32 ? 64 : 32;
-  if (part.tile.x == 0) part.tile = {side, side};
-  return part;
-}
 
 /// `display`: the part with the display window; OpenEXR requires the same one in all parts.
 Imf::Header exr_header(const ExrPart& part, const ExrPart& display) {
@@ -106,7 +98,7 @@ struct ExrWriter::State {
 Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart> parts) {
   // OpenEXR writes a single part in another form, which is not of the subset.
   if (parts.size() < 2) return fail(Code::exr_unsupported, path, {}, "a file of one part is not written");
-  for (ExrPart& part : parts) part = with_defaults(std::move(part));
+  for (ExrPart& part : parts) part = exr_with_defaults(std::move(part));
   auto file = AtomicFile::create(path);
   if (!file) return tl::unexpected(file.error());
   try {

@@ -228,7 +228,30 @@ ExrPart read_part(HeaderReader& reader, std::size_t max_name_size, std::size_t i
   return part;
 }
 
+/// Bytes of an attribute: its name, type and value, and the size of that.
+std::uint64_t attribute_bytes(const std::string& name, std::string_view type, std::size_t value) {
+  return name.size() + type.size() + 6 + value;
+}
+
 }  // namespace
+
+std::uint64_t exr_header_bytes(const std::vector<ExrPart>& parts) {
+  std::uint64_t sum = 9;  // magic number, version, end
+  for (const ExrPart& part : parts) {
+    std::size_t channels = 1;
+    for (const ExrChannel& channel : part.channels) channels += channel.name.size() + 17;
+    const std::string_view type = part.mipmapped ? "tiledimage" : "scanlineimage";
+    const std::array texts{part.name.size(), type.size(), channels};  // in the order of standard_attributes
+    sum += 1 + 8 * exr_chunk_count(part);
+    for (std::size_t i = 0; i < standard_attributes.size(); ++i) {
+      const StandardAttribute& standard = standard_attributes[i];
+      if (standard.name == std::string_view("tiles") && !part.mipmapped) continue;
+      sum += attribute_bytes(standard.name, standard.type, standard.bytes < 0 ? texts[i] : standard.bytes);
+    }
+    for (const auto& [name, text] : part.attributes) sum += attribute_bytes(name, "string", text.size());
+  }
+  return sum;
+}
 
 ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits) {
   if (source.size() < 8) malformed({}, "is not an OpenEXR file");

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <utility>
 
 #include "format/base/mip.h"
@@ -84,6 +85,21 @@ Range locate(const InputFile& source, const ExrPart& part, int part_index, std::
 }
 
 }  // namespace
+
+ExrPart exr_with_defaults(ExrPart part) {
+  part.levels = part.mipmapped ? level_count(part.width, part.height) : 1;
+  const int side = std::max(part.width, part.height) > 32 ? 64 : 32;
+  if (part.tile.x == 0) part.tile = {side, side};
+  return part;
+}
+
+std::vector<std::size_t> exr_stored_order(const ExrPart& part) {
+  std::vector<std::size_t> order(part.channels.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(
+      order, [&](std::size_t a, std::size_t b) { return part.channels[a].name < part.channels[b].name; });
+  return order;
+}
 
 std::uint64_t exr_chunk_count(const ExrPart& part) {
   const V2i size = chunk_size(part);

@@ -44,6 +44,15 @@ ExrLayout read_exr_layout(const InputFile& source, const ExrLimits& limits);
 /// Its first half: the headers.
 ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits);
 
+/// Bytes of these headers in a file, with the offset tables. Precondition: exr_with_defaults().
+std::uint64_t exr_header_bytes(const std::vector<ExrPart>& parts);
+
+/// Sets tiles and levels that a writer may choose: tiles of 32 x 32 or, for larger parts, 64 x 64 pixels.
+ExrPart exr_with_defaults(ExrPart part);
+
+/// Indices of the channels in byte order of their names, which is the order in a file.
+std::vector<std::size_t> exr_stored_order(const ExrPart& part);
+
 /// Number of chunks of the part. Precondition: its size, tiles and levels are valid.
 std::uint64_t exr_chunk_count(const ExrPart& part);
 

@@ -151,18 +151,14 @@ std::size_t exr_zip_size(std::span<const std::uint8_t> pixels) {
   uLongf size = compressBound(bytes.size());
   std::vector<std::uint8_t> packed(size);
   // Cannot fail: the buffer has the maximum size.
-  compress(packed.data(), &size, bytes.data(), bytes.size());
+  compress2(packed.data(), &size, bytes.data(), bytes.size(), 4);
   return size;
 }
 
 std::string digest_of(const ExrPart& part, const ExrPixels& pixels) {
-  std::vector<std::size_t> order(part.channels.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::sort(
-      order, [&](std::size_t a, std::size_t b) { return part.channels[a].name < part.channels[b].name; });
   Digest digest;
   std::vector<Imath::half> halves;
-  for (const std::size_t channel : order) {
+  for (const std::size_t channel : exr_stored_order(part)) {
     const std::vector<float>& plane = pixels.planes[channel];
     if (part.channels[channel].half) {
       halves.assign(plane.begin(), plane.end());

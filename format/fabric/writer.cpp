@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <numbers>
 
+#include "format/exr/size.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
 #include "format/fabric/level_values.h"
 #include "format/fabric/names.h"
+#include "format/fabric/size.h"
 #include "format/fabric/warnings.h"
 
 namespace selvedge {
@@ -139,6 +141,53 @@ Result<FabricHeader> add_side(const Fabric& side, const YarnCounts& yarns, const
   return header;
 }
 
+/// What is written: the preview, and a part for each layer of each side.
+struct FabricParts {
+  std::vector<ExrPart> parts;
+  std::vector<SideLayer> layers;
+  /// The preview is computed from rounded values, so that it is the same after reading and writing again.
+  ExrPixels preview;
+
+  /// `path` is used in messages; the fabric must outlive the result.
+  static Result<FabricParts> plan(const std::string& path, const Fabric& fabric,
+                                  const FabricWriteOptions& options);
+  ExrPixels pixels(int part, int level) const {
+    if (part == 0) return preview;
+    const auto& [side, kind, shape] = layers[part - 1];
+    return pixels_at(*side, kind, shape, level);
+  }
+};
+
+Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fabric,
+                                      const FabricWriteOptions& options) {
+  const auto failed = [&](Error error) {
+    error.file = path;
+    return tl::unexpected(std::move(error));
+  };
+  if (auto ok = validate(fabric); !ok) return failed(ok.error());
+  FabricHeader header;
+  FabricParts result{{preview_part(fabric)}, {}, {}};
+  for (const Side side : all_sides) {
+    const Fabric* const sided = side == Side::front ? &fabric : fabric.side_of(side);
+    if (sided == nullptr) continue;
+    auto added = add_side(*sided, shape_of(fabric).yarns, options, result.parts, result.layers);
+    if (!added) return failed(added.error());
+    if (side == Side::front) {
+      header = std::move(*added);
+    } else {
+      header.sides.push_back(std::move(*added));
+    }
+  }
+  if (result.layers.empty()) return fail(Code::fabric_malformed, path, "layers", "the fabric has no layer");
+  const std::string text = header_to_json(header);
+  const std::string digest = header_digest(text, result.parts);
+  auto& attributes = result.parts.front().attributes;
+  attributes[names::attribute_fabric] = text;
+  attributes[names::attribute_digest] = digest;
+  result.preview = preview_of(as_stored(fabric.levels.front(), options.half), fabric);
+  return result;
+}
+
 }  // namespace
 
 Issues precision_warnings(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options) {
@@ -169,42 +218,20 @@ Fabric as_stored(const Fabric& fabric, const LayerSet& half) {
   return result;
 }
 
-Result<void> write_fabric(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options) {
-  const auto failed = [&](Error error) {
-    error.file = path;
-    return tl::unexpected(std::move(error));
-  };
-  if (auto ok = validate(fabric); !ok) return failed(ok.error());
-  FabricHeader header;
-  std::vector<ExrPart> parts{preview_part(fabric)};
-  std::vector<SideLayer> layers;
-  for (const Side side : all_sides) {
-    const Fabric* const sided = side == Side::front ? &fabric : fabric.side_of(side);
-    if (sided == nullptr) continue;
-    auto added = add_side(*sided, shape_of(fabric).yarns, options, parts, layers);
-    if (!added) return failed(added.error());
-    if (side == Side::front) {
-      header = std::move(*added);
-    } else {
-      header.sides.push_back(std::move(*added));
-    }
-  }
-  if (layers.empty()) return fail(Code::fabric_malformed, path, "layers", "the fabric has no layer");
-  const std::string text = header_to_json(header);
-  const std::string digest = header_digest(text, parts);
-  auto& attributes = parts.front().attributes;
-  attributes[names::attribute_fabric] = text;
-  attributes[names::attribute_digest] = digest;
+Result<std::uint64_t> fabric_bytes(const Fabric& fabric, const FabricWriteOptions& options) {
+  const auto planned = FabricParts::plan({}, fabric, options);
+  if (!planned) return tl::unexpected(planned.error());
+  return exr_file_bytes(planned->parts, [&](int part, int level) { return planned->pixels(part, level); });
+}
 
-  auto writer = ExrWriter::create(path, parts);
+Result<void> write_fabric(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options) {
+  const auto planned = FabricParts::plan(path, fabric, options);
+  if (!planned) return tl::unexpected(planned.error());
+  auto writer = ExrWriter::create(path, planned->parts);
   if (!writer) return tl::unexpected(writer.error());
-  // The preview is computed from rounded values, so that it is the same after reading and writing again.
-  const FabricLevel base = as_stored(fabric.levels.front(), options.half);
-  if (auto ok = writer->write_level(0, 0, preview_of(base, fabric)); !ok) return ok;
-  for (std::size_t i = 0; i < layers.size(); ++i) {
-    for (int k = 0; k < parts[i + 1].levels; ++k) {
-      const ExrPixels pixels = pixels_at(*layers[i].side, layers[i].kind, layers[i].shape, k);
-      if (auto ok = writer->write_level(static_cast<int>(i) + 1, k, pixels); !ok) return ok;
+  for (int part = 0; part < std::ssize(planned->parts); ++part) {
+    for (int level = 0; level < planned->parts[part].levels; ++level) {
+      if (auto ok = writer->write_level(part, level, planned->pixels(part, level)); !ok) return ok;
     }
   }
   return writer->commit();

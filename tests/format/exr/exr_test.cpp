@@ -2,9 +2,11 @@
 
 #include <doctest/doctest.h>
 
+#include <filesystem>
 #include <limits>
 
 #include "format/base/mip.h"
+#include "format/exr/size.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 
@@ -57,6 +59,9 @@ TEST_CASE("every level of every part is read as it was written, with ZIP and wit
       parts[0].attributes["text"] = "t";
       parts[1].tile = {32, 16};
       write(folder / "a.exr", parts);
+      CHECK(exr_file_bytes(parts, [&](int part, int level) {
+              return ramp(level_size(parts[part].width, level), level_size(parts[part].height, level));
+            }) == std::filesystem::file_size(folder / "a.exr"));
       auto reader = test::need(ExrReader::open(folder / "a.exr"));
       CHECK(reader.find_part("tiles") == 1);
       CHECK(reader.find_part("columns") == -1);

@@ -2,7 +2,10 @@
 
 #include <doctest/doctest.h>
 
+#include <filesystem>
+
 #include "format/fabric/evaluate.h"
+#include "format/fabric/size.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
 #include "tests/format/yarn_data.h"
@@ -99,6 +102,7 @@ TEST_CASE("in any precision a fabric that is read and written again has the same
   for (const LayerSet& half : {LayerSet(), table_layers, LayerSet{LayerKind::lobes}, LayerSet::all()}) {
     options.half = half;
     test::need(write_fabric(folder / "a.exr", fabric, options));
+    CHECK(test::need(fabric_bytes(fabric, options)) == std::filesystem::file_size(folder / "a.exr"));
     auto reader = test::need(FabricReader::open(folder / "a.exr"));
     for (const LayerKind kind : {LayerKind::lobes, LayerKind::table, LayerKind::yarns})
       CHECK(reader.is_half(kind) == half.contains(kind));
