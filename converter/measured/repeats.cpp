@@ -82,6 +82,34 @@ std::vector<std::array<double, 5>> sums_of_pairs(const Image& picture, int axis,
   return sums;
 }
 
+/// Mean correlation of pictures with themselves, moved along an axis: [shift in pixels], up to 2/3 of the
+/// picture; normalised by the overlap.
+std::vector<double> autocorrelation(std::span<const Image> pictures, int axis) {
+  const Image& first = pictures.front();
+  const int last = (axis == 0 ? first.width : first.height) * 2 / 3;
+  std::vector<std::vector<std::array<double, 5>>> sums(pictures.size());
+  parallel_for(0, static_cast<int>(pictures.size()),
+               [&](int i) { sums[i] = sums_of_pairs(pictures[i], axis, last); });
+  std::vector<double> values;
+  for (int shift = 0; shift <= last; ++shift) {
+    const double count =
+        axis == 0 ? 1.0 * (first.width - shift) * first.height : 1.0 * first.width * (first.height - shift);
+    double together = 0;
+    double alone = 0;
+    for (const auto& of_picture : sums) {
+      const auto& [a, b, aa, bb, ab] = of_picture[shift];
+      const double variance_a = aa - a * a / count;
+      const double variance_b = bb - b * b / count;
+      // Less contrast comes from rounding.
+      if (!(variance_a * count > 1e-5 * a * a)) continue;
+      together += ab - a * b / count;
+      alone += std::sqrt(std::max(variance_a * variance_b, 0.0));
+    }
+    values.push_back(alone > 0 ? together / alone : 0);
+  }
+  return values;
+}
+
 /// Highest point of the parabola through three values around `at`: where, and how high.
 V2d peak_of(const std::vector<double>& values, int at) {
   const double left = values[at - 1];
@@ -107,32 +135,6 @@ Image luminance_of(const Image& picture) {
     out.pixels.push_back(0.2126F * p[0] + 0.7152F * p[1] + 0.0722F * p[2]);
   }
   return out;
-}
-
-std::vector<double> autocorrelation(std::span<const Image> pictures, int axis) {
-  const Image& first = pictures.front();
-  const int last = (axis == 0 ? first.width : first.height) * 2 / 3;
-  std::vector<std::vector<std::array<double, 5>>> sums(pictures.size());
-  parallel_for(0, static_cast<int>(pictures.size()),
-               [&](int i) { sums[i] = sums_of_pairs(pictures[i], axis, last); });
-  std::vector<double> values;
-  for (int shift = 0; shift <= last; ++shift) {
-    const double count =
-        axis == 0 ? 1.0 * (first.width - shift) * first.height : 1.0 * first.width * (first.height - shift);
-    double together = 0;
-    double alone = 0;
-    for (const auto& of_picture : sums) {
-      const auto& [a, b, aa, bb, ab] = of_picture[shift];
-      const double variance_a = aa - a * a / count;
-      const double variance_b = bb - b * b / count;
-      // Less contrast comes from rounding.
-      if (!(variance_a * count > 1e-5 * a * a)) continue;
-      together += ab - a * b / count;
-      alone += std::sqrt(std::max(variance_a * variance_b, 0.0));
-    }
-    values.push_back(alone > 0 ? together / alone : 0);
-  }
-  return values;
 }
 
 std::optional<double> find_period(std::span<const Image> pictures, int axis) {

@@ -13,10 +13,6 @@ namespace selvedge {
 /// Brightness of a picture: one channel.
 Image luminance_of(const Image& picture);
 
-/// Mean correlation of pictures of one size and one channel with themselves, moved along x (`axis` 0) or y
-/// (1): [shift in pixels], up to 2/3 of the picture; normalised by the overlap.
-std::vector<double> autocorrelation(std::span<const Image> pictures, int axis);
-
 /// The period of pictures of one size and one channel along x (`axis` 0) or y (1), in pixels to a fraction:
 /// the first peak of their mean autocorrelation that is as high as its highest, to 5 %. At least 4 pixels,
 /// and at most 2/3 of the picture. Nothing where no peak reaches 0.3.

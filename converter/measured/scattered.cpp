@@ -29,12 +29,6 @@ PairPoint place_of(const DirectionPair& pair) {
   return {light, view, disc(light), disc(view)};
 }
 
-std::vector<PairPoint> places_of(std::span<const DirectionPair> pairs) {
-  std::vector<PairPoint> places;
-  for (const DirectionPair& pair : pairs) places.push_back(place_of(pair));
-  return places;
-}
-
 double covariance(const PairPoint& a, const PairPoint& b, const ScatterKernel& k) {
   const double light = (a.light_disc - b.light_disc).length2() / (k.light_scale * k.light_scale);
   const double view = (a.view_disc - b.view_disc).length2() / (k.view_scale * k.view_scale);
@@ -110,20 +104,18 @@ ScatterKernel choose_kernel(const ScatteredValues& known, std::uint64_t seed) {
 Eigen::MatrixXf interpolate(const ScatteredValues& known, const ScatterKernel& kernel,
                             std::span<const DirectionPair> pairs) {
   constexpr std::size_t max_pairs = 2000;
-  const std::vector<PairPoint> wanted = places_of(pairs);
-  std::vector<PairPoint> places = places_of(known.pairs);
-  std::vector<Eigen::Index> used(places.size());
+  std::vector<PairPoint> wanted;
+  for (const DirectionPair& pair : pairs) wanted.push_back(place_of(pair));
+  std::vector<Eigen::Index> used(known.pairs.size());
   std::iota(used.begin(), used.end(), 0);
   if (used.size() > max_pairs) {
-    const auto distance = [&](Eigen::Index i) {
-      return (places[i].view_disc - wanted.front().view_disc).length2();
-    };
-    std::ranges::stable_sort(used, [&](Eigen::Index a, Eigen::Index b) { return distance(a) < distance(b); });
+    std::ranges::stable_sort(used, {}, [&](Eigen::Index i) {
+      return (place_of(known.pairs[i]).view_disc - wanted.front().view_disc).length2();
+    });
     used.resize(max_pairs);
-    std::vector<PairPoint> nearest;
-    for (const Eigen::Index i : used) nearest.push_back(places[i]);
-    places = std::move(nearest);
   }
+  std::vector<PairPoint> places;
+  for (const Eigen::Index i : used) places.push_back(place_of(known.pairs[i]));
   MatrixXd weights(static_cast<Eigen::Index>(places.size()), static_cast<Eigen::Index>(wanted.size()));
   for (Eigen::Index j = 0; j < weights.cols(); ++j)
     for (Eigen::Index i = 0; i < weights.rows(); ++i)

@@ -48,9 +48,8 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
                            : !is_finite(mesh.normals[v])                       ? "normal"
                            : !mesh.gloss.empty() && !is_finite(mesh.fibres[v]) ? "fibre direction"
                                                                                : nullptr;
-    if (infinite != nullptr) {
+    if (infinite != nullptr)
       return fail(Code::mesh_not_finite, name, place(), fmt::format("the {} is NaN or infinite", infinite));
-    }
     const Gloss gloss = mesh.gloss.empty() ? Gloss() : mesh.gloss[v];
     if (!(gloss.roughness > 0)) return invalid(place(), "the roughness of the gloss must be above 0");
     if (!(gloss.lustre >= 0 && gloss.lustre <= max_lustre))
@@ -68,23 +67,20 @@ Result<void> validate(const CellMesh& mesh, const std::string& name) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
       const int v = mesh.triangles[t][k];
-      if (v < 0 || v >= static_cast<int>(count)) {
+      if (v < 0 || v >= static_cast<int>(count))
         return invalid(fmt::format("triangle {}", t), fmt::format("refers to vertex {} of {}", v, count));
-      }
     }
   }
   const Hairs& hairs = mesh.hairs;
   const std::size_t hair_count = hairs.roots.size();
   if (hairs.points.size() != hair_count * Hairs::points_each || hairs.radius.size() != hair_count ||
-      hairs.passed.size() != hair_count) {
+      hairs.passed.size() != hair_count)
     return invalid("", fmt::format("{} hairs, but {} points", hair_count, hairs.points.size()));
-  }
   for (std::size_t h = 0; h < hair_count; ++h) {
     const V3f* const first = &hairs.points[h * Hairs::points_each];
     if (hairs.roots[h] < 0 || hairs.roots[h] >= static_cast<int>(mesh.triangles.size()) ||
-        !(hairs.radius[h] > 0) || !std::all_of(first, first + Hairs::points_each, is_finite)) {
+        !(hairs.radius[h] > 0) || !std::all_of(first, first + Hairs::points_each, is_finite))
       return invalid(fmt::format("hair {}", h), "has no root, no thickness or points that are not finite");
-    }
   }
   const bool has_area = std::ranges::any_of(mesh.triangles, [&](const V3i& t) {
     const auto position = [&](int v) { return V3d(mesh.positions[v]); };

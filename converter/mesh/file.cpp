@@ -24,14 +24,11 @@ namespace {
 
 // The yarns of a cell in PLY files: properties and elements of our own, named "yarn_...".
 
-template <class T>
-void append_bytes(std::string& out, T value) {
+/// Appends values as they lie in memory: of 4 bytes each, or bytes, without gaps.
+template <class... Values>
+void append_bytes(std::string& out, const Values&... values) {
   static_assert(std::endian::native == std::endian::little);
-  out.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-void append_vector(std::string& out, const V3f& v) {
-  for (unsigned i = 0; i < 3; ++i) append_bytes(out, v[i]);
+  (out.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
 }
 
 std::string properties(const char* type, std::initializer_list<const char*> names) {
@@ -40,8 +37,8 @@ std::string properties(const char* type, std::initializer_list<const char*> name
   return text;
 }
 
-tl::unexpected<Error> damaged(const std::string& path, const char* element, std::string why) {
-  return fail(Code::file_damaged, path, fmt::format("element {}", element), std::move(why));
+[[noreturn]] void refuse(const std::string& path, const char* element, std::string why) {
+  throw Failure{{Code::file_damaged, path, fmt::format("element {}", element), std::move(why)}};
 }
 
 int index_of(double value) {
@@ -66,7 +63,7 @@ void add_vertices(const PlyElement& vertices, const MeshChoices& choices, CellMe
     mesh.transmission.push_back(single(transmission[0], i));
 }
 
-Result<void> add_places(const PlyFile& ply, const std::string& path, CellMesh& mesh) {
+void add_places(const PlyFile& ply, const std::string& path, CellMesh& mesh) {
   const PlyElement* vertices = ply.find("vertex");
   const auto columns = vertices->find({"yarn_curve", "yarn_ply", "yarn_along", "yarn_around"});
   for (std::size_t i = 0; i < vertices->count && !columns.empty(); ++i) {
@@ -77,34 +74,31 @@ Result<void> add_places(const PlyFile& ply, const std::string& path, CellMesh& m
                           place.ply >= 0 && place.ply < mesh.yarns.curves[place.curve].plies.count;
     const bool in_range = std::abs(place.along) <= 2 && std::abs(place.around) <= 1;
     if ((curve != -1 && !on_curve) || !in_range)
-      return damaged(path, "vertex", "has places on yarns that do not exist");
+      refuse(path, "vertex", "has places on yarns that do not exist");
     mesh.places.push_back(place);
   }
-  return {};
 }
 
-Result<void> add_hairs(const PlyFile& ply, const std::string& path, CellMesh& mesh) {
+void add_hairs(const PlyFile& ply, const std::string& path, CellMesh& mesh) {
   const PlyElement* hairs = ply.find("yarn_hair");
-  if (hairs == nullptr) return {};
+  if (hairs == nullptr) return;
   const auto columns = hairs->find({"root", "radius", "passed"});
   const PlyProperty* points = hairs->find_list({"points"});
-  if (columns.empty() || points == nullptr) return damaged(path, "yarn_hair", "lacks properties");
+  if (columns.empty() || points == nullptr) refuse(path, "yarn_hair", "lacks properties");
   constexpr std::size_t numbers = 3 * Hairs::points_each;
   for (std::size_t i = 0; i < hairs->count; ++i) {
-    if (points->ends[i] != (i + 1) * numbers)
-      return damaged(path, "yarn_hair", "has another number of points");
+    if (points->ends[i] != (i + 1) * numbers) refuse(path, "yarn_hair", "has another number of points");
     mesh.hairs.roots.push_back(index_of(columns[0]->values[i]));
     mesh.hairs.radius.push_back(single(columns[1], i));
     mesh.hairs.passed.push_back(single(columns[2], i));
   }
   for (std::size_t k = 0; k < points->values.size(); k += 3)
     mesh.hairs.points.emplace_back(V3d(points->values[k], points->values[k + 1], points->values[k + 2]));
-  return {};
 }
 
-Result<void> add_curves(const PlyFile& ply, const std::string& path, CellMesh& mesh) {
+void add_curves(const PlyFile& ply, const std::string& path, CellMesh& mesh) {
   const PlyElement* element = ply.find("yarn_curves");
-  if (element == nullptr || element->count == 0) return {};
+  if (element == nullptr || element->count == 0) return;
   const auto columns = element->find({"curves", "nodes"});
   const PlyProperty* list = element->find_list({"values"});
   constexpr double most = 1 << 24;
@@ -112,7 +106,7 @@ Result<void> add_curves(const PlyFile& ply, const std::string& path, CellMesh& m
     return columns[k]->values[0] >= 1 && columns[k]->values[0] <= most;
   };
   if (element->count != 1 || columns.empty() || list == nullptr || !in_range(0) || !in_range(1))
-    return damaged(path, "yarn_curves", "has no curves, or counts out of range");
+    refuse(path, "yarn_curves", "has no curves, or counts out of range");
   YarnCounts counts{index_of(columns[0]->values[0]), index_of(columns[1]->values[0]), 0};
   const std::vector<float> values(list->values.begin(), list->values.end());
   constexpr double max_stations = 1 << 20;
@@ -125,28 +119,23 @@ Result<void> add_curves(const PlyFile& ply, const std::string& path, CellMesh& m
   if (whole) counts.fields = static_cast<int>(fields);
   for (int c = 0; whole && c < counts.curves; ++c) stations += static_cast<double>(values[counts.curves + c]);
   if (!whole || !(stations >= 1 && stations <= max_stations))
-    return damaged(path, "yarn_curves", "wrong number of values for its curves");
+    refuse(path, "yarn_curves", "wrong number of values for its curves");
   counts.stations = static_cast<int>(stations);
   const std::vector<float> dark(std::size_t{light_values_per_station} * counts.stations);
   auto yarns = yarns_from_values(values, dark, counts, V2f(mesh.period));
-  if (!yarns) return damaged(path, "yarn_curves", yarns.error().message);
+  if (!yarns) refuse(path, "yarn_curves", yarns.error().message);
   mesh.yarns = std::move(*yarns);
   mesh.yarns.light.clear();
-  return {};
 }
 
 /// Adds gloss, fibres and transmission, and of a mesh in the axes and units that it was written in the
 /// places, hairs and yarns without their light. FILE_DAMAGED, with the element, for values out of range.
-Result<void> add_yarns(const PlyFile& ply, const MeshChoices& choices, const std::string& path,
-                       CellMesh& mesh) {
+void add_yarns(const PlyFile& ply, const MeshChoices& choices, const std::string& path, CellMesh& mesh) {
   const PlyElement* vertices = ply.find("vertex");
-  if (vertices == nullptr) return {};
+  if (vertices == nullptr) return;
   add_vertices(*vertices, choices, mesh);
-  if (choices.up_axis != UpAxis::z || choices.scale_to_mm != 1) return {};
-  for (const auto add : {add_hairs, add_curves, add_places}) {
-    if (Result<void> ok = add(ply, path, mesh); !ok) return ok;
-  }
-  return {};
+  if (choices.up_axis != UpAxis::z || choices.scale_to_mm != 1) return;
+  for (const auto add : {add_hairs, add_curves, add_places}) add(ply, path, mesh);
 }
 
 /// A binary PLY file with all of a mesh: colours also as 8-bit sRGB for other programs.
@@ -178,44 +167,24 @@ std::string write_ply(const CellMesh& mesh, const std::string& comment) {
   }
   out += "end_header\n";
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    append_vector(out, mesh.positions[v]);
-    append_vector(out, mesh.normals[v]);
-    for (unsigned i = 0; i < 3; ++i) {
-      append_bytes(out, static_cast<std::uint8_t>(std::lround(linear_to_srgb(mesh.albedo[v][i]) * 255)));
-    }
-    append_vector(out, mesh.albedo[v]);
-    if (glossy) {
-      append_bytes(out, mesh.gloss[v].weight);
-      append_bytes(out, mesh.gloss[v].roughness);
-      append_bytes(out, mesh.gloss[v].lustre);
-      append_vector(out, mesh.fibres[v]);
-    }
+    std::array<std::uint8_t, 3> coded;
+    for (unsigned i = 0; i < 3; ++i)
+      coded[i] = static_cast<std::uint8_t>(std::lround(linear_to_srgb(mesh.albedo[v][i]) * 255));
+    append_bytes(out, mesh.positions[v], mesh.normals[v], coded, mesh.albedo[v]);
+    if (glossy)
+      append_bytes(out, mesh.gloss[v].weight, mesh.gloss[v].roughness, mesh.gloss[v].lustre, mesh.fibres[v]);
     if (translucent) append_bytes(out, mesh.transmission[v]);
-    if (!placed) continue;
-    append_bytes(out, static_cast<std::int32_t>(mesh.places[v].curve));
-    append_bytes(out, static_cast<std::int32_t>(mesh.places[v].ply));
-    append_bytes(out, mesh.places[v].along);
-    append_bytes(out, mesh.places[v].around);
+    if (placed) append_bytes(out, mesh.places[v]);
   }
-  for (const V3i& t : mesh.triangles) {
-    append_bytes(out, std::uint8_t{3});
-    for (int k = 0; k < 3; ++k) append_bytes(out, static_cast<std::int32_t>(t[k]));
-  }
-  if (placed) {
-    for (std::size_t h = 0; h < mesh.hairs.roots.size(); ++h) {
-      append_bytes(out, mesh.hairs.roots[h]);
-      append_bytes(out, mesh.hairs.radius[h]);
-      append_bytes(out, mesh.hairs.passed[h]);
-      append_bytes(out, static_cast<std::uint8_t>(3 * Hairs::points_each));
-      for (int k = 0; k < Hairs::points_each; ++k)
-        append_vector(out, mesh.hairs.points[h * Hairs::points_each + k]);
-    }
+  for (const V3i& t : mesh.triangles) append_bytes(out, std::uint8_t{3}, t);
+  const Hairs& hairs = mesh.hairs;
+  for (std::size_t h = 0; placed && h < hairs.roots.size(); ++h) {
+    append_bytes(out, hairs.roots[h], hairs.radius[h], hairs.passed[h], std::uint8_t{3 * Hairs::points_each});
+    for (int k = 0; k < Hairs::points_each; ++k) append_bytes(out, hairs.points[h * Hairs::points_each + k]);
   }
   if (counts.curves > 0) {
     const std::vector<float> values = curve_values(mesh.yarns);
-    append_bytes(out, counts.curves);
-    append_bytes(out, counts.nodes);
-    append_bytes(out, static_cast<std::int32_t>(values.size()));
+    append_bytes(out, counts.curves, counts.nodes, static_cast<std::int32_t>(values.size()));
     for (const float value : values) append_bytes(out, value);
   }
   return out;
@@ -332,9 +301,7 @@ void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albe
       const int original = vertex;
       const V3f colour = albedo[t] ? *albedo[t] : vertex_albedo[original];
       int copy = first[original];
-      while (copy != none && copies[copy].albedo != colour) {
-        copy = copies[copy].next;
-      }
+      while (copy != none && copies[copy].albedo != colour) copy = copies[copy].next;
       if (copy == none) {
         copies.push_back({colour, vertex, first[original]});
         if (first[original] == none) {
@@ -382,9 +349,8 @@ std::string obj_of(const CellMesh& mesh) {
     fmt::format_to(end, "v {} {} {} {} {} {}\n", p.x, p.y, p.z, c.x, c.y, c.z);
   }
   for (const V3f& n : mesh.normals) fmt::format_to(end, "vn {} {} {}\n", n.x, n.y, n.z);
-  for (const V3i& t : mesh.triangles) {
+  for (const V3i& t : mesh.triangles)
     fmt::format_to(end, "f {0}//{0} {1}//{1} {2}//{2}\n", t.x + 1, t.y + 1, t.z + 1);
-  }
   return out;
 }
 
@@ -440,7 +406,7 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
     }
     paint_triangles(mesh, albedo);
   } else {
-    value_or_throw(add_yarns(ply, choices, path, mesh));
+    add_yarns(ply, choices, path, mesh);
   }
   value_or_throw(validate(mesh, path));
   return mesh;

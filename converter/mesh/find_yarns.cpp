@@ -35,6 +35,13 @@ struct InnerBall {
   double radius = 0;
 };
 
+template <class Item>
+std::vector<V3d> places_of(const std::vector<Item>& items, V3d Item::*place) {
+  std::vector<V3d> places;
+  for (const Item& item : items) places.push_back(item.*place);
+  return places;
+}
+
 // Lengths in radii.
 constexpr double step_length = 0.25;
 constexpr double reach_of_step = 0.6;      ///< of the balls that a step looks at
@@ -64,7 +71,7 @@ class Tracer {
         period_(period),
         points_per_area_(points_per_area),
         area_(area),
-        grid_(centres_of(balls), period, cell),
+        grid_(places_of(balls, &InnerBall::centre), period, cell),
         used_(balls.size(), false) {}
 
   std::vector<TubeAxis> trace() {
@@ -82,24 +89,16 @@ class Tracer {
       if (score[seed] < min_fraction || failures > max_failures) break;
       if (used_[seed]) continue;
       TubeAxis axis;
-      if (walk(balls_[seed], axis)) {
+      if (walk(balls_[seed], axis))
         axes.push_back(std::move(axis));
-      } else {
+      else
         ++failures;
-      }
       used_[seed] = true;
     }
     return axes;
   }
 
  private:
-  static std::vector<V3d> centres_of(const std::vector<InnerBall>& balls) {
-    std::vector<V3d> centres;
-    centres.reserve(balls.size());
-    for (const InnerBall& ball : balls) centres.push_back(ball.centre);
-    return centres;
-  }
-
   /// Balls of a whole tube within `reach` radii of a place on its axis.
   double expected(double radius, double reach) const {
     return 2 * std::numbers::pi * radius * 2 * reach * radius * points_per_area_;
@@ -234,17 +233,10 @@ struct Sampled {
   std::vector<InnerBall> balls;
 };
 
-PeriodicGrid grid_of(const std::vector<SampledPoint>& points, const V2d& period, double size) {
-  std::vector<V3d> positions;
-  positions.reserve(points.size());
-  for (const SampledPoint& p : points) positions.push_back(p.position);
-  return {std::move(positions), period, size};
-}
-
 /// Radii of the balls at every `stride`-th point, the others 0.
 std::vector<double> inner_radii(const std::vector<SampledPoint>& points, const V2d& period, double spacing,
                                 double max_radius, int stride) {
-  const PeriodicGrid grid = grid_of(points, period, 2.5 * spacing);
+  const PeriodicGrid grid(places_of(points, &SampledPoint::position), period, 2.5 * spacing);
   std::vector<double> radii((points.size() + stride - 1) / stride);
   parallel_for(0, static_cast<int>(radii.size()),
                [&](int i) { radii[i] = inner_radius(points, grid, i * stride, max_radius).value_or(0); });
@@ -453,9 +445,8 @@ void fit_to_surface(const std::vector<SampledPoint>& points, const V2d& period, 
 
 double length_of(const TubeAxis& axis, const V2d& period) {
   double length = 0;
-  for (int i = 0; i < static_cast<int>(axis.nodes.size()); ++i) {
+  for (int i = 0; i < static_cast<int>(axis.nodes.size()); ++i)
     length += (axis.node(i + 1, period) - axis.nodes[i]).length();
-  }
   return length;
 }
 
@@ -481,7 +472,8 @@ double describe(const std::vector<SampledPoint>& points, const V2d& period, cons
   struct Sums {
     int count = 0;
     V3d albedo{0, 0, 0};
-    double weight = 0, roughness = 0, lustre = 0, along2 = 0, along_across = 0;
+    V3d gloss{0, 0, 0};  // weight, roughness, lustre
+    double along2 = 0, along_across = 0;
   };
   const std::vector<Foot> feet = feet_of(points, axes, period);
   std::vector<Sums> sums(axes.size());
@@ -492,9 +484,7 @@ double describe(const std::vector<SampledPoint>& points, const V2d& period, cons
     Sums& sum = sums[foot.axis];
     ++sum.count;
     sum.albedo += V3d(point.albedo);
-    sum.weight += point.gloss.weight;
-    sum.roughness += point.gloss.roughness;
-    sum.lustre += point.gloss.lustre;
+    sum.gloss += V3d(point.gloss.weight, point.gloss.roughness, point.gloss.lustre);
     const V3d fibre(point.fibre);
     sum.along2 += fibre.dot(foot.along) * fibre.dot(foot.along);
     sum.along_across += fibre.dot(foot.along) * fibre.dot(foot.along.cross(foot.outward));
@@ -506,8 +496,8 @@ double describe(const std::vector<SampledPoint>& points, const V2d& period, cons
     curves[a].turns = axes[a].turns;
     curves[a].radius = static_cast<float>(axes[a].radius);
     curves[a].albedo = V3f(sum.albedo / count);
-    curves[a].gloss = {static_cast<float>(sum.weight / count), static_cast<float>(sum.roughness / count),
-                       static_cast<float>(sum.lustre / count)};
+    const V3f gloss(sum.gloss / count);
+    curves[a].gloss = {gloss.x, gloss.y, gloss.z};
     if (sum.along2 > 0) curves[a].fibre_slope = static_cast<float>(sum.along_across / sum.along2);
   }
   int represented = 0;
@@ -527,9 +517,8 @@ std::vector<ChainPoint> dense_points(const TubeAxis& axis, const V2d& period) {
   const V3d shift(std::floor(first.x / period.x) * period.x, std::floor(first.y / period.y) * period.y, 0);
   std::vector<ChainPoint> points;
   const int count = static_cast<int>(axis.nodes.size());
-  for (int i = 0; i < count * per_node; ++i) {
+  for (int i = 0; i < count * per_node; ++i)
     points.push_back({curve_point(axis, i / per_node, (i % per_node) / double{per_node}, period) - shift});
-  }
   points.push_back({axis.node(count, period) - shift});
   return points;
 }
@@ -549,9 +538,8 @@ FoundYarns find_yarns(const CellMesh& mesh) {
   if (axes.empty()) return found;
   std::vector<YarnCurve> curves;
   found.fraction = describe(s.points, mesh.period, axes, curves);
-  for (std::size_t a = 0; a < axes.size(); ++a) {
+  for (std::size_t a = 0; a < axes.size(); ++a)
     append_chain(curves[a], dense_points(axes[a], mesh.period), axes[a].radius, {}, found.yarns);
-  }
   return found;
 }
 

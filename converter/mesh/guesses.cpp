@@ -27,9 +27,8 @@ std::optional<V2d> period_in_comment(const std::string& bytes) {
     const std::size_t offset = start.find(mark);
     if (offset == std::string::npos) continue;
     V2d period;
-    if (std::sscanf(start.c_str() + offset + std::strlen(mark), "%lf x %lf mm", &period.x, &period.y) == 2) {
+    if (std::sscanf(start.c_str() + offset + std::strlen(mark), "%lf x %lf mm", &period.x, &period.y) == 2)
       return period;
-    }
   }
   return std::nullopt;
 }

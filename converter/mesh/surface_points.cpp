@@ -19,9 +19,7 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
   V3d flat(0, 0, 0);
   V3d normal(0, 0, 0);
   V3d fibre(0, 0, 0);
-  double gloss = 0;
-  double roughness = 0;
-  double lustre = 0;
+  V3d gloss(0, 0, 0);  // weight, roughness, lustre
   for (int k = 0; k < 3; ++k) {
     const int v = t[k];
     const double w = weights[k];
@@ -30,9 +28,7 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
     if (mesh.fibres.empty()) continue;
     const V3d f(mesh.fibres[v]);
     fibre += f.dot(fibre) < 0 ? -f * w : f * w;
-    gloss += mesh.gloss[v].weight * w;
-    roughness += mesh.gloss[v].roughness * w;
-    lustre += mesh.gloss[v].lustre * w;
+    gloss += V3d(mesh.gloss[v].weight, mesh.gloss[v].roughness, mesh.gloss[v].lustre) * w;
   }
   point.position = flat;
   for (int k = 0; k < 3; ++k) {
@@ -51,9 +47,8 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
     point.albedo = V3f(wall_albedo(V3d(point.albedo), through) * (1 - through));
   }
   point.fibre = V3f(fibre.normalized());
-  if (!mesh.gloss.empty()) {
-    point.gloss = {static_cast<float>(gloss), static_cast<float>(roughness), static_cast<float>(lustre)};
-  }
+  if (!mesh.gloss.empty())
+    point.gloss = {static_cast<float>(gloss.x), static_cast<float>(gloss.y), static_cast<float>(gloss.z)};
   return point;
 }
 

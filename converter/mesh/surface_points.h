@@ -43,8 +43,6 @@ class PeriodicGrid {
   template <class Visit>
   void visit_near(const V3d& place, double& reach, const Visit& visit) const;
 
-  const std::vector<V3d>& points() const { return points_; }
-
  private:
   std::vector<V3d> points_;
   V2d period_;
@@ -81,9 +79,8 @@ void PeriodicGrid::visit_near(const V3d& place, double& reach, const Visit& visi
       if (z < 0 || z >= cells_.z) continue;
       for (int dy = -shell; dy <= shell; ++dy) {
         const bool inside = std::abs(dz) < shell && std::abs(dy) < shell;
-        for (int dx = -shell; dx <= shell; dx += inside ? 2 * shell : 1) {
+        for (int dx = -shell; dx <= shell; dx += inside ? 2 * shell : 1)
           visit_cell(middle.x + dx, middle.y + dy, z);
-        }
       }
     }
   }

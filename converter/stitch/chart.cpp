@@ -35,16 +35,21 @@ struct Item {
   int crosses = 0;  ///< of a cable: 1: its right half lies in front, and goes to the left; -1: behind
 };
 
+/// A number from 1 to `max` in digits alone.
+std::optional<int> count_in(std::string_view digits, int max) {
+  int count = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
+  const bool sound = error == std::errc() && end == digits.data() + digits.size();
+  return sound && count >= 1 && count <= max ? std::optional(count) : std::nullopt;
+}
+
 /// "c4f": half of the stitches cross the other half.
 std::optional<Item> cable_of(std::string_view name) {
   if (name.size() < 3 || name.front() != 'c' || (name.back() != 'f' && name.back() != 'b'))
     return std::nullopt;
-  const std::string_view digits = name.substr(1, name.size() - 2);
-  int width = 0;
-  const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), width);
-  if (read.ec != std::errc() || read.ptr != digits.data() + digits.size()) return std::nullopt;
-  if (width < 2 || width > max_cable || width % 2 != 0) return std::nullopt;
-  return Item{width, width, {}, name.back() == 'f' ? 1 : -1};
+  const auto width = count_in(name.substr(1, name.size() - 2), max_cable);
+  if (!width || *width % 2 != 0) return std::nullopt;
+  return Item{*width, *width, {}, name.back() == 'f' ? 1 : -1};
 }
 
 std::optional<Item> item_of(std::string_view name) {
@@ -64,19 +69,15 @@ struct Counted {
   bool counted = false;  ///< the count was written
 };
 
-int count_in(std::string_view digits, int line) {
-  int count = 0;
-  const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), count);
-  const bool sound = read.ec == std::errc() && read.ptr == digits.data() + digits.size();
-  if (!sound || count < 1 || count > static_cast<int>(max_chart_stitches)) {
-    refuse_line(line, fmt::format("\"{}\" is not a count from 1 to {}", digits, max_chart_stitches));
-  }
-  return count;
-}
-
 /// The words of a part of a row; a number by itself counts the word before it. `names` are taken whole.
 template <class IsName>
 std::vector<Counted> counted_words(std::string_view text, int line, const IsName& is_name) {
+  const auto count_of = [&](std::string_view digits) {
+    const auto count = count_in(digits, max_chart_stitches);
+    if (!count)
+      refuse_line(line, fmt::format("\"{}\" is not a count from 1 to {}", digits, max_chart_stitches));
+    return *count;
+  };
   std::vector<Counted> words;
   while (true) {
     const std::size_t begin = text.find_first_not_of(" \t,");
@@ -87,13 +88,13 @@ std::vector<Counted> counted_words(std::string_view text, int line, const IsName
     if (word.find_first_not_of("0123456789") == std::string_view::npos) {
       if (words.empty() || words.back().counted)
         refuse_line(line, fmt::format("the count {} follows no stitch", word));
-      words.back() = {words.back().name, count_in(word, line), true};
+      words.back() = {words.back().name, count_of(word), true};
       continue;
     }
     const std::size_t digits = is_name(word) ? word.size() : word.find_last_not_of("0123456789") + 1;
     const bool counted = digits < word.size();
     words.push_back(
-        {std::string(word.substr(0, digits)), counted ? count_in(word.substr(digits), line) : 1, counted});
+        {std::string(word.substr(0, digits)), counted ? count_of(word.substr(digits)) : 1, counted});
   }
 }
 
@@ -109,9 +110,8 @@ std::vector<Item> items_of(const std::string& text, int line) {
                               word.name, max_cable));
     }
     stitches += static_cast<std::size_t>(item->makes) * static_cast<std::size_t>(word.count);
-    if (stitches > max_chart_stitches) {
+    if (stitches > max_chart_stitches)
       refuse_line(line, fmt::format("more than {} stitches", max_chart_stitches));
-    }
     items.insert(items.end(), static_cast<std::size_t>(word.count), *item);
   }
   if (items.empty()) refuse_line(line, "the row has no stitch");
@@ -169,20 +169,16 @@ void give_yarns(const std::string& text, int line, ChartRow& row) {
   for (const Counted& word : words) {
     if (!is_letter(word.name))
       refuse_line(line, fmt::format("\"{}\" is not the letter of a yarn", word.name));
-    std::size_t index = row.letters.find(word.name);
-    if (index == std::string::npos) {
-      index = row.letters.size();
-      row.letters += word.name;
-    }
+    const std::size_t index = std::min(row.letters.find(word.name), row.letters.size());
+    if (index == row.letters.size()) row.letters += word.name;
     const std::size_t count =
         words.size() == 1 && !word.counted ? row.stitches.size() : static_cast<std::size_t>(word.count);
     for (std::size_t k = given; k < std::min(given + count, row.stitches.size()); ++k)
       row.stitches[k].yarn = index;
     given += count;
   }
-  if (given != row.stitches.size()) {
+  if (given != row.stitches.size())
     refuse_line(line, fmt::format("names yarns for {} stitches, the row has {}", given, row.stitches.size()));
-  }
 }
 
 /// "k2 p2 c4f [A4 B4]". Refuses unknown stitches, counts out of range, yarn
@@ -191,9 +187,8 @@ ChartRow row_of(const std::string& text, int line) {
   const std::size_t open = text.find('[');
   const std::size_t close = text.find(']');
   if ((open == std::string::npos) != (close == std::string::npos) ||
-      (open != std::string::npos && close != text.size() - 1) || close < open) {
+      (open != std::string::npos && close != text.size() - 1) || close < open)
     refuse_line(line, "the letters of yarns stand in one pair of brackets at the end of the row");
-  }
   const std::vector<Item> items = items_of(text.substr(0, open), line);
   int decreases = 0;
   int overs = 0;
@@ -244,9 +239,8 @@ std::vector<Line> lines_of(std::string_view text) {
     const std::string line = trimmed(whole);
     if (line.empty() || line.front() == '#') continue;
     const std::size_t colon = line.find(':');
-    if (colon == std::string::npos || colon == 0) {
+    if (colon == std::string::npos || colon == 0)
       refuse_line(number, "is neither of the form \"name: rope\" nor a row such as \"1: k2 p2\"");
-    }
     lines.push_back({number, trimmed(line.substr(0, colon)), trimmed(line.substr(colon + 1))});
   }
   return lines;
@@ -267,11 +261,8 @@ class ChartReader {
 
   ChartText read(std::string_view text) {
     for (const Line& line : lines_of(text)) {
-      if (std::isdigit(static_cast<unsigned char>(line.key.front())) != 0) {
-        add_row(line);
-      } else {
-        add_header(line);
-      }
+      const bool is_row = std::isdigit(static_cast<unsigned char>(line.key.front())) != 0;
+      is_row ? add_row(line) : add_header(line);
     }
     if (rows_.empty()) refuse_text("", "has no row");
     finish();
@@ -313,9 +304,8 @@ class ChartReader {
   void add_yarn(const Line& line) {
     const char letter = line.key.back();
     if (line.key.size() != std::string_view("yarn A").size() ||
-        std::isalpha(static_cast<unsigned char>(letter)) == 0) {
+        std::isalpha(static_cast<unsigned char>(letter)) == 0)
       refuse_line(line.number, "a yarn is called by one letter, as \"yarn A\"");
-    }
     if (letters_.size() == max_chart_yarns)
       refuse_line(line.number, fmt::format("there are more than {} yarns", max_chart_yarns));
     StitchSettings settings;
@@ -333,7 +323,7 @@ class ChartReader {
     }
     std::vector<StitchParameter> parameters = yarn_parameters("", {});
     parameters.push_back(shared_parameters("", find_yarn_kind("wool").value()).front());
-    parameters.push_back({radius_parameter, {0}, min_stitch_mm, max_stitch_mm, false, ""});
+    parameters.push_back({radius_parameter, {0}, min_stitch_mm, max_stitch_mm, ""});
     const auto values = StitchValues::create(file_, parameters, settings);
     if (!values) {
       std::string place = values.error().place;
@@ -369,9 +359,8 @@ class ChartReader {
                   fmt::format("row {} has {} stitches, row {} has {}", number, row.stitches.size(),
                               rows_.front().number, rows_.front().stitches.size()));
     }
-    if ((rows_.size() + 1) * row.stitches.size() > max_chart_stitches) {
+    if ((rows_.size() + 1) * row.stitches.size() > max_chart_stitches)
       refuse_line(line.number, fmt::format("the chart has more than {} stitches", max_chart_stitches));
-    }
     if (row.letters.size() > max_row_yarns) {
       refuse_line(line.number, fmt::format("the row has {} yarns, at most {} can float behind it",
                                            row.letters.size(), max_row_yarns));
@@ -381,20 +370,16 @@ class ChartReader {
       const char letter = row.letters[stitch.yarn];
       stitch.yarn = letters_.find(letter);
       if (stitch.yarn == std::string::npos) stitch.yarn = letters_.find(other_case(letter));
-      if (stitch.yarn == std::string::npos) {
+      if (stitch.yarn == std::string::npos)
         refuse_line(line.number, fmt::format("there is no yarn {} (there are {})", letter, letters_));
-      }
     }
     rows_.push_back({number, line.number, std::move(row.stitches)});
   }
 
   static int row_number(const Line& line) {
-    const auto number = parse_numbers(line.key, ',', 1, 1);
-    const bool digits = line.key.find_first_not_of("0123456789") == std::string::npos;
-    if (!digits || !number || *number->begin() < 1 || *number->begin() > 1e6) {
-      refuse_line(line.number, fmt::format("\"{}\" is not the number of a row", line.key));
-    }
-    return static_cast<int>(number->front());
+    const auto number = count_in(line.key, 1'000'000);
+    if (!number) refuse_line(line.number, fmt::format("\"{}\" is not the number of a row", line.key));
+    return *number;
   }
 
   void finish() {
@@ -413,17 +398,15 @@ class ChartReader {
       }
     }
     double crossings = 0;
-    double tallest = 0;
-    int line = 0;
+    std::pair<double, int> tallest{0, 0};  // and its line
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const double height = height_of_crossing(knit, static_cast<int>(k));
       crossings += height;
-      if (height > tallest) line = rows_[k].line;
-      tallest = std::max(tallest, height);
+      if (height > tallest.first) tallest = {height, rows_[k].line};
     }
     const double room = max_crossing_fraction * static_cast<double>(rows_.size());
     if (crossings > room) {
-      refuse_line(line,
+      refuse_line(tallest.second,
                   fmt::format("stitches that move aside take {:.2f} rows of the chart, there is room for "
                               "{:.2f}: knit more rows between them",
                               crossings, room));

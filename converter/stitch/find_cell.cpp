@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "converter/stitch/text_fault.h"
 #include "format/base/option_text.h"
 
 namespace selvedge {
@@ -23,34 +24,26 @@ bool is_stitch(const std::string& name_or_path) {
 }  // namespace
 
 Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& options) {
-  Cell cell;
-  if (!is_stitch(name_or_path)) {
-    if (!options.settings.empty()) {
-      return fail(Code::option_out_of_range, name_or_path, "--set", "a mesh has no parameters");
+  return result_of([&]() -> Result<Cell> {
+    Cell cell;
+    if (!is_stitch(name_or_path)) {
+      if (!options.settings.empty())
+        return fail(Code::option_out_of_range, name_or_path, "--set", "a mesh has no parameters");
+      cell.choices.emplace();
+      cell.mesh = value_or_throw(read_mesh(name_or_path, options.import, &*cell.choices));
+      cell.remarks = remarks_on(*cell.choices);
+      return cell;
     }
-    cell.choices.emplace();
-    auto mesh = read_mesh(name_or_path, options.import, &*cell.choices);
-    if (!mesh) return tl::unexpected(mesh.error());
-    cell.mesh = std::move(*mesh);
-    cell.remarks = remarks_on(*cell.choices);
+    cell.stitch = value_or_throw(find_stitch(name_or_path, options.settings, options.start));
+    if (options.import.period)
+      return fail(Code::option_out_of_range, name_or_path, "--period", "a stitch has its own period");
+    MeshOptions mesh_options = options.mesh;
+    mesh_options.repeats = cell.stitch->repeats;
+    cell.mesh = value_or_throw(reading(
+        name_or_path, [&] { return value_or_throw(mesh_stitch(cell.stitch->pattern, mesh_options)); }));
+    cell.remarks = cell.stitch->remarks;
     return cell;
-  }
-  auto stitch = find_stitch(name_or_path, options.settings, options.start);
-  if (!stitch) return tl::unexpected(stitch.error());
-  if (options.import.period) {
-    return fail(Code::option_out_of_range, name_or_path, "--period", "a stitch has its own period");
-  }
-  MeshOptions mesh_options = options.mesh;
-  mesh_options.repeats = stitch->repeats;
-  auto mesh = mesh_stitch(stitch->pattern, mesh_options);
-  if (!mesh) {
-    mesh.error().file = name_or_path;
-    return tl::unexpected(mesh.error());
-  }
-  cell.mesh = std::move(*mesh);
-  cell.remarks = stitch->remarks;
-  cell.stitch = std::move(*stitch);
-  return cell;
+  });
 }
 
 std::vector<std::string> files_of_cell(const std::string& name_or_path) {

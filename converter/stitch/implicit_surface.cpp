@@ -42,9 +42,8 @@ Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, dou
   double min_radius = pattern.yarns.front().radius_mm;
   for (const Yarn& yarn : pattern.yarns) {
     min_radius = std::min(min_radius, yarn.radius_mm);
-    for (const BezierSegment& segment : yarn.segments) {
+    for (const BezierSegment& segment : yarn.segments)
       estimate += 1 + polygon_length(segment) / (span_length_radii * yarn.radius_mm);
-    }
   }
   if (estimate > max_curve_pieces) {
     return fail(Code::mesh_invalid, file, "/yarns",
@@ -59,9 +58,8 @@ Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, dou
   const double size = std::max(0.5 * min_radius, 0.25 * reach);
   double times = 1;
   while (!surface.index(size * times) && times < 8) times *= 1.25;
-  if (surface.entries_.empty()) {
+  if (surface.entries_.empty())
     return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close for the index");
-  }
   return surface;
 }
 

@@ -176,9 +176,8 @@ class Drawing {
     for (int column = -1; column <= columns_; ++column) {
       if (column == 0) begin = points.size();
       if (column == columns_) end = points.size();
-      for (const double t : stations(course, column, yarn)) {
+      for (const double t : stations(course, column, yarn))
         points.push_back(point(course, column, yarn, level, t));
-      }
     }
     // Catmull-Rom through the points.
     const auto tangent = [&](std::size_t k) { return (points[k + 1] - points[k - 1]) * 0.5; };
@@ -228,9 +227,8 @@ class Drawing {
     const auto placed = [&](double x, double y, double z) {
       return V3d(chart_.wale_mm * x, chart_.course_mm * lifted(x, y), depth_ * z);
     };
-    if (!is_knitted(course, column, yarn)) {
+    if (!is_knitted(course, column, yarn))
       return placed(column + t / (2 * pi), course - height + level, float_depth);
-    }
     const Loop& own = loop(course, column);
     const int neighbour = t < pi ? column - 1 : column + 1;
     const double from_foot = std::min(t, 2 * pi - t);

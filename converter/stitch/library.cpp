@@ -33,12 +33,8 @@ struct BuiltIn {
   StitchInfo info;
   /// The yarns as drawn, before relaxation.
   std::function<StitchPattern(const StitchValues&)> draw;
-  double max_thickness = 0;  ///< RelaxOptions
-  double hold = 0;
-  int stitches = 0;       ///< of a knit, in a repeat
-  std::size_t warps = 0;  ///< of a weave: its first yarns, wefts are behind them
-  /// The names of the parameters that are radii, for a message.
-  std::string radii;
+  int stitches = 0;         ///< of a knit, in a repeat
+  std::size_t warps = 0;    ///< of a weave: its first yarns, wefts are behind them; of a knit 0
   StitchSettings settings;  ///< of its chart, where a user sets no others
 };
 
@@ -83,16 +79,15 @@ constexpr std::array<const char*, max_chart_yarns> prefixes{"",       "second_",
                                                             "fifth_", "sixth_",  "seventh_", "eighth_"};
 
 StitchParameter length_parameter(const std::string& name, double value, const std::string& meaning) {
-  return {name, {value}, min_stitch_mm, max_stitch_mm, false, meaning};
+  return {name, {value}, min_stitch_mm, max_stitch_mm, meaning};
 }
 
 StitchParameter tex_parameter(const std::string& prefix) {
-  return {
-      prefix + "tex", {100}, 0.1, 1e6, false, "its count, g/km: with packing it gives the radius, if set"};
+  return {prefix + "tex", {100}, 0.1, 1e6, "its count, g/km: with packing it gives the radius, if set"};
 }
 
 StitchParameter slack_parameter() {
-  return {"slack", {0}, 0, 2, false, "air between neighbouring yarns, in radii: yarns lie looser and longer"};
+  return {"slack", {0}, 0, 2, "air between neighbouring yarns, in radii: yarns lie looser and longer"};
 }
 
 void append(std::vector<StitchParameter>& parameters, const std::vector<StitchParameter>& more) {
@@ -123,7 +118,6 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
                  {15},
                  1,
                  100,
-                 false,
                  "root of tex over cm of yarn a stitch: gives wale and course, if set with tex"},
                 slack_parameter()};
   append(parameters, common_parameters(drawn.yarns.front().fibre));
@@ -138,7 +132,6 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
     append_yarn(parameters, prefixes[k], kind, shorter(drawn.wale_mm, drawn.course_mm), yarn);
     for (const auto& [name, value] : chart.settings[k]) stitch.settings[prefixes[k] + name] = value;
   }
-  stitch.radii = "radius_mm";
   stitch.stitches = static_cast<int>(drawn.rows.size() * drawn.rows.front().size());
   stitch.draw = [=](const StitchValues& values) {
     KnitChart set = chart.knit;
@@ -168,10 +161,6 @@ std::vector<BuiltIn> built_in_knits() {
     stitches.push_back(knit(description, read_chart(text, "").value()));
   return stitches;
 }
-
-/// Maximum thickness of woven cloth, in radii; a crossing of two round yarns takes 4.
-constexpr double woven_thickness = 5.2;
-constexpr double woven_hold = 0.05;
 
 /// Least texels, each way, that resolve the yarn of a chart's stitch.
 constexpr int texels_per_stitch = 4;
@@ -215,10 +204,7 @@ BuiltIn weave(const char* name, const char* description, const char* kind_name, 
     append_yarn(parameters, prefix, kind, shorter(warp.spacing_mm, weft.spacing_mm),
                 coloured(system.albedo, system.radius_mm, gloss));
   }
-  stitch.max_thickness = woven_thickness;
-  stitch.hold = woven_hold;
   stitch.warps = rows.front().size();
-  stitch.radii = "warp_radius_mm, weft_radius_mm";
   stitch.draw = [=, rows = std::move(rows)](const StitchValues& values) {
     const double warp_spacing = values.number("warp_spacing_mm");
     const double weft_spacing = values.number("weft_spacing_mm");
@@ -407,6 +393,16 @@ void tell_size(const StitchValues& values, const V2i& cells, const V2i& min_texe
          radii * repeats * repeats});
 }
 
+RelaxOptions relax_options(const StitchValues& values, bool woven, bool thins) {
+  // In radii, of woven cloth; a crossing of two round yarns takes 4.
+  constexpr double woven_thickness = 5.2;
+  constexpr double woven_hold = 0.05;
+  return {.gap = values.number("slack"),
+          .max_thickness = woven ? woven_thickness : 0,
+          .hold = woven ? woven_hold : 0,
+          .thins = thins};
+}
+
 /// `tell`: called with the values and the yarns as drawn, before they come to rest.
 Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings,
                             const std::function<void(const StitchValues&, const StitchPattern&)>& tell = {}) {
@@ -414,29 +410,25 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings,
   settings = by_count(stitch, std::move(settings));
   const auto values =
       value_or_throw(StitchValues::create(stitch.info.name, stitch.info.parameters, settings));
-  RelaxOptions options;
-  options.gap = values.number("slack");
-  options.max_thickness = stitch.max_thickness;
-  options.hold = stitch.hold;
+  const bool woven = stitch.warps > 0;
   const bool given =
       values.is_set("radius_mm") || values.is_set("warp_radius_mm") || values.is_set("weft_radius_mm");
-  options.thins = !given;
+  const auto refuse = [&](std::string why) {
+    return fail(Code::option_out_of_range, stitch.info.name,
+                woven ? "--set warp_radius_mm, weft_radius_mm" : "--set radius_mm", std::move(why));
+  };
   StitchPattern drawn = stitch.draw(values);
   set_seed(values, stitch.info.name, drawn);
-  if (relaxation_work(drawn) > max_relaxation_work)
-    return fail(Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii, too_much_work);
+  if (relaxation_work(drawn) > max_relaxation_work) return refuse(too_much_work);
   if (tell) tell(values, drawn);
-  Relaxed result = relax(drawn, options);
-  if (given ? result.part < 1 - touching_overlap : !result.settled) {
-    return fail(
-        Code::option_out_of_range, stitch.info.name, "--set " + stitch.radii,
-        fmt::format(
-            "the yarns are too thick for their gauge and slack: there is room for {:.2f} of their radius",
-            result.part));
-  }
+  Relaxed result = relax(drawn, relax_options(values, woven, !given));
+  if (given ? result.part < 1 - touching_overlap : !result.settled)
+    return refuse(fmt::format(
+        "the yarns are too thick for their gauge and slack: there is room for {:.2f} of their radius",
+        result.part));
   FoundStitch found{.pattern = std::move(result.pattern)};
   tell_thickness(result.part, found);
-  if (stitch.warps > 0) {
+  if (woven) {
     if (!given) thin_to_touch(found.pattern, stitch.info.name);
     apply_woven_settings(values, stitch.warps, found.pattern);
     value_or_throw(validate(found.pattern, stitch.info.name));
@@ -507,11 +499,7 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   found.min_texels = texels_for(draft.weave);
   found.remarks = std::move(draft.remarks);
   const std::string name = draft.title.empty() ? std::filesystem::path(path).stem().string() : draft.title;
-  RelaxOptions options;
-  options.gap = values.number("slack");
-  options.max_thickness = woven_thickness;
-  options.hold = woven_hold;
-  options.thins = true;
+  RelaxOptions options = relax_options(values, true, true);
   for (auto [prefix, yarns] :
        {std::pair("warp_", &draft.weave.warp), std::pair("weft_", &draft.weave.weft)}) {
     for (Yarn& yarn : *yarns) {

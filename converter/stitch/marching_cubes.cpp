@@ -88,9 +88,8 @@ std::vector<Triangle> build_case(unsigned inside) {
       next[edge] = -1;
       edge = following;
     }
-    if (!contour.empty() && !fill(contour, 0, contour.size() - 1, triangles)) {
+    if (!contour.empty() && !fill(contour, 0, contour.size() - 1, triangles))
       throw std::logic_error("a contour of Marching Cubes cannot be filled");
-    }
   }
   return triangles;
 }

@@ -1,6 +1,7 @@
 #include "converter/stitch/parameters.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -22,38 +23,19 @@ constexpr const char* flattening_parameter = "flattening";
 
 bool woven(const std::string& prefix) { return prefix == "warp_" || prefix == "weft_"; }
 
-}  // namespace
-
-int kind_of(const StitchValues& values, const std::string& prefix) {
-  const std::string own = prefix + yarn_parameter;
-  const bool of_all = values.is_set(yarn_parameter) && !values.is_set(own);
-  return static_cast<int>(values.number(of_all ? yarn_parameter : own));
-}
-
-namespace {
-
 template <auto Member>
 constexpr YarnMember member(const char* name, double min, double max, bool limits, const char* meaning) {
   using Value = std::remove_reference_t<decltype(Yarn().*Member)>;
-  return {name,
-          min,
-          max,
-          limits,
-          meaning,
-          [](const Yarn& yarn) { return static_cast<double>(yarn.*Member); },
-          [](Yarn& yarn, double value) { yarn.*Member = static_cast<Value>(value); },
-          std::is_integral_v<Value>};
+  constexpr auto get = [](const Yarn& yarn) { return static_cast<double>(yarn.*Member); };
+  constexpr auto set = [](Yarn& yarn, double value) { yarn.*Member = static_cast<Value>(value); };
+  return {name, min, max, limits, meaning, get, set, std::is_integral_v<Value>};
 }
 
 template <auto Member>
 constexpr YarnMember gloss_member(const char* name, double min, const char* meaning, double max = 1) {
-  return {name,
-          min,
-          max,
-          false,
-          meaning,
-          [](const Yarn& yarn) { return shortest(yarn.gloss.*Member); },
-          [](Yarn& yarn, double value) { yarn.gloss.*Member = static_cast<float>(value); }};
+  constexpr auto get = [](const Yarn& yarn) { return shortest(yarn.gloss.*Member); };
+  constexpr auto set = [](Yarn& yarn, double value) { yarn.gloss.*Member = static_cast<float>(value); };
+  return {name, min, max, false, meaning, get, set};
 }
 
 constexpr YarnMember members[] = {
@@ -88,25 +70,19 @@ Result<StitchValues> StitchValues::create(const std::string& stitch,
     const auto refuse = [&, &n = name](std::string why) {
       return fail(Code::option_out_of_range, stitch, "--set " + n, std::move(why));
     };
-    const StitchParameter* known = nullptr;
-    std::string names;
-    for (const StitchParameter& parameter : parameters) {
-      if (parameter.name == name) known = &parameter;
-      names += (names.empty() ? "" : ", ") + parameter.name;
+    const auto known = std::ranges::find(parameters, name, &StitchParameter::name);
+    if (known == parameters.end()) {
+      std::vector<std::string> names;
+      for (const StitchParameter& parameter : parameters) names.push_back(parameter.name);
+      return refuse(fmt::format("no such parameter (there are {})", fmt::join(names, ", ")));
     }
-    if (known == nullptr) {
-      return refuse(names.empty() ? "it has no parameters" : "no such parameter (there are " + names + ")");
-    }
-    if (given.size() != known->value.size()) {
+    if (given.size() != known->value.size())
       return refuse(fmt::format("takes {} numbers, not {}", known->value.size(), given.size()));
-    }
     for (const double number : given) {
-      if (!(number >= known->min && number <= known->max)) {
+      if (!(number >= known->min && number <= known->max))
         return refuse(fmt::format("must lie in {} to {}, is {}", known->min, known->max, number));
-      }
-      if (known->whole && number != std::floor(number)) {
+      if (known->whole && number != std::floor(number))
         return refuse(fmt::format("must be a whole number, is {}", number));
-      }
     }
     values.values_[name] = given;
   }
@@ -114,6 +90,12 @@ Result<StitchValues> StitchValues::create(const std::string& stitch,
 }
 
 double shortest(float value) { return std::strtod(fmt::format("{}", value).c_str(), nullptr); }
+
+int kind_of(const StitchValues& values, const std::string& prefix) {
+  const std::string own = prefix + yarn_parameter;
+  const bool of_all = values.is_set(yarn_parameter) && !values.is_set(own);
+  return static_cast<int>(values.number(of_all ? yarn_parameter : own));
+}
 
 std::optional<V3d> linear_of(const std::string& colour) {
   if (colour.size() != 7 || colour[0] != '#') return std::nullopt;
@@ -181,17 +163,12 @@ void set_fibre(int kind, Yarn& yarn) {
 }
 
 std::vector<StitchParameter> shared_parameters(const std::string& prefix, int kind) {
-  return {{prefix + yarn_parameter,
-           {static_cast<double>(kind)},
-           0,
-           static_cast<double>(yarn_kinds().size() - 1),
-           true,
-           "kind of yarn: " + yarn_kind_names()},
+  const auto last = static_cast<double>(yarn_kinds().size() - 1);
+  return {{prefix + yarn_parameter, {1.0 * kind}, 0, last, "kind of yarn: " + yarn_kind_names(), true},
           {prefix + flattening_parameter,
            {1},
            shortest(min_flattening),
            1,
-           false,
            "thickness over width of its section, 1: round; not set, 0.6 in knits, woven yarn's by its kind"}};
 }
 
@@ -206,11 +183,11 @@ void apply_flattening(const StitchValues& values, const std::string& prefix, Yar
 
 std::vector<StitchParameter> common_parameters(int kind) {
   std::vector<StitchParameter> parameters = shared_parameters("", kind);
-  const std::vector<StitchParameter> others{
-      {colour_parameter, {0.5, 0.5, 0.5}, 0, 1, false, "of all yarns: #rrggbb, or linear red, green, blue"},
-      {"seed", {1}, 0, max_seed, true, "of fibres, hairs and irregularity"},
-      {"repeats", {1}, 1, max_repeats, true, "in each direction that one cell holds, for yarn that varies"}};
-  parameters.insert(parameters.end(), others.begin(), others.end());
+  parameters.push_back(
+      {colour_parameter, {0.5, 0.5, 0.5}, 0, 1, "of all yarns: #rrggbb, or linear red, green, blue"});
+  parameters.push_back({"seed", {1}, 0, max_seed, "of fibres, hairs and irregularity", true});
+  parameters.push_back(
+      {"repeats", {1}, 1, max_repeats, "in each direction that one cell holds, for yarn that varies", true});
   return parameters;
 }
 
@@ -218,14 +195,10 @@ std::span<const YarnMember> yarn_members() { return members; }
 
 std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn) {
   const V3d albedo(yarn.albedo);
-  std::vector<StitchParameter> parameters{{prefix + "albedo",
-                                           {albedo.x, albedo.y, albedo.z},
-                                           0,
-                                           1,
-                                           false,
-                                           "#rrggbb, or linear red, green, blue"}};
+  std::vector<StitchParameter> parameters{
+      {prefix + "albedo", {albedo.x, albedo.y, albedo.z}, 0, 1, "#rrggbb, or linear red, green, blue"}};
   for (const YarnMember& m : members)
-    parameters.push_back({prefix + m.name, {m.get(yarn)}, m.min, m.max, m.whole, m.meaning});
+    parameters.push_back({prefix + m.name, {m.get(yarn)}, m.min, m.max, m.meaning, m.whole});
   return parameters;
 }
 

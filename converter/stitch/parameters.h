@@ -17,8 +17,8 @@ struct StitchParameter {
   std::vector<double> value;  ///< the default: one number, or three for a colour
   double min = 0;             ///< range of every number
   double max = 1;
-  bool whole = false;   ///< whole numbers only
   std::string meaning;  ///< one line
+  bool whole = false;   ///< whole numbers only
 };
 
 /// Least and greatest length that a stitch is given in.

@@ -52,9 +52,8 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
     return refuse("/twist_per_mm", fmt::format("{} turns per mm are more than {} per radius of {} mm",
                                                yarn.twist_per_mm, max_twist, yarn.radius_mm));
   }
-  if (yarn.fibre < 0 || yarn.fibre >= static_cast<int>(yarn_kinds().size())) {
+  if (yarn.fibre < 0 || yarn.fibre >= static_cast<int>(yarn_kinds().size()))
     return refuse("/fibre", fmt::format("there is no fibre {}", yarn.fibre));
-  }
   for (const YarnMember& m : yarn_members()) {
     const double value = m.get(yarn);
     if (!m.limits || (value >= m.min && value <= m.max)) continue;
@@ -76,9 +75,8 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
   for (std::size_t s = 0; s < yarn.segments.size(); ++s) {
     for (std::size_t p = 0; p < 4; ++p) {
       const V3d& point = yarn.segments[s][p];
-      if (!is_finite(point)) {
+      if (!is_finite(point))
         return refuse(fmt::format("/segments/{}/{}", s, p), "the control point is not finite");
-      }
       const double reach = std::max(
           {std::abs(point.x) / period_mm.x, std::abs(point.y) / period_mm.y, std::abs(point.z) / longer});
       if (reach > limits.reach_periods) {
@@ -125,9 +123,8 @@ Result<void> validate(const StitchPattern& pattern, const std::string& file, con
       return fail(Code::stitch_invalid, file, place + "/segments",
                   fmt::format("more than {} segments in the pattern", limits.segments));
     }
-    if (auto sound = validate_yarn(pattern.yarns[y], pattern.period_mm, file, place, limits); !sound) {
+    if (auto sound = validate_yarn(pattern.yarns[y], pattern.period_mm, file, place, limits); !sound)
       return sound;
-    }
   }
   return {};
 }

@@ -39,9 +39,8 @@ std::string text_of(const Json& value, const std::string& place) {
 
 const Json& array_of(const Json& value, const std::string& place, std::size_t size) {
   if (!value.is_array()) refuse_text(place, fmt::format("must be an array, is {}", value.type_name()));
-  if (size > 0 && value.size() != size) {
+  if (size > 0 && value.size() != size)
     refuse_text(place, fmt::format("must have {} elements, has {}", size, value.size()));
-  }
   return value;
 }
 
@@ -52,9 +51,8 @@ V3d vector3(const Json& value, const std::string& place) {
 
 /// Member `albedo`, or else `colour`.
 V3f albedo_of(const Json& json, const std::string& place) {
-  if (!json.is_object() || !json.contains("colour") || json.contains("albedo")) {
+  if (!json.is_object() || !json.contains("colour") || json.contains("albedo"))
     return V3f(vector3(member(json, place, "albedo"), place + "/albedo"));
-  }
   const auto colour = linear_of(text_of(json["colour"], place + "/colour"));
   if (!colour) refuse_text(place + "/colour", "must be of the form #rrggbb");
   return V3f(*colour);
@@ -76,16 +74,14 @@ Yarn yarn_of(const Json& json, const std::string& place) {
   for (const YarnMember& m : yarn_members()) {
     if (!json.contains(m.name)) continue;
     const double value = optional(m.name, 0);
-    if (m.whole && !(value == std::floor(value) && std::abs(value) <= 1000)) {
+    if (m.whole && !(value == std::floor(value) && std::abs(value) <= 1000))
       refuse_text(fmt::format("{}/{}", place, m.name), fmt::format("must be a whole number, is {}", value));
-    }
     m.set(yarn, value);
   }
   if (json.contains("twist_degrees")) {
     const double degrees = optional("twist_degrees", 0);
-    if (!(std::abs(degrees) < 90)) {
+    if (!(std::abs(degrees) < 90))
       refuse_text(place + "/twist_degrees", fmt::format("must lie between -90 and 90, is {}", degrees));
-    }
     yarn.twist_per_mm = twist_for(degrees, yarn.radius_mm);
   }
   yarn.flattening = optional("flattening", yarn.flattening);
@@ -108,24 +104,21 @@ Yarn yarn_of(const Json& json, const std::string& place) {
 
 StitchPattern pattern_of(const Json& json) {
   const Json& stated = member(json, "", version_key);
-  if (!stated.is_number_integer() || stated != version) {
+  if (!stated.is_number_integer() || stated != version)
     refuse_text(fmt::format("/{}", version_key), fmt::format("must be {}, is {}", version, stated.dump()));
-  }
   StitchPattern pattern;
   pattern.name = text_of(member(json, "", "name"), "/name");
   const Json& period = array_of(member(json, "", "period_mm"), "/period_mm", 2);
   pattern.period_mm = {number(period[0], "/period_mm/0"), number(period[1], "/period_mm/1")};
   if (json.contains("seed")) {
     const double seed = number(json["seed"], "/seed");
-    if (!(seed >= 0 && seed <= max_seed && seed == std::floor(seed))) {
+    if (!(seed >= 0 && seed <= max_seed && seed == std::floor(seed)))
       refuse_text("/seed", fmt::format("must be a whole number from 0 to {}, is {}", max_seed, seed));
-    }
     pattern.seed = static_cast<std::uint32_t>(seed);
   }
   const Json& yarns = array_of(member(json, "", "yarns"), "/yarns", 0);
-  for (std::size_t y = 0; y < yarns.size(); ++y) {
+  for (std::size_t y = 0; y < yarns.size(); ++y)
     pattern.yarns.push_back(yarn_of(yarns[y], fmt::format("/yarns/{}", y)));
-  }
   return pattern;
 }
 
@@ -168,18 +161,15 @@ std::string to_json(const StitchPattern& pattern) {
     out["radius_mm"] = yarn.radius_mm;
     out["albedo"] = {shortest(yarn.albedo.x), shortest(yarn.albedo.y), shortest(yarn.albedo.z)};
     if (yarn.fibre != 0) out["fibre"] = yarn_kinds()[yarn.fibre].name;
-    if (yarn.gloss.weight > 0 || yarn.fibre != 0) {
-      out["gloss"] = shortest(yarn.gloss.weight);
-      out["roughness"] = shortest(yarn.gloss.roughness);
-    }
+    const bool glossy = yarn.gloss.weight > 0 || yarn.fibre != 0;
     for (const YarnMember& m : yarn_members()) {
       const std::string name = m.name;
       const double value = m.get(yarn);
       const bool of_fibre = name == "transmission" || name == "packing" || name == "lustre";
-      const bool said = value != m.get(Yarn()) || (of_fibre && yarn.fibre != 0);
       const bool of_hairs = name == "hair_mm" || name == "hair_loops";
+      bool said = value != m.get(Yarn()) || (of_fibre && yarn.fibre != 0);
+      if (name == "gloss" || name == "roughness") said = glossy;
       if (!said || (of_hairs && yarn.hairiness == 0)) continue;
-      if (name == "gloss" || name == "roughness") continue;
       out[name] = m.whole ? OrderedJson(static_cast<int>(value)) : OrderedJson(value);
     }
     if (yarn.flattening != 1) out["flattening"] = yarn.flattening;

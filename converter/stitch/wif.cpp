@@ -32,14 +32,12 @@ std::string upper(std::string text) {
 
 /// Splits "1, 2,3" at commas and trims the parts; parts may be empty.
 std::vector<std::string> parts_of(const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == ',')
-      parts.emplace_back();
-    else
-      parts.back() += c;
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    parts.push_back(trimmed(std::string_view(text).substr(begin, end - begin)));
+    begin = end + 1;
   }
-  for (std::string& part : parts) part = trimmed(part);
   return parts;
 }
 
@@ -60,12 +58,10 @@ std::optional<bool> truth_of(const std::string& text) {
 /// Throws unless the text is a whole number from `min` to `max`.
 int whole_in(const std::string& text, const std::string& place, int min, int max) {
   const auto value = number_in(text);
-  if (!value || *value != std::floor(*value)) {
+  if (!value || *value != std::floor(*value))
     refuse_text(place, fmt::format("\"{}\" is not a whole number", text));
-  }
-  if (*value < min || *value > max) {
+  if (*value < min || *value > max)
     refuse_text(place, fmt::format("must lie in {} to {}, is {}", min, max, text));
-  }
   return static_cast<int>(*value);
 }
 
@@ -96,9 +92,8 @@ class WifSections {
   /// than a hint. Refuses lines before the first section, lines of numbers that are neither a section nor a
   /// key or too long, UTF-16, and texts without sections.
   WifSections(std::string_view text, std::set<std::string>& remarks) {
-    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
       refuse_text("", "is UTF-16; a WIF file has one byte per character");
-    }
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     text = text.substr(0, text.find('\x1a'));  // where a text of DOS ends
     std::map<std::string, std::string>* current = nullptr;
@@ -299,9 +294,8 @@ WifSystem system_of(const WifSections& draft, const std::string& section, const 
     const auto value = positive_in(text, place);
     if (!value) return std::optional<double>();
     const double mm = *value * unit;
-    if (mm < min_stitch_mm || mm > max_stitch_mm) {
+    if (mm < min_stitch_mm || mm > max_stitch_mm)
       refuse_text(place, fmt::format("must lie in {} to {} mm, is {}", min_stitch_mm, max_stitch_mm, mm));
-    }
     return std::optional(mm);
   };
   const auto colour = [&](const std::string& text, const std::string& place) -> std::optional<V3f> {
@@ -321,9 +315,8 @@ WifSystem system_of(const WifSections& draft, const std::string& section, const 
   };
   const auto spacing = section_default("SPACING", length);
   const auto thickness = section_default("THICKNESS", length);
-  if (!spacing && !draft.has(section + " SPACING")) {
+  if (!spacing && !draft.has(section + " SPACING"))
     remarks.insert(fmt::format("{} without a spacing: {} mm", lower_case(section), default_spacing_mm));
-  }
   WifSystem system;
   system.yarns.resize(threads);
   system.width_mm = draft.values(section + " SPACING", threads, spacing.value_or(default_spacing_mm), length);
@@ -336,9 +329,8 @@ WifSystem system_of(const WifSections& draft, const std::string& section, const 
     system.yarns[k].albedo = albedos[k];
     // Round yarns wider than their lane would lie on top of each other.
     system.yarns[k].radius_mm = 0.5 * std::min(thicknesses[k].value_or(width), width);
-    if (thicknesses[k].value_or(width) > width) {
+    if (thicknesses[k].value_or(width) > width)
       remarks.insert(fmt::format("{} thicker than its spacing: as thick as that", lower_case(section)));
-    }
   }
   return system;
 }
@@ -430,44 +422,33 @@ std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
   return over;
 }
 
-/// A number for each of `count` items, equal for equal descriptions.
-template <class Describe>
-std::vector<std::size_t> kinds_of(std::size_t count, const Describe& describe) {
-  std::map<std::string, std::size_t> known;
-  std::vector<std::size_t> kinds;
-  for (std::size_t k = 0; k < count; ++k)
-    kinds.push_back(known.try_emplace(describe(k), known.size()).first->second);
-  return kinds;
-}
-
 /// The length of the shortest prefix that the others repeat, at least twice; else their count.
-std::size_t repeat_of(const std::vector<std::size_t>& kinds) {
+std::size_t shortest_period(const std::vector<std::size_t>& kinds) {
   for (std::size_t period = 1; 2 * period <= kinds.size(); ++period) {
     if (std::equal(kinds.begin() + static_cast<long>(period), kinds.end(), kinds.begin())) return period;
   }
   return kinds.size();
 }
 
-std::string description_of(const WifSystem& system, std::size_t k) {
-  const Yarn& yarn = system.yarns[k];
-  return fmt::format("{} {} {} {} {} ", yarn.albedo.x, yarn.albedo.y, yarn.albedo.z, yarn.radius_mm,
-                     system.width_mm[k]);
-}
-
 Weave smallest_repeat(const WifSystem& warp, const WifSystem& weft, const std::vector<bool>& over) {
   const std::size_t warps = warp.yarns.size();
   const std::size_t wefts = weft.yarns.size();
-  const auto crossing = [&](std::size_t i, std::size_t j) { return over[j * warps + i] ? '#' : '-'; };
-  const std::size_t across = repeat_of(kinds_of(warps, [&](std::size_t i) {
-    std::string text = description_of(warp, i);
-    for (std::size_t j = 0; j < wefts; ++j) text += crossing(i, j);
-    return text;
-  }));
-  const std::size_t up = repeat_of(kinds_of(wefts, [&](std::size_t j) {
-    std::string text = description_of(weft, j);
-    for (std::size_t i = 0; i < warps; ++i) text += crossing(i, j);
-    return text;
-  }));
+  // Yarn k meets the others at k * next + c * step.
+  const auto repeat_of = [&](const WifSystem& system, std::size_t crossings, std::size_t step,
+                             std::size_t next) {
+    std::map<std::string, std::size_t> known;  // numbers of equal yarns
+    std::vector<std::size_t> kinds;
+    for (std::size_t k = 0; k < system.yarns.size(); ++k) {
+      const Yarn& yarn = system.yarns[k];
+      std::string text = fmt::format("{} {} {} {} {} ", yarn.albedo.x, yarn.albedo.y, yarn.albedo.z,
+                                     yarn.radius_mm, system.width_mm[k]);
+      for (std::size_t c = 0; c < crossings; ++c) text += over[k * next + c * step] ? '#' : '-';
+      kinds.push_back(known.try_emplace(std::move(text), known.size()).first->second);
+    }
+    return shortest_period(kinds);
+  };
+  const std::size_t across = repeat_of(warp, wefts, warps, 1);
+  const std::size_t up = repeat_of(weft, warps, 1, warps);
   Weave weave{warp.yarns, weft.yarns, warp.width_mm, weft.width_mm, {}};
   weave.warp.resize(across);
   weave.warp_mm.resize(across);

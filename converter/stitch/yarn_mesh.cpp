@@ -8,6 +8,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "converter/mesh/surface_points.h"
 #include "converter/mesh/wall_albedo.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/flat_yarn.h"
@@ -80,14 +81,14 @@ bool give_plies(const Yarn& yarn, const V2f& period, const YarnChainOptions& opt
 constexpr std::uint64_t stream_hairs = 31;
 
 /// As many hairs as the yarn's hairiness asks for, in the mean over seeds. Refuses more than there is `room`
-/// for.
-Result<YarnHairs> hairs_for(const StitchPattern& pattern, std::size_t index, int room) {
+/// for: throws Failure.
+YarnHairs hairs_for(const StitchPattern& pattern, std::size_t index, int room) {
   const Yarn& yarn = pattern.yarns[index];
   YarnHairs hairs;
   const double expected = expected_hairs(yarn);
   if (expected >= room) {
-    return fail(Code::mesh_invalid, pattern.name, fmt::format("/yarns/{}/hairiness", index),
-                fmt::format("the repeat would have more than {} hairs", max_hairs));
+    throw Failure{{Code::mesh_invalid, pattern.name, fmt::format("/yarns/{}/hairiness", index),
+                   fmt::format("the repeat would have more than {} hairs", max_hairs)}};
   }
   const YarnKind fibre = fibre_of(yarn.fibre);
   hairs.count = static_cast<int>(expected + Random(mix(pattern.seed ^ mix(stream_hairs)), index).uniform());
@@ -99,62 +100,6 @@ Result<YarnHairs> hairs_for(const StitchPattern& pattern, std::size_t index, int
   return hairs;
 }
 
-/// Finds triangles by their middles, in squares of a grid over the cell.
-class Triangles {
- public:
-  explicit Triangles(const CellMesh& mesh) : period_(mesh.period) {
-    const double side =
-        std::sqrt(period_.x * period_.y / (1 + static_cast<double>(mesh.triangles.size()) / 32));
-    for (int i = 0; i < 2; ++i) count_[i] = std::max(1, static_cast<int>(period_[i] / side));
-    squares_.resize(static_cast<std::size_t>(count_.x) * count_.y);
-    for (const V3i& t : mesh.triangles) {
-      middles_.push_back((V3d(mesh.positions[t.x]) + V3d(mesh.positions[t.y]) + V3d(mesh.positions[t.z])) /
-                         3.0);
-      const V2i at = square_at(middles_.back());
-      squares_[square(at.x, at.y)].push_back(static_cast<int>(middles_.size()) - 1);
-    }
-  }
-
-  /// The one whose middle is nearest: within a square's width for sure, or of all where no middle is so
-  /// near.
-  int nearest(const V3d& point) const {
-    int best = -1;
-    double least = std::numeric_limits<double>::max();
-    const V2i at = square_at(point);
-    for (int reach = 1; best < 0; reach *= 4) {
-      for (int y = at.y - reach; y <= at.y + reach; ++y) {
-        for (int x = at.x - reach; x <= at.x + reach; ++x) {
-          for (const int t : squares_[square(x, y)]) {
-            V3d off = middles_[t] - point;
-            for (int i = 0; i < 2; ++i) off[i] -= std::round(off[i] / period_[i]) * period_[i];
-            if (off.length2() >= least) continue;
-            least = off.length2();
-            best = t;
-          }
-        }
-      }
-    }
-    return best;
-  }
-
- private:
-  V2i square_at(const V3d& point) const {
-    V2i at;
-    for (int i = 0; i < 2; ++i) at[i] = static_cast<int>(std::floor(point[i] / period_[i] * count_[i]));
-    return at;
-  }
-  /// Index of a square, which repeats with the cell.
-  std::size_t square(int x, int y) const {
-    const auto wrapped = [](int a, int n) { return (a % n + n) % n; };
-    return static_cast<std::size_t>(wrapped(y, count_.y)) * count_.x + wrapped(x, count_.x);
-  }
-
-  V2d period_;
-  V2i count_;
-  std::vector<V3d> middles_;
-  std::vector<std::vector<int>> squares_;
-};
-
 constexpr double max_grid_points = 1 << 24;
 /// Distances of these from pieces of yarn: more than plied yarn takes in 16 x 16 repeats of a stitch.
 constexpr double max_grid_distances = 3e9;
@@ -165,9 +110,8 @@ constexpr int max_across = 1024;
 double surface_of(const Yarn& yarn) {
   double length = 0;
   for (const BezierSegment& segment : yarn.segments) {
-    for (const CurveSpan& span : spans_of(segment, yarn.radius_mm, yarn.radius_mm)) {
+    for (const CurveSpan& span : spans_of(segment, yarn.radius_mm, yarn.radius_mm))
       length += (span.end - span.start).length();
-    }
   }
   return 2 * std::numbers::pi * yarn.radius_mm * length;
 }
@@ -360,10 +304,49 @@ Result<MarchedSurface> marched(const StitchPattern& pattern, const MeshOptions& 
                 "the yarns are too many and too close to each other for the grid");
   }
   MarchedSurface marched = march(grid, [&](const V3d& p) { return surface->distance(p); });
-  if (marched.triangles.empty()) {
+  if (marched.triangles.empty())
     return fail(Code::mesh_empty, pattern.name, "", "the yarns enclose no grid point");
-  }
   return marched;
+}
+
+/// The hairs of mesh.yarns (format/fabric/yarn_hairs.h), each from the triangle that lies nearest to its
+/// root.
+Hairs grow_hairs(const CellMesh& mesh) {
+  Hairs hairs;
+  std::vector<V3d> middles;  // of triangles
+  for (const V3i& t : mesh.triangles) {
+    V3d& middle =
+        middles.emplace_back(V3d(mesh.positions[t.x]) + V3d(mesh.positions[t.y]) + V3d(mesh.positions[t.z]));
+    middle /= 3.0;
+    for (int i = 0; i < 2; ++i) middle[i] = in_repeat(middle[i], mesh.period[i]);
+  }
+  const double side =
+      std::sqrt(mesh.period.x * mesh.period.y / (1 + static_cast<double>(middles.size()) / 32));
+  const PeriodicGrid grid(std::move(middles), mesh.period, side);
+  const auto nearest_triangle = [&](const V3d& point) {
+    int nearest = -1;
+    double reach = std::numeric_limits<double>::max();
+    grid.visit_near(point, reach, [&](int t, const V3d& offset) {
+      if (offset.length() >= reach) return;
+      reach = offset.length();
+      nearest = t;
+    });
+    return nearest;
+  };
+  const V2f period(mesh.period);
+  for_each_curve(mesh.yarns, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
+    if (curve.hairs.count == 0) return;
+    for (const YarnHair& hair : hairs_of(curve, nodes, period, segments_of(curve, nodes, period))) {
+      const V3d& root = hair.points[0];
+      const V3d shift(std::floor(root.x / mesh.period.x) * mesh.period.x,
+                      std::floor(root.y / mesh.period.y) * mesh.period.y, 0);
+      for (const V3d& point : hair.points) hairs.points.emplace_back(point - shift);
+      hairs.roots.push_back(nearest_triangle(root - shift));
+      hairs.radius.push_back(curve.hairs.radius);
+      hairs.passed.push_back(1 - curve.hairs.kept);
+    }
+  });
+  return hairs;
 }
 
 Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& options) {
@@ -422,18 +405,17 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
 /// Nodes of a repeat, beyond which they lie farther from their curves: a viewer's memory grows with them.
 constexpr double many_nodes = 1 << 18;
 
-Result<YarnData> chains_of(const StitchPattern& pattern, const YarnChainOptions& options) {
+/// Throws Failure.
+YarnData chains_of(const StitchPattern& pattern, const YarnChainOptions& options) {
   YarnData data;
   std::optional<StitchPattern> laid;
   std::size_t first_ply = 0;
   int room = max_hairs;
   for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
     const Yarn& yarn = pattern.yarns[y];
-    const auto hairs = hairs_for(pattern, y, room);
-    if (!hairs) return tl::unexpected(hairs.error());
-    room -= hairs->count;
     YarnCurve curve;
-    curve.hairs = *hairs;
+    curve.hairs = hairs_for(pattern, y, room);
+    room -= curve.hairs.count;
     if (yarn.squeezes.empty()) curve.flattening = static_cast<float>(yarn.flattening);
     curve.squeezes.resize(yarn.squeezes.empty() ? 0 : 1);
     curve.turns = turns_of(yarn, pattern.period_mm);
@@ -455,18 +437,13 @@ Result<YarnData> chains_of(const StitchPattern& pattern, const YarnChainOptions&
     // Each ply as a chain.
     data.nodes.resize(data.nodes.size() - data.curves.back().nodes);
     data.curves.pop_back();
-    if (!laid) {
-      auto all = lay_plies(pattern, pattern.name);
-      if (!all) return tl::unexpected(all.error());
-      laid = std::move(*all);
-    }
+    if (!laid) laid = value_or_throw(lay_plies(pattern, pattern.name));
     StitchPattern alone = pattern;
     const auto from = laid->yarns.begin() + static_cast<std::ptrdiff_t>(own_plies);
     alone.yarns = {from, from + plies};
-    const auto chains = chains_of(alone, options);
-    if (!chains) return tl::unexpected(chains.error());
-    data.curves.insert(data.curves.end(), chains->curves.begin(), chains->curves.end());
-    data.nodes.insert(data.nodes.end(), chains->nodes.begin(), chains->nodes.end());
+    const YarnData chains = chains_of(alone, options);
+    data.curves.insert(data.curves.end(), chains.curves.begin(), chains.curves.end());
+    data.nodes.insert(data.nodes.end(), chains.nodes.begin(), chains.nodes.end());
   }
   return data;
 }
@@ -483,31 +460,14 @@ double expected_hairs(const Yarn& yarn) {
 }
 
 Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options) {
-  auto data = chains_of(pattern, options);
-  const double times = data ? static_cast<double>(data->nodes.size()) / many_nodes : 0;
-  if (times <= 1) return data;
-  YarnChainOptions coarser = options;
-  for (double* sag : {&coarser.max_sag, &coarser.max_flat_sag}) *sag *= times * times;
-  return chains_of(pattern, coarser);
-}
-
-Hairs grow_hairs(const CellMesh& mesh) {
-  Hairs hairs;
-  const Triangles triangles(mesh);
-  const V2f period(mesh.period);
-  for_each_curve(mesh.yarns, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
-    if (curve.hairs.count == 0) return;
-    for (const YarnHair& hair : hairs_of(curve, nodes, period, segments_of(curve, nodes, period))) {
-      const V3d& root = hair.points[0];
-      const V3d shift(std::floor(root.x / mesh.period.x) * mesh.period.x,
-                      std::floor(root.y / mesh.period.y) * mesh.period.y, 0);
-      for (const V3d& point : hair.points) hairs.points.emplace_back(point - shift);
-      hairs.roots.push_back(triangles.nearest(root - shift));
-      hairs.radius.push_back(curve.hairs.radius);
-      hairs.passed.push_back(1 - curve.hairs.kept);
-    }
+  return result_of([&] {
+    YarnData data = chains_of(pattern, options);
+    const double times = static_cast<double>(data.nodes.size()) / many_nodes;
+    if (times <= 1) return data;
+    YarnChainOptions coarser = options;
+    for (double* sag : {&coarser.max_sag, &coarser.max_flat_sag}) *sag *= times * times;
+    return chains_of(pattern, coarser);
   });
-  return hairs;
 }
 
 Result<CellMesh> mesh_stitch(const StitchPattern& pattern, const MeshOptions& options) {

@@ -39,8 +39,4 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
 /// Hairs that the yarn's hairiness asks for.
 double expected_hairs(const Yarn& yarn);
 
-/// Fuzz: the hairs of mesh.yarns (format/fabric/yarn_hairs.h), each from the triangle of the mesh that lies
-/// nearest to its root. Precondition: triangles lie in the cell.
-Hairs grow_hairs(const CellMesh& mesh);
-
 }  // namespace selvedge

@@ -112,9 +112,8 @@ YarnFrames frames_of(const Yarn& yarn, double step) {
   last.length = length + (last.position - stations.back().position).length();
   stations.push_back(last);
   stations.front().across = any_across(stations.front().tangent);
-  for (std::size_t i = 1; i < stations.size(); ++i) {
+  for (std::size_t i = 1; i < stations.size(); ++i)
     stations[i].across = carried(stations[i - 1], stations[i]);
-  }
   const V3d first = stations.front().across;
   const V3d last_across = stations.back().across;
   const V3d tangent = stations.front().tangent;

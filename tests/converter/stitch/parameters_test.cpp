@@ -24,7 +24,7 @@ TEST_CASE("settings are read from name=value") {
 }
 
 TEST_CASE("settings are refused with the name, the range and the names that exist") {
-  const std::vector<StitchParameter> parameters{{"a", {1}, 0, 2, false, ""}, {"b", {1}, 0, 9, true, ""}};
+  const std::vector<StitchParameter> parameters{{"a", {1}, 0, 2, ""}, {"b", {1}, 0, 9, "", true}};
   const auto line = [&](const StitchSettings& settings) {
     const auto values = StitchValues::create("s", parameters, settings);
     return values ? "accepted" : to_line(values.error());
