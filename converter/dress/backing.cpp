@@ -1,10 +1,9 @@
 #include "converter/dress/backing.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "converter/dress/charts.h"
+#include "converter/dress/fabric_source.h"
 #include "format/gltf/access.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"
@@ -12,20 +11,12 @@
 namespace selvedge {
 namespace {
 
-/// A triangle's normal, as long as twice its area.
-V3d normal_of(const V3f& a, const V3f& b, const V3f& c) { return (V3d(b) - V3d(a)).cross(V3d(c) - V3d(a)); }
-
 /// Unit normals, or zero where there are no triangles: means over the vertices in one point, and where these
 /// cancel out, as of two layers back to back, over the vertex alone.
-std::vector<V3d> vertex_normals(const std::vector<V3f>& positions,
+std::vector<V3d> vertex_normals(const std::vector<V3d>& positions,
                                 const std::vector<std::uint32_t>& triangles) {
-  std::vector<V3d> own(positions.size(), V3d(0, 0, 0));
-  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
-    const V3d normal =
-        normal_of(positions[triangles[t]], positions[triangles[t + 1]], positions[triangles[t + 2]]);
-    for (std::size_t c = 0; c < 3; ++c) own[triangles[t + c]] += normal;
-  }
-  const std::vector<std::uint32_t> first = weld({positions.begin(), positions.end()});
+  const std::vector<V3d> own = normal_sums(positions, triangles);
+  const std::vector<std::uint32_t> first = weld(positions);
   std::vector<V3d> sums(positions.size(), V3d(0, 0, 0));
   std::vector<double> lengths(positions.size(), 0);
   for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -79,29 +70,30 @@ int add_backing(GltfDocument& document, int material, const std::set<Place>& pla
                                {"metallicFactor", 0},
                                {"roughnessFactor", 1}}}});
   int made = 0;
-  for (const auto& [mesh, number] : places) {
-    const auto seen = in_scene.find(Place(mesh, number));
+  for (const Place& worn : places) {
+    const auto seen = in_scene.find(worn);
     if (seen == in_scene.end()) continue;
-    const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, number);
-    Json primitive = document.json["meshes"][mesh]["primitives"][number];
+    const std::string place = pointer_to(worn);
+    Json primitive = primitive_at(document, worn);
     GltfReader reader(document);
-    std::vector<V3f> positions =
-        reader.attribute<V3f>(primitive["attributes"], "POSITION", 0, place + "/attributes");
+    const auto positions =
+        reader.attribute<V3d>(primitive["attributes"], "POSITION", 0, place + "/attributes");
     const std::vector<std::uint32_t> triangles = read_triangles(reader, primitive, place, positions.size());
-    const double local = area_of({positions.begin(), positions.end()}, triangles);
+    const double local = area_of(positions, triangles);
     if (!(local > 0) || !(seen->second.area > 0)) continue;
     const double distance = backing.distance / std::sqrt(seen->second.area / local);
     const std::vector<V3d> normals = vertex_normals(positions, triangles);
-    for (std::size_t i = 0; i < positions.size(); ++i) positions[i] -= V3f(normals[i] * distance);
+    std::vector<V3f> moved;
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      moved.push_back(V3f(positions[i]) - V3f(normals[i] * distance));
     for (const char* own : {"extensions", "extras"}) primitive.erase(own);
     drop_colors(primitive["attributes"]);
     if (primitive.contains("targets")) {
       for (Json& target : primitive["targets"]) drop_colors(target);
     }
-    primitive["attributes"]["POSITION"] =
-        append_float_accessor(document, {&positions[0].x, 3 * positions.size()}, 3, true);
+    primitive["attributes"]["POSITION"] = append_float_accessor(document, floats_of(moved), 3, true);
     primitive["material"] = behind;
-    Json& primitives = document.json["meshes"][mesh]["primitives"];
+    Json& primitives = document.json["meshes"][worn.first]["primitives"];
     if (Json* const older = older_backing(document, primitives, primitive))
       *older = std::move(primitive);
     else

@@ -7,16 +7,14 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
 #include <tuple>
 
 #include "converter/dress/flatten.h"
+#include "converter/mesh/disjoint_sets.h"
 
 namespace selvedge {
 namespace {
-
-constexpr int none = -1;
 
 using Face = std::array<std::uint32_t, 3>;
 
@@ -73,8 +71,9 @@ class Cutter {
     const auto edge = [&](std::size_t face, std::size_t k) {
       return std::minmax(welded[faces_[face][k]], welded[faces_[face][(k + 1) % 3]]);
     };
-    for (std::size_t f = 0; f < faces_.size(); ++f)
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
       for (std::size_t k = 0; k < 3; ++k) edges.emplace_back(edge(f, k).first, edge(f, k).second, f);
+    }
     std::ranges::sort(edges);
     std::vector<bool> reached(faces_.size(), false);
     std::vector<std::size_t> order;
@@ -163,27 +162,16 @@ class Cutter {
     return labels;
   }
 
-  /// Numbers of the parts of one label that hang together.
+  /// The faces of one label that hang together have one number, of the first of them.
   std::vector<int> parts(const std::vector<int>& labels) const {
-    std::vector<int> part(faces_.size(), none);
-    int count = 0;
-    std::vector<std::size_t> open;
-    for (std::size_t seed = 0; seed < faces_.size(); ++seed) {
-      if (part[seed] != none) continue;
-      part[seed] = count;
-      open.push_back(seed);
-      while (!open.empty()) {
-        const std::size_t face = open.back();
-        open.pop_back();
-        for (const auto neighbour : mesh_.ff_range(face_handle(face))) {
-          const auto n = static_cast<std::size_t>(neighbour.idx());
-          if (part[n] != none || labels[n] != labels[seed]) continue;
-          part[n] = count;
-          open.push_back(n);
-        }
-      }
-      ++count;
+    DisjointSets sets(faces_.size());
+    for (const auto edge : mesh_.edges()) {
+      if (edge.is_boundary()) continue;
+      const int a = sets.root(edge.h0().face().idx()), b = sets.root(edge.h1().face().idx());
+      if (labels[a] == labels[b]) sets.join(std::max(a, b), std::min(a, b));
     }
+    std::vector<int> part;
+    for (int face = 0; face < static_cast<int>(faces_.size()); ++face) part.push_back(sets.root(face));
     return part;
   }
 
@@ -197,20 +185,15 @@ class Cutter {
       wholes[whole[f]] += normals_[f].length();
     }
     // Rounds, in each of which every small part that has a neighbour joins one: half as many are left.
-    std::vector<int> joined(areas.size());  // the part that each has joined, or itself
-    std::iota(joined.begin(), joined.end(), 0);
-    const auto root = [&](int part) {
-      while (joined[part] != part) part = joined[part] = joined[joined[part]];
-      return part;
-    };
+    DisjointSets joined(areas.size());
     for (bool again = true; again;) {
       again = false;
       std::map<std::pair<int, int>, double> borders;  // of small parts, with whom, and how long
       for (const auto edge : mesh_.edges()) {
         if (edge.is_boundary()) continue;
         for (const auto side : {edge.h0(), edge.h1()}) {
-          const int part = root(chart_of_[side.face().idx()]);
-          const int other = root(chart_of_[side.opp().face().idx()]);
+          const int part = joined.root(chart_of_[side.face().idx()]);
+          const int other = joined.root(chart_of_[side.opp().face().idx()]);
           if (part != other && areas[part] < small * wholes[whole[side.face().idx()]])
             borders[{part, other}] += mesh_.calc_edge_length(edge);
         }
@@ -220,15 +203,15 @@ class Cutter {
         auto longest = at;
         for (; at != borders.end() && at->first.first == part; ++at)
           if (at->second > longest->second) longest = at;
-        const int from = root(part);
-        const int to = root(longest->first.second);
+        const int from = joined.root(part);
+        const int to = joined.root(longest->first.second);
         if (from == to) continue;  // they have joined each other
-        joined[from] = to;
+        joined.join(from, to);
         areas[to] += areas[from];
         again = true;
       }
     }
-    for (int& part : chart_of_) part = root(part);
+    for (int& part : chart_of_) part = joined.root(part);
   }
 
   void lay_flat() {

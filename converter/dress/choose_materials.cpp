@@ -12,10 +12,10 @@
 #include <set>
 #include <string_view>
 
+#include "converter/dress/fabric_source.h"
 #include "format/base/guard.h"
 #include "format/base/vec.h"
-#include "format/gltf/access.h"
-#include "format/gltf/material_uses.h"
+#include "format/gltf/edit.h"
 
 namespace selvedge {
 namespace {
@@ -37,52 +37,41 @@ enum class Says {
 constexpr std::array<std::pair<Says, std::string_view>, 14> table{
     {{Says::fabric,
       "fabric cloth clothes clothing textile cotton denim silk satin velvet wool linen canvas jersey knit "
-      "tweed "
-      "fleece flannel nylon polyester chiffon tulle corduroy cashmere twill lace crochet stoff tissu tela "
-      "tessuto 布 服 衣 裙 裤"},
+      "tweed fleece flannel nylon polyester chiffon tulle corduroy cashmere twill lace crochet stoff tissu "
+      "tela tessuto 布 服 衣 裙 裤"},
      {Says::garment,
       "shirt tshirt tee blouse jacket coat dress gown skirt pant pants trouser jean shorts sweater hoodie "
-      "jumper "
-      "cardigan vest suit uniform robe kimono scarf shawl glove sock stocking legging tights underwear bra "
-      "bikini "
-      "swimsuit corset apron cape cloak hood hat beanie tie outfit garment costume sleeve collar cuff pocket "
-      "lining band warmer mask hemd jacke kleid bluse chemise jupe veste pantalon camisa vestido falda "
-      "camicia "
-      "gonna giacca"},
+      "jumper cardigan vest suit uniform robe kimono scarf shawl glove sock stocking legging tights "
+      "underwear bra bikini swimsuit corset apron cape cloak hood hat beanie tie outfit garment costume "
+      "sleeve collar cuff pocket lining band warmer mask hemd jacke kleid bluse chemise jupe veste pantalon "
+      "camisa vestido falda camicia gonna giacca"},
      {Says::furnishing,
       "sofa couch armchair curtain drape cushion pillow blanket quilt duvet bedding mattress carpet rug "
-      "towel "
-      "tablecloth upholstery tapestry vorhang kissen rideau coussin cortina"},
+      "towel tablecloth upholstery tapestry vorhang kissen rideau coussin cortina"},
      {Says::skin,
       "skin hair eye eyelash lash eyebrow brow eyeball cornea iris sclera pupil tooth teeth tongue mouth "
-      "nail "
-      "fingernail toenail beard moustache mustache scalp haut haar haare auge augen zahn zähne peau cheveux "
-      "yeux dents piel pelo cabello ojo pelle capelli occhi denti 肌 皮肤 髪 头发 目 眼 歯 牙 眉"},
+      "nail fingernail toenail beard moustache mustache scalp haut haar haare auge augen zahn zähne peau "
+      "cheveux yeux dents piel pelo cabello ojo pelle capelli occhi denti 肌 皮肤 髪 头发 目 眼 歯 牙 眉"},
      {Says::hardware,
       "button buttonhole zip zipper sole buckle rivet eyelet hook snap lens mirror backing chain jewel "
-      "diamond "
-      "metal chrome glass plastic wood wooden rubber rail rod bracket hinge screw bolt mannequin manikin "
-      "hanger "
-      "sunglasses goggles knopf metall glas holz kunststoff bouton métal verre bois plastique botón vidrio "
-      "madera plástico bottone metallo vetro legno plastica"},
+      "diamond metal chrome glass plastic wood wooden rubber rail rod bracket hinge screw bolt mannequin "
+      "manikin hanger sunglasses goggles knopf metall glas holz kunststoff bouton métal verre bois plastique "
+      "botón vidrio madera plástico bottone metallo vetro legno plastica"},
      {Says::other,
       "steel iron brass bronze gold silver pearl copper aluminium aluminum oak walnut stone marble brick "
       "concrete crystal ceramic porcelain plaster tile wall floor ceiling roof window door stair frame stand "
       "table shelf cabinet"},
      {Says::other,
       "lamp bulb lantern chandelier candle screen monitor display tv television text logo decal paint "
-      "painting "
-      "picture poster book paper pipe faucet sink toilet soil dirt ground gravel grass plant leaf leaves "
-      "foliage "
-      "tree bark branch flower petal pot vase water wheel tire tyre"},
+      "painting picture poster book paper pipe faucet sink toilet soil dirt ground gravel grass plant leaf "
+      "leaves foliage tree bark branch flower petal pot vase water wheel tire tyre"},
      {Says::other,
       "lampe lampada lámpara wand boden fenster pflanze blatt erde rohr bildschirm mur plante feuille tuyau "
       "peinture écran pared suelo planta hoja tierra pintura pantalla"},
      {Says::other, "wolf avaturn"},  // Ready Player Me's Wolf3D_Head, Avaturn's avaturn_look
      {Says::body,
       "body head face hand arm torso neck finger thumb toe ear lip nose körper kopf gesicht corps visage "
-      "tête cuerpo "
-      "cabeza cara corpo testa viso 体 顔 脸"},
+      "tête cuerpo cabeza cara corpo testa viso 体 顔 脸"},
      {Says::leg, "leg foot feet"},
      {Says::person, "male female man woman boy girl human person avatar character"}}};
 
@@ -302,9 +291,9 @@ class Chooser {
   /// have either at most.
   bool moves_as_body(const std::set<Place>& places) {
     std::set<std::string> followed;  // words of joints
-    for (const auto& [mesh, number] : places) {
-      const Json& joints = array_of(entry_of(document_, "skins", skins_[mesh]), "joints");
-      const Json& attributes = member(document_.json["meshes"][mesh]["primitives"][number], "attributes");
+    for (const Place& place : places) {
+      const Json& joints = array_of(entry_of(document_, "skins", skins_[place.first]), "joints");
+      const Json& attributes = member(primitive_at(document_, place), "attributes");
       std::set<int> numbers;
       (void)result_of([&] {  // faults are found later
         GltfReader reader(document_);
@@ -333,17 +322,14 @@ class Chooser {
     const Uses uses = uses_of(document_.json);
     const auto bare = uses.find(-1);
     if (bare == uses.end()) return;
-    const auto primitive_at = [&](const Place& place) -> Json& {
-      return document_.json["meshes"][place.first]["primitives"][place.second];
-    };
     std::vector<Place> places(bare->second.begin(), bare->second.end());
     std::erase_if(places, [&](const Place& place) {
-      return !member(primitive_at(place), "material").is_null();  // present, but not an index
+      return !member(primitive_at(document_, place), "material").is_null();  // present, but not an index
     });
     if (places.empty()) return;
     document_.json["materials"].push_back(Json{{"name", "fabric"}});
     for (const Place& place : places)
-      primitive_at(place)["material"] = document_.json["materials"].size() - 1;
+      primitive_at(document_, place)["material"] = document_.json["materials"].size() - 1;
   }
 
   std::set<int> find(const std::string& selector) const {

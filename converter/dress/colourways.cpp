@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "converter/dress/fabric_source.h"
 #include "format/gltf/access.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
@@ -29,8 +30,8 @@ int copy_for_variant(GltfDocument& document, int material, const std::set<Place>
   Json& materials = document.json["materials"];
   const int copy = static_cast<int>(materials.size());
   bool worn = false;
-  for (const auto& [mesh, number] : places) {
-    Json& primitive = document.json["meshes"][mesh]["primitives"][number];
+  for (const Place& place : places) {
+    Json& primitive = primitive_at(document, place);
     if (index_of(member(primitive, "material")) != material) continue;
     primitive["extensions"][variants]["mappings"].push_back({{"material", copy}, {"variants", {variant}}});
     worn = true;

@@ -182,8 +182,8 @@ class Dresser {
     MemoryAccount account(limits_.document.memory);
     std::set<Place> places;
     for (const int material : materials) places.insert(uses_[material].begin(), uses_[material].end());
-    for (const auto& [mesh, number] : places) {
-      const Json& primitive = document_.json["meshes"][mesh]["primitives"][number];
+    for (const Place& place : places) {
+      const Json& primitive = primitive_at(document_, place);
       std::set<int> accessors;
       for (const Json& accessor : member(primitive, "attributes")) accessors.insert(index_of(accessor));
       for (const Json& target : array_of(primitive, "targets"))
@@ -195,8 +195,8 @@ class Dresser {
           result_of([&] { return GltfReader(document_).accessor_shape(index_of(corners), ""); });
       const std::size_t count = shape ? shape->count : 0;
       if (!account.take(count, price + value_price * accessors.size()))
-        throw Failure{beyond_memory(document_.file, fmt::format("/meshes/{}/primitives/{}", mesh, number),
-                                    "its dressed vertices", account.limit())};
+        throw Failure{
+            beyond_memory(document_.file, pointer_to(place), "its dressed vertices", account.limit())};
     }
     limits_.document.memory = account.left();
   }
@@ -266,18 +266,18 @@ class Dresser {
   /// without do not cost the rest theirs.
   void fill_gaps(int material, int set) {
     const std::string semantic = fmt::format("TEXCOORD_{}", set);
-    const auto primitive_at = [&](const Place& place) -> Json& {
-      return document_.json["meshes"][place.first]["primitives"][place.second];
+    const auto attributes_of = [&](const Place& place) -> const Json& {
+      return member(primitive_at(document_, place), "attributes");
     };
-    const auto has = [&](const Place& p) { return member(primitive_at(p), "attributes").contains(semantic); };
+    const auto has = [&](const Place& place) { return attributes_of(place).contains(semantic); };
     const std::set<Place>& places = uses_[material];
     if (std::ranges::none_of(places, has)) return;
     for (const Place& place : places) {
-      const int positions = index_of(member(member(primitive_at(place), "attributes"), "POSITION"));
+      const int positions = index_of(member(attributes_of(place), "POSITION"));
       if (has(place) || positions < 0) continue;
       const std::size_t count = GltfReader(document_).accessor_shape(positions, "").count;
-      const int zeros = append_float_accessor(document_, std::vector<float>(2 * count), 2, false);
-      primitive_at(place)["attributes"][semantic] = zeros;
+      primitive_at(document_, place)["attributes"][semantic] =
+          append_float_accessor(document_, std::vector<float>(2 * count), 2, false);
     }
   }
 

@@ -1,12 +1,14 @@
-// A fabric file on disk as the source of a glTF's reference or embedded fabric, and the frame of edits of
-// garments.
+// A fabric file on disk as the source of a glTF's reference or embedded fabric, and what edits of garments
+// have in common.
 #pragma once
 
 #include <string>
 
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
+#include "format/gltf/material_uses.h"
 
 namespace selvedge {
 
@@ -23,6 +25,14 @@ std::vector<std::string> outside_warnings(const GltfDocument& document, const st
 /// Loads a garment and moves it to the output's folder, so that the URIs of all fabrics are relative to that.
 /// Throws Failure.
 GltfDocument load_garment(const std::string& path, const std::string& output_path, const GltfLimits& limits);
+
+/// Returns the primitive at a place, and its JSON pointer.
+Json& primitive_at(GltfDocument& document, const Place& place);
+std::string pointer_to(const Place& place);
+
+/// Appends an accessor of vectors of any component type; normalized ones are signed and stand for -1 to 1.
+/// `shape.count` is ignored.
+int append_accessor(GltfDocument& document, std::span<const float> values, AccessorShape shape);
 
 /// As result_of(); GLTF_MALFORMED of the garment for a wrong JSON type in an unchecked part of it.
 template <class Work>

@@ -18,31 +18,22 @@ using namespace names::gltf;
 
 namespace {
 
-constexpr const char* sheen_lobe = "KHR_materials_sheen";
-constexpr const char* transmission = "KHR_materials_diffuse_transmission";
-constexpr const char* specular = "KHR_materials_specular";
-
 /// Index of an equal entry of a root array; appends the entry if it is new.
 int find_or_add(Json& root, const char* array, const Json& entry) {
   Json& entries = root[array];
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    if (entries[i] == entry) return static_cast<int>(i);
-  }
-  entries.push_back(entry);
-  return static_cast<int>(entries.size()) - 1;
+  const auto equal = std::ranges::find(entries, entry);
+  return equal != entries.end() ? static_cast<int>(equal - entries.begin()) : append(entries, entry);
 }
 
 int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& bytes, const char* name) {
-  const Json& images = member(document.json, "images");
-  for (std::size_t i = 0; images.is_array() && i < images.size(); ++i) {
+  const Json& images = array_of(document.json, "images");
+  for (std::size_t i = 0; i < images.size(); ++i) {
     const auto present =
         result_of([&] { return GltfReader(document).bytes(index_of(member(images[i], "bufferView")), ""); });
-    if (present && std::equal(present->begin(), present->end(), bytes.begin(), bytes.end()))
-      return static_cast<int>(i);
+    if (present && std::ranges::equal(*present, bytes)) return static_cast<int>(i);
   }
   const int view = append_view(document, bytes);
-  document.json["images"].push_back(Json{{"name", name}, {"mimeType", "image/png"}, {"bufferView", view}});
-  return static_cast<int>(document.json["images"].size()) - 1;
+  return append(document.json["images"], {{"name", name}, {"mimeType", "image/png"}, {"bufferView", view}});
 }
 
 bool occurs(const Json& json, const std::string& key) {
@@ -136,9 +127,8 @@ V3f mean_color(const Image& image) {
 Fallback bake_fallback(const Fabric& cloth) {
   int level = 0;
   while (level + 1 < static_cast<int>(cloth.levels.size()) &&
-         std::max(cloth.levels[level].width, cloth.levels[level].height) > largest_side) {
+         std::max(cloth.levels[level].width, cloth.levels[level].height) > largest_side)
     ++level;
-  }
   Fallback fallback{base_picture(cloth, level), has_holes(cloth, level), fallback_of(cloth)};
   scale_to(fallback.factors.base_color, fallback.color);
   fill_holes(fallback.color);
@@ -193,31 +183,28 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
       has_own ? part(own) : texture_info(texture, reference.tex_coord, reference.transform);
   core["metallicFactor"] = 0;
   core["roughnessFactor"] = 1;
-  for (const char* key : {"normalTexture", "alphaMode", "alphaCutoff"}) {
-    if (json.contains(key)) json.erase(key);
-  }
-  if (part(normal_texture).is_object()) {
-    json["normalTexture"] = part(normal_texture);
-  }
+  for (const char* key : {"normalTexture", "alphaMode", "alphaCutoff"}) json.erase(key);
+  if (part(normal_texture).is_object()) json["normalTexture"] = part(normal_texture);
   if (fallback.holes || masked) {
     json["alphaMode"] = "MASK";
     // The alpha of a tint does not belong to the cloth.
     json["alphaCutoff"] = masked ? number_of(part(mask_cutoff), 0.5) : has_own ? 0.0 : 0.5;
   }
-  json["extensions"][specular] = {{"specularFactor", 0}};
-  use_extension(document.json, specular);
+  const auto add_lobe = [&](const char* extension, const Json& lobe) {
+    json["extensions"][extension] = lobe;
+    use_extension(document.json, extension);
+  };
+  add_lobe("KHR_materials_specular", {{"specularFactor", 0}});
   const FallbackFactors& factors = fallback.factors;
   if (factors.transmission > 0) {
-    json["extensions"][transmission] = {
-        {"diffuseTransmissionFactor", factors.transmission},
-        {"diffuseTransmissionColorFactor", at_most_one(factors.transmission_color * tint)}};
-    use_extension(document.json, transmission);
+    add_lobe("KHR_materials_diffuse_transmission",
+             {{"diffuseTransmissionFactor", factors.transmission},
+              {"diffuseTransmissionColorFactor", at_most_one(factors.transmission_color * tint)}});
   }
   const V3f color = factors.sheen_color * tint;
   if (color == V3f(0, 0, 0)) return;
-  json["extensions"][sheen_lobe] = {{"sheenColorFactor", at_most_one(color)},
-                                    {"sheenRoughnessFactor", factors.sheen_roughness}};
-  use_extension(document.json, sheen_lobe);
+  add_lobe("KHR_materials_sheen",
+           {{"sheenColorFactor", at_most_one(color)}, {"sheenRoughnessFactor", factors.sheen_roughness}});
 }
 
 }  // namespace selvedge

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "converter/dress/colourways.h"
+#include "converter/dress/fabric_source.h"
 #include "format/base/guard.h"
 #include "format/gltf/access.h"
 #include "format/gltf/edit.h"
@@ -110,8 +111,8 @@ struct Keeper {
   }
 
   void drop_vertex_colors() {
-    for (const auto& [mesh, primitive] : places) {
-      Json& worn = document.json["meshes"][mesh]["primitives"][primitive];
+    for (const Place& place : places) {
+      Json& worn = primitive_at(document, place);
       worn["attributes"].erase(vertex_color);
       if (!worn.contains("targets")) continue;
       for (Json& target : worn["targets"]) target.erase(vertex_color);
@@ -122,13 +123,12 @@ struct Keeper {
   bool fits(const Json& info, const char* what) {
     const int set = placement_of(info).tex_coord;
     std::string why;
-    if (entry_of(document, "textures", index_of(member(info, index))).is_null()) {
+    if (entry_of(document, "textures", index_of(member(info, index))).is_null())
       why = "is no texture of the file";
-    } else if (set > 1) {
+    else if (set > 1)
       why = fmt::format("is on TEXCOORD_{}, and only the sets 0 and 1 are read", set);
-    } else if (!check_uvs(document, places, set)) {
+    else if (!check_uvs(document, places, set))
       why = fmt::format("is on TEXCOORD_{}, which triangles of the material lack", set);
-    }
     if (!why.empty()) parts.warnings.push_back(fmt::format("{} {}: it is left out", what, why));
     return why.empty();
   }

@@ -4,27 +4,10 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 
-#include "format/gltf/access.h"
+#include "format/gltf/pose.h"
 
 namespace selvedge {
-namespace {
-
-/// The nodes that are nobody's children: what a document without scenes shows.
-Json roots_of(const Json& nodes) {
-  std::set<int> children;
-  for (const Json& node : nodes) {
-    for (const Json& child : array_of(node, "children")) children.insert(index_of(child));
-  }
-  Json roots = Json::array();
-  for (int i = 0; i < static_cast<int>(nodes.size()); ++i) {
-    if (!children.contains(i)) roots.push_back(i);
-  }
-  return roots;
-}
-
-}  // namespace
 
 Result<void> scale_garment(GltfDocument& document, double factor) {
   Json& json = document.json;
@@ -32,11 +15,13 @@ Result<void> scale_garment(GltfDocument& document, double factor) {
   if (array_of(json, "nodes").empty())
     return fail(Code::garment_empty, document.file, "/nodes", "the document has no nodes");
   std::map<int, std::size_t> above;  // by root
-  for (const Json& root : roots_of(json["nodes"])) {
-    above[index_of(root)] = json["nodes"].size();
+  const NodeTransforms transforms(document);
+  for (int node = 0, count = static_cast<int>(json["nodes"].size()); node < count; ++node) {
+    if (transforms.has_parent(node)) continue;
+    above[node] = json["nodes"].size();
     // Skins follow, as their joints lie below.
     json["nodes"].push_back(
-        Json{{"name", "true size"}, {"scale", {factor, factor, factor}}, {"children", {root}}});
+        Json{{"name", "true size"}, {"scale", {factor, factor, factor}}, {"children", {node}}});
   }
   for (std::size_t s = 0; s < array_of(json, "scenes").size(); ++s) {
     for (std::size_t n = 0; n < array_of(json["scenes"][s], "nodes").size(); ++n) {

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "converter/dress/charts.h"
-#include "converter/dress/gather_vertices.h"
+#include "converter/dress/fabric_source.h"
 #include "format/base/guard.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"
@@ -26,12 +27,7 @@ using Columns = std::map<std::string, std::vector<Imath::V4d>>;
 std::vector<V3d> unit_normals(std::vector<V3d> given, const std::vector<V3d>& positions,
                               const std::vector<std::uint32_t>& triangles) {
   constexpr double tolerance = 1e-4;  // within it they stay as they are
-  std::vector<V3d> sums(positions.size(), V3d(0, 0, 0));
-  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
-    const V3d& a = positions[triangles[t]];
-    const V3d normal = (positions[triangles[t + 1]] - a).cross(positions[triangles[t + 2]] - a);
-    for (std::size_t k = 0; k < 3; ++k) sums[triangles[t + k]] += normal;
-  }
+  const std::vector<V3d> sums = normal_sums(positions, triangles);
   given.resize(positions.size(), V3d(0, 0, 0));
   for (std::size_t i = 0; i < given.size(); ++i) {
     if (!(given[i].length() > 0)) given[i] = sums[i].length() > 0 ? sums[i] : V3d(0, 0, 1);
@@ -77,35 +73,27 @@ class Unwrapper {
       throw Failure{Error{Code::garment_empty, document_.file, "", "no triangle has an area to lay flat"}};
     // Nothing of them shows, but one primitive without would keep the material from being dressed.
     for (const auto& [place, vertices] : without_area_)
-      set_uvs(json_of(place), std::vector<V2d>(vertices, V2d(0, 0)));
+      primitive_at(document_, place)["attributes"][semantic_] = append(std::vector<V2f>(vertices, V2f(0)));
     return result_;
   }
 
  private:
-  static std::string where_is(const Place& place) {
-    return fmt::format("/meshes/{}/primitives/{}", place.first, place.second);
-  }
-
-  Json& json_of(const Place& place) {
-    return document_.json["meshes"][place.first]["primitives"][place.second];
-  }
-
   void need_first_set(const Place& place) {
-    if (set_ == 0 || member(json_of(place), "attributes").contains("TEXCOORD_0")) return;
-    throw Failure{Error{Code::garment_no_uvs, document_.file, where_is(place) + "/attributes",
+    if (set_ == 0 || member(primitive_at(document_, place), "attributes").contains("TEXCOORD_0")) return;
+    throw Failure{Error{Code::garment_no_uvs, document_.file, pointer_to(place) + "/attributes",
                         "no TEXCOORD_0, without which there is no " + semantic_}};
   }
 
-  void set_uvs(Json& json, const std::vector<V2d>& coordinates) {
-    std::vector<float> uvs;
-    for (const V2d& uv : coordinates)
-      uvs.insert(uvs.end(), {static_cast<float>(uv.x), static_cast<float>(uv.y)});
-    json["attributes"][semantic_] = append_float_accessor(document_, uvs, 2, false);
+  template <class Vector>
+  int append(const std::vector<Vector>& values, int component_type = 5126) {
+    const bool normalized = component_type == 5120 || component_type == 5122;
+    return append_accessor(document_, floats_of(values),
+                           {0, static_cast<int>(Vector::dimensions()), component_type, normalized});
   }
 
   void unwrap(const Place& place) {
-    const std::string where = where_is(place);
-    Json json = json_of(place);
+    const std::string where = pointer_to(place);
+    Json json = primitive_at(document_, place);
     Json& attributes = json["attributes"];
     GltfReader reader(document_);
     std::vector<V3d> positions = reader.attribute<V3d>(attributes, "POSITION", 0, where + "/attributes");
@@ -132,28 +120,33 @@ class Unwrapper {
     const int tangent_type = type_of(member(attributes, "TANGENT"));
     drop_tangents(json);
     Columns mended = take_faulty_skin(reader, attributes, where + "/attributes", positions.size());
-    if (given != normals && !given.empty() && type_of(attributes["NORMAL"]) == 5126) {
-      attributes.erase("NORMAL");
-      for (const V3d& n : normals) mended["NORMAL"].emplace_back(n.x, n.y, n.z, 0);
-    }
+    const bool bent = given != normals && !given.empty() && type_of(attributes["NORMAL"]) == 5126;
+    if (bent) attributes.erase("NORMAL");
     std::vector<std::uint32_t> sources;
-    std::vector<V2d> uvs;
+    std::vector<V2f> uvs;
+    std::vector<V3f> straight;
     std::vector<V4f> turned;
     for (const std::uint32_t vertex : order_triangles(charts.indices, charts.sources.size())) {
       sources.push_back(charts.sources[vertex]);
       // Encoders take whole multiples without loss, and of steps that are no finer than need be in fewer
       // bytes.
       const V2d uv = charts.uvs[vertex] / uv_step;
-      uvs.push_back(V2d(std::round(uv.x), std::round(uv.y)) * uv_step);
+      uvs.emplace_back(V2d(std::round(uv.x), std::round(uv.y)) * uv_step);
+      if (bent) straight.emplace_back(normals[sources.back()]);
       if (!tangents.empty()) turned.push_back(tangents[vertex]);
     }
     gather_vertices(document_, reader, json, sources, where);
-    set_uvs(json, uvs);
-    for (const auto& [semantic, values] : mended) set_column(attributes, semantic, values, sources);
-    if (!turned.empty()) attributes["TANGENT"] = append_vec4(floats_of(turned), tangent_type);
+    attributes[semantic_] = append(uvs);
+    if (bent) attributes["NORMAL"] = append(straight);
+    for (const auto& [semantic, values] : mended) {
+      std::vector<V4f> copies;
+      for (const std::uint32_t source : sources) copies.emplace_back(values[source]);
+      attributes[semantic] = append(copies, semantic.starts_with("JOINTS") ? 5123 : 5126);
+    }
+    if (!turned.empty()) attributes["TANGENT"] = append(turned, tangent_type);
     json["indices"] = append_index_accessor(document_, charts.indices);
     json.erase("mode");
-    json_of(place) = std::move(json);
+    primitive_at(document_, place) = std::move(json);
     result_.charts += charts.count;
   }
 
@@ -209,36 +202,6 @@ class Unwrapper {
     return skin;
   }
 
-  void set_column(Json& attributes, const std::string& semantic, const std::vector<Imath::V4d>& values,
-                  const std::vector<std::uint32_t>& sources) {
-    const int components = semantic == "NORMAL" ? 3 : 4;
-    std::vector<float> floats;
-    for (const std::uint32_t source : sources)
-      for (int c = 0; c < components; ++c) floats.push_back(static_cast<float>(values[source][c]));
-    attributes[semantic] = semantic.starts_with("JOINTS")
-                               ? append_vec4(floats, 5123)
-                               : append_float_accessor(document_, floats, components, false);
-  }
-
-  /// An accessor of this type: floats, whole numbers, or signed ones that stand for -1 to 1.
-  int append_vec4(std::span<const float> values, int type) {
-    if (type == 5126) return append_float_accessor(document_, values, 4, false);
-    const AccessorShape shape{values.size() / 4, 4, type, type == 5120 || type == 5122};
-    const float scale = type == 5120 ? 127 : type == 5122 ? 32767 : 1;
-    Bytes bytes;
-    for (const float value : values) {
-      const auto number = static_cast<unsigned>(std::lround(scale * value));
-      bytes.push_back(static_cast<std::uint8_t>(number));
-      if (type != 5120) bytes.push_back(static_cast<std::uint8_t>(number >> 8U));
-    }
-    Json accessor{{"bufferView", append_attribute_view(document_, shape, bytes)},
-                  {"componentType", type},
-                  {"count", shape.count},
-                  {"type", "VEC4"}};
-    if (shape.normalized) accessor["normalized"] = true;
-    return append(document_.json["accessors"], std::move(accessor));
-  }
-
   GltfDocument& document_;
   int set_;
   std::string semantic_;
@@ -249,6 +212,42 @@ class Unwrapper {
 };
 
 }  // namespace
+
+void gather_vertices(GltfDocument& document, GltfReader& reader, Json& primitive,
+                     const std::vector<std::uint32_t>& sources, const std::string& place) {
+  std::map<int, int> made;  // by the accessor of which it is a copy: many may name one
+  const auto gather = [&](int accessor, const std::string& where) {
+    AccessorShape shape = reader.accessor_shape(accessor, where);
+    const auto size = static_cast<std::ptrdiff_t>(shape.element_size());
+    const std::vector<std::uint8_t> elements = reader.elements(accessor, where);
+    std::vector<std::uint8_t> gathered;
+    for (const std::uint32_t source : sources) {
+      if (source >= shape.count)
+        reader.fail(Code::gltf_malformed, where, fmt::format("there is no element {}", source));
+      const auto first = elements.begin() + source * size;
+      gathered.insert(gathered.end(), first, first + size);
+    }
+    shape.count = sources.size();
+    Json json = document.json["accessors"][accessor];
+    json.erase("byteOffset");
+    json.erase("sparse");
+    json["bufferView"] = append_attribute_view(document, shape, gathered);
+    json["count"] = shape.count;
+    if (json.contains("min") || json.contains("max"))
+      set_bounds(json, to_floats(gathered, shape.component_type, false), shape.components);
+    return append(document.json["accessors"], std::move(json));
+  };
+  const auto gather_all = [&](Json& attributes, const std::string& where) {
+    for (const auto& [semantic, accessor] : attributes.items()) {
+      const auto [known, fresh] = made.try_emplace(index_of(accessor), -1);
+      if (fresh) known->second = gather(known->first, where + "/" + semantic);
+      accessor = known->second;
+    }
+  };
+  gather_all(primitive["attributes"], place + "/attributes");
+  if (!primitive.contains("targets")) return;
+  for (Json& target : primitive["targets"]) gather_all(target, place + "/targets");
+}
 
 Result<Unwrapped> unwrap(GltfDocument& document, const std::set<Place>& places, int tex_coord,
                          const PlacesInScene& in_scene) {

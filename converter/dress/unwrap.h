@@ -4,7 +4,7 @@
 #include <set>
 
 #include "converter/dress/uv_scale.h"
-#include "format/gltf/document.h"
+#include "format/gltf/access.h"
 #include "format/gltf/material_uses.h"
 
 namespace selvedge {
@@ -24,5 +24,11 @@ struct Unwrapped {
 /// was.
 Result<Unwrapped> unwrap(GltfDocument& document, const std::set<Place>& places, int tex_coord,
                          const PlacesInScene& in_scene);
+
+/// Gives every accessor of a primitive's attributes and morph targets new elements: element i is element
+/// sources[i] of the old one; those that name one accessor share the new one too. The indices are left to the
+/// caller. Throws Failure.
+void gather_vertices(GltfDocument& document, GltfReader& reader, Json& primitive,
+                     const std::vector<std::uint32_t>& sources, const std::string& place);
 
 }  // namespace selvedge

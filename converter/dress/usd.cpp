@@ -3,6 +3,7 @@
 #include <Imath/ImathBox.h>
 #include <Imath/ImathMatrixAlgo.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cctype>
 #include <cmath>
@@ -30,12 +31,9 @@ namespace fs = std::filesystem;
 class Identifiers {
  public:
   std::string make(const std::string& name, const char* otherwise) {
-    std::string identifier;
-    for (const char c : name) {
-      identifier +=
-          std::isalnum(static_cast<unsigned char>(c)) != 0 && static_cast<unsigned char>(c) < 128 ? c : '_';
-    }
-    if (identifier.empty()) identifier = otherwise;
+    std::string identifier = name.empty() ? otherwise : name;
+    for (char& c : identifier)
+      if (std::isalnum(static_cast<unsigned char>(c)) == 0 || static_cast<unsigned char>(c) >= 128) c = '_';
     if (std::isdigit(static_cast<unsigned char>(identifier[0])) != 0) identifier = "_" + identifier;
     std::string unique = identifier;
     for (int i = 1; !taken_.insert(unique).second; ++i) unique = fmt::format("{}_{}", identifier, i);
@@ -53,47 +51,44 @@ class Assets {
       : document_(document), scene_(scene), layer_(layer) {}
 
   std::string image(int index) {
-    return remember(images_, index, [&] { return find_image(index); });
+    const auto [known, fresh] = images_.try_emplace(index);
+    if (fresh) known->second = find_image(index);
+    return known->second;
   }
+
   std::string fabric(int index) {
-    return remember(fabrics_, index, [&] { return find_fabric(index); });
+    const SceneFabric& fabric = scene_.fabrics[index];
+    if (!fabric.path.empty()) return reference(fabric.path);
+    const auto [known, fresh] = fabrics_.try_emplace(index);
+    if (fresh) known->second = add(fmt::format("fabric{}.exr", index), fabric.bytes);
+    return known->second;
   }
 
   UsdFiles take() { return std::move(result_); }
 
  private:
-  template <class F>
-  static std::string remember(std::map<int, std::string>& known, int index, const F& find) {
-    const auto [entry, fresh] = known.try_emplace(index);
-    if (fresh) entry->second = find();
-    return entry->second;
-  }
-
   std::string find_image(int index) {
-    const auto leave_out = [&](std::string remark) {
-      result_.remarks.push_back(std::move(remark));
-      return std::string();
-    };
-    const Json& images = array_of(document_.json, "images");
-    if (index < 0 || static_cast<std::size_t>(index) >= images.size()) return {};
+    const Json& json = entry_of(document_, "images", index);
+    if (json.is_null()) return {};
     const std::string place = fmt::format("/images/{}", index);
-    const std::string uri = string_of(member(images[index], "uri"));
+    const std::string uri = string_of(member(json, "uri"));
     if (!uri.empty() && !uri.starts_with("data:")) {
       const Result<std::string> path = resolve_uri(document_, uri, place);
-      return path ? reference(*path) : leave_out(to_line(path.error()));
+      if (path) return reference(*path);
+      result_.remarks.push_back(to_line(path.error()));
+      return {};
     }
     Result<std::vector<std::uint8_t>> bytes = read_image_bytes(document_, index);
-    if (!bytes) return leave_out(to_line(bytes.error()));
+    if (!bytes) {
+      result_.remarks.push_back(to_line(bytes.error()));
+      return {};
+    }
     const std::string_view type = picture_type(*bytes);
-    if (type == "image/png") return add(fmt::format("image{}.png", index), std::move(*bytes));
-    if (type == "image/jpeg") return add(fmt::format("image{}.jpg", index), std::move(*bytes));
-    return leave_out(fmt::format("{}: {}: neither PNG nor JPEG; left out of the USD", document_.file, place));
-  }
-
-  std::string find_fabric(int index) {
-    const SceneFabric& fabric = scene_.fabrics[index];
-    if (!fabric.path.empty()) return reference(fabric.path);
-    return add(fmt::format("fabric{}.exr", index), fabric.bytes);
+    if (type == "image/png" || type == "image/jpeg")
+      return add(fmt::format("image{}.{}", index, type == "image/png" ? "png" : "jpg"), std::move(*bytes));
+    result_.remarks.push_back(
+        fmt::format("{}: {}: neither PNG nor JPEG; left out of the USD", document_.file, place));
+    return {};
   }
 
   std::string reference(const std::string& target) const {
@@ -119,22 +114,22 @@ class Assets {
   UsdFiles result_;
 };
 
-template <class T, class F>
-std::string list(const std::vector<T>& values, const F& text_of) {
-  std::string text;
-  for (const T& value : values) text += (text.empty() ? "" : ", ") + text_of(value);
-  return "[" + text + "]";
-}
-
 std::string text_of(const V3f& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
 
+template <class T, class F>
+std::string list(const std::vector<T>& values, const F& value_of) {
+  std::vector<decltype(value_of(values[0]))> texts;
+  for (const T& value : values) texts.push_back(value_of(value));
+  return fmt::format("[{}]", fmt::join(texts, ", "));
+}
+template <class T>
+std::string list(const std::vector<T>& values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
 std::string matrix_of(const M44d& m) {
-  std::string text = "( ";
-  for (int row = 0; row < 4; ++row) {
-    text +=
-        fmt::format("({}, {}, {}, {}){}", m[row][0], m[row][1], m[row][2], m[row][3], row < 3 ? ", " : " )");
-  }
-  return text;
+  const auto row = [&](int i) { return fmt::format("({}, {}, {}, {})", m[i][0], m[i][1], m[i][2], m[i][3]); };
+  return fmt::format("( {}, {}, {}, {} )", row(0), row(1), row(2), row(3));
 }
 
 std::string extent_of(const std::vector<V3f>& positions) {
@@ -178,7 +173,8 @@ class MaterialPrim {
   }
 
  private:
-  static std::string line(const std::string& declaration, const std::string& value) {
+  template <class Value>
+  static std::string line(const char* declaration, const Value& value) {
     return fmt::format("                {} = {}\n", declaration, value);
   }
 
@@ -204,7 +200,7 @@ class MaterialPrim {
     const std::string body =
         line("uniform token info:id", "\"UsdTransform2d\"") +
         line("float2 inputs:in.connect", output(reader, "result")) +
-        line("float inputs:rotation", fmt::format("{}", t.rotation)) +
+        line("float inputs:rotation", t.rotation) +
         line("float2 inputs:scale", fmt::format("({}, {})", t.scale.x, t.scale.y)) +
         line("float2 inputs:translation", fmt::format("({}, {})", t.translation.x, t.translation.y)) +
         "                float2 outputs:result\n";
@@ -239,7 +235,6 @@ class MaterialPrim {
 
   /// The inputs of the UsdPreviewSurface, and the textures behind them.
   std::string surface_of(const Json& json, const SceneMaterial& material) {
-    const auto number = [](double value) { return fmt::format("{}", value); };
     const Json& core = member(json, "pbrMetallicRoughness");
     const V4f& color = material.base_color;
     std::string scale;
@@ -255,7 +250,7 @@ class MaterialPrim {
       text += line("color3f inputs:emissiveColor", fmt::format("({}, {}, {})", number_of(glow[0], 0),
                                                                number_of(glow[1], 0), number_of(glow[2], 0)));
     }
-    text += line("float inputs:metallic", number(number_of(member(core, "metallicFactor"), 1)));
+    text += line("float inputs:metallic", number_of(member(core, "metallicFactor"), 1));
     const Json& normal = member(json, "normalTexture");
     const double bumps = number_of(member(normal, "scale"), 1);
     const std::string decoding =
@@ -266,11 +261,11 @@ class MaterialPrim {
       text += line("normal3f inputs:normal.connect", output("normal", "rgb"));
     if (material.alpha_mode != AlphaMode::opaque) {
       text += textured ? line("float inputs:opacity.connect", output("base_color", "a"))
-                       : line("float inputs:opacity", fmt::format("{}", color.w));
+                       : line("float inputs:opacity", color.w);
     }
     if (material.alpha_mode == AlphaMode::mask)
-      text += line("float inputs:opacityThreshold", fmt::format("{}", material.alpha_cutoff));
-    text += line("float inputs:roughness", number(number_of(member(core, "roughnessFactor"), 1)));
+      text += line("float inputs:opacityThreshold", material.alpha_cutoff);
+    text += line("float inputs:roughness", number_of(member(core, "roughnessFactor"), 1));
     return text + "                token outputs:surface\n";
   }
 
@@ -295,10 +290,8 @@ std::string mesh(const ScenePrimitive& primitive, const M44d& world, const std::
   };
   line("uniform bool doubleSided", double_sided ? "1" : "0");
   line("float3[] extent", extent_of(primitive.positions));
-  line("int[] faceVertexCounts", list(std::vector<int>(primitive.indices.size() / 3, 3),
-                                      [](int count) { return fmt::format("{}", count); }));
-  line("int[] faceVertexIndices",
-       list(primitive.indices, [](std::uint32_t index) { return fmt::format("{}", index); }));
+  line("int[] faceVertexCounts", list(std::vector<int>(primitive.indices.size() / 3, 3)));
+  line("int[] faceVertexIndices", list(primitive.indices));
   if (!binding.empty()) line("rel material:binding", "<" + binding + ">");
   if (!primitive.normals.empty()) per_vertex("normal3f[] normals", list(primitive.normals, text_of));
   line("point3f[] points", list(primitive.positions, text_of));
@@ -335,20 +328,18 @@ std::optional<std::string> point_instancer(const std::vector<M44d>& worlds, cons
         fmt::format("({:.4f}, {:.4f}, {:.4f}, {:.4f})", turn.r, turn.v.x, turn.v.y, turn.v.z));
     scales.push_back(text_of(V3f(scale)));
   }
-  const auto same = [](const std::string& text) { return text; };
-  const auto zero = [](const M44d&) { return std::string("0"); };
   return fmt::format(
       "    def PointInstancer \"{}\"\n    {{\n"
       "        point3f[] positions = {}\n        quath[] orientations = {}\n        float3[] scales = {}\n"
       "        int[] protoIndices = {}\n        rel prototypes = </Garment/{}/prototype>\n\n{}    }}\n\n",
-      name, list(positions, same), list(orientations, same), list(scales, same), list(worlds, zero), name,
+      name, list(positions), list(orientations), list(scales), list(std::vector<int>(worlds.size())), name,
       prototype);
 }
 
 std::string basis_curves(const UsdCurves& curves, const std::string& name) {
   std::vector<V3f> points;
   for (const std::vector<V3f>& one : curves.points) points.insert(points.end(), one.begin(), one.end());
-  const auto count_of = [](const std::vector<V3f>& one) { return fmt::format("{}", one.size()); };
+  const auto count_of = [](const std::vector<V3f>& one) { return one.size(); };
   const char* constant = " (\n            interpolation = \"constant\"\n        )\n";
   return fmt::format(
       "    def BasisCurves \"{}\"\n    {{\n"
@@ -368,9 +359,8 @@ Result<void> check_names(const GltfDocument& document, const UsdFiles& files) {
     const Result<std::string> path = resolve_uri(document, uri, "");
     std::error_code ignored;
     for (const UsdFile& file : files.files) {
-      if (path && fs::equivalent(*path, file.path, ignored)) {
+      if (path && fs::equivalent(*path, file.path, ignored))
         return fail(Code::file_unwritable, file.path, "", "is a picture of the garment");
-      }
     }
   }
   return {};
@@ -380,9 +370,8 @@ Result<void> check_names(const GltfDocument& document, const UsdFiles& files) {
 
 Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, const SceneLimits& limits,
                         const std::vector<UsdCurves>& curves) {
-  if (!has_ending(path, ".usda")) {
+  if (!has_ending(path, ".usda"))
     return fail(Code::option_out_of_range, path, "", "the name of a USD layer has to end in .usda");
-  }
   const Result<Scene> scene = read_scene(document, limits);
   if (!scene) return tl::unexpected<Error>(scene.error());
   Assets assets(document, *scene, path);
@@ -433,9 +422,8 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, c
   UsdFiles result = assets.take();
   if (std::ranges::any_of(scene->primitives, [](const ScenePrimitive& p) { return !p.colors.empty(); }))
     result.remarks.emplace_back("vertex colours are left out of the USD layer");
-  if (Result<void> good = check_names(document, result); !good) {
+  if (Result<void> good = check_names(document, result); !good)
     return tl::unexpected<Error>(std::move(good.error()));
-  }
   result.files.push_back({path, std::vector<std::uint8_t>(text.begin(), text.end())});
   return result;
 }

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "format/scene/framing.h"
+
 namespace selvedge {
 namespace {
 
@@ -67,11 +69,10 @@ void measure(const ScenePrimitive& primitive, const M44d& world, int tex_coord, 
     const V2d d2 = uvs.empty() ? V2d(0, 0) : uvs[c] - uvs[a];
     const double determinant = d1.x * d2.y - d1.y * d2.x;
     const Sample sample{(e1 * d2.y - e2 * d1.y) / determinant, (e2 * d1.x - e1 * d2.x) / determinant, area};
-    if (std::isfinite(sample.along_u.length()) && std::isfinite(sample.along_v.length())) {
+    if (std::isfinite(sample.along_u.length()) && std::isfinite(sample.along_v.length()))
       samples.push_back(sample);
-    } else {
+    else
       without += area;
-    }
   }
 }
 
@@ -139,63 +140,42 @@ Issues check_uv_areas(const Scene& scene) {
 Imath::Box3d bounds_of(const Scene& scene) {
   Imath::Box3d bounds;
   for (const SceneInstance& instance : scene.instances) {
-    const ScenePrimitive& primitive = scene.primitives[instance.primitive];
-    for (const std::uint32_t index : primitive.indices)
-      bounds.extendBy(V3d(primitive.positions[index]) * instance.world);
+    for (const V3d& point : points_of(scene, instance)) bounds.extendBy(point);
   }
   return bounds;
 }
 
 GarmentBounds robust_bounds(const Scene& scene, const std::set<int>& chosen) {
-  struct Triangle {
-    Imath::Box3d box;
-    double area;
-    int primitive;
-  };
-  std::vector<Triangle> triangles;
-  double total = 0;
+  SceneParts parts;
   for (const SceneInstance& instance : scene.instances) {
-    if (!chosen.contains(instance.primitive)) continue;
-    const ScenePrimitive& p = scene.primitives[instance.primitive];
-    for (std::size_t t = 0; t + 2 < p.indices.size(); t += 3) {
-      std::array<V3d, 3> corners;
-      Triangle triangle{{}, 0, instance.primitive};
-      for (std::size_t c = 0; c < 3; ++c)
-        triangle.box.extendBy(corners[c] = V3d(p.positions[p.indices[t + c]]) * instance.world);
-      triangle.area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
-      total += triangle.area;
-      if (triangle.area > 0) triangles.push_back(triangle);
-    }
+    if (chosen.contains(instance.primitive)) parts.push_back(&instance);
   }
-  Imath::Box3d middle;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<std::pair<double, double>> places;
-    for (const Triangle& t : triangles) places.emplace_back(t.box.center()[axis], t.area);
-    std::ranges::sort(places);
-    double sum = 0;
-    for (const auto& [place, area] : places) {
-      if (sum <= 0.05 * total) middle.min[axis] = place;
-      if (sum <= 0.95 * total) middle.max[axis] = place;
-      sum += area;
-    }
-  }
-  const double side = triangles.empty() ? 0 : std::max({middle.size().x, middle.size().y, middle.size().z});
+  const Imath::Box3d bulk = bulk_of(scene, parts);
   GarmentBounds found;
-  for (const Triangle& triangle : triangles) {
-    double away = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      away = std::max(
-          {away, middle.min[axis] - triangle.box.max[axis], triangle.box.min[axis] - middle.max[axis]});
-    if (!(away > 2 * side)) {
-      found.box.extendBy(triangle.box);
-      continue;
+  for (const SceneInstance* part : parts) {
+    double farthest = 0;
+    for (const V3d& point : points_of(scene, *part)) {
+      const double away = stray_distance_of(point, bulk);
+      if (away == 0 && !bulk.isEmpty()) found.box.extendBy(point);
+      farthest = std::max(farthest, away);
     }
-    const ScenePrimitive& p = scene.primitives[triangle.primitive];
+    if (farthest == 0) continue;
+    const ScenePrimitive& p = scene.primitives[part->primitive];
     const std::string material = p.material < 0 ? "" : scene.materials[p.material].name;
-    double& farthest = found.strays[fmt::format("\"{}\" of material \"{}\"", p.name, material)];
-    farthest = std::max(farthest, away);
+    double& known = found.strays[fmt::format("\"{}\" of material \"{}\"", p.name, material)];
+    known = std::max(known, farthest);
   }
   return found;
+}
+
+std::vector<V3d> normal_sums(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles) {
+  std::vector<V3d> sums(positions.size(), V3d(0, 0, 0));
+  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+    const V3d& a = positions[triangles[t]];
+    const V3d normal = (positions[triangles[t + 1]] - a).cross(positions[triangles[t + 2]] - a);
+    for (std::size_t k = 0; k < 3; ++k) sums[triangles[t + k]] += normal;
+  }
+  return sums;
 }
 
 double area_of(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles) {

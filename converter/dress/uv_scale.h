@@ -48,8 +48,7 @@ struct GarmentBounds {
   std::map<std::string, double> strays{};  ///< primitives, and how far from the rest they lie
 };
 
-/// The same of `chosen` primitives (indices into scene.primitives) without strays: triangles farther from the
-/// box of the middle nine tenths of their area than its longest side twice.
+/// The same of `chosen` primitives (indices into scene.primitives) without strays (format/scene/framing.h).
 GarmentBounds robust_bounds(const Scene& scene, const std::set<int>& chosen);
 
 struct PlaceInScene {
@@ -61,6 +60,9 @@ using PlacesInScene = std::map<Place, PlaceInScene>;
 
 /// How large the primitives of a document are in its scene, and which way they hang.
 PlacesInScene places_in(const Scene& scene);
+
+/// Returns for each vertex the sum of its triangles' normals, each as long as twice the area.
+std::vector<V3d> normal_sums(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles);
 
 /// Twice the area of the triangles, in the unit of the positions.
 double area_of(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles);

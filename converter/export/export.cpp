@@ -259,6 +259,19 @@ class Exporter {
     return numbers;
   }
 
+  void set_values(Json& attributes, const char* semantic, std::span<const float> values, int components,
+                  int bits, bool bounds = false) {
+    attributes[semantic] = append_float_accessor(document_, in_steps(values, bits), components, bounds);
+  }
+
+  /// Nothing where all are 1.
+  void set_shades(Json& attributes, const char* semantic, const std::vector<float>& shades, int bits) {
+    if (std::ranges::all_of(shades, [](float shade) { return shade == 1; })) return;
+    std::vector<V3f> colors;
+    for (const float shade : shades) colors.emplace_back(shade);
+    set_values(attributes, semantic, floats_of(colors), 3, bits);
+  }
+
   int add_mesh(const std::string& name, const std::vector<TubeMesh>& tubes,
                const std::vector<int>& materials) {
     Json primitives = Json::array();
@@ -266,19 +279,10 @@ class Exporter {
       const TubeMesh& mesh = tubes[y];
       if (mesh.indices.empty()) continue;
       Json attributes;
-      const auto add_values = [&](const char* semantic, std::span<const float> values, int components,
-                                  int bits) {
-        attributes[semantic] =
-            append_float_accessor(document_, in_steps(values, bits), components, components == 3);
-      };
-      add_values("POSITION", floats_of(mesh.positions), 3, 16);  // 1/30 mm in a metre
-      attributes["NORMAL"] = add_normals(mesh.normals);
-      add_values("TEXCOORD_0", floats_of(mesh.tex_coords), 2, 10);
-      if (std::ranges::any_of(mesh.shades, [](float shade) { return shade != 1; })) {
-        std::vector<V3f> shades;
-        for (const float shade : mesh.shades) shades.emplace_back(shade);
-        add_values("COLOR_0", floats_of(shades), 3, 6);
-      }
+      set_values(attributes, "POSITION", floats_of(mesh.positions), 3, 16, true);  // 1/30 mm in a metre
+      attributes["NORMAL"] = append_accessor(document_, floats_of(mesh.normals), {0, 3, 5120, true});
+      set_values(attributes, "TEXCOORD_0", floats_of(mesh.tex_coords), 2, 10);
+      set_shades(attributes, "COLOR_0", mesh.shades, 6);
       primitives.push_back({{"attributes", std::move(attributes)},
                             {"indices", append_index_accessor(document_, mesh.indices)},
                             {"material", materials[y]}});
@@ -287,41 +291,21 @@ class Exporter {
     return append(document_.json["meshes"], {{"name", name}, {"primitives", std::move(primitives)}});
   }
 
-  int add_normals(const std::vector<V3f>& normals) {
-    constexpr int signed_byte = 5120;
-    Bytes bytes;
-    for (const V3f& normal : normals) {
-      for (int k = 0; k < 3; ++k)
-        bytes.push_back(static_cast<std::uint8_t>(std::lround(127 * std::clamp(normal[k], -1.0F, 1.0F))));
-    }
-    const AccessorShape shape{normals.size(), 3, signed_byte, true};
-    return append(document_.json["accessors"],
-                  {{"bufferView", append_attribute_view(document_, shape, bytes)},
-                   {"componentType", signed_byte},
-                   {"normalized", true},
-                   {"count", normals.size()},
-                   {"type", "VEC3"}});
-  }
-
   void add_copies(const std::string& name, int mesh, const std::vector<RepeatCopy>& copies) {
-    std::vector<V3f> translations, scales, shades;
+    std::vector<V3f> translations, scales;
     std::vector<V4f> rotations;
+    std::vector<float> shades;
     for (const RepeatCopy& copy : copies) {
       translations.push_back(copy.translation);
       rotations.push_back(copy.rotation);
       scales.push_back(copy.scale);
-      shades.emplace_back(copy.shade);
+      shades.push_back(copy.shade);
     }
     Json attributes;
-    const auto add_values = [&](const char* semantic, std::span<const float> values, int components,
-                                int bits) {
-      attributes[semantic] = append_float_accessor(document_, in_steps(values, bits), components, false);
-    };
-    add_values("TRANSLATION", floats_of(translations), 3, 17);
-    add_values("ROTATION", floats_of(rotations), 4, 12);
-    add_values("SCALE", floats_of(scales), 3, 12);
-    if (std::ranges::any_of(copies, [](const RepeatCopy& copy) { return copy.shade != 1; }))
-      add_values("_COLOR_0", floats_of(shades), 3, 8);
+    set_values(attributes, "TRANSLATION", floats_of(translations), 3, 17);
+    set_values(attributes, "ROTATION", floats_of(rotations), 4, 12);
+    set_values(attributes, "SCALE", floats_of(scales), 3, 12);
+    set_shades(attributes, "_COLOR_0", shades, 8);
     Json node{{"name", name}, {"mesh", mesh}};
     node["extensions"][names::gltf::gpu_instancing]["attributes"] = std::move(attributes);
     require(names::gltf::gpu_instancing);

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "converter/mesh/disjoint_sets.h"
 #include "format/fabric/variation.h"
 
 namespace selvedge {
@@ -47,23 +48,19 @@ void Cloth::add(const std::array<Corner, 3>& corners) {
 
 void Cloth::join() {
   std::map<std::tuple<bool, double, double, double, double, double>, int> places;
-  std::vector<int> parents;
-  const auto root = [&](int i) {
-    while (parents[i] != i) i = parents[i] = parents[parents[i]];
-    return i;
-  };
+  DisjointSets patches(0);
   for (Triangle& t : triangles) {
     t.patch = -1;
     for (const Corner& corner : t.corners) {
       const auto [place, fresh] = places.try_emplace(
-          {t.mirrored, corner.position.x, corner.position.y, corner.position.z, corner.uv.x, corner.uv.y},
-          static_cast<int>(parents.size()));
-      if (fresh) parents.push_back(place->second);
-      const int own = root(place->second);
-      t.patch = t.patch < 0 ? own : parents[std::max(t.patch, own)] = std::min(t.patch, own);
+          {t.mirrored, corner.position.x, corner.position.y, corner.position.z, corner.uv.x, corner.uv.y});
+      if (fresh) place->second = patches.add();
+      const int own = patches.root(place->second);
+      if (t.patch >= 0) patches.join(std::max(own, t.patch), std::min(own, t.patch));
+      t.patch = t.patch < 0 ? own : std::min(own, t.patch);
     }
   }
-  for (Triangle& t : triangles) t.patch = root(t.patch);
+  for (Triangle& t : triangles) t.patch = patches.root(t.patch);
 }
 
 Cloth cloth_of(const Scene& scene, int material) {

@@ -1,6 +1,8 @@
-// Frames a scene for a camera that is told nothing: the cloth, without strays, from a side on which it has an
-// area. area.
+// Where most of a scene lies, and its frame for a camera that is told nothing: the cloth, without strays,
+// from a side on which it has an area.
 #pragma once
+
+#include <Imath/ImathBox.h>
 
 #include <string>
 #include <vector>
@@ -8,6 +10,18 @@
 #include "format/scene/camera.h"
 
 namespace selvedge {
+
+using SceneParts = std::vector<const SceneInstance*>;
+
+/// Returns the box of all but 1 % of the area of the parts at either end of each axis, world, m; empty
+/// without an area.
+Imath::Box3d bulk_of(const Scene& scene, const SceneParts& parts);
+
+/// Returns how far a point lies from the bulk, m; 0 within twice its diagonal: it is no stray.
+double stray_distance_of(const V3d& point, const Imath::Box3d& bulk);
+
+/// Returns the positions of the vertices that the triangles of a part use, world, m.
+std::vector<V3d> points_of(const Scene& scene, const SceneInstance& part);
 
 struct Framing {
   std::vector<V3d> points;    ///< what the frame holds, world, m
@@ -18,8 +32,8 @@ struct Framing {
   std::vector<std::string> strays;  ///< remarks on what the frame leaves out
 };
 
-/// Frames the triangles that have a fabric, or all if none has, and whole parts beside them. Parts that lie
-/// far from 98 % of the area are named and left out. Errors as world_points().
+/// Frames the triangles that have a fabric, or all if none has, and whole parts beside them. Strays are named
+/// and left out. Errors as world_points().
 Result<Framing> frame_scene(const Scene& scene);
 
 /// Moves the clipping depths apart until they hold these points.

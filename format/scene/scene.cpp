@@ -1,6 +1,9 @@
 #include "format/scene/scene.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "format/scene/framing.h"
 
 namespace selvedge {
 
@@ -21,18 +24,12 @@ Result<std::vector<V3d>> world_points(const Scene& scene) {
   std::vector<V3d> points;
   for (const SceneInstance& instance : scene.instances) {
     const ScenePrimitive& primitive = scene.primitives[instance.primitive];
-    std::vector<bool> used(primitive.positions.size(), false);
-    for (const std::uint32_t index : primitive.indices) {
-      if (index >= primitive.positions.size())
-        return fail(Code::mesh_invalid, scene.file, primitive.name, "an index is beyond the vertices");
-      used[index] = true;
-    }
-    for (std::size_t i = 0; i < used.size(); ++i) {
-      if (!used[i]) continue;
-      V3d& point = points.emplace_back();
-      instance.world.multVecMatrix(V3d(primitive.positions[i]), point);
+    if (std::ranges::any_of(primitive.indices, [&](auto i) { return i >= primitive.positions.size(); }))
+      return fail(Code::mesh_invalid, scene.file, primitive.name, "an index is beyond the vertices");
+    for (const V3d& point : points_of(scene, instance)) {
       if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z))
         return fail(Code::mesh_not_finite, scene.file, primitive.name, "a position is not finite");
+      points.push_back(point);
     }
   }
   if (points.empty()) return fail(Code::garment_empty, scene.file, "", "there is nothing to draw");

@@ -1,4 +1,4 @@
-#include "converter/dress/gather_vertices.h"
+#include "converter/dress/unwrap.h"
 
 #include <doctest/doctest.h>
 
