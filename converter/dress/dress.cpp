@@ -345,8 +345,8 @@ class Dresser {
         keep_parts(document_, material, scene, places, masks_, options_.keep, cloth_.albedo()));
     for (const std::string& warning : parts.warnings) report_.warnings.push_back(where + ": " + warning);
     dressed.kept = std::move(parts.kept);
-    if (options_.fallback) dressed.replaced = std::move(parts.replaced);
     Json& core = document_.json["materials"][material];
+    dressed.replaced = options_.fallback ? std::move(parts.replaced) : drop_lobes(document_, core, true);
     if (!options_.single_sided && member(core, "doubleSided") != true) {
       core["doubleSided"] = true;
       report_.warnings.push_back(where + " shows its back, too; --single-sided hides it");

@@ -42,21 +42,6 @@ bool occurs(const Json& json, const std::string& key) {
          std::ranges::any_of(json, [&](const Json& child) { return occurs(child, key); });
 }
 
-/// The fallback replaces every lobe; emission is not a lobe.
-void drop_lobes(GltfDocument& document, Json& material) {
-  if (!member(material, "extensions").is_object()) return;
-  std::vector<std::string> dropped;
-  for (const auto& [name, value] : material["extensions"].items()) {
-    if (name.starts_with("KHR_materials_") && name != "KHR_materials_emissive_strength")
-      dropped.push_back(name);
-  }
-  for (const std::string& name : dropped) material["extensions"].erase(name);
-  if (material["extensions"].empty()) material.erase("extensions");
-  for (const std::string& name : dropped) {
-    if (!occurs(document.json, name)) drop_extension(document.json, name.c_str());
-  }
-}
-
 constexpr int largest_side = 1024;
 constexpr int yarn_side = 64;  ///< of the pictures of a fabric with yarn, unless level 0 has more texels
 constexpr int lights_of_integral = 16;
@@ -154,6 +139,22 @@ Result<int> add_color_texture(GltfDocument& document, const Image& image, const 
                   Json{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 10497}, {"wrapT", 10497}});
   const int source = find_or_add_image(document, *png, title);
   return find_or_add(document.json, "textures", Json{{"sampler", sampler}, {"source", source}});
+}
+
+std::vector<std::string> drop_lobes(GltfDocument& document, Json& material, bool unfit_alone) {
+  std::vector<std::string> dropped;
+  if (!member(material, "extensions").is_object()) return dropped;
+  for (const auto& [name, value] : material["extensions"].items()) {
+    const bool is_lobe = name.starts_with("KHR_materials_") && name != "KHR_materials_emissive_strength";
+    if (unfit_alone ? name == "KHR_materials_unlit" || name == names::gltf::specular_glossiness : is_lobe)
+      dropped.push_back(name);
+  }
+  for (const std::string& name : dropped) material["extensions"].erase(name);
+  if (material["extensions"].empty()) material.erase("extensions");
+  for (const std::string& name : dropped) {
+    if (!occurs(document.json, name)) drop_extension(document.json, name.c_str());
+  }
+  return dropped;
 }
 
 void set_fallback(GltfDocument& document, int material, const Fallback& fallback, int texture,

@@ -37,6 +37,10 @@ Result<int> add_fallback_texture(GltfDocument& document, const Fallback& fallbac
 /// The same of any linear picture.
 Result<int> add_color_texture(GltfDocument& document, const Image& image, const char* title);
 
+/// Removes a material's lobes, which a fallback replaces (emission is none); `unfit_alone`: those that may
+/// not stand beside a fabric. Gives back their extensions.
+std::vector<std::string> drop_lobes(GltfDocument& document, Json& material, bool unfit_alone = false);
+
 /// Rewrites the core part of the material (dress.h says which members stay). The fabric's texture gets the
 /// reference's UV set and transform. A tint texture or mask of the extension becomes the base colour texture,
 /// times the fabric's mean colour; its normal texture becomes the fallback's, its tint a factor.

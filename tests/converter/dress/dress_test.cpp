@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "converter/dress/fallback.h"
+#include "format/check/gltf.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
@@ -240,6 +241,14 @@ TEST_CASE("dress: without the fallback the core material is left as it was") {
   CHECK(after.contains("extensions"));
   after.erase("extensions");
   CHECK(after == before);
+  // What may not stand beside a fabric goes all the same.
+  Workshop old;
+  old.edit([](Json& json) {
+    json["extensionsUsed"] = {"KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness"};
+    for (const Json& name : json["extensionsUsed"]) json["materials"][0]["extensions"][name] = Json::object();
+  });
+  CHECK(test::need(old.dress(options)).materials[0].replaced.size() == 2);
+  CHECK_FALSE(has_error(check_gltf(old.output)));
 }
 
 TEST_CASE("dress: a fabric beside the glTF is referred to from the output's folder") {
