@@ -23,7 +23,7 @@ class DisjointSets {
     while (parents_[number] != number) number = parents_[number] = parents_[parents_[number]];
     return number;
   }
-  /// Joins the set of `from` to that of `to`, whose root is kept.
+  /// Joins the set of `from` to the set of `to`, whose root is kept.
   void join(int from, int to) { parents_[root(from)] = root(to); }
 
  private:
