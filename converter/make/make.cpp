@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 
 #include "converter/make/fallback_factors.h"
 #include "fitter/budget/candidates.h"
@@ -22,11 +23,13 @@ FitResult fit_layers(SideSamples samples, const MakeOptions& options, const Prog
   const double growth = options.budget_texels > 0 ? std::max(texels / options.budget_texels, 1.0) : 1;
   const Side side = samples.header.side;
   const double bytes = static_cast<double>(*options.budget) * growth * budget_weights[index_of(side)];
+  const bool whole = side == Side::front;
   const auto fitter = value_or_throw(LayerFitter::create(
       std::move(samples.level), samples.header, samples.pairs[index_of(PairKind::validation)], options.fit,
-      progress, samples.pairs[index_of(PairKind::measured)]));
-  LayerFit chosen = side == Side::front ? value_or_throw(fitter.choose_for_file(bytes, options.write))
-                                        : fitter.choose(bytes, overhead_of_side);
+      progress, samples.pairs[index_of(PairKind::measured)],
+      whole ? std::numeric_limits<double>::infinity() : bytes - overhead_of_side));
+  LayerFit chosen = whole ? value_or_throw(fitter.choose_for_file(bytes, options.write))
+                          : fitter.choose(bytes, overhead_of_side);
   return {std::move(chosen.fabric), std::move(chosen.levels), fitter.warnings()};
 }
 

@@ -315,20 +315,22 @@ V3d LayerFitter::brightness(std::size_t k, const BasisFit& basis, const LevelTru
   return ratio;
 }
 
-/// Whether no products of about the bytes of lobes show some of the texels better than lobes do.
-bool LayerFitter::may_keep_lobes(std::size_t k, const SampleLevel& samples, SamplesHeader header,
-                                 FitOptions options, const PairSamples& pairs,
-                                 const LevelTruth& truth) const {
-  const double bytes = bytes_of_lobes(levels_[k].dark) + max_bytes_more;
+/// Adds lobes that are not searched, with a low estimate of their error, unless products of about their bytes
+/// show some of the texels better.
+void LayerFitter::add_estimate(std::size_t k, const SampleLevel& samples, SamplesHeader header,
+                               FitOptions options, const PairSamples& pairs, const LevelTruth& truth) {
+  LevelCandidate lobes;
+  lobes.lobes = levels_[k].dark;
+  lobes.bytes = bytes_of_lobes(lobes.lobes);
   const LevelCandidate* rival = nullptr;
   for (const LevelCandidate& candidate : levels_[k].candidates) {
-    if (candidate.bytes <= bytes && (rival == nullptr || candidate.error < rival->error)) rival = &candidate;
+    if (candidate.bytes > lobes.bytes + max_bytes_more) continue;
+    if (rival == nullptr || candidate.error < rival->error) rival = &candidate;
   }
-  if (rival == nullptr) return true;
   header.width = header.height = 1;
   double of_products = 0;
   std::array<double, 2> of_lobes{};
-  const int probes = std::min(max_probes, samples.texels());
+  const int probes = rival != nullptr ? std::min(max_probes, samples.texels()) : 0;
   for (int i = 0; i < probes; ++i) {
     const std::size_t texel = (1 + i) * samples.height / 3 * samples.width + (1 + 2 * i) * samples.width / 4;
     LevelTruth seen{1, 1, {}};
@@ -343,7 +345,10 @@ bool LayerFitter::may_keep_lobes(std::size_t k, const SampleLevel& samples, Samp
       of_lobes[table ? 1 : 0] += level_error(quick.fabric.levels[0], fabric_, pairs.pairs, seen);
     }
   }
-  return std::min(of_lobes[0], of_lobes[1]) <= max_error_ratio * of_products;
+  const double error = std::min(of_lobes[0], of_lobes[1]) / max_error_ratio;
+  if (error > of_products) return;
+  if (of_products > 0) lobes.error = rival->error * error / of_products;
+  levels_[k].candidates.push_back(std::move(lobes));
 }
 
 /// Adds candidates with a basis that all levels share.
@@ -369,7 +374,7 @@ void LayerFitter::add_products(const std::vector<SampleLevel>& pooled, const Pai
 
 Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader& header,
                                         const PairSamples& validation, const FitOptions& options,
-                                        const Progress& progress, PairSamples measured) {
+                                        const Progress& progress, PairSamples measured, double room) {
   if (header.lights.count() > max_lights) {
     return fail(Code::option_out_of_range, {}, "budget",
                 fmt::format("{} lights; layers are chosen for at most {}, and --quality paper has no limit",
@@ -397,9 +402,17 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     if (progress) progress(0.2);
     // Lobes are fitted to measured pairs, and products are not, so that nothing is known beforehand.
     std::size_t first = 0;
-    while (measured.pairs.empty() && first < levels &&
-           !fitter.may_keep_lobes(first, pooled[first], header, options, pairs, truths[first]))
-      ++first;
+    if (measured.pairs.empty()) {
+      Chosen chosen;
+      for (std::size_t k = 0; k < levels; ++k) {
+        fitter.add_estimate(k, pooled[k], header, options, pairs, truths[k]);
+        chosen.push_back(&fitter.levels_[k].candidates.back());
+      }
+      if (std::isfinite(room)) chosen = fitter.best(room, 0);
+      while (first < levels && !has_lobes(*chosen[first])) ++first;
+      for (Level& level : fitter.levels_) std::erase_if(level.candidates, has_lobes);
+      fitter.bytes_of_bases_.clear();
+    }
     if (first < levels)
       fitter.add_lobes(first, pooled[first], header, options, progress, measured, pairs, truths);
     if (progress) progress(1);
@@ -438,7 +451,7 @@ double LayerFitter::cost_of(const Chosen& chosen) const {
   return sum;
 }
 
-LayerFitter::Chosen LayerFitter::best(bool lobes_alone, double bytes, double overhead) const {
+LayerFitter::Chosen LayerFitter::best_of(bool lobes_alone, double bytes, double overhead) const {
   const auto allowed = [&](const LevelCandidate& candidate) { return !lobes_alone || has_lobes(candidate); };
   // For each level the candidate with the smallest log(error) + lambda * bytes.
   const auto best_at = [&](double lambda) {
@@ -494,18 +507,21 @@ LayerFitter::Chosen LayerFitter::best(bool lobes_alone, double bytes, double ove
   }
 }
 
-LayerFit LayerFitter::choose(double bytes, double overhead) const {
-  Chosen chosen = best(false, bytes, overhead);
-  if (std::ranges::all_of(
-          levels_, [](const Level& level) { return std::ranges::any_of(level.candidates, has_lobes); })) {
-    const Chosen lobes = best(true, bytes, overhead);
-    const bool fits = size_of(chosen, overhead) <= bytes;
-    const bool lobes_fit = size_of(lobes, overhead) <= bytes;
-    const bool better = fits ? lobes_fit && cost_of(lobes) < cost_of(chosen)
-                             : size_of(lobes, overhead) < size_of(chosen, overhead);
-    if (better) chosen = lobes;
+LayerFitter::Chosen LayerFitter::best(double bytes, double overhead) const {
+  Chosen chosen = best_of(false, bytes, overhead);
+  for (const Level& level : levels_) {
+    if (std::ranges::none_of(level.candidates, has_lobes)) return chosen;
   }
+  Chosen lobes = best_of(true, bytes, overhead);
+  const bool fits = size_of(chosen, overhead) <= bytes;
+  const bool lobes_fit = size_of(lobes, overhead) <= bytes;
+  const bool better = fits ? lobes_fit && cost_of(lobes) < cost_of(chosen)
+                           : size_of(lobes, overhead) < size_of(chosen, overhead);
+  return better ? lobes : chosen;
+}
 
+LayerFit LayerFitter::choose(double bytes, double overhead) const {
+  const Chosen chosen = best(bytes, overhead);
   LayerFit result;
   result.fabric = fabric_;
   result.bytes = size_of(chosen, overhead);

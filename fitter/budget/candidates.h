@@ -9,6 +9,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <map>
 #include <vector>
 
@@ -63,11 +64,13 @@ class LayerFitter {
   LayerFitter(LayerFitter&&) = default;
   LayerFitter& operator=(LayerFitter&&) = default;
 
-  /// Fits all candidates; `measured` is as for fit(). Errors as of fit(), OPTION_OUT_OF_RANGE for more
-  /// than 512 lights, and SAMPLES_MALFORMED without validation pairs.
+  /// Fits all candidates; `measured` is as for fit(). `room`: the bytes of choose() less its overhead, where
+  /// they are known; lobes that would not be chosen within them are not searched. Errors as of fit(),
+  /// OPTION_OUT_OF_RANGE for more than 512 lights, and SAMPLES_MALFORMED without validation pairs.
   static Result<LayerFitter> create(SampleLevel samples, const SamplesHeader& header,
                                     const PairSamples& validation, const FitOptions& options,
-                                    const Progress& progress = {}, PairSamples measured = {});
+                                    const Progress& progress = {}, PairSamples measured = {},
+                                    double room = std::numeric_limits<double>::infinity());
 
   /// The best fabric with an estimated size of at most `bytes`, or else the smallest. `overhead`: bytes of
   /// the file beside the values of its layers, which the caller can correct by the size of a written file.
@@ -94,8 +97,8 @@ class LayerFitter {
   void add_lobes(std::size_t first, const SampleLevel& samples, SamplesHeader header, FitOptions options,
                  const Progress& progress, const PairSamples& measured, const PairSamples& pairs,
                  const std::vector<LevelTruth>& truths);
-  bool may_keep_lobes(std::size_t level, const SampleLevel& samples, SamplesHeader header, FitOptions options,
-                      const PairSamples& pairs, const LevelTruth& truth) const;
+  void add_estimate(std::size_t level, const SampleLevel& samples, SamplesHeader header, FitOptions options,
+                    const PairSamples& pairs, const LevelTruth& truth);
   /// Adds candidates with quantised coefficients; `bytes`: of the other layers.
   void add_quantised(std::size_t level, const BasisFit& basis, double bytes);
   void add_products(const std::vector<SampleLevel>& pooled, const PairSamples& measured,
@@ -106,8 +109,9 @@ class LayerFitter {
                  const std::vector<DirectionPair>& pairs) const;
   /// alpha f of every texel, l_z max(0, sum over m of c_m phi_m(v) psi_m(l)) times its opacity.
   std::vector<V3f> shown(std::size_t level, const BasisFit& basis, const DirectionPair& pair) const;
-  /// The best of all candidates, or of lobes alone, which need no shared functions.
-  Chosen best(bool lobes_alone, double bytes, double overhead) const;
+  /// The best of all candidates, or of lobes alone, which need no shared functions; and the better of both.
+  Chosen best_of(bool lobes_alone, double bytes, double overhead) const;
+  Chosen best(double bytes, double overhead) const;
   double size_of(const Chosen& chosen, double overhead) const;
   double cost_of(const Chosen& chosen) const;
   double bytes_of_bases(const Chosen& chosen) const;
