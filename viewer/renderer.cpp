@@ -141,7 +141,7 @@ struct Renderer::State {
             "light from all around has no shadows: the scene has more than 2^20 triangles, or does not fit "
             "into "
             "--max-memory");
-      sky = fits ? value_or_throw(sky_visibility(gl, scene.mesh, scene.materials)) : SkyVisibility{};
+      sky = fits ? sky_visibility(gl, scene.mesh, scene.materials) : SkyVisibility{};
     }
     if (sky->directions.empty()) return {};
     if (around_vertices.empty() || around != *options.around) {
@@ -154,9 +154,9 @@ struct Renderer::State {
   /// Makes the textures that a frame shows.
   void make_textures(const Camera& camera) {
     Materials& materials = scene.materials;
-    value_or_throw(textures->make(
+    textures->make(
         halvings_shown(scene.mesh, materials, scene.origin, camera, size.height * size.supersample),
-        materials.pictures, file, remarks));
+        materials.pictures, file, remarks);
   }
 
   /// Draws the shadow maps that the options require; null without shadows.
@@ -165,7 +165,7 @@ struct Renderer::State {
     if (!shadows) {
       if (!textures->leave(ShadowPass::mask_bytes(scene.materials)))
         throw Failure{beyond_memory(file, "", "the masks that cast shadows", scene_memory)};
-      shadows = value_or_throw(ShadowPass::create(gl, scene.mesh, scene.materials));
+      shadows = std::make_unique<ShadowPass>(gl, scene.mesh, scene.materials);
     }
     const std::vector<ShadowView> views =
         shadow_views(options.lights, scene.mesh.positions, scene.origin, options.shadows);
@@ -176,7 +176,7 @@ struct Renderer::State {
       refuse("--shadows", fmt::format("{} maps of {} texels a side are more than {} texels", views.size(),
                                       side, max_texels));
     }
-    value_or_throw(shadows->draw(views));
+    shadows->draw(views);
     return shadows.get();
   }
 
@@ -202,7 +202,7 @@ struct Renderer::State {
     gl = value_or_throw(load_gl_functions(*context));
     textures = std::make_unique<PictureTextures>(gl, scene_memory);
     if (options.path == RenderPath::paper) check_paper_fabrics(source, scene.materials, fabrics, remarks);
-    path = value_or_throw(HybridPath::create(gl, scene, options, options.path));
+    path = std::make_unique<HybridPath>(gl, scene, options, options.path);
     watch.add_to(prepare);
   }
 
@@ -230,7 +230,7 @@ struct Renderer::State {
     frame.pixels.resize(frame.width * frame.height);
     const std::shared_ptr<const Reflections> mirrored = reflect(options);
     watch.add_to(stats.prepare);
-    value_or_throw(path->draw({camera, options, maps, shaded, mirrored}, frame, stats));
+    path->draw({camera, options, maps, shaded, mirrored}, frame, stats);
     if (!options.environment || options.ends()) return;
     if (options.backdrop >= 0) {
       add_backdrop(camera, options, mirrored.get(), frame);
@@ -269,7 +269,7 @@ Result<void> Renderer::resize(const FrameSize& size) {
     check_size(size);
     value_or_throw(s.context->make_current());
     s.size = size;
-    value_or_throw(s.path->resize(size));
+    s.path->resize(size);
   });
 }
 

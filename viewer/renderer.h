@@ -1,4 +1,4 @@
-// Renders many frames of one scene: prepares once everything that frames share.
+// Renders a scene and its fabrics to frames: all of the paper's section 6. Needs no display and no GPU.
 #pragma once
 
 #include <memory>
@@ -8,14 +8,21 @@
 #include "format/scene/scene.h"
 #include "viewer/gl/context.h"
 #include "viewer/hybrid/probe.h"
-#include "viewer/render.h"
 
 namespace selvedge {
 
+/// All options of a rendering.
+struct RenderOptions : FrameSize, DrawOptions {
+  RenderPath path = RenderPath::hybrid;
+  /// The OpenGL implementation. Automatic: Mesa's software rasteriser: pixels return to the CPU anyway.
+  ContextKind context = ContextKind::automatic;
+};
+
+/// Prepares once everything that the frames of a scene share.
 class Renderer {
  public:
   /// `fabrics[i]` is scene.fabrics[i]; they must outlive the object, the scene need not. Draws with
-  /// `context`, or creates one if that is null. Errors as render() (render.h).
+  /// `context`, or creates one if that is null. Errors as render().
   static Result<std::unique_ptr<Renderer>> create(const Scene& scene, const std::vector<Fabric>& fabrics,
                                                   const RenderOptions& options,
                                                   std::unique_ptr<GraphicsContext> context = nullptr);
@@ -24,7 +31,7 @@ class Renderer {
   Renderer& operator=(const Renderer&) = delete;
 
   /// Draws the scene from `camera`. The bytes depend neither on the number of threads nor, if all images
-  /// are made again (CellImageOptions::fresh), on earlier frames.
+  /// are made again (CellImageOptions::remade), on earlier frames.
   /// Call on the thread that created the object. The memory of `frame` is reused.
   Result<void> draw(const Camera& camera, const DrawOptions& options, Frame& frame, RenderStats& stats);
 
@@ -43,5 +50,11 @@ class Renderer {
   explicit Renderer(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
+
+/// One frame. `fabrics[i]` is scene.fabrics[i]. The frame's bytes do not depend on the number of threads.
+/// Errors: OPTION_OUT_OF_RANGE, GARMENT_EMPTY, GARMENT_NO_UVS, GLTF_REFERENCE (a missing fabric),
+/// GRAPHICS_UNAVAILABLE. Preconditions: scene and fabrics are as their readers leave them.
+Result<Frame> render(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
+                     const RenderOptions& options, RenderStats* stats = nullptr);
 
 }  // namespace selvedge

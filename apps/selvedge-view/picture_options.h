@@ -11,7 +11,7 @@
 #include "format/picture/display.h"
 #include "format/picture/environment.h"
 #include "viewer/light/shadows.h"
-#include "viewer/render.h"
+#include "viewer/renderer.h"
 #include "viewer/swatch.h"
 
 namespace selvedge {

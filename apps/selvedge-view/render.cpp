@@ -25,13 +25,8 @@ Result<void> write(const DisplayOptions& display, const Frame& frame, const std:
 }
 
 void add(const RenderStats& one, RenderStats& sum) {
+  for (const auto& [name, seconds] : render_seconds) sum.*seconds += one.*seconds;
   sum.prepare = one.prepare;
-  sum.project += one.project;
-  sum.shadows += one.shadows;
-  sum.geometry += one.geometry;
-  sum.read_back += one.read_back;
-  sum.evaluation += one.evaluation;
-  sum.filter += one.filter;
   sum.triangles = one.triangles;
   sum.covered_pixels += one.covered_pixels;
   sum.evaluated_pixels += one.evaluated_pixels;
@@ -80,9 +75,9 @@ std::pair<RenderStats, double> draw(const Shot& shot, const std::vector<AtomicFi
 }
 
 Json to_json(const RenderStats& stats) {
-  return {{"prepare", stats.prepare},   {"project", stats.project},    {"shadows", stats.shadows},
-          {"geometry", stats.geometry}, {"readBack", stats.read_back}, {"evaluation", stats.evaluation},
-          {"filter", stats.filter}};
+  Json json;
+  for (const auto& [name, seconds] : render_seconds) json[name] = stats.*seconds;
+  return json;
 }
 
 Json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& stats) {

@@ -158,17 +158,11 @@ Json ShowLoop::to_json() const {
   all["lights"] = Json::array();
   for (const Light& light : picture_->lights) all["lights"].push_back(json_of(light));
   all["probe"] = probe_ ? json_of(*probe_, picture_->fabric_names) : Json();
-  const RenderStats& s = picture_->stats;
-  all["seconds"] = {{"prepare", s.prepare},
-                    {"project", s.project},
-                    {"shadows", s.shadows},
-                    {"geometry", s.geometry},
-                    {"readBack", s.read_back},
-                    {"evaluation", s.evaluation},
-                    {"frame", picture_->draw_seconds},
+  all["seconds"] = {{"frame", picture_->draw_seconds},
                     {"display", picture_->display_seconds},
                     {"window", window_seconds_},
                     {"longestStep", longest_step_}};
+  for (const auto& [name, seconds] : render_seconds) all["seconds"][name] = picture_->stats.*seconds;
   return all;
 }
 

@@ -11,7 +11,6 @@
 #include "format/base/mip.h"
 #include "format/fabric/file.h"
 #include "format/fabric/footprint.h"
-#include "format/fabric/level_options.h"
 
 namespace selvedge {
 namespace {

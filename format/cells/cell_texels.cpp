@@ -7,7 +7,6 @@
 
 #include "format/fabric/evaluate.h"
 #include "format/fabric/footprint.h"
-#include "format/fabric/level_options.h"
 
 namespace selvedge {
 namespace {

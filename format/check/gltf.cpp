@@ -1,7 +1,6 @@
 #include "format/check/gltf.h"
 
 #include <Imath/ImathBox.h>
-#include <Imath/ImathMatrix.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,9 +42,8 @@ void check_pictures(const GltfDocument& document, std::uint64_t memory, IssueSin
 /// Nothing is drawn, planned or dressed at places that are not finite.
 void check_places(const Scene& scene, IssueSink& issues) {
   std::vector<Imath::Box3d> bounds(scene.primitives.size());
-  for (std::size_t i = 0; i < bounds.size(); ++i) {
+  for (std::size_t i = 0; i < bounds.size(); ++i)
     for (const V3f& position : scene.primitives[i].positions) bounds[i].extendBy(V3d(position));
-  }
   for (const SceneInstance& instance : scene.instances) {
     const Imath::Box3d& box = bounds[instance.primitive];
     for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner) {

@@ -44,11 +44,10 @@ void for_each_texture(const Json& json, const std::string& place, const F& visit
   for (const auto& [key, value] : json.items()) {
     if (!value.is_object() || key == "extras" || key == fabric_extension) continue;
     const std::string where = pointer_to(place, key);
-    if (key.ends_with("Texture") && value.contains(index)) {
+    if (key.ends_with("Texture") && value.contains(index))
       visit(value, where);
-    } else {
+    else
       for_each_texture(value, where, visit);
-    }
   }
 }
 
@@ -69,9 +68,8 @@ class FabricCheck {
     const Json& extension = member(member(root_, "extensions"), fabric_extension);
     const Json& materials = array_of(root_, "materials");
     std::vector<int> dressed;
-    for (int i = 0; i < static_cast<int>(materials.size()); ++i) {
+    for (int i = 0; i < static_cast<int>(materials.size()); ++i)
       if (!member(member(materials[i], "extensions"), fabric_extension).is_null()) dressed.push_back(i);
-    }
     if (extension.is_null() && dressed.empty()) return;
     if (!lists(root_, "extensionsUsed")) wrong("/extensionsUsed", "does not list the extension");
     const int count = fabric_count(document_);
@@ -84,6 +82,10 @@ class FabricCheck {
  private:
   void wrong(const std::string& place, std::string message) {
     issues_.add(Code::gltf_extension, place, std::move(message));
+  }
+  /// Other viewers show something else.
+  void warn(const std::string& place, std::string message) {
+    issues_.add(Code::gltf_fallback, place, std::move(message));
   }
 
   const Json& entry(int number) const { return root_["extensions"][fabric_extension][fabrics][number]; }
@@ -106,10 +108,9 @@ class FabricCheck {
   }
 
   void check_view(int view, const std::string& place) {
-    for (const char* forbidden : {"byteStride", "target"}) {
+    for (const char* forbidden : {"byteStride", "target"})
       if (!member(root_["bufferViews"][view], forbidden).is_null())
         wrong(place, fmt::format("buffer view {} has a {}, which is for vertices", view, forbidden));
-    }
   }
 
   Entry check_source(const SceneFabric& fabric, const std::string& place) {
@@ -124,9 +125,8 @@ class FabricCheck {
     const FabricLimits limits{.memory = scene_.memory_left};
     CheckedFabric checked =
         embedded ? check_fabric(fabric.bytes, document_.file, limits) : check_fabric(fabric.path, limits);
-    for (Error& issue : checked.issues) {
+    for (Error& issue : checked.issues)
       if (embedded) issue.place = issue.place.empty() ? place : place + ": " + issue.place;
-    }
     issues_.add(checked.issues);
     if (!checked.fabric) return {};
     return has_holes(*checked.fabric, 0);
@@ -134,10 +134,9 @@ class FabricCheck {
 
   void check_material(const Json& material, int number) {
     const std::string place = fmt::format("/materials/{}", number);
-    for (const char* other : {"KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness"}) {
+    for (const char* other : {"KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness"})
       if (material["extensions"].contains(other))
         wrong(fmt::format("{}/extensions/{}", place, other), "does not go with a fabric");
-    }
     const Json& set = member(member(material["extensions"][fabric_extension], fabric), tex_coord);
     if (!set.is_null() && index_of(set) < 0) {
       wrong(fmt::format("{}/extensions/{}/{}/{}", place, fabric_extension, fabric, tex_coord),
@@ -151,9 +150,8 @@ class FabricCheck {
     each_without("NORMAL", number, [&](const std::string& where) {
       issues_.add(Code::gltf_advice, where, "no NORMAL: the fabric is seen on flat triangles");
     });
-    if (member(material, "doubleSided") != true) {
+    if (member(material, "doubleSided") != true)
       issues_.add(Code::gltf_advice, place + "/doubleSided", "is not true: the cloth's back is not drawn");
-    }
     check_fallback(material, place, *reference);
     if (const Entry& holes = entries_[reference->fabric]) check_alpha(material, place, *holes);
   }
@@ -215,13 +213,11 @@ class FabricCheck {
   void check_fallback(const Json& material, const std::string& place, const FabricReference& reference) {
     const Json& core = member(material, "pbrMetallicRoughness");
     const Json& color = member(core, "baseColorTexture");
-    if (color.is_null()) {
-      issues_.add(Code::gltf_fallback, place + "/pbrMetallicRoughness",
-                  "no baseColorTexture: other viewers show one colour");
-    }
+    if (color.is_null())
+      warn(place + "/pbrMetallicRoughness", "no baseColorTexture: other viewers show one colour");
     if (const double metal = number_of(member(core, "metallicFactor"), 1); metal != 0) {
-      issues_.add(Code::gltf_fallback, place + "/pbrMetallicRoughness/metallicFactor",
-                  fmt::format("is {}: other viewers show metal", metal));
+      warn(place + "/pbrMetallicRoughness/metallicFactor",
+           fmt::format("is {}: other viewers show metal", metal));
     }
     for_each_texture(material, place, [&](const Json& info, const std::string& where) {
       // These two are drawn beside the fabric; they do not belong to the fallback.
@@ -232,7 +228,7 @@ class FabricCheck {
       if (of_garment.is_object()) {
         check_layout(info, where, "the extension's texture", placement_of(of_garment));
         if (member(info, index) != member(of_garment, index))
-          issues_.add(Code::gltf_fallback, where, "is another texture than the extension's");
+          warn(where, "is another texture than the extension's");
         return;
       }
       check_layout(info, where, "the fabric", {reference.tex_coord, reference.transform});
@@ -261,8 +257,7 @@ class FabricCheck {
     for (const char* axis : {"wrapS", "wrapT"}) {
       const Json& wrap = member(entry_of(document_, "samplers", number), axis);
       if (wrap.is_null() || wrap == repeat) continue;
-      issues_.add(Code::gltf_fallback, place,
-                  fmt::format("{} of its sampler {} is {}: it does not repeat as the fabric does", axis,
+      warn(place, fmt::format("{} of its sampler {} is {}: it does not repeat as the fabric does", axis,
                               number, number_of(wrap, 0)));
     }
   }
@@ -270,25 +265,21 @@ class FabricCheck {
   void check_alpha(const Json& material, const std::string& place, bool holes) {
     const std::string mode = string_of(member(material, "alphaMode"));
     const std::string where = place + "/alphaMode";
-    if (holes && mode != "MASK" && mode != "BLEND") {
+    if (holes && mode != "MASK" && mode != "BLEND")
       issues_.add(Code::gltf_alpha, where, "is OPAQUE: the holes of the fabric are not seen");
-    }
     if (!holes && mode == "BLEND")
       issues_.add(Code::gltf_alpha, where, "is BLEND, but the fabric has no holes");
-    if (holes && mode == "BLEND") {
-      issues_.add(Code::gltf_fallback, where,
-                  "is BLEND: other viewers draw layers of cloth in a wrong order");
-    }
+    if (holes && mode == "BLEND")
+      warn(where, "is BLEND: other viewers draw layers of cloth in a wrong order");
     const bool masked = own(material, mask_texture).is_object();
     if (masked && mode != "MASK")
-      issues_.add(Code::gltf_fallback, where,
-                  "is not MASK: other viewers do not show the outline of the garment");
+      warn(where, "is not MASK: other viewers do not show the outline of the garment");
     const double cutoff = number_of(member(material, "alphaCutoff"), 0.5);
     const double wanted = masked ? number_of(own(material, mask_cutoff), 0.5) : 0.5;
     const bool any = !masked && own_base(material).is_object();
     if (mode == "MASK" && !any && !close(cutoff, wanted)) {
-      issues_.add(Code::gltf_fallback, place + "/alphaCutoff",
-                  fmt::format("is {}: the fallback's holes are drawn for {}", cutoff, wanted));
+      warn(place + "/alphaCutoff",
+           fmt::format("is {}: the fallback's holes are drawn for {}", cutoff, wanted));
     }
   }
 

@@ -13,11 +13,11 @@ namespace selvedge {
 namespace {
 
 [[noreturn]] void malformed(std::string place, std::string message) {
-  throw ExrRefusal{Code::exr_malformed, std::move(place), std::move(message)};
+  refuse_exr(Code::exr_malformed, std::move(place), std::move(message));
 }
 
 [[noreturn]] void unsupported(std::string place, std::string message) {
-  throw ExrRefusal{Code::exr_unsupported, std::move(place), std::move(message)};
+  refuse_exr(Code::exr_unsupported, std::move(place), std::move(message));
 }
 
 /// Whether a name is UTF-8 without control characters.
@@ -58,15 +58,15 @@ class HeaderReader {
   char next() { return static_cast<char>(read(1)[0]); }
   void fetch(std::uint64_t count) {
     const std::uint64_t left = source_.size() - position_;
-    if (count > left) throw ExrRefusal{Code::file_damaged, {}, "ends within its header"};
+    if (count > left) refuse_exr(Code::file_damaged, {}, "ends within its header");
     if (position_ + count > limit_)
-      throw ExrRefusal{Code::file_too_large, {}, fmt::format("a header of more than {} bytes", limit_)};
+      refuse_exr(Code::file_too_large, {}, fmt::format("a header of more than {} bytes", limit_));
     if (position_ + count <= bytes_.size()) return;
     const std::uint64_t block = std::max<std::uint64_t>(4096, bytes_.size() / 4);
     const std::size_t have = bytes_.size();
     bytes_.resize(std::min(source_.size(), std::max(position_ + count, std::uint64_t{have} + block)));
     if (!source_.read(have, std::span(bytes_).subspan(have)))
-      throw ExrRefusal{Code::file_unreadable, {}, "cannot be read"};
+      refuse_exr(Code::file_unreadable, {}, "cannot be read");
   }
 
   const InputFile& source_;
@@ -118,8 +118,7 @@ Attributes read_attributes(HeaderReader& reader, std::size_t max_name_size, cons
     if (!attributes.emplace(name, std::move(attribute)).second)
       malformed(place, fmt::format("duplicate attribute '{}'", name));
     if (std::ssize(attributes) > limits.attributes)
-      throw ExrRefusal{Code::file_too_large, place,
-                       fmt::format("more than {} attributes", limits.attributes)};
+      refuse_exr(Code::file_too_large, place, fmt::format("more than {} attributes", limits.attributes));
   }
   for (const StandardAttribute& standard : standard_attributes) {
     const auto found = attributes.find(standard.name);
@@ -168,8 +167,7 @@ std::vector<ExrChannel> channels_of(const Attributes& attributes, std::size_t ma
     if (!sampled) unsupported(place, "sub-sampled channels are not read");
     // Pixels are in the order of the names, so that channels out of order would be ambiguous.
     if (!channels.empty() && channels.back().name >= name) malformed(place, "channels are not in order");
-    if (std::ssize(channels) == limits.channels)
-      throw ExrRefusal{Code::file_too_large, part, "too many channels"};
+    if (std::ssize(channels) == limits.channels) refuse_exr(Code::file_too_large, part, "too many channels");
     channels.push_back({name, type == 1});
   }
   if (channels.empty()) malformed(part, "no channels");
@@ -184,7 +182,7 @@ void read_window(const Attributes& attributes, const ExrLimits& limits, ExrPart&
   if (!at_origin) unsupported(part.name, "the data window does not begin at 0,0");
   if (width < 1 || height < 1) malformed(part.name, "the data window is empty");
   if (std::cmp_greater(width, limits.pixels_per_part / static_cast<std::uint64_t>(height)))
-    throw ExrRefusal{Code::file_too_large, part.name, fmt::format("{}x{} pixels", width, height)};
+    refuse_exr(Code::file_too_large, part.name, fmt::format("{}x{} pixels", width, height));
   part.width = static_cast<int>(width);
   part.height = static_cast<int>(height);
 }
@@ -222,9 +220,8 @@ ExrPart read_part(HeaderReader& reader, std::size_t max_name_size, std::size_t i
   if (std::cmp_not_equal(chunks, exr_chunk_count(part)))
     malformed(part.name, fmt::format("chunkCount is {} instead of {}", chunks, exr_chunk_count(part)));
   for (const StandardAttribute& standard : standard_attributes) attributes.erase(standard.name);
-  for (const auto& [name, attribute] : attributes) {
+  for (const auto& [name, attribute] : attributes)
     if (attribute.type == "string") part.attributes[name] = text_of(attribute);
-  }
   return part;
 }
 
@@ -267,11 +264,10 @@ ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits) {
   ExrLayout layout;
   do {
     if (std::ssize(layout.parts) == limits.parts)
-      throw ExrRefusal{Code::file_too_large, {}, fmt::format("more than {} parts", limits.parts)};
+      refuse_exr(Code::file_too_large, {}, fmt::format("more than {} parts", limits.parts));
     ExrPart part = read_part(reader, max_name_size, layout.parts.size(), limits);
-    for (const ExrPart& other : layout.parts) {
+    for (const ExrPart& other : layout.parts)
       if (other.name == part.name) malformed(part.name, "duplicate part name");
-    }
     layout.parts.push_back(std::move(part));
   } while (reader.peek() != 0);
   layout.end = reader.position() + 1;

@@ -20,7 +20,7 @@ V2i chunk_size(const ExrPart& part) {
 }
 
 [[noreturn]] void damaged(std::string place, std::string message) {
-  throw ExrRefusal{Code::file_damaged, std::move(place), std::move(message)};
+  refuse_exr(Code::file_damaged, std::move(place), std::move(message));
 }
 
 /// Reads the offset table of a part, 8 bytes per chunk, at offset `at`, which is advanced to its end.
@@ -29,7 +29,7 @@ std::vector<std::uint64_t> read_table(const InputFile& source, const ExrPart& pa
   if (count > (source.size() - at) / 8)
     damaged(part.name, fmt::format("ends within the offsets of the {} chunks", count));
   std::vector<std::uint8_t> bytes(count * 8);
-  if (!source.read(at, bytes)) throw ExrRefusal{Code::file_unreadable, part.name, "cannot be read"};
+  if (!source.read(at, bytes)) refuse_exr(Code::file_unreadable, part.name, "cannot be read");
   at += bytes.size();
   ExrBytes numbers(bytes);
   std::vector<std::uint64_t> table(count);
@@ -63,9 +63,8 @@ Range locate(const InputFile& source, const ExrPart& part, int part_index, std::
   if (!source.read(offset, std::span(bytes).first(head_bytes)))
     damaged(exr_place(part, chunk), "cannot be read");
   ExrBytes head(bytes);
-  for (const std::int32_t number : expected) {
+  for (const std::int32_t number : expected)
     if (head.i32() != number) damaged(exr_place(part, chunk), "its offset points to another chunk");
-  }
   const std::uint64_t packed = head.u32();
   const std::uint64_t pixels = std::uint64_t{1} * chunk.width * chunk.height;
   const std::uint64_t unpacked = pixels * exr_pixel_bytes(part);
@@ -76,8 +75,8 @@ Range locate(const InputFile& source, const ExrPart& part, int part_index, std::
     damaged(exr_place(part, chunk), fmt::format("has {} packed bytes for {} of pixels", packed, unpacked));
   const std::uint64_t floats = pixels * part.channels.size() * sizeof(float);
   if (floats > limits.expansion * packed) {
-    throw ExrRefusal{Code::file_too_large, part.name,
-                     fmt::format("{} bytes of pixels from {} bytes", floats, packed)};
+    refuse_exr(Code::file_too_large, part.name,
+               fmt::format("{} bytes of pixels from {} bytes", floats, packed));
   }
   chunk.packed_bytes = static_cast<std::uint32_t>(packed);
   chunk.offset = offset + head_bytes;
@@ -105,9 +104,8 @@ std::uint64_t exr_chunk_count(const ExrPart& part) {
   const V2i size = chunk_size(part);
   const auto pieces = [](std::uint64_t whole, std::uint64_t piece) { return (whole + piece - 1) / piece; };
   std::uint64_t count = 0;
-  for (int level = 0; level < part.levels; ++level) {
+  for (int level = 0; level < part.levels; ++level)
     count += pieces(level_size(part.width, level), size.x) * pieces(level_size(part.height, level), size.y);
-  }
   return count;
 }
 

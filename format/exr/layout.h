@@ -8,17 +8,16 @@
 #include <string>
 #include <vector>
 
+#include "format/base/guard.h"
 #include "format/base/input_file.h"
 #include "format/exr/exr.h"
 
 namespace selvedge {
 
-/// Thrown and caught within this folder only.
-struct ExrRefusal {
-  Code code;
-  std::string place;
-  std::string message;
-};
+/// Throws a Failure of no file yet.
+[[noreturn]] inline void refuse_exr(Code code, std::string place, std::string message) {
+  throw Failure{{code, {}, std::move(place), std::move(message)}};
+}
 
 /// A chunk, its pixels within its level, and its place in the file.
 struct ExrChunk {
@@ -39,7 +38,8 @@ struct ExrLayout {
   std::uint64_t end = 0;                      ///< of the headers, where the offset tables begin
 };
 
-/// Reads headers, offset tables and headers of chunks. Throws ExrRefusal, with the codes of ExrReader.
+/// Reads headers, offset tables and headers of chunks. Throws a Failure of no file yet, with the codes of
+/// ExrReader.
 ExrLayout read_exr_layout(const InputFile& source, const ExrLimits& limits);
 /// Its first half: the headers.
 ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits);

@@ -27,9 +27,8 @@ const std::vector<ExrPart>& ExrReader::parts() const { return state_->layout.par
 
 std::uint64_t ExrReader::packed_bytes(int part, int level) const {
   std::uint64_t sum = 0;
-  for (const ExrChunk& chunk : state_->layout.chunks[part]) {
+  for (const ExrChunk& chunk : state_->layout.chunks[part])
     if (chunk.level == level) sum += chunk.packed_bytes;
-  }
   return sum;
 }
 
@@ -53,8 +52,9 @@ Result<ExrReader> ExrReader::open(std::span<const std::uint8_t> bytes, const std
 Result<ExrReader> ExrReader::open(std::shared_ptr<State> state) {
   try {
     state->layout = read_exr_layout(state->source, state->limits);
-  } catch (ExrRefusal& refusal) {
-    return fail(refusal.code, state->name, std::move(refusal.place), std::move(refusal.message));
+  } catch (Failure& failure) {
+    failure.error.file = state->name;
+    return tl::unexpected(std::move(failure.error));
   } catch (const std::bad_alloc&) {
     return fail(Code::file_too_large, state->name, {}, "out of memory");
   }
@@ -66,9 +66,8 @@ namespace {
 /// Inverts the transform before ZIP: first the even bytes, then the odd ones, each as its difference from the
 /// byte before, plus 128.
 void undo_differences(std::span<std::uint8_t> differences, std::span<std::uint8_t> pixels) {
-  for (std::size_t i = 1; i < differences.size(); ++i) {
+  for (std::size_t i = 1; i < differences.size(); ++i)
     differences[i] = static_cast<std::uint8_t>(differences[i - 1] + differences[i] - 128);
-  }
   const std::size_t half = (pixels.size() + 1) / 2;
   for (std::size_t i = 0; i < half; ++i) pixels[2 * i] = differences[i];
   for (std::size_t i = half; i < pixels.size(); ++i) pixels[2 * (i - half) + 1] = differences[i];
@@ -97,13 +96,11 @@ void copy_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std:
       const std::size_t size = part.channels[c].half ? 2 : 4;
       float* out = pixels.planes[c].data() + std::size_t{1} * (chunk.top + y) * pixels.width + chunk.left;
       const std::uint8_t* in = bytes.data();
-      for (int x = 0; x < chunk.width; ++x, in += size) {
-        if (size == 2) {
+      for (int x = 0; x < chunk.width; ++x, in += size)
+        if (size == 2)
           out[x] = Imath::half(Imath::half::FromBits, static_cast<std::uint16_t>(in[0] | in[1] << 8));
-        } else {
+        else
           out[x] = ExrBytes({in, 4}).f32();
-        }
-      }
       bytes = bytes.subspan(chunk.width * size);
     }
   }
@@ -145,9 +142,8 @@ std::size_t exr_zip_size(std::span<const std::uint8_t> pixels) {
   bytes.reserve(pixels.size());
   for (std::size_t i = 0; i < pixels.size(); i += 2) bytes.push_back(pixels[i]);
   for (std::size_t i = 1; i < pixels.size(); i += 2) bytes.push_back(pixels[i]);
-  for (std::size_t i = bytes.size(); i-- > 1;) {
+  for (std::size_t i = bytes.size(); i-- > 1;)
     bytes[i] = static_cast<std::uint8_t>(bytes[i] - bytes[i - 1] + 128);
-  }
   uLongf size = compressBound(bytes.size());
   std::vector<std::uint8_t> packed(size);
   // Cannot fail: the buffer has the maximum size.

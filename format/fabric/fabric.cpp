@@ -28,11 +28,9 @@ Result<void> validate_counts(const FabricLevel& level, int k, LayerKind kind, co
   }
   if (kind != LayerKind::products) return {};
   if (!level.bases) return broken(k, "products", "there are no bases");
-  for (const V2i& pair : level.pairs) {
-    if (pair.x < 0 || pair.x > shape.view_functions || pair.y < 0 || pair.y >= shape.light_functions) {
+  for (const V2i& pair : level.pairs)
+    if (pair.x < 0 || pair.x > shape.view_functions || pair.y < 0 || pair.y >= shape.light_functions)
       return broken(k, "products", fmt::format("the pair ({}, {}) is not in the bases", pair.x, pair.y));
-    }
-  }
   return check("products", static_cast<int>(level.pairs.size()), 1, limits.products);
 }
 
@@ -57,9 +55,8 @@ Result<void> validate_layer(const FabricLevel& level, int k, LayerKind kind, con
 
 Result<void> validate_grid(const char* name, const DirectionGrid& grid, const FabricLimits& limits) {
   if (grid.columns >= 1 && grid.rows >= 1 && grid.columns <= limits.directions &&
-      grid.rows <= limits.directions / grid.columns) {
+      grid.rows <= limits.directions / grid.columns)
     return {};
-  }
   return fail(
       Code::fabric_malformed, {}, name,
       fmt::format("{}x{} directions; 1 to {} are allowed", grid.columns, grid.rows, limits.directions));
@@ -71,16 +68,14 @@ Result<void> validate_bases(const Fabric& fabric) {
   if (!first) return {};
   for (const FabricLevel& level : fabric.levels) {
     if (!level.has(LayerKind::products) || level.bases == first) continue;
-    if (level.bases->view != first->view || level.bases->light != first->light) {
+    if (level.bases->view != first->view || level.bases->light != first->light)
       return fail(Code::fabric_malformed, {}, "bases", "levels differ in their bases");
-    }
   }
   const auto finite = [](float value) { return std::isfinite(value); };
   if (std::ranges::all_of(first->view, finite) && std::ranges::all_of(first->light, [&](const V3f& c) {
         return finite(c.x) && finite(c.y) && finite(c.z);
-      })) {
+      }))
     return {};
-  }
   return fail(Code::fabric_not_finite, {}, "bases", "a value is not finite");
 }
 
@@ -115,21 +110,6 @@ void FabricLevel::take_texels(const FabricLevel& coarser, int steps) {
 
 void FabricLevel::set(LayerKind kind, Layer layer) { layers_[index_of(kind)] = std::move(layer); }
 
-namespace {
-
-/// A layer of values that belong to no texel; they fill channel after channel.
-Layer spread(const std::vector<float>& values, int texels) {
-  Layer layer;
-  layer.channels = static_cast<int>((values.size() + texels - 1) / texels);
-  layer.values.assign(std::size_t{1} * layer.channels * texels, 0);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    layer.values[i % texels * layer.channels + i / texels] = values[i];
-  }
-  return layer;
-}
-
-}  // namespace
-
 void FabricLevel::set_yarns(std::shared_ptr<const Yarns> yarns) {
   remove(LayerKind::yarns);
   remove(LayerKind::indirect);
@@ -141,16 +121,14 @@ void FabricLevel::set_yarns(std::shared_ptr<const Yarns> yarns) {
 
 void Fabric::add_side(Fabric other) {
   const Fabric* const seen = other.side == Side::back_through ? side_of(Side::back) : this;
-  for (std::size_t k = 0; seen != nullptr && lets_through(other.side) && k < other.levels.size(); ++k) {
+  for (std::size_t k = 0; seen != nullptr && lets_through(other.side) && k < other.levels.size(); ++k)
     other.levels[k].set(LayerKind::opacity, seen->levels[k][LayerKind::opacity]);
-  }
   if (other.side == Side::through) {
     FabricLevel& base = other.levels.front();
     base.remove(LayerKind::indirect);
     const auto& yarns = levels.front().yarns();
-    if (yarns && !yarns->data().through.empty()) {
+    if (yarns && !yarns->data().through.empty())
       base.set(LayerKind::indirect, spread(indirect_values(yarns->data(), true), base.texels()));
-    }
   }
   auto& place = sides[index_of(other.side) - 1];
   place = std::make_shared<const Fabric>(std::move(other));
@@ -166,17 +144,15 @@ Fabric turned_over(const Fabric& fabric) {
   Fabric turned = pick(back, &fabric, Side::front);
   FabricLevel& base = turned.levels.front();
   base.set_yarns(nullptr);
-  if (const auto& yarns = fabric.levels.front().yarns()) {
+  if (const auto& yarns = fabric.levels.front().yarns())
     base.set_yarns(std::make_shared<const Yarns>(turned_over(*yarns, fabric.thickness_mm), yarns->period()));
-  }
   const Fabric* through = fabric.side_of(Side::through);
   const Fabric* const back_through = fabric.side_of(Side::back_through);
   // It gets the opacity of other views.
   if (through != nullptr && through->views != turned.views) through = nullptr;
   turned.sides = {};
-  if (back_through != nullptr || through != nullptr) {
+  if (back_through != nullptr || through != nullptr)
     turned.add_side(pick(back_through, through, Side::through));
-  }
   return turned;
 }
 
@@ -197,9 +173,8 @@ float largest_yarn_pixel(const Fabric& fabric) {
 }
 
 std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric) {
-  for (const FabricLevel& level : fabric.levels) {
+  for (const FabricLevel& level : fabric.levels)
     if (level.has(LayerKind::products)) return level.bases;
-  }
   return nullptr;
 }
 
@@ -233,16 +208,13 @@ V3f tangent_of(const V3f& normal) {
 Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
   if (fabric.levels.empty()) return fail(Code::fabric_malformed, {}, "levels", "the fabric has no level");
   if (!(fabric.period_mm.x > 0 && fabric.period_mm.y > 0) || !std::isfinite(fabric.period_mm.x) ||
-      !std::isfinite(fabric.period_mm.y)) {
+      !std::isfinite(fabric.period_mm.y))
     return fail(Code::fabric_malformed, {}, "period_mm", "not a positive size");
-  }
   if (!std::isfinite(fabric.reference_height) || !(fabric.thickness_mm >= 0) ||
-      !std::isfinite(fabric.thickness_mm)) {
+      !std::isfinite(fabric.thickness_mm))
     return fail(Code::fabric_malformed, {}, "reference_height", "heights are not finite");
-  }
-  if (!(fabric.radiance_scale > 0) || !std::isfinite(fabric.radiance_scale)) {
+  if (!(fabric.radiance_scale > 0) || !std::isfinite(fabric.radiance_scale))
     return fail(Code::fabric_malformed, {}, "radiance_scale", "is not a positive number");
-  }
   if (auto ok = validate_grid("views", fabric.views, limits); !ok) return ok;
   if (auto ok = validate_grid("lights", fabric.lights, limits); !ok) return ok;
   const FabricLevel& base = fabric.levels.front();
@@ -252,25 +224,21 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
                   fmt::format("{}x{} texels; 1 to {} a side are allowed", base.width, base.height,
                               limits.texels_per_side));
   }
-  if (static_cast<int>(fabric.levels.size()) > level_count(base.width, base.height)) {
+  if (static_cast<int>(fabric.levels.size()) > level_count(base.width, base.height))
     return fail(Code::fabric_malformed, {}, "levels", "more levels than down to 1x1");
-  }
   const LayerShape shape = shape_of(fabric);
   for (int k = 0; k < static_cast<int>(fabric.levels.size()); ++k) {
     const FabricLevel& level = fabric.levels[k];
-    if (level.width != level_size(base.width, k) || level.height != level_size(base.height, k)) {
+    if (level.width != level_size(base.width, k) || level.height != level_size(base.height, k))
       return broken(k, "size", fmt::format("{}x{} does not follow from level 0", level.width, level.height));
-    }
-    if (level.has(LayerKind::lobes) && level.lobe_count() != shape.lobes) {
+    if (level.has(LayerKind::lobes) && level.lobe_count() != shape.lobes)
       return broken(k, "lobes", "levels differ in their number of lobes");
-    }
     if (level.yarns()) {
       if (k != 0) return broken(k, "yarns", "only level 0 has yarn");
       if (auto ok = validate(level.yarns()->data(), fabric.period_mm); !ok) return ok;
     }
-    if (fabric.side != Side::front && !level.reflects()) {
+    if (fabric.side != Side::front && !level.reflects())
       return broken(k, name_of(fabric.side), "it has no layer of its own");
-    }
     for (const LayerKind kind : all_layers) {
       if (kind == LayerKind::indirect && fabric.side == Side::through) continue;  // checked with the yarn
       if (!level.has(kind) || (kind == LayerKind::bases && !level.has(LayerKind::products))) continue;
@@ -279,9 +247,8 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
   }
   for (const auto& other : fabric.sides) {
     if (!other) continue;
-    if (other->levels.size() != fabric.levels.size() || other->texels() != fabric.texels()) {
+    if (other->levels.size() != fabric.levels.size() || other->texels() != fabric.texels())
       return fail(Code::fabric_malformed, {}, name_of(other->side), "its levels differ from the front's");
-    }
     const Fabric* const seen = other->side == Side::back_through ? fabric.side_of(Side::back) : &fabric;
     if (seen == nullptr || (lets_through(other->side) && other->views != seen->views)) {
       return fail(Code::fabric_malformed, {}, fmt::format("{}/views", name_of(other->side)),

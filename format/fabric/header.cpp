@@ -1,8 +1,235 @@
 #include "format/fabric/header.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <utility>
+
+#include "format/base/json_text.h"
+#include "format/fabric/json_io.h"
+#include "format/fabric/json_parts.h"
+#include "format/fabric/names.h"
 
 namespace selvedge {
+namespace {
+
+using nlohmann::json;
+
+/// Reads or writes the attribute text of one fabric.
+class TextIo {
+ public:
+  explicit TextIo(const FabricLimits& limits) : limits_(limits) {}
+
+  void root(const JsonIo& text, FabricHeader& header) const {
+    text.wholes("texels", header.width, header.height, 1, limits_.texels_per_side);
+    if (text.reads() && text.sink().has_error()) return;  // other members depend on them
+    text.reals("mmPerRepeat", {&header.period_mm.x, 2}, RealRule::positive);
+    text.real("referenceHeight", header.reference_height);
+    text.real("thickness", header.thickness_mm, RealRule::not_negative);
+    text.whole("levels", header.levels, 1, level_count(header.width, header.height));
+    if (text.reads()) check_reserved(text);
+    side(text, header);
+    for (auto& [name, value] : {std::pair("sheet", &header.sheet), std::pair("fallback", &header.fallback)})
+      if (text.optional(name, *value != "{}")) any_members(text, name, *value);
+    if (text.reads()) {
+      require_layer(text, header, LayerKind::yarns, header, LayerKind::indirect);
+      require_layer(text, header, LayerKind::indirect, header, LayerKind::yarns);
+    }
+    if (!text.optional("sides", !header.sides.empty())) return;
+    const JsonIo sides = text.object("sides");
+    for (const Side wanted : other_sides) {
+      if (!sides || !sides.optional(name_of(wanted), header.side_of(wanted) != nullptr)) continue;
+      const JsonIo other = sides.object(name_of(wanted));
+      if (!other) continue;
+      if (text.reads()) header.sides.push_back(new_side(header, wanted));
+      FabricHeader& target = *std::ranges::find(header.sides, wanted, &FabricHeader::side);
+      side(other, target);
+      if (text.reads()) check_side(other, header, target);
+    }
+  }
+
+ private:
+  /// Members that later versions define.
+  static void check_reserved(const JsonIo& text) {
+    for (const char* name : {"variation", "recipe"})
+      if (text.has(name)) (void)text.object(name);
+    if (!text.has("colourways")) return;
+    for (const JsonIo& item : text.items("colourways"))
+      if (!item.value().is_object()) item.refuse("is not an object");
+  }
+
+  /// An object of any members, as text.
+  static void any_members(const JsonIo& text, const char* name, std::string& value) {
+    if (!text.reads())
+      text.set(name, provenance_json(value));
+    else if (const JsonIo object = text.object(name))
+      value = object.value().dump();
+  }
+
+  /// The members of every side.
+  void side(const JsonIo& text, FabricHeader& header) const {
+    if (text.optional("radianceScale", header.radiance_scale != 1))
+      text.real("radianceScale", header.radiance_scale, RealRule::positive);
+    any_members(text, "provenance", header.provenance);
+    text.grid("views", header.views, limits_.directions);
+    layers(text, header);
+    const bool has_lights = header.layer(LayerKind::light) || header.layer(LayerKind::bases);
+    if (has_lights) text.grid("lights", header.lights, limits_.directions);
+    if (text.reads()) {
+      require_layer(text, header, LayerKind::products, header, LayerKind::bases);
+      complete_shape(header);
+    }
+  }
+
+  void layers(const JsonIo& text, FabricHeader& header) const {
+    const JsonIo layers = text.object("layers");
+    const JsonIo digests = text.object("digests");
+    if (!layers || !digests) return;
+    for (const LayerKind kind : all_layers) {
+      auto& layer = header.layer(kind);
+      const char* name = name_of(kind);
+      if (!layers.optional(name, layer.has_value())) continue;
+      if (!layers_of(header.side).contains(kind)) {
+        layers.refuse(name, fmt::format("{} does not have this layer", name_of(header.side)));
+        continue;
+      }
+      const JsonIo of_layer = layers.object(name);
+      if (!of_layer) continue;
+      if (!layer) layer.emplace();
+      members_of(kind, of_layer, *layer, header);
+      digests.texts(name, layer->digests, layer->levels.size());
+    }
+    if (text.reads()) check_unknown(layers);
+  }
+
+  void members_of(LayerKind kind, const JsonIo& text, LayerHeader& layer, FabricHeader& header) const {
+    constexpr LayerSet of_level_0{LayerKind::bases, LayerKind::yarns, LayerKind::indirect};
+    LayerShape& shape = header.shape;
+    text.increasing("levels", layer.levels, header.levels - 1);
+    if (text.reads() && of_level_0.contains(kind) && layer.levels != std::vector{0})
+      text.refuse("levels", "is not level 0 alone");
+    if (kind == LayerKind::lobes) text.whole("lobes", shape.lobes, 0, limits_.lobes);
+    if (kind == LayerKind::products) pairs(text, layer);
+    if (kind == LayerKind::bases) {
+      if (const JsonIo functions = text.object("functions")) {
+        functions.whole("views", shape.view_functions, 0, limits_.functions);
+        functions.whole("lights", shape.light_functions, 1, limits_.functions);
+      }
+    }
+    if (kind == LayerKind::yarns) text.yarn_counts(shape.yarns, limits_);
+    if (!text.reads()) {
+      if (kind == LayerKind::yarns || kind == LayerKind::indirect) text.set("optional", true);
+    } else if (text.has("optional") && !text.value()["optional"].is_boolean()) {
+      text.refuse("optional", "is neither true nor false");
+    }
+  }
+
+  /// The pairs of functions of each of the layer's levels.
+  void pairs(const JsonIo& text, LayerHeader& layer) const {
+    if (!text.reads()) {
+      json lists = json::array();
+      for (const auto& pairs : layer.pairs) {
+        json& list = lists.emplace_back(json::array());
+        for (const V2i& pair : pairs) list.push_back({pair.x, pair.y});
+      }
+      return text.set("pairs", std::move(lists));
+    }
+    const std::size_t errors = text.sink().errors();
+    const std::vector<JsonIo> lists = text.items("pairs");
+    if (lists.size() != layer.levels.size() && text.sink().errors() == errors)
+      text.refuse("pairs",
+                  fmt::format("has {} items, the layer {} levels", lists.size(), layer.levels.size()));
+    for (const JsonIo& list : lists) {
+      if (!list.value().is_array() || list.value().empty() ||
+          std::cmp_greater(list.value().size(), limits_.products))
+        return list.refuse(fmt::format("is not an array of 1 to {} pairs", limits_.products));
+      std::vector<V2i>& pairs = layer.pairs.emplace_back();
+      for (const JsonIo& pair : list.items()) {
+        const json& numbers = pair.value();
+        const auto is_function = [&](std::size_t i, int count) {
+          return numbers[i].is_number_integer() && numbers[i] >= 0 && numbers[i] < count;
+        };
+        if (!numbers.is_array() || numbers.size() != 2 || !is_function(0, limits_.functions + 1) ||
+            !is_function(1, limits_.functions))
+          return pair.refuse("is not a pair of functions");
+        pairs.emplace_back(numbers[0].get<int>(), numbers[1].get<int>());
+      }
+    }
+  }
+
+  static void check_unknown(const JsonIo& layers) {
+    for (const auto& [name, layer] : layers.value().items()) {
+      const bool optional = layer.is_object() && layer.contains("optional") && layer["optional"] == true;
+      if (layer_named(name) || optional) continue;
+      layers.sink().add(Code::fabric_unsupported, pointer_to(layers.place(), name),
+                        "is an unknown layer that is not optional");
+    }
+  }
+
+  static void require_layer(const JsonIo& text, const FabricHeader& header, LayerKind kind,
+                            const FabricHeader& others, LayerKind other) {
+    if (header.layer(kind) && !others.layer(other))
+      text.sink().add(Code::fabric_member, fmt::format("{}/layers/{}", text.place(), name_of(kind)),
+                      fmt::format("there is no layer {}", name_of(other)));
+  }
+
+  static FabricHeader new_side(const FabricHeader& front, Side side) {
+    FabricHeader header = front;
+    header.sides.clear();
+    header.layers = {};
+    header.shape = {.side = side, .yarns = front.shape.yarns};
+    header.side = side;
+    header.radiance_scale = 1;
+    return header;
+  }
+
+  static void check_side(const JsonIo& text, const FabricHeader& front, const FabricHeader& header) {
+    const FabricHeader* const seen =
+        front.side_of(header.side == Side::back_through ? Side::back : Side::front);
+    if (seen == nullptr || (lets_through(header.side) && header.views != seen->views))
+      return text.refuse("the views differ from the visible side's");
+    require_layer(text, header, LayerKind::indirect, front, LayerKind::yarns);
+    for (int k = 0; k < header.levels; ++k) {
+      const int shown = header.level_of_texels(k);
+      if (shown == k) continue;
+      if (shown < 0) return text.refuse(fmt::format("level {} and all coarser levels have no layer", k));
+      if (header.has(LayerKind::frame, k) || header.has(LayerKind::opacity, k))
+        return text.refuse(fmt::format("level {} has a layer, but no reflectance", k));
+    }
+  }
+
+  /// Sets the counts of the shape that depend on several members.
+  static void complete_shape(FabricHeader& header) {
+    LayerShape& shape = header.shape;
+    shape.views = header.views.count();
+    shape.lights = header.lights.count();
+    shape.base_texels = header.width * header.height;
+    const auto& products = header.layer(LayerKind::products);
+    if (!products) return;
+    for (const auto& pairs : products->pairs)
+      shape.products = std::max(shape.products, static_cast<int>(pairs.size()));
+  }
+
+  FabricLimits limits_;
+};
+
+void check_pairs(const FabricHeader& header, IssueSink& sink) {
+  const auto& products = header.layer(LayerKind::products);
+  if (!products) return;
+  for (std::size_t i = 0; i < products->pairs.size(); ++i) {
+    for (std::size_t m = 0; m < products->pairs[i].size(); ++m) {
+      const V2i& pair = products->pairs[i][m];
+      if (pair.x <= header.shape.view_functions && pair.y < header.shape.light_functions) continue;
+      const std::string side =
+          header.side == Side::front ? "" : fmt::format("/sides/{}", name_of(header.side));
+      return sink.add(Code::fabric_member, fmt::format("{}/layers/products/pairs/{}/{}", side, i, m),
+                      fmt::format("({}, {}) is not a pair of the bases' functions", pair.x, pair.y));
+    }
+  }
+}
+
+}  // namespace
+
 FabricHeader header_without_layers(const Fabric& fabric) {
   FabricHeader header;
   static_cast<FabricInfo&>(header) = fabric;
@@ -29,10 +256,48 @@ int FabricHeader::entry(LayerKind kind, int level) const {
 int FabricHeader::level_of_texels(int level) const {
   if (side == Side::front) return level;
   constexpr std::array reflecting{LayerKind::lobes, LayerKind::table, LayerKind::light, LayerKind::products};
-  for (int k = level; k < levels; ++k) {
+  for (int k = level; k < levels; ++k)
     if (std::ranges::any_of(reflecting, [&](LayerKind kind) { return has(kind, k); })) return k;
-  }
   return -1;
+}
+
+std::string header_to_json(FabricHeader header) {
+  json text = {{"version", {names::fabric_version_major, names::fabric_version_minor}}};
+  TextIo({}).root(JsonIo::writer(text), header);
+  return text.dump();
+}
+
+std::optional<FabricHeader> header_from_json(const std::string& text, const FabricLimits& limits,
+                                             IssueSink& sink) {
+  const json parsed = parse_json(text);
+  if (!parsed.is_object()) {
+    sink.add(Code::fabric_malformed, names::attribute_fabric, "is not a JSON object");
+    return std::nullopt;
+  }
+  const auto version = parsed.find("version");
+  const auto is_number = [](const json& n) { return n.is_number_integer() && n >= 0; };
+  if (version == parsed.end() || !version->is_array() || version->size() != 2 || !is_number((*version)[0]) ||
+      !is_number((*version)[1])) {
+    sink.add(Code::fabric_member, "/version", "is not a pair of whole numbers");
+    return std::nullopt;
+  }
+  const json& major = (*version)[0];
+  if (major != names::fabric_version_major) {
+    const std::string number = major.dump() + "." + (*version)[1].dump();
+    sink.add(
+        Code::fabric_version, "/version",
+        major < names::fabric_version_major
+            ? fmt::format("fabric version {} is no longer read: make the fabric again with 'selvedge make'",
+                          number)
+            : fmt::format("fabric version {} is not known, only {}.x", number, names::fabric_version_major));
+    return std::nullopt;
+  }
+  const std::size_t errors = sink.errors();
+  FabricHeader header;
+  TextIo(limits).root(JsonIo::reader(parsed, Code::fabric_member, sink), header);
+  if (sink.errors() == errors) for_each_side(header, [&](const FabricHeader& h) { check_pairs(h, sink); });
+  if (sink.errors() > errors) return std::nullopt;
+  return header;
 }
 
 }  // namespace selvedge

@@ -7,11 +7,13 @@
 namespace selvedge {
 namespace {
 
-std::vector<float> values_of(const ProductBases& bases) {
-  std::vector<float> values = bases.view;
-  const std::span<const float> light = floats_of(bases.light);
+/// The bases as a layer; empty for other kinds.
+Layer spread_bases(const FabricLevel& level, LayerKind kind) {
+  if (kind != LayerKind::bases || !level.bases) return {};
+  std::vector<float> values = level.bases->view;
+  const std::span<const float> light = floats_of(level.bases->light);
   values.insert(values.end(), light.begin(), light.end());
-  return values;
+  return spread(values, level.texels());
 }
 
 /// The values of the bases are stored one after the other in the pixels of level 0, channel by channel.
@@ -22,9 +24,8 @@ std::shared_ptr<const ProductBases> bases_of(const std::vector<const std::vector
   const auto colours = values.begin() + shape.view_functions * shape.views;
   ProductBases bases;
   bases.view.assign(values.begin(), colours);
-  for (int i = 0; i < shape.light_functions * shape.lights; ++i) {
+  for (int i = 0; i < shape.light_functions * shape.lights; ++i)
     bases.light.emplace_back(colours[3 * i], colours[3 * i + 1], colours[3 * i + 2]);
-  }
   return std::make_shared<const ProductBases>(std::move(bases));
 }
 
@@ -38,19 +39,24 @@ bool is_frame(const V3f& n, const V3f& t) {
 
 }  // namespace
 
+Layer spread(const std::vector<float>& values, int texels) {
+  Layer layer;
+  layer.channels = static_cast<int>((values.size() + texels - 1) / texels);
+  layer.values.assign(std::size_t{1} * layer.channels * texels, 0);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    layer.values[i % texels * layer.channels + i / texels] = values[i];
+  return layer;
+}
+
 ExrPixels pixels_of(const FabricLevel& level, LayerKind kind, const LayerShape& shape) {
   const std::size_t texels = level.texels();
   ExrPixels pixels{level.width, level.height,
                    std::vector<std::vector<float>>(channel_count(kind, shape), std::vector<float>(texels))};
-  if (kind == LayerKind::bases && level.bases) {
-    const std::vector<float> values = values_of(*level.bases);
-    for (std::size_t i = 0; i < values.size(); ++i) pixels.planes[i / texels][i % texels] = values[i];
-  }
-  const Layer& layer = level[kind];
+  const Layer bases = spread_bases(level, kind);
+  const Layer& layer = bases.channels > 0 ? bases : level[kind];
   const float* value = layer.values.data();
-  for (std::size_t texel = 0; layer.channels > 0 && texel < texels; ++texel) {
+  for (std::size_t texel = 0; layer.channels > 0 && texel < texels; ++texel)
     for (int i = 0; i < layer.channels; ++i) pixels.planes[i][texel] = *value++;
-  }
   return pixels;
 }
 
@@ -63,9 +69,8 @@ void set_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
   Layer layer;
   layer.channels = static_cast<int>(kind == LayerKind::products ? level.pairs.size() : planes.size());
   layer.values.reserve(std::size_t{1} * level.texels() * layer.channels);
-  for (int texel = 0; texel < level.texels(); ++texel) {
+  for (int texel = 0; texel < level.texels(); ++texel)
     for (int i = 0; i < layer.channels; ++i) layer.values.push_back((*planes[i])[texel]);
-  }
   level.set(kind, std::move(layer));
 }
 
@@ -80,11 +85,9 @@ namespace {
 std::vector<float> gathered(const FabricLevel& level, LayerKind kind) {
   const Layer& layer = level[kind];
   std::vector<float> values;
-  for (int i = 0; i < layer.channels; ++i) {
-    for (int texel = 0; texel < level.texels(); ++texel) {
+  for (int i = 0; i < layer.channels; ++i)
+    for (int texel = 0; texel < level.texels(); ++texel)
       values.push_back(layer.values[std::size_t{1} * texel * layer.channels + i]);
-    }
-  }
   return values;
 }
 
@@ -127,22 +130,13 @@ void check_values(const FabricLevel& level, int level_index, LayerKind kind, con
     add(channel_name(kind, shape, channel), texel, fmt::format("{} {}", value, range.fault));
   };
   const std::size_t texels = level.texels();
-  if (kind == LayerKind::bases) {
-    const std::vector<float> values = values_of(*level.bases);
-    // Texel by texel, as in the other layers.
-    for (std::size_t texel = 0; texel < texels; ++texel) {
-      for (std::size_t i = texel; i < values.size(); i += texels) {
-        check(range_of(kind, shape, 0), static_cast<int>(i / texels), texel, values[i]);
-      }
-    }
-  }
-  const Layer& layer = level[kind];
+  const Layer bases = spread_bases(level, kind);
+  const Layer& layer = bases.channels > 0 ? bases : level[kind];
   std::vector<ValueRange> ranges;
   for (int i = 0; i < layer.channels; ++i) ranges.push_back(range_of(kind, shape, i));
   const float* value = layer.values.data();
-  for (std::size_t texel = 0; texel < texels; ++texel) {
+  for (std::size_t texel = 0; texel < texels; ++texel)
     for (int i = 0; i < layer.channels; ++i) check(ranges[i], i, texel, *value++);
-  }
   if (kind == LayerKind::frame) {
     for (std::size_t texel = 0; texel < texels; ++texel) {
       const auto& [n, t] = level.frame()[texel];

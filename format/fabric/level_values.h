@@ -7,6 +7,9 @@
 
 namespace selvedge {
 
+/// A layer of values that belong to no texel: they fill channel after channel.
+Layer spread(const std::vector<float>& values, int texels);
+
 /// The pixels of a layer, planes in the order of channel_names(); zeros if the level does not have the layer.
 ExrPixels pixels_of(const FabricLevel& level, LayerKind kind, const LayerShape& shape);
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <optional>
-#include <string_view>
 
 #include "format/base/vec.h"
 #include "format/picture/image.h"

@@ -21,9 +21,8 @@ struct PairImage {
   std::vector<V3d> alpha;   ///< alpha in x, its noise in y
 
   void pool(const V2i& size) {
-    for (auto* values : {&colour, &noise, &alpha}) {
+    for (auto* values : {&colour, &noise, &alpha})
       if (!values->empty()) *values = pool_image(*values, size.x, size.y);
-    }
   }
 };
 
@@ -57,9 +56,8 @@ void add(const Shading& shading, PairImage& image) {
 PairImage shown_by_level(const Fabric& fabric, int k, const DirectionPair& pair) {
   const FabricLevel& level = fabric.levels[k];
   PairImage image;
-  for (int y = 0; y < level.height; ++y) {
+  for (int y = 0; y < level.height; ++y)
     for (int x = 0; x < level.width; ++x) add(evaluate(fabric, k, x, y, pair.light, pair.view), image);
-  }
   return image;
 }
 
@@ -88,20 +86,17 @@ PairImage shown_by_yarn(const Fabric& fabric, const V2i& size, const DirectionPa
 
 Sums compare_images(const PairImage& shown, const PairImage& truth, const V2i& size) {
   Sums sums;
-  for (int y = 0; y < size.y; ++y) {
-    for (int x = 0; x < size.x; ++x) {
-      const std::size_t i = y * size.x + x;
-      const V3d difference = shown.colour[i] - truth.colour[i];
-      const double alpha = shown.alpha[i].x - truth.alpha[i].x;
-      sums.squared += difference.length2();
-      sums.energy += truth.colour[i].length2();
-      sums.signed_error += difference.x + difference.y + difference.z;
-      sums.truth += truth.colour[i].x + truth.colour[i].y + truth.colour[i].z;
-      sums.alpha_squared += alpha * alpha;
-      sums.noise += truth.noise[i].length2();
-      sums.alpha_noise += truth.alpha[i].y * truth.alpha[i].y;
-      sums.count += 1;
-    }
+  sums.count = size.x * size.y;
+  for (std::size_t i = 0; i < shown.colour.size(); ++i) {
+    const V3d difference = shown.colour[i] - truth.colour[i];
+    const double alpha = shown.alpha[i].x - truth.alpha[i].x;
+    sums.squared += difference.length2();
+    sums.energy += truth.colour[i].length2();
+    sums.signed_error += difference.x + difference.y + difference.z;
+    sums.truth += truth.colour[i].x + truth.colour[i].y + truth.colour[i].z;
+    sums.alpha_squared += alpha * alpha;
+    sums.noise += truth.noise[i].length2();
+    sums.alpha_noise += truth.alpha[i].y * truth.alpha[i].y;
   }
   return sums;
 }
@@ -205,11 +200,10 @@ Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind
   const auto sizes = sizes_of(truth, static_cast<int>(fabric.levels.size()));
   Comparison result =
       compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, PairImage& image) {
-        if (k > 0) {
+        if (k > 0)
           image.pool(sizes[k - 1]);
-        } else {
+        else
           image = shown_by_yarn(fabric, sizes[0], truth.pairs[pair]);
-        }
       });
   for (LevelComparison& level : result.levels) level.level = -1;
   return result;

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
+#include "format/fabric/json_io.h"
 #include "format/fabric/json_parts.h"
 #include "format/fabric/names.h"
 
@@ -22,223 +22,116 @@ namespace member = names::member;
 constexpr ByPairKind<const char*> pair_parts{names::part_validation, names::part_held_out,
                                              names::part_measured};
 
-// Readers of members throw; samples_header_from_json() adds the name of the member.
-
-int whole(const json& number, int min, int max) {
-  if (!number.is_number_integer() || number < min || number > max)
-    throw std::runtime_error(fmt::format("is not a whole number from {} to {}", min, max));
-  return number.get<int>();
-}
-
-float real(const json& number, bool (*good)(float), const char* fault) {
-  const auto value = number.get<float>();
-  if (!std::isfinite(value) || !good(value)) throw std::runtime_error(fault);
-  return value;
-}
-
-float length(const json& number) {
-  return real(
-      number, [](float value) { return value > 0; }, "is not a length");
-}
-
 json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 
 /// A unit vector, of the upper hemisphere unless both sides are known.
-V3f direction(const json& list, bool both_sides) {
-  const V3f v(list.at(0).get<float>(), list.at(1).get<float>(), list.at(2).get<float>());
+V3f direction(const JsonIo& pair, const char* name, bool both_sides) {
+  V3f v(0, 0, 1);
+  pair.reals(name, {&v.x, 3});
   if (!(std::abs(v.length() - 1) < 1e-3F) || !(v.z >= 0 || both_sides))
-    throw std::runtime_error("has a vector that is not a unit direction above the cloth");
+    pair.refuse(name, "is not a unit direction above the cloth");
   return v;
 }
 
 /// A grid with its directions, which are informative.
-json grid_with_directions(const DirectionGrid& grid) {
+void grid_io(const JsonIo& text, const char* name, DirectionGrid& grid) {
+  const JsonIo object = text.grid(name, grid, FabricLimits{}.directions);
+  if (text.reads()) return;
   json directions = json::array();
   for (const V3f& d : directions_of(grid)) directions.push_back(list_of(d));
-  json result = grid_json(grid);
-  result[member::directions] = directions;
-  return result;
+  object.set(member::directions, std::move(directions));
 }
 
-DirectionGrid grid(const json& text) {
-  const auto read = grid_from_json(text, FabricLimits{}.directions);
-  if (!read) throw std::runtime_error(fmt::format("{} {}", read.error().place, read.error().message));
-  return *read;
-}
-
-json pairs_json(const SamplesHeader& h) {
-  json sets = json::object();
+void pairs_io(const JsonIo& sets, SamplesHeader& h) {
   for (const PairKind kind : all_pair_kinds) {
-    const auto& pairs = h.pairs[index_of(kind)];
-    if (kind == PairKind::measured && pairs.empty()) continue;
-    json& list = sets[name_of(kind)] = json::array();
+    auto& pairs = h.pairs[index_of(kind)];
+    if (!sets || (kind == PairKind::measured && !sets.optional(name_of(kind), !pairs.empty()))) continue;
+    if (sets.reads()) {
+      for (const JsonIo& pair : sets.items(name_of(kind)))
+        pairs.push_back(
+            {direction(pair, member::light, h.both_sides), direction(pair, member::view, h.both_sides)});
+      continue;
+    }
+    json list = json::array();
     for (const DirectionPair& pair : pairs)
       list.push_back({{member::light, list_of(pair.light)}, {member::view, list_of(pair.view)}});
-  }
-  return sets;
-}
-
-void read_pairs(const json& sets, SamplesHeader& h) {
-  for (const PairKind kind : all_pair_kinds) {
-    if (kind == PairKind::measured && !sets.contains(name_of(kind))) continue;
-    for (const json& pair : sets.at(name_of(kind)))
-      h.pairs[index_of(kind)].push_back(
-          {direction(pair.at(member::light), h.both_sides), direction(pair.at(member::view), h.both_sides)});
+    sets.set(name_of(kind), std::move(list));
   }
 }
 
-json yarns_json(const SamplesHeader& h) {
-  if (h.yarns.curves == 0) return nullptr;
-  return {{member::curves, h.yarns.curves},
-          {member::nodes, h.yarns.nodes},
-          {member::stations, h.yarns.stations},
-          {member::fields, h.yarns.fields},
-          {member::values_per_station, h.yarns.values}};
-}
-
-void read_yarns(const json& text, SamplesHeader& h) {
+/// Reads or writes the attribute text but for its version.
+void header_io(const JsonIo& text, SamplesHeader& h) {
   const FabricLimits limits;
-  h.yarns = {whole(text.at(member::curves), 1, limits.curves), whole(text.at(member::nodes), 1, limits.nodes),
-             whole(text.at(member::stations), 1, limits.stations)};
-  h.yarns.fields = whole(text.at(member::fields), min_yarn_fields, limits.fields);
-  h.yarns.values = min_station_values;
-  if (text.contains(member::values_per_station))
-    h.yarns.values = whole(text.at(member::values_per_station), min_station_values, limits.values);
+  constexpr int max_samples = std::numeric_limits<int>::max();
+  text.wholes(member::texels, h.width, h.height, 1, limits.texels_per_side);
+  text.reals(member::mm_per_repeat, {&h.period_mm.x, 2}, RealRule::positive);
+  text.real(member::reference_height, h.reference_height);
+  text.real(member::thickness, h.thickness_mm, RealRule::not_negative);
+  grid_io(text, member::views, h.views);
+  grid_io(text, member::lights, h.lights);
+  text.whole(member::samples_per_texel, h.samples_per_texel, 0, max_samples);
+  text.whole(member::truth_samples, h.truth_samples, 0, max_samples);
+  if (text.optional(member::sides, h.both_sides)) {
+    if (!text.reads())
+      text.set(member::sides, member::both);
+    else if (text.value()[member::sides] != member::both)
+      text.refuse(member::sides, "is not \"both\"");
+    h.both_sides = true;
+  }
+  pairs_io(text.object(member::pairs), h);
+  if (text.optional(names::part_yarns, h.yarns.curves > 0))
+    text.object(names::part_yarns).yarn_counts(h.yarns, limits);
+  if (!text.reads())
+    text.set(member::provenance, provenance_json(h.provenance));
+  else if (const JsonIo provenance = text.member(member::provenance))
+    h.provenance = provenance.value().dump();
 }
-
-void read_version(const json& version, SamplesHeader& /*header*/) {
-  if (version != names::samples_version)
-    throw std::runtime_error(fmt::format("{} is not understood: this program reads version {}",
-                                         version.dump(), names::samples_version));
-}
-
-constexpr int max_samples = std::numeric_limits<int>::max();
-
-/// A member of the attribute text. Members are read in this order.
-struct Field {
-  const char* name;
-  bool optional;
-  json (*get)(const SamplesHeader& header);  ///< null: left out
-  void (*set)(const json& value, SamplesHeader& header);
-};
-const std::array<Field, 13> fields{{
-    {member::version, false, [](const SamplesHeader&) { return json(names::samples_version); }, read_version},
-    {member::texels, false,
-     [](const SamplesHeader& h) {
-       return json{h.width, h.height};
-     },
-     [](const json& v, SamplesHeader& h) {
-       const int max = FabricLimits{}.texels_per_side;
-       h.width = whole(v.at(0), 1, max);
-       h.height = whole(v.at(1), 1, max);
-     }},
-    {member::mm_per_repeat, false,
-     [](const SamplesHeader& h) {
-       return json{h.period_mm.x, h.period_mm.y};
-     },
-     [](const json& v, SamplesHeader& h) {
-       h.period_mm = {length(v.at(0)), length(v.at(1))};
-     }},
-    {member::reference_height, false, [](const SamplesHeader& h) { return json(h.reference_height); },
-     [](const json& v, SamplesHeader& h) {
-       h.reference_height = real(
-           v, [](float) { return true; }, "is not finite");
-     }},
-    {member::thickness, false, [](const SamplesHeader& h) { return json(h.thickness_mm); },
-     [](const json& v, SamplesHeader& h) {
-       h.thickness_mm = real(
-           v, [](float value) { return value >= 0; }, "is not a length");
-     }},
-    {member::views, false, [](const SamplesHeader& h) { return grid_with_directions(h.views); },
-     [](const json& v, SamplesHeader& h) { h.views = grid(v); }},
-    {member::lights, false, [](const SamplesHeader& h) { return grid_with_directions(h.lights); },
-     [](const json& v, SamplesHeader& h) { h.lights = grid(v); }},
-    {member::samples_per_texel, false, [](const SamplesHeader& h) { return json(h.samples_per_texel); },
-     [](const json& v, SamplesHeader& h) { h.samples_per_texel = whole(v, 0, max_samples); }},
-    {member::truth_samples, false, [](const SamplesHeader& h) { return json(h.truth_samples); },
-     [](const json& v, SamplesHeader& h) { h.truth_samples = whole(v, 0, max_samples); }},
-    {member::sides, true, [](const SamplesHeader& h) { return h.both_sides ? json(member::both) : json(); },
-     [](const json& v, SamplesHeader& h) {
-       if (v != member::both) throw std::runtime_error("is not \"both\"");
-       h.both_sides = true;
-     }},
-    {member::pairs, false, pairs_json, read_pairs},
-    {names::part_yarns, true, yarns_json, read_yarns},
-    {member::provenance, false, [](const SamplesHeader& h) { return provenance_json(h.provenance); },
-     [](const json& v, SamplesHeader& h) { h.provenance = v.dump(); }},
-}};
 
 using Planes = std::vector<std::vector<float>>;
 
-/// A part of a samples file: `rows` pictures of `width` x `height` pixels below each other.
-struct Part {
-  const char* name;
-  int width, height, rows;
-  std::vector<ExrChannel> channels;
-};
+ExrPart new_part(const char* name, int width, int height, std::vector<ExrChannel> channels = {}) {
+  ExrPart part;
+  part.name = name;
+  part.width = width;
+  part.height = height;
+  part.channels = std::move(channels);
+  return part;
+}
 
 /// One picture of the cell per view (downwards) and light (to the right), for image viewers.
-Part radiance_part(const SamplesHeader& h) {
-  return {names::part_radiance, h.width * h.light_count(), h.height, h.view_count(), {{"R"}, {"G"}, {"B"}}};
+ExrPart radiance_part(const SamplesHeader& h) {
+  return new_part(names::part_radiance, h.width * h.light_count(), h.height * h.view_count(),
+                  {{"R"}, {"G"}, {"B"}});
 }
 
-Part surface_part(const SamplesHeader& h) {
-  return {names::part_surface,
-          h.width,
-          h.height,
-          h.view_count(),
-          {{"surface.opacity"}, {"surface.nx"}, {"surface.ny"}, {"surface.nz"}}};
+ExrPart surface_part(const SamplesHeader& h) {
+  return new_part(names::part_surface, h.width, h.height * h.view_count(),
+                  {{"surface.opacity"}, {"surface.nx"}, {"surface.ny"}, {"surface.nz"}});
 }
 
-Part pair_part(const SamplesHeader& h, PairKind kind) {
-  Part part{name_of(kind), h.width, h.height, static_cast<int>(h.pairs[index_of(kind)].size()), {}};
+ExrPart pair_part(const SamplesHeader& h, PairKind kind) {
+  ExrPart part =
+      new_part(name_of(kind), h.width, h.height * static_cast<int>(h.pairs[index_of(kind)].size()));
   for (const char* channel :
        {"red", "green", "blue", "opacity", "noise.red", "noise.green", "noise.blue", "noise.opacity"})
     part.channels.push_back({fmt::format("{}.{}", part.name, channel)});
   return part;
 }
 
-Part curve_part(const SamplesHeader& h) {
-  return {names::part_yarns, curve_value_count(h.yarns), 1, 1, {{names::part_yarns, false}}};
+ExrPart curve_part(const SamplesHeader& h) {
+  return new_part(names::part_yarns, curve_value_count(h.yarns), 1, {{names::part_yarns, false}});
 }
 
-Part yarn_light_part(const SamplesHeader& h, const char* name) {
-  return {name, h.yarns.stations, h.yarns.values, 1, {{name, false}}};
+ExrPart yarn_light_part(const SamplesHeader& h, const char* name) {
+  return new_part(name, h.yarns.stations, h.yarns.values, {{name, false}});
 }
 
 tl::unexpected<Error> malformed(const std::string& file, std::string place, std::string message) {
   return fail(Code::samples_malformed, file, std::move(place), std::move(message));
 }
 
-class Writer {
- public:
-  void add(const Part& from, Planes planes) {
-    ExrPart part;
-    part.name = from.name;
-    part.width = from.width;
-    part.height = from.height * from.rows;
-    part.channels = from.channels;
-    pixels_.push_back({part.width, part.height, std::move(planes)});
-    parts_.push_back(std::move(part));
-  }
-
-  Result<void> write(const std::string& path, const SamplesHeader& header) {
-    parts_.front().attributes[names::attribute_samples] = samples_header_to_json(header);
-    auto writer = value_or_throw(ExrWriter::create(path, parts_));
-    for (std::size_t i = 0; i < parts_.size(); ++i) {
-      value_or_throw(writer.write_level(static_cast<int>(i), 0, pixels_[i]));
-    }
-    return writer.commit();
-  }
-
- private:
-  std::vector<ExrPart> parts_;
-  std::vector<ExrPixels> pixels_;
-};
-
-Planes blank(const Part& part) {
-  return Planes(part.channels.size(),
-                std::vector<float>(std::size_t{1} * part.width * part.height * part.rows));
+Planes blank(const ExrPart& part) {
+  return Planes(part.channels.size(), std::vector<float>(std::size_t{1} * part.width * part.height));
 }
 
 /// Index in a plane of the part `radiance` of texel `t` under light `l`, seen from view `v`.
@@ -248,14 +141,13 @@ std::size_t radiance_pixel(const SamplesHeader& h, std::size_t v, std::size_t l,
 }
 
 /// The planes of a scanline part in the order of the wanted channels, not in the file's alphabetical one.
-Result<Planes> read_part(ExrReader& reader, const Part& wanted) {
+Result<Planes> read_part(ExrReader& reader, const ExrPart& wanted) {
   const int index = reader.find_part(wanted.name);
   if (index < 0) return malformed(reader.name(), wanted.name, "the part is missing");
   const ExrPart& part = reader.parts()[index];
-  const int height = wanted.height * wanted.rows;
-  if (part.mipmapped || part.width != wanted.width || part.height != height)
+  if (part.mipmapped || part.width != wanted.width || part.height != wanted.height)
     return malformed(reader.name(), wanted.name,
-                     fmt::format("is not a scanline part of {}x{} pixels", wanted.width, height));
+                     fmt::format("is not a scanline part of {}x{} pixels", wanted.width, wanted.height));
   if (part.channels.size() != wanted.channels.size())
     return malformed(reader.name(), wanted.name, "has other channels");
   auto pixels = value_or_throw(reader.read_level(index));
@@ -387,12 +279,9 @@ Result<Samples> read(ExrReader reader, std::uint64_t memory) {
   Samples samples;
   samples.header = value_or_throw(read_header(reader));
   read_views(reader, samples);
-  for (const PairKind kind : all_pair_kinds) {
+  for (const PairKind kind : all_pair_kinds)
     samples.pairs[index_of(kind)] = read_pairs(reader, samples.header, kind);
-  }
-  if (samples.header.yarns.curves > 0) {
-    samples.yarns = value_or_throw(read_yarns(reader, samples.header));
-  }
+  if (samples.header.yarns.curves > 0) samples.yarns = value_or_throw(read_yarns(reader, samples.header));
   value_or_throw(check(samples, reader.name()));
   return samples;
 }
@@ -408,35 +297,27 @@ std::vector<V3f> directions_of(const DirectionGrid& grid, bool both_sides) {
 const char* name_of(PairKind kind) { return pair_parts[index_of(kind)]; }
 
 std::string samples_header_to_json(const SamplesHeader& header) {
-  json text = json::object();
-  for (const Field& field : fields) {
-    json value = field.get(header);
-    if (!value.is_null()) text[field.name] = std::move(value);
-  }
+  json text{{member::version, names::samples_version}};
+  SamplesHeader written = header;
+  header_io(JsonIo::writer(text), written);
   return text.dump();
 }
 
 Result<SamplesHeader> samples_header_from_json(const std::string& text, const std::string& file) {
-  const auto refuse = [&](const std::string& place, std::string why) {
-    return fail(Code::samples_malformed, file, names::attribute_samples + place, std::move(why));
-  };
   const json members = parse_json(text);
-  if (!members.is_object()) return refuse("", "is not a JSON object");
+  if (!members.is_object()) return malformed(file, names::attribute_samples, "is not a JSON object");
+  IssueSink sink(file);
+  const JsonIo reader = JsonIo::reader(members, Code::samples_malformed, sink);
   SamplesHeader header;
-  for (const Field& field : fields) {
-    const std::string place = std::string("/") + field.name;
-    const auto value = members.find(field.name);
-    if (value == members.end()) {
-      if (field.optional) continue;
-      return refuse(place, "is missing");
-    }
-    try {
-      field.set(*value, header);
-    } catch (const std::exception& e) {
-      return refuse(place, reason_of(e));
-    }
-  }
-  return header;
+  if (const JsonIo version = reader.member(member::version);
+      version && version.value() != names::samples_version)
+    version.refuse(fmt::format("{} is not understood: this program reads version {}", version.value().dump(),
+                               names::samples_version));
+  if (!sink.has_error()) header_io(reader, header);
+  if (!sink.has_error()) return header;
+  Error error = sink.first_error();
+  error.place = names::attribute_samples + error.place;
+  return tl::unexpected(std::move(error));
 }
 
 PairSamples pairs_of(const PairSamples& all, Side side) {
@@ -551,9 +432,14 @@ Result<void> write_samples(const std::string& path, const Samples& samples) {
     for (std::size_t t = 0; t < texels; ++t)
       for (int c = 0; c < 3; ++c) surface[1 + c][v * texels + t] = view.normal[t][c];
   }
-  Writer writer;
-  writer.add(radiance_part(h), std::move(colour));
-  writer.add(surface_part(h), std::move(surface));
+  std::vector<ExrPart> parts;
+  std::vector<Planes> planes_of;
+  const auto add = [&](ExrPart part, Planes planes) {
+    parts.push_back(std::move(part));
+    planes_of.push_back(std::move(planes));
+  };
+  add(radiance_part(h), std::move(colour));
+  add(surface_part(h), std::move(surface));
   for (const PairKind kind : all_pair_kinds) {
     const PairSamples& pairs = samples.pairs[index_of(kind)];
     if (pairs.pairs.empty()) continue;
@@ -566,15 +452,22 @@ Result<void> write_samples(const std::string& path, const Samples& samples) {
     }
     planes[3] = pairs.alpha;
     planes[7] = pairs.alpha_noise;
-    writer.add(pair_part(h, kind), std::move(planes));
+    add(pair_part(h, kind), std::move(planes));
   }
   if (h.yarns.curves > 0) {
-    writer.add(curve_part(h), {curve_values(samples.yarns)});
-    writer.add(yarn_light_part(h, names::part_indirect), {indirect_values(samples.yarns)});
+    add(curve_part(h), {curve_values(samples.yarns)});
+    add(yarn_light_part(h, names::part_indirect), {indirect_values(samples.yarns)});
     if (h.both_sides)
-      writer.add(yarn_light_part(h, names::part_light_through), {indirect_values(samples.yarns, true)});
+      add(yarn_light_part(h, names::part_light_through), {indirect_values(samples.yarns, true)});
   }
-  return result_of([&] { return writer.write(path, h); });
+  parts.front().attributes[names::attribute_samples] = samples_header_to_json(h);
+  return result_of([&] {
+    auto writer = value_or_throw(ExrWriter::create(path, parts));
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      value_or_throw(writer.write_level(static_cast<int>(i), 0,
+                                        {parts[i].width, parts[i].height, std::move(planes_of[i])}));
+    return writer.commit();
+  });
 }
 
 Result<Samples> read_samples(const std::string& path, std::uint64_t memory) {

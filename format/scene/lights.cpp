@@ -4,31 +4,25 @@
 #include <cmath>
 
 namespace selvedge {
-
-LightReach light_reach(const Light& light, const V3d& point) {
-  if (light.kind == LightKind::directional) return {light.direction, 1};
+Illumination light_at(const Light& light, const V3d& point) {
+  constexpr double max_fraction = 1e24;  // irradiances near a light stay finite
+  if (light.kind == LightKind::directional) return {light.direction, light.irradiance};
   const V3d towards = light.position - point;
   const double distance2 = towards.length2();
-  if (!(distance2 > 0) || !std::isfinite(distance2)) return {light.direction, 0};
-  LightReach result;
-  result.direction = towards / std::sqrt(distance2);
-  result.fraction = 1 / distance2;
+  if (!(distance2 > 0) || !std::isfinite(distance2)) return {light.direction, V3f(0)};
+  const V3d direction = towards / std::sqrt(distance2);
+  double fraction = 1 / distance2;
   if (light.range > 0) {
     const double r2 = distance2 / (light.range * light.range);
-    result.fraction *= std::clamp(1 - r2 * r2, 0.0, 1.0);
+    fraction *= std::clamp(1 - r2 * r2, 0.0, 1.0);
   }
   if (light.kind == LightKind::spot) {
-    const double cosine = result.direction.dot(light.direction);
+    const double cosine = direction.dot(light.direction);
     const double t =
         std::clamp((cosine - light.cos_outer) / std::max(light.cos_inner - light.cos_outer, 1e-3), 0.0, 1.0);
-    result.fraction *= t * t;
+    fraction *= t * t;
   }
-  return result;
-}
-
-Illumination light_at(const Light& light, const V3d& point) {
-  const LightReach at = light_reach(light, point);
-  return {at.direction, light.irradiance * static_cast<float>(at.fraction)};
+  return {direction, light.irradiance * static_cast<float>(std::min(fraction, max_fraction))};
 }
 
 std::vector<Light> lights_of(const Scene& scene) {
@@ -52,9 +46,8 @@ V3d from_camera_frame(const Camera& camera, const V3d& d) {
 }
 
 std::vector<Light> from_camera_frame(const Camera& camera, std::vector<Light> lights) {
-  for (Light& light : lights) {
+  for (Light& light : lights)
     if (light.kind == LightKind::directional) light.direction = from_camera_frame(camera, light.direction);
-  }
   return lights;
 }
 

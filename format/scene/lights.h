@@ -36,13 +36,6 @@ struct Illumination {
 /// recommends. 0 at the position of the light.
 Illumination light_at(const Light& light, const V3d& point);
 
-/// Direction towards a light, and the factor on its irradiance.
-struct LightReach {
-  V3d direction{0, 0, 1};
-  double fraction = 0;
-};
-LightReach light_reach(const Light& light, const V3d& point);
-
 /// The lights of a scene; lux and candela become irradiance without a factor.
 std::vector<Light> lights_of(const Scene& scene);
 

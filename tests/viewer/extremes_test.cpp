@@ -11,7 +11,7 @@
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
 #include "tests/viewer/shapes.h"
-#include "viewer/render.h"
+#include "viewer/renderer.h"
 #include "viewer/scene/surfaces.h"
 
 namespace selvedge {

@@ -7,7 +7,7 @@
 #include "tests/require.h"
 #include "tests/viewer/rays.h"
 #include "tests/viewer/shapes.h"
-#include "viewer/render.h"
+#include "viewer/renderer.h"
 #include "viewer/scene/surfaces.h"
 
 namespace selvedge::test {

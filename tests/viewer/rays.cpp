@@ -10,7 +10,6 @@
 #include "format/base/parallel.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/footprint.h"
-#include "format/fabric/level_options.h"
 #include "viewer/gl/context.h"
 #include "viewer/light/pbr_brdf.h"
 #include "viewer/light/shadow_pass.h"
@@ -39,9 +38,9 @@ void cast_shadows(Garment& garment, int size) {
   const auto context = value_or_throw(make_osmesa_context());
   value_or_throw(context->make_current());
   const GlFunctions gl = value_or_throw(load_gl_functions(*context));
-  const auto pass = value_or_throw(ShadowPass::create(gl, garment.mesh, garment.materials));
-  value_or_throw(pass->draw(shadow_views(garment.lights, garment.mesh.positions, garment.origin, size)));
-  const std::span<const ShadowMap> maps = pass->read();
+  ShadowPass pass(gl, garment.mesh, garment.materials);
+  pass.draw(shadow_views(garment.lights, garment.mesh.positions, garment.origin, size));
+  const std::span<const ShadowMap> maps = pass.read();
   garment.shadows.assign(maps.begin(), maps.end());
 }
 

@@ -8,7 +8,7 @@
 #include "tests/require.h"
 #include "tests/shared_data.h"
 #include "tests/viewer/paths.h"
-#include "viewer/render.h"
+#include "viewer/renderer.h"
 
 namespace selvedge {
 namespace {

@@ -1,4 +1,4 @@
-#include "viewer/render.h"
+#include "viewer/renderer.h"
 
 #include <doctest/doctest.h>
 

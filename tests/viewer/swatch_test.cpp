@@ -11,7 +11,7 @@
 #include "tests/viewer/paths.h"
 #include "tests/viewer/rays.h"
 #include "tests/viewer/shapes.h"
-#include "viewer/render.h"
+#include "viewer/renderer.h"
 
 namespace selvedge {
 namespace {

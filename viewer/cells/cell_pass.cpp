@@ -35,9 +35,7 @@ bool same_light(const Light& a, const Light& b) {
 /// Fraction of a light that reaches a vertex, on the light's side of the cloth.
 float visibility_at(const CellLights& lights, const ShadowMap& map, const V3f& point, V3f normal) {
   const Light& light = lights.lights[map.view.light];
-  const V3f direction = light.kind == LightKind::directional
-                            ? V3f(light.direction)
-                            : V3f(light_reach(light, lights.origin + V3d(point)).direction);
+  const V3f direction(light_at(light, lights.origin + V3d(point)).direction);
   if (normal.dot(direction) < 0) normal = -normal;
   return shadow_visibility(map, point, normal, direction);
 }
@@ -348,7 +346,7 @@ float CellPass::visibility_of(std::size_t light, std::uint32_t triangle, float x
   return 1;
 }
 
-void CellPass::see(SeenSurface surface, int x, int y) {
+void CellPass::mark_visible(SeenSurface surface, int x, int y) {
   const std::uint32_t triangle = surface / 2;
   const auto mark = [](std::uint8_t& flag, std::uint8_t bit) {
     const std::atomic_ref<std::uint8_t> bits(flag);
@@ -375,9 +373,9 @@ std::uint32_t CellPass::patch_at(std::uint32_t triangle, const V2f& pixel) const
                     unit(c[1][2], c[1][3], c[2][0]));
 }
 
-/// A patch that only shows through holes may be coarser, and shares the image of the patch around it; without
-/// memory, of one that is around it so many times more.
-PatchNeed& CellPass::need(PatchSide patch, bool behind, int shared) {
+/// A patch that only shows through holes may be coarser, and shares the image of its parent; if memory is
+/// short, of an ancestor `shared` levels up.
+PatchNeed& CellPass::request(PatchSide patch, bool behind, int shared) {
   if (shared > 0 || (behind && !store_.is_made(patch))) {
     const PatchSide own = patch;
     for (int i = behind ? -1 : 0; i < shared; ++i) patch = 2 * store_.patches().parent(patch / 2) + patch % 2;
@@ -391,11 +389,11 @@ PatchNeed& CellPass::need(PatchSide patch, bool behind, int shared) {
   return needs_[numbers_[patch]];
 }
 
-void CellPass::make(bool behind) {
+void CellPass::render(bool behind) {
   if (!active_) return;
   int shared = 0;
   for (collect(behind, shared); !store_.make(needs_, behind, shared); collect(behind, shared)) ++shared;
-  for (const auto& [patch, other] : shared_) store_.share(patch, other);
+  for (const auto& [patch, other] : shared_) store_.alias(patch, other);
   std::ranges::fill(seen_, 0);
   std::ranges::fill(seen_patches_, 0);
 }
@@ -412,7 +410,7 @@ void CellPass::collect(bool behind, int shared) {
     patches.for_all(patches.place(i), extents_[i], [&](std::uint32_t patch) {
       for (std::uint32_t side = 0; side < 2; ++side) {
         if ((seen_[i] >> side & 1) == 0) continue;
-        PatchNeed& patch_need = need(2 * patch + side, behind, shared);
+        PatchNeed& patch_need = request(2 * patch + side, behind, shared);
         patch_need.lit |= always | lit_by_[i].lit;
         patch_need.unlit |= lit_by_[i].unlit;
       }
@@ -420,7 +418,7 @@ void CellPass::collect(bool behind, int shared) {
   }
   for (std::uint32_t i = 0; i < seen_patches_.size(); ++i) {
     if (seen_patches_[i] == 0) continue;
-    PatchNeed& patch_need = need(i, behind, shared);
+    PatchNeed& patch_need = request(i, behind, shared);
     patch_need.lit = ~0U;
     patch_need.unlit = mapped_;
   }
@@ -582,8 +580,8 @@ float fraction_within(const LookLanes& lanes, std::size_t lane, float low, float
 
 /// A look of nothing.
 constexpr std::array<CellTexel, 4> empty_texels{};
-const CellLook empty_look{{1, 1, 0, 0}, 1, 0,       0,       1, {},    empty_texels.data(),
-                          nullptr,      0, nullptr, no_fade, 0, false, 0};
+const CellLook empty_look{
+    .size = {1, 1, 0, 0}, .scale = 0, .min_gain = 0, .max_gain = 1, .texels = empty_texels.data()};
 
 /// Fraction of yarn along v at a pixel.
 float fraction_along_v(const LookLanes& lanes, std::size_t lane) {
@@ -650,9 +648,8 @@ void place_varied(const PlaneLanes& planes, const LookLanes& lanes, std::uint32_
 
 /// Multiplies the radiance of these lanes by the factors of their variation.
 void vary_lanes(const LookLanes& lanes, std::uint32_t varied, VariedPixels& pixels, CellShading& shading) {
-  for (std::size_t lane = 0; lane < lane_count; ++lane) {
+  for (std::size_t lane = 0; lane < lane_count; ++lane)
     if ((varied >> lane & 1) != 0) pixels.along_v[lane] = fraction_along_v(lanes, lane);
-  }
   for (std::uint32_t own = 0; varied != 0;) {
     const Variation& variation = next_variation(lanes, varied, own);
     LaneFloats factors;
@@ -666,7 +663,7 @@ void vary_lanes(const LookLanes& lanes, std::uint32_t varied, VariedPixels& pixe
 
 }  // namespace
 
-void CellPass::look(const CellPixels& pixels, CellShading& shading) const {
+void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
   static const auto place_all = place_lanes_for_this_processor();
   static const auto look_all = look_lanes_for_this_processor();
   const Patches& patches = store_.patches();

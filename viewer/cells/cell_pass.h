@@ -3,13 +3,11 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "viewer/cells/cell_store.h"
 #include "viewer/frame/frame_path.h"
-#include "viewer/scene/pixel_triangles.h"
 
 namespace selvedge {
 
@@ -40,7 +38,7 @@ class CellPass {
              const ProjectedVertices& projected);
   /// Whether a triangle has cell images in this frame.
   bool shows(SeenSurface surface) const { return active_ && kinds_[surface / 2] != Kind::none; }
-  /// Whether it has, and its material or a light near to it changes nothing of them.
+  /// Whether shows() holds, and neither the material nor a nearby light modifies the images.
   bool is_plain(SeenSurface surface) const {
     return active_ && kinds_[surface / 2] == Kind::plain && !is_uneven(surface);
   }
@@ -50,22 +48,22 @@ class CellPass {
   /// all around; with these factors on lamps of an environment.
   float brighter(SeenSurface surface, int x, int y, const V3f& normal, const V3f& point,
                  const SmoothLight* around, float of_environment) const;
-  /// In place of a surface: look() gives 0 there.
+  /// In place of a surface: sample() gives 0 there.
   SeenSurface nothing() const { return 2 * static_cast<SeenSurface>(scene_.mesh.triangles.size()); }
-  /// Whether see() must be told of all pixels of a triangle.
+  /// Whether mark_visible() must be told of all pixels of a triangle.
   bool is_large(SeenSurface surface) const { return extents_[surface / 2].is_large(); }
   /// Notes that a pixel shows a triangle of which shows() holds. From any thread.
-  void see(SeenSurface surface, int x, int y);
-  /// Makes images of what was seen since the last call.
-  void make(bool behind = false);
+  void mark_visible(SeenSurface surface, int x, int y);
+  /// Makes images of what was marked since the last call.
+  void render(bool behind = false);
   /// Ends a frame.
   CellMemory end() { return active_ ? store_.end() : CellMemory{}; }
   /// Place of a pixel from the frame's middle.
   V2f from_middle(int x, int y) const {
     return {static_cast<float>(x) - middle_x_, static_cast<float>(y) - middle_y_};
   }
-  /// Precondition: shows() holds for all, and make() was called after all were seen. From any thread.
-  void look(const CellPixels& pixels, CellShading& shading) const;
+  /// Precondition: shows() holds for all, and render() was called after all were marked. From any thread.
+  void sample(const CellPixels& pixels, CellShading& shading) const;
 
  private:
   /// Perspective planes over the frame, a x + b y + c of pixels from its middle, whose quotients by the first
@@ -94,7 +92,7 @@ class CellPass {
   std::uint32_t patch_at(std::uint32_t triangle, const V2f& pixel) const;
   void set_planes(const ProjectedVertices& projected);
   void collect(bool behind, int shared);
-  PatchNeed& need(PatchSide patch, bool behind, int shared);
+  PatchNeed& request(PatchSide patch, bool behind, int shared);
   struct Surface {
     V3f point, normal;
   };
@@ -123,7 +121,7 @@ class CellPass {
   std::vector<float> outline_rises_;  ///< of triangles
   std::vector<std::uint8_t> uneven_;  ///< of triangles
   std::vector<LitBy> lit_by_;         ///< of triangles, of lights with a shadow map
-  std::vector<Light> known_lights_;   ///< of brightness_ and shares_
+  std::vector<Light> known_lights_;   ///< of brightness_ and lit_by_
   std::vector<ShadowView> known_views_;
   std::vector<SmoothLight> known_around_;
   std::vector<Planes> planes_;              ///< of triangles

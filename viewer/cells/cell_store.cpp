@@ -14,10 +14,12 @@ namespace {
 /// The least cosine between view and a patch's normal: patches at an outline may face away in the mean.
 constexpr float min_facing_patch = 0.08F;
 constexpr float min_lamp_rise = 0.1F;  ///< of a light over a patch of texels
+/// How far an image is outdated when its view or a light has turned by a radian.
+constexpr float staleness_per_radian = 30;
 /// Images of other patches are of use until then.
 constexpr float max_outdated = 16;
 /// Look-ups follow the relief of older images. What they miss grows with the pixels of a repeat: from so many
-/// on a frame makes CellImageOptions::fresh of the images, of smaller repeats at least this fraction of it.
+/// on a frame makes CellImageOptions::remade of the images, of smaller repeats at least this fraction of it.
 constexpr float fresh_pixels = 30;
 constexpr double min_fresh = 0.4;
 /// Coarse shading saves little of smaller images.
@@ -58,16 +60,9 @@ float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLi
                              float beyond, float of_environment) const {
   float sum = 0;
   for (const Light& light : lights) {
-    V3f direction(light.direction);
-    float fraction = light.of_environment ? of_environment : 1;
-    if (light.kind != LightKind::directional) {
-      const LightReach there = light_reach(light, origin + V3d(point));
-      direction = V3f(there.direction);
-      fraction *= static_cast<float>(std::min(there.fraction, 1e24));
-    }
-    const float cosine = normal.dot(direction);
-    const V3f& e = light.irradiance;
-    sum += fraction * (e.x + e.y + e.z) / 3 *
+    const auto& [direction, e] = light_at(light, origin + V3d(point));
+    const float cosine = normal.dot(V3f(direction));
+    sum += (light.of_environment ? of_environment : 1) * (e.x + e.y + e.z) / 3 *
            ((1 - beyond) * std::max(cosine, 0.0F) + beyond * 0.5F * (1 + cosine));
   }
   if (around_there != nullptr) sum += std::numbers::pi_v<float> * bright_around(*around_there, normal);
@@ -142,11 +137,11 @@ std::shared_ptr<std::vector<CellStore::Cloth>> CellStore::cloths_of(std::span<co
 }
 
 CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
-                     std::span<const FabricSides> fabrics, const V3d& origin, const CellStore* kin)
+                     std::span<const FabricSides> fabrics, const V3d& origin, const CellStore* shared)
     : mesh_(mesh),
       materials_(materials),
       origin_(origin),
-      cloths_(kin != nullptr ? kin->cloths_ : cloths_of(fabrics)),
+      cloths_(shared != nullptr ? shared->cloths_ : cloths_of(fabrics)),
       patches_(mesh, materials, [&] {
         std::vector<float> reliefs;
         for (const Cloth& cloth : *cloths_) reliefs.push_back(cloth.relief);
@@ -176,13 +171,10 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   memory_ = {};
   demand_ = expected_ = 0;
   for (Cloth& cloth : *cloths_) {
-    for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
+    for (ClothSide* side : {cloth.front.get(), cloth.back.get()})
       if (side != nullptr && side->shadows) side->shadows->set_memory(options_.memory / 8 / cloths_->size());
-    }
   }
-  patches_.choose(camera, origin_, frame,
-                  {options_.patch_pixels, options_.patch_repeats, options_.patch_turn, options_.patch_apart},
-                  lights.lights);
+  patches_.choose(camera, origin_, frame, options_.patches, lights.lights);
 }
 
 CellMemory CellStore::end() {
@@ -243,16 +235,10 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
     const Light& light = lights_.lights[i];
     const std::uint32_t bit = i < 32 ? 1U << i : 0;
     if ((off & bit) != 0) continue;
-    V3f direction(light.direction);
-    V3f irradiance = light.irradiance;
-    if (light.kind != LightKind::directional) {
-      const LightReach there = light_reach(light, origin_ + V3d(patch.centre));
-      direction = V3f(there.direction);
-      irradiance *= static_cast<float>(std::min(there.fraction, 1e24));
-    }
+    const auto& [direction, irradiance] = light_at(light, origin_ + V3d(patch.centre));
     if ((result.own & bit) == 0) result.lit |= bit;
     const int plane = (result.own & bit) != 0 ? 1 + std::popcount(result.own & (bit - 1)) : 0;
-    V3f lamp = local(direction);
+    V3f lamp = local(V3f(direction));
     // Parts of texels' patch may face a light that its mean does not.
     if (!(*cloths_)[fabric].has_yarn && std::abs(lamp.z) < min_lamp_rise) {
       lifted += (irradiance.x + irradiance.y + irradiance.z) / 3 * (1 - (*cloths_)[fabric].beyond) *
@@ -266,16 +252,15 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   const SmoothLight* around = lights_.around;
   SmoothLight mean;
   if (around != nullptr && !lights_.around_vertices.empty()) {
-    for (const std::uint32_t corner : mesh_.triangles[patch.triangle].corners) {
+    for (const std::uint32_t corner : mesh_.triangles[patch.triangle].corners)
       for (std::size_t k = 0; k < smooth_functions; ++k)
         mean.factors[k] += lights_.around_vertices[corner].factors[k] / 3.0F;
-    }
     around = &mean;
   }
   if (around != nullptr) result.view.around = turned(*around, tangent, up, normal);
   result.brightness =
       lights_.brightness(own_normal, patch.centre, around, (*cloths_)[fabric].beyond) + lifted;
-  result.view.hairs = options_.hairs && (!behind || options_.hairs_behind);
+  result.view.hairs = !behind || options_.hairs_behind;
   result.view.hair_shadows = options_.hair_shadows;
   result.view.shadow_texels = options_.shadow_texels;
   result.view.detail = options_.detail;
@@ -296,12 +281,12 @@ float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples)
   if (ratio > 2) return HUGE_VALF;
   float worst = 2 * (ratio - 1);
   const auto turn = [](const V3f& a, const V3f& b) { return (a - b).length(); };
-  worst = std::max(worst, turn(kept.view.view, wanted.view.view) * options_.turns);
+  worst = std::max(worst, turn(kept.view.view, wanted.view.view) * staleness_per_radian);
   if (kept.view.lamps.size() == wanted.view.lamps.size()) {
     for (std::size_t i = 0; i < wanted.view.lamps.size(); ++i) {
       const CellLamp& now = wanted.view.lamps[i];
       const CellLamp& then = kept.view.lamps[i];
-      worst = std::max(worst, turn(now.direction, then.direction) * options_.turns);
+      worst = std::max(worst, turn(now.direction, then.direction) * staleness_per_radian);
       const float bright = now.irradiance.length();
       worst = std::max(worst, 10 * (now.irradiance - then.irradiance).length() / std::max(bright, 1e-9F));
     }
@@ -348,7 +333,7 @@ double CellStore::expect(std::span<const PatchNeed> needs) {
 }
 
 bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) {
-  float samples = options_.samples * (behind ? options_.behind : 1);
+  float samples = options_.samples;
   std::vector<Work> all(needs.size());
   parallel_each(needs.size(), needs_per_task, [&](std::size_t i) {
     all[i].patch = needs[i].patch;
@@ -368,7 +353,7 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
   }
   if (shared == 0) {
     // Images that the next frame shows again have room beside each other.
-    const double whole = std::max({full, expected_, options_.fresh < 1 ? last_demand_ : 0});
+    const double whole = std::max({full, expected_, options_.remade < 1 ? last_demand_ : 0});
     room_ = whole > most ? most / whole * full : most;
     memory_.full = std::max(memory_.full, whole);
   }
@@ -387,8 +372,8 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
          static_cast<double>(work.kept->image.bytes()) > bytes_of(work.wanted.view)))
       work.kept = nullptr;
     work.outdated = work.kept ? outdated(*work.kept, work.wanted, samples) : HUGE_VALF;
-    if (work.outdated == HUGE_VALF && options_.fresh < 1 && !tight) {
-      work.kept = of_kin(work.patch, work.wanted, samples);
+    if (work.outdated == HUGE_VALF && options_.remade < 1 && !tight) {
+      work.kept = related_image(work.patch, work.wanted, samples);
       if (work.kept) work.outdated = outdated(*work.kept, work.wanted, samples) + 1;
     }
     const CellSize& size = work.wanted.view.size;
@@ -396,19 +381,19 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
         static_cast<double>(size.samples.x) * size.samples.y * (1 + 0.1 * work.wanted.view.planes) + 1500;
   });
   // Some calls for few patches make none again.
-  double allowed = options_.fresh < 1 ? std::min(allowance_, 0.0) : 0;
+  double allowed = options_.remade < 1 ? std::min(allowance_, 0.0) : 0;
   for (const Work& work : all) {
     // A patch that another call of this frame has seen counts once.
     if (kept_[work.patch] && kept_[work.patch]->used >= frame_) continue;
     const V2f& pixel = work.wanted.pixel;
     const double of_repeat = 1 / std::max(std::min(pixel.x, pixel.y) * fresh_pixels, 1e-6F);
-    const double less = options_.fresh < 1 ? std::clamp(of_repeat, min_fresh, 1.0) : 1;
-    allowed += work.cost * options_.fresh * less;
+    const double less = options_.remade < 1 ? std::clamp(of_repeat, min_fresh, 1.0) : 1;
+    allowed += work.cost * options_.remade * less;
   }
   std::vector<Work*> order;
   for (Work& work : all) {
     // Images that turned less look the same.
-    if (work.outdated > (options_.fresh < 1 ? 0.25F : 1e-3F)) order.push_back(&work);
+    if (work.outdated > (options_.remade < 1 ? 0.25F : 1e-3F)) order.push_back(&work);
   }
   std::stable_sort(order.begin(), order.end(),
                    [](const Work* a, const Work* b) { return a->outdated > b->outdated; });
@@ -451,9 +436,8 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     kept.brightness = made.brightness;
   });
   // An interrupted frame lacks parts.
-  for (const Work* work : order) {
+  for (const Work* work : order)
     if (kept_[work->patch]->image.texels.empty()) kept_[work->patch].reset();
-  }
   for (const Work* work : order) bytes_ += kept_[work->patch] ? kept_[work->patch]->image.bytes() : 0;
   memory_.most = std::max(memory_.most, static_cast<double>(bytes_));
   std::erase_if(alive_, [&](PatchSide patch) { return !kept_[patch]; });
@@ -466,20 +450,17 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     // Matt texels are as bright as their normal tells; yarn stands out of the cloth.
     const bool has_yarn = (*cloths_)[material.fabric].has_yarn;
     CellLook& look = looks_[work.patch];
-    look = {{static_cast<float>(image.width), static_cast<float>(image.height), image.first.x, image.first.y},
-            1 / kept.brightness,
-            image.scale,
-            has_yarn ? 0.5F : 0.0F,
-            has_yarn ? 2.0F : 8.0F,
-            {},
-            image.texels.data(),
-            nullptr,
-            image.step,
-            nullptr,
-            no_fade,
-            kept.own,
-            false,
-            kept.number};
+    look = {.size = {static_cast<float>(image.width), static_cast<float>(image.height), image.first.x,
+                     image.first.y},
+            .brightness = 1 / kept.brightness,
+            .scale = image.scale,
+            .min_gain = has_yarn ? 0.5F : 0.0F,
+            .max_gain = has_yarn ? 2.0F : 8.0F,
+            .texels = image.texels.data(),
+            .step = image.step,
+            .own = kept.own,
+            .is_solid = !material.keeps_opacity,
+            .image = kept.number};
     if (!image.heights.empty()) {
       const V2f slope = slope_of(kept.view.view);
       look.heights = image.heights.data();
@@ -492,19 +473,18 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
       look.fade = fade_of(variation, work.wanted.pixel);
       look.way = offset_weight(look.fade);
     }
-    look.is_solid = !material.keeps_opacity;
   }
   return true;
 }
 
 /// An image of a patch around or within this one that is of use.
-std::shared_ptr<CellStore::Kept> CellStore::of_kin(PatchSide patch, const Wanted& wanted,
-                                                   float samples) const {
+std::shared_ptr<CellStore::Kept> CellStore::related_image(PatchSide patch, const Wanted& wanted,
+                                                          float samples) const {
   const std::uint32_t side = patch % 2;
   const std::uint32_t up = patches_.parent(patch / 2);
   const std::uint32_t down = patches_.child(patch / 2);
-  for (const std::uint32_t kin : {up, down, patches_.parent(up), patches_.child(down)}) {
-    const std::shared_ptr<Kept>& kept = kept_[2 * kin + side];
+  for (const std::uint32_t related : {up, down, patches_.parent(up), patches_.child(down)}) {
+    const std::shared_ptr<Kept>& kept = kept_[2 * related + side];
     if (kept && outdated(*kept, wanted, samples) < max_outdated) return kept;
   }
   return nullptr;

@@ -1,7 +1,6 @@
 // Cell images of a garment: made for the patches that a frame shows, and kept from frame to frame.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -71,9 +70,10 @@ struct CellLook {
 
 class CellStore {
  public:
-  /// All must outlive the object. `kin`: a store of the same fabrics, whose yarn is this one's, too.
+  /// All must outlive the object. `shared`: a store of the same fabrics, whose
+  /// prepared yarn is used.
   CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
-            std::span<const FabricSides> fabrics, const V3d& origin, const CellStore* kin = nullptr);
+            std::span<const FabricSides> fabrics, const V3d& origin, const CellStore* shared = nullptr);
   ~CellStore();
 
   const Patches& patches() const { return patches_; }
@@ -102,7 +102,7 @@ class CellStore {
   /// Whether a call of this frame has made or kept the patch's own image.
   bool is_made(PatchSide patch) const;
   /// Lets a patch look like another one until the next call of make() for it.
-  void share(PatchSide patch, PatchSide other) { looks_[patch] = looks_[other]; }
+  void alias(PatchSide patch, PatchSide other) { looks_[patch] = looks_[other]; }
 
  private:
   struct Kept;
@@ -113,7 +113,7 @@ class CellStore {
   void set_size(Wanted& wanted, float samples, float larger) const;
   std::optional<float> fit(std::span<Work> works, float samples) const;
   float outdated(const Kept& kept, const Wanted& wanted, float samples) const;
-  std::shared_ptr<Kept> of_kin(PatchSide patch, const Wanted& wanted, float samples) const;
+  std::shared_ptr<Kept> related_image(PatchSide patch, const Wanted& wanted, float samples) const;
   void trim(double coming);
 
   const MergedSurfaces& mesh_;
@@ -145,7 +145,7 @@ class CellStore {
   double allowance_ = 0;                     ///< cost of images made again that was not spent yet
   double demand_ = 0, last_demand_ = 0;      ///< of this frame and the last: bytes of images as wanted
   double room_ = 0;                          ///< for the images of a call, bytes
-  std::vector<std::shared_ptr<Kept>> kept_;  ///< by patch and side; a patch may show the image of its kin
+  std::vector<std::shared_ptr<Kept>> kept_;  ///< by patch and side; a patch may show a related one's
   std::vector<CellLook> looks_;
   std::vector<PatchSide> alive_;
   const Camera* camera_ = nullptr;

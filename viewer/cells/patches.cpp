@@ -109,10 +109,9 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const MergedTriangle& t = mesh.triangles[i];
     if (materials[t.surface].fabric < 0) continue;
-    for (const std::uint32_t corner : t.corners) {
+    for (const std::uint32_t corner : t.corners)
       if (is_counted_[i] == 0 && is_charted[corner] != 0)
         places_[i].chart = numbers.at(components.find(corner));
-    }
   }
   first_level_ = finest_level;
   const auto cells = [&] {
@@ -235,8 +234,8 @@ void Patches::add_up(const MergedSurfaces& mesh) {
       }
     }
   }
-  kin_.resize(patches_.size());
-  for (std::uint32_t i = 0; i < patches_.size(); ++i) kin_[i] = {i, i};
+  relatives_.resize(patches_.size());
+  for (std::uint32_t i = 0; i < patches_.size(); ++i) relatives_[i] = {i, i};
   for (const Chart& chart : charts_) {
     for (std::size_t level = 1; level < chart.levels.size(); ++level) {
       const V2i size = level_size(chart, level);
@@ -248,8 +247,8 @@ void Patches::add_up(const MergedSurfaces& mesh) {
           const auto to = static_cast<std::uint32_t>(chart.levels[level] +
                                                      static_cast<std::size_t>(y / 2) * size.x + x / 2);
           add(patches_[from], patches_[to]);
-          kin_[from][0] = to;
-          if (patches_[from].area > 0) kin_[to][1] = from;
+          relatives_[from][0] = to;
+          if (patches_[from].area > 0) relatives_[to][1] = from;
         }
       }
     }
@@ -312,9 +311,8 @@ void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, 
   for (const Chart& chart : charts_) {
     const std::size_t top = chart.levels.size() - 1;
     const V2i size = level_size(chart, top);
-    for (int y = 0; y < size.y; ++y) {
+    for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x) choose_in(chart, view, top, {x, y}, chart.any);
-    }
   }
 }
 
@@ -380,15 +378,14 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
       // elsewhere.
       const float apart = view.parallel ? 0 : 0.5F * longest / view.scale;
       const float turn = 0.5F * std::acos(std::clamp(turn_cosine, -1.0F, 1.0F));
-      splits = shown.in_frame && (apart + turn) * chart.relief * of_repeat > view.limits.apart;
+      splits = shown.in_frame && (apart + turn) * chart.relief * of_repeat > view.limits.offset;
     }
   }
   if (splits) {
     const V2i finer = level_size(chart, level - 1);
-    for (int y = 2 * at.y; y < std::min(2 * at.y + 2, finer.y); ++y) {
+    for (int y = 2 * at.y; y < std::min(2 * at.y + 2, finer.y); ++y)
       for (int x = 2 * at.x; x < std::min(2 * at.x + 2, finer.x); ++x)
         choose_in(chart, view, level - 1, {x, y}, number);
-    }
     return;
   }
   const int side = 1 << level;

@@ -16,6 +16,7 @@
 
 #include "format/scene/camera.h"
 #include "format/scene/lights.h"
+#include "viewer/frame/options.h"
 #include "viewer/scene/mesh.h"
 
 namespace selvedge {
@@ -36,17 +37,6 @@ struct Patch {
 struct ShownPatch {
   V2f pixel{1, 1};  ///< width of a pixel along u and v, repeats
   bool in_frame = false;
-};
-
-/// Limits for patches of more than one repeat.
-struct PatchLimits {
-  float pixels = 1;   ///< of their longest side
-  float repeats = 1;  ///< along their side
-  /// Turn from their mean normal, in degrees, times the pixels of a repeat: yarn seen from another
-  /// side is so much elsewhere.
-  float turn = 0;
-  /// Yarn of parts of a repeat may be so far from its place at their border, pixels.
-  float apart = 0.5F;
 };
 
 class Patches {
@@ -88,8 +78,8 @@ class Patches {
   const Patch& operator[](std::size_t i) const { return patches_[i]; }
   const ShownPatch& shown(std::size_t i) const { return shown_[i]; }
   /// The patch around a patch, and a patch within it; itself at the ends.
-  std::uint32_t parent(std::uint32_t i) const { return kin_[i][0]; }
-  std::uint32_t child(std::uint32_t i) const { return kin_[i][1]; }
+  std::uint32_t parent(std::uint32_t i) const { return relatives_[i][0]; }
+  std::uint32_t child(std::uint32_t i) const { return relatives_[i][1]; }
   const Place& place(std::uint32_t triangle) const { return places_[triangle]; }
   bool empty() const { return charts_.empty(); }
   const Chart& chart(std::int32_t i) const { return charts_[i]; }
@@ -121,10 +111,9 @@ class Patches {
     const Chart& chart = charts_[place.chart];
     const std::size_t last_u = cell(place.u, extent.high_u, chart.size.x);
     const std::size_t last_v = cell(place.v, extent.high_v, chart.size.y);
-    for (std::size_t v = cell(place.v, extent.low_v, chart.size.y); v <= last_v; ++v) {
+    for (std::size_t v = cell(place.v, extent.low_v, chart.size.y); v <= last_v; ++v)
       for (std::size_t u = cell(place.u, extent.low_u, chart.size.x); u <= last_u; ++u)
         body(table_[chart.table + v * chart.size.x + u]);
-    }
   }
 
  private:
@@ -141,7 +130,7 @@ class Patches {
   std::vector<Place> places_;             ///< of the triangles
   std::vector<std::uint8_t> is_counted_;  ///< whether a triangle is part of its chart's means
   std::vector<Patch> patches_;
-  std::vector<std::array<std::uint32_t, 2>> kin_;  ///< parent, child
+  std::vector<std::array<std::uint32_t, 2>> relatives_;  ///< parent, child
   std::vector<ShownPatch> shown_;
   std::vector<std::uint32_t> table_;  ///< of each chart's smallest patches, the chosen one
 };

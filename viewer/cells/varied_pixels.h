@@ -3,7 +3,7 @@
 #pragma once
 
 #include "format/fabric/variation.h"
-#include "viewer/scene/pixel_triangles.h"
+#include "viewer/scene/mesh.h"
 
 namespace selvedge {
 

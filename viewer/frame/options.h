@@ -8,18 +8,19 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "format/fabric/level_options.h"
+#include "format/fabric/footprint.h"
 #include "format/fabric/smooth_light.h"
 #include "format/picture/environment.h"
 #include "format/scene/lights.h"
 
 namespace selvedge {
 
-/// The processor that shades: the CPU (hybrid), the CPU, which also finds the triangles where it can
-/// (raster), or the CPU with nearest texels and all colours of the index pass rounded to 8
-/// bits, as published (paper); docs/view.md.
+/// Who finds the triangles, which the CPU shades: OpenGL (hybrid), the CPU where it can (raster), or OpenGL
+/// with nearest texels and all colours of the index pass rounded to 8 bits, as published (paper);
+/// docs/view.md.
 enum class RenderPath { hybrid, raster, paper };
 inline constexpr std::array<std::string_view, 3> path_names{"hybrid", "raster", "paper"};
 
@@ -31,31 +32,47 @@ struct FrameSize {
   int layers = 8;       ///< maximum number of surfaces that a pixel shows behind each other
 };
 
-/// Images of yarn (viewer/cells). The defaults are for pictures at rest.
+/// Bounds of the patches that share a cell image (viewer/cells/patches.h): beyond one of them they are split.
+struct PatchLimits {
+  float pixels = 1;   ///< longest side, of patches of more than one repeat
+  float repeats = 4;  ///< along a side, at least 1
+  /// Degrees that normals turn from their mean, times the pixels of a repeat, of patches of more than one:
+  /// yarn seen from another side is so much elsewhere.
+  float turn = 360;
+  float offset = 0.5F;  ///< pixels from where yarn belongs, at the border of a part of a repeat
+};
+
+/// How cell images are made and kept (viewer/cells). The defaults are for pictures at rest.
 struct CellImageOptions {
-  float samples = 4;         ///< along a pixel's side
-  float patch_pixels = 1;    ///< longest side of what more than one repeat shares an image, pixels
-  float patch_repeats = 4;   ///< of the same, along a side
-  float patch_turn = 360;    ///< PatchLimits::turn
-  float patch_apart = 0.5F;  ///< PatchLimits::apart
-  bool hairs = true;
-  bool hairs_behind = true;  ///< on what only shows behind other surfaces
+  float samples = 4;  ///< of an image along a pixel's side
+  PatchLimits patches;
+  bool hairs_behind = true;  ///< also on what only shows behind other surfaces
+  // Of CellView.
   bool hair_shadows = true;
-  bool coarse_shading = false;  ///< CellView
-  float shadow_texels = 2;      ///< CellView
-  float detail = 8;             ///< CellView
-  float piece_pixels = 1.5F;    ///< CellView
-  float behind = 1;             ///< fraction of the samples of what only shows behind other surfaces
-  float fresh =
-      1;  ///< fraction of the images in sight that a frame makes again where view or light have changed
-  float turns = 30;         ///< changes of a direction, in radians, times this are outdated by 1
-  float rest = 0.5F / 255;  ///< transparency through which nothing is looked at
-  std::size_t memory = std::size_t{256} << 20;  ///< bytes of all images; their shadow grids: a quarter
+  bool coarse_shading = false;
+  float shadow_texels = 2;
+  float detail = 8;
+  float piece_pixels = 1.5F;
+  /// Fraction of the images in sight, in (0, 1], that a frame makes again where view or light have changed.
+  /// Below 1 the picture moves.
+  float remade = 1;
+  float min_transparency = 0.5F / 255;  ///< of a pixel, for surfaces behind it to be drawn
+  std::size_t memory = std::size_t{256}
+                       << 20;  ///< bytes of all images; their shadow grids take a quarter more
 };
 
 /// For frames that move.
-inline constexpr CellImageOptions moving_cell_images{2,    128, 4, 720, 8, true,  false, false,
-                                                     true, 1,   8, 2,   1, 0.25F, 30,    3.0F / 255};
+inline constexpr CellImageOptions moving_cell_images{
+    .samples = 2,
+    .patches = {.pixels = 128, .turn = 720, .offset = 8},
+    .hairs_behind = false,
+    .hair_shadows = false,
+    .coarse_shading = true,
+    .shadow_texels = 1,
+    .piece_pixels = 2,
+    .remade = 0.25F,
+    .min_transparency = 3.0F / 255,
+};
 
 /// Options that may change from frame to frame.
 struct DrawOptions {
@@ -73,7 +90,7 @@ struct DrawOptions {
   float backdrop = -1;
   /// Texels per side of a shadow map, one for each light that can cast shadows (shadows.h); 0: no shadows.
   int shadows = 0;
-  /// Once this is true, drawing ends soon, with a frame of which parts are old. Null: nothing interrupts it.
+  /// Once this is true, drawing stops early, and the frame is incomplete. Null: nothing interrupts it.
   const std::atomic<bool>* interrupted = nullptr;
   bool ends() const { return interrupted != nullptr && interrupted->load(std::memory_order_relaxed); }
 };
@@ -81,8 +98,7 @@ struct DrawOptions {
 /// Statistics of a rendering; times in seconds. Drawing and evaluation of different bands overlap, so the
 /// times add up to more than the frame's.
 struct RenderStats {
-  double prepare =
-      0;  ///< context, vertices, fabrics; once for all frames, and textures, of all frames so far
+  double prepare = 0;   ///< context, vertices, fabrics; and the textures of all frames so far
   double project = 0;   ///< projecting vertices and sorting triangles into bands
   double shadows = 0;   ///< drawing shadow maps, and reading them back for the CPU
   double geometry = 0;  ///< drawing with OpenGL
@@ -96,5 +112,15 @@ struct RenderStats {
   std::int64_t image_bytes = 0;       ///< the most that cell images took at once
   std::vector<std::string> remarks;   ///< options and materials that could not be honoured, one line each
 };
+
+/// The times in reports.
+inline constexpr std::array<std::pair<const char*, double RenderStats::*>, 7> render_seconds{
+    {{"prepare", &RenderStats::prepare},
+     {"project", &RenderStats::project},
+     {"shadows", &RenderStats::shadows},
+     {"geometry", &RenderStats::geometry},
+     {"readBack", &RenderStats::read_back},
+     {"evaluation", &RenderStats::evaluation},
+     {"filter", &RenderStats::filter}}};
 
 }  // namespace selvedge

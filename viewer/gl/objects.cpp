@@ -4,22 +4,29 @@
 
 #include <algorithm>
 
+#include "format/base/guard.h"
 #include "format/base/mip.h"
 
 namespace selvedge {
 namespace {
 
-Result<GLuint> compile(const GlFunctions& gl, GLenum stage, const char* text) {
+[[noreturn]] void fail_graphics(const char* place, std::string why) {
+  throw Failure{{Code::graphics_unavailable, "", place, std::move(why)}};
+}
+
+/// Adds a shader to a program, which deletes it.
+void attach_shader(const GlFunctions& gl, GLuint program, GLenum stage, const char* text) {
   const GLuint shader = gl.CreateShader(stage);
+  gl.AttachShader(program, shader);
+  gl.DeleteShader(shader);
   gl.ShaderSource(shader, 1, &text, nullptr);
   gl.CompileShader(shader);
   GLint good = 0;
   gl.GetShaderiv(shader, GL_COMPILE_STATUS, &good);
-  if (good != 0) return shader;
+  if (good != 0) return;
   std::array<char, 1024> log{};
   gl.GetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
-  gl.DeleteShader(shader);
-  return fail(Code::graphics_unavailable, "", "shader", log.data());
+  fail_graphics("shader", log.data());
 }
 
 }  // namespace
@@ -30,36 +37,12 @@ std::string shader_text(const std::string& definitions, std::initializer_list<co
   return text;
 }
 
-Result<GLuint> make_program(const GlFunctions& gl, const std::string& vertex_text,
-                            const std::string& fragment_text) {
-  Result<GLuint> vertex = compile(gl, GL_VERTEX_SHADER, vertex_text.c_str());
-  if (!vertex) return vertex;
-  Result<GLuint> fragment = compile(gl, GL_FRAGMENT_SHADER, fragment_text.c_str());
-  if (!fragment) {
-    gl.DeleteShader(*vertex);
-    return fragment;
-  }
-  const GLuint program = gl.CreateProgram();
-  gl.AttachShader(program, *vertex);
-  gl.AttachShader(program, *fragment);
-  gl.LinkProgram(program);
-  gl.DeleteShader(*vertex);
-  gl.DeleteShader(*fragment);
-  GLint good = 0;
-  gl.GetProgramiv(program, GL_LINK_STATUS, &good);
-  if (good != 0) return program;
-  std::array<char, 1024> log{};
-  gl.GetProgramInfoLog(program, static_cast<GLsizei>(log.size()), nullptr, log.data());
-  gl.DeleteProgram(program);
-  return fail(Code::graphics_unavailable, "", "program", log.data());
-}
-
-Result<void> check_errors(const GlFunctions& gl, const char* place) {
+void check_errors(const GlFunctions& gl, const char* place) {
   const GLenum error = gl.GetError();
-  if (error == GL_NO_ERROR) return {};
+  if (error == GL_NO_ERROR) return;
   while (gl.GetError() != GL_NO_ERROR) {
   }
-  return fail(Code::graphics_unavailable, "", place, fmt::format("OpenGL reports error {:#06x}", error));
+  fail_graphics(place, fmt::format("OpenGL reports error {:#06x}", error));
 }
 
 GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int height) {
@@ -88,8 +71,8 @@ GLuint make_colour_texture(const GlFunctions& gl, const Image& image) {
   return texture;
 }
 
-void add_attribute(const GlFunctions& gl, GLuint array, const VertexAttribute& attribute) {
-  const auto& [location, buffer, components, offset, stride] = attribute;
+void add_attribute(const GlFunctions& gl, GLuint array, GLuint location, GLuint buffer, GLint components,
+                   std::size_t offset, std::size_t stride) {
   gl.VertexArrayVertexBuffer(array, location, buffer, static_cast<GLintptr>(offset),
                              static_cast<GLsizei>(stride));
   gl.EnableVertexArrayAttrib(array, location);
@@ -115,10 +98,17 @@ void GlObjects::clear() {
   programs_.clear();
 }
 
-Result<GLuint> GlObjects::program(const std::string& vertex, const std::string& fragment) {
-  Result<GLuint> made = make_program(gl_, vertex, fragment);
-  if (made) programs_.push_back(*made);
-  return made;
+GLuint GlObjects::program(const std::string& vertex, const std::string& fragment) {
+  const GLuint program = programs_.emplace_back(gl_.CreateProgram());
+  attach_shader(gl_, program, GL_VERTEX_SHADER, vertex.c_str());
+  attach_shader(gl_, program, GL_FRAGMENT_SHADER, fragment.c_str());
+  gl_.LinkProgram(program);
+  GLint good = 0;
+  gl_.GetProgramiv(program, GL_LINK_STATUS, &good);
+  if (good != 0) return program;
+  std::array<char, 1024> log{};
+  gl_.GetProgramInfoLog(program, static_cast<GLsizei>(log.size()), nullptr, log.data());
+  fail_graphics("program", log.data());
 }
 
 GLuint GlObjects::buffer(std::size_t bytes, const void* data, GLbitfield flags) {
@@ -149,8 +139,7 @@ GLuint GlObjects::framebuffer() {
   return framebuffers_.back();
 }
 
-Result<GLuint> GlObjects::framebuffer(std::span<const GLuint> colours, GLenum depth_attachment,
-                                      GLuint depth) {
+GLuint GlObjects::framebuffer(std::span<const GLuint> colours, GLenum depth_attachment, GLuint depth) {
   const GLuint made = framebuffer();
   std::vector<GLenum> attachments;
   for (const GLuint colour : colours) {
@@ -158,9 +147,10 @@ Result<GLuint> GlObjects::framebuffer(std::span<const GLuint> colours, GLenum de
     gl_.NamedFramebufferTexture(made, attachments.back(), colour, 0);
   }
   gl_.NamedFramebufferDrawBuffers(made, static_cast<GLsizei>(attachments.size()), attachments.data());
-  if (depth_attachment != GL_NONE) gl_.NamedFramebufferTexture(made, depth_attachment, depth, 0);
-  if (gl_.CheckNamedFramebufferStatus(made, GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return made;
-  return fail(Code::graphics_unavailable, "", "frame buffer", "OpenGL refuses it");
+  gl_.NamedFramebufferTexture(made, depth_attachment, depth, 0);
+  if (gl_.CheckNamedFramebufferStatus(made, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    fail_graphics("frame buffer", "OpenGL refuses it");
+  return made;
 }
 
 }  // namespace selvedge

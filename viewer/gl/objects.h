@@ -1,7 +1,6 @@
 // Creates and owns OpenGL objects: programs, buffers, textures, framebuffers.
 #pragma once
 
-#include <array>
 #include <initializer_list>
 #include <span>
 #include <string>
@@ -18,11 +17,8 @@ namespace selvedge {
 /// (glsl.h).
 std::string shader_text(const std::string& definitions, std::initializer_list<const char*> parts);
 
-/// GRAPHICS_UNAVAILABLE with the compiler's message if it is refused.
-Result<GLuint> make_program(const GlFunctions& gl, const std::string& vertex, const std::string& fragment);
-
-/// GRAPHICS_UNAVAILABLE if OpenGL has reported errors since the last call.
-Result<void> check_errors(const GlFunctions& gl, const char* place);
+/// Throws GRAPHICS_UNAVAILABLE if OpenGL has reported errors since the last call.
+void check_errors(const GlFunctions& gl, const char* place);
 
 /// A texture with one level and no filter, as a render target or for texelFetch.
 GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int height);
@@ -32,21 +28,16 @@ GLint gl_wrap(Wrap wrap);
 /// A linear RGBA picture with all its mip levels, repeating, trilinear. Precondition: four channels.
 GLuint make_colour_texture(const GlFunctions& gl, const Image& image);
 
-/// One attribute of a vertex: floats at `offset` bytes from the buffer's begin, `stride` bytes apart.
-struct VertexAttribute {
-  GLuint location = 0;
-  GLuint buffer = 0;
-  GLint components = 1;
-  std::size_t offset = 0;
-  std::size_t stride = 0;
-};
-void add_attribute(const GlFunctions& gl, GLuint array, const VertexAttribute& attribute);
+/// Adds an attribute of the vertices to an array: `components` floats at `offset` bytes from the buffer's
+/// begin, `stride` bytes apart.
+void add_attribute(const GlFunctions& gl, GLuint array, GLuint location, GLuint buffer, GLint components,
+                   std::size_t offset, std::size_t stride);
 
 /// Draws the triangles [first, end) of the bound index buffer.
 void draw_triangles(const GlFunctions& gl, std::size_t first, std::size_t end);
 
 /// OpenGL objects that are deleted together. The context must be current whenever a function of this class is
-/// called, the destructor included.
+/// called, the destructor included. Throws GRAPHICS_UNAVAILABLE for what OpenGL refuses.
 class GlObjects {
  public:
   explicit GlObjects(const GlFunctions& gl) : gl_(gl) {}
@@ -55,7 +46,7 @@ class GlObjects {
   GlObjects& operator=(const GlObjects&) = delete;
   void clear();
 
-  Result<GLuint> program(const std::string& vertex, const std::string& fragment);
+  GLuint program(const std::string& vertex, const std::string& fragment);
   /// `data` may be null. The buffer has at least 16 bytes, one vec4 of a shader's array.
   GLuint buffer(std::size_t bytes, const void* data, GLbitfield flags = 0);
   template <class T>
@@ -67,10 +58,8 @@ class GlObjects {
   /// Takes ownership of a texture.
   GLuint keep_texture(GLuint texture);
   GLuint framebuffer();
-  /// A framebuffer with these render targets; colour k is output k. GRAPHICS_UNAVAILABLE if OpenGL refuses
-  /// it.
-  Result<GLuint> framebuffer(std::span<const GLuint> colours, GLenum depth_attachment = GL_NONE,
-                             GLuint depth = 0);
+  /// A framebuffer with these render targets; colour k is output k.
+  GLuint framebuffer(std::span<const GLuint> colours, GLenum depth_attachment, GLuint depth);
 
  private:
   const GlFunctions& gl_;

@@ -111,10 +111,8 @@ std::vector<ArrivingLight> lights_at(const FrameScene& scene, const GarmentPoint
                                      const GarmentFrame& frame, bool through) {
   std::vector<ArrivingLight> lights;
   for (const Light& light : scene.view.options.lights) {
-    const LightReach there = light_reach(light, scene.prepared.origin + V3d(point.position));
-    lights.push_back({frame.into(V3f(there.direction)),
-                      light.irradiance * static_cast<float>(std::min(there.fraction, 1e24)),
-                      light.of_environment});
+    const Illumination there = light_at(light, scene.prepared.origin + V3d(point.position));
+    lights.push_back({frame.into(V3f(there.direction)), there.irradiance, light.of_environment});
   }
   for (const ShadowMap& map : scene.shadows) {
     ArrivingLight& light = lights[map.view.light];
@@ -131,10 +129,9 @@ SmoothLight around_at(const FrameScene& scene, const GarmentPoint& point) {
   if (vertices.empty()) return *scene.view.options.around;
   SmoothLight light;
   const auto& corners = scene.prepared.mesh.triangles[point.triangle].corners;
-  for (std::size_t corner = 0; corner < 3; ++corner) {
+  for (std::size_t corner = 0; corner < 3; ++corner)
     for (std::size_t k = 0; k < smooth_functions; ++k)
       light.factors[k] += vertices[corners[corner]].factors[k] * point.weights[corner];
-  }
   return light;
 }
 

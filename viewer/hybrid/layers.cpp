@@ -18,7 +18,7 @@ constexpr std::size_t deep_pixels_per_task = 1024;
 class Painter {
  public:
   Painter(const FrameScene& scene, const BandPixels& pixels)
-      : scene_(scene), pixels_(pixels), rest_(scene.view.options.cells.rest) {}
+      : scene_(scene), pixels_(pixels), min_transparency_(scene.view.options.cells.min_transparency) {}
 
   /// Overwrites the next sixteen pixels of a row, or those left of its end. `pbr_at`: of a lane.
   template <class PbrAt>
@@ -53,7 +53,7 @@ class Painter {
       const V2f first = scene_.cells.from_middle(x, pixels_.first_row + y);
       for (std::size_t lane = 0; lane < lane_count; ++lane) row_.x[lane] = first.x + static_cast<float>(lane);
       row_.y.fill(first.y);
-      scene_.cells.look(row_, seen_);
+      scene_.cells.sample(row_, seen_);
       std::memcpy(static_cast<void*>(to), seen_.pixels.data(), count * sizeof(V4f));
       for (std::uint32_t left = seen_.solid; left != 0; left &= left - 1) {
         const int lane = std::countr_zero(left);
@@ -93,7 +93,7 @@ class Painter {
     if (waiting_ == 0) return;
     std::fill(row_.surface.begin() + static_cast<std::ptrdiff_t>(waiting_), row_.surface.end(),
               scene_.cells.nothing());
-    scene_.cells.look(row_, seen_);
+    scene_.cells.sample(row_, seen_);
     for (std::size_t lane = 0; lane < waiting_; ++lane) {
       const auto& [x, y] = at_[lane];
       V4f value = seen_.at(lane);
@@ -108,14 +108,14 @@ class Painter {
 
   std::int64_t count() const { return count_; }
   /// Whether surfaces behind this one show.
-  bool is_open(const V4f& pixel) const { return 1 - pixel.w >= rest_; }
+  bool is_open(const V4f& pixel) const { return 1 - pixel.w >= min_transparency_; }
 
  private:
   V4f& at(int x, int y) { return pixels_.at(x, y); }
 
   const FrameScene& scene_;
   const BandPixels& pixels_;
-  float rest_;
+  float min_transparency_;
   CellPixels row_;
   std::array<std::array<int, 2>, lane_count> at_{};
   std::array<PbrPixel, lane_count> pbr_;
@@ -162,9 +162,8 @@ class RowShader {
   /// nearest.
   void see_nearest() {
     thread_local std::array<RasterRows, 2> rows;
-    if (surfaces_.cast) {
+    if (surfaces_.cast)
       for (std::size_t side = 0; side < 2; ++side) surfaces_.raster[side].draw(task_, rows[side]);
-    }
     for (int y = first_; y < end_; ++y) {
       const std::span nearest(&surfaces_.nearest[index_of(0, y)], static_cast<std::size_t>(pixels_.width));
       const std::span behind(&surfaces_.behind[index_of(0, y)], nearest.size());
@@ -204,9 +203,8 @@ class RowShader {
   /// Finds all surfaces at deep pixels, and notes the cell images of all that may show behind the nearest.
   void see_behind() {
     SeenSurface known = no_surface;
-    for (int y = first_; y < end_; ++y) {
+    for (int y = first_; y < end_; ++y)
       for (int x = 0; x < pixels_.width; ++x) note(surfaces_.behind[index_of(x, y)], x, y, known);
-    }
     if (surfaces_.has_pbr() || deep_.empty()) return;
     std::vector<DeepHit> hits;
     for (const Raster& raster : surfaces_.raster) raster.find(task_, deep_, hits);
@@ -244,7 +242,7 @@ class RowShader {
 
   void note(SeenSurface surface, int x, int y, SeenSurface& known) {
     if (surface == known || surface >= deep_surface || !cells_.shows(surface)) return;
-    cells_.see(surface, x, pixels_.first_row + y);
+    cells_.mark_visible(surface, x, pixels_.first_row + y);
     known = cells_.is_large(surface) ? no_surface : surface;
   }
 
@@ -292,9 +290,8 @@ LayerCount& LayerCount::operator+=(const LayerCount& b) {
 }
 
 void BandSurfaces::set_up(const FrameScene& scene, int first_row, int rows) {
-  for (std::size_t side = 0; side < 2; ++side) {
+  for (std::size_t side = 0; side < 2; ++side)
     raster[side].begin(scene.prepared.mesh, scene.projected, sides[side].list, side == 1, first_row, rows);
-  }
 }
 
 LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& surfaces, int layers,
@@ -309,7 +306,7 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
     rows[task]->see_nearest();
   });
   if (scene.view.options.ends()) return {};
-  cells.make();
+  cells.render();
   parallel_for(0, tasks, [&](int task) { rows[task]->shade_nearest(); });
   if (scene.view.options.ends()) return {};
   const bool casts = !surfaces.has_pbr();
@@ -317,7 +314,7 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
       std::any_of(rows.begin(), rows.end(), [](const auto& part) { return !part->deep().empty(); }))
     surfaces.set_up(scene, pixels.first_row, pixels.rows);
   parallel_for(0, tasks, [&](int task) { rows[task]->see_behind(); });
-  cells.make(true);
+  cells.render(true);
   parallel_for(0, tasks, [&](int task) { rows[task]->shade_behind(); });
   LayerCount sum;
   std::vector<DeepPixels::Pixel> deep_pixels;
@@ -341,10 +338,10 @@ LayerCount shade_deep(const FrameScene& scene, CellPass& cells, DeepPixels& deep
   std::vector<LayerCount> counts(tasks);
   for (const DeepHit& hit : layered.hits) {
     if (!cells.shows(hit.surface)) continue;
-    cells.see(hit.surface, static_cast<int>(hit.pixel) % pixels.width,
-              pixels.first_row + static_cast<int>(hit.pixel) / pixels.width);
+    cells.mark_visible(hit.surface, static_cast<int>(hit.pixel) % pixels.width,
+                       pixels.first_row + static_cast<int>(hit.pixel) / pixels.width);
   }
-  cells.make(true);
+  cells.render(true);
   parallel_for(0, static_cast<int>(tasks), [&](int task) {
     if (scene.view.options.ends()) return;
     const std::size_t first = task * deep_pixels_per_task;

@@ -10,21 +10,10 @@
 
 namespace selvedge {
 
-Result<std::unique_ptr<HybridPath>> HybridPath::create(const GlFunctions& gl, const PreparedScene& scene,
-                                                       const FrameSize& size, RenderPath kind) {
-  std::unique_ptr<HybridPath> path(new HybridPath(scene, kind));
-  path->bands_ = bands_of(size);
-  path->layers_ = size.layers;
-  auto pass = VisibilityPass::create(gl, scene.mesh, scene.materials, path->bands_);
-  if (!pass) return tl::unexpected(pass.error());
-  path->pass_ = std::move(*pass);
-  return path;
-}
-
-Result<void> HybridPath::resize(const FrameSize& size) {
+void HybridPath::resize(const FrameSize& size) {
   bands_ = bands_of(size);
   layers_ = size.layers;
-  return pass_->resize(bands_);
+  pass_.resize(bands_);
 }
 
 FrameScene HybridPath::begin(const FrameView& view, const ProjectedVertices& projected) {
@@ -35,44 +24,38 @@ FrameScene HybridPath::begin(const FrameView& view, const ProjectedVertices& pro
 }
 
 /// Draws the first round of both sides of the cloth.
-Result<void> HybridPath::draw_nearest(TriangleLists lists, const FrameTiles& where,
-                                      std::array<DrawnSide, 2>& sides, Stopwatch& watch, RenderStats& stats) {
+void HybridPath::draw_nearest(TriangleLists lists, const FrameTiles& where, std::array<DrawnSide, 2>& sides,
+                              Stopwatch& watch, RenderStats& stats) {
   sides[0].list = std::move(lists.front);
   sides[1].list = std::move(lists.back);
-  for (int side = 0; side < 2; ++side) {
-    if (auto good = pass_->draw(side, 0, where.first_row, sides[side].list); !good) return good;
-  }
-  pass_->finish();
+  for (int side = 0; side < 2; ++side) pass_.draw(side, 0, where.first_row, sides[side].list);
+  pass_.finish();
   watch.add_to(stats.geometry);
-  for (int side = 0; side < 2; ++side) pass_->read(side, 0, where, sides[side].seen);
+  for (int side = 0; side < 2; ++side) pass_.read(side, 0, where, sides[side].seen);
   watch.add_to(stats.read_back);
-  return {};
 }
 
 /// Draws the surfaces behind the first round at deep pixels.
-Result<void> HybridPath::draw_behind(const FrameScene& scene, FrameTiles where,
-                                     std::array<DrawnSide, 2>& sides, DeepPixels& deep, Stopwatch& watch,
-                                     RenderStats& stats) {
+void HybridPath::draw_behind(const FrameScene& scene, FrameTiles where, std::array<DrawnSide, 2>& sides,
+                             DeepPixels& deep, Stopwatch& watch, RenderStats& stats) {
   for (int side = 0; side < 2; ++side) {
     DrawnSide& drawn = sides[side];
     deep.add_round(side, 0, drawn);
     for (int round = 1; round < layers_ && deep.has_more(side, round); ++round) {
       where.tiles = deep.tiles(side, round);
       drawn.list = sift_triangles(scene_.mesh, scene.projected, drawn.list, where);
-      if (auto good = pass_->draw(side, round, where.first_row, drawn.list); !good) return good;
-      pass_->finish();
+      pass_.draw(side, round, where.first_row, drawn.list);
+      pass_.finish();
       watch.add_to(stats.geometry);
-      pass_->read(side, round, where, drawn.seen);
+      pass_.read(side, round, where, drawn.seen);
       watch.add_to(stats.read_back);
       deep.add_round(side, round, drawn);
     }
   }
-  return {};
 }
 
 /// Shades a band into the frame. Draws only if the scene has surfaces without fabric.
-Result<void> HybridPath::shade(const FrameScene& scene, int first_row, Band& band, Frame& frame,
-                               RenderStats& stats) {
+void HybridPath::shade(const FrameScene& scene, int first_row, Band& band, Frame& frame, RenderStats& stats) {
   Stopwatch watch;
   const BandPixels pixels = pixels_of(bands_, first_row, frame, band.large);
   DeepPixels deep(bands_.width, pixels.rows);
@@ -80,7 +63,7 @@ Result<void> HybridPath::shade(const FrameScene& scene, int first_row, Band& ban
   if (!deep.empty()) {
     watch.add_to(stats.evaluation);
     const FrameTiles where{first_row, pixels.rows, {}};
-    if (auto good = draw_behind(scene, where, band.surfaces.sides, deep, watch, stats); !good) return good;
+    draw_behind(scene, where, band.surfaces.sides, deep, watch, stats);
     seen += shade_deep(scene, cells_, deep, layers_, pixels);
   }
   watch.add_to(stats.evaluation);
@@ -89,10 +72,9 @@ Result<void> HybridPath::shade(const FrameScene& scene, int first_row, Band& ban
   stats.layers = std::max(stats.layers, seen.layers);
   filter_band(bands_, first_row, band.large, frame);
   watch.add_to(stats.filter);
-  return {};
 }
 
-Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
+void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
   Stopwatch watch;
   if (view.shadows != nullptr) {
     view.shadows->read();
@@ -100,16 +82,17 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
   }
   const ProjectedVertices projected =
       project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
-  if (!casts()) pass_->place(projected);
+  if (!casts()) pass_.place(projected);
   std::vector<TriangleLists> lists =
       list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
   const FrameScene scene = begin(view, projected);
   watch.add_to(stats.project);
   // Surfaces without fabric need further rounds of the same band, so drawing and shading cannot overlap.
-  const bool at_once = thread_count() == 1 || pass_->has_pbr() || casts();
-  RenderStats shaded;
-  std::future<Result<void>> shading_before;
-  const auto finish_before = [&] { return shading_before.valid() ? shading_before.get() : Result<void>(); };
+  const bool at_once = thread_count() == 1 || pass_.has_pbr() || casts();
+  std::future<void> shading_before;
+  const auto finish_before = [&] {
+    if (shading_before.valid()) shading_before.get();
+  };
   for (std::size_t i = 0; i < lists.size() && !view.options.ends(); ++i) {
     const int first_row = static_cast<int>(i) * bands_.rows;
     Band& band = in_flight_[i % 2];
@@ -121,19 +104,18 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
       band.surfaces.sides[1].list = std::move(lists[i].back);
       band.surfaces.set_up(scene, first_row, where.rows);
       watch.add_to(stats.geometry);
-    } else if (auto good = draw_nearest(std::move(lists[i]), where, band.surfaces.sides, watch, stats);
-               !good) {
-      return good;
+    } else {
+      draw_nearest(std::move(lists[i]), where, band.surfaces.sides, watch, stats);
     }
-    if (auto good = finish_before(); !good) return good;
-    const auto shade = [&, first_row] { return this->shade(scene, first_row, band, frame, shaded); };
-    if (!at_once) {
+    finish_before();
+    // Drawing and shading that overlap have their own members of the statistics.
+    const auto shade = [&, first_row] { this->shade(scene, first_row, band, frame, stats); };
+    if (at_once)
+      shade();
+    else
       shading_before = std::async(std::launch::async, shade);
-    } else if (auto good = shade(); !good) {
-      return good;
-    }
   }
-  if (auto good = finish_before(); !good) return good;
+  finish_before();
   if (!view.options.ends()) {
     const CellMemory memory = cells_.end();
     stats.image_bytes = static_cast<std::int64_t>(memory.most);
@@ -142,23 +124,15 @@ Result<void> HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& 
           fmt::format("cell images are coarser than wanted: these take {:.0f} MiB, --image-memory is {}",
                       std::ceil(memory.full / (1 << 20)), view.options.cells.memory >> 20));
   }
-  stats.geometry += shaded.geometry;
-  stats.read_back += shaded.read_back;
-  stats.evaluation = shaded.evaluation;
-  stats.filter = shaded.filter;
-  stats.covered_pixels = shaded.covered_pixels;
-  stats.evaluated_pixels = shaded.evaluated_pixels;
-  stats.layers = shaded.layers;
-  return {};
 }
 
-Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const V2i& pixel) {
+std::optional<PixelProbe> HybridPath::probe(const FrameView& view, const V2i& pixel) {
   Stopwatch watch;
   RenderStats unwanted;
   const int row = bands_.height - 1 - pixel.y;
   const ProjectedVertices projected =
       project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
-  pass_->place(projected);
+  pass_.place(projected);
   std::array<DrawnSide, 2>& sides = in_flight_[0].surfaces.sides;
   // A band of one row, restricted to the tile that holds the pixel.
   FrameTiles where{row, 1, {}};
@@ -168,15 +142,13 @@ Result<std::optional<PixelProbe>> HybridPath::probe(const FrameView& view, const
       list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows)[row / bands_.rows]);
   for (std::vector<std::uint32_t>* list : {&lists.front, &lists.back})
     *list = sift_triangles(scene_.mesh, projected, *list, where);
-  if (auto good = draw_nearest(std::move(lists), where, sides, watch, unwanted); !good)
-    return tl::unexpected(good.error());
-  const std::optional<NearestSurface> nearest = nearest_surface(sides, pixel.x);
-  if (!nearest) return std::nullopt;
-  const SeenSurface seen = 2 * nearest->triangle + (nearest->back ? 1 : 0);
+  draw_nearest(std::move(lists), where, sides, watch, unwanted);
+  const std::optional<SeenSurface> seen = nearest_surface(sides, pixel.x);
+  if (!seen) return std::nullopt;
   const FrameScene scene = begin(view, projected);
-  if (cells_.shows(seen)) cells_.see(seen, pixel.x, row);
-  cells_.make();
-  return probe_pixel(scene, seen, V2i(pixel.x, row), sides[seen % 2].pbr_at(pixel.x));
+  if (cells_.shows(*seen)) cells_.mark_visible(*seen, pixel.x, row);
+  cells_.render();
+  return probe_pixel(scene, *seen, V2i(pixel.x, row), sides[*seen % 2].pbr_at(pixel.x));
 }
 
 }  // namespace selvedge

@@ -2,9 +2,7 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "viewer/cells/cell_pass.h"
@@ -14,21 +12,27 @@
 
 namespace selvedge {
 
+/// Throws GRAPHICS_UNAVAILABLE where OpenGL fails.
 class HybridPath {
  public:
   /// `gl` and `scene` must outlive the object. With RenderPath::paper, what OpenGL would write in the
   /// published path is rounded to its colours of 8 bits, nearest texels alone; with RenderPath::raster, the
-  /// CPU finds the triangles, if all surfaces have a fabric. GRAPHICS_UNAVAILABLE.
-  static Result<std::unique_ptr<HybridPath>> create(const GlFunctions& gl, const PreparedScene& scene,
-                                                    const FrameSize& size, RenderPath kind);
+  /// CPU finds the triangles, if all surfaces have a fabric.
+  HybridPath(const GlFunctions& gl, const PreparedScene& scene, const FrameSize& size, RenderPath kind)
+      : scene_(scene),
+        kind_(kind),
+        bands_(bands_of(size)),
+        layers_(size.layers),
+        pass_(gl, scene.mesh, scene.materials, bands_),
+        cells_(scene) {}
 
-  Result<void> resize(const FrameSize& size);
+  void resize(const FrameSize& size);
   /// Fills all pixels of `frame`, which has the size of the last resize() already; adds to `stats`. The
   /// context must be current whenever a function of the path is called, the destructor included.
-  Result<void> draw(const FrameView& view, Frame& frame, RenderStats& stats);
+  void draw(const FrameView& view, Frame& frame, RenderStats& stats);
 
   /// As Renderer::probe().
-  Result<std::optional<PixelProbe>> probe(const FrameView& view, const V2i& pixel);
+  std::optional<PixelProbe> probe(const FrameView& view, const V2i& pixel);
 
  private:
   /// A band in progress: while one is shaded the next is drawn.
@@ -37,22 +41,21 @@ class HybridPath {
     std::vector<V4f> large;  ///< supersampled pixels
   };
 
-  HybridPath(const PreparedScene& scene, RenderPath kind) : scene_(scene), kind_(kind), cells_(scene) {}
   /// Whether the CPU finds the triangles.
-  bool casts() const { return kind_ == RenderPath::raster && !pass_->has_pbr(); }
+  bool casts() const { return kind_ == RenderPath::raster && !pass_.has_pbr(); }
   /// Begins a frame.
   FrameScene begin(const FrameView& view, const ProjectedVertices& projected);
-  Result<void> draw_nearest(TriangleLists lists, const FrameTiles& where, std::array<DrawnSide, 2>& sides,
-                            Stopwatch& watch, RenderStats& stats);
-  Result<void> draw_behind(const FrameScene& scene, FrameTiles where, std::array<DrawnSide, 2>& sides,
-                           DeepPixels& deep, Stopwatch& watch, RenderStats& stats);
-  Result<void> shade(const FrameScene& scene, int first_row, Band& band, Frame& frame, RenderStats& stats);
+  void draw_nearest(TriangleLists lists, const FrameTiles& where, std::array<DrawnSide, 2>& sides,
+                    Stopwatch& watch, RenderStats& stats);
+  void draw_behind(const FrameScene& scene, FrameTiles where, std::array<DrawnSide, 2>& sides,
+                   DeepPixels& deep, Stopwatch& watch, RenderStats& stats);
+  void shade(const FrameScene& scene, int first_row, Band& band, Frame& frame, RenderStats& stats);
 
   const PreparedScene& scene_;
   RenderPath kind_;
   FrameBands bands_;
-  int layers_ = 1;
-  std::unique_ptr<VisibilityPass> pass_;
+  int layers_;
+  VisibilityPass pass_;
   std::array<Band, 2> in_flight_;
   CellPass cells_;
 };

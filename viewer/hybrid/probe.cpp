@@ -6,10 +6,10 @@
 #include "format/fabric/evaluate.h"
 
 namespace selvedge {
-std::optional<NearestSurface> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i) {
+std::optional<SeenSurface> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i) {
   const std::size_t side = sides[1].seen.depth[i] < sides[0].seen.depth[i] ? 1 : 0;
   if (!(sides[side].seen.depth[i] < 1)) return std::nullopt;
-  return NearestSurface{sides[side].list[sides[side].seen.triangles[i]], side == 1};
+  return static_cast<SeenSurface>(2 * sides[side].list[sides[side].seen.triangles[i]] + side);
 }
 
 PixelProbe probe_pixel(const FrameScene& scene, SeenSurface seen, const V2i& pixel, const PbrPixel& pbr) {

@@ -34,13 +34,8 @@ struct PixelProbe {
   float alpha = 0;
 };
 
-struct NearestSurface {
-  std::uint32_t triangle = 0;  ///< index into MergedSurfaces::triangles
-  bool back = false;
-};
-
 /// The nearest surface at pixel `i` of a band, from the first round; nothing if the pixel is empty.
-std::optional<NearestSurface> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i);
+std::optional<SeenSurface> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i);
 
 /// `pixel`: from the lower left. Its cell image has been made.
 PixelProbe probe_pixel(const FrameScene& scene, SeenSurface seen, const V2i& pixel, const PbrPixel& pbr);

@@ -1,7 +1,5 @@
 #include "viewer/hybrid/visibility_pass.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "viewer/gl/objects.h"
@@ -15,49 +13,37 @@ enum Unit : GLuint { depth_unit = 1 };
 
 }  // namespace
 
-Result<std::unique_ptr<VisibilityPass>> VisibilityPass::create(const GlFunctions& gl,
-                                                               const MergedSurfaces& mesh,
-                                                               const Materials& materials,
-                                                               const FrameBands& bands) {
-  std::unique_ptr<VisibilityPass> pass(new VisibilityPass(gl, mesh, materials));
-  for (std::size_t later = 0; later < 2; ++later) {
-    const Result<GLuint> program = pass->pbr_.triangle_program(pass->objects_, later != 0);
-    if (!program) return tl::unexpected(program.error());
-    pass->programs_[later] = *program;
-  }
-  pass->upload();
-  if (const auto good = pass->resize(bands); !good) return tl::unexpected(good.error());
-  return pass;
-}
-
-Result<void> VisibilityPass::resize(const FrameBands& bands) {
-  if (bands == bands_) return {};
-  target_objects_.clear();
-  bands_ = {0, 0, 0};
-  for (auto& side : targets_) {
-    for (TriangleTarget& target : side) {
-      const auto made = pbr_.make_target(target_objects_, GL_DEPTH32F_STENCIL8, bands.width, bands.rows);
-      if (!made) return tl::unexpected(made.error());
-      target = *made;
-    }
-  }
-  bands_ = bands;
-  return check_errors(gl_, "frame buffer");
-}
-
-void VisibilityPass::upload() {
+VisibilityPass::VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials,
+                               const FrameBands& bands)
+    : gl_(gl),
+      mesh_(mesh),
+      pbr_(gl, mesh, materials),
+      objects_(gl),
+      target_objects_(gl),
+      programs_{pbr_.triangle_program(objects_, false), pbr_.triangle_program(objects_, true)},
+      array_(objects_.vertex_array()) {
   clip_ = objects_.buffer(mesh_.positions.size() * sizeof(V4f), nullptr, GL_DYNAMIC_STORAGE_BIT);
   indices_ =
       objects_.buffer(mesh_.triangles.size() * 3 * sizeof(std::uint32_t), nullptr, GL_DYNAMIC_STORAGE_BIT);
-  array_ = objects_.vertex_array();
-  add_attribute(gl_, array_, {0, clip_, 4, 0, sizeof(V4f)});
+  add_attribute(gl_, array_, 0, clip_, 4, 0, sizeof(V4f));
   if (pbr_.needed()) {
     std::vector<V2f> uv;
     for (const auto& groups : mesh_.attributes) uv.emplace_back(groups[0][3], groups[1][3]);
-    add_attribute(gl_, array_, {1, objects_.buffer(uv), 2, 0, sizeof(V2f)});
+    add_attribute(gl_, array_, 1, objects_.buffer(uv), 2, 0, sizeof(V2f));
   }
   pbr_.attach(array_);
   gl_.VertexArrayElementBuffer(array_, indices_);
+  resize(bands);
+}
+
+void VisibilityPass::resize(const FrameBands& bands) {
+  if (bands == bands_) return;
+  target_objects_.clear();
+  bands_ = {0, 0, 0};
+  for (auto& side : targets_)
+    for (TriangleTarget& target : side) target = pbr_.make_target(target_objects_, bands.width, bands.rows);
+  bands_ = bands;
+  check_errors(gl_, "frame buffer");
 }
 
 void VisibilityPass::place(const ProjectedVertices& projected) {
@@ -65,19 +51,12 @@ void VisibilityPass::place(const ProjectedVertices& projected) {
                          projected.clip.data());
 }
 
-void VisibilityPass::draw_surface(std::uint32_t surface, std::size_t first, std::size_t end) {
-  gl_.Uniform1i(first_triangle, static_cast<GLint>(first));
-  pbr_.use(surface);
-  draw_triangles(gl_, first, end);
-}
-
-Result<void> VisibilityPass::draw(int side, int round, int first_row,
-                                  std::span<const std::uint32_t> triangles) {
+void VisibilityPass::draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles) {
   const auto& targets = targets_[side];
   const TriangleTarget& target = targets[round % 2];
   // Only the depth tells whether a pixel is empty, so colours are not cleared.
   gl_.ClearNamedFramebufferfi(target.framebuffer, GL_DEPTH_STENCIL, 0, 1, 0);
-  if (triangles.empty()) return {};
+  if (triangles.empty()) return;
 
   corners_.resize(triangles.size() * 3);
   for (std::size_t i = 0; i < triangles.size(); ++i)
@@ -113,10 +92,12 @@ Result<void> VisibilityPass::draw(int side, int round, int first_row,
       end = std::find_if(triangles.begin() + static_cast<std::ptrdiff_t>(first), triangles.end(), other) -
             triangles.begin();
     }
-    draw_surface(surface, first, end);
+    gl_.Uniform1i(first_triangle, static_cast<GLint>(first));
+    pbr_.use(surface);
+    draw_triangles(gl_, first, end);
     first = end;
   }
-  return check_errors(gl_, "drawing");
+  check_errors(gl_, "drawing");
 }
 
 void VisibilityPass::read_pixels(int side, int round, const Rectangle& rectangle, VisibleSide& to) const {

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -26,15 +25,16 @@ struct VisibleSide {
   std::vector<std::array<std::uint32_t, 4>> pbr;
 };
 
+/// Throws GRAPHICS_UNAVAILABLE where OpenGL fails.
 class VisibilityPass {
  public:
   /// `materials`: of the surfaces of `mesh`; both must outlive the object. The context of `gl` must
   /// be current whenever a function of this class is called, the destructor included.
-  static Result<std::unique_ptr<VisibilityPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
-                                                        const Materials& materials, const FrameBands& bands);
+  VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials,
+                 const FrameBands& bands);
 
   /// Changes the size of frames; discards their contents.
-  Result<void> resize(const FrameBands& bands);
+  void resize(const FrameBands& bands);
 
   /// Sets the vertex positions of the following draws.
   void place(const ProjectedVertices& projected);
@@ -42,7 +42,7 @@ class VisibilityPass {
   /// Draws one side (0: front, 1: back) of the band that begins at `first_row` of the frame, counted from its
   /// bottom. Round 0 shows the nearest of the listed triangles, round n those behind round n - 1 of the same
   /// side, which must have been drawn just before.
-  Result<void> draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles);
+  void draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles);
 
   /// Whether VisibleSide::pbr is filled.
   bool has_pbr() const { return pbr_.needed(); }
@@ -58,11 +58,7 @@ class VisibilityPass {
   struct Rectangle {
     int x, y, width, rows;
   };
-  VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials)
-      : gl_(gl), mesh_(mesh), pbr_(gl, mesh, materials), objects_(gl), target_objects_(gl) {}
-  void upload();
   void read_pixels(int side, int round, const Rectangle& rectangle, VisibleSide& to) const;
-  void draw_surface(std::uint32_t surface, std::size_t first, std::size_t end);
 
   const GlFunctions& gl_;
   const MergedSurfaces& mesh_;

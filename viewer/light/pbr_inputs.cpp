@@ -46,15 +46,14 @@ PbrInputs::PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Ma
   const std::size_t vertices = mesh.positions.size();
   if (more_uvs_ > 0) {
     std::vector<V2f> uvs(vertices * more_uvs_);
-    for (std::size_t v = 0; v < vertices; ++v) {
+    for (std::size_t v = 0; v < vertices; ++v)
       for (std::size_t k = 0; k < more_uvs_; ++k) uvs[v * more_uvs_ + k] = mesh.more_uvs[k][v];
-    }
     uvs_ = objects_.buffer(uvs);
   }
   if (!mesh.colors.empty()) vertex_colours_ = objects_.buffer(mesh.colors);
 }
 
-Result<GLuint> PbrInputs::triangle_program(GlObjects& objects, bool later) const {
+GLuint PbrInputs::triangle_program(GlObjects& objects, bool later) const {
   std::string all = later ? "#define LATER\n" : "";
   if (needed_)
     all += fmt::format("#define PBR\n#define MAPPINGS {}\n{}", more_uvs_ + 1,
@@ -63,29 +62,24 @@ Result<GLuint> PbrInputs::triangle_program(GlObjects& objects, bool later) const
                          shader_text(all, {needed_ ? glsl::pbr_fragment : "", glsl::triangle_fragment}));
 }
 
-Result<TriangleTarget> PbrInputs::make_target(GlObjects& objects, GLenum depth_format, int width,
-                                              int height) const {
+TriangleTarget PbrInputs::make_target(GlObjects& objects, int width, int height) const {
   TriangleTarget target;
   target.triangles = objects.plain_texture(GL_R32UI, width, height);
-  target.depth = objects.plain_texture(depth_format, width, height);
+  target.depth = objects.plain_texture(GL_DEPTH32F_STENCIL8, width, height);
   std::vector<GLuint> colours{target.triangles};
   if (needed_) {
     colours.push_back(target.colours = objects.plain_texture(GL_RGBA32F, width, height));
     colours.push_back(target.pbr = objects.plain_texture(GL_RGBA32UI, width, height));
   }
-  const bool stencil = depth_format == GL_DEPTH32F_STENCIL8;
-  const Result<GLuint> made =
-      objects.framebuffer(colours, stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, target.depth);
-  if (!made) return tl::unexpected(made.error());
-  target.framebuffer = *made;
+  target.framebuffer = objects.framebuffer(colours, GL_DEPTH_STENCIL_ATTACHMENT, target.depth);
   return target;
 }
 
 void PbrInputs::attach(GLuint array) const {
   for (std::size_t k = 0; k < more_uvs_; ++k)
-    add_attribute(gl_, array,
-                  {more_uv + static_cast<GLuint>(k), uvs_, 2, k * sizeof(V2f), more_uvs_ * sizeof(V2f)});
-  if (vertex_colours_ != 0) add_attribute(gl_, array, {vertex_colour, vertex_colours_, 4, 0, sizeof(V4f)});
+    add_attribute(gl_, array, more_uv + static_cast<GLuint>(k), uvs_, 2, k * sizeof(V2f),
+                  more_uvs_ * sizeof(V2f));
+  if (vertex_colours_ != 0) add_attribute(gl_, array, vertex_colour, vertex_colours_, 4, 0, sizeof(V4f));
 }
 
 void PbrInputs::use(std::size_t surface) const {

@@ -2,8 +2,6 @@
 // colours, and uniforms per surface.
 #pragma once
 
-#include <string>
-
 #include "viewer/gl/objects.h"
 #include "viewer/scene/materials.h"
 #include "viewer/scene/mesh.h"
@@ -32,8 +30,8 @@ class PbrInputs {
   /// Whether some surface needs a PbrPixel.
   bool needed() const { return needed_; }
   /// The program of triangle_vertex.glsl and triangle_fragment.glsl.
-  Result<GLuint> triangle_program(GlObjects& objects, bool later) const;
-  Result<TriangleTarget> make_target(GlObjects& objects, GLenum depth_format, int width, int height) const;
+  GLuint triangle_program(GlObjects& objects, bool later) const;
+  TriangleTarget make_target(GlObjects& objects, int width, int height) const;
   /// Adds the vertices' attributes to a vertex array, at the locations of pbr_vertex.glsl.
   void attach(GLuint array) const;
   /// Sets uniforms and textures of the current program for a surface.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "format/base/guard.h"
 #include "format/base/mip.h"
 #include "format/gltf/memory.h"
 #include "viewer/gl/objects.h"
@@ -160,17 +161,16 @@ bool PictureTextures::fits(const std::vector<int>& halvings,
   return take_textures(account, sum, largest, encoded);
 }
 
-Result<void> PictureTextures::make(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures,
-                                   const std::string& file, std::vector<std::string>& remarks) {
+void PictureTextures::make(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures,
+                           const std::string& file, std::vector<std::string>& remarks) {
   made_.resize(pictures.size(), not_shown);
   textures_.resize(pictures.size(), 0);
   std::vector<int> wanted = halvings;
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
+  for (std::size_t i = 0; i < wanted.size(); ++i)
     if (wanted[i] == not_shown) wanted[i] = made_[i];
-  }
   if (!fits(wanted, pictures)) wanted = halvings;
   if (!fits(wanted, pictures))
-    return tl::unexpected(beyond_memory(file, "", "the pictures that the frame shows", memory_));
+    throw Failure{beyond_memory(file, "", "the pictures that the frame shows", memory_)};
   const auto changes = [&](std::size_t i) { return wanted[i] != made_[i] && pictures[i].bytes != nullptr; };
   // All that go before the first that comes.
   for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -194,7 +194,6 @@ Result<void> PictureTextures::make(const std::vector<int>& halvings, std::vector
       picture.bytes.reset();
     }
   }
-  return {};
 }
 
 }  // namespace selvedge

@@ -38,9 +38,9 @@ class PictureTextures {
   /// Makes the textures of `pictures`, each halved so many times, and sets MaterialPicture::texture: always
   /// the same texture for the same number, so that frames do not depend on earlier ones. Those that are not
   /// shown are kept as they are while there is room. A picture that cannot be decoded has no texture, and
-  /// once a line in `remarks`. FILE_TOO_LARGE of `file` if the frame's take more than the memory.
-  Result<void> make(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures,
-                    const std::string& file, std::vector<std::string>& remarks);
+  /// once a line in `remarks`. Throws FILE_TOO_LARGE of `file` if the frame's take more than the memory.
+  void make(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures, const std::string& file,
+            std::vector<std::string>& remarks);
 
  private:
   bool fits(const std::vector<int>& halvings, const std::vector<MaterialPicture>& pictures) const;

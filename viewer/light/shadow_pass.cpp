@@ -37,9 +37,12 @@ MaskKind kind_of(const MaterialTexture& mask) { return {mask.image, mask.wrap_u,
 
 }  // namespace
 
-Result<std::unique_ptr<ShadowPass>> ShadowPass::create(const GlFunctions& gl, const MergedSurfaces& mesh,
-                                                       const Materials& materials) {
-  std::unique_ptr<ShadowPass> pass(new ShadowPass(gl));
+ShadowPass::ShadowPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials)
+    : gl_(gl),
+      objects_(gl),
+      maps_objects_(gl),
+      program_(shadow_program("")),
+      array_(objects_.vertex_array()) {
   std::vector<std::uint32_t> indices;
   for (const MergedTriangle& triangle : mesh.triangles) {
     const SurfaceMaterial& material = materials.surfaces[triangle.surface];
@@ -47,24 +50,19 @@ Result<std::unique_ptr<ShadowPass>> ShadowPass::create(const GlFunctions& gl, co
     if (has_mask(materials, triangle.surface)) continue;
     indices.insert(indices.end(), triangle.corners.begin(), triangle.corners.end());
   }
-  pass->triangles_ = indices.size() / 3;
-  pass->array_ = pass->objects_.vertex_array();
-  return result_of([&] {
-    pass->program_ = pass->shadow_program("");
-    pass->add_masks(mesh, materials, indices);
-    add_attribute(gl, pass->array_, {0, pass->objects_.buffer(mesh.positions), 3, 0, sizeof(V3f)});
-    gl.VertexArrayElementBuffer(pass->array_, pass->objects_.buffer(indices));
-    pass->framebuffer_ = pass->objects_.framebuffer();
-    gl.NamedFramebufferDrawBuffers(pass->framebuffer_, 0, nullptr);
-    gl.NamedFramebufferReadBuffer(pass->framebuffer_, GL_NONE);
-    value_or_throw(check_errors(gl, "shadow maps"));
-    return std::move(pass);
-  });
+  triangles_ = indices.size() / 3;
+  add_masks(mesh, materials, indices);
+  add_attribute(gl, array_, 0, objects_.buffer(mesh.positions), 3, 0, sizeof(V3f));
+  gl.VertexArrayElementBuffer(array_, objects_.buffer(indices));
+  framebuffer_ = objects_.framebuffer();
+  gl.NamedFramebufferDrawBuffers(framebuffer_, 0, nullptr);
+  gl.NamedFramebufferReadBuffer(framebuffer_, GL_NONE);
+  check_errors(gl, "shadow maps");
 }
 
 GLuint ShadowPass::shadow_program(const char* define) {
-  return value_or_throw(objects_.program(shader_text(define, {glsl::shadow_vertex}),
-                                         shader_text(define, {glsl::shadow_fragment})));
+  return objects_.program(shader_text(define, {glsl::shadow_vertex}),
+                          shader_text(define, {glsl::shadow_fragment}));
 }
 
 std::uint64_t ShadowPass::mask_bytes(const Materials& materials) {
@@ -111,7 +109,7 @@ void ShadowPass::add_masks(const MergedSurfaces& mesh, const Materials& material
   }
   if (masked_.empty()) return;
   masked_program_ = shadow_program("#define MASKED\n");
-  add_attribute(gl_, array_, {1, objects_.buffer(uvs), 2, 0, sizeof(V2f)});
+  add_attribute(gl_, array_, 1, objects_.buffer(uvs), 2, 0, sizeof(V2f));
 }
 
 void ShadowPass::project(GLuint program, const ShadowView& view) const {
@@ -123,13 +121,13 @@ void ShadowPass::project(GLuint program, const ShadowView& view) const {
   gl_.Uniform1f(map_size, static_cast<GLfloat>(view.size));
 }
 
-Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
-  if (std::equal(views.begin(), views.end(), views_.begin(), views_.end())) return {};
+void ShadowPass::draw(std::span<const ShadowView> views) {
+  if (std::equal(views.begin(), views.end(), views_.begin(), views_.end())) return;
   maps_objects_.clear();
   texture_ = 0;
   views_.clear();
   maps_.clear();
-  if (views.empty()) return {};
+  if (views.empty()) return;
   const int size = views.front().size;
   gl_.CreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture_);
   maps_objects_.keep_texture(texture_);
@@ -150,7 +148,7 @@ Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
   for (std::size_t i = 0; i < views.size(); ++i) {
     gl_.NamedFramebufferTextureLayer(framebuffer_, GL_DEPTH_ATTACHMENT, texture_, 0, static_cast<GLint>(i));
     if (gl_.CheckNamedFramebufferStatus(framebuffer_, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-      return fail(Code::graphics_unavailable, "", "shadow map", "OpenGL refuses it");
+      throw Failure{{Code::graphics_unavailable, "", "shadow map", "OpenGL refuses it"}};
     gl_.ClearNamedFramebufferfv(framebuffer_, GL_DEPTH, 0, &farthest);
     project(program_, views[i]);
     draw_triangles(gl_, 0, triangles_);
@@ -164,7 +162,7 @@ Result<void> ShadowPass::draw(std::span<const ShadowView> views) {
   }
   gl_.Disable(GL_DEPTH_CLAMP);
   views_.assign(views.begin(), views.end());
-  return check_errors(gl_, "shadow maps");
+  check_errors(gl_, "shadow maps");
 }
 
 std::span<const ShadowMap> ShadowPass::read() {

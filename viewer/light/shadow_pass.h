@@ -1,7 +1,6 @@
 // Draws shadow maps with OpenGL.
 #pragma once
 
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -12,19 +11,19 @@
 
 namespace selvedge {
 
+/// Throws GRAPHICS_UNAVAILABLE where OpenGL fails.
 class ShadowPass {
  public:
   /// All surfaces cast shadows except glTF materials with alpha mode BLEND; holes of fabrics, and masks of
   /// materials without one, are ignored. The masks of garments are decoded, at most 1024 pixels wide and
   /// high, so that shadows are the same from wherever they are seen. The context of `gl` must be current
-  /// whenever a function of this class is called, the destructor included. GRAPHICS_UNAVAILABLE.
-  static Result<std::unique_ptr<ShadowPass>> create(const GlFunctions& gl, const MergedSurfaces& mesh,
-                                                    const Materials& materials);
+  /// whenever a function of this class is called, the destructor included.
+  ShadowPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials);
   /// Fraction of --max-memory that the masks of garments take.
   static std::uint64_t mask_bytes(const Materials& materials);
 
   /// Draws maps for these views, all of one size; does nothing if they equal the last call's.
-  Result<void> draw(std::span<const ShadowView> views);
+  void draw(std::span<const ShadowView> views);
 
   std::span<const ShadowView> views() const { return views_; }
   /// The maps on the CPU, read back once after they are drawn.
@@ -39,8 +38,6 @@ class ShadowPass {
     float cutoff = 0;
   };
 
-  explicit ShadowPass(const GlFunctions& gl) : gl_(gl), objects_(gl), maps_objects_(gl) {}
-  // These throw Failure.
   GLuint shadow_program(const char* define);
   void add_masks(const MergedSurfaces& mesh, const Materials& materials, std::vector<std::uint32_t>& indices);
   void project(GLuint program, const ShadowView& view) const;

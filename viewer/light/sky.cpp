@@ -23,21 +23,18 @@ V3f spiral_direction(int i) {
 
 }  // namespace
 
-Result<SkyVisibility> sky_visibility(const GlFunctions& gl, const MergedSurfaces& mesh,
-                                     const Materials& materials) {
+SkyVisibility sky_visibility(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials) {
   SkyVisibility sky;
   for (int i = 0; i < direction_count; ++i) sky.directions.push_back(spiral_direction(i));
   const std::size_t count = mesh.positions.size();
   sky.fractions.resize(count * direction_count);
-  Result<std::unique_ptr<ShadowPass>> pass = ShadowPass::create(gl, mesh, materials);
-  if (!pass) return tl::unexpected(pass.error());
+  ShadowPass pass(gl, mesh, materials);
   for (std::size_t first = 0; first < direction_count; first += max_shadows) {
     std::vector<Light> lamps;
     for (std::size_t i = first; i < std::min<std::size_t>(first + max_shadows, direction_count); ++i)
       lamps.push_back({V3d(sky.directions[i])});
-    if (auto good = (*pass)->draw(shadow_views(lamps, mesh.positions, V3d(0, 0, 0), sky_size)); !good)
-      return tl::unexpected(good.error());
-    const std::span<const ShadowMap> maps = (*pass)->read();
+    pass.draw(shadow_views(lamps, mesh.positions, V3d(0, 0, 0), sky_size));
+    const std::span<const ShadowMap> maps = pass.read();
     parallel_each(count, vertices_per_task, [&](std::size_t i) {
       const Group& n = mesh.attributes[i][0];
       const V3f normal(n[0], n[1], n[2]);

@@ -17,9 +17,8 @@ struct SkyVisibility {
 };
 
 /// Draws shadow maps towards the directions. Holes of fabrics are ignored, as they are for lamps, and masks
-/// are not.
-Result<SkyVisibility> sky_visibility(const GlFunctions& gl, const MergedSurfaces& mesh,
-                                     const Materials& materials);
+/// are not. Throws as ShadowPass.
+SkyVisibility sky_visibility(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials);
 
 /// Smooth light as each vertex sees it; exact where nothing hides it.
 std::vector<SmoothLight> light_at_vertices(const SkyVisibility& visibility, const SmoothLight& light);

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "viewer/scene/mesh.h"
-#include "viewer/scene/pixel_triangles.h"
 
 namespace selvedge {
 

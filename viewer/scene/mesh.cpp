@@ -129,14 +129,6 @@ std::vector<TriangleSpan> spans_of(const MergedSurfaces& mesh) {
   return spans;
 }
 
-std::vector<std::uint32_t> corners_of(const MergedSurfaces& mesh) {
-  std::vector<std::uint32_t> corners;
-  corners.reserve(mesh.triangles.size() * 3);
-  for (const MergedTriangle& t : mesh.triangles)
-    corners.insert(corners.end(), t.corners.begin(), t.corners.end());
-  return corners;
-}
-
 ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int width, int height) {
   ProjectedVertices projected{width, height, {}, {}};
   const std::size_t count = mesh.positions.size();
@@ -197,9 +189,8 @@ std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const Projecte
     }
   });
   std::vector<TriangleLists> lists(bands);
-  for (const std::vector<TriangleLists>& part : parts) {
+  for (const std::vector<TriangleLists>& part : parts)
     for (std::size_t band = 0; band < bands; ++band) append(part[band], lists[band]);
-  }
   return lists;
 }
 

@@ -41,6 +41,14 @@ struct MergedSurfaces {
   static V3f xyz(const Group& g) { return {g[0], g[1], g[2]}; }
 };
 
+/// A triangle as it is seen: twice its index in MergedSurfaces::triangles, + 1 for its back.
+using SeenSurface = std::uint32_t;
+inline constexpr SeenSurface no_surface = ~SeenSurface{0};
+
+/// Pixels that are looked up together.
+inline constexpr std::size_t lane_count = 16;
+using LaneFloats = std::array<float, lane_count>;
+
 MergedSurfaces merge(std::span<const Surface> surfaces);
 
 /// The triangles of one surface, which are consecutive in the mesh.
@@ -50,9 +58,6 @@ struct TriangleSpan {
   std::size_t end = 0;
 };
 std::vector<TriangleSpan> spans_of(const MergedSurfaces& mesh);
-
-/// Three vertices per triangle, as in an index buffer.
-std::vector<std::uint32_t> corners_of(const MergedSurfaces& mesh);
 
 /// The vertices projected to a frame of `width` x `height` pixels.
 struct ProjectedVertices {

@@ -47,9 +47,8 @@ OfferedFabric offer_of(const std::string& path, std::uint64_t max_memory,
 std::vector<std::string> fabrics_in(const std::string& folder) {
   std::vector<std::string> paths;
   std::error_code no_folder;
-  for (std::filesystem::directory_iterator at(folder, no_folder), end; at != end; at.increment(no_folder)) {
+  for (std::filesystem::directory_iterator at(folder, no_folder), end; at != end; at.increment(no_folder))
     if (has_ending(at->path().string(), ".exr")) paths.push_back(at->path().string());
-  }
   std::ranges::sort(paths);
   return paths;
 }
@@ -59,22 +58,14 @@ constexpr std::chrono::milliseconds still_after{100};
 
 ShownPicture shown(const ShowPicture& picture, int divisor, std::int64_t frames) {
   ShownPicture result;
-  result.width = picture.frame().width;
-  result.height = picture.frame().height;
+  static_cast<DrawnPicture&>(result) = picture.drawn();
   result.divisor = divisor;
-  result.bytes = picture.bytes();
-  result.camera = picture.camera();
-  result.lights = picture.lights();
-  result.stats = picture.stats();
-  result.draw_seconds = picture.draw_seconds();
-  result.display_seconds = picture.display_seconds();
   result.frames = frames;
   for (const SceneMaterial& material : picture.scene().materials)
     result.materials.push_back(!material.fabric ? "" : material.name.empty() ? "material" : material.name);
   for (const SceneFabric& fabric : picture.scene().fabrics) result.fabric_names.push_back(fabric.name);
   for (const Fabric& fabric : picture.fabrics())
     result.levels = std::max(result.levels, static_cast<int>(fabric.levels.size()));
-  result.size = picture.size();
   result.own_lights = lights_of(picture.scene());
   return result;
 }
@@ -259,7 +250,7 @@ void BackgroundPicture::draw_first() {
   divisor_ = divisor;
   if (std::exchange(change_, Change::none) >= Change::frame) {
     ++frames_;
-    full_seconds_ = picture_->draw_seconds() * divisor * divisor;
+    full_seconds_ = picture_->drawn().draw_seconds * divisor * divisor;
   }
   stage_ = divisor > 1 ? Stage::full : Stage::samples;
   show();
@@ -283,7 +274,7 @@ void BackgroundPicture::draw_in_full() {
   }
   divisor_ = 1;
   ++frames_;
-  full_seconds_ = picture_->draw_seconds();
+  full_seconds_ = picture_->drawn().draw_seconds;
   stage_ = Stage::samples;
   show();
 }
@@ -319,11 +310,10 @@ void BackgroundPicture::probe() {
   std::string message;
   if (request_.probed) {
     Result<std::optional<PixelProbe>> found = picture_->probe(*request_.probed);
-    if (found) {
+    if (found)
       seen = std::move(*found);
-    } else {
+    else
       message = to_line(found.error());
-    }
   }
   post([&](RenderUpdate& update) {
     update.probed = request_.probed;
@@ -339,9 +329,8 @@ std::string BackgroundPicture::add(const std::string& path) {
     const std::vector<std::string> fabrics = fabrics_in(path);
     if (fabrics.empty())
       throw Failure{{Code::file_missing, path, {}, "there is no fabric file in this folder"}};
-    for (const std::string& fabric : fabrics) {
+    for (const std::string& fabric : fabrics)
       if (offered_.insert(fabric).second) queue(fabric, &BackgroundPicture::offer, When::between_samples);
-    }
   } else if (has_ending(path, ".glb") || has_ending(path, ".gltf")) {
     return show_garment(path, path, false);
   } else if (const auto fabric = FabricReader::open(path)) {
@@ -369,11 +358,10 @@ void BackgroundPicture::add_fabric(const std::string& path) {
 
 std::string BackgroundPicture::offer(const std::string& path) {
   OfferedFabric offered = offer_of(path, limits_.document.memory, asked_);
-  if (asked_) {
+  if (asked_)
     queue(path, &BackgroundPicture::offer, When::between_samples);  // the picture comes first
-  } else {
+  else
     post([&](RenderUpdate& update) { update.offers.push_back(std::move(offered)); });
-  }
   return {};
 }
 
@@ -421,7 +409,7 @@ std::string BackgroundPicture::show_garment(const std::string& path, const std::
   added_.clear();
   ++frames_;
   ++generation_;
-  full_seconds_ = picture_->draw_seconds() * divisor * divisor;
+  full_seconds_ = picture_->drawn().draw_seconds * divisor * divisor;
   show(ShownGarment{name, keeps_camera ? std::nullopt : std::optional(first.camera), first.worn});
   return remarks;
 }
@@ -442,9 +430,8 @@ std::string BackgroundPicture::write_picture(const std::string& stem) {
   const Frame& frame = picture_->frame();
   Image image{frame.width, frame.height, 3, {}};
   image.pixels.reserve(frame.pixels.size() * 3);
-  for (std::size_t i = 0; i < picture_->bytes().size(); ++i) {
-    if (i % 4 != 3) image.pixels.push_back(static_cast<float>(picture_->bytes()[i]) / 255);
-  }
+  for (std::size_t i = 0; i < picture_->drawn().bytes.size(); ++i)
+    if (i % 4 != 3) image.pixels.push_back(static_cast<float>(picture_->drawn().bytes[i]) / 255);
   const std::string path = free_file(stem, ".png");
   value_or_throw(write_png(path, image, Transfer::keep));
   return "saved " + path;

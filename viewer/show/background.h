@@ -34,21 +34,12 @@ struct RenderRequest {
 };
 
 /// A picture, and what the panel tells of it and of the scene.
-struct ShownPicture {
-  int width = 0;
-  int height = 0;
-  int divisor = 1;                  ///< it is smaller than the request by so much per side
-  std::vector<std::uint8_t> bytes;  ///< in display.h's form
-  Camera camera;
-  std::vector<Light> lights;
-  RenderStats stats;
-  double draw_seconds = 0;
-  double display_seconds = 0;
+struct ShownPicture : DrawnPicture {
+  int divisor = 1;                        ///< it is smaller than the request by so much per side
   std::int64_t frames = 0;                ///< drawn so far, samples of pictures at rest not counted
   std::vector<std::string> materials;     ///< names; empty names for those without fabric
   std::vector<std::string> fabric_names;  ///< to choose from
   int levels = 1;                 ///< the most that a fabric has, coarser than any that the file leaves out
-  double size = 1;                ///< diagonal of the scene, m
   std::vector<Light> own_lights;  ///< of the scene's file
 };
 

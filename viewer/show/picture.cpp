@@ -15,7 +15,7 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vecto
   if (!points) return tl::unexpected(points.error());
   std::unique_ptr<ShowPicture> picture(new ShowPicture);
   picture->corners_ = box_corners(*points);
-  picture->size_ = std::max((picture->corners_.back() - picture->corners_.front()).length(), 1e-9);
+  picture->drawn_.size = std::max((picture->corners_.back() - picture->corners_.front()).length(), 1e-9);
   picture->scene_ = std::move(scene);
   picture->fabrics_ = std::move(fabrics);
   picture->scene_.fabrics.resize(picture->fabrics_.size());
@@ -88,17 +88,18 @@ void ShowPicture::set_light(const ShowState& state) {
 void ShowPicture::draw(const ShowState& state) {
   const Stopwatch watch;
   const double aspect = static_cast<double>(options_.width) / options_.height;
-  camera_ = value_or_throw(make_camera(corners_, aspect, state.camera));
+  drawn_.camera = value_or_throw(make_camera(corners_, aspect, state.camera));
   options_.levels = state.levels;
   options_.cells = moving_cell_images;
   options_.cells.memory = state.image_memory / sides().size();
   set_light(state);
-  options_.lights = lights_in_world(state, camera_);
+  options_.lights = drawn_.lights = lights_in_world(state, drawn_.camera);
   for (ShownSide& side : sides()) {
-    RenderStats& stats = &side == &sides_[0] ? stats_ : other_stats_;
-    value_or_throw(side.renderer->draw(camera_, options_, side.frame, stats));
+    RenderStats beside;
+    RenderStats& stats = &side == &sides_[0] ? drawn_.stats : beside;
+    value_or_throw(side.renderer->draw(drawn_.camera, options_, side.frame, stats));
   }
-  draw_seconds_ = watch.seconds();
+  drawn_.draw_seconds = watch.seconds();
   refined_ = 0;
 }
 
@@ -116,8 +117,10 @@ void ShowPicture::display(const ShowState& state) {
       std::copy_n(beside.frame.pixels.data() + begin, left, divided_.pixels.data() + begin);
   }
   const Stopwatch watch;
-  to_display_bytes(frame(), state.display, bytes_);
-  display_seconds_ = watch.seconds();
+  to_display_bytes(frame(), state.display, drawn_.bytes);
+  drawn_.width = frame().width;
+  drawn_.height = frame().height;
+  drawn_.display_seconds = watch.seconds();
 }
 
 Result<void> ShowPicture::update(const ShowState& state, Change change, const V2i& size, int divisor,
@@ -149,7 +152,7 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
   options.levels.footprint = 1.0F / n;
   options.cells = {};
   options.cells.memory = options_.cells.memory;
-  Camera camera = camera_;
+  Camera camera = drawn_.camera;
   const int row = refined_ / n;
   const V2d place((refined_ % n + 0.5) / n - 0.5, (row + 0.5) / n - 0.5);
   camera.window_centre += place * camera.window_half * 2.0 / V2d(options.width, options.height);
@@ -158,7 +161,7 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
     if (auto good = side.renderer->draw(camera, options, side.sample, stats); !good)
       return tl::unexpected(good.error());
     if (options_.ends()) return false;
-    stats_.remarks = stats.remarks;
+    drawn_.stats.remarks = stats.remarks;
   }
   ++refined_;
   for (ShownSide& side : sides()) {
@@ -181,7 +184,7 @@ Result<std::optional<PixelProbe>> ShowPicture::probe(const V2d& point) {
     return std::nullopt;
   const V2i pixel(static_cast<int>(point.x * frame().width), static_cast<int>(point.y * frame().height));
   const bool beside = two_ && point.x < static_cast<double>(bar_);
-  return sides_[beside ? 1 : 0].renderer->probe(camera_, options_, pixel);
+  return sides_[beside ? 1 : 0].renderer->probe(drawn_.camera, options_, pixel);
 }
 
 }  // namespace selvedge

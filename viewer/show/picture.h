@@ -15,6 +15,19 @@
 
 namespace selvedge {
 
+/// A picture as it was drawn last.
+struct DrawnPicture {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> bytes;  ///< in display.h's form
+  Camera camera;
+  std::vector<Light> lights;
+  RenderStats stats;
+  double draw_seconds = 0;
+  double display_seconds = 0;
+  double size = 1;  ///< diagonal of the scene, m
+};
+
 class ShowPicture {
  public:
   /// `fabrics[i]` is scene.fabrics[i]; further ones may follow.
@@ -44,16 +57,10 @@ class ShowPicture {
   const Scene& scene() const { return scene_; }               ///< its fabrics are fabrics()
   const Scene& dressed() const { return sides_[0].dressed; }  ///< in what is worn
   const std::vector<Fabric>& fabrics() const { return fabrics_; }
-  double size() const { return size_; }  ///< diagonal of the scene, m
 
   /// The frame: left of the bar the fabrics that are compared with, else the worn ones.
   const Frame& frame() const { return two_ ? divided_ : sides_[0].frame; }
-  const Camera& camera() const { return camera_; }
-  const std::vector<Light>& lights() const { return options_.lights; }
-  const RenderStats& stats() const { return stats_; }
-  const std::vector<std::uint8_t>& bytes() const { return bytes_; }  ///< `frame` in display.h's form
-  double draw_seconds() const { return draw_seconds_; }
-  double display_seconds() const { return display_seconds_; }
+  const DrawnPicture& drawn() const { return drawn_; }
 
  private:
   /// The scene in one choice.
@@ -81,19 +88,13 @@ class ShowPicture {
   bool two_ = false;                ///< the second is shown
   std::vector<Fabric> fabrics_;
   std::vector<V3d> corners_;
-  double size_ = 1;
   RenderOptions options_;
   std::shared_ptr<Environment> turned_;
   const Surroundings* turned_of_ = nullptr;
-  Camera camera_;
+  DrawnPicture drawn_;
   Frame divided_;    ///< of both sides
   float bar_ = 0;    ///< of `divided_`
   int refined_ = 0;  ///< number of samples added
-  RenderStats stats_;
-  RenderStats other_stats_;  ///< of what is worn beside
-  std::vector<std::uint8_t> bytes_;
-  double draw_seconds_ = 0;
-  double display_seconds_ = 0;
 };
 
 }  // namespace selvedge

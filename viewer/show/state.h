@@ -8,7 +8,7 @@
 
 #include "format/picture/display.h"
 #include "format/scene/lights.h"
-#include "viewer/render.h"
+#include "viewer/renderer.h"
 #include "viewer/scene/change_fabrics.h"
 
 namespace selvedge {

@@ -57,7 +57,7 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
     MESSAGE(example.name, ": ", db, " dB");
     CHECK(db > example.db);
     set_threads(1);
-    const bool rests = example.cells.fresh == 1;
+    const bool rests = example.cells.remade == 1;
     CHECK(drawn(example.memory, rests ? 1 : 4).pixels == frame.pixels);
     set_threads(0);
   }

@@ -87,8 +87,8 @@ TEST_CASE("borders of patches are no more wrong than the yarn within them") {
   const std::vector<float> reliefs{0.2F};
   Patches patches(mesh, materials, reliefs);
   const V2i size(setting.options.width, setting.options.height);
-  patches.choose(camera, origin, size, {moving_cell_images.patch_pixels, moving_cell_images.patch_turn},
-                 setting.options.lights);
+  // Finer ones than the frame's.
+  patches.choose(camera, origin, size, {.pixels = 128, .repeats = 720, .turn = 0}, setting.options.lights);
   const V2f first(mesh.attributes[mesh.triangles[0].corners[0]][0][3],
                   mesh.attributes[mesh.triangles[0].corners[0]][1][3]);
   const auto patch_at = [&](int x, int y) -> std::int64_t {

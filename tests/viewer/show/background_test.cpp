@@ -110,7 +110,7 @@ std::vector<std::uint8_t> bytes_at_rest(const ShowState& state) {
   test::need(picture->update(state, Change::scene, size, 1));
   while (test::need(picture->refine(state))) {
   }
-  return picture->bytes();
+  return picture->drawn().bytes;
 }
 
 TEST_CASE("a picture made in the background ends as the one at rest, whatever was requested before") {
@@ -141,16 +141,16 @@ TEST_CASE("an interrupted picture is drawn again in full") {
   const auto picture = picture_of(square());
   ShowState state = state_of(*picture);
   test::need(picture->update(state, Change::scene, size, 1));
-  const std::vector<std::uint8_t> first = picture->bytes();
+  const std::vector<std::uint8_t> first = picture->drawn().bytes;
   state.camera.azimuth = 40;
   const std::atomic<bool> interrupted{true};
   test::need(picture->update(state, Change::frame, size, 1, &interrupted));
-  CHECK(picture->bytes() == first);
+  CHECK(picture->drawn().bytes == first);
   CHECK_FALSE(test::need(picture->refine(state, &interrupted)));
   test::need(picture->update(state, Change::frame, size, 1));
   while (test::need(picture->refine(state))) {
   }
-  CHECK(picture->bytes() == bytes_at_rest(state));
+  CHECK(picture->drawn().bytes == bytes_at_rest(state));
 }
 
 TEST_CASE("what cannot be drawn is told, and the window goes back to what could be") {

@@ -73,8 +73,8 @@ TEST_CASE("a picture at rest gets nine samples a pixel, and a change begins anew
   options.height = 80;
   options.supersample = n;
   options.levels = state.levels;
-  options.lights = picture->lights();
-  const Frame expected = test::need(render(two_squares(), fabrics, picture->camera(), options));
+  options.lights = picture->drawn().lights;
+  const Frame expected = test::need(render(two_squares(), fabrics, picture->drawn().camera, options));
   CHECK_FALSE(same(picture->frame(), first));
   // Patches are chosen for each sample, or once for all.
   CHECK(test::decibels(picture->frame(), expected, 1) > 40);
@@ -113,7 +113,7 @@ TEST_CASE("two choices of fabrics show side by side what each shows alone, at re
       const bool on_left = i % size.x < std::lround(bar * static_cast<float>(size.x));
       const ShowPicture& expected = on_left ? *left : *right;
       REQUIRE(divided->frame().pixels[i] == expected.frame().pixels[i]);
-      REQUIRE(divided->bytes()[4 * i] == expected.bytes()[4 * i]);
+      REQUIRE(divided->drawn().bytes[4 * i] == expected.drawn().bytes[4 * i]);
     }
     for (const double x : {0.3, 0.32}) {
       const auto seen = test::need(divided->probe(V2d(x, 0.5)));
@@ -138,11 +138,11 @@ TEST_CASE("shadows and light from all sides come and go between frames") {
   state.shadows = 256;
   test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
   CHECK_FALSE(same(picture->frame(), plain));
-  CHECK(picture->stats().shadows > 0);
+  CHECK(picture->drawn().stats.shadows > 0);
   state.shadows = 0;
   test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
   CHECK(test::decibels(picture->frame(), plain, 1) > 60);
-  CHECK(picture->stats().shadows == 0);
+  CHECK(picture->drawn().stats.shadows == 0);
   state.ambient = 0.5F;
   test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
   CHECK_FALSE(same(picture->frame(), plain));
@@ -162,8 +162,8 @@ TEST_CASE("every path of the window draws what render draws by it, and what a pa
     options.height = 80;
     options.levels = state.levels;
     options.cells = moving_cell_images;
-    options.lights = picture->lights();
-    const Frame expected = test::need(render(two_squares(), fabrics, picture->camera(), options));
+    options.lights = picture->drawn().lights;
+    const Frame expected = test::need(render(two_squares(), fabrics, picture->drawn().camera, options));
     CHECK(same(picture->frame(), expected));
   }
   state.shadows = 3;
@@ -186,7 +186,7 @@ TEST_CASE("the window's environment is render's, turned, scaled and behind the s
   ShowInput input;
   input.grip = ShowInput::Grip::light;
   input.drag = V2d(0.25, 0);
-  CHECK(apply(input, 1.25, picture->size(), state) == Change::frame);
+  CHECK(apply(input, 1.25, picture->drawn().size, state) == Change::frame);
   CHECK(state.turn == 45);
   test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
   const Environment turned_studio = studio({45, 1.5});
@@ -200,13 +200,13 @@ TEST_CASE("the window's environment is render's, turned, scaled and behind the s
   options.around = light.rest;
   options.environment = std::make_shared<const Environment>(turned_studio);
   options.backdrop = 0;
-  const Frame expected = test::need(render(two_squares(), fabrics, picture->camera(), options));
+  const Frame expected = test::need(render(two_squares(), fabrics, picture->drawn().camera, options));
   for (std::size_t i = 0; i < expected.pixels.size(); ++i)
     REQUIRE((picture->frame().pixels[i] - expected.pixels[i]).length() <= 1e-4 * expected.pixels[i].length());
   // Without it, two lamps.
   state.environment = -1;
   test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
-  CHECK(picture->lights().size() == 2);
+  CHECK(picture->drawn().lights.size() == 2);
 }
 
 TEST_CASE("the probe tells the texel of a forced level and the light of the reference") {
@@ -241,7 +241,7 @@ TEST_CASE("the probe tells the texel of a forced level and the light of the refe
     float brightest = 0;
     for (std::size_t k = 0; k < p.lights.size(); ++k) {
       const Shading s = evaluate(fabric, 0, texel.x, texel.y, p.lights[k], p.view);
-      sum += s.radiance * picture->lights()[k].irradiance;
+      sum += s.radiance * picture->drawn().lights[k].irradiance;
       alpha = s.alpha;
       brightest = std::max({brightest, sum.x, sum.y, sum.z});
     }

@@ -54,7 +54,7 @@ struct FrameInput {
   V2f window_centre, window_half;
   float near, far;
   V2f size;  ///< pixels
-  float samples, fresh;
+  float samples, remade;
   float forced_level, has_around;
   std::array<V3f, smooth_functions> around;
   std::array<V3f, 3> around_axes;  ///< the mesh's, in the light's
@@ -326,10 +326,6 @@ void look_for_patches(Garment& garment) {
     const float inverse = 1 / g[2];
     return V3f(0.5F * columns + g[0] * inverse, 0.5F * rows + g[1] * inverse, g[2]);
   };
-  const auto before_viewer = [&](const MergedTriangle& t) {
-    return std::all_of(t.corners.begin(), t.corners.end(),
-                       [&](std::uint32_t c) { return projected.screen[c][2] > 0; });
-  };
   draw_depths(garment, projected);
   // 1 and 2: front and back in front; 4 and 8: behind others.
   garment.flags.assign(patches.count(), 0);
@@ -348,11 +344,12 @@ void look_for_patches(Garment& garment) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const MergedTriangle& t = mesh.triangles[i];
     const Patches::Place& place = patches.place(static_cast<std::uint32_t>(i));
-    const auto is_behind_viewer = [&](std::uint32_t c) { return !(projected.screen[c][2] > 0); };
-    if (std::all_of(t.corners.begin(), t.corners.end(), is_behind_viewer)) continue;
+    const auto before_viewer =
+        std::ranges::count_if(t.corners, [&](std::uint32_t c) { return projected.screen[c][2] > 0; });
+    if (before_viewer == 0) continue;
     bool behind = false;
     bool back = false;
-    if (before_viewer(t)) {
+    if (before_viewer == 3) {
       const V3f a = screen(t.corners[0]);
       const V3f b = screen(t.corners[1]);
       const V3f c = screen(t.corners[2]);
@@ -403,7 +400,7 @@ void look_for_patches(Garment& garment) {
     const auto end = shown + (last - shown + part - 1) / part;
     garment.visits.insert(garment.visits.end(), first, end);
   };
-  const bool moves = garment.options.cells.fresh < 1;
+  const bool moves = garment.options.cells.remade < 1;
   garment.visits.clear();
   visit(garment.needs.begin(), behind, moves ? visits_of_front : 1);
   garment.visits_in_front = garment.visits.size();
@@ -413,10 +410,9 @@ void look_for_patches(Garment& garment) {
 /// The first entry of so many in the table that no garment has.
 std::size_t room_in_table(std::size_t entries) {
   std::vector<std::pair<std::size_t, std::size_t>> taken;
-  for (const auto& garment : page.garments) {
+  for (const auto& garment : page.garments)
     if (garment && garment->store)
       taken.emplace_back(garment->table, garment->store->patches().table().size());
-  }
   std::sort(taken.begin(), taken.end());
   std::size_t first = 0;
   for (const auto& [begin, count] : taken) {
@@ -561,9 +557,8 @@ EXPORT(end_fabric) std::uint32_t end_fabric(std::uint32_t number) {
     share_bases(side);
     restore_light_through(fabric.levels.front(), side.levels.front());
     const int levels = static_cast<int>(side.levels.size());
-    for (int k = 0; k < levels; ++k, ++shown) {
+    for (int k = 0; k < levels; ++k, ++shown)
       if (*shown > k) side.levels[k].take_texels(side.levels[*shown], *shown - k);
-    }
     fabric.add_side(std::move(side));
   }
   loaded.others.clear();
@@ -696,11 +691,11 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   DrawOptions& options = garment.options;
   options.cells = moving_cell_images;
   options.cells.samples = in.samples;
-  options.cells.fresh = in.fresh;
+  options.cells.remade = in.remade;
   options.cells.memory = page.image_memory / page.garments.size();
-  if (in.fresh < 1) {
+  if (in.remade < 1) {
     if (all_need() < 0.9 * page.full_need) page.fill = max_fill;
-    options.cells.fresh = std::min(visits_of_front * in.fresh, 0.99F);
+    options.cells.remade = std::min(visits_of_front * in.remade, 0.99F);
   }
   options.levels.forced = static_cast<int>(in.forced_level);
   garment.around.factors = in.around;
