@@ -419,28 +419,3 @@ TEST_CASE("dress: what strangers' garments look like is kept, or told to be lost
     CHECK(scene.primitives.back().colors.empty() == (item.kept != colours));
   }
 }
-
-TEST_CASE("dress: the garments of the field can be dressed, each at its own size") {
-  const std::string data = test::shared_data("garments/");
-  if (data.empty()) return;
-  struct Case {
-    const char* file;
-    const char* material;
-  };
-  for (const Case& item :
-       {Case{"khronos/SheenCloth/glTF/SheenCloth.gltf", "#0"},
-        Case{"khronos/SheenChair/glTF/SheenChair.gltf", "fabric Mystere Mango Velvet"},
-        Case{"khronos/SheenChair/glTF/SheenChair.gltf", "fabric Mystere Peacock Velvet"},
-        Case{"khronos/ToyCar/glTF/ToyCar.gltf", "Fabric"}, Case{"babylon/cloth/cloth_meshV1.glb", "#0"},
-        Case{"encodings/enc__SheenCloth__draco_edgebreaker.glb", "#0"},
-        Case{"encodings/enc__SheenCloth__quantized.glb", "#0"}}) {
-    CAPTURE(item.file);
-    Workshop workshop;
-    workshop.garment = data + item.file;
-    const Result<DressReport> report = workshop.dress({.materials = {item.material}});
-    REQUIRE_MESSAGE(report.has_value(), to_line(report.error()));
-    const DressedMaterial& material = report->materials[0];
-    CHECK(material.repeats.x == doctest::Approx(material.size.metres.x * 200));
-    CHECK(read_scene(workshop.output).has_value());
-  }
-}
