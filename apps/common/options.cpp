@@ -113,18 +113,8 @@ const Option& Option::ends_in(std::vector<std::string> endings) const {
   return *this;
 }
 
-const Option& Option::reads(bool named) const {
-  files_->push_back({option_, FileOption::Use::read, named});
-  return *this;
-}
-
-const Option& Option::rewrites() const {
-  files_->push_back({option_, FileOption::Use::rewritten, false});
-  return *this;
-}
-
-const Option& Option::writes() const {
-  files_->push_back({option_, FileOption::Use::written, false});
+const Option& Option::names_files(FileOption::Use use, bool named) const {
+  files_->push_back({option_, use, named});
   return *this;
 }
 
@@ -135,11 +125,6 @@ const Option& Option::excludes(const Option& other) const {
 
 const Option& Option::further() const {
   option_->group(further_options);
-  return *this;
-}
-
-const Option& Option::help(const std::string& text) const {
-  option_->description(text);
   return *this;
 }
 
@@ -263,11 +248,10 @@ Option Options::vector(const char* name, T& value, const char* type, const std::
   constexpr bool has_two = std::is_same_v<T, V2d> || std::is_same_v<T, std::optional<V2d>>;
   return text(name, type, help, [name, type, &value](const std::string& t) {
     const auto n = numbers_from(name, t, ',', has_two ? 2 : 3, has_two ? 2 : 3, type);
-    if constexpr (has_two) {
+    if constexpr (has_two)
       value = V2d(n[0], n[1]);
-    } else {
+    else
       value = T(V3d(n[0], n[1], n[2]));
-    }
   });
 }
 template Option Options::vector(const char*, V2d&, const char*, const std::string&);

@@ -45,20 +45,20 @@ class Option {
   /// A file's name with one of these endings.
   const Option& ends_in(std::vector<std::string> endings) const;
   /// Names files that the verb reads: none of them may be one that it writes, wherever links lead.
-  const Option& reads(bool named = false) const;
-  const Option& rewrites() const;
+  const Option& reads(bool named = false) const { return names_files(FileOption::Use::read, named); }
+  const Option& rewrites() const { return names_files(FileOption::Use::rewritten); }
   /// Names a file that the verb writes; Program checks that it can. Two outputs may not be one file, and
   /// neither "" nor, unless the type ends in "|-", "-" is an output.
-  const Option& writes() const;
+  const Option& writes() const { return names_files(FileOption::Use::written); }
   const Option& excludes(const Option& other) const;
   /// Lists the option in --help-all and in the man page alone.
   const Option& further() const;
-  /// Replaces the help text.
-  const Option& help(const std::string& text) const;
   /// Limits the number of words of a positional list.
   const Option& count(int min, int max) const;
 
  private:
+  const Option& names_files(FileOption::Use use, bool named = false) const;
+
   CLI::Option* option_;
   std::vector<FileOption>* files_;
 };

@@ -45,11 +45,10 @@ std::string first_file(const CLI::App& verb) {
 
 /// Reports the error of a verb; the exit status.
 int refuse_run(const CommonOptions& common, const std::string& verb, const Error& error) {
-  if (common.json) {
+  if (common.json)
     fmt::print("{}", report_text(framed(verb.c_str(), {{"error", to_json(error)}})));
-  } else {
+  else
     report_error(error);
-  }
   return 1;
 }
 

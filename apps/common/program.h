@@ -27,11 +27,13 @@ class Program {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  /// `declare` begins with Options::common(). `work` returns the exit status, or an error.
+  /// Command has a member `common`. `declare` adds the options of the verb to --json, --quiet and --threads;
+  /// `work` returns the exit status, or an error.
   template <class Command>
   void add(const VerbText& text, void (*declare)(Options&, Command&), Result<int> (*work)(const Command&)) {
     auto command = std::make_shared<Command>();
     Verb& verb = add_verb(text);
+    verb.options->common(command->common);
     declare(*verb.options, *command);
     verb.work = [command, work] { return work(*command); };
   }

@@ -128,13 +128,12 @@ std::string report_text(const Json& json) {
 }
 
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text) {
-  if (report_target != nullptr) {
+  if (report_target != nullptr)
     *report_target = framed(verb, json);
-  } else if (common.json) {
+  else if (common.json)
     fmt::print("{}", report_text(framed(verb, json)));
-  } else if (!common.quiet) {
+  else if (!common.quiet)
     fmt::print("{}", printable(text));
-  }
 }
 
 std::uint64_t size_of_file(const std::string& path) {

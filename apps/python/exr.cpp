@@ -6,6 +6,7 @@
 
 #include "apps/python/module.h"
 #include "format/base/atomic_file.h"
+#include "format/base/guard.h"
 #include "format/exr/exr.h"
 #include "format/samples/samples.h"
 
@@ -71,22 +72,18 @@ void write_parts(const std::string& path, const py::dict& parts) {
     heads.push_back(std::move(part));
     all.push_back(std::move(pixels));
   }
-  const auto write = [&]() -> Result<void> {
-    auto file = AtomicFile::create(path);
-    if (!file) return tl::unexpected(file.error());
-    auto writer = ExrWriter::create(file->temporary(), heads);
-    if (!writer) return tl::unexpected(writer.error());
-    for (std::size_t k = 0; k < heads.size(); ++k) {
-      if (auto good = writer->write_level(static_cast<int>(k), 0, all[k]); !good) return good;
-    }
-    if (auto good = writer->commit(); !good) return good;
-    if (auto good = read_samples(file->temporary()); !good) return tl::unexpected(good.error());
-    return file->commit();
-  };
   Result<void> written;
   {
     const py::gil_scoped_release unlock;
-    written = write();
+    written = result_of([&] {
+      auto file = value_or_throw(AtomicFile::create(path));
+      auto writer = value_or_throw(ExrWriter::create(file.temporary(), heads));
+      for (std::size_t k = 0; k < heads.size(); ++k)
+        value_or_throw(writer.write_level(static_cast<int>(k), 0, all[k]));
+      value_or_throw(writer.commit());
+      value_or_throw(read_samples(file.temporary()));
+      value_or_throw(file.commit());
+    });
   }
   if (!written && written.error().file != path) written.error().file = path;
   taken(std::move(written));

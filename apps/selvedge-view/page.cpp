@@ -37,7 +37,6 @@ struct PageCommand {
 };
 
 void declare(Options& options, PageCommand& command) {
-  options.common(command.common);
   options
       .list("input", command.inputs, "FILE",
             "Garments (.gltf, .glb), which stand side by side; fabrics (.exr), to be swapped on them")
@@ -48,7 +47,7 @@ void declare(Options& options, PageCommand& command) {
   add_limits(options, command.limits);
   add_environment(options, command.environment, command.around, "With none a finger moves two lamps");
   options.flag("--backdrop", command.backdrop, "Shows it behind the garments");
-  options.number("--backdrop-blur", command.blur, "SHARE", "Blurred, up to 1").in(0, 1);
+  options.number("--backdrop-blur", command.blur, "FRACTION", "Blurred, up to 1").in(0, 1);
   options.check([&options, &command] {
     options.refuse_if(command.environment == "none", "has no effect with --environment none", {"--backdrop"});
     options.refuse_if(!command.backdrop, "has no effect without --backdrop", {"--backdrop-blur"});

@@ -47,11 +47,10 @@ void set_style(float scale) {
   // Easier to read than the built-in font, if installed.
   constexpr const char* font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
   std::error_code missing;
-  if (std::filesystem::exists(font, missing)) {
+  if (std::filesystem::exists(font, missing))
     ImGui::GetIO().Fonts->AddFontFromFileTTF(font, font_size * scale);
-  } else {
+  else
     ImGui::GetIO().FontGlobalScale = scale;
-  }
 }
 
 }  // namespace
@@ -107,11 +106,10 @@ ShowInput Panel::input(const WindowDrags& drags) const {
   ShowInput input;
   if (io.WantCaptureMouse || io.DisplaySize.y <= 0) return input;
   const auto& [left, right, middle] = drags;
-  if (right != V2d(0, 0) || io.KeyCtrl) {
+  if (right != V2d(0, 0) || io.KeyCtrl)
     input.grip = ShowInput::Grip::light;
-  } else {
+  else
     input.grip = middle != V2d(0, 0) || io.KeyShift ? ShowInput::Grip::pan : ShowInput::Grip::turn;
-  }
   const V2d drag = (left + right + middle) / static_cast<double>(io.DisplaySize.y);
   input.drag = V2d(drag.x, -drag.y);
   input.wheel = static_cast<double>(io.MouseWheel);
@@ -207,19 +205,12 @@ void Panel::edit_light(ShowState& state, PanelRequest& request) {
     raise(request.change, true, Change::frame);
   }
   if (state.environment >= 0) {
-    label("turned");
-    raise(request.change, ImGui::SliderFloat("##turn", &state.turn, -180, 180, "%.0f degrees"),
-          Change::frame);
-    label("strength");
-    raise(request.change,
-          ImGui::SliderFloat("##strength", &state.strength, 0, 10, "%.2f", ImGuiSliderFlags_Logarithmic),
-          Change::frame);
+    slider(request.change, "turned", state.turn, -180, 180, "%.0f degrees");
+    slider(request.change, "strength", state.strength, 0, 10, "%.2f", ImGuiSliderFlags_Logarithmic);
     box(request.change, "backdrop", state.backdrop);
-    label("blurred");
-    raise(request.change, ImGui::SliderFloat("##blur", &state.backdrop_blur, 0, 1, "%.2f"), Change::frame);
+    slider(request.change, "blurred", state.backdrop_blur, 0, 1, "%.2f");
   }
-  label("all around");
-  raise(request.change, ImGui::SliderFloat("##ambient", &state.ambient, 0, 1, "%.2f"), Change::frame);
+  slider(request.change, "all around", state.ambient, 0, 1, "%.2f");
   bool casts = state.shadows > 0;
   if (box(request.change, "shadows", casts)) state.shadows = casts ? default_shadow_size : 0;
   label("");

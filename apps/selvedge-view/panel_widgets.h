@@ -44,6 +44,13 @@ inline void slider(Change& change, const char* name, int& value, int min, int ma
   raise(change, ImGui::SliderInt(fmt::format("##{}", name).c_str(), &value, min, max, format), Change::frame);
 }
 
+inline void slider(Change& change, const char* name, float& value, float min, float max, const char* format,
+                   ImGuiSliderFlags flags = 0) {
+  label(name);
+  raise(change, ImGui::SliderFloat(fmt::format("##{}", name).c_str(), &value, min, max, format, flags),
+        Change::frame);
+}
+
 inline bool box(Change& change, const char* name, bool& value) {
   label("");
   const bool changed = ImGui::Checkbox(name, &value);

@@ -76,14 +76,13 @@ void add_light(Options& options, PictureOptions& picture) {
       .in(0, max_shadow_size);
   options
       .number(
-          "--ambient", picture.ambient, "SHARE",
+          "--ambient", picture.ambient, "FRACTION",
           "Even light from all sides, as a fraction of what white reflects that faces a light of intensity 1")
       .in(0, 1e6);
   options
       .number("--exposure", picture.exposure, "FACTOR",
               "Factor on radiance in PNG files (default 1 in an environment; else pi: white that faces a "
-              "light of "
-              "intensity 1 becomes 1)")
+              "light of intensity 1 becomes 1)")
       .in(0, 1e9);
   options.text("--background", "R,G,B|transparent",
                "Of PNG files, linear (default 0.8,0.8,0.8 in an environment, else 0.18,0.18,0.18)",

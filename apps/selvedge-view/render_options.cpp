@@ -67,7 +67,6 @@ void add_swatch(Options& options, RenderCommand& command) {
 
 void declare_render(Options& options, RenderCommand& command) {
   PictureOptions& picture = command.picture;
-  options.common(command.common);
   options.list("-o,--output", command.outputs, "FILE", "The picture, .png or .exr; may be repeated")
       .required()
       .ends_in({".png", ".exr"})

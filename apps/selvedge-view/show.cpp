@@ -25,7 +25,6 @@ struct ShowCommand {
 
 void declare(Options& options, ShowCommand& command) {
   PictureOptions& picture = command.picture;
-  options.common(command.common);
   add_input(options, picture);
   options
       .list("--fabric", command.fabrics, "FILE",
@@ -140,9 +139,8 @@ void add_show_verb(Program& program) {
        "selvedge-view show sweater.glb --fabric rib.fabric.exr --azimuth 30",
        "Mouse: left drag turns around the garment, middle drag (or Shift + left) moves it, right drag (or\n"
        "Ctrl + left) turns the light, the wheel comes nearer. Keys: C without fabrics,\n"
-       "P probe, F next fabric, B compares by a bar, S saves the picture, D the garment, R first "
-       "view, H panel, "
-       "Escape\n"
+       "P probe, F next fabric, B compares by a bar, S saves the picture, D the garment, R first view, H "
+       "panel, Escape\n"
        "closes. Files and folders can be dropped on the window; a garment without fabrics is dressed in the "
        "first.\n"
        "Without a display the exit status is 1.\n"},

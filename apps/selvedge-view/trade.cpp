@@ -32,7 +32,6 @@ struct TradeCommand {
 };
 
 void declare(Options& options, TradeCommand& command) {
-  options.common(command.common);
   add_cell(options, command.input, command.cell);
   options.text("-o,--output", command.output, "DIR", "A folder for the page and the fabrics").required();
   options.size("--size", command.size, "Size of a frame in pixels, multiples of 20", 20, 4000);
@@ -232,9 +231,8 @@ Result<int> run(const TradeCommand& command) {
   const std::string front = front_words(rows);
   const std::string words = fmt::format(
       "Seconds of processor to make the fabric, milliseconds for a frame of {} x {} while the view turns, "
-      "and dB of that frame and of "
-      "the "
-      "picture at rest beside the stitch itself, traced with {} rays a pixel. {}",
+      "and dB of that frame and of the picture at rest beside the stitch itself, traced with {} rays a "
+      "pixel. {}",
       command.size.x, command.size.y, truth_samples, front);
   const std::string page = command.output + "/index.html";
   value_or_throw(write_file(page, trade_page(command.input + ": the trade", words, rows, pictures)));

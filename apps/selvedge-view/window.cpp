@@ -4,7 +4,6 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
-#include <utility>
 
 namespace selvedge {
 namespace {
@@ -48,48 +47,35 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, const V2i
   glfwMakeContextCurrent(handle);
   std::unique_ptr<Window> window(new Window(handle));
   glfwSetWindowUserPointer(handle, window.get());
-  glfwSetKeyCallback(handle, note_key);
-  glfwSetMouseButtonCallback(handle, note_button);
-  glfwSetCursorPosCallback(handle, note_cursor);
-  glfwSetDropCallback(handle, note_drop);
+  glfwSetKeyCallback(handle,
+                     [](GLFWwindow* sender, int key, int /*scancode*/, int action, int /*modifiers*/) {
+                       if (action != GLFW_PRESS) return;
+                       std::string& keys = window_of(sender).keys_;
+                       if (key == GLFW_KEY_ESCAPE) keys.push_back(escape_key);
+                       if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z)
+                         keys.push_back(static_cast<char>('A' + (key - GLFW_KEY_A)));
+                     });
+  glfwSetMouseButtonCallback(handle, [](GLFWwindow* sender, int button, int action, int /*modifiers*/) {
+    std::array<bool, 3>& held = window_of(sender).held_;
+    if (button >= 0 && button < static_cast<int>(held.size())) held[button] = action == GLFW_PRESS;
+  });
+  glfwSetCursorPosCallback(handle, [](GLFWwindow* sender, double x, double y) {
+    Window& moved = window_of(sender);
+    for (std::size_t i = 0; i < moved.held_.size(); ++i) {
+      if (moved.held_[i]) moved.drags_[i] += V2d(x, y) - moved.cursor_;
+    }
+    moved.cursor_ = V2d(x, y);
+  });
+  glfwSetDropCallback(handle, [](GLFWwindow* sender, int count, const char** paths) {
+    std::vector<std::string>& drops = window_of(sender).drops_;
+    drops.insert(drops.end(), paths, paths + count);
+  });
   return window;
 }
 
 Window& Window::window_of(GLFWwindow* handle) {
   return *static_cast<Window*>(glfwGetWindowUserPointer(handle));
 }
-
-void Window::note_button(GLFWwindow* handle, int button, int action, int /*modifiers*/) {
-  Window& window = window_of(handle);
-  if (button < 0 || button >= static_cast<int>(window.held_.size())) return;
-  window.held_[button] = action == GLFW_PRESS;
-}
-
-void Window::note_cursor(GLFWwindow* handle, double x, double y) {
-  Window& window = window_of(handle);
-  for (std::size_t i = 0; i < window.held_.size(); ++i) {
-    if (window.held_[i]) window.drags_[i] += V2d(x, y) - window.cursor_;
-  }
-  window.cursor_ = V2d(x, y);
-}
-
-void Window::note_drop(GLFWwindow* handle, int count, const char** paths) {
-  std::vector<std::string>& drops = window_of(handle).drops_;
-  drops.insert(drops.end(), paths, paths + count);
-}
-
-std::vector<std::string> Window::poll_drops() { return std::exchange(drops_, {}); }
-
-WindowDrags Window::poll_drags() { return std::exchange(drags_, no_drags); }
-
-void Window::note_key(GLFWwindow* handle, int key, int /*scancode*/, int action, int /*modifiers*/) {
-  if (action != GLFW_PRESS) return;
-  std::string& keys = window_of(handle).keys_;
-  if (key == GLFW_KEY_ESCAPE) keys.push_back(escape_key);
-  if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z) keys.push_back(static_cast<char>('A' + (key - GLFW_KEY_A)));
-}
-
-std::string Window::poll_keys() { return std::exchange(keys_, {}); }
 
 Window::~Window() {
   glfwDestroyWindow(handle_);

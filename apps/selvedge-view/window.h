@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "format/base/vec.h"
@@ -43,21 +44,17 @@ class Window {
   static void wake();
   void swap();
   /// The keys pressed since the last call: upper case letters and escape_key. Includes keys already released.
-  std::string poll_keys();
+  std::string poll_keys() { return std::exchange(keys_, {}); }
   /// Files that were dropped on the window since the last call.
-  std::vector<std::string> poll_drops();
+  std::vector<std::string> poll_drops() { return std::exchange(drops_, {}); }
   /// Drags since the last call.
-  WindowDrags poll_drags();
+  WindowDrags poll_drags() { return std::exchange(drags_, no_drags); }
 
   GLFWwindow* handle() const { return handle_; }
 
  private:
   explicit Window(GLFWwindow* handle) : handle_(handle) {}
   static Window& window_of(GLFWwindow* handle);
-  static void note_key(GLFWwindow* handle, int key, int scancode, int action, int modifiers);
-  static void note_button(GLFWwindow* handle, int button, int action, int modifiers);
-  static void note_cursor(GLFWwindow* handle, double x, double y);
-  static void note_drop(GLFWwindow* handle, int count, const char** paths);
 
   GLFWwindow* handle_;
   std::string keys_;

@@ -20,7 +20,6 @@ struct CheckCommand {
 };
 
 void declare(Options& options, CheckCommand& command) {
-  options.common(command.common);
   options.list("files", command.files, "FILE...", "Files").required();
   options.flag("--warnings-as-errors", command.warnings_as_errors, "Exit status 1 for a warning, too");
   add_limits(options, command.limits);

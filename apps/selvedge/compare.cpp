@@ -16,7 +16,6 @@ struct CompareCommand {
 };
 
 void declare(Options& options, CompareCommand& command) {
-  options.common(command.common);
   options.list("files", command.files, "FABRIC... SAMPLES", "Fabric files, then the samples file")
       .required()
       .count(1, 1000)

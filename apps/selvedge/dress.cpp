@@ -43,7 +43,6 @@ struct DressCommand {
 };
 
 void declare(Options& options, DressCommand& command) {
-  options.common(command.common);
   options.text("garment", command.garment, "FILE", "A glTF file (.gltf .glb), OBJ with its materials, or PLY")
       .required()
       .rewrites();
@@ -150,8 +149,7 @@ Result<int> run(const DressCommand& command) {
                         "#{index} unwrapped into {charts} charts, 95 % of its area stretched less than "
                         "{stretch:.2f} times") +
              lines_text(variants,
-                        "#{index} for #{of} in variant \"{name}\": {repeats:.5g} repeats, tint "
-                        "{tint:.3g}") +
+                        "#{index} for #{of} in variant \"{name}\": {repeats:.5g} repeats, tint {tint:.3g}") +
              filled("fabric embedded {embedded}, backing behind {backed} primitives "
                     "-> {output} ({bytes} bytes), USD {usd}\n",
                     json));

@@ -22,7 +22,6 @@ struct EvaluateCommand {
 };
 
 void declare(Options& options, EvaluateCommand& command) {
-  options.common(command.common);
   options.text("fabric", command.fabric, "FILE", "The fabric file").required();
   options.number("--level", command.level, "K",
                  "Mip level; with --uv a fraction blends two, and -1 is the yarn itself");

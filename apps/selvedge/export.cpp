@@ -15,7 +15,6 @@ struct ExportCommand {
 };
 
 void declare(Options& options, ExportCommand& command) {
-  options.common(command.common);
   options.text("garment", command.input, "FILE", "A dressed garment (.gltf .glb)").required().reads();
   options
       .output(command.output, "The garment with its yarn as geometry (.gltf .glb .usda)",

@@ -15,7 +15,6 @@ struct ImportCommand {
 
 void declare(Options& options, ImportCommand& command) {
   ImportOptions& o = command.import;
-  options.common(command.common);
   options
       .text("table", command.table, "TABLE|DIR",
             "A table of the pictures (CSV), or a folder of pictures with angles in their names, as "

@@ -19,7 +19,6 @@ struct InfoCommand {
 };
 
 void declare(Options& options, InfoCommand& command) {
-  options.common(command.common);
   options.text("file", command.file, "FILE", "A fabric, samples or glTF file").required();
   add_limits(options, command.limits);
 }

@@ -359,7 +359,6 @@ Result<void> write_depfile(const MakeCommand& command) {
 }
 
 void declare_bake(Options& options, MakeCommand& command) {
-  options.common(command.common);
   add_cell(options, command.input, command.cell);
   add_bake(options, command);
   add_quality(options, command);
@@ -375,7 +374,6 @@ Result<int> run_bake(const MakeCommand& command) {
 }
 
 void declare_fit(Options& options, MakeCommand& command) {
-  options.common(command.common);
   options.text("samples", command.input, "FILE", "The samples file").required().reads();
   add_fit(options, command);
   add_quality(options, command);
@@ -399,10 +397,7 @@ Result<int> run_make(const MakeCommand& command) {
   return 0;
 }
 
-}  // namespace
-
 void declare_make(Options& options, MakeCommand& command) {
-  options.common(command.common);
   add_cell(options, command.input, command.cell).required(false);
   add_bake(options, command);
   add_fit(options, command);
@@ -415,37 +410,36 @@ void declare_make(Options& options, MakeCommand& command) {
   options.check([&options, &command] {
     const bool many = !command.list.empty();
     if (many && options.given("input")) refuse("--list", "excludes a stitch");
-    if (many) {
+    if (many)
       options.refuse_all_but({"--list", "--line", "--json", "--quiet", "--threads"},
                              "has no effect with --list: write it into the list");
-    }
     options.refuse_if(!many, "needs --list", {"--line"});
     if (!many && !options.given("input")) refuse("input", "is required, or --list");
     if (!many && !options.given("--output")) refuse("--output", "is required");
   });
 }
 
+}  // namespace
+
 Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const std::string& file,
                                     const std::string& place) {
   MakeCommand command;
-  const auto good =
-      parse_words([&command](Options& options) { declare_make(options, command); }, words, file, place);
-  if (!good) return tl::unexpected(good.error());
+  const auto declare = [&command](Options& options) {
+    options.common(command.common);
+    declare_make(options, command);
+  };
+  if (const auto good = parse_words(declare, words, file, place); !good) return tl::unexpected(good.error());
   return command;
 }
 
-MadeFabric make_fabric(const MakeCommand& command) {
+MadeFabric make_file(const MakeCommand& command) {
+  value_or_throw(check_writable({command.output, command.samples, command.depfile}));
   MakeCommand needed = command;
   // Without a budget no layers are chosen.
   if (!command.options.budget && command.samples.empty()) needed.options.bake.validation_pairs = 0;
   Baked baked = bake_cell(needed);
   if (!command.samples.empty()) value_or_throw(write_samples(command.samples, baked.samples));
-  return {std::move(baked.report), fit_samples(baked.samples, command)};
-}
-
-MadeFabric make_file(const MakeCommand& command) {
-  value_or_throw(check_writable({command.output, command.samples, command.depfile}));
-  MadeFabric made = make_fabric(command);
+  MadeFabric made{std::move(baked.report), fit_samples(baked.samples, command)};
   value_or_throw(write_fabric(command.output, made.fit.fabric, command.options.write));
   if (!command.depfile.empty()) value_or_throw(write_depfile(command));
   return made;

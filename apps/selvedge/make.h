@@ -29,8 +29,6 @@ struct MakeCommand {
   std::optional<int> line;     ///< of the list, from 1; default: all
 };
 
-/// Declares the options of make.
-void declare_make(Options& options, MakeCommand& command);
 /// Parses the words of a make. OPTION_OUT_OF_RANGE, of `place` in `file`.
 Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const std::string& file,
                                     const std::string& place);
@@ -39,9 +37,6 @@ struct MadeFabric {
   BakeReport bake;
   FitOutcome fit;
 };
-/// Meshes, bakes and fits the stitch of a make. Writes no file but the samples that are to be kept. Throws
-/// Failure.
-MadeFabric make_fabric(const MakeCommand& command);
 
 /// Makes the fabrics of a list, or of one of its lines, and reports them.
 Result<int> make_list(const MakeCommand& command);

@@ -36,15 +36,14 @@ Result<std::vector<std::string>> words_of(const std::string& line, const std::st
     }
     if (!open) words.emplace_back();
     open = true;
-    if (c == quote) {
+    if (c == quote)
       quote = 0;
-    } else if (quote == 0 && (c == '\'' || c == '"')) {
+    else if (quote == 0 && (c == '\'' || c == '"'))
       quote = c;
-    } else if (c == '\\' && quote != '\'' && i + 1 < line.size()) {
+    else if (c == '\\' && quote != '\'' && i + 1 < line.size())
       words.back() += line[++i];
-    } else {
+    else
       words.back() += c;
-    }
   }
   if (quote != 0) return fail(Code::option_out_of_range, file, place, "a quote is not closed");
   return words;

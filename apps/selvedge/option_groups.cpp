@@ -7,7 +7,9 @@
 #include "converter/stitch/fibres.h"
 
 namespace selvedge {
+namespace {
 
+/// Declares --set.
 void add_settings(Options& options, CellOptions& cell) {
   options.list("--set", "NAME=VALUE",
                "A parameter of the stitch (selvedge stitch --list NAME); may be repeated",
@@ -23,6 +25,8 @@ void add_settings(Options& options, CellOptions& cell) {
                  }
                });
 }
+
+}  // namespace
 
 Option add_cell(Options& options, std::string& input, CellOptions& cell) {
   const Option option =

@@ -11,8 +11,6 @@ namespace selvedge {
 
 /// Declares the input and its mesh options. Returns the option of the input.
 Option add_cell(Options& options, std::string& input, CellOptions& cell);
-/// Declares --set.
-void add_settings(Options& options, CellOptions& cell);
 
 /// Indirect light and reference plane, of a bake or of a traced swatch.
 struct TransportOptions {

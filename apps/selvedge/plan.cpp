@@ -32,7 +32,6 @@ struct PlanCommand {
 };
 
 void declare(Options& options, PlanCommand& command) {
-  options.common(command.common);
   options.text("scene", command.scene, "FILE", "A dressed glTF file (.gltf .glb)").required().reads();
   options.size("--size", command.size, "Size of the frame in pixels", 1, 1 << 20);
   options.number("--supersample", command.supersample, "N", "Draw N times larger per side").in(1, 16);

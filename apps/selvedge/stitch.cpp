@@ -26,7 +26,6 @@ struct StitchCommand {
 };
 
 void declare(Options& options, StitchCommand& command) {
-  options.common(command.common);
   add_cell(options, command.input, command.cell).required(false);
   options.flag("--list", command.list, "The built-in stitches, or the parameters of one");
   options.output(command.output, "The cell's mesh (.obj .ply), or the stitch description (.json)",
@@ -69,9 +68,8 @@ Result<int> list_stitches(const StitchCommand& command) {
     list.push_back({{"name", info.name}, {"description", info.description}, {"cover", info.cover}});
     text += fmt::format("{:14} cover {:.3f}  {}\n", info.name, info.cover, info.description);
   }
-  if (!command.input.empty()) {
+  if (!command.input.empty())
     return fail(Code::stitch_unknown, command.input, "--list", "is no built-in stitch");
-  }
   report(command.common, "stitch", {{"stitches", list}}, text);
   return 0;
 }

@@ -24,7 +24,6 @@ struct TruthCommand {
 };
 
 void declare(Options& options, TruthCommand& command) {
-  options.common(command.common);
   options
       .output(command.output, "The picture: .png as people see it, .exr linear with opacity",
               {".png", ".exr"})
