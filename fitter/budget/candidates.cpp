@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include "fitter/products/coded_size.h"
@@ -78,9 +79,8 @@ constexpr double weight_of_level_0 = 5;
 /// Bytes per channel in the file in addition to its values.
 constexpr double bytes_per_channel = 30;
 
-/// Texels of a level that show whether lobes are worth their search, how much larger their error may be
-/// there, and bytes that products may take more: within a budget these cost less than such an error.
-constexpr int max_probes = 2;
+/// How much larger the error of lobes that are worth their search may be at two texels of a level, and bytes
+/// that products may take more: within a budget these cost less than such an error.
 constexpr double max_error_ratio = 1.5;
 constexpr double max_bytes_more = 256;
 
@@ -330,9 +330,15 @@ void LayerFitter::add_estimate(std::size_t k, const SampleLevel& samples, Sample
   header.width = header.height = 1;
   double of_products = 0;
   std::array<double, 2> of_lobes{};
-  const int probes = rival != nullptr ? std::min(max_probes, samples.texels()) : 0;
-  for (int i = 0; i < probes; ++i) {
-    const std::size_t texel = (1 + i) * samples.height / 3 * samples.width + (1 + 2 * i) * samples.width / 4;
+  std::vector<std::pair<double, std::size_t>> texels;  // by brightness
+  for (std::size_t t = 0; t < truth.pairs[0].size(); ++t) {
+    texels.emplace_back(0, t);
+    for (const auto& image : truth.pairs) texels.back().first -= image[t].length2();
+  }
+  std::ranges::sort(texels);
+  std::set<std::size_t> probes;
+  if (rival != nullptr) probes = {texels[texels.size() / 4].second, texels[texels.size() / 2].second};
+  for (const std::size_t texel : probes) {
     LevelTruth seen{1, 1, {}};
     for (const auto& image : truth.pairs) seen.pairs.push_back({image[texel]});
     of_products += mean_squared_error(seen, [&](std::size_t pair) {
