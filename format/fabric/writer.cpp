@@ -63,10 +63,13 @@ FabricLevel as_stored(FabricLevel level, const LayerSet& half) {
     level.set(kind, std::move(layer));
   }
   if (level.yarns() && half.contains(LayerKind::indirect)) {
-    YarnData data = level.yarns()->data();
+    const YarnData& before = level.yarns()->data();
+    YarnData data = before;
     round_to_half(data.light);
     round_to_half(data.through);
-    level.set_yarns(std::make_shared<const Yarns>(std::move(data), level.yarns()->period()));
+    // Yarns take long to build.
+    if (data.light != before.light || data.through != before.through)
+      level.set_yarns(std::make_shared<const Yarns>(std::move(data), level.yarns()->period()));
   }
   return level;
 }
