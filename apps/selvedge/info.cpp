@@ -32,7 +32,7 @@ constexpr const char* cell_lines =
     "texels         {texels}\nmm per repeat  {mmPerRepeat/0:.4g} x {mmPerRepeat/1:.4g}\nthickness      "
     "{thickness:.4g} mm, reference "
     "height "
-    "{referenceHeight:.4g} mm\nmade of        {provenance/stitch}, {provenance/triangles} triangles\nmade by "
+    "{referenceHeight:.4g} mm\nmade of        {provenance/stitch}\nmade by "
     "       {provenance/software}\n";
 
 Info fabric_info(const std::string& path, const SceneLimits& limits) {

@@ -61,8 +61,6 @@ Json bake_json(const BakeReport& r, const std::string& output) {
   Json json = Json::object();
   if (!output.empty()) json = {{"output", output}, {"bytes", size_of_file(output)}};
   json.update({{"seconds", r.seconds},
-               {"rays", r.rays},
-               {"raysPerSecond", static_cast<double>(r.rays) / r.seconds},
                {"coverage", r.coverage},
                {"samples", r.samples},
                {"truthSamples", r.truth_samples},
@@ -75,10 +73,7 @@ Json bake_json(const BakeReport& r, const std::string& output) {
 }
 
 std::string bake_text(const Json& bake) {
-  return filled(
-             "baked in {seconds:.1f} s, {rays:.3g} rays ({raysPerSecond:.3g} a second), {samples} samples, "
-             "noise {noise:.2g}",
-             bake) +
+  return filled("baked in {seconds:.1f} s, {samples} samples, noise {noise:.2g}", bake) +
          (bake.contains("output") ? filled(" -> {output} ({bytes} bytes)\n", bake) : "\n");
 }
 
@@ -216,7 +211,8 @@ Result<void> ensure_texels(const V2i& min_texels, int repeats, const MakeCommand
 
 /// The data sheet of a stitch (spec/fabric.md), to four digits. Refuses yarn that is to be stored but that no
 /// fabric file can hold.
-Json sheet_of(const FoundStitch& stitch, const CellMesh& mesh, const MakeCommand& command) {
+Json sheet_of(const FoundStitch& stitch, const YarnData& yarns, const V2d& period,
+              const MakeCommand& command) {
   const auto numbers =
       reading(command.input, [&] { return textile_numbers(stitch.pattern, stitch.stitches); });
   if (!numbers && command.options.bake.yarns) throw Failure{numbers.error()};
@@ -237,16 +233,15 @@ Json sheet_of(const FoundStitch& stitch, const CellMesh& mesh, const MakeCommand
                 {"thicknessMm", short_number(numbers->thickness_mm)},
                 {"cover", short_number(numbers->cover)},
                 {"coverWithHairs", short_number(numbers->cover_hairs)}};
-  const std::array<YarnRuns, 2> runs = Yarns(mesh.yarns, V2f(mesh.period)).variation().runs;
+  const std::array<YarnRuns, 2> runs = Yarns(yarns, V2f(period)).variation().runs;
   if (runs[0].rows > 0 && runs[1].rows > 0) {
     sheet["construction"] = "weave";
-    sheet["endsPerCentimetre"] = short_number(runs[1].rows * 10 / mesh.period.x);
-    sheet["picksPerCentimetre"] = short_number(runs[0].rows * 10 / mesh.period.y);
+    sheet["endsPerCentimetre"] = short_number(runs[1].rows * 10 / period.x);
+    sheet["picksPerCentimetre"] = short_number(runs[0].rows * 10 / period.y);
   } else if (stitch.stitches > 0) {
     sheet["construction"] = "knit";
     sheet["tightness"] = short_number(numbers->tightness);
-    sheet["stitchesPerSquareCentimetre"] =
-        short_number(stitch.stitches * 100 / (mesh.period.x * mesh.period.y));
+    sheet["stitchesPerSquareCentimetre"] = short_number(stitch.stitches * 100 / (period.x * period.y));
   }
   return sheet;
 }
@@ -306,6 +301,9 @@ Baked bake_cell(const MakeCommand& command) {
     if (!command.rays_given) share_rays(options);
     tell_work(size, command, options);
   };
+  // The yarn lights itself; a mesh is for what is traced (docs/bake.md).
+  cell_options.mesh_of_stitch =
+      !options.yarns || command.bounces_given || cell_options.mesh.cells_across.has_value();
   const auto cell = value_or_throw(find_cell(command.input, cell_options));
   if (cell.stitch)
     value_or_throw(ensure_texels(cell.stitch->min_texels, cell.stitch->repeats, command, options));
@@ -313,14 +311,18 @@ Baked bake_cell(const MakeCommand& command) {
   if (!command.bounces_given && !cell.mesh.transmission.empty()) options.bounces = unlimited_bounces;
   TerminalProgress progress("bake", common.quiet);
   Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
-                     {"stitch", std::filesystem::path(command.input).filename().string()},
-                     {"vertices", cell.mesh.positions.size()},
-                     {"triangles", cell.mesh.triangles.size()}};
-  if (cell.stitch && !cell.mesh.yarns.curves.empty())
-    provenance["sheet"] = sheet_of(*cell.stitch, cell.mesh, command);
-  auto baked = value_or_throw(bake(cell.mesh, command.input, options,
-                                   provenance.dump(-1, ' ', false, Json::error_handler_t::replace),
-                                   progress.callback()));
+                     {"stitch", std::filesystem::path(command.input).filename().string()}};
+  if (!cell.yarn) {
+    provenance["vertices"] = cell.mesh.positions.size();
+    provenance["triangles"] = cell.mesh.triangles.size();
+  }
+  const YarnData& yarns = cell.yarn ? cell.yarn->yarns : cell.mesh.yarns;
+  const V2d& period = cell.yarn ? cell.yarn->period : cell.mesh.period;
+  if (cell.stitch && !yarns.curves.empty())
+    provenance["sheet"] = sheet_of(*cell.stitch, yarns, period, command);
+  const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
+  auto baked = value_or_throw(cell.yarn ? bake(*cell.yarn, command.input, options, text, progress.callback())
+                                        : bake(cell.mesh, command.input, options, text, progress.callback()));
   // After the work, so that an error is a single line.
   report_remarks(common, command.input, cell.remarks);
   report_remarks(common, command.input, baked.report.remarks);

@@ -6,9 +6,11 @@
 
 #include "converter/bake/setup.h"
 #include "converter/bake/texels.h"
-#include "converter/bake/yarn_light.h"
+#include "converter/bake/yarn_samples.h"
+#include "converter/light/line_light.h"
 #include "converter/mesh/find_yarns.h"
 #include "format/base/guard.h"
+#include "format/base/parallel.h"
 #include "format/base/random.h"
 #include "format/fabric/json_parts.h"
 
@@ -39,17 +41,30 @@ YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
   return stored ? std::move(found.yarns) : YarnData();
 }
 
+/// Adds the samples of a pair to its set.
+void append(PairSamples& to, const PairSamples& from) {
+  const auto add = [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); };
+  add(to.alpha, from.alpha);
+  add(to.alpha_noise, from.alpha_noise);
+  add(to.radiance, from.radiance);
+  add(to.noise, from.noise);
+}
+
+PairSamples empty_set(const SamplesHeader& header, PairKind kind) {
+  PairSamples set;
+  set.width = header.width;
+  set.height = header.height;
+  set.pairs = header.pairs[index_of(kind)];
+  return set;
+}
+
 /// The samples of one pair set. Indirect light is computed for many pairs together.
 PairSamples bake_pairs(const TexelBaker& baker, IrradianceCache* cache, const TracedCell& cell,
                        const BakeOptions& o, const SamplesHeader& header, PairKind kind,
                        const std::function<void()>& done, NoiseSum& noise) {
   constexpr std::size_t at_once = 64;
-  PairSamples result;
-  result.width = header.width;
-  result.height = header.height;
-  result.pairs = header.pairs[index_of(kind)];
+  PairSamples result = empty_set(header, kind);
   std::vector<float> irradiance;
-  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
   for (std::size_t p = 0; p < result.pairs.size(); ++p) {
     const DirectionPair& pair = result.pairs[p];
     const std::size_t first = p / at_once * at_once;
@@ -65,24 +80,22 @@ PairSamples bake_pairs(const TexelBaker& baker, IrradianceCache* cache, const Tr
       lit.solved = count;
       lit.first = p - first;
     }
-    NoiseSum of_pair;
-    const PairSamples one =
-        baker.bake_pair(pair, lit, header.truth_samples, seed_of(o.seed, stream_of(kind), p), of_pair);
-    noise += of_pair;
-    append(result.alpha, one.alpha);
-    append(result.alpha_noise, one.alpha_noise);
-    append(result.radiance, one.radiance);
-    append(result.noise, one.noise);
+    append(result,
+           baker.bake_pair(pair, lit, header.truth_samples, seed_of(o.seed, stream_of(kind), p), noise));
     done();
   }
   return result;
 }
 
-/// The yarns with their light, heights above the lowest point of the cell, as their file gives them back.
-YarnData lit_yarns(const TracedCell& cell, YarnData yarns, float lowest, const BakeOptions& o,
-                   IrradianceCache* cache, const SamplesHeader& header) {
-  for (V3f& node : yarns.nodes) node.z -= lowest;
-  trace_yarn_light(cell, {o.yarn_paths, o.bounces, o.seed, o.both_sides}, cache, yarns);
+/// The yarns with their light, as their file gives them back.
+YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHeader& header,
+                   BakeReport& report) {
+  YarnData yarns = cell.yarns;
+  yarns.light.assign(std::size_t{light_values_per_station} * counts_of(yarns).stations, 0);
+  value_or_throw(validate(yarns, header.period_mm));
+  const auto ground = o.ground ? std::optional(static_cast<float>(*o.ground)) : std::nullopt;
+  if (!light_yarn(yarns, header.period_mm, cell.through, {o.both_sides, ground}))
+    report.remarks.emplace_back("yarn that absorbs next to nothing: some of its light may be missing");
   auto stored = value_or_throw(
       yarns_from_values(curve_values(yarns), indirect_values(yarns), header.yarns, header.period_mm));
   if (header.both_sides)
@@ -98,21 +111,63 @@ double coverage_of(const Samples& samples) {
   return sum / (static_cast<double>(samples.header.view_count()) * samples.header.texels());
 }
 
-Baked baked_cell(const CellMesh& given, const std::string& name, const BakeOptions& options,
+/// Tells the fraction of the work that is done, in rays times lights.
+class Work {
+ public:
+  Work(const SamplesHeader& header, const Progress& progress)
+      : view(1.0 * header.samples_per_texel * header.light_count()),
+        pair(header.truth_samples),
+        progress_(progress) {
+    whole_ = view * header.view_count();
+    for (const auto& pairs : header.pairs) whole_ += pair * static_cast<double>(pairs.size());
+  }
+  void done(double work) {
+    done_ += work;
+    if (progress_) progress_(done_ / whole_);
+  }
+  const double view, pair;
+
+ private:
+  const Progress& progress_;
+  double whole_ = 0;
+  double done_ = 0;
+};
+
+/// Rounds the samples as their file stores them, and reports on them.
+void finish(Baked& baked, const BakeOptions& o, const NoiseSum& noise, const NoiseSum& held_out) {
+  Samples& samples = baked.samples;
+  BakeReport& report = baked.report;
+  const auto warnings = value_or_throw(round_as_stored(samples));
+  for (const Error& warning : warnings) report.remarks.push_back(to_line(warning));
+  nlohmann::json text = provenance_json(samples.header.provenance);
+  text["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", held_out.relative()}};
+  samples.header.provenance = text.dump();
+  report.coverage = coverage_of(samples);
+  report.noise = noise.relative();
+  report.truth_noise = held_out.relative();
+  report.samples = samples.header.samples_per_texel;
+  report.truth_samples = samples.header.truth_samples;
+  report.reference_height = static_cast<double>(samples.header.reference_height);
+  report.indirect = o.indirect;
+}
+
+Baked baked_mesh(const CellMesh& given, const std::string& name, const BakeOptions& options,
                  const std::string& provenance, const Progress& progress) {
   const Stopwatch watch;
   BakeOptions o = options;
   value_or_throw(check_options(o, name));
-  const auto cell = value_or_throw(trace_cell(given, name, o.ground));
+  const auto traced = value_or_throw(trace_cell(given, name, o.ground));
   Baked baked;
   BakeReport& report = baked.report;
   CellMesh mesh = given;
   if (o.yarns) mesh.yarns = stored_yarns(given, report);
-  const auto plane = value_or_throw(plane_of(mesh, cell, name, o));
+  YarnCell cell = yarn_cell_of(mesh);
+  cell.thickness = traced.thickness_mm();
+  const auto plane = value_or_throw(plane_of(cell.thickness, mesh.period, name, o));
 
   std::optional<IrradianceCache> cache;
   if (o.indirect == IndirectLight::cached) {
-    cache = IrradianceCache::build(cell.scene, seed_of(o.seed, stream_cache, 0), o.both_sides);
+    cache = IrradianceCache::build(traced.scene, seed_of(o.seed, stream_cache, 0), o.both_sides);
     if (!cache) {
       o.indirect = IndirectLight::traced;
       report.remarks.push_back(
@@ -123,25 +178,15 @@ Baked baked_cell(const CellMesh& given, const std::string& name, const BakeOptio
   }
   IrradianceCache* const cached = cache ? &*cache : nullptr;
   Samples& samples = baked.samples;
-  SamplesHeader& header = samples.header = samples_header(mesh, o, plane, cell.thickness_mm(), provenance);
-  const TexelBaker baker(cell.scene, cached, o.bounces, V2i(o.width, o.height), plane / cell.mm);
-  // Work is measured in rays times lights.
-  const double view_work = 1.0 * header.samples_per_texel * header.light_count();
-  const double pair_work = header.truth_samples;
-  double left = view_work * header.view_count();
-  for (const auto& pairs : header.pairs) left += pair_work * static_cast<double>(pairs.size());
-  const double whole = left;
-  const auto done = [&](double work) {
-    left -= work;
-    if (progress) progress(1 - left / whole);
-  };
-
+  SamplesHeader& header = samples.header = samples_header(cell, digest_of(mesh), o, plane, provenance);
+  const TexelBaker baker(traced.scene, cached, o.bounces, V2i(o.width, o.height), plane / traced.mm);
+  Work work(header, progress);
   const std::vector<V3f> views = directions_of(header.views, header.both_sides);
   const std::vector<V3f> lights = directions_of(header.lights, header.both_sides);
   NoiseSum noise;
   {
     std::vector<float> irradiance;
-    if (cached != nullptr) irradiance = cached->solve(cell.scene, lights, o.bounces);
+    if (cached != nullptr) irradiance = cached->solve(traced.scene, lights, o.bounces);
     for (std::size_t v = 0; v < views.size(); ++v) {
       NoiseSum of_view;
       ViewSamples view = baker.bake_view(views[v], {lights, irradiance}, o.samples,
@@ -150,33 +195,68 @@ Baked baked_cell(const CellMesh& given, const std::string& name, const BakeOptio
       if (views[v].z < 0)
         for (V3f& normal : view.normal) normal = mirrored(normal);
       samples.views.push_back(std::move(view));
-      done(view_work);
+      work.done(work.view);
     }
   }
   ByPairKind<NoiseSum> truth_noise;
   for (const PairKind kind : all_pair_kinds) {
     samples.pairs[index_of(kind)] = bake_pairs(
-        baker, cached, cell, o, header, kind, [&] { done(pair_work); }, truth_noise[index_of(kind)]);
+        baker, cached, traced, o, header, kind, [&] { work.done(work.pair); }, truth_noise[index_of(kind)]);
   }
-  const double noise_of_truth = truth_noise[index_of(PairKind::held_out)].relative();
-  if (header.yarns.curves > 0) {
-    samples.yarns = lit_yarns(cell, mesh.yarns, bounds_of(mesh).min.z, o, cached, header);
-  }
-
-  const auto warnings = value_or_throw(round_as_stored(samples));
-  for (const Error& warning : warnings) report.remarks.push_back(to_line(warning));
-  nlohmann::json text = provenance_json(header.provenance);
-  text["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", noise_of_truth}};
-  header.provenance = text.dump();
-  report.coverage = coverage_of(samples);
-  report.noise = noise.relative();
-  report.truth_noise = noise_of_truth;
-  report.samples = header.samples_per_texel;
-  report.truth_samples = header.truth_samples;
-  report.reference_height = plane;
-  report.indirect = o.indirect;
+  if (header.yarns.curves > 0) samples.yarns = lit_yarns(cell, o, header, report);
+  finish(baked, o, noise, truth_noise[index_of(PairKind::held_out)]);
   report.rays = baker.rays() + (cached != nullptr ? cached->rays() : 0);
   report.seconds = watch.seconds();
+  return baked;
+}
+
+Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOptions& options,
+                 const std::string& provenance, const Progress& progress) {
+  const Stopwatch watch;
+  BakeOptions o = options;
+  o.yarns = true;
+  o.indirect = IndirectLight::lines;
+  o.bounces = unlimited_bounces;
+  value_or_throw(check_options(o, name));
+  const auto plane = value_or_throw(plane_of(cell.thickness, cell.period, name, o));
+  Baked baked;
+  Samples& samples = baked.samples;
+  SamplesHeader& header = samples.header = samples_header(cell, digest_of(cell), o, plane, provenance);
+  samples.yarns = lit_yarns(cell, o, header, baked.report);
+  const YarnSampler sampler(samples.yarns, cell, header.reference_height, V2i(o.width, o.height),
+                            o.both_sides);
+  Work work(header, progress);
+  // Calls sample(i) for all of them, on all threads, and tells the progress between.
+  const auto in_parallel = [&](std::size_t count, double each, const auto& sample) {
+    constexpr std::size_t at_once = 32;
+    for (std::size_t first = 0; first < count; first += at_once) {
+      const std::size_t end = std::min(count, first + at_once);
+      parallel_for(static_cast<int>(first), static_cast<int>(end), sample);
+      work.done(each * static_cast<double>(end - first));
+    }
+  };
+  const std::vector<V3f> views = directions_of(header.views, header.both_sides);
+  const std::vector<V3f> lights = directions_of(header.lights, header.both_sides);
+  std::vector<NoiseSum> noise(views.size());
+  samples.views.resize(views.size());
+  in_parallel(views.size(), work.view,
+              [&](int v) { samples.views[v] = sampler.view(views[v], lights, o.samples, noise[v]); });
+  NoiseSum all;
+  for (const NoiseSum& of_view : noise) all += of_view;
+  NoiseSum held_out;
+  for (const PairKind kind : all_pair_kinds) {
+    PairSamples& set = samples.pairs[index_of(kind)] = empty_set(header, kind);
+    std::vector<PairSamples> pairs(set.pairs.size());
+    noise.assign(set.pairs.size(), {});
+    in_parallel(set.pairs.size(), work.pair,
+                [&](int p) { pairs[p] = sampler.pair(set.pairs[p], header.truth_samples, noise[p]); });
+    for (const PairSamples& pair : pairs) append(set, pair);
+    for (const NoiseSum& of_pair : noise) {
+      if (kind == PairKind::held_out) held_out += of_pair;
+    }
+  }
+  finish(baked, o, all, held_out);
+  baked.report.seconds = watch.seconds();
   return baked;
 }
 
@@ -184,7 +264,12 @@ Baked baked_cell(const CellMesh& given, const std::string& name, const BakeOptio
 
 Result<Baked> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
                    const std::string& provenance, const Progress& progress) {
-  return result_of([&] { return baked_cell(mesh, name, options, provenance, progress); });
+  return result_of([&] { return baked_mesh(mesh, name, options, provenance, progress); });
+}
+
+Result<Baked> bake(const YarnCell& cell, const std::string& name, const BakeOptions& options,
+                   const std::string& provenance, const Progress& progress) {
+  return result_of([&] { return baked_yarn(cell, name, options, provenance, progress); });
 }
 
 }  // namespace selvedge

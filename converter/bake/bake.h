@@ -1,8 +1,9 @@
-// Bake: the mesh of a cell -> its radiance samples (Daubert et al. 2001, section 4; docs/bake.md).
+// Bake: the yarn or the mesh of a cell -> its radiance samples (Daubert et al. 2001, section 4;
+// docs/bake.md).
 //
-// Texels lie on the cell's reference plane; each view projects them along its direction onto the mesh, which
+// Texels lie on the cell's reference plane; each view projects them along its direction onto the cloth, which
 // repeats without end. Light arrives from one direction at a time with unit perpendicular irradiance,
-// directly (with shadows, the yarn's full reflectance) and after up to `bounces` reflections.
+// directly (with shadows, the yarn's full reflectance) and by way of other yarn.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 #include <vector>
 
 #include "converter/light/path_tracer.h"
-#include "converter/mesh/cell_mesh.h"
+#include "converter/mesh/yarn_cell.h"
 #include "format/base/progress.h"
 #include "format/samples/samples.h"
 
@@ -21,10 +22,11 @@ namespace selvedge {
 enum class IndirectLight {
   cached,  ///< by interpolation between points of the mesh (irradiance_cache.h); a mesh that needs too many
            ///< points is traced, which report and provenance record
-  traced   ///< along paths from every sample: slower and noisier, without approximation
+  traced,  ///< along paths from every sample: slower and noisier, without approximation
+  lines    ///< of yarn without a mesh: by global lines (line_light.h), any number of bounces
 };
 
-/// The name in options and files: "cached", "traced".
+/// The name in files: "cached", "traced", "lines".
 const char* name_of(IndirectLight indirect);
 
 /// The height at which texels lie, above the cell's lowest point.
@@ -46,8 +48,8 @@ struct BakeOptions {
   int views = 64;   ///< 1 to 4096; laid out by grid_of()
   int lights = 64;
   int samples = 8;  ///< rays per texel and view
-  int bounces = 2;  ///< indirect bounces, 0 to 64, or unlimited_bounces
-  IndirectLight indirect = IndirectLight::cached;
+  int bounces = 2;  ///< of a mesh: indirect bounces, 0 to 64, or unlimited_bounces
+  IndirectLight indirect = IndirectLight::cached;  ///< of a mesh: `cached` or `traced`
   /// Albedo of a Lambertian plane at the cell's lowest point; without it, light below is lost.
   std::optional<double> ground;
   /// Views and lights of both sides of the cloth; the samples are four times as many. Not above a ground.
@@ -62,21 +64,18 @@ struct BakeOptions {
   /// Stores the yarn itself (format/fabric/yarns.h): the yarn of the mesh, or else the result of
   /// find_yarns(), unless more than a tenth of the surface is no round yarn.
   bool yarns = false;
-  /// Paths of indirect light from each of 16 places around every station of a yarn; yarn with fibres takes
-  /// 3/8 as many.
-  int yarn_paths = 128;
 };
 
 struct BakeReport {
   double seconds = 0;
-  std::uint64_t rays = 0;       ///< primary, bounce and shadow rays
+  std::uint64_t rays = 0;       ///< primary, bounce and shadow rays through a mesh
   double coverage = 0;          ///< mean opacity over texels and views
   double noise = 0;             ///< upper estimate of the relative error of the grid's samples (NoiseSum)
   double truth_noise = 0;       ///< the same for the pairs
   int samples = 0;              ///< rays per texel and view
   int truth_samples = 0;        ///< rays per texel and pair
   double reference_height = 0;  ///< mm above the lowest point
-  /// The method used: `traced` if the mesh is too large for a cache.
+  /// The method used: `traced` if a mesh is too large for a cache.
   IndirectLight indirect = IndirectLight::cached;
   std::vector<std::string> remarks;  ///< options that could not be followed, one line each
 };
@@ -92,6 +91,11 @@ struct Baked {
 /// Bakes `mesh`. `name` stands for the mesh in messages; `provenance` is a JSON object that the samples keep
 /// beside the options. The same mesh, options and seed give the same samples for any number of threads.
 Result<Baked> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
+                   const std::string& provenance = "{}", const Progress& progress = {});
+/// Bakes the yarn of `cell` and stores it, without a mesh and without rays: its light by global lines
+/// (line_light.h), its samples by the splatter (yarn_samples.h). The same for any number of threads of one
+/// kind of processor.
+Result<Baked> bake(const YarnCell& cell, const std::string& name, const BakeOptions& options,
                    const std::string& provenance = "{}", const Progress& progress = {});
 
 }  // namespace selvedge

@@ -44,7 +44,8 @@ void add_pairs_of_sides(SamplesHeader& header) {
 }  // namespace
 
 const char* name_of(IndirectLight indirect) {
-  return indirect == IndirectLight::cached ? "cached" : "traced";
+  constexpr std::array<const char*, 3> names{"cached", "traced", "lines"};
+  return names[static_cast<std::size_t>(indirect)];
 }
 
 std::uint64_t seed_of(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
@@ -65,13 +66,11 @@ Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name, std
   return TracedCell{std::move(*scene), mm};
 }
 
-Result<double> plane_of(const CellMesh& mesh, const TracedCell& cell, const std::string& name,
-                        const BakeOptions& o) {
-  const double thickness = cell.thickness_mm();
+Result<double> plane_of(double thickness, const V2d& period, const std::string& name, const BakeOptions& o) {
   if (o.reference.kind == ReferencePlane::Kind::top) return thickness;
   const double height =
       o.reference.value * (o.reference.kind == ReferencePlane::Kind::fraction ? thickness : 1);
-  if (std::abs(height) > 4 * (thickness + std::max(mesh.period.x, mesh.period.y))) {
+  if (std::abs(height) > 4 * (thickness + std::max(period.x, period.y))) {
     return fail(Code::option_out_of_range, name, "reference-height",
                 fmt::format("{} mm is far from a cell of {:.3g} mm", height, thickness));
   }
@@ -132,14 +131,22 @@ std::string digest_of(const CellMesh& mesh) {
   return digest.hex();
 }
 
-SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& o, double plane_mm, double thickness_mm,
-                             const std::string& provenance) {
+std::string digest_of(const YarnCell& cell) {
+  Digest digest;
+  digest.update(&cell.period, sizeof cell.period);
+  add(curve_values(cell.yarns), digest);
+  add(cell.through, digest);
+  return digest.hex();
+}
+
+SamplesHeader samples_header(const YarnCell& cell, const std::string& digest, const BakeOptions& o,
+                             double plane_mm, const std::string& provenance) {
   SamplesHeader header;
   header.width = o.width;
   header.height = o.height;
-  header.period_mm = V2f(mesh.period);
+  header.period_mm = V2f(cell.period);
   header.reference_height = static_cast<float>(plane_mm);
-  header.thickness_mm = static_cast<float>(thickness_mm);
+  header.thickness_mm = static_cast<float>(cell.thickness);
   header.views = grid_of(o.views);
   header.lights = grid_of(o.lights);
   header.samples_per_texel = o.samples;
@@ -153,14 +160,14 @@ SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& o, double 
     if (o.both_sides) add_pairs_of_sides(header);
   }
   header.both_sides = o.both_sides;
-  if (o.yarns) header.yarns = counts_of(mesh.yarns);
+  if (o.yarns) header.yarns = counts_of(cell.yarns);
   nlohmann::json text = provenance_json(provenance);
   nlohmann::json& bake = text["bake"];
   bake = {{"samples", o.samples},
           {"seed", o.seed},
           {"indirect", name_of(o.indirect)},
           {"referencePlane", name_of(o.reference.kind)},
-          {"mesh", digest_of(mesh)}};
+          {"digest", digest}};
   bake["bounces"] = o.bounces == unlimited_bounces ? nlohmann::json("unlimited") : nlohmann::json(o.bounces);
   if (o.ground) bake["ground"] = *o.ground;
   header.provenance = text.dump();

@@ -2,6 +2,8 @@
 #pragma once
 
 #include "converter/bake/bake.h"
+#include "converter/light/ray_scene.h"
+#include "converter/mesh/yarn_cell.h"
 
 namespace selvedge {
 
@@ -14,8 +16,8 @@ struct TracedCell {
 /// `ground` as in BakeOptions. Refuses a mesh that validate() refuses.
 Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name, std::optional<double> ground);
 
-/// Height of the reference plane above the lowest point of `mesh`, mm; `cell` is made of `mesh`.
-Result<double> plane_of(const CellMesh& mesh, const TracedCell& cell, const std::string& name,
+/// Height of the reference plane above the lowest point of a cell, mm.
+Result<double> plane_of(double thickness_mm, const V2d& period_mm, const std::string& name,
                         const BakeOptions& options);
 
 /// The seed of item `index` of an independent stream of random numbers.
@@ -23,11 +25,13 @@ std::uint64_t seed_of(std::uint64_t seed, std::uint64_t stream, std::uint64_t in
 
 Result<void> check_options(const BakeOptions& options, const std::string& name);
 
-/// XXH3-128 of all members of the mesh that light depends on.
+/// XXH3-128 of all that light depends on.
 std::string digest_of(const CellMesh& mesh);
+std::string digest_of(const YarnCell& cell);
 
-/// The header without the noise, which is known only after the bake. `plane_mm`, `thickness_mm`: mm.
-SamplesHeader samples_header(const CellMesh& mesh, const BakeOptions& options, double plane_mm,
-                             double thickness_mm, const std::string& provenance);
+/// The header without the noise, which is known only after the bake. `cell`: with the yarn that is stored, if
+/// any, and the thickness. `digest`: of all that light depends on.
+SamplesHeader samples_header(const YarnCell& cell, const std::string& digest, const BakeOptions& options,
+                             double plane_mm, const std::string& provenance);
 
 }  // namespace selvedge

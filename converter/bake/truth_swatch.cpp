@@ -44,7 +44,7 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
   return result_of([&] {
     value_or_throw(check_truth(shot, options, name));
     const TracedCell cell = value_or_throw(trace_cell(mesh, name, options.ground));
-    const double plane = value_or_throw(plane_of(mesh, cell, name, bake_like(options)));
+    const double plane = value_or_throw(plane_of(cell.thickness_mm(), mesh.period, name, bake_like(options)));
     const RayScene& scene = cell.scene;
     const PathTracer tracer(scene, options.bounces);
     const LightChoice choice(shot.lights);

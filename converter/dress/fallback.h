@@ -37,7 +37,7 @@ Result<int> add_fallback_texture(GltfDocument& document, const Fallback& fallbac
 /// The same of any linear picture.
 Result<int> add_color_texture(GltfDocument& document, const Image& image, const char* title);
 
-/// Removes a material's lobes, which a fallback replaces (emission is none); `unfit_alone`: those that may
+/// Removes a material's lobes, which a fallback replaces (emission stays); `unfit_alone`: those that may
 /// not stand beside a fabric. Gives back their extensions.
 std::vector<std::string> drop_lobes(GltfDocument& document, Json& material, bool unfit_alone = false);
 

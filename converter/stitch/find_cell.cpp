@@ -39,8 +39,13 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
       return fail(Code::option_out_of_range, name_or_path, "--period", "a stitch has its own period");
     MeshOptions mesh_options = options.mesh;
     mesh_options.repeats = cell.stitch->repeats;
-    cell.mesh = value_or_throw(reading(
-        name_or_path, [&] { return value_or_throw(mesh_stitch(cell.stitch->pattern, mesh_options)); }));
+    const StitchPattern& pattern = cell.stitch->pattern;
+    if (options.mesh_of_stitch)
+      cell.mesh = value_or_throw(
+          reading(name_or_path, [&] { return value_or_throw(mesh_stitch(pattern, mesh_options)); }));
+    else
+      cell.yarn =
+          value_or_throw(reading(name_or_path, [&] { return value_or_throw(yarn_cell_of(pattern)); }));
     cell.remarks = cell.stitch->remarks;
     return cell;
   });

@@ -13,14 +13,16 @@
 namespace selvedge {
 
 struct CellOptions {
-  MeshOptions mesh;          ///< used for stitches
-  MeshImportOptions import;  ///< used for mesh files; a period for a stitch is refused
-  StitchSettings settings;   ///< of a stitch's parameters; refused for mesh files
-  StitchStart start = {};    ///< called before the yarns of a chart or draft are laid
+  MeshOptions mesh;            ///< used for stitches
+  MeshImportOptions import;    ///< used for mesh files; a period for a stitch is refused
+  StitchSettings settings;     ///< of a stitch's parameters; refused for mesh files
+  StitchStart start = {};      ///< called before the yarns of a chart or draft are laid
+  bool mesh_of_stitch = true;  ///< false: stitches get their yarn alone
 };
 
 struct Cell {
-  CellMesh mesh;
+  CellMesh mesh;                       ///< empty if `yarn` is set
+  std::optional<YarnCell> yarn;        ///< of a stitch, where no mesh is wanted
   std::optional<FoundStitch> stitch;   ///< of which the mesh was made
   std::optional<MeshChoices> choices;  ///< of a mesh file
   std::vector<std::string> remarks;    ///< choices, guesses and omissions, one line each

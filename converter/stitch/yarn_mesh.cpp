@@ -183,8 +183,13 @@ YarnStrands strands_of(const Yarn& yarn, int seed) {
   return strands;
 }
 
-/// Gives the curves of a mesh their strands.
-void give_strands(const StitchPattern& described, const StitchPattern& laid, CellMesh& mesh) {
+/// Chains of a yarn whose plies are no part of one curve.
+int chains_of_plies(const Yarn& yarn) {
+  return yarn.plies == 1 ? 1 : std::gcd(course_of_plies(yarn).shift, yarn.plies);
+}
+
+/// Gives the curves of a pattern their strands.
+void give_strands(const StitchPattern& described, const StitchPattern& laid, YarnData& yarns) {
   std::size_t c = 0;
   int chain = 0;
   const auto next_strands = [&] {
@@ -193,12 +198,11 @@ void give_strands(const StitchPattern& described, const StitchPattern& laid, Cel
     return strands;
   };
   for (const Yarn& yarn : described.yarns) {
-    if (yarn.plies == 1 || mesh.yarns.curves[c].plies.count == 1) {
-      const int chains = yarn.plies == 1 ? 1 : std::gcd(course_of_plies(yarn).shift, yarn.plies);
-      for (int k = 0; k < chains; ++k) mesh.yarns.curves[c++].strands = next_strands();
+    if (yarns.curves[c].plies.count == 1) {
+      for (int k = chains_of_plies(yarn); k > 0; --k) yarns.curves[c++].strands = next_strands();
       continue;
     }
-    YarnCurve& curve = mesh.yarns.curves[c++];
+    YarnCurve& curve = yarns.curves[c++];
     const YarnPlies& plies = curve.plies;
     const int chains = std::gcd(plies.shift, plies.count);
     const int passes = plies.count / chains;
@@ -219,6 +223,19 @@ void give_strands(const StitchPattern& described, const StitchPattern& laid, Cel
     strands.shift =
         static_cast<int>(std::lround(std::clamp(lays * strands.count, -1.0 * max_pieces, 1.0 * max_pieces)));
   }
+}
+
+bool is_varied(const StitchPattern& pattern) {
+  return std::ranges::any_of(pattern.yarns, [](const Yarn& yarn) {
+    return yarn.fibre != 0 || yarn.irregularity > 0 || yarn.hairiness > 0;
+  });
+}
+
+/// The curves of a pattern with their strands. `laid`: by lay_plies().
+YarnData stranded(const StitchPattern& described, const StitchPattern& laid) {
+  YarnData yarns = value_or_throw(yarn_curves_of(described));
+  if (is_varied(laid)) give_strands(described, laid, yarns);
+  return yarns;
 }
 
 /// The place on the yarn or ply whose surface is the nearest to a vertex.
@@ -363,18 +380,14 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
   CellMesh mesh;
   mesh.period = pattern.period_mm;
   mesh.triangles = marched.triangles;
-  mesh.yarns = value_or_throw(yarn_curves_of(described));
+  mesh.yarns = stranded(described, pattern);
   mesh.positions.reserve(marched.positions.size());
   const auto any = [&](const auto& test) { return std::ranges::any_of(pattern.yarns, test); };
   const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre != 0; });
   const bool translucent = any([](const Yarn& yarn) { return yarn.transmission > 0; });
-  const bool varied =
-      any([](const Yarn& yarn) { return yarn.fibre != 0 || yarn.irregularity > 0 || yarn.hairiness > 0; });
+  const bool varied = is_varied(pattern);
   std::optional<Yarns> yarns;
-  if (varied) {
-    give_strands(described, pattern, mesh);
-    yarns.emplace(mesh.yarns, V2f(mesh.period));
-  }
+  if (varied) yarns.emplace(mesh.yarns, V2f(mesh.period));
   for (std::size_t v = 0; v < marched.positions.size(); ++v) {
     mesh.positions.emplace_back(marched.positions[v]);
     const std::size_t original = marched.original[v];
@@ -467,6 +480,21 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
     YarnChainOptions coarser = options;
     for (double* sag : {&coarser.max_sag, &coarser.max_flat_sag}) *sag *= times * times;
     return chains_of(pattern, coarser);
+  });
+}
+
+Result<YarnCell> yarn_cell_of(const StitchPattern& pattern) {
+  return result_of([&] {
+    value_or_throw(validate(pattern, pattern.name));
+    YarnCell cell{
+        pattern.period_mm, stranded(pattern, value_or_throw(lay_plies(pattern, pattern.name))), {}, 0};
+    for (const Yarn& yarn : pattern.yarns) {
+      const int chains = cell.yarns.curves[cell.through.size()].plies.count > 1 ? 1 : chains_of_plies(yarn);
+      const double t = yarn.transmission;
+      cell.through.insert(cell.through.end(), chains, V3f(wall_albedo(V3d(yarn.albedo), t) * t));
+    }
+    settle(cell);
+    return cell;
   });
 }
 

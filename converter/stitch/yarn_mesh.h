@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "converter/mesh/cell_mesh.h"
+#include "converter/mesh/yarn_cell.h"
 #include "converter/mesh/yarn_chain.h"
 #include "converter/stitch/pattern.h"
 
@@ -28,6 +28,9 @@ struct MeshOptions {
 /// off it. z is the pattern's. Refuses an invalid pattern, cells_across out of range, and a
 /// grid too coarse for its thinnest yarn (less than two cubes to the diameter) or of more than 2^24 points.
 Result<CellMesh> mesh_stitch(const StitchPattern& pattern, const MeshOptions& options = {});
+
+/// The yarns alone, with their strands and hairs. Refuses what mesh_stitch() does, but for the grid.
+Result<YarnCell> yarn_cell_of(const StitchPattern& pattern);
 
 /// The yarns as a fabric file holds them: curves, nodes and counts of stations (append_chain()); no light
 /// yet. Heights are the pattern's own. Yarns of several plies are one curve, or one a ply where the plies

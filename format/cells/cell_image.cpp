@@ -600,6 +600,12 @@ CellSize cell_size(const V2f& pixel, float samples) {
   return size;
 }
 
+namespace {}  // namespace
+
+const YarnPieces& pieces_of(const CellYarn& yarn, const CellView& view) {
+  return yarn.pieces(view.piece_pixels * pixel_width(yarn.yarns().period(), view.size));
+}
+
 namespace {
 
 /// CellImage::heights of what was seen.
@@ -690,10 +696,6 @@ void shade_hairs(const ShadingJob& job, std::vector<Group>& colours) {
   for (std::size_t k = 0; k < hairs; ++k) colours[k][3] = 1;
 }
 
-const YarnPieces& pieces_of(const CellYarn& yarn, const CellView& view) {
-  return yarn.pieces(view.piece_pixels * pixel_width(yarn.yarns().period(), view.size));
-}
-
 /// Adds the yarn to the samples of an image.
 void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch) {
   const float pixel = pixel_width(yarn.yarns().period(), view.size);
@@ -717,11 +719,16 @@ void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, 
 
 }  // namespace
 
+void make_yarn_samples(const CellSource& source, const CellView& view, CellScratch& scratch) {
+  const V2i& samples = view.size.samples;
+  scratch.raw.assign(static_cast<std::size_t>(samples.x) * samples.y * view.planes, Group{});
+  if (view.levels.yarn > 0) add_yarn(*source.yarn, view, *source.shadows, scratch);
+}
+
 void make_cell_image(const CellSource& source, const CellView& view, CellScratch& scratch, CellImage& image) {
   const CellSize& size = view.size;
   const float of_yarn = view.levels.yarn;
-  scratch.raw.assign(static_cast<std::size_t>(size.samples.x) * size.samples.y * view.planes, Group{});
-  if (of_yarn > 0) add_yarn(*source.yarn, view, *source.shadows, scratch);
+  make_yarn_samples(source, view, scratch);
   if (of_yarn < 1) {
     for (Group& sample : scratch.raw) {
       for (float& value : sample) value *= of_yarn;

@@ -60,6 +60,12 @@ struct CellScratch {
   std::vector<Group> rows, sums;
 };
 
+/// The pieces of yarn that an image shows.
+const YarnPieces& pieces_of(const CellYarn& yarn, const CellView& view);
+/// The points of an image's yarn before they are filtered: scratch.raw, the lowest row first, and
+/// scratch.seen.
+void make_yarn_samples(const CellSource& source, const CellView& view, CellScratch& scratch);
+
 /// The same bytes for the same arguments on processors of one vector width.
 void make_cell_image(const CellSource& source, const CellView& view, CellScratch& scratch, CellImage& image);
 

@@ -34,7 +34,7 @@ std::string colour_of_direction(const LayerShape&, int channel) {
 std::string number(const LayerShape&, int channel) { return fmt::format("{}", channel); }
 
 /// Channels of a part whose values are spread over the texels of level 0.
-int spread(int values, const LayerShape& shape) {
+int channels_of(int values, const LayerShape& shape) {
   return (values + shape.base_texels - 1) / shape.base_texels;
 }
 
@@ -66,12 +66,13 @@ constexpr std::array<LayerRow, all_layers.size()> rows{{
     {names::part_light, [](const LayerShape& s) { return 3 * s.lights; }, colour_of_direction,
      all_not_negative},
     {names::part_products, [](const LayerShape& s) { return s.products; }, number, all_finite},
-    {names::part_bases, [](const LayerShape& s) { return spread(values_of_bases(s), s); }, number,
+    {names::part_bases, [](const LayerShape& s) { return channels_of(values_of_bases(s), s); }, number,
      all_finite},
-    {names::part_yarns, [](const LayerShape& s) { return spread(curve_value_count(s.yarns), s); }, number,
-     all_finite},
-    {names::part_indirect, [](const LayerShape& s) { return spread(s.yarns.values * s.yarns.stations, s); },
+    {names::part_yarns, [](const LayerShape& s) { return channels_of(curve_value_count(s.yarns), s); },
      number, all_finite},
+    {names::part_indirect,
+     [](const LayerShape& s) { return channels_of(s.yarns.values * s.yarns.stations, s); }, number,
+     all_finite},
 }};
 
 const LayerRow& row_of(LayerKind kind) { return rows[index_of(kind)]; }

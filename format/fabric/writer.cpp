@@ -144,7 +144,7 @@ Result<FabricHeader> add_side(const Fabric& side, const YarnCounts& yarns, const
   return header;
 }
 
-/// What is written: the preview, and a part for each layer of each side.
+/// The parts that are written: the preview, and one for each layer of each side.
 struct FabricParts {
   std::vector<ExrPart> parts;
   std::vector<SideLayer> layers;

@@ -92,7 +92,8 @@ struct YarnData {
   std::vector<YarnCurve> curves;
   std::vector<V3f> nodes;    ///< curve by curve, along its chain, also beyond the cell
   std::vector<float> light;  ///< [station][(i * light_functions_of_yarn + k) * 3 + colour], then the moments
-  /// The same for all light from below, direct and indirect, mirrored into the upper half; empty: unknown.
+  /// The same for light from below, mirrored into the upper half, with direct light where the yarn faces up:
+  /// where it faces down, the cloth turned over adds that. Empty: unknown.
   std::vector<float> through;
   bool operator==(const YarnData&) const = default;
 };

@@ -196,7 +196,8 @@ int draw(int argc, char** argv) {
   const FibreTracer tracer(scene, fibres.yarns, options.bounces);
   const LightChoice choice(shot.lights);
   const auto cell = value_or_throw(trace_cell(mesh, pattern.name, {}));
-  const double plane = value_or_throw(plane_of(mesh, cell, pattern.name, bake_like(options)));
+  const double plane =
+      value_or_throw(plane_of(cell.thickness_mm(), mesh.period, pattern.name, bake_like(options)));
   const SwatchCell place{scene.period(), 1e-3, static_cast<double>(bounds_of(mesh).min.z) + plane,
                          scene.high()};
   const TruthSwatch drawn =

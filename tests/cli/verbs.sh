@@ -153,11 +153,11 @@ test_report_of_every_verb_is_json() {
   reports selvedge stitch selvedge stitch plain-knit --set yarn=tube -o k.ply
   holds "r.triangles > 100 && r.periodMm[0] === 5"
   reports selvedge bake selvedge bake plain-knit --set yarn=tube -o k.samples.exr "${small[@]}"
-  holds "r.bytes === $(stat -c %s k.samples.exr) && r.rays > 0 && r.coverage > 0.5 && r.coverage <= 1"
+  holds "r.bytes === $(stat -c %s k.samples.exr) && r.indirect === 'lines' && r.coverage > 0.5 && r.coverage <= 1"
   reports selvedge fit selvedge fit k.samples.exr -o k.fabric.exr
   holds "r.bytes === $(stat -c %s k.fabric.exr) && r.levels.length === 4"
   reports selvedge make selvedge make --quality paper plain-weave --set yarn=tube -o w.fabric.exr "${small[@]}"
-  holds "r.bake.rays > 0 && r.fit.output === 'w.fabric.exr'"
+  holds "r.bake.samples > 0 && r.fit.output === 'w.fabric.exr'"
   write_quad quad.gltf
   reports selvedge dress selvedge dress quad.gltf k.fabric.exr -o quad.glb --material cloth
   holds "r.materials.length === 1 && r.materials[0].name === 'cloth' && r.bytes === $(stat -c %s quad.glb)"
@@ -229,7 +229,7 @@ test_info_is_a_table_that_fits_a_screen() {
     [ "$(wc -L <"$scratch/out")" -le 100 ] || fail "$file: wider than 100: $(cat "$scratch/out")"
   done
   exits 0 selvedge info k.fabric.exr
-  grep -q '^made of .*plain-knit, [0-9]* triangles$' "$scratch/out" || fail "$(cat "$scratch/out")"
+  grep -q '^made of .*plain-knit$' "$scratch/out" || fail "$(cat "$scratch/out")"
   grep -qE '^held-out dB +[0-9.]+' "$scratch/out" || fail "no held-out errors: $(cat "$scratch/out")"
 }
 

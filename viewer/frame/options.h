@@ -47,7 +47,7 @@ struct CellImageOptions {
   float samples = 4;  ///< of an image along a pixel's side
   PatchLimits patches;
   bool hairs_behind = true;  ///< also on what only shows behind other surfaces
-  // Of CellView.
+  // As in CellView.
   bool hair_shadows = true;
   bool coarse_shading = false;
   float shadow_texels = 2;

@@ -282,7 +282,6 @@ TEST_CASE("bad input is refused before any light is traced") {
 TEST_CASE("yarns that a mesh does not know are found, and a surface that is no yarn is remarked") {
   BakeOptions o = small_bake();
   o.yarns = true;
-  o.yarn_paths = 1;
   o.validation_pairs = o.held_out_pairs = 1;
   // 40 cubes: 1 % of the surface is too rough to be found.
   CellMesh mesh = test::need(load_cell("plain-weave", {.cells_across = 60}));

@@ -241,7 +241,7 @@ TEST_CASE("dress: without the fallback the core material is left as it was") {
   CHECK(after.contains("extensions"));
   after.erase("extensions");
   CHECK(after == before);
-  // What may not stand beside a fabric goes all the same.
+  // Extensions that may not stand beside a fabric go all the same.
   Workshop old;
   old.edit([](Json& json) {
     json["extensionsUsed"] = {"KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness"};

@@ -1,0 +1,169 @@
+#include "converter/bake/yarn_samples.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "format/cells/cell_image.h"
+#include "format/fabric/yarn_section.h"
+
+namespace selvedge {
+namespace {
+
+/// Points of a texel along a side at least: of few texels, and of many, whose errors average out.
+constexpr int min_points = 6;
+constexpr int min_points_of_many = 4;
+constexpr int many_texels = 1 << 12;
+/// Bytes of the points under all lights at once.
+constexpr std::size_t max_bytes = std::size_t{32} << 20;
+/// The detail with which strands and hairs are seen.
+constexpr float detail = 64;
+constexpr float shadow_texels = 4;
+constexpr float piece_texels = 0.5F;
+constexpr std::size_t shadow_bytes = std::size_t{96} << 20;
+
+}  // namespace
+
+struct YarnSampler::SideOfYarn {
+  Yarns yarns;
+  CellYarn cell;
+  mutable CellShadows shadows;
+  SideOfYarn(YarnData data, const V2f& period, float plane)
+      : yarns(std::move(data), period), cell(yarns, plane, {}), shadows(cell) {
+    shadows.set_memory(shadow_bytes);
+  }
+
+  /// Adds the means of the visible normals of plies; hairs have none.
+  void add_normals(const DepthGrid& seen, const CellView& view, const V2i& texels,
+                   std::vector<V3f>& to) const {
+    const V2f slope = slope_of(view.view);
+    const V2f& period = yarns.period();
+    const YarnPieces& pieces = pieces_of(cell, view);
+    const int points = view.size.stride;
+    for (int row = 0; row < seen.height; ++row) {
+      for (int column = 0; column < seen.width; ++column) {
+        const std::size_t i = static_cast<std::size_t>(row) * seen.stride + column;
+        if (!(seen.z[i] > no_depth)) continue;
+        const Yarns::Segment& s = pieces.segments[seen.piece[i]];
+        const float up = seen.z[i] - cell.plane();
+        V3f off(
+            (static_cast<float>(column) + 0.5F) * period.x / static_cast<float>(seen.width) + slope.x * up,
+            (static_cast<float>(row) + 0.5F) * period.y / static_cast<float>(seen.height) + slope.y * up,
+            seen.z[i]);
+        off -= s.start;
+        for (int k = 0; k < 2; ++k) off[k] -= std::round((off[k] - s.along[k] / 2) / period[k]) * period[k];
+        const V3f along = squeezed(s.along, s.squeeze);
+        const V3f round = squeezed(off, s.squeeze);
+        const float fraction = std::clamp(round.dot(along) * s.inverse_length2, 0.0F, 1.0F);
+        const V3f tangent = squeezed(mix(s.tangent[0], s.tangent[1], fraction), s.squeeze).normalized();
+        const V3f q = round - along * fraction;
+        const V3f normal = squeezed((q - tangent * tangent.dot(q)).normalized(), s.squeeze).normalized();
+        to[static_cast<std::size_t>(texels.y - 1 - row / points) * texels.x + column / points] +=
+            normal / static_cast<float>(points * points);
+      }
+    }
+  }
+};
+
+YarnSampler::YarnSampler(const YarnData& lit, const YarnCell& cell, float plane, const V2i& texels,
+                         bool both_sides)
+    : texels_(texels) {
+  const V2f period(cell.period);
+  const auto thickness = static_cast<float>(cell.thickness);
+  sides_.push_back(std::make_unique<SideOfYarn>(lit, period, plane));
+  if (both_sides)
+    sides_.push_back(std::make_unique<SideOfYarn>(turned_over(sides_.front()->yarns, thickness), period,
+                                                  thickness - plane));
+}
+
+YarnSampler::~YarnSampler() = default;
+
+std::array<YarnSampler::Half, 2> YarnSampler::halves(const V3f& from, std::span<const V3f> lights,
+                                                     int samples, std::vector<V3f>* normals) const {
+  const bool behind = from.z < 0;
+  const SideOfYarn& side = *sides_[behind ? 1 : 0];
+  const auto texels = static_cast<std::size_t>(texels_.x) * static_cast<std::size_t>(texels_.y);
+  int points = std::max(texels > many_texels ? min_points_of_many : min_points,
+                        static_cast<int>(std::lround(std::sqrt(samples))));
+  while (std::min(texels_.x, texels_.y) * points < min_cell_texels) points *= 2;
+  CellView view;
+  view.view = behind ? mirrored(from) : from;
+  view.size = {texels_ * points, V2i(points, points), points};
+  view.detail = detail;
+  view.shadow_texels = shadow_texels;
+  view.piece_pixels = piece_texels;
+  std::array<Half, 2> result;
+  for (Half& half : result) {
+    half.alpha.assign(texels, 0);
+    half.radiance.assign(texels * lights.size(), V3f(0, 0, 0));
+  }
+  const std::size_t plane = texels * points * points;
+  const std::size_t at_once = std::clamp<std::size_t>(max_bytes / (plane * sizeof(Group)), 1, lights.size());
+  CellScratch scratch;
+  for (std::size_t first = 0; first < lights.size(); first += at_once) {
+    const auto some = lights.subspan(first, std::min(at_once, lights.size() - first));
+    view.planes = static_cast<int>(some.size());
+    view.lamps.clear();
+    for (int l = 0; l < view.planes; ++l)
+      view.lamps.push_back({behind ? mirrored(some[l]) : some[l], V3f(1, 1, 1), l});
+    make_yarn_samples({&side.cell, &side.shadows, nullptr}, view, scratch);
+    for (std::size_t l = 0; l < some.size(); ++l)
+      add_points(std::span(scratch.raw).subspan(l * plane, plane), points, (first + l) * texels,
+                 first + l == 0, result);
+  }
+  if (normals != nullptr) side.add_normals(scratch.seen, view, texels_, *normals);
+  return result;
+}
+
+void YarnSampler::add_points(std::span<const Group> raw, int points, std::size_t begin, bool opacity,
+                             std::array<Half, 2>& halves) const {
+  const float part = 1 / static_cast<float>(points * points);
+  const int width = texels_.x * points;
+  for (int row = 0; row < texels_.y * points; ++row) {
+    // Rows begin with the lowest, texels with the topmost.
+    const std::size_t texel = static_cast<std::size_t>(texels_.y - 1 - row / points) * texels_.x;
+    for (int column = 0; column < width; ++column) {
+      const Group& point = raw[static_cast<std::size_t>(row) * width + column];
+      Half& half = halves[(row + column) % 2];
+      half.radiance[begin + texel + column / points] += V3f(point[0], point[1], point[2]) * part;
+      if (opacity) half.alpha[texel + column / points] += part * point[3];
+    }
+  }
+}
+
+ViewSamples YarnSampler::view(const V3f& view, std::span<const V3f> lights, int samples,
+                              NoiseSum& noise) const {
+  ViewSamples out;
+  out.normal.assign(static_cast<std::size_t>(texels_.x) * texels_.y, V3f(0, 0, 0));
+  const auto [a, b] = halves(view, lights, samples, &out.normal);
+  for (std::size_t t = 0; t < a.alpha.size(); ++t)
+    out.alpha.push_back(std::min(1.0F, a.alpha[t] + b.alpha[t]));
+  for (std::size_t i = 0; i < a.radiance.size(); ++i) {
+    const V3f sum = a.radiance[i] + b.radiance[i];
+    const float alpha = out.alpha[i % out.alpha.size()];
+    out.radiance.push_back(alpha > 0 ? sum / alpha : V3f(0, 0, 0));
+    noise.error2 += static_cast<double>((a.radiance[i] - b.radiance[i]).length2());
+    noise.signal2 += static_cast<double>(sum.length2());
+  }
+  return out;
+}
+
+PairSamples YarnSampler::pair(const DirectionPair& pair, int samples, NoiseSum& noise) const {
+  PairSamples out;
+  out.width = texels_.x;
+  out.height = texels_.y;
+  out.pairs = {pair};
+  const auto [a, b] = halves(pair.view, {&pair.light, 1}, samples, nullptr);
+  for (std::size_t t = 0; t < a.alpha.size(); ++t) {
+    const V3f sum = a.radiance[t] + b.radiance[t];
+    const float alpha = std::min(1.0F, a.alpha[t] + b.alpha[t]);
+    out.alpha.push_back(alpha);
+    out.alpha_noise.push_back(a.alpha[t] - b.alpha[t]);
+    out.radiance.push_back(alpha > 0 ? sum / alpha : V3f(0, 0, 0));
+    out.noise.push_back(a.radiance[t] - b.radiance[t]);
+    noise.error2 += static_cast<double>(out.noise.back().length2());
+    noise.signal2 += static_cast<double>(sum.length2());
+  }
+  return out;
+}
+
+}  // namespace selvedge

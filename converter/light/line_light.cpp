@@ -1,0 +1,497 @@
+#include "converter/light/line_light.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include <Eigen/Dense>
+
+#include "converter/light/station_fit.h"
+#include "converter/light/yarn_lines.h"
+#include "format/base/parallel.h"
+
+namespace selvedge {
+namespace {
+
+constexpr int functions = light_functions_of_yarn;
+constexpr int columns = columns_of_light;
+/// Terms of the lustre: Chebyshev's U_0, U_1 and U_2, which the stored moments have.
+constexpr int orders = light_moments + 1;
+/// Weight of a place that hardly any view shows, and of covered ones.
+constexpr double covered_weight = 0.05;
+/// Fronts beyond which a station is one part: their light takes 500 bytes each.
+constexpr int many_fronts = 1 << 15;
+/// The gloss of fibres as a lustre of the body, whose kernel is alike: light leaves at the angle to the fibre
+/// at which it came.
+constexpr float lustre_of_gloss = 0.7F;
+
+using Functions = std::array<float, functions>;
+using Moments = std::array<Functions, orders>;
+using Colours = std::array<float, columns>;  ///< [function][colour]
+
+std::array<float, orders> chebyshev(float x) { return {1, 2 * x, 4 * x * x - 1}; }
+
+/// Evenly over the upper half of the sphere by its area: a spiral of golden angles.
+V3f spiral_direction(int index, int count) {
+  const double z = (index + 0.5) / count;
+  const double r = std::sqrt(1 - z * z);
+  const double turn = index * std::numbers::pi * (3 - std::sqrt(5.0));
+  return V3f(V3d(r * std::cos(turn), r * std::sin(turn), z));
+}
+
+/// Fractions of light that a patch sends on.
+struct Wall {
+  V3f back{0, 0, 0};  ///< of what falls on it, without the gloss
+  float gloss = 0;
+  V3f through{0, 0, 0};  ///< of what falls on its outside, to the inside, and of its inside to the outside
+  V3f inside_back{0, 0, 0};  ///< of what falls on its inside
+};
+
+/// As diffuse_albedos() (yarn_brdf.h) of the mesh's surface. `through`: YarnCell::through.
+Wall wall_of(const YarnCurve& curve, const V3f& through) {
+  const float w = curve.gloss.weight;
+  Wall wall;
+  wall.gloss = w > 0 ? w * mean_gloss_albedo(curve.gloss.roughness) : 0;
+  const float dull = through != V3f(0, 0, 0) ? 1 - wall.gloss : 1 - w;
+  wall.back = curve.albedo * dull;
+  wall.through = through * dull;
+  wall.inside_back = curve.albedo + through * (1 - dull);
+  return wall;
+}
+
+/// Rows of form factors without zeros.
+struct FormFactors {
+  std::vector<std::size_t> start{0};
+  std::vector<std::int32_t> column;
+  std::vector<float> weight;
+};
+
+class LineLight {
+ public:
+  LineLight(const Yarns& yarns, std::span<const V3f> through, const LineLightOptions& options)
+      : yarns_(yarns), o_(options), patches_(yarns, parts_for(yarns), options.ground.has_value()) {
+    const auto& curves = yarns.data().curves;
+    for (std::size_t c = 0; c < curves.size(); ++c) {
+      walls_.push_back(wall_of(curves[c], through[c]));
+      lustre_.push_back(curves[c].gloss.lustre);
+    }
+    walls_.push_back({V3f(options.ground.value_or(0))});
+    lustre_.push_back(0);
+    curve_.resize(patches_.count());
+    for (int p = 0; p < patches_.count(); ++p) curve_[p] = patches_.curve_of(p);
+    cross();
+    factors_ = form_factors();
+  }
+
+  /// The light of every patch by way of others: from above, or from below.
+  bool light(bool below) {
+    Moments none{};
+    direct_.assign(patches_.count(), none);
+    light_directly(below);
+    light_first(below);
+    return solve();
+  }
+  /// Adds it to the places of all curves, as light of this side.
+  void add_to(std::vector<std::vector<LitPlace>>& places, bool below) const;
+  std::vector<std::vector<LitPlace>> places() const;
+
+ private:
+  static int parts_for(const Yarns& yarns) {
+    int fronts = 0;
+    for (const YarnCurve& curve : yarns.data().curves)
+      fronts += curve.stations * curve.plies.count * YarnPatches::around;
+    return fronts > many_fronts ? 1 : 2;
+  }
+  bool is_front(int patch) const { return patch < patches_.fronts(); }
+  bool is_inside(int patch) const { return !is_front(patch) && patch < patches_.first_hair(); }
+  /// Diffuse light that goes back, of which a hair has all.
+  V3f back_of(int patch) const {
+    const Wall& wall = walls_[curve_[patch]];
+    return is_front(patch) || patch >= patches_.first_ground() ? wall.back : wall.back + wall.through;
+  }
+
+  void cross();
+  FormFactors form_factors();
+  void light_directly(bool below);
+  void light_first(bool below);
+  void send_first(const PatchFace& from, const PatchFace& to, float area, bool with_moments);
+  void send(int patch);
+  bool solve();
+
+  const Yarns& yarns_;
+  LineLightOptions o_;
+  YarnPatches patches_;
+  std::vector<Wall> walls_;    ///< of the curves, then of the ground
+  std::vector<float> lustre_;  ///< likewise
+  std::vector<int> curve_;     ///< of the patches
+  std::vector<LineCrossings> crossings_;
+  std::vector<float> area_;  ///< of the lines that pass a patch
+  FormFactors factors_;
+  std::vector<Moments> direct_;  ///< irradiance from the sky, by U_n of the light along the fibre
+  std::vector<Moments> met_;     ///< light by way of one other patch, likewise, over all colours
+  std::vector<Colours> first_;   ///< irradiance by way of one other patch
+  std::vector<Colours> light_;   ///< irradiance by way of others
+  std::vector<Colours> sent_;    ///< exitance of light that has been reflected before
+};
+
+void LineLight::cross() {
+  float thinnest = 1e30F;
+  for (const YarnCurve& curve : yarns_.data().curves) thinnest = std::min(thinnest, radius_of_plies(curve));
+  crossings_.resize(o_.directions);
+  parallel_for(0, o_.directions, [&](int i) {
+    crossings_[i] =
+        cross_yarn(yarns_, patches_, spiral_direction(i, o_.directions), o_.spacing * thinnest, i);
+  });
+  area_.assign(patches_.count(), 0);
+  for (const LineCrossings& c : crossings_) {
+    for (const auto& [upper, lower] : c.outside) {
+      area_[upper.patch] += c.area;
+      area_[lower.patch] += c.area;
+    }
+    for (const auto& pair : c.inside) {
+      for (const std::int32_t front : pair) area_[patches_.inside_of(front)] += c.area;
+    }
+    for (const auto* faces : {&c.lit, &c.lit_below}) {
+      for (const PatchFace& face : *faces) area_[face.patch] += c.area;
+    }
+  }
+}
+
+/// Merges the links to form factors.
+FormFactors LineLight::form_factors() {
+  const auto each = [&](const auto& visit) {
+    for (const LineCrossings& c : crossings_) {
+      for (const auto& [upper, lower] : c.outside) {
+        visit(upper.patch, lower.patch, c.area);
+        visit(lower.patch, upper.patch, c.area);
+      }
+      for (const auto& [a, b] : c.inside) {
+        visit(patches_.inside_of(a), patches_.inside_of(b), c.area);
+        visit(patches_.inside_of(b), patches_.inside_of(a), c.area);
+      }
+    }
+  };
+  const int rows = patches_.count();
+  std::vector<std::size_t> first(static_cast<std::size_t>(rows) + 1, 0);
+  each([&](int to, int, float) { ++first[to + 1]; });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  struct Part {
+    std::int32_t from;
+    float weight;
+  };
+  FormFactors factors;
+  std::vector<Part> parts;
+  std::vector<std::size_t> next;
+  // Blocks of rows bound the memory.
+  constexpr std::size_t max_parts = 1 << 22;
+  for (int begin = 0; begin < rows;) {
+    int end = begin + 1;
+    while (end < rows && first[end + 1] - first[begin] <= max_parts) ++end;
+    parts.resize(first[end] - first[begin]);
+    next.assign(first.begin() + begin, first.begin() + end);
+    each([&](int to, int from, float area) {
+      if (to >= begin && to < end) parts[next[to - begin]++ - first[begin]] = {from, area};
+    });
+    for (int row = begin; row < end; ++row) {
+      const std::span of_row(parts.data() + (first[row] - first[begin]), first[row + 1] - first[row]);
+      std::ranges::stable_sort(of_row, {}, &Part::from);
+      for (const Part& part : of_row) {
+        if (factors.column.size() == factors.start.back() || factors.column.back() != part.from) {
+          factors.column.push_back(part.from);
+          factors.weight.push_back(0);
+        }
+        factors.weight.back() += part.weight / area_[row];
+      }
+      factors.start.push_back(factors.column.size());
+    }
+    begin = end;
+  }
+  return factors;
+}
+
+/// Projects light of the sky that the lines see on the functions, by least squares over their directions.
+void LineLight::light_directly(bool below) {
+  const int m = o_.directions;
+  Eigen::MatrixXd basis(m, functions);
+  for (int i = 0; i < m; ++i) {
+    V3f from = spiral_direction(i, m);
+    if (below) from = {-from.x, -from.y, from.z};  // backwards, and mirrored into the upper half
+    const auto values = light_basis(from);
+    for (int k = 0; k < functions; ++k) basis(i, k) = static_cast<double>(values[k]);
+  }
+  const Eigen::MatrixXf project = (basis.transpose() * basis).ldlt().solve(basis.transpose()).cast<float>();
+  for (int i = 0; i < m; ++i) {
+    const LineCrossings& c = crossings_[i];
+    for (const PatchFace& face : below ? c.lit_below : c.lit) {
+      const auto u = chebyshev(face.along);
+      // Lines of m directions, and backwards, pass a place in the mean of the cosine over the sphere, 1/2:
+      // irradiance is m / 2 times what falls on the area of its lines.
+      const float scale = c.area * static_cast<float>(m) / (2 * area_[face.patch]);
+      for (int n = 0; n < orders; ++n) {
+        for (int k = 0; k < functions; ++k) direct_[face.patch][n][k] += scale * u[n] * project(k, i);
+      }
+    }
+  }
+}
+
+/// Sends light that came from the sky on from one face to another, by the lustre of the body and the gloss.
+void LineLight::send_first(const PatchFace& from, const PatchFace& to, float area, bool with_moments) {
+  const Wall& wall = walls_[curve_[from.patch]];
+  const V3f back = back_of(from.patch);
+  const Moments& direct = direct_[from.patch];
+  const auto u = chebyshev(from.along);
+  Functions body{};
+  Functions gloss{};
+  float of_body = 1;
+  float of_gloss = wall.gloss;
+  for (int n = 0; n < orders; ++n) {
+    for (int k = 0; k < functions; ++k) {
+      body[k] += of_body * u[n] * direct[n][k];
+      gloss[k] += of_gloss * u[n] * direct[n][k];
+    }
+    of_body *= -lustre_[curve_[from.patch]];
+    of_gloss *= -lustre_of_gloss;
+  }
+  const float weight = area / area_[to.patch];
+  Colours& irradiance = first_[to.patch];
+  for (int k = 0; k < functions; ++k) {
+    for (int c = 0; c < 3; ++c) irradiance[3 * k + c] += weight * (back[c] * body[k] + gloss[k]);
+  }
+  if (!with_moments) return;
+  const auto v = chebyshev(to.along);
+  const float all = back.x + back.y + back.z;
+  for (int n = 0; n < orders; ++n) {
+    for (int k = 0; k < functions; ++k)
+      met_[to.patch][n][k] += weight * v[n] * (all * body[k] + 3 * gloss[k]);
+  }
+}
+
+void LineLight::light_first(bool below) {
+  first_.assign(patches_.count(), Colours{});
+  if (!below) met_.assign(patches_.count(), Moments{});
+  for (const LineCrossings& c : crossings_) {
+    for (const auto& [upper, lower] : c.outside) {
+      send_first(upper, lower, c.area, !below);
+      send_first(lower, upper, c.area, !below);
+    }
+  }
+}
+
+/// Sends on the light that reached a patch by way of others, and the sky's through its wall.
+void LineLight::send(int patch) {
+  const Wall& wall = walls_[curve_[patch]];
+  const Colours& light = light_[patch];
+  Colours& out = sent_[patch];
+  if (is_inside(patch)) {
+    const int first = (patch - patches_.fronts()) * YarnPatches::inside_parts;
+    float all = 1e-30F;
+    Colours mean{};
+    for (int p = first; p < first + YarnPatches::inside_parts; ++p) {
+      all += area_[p];
+      for (int k = 0; k < columns; ++k) mean[k] += area_[p] * (direct_[p][0][k / 3] + light_[p][k]);
+    }
+    for (int k = 0; k < columns; ++k)
+      out[k] = wall.inside_back[k % 3] * light[k] + wall.through[k % 3] * mean[k] / all;
+    return;
+  }
+  const V3f back = back_of(patch) + V3f(wall.gloss);
+  for (int k = 0; k < columns; ++k) out[k] = back[k % 3] * light[k];
+  if (!is_front(patch)) return;
+  const Colours& inside = light_[patches_.inside_of(patch)];
+  for (int k = 0; k < columns; ++k) out[k] += wall.through[k % 3] * inside[k];
+}
+
+/// By Gauss and Seidel, in both orders by turns.
+bool LineLight::solve() {
+  constexpr int max_sweeps = 500;
+  constexpr double tolerance = 2e-4;
+  light_ = first_;
+  sent_.assign(patches_.count(), Colours{});
+  for (int p = 0; p < patches_.count(); ++p) send(p);
+  double before = 0;
+  for (int sweep = 0; sweep < max_sweeps; ++sweep) {
+    double change = 0;
+    double all = 0;
+    for (int step = 0; step < patches_.count(); ++step) {
+      const int p = sweep % 2 == 0 ? step : patches_.count() - 1 - step;
+      Colours sum = first_[p];
+      for (std::size_t k = factors_.start[p]; k < factors_.start[p + 1]; ++k) {
+        const Colours& from = sent_[factors_.column[k]];
+        const float weight = factors_.weight[k];
+        for (int i = 0; i < columns; ++i) sum[i] += weight * from[i];
+      }
+      for (int c = 0; c < 3; ++c) {  // the first function is even light
+        change += std::abs(static_cast<double>(sum[c] - light_[p][c]));
+        all += std::abs(static_cast<double>(sum[c]));
+      }
+      light_[p] = sum;
+      send(p);
+      if (is_front(p)) send(patches_.inside_of(p));
+      if (is_inside(p)) {
+        const int first = (p - patches_.fronts()) * YarnPatches::inside_parts;
+        for (int front = first; front < first + YarnPatches::inside_parts; ++front) send(front);
+      }
+    }
+    // The rest of a geometric series is missing.
+    const double rate = before > 0 ? std::min(change / before, 0.999) : 0.999;
+    if (change * rate / (1 - rate) <= tolerance * all) return true;
+    before = change;
+  }
+  return false;
+}
+
+/// Inner products of the functions over light from evenly all around, and their means.
+struct EvenLight {
+  std::array<Functions, functions> products{};
+  Functions mean{};
+  EvenLight() {
+    constexpr int count = 256;
+    for (int i = 0; i < count; ++i) {
+      const auto basis = light_basis(spiral_direction(i, count));
+      for (int j = 0; j < functions; ++j) {
+        mean[j] += basis[j] / count;
+        for (int k = 0; k < functions; ++k) products[j][k] += basis[j] * basis[k] / count;
+      }
+    }
+  }
+};
+
+/// The place at an angle about a ply, between two stations.
+LitPlace place_at(const Yarns& yarns, int curve, float station, int ply, float angle) {
+  LitPlace place;
+  place.station = static_cast<double>(station);
+  place.light.setZero();
+  const YarnCurve& c = yarns.data().curves[curve];
+  const auto at_frame = [&](const YarnFrame& frame) {
+    const V3f& from = c.plies.count == 1 ? frame.across : frame.out;
+    const V3f beside = frame.tangent.cross(frame.across);
+    const V3f round = from * std::cos(angle) + frame.tangent.cross(from) * std::sin(angle);
+    YarnPoint at;
+    at.cosine = round.dot(frame.across);
+    at.sine = round.dot(beside);
+    at.side = {frame.out.dot(frame.across), frame.out.dot(beside)};
+    place.up += static_cast<double>(frame.normal_of(round).z) / 2;
+    return at;
+  };
+  const int first = static_cast<int>(station);
+  const float fraction = station - static_cast<float>(first);
+  const bool wraps = first + 1 == c.stations;
+  const int plies = c.plies.count;
+  const int next_ply = wraps ? ((ply + c.plies.shift) % plies + plies) % plies : ply;
+  YarnPoint at = at_frame(yarns.frame_at(curve, first, ply));
+  const YarnPoint next = at_frame(yarns.frame_at(curve, wraps ? 0 : first + 1, next_ply));
+  const V2f turned = V2f(at.cosine, at.sine) * (1 - fraction) + V2f(next.cosine, next.sine) * fraction;
+  at.cosine = turned.normalized().x;
+  at.sine = turned.normalized().y;
+  at.side = (at.side * (1 - fraction) + next.side * fraction).normalized();
+  const auto values = angle_factors(c.plies, at);
+  for (int k = 0; k < angle_functions; ++k) place.functions[k] = static_cast<double>(values[k]);
+  return place;
+}
+
+/// A place for every front, and one for what other yarn covers of it.
+std::vector<std::vector<LitPlace>> LineLight::places() const {
+  constexpr float pi = std::numbers::pi_v<float>;
+  const auto& curves = yarns_.data().curves;
+  std::vector<std::vector<LitPlace>> all(curves.size());
+  for (int c = 0; c < static_cast<int>(curves.size()); ++c) {
+    const int plies = curves[c].plies.count;
+    const int parts = curves[c].stations * patches_.parts();
+    // Plies touch their neighbours so far from their outermost line.
+    const float reach = plies == 1 ? pi : pi / 2 + pi / static_cast<float>(plies);
+    // Nearly the largest: nothing covers it.
+    std::vector<float> areas(
+        area_.begin() + patches_.front(c, 0, 0, 0),
+        area_.begin() + patches_.front(c, parts - 1, plies - 1, YarnPatches::around - 1) + 1);
+    const auto high = areas.begin() + static_cast<std::ptrdiff_t>(areas.size() * 9 / 10);
+    std::ranges::nth_element(areas, high);
+    const double full = std::max(static_cast<double>(*high), 1e-30);
+    for (int part = 0; part < parts; ++part) {
+      for (int ply = 0; ply < plies; ++ply) {
+        for (int a = 0; a < YarnPatches::around; ++a) {
+          const float angle = -pi + (static_cast<float>(a) + 0.5F) * (2 * pi / YarnPatches::around);
+          const float station = (static_cast<float>(part) + 0.5F) / static_cast<float>(patches_.parts());
+          LitPlace place = place_at(yarns_, c, station, ply, angle);
+          double seen = 1;  // roughly the fraction of views
+          if (plies > 1)
+            seen = static_cast<double>((std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach)));
+          const double open =
+              std::min(1.0, static_cast<double>(area_[patches_.front(c, part, ply, a)]) / full);
+          place.weight = open * std::max(covered_weight, seen);
+          all[c].push_back(place);
+          place.weight = std::abs(angle) <= reach ? (1 - open) * covered_weight : 0;
+          place.open = false;
+          all[c].push_back(place);
+        }
+      }
+    }
+  }
+  return all;
+}
+
+void LineLight::add_to(std::vector<std::vector<LitPlace>>& places, bool below) const {
+  static const EvenLight even;
+  for (int c = 0; c < static_cast<int>(places.size()); ++c) {
+    const YarnCurve& curve = yarns_.data().curves[c];
+    const Gloss& gloss = curve.gloss;
+    const V3f reflected =
+        curve.albedo * (1 - gloss.weight) + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
+    int front = patches_.front(c, 0, 0, 0);
+    for (std::size_t i = 0; i < places[c].size(); i += 2, ++front) {
+      PlaceLight& to = places[c][i].light;
+      // Who sees a place from above has no light from below but the stored; the cloth turned over adds what
+      // comes straight to places that face down.
+      const bool direct = below && places[c][i].up > 0;
+      const Colours& inside = light_[patches_.inside_of(front)];
+      std::array<double, 2> mean{};  // of the light that the surface reflects, and that comes through it
+      for (int k = 0; k < columns; ++k) {
+        const float outside = light_[front][k] + (direct ? direct_[front][0][k / 3] : 0);
+        const float back = reflected[k % 3] * outside;
+        const float through = walls_[c].through[k % 3] * inside[k];
+        to[(below ? columns : 0) + k] = static_cast<double>((back + through) * std::numbers::inv_pi_v<float>);
+        mean[0] += static_cast<double>(reflected[k % 3] * light_[front][k] * even.mean[k / 3]);
+        mean[1] += static_cast<double>(through * even.mean[k / 3]);
+      }
+      if (below || gloss.lustre == 0 || !(mean[0] > 0)) continue;
+      // The means of U_1 and U_2 by which they come nearest to the light under all lights.
+      const Moments& met = met_[front];
+      std::array<double, orders> products{};
+      for (int n = 0; n < orders; ++n) {
+        for (int j = 0; j < functions; ++j) {
+          for (int k = 0; k < functions; ++k)
+            products[n] += static_cast<double>(met[0][j] * even.products[j][k] * met[n][k]);
+        }
+      }
+      for (int n = 0; n < light_moments && products[0] > 0; ++n)
+        to[2 * columns + n] = products[n + 1] / products[0] * mean[0] / (mean[0] + mean[1]);
+    }
+  }
+}
+
+}  // namespace
+
+bool light_yarn(YarnData& data, const V2f& period, std::span<const V3f> through,
+                const LineLightOptions& options) {
+  const auto stations = static_cast<std::size_t>(counts_of(data).stations);
+  data.light.assign(stations * light_values_per_station, 0);
+  data.through.assign(options.both_sides ? data.light.size() : 0, 0);
+  const Yarns yarns(data, period);
+  LineLight light(yarns, through, options);
+  auto places = light.places();
+  bool settled = true;
+  for (const bool below : {false, true}) {
+    if (below && !options.both_sides) continue;
+    settled = light.light(below) && settled;
+    light.add_to(places, below);
+  }
+  std::vector<int> first(data.curves.size(), 0);
+  for (std::size_t c = 1; c < first.size(); ++c) first[c] = first[c - 1] + data.curves[c - 1].stations;
+  parallel_for(0, static_cast<int>(first.size()), [&](int c) {
+    fit_stations(std::move(places[c]), c, first[c], through[c] != V3f(0, 0, 0), data);
+  });
+  return settled;
+}
+
+}  // namespace selvedge

@@ -1,0 +1,76 @@
+// Global lines through the yarn of a repeating cell (Sbert 1993, "An integral geometry based method for fast
+// form-factor computation"): what faces what, without mesh and rays.
+//
+// Parallel lines on a grid cross all plies and hairs. Of each line the sorted intervals within yarn are
+// known, so also the sequence of surfaces: two that follow each other face each other, across open air or
+// across the inside of a ply. Lines pass a surface in the measure of its cosine, so that counts of them are
+// form factors, and those that meet nothing before a surface are its light from the sky.
+#pragma once
+
+#include <vector>
+
+#include "format/fabric/yarns.h"
+
+namespace selvedge {
+
+/// The surfaces of a cell in patches, numbered: outsides of plies (fronts) by curve, part of a station, ply
+/// and angle; their insides; hairs by curve and station; a ground.
+class YarnPatches {
+ public:
+  static constexpr int around = 16;       ///< fronts about a ply
+  static constexpr int inside_parts = 2;  ///< fronts that share their inside, where light is even
+  static constexpr int ground_side = 16;  ///< patches of the ground along each period
+
+  /// `parts`: of a station. `yarns` must outlive the object.
+  YarnPatches(const Yarns& yarns, int parts, bool ground);
+
+  int parts() const { return parts_; }
+  int fronts() const { return fronts_; }
+  int first_hair() const { return fronts_ + fronts_ / inside_parts; }
+  int first_ground() const { return first_hair() + hairs_; }
+  int count() const { return first_ground() + grounds_; }
+  int inside_of(int front) const { return fronts_ + front / inside_parts; }
+  /// Precondition: the curve has the part and the ply.
+  int front(int curve, int part, int ply, int angle) const {
+    return first_front_[curve] + (part * yarns_.data().curves[curve].plies.count + ply) * around + angle;
+  }
+  /// `piece`: of Yarns::Inside, and no hair; `angle`: about its ply.
+  int front(int piece, float station, float angle) const;
+  int hair(int piece) const { return hair_[piece]; }
+  bool has_ground() const { return grounds_ > 0; }
+  /// `place`: mm; at z = 0.
+  int ground(const V2f& place) const;
+  /// The curve of a patch; the ground counts as one more.
+  int curve_of(int patch) const;
+
+ private:
+  const Yarns& yarns_;
+  int parts_;
+  int fronts_ = 0, hairs_ = 0, grounds_ = 0;
+  std::vector<int> first_front_, first_hair_;  ///< of each curve
+  std::vector<int> ply_, hair_;                ///< of each piece
+};
+
+/// Where a line meets a patch.
+struct PatchFace {
+  std::int32_t patch = -1;  ///< -1: the sky
+  float along = 0;          ///< component along the fibre of the line's way out
+};
+
+/// Surfaces that the lines of one direction meet.
+struct LineCrossings {
+  struct Link {
+    PatchFace upper, lower;
+  };
+  std::vector<Link> outside;                        ///< that face each other across open air
+  std::vector<std::array<std::int32_t, 2>> inside;  ///< patches that do so inside of a ply
+  std::vector<PatchFace> lit, lit_below;            ///< that the sky is seen from, above and below
+  float area = 0;                                   ///< of a line, across it, mm^2
+};
+
+/// Follows all lines of unit `direction`, z > 0, `spacing` mm apart. `index` shifts the lattices of several
+/// directions against each other.
+LineCrossings cross_yarn(const Yarns& yarns, const YarnPatches& patches, const V3f& direction, float spacing,
+                         int index);
+
+}  // namespace selvedge
