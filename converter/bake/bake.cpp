@@ -42,7 +42,7 @@ YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
 }
 
 /// Adds the samples of a pair to its set.
-void append(PairSamples& to, const PairSamples& from) {
+void add_pair(PairSamples& to, const PairSamples& from) {
   const auto add = [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); };
   add(to.alpha, from.alpha);
   add(to.alpha_noise, from.alpha_noise);
@@ -80,8 +80,8 @@ PairSamples bake_pairs(const TexelBaker& baker, IrradianceCache* cache, const Tr
       lit.solved = count;
       lit.first = p - first;
     }
-    append(result,
-           baker.bake_pair(pair, lit, header.truth_samples, seed_of(o.seed, stream_of(kind), p), noise));
+    add_pair(result,
+             baker.bake_pair(pair, lit, header.truth_samples, seed_of(o.seed, stream_of(kind), p), noise));
     done();
   }
   return result;
@@ -250,7 +250,7 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
     noise.assign(set.pairs.size(), {});
     in_parallel(set.pairs.size(), work.pair,
                 [&](int p) { pairs[p] = sampler.pair(set.pairs[p], header.truth_samples, noise[p]); });
-    for (const PairSamples& pair : pairs) append(set, pair);
+    for (const PairSamples& pair : pairs) add_pair(set, pair);
     for (const NoiseSum& of_pair : noise) {
       if (kind == PairKind::held_out) held_out += of_pair;
     }
