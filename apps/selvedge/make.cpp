@@ -274,9 +274,9 @@ void tell_work(const StitchSize& size, const MakeCommand& command, const BakeOpt
   if (size.cells < few) return;
   const double cells = size.cells;
   const double texels = bake.width * bake.height;
-  const double draft_seconds =
-      size.woven ? 3 + 0.0127 * texels + 0.6 * std::sqrt(cells) : 12 + 0.219 * std::sqrt(cells * size.radii);
-  const double longer = command.quality == "draft" ? 1 : size.woven ? 2.5 : 1.6;
+  const double draft_seconds = size.woven ? 1.2 + 0.005 * texels + 0.24 * std::sqrt(cells)
+                                          : 0.5 + 0.05 * std::sqrt(cells * size.radii);
+  const double longer = command.quality == "draft" ? 1 : size.woven ? 1.5 : 1.6;
   const double seconds = slowness() * longer * draft_seconds;
   const double kilobytes = size.woven ? 0.55 * cells + 35 * std::sqrt(cells) : 11 * cells;
   report_remarks(command.common, command.input,

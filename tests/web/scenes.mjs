@@ -25,7 +25,7 @@ const VIEWS = {
   holes: { file: 'parts.gltf', look_at: [0, 0, -0.03], distance: 0.5, azimuth: 20, elevation: 15, width: 80, height: 80 },
   // The back of cloth, and the light that comes through it.
   'both sides': {
-    file: 'curtain.gltf', look_at: [0, 0, 0], distance: 0.25, azimuth: 160, elevation: 15, width: 80, height: 80,
+    file: 'curtain.gltf', look_at: [0, 0, 0], distance: 0.3, azimuth: 160, elevation: 15, width: 80, height: 80,
     lights: [LIGHTS[0], BEHIND],
   },
   environment: {
