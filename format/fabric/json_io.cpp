@@ -132,7 +132,7 @@ void JsonIo::texts(const char* name, std::vector<std::string>& list, std::size_t
 }
 
 JsonIo JsonIo::grid(const char* name, DirectionGrid& grid, int max_directions) const {
-  const JsonIo text = object(name);
+  JsonIo text = object(name);
   if (!text) return text;
   const std::size_t errors = reads() ? sink_->errors() : 0;
   if (!reads()) {
