@@ -144,15 +144,15 @@ Result<int> add_color_texture(GltfDocument& document, const Image& image, const 
 std::vector<std::string> drop_lobes(GltfDocument& document, Json& material, bool unfit_alone) {
   std::vector<std::string> dropped;
   if (!member(material, "extensions").is_object()) return dropped;
-  for (const auto& [name, value] : material["extensions"].items()) {
-    const bool is_lobe = name.starts_with("KHR_materials_") && name != "KHR_materials_emissive_strength";
-    if (unfit_alone ? name == "KHR_materials_unlit" || name == names::gltf::specular_glossiness : is_lobe)
-      dropped.push_back(name);
+  for (const auto& [key, value] : material["extensions"].items()) {
+    const bool is_lobe = key.starts_with("KHR_materials_") && key != "KHR_materials_emissive_strength";
+    if (unfit_alone ? key == "KHR_materials_unlit" || key == names::gltf::specular_glossiness : is_lobe)
+      dropped.push_back(key);
   }
-  for (const std::string& name : dropped) material["extensions"].erase(name);
+  for (const std::string& key : dropped) material["extensions"].erase(key);
   if (material["extensions"].empty()) material.erase("extensions");
-  for (const std::string& name : dropped) {
-    if (!occurs(document.json, name)) drop_extension(document.json, name.c_str());
+  for (const std::string& key : dropped) {
+    if (!occurs(document.json, key)) drop_extension(document.json, key.c_str());
   }
   return dropped;
 }
