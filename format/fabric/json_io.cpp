@@ -140,7 +140,10 @@ JsonIo JsonIo::grid(const char* name, DirectionGrid& grid, int max_directions) c
   } else if (const JsonIo layout = text.member(names::member::layout);
              !layout || layout.value() != names::layout_equal_area) {
     const Code unknown = code_ == Code::fabric_member ? Code::fabric_unsupported : code_;
-    if (layout) sink_->add(unknown, layout.place(), "is not a known layout");
+    if (layout && !layout.value().is_string())
+      layout.refuse("is not a string");
+    else if (layout)
+      sink_->add(unknown, layout.place(), "is not a known layout");
     return text;
   }
   text.whole(names::member::columns, grid.columns, 1, max_directions);
