@@ -173,7 +173,7 @@ Baked baked_mesh(const CellMesh& given, const std::string& name, const BakeOptio
       report.remarks.push_back(
           fmt::format("the mesh needs more than {} points for cached indirect light: paths are traced, which "
                       "takes longer and is noisier",
-                      max_shared_points));
+                      max_cache_points));
     }
   }
   IrradianceCache* const cached = cache ? &*cache : nullptr;

@@ -133,7 +133,6 @@ void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& ligh
     if (lights.normals) packet.gather[i]->normal += V3d(scene_.vertex_normal(points[i]));
   }
   rays += light_directly(packet, points, hits, view, lights.directions);
-  if (scene_.is_open()) rays += light_through(packet, points, hits, lights.directions);
   const std::size_t n = lights.directions.size();
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
@@ -208,23 +207,6 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
         sum += (r.diffuse[i] * body[i] + V3f(gloss[i])) * cosine[i];
       }
       for (std::size_t c = 0; c < 3; ++c) owner->recent[c * n + l] += sum[static_cast<int>(c)];
-    }
-  }
-  return rays;
-}
-
-std::uint64_t TexelBaker::light_through(const Packet& packet, const PointPacket& points, std::uint32_t hits,
-                                        std::span<const V3f> lights) const {
-  std::uint64_t rays = 0;
-  for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
-    const int i = std::countr_zero(remaining);
-    const YarnBrdf surface = surface_at(scene_, points[i]);
-    for (std::size_t l = 0; l < lights.size(); ++l) {
-      if (!comes_through(surface, V3d(lights[l]))) continue;
-      const V3d light = direct_light(scene_, points[i], surface, lights[l], -surface.inward, rays);
-      for (std::size_t c = 0; c < 3; ++c) {
-        packet.gather[i]->recent[c * lights.size() + l] += static_cast<float>(light[static_cast<int>(c)]);
-      }
     }
   }
   return rays;
@@ -308,49 +290,23 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samp
 
 PairSamples TexelBaker::bake_pair(const DirectionPair& pair, const LitBy& lights, int samples,
                                   std::uint64_t seed, NoiseSum& noise) const {
-  const std::size_t texels = texels_.x * texels_.y;
+  NoiseSum within_halves;
+  const ViewSamples a = bake_view(pair.view, lights, samples / 2, seed, within_halves);
+  const ViewSamples b = bake_view(pair.view, lights, samples / 2, mix(seed), within_halves);
   PairSamples out;
   out.width = texels_.x;
   out.height = texels_.y;
   out.pairs = {pair};
-  out.alpha.assign(texels, 0);
-  out.alpha_noise.assign(texels, 0);
-  out.radiance.assign(texels, V3f(0, 0, 0));
-  out.noise.assign(texels, V3f(0, 0, 0));
-  const auto count = static_cast<std::uint32_t>(samples / 2);
-  const int at_once = std::max(1, static_cast<int>(packet_size) / samples);  // that fill a packet
-  parallel_for(0, texels_.y, [&](int y) {
-    std::vector<std::array<Gather, 2>> halves(at_once, {Gather(1), Gather(1)});
-    std::vector<TexelRays> rays;
-    for (int first = 0; first < texels_.x; first += at_once) {
-      const int end = std::min(first + at_once, texels_.x);
-      rays.clear();
-      for (int x = first; x < end; ++x) {
-        const std::size_t texel = y * texels_.x + x;
-        auto& half = halves[x - first];
-        for (Gather& h : half) h.clear();
-        rays.push_back({x, y, count, count, mix(seed ^ mix(2 * texel)), &half[0], &half[1]});
-        rays.push_back({x, y, count, 0, mix(seed ^ mix(2 * texel + 1)), &half[0], &half[1]});
-      }
-      sample(rays, pair.view, lights);
-      for (int x = first; x < end; ++x) {
-        const std::size_t texel = y * texels_.x + x;
-        const auto& half = halves[x - first];
-        const int traced = half[0].rays + half[1].rays;
-        const int hits = half[0].hits + half[1].hits;
-        const auto radiance = [&](std::size_t h) {
-          return V3d(half[h].radiance[0], half[h].radiance[1], half[h].radiance[2]);
-        };
-        out.alpha[texel] = static_cast<float>(hits) / static_cast<float>(traced);
-        out.alpha_noise[texel] = static_cast<float>(half[0].hits - half[1].hits) / static_cast<float>(traced);
-        out.noise[texel] = V3f((radiance(0) - radiance(1)) / traced);
-        if (hits > 0) out.radiance[texel] = V3f((radiance(0) + radiance(1)) / hits);
-      }
-    }
-  });
-  for (std::size_t t = 0; t < texels; ++t) {
+  for (std::size_t t = 0; t < a.alpha.size(); ++t) {
+    const V3f of_a = a.radiance[t] * a.alpha[t];
+    const V3f of_b = b.radiance[t] * b.alpha[t];
+    const float alpha = (a.alpha[t] + b.alpha[t]) / 2;
+    out.alpha.push_back(alpha);
+    out.alpha_noise.push_back((a.alpha[t] - b.alpha[t]) / 2);
+    out.noise.push_back((of_a - of_b) / 2);
+    out.radiance.push_back(alpha > 0 ? (of_a + of_b) / (2 * alpha) : V3f(0, 0, 0));
     noise.error2 += static_cast<double>(out.noise[t].length2());
-    noise.signal2 += static_cast<double>((out.radiance[t] * out.alpha[t]).length2());
+    noise.signal2 += static_cast<double>((of_a + of_b).length2()) / 4;
   }
   return out;
 }

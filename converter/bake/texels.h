@@ -58,8 +58,6 @@ class TexelBaker {
   void follow(const Packet& packet, const V3d& view, const LitBy& lights) const;
   std::uint64_t light_directly(const Packet& packet, const PointPacket& points, std::uint32_t hits,
                                const V3d& view, std::span<const V3f> lights) const;
-  std::uint64_t light_through(const Packet& packet, const PointPacket& points, std::uint32_t hits,
-                              std::span<const V3f> lights) const;
   void light_indirectly(const SurfacePoint& point, const LitBy& lights, Gather& gather) const;
 
   const RayScene& scene_;

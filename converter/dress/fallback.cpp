@@ -1,8 +1,6 @@
 #include "converter/dress/fallback.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <numbers>
 
 #include "format/base/guard.h"

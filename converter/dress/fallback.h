@@ -2,8 +2,6 @@
 // and then a texture and material properties of a document.
 #pragma once
 
-#include <optional>
-
 #include "converter/make/fallback_factors.h"
 #include "format/fabric/fabric.h"
 #include "format/gltf/document.h"

@@ -16,8 +16,6 @@ namespace {
 /// Directions per point: side x side. More make no visible difference, as the errors of neighbouring points
 /// average out.
 constexpr int side = 8;
-constexpr int max_places = 8;             ///< from which a shared point sends 16 of them
-constexpr std::size_t shared_places = 4;  ///< of a shared front: as many as blocks of 16 directions
 
 /// target = sum of weight[k] * source[column[k]], vectors of `width` numbers; those that are all 0 are not
 /// marked in `marked`. Element by element, so the result does not depend on the width of vector registers.
@@ -36,49 +34,9 @@ constexpr double patches_per_period = 20;
 /// Smallest cosine between a vertex's normal and a triangle's for which the vertex may stand for the
 /// triangle.
 constexpr float smooth = 0.8F;
-/// About as many points of closed yarn share one on its inside; of points that are shared themselves, fewer.
-constexpr double points_inside = 16;
-constexpr double shared_points_inside = 4;
 
 /// Row j of a lattice has parts + 1 - j points.
 int lattice_index(int parts, int i, int j) { return j * (parts + 1) - j * (j - 1) / 2 + i; }
-
-/// Points in groups, one after the other.
-struct Groups {
-  std::vector<int> members;
-  std::vector<int> first{};  ///< of each group, and the end
-  std::size_t count() const { return first.size() - 1; }
-  std::span<const int> group(std::size_t g) const {
-    return std::span(members).subspan(first[g], first[g + 1] - first[g]);
-  }
-};
-
-/// A group lies in one cell of a lattice and faces the same way, as points of one wall do: a wall that
-/// touches it faces it. `cell`: mm; 0: each point by itself.
-Groups groups_of(std::span<const SurfacePoint> points, double cell) {
-  std::vector<std::pair<std::array<int, 4>, int>> keys;
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const int index = static_cast<int>(p);
-    keys.push_back({{index, 0, 0, 0}, index});
-    if (cell == 0) continue;
-    auto& key = keys.back().first;
-    const V3f& n = points[p].face_normal;
-    const V3f facing(std::abs(n.x), std::abs(n.y), std::abs(n.z));
-    const int axis = facing.x >= std::max(facing.y, facing.z) ? 0 : facing.y >= facing.z ? 1 : 2;
-    for (int k = 0; k < 3; ++k)
-      key[k] = static_cast<int>(std::floor(static_cast<double>(points[p].position[k]) / cell));
-    key[3] = 2 * axis + (n[axis] < 0 ? 1 : 0);
-  }
-  std::ranges::sort(keys);
-  Groups groups;
-  for (const auto& [key, point] : keys) {
-    if (groups.members.empty() || key != keys[groups.members.size() - 1].first)
-      groups.first.push_back(static_cast<int>(groups.members.size()));
-    groups.members.push_back(point);
-  }
-  groups.first.push_back(static_cast<int>(groups.members.size()));
-  return groups;
-}
 
 struct Sums {
   std::vector<double> changed, all;  ///< [colour][light]
@@ -118,11 +76,15 @@ std::vector<char> converged(const std::vector<Sums>& sums, const std::vector<cha
 }  // namespace
 
 std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std::uint64_t seed,
-                                                      bool from_below, std::size_t max_points) {
+                                                      bool from_below) {
   IrradianceCache t;
   t.triangles_ = scene.mesh().triangles;
-  t.sides_ = scene.is_translucent() || shows_backs(scene, 3, from_below) ? 2 : 1;
-  if (!t.place_points(scene, max_points)) return std::nullopt;
+  const std::vector<SurfacePoint> points = t.spread_points(scene.mesh());
+  if (points.empty()) return std::nullopt;
+  t.fronts_ = points.size();
+  for (const SurfacePoint& point : points) t.place(scene, point, false);
+  if (scene.is_translucent() || shows_backs(scene, from_below))
+    for (const SurfacePoint& point : points) t.place(scene, point, true);
   t.order_points(scene);
   t.gather(scene, seed);
   return t;
@@ -130,36 +92,24 @@ std::optional<IrradianceCache> IrradianceCache::build(const RayScene& scene, std
 
 void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
   // Blocks of 4 x 4 neighbouring directions form a packet; each direction is jittered in its cell.
-  const std::size_t count = points();
-  std::vector<std::vector<std::pair<int, float>>> rows(count);
+  constexpr float fraction = 1.0F / (side * side);
+  std::vector<std::vector<std::pair<int, float>>> rows(points());
   std::atomic<std::uint64_t> rays{0};
   parallel_for(0, points(), [&](int p) {
+    SurfacePoint origin;
+    origin.position = position_[p];
+    origin.face_normal = normal_[p];
+    if (origin.face_normal == V3f(0, 0, 0)) return;
     Random random(seed, p);
-    std::uint64_t traced = 0;
     std::vector<std::pair<int, float>> entries;
-    const auto front_count = static_cast<int>(behind_.size());
-    const bool inside = sides_ == 2 && p >= front_count;
-    const auto fronts = inside ? fronts_of(p) : std::span<const int>();
-    // A block of directions for each of several fronts, or all of them from one place.
-    const bool spread = fronts.size() > 1;
-    const int blocks = spread ? std::min(max_places, static_cast<int>(fronts.size())) : side * side / 16;
-    const int per_row = spread ? 4 : side;
-    for (int block = 0; block < blocks; ++block) {
-      const std::size_t place = spread ? fronts[block * fronts.size() / blocks] : p;
-      const std::size_t at = place * places_ + block % places_;
-      SurfacePoint origin;
-      origin.position = position_[at];
-      origin.face_normal = spread ? -normal_[at] : normal_[at];
-      if (origin.face_normal == V3f(0, 0, 0)) continue;
-      traced += 16;
-      const float fraction = 1.0F / static_cast<float>(16 * blocks);
+    for (int block = 0; block < side * side / 16; ++block) {
       std::array<V3d, packet_size> directions;
       for (int k = 0; k < 16; ++k) {
-        const int x = (spread ? 0 : block % (side / 4) * 4) + k % 4;
-        const int y = (spread ? 0 : block / (side / 4) * 4) + k / 4;
+        const int x = block % (side / 4) * 4 + k % 4;
+        const int y = block / (side / 4) * 4 + k / 4;
         const double dx = random.uniform();
         directions[k] =
-            cosine_direction(V3d(origin.face_normal), {(x + dx) / per_row, (y + random.uniform()) / per_row});
+            cosine_direction(V3d(origin.face_normal), {(x + dx) / side, (y + random.uniform()) / side});
       }
       PointPacket met;
       for (std::uint32_t remaining = scene.trace(scene.leave(origin), directions, met); remaining != 0;
@@ -169,7 +119,7 @@ void IrradianceCache::gather(const RayScene& scene, std::uint64_t seed) {
         for (std::size_t k = 0; k < 3; ++k) entries.emplace_back(sent.point[k], sent.weight[k] * fraction);
       }
     }
-    rays += traced;
+    rays += side * side;
     std::ranges::sort(entries);
     auto& merged = rows[p];
     for (const auto& [point, weight] : entries) {
@@ -201,31 +151,26 @@ std::vector<float> IrradianceCache::light_directly(const RayScene& scene, std::s
   parallel_for(0, static_cast<int>(packets), [&](int packet) {
     const auto indices = std::span(order_).subspan(packet * packet_size);
     const std::size_t size = std::min(packet_size, indices.size());
-    std::uint64_t traced = 0;
-    for (std::size_t place = 0; place < places_; ++place) {
-      PointPacket points;
+    PointPacket points;
+    for (std::size_t i = 0; i < size; ++i) {
+      points[i].position = position_[indices[i]];
+      points[i].face_normal = normal_[indices[i]];
+    }
+    const LeavingPacket leaving = scene.leave(points, (1U << size) - 1);
+    for (std::size_t l = 0; l < n; ++l) {
+      std::uint32_t lit = 0;
       for (std::size_t i = 0; i < size; ++i) {
-        points[i].position = position_[indices[i] * places_ + place];
-        points[i].face_normal = normal_[indices[i] * places_ + place];
+        // Light reaches the inside of closed yarn only through its wall.
+        const bool hidden = scene.is_translucent() && indices[i] >= static_cast<int>(fronts_);
+        lit |= (!hidden && points[i].face_normal.dot(lights[l]) > 0 ? 1U : 0U) << i;
       }
-      const LeavingPacket leaving = scene.leave(points, (1U << size) - 1);
-      for (std::size_t l = place; l < n; l += places_) {
-        std::uint32_t lit = 0;
-        for (std::size_t i = 0; i < size; ++i) {
-          // Light reaches the inside of closed yarn only through its wall.
-          const bool hidden =
-              scene.is_translucent() && !scene.is_open() && indices[i] >= static_cast<int>(behind_.size());
-          lit |= (!hidden && points[i].face_normal.dot(lights[l]) > 0 ? 1U : 0U) << i;
-        }
-        traced += static_cast<std::uint64_t>(std::popcount(lit));
-        lit &= ~scene.occluded(leaving, lights[l], lit);
-        for (; lit != 0; lit &= lit - 1) {
-          const int i = std::countr_zero(lit);
-          direct[indices[i] * n + l] = points[i].face_normal.dot(lights[l]);
-        }
+      rays += static_cast<std::uint64_t>(std::popcount(lit));
+      lit &= ~scene.occluded(leaving, lights[l], lit);
+      for (; lit != 0; lit &= lit - 1) {
+        const int i = std::countr_zero(lit);
+        direct[indices[i] * n + l] = points[i].face_normal.dot(lights[l]);
       }
     }
-    rays += traced;
   });
   rays_ += rays;
   return direct;
@@ -286,12 +231,7 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
       };
       std::fill(out, out + width, 0.0F);
       add(point, albedo_[point]);
-      if (!through_.empty() && point < behind_.size()) {
-        add(behind_[point], through_[point]);
-      } else if (!through_.empty()) {
-        const auto fronts = fronts_of(p);
-        for (const int front : fronts) add(front, through_[point] / static_cast<float>(fronts.size()));
-      }
+      if (scene.is_translucent()) add(behind(p), through_[point]);
       const float largest = *std::max_element(out, out + width);
       sends[point] = largest > 0 ? 1 : 0;
     });
@@ -336,14 +276,11 @@ std::vector<float> IrradianceCache::solve_block(const RayScene& scene, std::span
   return total;
 }
 
-std::optional<double> IrradianceCache::spread_points(const CellMesh& mesh, std::vector<SurfacePoint>& points,
-                                                     std::vector<double>& areas) {
+std::vector<SurfacePoint> IrradianceCache::spread_points(const CellMesh& mesh) {
   const double longest = std::max(mesh.period.x, mesh.period.y) / patches_per_period;
   patches_.resize(triangles_.size());
   // Vertices first; small triangles need no further points.
-  points.resize(mesh.positions.size());
-  areas.resize(points.size());
-  double whole_area = 0;
+  std::vector<SurfacePoint> points(mesh.positions.size());
   for (std::size_t p = 0; p < points.size(); ++p) {
     points[p].position = mesh.positions[p];
     points[p].face_normal = mesh.normals[p];
@@ -362,17 +299,12 @@ std::optional<double> IrradianceCache::spread_points(const CellMesh& mesh, std::
     const V3f& b = mesh.positions[corner.y];
     const V3f& c = mesh.positions[corner.z];
     const double edge = static_cast<double>(std::max({(b - a).length(), (c - b).length(), (a - c).length()}));
-    const double area = static_cast<double>((b - a).cross(c - a).length()) / 2;
     const V3f normal = (b - a).cross(c - a).normalized();
-    whole_area += area;
     const int parts = static_cast<int>(std::clamp(std::ceil(edge / longest - 1e-3), 1.0, 1e3));
     bool needs_points = parts > 1;
     // A vertex where yarns touch has the normal of one yarn and triangles of both.
     for (int k = 0; k < 3; ++k) needs_points |= std::abs(normal.dot(mesh.normals[corner[k]])) < smooth;
-    if (!needs_points) {
-      for (int k = 0; k < 3; ++k) areas[corner[k]] += area / 3;
-      continue;
-    }
+    if (!needs_points) continue;
     patches_[t] = {static_cast<int>(points.size()), parts};
     for (int j = 0; j <= parts; ++j) {
       for (int i = 0; i + j <= parts; ++i) {
@@ -389,89 +321,24 @@ std::optional<double> IrradianceCache::spread_points(const CellMesh& mesh, std::
         points.push_back(point);
       }
     }
-    areas.resize(points.size(), 2 * area / ((parts + 1) * (parts + 2)));
-    if (points.size() > max_shared_points) return std::nullopt;
+    if (points.size() > max_cache_points) break;
   }
-  return whole_area;
+  if (points.size() > max_cache_points) points.clear();
+  return points;
 }
 
-bool IrradianceCache::place_points(const RayScene& scene, std::size_t max_points) {
-  std::vector<SurfacePoint> points;
-  std::vector<double> areas;
-  const std::optional<double> whole_area = spread_points(scene.mesh(), points, areas);
-  if (!whole_area) return false;
-  Groups groups = groups_of(points, 0);
-  for (double fraction = 1; groups.count() > max_points; fraction *= 1.3)
-    groups = groups_of(points, std::sqrt(fraction * *whole_area / static_cast<double>(max_points)));
-  if (groups.count() < points.size()) {
-    places_ = shared_places;
-    shared_.resize(points.size());
-  }
-  std::vector<SurfacePoint> fronts;  // [point][place]
-  for (std::size_t g = 0; g < groups.count(); ++g) {
-    const auto group = groups.group(g);
-    double area = 0;
-    for (const int p : group) area += areas[p];
-    double passed = areas[group[0]];
-    std::size_t member = 0;
-    for (std::size_t k = 0; k < places_; ++k) {
-      const double at = area * (static_cast<double>(k) + 0.5) / static_cast<double>(places_);
-      while (passed < at && member + 1 < group.size()) passed += areas[group[++member]];
-      fronts.push_back(points[group[member]]);
-    }
-    if (!shared_.empty())
-      for (const int p : group) shared_[p] = static_cast<int>(g);
-    place(scene, std::span(fronts).last(places_), false);
-  }
-  if (sides_ == 1) return true;
-  // A point inside has the places of one of its fronts.
-  const std::size_t count = groups.count();
-  std::vector<SurfacePoint> firsts;
-  for (std::size_t p = 0; p < count; ++p) firsts.push_back(fronts[p * places_]);
-  const bool even = scene.is_translucent() && !scene.is_open();
-  const double inside = shared_.empty() ? points_inside : shared_points_inside;
-  groups = groups_of(firsts, even ? std::sqrt(inside * *whole_area / static_cast<double>(count)) : 0);
-  behind_.resize(count);
-  for (std::size_t g = 0; g < groups.count(); ++g) {
-    const auto group = groups.group(g);
-    for (const int front : group) behind_[front] = static_cast<int>(count + g);
-    place(scene, std::span(fronts).subspan(group[group.size() / 2] * places_, places_), true);
-  }
-  fronts_ = groups.members;
-  first_front_ = groups.first;
-  return true;
-}
-
-void IrradianceCache::place(const RayScene& scene, std::span<const SurfacePoint> places, bool back) {
-  V3f albedo(0, 0, 0);
-  V3f through(0, 0, 0);
-  for (SurfacePoint point : places) {
-    point.face_normal.normalize();
-    point.back = back && scene.is_translucent();
-    position_.push_back(point.position);
-    normal_.push_back(back ? -point.face_normal : point.face_normal);
-    const YarnBrdf surface = surface_at(scene, point);
-    if (scene.is_translucent()) {
-      const DiffuseAlbedos fractions = diffuse_albedos(surface);
-      albedo += fractions.back;
-      through += fractions.through;
-      continue;
-    }
-    const auto w = static_cast<double>(surface.gloss.weight);
-    const double reflected = w > 0 ? w * mean_gloss_albedo(static_cast<double>(surface.gloss.roughness)) : 0;
-    albedo += V3f(surface.albedo * (1 - w) + V3d(reflected));
-  }
-  albedo_.push_back(albedo / static_cast<float>(places.size()));
-  if (scene.is_translucent()) through_.push_back(through / static_cast<float>(places.size()));
-}
-
-std::span<const int> IrradianceCache::fronts_of(int back) const {
-  const std::size_t b = back - behind_.size();
-  return std::span(fronts_).subspan(first_front_[b], first_front_[b + 1] - first_front_[b]);
+void IrradianceCache::place(const RayScene& scene, SurfacePoint point, bool back) {
+  point.face_normal.normalize();
+  point.back = back && scene.is_translucent();
+  position_.push_back(point.position);
+  normal_.push_back(back ? -point.face_normal : point.face_normal);
+  const DiffuseAlbedos fractions = diffuse_albedos(surface_at(scene, point));
+  albedo_.push_back(fractions.back);
+  through_.push_back(fractions.through);
 }
 
 bool IrradianceCache::taps(const SurfacePoint& point, CacheTaps& taps) const {
-  if (point.back && sides_ == 1) return false;
+  if (point.back && !has_backs()) return false;
   const std::size_t t = point.triangle;
   const Patch& patch = patches_[t];
   if (patch.first < 0) {
@@ -495,10 +362,8 @@ bool IrradianceCache::taps(const SurfacePoint& point, CacheTaps& taps) const {
       taps.weight = {std::max(0.0F, 1 - fu - fv), fu, fv};
     }
   }
-  if (!shared_.empty())
-    for (int& p : taps.point) p = shared_[p];
-  if (sides_ == 2) {
-    for (std::size_t k = 0; k < 3; ++k) taps.other_side[k] = behind_[taps.point[k]];
+  if (has_backs()) {
+    for (std::size_t k = 0; k < 3; ++k) taps.other_side[k] = behind(taps.point[k]);
     if (point.back) std::swap(taps.point, taps.other_side);
   }
   return true;
@@ -511,11 +376,11 @@ void IrradianceCache::order_points(const RayScene& scene) {
   const auto curve = [&](std::size_t p) {
     std::uint64_t key = 0;
     for (int axis = 0; axis < 3; ++axis) {
-      const double fraction = static_cast<double>(position_[p * places_][axis]) / size[axis];
+      const double fraction = static_cast<double>(position_[p][axis]) / size[axis];
       const auto cell = static_cast<std::uint64_t>(std::clamp(fraction, 0.0, 1.0) * 1023);
       for (int bit = 0; bit < 10; ++bit) key |= (cell >> bit & 1U) << (3 * bit + axis);
       // Points with similar normals see the same lights.
-      key |= (normal_[p * places_][axis] < 0 ? std::uint64_t{1} : 0) << (30 + axis);
+      key |= (normal_[p][axis] < 0 ? std::uint64_t{1} : 0) << (30 + axis);
     }
     return key;
   };

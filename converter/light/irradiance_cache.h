@@ -6,9 +6,7 @@
 // creases, get additional points inside. From each point 64 cosine-distributed rays meet other points, which
 // gives a matrix W; with the direct irradiance E0 and the albedo a, the irradiance after k + 1 reflections is
 // S = W a (E0 + S) with the S after k. Where light passes through walls, each point has one on the other
-// side, and sends the fraction of that one's light, too, that comes through. Inside of closed yarn, where
-// light is even, neighbouring points share one. So do points of a mesh with more than max_cache_points; the
-// rays and lights of each group leave from four of its places.
+// side, and sends the fraction of that one's light, too, that comes through.
 //
 // Approximations: irradiance and reflected light are linear between the points, and reflection is Lambertian,
 // the fraction of a gloss included. Rays that meet the inside of closed opaque yarn count as dark.
@@ -23,9 +21,8 @@
 
 namespace selvedge {
 
-/// Limits of memory: points with light of their own, and points of the mesh, which share them.
-inline constexpr std::size_t max_cache_points = 120000;
-inline constexpr std::size_t max_shared_points = 1 << 22;
+/// Points of a side at most.
+inline constexpr std::size_t max_cache_points = 200'000;
 
 /// Three points and their weights (sum 1).
 struct CacheTaps {
@@ -36,12 +33,10 @@ struct CacheTaps {
 
 class IrradianceCache {
  public:
-  /// With light at `max_points` of the points of a side at most, which others share. Nothing if the mesh has
-  /// more than max_shared_points; it is left to the path tracer. `from_below`: views and lights come from
-  /// below as well.
+  /// Nothing if the mesh needs more than max_cache_points; it is left to the path tracer. `from_below`: views
+  /// and lights come from below as well.
   static std::optional<IrradianceCache> build(const RayScene& scene, std::uint64_t seed,
-                                              bool from_below = false,
-                                              std::size_t max_points = max_cache_points);
+                                              bool from_below = false);
 
   int points() const { return static_cast<int>(albedo_.size()); }
   /// Rays of build() and solve() so far.
@@ -58,15 +53,15 @@ class IrradianceCache {
     int first = -1;  ///< index of its first point; -1: its corners are its points
     int parts = 1;   ///< per edge
   };
-  /// Makes points of vertices and patches, and the area that each stands for. Returns the area of all, or
-  /// nothing if there are too many to share.
-  std::optional<double> spread_points(const CellMesh& mesh, std::vector<SurfacePoint>& points,
-                                      std::vector<double>& areas);
-  /// False if there are too many to share.
-  bool place_points(const RayScene& scene, std::size_t max_points);
-  /// Adds a point with these places, the mean of which it reflects.
-  void place(const RayScene& scene, std::span<const SurfacePoint> places, bool back);
-  std::span<const int> fronts_of(int back) const;
+  /// The points of vertices and patches; empty: too many.
+  std::vector<SurfacePoint> spread_points(const CellMesh& mesh);
+  void place(const RayScene& scene, SurfacePoint point, bool back);
+  bool has_backs() const { return albedo_.size() > fronts_; }
+  /// The point on the other side. Precondition: has_backs().
+  int behind(int point) const {
+    const int fronts = static_cast<int>(fronts_);
+    return point < fronts ? point + fronts : point - fronts;
+  }
   void order_points(const RayScene& scene);
   void gather(const RayScene& scene, std::uint64_t seed);
   std::vector<float> solve_block(const RayScene& scene, std::span<const V3f> lights, int bounces);
@@ -74,16 +69,11 @@ class IrradianceCache {
 
   std::vector<V3i> triangles_;
   std::vector<Patch> patches_;  ///< per triangle
-  int sides_ = 1;               ///< 2: points on both sides of the triangles, fronts first
-  std::vector<int> shared_;     ///< the point that stands for each lattice point; empty: itself
-  std::vector<int> behind_;     ///< the back of each front; empty: no backs
-  std::vector<int> fronts_;     ///< of the backs, one after the other
-  std::vector<int> first_front_;
-  std::size_t places_ = 1;     ///< of each point
-  std::vector<V3f> position_;  ///< [point][place]
+  std::size_t fronts_ = 0;      ///< number of the first points, behind each of which there may be another
+  std::vector<V3f> position_;
   std::vector<V3f> normal_;
   std::vector<V3f> albedo_;   ///< of light that goes back, gloss included
-  std::vector<V3f> through_;  ///< of the light on the other side; empty: the yarn is opaque
+  std::vector<V3f> through_;  ///< of the light on the other side
   std::vector<int> order_;    ///< permutation of the points that keeps neighbours in space together
   // W in compressed rows.
   std::vector<std::size_t> row_start_;

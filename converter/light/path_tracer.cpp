@@ -112,10 +112,9 @@ std::uint64_t PathTracer::add_indirect(const SurfacePoint& point, const V3d& vie
       for (std::size_t l = 0; l < packet.size(); ++l)
         lit |= (vertex.face_normal.dot(packet[l]) > 0 ? 1U : 0U) << l;
       std::uint32_t through = 0;
-      if (surface.transmission > 0) {
-        const bool open = scene_.is_open();
-        if (open || vertex.back) through = ~lit & ((1U << packet.size()) - 1);
-        if (!open && vertex.back) lit = 0;
+      if (surface.transmission > 0 && vertex.back) {
+        through = ~lit & ((1U << packet.size()) - 1);
+        lit = 0;
       }
       rays += static_cast<std::uint64_t>(std::popcount(lit) + std::popcount(through));
       lit &= ~scene_.occluded(vertex, packet, lit);

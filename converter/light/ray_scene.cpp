@@ -48,7 +48,6 @@ struct RaySceneState {
   std::vector<int> triangle_of;    // the mesh's, of each in the scene
   std::vector<int> hair_point_of;  // the first point of each piece of a hair; two triangles make a piece
   CellBlock block;
-  bool open = false;  // RayScene::is_open()
   double offset = 0;  // offset of rays from the surface that they leave
 };
 
@@ -432,8 +431,6 @@ bool RayScene::is_ground(const SurfacePoint& point) const {
   return point.triangle >= state_->ground_triangle;
 }
 
-bool RayScene::is_open() const { return state_->open; }
-
 bool RayScene::trace(const V3d& origin, const V3d& direction, SurfacePoint& point) const {
   const RaySceneState& s = *state_;
   return walk(s.block, origin, direction, [&](const V3d& start, double far) {
@@ -587,13 +584,12 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
   if (rtcGetDeviceError(state->device) != RTC_ERROR_NONE) {
     return fail(Code::mesh_invalid, name, {}, "the ray tracer refuses the mesh");
   }
-  RayScene scene(std::move(state));
-  scene.state_->open = scene.is_translucent() && shows_backs(scene, 0, true);
-  return scene;
+  return RayScene(std::move(state));
 }
 
-bool shows_backs(const RayScene& scene, int bounces, bool from_below) {
+bool shows_backs(const RayScene& scene, bool from_below) {
   constexpr std::uint32_t count = 4096;
+  constexpr int bounces = 3;
   const V2d period = scene.period();
   const double above = static_cast<double>(scene.bounds().max.z) + period.x;
   int hits = 0;

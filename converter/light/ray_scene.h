@@ -70,11 +70,9 @@ class RayScene {
   /// last.
   const CellMesh& mesh() const;
   bool is_ground(const SurfacePoint& point) const;
-  /// Whether light passes through the walls of yarn.
+  /// Whether light passes through the walls of yarn, which is closed then: light reaches the inside through
+  /// walls alone.
   bool is_translucent() const { return !mesh().transmission.empty(); }
-  /// Whether rays from outside meet backs of triangles; if not, light reaches these only through walls. Known
-  /// of translucent cells alone.
-  bool is_open() const;
 
   /// Finds the first surface along the ray from `origin` (anywhere, mm) in unit `direction`; false: none.
   bool trace(const V3d& origin, const V3d& direction, SurfacePoint& point) const;
@@ -117,8 +115,8 @@ class RayScene {
 };
 
 /// Whether more than a few of the surfaces that diffuse light from above (and `from_below`) meets, or reaches
-/// in up to `bounces` reflections, are backs of triangles, as with open sheets or random winding.
-/// Intersecting closed yarns show a few backs as well.
-bool shows_backs(const RayScene& scene, int bounces, bool from_below);
+/// in up to three reflections, are backs of triangles, as with open sheets or random winding. Intersecting
+/// closed yarns show a few backs as well.
+bool shows_backs(const RayScene& scene, bool from_below);
 
 }  // namespace selvedge

@@ -8,6 +8,7 @@
 #include "converter/light/path_tracer.h"
 #include "converter/mesh/wall_albedo.h"
 #include "format/fabric/directions.h"
+#include "format/fabric/light_sampler.h"
 #include "format/fabric/yarn_strands.h"
 #include "format/simd/wide.h"
 
@@ -55,21 +56,6 @@ double width_of(const Gloss& gloss) {
 /// A direction in the frame (fibre, across, normal).
 V3d local(const YarnBrdf& s, const V3d& d) {
   return {d.dot(s.fibre), d.dot(s.normal.cross(s.fibre)), d.dot(s.normal)};
-}
-
-/// Samples the distribution of visible normals (Heitz 2018).
-V3d visible_normal(const V3d& v, double r, const V2d& random) {
-  const V3d stretched = V3d(r * v.x, v.y, v.z).normalized();
-  const double planar2 = stretched.x * stretched.x + stretched.y * stretched.y;
-  const V3d t1 = planar2 > 0 ? V3d(-stretched.y, stretched.x, 0) / std::sqrt(planar2) : V3d(1, 0, 0);
-  const V3d t2 = stretched.cross(t1);
-  const double radius = std::sqrt(random.x);
-  const double phi = 2 * pi * random.y;
-  const double a = radius * std::cos(phi);
-  const double lean = (1 + stretched.z) / 2;
-  const double b = (1 - lean) * std::sqrt(std::max(0.0, 1 - a * a)) + lean * radius * std::sin(phi);
-  const V3d n = t1 * a + t2 * b + stretched * std::sqrt(std::max(0.0, 1 - a * a - b * b));
-  return V3d(r * n.x, n.y, std::max(1e-12, n.z)).normalized();
 }
 
 /// A sampled light for a view in the local frame, and the fraction of it that is neither masked nor shadowed.
@@ -287,7 +273,7 @@ V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrd
   const V3d towards(light);
   const bool through = comes_through(surface, towards);
   // Closed yarn is lit from outside alone.
-  if (surface.transmission > 0 && !scene.is_open() && through != point.back) return V3d(0, 0, 0);
+  if (surface.transmission > 0 && through != point.back) return V3d(0, 0, 0);
   const double cosine = incidence(surface, towards);
   if (!(cosine > 0)) return V3d(0, 0, 0);
   ++rays;

@@ -7,7 +7,6 @@
 
 #include <Imath/ImathBox.h>
 
-#include <cstdint>
 #include <vector>
 
 #include "format/base/error.h"
@@ -51,9 +50,9 @@ struct CellMesh {
 /// Bounds of all triangles; unused vertices are ignored. Precondition: validate() holds.
 Imath::Box3f bounds_of(const CellMesh& mesh);
 
-/// Refuses, with the vertex or triangle as the place: meshes without a triangle of positive area, wrong array
-/// sizes, indices out of range, NaN or infinite positions, periods that are not positive. `name` is the file
-/// or stitch for the message.
+/// Refuses meshes without a triangle of positive area, positions that are not finite, with the vertex as the
+/// place, and periods that are not positive; the rest is up to who makes a mesh. `name` is the file or stitch
+/// for the message.
 Result<void> validate(const CellMesh& mesh, const std::string& name);
 
 }  // namespace selvedge

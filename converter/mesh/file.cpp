@@ -8,21 +8,18 @@
 #include <cstdint>
 #include <filesystem>
 #include <iterator>
-#include <limits>
 #include <map>
+#include <tuple>
 
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
-#include "format/fabric/fabric.h"
 #include "format/mesh/mesh_file.h"
 #include "format/mesh/ply.h"
 #include "format/picture/image.h"
 
 namespace selvedge {
 namespace {
-
-// The yarns of a cell in PLY files: properties and elements of our own, named "yarn_...".
 
 /// Appends values as they lie in memory: of 4 bytes each, or bytes, without gaps.
 template <class... Values>
@@ -37,156 +34,22 @@ std::string properties(const char* type, std::initializer_list<const char*> name
   return text;
 }
 
-[[noreturn]] void refuse(const std::string& path, const char* element, std::string why) {
-  throw Failure{{Code::file_damaged, path, fmt::format("element {}", element), std::move(why)}};
-}
-
-int index_of(double value) {
-  return value >= 0 && value <= std::numeric_limits<int>::max() ? static_cast<int>(value) : -1;
-}
-
-float single(const PlyProperty* column, std::size_t i) { return static_cast<float>(column->values[i]); }
-
-void add_vertices(const PlyElement& vertices, const MeshChoices& choices, CellMesh& mesh) {
-  const auto gloss =
-      vertices.find({"yarn_gloss", "yarn_roughness", "yarn_fibre_x", "yarn_fibre_y", "yarn_fibre_z"});
-  for (std::size_t i = 0; i < vertices.count && !gloss.empty(); ++i) {
-    mesh.gloss.push_back({single(gloss[0], i), single(gloss[1], i)});
-    const V3d fibre(gloss[2]->values[i], gloss[3]->values[i], gloss[4]->values[i]);
-    mesh.fibres.push_back(turned(V3f(fibre), choices.up_axis));
-  }
-  const auto lustre = vertices.find({"yarn_lustre"});
-  for (std::size_t i = 0; i < mesh.gloss.size() && !lustre.empty(); ++i)
-    mesh.gloss[i].lustre = single(lustre[0], i);
-  const auto transmission = vertices.find({"yarn_transmission"});
-  for (std::size_t i = 0; i < vertices.count && !transmission.empty(); ++i)
-    mesh.transmission.push_back(single(transmission[0], i));
-}
-
-void add_places(const PlyFile& ply, const std::string& path, CellMesh& mesh) {
-  const PlyElement* vertices = ply.find("vertex");
-  const auto columns = vertices->find({"yarn_curve", "yarn_ply", "yarn_along", "yarn_around"});
-  for (std::size_t i = 0; i < vertices->count && !columns.empty(); ++i) {
-    const double curve = columns[0]->values[i];
-    const YarnPlace place{curve < 0 ? -1 : index_of(curve), index_of(columns[1]->values[i]),
-                          single(columns[2], i), single(columns[3], i)};
-    const bool on_curve = curve >= 0 && curve < static_cast<double>(mesh.yarns.curves.size()) &&
-                          place.ply >= 0 && place.ply < mesh.yarns.curves[place.curve].plies.count;
-    const bool in_range = std::abs(place.along) <= 2 && std::abs(place.around) <= 1;
-    if ((curve != -1 && !on_curve) || !in_range)
-      refuse(path, "vertex", "has places on yarns that do not exist");
-    mesh.places.push_back(place);
-  }
-}
-
-void add_hairs(const PlyFile& ply, const std::string& path, CellMesh& mesh) {
-  const PlyElement* hairs = ply.find("yarn_hair");
-  if (hairs == nullptr) return;
-  const auto columns = hairs->find({"root", "radius", "passed"});
-  const PlyProperty* points = hairs->find_list({"points"});
-  if (columns.empty() || points == nullptr) refuse(path, "yarn_hair", "lacks properties");
-  constexpr std::size_t numbers = 3 * Hairs::points_each;
-  for (std::size_t i = 0; i < hairs->count; ++i) {
-    if (points->ends[i] != (i + 1) * numbers) refuse(path, "yarn_hair", "has another number of points");
-    mesh.hairs.roots.push_back(index_of(columns[0]->values[i]));
-    mesh.hairs.radius.push_back(single(columns[1], i));
-    mesh.hairs.passed.push_back(single(columns[2], i));
-  }
-  for (std::size_t k = 0; k < points->values.size(); k += 3)
-    mesh.hairs.points.emplace_back(V3d(points->values[k], points->values[k + 1], points->values[k + 2]));
-}
-
-void add_curves(const PlyFile& ply, const std::string& path, CellMesh& mesh) {
-  const PlyElement* element = ply.find("yarn_curves");
-  if (element == nullptr || element->count == 0) return;
-  const auto columns = element->find({"curves", "nodes"});
-  const PlyProperty* list = element->find_list({"values"});
-  constexpr double most = 1 << 24;
-  const auto in_range = [&](std::size_t k) {
-    return columns[k]->values[0] >= 1 && columns[k]->values[0] <= most;
-  };
-  if (element->count != 1 || columns.empty() || list == nullptr || !in_range(0) || !in_range(1))
-    refuse(path, "yarn_curves", "has no curves, or counts out of range");
-  YarnCounts counts{index_of(columns[0]->values[0]), index_of(columns[1]->values[0]), 0};
-  const std::vector<float> values(list->values.begin(), list->values.end());
-  constexpr double max_stations = 1 << 20;
-  double stations = 0;  // the second value of each curve
-  const auto of_curves =
-      static_cast<std::int64_t>(values.size()) - std::int64_t{values_per_node} * counts.nodes;
-  const std::int64_t fields = of_curves / counts.curves;
-  const bool whole =
-      fields >= min_yarn_fields && fields <= FabricLimits{}.fields && fields * counts.curves == of_curves;
-  if (whole) counts.fields = static_cast<int>(fields);
-  for (int c = 0; whole && c < counts.curves; ++c) stations += static_cast<double>(values[counts.curves + c]);
-  if (!whole || !(stations >= 1 && stations <= max_stations))
-    refuse(path, "yarn_curves", "wrong number of values for its curves");
-  counts.stations = static_cast<int>(stations);
-  const std::vector<float> dark(std::size_t{light_values_per_station} * counts.stations);
-  auto yarns = yarns_from_values(values, dark, counts, V2f(mesh.period));
-  if (!yarns) refuse(path, "yarn_curves", yarns.error().message);
-  mesh.yarns = std::move(*yarns);
-  mesh.yarns.light.clear();
-}
-
-/// Adds gloss, fibres and transmission, and of a mesh in the axes and units that it was written in the
-/// places, hairs and yarns without their light. FILE_DAMAGED, with the element, for values out of range.
-void add_yarns(const PlyFile& ply, const MeshChoices& choices, const std::string& path, CellMesh& mesh) {
-  const PlyElement* vertices = ply.find("vertex");
-  if (vertices == nullptr) return;
-  add_vertices(*vertices, choices, mesh);
-  if (choices.up_axis != UpAxis::z || choices.scale_to_mm != 1) return;
-  for (const auto add : {add_hairs, add_curves, add_places}) add(ply, path, mesh);
-}
-
-/// A binary PLY file with all of a mesh: colours also as 8-bit sRGB for other programs.
+/// A binary PLY file: colours as linear floats, and as 8-bit sRGB for other programs.
 std::string write_ply(const CellMesh& mesh, const std::string& comment) {
-  const bool glossy = !mesh.gloss.empty();
-  const bool translucent = !mesh.transmission.empty();
-  const bool placed = !mesh.places.empty();
-  const YarnCounts counts = counts_of(mesh.yarns);
   std::string out = fmt::format("ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\n",
                                 comment, mesh.positions.size());
   out += properties("float", {"x", "y", "z", "nx", "ny", "nz"}) +
          properties("uchar", {"red", "green", "blue"}) +
          properties("float", {"yarn_red", "yarn_green", "yarn_blue"});
-  if (glossy) {
-    out += properties("float", {"yarn_gloss", "yarn_roughness", "yarn_lustre", "yarn_fibre_x", "yarn_fibre_y",
-                                "yarn_fibre_z"});
-  }
-  if (translucent) out += properties("float", {"yarn_transmission"});
-  if (placed)
-    out += properties("int", {"yarn_curve", "yarn_ply"}) + properties("float", {"yarn_along", "yarn_around"});
-  out += fmt::format("element face {}\nproperty list uchar int vertex_indices\n", mesh.triangles.size());
-  if (placed) {
-    out += fmt::format("element yarn_hair {}\n", mesh.hairs.roots.size()) + properties("int", {"root"}) +
-           properties("float", {"radius", "passed"}) + "property list uchar float points\n";
-  }
-  if (counts.curves > 0) {
-    out += "element yarn_curves 1\n" + properties("int", {"curves", "nodes"}) +
-           "property list int float values\n";
-  }
-  out += "end_header\n";
+  out += fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                     mesh.triangles.size());
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     std::array<std::uint8_t, 3> coded;
     for (unsigned i = 0; i < 3; ++i)
       coded[i] = static_cast<std::uint8_t>(std::lround(linear_to_srgb(mesh.albedo[v][i]) * 255));
     append_bytes(out, mesh.positions[v], mesh.normals[v], coded, mesh.albedo[v]);
-    if (glossy)
-      append_bytes(out, mesh.gloss[v].weight, mesh.gloss[v].roughness, mesh.gloss[v].lustre, mesh.fibres[v]);
-    if (translucent) append_bytes(out, mesh.transmission[v]);
-    if (placed) append_bytes(out, mesh.places[v]);
   }
   for (const V3i& t : mesh.triangles) append_bytes(out, std::uint8_t{3}, t);
-  const Hairs& hairs = mesh.hairs;
-  for (std::size_t h = 0; placed && h < hairs.roots.size(); ++h) {
-    append_bytes(out, hairs.roots[h], hairs.radius[h], hairs.passed[h], std::uint8_t{3 * Hairs::points_each});
-    for (int k = 0; k < Hairs::points_each; ++k) append_bytes(out, hairs.points[h * Hairs::points_each + k]);
-  }
-  if (counts.curves > 0) {
-    const std::vector<float> values = curve_values(mesh.yarns);
-    append_bytes(out, counts.curves, counts.nodes, static_cast<std::int32_t>(values.size()));
-    for (const float value : values) append_bytes(out, value);
-  }
   return out;
 }
 
@@ -286,35 +149,23 @@ std::vector<V3f> given_normals(const MeshFile& file) {
 
 /// Sets the colours of triangles, splitting vertices whose triangles differ.
 void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albedo) {
-  constexpr int none = -1;
-  struct Copy {
-    V3f albedo;
-    int vertex;
-    int next;  ///< the next copy of the same vertex
-  };
-  std::vector<Copy> copies;
-  std::vector<int> first(mesh.positions.size(), none);
+  std::map<std::tuple<int, float, float, float>, int> copies;  // of a vertex, by its colour
+  std::vector<bool> is_painted(mesh.positions.size(), false);
   const std::vector<V3f> vertex_albedo = mesh.albedo;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
-      int& vertex = mesh.triangles[t][k];
-      const int original = vertex;
-      const V3f colour = albedo[t] ? *albedo[t] : vertex_albedo[original];
-      int copy = first[original];
-      while (copy != none && copies[copy].albedo != colour) copy = copies[copy].next;
-      if (copy == none) {
-        copies.push_back({colour, vertex, first[original]});
-        if (first[original] == none) {
-          mesh.albedo[original] = colour;
-        } else {
-          copies.back().vertex = static_cast<int>(mesh.positions.size());
-          mesh.positions.push_back(mesh.positions[original]);
-          mesh.normals.push_back(mesh.normals[original]);
-          mesh.albedo.push_back(colour);
-        }
-        copy = first[original] = static_cast<int>(copies.size()) - 1;
+      const int vertex = mesh.triangles[t][k];
+      const V3f colour = albedo[t] ? *albedo[t] : vertex_albedo[vertex];
+      const auto [copy, fresh] = copies.try_emplace({vertex, colour.x, colour.y, colour.z}, vertex);
+      if (fresh && is_painted[vertex]) {
+        copy->second = static_cast<int>(mesh.positions.size());
+        mesh.positions.push_back(V3f(mesh.positions[vertex]));
+        mesh.normals.push_back(V3f(mesh.normals[vertex]));
+        mesh.albedo.emplace_back();
       }
-      vertex = copies[copy].vertex;
+      is_painted[vertex] = true;
+      mesh.albedo[copy->second] = colour;
+      mesh.triangles[t][k] = copy->second;
     }
   }
 }
@@ -369,8 +220,13 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
     return fail(Code::option_out_of_range, path, "--unit",
                 fmt::format("must be positive, is {}", *options.scale_to_mm));
   }
-  auto ply = value_or_throw(format == "ply" ? read_ply(bytes, path) : PlyFile());
-  auto file = value_or_throw(format == "ply" ? mesh_of(ply, path) : read_obj(bytes, path));
+  for (int c = 0; c < 3; ++c) {
+    if (!(options.albedo[c] >= 0 && options.albedo[c] <= 1))
+      return fail(Code::option_out_of_range, path, "--albedo",
+                  fmt::format("must lie in 0 to 1, is {}", options.albedo[c]));
+  }
+  auto file = value_or_throw(format == "obj" ? read_obj(bytes, path)
+                                             : mesh_of(value_or_throw(read_ply(bytes, path)), path));
   if (with_materials) read_materials(file, path);
   auto [triangles, face_of] = triangles_of(file);
   const MeshChoices choices = choose(file, bytes, options.period, options.scale_to_mm, options.up_axis);
@@ -405,8 +261,6 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
                            : std::nullopt);
     }
     paint_triangles(mesh, albedo);
-  } else {
-    add_yarns(ply, choices, path, mesh);
   }
   value_or_throw(validate(mesh, path));
   return mesh;

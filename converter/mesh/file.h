@@ -33,9 +33,8 @@ std::vector<std::string> material_files_of(const std::string& path);
 Result<CellMesh> read_mesh(const std::string& bytes, const std::string& name,
                            const MeshImportOptions& options);
 
-/// Writes OBJ (with linear colours behind the positions: gloss, fibres, hairs and the yarns themselves are
-/// lost) or binary PLY, which read_mesh() reads as the same mesh, by the path's ending. The file appears
-/// whole or not at all. A comment keeps the period.
+/// Writes OBJ (with linear colours behind the positions) or binary PLY, by the path's ending: gloss, fibres,
+/// hairs and the yarns themselves are lost. The file appears whole or not at all. A comment keeps the period.
 Result<void> write_mesh(const std::string& path, const CellMesh& mesh);
 
 }  // namespace selvedge

@@ -327,7 +327,6 @@ struct Foot {
   double fraction = 0;  ///< along it
   double distance = 0;
   V3d outward{0, 0, 0};  ///< unit
-  V3d along{0, 0, 0};    ///< unit
 };
 
 std::vector<Foot> feet_of(const std::vector<SampledPoint>& points, const std::vector<TubeAxis>& axes,
@@ -376,7 +375,7 @@ std::vector<Foot> feet_of(const std::vector<SampledPoint>& points, const std::ve
       const V3d out = to_place - start - chord * t;
       if (out.length() >= foot.distance) continue;
       const int count = static_cast<int>(axes[a].nodes.size());
-      foot = {a, (from + count) % count, t, out.length(), out.normalized(), chord.normalized()};
+      foot = {a, (from + count) % count, t, out.length(), out.normalized()};
     }
   });
   return feet;
@@ -465,40 +464,23 @@ void drop_unsupported(const Sampled& s, const V2d& period, std::vector<TubeAxis>
   axes = std::move(kept);
 }
 
-/// Albedo, gloss and slope of the curves, as means over the points that support them, and the fraction of all
-/// points that these represent.
+/// Albedo of the curves, as the mean over the points that support them, and the fraction of all points that
+/// these represent.
 double describe(const std::vector<SampledPoint>& points, const V2d& period, const std::vector<TubeAxis>& axes,
                 std::vector<YarnCurve>& curves) {
-  struct Sums {
-    int count = 0;
-    V3d albedo{0, 0, 0};
-    V3d gloss{0, 0, 0};  // weight, roughness, lustre
-    double along2 = 0, along_across = 0;
-  };
   const std::vector<Foot> feet = feet_of(points, axes, period);
-  std::vector<Sums> sums(axes.size());
+  std::vector<V3d> sums(axes.size(), V3d(0, 0, 0));
+  std::vector<int> counts(axes.size());
   for (std::size_t p = 0; p < points.size(); ++p) {
     if (!supports(points[p], feet[p], axes, tolerance)) continue;
-    const Foot& foot = feet[p];
-    const SampledPoint& point = points[p];
-    Sums& sum = sums[foot.axis];
-    ++sum.count;
-    sum.albedo += V3d(point.albedo);
-    sum.gloss += V3d(point.gloss.weight, point.gloss.roughness, point.gloss.lustre);
-    const V3d fibre(point.fibre);
-    sum.along2 += fibre.dot(foot.along) * fibre.dot(foot.along);
-    sum.along_across += fibre.dot(foot.along) * fibre.dot(foot.along.cross(foot.outward));
+    sums[feet[p].axis] += V3d(points[p].albedo);
+    ++counts[feet[p].axis];
   }
   curves.resize(axes.size());
   for (std::size_t a = 0; a < axes.size(); ++a) {
-    const Sums& sum = sums[a];
-    const double count = std::max(1, sum.count);
     curves[a].turns = axes[a].turns;
     curves[a].radius = static_cast<float>(axes[a].radius);
-    curves[a].albedo = V3f(sum.albedo / count);
-    const V3f gloss(sum.gloss / count);
-    curves[a].gloss = {gloss.x, gloss.y, gloss.z};
-    if (sum.along2 > 0) curves[a].fibre_slope = static_cast<float>(sum.along_across / sum.along2);
+    curves[a].albedo = V3f(sums[a] / std::max(1, counts[a]));
   }
   int represented = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {

@@ -15,9 +15,9 @@ struct FoundYarns {
 /// Yarns or plies that are round tubes of one radius and closed in the repeat, also where they touch and
 /// their meshes are joined. Points of the surface give the balls that touch it from inside; in tubes the
 /// centres of these lie on the axis, which is then walked along, and moved until the surface lies at one
-/// distance about it. Open ends, yarns of other sections, and sheets are left out. A curve's albedo, gloss
-/// and fibre slope are means over its surface. The same mesh gives the same yarns for any number of threads.
-/// Precondition: validate(mesh, name) holds.
+/// distance about it. Open ends, yarns of other sections, and sheets are left out. A curve's albedo is the
+/// mean over its surface. The same mesh gives the same yarns for any number of threads. Precondition:
+/// validate(mesh, name) holds.
 FoundYarns find_yarns(const CellMesh& mesh);
 
 }  // namespace selvedge

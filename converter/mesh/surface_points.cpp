@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "converter/mesh/wall_albedo.h"
-
 namespace selvedge {
 namespace {
 
@@ -18,17 +16,11 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
   SampledPoint point;
   V3d flat(0, 0, 0);
   V3d normal(0, 0, 0);
-  V3d fibre(0, 0, 0);
-  V3d gloss(0, 0, 0);  // weight, roughness, lustre
   for (int k = 0; k < 3; ++k) {
     const int v = t[k];
     const double w = weights[k];
     flat += V3d(mesh.positions[v]) * w;
     normal += V3d(mesh.normals[v]) * w;
-    if (mesh.fibres.empty()) continue;
-    const V3d f(mesh.fibres[v]);
-    fibre += f.dot(fibre) < 0 ? -f * w : f * w;
-    gloss += V3d(mesh.gloss[v].weight, mesh.gloss[v].roughness, mesh.gloss[v].lustre) * w;
   }
   point.position = flat;
   for (int k = 0; k < 3; ++k) {
@@ -40,15 +32,7 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
   point.normal = normal.normalized();
   // Faces between touching yarns of two colours have no colour between them.
   const auto nearest = std::ranges::max_element(weights) - weights.begin();
-  const int v = t[static_cast<int>(nearest)];
-  point.albedo = mesh.albedo[v];
-  if (!mesh.transmission.empty()) {
-    const auto through = static_cast<double>(mesh.transmission[v]);
-    point.albedo = V3f(wall_albedo(V3d(point.albedo), through) * (1 - through));
-  }
-  point.fibre = V3f(fibre.normalized());
-  if (!mesh.gloss.empty())
-    point.gloss = {static_cast<float>(gloss.x), static_cast<float>(gloss.y), static_cast<float>(gloss.z)};
+  point.albedo = mesh.albedo[t[static_cast<int>(nearest)]];
   return point;
 }
 

@@ -15,8 +15,6 @@ struct SampledPoint {
   V3d position{0, 0, 0};  ///< mm, x and y within the cell
   V3d normal{0, 0, 1};    ///< unit, outward
   V3f albedo{0, 0, 0};
-  V3f fibre{0, 0, 0};  ///< unit; zero if the mesh has no fibres
-  Gloss gloss;
 };
 
 double surface_area(const CellMesh& mesh);

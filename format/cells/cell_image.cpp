@@ -600,8 +600,6 @@ CellSize cell_size(const V2f& pixel, float samples) {
   return size;
 }
 
-namespace {}  // namespace
-
 const YarnPieces& pieces_of(const CellYarn& yarn, const CellView& view) {
   return yarn.pieces(view.piece_pixels * pixel_width(yarn.yarns().period(), view.size));
 }

@@ -109,8 +109,7 @@ double LightCells::pdf(const V3d& light) const {
   return fraction * grid.count() * (cosine ? light.z / pi : 1 / (2 * pi));
 }
 
-V3d FibreGloss::sample(const V2d& random) const {
-  // Heitz, Sampling the GGX Distribution of Visible Normals, 2018.
+V3d visible_normal(const V3d& view, double roughness, const V2d& random) {
   const V3d stretched = V3d(roughness * view.x, view.y, view.z).normalized();
   const double across = std::hypot(stretched.x, stretched.y);
   const V3d first = across > 0 ? V3d(-stretched.y, stretched.x, 0) / across : V3d(1, 0, 0);
@@ -121,7 +120,11 @@ V3d FibreGloss::sample(const V2d& random) const {
       (1 - half) * std::sqrt(std::max(0.0, 1 - x * x)) + half * radius * std::sin(2 * pi * random.y);
   const V3d slopes =
       first * x + stretched.cross(first) * y + stretched * std::sqrt(std::max(0.0, 1 - x * x - y * y));
-  const V3d facet = V3d(roughness * slopes.x, slopes.y, std::max(0.0, slopes.z)).normalized();
+  return V3d(roughness * slopes.x, slopes.y, std::max(1e-12, slopes.z)).normalized();
+}
+
+V3d FibreGloss::sample(const V2d& random) const {
+  const V3d facet = visible_normal(view, roughness, random);
   const V3d light = facet * (2 * view.dot(facet)) - view;
   return frame[0] * light.x + frame[1] * light.y + frame[2] * light.z;
 }

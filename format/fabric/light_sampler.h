@@ -43,6 +43,10 @@ struct LightCells {
   double pdf(const V3d& light) const;
 };
 
+/// A normal of the gloss's facets that the viewer sees (Heitz 2018, "Sampling the GGX Distribution of Visible
+/// Normals"), of widths (roughness, 1). Unit, in the frame (fibre, across, normal); view.z > 0.
+V3d visible_normal(const V3d& view, double roughness, const V2d& random);
+
 /// The gloss of yarn (yarn_reflectance.h), for half vectors that the viewer sees.
 struct FibreGloss {
   std::array<V3d, 3> frame;  ///< fibre, across, normal

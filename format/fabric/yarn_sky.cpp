@@ -1,7 +1,6 @@
 #include "format/fabric/yarn_sky.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "format/base/parallel.h"
 #include "format/fabric/directions.h"

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "format/fabric/fabric.h"
-#include "format/fabric/shading.h"
 #include "format/samples/samples.h"
 
 namespace selvedge {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/exr/exr.h"
-
 namespace selvedge {
 namespace {
 

@@ -156,14 +156,6 @@ TEST_CASE("light between two plates is the geometric series of their albedos") {
     // points, 1/29, and cancel in part: one half of that.
     CHECK(std::abs(e.mean - exact) <= 0.5 / 29 / open * exact);
   }
-  SUBCASE("once for several points") {
-    auto cache = test::need(IrradianceCache::build(scene, 1, false, 1000));
-    CHECK(cache.points() <= 2 * 1000);
-    CHECK(test::need(IrradianceCache::build(scene, 1)).points() > 2 * cache.points());
-    const std::vector<float> indirect = cache.solve(scene, {&light, 1}, unlimited_bounces);
-    const Estimate e = floor_seen(&cache, indirect, unlimited_bounces, 16);
-    CHECK(std::abs(e.mean - exact) <= 0.5 / 29 / open * exact);
-  }
 }
 
 TEST_CASE("a knit with holes and a weave are white in a white furnace") {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "tests/converter/load_cell.h"
 #include "tests/converter/mesh_texts.h"
@@ -198,57 +197,6 @@ TEST_CASE("a stitch written and read again is the same mesh") {
       CHECK((again.normals[v] - mesh.normals[v]).length() < 1e-6F);
     }
   }
-}
-
-TEST_CASE(
-    "a PLY file keeps all of a stitch: colours to the bit, gloss, fibres, hairs and the yarns themselves") {
-  const auto stitch =
-      test::need(find_stitch("two-colour", {{"yarn", {2}}, {"second_yarn", {0}}, {"seed", {9}}}));
-  const auto mesh = test::need(mesh_stitch(stitch.pattern));
-  REQUIRE(mesh.hairs.roots.size() > 10);
-  const test::Folder folder;
-  REQUIRE(write_mesh(folder / "all.ply", mesh));
-  const auto again = test::need(read_mesh(folder / "all.ply", {}));
-  CHECK(again.period == mesh.period);
-  CHECK(again.positions == mesh.positions);
-  CHECK(again.normals == mesh.normals);
-  CHECK(again.albedo == mesh.albedo);
-  CHECK(again.gloss == mesh.gloss);
-  REQUIRE(mesh.transmission.size() == mesh.positions.size());
-  CHECK(again.transmission == mesh.transmission);
-  CHECK(again.fibres == mesh.fibres);
-  CHECK(again.triangles == mesh.triangles);
-  CHECK(again.yarns == mesh.yarns);
-  CHECK(again.hairs.points == mesh.hairs.points);
-  CHECK(again.hairs.roots == mesh.hairs.roots);
-  CHECK(again.hairs.radius == mesh.hairs.radius);
-  CHECK(again.hairs.passed == mesh.hairs.passed);
-  REQUIRE(again.places.size() == mesh.places.size());
-  for (std::size_t v = 0; v < mesh.places.size(); ++v) {
-    CHECK(again.places[v].curve == mesh.places[v].curve);
-    CHECK(again.places[v].ply == mesh.places[v].ply);
-    CHECK(again.places[v].along == mesh.places[v].along);
-    CHECK(again.places[v].around == mesh.places[v].around);
-  }
-  // In other units the yarns are not those that were written.
-  CHECK(test::need(read_mesh(folder / "all.ply", {.scale_to_mm = 2})).hairs.roots.empty());
-}
-
-TEST_CASE("damaged yarns in a PLY file are refused") {
-  const auto with_element = [&](const std::string& declared, const std::string& values) {
-    return ply_header("ascii", 3, xyz, 1, "list uchar int vertex_indices\n" + declared) +
-           "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n" + values;
-  };
-  const std::string curves =
-      "element yarn_curves 1\nproperty int curves\nproperty int nodes\nproperty list int float values";
-  CHECK(refusal("y.ply", with_element(curves, "1 2 3 1 1 1\n")).place == "element yarn_curves");
-  CHECK(refusal("y.ply", with_element(curves, "0 2 0\n")).place == "element yarn_curves");
-  CHECK(refusal("y.ply", with_element(curves, "2000000000 2 0\n")).place == "element yarn_curves");
-  const std::string placed = xyz +
-                             "property int yarn_curve\nproperty int yarn_ply\nproperty float yarn_along\n" +
-                             "property float yarn_around\n";
-  const std::string rows = "0 0 0 0 0 0 0\n1 0 0 0 0 0 0\n0 1 0 0 0 0 0\n3 0 1 2\n";
-  CHECK(refusal("y.ply", ply_header("ascii", 3, placed, 1) + rows).place == "element vertex");
 }
 
 TEST_CASE("OBJ comments, continued lines, byte order marks and every kind of line end are read") {
