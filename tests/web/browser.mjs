@@ -1,5 +1,5 @@
 // A headless Chromium, and a server of this machine that gives it the package, three.js and files of the tests.
-//
+// CHROMIUM_GRAPHICS: flags for a graphics processor, '--use-gl=angle --use-angle=gl-egl --enable-gpu' for NVIDIA's.
 // Exit 77 (skipped) where Chromium or playwright-core is not installed.
 import { existsSync, readFileSync, statSync } from 'node:fs';
 import { createServer } from 'node:http';
@@ -44,8 +44,8 @@ const IMPORTS = {
 const launch = () => chromium.launch({
   executablePath: CHROMIUM,
   args: [
-    '--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist',
-    '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
+    ...(process.env.CHROMIUM_GRAPHICS ?? '--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader').split(' '),
+    '--no-sandbox', '--ignore-gpu-blocklist', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
   ],
 });
 
