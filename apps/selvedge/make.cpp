@@ -8,12 +8,10 @@
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
-#include "converter/stitch/fibres.h"
+#include "converter/make/stitch_bake.h"
 #include "converter/stitch/text_fault.h"
-#include "converter/stitch/textile.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
-#include "format/fabric/json_parts.h"
 
 namespace selvedge {
 namespace {
@@ -193,59 +191,6 @@ void add_quality(Options& options, MakeCommand& command) {
   });
 }
 
-/// Uses as many texels for each repeat, and no fewer than the stitch demands, by default; refuses fewer.
-Result<void> ensure_texels(const V2i& min_texels, int repeats, const MakeCommand& command,
-                           BakeOptions& options) {
-  constexpr int max_texels = 4096;
-  if (!command.texels_given) {
-    options.width = std::max(command.options.bake.width * repeats, min_texels.x);
-    options.height = std::max(command.options.bake.height * repeats, min_texels.y);
-  }
-  const bool possible = std::max(min_texels.x, min_texels.y) <= max_texels;
-  if (possible && options.width >= min_texels.x && options.height >= min_texels.y) return {};
-  return fail(Code::option_out_of_range, command.input, "--texels",
-              fmt::format("its yarns need {}x{} texels; {}", min_texels.x, min_texels.y,
-                          possible ? fmt::format("{}x{} were asked for", options.width, options.height)
-                                   : fmt::format("at most {} a side are made", max_texels)));
-}
-
-/// The data sheet of a stitch (spec/fabric.md), to four digits. Refuses yarn that is to be stored but that no
-/// fabric file can hold.
-Json sheet_of(const FoundStitch& stitch, const YarnData& yarns, const V2d& period,
-              const MakeCommand& command) {
-  const auto numbers =
-      reading(command.input, [&] { return textile_numbers(stitch.pattern, stitch.stitches); });
-  if (!numbers && command.options.bake.yarns) throw Failure{numbers.error()};
-  if (!numbers) return Json::object();
-  Json tex = Json::array();
-  for (const double of_yarn : numbers->tex) {
-    if (const Json number = short_number(of_yarn); std::ranges::find(tex, number) == tex.end())
-      tex.push_back(number);
-  }
-  std::string fibres;
-  for (const Yarn& yarn : stitch.pattern.yarns) {
-    const std::string name = yarn_kinds()[yarn.fibre].name;
-    if (fibres.find(name) == std::string::npos) fibres += (fibres.empty() ? "" : ", ") + name;
-  }
-  Json sheet = {{"composition", fibres},
-                {"gramsPerSquareMetre", short_number(numbers->weight)},
-                {"tex", tex},
-                {"thicknessMm", short_number(numbers->thickness_mm)},
-                {"cover", short_number(numbers->cover)},
-                {"coverWithHairs", short_number(numbers->cover_hairs)}};
-  const std::array<YarnRuns, 2> runs = Yarns(yarns, V2f(period)).variation().runs;
-  if (runs[0].rows > 0 && runs[1].rows > 0) {
-    sheet["construction"] = "weave";
-    sheet["endsPerCentimetre"] = short_number(runs[1].rows * 10 / period.x);
-    sheet["picksPerCentimetre"] = short_number(runs[0].rows * 10 / period.y);
-  } else if (stitch.stitches > 0) {
-    sheet["construction"] = "knit";
-    sheet["tightness"] = short_number(numbers->tightness);
-    sheet["stitchesPerSquareCentimetre"] = short_number(stitch.stitches * 100 / (period.x * period.y));
-  }
-  return sheet;
-}
-
 /// CPU seconds that this processor takes now for a second's work of the one that tell_work() was measured on.
 double slowness() {
   constexpr double measured = 0.0016;
@@ -284,20 +229,19 @@ void tell_work(const StitchSize& size, const MakeCommand& command, const BakeOpt
                               size.woven ? "crossings" : "stitches", seconds, kilobytes)});
 }
 
-/// Takes fewer rays of a pair for each of a chart's or draft's many texels: their errors average out.
-void share_rays(BakeOptions& options) {
-  constexpr int rays_of_pair = 1 << 13;
-  const int of_texel = rays_of_pair / (options.width * options.height) / 2 * 2;
-  options.truth_samples = std::clamp(of_texel, 2, options.truth_samples);
-}
-
 /// Loads the cell and bakes it, with progress.
 Baked bake_cell(const MakeCommand& command) {
   const CommonOptions& common = command.common;
   BakeOptions options = command.options.bake;
   CellOptions cell_options = command.cell;
+  bool sized = false;
+  const auto set_texels = [&](const auto& stitch) {
+    if (!std::exchange(sized, true))
+      value_or_throw(
+          ensure_texels(stitch.min_texels, stitch.repeats, command.texels_given, command.input, options));
+  };
   cell_options.start = [&](const StitchSize& size) {
-    value_or_throw(ensure_texels(size.min_texels, size.repeats, command, options));
+    set_texels(size);
     if (!command.rays_given) share_rays(options);
     tell_work(size, command, options);
   };
@@ -305,8 +249,7 @@ Baked bake_cell(const MakeCommand& command) {
   cell_options.mesh_of_stitch =
       !options.yarns || command.bounces_given || cell_options.mesh.cells_across.has_value();
   const auto cell = value_or_throw(find_cell(command.input, cell_options));
-  if (cell.stitch)
-    value_or_throw(ensure_texels(cell.stitch->min_texels, cell.stitch->repeats, command, options));
+  if (cell.stitch) set_texels(*cell.stitch);
   // The hue of yarn that scatters inside comes from many bounces.
   if (!command.bounces_given && !cell.mesh.transmission.empty()) options.bounces = unlimited_bounces;
   TerminalProgress progress("bake", common.quiet);
@@ -318,8 +261,10 @@ Baked bake_cell(const MakeCommand& command) {
   }
   const YarnData& yarns = cell.yarn ? cell.yarn->yarns : cell.mesh.yarns;
   const V2d& period = cell.yarn ? cell.yarn->period : cell.mesh.period;
-  if (cell.stitch && !yarns.curves.empty())
-    provenance["sheet"] = sheet_of(*cell.stitch, yarns, period, command);
+  if (cell.stitch && !yarns.curves.empty()) {
+    const auto sheet = reading(command.input, [&] { return sheet_of(*cell.stitch, yarns, period); });
+    if (options.yarns || sheet) provenance["sheet"] = value_or_throw(sheet);
+  }
   const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
   auto baked = value_or_throw(cell.yarn ? bake(*cell.yarn, command.input, options, text, progress.callback())
                                         : bake(cell.mesh, command.input, options, text, progress.callback()));

@@ -28,14 +28,6 @@ struct Reflecting {
 
 }  // namespace
 
-double NoiseSum::relative() const { return signal2 > 0 ? std::sqrt(error2 / signal2) : 0; }
-
-NoiseSum& NoiseSum::operator+=(const NoiseSum& other) {
-  error2 += other.error2;
-  signal2 += other.signal2;
-  return *this;
-}
-
 /// Sums over the rays of one texel and view.
 struct TexelBaker::Gather {
   int rays = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cmath>
 #include <span>
 
 #include "converter/light/irradiance_cache.h"
@@ -28,8 +29,12 @@ struct NoiseSum {
   double error2 = 0;
   double signal2 = 0;
   /// Root mean square error relative to the signal's root mean square; 0 without a signal.
-  double relative() const;
-  NoiseSum& operator+=(const NoiseSum& other);
+  double relative() const { return signal2 > 0 ? std::sqrt(error2 / signal2) : 0; }
+  NoiseSum& operator+=(const NoiseSum& other) {
+    error2 += other.error2;
+    signal2 += other.signal2;
+    return *this;
+  }
 };
 
 class TexelBaker {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <functional>
 #include <iterator>
 #include <numbers>
@@ -438,11 +437,16 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings,
   return found;
 }
 
-Result<FoundStitch> chart_in(const std::string& path, const StitchSettings& settings,
-                             const StitchStart& start) {
-  const auto text = value_or_throw(read_file(path, max_chart_text));
+/// The name of a file without its folder and ending.
+std::string stem_of(const std::string& path) {
+  const std::size_t begin = path.find_last_of('/') + 1;
+  return path.substr(begin, path.find_last_of('.') - begin);
+}
+
+FoundStitch chart_in(const std::string& text, const std::string& path, const StitchSettings& settings,
+                     const StitchStart& start) {
   auto chart = value_or_throw(read_chart(text, path));
-  if (chart.name.empty()) chart.name = std::filesystem::path(path).stem().string();
+  if (chart.name.empty()) chart.name = stem_of(path);
   BuiltIn stitch = knit("", chart);
   stitch.info.name = path;
   const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
@@ -490,15 +494,14 @@ double thin_as_corner(Weave& weave, const std::string& name, const RelaxOptions&
   return part;
 }
 
-Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& settings,
+Result<FoundStitch> draft_in(const std::string& text, const std::string& path, const StitchSettings& settings,
                              const StitchStart& start) {
-  const auto text = value_or_throw(read_file(path, max_wif_text));
   auto draft = value_or_throw(read_wif(text, path));
   const auto values = value_or_throw(StitchValues::create(path, draft_parameters(), settings));
   FoundStitch found;
   found.min_texels = texels_for(draft.weave);
   found.remarks = std::move(draft.remarks);
-  const std::string name = draft.title.empty() ? std::filesystem::path(path).stem().string() : draft.title;
+  const std::string name = draft.title.empty() ? stem_of(path) : draft.title;
   RelaxOptions options = relax_options(values, true, true);
   for (auto [prefix, yarns] :
        {std::pair("warp_", &draft.weave.warp), std::pair("weft_", &draft.weave.weft)}) {
@@ -529,8 +532,8 @@ Result<FoundStitch> draft_in(const std::string& path, const StitchSettings& sett
   return found;
 }
 
-Result<FoundStitch> described_in(const std::string& path, const StitchSettings& settings) {
-  auto pattern = value_or_throw(read_stitch_file(path));
+FoundStitch described_in(const std::string& text, const std::string& path, const StitchSettings& settings) {
+  auto pattern = value_or_throw(read_stitch(text, path));
   const auto values = value_or_throw(StitchValues::create(path, common_parameters(), settings));
   for (Yarn& yarn : pattern.yarns) {
     apply_flattening(values, "", yarn);
@@ -557,14 +560,19 @@ Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSe
     if (stitch.info.name != name_or_path) continue;
     return relaxed(stitch, settings);
   }
-  std::error_code ignored;
-  if (!std::filesystem::exists(name_or_path, ignored)) {
+  const bool is_chart = has_ending(name_or_path, ".txt");
+  const bool is_draft = has_ending(name_or_path, ".wif");
+  const auto text = read_file(name_or_path, is_chart   ? max_chart_text
+                                            : is_draft ? max_wif_text
+                                                       : max_stitch_text);
+  if (!text && text.error().code == Code::file_missing) {
     return fail(Code::stitch_unknown, name_or_path, "",
                 "no such file and no such built-in stitch (there are " + names + ")");
   }
-  if (has_ending(name_or_path, ".wif")) return draft_in(name_or_path, settings, start);
-  if (has_ending(name_or_path, ".txt")) return chart_in(name_or_path, settings, start);
-  return described_in(name_or_path, settings);
+  const std::string contents = value_or_throw(text);
+  if (is_draft) return draft_in(contents, name_or_path, settings, start);
+  if (is_chart) return chart_in(contents, name_or_path, settings, start);
+  return described_in(contents, name_or_path, settings);
 }
 
 }  // namespace

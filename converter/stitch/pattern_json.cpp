@@ -142,12 +142,6 @@ Result<StitchPattern> read_stitch(std::string_view text, const std::string& file
   }
 }
 
-Result<StitchPattern> read_stitch_file(const std::string& path) {
-  const auto text = read_file(path, max_stitch_text);
-  if (!text) return tl::unexpected(text.error());
-  return read_stitch(*text, path);
-}
-
 std::string to_json(const StitchPattern& pattern) {
   OrderedJson json;
   json[version_key] = version;

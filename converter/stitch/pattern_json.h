@@ -16,9 +16,6 @@ constexpr std::size_t max_stitch_text = 16U << 20U;
 /// (place: JSON pointer), other versions, and invalid patterns (validate()). `file` is for the message.
 Result<StitchPattern> read_stitch(std::string_view text, const std::string& file);
 
-/// The same from a file on disk.
-Result<StitchPattern> read_stitch_file(const std::string& path);
-
 /// The description of a pattern, ending in a newline. read_stitch restores the numbers to the bit.
 std::string to_json(const StitchPattern& pattern);
 

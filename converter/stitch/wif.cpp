@@ -6,7 +6,6 @@
 #include <array>
 #include <bitset>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -42,10 +41,10 @@ std::vector<std::string> parts_of(const std::string& text) {
 }
 
 std::optional<double> number_in(std::string_view text) {
-  double value = 0;
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (result.ec != std::errc() || result.ptr != text.data() + text.size()) return std::nullopt;
-  return std::isfinite(value) ? std::optional(value) : std::nullopt;
+  if (text.starts_with('+') || text.find_first_not_of("0123456789+-.eE") != std::string_view::npos)
+    return std::nullopt;
+  const auto numbers = parse_numbers(std::string(text), ',', 1, 1);
+  return numbers ? std::optional(numbers->front()) : std::nullopt;
 }
 
 std::optional<bool> truth_of(const std::string& text) {

@@ -7,6 +7,9 @@
 // program may throw; Program catches it. guarded(): turns exceptions of third-party libraries too,
 // std::bad_alloc included, into Errors. For the entry points of programs and of the installed library; an
 // exception that reaches another caller is a bug, which the fuzz targets report.
+//
+// In WebAssembly nothing is caught: what is thrown is told to the host, and the instance ends
+// (converter/web/module.cpp). No code of that road may go on after a Failure.
 #pragma once
 
 #include <string>

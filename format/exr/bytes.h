@@ -1,10 +1,12 @@
-// Reading of little-endian numbers.
+// Reading and writing of little-endian numbers.
 #pragma once
 
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <span>
+#include <string>
 
 namespace selvedge {
 
@@ -28,5 +30,12 @@ class ExrBytes {
   }
   std::span<const std::uint8_t> bytes_;
 };
+
+inline std::string exr_numbers(std::initializer_list<std::int32_t> numbers) {
+  std::string bytes;
+  for (const std::int32_t number : numbers)
+    for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
+  return bytes;
+}
 
 }  // namespace selvedge

@@ -11,23 +11,19 @@
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfThreading.h>
 #include <OpenEXR/ImfTiledOutputPart.h>
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <utility>
 
 #include "format/base/atomic_file.h"
 #include "format/base/parallel.h"
-#include "format/exr/layout.h"
+#include "format/exr/size.h"
 
 namespace selvedge {
 namespace {
-
-constexpr float max_half = 65504.0F;
 
 /// `display`: the part with the display window; OpenEXR requires the same one in all parts.
 Imf::Header exr_header(const ExrPart& part, const ExrPart& display) {
@@ -53,7 +49,7 @@ struct StoredPlanes {
   Imf::FrameBuffer buffer;
 };
 
-Result<StoredPlanes> stored_planes(const ExrPart& part, const ExrPixels& pixels, const std::string& file) {
+StoredPlanes stored_planes(const ExrPart& part, const ExrPixels& pixels) {
   StoredPlanes stored;
   stored.halves.resize(part.channels.size());
   const auto insert = [&](const ExrChannel& channel, const void* plane, std::size_t size) {
@@ -68,16 +64,7 @@ Result<StoredPlanes> stored_planes(const ExrPart& part, const ExrPixels& pixels,
       continue;
     }
     std::vector<Imath::half>& halves = stored.halves[c];
-    halves.resize(plane.size());
-    for (std::size_t i = 0; i < plane.size(); ++i) {
-      if (std::abs(plane[i]) > max_half || std::isnan(plane[i])) {
-        return fail(Code::fabric_not_finite, file,
-                    fmt::format("{}/{}/pixel {},{}", part.name, part.channels[c].name, i % pixels.width,
-                                i / pixels.width),
-                    fmt::format("{} does not fit into half precision", plane[i]));
-      }
-      halves[i] = Imath::half(plane[i]);
-    }
+    halves.assign(plane.begin(), plane.end());
     insert(part.channels[c], halves.data(), sizeof(Imath::half));
   }
   return stored;
@@ -120,16 +107,16 @@ Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart
 Result<void> ExrWriter::write_level(int part_index, int level, const ExrPixels& pixels) {
   const ExrPart& part = state_->parts[part_index];
   const std::string& file = state_->file.path();
-  const auto stored = stored_planes(part, pixels, file);
-  if (!stored) return tl::unexpected(stored.error());
+  if (auto sound = check_halves(part, pixels, file); !sound) return sound;
   try {
+    const StoredPlanes stored = stored_planes(part, pixels);
     if (part.mipmapped) {
       Imf::TiledOutputPart out(*state_->out, part_index);
-      out.setFrameBuffer(stored->buffer);
+      out.setFrameBuffer(stored.buffer);
       out.writeTiles(0, out.numXTiles(level) - 1, 0, out.numYTiles(level) - 1, level);
     } else {
       Imf::OutputPart out(*state_->out, part_index);
-      out.setFrameBuffer(stored->buffer);
+      out.setFrameBuffer(stored.buffer);
       out.writePixels(pixels.height);
     }
   } catch (const std::exception& e) {

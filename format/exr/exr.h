@@ -97,7 +97,7 @@ class ExrReader {
 /// of their names, each plane row by row from the top, little-endian in the channel's own precision.
 std::string digest_of(const ExrPart& part, const ExrPixels& pixels);
 
-/// Size of a chunk's pixels after ZIP compression; may be larger than the pixels.
-std::size_t exr_zip_size(std::span<const std::uint8_t> pixels);
+/// The bytes packed by zlib at level 4, as OpenEXR packs them.
+std::vector<std::uint8_t> exr_deflated(std::span<const std::uint8_t> bytes);
 
 }  // namespace selvedge

@@ -36,7 +36,7 @@ class HeaderReader {
     fetch(count);
     const auto from = bytes_.begin() + static_cast<std::ptrdiff_t>(position_);
     position_ += count;
-    return {from, count};
+    return {from, static_cast<std::size_t>(count)};
   }
   std::uint8_t peek() {
     fetch(1);
@@ -225,42 +225,62 @@ ExrPart read_part(HeaderReader& reader, std::size_t max_name_size, std::size_t i
   return part;
 }
 
-/// Bytes of an attribute: its name, type and value, and the size of that.
-std::uint64_t attribute_bytes(const std::string& name, std::string_view type, std::size_t value) {
-  return name.size() + type.size() + 6 + value;
+constexpr std::uint32_t magic = 20000630;
+constexpr std::uint32_t version_2 = 2;
+constexpr std::uint32_t long_names = 0x400;
+constexpr std::uint32_t multi_part = 0x1000;
+constexpr std::size_t max_short_name = 31;
+
+/// The value of a standard attribute, by the names of standard_attributes. `display`: as in exr.cpp.
+std::string standard_value(std::string_view name, const ExrPart& part, const ExrPart& display) {
+  constexpr std::uint32_t one = 0x3F800000;  // as a float
+  const auto window = [](const ExrPart& p) { return exr_numbers({0, 0, p.width - 1, p.height - 1}); };
+  if (name == "name") return part.name;
+  if (name == "type") return part.mipmapped ? "tiledimage" : "scanlineimage";
+  if (name == "compression") return {part.zip ? '\3' : '\0'};
+  if (name == "dataWindow") return window(part);
+  if (name == "displayWindow") return window(display);
+  if (name == "chunkCount") return exr_numbers({static_cast<std::int32_t>(exr_chunk_count(part))});
+  if (name == "tiles") return exr_numbers({part.tile.x, part.tile.y}) + '\1';
+  if (name == "pixelAspectRatio" || name == "screenWindowWidth") return exr_numbers({one});
+  if (name == "screenWindowCenter") return exr_numbers({0, 0});
+  if (name == "lineOrder") return {'\0'};
+  std::string list;
+  for (const std::size_t c : exr_stored_order(part))
+    list += part.channels[c].name + '\0' + exr_numbers({part.channels[c].half ? 1 : 2, 0, 1, 1});
+  return list + '\0';
 }
 
 }  // namespace
 
-std::uint64_t exr_header_bytes(const std::vector<ExrPart>& parts) {
-  std::uint64_t sum = 9;  // magic number, version, end
+std::string exr_headers(const std::vector<ExrPart>& parts) {
+  std::string bytes;
+  std::size_t longest = 0;  // of all names
+  const auto add = [&](const std::string& name, const char* type, const std::string& value) {
+    longest = std::max(longest, name.size());
+    bytes += name + '\0' + type + '\0' + exr_numbers({static_cast<std::int32_t>(value.size())}) + value;
+  };
   for (const ExrPart& part : parts) {
-    std::size_t channels = 1;
-    for (const ExrChannel& channel : part.channels) channels += channel.name.size() + 17;
-    const std::string_view type = part.mipmapped ? "tiledimage" : "scanlineimage";
-    const std::array texts{part.name.size(), type.size(), channels};  // in the order of standard_attributes
-    sum += 1 + 8 * exr_chunk_count(part);
-    for (std::size_t i = 0; i < standard_attributes.size(); ++i) {
-      const StandardAttribute& standard = standard_attributes[i];
-      if (standard.name == std::string_view("tiles") && !part.mipmapped) continue;
-      sum += attribute_bytes(standard.name, standard.type, standard.bytes < 0 ? texts[i] : standard.bytes);
-    }
-    for (const auto& [name, text] : part.attributes) sum += attribute_bytes(name, "string", text.size());
+    for (const StandardAttribute& standard : standard_attributes)
+      if (standard.name != std::string_view("tiles") || part.mipmapped)
+        add(standard.name, standard.type, standard_value(standard.name, part, parts.front()));
+    for (const auto& [name, text] : part.attributes) add(name, "string", text);
+    for (const ExrChannel& channel : part.channels) longest = std::max(longest, channel.name.size());
+    bytes += '\0';
   }
-  return sum;
+  const std::uint32_t flags = multi_part | (longest > max_short_name ? long_names : 0);
+  return exr_numbers({magic, static_cast<std::int32_t>(version_2 | flags)}) + bytes + '\0';
 }
 
 ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits) {
   if (source.size() < 8) malformed({}, "is not an OpenEXR file");
   HeaderReader reader(source, limits);
   ExrBytes start(reader.read(8));
-  if (start.u32() != 20000630) malformed({}, "is not an OpenEXR file");
-  constexpr std::uint32_t long_names = 0x400;
-  constexpr std::uint32_t multi_part = 0x1000;
+  if (start.u32() != magic) malformed({}, "is not an OpenEXR file");
   const std::uint32_t version = start.u32();
-  if ((version & ~long_names) != (multi_part | 2U))
+  if ((version & ~long_names) != (multi_part | version_2))
     unsupported({}, "is not a multi-part file of OpenEXR version 2");
-  const std::size_t max_name_size = (version & long_names) != 0 ? 255 : 31;
+  const std::size_t max_name_size = (version & long_names) != 0 ? 255 : max_short_name;
   ExrLayout layout;
   do {
     if (std::ssize(layout.parts) == limits.parts)

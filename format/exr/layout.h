@@ -44,8 +44,8 @@ ExrLayout read_exr_layout(const InputFile& source, const ExrLimits& limits);
 /// Its first half: the headers.
 ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits);
 
-/// Bytes of these headers in a file, with the offset tables. Precondition: exr_with_defaults().
-std::uint64_t exr_header_bytes(const std::vector<ExrPart>& parts);
+/// The beginning of a file of these parts, up to its offset tables. Precondition: exr_with_defaults().
+std::string exr_headers(const std::vector<ExrPart>& parts);
 
 /// Sets tiles and levels that a writer may choose: tiles of 32 x 32 or, for larger parts, 64 x 64 pixels.
 ExrPart exr_with_defaults(ExrPart part);

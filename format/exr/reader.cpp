@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "format/base/digest.h"
 #include "format/base/mip.h"
 #include "format/exr/bytes.h"
 #include "format/exr/layout.h"
@@ -136,33 +135,13 @@ Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
   }
 }
 
-std::size_t exr_zip_size(std::span<const std::uint8_t> pixels) {
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(pixels.size());
-  for (std::size_t i = 0; i < pixels.size(); i += 2) bytes.push_back(pixels[i]);
-  for (std::size_t i = 1; i < pixels.size(); i += 2) bytes.push_back(pixels[i]);
-  for (std::size_t i = bytes.size(); i-- > 1;)
-    bytes[i] = static_cast<std::uint8_t>(bytes[i] - bytes[i - 1] + 128);
+std::vector<std::uint8_t> exr_deflated(std::span<const std::uint8_t> bytes) {
   uLongf size = compressBound(bytes.size());
   std::vector<std::uint8_t> packed(size);
   // Cannot fail: the buffer has the maximum size.
   compress2(packed.data(), &size, bytes.data(), bytes.size(), 4);
-  return size;
-}
-
-std::string digest_of(const ExrPart& part, const ExrPixels& pixels) {
-  Digest digest;
-  std::vector<Imath::half> halves;
-  for (const std::size_t channel : exr_stored_order(part)) {
-    const std::vector<float>& plane = pixels.planes[channel];
-    if (part.channels[channel].half) {
-      halves.assign(plane.begin(), plane.end());
-      digest.update(halves.data(), halves.size() * sizeof(Imath::half));
-    } else {
-      digest.update(plane.data(), plane.size() * sizeof(float));
-    }
-  }
-  return digest.hex();
+  packed.resize(size);
+  return packed;
 }
 
 }  // namespace selvedge

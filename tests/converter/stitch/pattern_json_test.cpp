@@ -114,7 +114,6 @@ TEST_CASE("deep nesting is refused, not followed") {
   CHECK(refusal(std::string(1000000, '[')).substr(0, 14) == "JSON_MALFORMED");
 }
 
-TEST_CASE("a text beyond the limit and a missing file are refused") {
+TEST_CASE("a text beyond the limit is refused") {
   CHECK(refusal(std::string(max_stitch_text + 1, ' ')).substr(0, 14) == "FILE_TOO_LARGE");
-  CHECK(test::error_of(read_stitch_file("no/such/stitch.json")).code == Code::file_missing);
 }
