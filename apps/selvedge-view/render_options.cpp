@@ -1,6 +1,5 @@
 #include "apps/selvedge-view/render_options.h"
 
-#include <algorithm>
 #include <array>
 
 #include "apps/common/shared_options.h"

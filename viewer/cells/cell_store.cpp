@@ -25,18 +25,6 @@ constexpr double min_fresh = 0.4;
 /// Coarse shading saves little of smaller images.
 constexpr int many_samples = 96 * 96;
 
-/// Irradiance over pi of a surface with this normal, of luminance: degrees 0 to 2 of the light, by the
-/// clamped cosine (Ramamoorthi and Hanrahan 2001).
-float bright_around(const SmoothLight& light, const V3f& n) {
-  const std::array<float, smooth_functions> basis = smooth_basis(n.x, n.y, n.z);
-  float sum = 0;
-  for (std::size_t k = 0; k < smooth_functions; ++k) {
-    const V3f& f = light.factors[k];
-    sum += (k == 0 ? 1.0F : k < 4 ? 2.0F / 3 : 0.25F) * basis[k] * (f.x + f.y + f.z) / 3;
-  }
-  return std::max(sum, 0.0F);
-}
-
 /// CellLights::brightness(): yarn stands out of the cloth.
 constexpr float beyond_yarn = 0.15F;
 constexpr float beyond_thin_cloth = 0.5F;
@@ -56,6 +44,15 @@ double bytes_of(const CellView& view) {
 
 }  // namespace
 
+V3f mean_radiance(const SmoothLight& light, const V3f& n) {
+  // The integrals of cosine and functions by their degree (Ramamoorthi and Hanrahan 2001), by pi.
+  const auto basis = smooth_basis(n.x, n.y, n.z);
+  V3f sum(0, 0, 0);
+  for (std::size_t k = 0; k < smooth_functions; ++k)
+    sum += light.factors[k] * ((k == 0 ? 1.0F : k < 4 ? 2.0F / 3 : 0.25F) * basis[k]);
+  return {std::max(sum.x, 0.0F), std::max(sum.y, 0.0F), std::max(sum.z, 0.0F)};
+}
+
 float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there,
                              float beyond, float of_environment) const {
   float sum = 0;
@@ -65,7 +62,10 @@ float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLi
     sum += (light.of_environment ? of_environment : 1) * (e.x + e.y + e.z) / 3 *
            ((1 - beyond) * std::max(cosine, 0.0F) + beyond * 0.5F * (1 + cosine));
   }
-  if (around_there != nullptr) sum += std::numbers::pi_v<float> * bright_around(*around_there, normal);
+  if (around_there != nullptr) {
+    const V3f mean = mean_radiance(*around_there, normal);
+    sum += std::numbers::pi_v<float> * (mean.x + mean.y + mean.z) / 3;
+  }
   // Not 0 where nothing shines, and finite.
   return std::clamp(sum, 1e-30F, 1e30F);
 }

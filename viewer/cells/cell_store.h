@@ -15,6 +15,9 @@
 
 namespace selvedge {
 
+/// Radiance of white Lambertian cloth that faces along `normal`.
+V3f mean_radiance(const SmoothLight& light, const V3f& normal);
+
 /// Lights of a frame. Bit i of masks is light i; lights after the 32nd count as never in a garment's shadow.
 struct CellLights {
   std::span<const Light> lights;

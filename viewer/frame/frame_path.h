@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "format/base/progress.h"
-#include "format/picture/frame.h"
 #include "format/scene/camera.h"
 #include "viewer/frame/options.h"
 #include "viewer/light/reflections.h"

@@ -8,18 +8,6 @@ bool DeepPixels::has_more(int side, int round) const {
   return std::any_of(pixels_.begin(), pixels_.end(), [&](const Pixel& p) { return p.counts[side] > round; });
 }
 
-std::vector<std::uint8_t> DeepPixels::tiles(int side, int round) const {
-  const auto tiles_of = [](int pixels) { return (pixels + tile_side - 1) / tile_side; };
-  std::vector<std::uint8_t> result(static_cast<std::size_t>(tiles_of(width_)) * tiles_of(rows_));
-  for (const Pixel& p : pixels_) {
-    if (p.counts[side] <= round) continue;
-    const int x = static_cast<int>(p.pixel) % width_;
-    const int y = static_cast<int>(p.pixel) / width_;
-    result[y / tile_side * tiles_of(width_) + x / tile_side] = 1;
-  }
-  return result;
-}
-
 void DeepPixels::add_round(int side, int round, const DrawnSide& drawn) {
   for (std::uint32_t number = 0; number < pixels_.size(); ++number) {
     const Pixel& p = pixels_[number];

@@ -48,8 +48,6 @@ class DeepPixels {
   bool empty() const { return pixels_.empty(); }
   /// Whether some pixel has a surface of this side in this round.
   bool has_more(int side, int round) const;
-  /// FrameTiles::tiles of these pixels.
-  std::vector<std::uint8_t> tiles(int side, int round) const;
   /// Adds the surfaces that a round has drawn at these pixels.
   void add_round(int side, int round, const DrawnSide& drawn);
   DeepLayers layers();

@@ -135,15 +135,6 @@ SmoothLight around_at(const FrameScene& scene, const GarmentPoint& point) {
   return light;
 }
 
-V3f mean_radiance(const SmoothLight& light, const V3f& n) {
-  // The integrals of cosine and functions by their degree (Ramamoorthi and Hanrahan 2001), by pi.
-  const auto basis = smooth_basis(n.x, n.y, n.z);
-  V3f sum(0, 0, 0);
-  for (std::size_t k = 0; k < smooth_functions; ++k)
-    sum += light.factors[k] * ((k == 0 ? 1.0F : k < 4 ? 2.0F / 3 : 0.25F) * basis[k]);
-  return {std::max(sum.x, 0.0F), std::max(sum.y, 0.0F), std::max(sum.z, 0.0F)};
-}
-
 float visibility_around(const FrameScene& scene, const SmoothLight& at_point, const V3f& normal) {
   if (scene.view.around_vertices.empty()) return 1;
   const V3f seen = mean_radiance(at_point, normal);

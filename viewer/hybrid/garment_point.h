@@ -65,8 +65,6 @@ std::vector<ArrivingLight> lights_at(const FrameScene& scene, const GarmentPoint
 /// Light from all around at a point, world axes. Precondition: the options have such light.
 SmoothLight around_at(const FrameScene& scene, const GarmentPoint& point);
 
-/// Radiance of white Lambertian cloth that faces along `normal`.
-V3f mean_radiance(const SmoothLight& light, const V3f& normal);
 /// The fraction of light from all around that the scene leaves a point, as white cloth that faces along
 /// `normal` (world) reflects it; 1 where nothing is known.
 float visibility_around(const FrameScene& scene, const SmoothLight& at_point, const V3f& normal);

@@ -24,30 +24,28 @@ FrameScene HybridPath::begin(const FrameView& view, const ProjectedVertices& pro
 }
 
 /// Draws the first round of both sides of the cloth.
-void HybridPath::draw_nearest(TriangleLists lists, const FrameTiles& where, std::array<DrawnSide, 2>& sides,
+void HybridPath::draw_nearest(TriangleLists lists, int first_row, int rows, std::array<DrawnSide, 2>& sides,
                               Stopwatch& watch, RenderStats& stats) {
   sides[0].list = std::move(lists.front);
   sides[1].list = std::move(lists.back);
-  for (int side = 0; side < 2; ++side) pass_.draw(side, 0, where.first_row, sides[side].list);
+  for (int side = 0; side < 2; ++side) pass_.draw(side, 0, first_row, sides[side].list);
   pass_.finish();
   watch.add_to(stats.geometry);
-  for (int side = 0; side < 2; ++side) pass_.read(side, 0, where, sides[side].seen);
+  for (int side = 0; side < 2; ++side) pass_.read(side, 0, rows, sides[side].seen);
   watch.add_to(stats.read_back);
 }
 
 /// Draws the surfaces behind the first round at deep pixels.
-void HybridPath::draw_behind(const FrameScene& scene, FrameTiles where, std::array<DrawnSide, 2>& sides,
-                             DeepPixels& deep, Stopwatch& watch, RenderStats& stats) {
+void HybridPath::draw_behind(int first_row, int rows, std::array<DrawnSide, 2>& sides, DeepPixels& deep,
+                             Stopwatch& watch, RenderStats& stats) {
   for (int side = 0; side < 2; ++side) {
     DrawnSide& drawn = sides[side];
     deep.add_round(side, 0, drawn);
     for (int round = 1; round < layers_ && deep.has_more(side, round); ++round) {
-      where.tiles = deep.tiles(side, round);
-      drawn.list = sift_triangles(scene_.mesh, scene.projected, drawn.list, where);
-      pass_.draw(side, round, where.first_row, drawn.list);
+      pass_.draw(side, round, first_row, drawn.list);
       pass_.finish();
       watch.add_to(stats.geometry);
-      pass_.read(side, round, where, drawn.seen);
+      pass_.read(side, round, rows, drawn.seen);
       watch.add_to(stats.read_back);
       deep.add_round(side, round, drawn);
     }
@@ -62,8 +60,7 @@ void HybridPath::shade(const FrameScene& scene, int first_row, Band& band, Frame
   LayerCount seen = shade_band(scene, cells_, band.surfaces, layers_, pixels, deep);
   if (!deep.empty()) {
     watch.add_to(stats.evaluation);
-    const FrameTiles where{first_row, pixels.rows, {}};
-    draw_behind(scene, where, band.surfaces.sides, deep, watch, stats);
+    draw_behind(first_row, pixels.rows, band.surfaces.sides, deep, watch, stats);
     seen += shade_deep(scene, cells_, deep, layers_, pixels);
   }
   watch.add_to(stats.evaluation);
@@ -96,16 +93,16 @@ void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
   for (std::size_t i = 0; i < lists.size() && !view.options.ends(); ++i) {
     const int first_row = static_cast<int>(i) * bands_.rows;
     Band& band = in_flight_[i % 2];
-    const FrameTiles where{first_row, bands_.rows_from(first_row), {}};
+    const int rows = bands_.rows_from(first_row);
     watch = {};
     band.surfaces.cast = casts();
     if (casts()) {
       band.surfaces.sides[0].list = std::move(lists[i].front);
       band.surfaces.sides[1].list = std::move(lists[i].back);
-      band.surfaces.set_up(scene, first_row, where.rows);
+      band.surfaces.set_up(scene, first_row, rows);
       watch.add_to(stats.geometry);
     } else {
-      draw_nearest(std::move(lists[i]), where, band.surfaces.sides, watch, stats);
+      draw_nearest(std::move(lists[i]), first_row, rows, band.surfaces.sides, watch, stats);
     }
     finish_before();
     // Drawing and shading that overlap have their own members of the statistics.
@@ -134,15 +131,10 @@ std::optional<PixelProbe> HybridPath::probe(const FrameView& view, const V2i& pi
       project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
   pass_.place(projected);
   std::array<DrawnSide, 2>& sides = in_flight_[0].surfaces.sides;
-  // A band of one row, restricted to the tile that holds the pixel.
-  FrameTiles where{row, 1, {}};
-  where.tiles.resize((bands_.width + tile_side - 1) / tile_side);
-  where.tiles[pixel.x / tile_side] = 1;
-  TriangleLists lists = std::move(
-      list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows)[row / bands_.rows]);
-  for (std::vector<std::uint32_t>* list : {&lists.front, &lists.back})
-    *list = sift_triangles(scene_.mesh, projected, *list, where);
-  draw_nearest(std::move(lists), where, sides, watch, unwanted);
+  // A band of one row.
+  std::vector<TriangleLists> lists =
+      list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
+  draw_nearest(std::move(lists[row / bands_.rows]), row, 1, sides, watch, unwanted);
   const std::optional<SeenSurface> seen = nearest_surface(sides, pixel.x);
   if (!seen) return std::nullopt;
   const FrameScene scene = begin(view, projected);

@@ -45,10 +45,10 @@ class HybridPath {
   bool casts() const { return kind_ == RenderPath::raster && !pass_.has_pbr(); }
   /// Begins a frame.
   FrameScene begin(const FrameView& view, const ProjectedVertices& projected);
-  void draw_nearest(TriangleLists lists, const FrameTiles& where, std::array<DrawnSide, 2>& sides,
+  void draw_nearest(TriangleLists lists, int first_row, int rows, std::array<DrawnSide, 2>& sides,
                     Stopwatch& watch, RenderStats& stats);
-  void draw_behind(const FrameScene& scene, FrameTiles where, std::array<DrawnSide, 2>& sides,
-                   DeepPixels& deep, Stopwatch& watch, RenderStats& stats);
+  void draw_behind(int first_row, int rows, std::array<DrawnSide, 2>& sides, DeepPixels& deep,
+                   Stopwatch& watch, RenderStats& stats);
   void shade(const FrameScene& scene, int first_row, Band& band, Frame& frame, RenderStats& stats);
 
   const PreparedScene& scene_;

@@ -100,51 +100,29 @@ void VisibilityPass::draw(int side, int round, int first_row, std::span<const st
   check_errors(gl_, "drawing");
 }
 
-void VisibilityPass::read_pixels(int side, int round, const Rectangle& rectangle, VisibleSide& to) const {
-  const TriangleTarget& target = targets_[side][round % 2];
-  const std::size_t start = rectangle.y * bands_.width + rectangle.x;
-  const auto read = [&](GLenum format, GLenum type, void* data) {
-    gl_.ReadPixels(rectangle.x, rectangle.y, rectangle.width, rectangle.rows, format, type, data);
-  };
-  gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT0);
-  read(GL_RED_INTEGER, GL_UNSIGNED_INT, &to.triangles[start]);
-  read(GL_DEPTH_COMPONENT, GL_FLOAT, &to.depth[start]);
-  if (round == 0) read(GL_STENCIL_INDEX, GL_UNSIGNED_BYTE, &to.counts[start]);
-  if (pbr_.needed()) {
-    gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT1);
-    read(GL_RGBA, GL_FLOAT, &to.colours[start]);
-    gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT2);
-    read(GL_RGBA_INTEGER, GL_UNSIGNED_INT, &to.pbr[start]);
-  }
-}
-
-void VisibilityPass::read(int side, int round, const FrameTiles& where, VisibleSide& to) const {
+void VisibilityPass::read(int side, int round, int rows, VisibleSide& to) const {
   const std::size_t count = bands_.width * bands_.rows;
   to.triangles.resize(count);
   to.depth.resize(count);
   to.counts.resize(count);
-  if (pbr_.needed()) {
-    to.colours.resize(count);
-    to.pbr.resize(count);
-  }
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, targets_[side][round % 2].framebuffer);
+  const TriangleTarget& target = targets_[side][round % 2];
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
-  gl_.PixelStorei(GL_PACK_ROW_LENGTH, bands_.width);
-  // Each read has a fixed cost; many small ones cost more than all pixels.
-  constexpr std::ptrdiff_t max_calls = 16;
-  if (where.tiles.empty() ||
-      std::count(where.tiles.begin(), where.tiles.end(), std::uint8_t{1}) > max_calls) {
-    read_pixels(side, round, {0, 0, bands_.width, where.rows}, to);
-    return;
-  }
-  const int columns = (bands_.width + tile_side - 1) / tile_side;
-  for (int i = 0; i < static_cast<int>(where.tiles.size()); ++i) {
-    if (where.tiles[i] == 0) continue;
-    const int x = i % columns * tile_side;
-    const int y = i / columns * tile_side;
-    read_pixels(side, round,
-                {x, y, std::min(tile_side, bands_.width - x), std::min(tile_side, where.rows - y)}, to);
-  }
+  gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
+  const auto read = [&](GLenum format, GLenum type, void* data) {
+    gl_.ReadPixels(0, 0, bands_.width, rows, format, type, data);
+  };
+  gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT0);
+  read(GL_RED_INTEGER, GL_UNSIGNED_INT, to.triangles.data());
+  read(GL_DEPTH_COMPONENT, GL_FLOAT, to.depth.data());
+  if (round == 0) read(GL_STENCIL_INDEX, GL_UNSIGNED_BYTE, to.counts.data());
+  if (!pbr_.needed()) return;
+  to.colours.resize(count);
+  to.pbr.resize(count);
+  gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT1);
+  read(GL_RGBA, GL_FLOAT, to.colours.data());
+  gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT2);
+  read(GL_RGBA_INTEGER, GL_UNSIGNED_INT, to.pbr.data());
 }
 
 }  // namespace selvedge

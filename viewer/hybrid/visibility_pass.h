@@ -50,16 +50,11 @@ class VisibilityPass {
   /// Waits until everything is drawn.
   void finish() const { gl_.Finish(); }
 
-  /// Reads the last draw of a side: at least the tiles of `where`; the rest of `to` is undefined. Pixels with
-  /// depth 1 are empty.
-  void read(int side, int round, const FrameTiles& where, VisibleSide& to) const;
+  /// Reads the first `rows` rows of the last draw of a side; the rest of `to` is undefined. Pixels with depth
+  /// 1 are empty.
+  void read(int side, int round, int rows, VisibleSide& to) const;
 
  private:
-  struct Rectangle {
-    int x, y, width, rows;
-  };
-  void read_pixels(int side, int round, const Rectangle& rectangle, VisibleSide& to) const;
-
   const GlFunctions& gl_;
   const MergedSurfaces& mesh_;
   PbrInputs pbr_;

@@ -28,30 +28,12 @@ PixelRange pixels_within(float low, float high, int size) {
 
 class TriangleSieve {
  public:
-  TriangleSieve(const ProjectedVertices& projected, const FrameTiles& where)
-      : projected_(projected), where_(where), tile_columns_((projected.width + tile_side - 1) / tile_side) {}
+  explicit TriangleSieve(const ProjectedVertices& projected) : projected_(projected) {}
 
   /// Rows of the frame in which the triangle may cover the centre of a pixel.
   PixelRange rows(const MergedTriangle& triangle) const {
     const auto [x, y] = ranges(triangle);
     return x.first <= x.last ? y : PixelRange{};
-  }
-
-  /// Whether the triangle may cover the centre of a selected pixel.
-  bool keeps(const MergedTriangle& triangle) const {
-    auto [x, y] = ranges(triangle);
-    y.first = std::max(y.first, where_.first_row);
-    y.last = std::min(y.last, where_.first_row + where_.rows - 1);
-    if (x.first > x.last || y.first > y.last) return false;
-    if (where_.tiles.empty()) return true;
-    for (int row = (y.first - where_.first_row) / tile_side; row <= (y.last - where_.first_row) / tile_side;
-         ++row) {
-      const auto begin = where_.tiles.begin() + row * tile_columns_;
-      if (std::any_of(begin + x.first / tile_side, begin + x.last / tile_side + 1,
-                      [](std::uint8_t tile) { return tile != 0; }))
-        return true;
-    }
-    return false;
   }
 
   /// Twice the signed area, positive if the front is visible; also valid for corners behind the viewer.
@@ -80,8 +62,6 @@ class TriangleSieve {
   }
 
   const ProjectedVertices& projected_;
-  const FrameTiles& where_;
-  int tile_columns_;
 };
 
 }  // namespace
@@ -173,8 +153,7 @@ void append(const TriangleLists& part, TriangleLists& lists) {
 
 std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                                       std::span<const SurfaceMaterial> materials, int band_rows) {
-  const FrameTiles everywhere{0, projected.height, {}};
-  const TriangleSieve sieve(projected, everywhere);
+  const TriangleSieve sieve(projected);
   const std::size_t bands = (projected.height + band_rows - 1) / band_rows;
   std::vector<std::vector<TriangleLists>> parts((mesh.triangles.size() + chunk_size - 1) / chunk_size);
   parallel_chunks(mesh.triangles.size(), chunk_size, [&](std::size_t first, std::size_t end) {
@@ -192,18 +171,6 @@ std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const Projecte
   for (const std::vector<TriangleLists>& part : parts)
     for (std::size_t band = 0; band < bands; ++band) append(part[band], lists[band]);
   return lists;
-}
-
-std::vector<std::uint32_t> sift_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
-                                          std::span<const std::uint32_t> list, const FrameTiles& where) {
-  const TriangleSieve sieve(projected, where);
-  std::vector<std::vector<std::uint32_t>> parts((list.size() + chunk_size - 1) / chunk_size);
-  parallel_each(list.size(), chunk_size, [&](std::size_t i) {
-    if (sieve.keeps(mesh.triangles[list[i]])) parts[i / chunk_size].push_back(list[i]);
-  });
-  std::vector<std::uint32_t> kept;
-  for (const std::vector<std::uint32_t>& part : parts) kept.insert(kept.end(), part.begin(), part.end());
-  return kept;
 }
 
 }  // namespace selvedge

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "format/scene/camera.h"
 #include "format/simd/group.h"
 #include "viewer/scene/material.h"
 #include "viewer/scene/surfaces.h"
@@ -72,14 +71,6 @@ struct ProjectedVertices {
 /// `clip`: world -> clip (camera.h), for coordinates relative to the surfaces' origin.
 ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int width, int height);
 
-/// Selects parts of a frame: squares of `tile_side` pixels; all of them if `tiles` is empty.
-inline constexpr int tile_side = 8;
-struct FrameTiles {
-  int first_row = 0;
-  int rows = 1;
-  std::vector<std::uint8_t> tiles;  ///< [row / tile_side][x / tile_side], rows counted from first_row
-};
-
 /// Triangles by the visible side, in the order of the mesh.
 struct TriangleLists {
   std::vector<std::uint32_t> front;
@@ -90,9 +81,5 @@ struct TriangleLists {
 /// the frame. Triangles without area and culled backs are on no list.
 std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                                       std::span<const SurfaceMaterial> materials, int band_rows);
-
-/// The triangles of `list` that may cover the centre of a pixel in the tiles.
-std::vector<std::uint32_t> sift_triangles(const MergedSurfaces& mesh, const ProjectedVertices& projected,
-                                          std::span<const std::uint32_t> list, const FrameTiles& where);
 
 }  // namespace selvedge

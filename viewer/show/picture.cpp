@@ -69,8 +69,6 @@ void ShowPicture::load(const FabricChoice& choice, ShownSide& side) {
 
 /// All light but the lamps.
 void ShowPicture::set_light(const ShowState& state) {
-  options_.shadows = 0;
-  options_.around.reset();
   options_.environment.reset();
   options_.backdrop = -1;
   options_.shadows = state.shadows;
