@@ -2,10 +2,9 @@
 find_program(NODE node)
 find_program(WASM_CLANG clang++-19)
 
-# wasm_module(NAME INCLUDED HEADERS ... FLAGS ... BATCHES "FOLDER SOURCE..." ...): NAME.wasm of sources that are compiled
-# together, as what takes time is the headers; INCLUDED comes before each. HEADERS: of templates alone, in /usr/include; a
-# whole one has another C library.
-function(wasm_module name included)
+# wasm_module(NAME HEADERS ... FLAGS ... BATCHES "FOLDER SOURCE..." ...): NAME.wasm of sources that are compiled together, as
+# what takes time is the headers. HEADERS: of templates alone, in /usr/include; a whole one has another C library.
+function(wasm_module name)
   cmake_parse_arguments(ARG "" "" "HEADERS;FLAGS;BATCHES" ${ARGN})
   set(headers ${CMAKE_CURRENT_BINARY_DIR}/include)
   file(MAKE_DIRECTORY ${headers})
@@ -16,7 +15,7 @@ function(wasm_module name included)
   # One lane width, four.
   set(flags --target=wasm32-wasi -std=c++20 -O2 -msimd128 -fexceptions -fignore-exceptions -fno-math-errno
     -fno-trapping-math -ffp-contract=off -ffunction-sections -fdata-sections -DIMATH_HALF_NO_LOOKUP_TABLE
-    -include ${PROJECT_SOURCE_DIR}/${included} -isystem ${headers} -I${PROJECT_SOURCE_DIR}
+    -include ${PROJECT_SOURCE_DIR}/format/base/stand_ins.h -isystem ${headers} -I${PROJECT_SOURCE_DIR}
     -Wall -Wextra -Werror -Wno-psabi ${ARG_FLAGS})
   set(objects)
   foreach(batch ${ARG_BATCHES})

@@ -234,14 +234,9 @@ Baked bake_cell(const MakeCommand& command) {
   const CommonOptions& common = command.common;
   BakeOptions options = command.options.bake;
   CellOptions cell_options = command.cell;
-  bool sized = false;
-  const auto set_texels = [&](const auto& stitch) {
-    if (!std::exchange(sized, true))
-      value_or_throw(
-          ensure_texels(stitch.min_texels, stitch.repeats, command.texels_given, command.input, options));
-  };
   cell_options.start = [&](const StitchSize& size) {
-    set_texels(size);
+    value_or_throw(set_texels(size.min_texels, size.repeats, command.texels_given, command.input,
+                              command.options.bake, options));
     if (!command.rays_given) share_rays(options);
     tell_work(size, command, options);
   };
@@ -249,7 +244,9 @@ Baked bake_cell(const MakeCommand& command) {
   cell_options.mesh_of_stitch =
       !options.yarns || command.bounces_given || cell_options.mesh.cells_across.has_value();
   const auto cell = value_or_throw(find_cell(command.input, cell_options));
-  if (cell.stitch) set_texels(*cell.stitch);
+  if (cell.stitch)
+    value_or_throw(set_texels(cell.stitch->min_texels, cell.stitch->repeats, command.texels_given,
+                              command.input, command.options.bake, options));
   // The hue of yarn that scatters inside comes from many bounces.
   if (!command.bounces_given && !cell.mesh.transmission.empty()) options.bounces = unlimited_bounces;
   TerminalProgress progress("bake", common.quiet);

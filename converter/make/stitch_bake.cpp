@@ -11,12 +11,12 @@
 
 namespace selvedge {
 
-Result<void> ensure_texels(const V2i& min_texels, int repeats, bool given, const std::string& name,
-                           BakeOptions& options) {
+Result<void> set_texels(const V2i& min_texels, int repeats, bool given, const std::string& name,
+                        const BakeOptions& asked, BakeOptions& options) {
   constexpr int max_texels = 4096;
   if (!given) {
-    options.width = std::max(options.width * repeats, min_texels.x);
-    options.height = std::max(options.height * repeats, min_texels.y);
+    options.width = std::max(asked.width * repeats, min_texels.x);
+    options.height = std::max(asked.height * repeats, min_texels.y);
   }
   const bool possible = std::max(min_texels.x, min_texels.y) <= max_texels;
   if (possible && options.width >= min_texels.x && options.height >= min_texels.y) return {};

@@ -9,10 +9,10 @@
 
 namespace selvedge {
 
-/// Sets as many texels for each repeat as `options` has for one, and no fewer than the stitch demands; those
-/// that are `given` are kept, and refused where they are fewer. `name` is for the message.
-Result<void> ensure_texels(const V2i& min_texels, int repeats, bool given, const std::string& name,
-                           BakeOptions& options);
+/// Sets as many texels for each repeat as `asked` has for one, and no fewer than the stitch demands; refuses
+/// fewer that are `given`. `name` is for the message.
+Result<void> set_texels(const V2i& min_texels, int repeats, bool given, const std::string& name,
+                        const BakeOptions& asked, BakeOptions& options);
 
 /// Takes fewer rays of a pair for each of a chart's or draft's many texels: their errors average out.
 void share_rays(BakeOptions& options);

@@ -3,8 +3,8 @@
 /**
  * Makes a fabric; returns { bytes, remarks }, the bytes of its file. `module`: make.wasm as a WebAssembly.Module, of which
  * every fabric gets an instance of its own, so that a refusal leaves nothing behind. `recipe`: { stitch, text, set, quality,
- * texels, sides, seed }: a built-in stitch's name, or the name (.txt, .wif, .json) and text of a chart, draft or description;
- * and options of `selvedge make` by their names, but for { set: { radius_mm: 0.5, colour: '#aa3322' }, texels: [8, 8] }.
+ * sides, seed }: a built-in stitch's name, or the name (.txt, .wif, .json) and text of a chart, draft or description;
+ * and options of `selvedge make` by their names, such as { set: { radius_mm: 0.5, colour: '#aa3322' }, quality: 'draft' }.
  * `deflate`: packs a Uint8Array by zlib at level 4. `progress` is told the stage (0: yarns come to rest, 1: bake, 2: fit)
  * and the fraction of it that is done; it may throw, which ends the work. Throws an Error of one line.
  */

@@ -1,24 +1,39 @@
 // The WebAssembly module that makes fabrics of yarn: a recipe in, the bytes of a fabric file out (make.mjs).
 //
 // A refusal is told to the host and ends the instance: nothing is caught here (format/base/guard.h).
+#include <algorithm>
 #include <cstdlib>
 #include <ctime>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <typeinfo>
-#include <utility>
 
 #include "converter/make/make.h"
 #include "converter/make/stitch_bake.h"
-#include "converter/stitch/text_fault.h"
 #include "converter/stitch/yarn_mesh.h"
-#include "converter/web/host.h"
 #include "fitter/refit_to_pairs.h"
+#include "format/base/guard.h"
 #include "format/base/json_text.h"
 #include "format/base/parallel.h"
+#include "format/exr/bytes.h"
+#include "format/exr/size.h"
 
 namespace selvedge {
 namespace {
+
+enum class Told : std::int32_t { fabric, refusal, remark };
+
+/// Takes bytes. Does not return from a refusal.
+extern "C" [[clang::import_module("host"), clang::import_name("tell")]] void host_tell(Told what,
+                                                                                       const char* bytes,
+                                                                                       std::size_t count);
+/// The stage that runs (yarns come to rest, bake, fit), and the fraction of it that is done.
+extern "C" [[clang::import_module("host"), clang::import_name("progress")]] void host_progress(
+    std::int32_t stage, double fraction);
+/// Packs bytes by zlib at level 4 to `out`, which has room for as many; returns the packed size, or `count`
+/// where they do not get smaller.
+extern "C" [[clang::import_module("host"), clang::import_name("deflate")]] std::size_t host_deflate(
+    const std::uint8_t* bytes, std::size_t count, std::uint8_t* out);
 
 using Json = nlohmann::ordered_json;
 
@@ -38,21 +53,13 @@ void tell(Told what, const std::string& text) { host_tell(what, text.data(), tex
   throw Failure{{Code::option_out_of_range, {}, place, why}};
 }
 
-struct Recipe {
-  StitchSettings settings;
-  MakeOptions options;
-  bool texels_given = false;
-};
-
 /// Reads the members that make.mjs documents.
-Recipe read_recipe(const Json& json) {
-  if (!json.is_object()) refuse_option("recipe", "is not a JSON object");
-  Recipe recipe;
+MakeOptions read_recipe(const Json& json, StitchSettings& settings) {
   const std::string quality = json.value("quality", std::string(default_quality));
   if (std::ranges::find(quality_names, quality) == quality_names.end())
     refuse_option("quality", "there is no \"" + quality + "\"");
-  recipe.options = quality_named(quality);
-  BakeOptions& bake = recipe.options.bake;
+  MakeOptions options = quality_named(quality);
+  BakeOptions& bake = options.bake;
   for (const auto& [name, value] : json.items()) {
     if (name == "stitch") {
       stitch_name = value.get<std::string>();
@@ -61,13 +68,9 @@ Recipe read_recipe(const Json& json) {
     } else if (name == "set") {
       for (const auto& [parameter, setting] : value.items()) {
         const std::string text = setting.is_string() ? setting.get<std::string>() : setting.dump();
-        if (!parse_setting(parameter + "=" + text, recipe.settings))
+        if (!parse_setting(parameter + "=" + text, settings))
           refuse_option("--set " + parameter, "cannot be " + text);
       }
-    } else if (name == "texels") {
-      bake.width = value.at(0).get<int>();
-      bake.height = value.at(1).get<int>();
-      recipe.texels_given = true;
     } else if (name == "sides") {
       bake.both_sides = value == "both";
     } else if (name == "seed") {
@@ -77,56 +80,93 @@ Recipe read_recipe(const Json& json) {
     }
   }
   // Pairs by which layers are chosen, within a budget alone.
-  bake.validation_pairs = recipe.options.budget ? bake.held_out_pairs : 0;
+  bake.validation_pairs = options.budget ? bake.held_out_pairs : 0;
   bake.yarns = true;
-  return recipe;
+  return options;
 }
 
 void make(const Json& json) {
-  Recipe recipe = read_recipe(json);
-  BakeOptions& bake_options = recipe.options.bake;
-  bool sized = false;
-  const auto set_texels = [&](const auto& stitch) {
-    if (!std::exchange(sized, true))
-      value_or_throw(
-          ensure_texels(stitch.min_texels, stitch.repeats, recipe.texels_given, stitch_name, bake_options));
-  };
+  StitchSettings settings;
+  const MakeOptions options = read_recipe(json, settings);
   const auto stage = [](std::int32_t number) {
     return [number](double fraction) { host_progress(number, fraction); };
   };
   stage(0)(0);
-  const FoundStitch stitch =
-      value_or_throw(find_stitch(stitch_name, recipe.settings, [&](const StitchSize& size) {
-        set_texels(size);
-        share_rays(bake_options);
-      }));
-  set_texels(stitch);
+  BakeOptions of_bake = options.bake;
+  const auto adapt = [&](const auto& stitch) {
+    value_or_throw(set_texels(stitch.min_texels, stitch.repeats, false, stitch_name, options.bake, of_bake));
+  };
+  const FoundStitch stitch = value_or_throw(find_stitch(stitch_name, settings, [&](const StitchSize& size) {
+    adapt(size);
+    share_rays(of_bake);
+  }));
+  adapt(stitch);
   const YarnCell cell = value_or_throw(yarn_cell_of(stitch.pattern));
   const Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
                            {"stitch", stitch_name},
                            {"sheet", value_or_throw(sheet_of(stitch, cell.yarns, cell.period))}};
-  const Baked baked =
-      value_or_throw(bake(cell, stitch_name, bake_options,
-                          provenance.dump(-1, ' ', false, Json::error_handler_t::replace), stage(1)));
-  const FitOutcome fitted = value_or_throw(fit_fabric(baked.samples, recipe.options, stage(2)));
+  const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
+  const Baked baked = value_or_throw(bake(cell, stitch_name, of_bake, text, stage(1)));
+  const FitOutcome fitted = value_or_throw(fit_fabric(baked.samples, options, stage(2)));
   for (const auto* remarks : {&stitch.remarks, &baked.report.remarks})
     for (const std::string& remark : *remarks) tell(Told::remark, remark);
   for (const Error& warning : fitted.warnings) tell(Told::remark, to_line(warning));
-  value_or_throw(write_fabric(stitch_name, fitted.fabric, recipe.options.write));
+  value_or_throw(write_fabric(stitch_name, fitted.fabric, options.write));
 }
 
 }  // namespace
 
-// In place of sources with threads, files and Ceres.
+// In place of sources with OpenEXR, zlib, threads, files and Ceres.
+struct ExrWriter::State {
+  std::string path;
+  std::vector<ExrPart> parts;
+  std::string chunks;               ///< part by part, level by level
+  std::vector<std::size_t> places;  ///< where each begins
+};
+
+Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart> parts) {
+  for (ExrPart& part : parts) part = exr_with_defaults(std::move(part));
+  return ExrWriter(std::make_shared<State>(State{path, std::move(parts), {}, {}}));
+}
+
+Result<void> ExrWriter::write_level(int index, int level, const ExrPixels& pixels) {
+  const ExrPart& part = state_->parts[index];
+  if (auto sound = check_halves(part, pixels, state_->path); !sound) return sound;
+  for (const ExrChunk& chunk : exr_chunks(part)) {
+    if (chunk.level != level) continue;
+    const std::vector<std::uint8_t> packed = exr_packed_chunk(part, chunk, pixels);
+    state_->places.push_back(state_->chunks.size());
+    state_->chunks +=
+        part.mipmapped ? exr_numbers({index, chunk.x, chunk.y, level, level}) : exr_numbers({index, chunk.y});
+    state_->chunks += exr_numbers({static_cast<std::int32_t>(packed.size())});
+    state_->chunks.append(packed.begin(), packed.end());
+  }
+  return {};
+}
+
+Result<void> ExrWriter::commit() {
+  std::string file = exr_headers(state_->parts);
+  const std::size_t first = file.size() + 8 * state_->places.size();
+  for (const std::size_t place : state_->places)
+    file += exr_numbers({static_cast<std::int32_t>(first + place), 0});
+  tell(Told::fabric, file + state_->chunks);
+  return {};
+}
+
+std::vector<std::uint8_t> exr_deflated(std::span<const std::uint8_t> bytes) {
+  std::vector<std::uint8_t> packed(bytes.size());
+  packed.resize(host_deflate(bytes.data(), bytes.size(), packed.data()));
+  return packed;
+}
+
 void parallel_for(int begin, int end, const std::function<void(int)>& body) {
   for (int i = begin; i < end; ++i) body(i);
 }
 int thread_count() { return 1; }
 
-Result<std::string> read_file(const std::string& path, std::uintmax_t limit) {
-  if (!stitch_text) return fail(Code::file_missing, path, {}, "no such file");
-  if (stitch_text->size() <= limit) return *stitch_text;
-  return fail(Code::file_too_large, path, {}, "is too large");
+Result<std::string> read_file(const std::string& path, std::uintmax_t) {
+  if (stitch_text) return *stitch_text;
+  return fail(Code::file_missing, path, {}, "no such file");
 }
 
 void refit_to_pairs(Fabric&, const PairSamples&, int, const FitOptions&) {}  // no pairs are measured

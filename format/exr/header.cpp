@@ -234,12 +234,11 @@ constexpr std::size_t max_short_name = 31;
 /// The value of a standard attribute, by the names of standard_attributes. `display`: as in exr.cpp.
 std::string standard_value(std::string_view name, const ExrPart& part, const ExrPart& display) {
   constexpr std::uint32_t one = 0x3F800000;  // as a float
-  const auto window = [](const ExrPart& p) { return exr_numbers({0, 0, p.width - 1, p.height - 1}); };
   if (name == "name") return part.name;
   if (name == "type") return part.mipmapped ? "tiledimage" : "scanlineimage";
   if (name == "compression") return {part.zip ? '\3' : '\0'};
-  if (name == "dataWindow") return window(part);
-  if (name == "displayWindow") return window(display);
+  if (name == "dataWindow") return exr_numbers({0, 0, part.width - 1, part.height - 1});
+  if (name == "displayWindow") return exr_numbers({0, 0, display.width - 1, display.height - 1});
   if (name == "chunkCount") return exr_numbers({static_cast<std::int32_t>(exr_chunk_count(part))});
   if (name == "tiles") return exr_numbers({part.tile.x, part.tile.y}) + '\1';
   if (name == "pixelAspectRatio" || name == "screenWindowWidth") return exr_numbers({one});
