@@ -11,7 +11,7 @@
 #include <tuple>
 
 #include "converter/dress/flatten.h"
-#include "converter/mesh/disjoint_sets.h"
+#include "format/base/disjoint_sets.h"
 
 namespace selvedge {
 namespace {

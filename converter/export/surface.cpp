@@ -6,7 +6,7 @@
 #include <map>
 #include <tuple>
 
-#include "converter/mesh/disjoint_sets.h"
+#include "format/base/disjoint_sets.h"
 #include "format/fabric/variation.h"
 
 namespace selvedge {

@@ -31,10 +31,9 @@ using BytePlace = std::pair<std::size_t, std::size_t>;
 /// where views and accessors get other numbers.
 struct PackedGeometry {
   struct DracoAccessor {
-    Json json;             ///< as it was, without a view
-    Json view;             ///< of the compressed stream
-    std::string semantic;  ///< empty: indices
-    int id = -1;           ///< of the attribute in the stream
+    Json json;    ///< as it was, without a view
+    Json view;    ///< of the compressed stream
+    int id = -1;  ///< of the attribute in the stream; -1: indices
   };
   std::map<BytePlace, Json> meshopt_views;  ///< as they were
   std::map<BytePlace, DracoAccessor> draco_accessors;

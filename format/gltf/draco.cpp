@@ -1,7 +1,5 @@
 #include "format/gltf/draco.h"
 
-#include <draco/attributes/attribute_octahedron_transform.h>
-#include <draco/attributes/attribute_quantization_transform.h>
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
 #include <draco/compression/point_cloud/point_cloud_decoder.h>
@@ -184,15 +182,15 @@ class Expander {
     json.erase("byteOffset");
     json["bufferView"] = append_attribute_view(document_, shape, *elements);
     std::swap(document_.json["accessors"][accessor], json);
-    keep(std::move(json), accessor, view, semantic, id);
+    keep(std::move(json), accessor, view, id);
   }
 
   /// Keeps what an accessor was before its new view; `view` has the stream.
-  void keep(Json former, int accessor, int view, const std::string& semantic, int id) {
+  void keep(Json former, int accessor, int view, int id) {
     for (const char* key : {"bufferView", "byteOffset"}) former.erase(key);
     const Json& views = document_.json["bufferViews"];
     const Json& expanded = views[index_of(document_.json["accessors"][accessor]["bufferView"])];
-    document_.packed.draco_accessors[place_of(expanded)] = {std::move(former), views[view], semantic, id};
+    document_.packed.draco_accessors[place_of(expanded)] = {std::move(former), views[view], id};
   }
 
   void expand_indices(const draco::Mesh& mesh, int view, int accessor, const std::string& place) {
@@ -211,7 +209,7 @@ class Expander {
     for (const char* key : {"bufferView", "componentType", "count", "type"}) old[key] = accessors.back()[key];
     for (const char* key : {"byteOffset", "min", "max"}) old.erase(key);
     accessors.erase(accessors.size() - 1);
-    keep(std::move(former), accessor, view, "", -1);
+    keep(std::move(former), accessor, view, -1);
   }
 
   /// Moves new views to the places of the compressed ones, which are unused now: removing those would
@@ -238,13 +236,6 @@ class Expander {
 
 using DracoAccessor = PackedGeometry::DracoAccessor;
 
-/// Bits that an attribute of floats gets where the file tells nothing; 0: its floats as they are.
-int usual_bits(const std::string& semantic) {
-  if (semantic == "POSITION") return 14;
-  if (semantic == "NORMAL" || semantic.starts_with("COLOR_")) return 10;
-  return semantic == "TANGENT" || semantic.starts_with("WEIGHTS_") ? 12 : 0;
-}
-
 /// Bits with which a step of texture coordinates is 2^-17, be they metres, as unwrapped ones, or over a range
 /// of 1: the texels of a fabric need 2^-15 (spec/SELVEDGE_materials_fabric, "Implementation notes"), and
 /// small triangles keep their directions.
@@ -258,6 +249,14 @@ int texture_bits(std::span<const float> values) {
   const double range = std::max(high[0] - low[0], high[1] - low[1]);
   return std::clamp(
       17 + (range > 0 && std::isfinite(range) ? static_cast<int>(std::ceil(std::log2(range))) : 0), 1, 30);
+}
+
+/// Bits of an attribute of floats; 0: its floats as they are.
+int bits_of(const std::string& semantic, std::span<const float> values) {
+  if (semantic.starts_with("TEXCOORD_")) return texture_bits(values);
+  if (semantic == "POSITION") return 14;
+  if (semantic == "NORMAL" || semantic.starts_with("COLOR_")) return 10;
+  return semantic == "TANGENT" || semantic.starts_with("WEIGHTS_") ? 12 : 0;
 }
 
 draco::GeometryAttribute::Type type_of(const std::string& semantic) {
@@ -454,55 +453,12 @@ class Packer {
     encoded_ = true;
   }
 
-  int bits_of(const std::string& semantic, std::span<const float> values) {
-    if (!bits_of_file_) bits_of_file_ = bits_of_file();
-    const auto found = bits_of_file_->find(semantic);
-    const int bits = found == bits_of_file_->end() ? usual_bits(semantic) : found->second;
-    return semantic.starts_with("TEXCOORD_") ? std::max(bits, texture_bits(values)) : bits;
-  }
-
-  /// The most of any stream for each attribute.
-  std::map<std::string, int> bits_of_file() {
-    std::map<std::string, int> bits;
-    std::map<BytePlace, std::unique_ptr<draco::Mesh>> meshes;
-    for (const auto& [place, part] : document_.packed.draco_accessors) {
-      const auto [entry, fresh] = meshes.try_emplace(place_of(part.view));
-      if (fresh) entry->second = decode_bits(part.view);
-      if (entry->second == nullptr || part.id < 0) continue;
-      const draco::PointAttribute& attribute =
-          *entry->second->GetAttributeByUniqueId(static_cast<std::uint32_t>(part.id));
-      if (attribute.GetAttributeTransformData() == nullptr) continue;
-      int& most = bits[part.semantic];
-      draco::AttributeQuantizationTransform steps;
-      draco::AttributeOctahedronTransform directions;
-      if (attribute.GetAttributeTransformData()->transform_type() ==
-          draco::ATTRIBUTE_QUANTIZATION_TRANSFORM) {
-        if (steps.InitFromAttribute(attribute)) most = std::max(most, steps.quantization_bits());
-      } else if (directions.InitFromAttribute(attribute)) {
-        most = std::max(most, directions.quantization_bits());
-      }
-    }
-    return bits;
-  }
-
-  std::unique_ptr<draco::Mesh> decode_bits(const Json& view) const {
-    const auto [buffer, offset] = place_of(view);
-    draco::DecoderBuffer input =
-        buffer_of(std::span(document_.buffers[buffer]).subspan(offset, *size_of(view["byteLength"])));
-    draco::Decoder decoder;
-    for (int type = 0; type < draco::GeometryAttribute::NAMED_ATTRIBUTES_COUNT; ++type)
-      decoder.SetSkipAttributeTransform(static_cast<draco::GeometryAttribute::Type>(type));
-    auto mesh = decoder.DecodeMeshFromBuffer(&input);
-    return mesh.ok() ? std::move(mesh).value() : nullptr;
-  }
-
   GltfDocument& document_;
   GltfReader reader_;
   UsedParts before_;
   std::map<std::string, Json> extensions_;  ///< by the place of the primitive
   std::set<int> plain_;                     ///< accessors that primitives need with their bytes
   std::map<int, int> restored_;             ///< accessors -> accessors of streams
-  std::optional<std::map<std::string, int>> bits_of_file_;
   bool encoded_ = false;
 };
 

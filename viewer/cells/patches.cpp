@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <unordered_map>
+
+#include "format/base/disjoint_sets.h"
 
 namespace selvedge {
 namespace {
@@ -22,22 +23,6 @@ constexpr float wide_for_light = 0.1F;
 constexpr float largest_turn = 25;  ///< degrees
 /// Patches that turn out of sight, or away from a light, are split while they are larger, pixels.
 constexpr float outline_pixels = 16;
-
-/// Sets of vertices that triangles join.
-class Components {
- public:
-  explicit Components(std::size_t count) : parents_(count) {
-    std::iota(parents_.begin(), parents_.end(), 0U);
-  }
-  std::uint32_t find(std::uint32_t i) {
-    while (parents_[i] != i) i = parents_[i] = parents_[parents_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) { parents_[find(a)] = find(b); }
-
- private:
-  std::vector<std::uint32_t> parents_;
-};
 
 struct Box {
   float relief = 0;
@@ -72,7 +57,7 @@ void add(const Patch& part, Patch& to) {
 Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
                  std::span<const float> reliefs) {
   places_.resize(mesh.triangles.size());
-  Components components(mesh.positions.size());
+  DisjointSets components(mesh.positions.size());  // vertices that triangles join
   is_counted_.resize(mesh.triangles.size());
   std::vector<std::uint8_t> is_charted(mesh.positions.size());  // vertices
   for (const bool streaked : {false, true}) {
@@ -83,19 +68,19 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
       if (materials[t.surface].fabric < 0 || t.is_streaked != streaked) continue;
       if (streaked && (is_charted[a] | is_charted[b] | is_charted[c]) != 0) continue;
       is_counted_[i] = 1;
-      components.join(a, b);
-      components.join(b, c);
+      components.join(static_cast<int>(a), static_cast<int>(b));
+      components.join(static_cast<int>(b), static_cast<int>(c));
       joined.insert(joined.end(), {a, b, c});
     }
     for (const std::uint32_t vertex : joined) is_charted[vertex] = streaked ? 0 : 1;
   }
-  std::unordered_map<std::uint32_t, std::int32_t> numbers;
+  std::unordered_map<int, std::int32_t> numbers;
   std::vector<Box> boxes;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const MergedTriangle& t = mesh.triangles[i];
     if (is_counted_[i] == 0) continue;
-    const auto [at, fresh] =
-        numbers.try_emplace(components.find(t.corners[0]), static_cast<std::int32_t>(boxes.size()));
+    const auto [at, fresh] = numbers.try_emplace(components.root(static_cast<int>(t.corners[0])),
+                                                 static_cast<std::int32_t>(boxes.size()));
     if (fresh) boxes.emplace_back().relief = reliefs[materials[t.surface].fabric];
     places_[i].chart = at->second;
     Box& box = boxes[at->second];
@@ -111,7 +96,7 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
     if (materials[t.surface].fabric < 0) continue;
     for (const std::uint32_t corner : t.corners)
       if (is_counted_[i] == 0 && is_charted[corner] != 0)
-        places_[i].chart = numbers.at(components.find(corner));
+        places_[i].chart = numbers.at(components.root(static_cast<int>(corner)));
   }
   first_level_ = finest_level;
   const auto cells = [&] {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "format/base/disjoint_sets.h"
 #include "format/base/guard.h"
 #include "format/scene/tangents.h"
 
@@ -47,22 +47,15 @@ void check(const Scene& scene, const ScenePrimitive& primitive, const SceneMater
 }
 
 /// The charts of a primitive: for every vertex, a representative vertex of its chart.
-std::vector<std::uint32_t> charts_of(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
-  std::vector<std::uint32_t> parent(vertices);
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+std::vector<int> charts_of(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
+  DisjointSets sets(vertices);
   for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-    for (std::size_t k = 1; k < 3; ++k) {
-      const std::uint32_t a = root(indices[i]);
-      const std::uint32_t b = root(indices[i + k]);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
+    for (std::size_t k = 1; k < 3; ++k)
+      sets.join(static_cast<int>(indices[i]), static_cast<int>(indices[i + k]));
   }
-  for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = root(v);
-  return parent;
+  std::vector<int> charts;
+  for (int v = 0; v < static_cast<int>(vertices); ++v) charts.push_back(sets.root(v));
+  return charts;
 }
 
 /// The period of a wrapped picture, by which a chart may be moved; 0: not at all.
@@ -71,7 +64,7 @@ double period_of(Wrap wrap) { return wrap == Wrap::repeat ? 1 : wrap == Wrap::mi
 /// The coordinates of a mapping, each chart brought near zero; empty if the primitive has none. Throws
 /// MESH_NOT_FINITE.
 std::vector<V2d> map(const Scene& scene, const ScenePrimitive& primitive, const Mapping& mapping,
-                     const std::vector<std::uint32_t>& charts) {
+                     const std::vector<int>& charts) {
   std::vector<V2d> uvs;
   const std::vector<V2d>* coordinates = coordinates_of(primitive, mapping.tex_coord);
   if (coordinates == nullptr) return uvs;
@@ -304,7 +297,7 @@ Result<std::vector<Surface>> build_surfaces(const Scene& scene, const V3d& origi
       const SceneMaterial material = material_or_default(scene, primitive.material);
       check(scene, primitive, material);
       const Placed placed = place(scene, instance, origin);
-      const std::vector<std::uint32_t> charts = charts_of(primitive.indices, primitive.positions.size());
+      const std::vector<int> charts = charts_of(primitive.indices, primitive.positions.size());
       const Mappings mappings = mappings_of(material);
       std::vector<std::vector<V2d>> uvs;
       for (const Mapping& mapping : mappings.list) uvs.push_back(map(scene, primitive, mapping, charts));
