@@ -220,7 +220,7 @@ void tell_work(const StitchSize& size, const MakeCommand& command, const BakeOpt
   const double cells = size.cells;
   const double texels = bake.width * bake.height;
   const double draft_seconds = size.woven ? 1.2 + 0.005 * texels + 0.24 * std::sqrt(cells)
-                                          : 0.5 + 0.05 * std::sqrt(cells * size.radii);
+                                          : 0.4 + 0.04 * std::sqrt(cells * size.radii);
   const double longer = command.quality == "draft" ? 1 : size.woven ? 1.5 : 1.6;
   const double seconds = slowness() * longer * draft_seconds;
   const double kilobytes = size.woven ? 0.55 * cells + 35 * std::sqrt(cells) : 11 * cells;

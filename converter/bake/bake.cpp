@@ -218,6 +218,8 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
   o.indirect = IndirectLight::lines;
   o.bounces = unlimited_bounces;
   value_or_throw(check_options(o, name));
+  for (int* points : {&o.samples, &o.truth_samples})
+    *points = points_of_texel(V2i(o.width, o.height), *points);
   const auto plane = value_or_throw(plane_of(cell.thickness, cell.period, name, o));
   Baked baked;
   Samples& samples = baked.samples;

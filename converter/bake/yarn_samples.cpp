@@ -64,6 +64,13 @@ struct YarnSampler::SideOfYarn {
   }
 };
 
+int points_of_texel(const V2i& texels, int samples) {
+  int points = std::max(texels.x * texels.y > many_texels ? min_points_of_many : min_points,
+                        static_cast<int>(std::lround(std::sqrt(samples))));
+  while (std::min(texels.x, texels.y) * points < min_cell_texels) points *= 2;
+  return points * points;
+}
+
 YarnSampler::YarnSampler(const YarnData& lit, const YarnCell& cell, float plane, const V2i& texels,
                          bool both_sides)
     : texels_(texels) {
@@ -82,9 +89,7 @@ std::array<YarnSampler::Half, 2> YarnSampler::halves(const V3f& from, std::span<
   const bool behind = from.z < 0;
   const SideOfYarn& side = *sides_[behind ? 1 : 0];
   const auto texels = static_cast<std::size_t>(texels_.x) * static_cast<std::size_t>(texels_.y);
-  int points = std::max(texels > many_texels ? min_points_of_many : min_points,
-                        static_cast<int>(std::lround(std::sqrt(samples))));
-  while (std::min(texels_.x, texels_.y) * points < min_cell_texels) points *= 2;
+  const int points = static_cast<int>(std::lround(std::sqrt(samples)));
   CellView view;
   view.view = behind ? mirrored(from) : from;
   view.size = {texels_ * points, V2i(points, points), points};

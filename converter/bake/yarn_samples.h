@@ -13,15 +13,18 @@
 
 namespace selvedge {
 
+/// Points of each texel that the sampler takes if `samples` are wanted: a square, 36 at least (16 of many
+/// texels).
+int points_of_texel(const V2i& texels, int samples);
+
 class YarnSampler {
  public:
   /// `lit`: the yarn with its light. `plane`: SamplesHeader::reference_height. Texels of one repeat.
   YarnSampler(const YarnData& lit, const YarnCell& cell, float plane, const V2i& texels, bool both_sides);
   ~YarnSampler();
 
-  /// Samples of all texels with `samples` points each, rounded to a square, but 36 or more (16 of many
-  /// texels); from behind where view.z < 0. Points on the two colours of a chequerboard are the halves of
-  /// which NoiseSum tells.
+  /// Samples of all texels with `samples` points each (points_of_texel()); from behind where view.z < 0.
+  /// Points on the two colours of a chequerboard are the halves of which NoiseSum tells.
   ViewSamples view(const V3f& view, std::span<const V3f> lights, int samples, NoiseSum& noise) const;
   PairSamples pair(const DirectionPair& pair, int samples, NoiseSum& noise) const;
 

@@ -183,7 +183,7 @@ class Exporter {
       const std::string name = worn.name + (d == 0 ? " yarn" : " yarn in the region");
       for (const auto& [shape, copies] : placed.copies) {
         std::vector<TubeMesh> tubes;
-        for (const YarnTubes& one : meshes[d].tubes) tubes.push_back(shaped_mesh(one.mesh, shape, frame));
+        for (const RepeatTubes& one : meshes[d].tubes) tubes.push_back(shaped_mesh(one.mesh, shape, frame));
         add_copies(name, add_mesh(name, tubes, materials), copies);
         yarn.copies += static_cast<int>(copies.size());
         report_.triangles += yarn.triangles.back() * static_cast<std::int64_t>(copies.size());

@@ -81,7 +81,7 @@ class RepeatLayer {
   /// As a copy, unless it is cut or beyond the surface.
   void lay(int i, const RepeatMesh& mesh, bool in_region) {
     bool any = false, all = true;
-    for (const YarnTubes& tubes : mesh.tubes) {
+    for (const RepeatTubes& tubes : mesh.tubes) {
       for (const V3f& p : tubes.mesh.positions) {
         const bool inside = below(i, V3d(p)).inside;
         any = any || inside;
@@ -136,7 +136,7 @@ class RepeatLayer {
   }
 
   /// The tubes on the surface, as far as it has them.
-  TubeMesh bend(int i, const YarnTubes& tubes) const {
+  TubeMesh bend(int i, const RepeatTubes& tubes) const {
     TubeMesh result;
     const TubeMesh& mesh = tubes.mesh;
     std::vector<int> kept(mesh.positions.size(), -1);
@@ -243,7 +243,7 @@ class RepeatLayer {
                    V3f(scale), yarns_.factor_at(V2d(cells_[i].at) + V2d(0.5, 0.5), -1)};
   }
 
-  void add_vertex(int i, const YarnTubes& tubes, std::uint32_t vertex, TubeMesh& result) const {
+  void add_vertex(int i, const RepeatTubes& tubes, std::uint32_t vertex, TubeMesh& result) const {
     const V3d p(tubes.mesh.positions[vertex]), n(tubes.mesh.normals[vertex]);
     result.positions.emplace_back(bent(i, p));
     const ClothPoint surface = below(i, p);
@@ -319,7 +319,7 @@ LaidCloth place_repeats(const Cloth& cloth, const std::vector<ClothCell>& cells,
   std::vector<std::vector<TubeMesh>> tubes(cells.size());
   each([&](int i) {
     if (layer.laid[i].lay == Lay::copy || layer.laid[i].lay == Lay::none) return;
-    for (const YarnTubes& one : meshes[mesh_of_cell[i]].tubes) tubes[i].push_back(layer.bend(i, one));
+    for (const RepeatTubes& one : meshes[mesh_of_cell[i]].tubes) tubes[i].push_back(layer.bend(i, one));
   });
   LaidCloth all;
   std::size_t first = 0;

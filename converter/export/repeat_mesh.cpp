@@ -288,7 +288,7 @@ struct Tube {
   int rings = min_rings;
   bool shows_plies = false;
   std::vector<SectionCorner> section;  ///< the last corner is the first, after a whole turn
-  std::ptrdiff_t group = 0;            ///< YarnTubes
+  std::ptrdiff_t group = 0;            ///< RepeatTubes
   int first_row = 0, rows = 0;         ///< of the picture
 
   Tube(const PliedCurve& own, double triangles) : curve(&own) {
@@ -349,7 +349,7 @@ class TubeBuilder {
     const auto& data = yarns_.data().curves;
     for (std::size_t c = 0; c < curves_.size(); ++c) {
       Tube& tube = tubes.emplace_back(curves_[c], triangles * curves_[c].axis.length / length);
-      auto group = std::ranges::find_if(mesh.tubes, [&](const YarnTubes& other) {
+      auto group = std::ranges::find_if(mesh.tubes, [&](const RepeatTubes& other) {
         return data[other.curve].albedo == data[c].albedo && data[other.curve].gloss == data[c].gloss;
       });
       if (group == mesh.tubes.end()) group = mesh.tubes.insert(group, {static_cast<int>(c), {}});
@@ -480,7 +480,7 @@ RepeatMesh mesh_of_repeat(const Yarns& yarns, double triangles, double pixels) {
 
 std::int64_t triangles_of(const RepeatMesh& mesh) {
   std::size_t sum = 0;
-  for (const YarnTubes& tubes : mesh.tubes) sum += tubes.mesh.indices.size() / 3;
+  for (const RepeatTubes& tubes : mesh.tubes) sum += tubes.mesh.indices.size() / 3;
   return static_cast<std::int64_t>(sum);
 }
 

@@ -22,7 +22,7 @@ struct TubeMesh {
 };
 
 /// Tubes of the curves that reflect alike.
-struct YarnTubes {
+struct RepeatTubes {
   int curve = 0;  ///< the first of them
   TubeMesh mesh;
 };
@@ -30,7 +30,7 @@ struct YarnTubes {
 /// Under a light l above the cloth, a point of the surface with the normal n reflects
 /// picture max(0, n . l) / pi: direct light with what other yarn hides of it, and light by way of other yarn.
 struct RepeatMesh {
-  std::vector<YarnTubes> tubes;
+  std::vector<RepeatTubes> tubes;
   Image picture;  ///< linear, three channels, >= 0: the yarns' surfaces, columns around them, rows along them
 };
 

@@ -18,7 +18,7 @@ V3d direction_between(const V3d& apart, const Section& a, const Section& b, int 
   // d. Near contact that is small, so that apart is nearly a multiple of the sum, whose inverse each step
   // takes: one is enough where the sections are alike. Any direction is safe.
   for (int step = 0; step < steps; ++step) {
-    Imath::M33d sum(0.0);
+    V3d sum[3] = {V3d(0), V3d(0), V3d(0)};
     for (const Section* s : {&a, &b}) {
       const double thin = 1 - s->squeeze.length2();
       const double scale = s->radius * s->radius / support_of(*s, direction);
@@ -27,7 +27,10 @@ V3d direction_between(const V3d& apart, const Section& a, const Section& b, int 
           sum[i][j] += scale * ((i == j ? thin : 0) + s->squeeze[i] * s->squeeze[j] * (1 + thin) / thin);
       }
     }
-    direction = (apart * sum.inverse()).normalized();
+    // By the adjugate, as the determinant is positive.
+    direction =
+        V3d(apart.dot(sum[1].cross(sum[2])), apart.dot(sum[2].cross(sum[0])), apart.dot(sum[0].cross(sum[1])))
+            .normalized();
   }
   return direction;
 }

@@ -29,9 +29,6 @@ struct FoundStitch {
   std::vector<std::string> remarks{};  ///< choices, omissions and faults, one line each
 };
 
-/// Maximum overlap of neighbouring yarns, in radii, that counts as touching.
-constexpr double touching_overlap = 0.02;
-
 /// A chart or draft that has been read, before its yarns come to rest.
 struct StitchSize {
   int cells = 1;  ///< stitches, or crossings of a warp and a weft, with its repeats

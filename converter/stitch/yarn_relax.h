@@ -12,6 +12,9 @@
 
 namespace selvedge {
 
+/// Maximum overlap of neighbouring yarns, in radii, that counts as touching.
+constexpr double touching_overlap = 0.02;
+
 struct RelaxOptions {
   double bending = 3;   ///< stiffness: the length over which yarns bend, in radii
   double gap = 0;       ///< between neighbouring yarns, in radii of the thicker one; 0: they touch
@@ -23,8 +26,8 @@ struct RelaxOptions {
   /// knits, whose loops hold themselves; the yarns of a weave would wander without it (reed and beat hold
   /// them).
   double hold = 0;
-  /// Whether yarns that have no room begin again, as thin as they had become: jammed, they may pass each
-  /// other.
+  /// Whether yarns that have no room begin again, as thin as they had become (jammed, they may pass each
+  /// other), and become thinner where they overlap at last.
   bool thins = false;
   int steps = 240;
   /// For hundreds of yarns: longer pieces, 60 steps, overlaps of up to 0.02 radii, and any thinner yarns that
@@ -43,8 +46,9 @@ struct Relaxed {
 /// Yarns of fibres (Yarn::fibre) are soft: their sections flatten where they press each other, and elsewhere
 /// along z by Yarn::flattening; the area is kept, and the result has squeezes. Tubes are rigid.
 ///
-/// Neighbouring yarns of the result touch: they overlap by less than 1/50 of a radius. Sections of flat yarns
-/// are apart in the direction in which there is most room. Deterministic to the bit. Precondition: a valid
+/// Neighbouring yarns of the result touch: if it `thins`, and is not rough, they overlap by less than
+/// touching_overlap. Sections of flat yarns are apart in the direction in which there is most room.
+/// Deterministic to the bit. Precondition: a valid
 /// pattern whose yarns, at `start` of their radius, do not overlap.
 Relaxed relax(const StitchPattern& pattern, const RelaxOptions& options = {});
 

@@ -213,7 +213,7 @@ StitchPattern tubes(const std::string& stitch, float albedo, double transmission
 
 TEST_CASE("white yarn is white in a white furnace, from both sides, opaque and translucent") {
   for (const auto& [name, transmission] :
-       {std::pair("plain-knit", 0.0), {"plain-knit", 0.5}, {"satin", 1.0}}) {
+       {std::pair("plain-weave", 0.0), {"plain-knit", 0.5}, {"satin", 1.0}}) {
     const std::string stitch = name;
     CAPTURE(stitch);
     CAPTURE(transmission);

@@ -1,4 +1,5 @@
 #include "converter/stitch/library.h"
+#include "converter/stitch/yarn_relax.h"
 
 #include <doctest/doctest.h>
 

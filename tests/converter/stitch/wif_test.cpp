@@ -14,6 +14,7 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
+#include "converter/stitch/yarn_relax.h"
 #include "format/base/atomic_file.h"
 #include "tests/converter/cells.h"
 #include "tests/converter/load_cell.h"
