@@ -8,7 +8,6 @@
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
-#include "converter/make/stitch_bake.h"
 #include "converter/stitch/text_fault.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"

@@ -3,11 +3,14 @@
 
 #include <array>
 #include <cstdint>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "converter/bake/bake.h"
+#include "converter/stitch/library.h"
 #include "fitter/fit.h"
 #include "format/fabric/file.h"
 #include "format/quality/fit_record.h"
@@ -45,5 +48,16 @@ struct FitOutcome {
 /// are ignored. OPTION_OUT_OF_RANGE for a budget that is too small for any fabric.
 Result<FitOutcome> fit_fabric(const Samples& samples, const MakeOptions& options,
                               const Progress& progress = {});
+
+/// Sets as many texels for each repeat as `asked` has for one, and no fewer than the stitch demands; refuses
+/// fewer that are `given`. `name` is for the message.
+Result<void> set_texels(const V2i& min_texels, int repeats, bool given, const std::string& name,
+                        const BakeOptions& asked, BakeOptions& options);
+
+/// Takes fewer rays of a pair for each of a chart's or draft's many texels: their errors average out.
+void share_rays(BakeOptions& options);
+
+/// The data sheet of a stitch (spec/fabric.md), to four digits. Refuses yarn that no fabric file can hold.
+Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnData& yarns, const V2d& period);
 
 }  // namespace selvedge

@@ -550,10 +550,9 @@ Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSe
     return fail(Code::stitch_unknown, name_or_path, "",
                 "no such file and no such built-in stitch (there are " + names + ")");
   }
-  const std::string contents = value_or_throw(text);
-  if (is_draft) return draft_in(contents, name_or_path, settings, start);
-  if (is_chart) return chart_in(contents, name_or_path, settings, start);
-  return described_in(contents, name_or_path, settings);
+  if (is_draft) return draft_in(value_or_throw(text), name_or_path, settings, start);
+  if (is_chart) return chart_in(value_or_throw(text), name_or_path, settings, start);
+  return described_in(value_or_throw(text), name_or_path, settings);
 }
 
 }  // namespace

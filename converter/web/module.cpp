@@ -9,7 +9,6 @@
 #include <typeinfo>
 
 #include "converter/make/make.h"
-#include "converter/make/stitch_bake.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "fitter/refit_to_pairs.h"
 #include "format/base/guard.h"

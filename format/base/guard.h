@@ -6,10 +6,8 @@
 // it, result_of() back: an exported function of many steps is `return result_of([&] { ... })`. A verb of a
 // program may throw; Program catches it. guarded(): turns exceptions of third-party libraries too,
 // std::bad_alloc included, into Errors. For the entry points of programs and of the installed library; an
-// exception that reaches another caller is a bug, which the fuzz targets report.
-//
-// In WebAssembly nothing is caught: what is thrown is told to the host, and the instance ends
-// (converter/web/module.cpp). No code of that road may go on after a Failure.
+// exception that reaches another caller is a bug, which the fuzz targets report. In WebAssembly nothing is
+// caught: the host is told what is thrown, and the instance ends (converter/web); nothing may go on after it.
 #pragma once
 
 #include <string>

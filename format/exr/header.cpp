@@ -231,40 +231,39 @@ constexpr std::uint32_t long_names = 0x400;
 constexpr std::uint32_t multi_part = 0x1000;
 constexpr std::size_t max_short_name = 31;
 
-/// The value of a standard attribute, by the names of standard_attributes. `display`: as in exr.cpp.
-std::string standard_value(std::string_view name, const ExrPart& part, const ExrPart& display) {
-  constexpr std::uint32_t one = 0x3F800000;  // as a float
-  if (name == "name") return part.name;
-  if (name == "type") return part.mipmapped ? "tiledimage" : "scanlineimage";
-  if (name == "compression") return {part.zip ? '\3' : '\0'};
-  if (name == "dataWindow") return exr_numbers({0, 0, part.width - 1, part.height - 1});
-  if (name == "displayWindow") return exr_numbers({0, 0, display.width - 1, display.height - 1});
-  if (name == "chunkCount") return exr_numbers({static_cast<std::int32_t>(exr_chunk_count(part))});
-  if (name == "tiles") return exr_numbers({part.tile.x, part.tile.y}) + '\1';
-  if (name == "pixelAspectRatio" || name == "screenWindowWidth") return exr_numbers({one});
-  if (name == "screenWindowCenter") return exr_numbers({0, 0});
-  if (name == "lineOrder") return {'\0'};
-  std::string list;
-  for (const std::size_t c : exr_stored_order(part))
-    list += part.channels[c].name + '\0' + exr_numbers({part.channels[c].half ? 1 : 2, 0, 1, 1});
-  return list + '\0';
-}
-
 }  // namespace
 
 std::string exr_headers(const std::vector<ExrPart>& parts) {
+  constexpr std::int32_t one = 0x3F800000;  // as a float
+  const auto window = [](const ExrPart& p) { return exr_numbers({0, 0, p.width - 1, p.height - 1}); };
   std::string bytes;
   std::size_t longest = 0;  // of all names
-  const auto add = [&](const std::string& name, const char* type, const std::string& value) {
-    longest = std::max(longest, name.size());
-    bytes += name + '\0' + type + '\0' + exr_numbers({static_cast<std::int32_t>(value.size())}) + value;
-  };
   for (const ExrPart& part : parts) {
-    for (const StandardAttribute& standard : standard_attributes)
-      if (standard.name != std::string_view("tiles") || part.mipmapped)
-        add(standard.name, standard.type, standard_value(standard.name, part, parts.front()));
-    for (const auto& [name, text] : part.attributes) add(name, "string", text);
-    for (const ExrChannel& channel : part.channels) longest = std::max(longest, channel.name.size());
+    std::string channels;
+    for (const std::size_t c : exr_stored_order(part)) {
+      longest = std::max(longest, part.channels[c].name.size());
+      channels += part.channels[c].name + '\0' + exr_numbers({part.channels[c].half ? 1 : 2, 0, 1, 1});
+    }
+    const auto chunks = static_cast<std::int32_t>(exr_chunk_count(part));
+    std::map<std::string, std::pair<const char*, std::string>> attributes{
+        {"name", {"string", part.name}},
+        {"type", {"string", part.mipmapped ? "tiledimage" : "scanlineimage"}},
+        {"channels", {"chlist", channels + '\0'}},
+        {"compression", {"compression", {part.zip ? '\3' : '\0'}}},
+        {"dataWindow", {"box2i", window(part)}},
+        {"displayWindow", {"box2i", window(parts.front())}},
+        {"lineOrder", {"lineOrder", {'\0'}}},
+        {"chunkCount", {"int", exr_numbers({chunks})}},
+        {"pixelAspectRatio", {"float", exr_numbers({one})}},
+        {"screenWindowCenter", {"v2f", exr_numbers({0, 0})}},
+        {"screenWindowWidth", {"float", exr_numbers({one})}}};
+    if (part.mipmapped) attributes["tiles"] = {"tiledesc", exr_numbers({part.tile.x, part.tile.y}) + '\1'};
+    for (const auto& [name, text] : part.attributes) attributes[name] = {"string", text};
+    for (const auto& [name, attribute] : attributes) {
+      const auto& [type, value] = attribute;
+      longest = std::max(longest, name.size());
+      bytes += name + '\0' + type + '\0' + exr_numbers({static_cast<std::int32_t>(value.size())}) + value;
+    }
     bytes += '\0';
   }
   const std::uint32_t flags = multi_part | (longest > max_short_name ? long_names : 0);

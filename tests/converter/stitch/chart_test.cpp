@@ -45,7 +45,6 @@ TEST_CASE("a row is read from left to right, with counts behind stitches or afte
   CHECK(row("k 2, p") == "k k p");
   CHECK(row("k p k 3 p1") == "k p k k k p");
   CHECK(row("K2, P YO K2TOG") == "k k p o k-1,0");
-  CHECK(text_of(chart("3: K6\n2: K C4F K\n1: K6").knit.rows[1]) == "k k2+ k2+ k-2- k-2- k");
   // Letters of yarns keep their case where both are there.
   const ChartText named = chart("NAME: Rope\nYarn A: albedo=#ffffff\nyarn a:\nyarn B:\n1: K3 [a A b]");
   CHECK(named.name == "Rope");
@@ -65,19 +64,15 @@ TEST_CASE("the loop in front of a decrease is the left one of k2tog and the righ
 
 TEST_CASE("a cable's front stitches go to the left with f and to the right with b") {
   // C4F: the first two stitches of the row, which are the right ones, wait in front and are knitted last.
-  CHECK(text_of(chart("3: k6\n2: k c4f k\n1: k6").knit.rows[1]) == "k k2+ k2+ k-2- k-2- k");
+  CHECK(text_of(chart("3: K6\n2: K C4F K\n1: K6").knit.rows[1]) == "k k2+ k2+ k-2- k-2- k");
   CHECK(text_of(chart("3: k6\n2: k c4b k\n1: k6").knit.rows[1]) == "k k2- k2- k-2+ k-2+ k");
   CHECK(text_of(chart("2: c2f 2\n1: k4").knit.rows[1]) == "k1+ k-1- k1+ k-1-");
 }
 
 TEST_CASE("rows may be written from the bottom or from the top") {
-  const ChartText up = chart("1: k p\n2: p k\n3: k2");
-  const ChartText down = chart("3: k2\n2: p k\n1: k p");
-  for (const ChartText& text : {up, down}) {
-    REQUIRE(text.knit.rows.size() == 3);
-    CHECK(text_of(text.knit.rows[0]) == "k p");
-    CHECK(text_of(text.knit.rows[1]) == "p k");
-    CHECK(text_of(text.knit.rows[2]) == "k k");
+  for (const char* text : {"1: k p\n2: p k\n3: k2", "3: k2\n2: p k\n1: k p"}) {
+    const auto rows = chart(text).knit.rows;
+    CHECK(text_of(rows[0]) + ", " + text_of(rows[1]) + ", " + text_of(rows[2]) == "k p, p k, k k");
   }
 }
 

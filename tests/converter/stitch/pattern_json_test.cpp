@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 
 #include "converter/stitch/library.h"
@@ -94,26 +95,22 @@ TEST_CASE("a yarn may have a colour, a fibre and an angle of twist") {
 TEST_CASE("wrong types and missing members are refused with their JSON pointer") {
   CHECK(refusal("[]") == "STITCH_INVALID ");
   CHECK(refusal("{}") == "STITCH_INVALID /selvedge_stitch");
-  CHECK(refusal(with("\"selvedge_stitch\": 1", "\"selvedge_stitch\": 2")) ==
-        "STITCH_INVALID /selvedge_stitch");
-  CHECK(refusal(with("\"selvedge_stitch\": 1", "\"selvedge_stitch\": 1.5")) ==
-        "STITCH_INVALID /selvedge_stitch");
-  CHECK(refusal(with("\"one\"", "1")) == "STITCH_INVALID /name");
-  CHECK(refusal(with("[4, 4]", "[4]")) == "STITCH_INVALID /period_mm");
-  CHECK(refusal(with("[4, 4]", "[4, \"4\"]")) == "STITCH_INVALID /period_mm/1");
-  CHECK(refusal(with("\"radius_mm\"", "\"radius\"")) == "STITCH_INVALID /yarns/0/radius_mm");
-  CHECK(refusal(with("0.5", "null")) == "STITCH_INVALID /yarns/0/radius_mm");
-  CHECK(refusal(with("[0.1, 0.2, 0.3]", "[0.1, 0.2]")) == "STITCH_INVALID /yarns/0/albedo");
-  CHECK(refusal(with("[3, 2, 0], ", "")) == "STITCH_INVALID /yarns/0/segments/0");
-  CHECK(refusal(with("[3, 2, 0]", "[3, true, 0]")) == "STITCH_INVALID /yarns/0/segments/0/2/1");
-  CHECK(refusal(with("\"radius_mm\": 0.5", "\"name\": 1, \"radius_mm\": 0.5")) ==
-        "STITCH_INVALID /yarns/0/name");
+  const std::vector<std::array<std::string, 3>> rows{
+      {"stitch\": 1", "stitch\": 2", "selvedge_stitch"},
+      {"stitch\": 1", "stitch\": 1.5", "selvedge_stitch"},
+      {"\"one\"", "1", "name"},
+      {"[4, 4]", "[4]", "period_mm"},
+      {"[4, 4]", "[4, \"4\"]", "period_mm/1"},
+      {"radius_mm", "radius", "yarns/0/radius_mm"},
+      {"0.5", "null", "yarns/0/radius_mm"},
+      {"0.2, 0.3]", "0.2]", "yarns/0/albedo"},
+      {"[3, 2, 0], ", "", "yarns/0/segments/0"},
+      {"[3, 2, 0]", "[3, true, 0]", "yarns/0/segments/0/2/1"},
+      {"\"radius_mm\"", "\"name\": 1, \"radius_mm\"", "yarns/0/name"}};
+  for (const auto& [from, to, place] : rows) CHECK(refusal(with(from, to)) == "STITCH_INVALID /" + place);
 }
 
-TEST_CASE("deep nesting is refused, not followed") {
-  CHECK(refusal(std::string(1000000, '[')).substr(0, 14) == "JSON_MALFORMED");
-}
-
-TEST_CASE("a text beyond the limit is refused") {
-  CHECK(refusal(std::string(max_stitch_text + 1, ' ')).substr(0, 14) == "FILE_TOO_LARGE");
+TEST_CASE("deep nesting is refused, not followed, and so is a text beyond the limit") {
+  CHECK(refusal(std::string(1000000, '[')).starts_with("JSON_MALFORMED"));
+  CHECK(refusal(std::string(max_stitch_text + 1, ' ')).starts_with("FILE_TOO_LARGE"));
 }
