@@ -10,7 +10,7 @@
 #include "converter/mesh/surface_points.h"
 #include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/implicit_surface.h"
-#include "converter/stitch/yarn_chain.h"
+#include "converter/stitch/relax_chain.h"
 
 namespace selvedge {
 namespace {
@@ -103,7 +103,7 @@ class Relaxation {
       : options_(options), period_(pattern.period_mm.x, pattern.period_mm.y, 0) {
     if (options.rough) options_.steps = rough_steps;
     for (const Yarn& yarn : pattern.yarns) {
-      Chain chain;
+      RelaxChain chain;
       chain.soft = yarn.fibre != 0;
       any_soft_ |= chain.soft;
       chain.radius = yarn.radius_mm;
@@ -142,7 +142,7 @@ class Relaxation {
       const double remaining =
           step < growing ? 1.0 : static_cast<double>(options_.steps - step) / (options_.steps - growing);
       const double time = 0.03 * remaining * remaining * grown_ * grown_ + 1e-4;
-      for (Chain& chain : chains_) {
+      for (RelaxChain& chain : chains_) {
         smooth(chain, time, options_.bending);
         for (V3d& p : chain.points)
           p += chain.across * (options_.hold * remaining * (chain.drawn - p.dot(chain.across)));
@@ -165,7 +165,7 @@ class Relaxation {
     }
     // Woven yarn that is longer has climbed over others.
     constexpr double max_crimped = 1.6;
-    const bool climbed = options_.hold > 0 && std::ranges::any_of(chains_, [](const Chain& chain) {
+    const bool climbed = options_.hold > 0 && std::ranges::any_of(chains_, [](const RelaxChain& chain) {
                            return chain.length() > max_crimped * chain.way.length();
                          });
     return climbed ? std::min(grown_, 0.9) : grown_;
@@ -173,7 +173,7 @@ class Relaxation {
 
   /// `squeezes`: of soft yarn, where the segments start.
   std::vector<BezierSegment> segments_of(std::size_t index, std::vector<V3d>& squeezes) const {
-    const Chain& chain = chains_[index];
+    const RelaxChain& chain = chains_[index];
     const auto count = static_cast<long>(chain.points.size());
     const double node_count =
         std::round(chain.length() / ((chain.soft ? soft_segment_radii : segment_radii) * chain.radius));
@@ -206,13 +206,13 @@ class Relaxation {
   void centre() {
     double low = std::numeric_limits<double>::max();
     double high = std::numeric_limits<double>::lowest();
-    for (const Chain& chain : chains_) {
+    for (const RelaxChain& chain : chains_) {
       for (const V3d& p : chain.points) {
         low = std::min(low, p.z - chain.thin);
         high = std::max(high, p.z + chain.thin);
       }
     }
-    for (Chain& chain : chains_) {
+    for (RelaxChain& chain : chains_) {
       for (V3d& p : chain.points) p.z -= 0.5 * (low + high);
     }
   }
@@ -237,7 +237,7 @@ class Relaxation {
 
   void distribute() {
     std::size_t begin = 0;
-    for (Chain& chain : chains_) {
+    for (RelaxChain& chain : chains_) {
       const double pieces = std::max(12.0, std::round(chain.length() / (piece_ * chain.radius)));
       const std::size_t before = chain.points.size();
       chain.points = resampled(chain, static_cast<std::size_t>(pieces));
@@ -266,7 +266,7 @@ class Relaxation {
     widest_ = 0;
     V2d farthest(0);
     for (std::size_t c = 0; c < chains_.size(); ++c) {
-      const Chain& chain = chains_[c];
+      const RelaxChain& chain = chains_[c];
       for (std::size_t i = 0; i < chain.points.size(); ++i) {
         const V3d along = chain.next(i) - chain.points[i];
         const double length = std::sqrt(along.length2());  // length() is a call
@@ -370,7 +370,7 @@ class Relaxation {
   /// Sections flatten under pressure, pass it on along the yarn, and recover by this fraction.
   void soften(double recovery) {
     press();
-    for (Chain& chain : chains_) {
+    for (RelaxChain& chain : chains_) {
       if (!chain.soft) continue;
       const std::vector<Imath::M33d> old = chain.strains;
       const std::size_t count = old.size();
@@ -387,7 +387,7 @@ class Relaxation {
   }
 
   /// Keeps strains across their piece, without trace, and within bounds.
-  static void set_squeezes(Chain& chain) {
+  static void set_squeezes(RelaxChain& chain) {
     if (!chain.soft) return;
     chain.squeezes.resize(chain.points.size());
     for (std::size_t i = 0; i < chain.points.size(); ++i) {
@@ -415,7 +415,7 @@ class Relaxation {
   /// Whether the pieces are so close along one chain that they do not count as a contact.
   bool follow(const Contact& c) const {
     if (pieces_[c.a].chain != pieces_[c.b].chain) return false;
-    const Chain& chain = chains_[pieces_[c.a].chain];
+    const RelaxChain& chain = chains_[pieces_[c.a].chain];
     const auto n = static_cast<double>(chain.points.size());
     double along = static_cast<double>(c.b) - static_cast<double>(c.a);
     const double way2 = chain.way.length2();
@@ -499,7 +499,7 @@ class Relaxation {
         weights_[indices[k]] += parts[k];
       }
     }
-    for (Chain& chain : chains_) {
+    for (RelaxChain& chain : chains_) {
       for (std::size_t i = 0; i < chain.points.size(); ++i) {
         const double weight = weights_[chain.begin + i];
         if (weight > 0) chain.points[i] += moves_[chain.begin + i] * (over_relaxation / weight);
@@ -513,7 +513,7 @@ class Relaxation {
   /// Clamps all yarns to max_thickness.
   void limit_thickness() {
     if (options_.max_thickness == 0) return;
-    for (Chain& chain : chains_) {
+    for (RelaxChain& chain : chains_) {
       const double max_z = grown_ * std::max(0.0, 0.5 * options_.max_thickness * thickest_ - chain.thin);
       for (V3d& p : chain.points) p.z = std::clamp(p.z, -max_z, max_z);
     }
@@ -522,7 +522,7 @@ class Relaxation {
   RelaxOptions options_;
   double piece_ = rough_piece_radii;  ///< length of pieces, radii
   V3d period_;
-  std::vector<Chain> chains_;
+  std::vector<RelaxChain> chains_;
   std::vector<Piece> pieces_, searched_;  ///< now, and at the last search
   std::vector<Contact> contacts_;
   std::vector<Contact*> touching_;  ///< or nearly

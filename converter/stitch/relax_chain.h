@@ -8,7 +8,7 @@
 namespace selvedge {
 
 /// A yarn as a polyline. Point `size` is point 0 moved by `way`.
-struct Chain {
+struct RelaxChain {
   std::vector<V3d> points;
   V3d way;
   V3d across{0, 0, 0};  ///< unit, in the plane, perpendicular to `way`; zero for a ring
@@ -34,10 +34,10 @@ struct Chain {
 };
 
 /// Points at equal distances along a chain, linear between the old ones.
-std::vector<V3d> resampled(const Chain& chain, std::size_t count);
+std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count);
 
 /// One implicit step of a closed chain under tension and bending, `time` in squared radii: the inverse of
 /// 1 + pull u + bend u^2, where -u takes second differences, by the Cholesky factor of the endless chain.
-void smooth(Chain& chain, double time, double bending);
+void smooth(RelaxChain& chain, double time, double bending);
 
 }  // namespace selvedge

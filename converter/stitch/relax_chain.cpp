@@ -1,4 +1,4 @@
-#include "converter/stitch/yarn_chain.h"
+#include "converter/stitch/relax_chain.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 namespace selvedge {
 
-std::vector<V3d> resampled(const Chain& chain, std::size_t count) {
+std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count) {
   const double step = chain.length() / static_cast<double>(count);
   std::vector<V3d> points;
   double walked = 0;
@@ -24,7 +24,7 @@ std::vector<V3d> resampled(const Chain& chain, std::size_t count) {
   return points;
 }
 
-void smooth(Chain& chain, double time, double bending) {
+void smooth(RelaxChain& chain, double time, double bending) {
   const std::size_t count = chain.points.size();
   chain.spacing = chain.length() / static_cast<double>(count);
   const double stretch = chain.radius * chain.radius / (chain.spacing * chain.spacing);
