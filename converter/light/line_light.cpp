@@ -85,17 +85,18 @@ class LineLight {
     factors_ = form_factors();
   }
 
-  /// The light of every patch by way of others: from above, or from below.
+  /// Finds the light of every patch by way of others: from above, or from below.
   bool light(bool below) {
-    Moments none{};
-    direct_.assign(patches_.count(), none);
+    direct_.assign(patches_.count(), Moments{});
     light_directly(below);
     light_first(below);
-    return solve();
+    if (below || !o_.both_sides) crossings_ = {};
+    const bool settled = solve();
+    lit_[below ? 1 : 0] = std::move(light_);
+    return settled;
   }
-  /// Adds it to the places of all curves, as light of this side.
-  void add_to(std::vector<std::vector<LitPlace>>& places, bool below) const;
-  std::vector<std::vector<LitPlace>> places() const;
+  /// The places of a curve, lit from the sides that have been found.
+  std::vector<LitPlace> places(int curve) const;
 
  private:
   static int parts_for(const Yarns& yarns) {
@@ -119,6 +120,7 @@ class LineLight {
   void send_first(const PatchFace& from, const PatchFace& to, float area, bool with_moments);
   void send(int patch);
   bool solve();
+  void add_to(std::vector<LitPlace>& places, int curve, bool below) const;
 
   const Yarns& yarns_;
   LineLightOptions o_;
@@ -129,11 +131,12 @@ class LineLight {
   std::vector<LineCrossings> crossings_;
   std::vector<float> area_;  ///< of the lines that pass a patch
   FormFactors factors_;
-  std::vector<Moments> direct_;  ///< irradiance from the sky, by U_n of the light along the fibre
-  std::vector<Moments> met_;     ///< light by way of one other patch, likewise, over all colours
-  std::vector<Colours> first_;   ///< irradiance by way of one other patch
-  std::vector<Colours> light_;   ///< irradiance by way of others
-  std::vector<Colours> sent_;    ///< exitance of light that has been reflected before
+  std::vector<Moments> direct_;              ///< irradiance from the sky, by U_n of the light along the fibre
+  std::vector<Moments> met_;                 ///< light by way of one other patch, likewise, over all colours
+  std::vector<Colours> first_;               ///< irradiance by way of one other patch
+  std::vector<Colours> light_;               ///< irradiance by way of others
+  std::array<std::vector<Colours>, 2> lit_;  ///< the same from above and below, when it is found
+  std::vector<Colours> sent_;                ///< exitance of light that has been reflected before
 };
 
 void LineLight::cross() {
@@ -392,81 +395,79 @@ LitPlace place_at(const Yarns& yarns, int curve, float station, int ply, float a
 }
 
 /// A place for every front, and one for what other yarn covers of it.
-std::vector<std::vector<LitPlace>> LineLight::places() const {
+std::vector<LitPlace> LineLight::places(int c) const {
   constexpr float pi = std::numbers::pi_v<float>;
-  const auto& curves = yarns_.data().curves;
-  std::vector<std::vector<LitPlace>> all(curves.size());
-  for (int c = 0; c < static_cast<int>(curves.size()); ++c) {
-    const int plies = curves[c].plies.count;
-    const int parts = curves[c].stations * patches_.parts();
-    // Plies touch their neighbours so far from their outermost line.
-    const float reach = plies == 1 ? pi : pi / 2 + pi / static_cast<float>(plies);
-    // Nearly the largest: nothing covers it.
-    std::vector<float> areas(
-        area_.begin() + patches_.front(c, 0, 0, 0),
-        area_.begin() + patches_.front(c, parts - 1, plies - 1, YarnPatches::around - 1) + 1);
-    const auto high = areas.begin() + static_cast<std::ptrdiff_t>(areas.size() * 9 / 10);
-    std::ranges::nth_element(areas, high);
-    const double full = std::max(static_cast<double>(*high), 1e-30);
-    for (int part = 0; part < parts; ++part) {
-      for (int ply = 0; ply < plies; ++ply) {
-        for (int a = 0; a < YarnPatches::around; ++a) {
-          const float angle = -pi + (static_cast<float>(a) + 0.5F) * (2 * pi / YarnPatches::around);
-          const float station = (static_cast<float>(part) + 0.5F) / static_cast<float>(patches_.parts());
-          LitPlace place = place_at(yarns_, c, station, ply, angle);
-          double seen = 1;  // roughly the fraction of views
-          if (plies > 1)
-            seen = static_cast<double>((std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach)));
-          const double open =
-              std::min(1.0, static_cast<double>(area_[patches_.front(c, part, ply, a)]) / full);
-          place.weight = open * std::max(covered_weight, seen);
-          all[c].push_back(place);
-          place.weight = std::abs(angle) <= reach ? (1 - open) * covered_weight : 0;
-          place.open = false;
-          all[c].push_back(place);
-        }
+  const YarnCurve& curve = yarns_.data().curves[c];
+  std::vector<LitPlace> all;
+  const int plies = curve.plies.count;
+  const int parts = curve.stations * patches_.parts();
+  // Plies touch their neighbours so far from their outermost line.
+  const float reach = plies == 1 ? pi : pi / 2 + pi / static_cast<float>(plies);
+  // Nearly the largest: nothing covers it.
+  std::vector<float> areas(
+      area_.begin() + patches_.front(c, 0, 0, 0),
+      area_.begin() + patches_.front(c, parts - 1, plies - 1, YarnPatches::around - 1) + 1);
+  const auto high = areas.begin() + static_cast<std::ptrdiff_t>(areas.size() * 9 / 10);
+  std::ranges::nth_element(areas, high);
+  const double full = std::max(static_cast<double>(*high), 1e-30);
+  for (int part = 0; part < parts; ++part) {
+    for (int ply = 0; ply < plies; ++ply) {
+      for (int a = 0; a < YarnPatches::around; ++a) {
+        const float angle = -pi + (static_cast<float>(a) + 0.5F) * (2 * pi / YarnPatches::around);
+        const float station = (static_cast<float>(part) + 0.5F) / static_cast<float>(patches_.parts());
+        LitPlace place = place_at(yarns_, c, station, ply, angle);
+        double seen = 1;  // roughly the fraction of views
+        if (plies > 1)
+          seen = static_cast<double>((std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach)));
+        const double open = std::min(1.0, static_cast<double>(area_[patches_.front(c, part, ply, a)]) / full);
+        place.weight = open * std::max(covered_weight, seen);
+        all.push_back(place);
+        place.weight = std::abs(angle) <= reach ? (1 - open) * covered_weight : 0;
+        place.open = false;
+        all.push_back(place);
       }
     }
   }
+  add_to(all, c, false);
+  if (o_.both_sides) add_to(all, c, true);
   return all;
 }
 
-void LineLight::add_to(std::vector<std::vector<LitPlace>>& places, bool below) const {
+void LineLight::add_to(std::vector<LitPlace>& places, int c, bool below) const {
   static const EvenLight even;
-  for (int c = 0; c < static_cast<int>(places.size()); ++c) {
-    const YarnCurve& curve = yarns_.data().curves[c];
-    const Gloss& gloss = curve.gloss;
-    const V3f reflected =
-        curve.albedo * (1 - gloss.weight) + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
-    int front = patches_.front(c, 0, 0, 0);
-    for (std::size_t i = 0; i < places[c].size(); i += 2, ++front) {
-      PlaceLight& to = places[c][i].light;
-      // Who sees a place from above has no light from below but the stored; the cloth turned over adds what
-      // comes straight to places that face down.
-      const bool direct = below && places[c][i].up > 0;
-      const Colours& inside = light_[patches_.inside_of(front)];
-      std::array<double, 2> mean{};  // of the light that the surface reflects, and that comes through it
-      for (int k = 0; k < columns; ++k) {
-        const float outside = light_[front][k] + (direct ? direct_[front][0][k / 3] : 0);
-        const float back = reflected[k % 3] * outside;
-        const float through = walls_[c].through[k % 3] * inside[k];
-        to[(below ? columns : 0) + k] = static_cast<double>((back + through) * std::numbers::inv_pi_v<float>);
-        mean[0] += static_cast<double>(reflected[k % 3] * light_[front][k] * even.mean[k / 3]);
-        mean[1] += static_cast<double>(through * even.mean[k / 3]);
-      }
-      if (below || gloss.lustre == 0 || !(mean[0] > 0)) continue;
-      // The means of U_1 and U_2 by which they come nearest to the light under all lights.
-      const Moments& met = met_[front];
-      std::array<double, orders> products{};
-      for (int n = 0; n < orders; ++n) {
-        for (int j = 0; j < functions; ++j) {
-          for (int k = 0; k < functions; ++k)
-            products[n] += static_cast<double>(met[0][j] * even.products[j][k] * met[n][k]);
-        }
-      }
-      for (int n = 0; n < light_moments && products[0] > 0; ++n)
-        to[2 * columns + n] = products[n + 1] / products[0] * mean[0] / (mean[0] + mean[1]);
+  const std::vector<Colours>& light = lit_[below ? 1 : 0];
+  const YarnCurve& curve = yarns_.data().curves[c];
+  const Gloss& gloss = curve.gloss;
+  const V3f reflected =
+      curve.albedo * (1 - gloss.weight) + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
+  int front = patches_.front(c, 0, 0, 0);
+  for (std::size_t i = 0; i < places.size(); i += 2, ++front) {
+    PlaceLight& to = places[i].light;
+    // Who sees a place from above has no light from below but the stored; the cloth turned over adds what
+    // comes straight to places that face down.
+    const bool direct = below && places[i].up > 0;
+    const Colours& inside = light[patches_.inside_of(front)];
+    std::array<double, 2> mean{};  // of the light that the surface reflects, and that comes through it
+    for (int k = 0; k < columns; ++k) {
+      const float outside = light[front][k] + (direct ? direct_[front][0][k / 3] : 0);
+      const float back = reflected[k % 3] * outside;
+      const float through = walls_[c].through[k % 3] * inside[k];
+      to[(below ? columns : 0) + k] = static_cast<double>((back + through) * std::numbers::inv_pi_v<float>);
+      mean[0] += static_cast<double>(reflected[k % 3] * light[front][k] * even.mean[k / 3]);
+      mean[1] += static_cast<double>(through * even.mean[k / 3]);
     }
+    if (below || gloss.lustre == 0 || !(mean[0] > 0)) continue;
+    // The means of U_1 and U_2 by which they come nearest to the light under all lights.
+    const Moments& met = met_[front];
+    std::array<double, orders> products{};
+    for (int n = 0; n < orders; ++n) {
+      for (int j = 0; j < functions; ++j) {
+        for (int k = 0; k < functions; ++k)
+          products[n] += static_cast<double>(met[0][j] * even.products[j][k] * met[n][k]);
+      }
+    }
+    for (int n = 0; n < light_moments && products[0] > 0; ++n)
+      to[2 * columns + n] = products[n + 1] / products[0] * mean[0] / (mean[0] + mean[1]);
   }
 }
 
@@ -479,18 +480,12 @@ bool light_yarn(YarnData& data, const V2f& period, std::span<const V3f> through,
   data.through.assign(options.both_sides ? data.light.size() : 0, 0);
   const Yarns yarns(data, period);
   LineLight light(yarns, through, options);
-  auto places = light.places();
-  bool settled = true;
-  for (const bool below : {false, true}) {
-    if (below && !options.both_sides) continue;
-    settled = light.light(below) && settled;
-    light.add_to(places, below);
-  }
+  bool settled = light.light(false);
+  if (options.both_sides) settled = light.light(true) && settled;
   std::vector<int> first(data.curves.size(), 0);
   for (std::size_t c = 1; c < first.size(); ++c) first[c] = first[c - 1] + data.curves[c - 1].stations;
-  parallel_for(0, static_cast<int>(first.size()), [&](int c) {
-    fit_stations(std::move(places[c]), c, first[c], through[c] != V3f(0, 0, 0), data);
-  });
+  parallel_for(0, static_cast<int>(first.size()),
+               [&](int c) { fit_stations(light.places(c), c, first[c], through[c] != V3f(0, 0, 0), data); });
   return settled;
 }
 

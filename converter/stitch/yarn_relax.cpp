@@ -343,7 +343,7 @@ class Relaxation {
   /// Pieces that are apart are not looked at again before they have travelled.
   Overlap overlap_now(Contact& c) const {
     if (travelled(c) < c.free) return {-1};
-    const Overlap overlap = overlap_of(c);
+    Overlap overlap = overlap_of(c);
     if (overlap.depth <= 0) c.free = travelled(c) + overlap.way();
     return overlap;
   }

@@ -5,13 +5,13 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
   exits 0 selvedge make plain-knit --set yarn=tube --quality draft -o a.fabric.exr --json
-  holds 'r.bake.samples === 2 && r.fit.levels[0].texels[0] === 8 && r.fit.levels[0].layers === "1 lobe x table"'
+  holds 'r.bake.samples === 36 && r.fit.levels[0].texels[0] === 8 && r.fit.levels[0].layers === "1 lobe x table"'
   selvedge make plain-knit --set yarn=tube --quality draft --texels 8 --views 36 --lights 36 --samples 2 --lobes 1 \
     --yarns on -o b.fabric.exr --quiet
   same a.fabric.exr b.fabric.exr
   exits 0 selvedge make plain-knit --set yarn=tube --quality standard --texels 8 --budget 20000 --views 16 \
     --lights 16 -o c.fabric.exr --json
-  holds 'r.bake.samples === 8 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes - r.fit.yarn.bytes - 4000 <= 20000'
+  holds 'r.bake.samples === 36 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes - r.fit.yarn.bytes - 4000 <= 20000'
   local few=(--texels 8 --views 16 --lights 16)
   selvedge make plain-knit --set yarn=tube --quality standard --budget 30000 "${few[@]}" -o d.fabric.exr --quiet
   selvedge make plain-knit --set yarn=tube --quality paper --samples 8 --budget 30000 --yarns on "${few[@]}" \
@@ -27,7 +27,7 @@ test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
 
 test_a_make_without_a_quality_is_the_standard_one() {
   exits 0 selvedge make plain-knit --set yarn=tube -o a.fabric.exr --json
-  holds 'r.bake.samples === 8 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 32768 && r.fit.yarn.curves === 1'
+  holds 'r.bake.samples === 36 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 32768 && r.fit.yarn.curves === 1'
   selvedge make plain-knit --set yarn=tube --quality standard -o b.fabric.exr --quiet
   same a.fabric.exr b.fabric.exr
   for quality in standard paper; do

@@ -37,8 +37,6 @@ DeepLayers by_pixel(std::size_t pixels, std::span<const DeepHit> hits);
 /// their layers: only it evaluates the masks of such surfaces.
 class DeepPixels {
  public:
-  explicit DeepPixels(int width, int rows) : width_(width), rows_(rows) {}
-
   struct Pixel {
     std::uint32_t pixel = 0;
     std::array<std::uint8_t, 2> counts{};  ///< number of surfaces by side (front, back)
@@ -53,7 +51,6 @@ class DeepPixels {
   DeepLayers layers();
 
  private:
-  int width_, rows_;
   std::vector<Pixel> pixels_;
   std::vector<DeepHit> hits_;
   std::vector<PbrPixel> pbr_;

@@ -56,7 +56,7 @@ void HybridPath::draw_behind(int first_row, int rows, std::array<DrawnSide, 2>& 
 void HybridPath::shade(const FrameScene& scene, int first_row, Band& band, Frame& frame, RenderStats& stats) {
   Stopwatch watch;
   const BandPixels pixels = pixels_of(bands_, first_row, frame, band.large);
-  DeepPixels deep(bands_.width, pixels.rows);
+  DeepPixels deep;
   LayerCount seen = shade_band(scene, cells_, band.surfaces, layers_, pixels, deep);
   if (!deep.empty()) {
     watch.add_to(stats.evaluation);
