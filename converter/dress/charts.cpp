@@ -219,7 +219,7 @@ class Cutter {
     std::map<int, std::vector<std::size_t>> members;
     for (std::size_t f = 0; f < faces_.size(); ++f) members[chart_of_[f]].push_back(f);
     for (const auto& [chart, faces] : members) {
-      Panel panel;
+      ClothPanel panel;
       std::map<Mesh::VertexHandle, int> local;
       for (const std::size_t f : faces) {
         V3i triangle;
@@ -243,7 +243,7 @@ class Cutter {
 
   /// Whether the equations of a chart are as sparse as for a disc, by Euler's number: a hole takes one
   /// from it and a handle two, and many handles tie everything to everything. One triangle needs none.
-  bool is_simple(const std::vector<std::size_t>& faces, const Panel& panel) const {
+  bool is_simple(const std::vector<std::size_t>& faces, const ClothPanel& panel) const {
     constexpr std::ptrdiff_t max_holes = 64;
     std::ptrdiff_t halves = 0;  // of edges
     for (const std::size_t f : faces) {
@@ -259,11 +259,11 @@ class Cutter {
     return (plane[t[1]] - plane[t[0]]) % (plane[t[2]] - plane[t[0]]);
   }
 
-  static bool is_sound(const Panel& panel, const std::vector<V2d>& plane) {
+  static bool is_sound(const ClothPanel& panel, const std::vector<V2d>& plane) {
     return std::ranges::all_of(panel.triangles, [&](const V3i& t) { return signed_area(t, plane) > 0; });
   }
 
-  static std::vector<V2d> projected(const Panel& panel) {
+  static std::vector<V2d> projected(const ClothPanel& panel) {
     V3d normal(0, 0, 0);
     for (const V3i& t : panel.triangles)
       normal += (panel.positions[t[1]] - panel.positions[t[0]])
@@ -277,14 +277,15 @@ class Cutter {
   }
 
   /// Turns the plane so that what hangs lower has a larger v in the mean.
-  void turn(const Panel& panel, std::vector<V2d>& plane) const {
+  void turn(const ClothPanel& panel, std::vector<V2d>& plane) const {
     V2d slope = gradient_of(panel, plane, down_);
     if (!(slope.length() > 0)) return;
     slope.normalize();
     for (V2d& p : plane) p = V2d(p.x * slope.y - p.y * slope.x, p.x * slope.x + p.y * slope.y);
   }
 
-  void add_chart(const std::vector<std::size_t>& faces, const Panel& panel, const std::vector<V2d>& plane) {
+  void add_chart(const std::vector<std::size_t>& faces, const ClothPanel& panel,
+                 const std::vector<V2d>& plane) {
     std::map<std::pair<std::uint32_t, int>, std::uint32_t> fresh;  // by vertices of surface and panel
     Imath::Box2d box;
     for (const V2d& p : plane) box.extendBy(p);

@@ -19,7 +19,7 @@ struct FlatTriangle {
   std::array<double, 3> cotangents;  ///< of the angle at each corner
 };
 
-std::vector<FlatTriangle> lay_flat(const Panel& panel) {
+std::vector<FlatTriangle> lay_flat(const ClothPanel& panel) {
   std::vector<FlatTriangle> flat;
   for (const V3i& t : panel.triangles) {
     const std::array<V3d, 3> p{panel.positions[t.x], panel.positions[t.y], panel.positions[t.z]};
@@ -136,7 +136,7 @@ void relax(const std::vector<FlatTriangle>& flat, Eigen::VectorXcd& plane) {
 
 }  // namespace
 
-std::vector<V2d> flatten(const Panel& panel) {
+std::vector<V2d> flatten(const ClothPanel& panel) {
   const std::vector<FlatTriangle> flat = lay_flat(panel);
   Eigen::VectorXcd plane = conformal(panel.positions, flat);
   relax(flat, plane);
@@ -145,7 +145,7 @@ std::vector<V2d> flatten(const Panel& panel) {
   return result;
 }
 
-V2d gradient_of(const Panel& panel, const std::vector<V2d>& plane, const V3d& direction) {
+V2d gradient_of(const ClothPanel& panel, const std::vector<V2d>& plane, const V3d& direction) {
   V2d sum(0, 0);
   for (const V3i& t : panel.triangles) {
     const V2d a = plane[t[1]] - plane[t[0]];

@@ -8,7 +8,7 @@
 namespace selvedge {
 
 /// One panel: a disc (one boundary loop) of triangles, counter-clockwise seen from outside; metres.
-struct Panel {
+struct ClothPanel {
   std::vector<V3d> positions;
   std::vector<V3i> triangles;
 };
@@ -16,10 +16,10 @@ struct Panel {
 /// Lays a panel flat: a plane position per vertex, in metres, triangles counter-clockwise. The least-squares
 /// conformal map is the start, then as-rigid-as-possible (Liu et al. 2008, "A Local/Global Approach to Mesh
 /// Parameterization"). Position and rotation are arbitrary. Precondition: every triangle has an area.
-std::vector<V2d> flatten(const Panel& panel);
+std::vector<V2d> flatten(const ClothPanel& panel);
 
 /// The mean over the area of the gradient in the plane of how far a point lies along `direction`, times twice
 /// the area.
-V2d gradient_of(const Panel& panel, const std::vector<V2d>& plane, const V3d& direction);
+V2d gradient_of(const ClothPanel& panel, const std::vector<V2d>& plane, const V3d& direction);
 
 }  // namespace selvedge

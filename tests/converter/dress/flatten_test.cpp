@@ -15,8 +15,8 @@ using test::stretch_of;
 
 /// A grid of triangles over (a, b) in [0, 1]^2, bent by `place`.
 template <class Place>
-Panel bend(int columns, int rows, const Place& place) {
-  Panel panel;
+ClothPanel bend(int columns, int rows, const Place& place) {
+  ClothPanel panel;
   for (int j = 0; j <= rows; ++j) {
     for (int i = 0; i <= columns; ++i) {
       panel.positions.push_back(place(static_cast<double>(i) / columns, static_cast<double>(j) / rows));
@@ -32,7 +32,7 @@ Panel bend(int columns, int rows, const Place& place) {
   return panel;
 }
 
-Stretch worst_of(const Panel& panel, const std::vector<V2d>& plane) {
+Stretch worst_of(const ClothPanel& panel, const std::vector<V2d>& plane) {
   Stretch worst;
   for (const V3i& t : panel.triangles) {
     std::array<V3d, 3> corners;
@@ -50,7 +50,7 @@ Stretch worst_of(const Panel& panel, const std::vector<V2d>& plane) {
 
 TEST_CASE("half a tube is unrolled without stretch") {
   // A tube of flat facets can be unrolled exactly: what is left is the solver's rounding.
-  const Panel panel = bend(24, 16, [](double a, double b) {
+  const ClothPanel panel = bend(24, 16, [](double a, double b) {
     return V3d(-0.1 * std::cos(std::numbers::pi * a), 0.4 * b, 0.1 * std::sin(std::numbers::pi * a));
   });
   const std::vector<V2d> plane = flatten(panel);
@@ -61,7 +61,7 @@ TEST_CASE("half a tube is unrolled without stretch") {
 
 TEST_CASE("a cap of a sphere is stretched no more than its curvature asks for") {
   // Radius 1, 0.5 x 0.5: the way along an edge and through the middle differ by about r^2 / 8 = 3 %.
-  const Panel panel = bend(20, 20, [](double a, double b) {
+  const ClothPanel panel = bend(20, 20, [](double a, double b) {
     const double x = 0.5 * a - 0.25;
     const double y = 0.5 * b - 0.25;
     return V3d(x, y, std::sqrt(1 - x * x - y * y));
@@ -74,7 +74,7 @@ TEST_CASE("a cap of a sphere is stretched no more than its curvature asks for") 
 }
 
 TEST_CASE("the flat panel keeps the outside up") {
-  const Panel panel = bend(4, 4, [](double a, double b) { return V3d(a, b, 0.1 * a * b); });
+  const ClothPanel panel = bend(4, 4, [](double a, double b) { return V3d(a, b, 0.1 * a * b); });
   const std::vector<V2d> plane = flatten(panel);
   for (const V3i& t : panel.triangles) {
     const V2d& a = plane[t[0]];
