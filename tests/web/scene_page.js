@@ -51,9 +51,11 @@ async function surround(scene, garment, { file, turn, strength, shades }) {
 
 /** Draws frames until all materials show what they can, and their images are at rest. */
 async function settle(scene, camera, materials) {
-  const is_ready = ({ shows, fabric }) => shows === 'fabric' || fabric?.state !== 'ready';
+  const is_ready = ({ shows, fabric }) => shows === 'fabric' || fabric?.state !== 'ready', target = renderer.getRenderTarget();
   for (const end = performance.now() + 60000; performance.now() < end;) {
     renderer.render(scene, camera);
+    // Else the graphics fall behind.
+    if (target) renderer.readRenderTargetPixels(target, 0, 0, 1, 1, new Float32Array(4));
     if (materials.every(is_ready) && cell_images.at_rest()) return;
     await new Promise((go_on) => setTimeout(go_on, 20));
   }

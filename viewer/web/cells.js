@@ -77,8 +77,8 @@ export class CellModule {
 
   /** The variation of a fabric, as its shader has it: { keys, runs, numbers }. */
   variation(number) {
-    const at = this.#of.variation_of(number), words = this.#words(at, 10);
-    return {keys: new Uint32Array(words.slice(0, 4)), runs: words.slice(4), numbers: this.#floats(at + 40, 6).slice()};
+    const at = this.#of.variation_of(number), words = this.#words(at, 18);
+    return {keys: new Uint32Array(words.slice(0, 6)), runs: words.slice(6), numbers: this.#floats(at + 72, 10).slice()};
   }
 
   /** [red, green, blue, alpha] of a query of the conformance kit. */
@@ -97,11 +97,7 @@ export class CellModule {
     floats.set(vertices);
     words.set(corners, vertices.length);
     const number = this.#of.add_garment(fabric, count, corners.length / 3);
-    return {
-      number,
-      charts: this.#floats(this.#of.charts_of(number), 6 * count).slice(),
-      beyond: this.#of.beyond_of(number),
-    };
+    return {number, charts: this.#floats(this.#of.charts_of(number), 6 * count).slice(), beyond: this.#of.beyond_of(number)};
   }
   /** Gives a garment another shape: position and normal of each vertex. */
   pose_garment(number, shape) {

@@ -80,10 +80,11 @@ struct TileNumbers {
   Group relief;
 };
 
+/// Of Variation::runs and Variation::places, along u and v each.
 struct VariationNumbers {
-  std::array<std::uint32_t, 4> keys;                ///< of its lattices
-  std::array<std::array<std::int32_t, 3>, 2> runs;  ///< rows, lengths and log2_repeats along u and v
-  std::array<V2f, 2> changes;                       ///< offset and change along u and v
+  std::array<std::uint32_t, 6> keys;                ///< of the lattices
+  std::array<std::array<std::int32_t, 3>, 4> runs;  ///< rows, lengths and log2_repeats
+  std::array<V2f, 4> changes;                       ///< offset and change
   V2f fraction_along_v;                             ///< of yarn seen from in front and from behind
 };
 
@@ -572,11 +573,11 @@ EXPORT(variation_of) const VariationNumbers* variation_of(std::uint32_t number) 
   const auto& yarns = sides.front->levels.front().yarns();
   const Variation variation = yarns ? yarns->variation() : Variation{};
   const auto& behind = sides.seen_from(true).levels.front().yarns();
-  for (std::uint32_t i = 0; i < 4; ++i) result.keys[i] = variation_key(variation.seed, i);
-  for (std::size_t axis = 0; axis < 2; ++axis) {
-    const YarnRuns& runs = variation.runs[axis];
-    result.runs[axis] = {runs.rows, runs.lengths, runs.log2_repeats};
-    result.changes[axis] = {runs.offset, runs.change};
+  for (std::uint32_t i = 0; i < result.keys.size(); ++i) result.keys[i] = variation_key(variation.seed, i);
+  for (std::size_t i = 0; i < result.runs.size(); ++i) {
+    const YarnRuns& runs = (i < 2 ? variation.runs : variation.places)[i % 2];
+    result.runs[i] = {runs.rows, runs.lengths, runs.log2_repeats};
+    result.changes[i] = {runs.offset, runs.change};
   }
   result.fraction_along_v = {variation.fraction, behind ? behind->variation().fraction : 0};
   return &result;
@@ -690,6 +691,7 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   camera.far = in.far;
   DrawOptions& options = garment.options;
   options.cells = moving_cell_images;
+  if (in.remade >= 1) options.cells.patches.pixels = 48;
   options.cells.samples = in.samples;
   options.cells.remade = in.remade;
   options.cells.memory = page.image_memory / page.garments.size();

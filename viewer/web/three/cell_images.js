@@ -27,7 +27,7 @@ function atlas_of(format, type, filter) {
 
 /** Coordinates beyond are refused, m or repeats. */
 const FARTHEST = 1e9;
-/** ms after which a garment that a camera has not seen may be another camera's. */
+/** ms after which a garment that a camera has not seen is another camera's. */
 const CAMERAS = 500;
 /** ms for which an object without a geometry of its own may be waited for. */
 const WAITING = 1000;
@@ -161,7 +161,8 @@ class CellImages extends EventDispatcher {
     for (const garment of this.#garments.get(geometry)?.all.values() ?? []) this.#remove(garment);
     this.#garments.delete(geometry);
   };
-  #remove({geometry, number, names}) {
+  #remove({geometry, number, names, other}) {
+    clearTimeout(other?.timer);
     for (const name of names) geometry.deleteAttribute(name);
     if (number === null) return;
     this.#of_number.delete(number);
@@ -169,7 +170,7 @@ class CellImages extends EventDispatcher {
   }
   #ask(geometry, {fabric, lay, fabric_uniforms: {fabric_transform: {value: matrix}}}, names) {
     const garment = {
-      state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, view: null, pose: '', posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names
+      state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, turns: new WeakSet(), other: null, view: null, pose: '', posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names
     };
     const {position, normal} = geometry.attributes, uv = geometry.attributes[lay.uv_set === 1 ? 'uv1' : 'uv'];
     if (!position || !normal || !uv) {
@@ -216,10 +217,6 @@ class CellImages extends EventDispatcher {
   /** Tells the worker what is seen of an object; `around`: null, or 36 numbers (cells/module.cpp) for light from all around. */
   look(garment, renderer, scene, camera, object, level, around_of) {
     this.#upload(renderer);
-    // Where cameras take turns, as for a mirror, the first one's images stay.
-    const seen_at = performance.now();
-    if (garment.camera !== camera && seen_at < garment.looked_at + CAMERAS) return;
-    Object.assign(garment, {camera, looked_at: seen_at});
     inverse.copy(object.matrixWorld);
     if (object.isInstancedMesh) {
       object.getMatrixAt(0, of_instance);
@@ -233,11 +230,31 @@ class CellImages extends EventDispatcher {
     const {around, lamps} = around_of(inverse);
     viewport.divideScalar(this.supersample);
     const view = {camera: numbers_of_camera(camera, scale), level, around, lights: [...lights, ...lamps]};
-    const now = JSON.stringify(view);
+    const now = JSON.stringify(view), {frame} = renderer.info.render;
+    if (!this.#is_due(garment, camera, frame, now, () => this.#take_view(garment, camera, now, view))) return;
     if (this.#pose(garment, object)) garment.last = '';
+    this.#take_view(garment, camera, now, view);
+  }
+  #take_view(garment, camera, now, view) {
+    Object.assign(garment, {camera, looked_at: performance.now(), other: null});
     if (garment.last === now) return;
     Object.assign(garment, {last: now, view: {...view, serial: ++this.#views}, at_rest: false});
     this.#send_view(garment);
+  }
+  /**
+   * Whether a garment's images are to be for a camera. Where cameras take turns, as for a mirror, the first one's images stay;
+   * another camera has to wait until it is seen that the first one has ended, and nothing is at rest until then.
+   */
+  #is_due(garment, camera, frame, now, take) {
+    const {camera: first, other, turns, looked_at, last} = garment;
+    if (camera !== first && last === now) return false;
+    const is_over = performance.now() >= looked_at + CAMERAS || (other?.camera === camera && other.frame !== frame);
+    if (camera !== first && !is_over && turns.has(camera)) return false;
+    clearTimeout(other?.timer);
+    if (camera === first && other) turns.add(other.camera);
+    if (camera === first || is_over) return true;
+    garment.other = {camera, frame, timer: setTimeout(take, CAMERAS)};
+    return false;
   }
   /** Sends the worker the shape of a skin in motion, some times a second; whether it has. */
   #pose(garment, object) {
@@ -322,11 +339,11 @@ class CellImages extends EventDispatcher {
   #tell() {
     this.dispatchEvent({type: 'change', at_rest: this.at_rest()});
   }
-  /** Whether all images are as the last views want them. */
+  /** Whether all images are as the frames that were drawn last want them. */
   at_rest() {
     for (const [object, until] of this.#waiting) if (performance.now() > until) this.#waiting.delete(object);
     return this.#waiting.size === 0 && this.#asked === 0 &&
-      [...this.#of_number.values()].every(({at_rest, view}) => at_rest || !view);
+      [...this.#of_number.values()].every(({at_rest, other, view}) => (at_rest && !other) || !view);
   }
   /** Fraction of the patches in sight that have images. */
   share() {

@@ -1,7 +1,5 @@
 // The environments of three.js as fabrics are drawn in them.
-import {
-  DataUtils, EquirectangularReflectionMapping, FloatType, HalfFloatType, Matrix3, Matrix4, Vector3
-} from 'three';
+import { DataUtils, EquirectangularReflectionMapping, FloatType, HalfFloatType, Matrix3, Matrix4, Vector3 } from 'three';
 import {MOST_LAMPS, divide} from '../environment.js';
 
 /** From three.js's axes of an environment, the middle column along x, to the axes of environment.js. */

@@ -6,9 +6,7 @@ const TEXTURES = {mask: 'maskTexture', normal: 'normalTexture', tint_texture: 't
 const MAX_TINT = 16;
 
 /** What a material without such members has; GarmentParts in index.d.ts. */
-export const no_parts = {
-  mask: null, mask_cutoff: 0.5, normal: null, normal_scale: 1, tint: [1, 1, 1], tint_texture: null,
-};
+export const no_parts = { mask: null, mask_cutoff: 0.5, normal: null, normal_scale: 1, tint: [1, 1, 1], tint_texture: null };
 
 const number_or = (x, otherwise) => Number.isFinite(Math.fround(x)) && typeof x === 'number' ? x : otherwise;
 const are_numbers = (x, n) => Array.isArray(x) && x.length === n && x.every((a) => number_or(a, null) !== null);

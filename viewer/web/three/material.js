@@ -3,7 +3,7 @@ import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
 import {CHART, cell_images} from './cell_images.js';
 import {around_of_mesh, around_uniforms, set_around} from './environment.js';
 import {key_of_parts, no_parts, part_uniforms, set_parts} from './garment_parts.js';
-import {DRAWN, draw_sorted, go_on_drawing, sort_triangles} from './order.js';
+import {DRAWN, draw_sorted, sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {VERTEX_LIGHT} from './surroundings.js';
 
@@ -35,9 +35,9 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       fabric_transform: {value: matrix_of(lay)},
       cell_beyond: {value: 0},
       cell_brighter: {value: 2},
-      varied_keys: {value: new Uint32Array(4)},
-      varied_runs: {value: new Int32Array(6)},
-      varied_numbers: {value: new Float32Array(6)},
+      varied_keys: {value: new Uint32Array(6)},
+      varied_runs: {value: new Int32Array(12)},
+      varied_numbers: {value: new Float32Array(10)},
     };
     /** The level that is shown everywhere; -1: by the size of a pixel. */
     this.level = -1;
@@ -103,10 +103,9 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     return lit;
   }
   onBeforeRender(renderer, scene, camera, geometry, object, group) {
-    go_on_drawing();
     if (group === DRAWN) return;
     this.prepare(renderer, scene, camera, geometry, object);
-    if (this.shows === 'fabric' && this.transparent && this.forceSinglePass) draw_sorted(renderer, scene, camera, object, this);
+    if (this.shows === 'fabric' && this.transparent && this.forceSinglePass) draw_sorted(renderer, scene, camera, object, geometry, this);
   }
   /** Makes an object ready to be drawn. */
   prepare(renderer, scene, camera, geometry, object) {
@@ -127,7 +126,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     }
     this.update_fabric();
     // three.js draws what it takes for one layer twice, back sides first.
-    if (this.shows === 'fabric' && this.transparent) this.forceSinglePass = sort_triangles(object, geometry, camera);
+    if (this.shows === 'fabric' && this.transparent) this.forceSinglePass = sort_triangles(object, geometry, camera, this);
   }
   onBeforeCompile(shader) {
     // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.

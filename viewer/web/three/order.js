@@ -1,35 +1,51 @@
 // Sorts the triangles of surfaces with holes from far to near, so that any number of their layers shows through them.
-import {BufferAttribute, Matrix4, Vector3, Vector4} from 'three';
+import {BufferAttribute, DynamicDrawUsage, Frustum, Matrix4, Vector3, Vector4} from 'three';
 
 /** Places that the depths of a surface are sorted into. */
-const PLACES = 2 ** 16;
+const PLACES = 2 ** 12;
+/** Triangles that stay together, each with a vertex of one before it: vertices that they share are shaded once. */
+const CLUSTER = 8;
 /** Depths that surfaces beside each other are drawn in turns for. */
 const SLABS = 32;
 /** The group of triangles of a surface that was drawn with another one. */
 export const DRAWN = {start: 0, count: 0};
 const surfaces = new WeakMap();
-const to_view = new Matrix4(), of_bone = new Matrix4(), place = new Vector4(), origin = new Vector3();
+const to_view = new Matrix4(), to_clip = new Matrix4(), of_bone = new Matrix4(), place = new Vector4(), corner = new Vector3(), origin = new Vector3();
+const frustum = new Frustum();
 
-/** What of a geometry stays: its corners, the centre of each triangle, and the bone that moves it most. */
-function surface_of(geometry, {position, skinIndex, skinWeight}) {
-  const {index} = geometry, count = index ? index.count : position.count;
-  const corners = Uint32Array.from({length: count - count % 3}, (_, i) => index ? index.getX(i) : i), n = corners.length / 3;
-  const centres = new Float32Array(3 * n), bones = skinIndex ? new Uint16Array(n) : null;
-  for (let t = 0; t < n; ++t) {
-    for (let axis = 0; axis < 3; ++axis)
-      for (let k = 0; k < 3; ++k) centres[3 * t + axis] += position.getComponent(corners[3 * t + k], axis) / 3;
-    if (!bones) continue;
-    const vertex = corners[3 * t], weights = [0, 1, 2, 3].map((k) => skinWeight.getComponent(vertex, k));
-    bones[t] = skinIndex.getComponent(vertex, weights.indexOf(Math.max(...weights)));
+/** What of a geometry stays: the corners of its clusters, a sphere around each, and the bone that moves it most. */
+function surface_of({index, attributes: {position, skinIndex, skinWeight}}) {
+  const count = index ? index.count : position.count, triangles = Math.floor(count / 3), firsts = [];
+  const corners = Uint32Array.from({length: 3 * triangles}, (_, i) => index ? index.getX(i) : i);
+  for (let at = 0, first = 0; at < corners.length; at += 3) {
+    let joins = false;
+    for (let i = first; i < at && at < first + 3 * CLUSTER && !joins; ++i)
+      joins = corners[i] === corners[at] || corners[i] === corners[at + 1] || corners[i] === corners[at + 2];
+    if (!joins) firsts.push(first = at);
   }
-  // An index of its own: others may share the one that it has.
-  geometry.setIndex(new BufferAttribute(corners.slice(), 1));
-  return {position, version: position.version, corners, centres, bones, depths: new Float32Array(n), ends: new Uint32Array(PLACES + 1), last: ''};
+  const n = firsts.length, spheres = new Float32Array(4 * n), bones = skinIndex ? new Uint16Array(n) : null;
+  firsts.push(corners.length);
+  for (let c = 0; c < n; ++c) {
+    const all = corners.subarray(firsts[c], firsts[c + 1]), sum = new Vector3();
+    for (const vertex of all) sum.add(corner.fromBufferAttribute(position, vertex));
+    sum.divideScalar(all.length).toArray(spheres, 4 * c);
+    for (const vertex of all)
+      spheres[4 * c + 3] = Math.max(spheres[4 * c + 3], sum.distanceTo(corner.fromBufferAttribute(position, vertex)));
+    if (!bones) continue;
+    const weights = [0, 1, 2, 3].map((k) => skinWeight.getComponent(all[0], k));
+    bones[c] = skinIndex.getComponent(all[0], weights.indexOf(Math.max(...weights)));
+  }
+  const sorted = new BufferAttribute(new (position.count < 2 ** 16 - 1 ? Uint16Array : Uint32Array)(corners.length), 1);
+  return {
+    position, version: position.version, corners, firsts: Uint32Array.from(firsts), spheres, bones, sorted: sorted.setUsage(DynamicDrawUsage),
+    seen: new Uint32Array(n), depths: new Float32Array(n), ends: new Uint32Array(PLACES + 1), last: '', count: 0
+  };
 }
 
 /** The rows of matrices from the geometry to the depth before a camera, one a bone, or one. */
 function depth_rows(object, camera) {
   to_view.multiplyMatrices(camera.matrixWorldInverse, object.matrixWorld);
+  to_clip.multiplyMatrices(camera.projectionMatrix, to_view);
   const row_of = ({elements}) => [elements[2], elements[6], elements[10], elements[14]];
   if (!object.isSkinnedMesh) return [row_of(to_view)];
   to_view.multiply(object.bindMatrixInverse);
@@ -40,44 +56,55 @@ function depth_rows(object, camera) {
 }
 
 /**
- * Sorts the triangles of an object as a camera sees them; whether it could. Morphed surfaces are sorted as if they were at
- * rest, and instances and groups of triangles are not sorted.
+ * Sorts the triangles of an object that a camera sees; whether it could. Morphed surfaces are sorted as if they were at rest, and
+ * instances and groups of triangles are not sorted.
  */
-export function sort_triangles(object, geometry, camera) {
+export function sort_triangles(object, geometry, camera, {displacementMap}) {
   const {position} = geometry.attributes;
   if (object.isInstancedMesh || object.isBatchedMesh || geometry.groups.length > 0 || geometry.drawRange.count !== Infinity)
     return false;
   let surface = surfaces.get(geometry);
   if (surface?.position !== position || surface.version !== position.version)
-    surfaces.set(geometry, surface = surface_of(geometry, geometry.attributes));
-  const {corners, centres, bones, depths, ends} = surface, rows = depth_rows(object, camera), now = rows.join();
+    surfaces.set(geometry, surface = surface_of(geometry));
+  const {corners, firsts, spheres, bones, sorted, seen, depths, ends} = surface, rows = depth_rows(object, camera);
+  const now = `${rows} ${to_clip.elements}`;
   if (now === surface.last) return true;
   surface.last = now;
-  let least = Infinity, most = -Infinity;
-  for (let t = 0; t < depths.length; ++t) {
-    const [x, y, z, one] = rows[bones ? bones[t] : 0];
-    depths[t] = x * centres[3 * t] + y * centres[3 * t + 1] + z * centres[3 * t + 2] + one;
-    least = Math.min(least, depths[t]);
-    most = Math.max(most, depths[t]);
+  // Where other shapes than the geometry's are drawn, all are.
+  const is_still = !object.isSkinnedMesh && !object.morphTargetInfluences?.length && !displacementMap;
+  const planes = is_still ? frustum.setFromProjectionMatrix(to_clip, camera.coordinateSystem, camera.reversedDepth).planes : [];
+  let n = 0, least = Infinity, most = -Infinity;
+  for (let c = 0; c < firsts.length - 1; ++c) {
+    const px = spheres[4 * c], py = spheres[4 * c + 1], pz = spheres[4 * c + 2], least_distance = -spheres[4 * c + 3];
+    let is_seen = true;
+    for (const {normal, constant} of planes) is_seen &&= normal.x * px + normal.y * py + normal.z * pz + constant >= least_distance;
+    if (!is_seen) continue;
+    const [x, y, z, one] = rows[bones ? bones[c] : 0];
+    depths[n] = x * px + y * py + z * pz + one;
+    least = Math.min(least, depths[n]);
+    most = Math.max(most, depths[n]);
+    seen[n++] = c;
   }
   const scale = most > least ? (PLACES - 1) / (most - least) : 0;
-  const place_of = (t) => Math.floor((depths[t] - least) * scale);
-  Object.assign(surface, {least, most, scale});
+  const place_of = (i) => Math.floor((depths[i] - least) * scale);
   ends.fill(0);
-  for (let t = 0; t < depths.length; ++t) ++ends[place_of(t) + 1];
+  for (let i = 0; i < n; ++i) ends[place_of(i) + 1] += firsts[seen[i] + 1] - firsts[seen[i]];
   for (let i = 0; i < PLACES; ++i) ends[i + 1] += ends[i];
-  const {array} = geometry.index;
-  for (let t = 0; t < depths.length; ++t) {
-    const at = 3 * ends[place_of(t)]++;
-    for (let k = 0; k < 3; ++k) array[at + k] = corners[3 * t + k];
+  const {array} = sorted;
+  for (let i = 0; i < n; ++i) {
+    const place = place_of(i), end = firsts[seen[i] + 1];
+    for (let from = firsts[seen[i]]; from < end; ++from) array[ends[place]++] = corners[from];
   }
-  geometry.index.needsUpdate = true;
+  Object.assign(surface, {least, most, scale, count: ends[PLACES]});
+  sorted.clearUpdateRanges();
+  sorted.addUpdateRange(0, surface.count);
+  sorted.needsUpdate = true;
   return true;
 }
 
-/** How many of the triangles of a sorted surface lie beyond a depth. */
-function beyond({least, most, scale, ends, depths}, depth) {
-  if (depth > most) return depths.length;
+/** How many corners of a sorted surface lie beyond a depth. */
+function beyond({least, most, scale, ends, count}, depth) {
+  if (depth > most) return count;
   const i = Math.floor((depth - least) * scale);
   return i > 0 ? ends[i - 1] : 0;
 }
@@ -100,37 +127,42 @@ function run_from(renderer, scene, camera, object, material) {
   return [];
 }
 
-/** The geometry of a run's first surface, which three.js would draw again: it has chosen its group before. */
-let drawn_first = null;
-export function go_on_drawing() {
-  drawn_first?.setDrawRange(0, Infinity);
-  drawn_first = null;
+/** Lets three.js draw so many sorted corners of an object, and gives it its own ones back then. */
+function draw_once(object, geometry, count) {
+  const {index} = geometry, {onAfterRender} = object;
+  geometry.index = surfaces.get(geometry).sorted;
+  geometry.setDrawRange(0, count);
+  object.onAfterRender = (...of_three) => {
+    geometry.index = index;
+    geometry.setDrawRange(0, Infinity);
+    object.onAfterRender = onAfterRender;
+    object.onAfterRender(...of_three);
+  };
 }
 
-/** Draws sorted surfaces that follow one another in a frame by depth; three.js then finds them DRAWN. */
-export function draw_sorted(renderer, scene, camera, object, material) {
-  const items = run_from(renderer, scene, camera, object, material);
-  if (items.length < 2) return;
-  const sorted = items.filter(({object, geometry, material}, i) => {
+/** Draws sorted surfaces that follow one another in a frame by depth; three.js then finds the others DRAWN. */
+export function draw_sorted(renderer, scene, camera, object, geometry, material) {
+  const {count} = surfaces.get(geometry), items = count > 0 ? run_from(renderer, scene, camera, object, material) : [];
+  const run = items.filter(({object, geometry, material}, i) => {
     if (i > 0) material.prepare(renderer, scene, camera, geometry, object);
-    return material.shows === 'fabric' && material.forceSinglePass;
+    return material.shows === 'fabric' && material.forceSinglePass && surfaces.get(geometry).count > 0;
   });
-  if (sorted.length < 2) return;
-  for (const {object} of sorted) {
+  if (run.length < 2) return draw_once(object, geometry, count);
+  const all = run.map(({geometry}) => surfaces.get(geometry)), drawn = all.map(() => 0);
+  for (const {object, geometry} of run) {
     object.modelViewMatrix.multiplyMatrices(camera.matrixWorldInverse, object.matrixWorld);
     object.normalMatrix.getNormalMatrix(object.modelViewMatrix);
+    draw_once(object, geometry, Infinity);
   }
-  const all = sorted.map(({geometry}) => surfaces.get(geometry)), drawn = all.map(() => 0);
   const least = Math.min(...all.map((surface) => surface.least)), most = Math.max(...all.map((surface) => surface.most));
   for (let slab = 1; slab <= SLABS; ++slab) {
-    sorted.forEach(({object, geometry, material}, i) => {
-      const end = slab === SLABS ? all[i].depths.length : beyond(all[i], least + (most - least) * slab / SLABS);
+    run.forEach(({object, geometry, material}, i) => {
+      const end = slab === SLABS ? all[i].count : beyond(all[i], least + (most - least) * slab / SLABS);
       if (end > drawn[i])
-        renderer.renderBufferDirect(camera, scene, geometry, material, object, {start: 3 * drawn[i], count: 3 * (end - drawn[i])});
+        renderer.renderBufferDirect(camera, scene, geometry, material, object, {start: drawn[i], count: end - drawn[i]});
       drawn[i] = Math.max(drawn[i], end);
     });
   }
-  for (const item of sorted) item.group = DRAWN;
-  drawn_first = sorted[0].geometry;
-  drawn_first.setDrawRange(0, 0);
+  for (const item of run) item.group = DRAWN;
+  geometry.setDrawRange(0, 0);
 }

@@ -149,10 +149,10 @@ vec4 number_of_tile(int tile, int k) {
   return texelFetch(cell_tiles, ivec2(at % ${TILES_WIDTH}, at / ${TILES_WIDTH}), 0);
 }
 
-// Variation beyond the repeat: the twin of format/fabric/variation.h.
-uniform uint varied_keys[4];
-uniform int varied_runs[6];  // rows, lengths, log2 of their repeats, along u and along v
-uniform float varied_numbers[6];  // offset and change, along u and along v; fractions of yarn along v, front and back
+// Variation beyond the repeat: the twin of format/fabric/variation.h. Its runs of yarn: changes along u and v, places along u and v.
+uniform uint varied_keys[6];
+uniform int varied_runs[12];  // rows, lengths, log2 of their repeats
+uniform float varied_numbers[10];  // offset and change of each; fractions of yarn along v, front and back
 uint strand_hash(uint x) {
   x = (x ^ x >> 16) * 0x7feb352du;
   x = (x ^ x >> 15) * 0x846ca68bu;
@@ -163,37 +163,59 @@ vec2 blend_of(float part) {
   vec2 weights = vec2(1.0 - smooth_part, smooth_part);
   return weights * inversesqrt(dot(weights, weights));
 }
-float lattice_noise(uint key, int row, float row_part, int len, float len_part) {
-  vec2 across = blend_of(row_part), along = blend_of(len_part);
+float lattice_noise(uint key, ivec2 whole, vec2 part) {
+  vec2 across = blend_of(part.x), along = blend_of(part.y);
   float sum = 0.0;
   for (int i = 0; i < 2; ++i) {
-    uint bits = strand_hash(key + uint(row + i)) + uint(len);
+    uint bits = strand_hash(key + uint(whole.x + i)) + uint(whole.y);
     vec2 values = vec2(float(strand_hash(bits) & 255u), float(strand_hash(bits + 1u) & 255u)) - 127.5;
     sum += across[i] * dot(along, values);
   }
   return sum * 0.013531648;
 }
-// The change of yarn along u (axis 0) or v, where so many repeats along u and v are seen at once.
-float varied_along(int axis, ivec2 repeat, vec2 within, vec2 pixel) {
+// Row and length of a run at a place, and the parts of the way to the next ones.
+void find_row(int run, vec2 place, out ivec2 whole, out vec2 part) {
+  int axis = run & 1, lengths = varied_runs[3 * run + 1], shift = varied_runs[3 * run + 2];
+  ivec2 repeat = ivec2(clamp(floor(place), -1e9, 1e9));
+  vec2 within = place - floor(place);
+  float y = within[1 - axis] * float(varied_runs[3 * run]) + varied_numbers[2 * run];
+  float x = (float(repeat[axis] & ((1 << shift) - 1)) + within[axis]) * float(lengths) / float(1 << shift);
+  whole = ivec2(repeat[1 - axis] * varied_runs[3 * run] + int(floor(y)), (repeat[axis] >> shift) * lengths + int(floor(x)));
+  part = fract(vec2(y, x));
+}
+// Rows and lengths of yarn along u (axis 0) or v that a pixel shows, at least 1 of areas of so many.
+vec2 seen_at_once(int axis, vec2 pixel, vec2 areas) {
+  return max(vec2(pixel[1 - axis] * float(varied_runs[3 * axis]),
+    pixel[axis] * float(varied_runs[3 * axis + 1]) / float(1 << varied_runs[3 * axis + 2])) / areas, 1.0);
+}
+// Where the fabric is looked up: rows leave their places as far as pixels show single ones.
+vec2 place_of(vec2 uv, vec2 pixel) {
+  vec2 along_u = seen_at_once(0, pixel, vec2(1.0)), along_v = seen_at_once(1, pixel, vec2(1.0)), way = vec2(0.0);
+  float weight = clamp(4.0 / max(along_u.x * along_u.y, along_v.x * along_v.y) - 1.0, 0.0, 1.0);
+  for (int axis = 0; axis < 2; ++axis) {
+    float change = weight * varied_numbers[2 * axis + 5];
+    if (!(change > 0.0)) continue;
+    ivec2 whole; vec2 part;
+    find_row(2 + axis, uv, whole, part);
+    way[1 - axis] = change * lattice_noise(varied_keys[4 + axis], whole, part);
+  }
+  return uv + way;
+}
+// The change of yarn along an axis.
+float varied_along(int axis, vec2 place, vec2 pixel) {
   float change = varied_numbers[2 * axis + 1];
   if (!(change > 0.0)) return 1.0;
-  int rows = varied_runs[3 * axis], lengths = varied_runs[3 * axis + 1], shift = varied_runs[3 * axis + 2];
-  float of_repeat = float(lengths) / float(1 << shift);
-  float y = within[1 - axis] * float(rows) + varied_numbers[2 * axis];
-  float x = (float(repeat[axis] & ((1 << shift) - 1)) + within[axis]) * of_repeat;
-  int row = repeat[1 - axis] * rows + int(floor(y)), len = (repeat[axis] >> shift) * lengths + int(floor(x));
-  y = fract(y);
-  x = fract(x);
-  vec2 seen = vec2(pixel[1 - axis] * float(rows), pixel[axis] * of_repeat);
-  vec2 of_single = max(seen, 1.0), of_area = max(seen / vec2(8.0, 4.0), 1.0);
-  float single = lattice_noise(varied_keys[2 * axis], row, clamp((y - 0.5) / 0.75 + 0.5, 0.0, 1.0), len, x);
-  float area = lattice_noise(varied_keys[2 * axis + 1], row >> 3, (float(row & 7) + y) / 8.0, len >> 2, (float(len & 3) + x) / 4.0);
+  ivec2 whole; vec2 part;
+  find_row(axis, place, whole, part);
+  vec2 of_single = seen_at_once(axis, pixel, vec2(1.0)), of_area = seen_at_once(axis, pixel, vec2(8.0, 4.0));
+  vec2 sharp = vec2(clamp((part.x - 0.5) / 0.75 + 0.5, 0.0, 1.0), part.y);
+  float single = lattice_noise(varied_keys[2 * axis], whole, sharp);
+  float area = lattice_noise(varied_keys[2 * axis + 1], whole >> ivec2(3, 2), (vec2(whole & ivec2(7, 3)) + part) / vec2(8.0, 4.0));
   return clamp(1.0 + change * (single / (of_single.x * of_single.y) + 0.25 * area / (of_area.x * of_area.y)), 0.0, 2.0);
 }
-float varied(float along_v, vec2 pixel) {
-  vec2 whole = clamp(floor(fabric_uv), -1e9, 1e9), within = fabric_uv - floor(fabric_uv);
-  float of_u = along_v < 1.0 ? varied_along(0, ivec2(whole), within, pixel) : 1.0;
-  float of_v = along_v > 0.0 ? varied_along(1, ivec2(whole), within, pixel) : 1.0;
+float varied(float along_v, vec2 place, vec2 pixel) {
+  float of_u = along_v < 1.0 ? varied_along(0, place, pixel) : 1.0;
+  float of_v = along_v > 0.0 ? varied_along(1, place, pixel) : 1.0;
   return mix(of_u, of_v, along_v);
 }
 `;
@@ -263,7 +285,8 @@ void main() {
   if (tile > 0) {
     vec4 of_place = number_of_tile(tile, 0);
     vec4 of_light = number_of_tile(tile, 1);
-    vec2 at = (fabric_uv - floor(fabric_uv)) * vec2(1.0, -1.0) + vec2(0.0, 1.0);
+    vec2 pixel = sqrt(uv_right * uv_right + uv_top * uv_top), place = place_of(fabric_uv, pixel);
+    vec2 at = (place - floor(place)) * vec2(1.0, -1.0) + vec2(0.0, 1.0);
     at = at * of_place.zw - of_light.xy;
     // The yarn there stands out of the plane, and rays of the image came from another side.
     vec3 view = (isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(vViewPosition)) * frame;
@@ -277,8 +300,8 @@ void main() {
     sum.rgb *= of_light.z * min(bright * of_light.w, cell_brighter);
     // Odd steps are yarn along v.
     int of_yarn = int(texelFetch(cell_heights, ivec2(of_place.xy + at + 0.5), 0).r * 255.0 + 0.5);
-    float along_v = of_yarn > 0 ? float(of_yarn & 1) : varied_numbers[fabric_side > 0.0 ? 4 : 5];
-    sum.rgb *= varied(along_v, sqrt(uv_right * uv_right + uv_top * uv_top));
+    float along_v = of_yarn > 0 ? float(of_yarn & 1) : varied_numbers[fabric_side > 0.0 ? 8 : 9];
+    sum.rgb *= varied(along_v, place, pixel);
   }
 #ifdef FABRIC_KEEPS_OPACITY
   if (!(sum.a > 0.0)) discard;
