@@ -240,20 +240,20 @@ YarnData stranded(const StitchPattern& described, const StitchPattern& laid) {
 
 /// The place on the yarn or ply whose surface is the nearest to a vertex.
 YarnPlace place_of(const V3f& vertex, const Yarns& yarns) {
-  const Yarns::Inside inside = yarns.inside();
+  const Yarns::Grid& grid = yarns.grid();
+  const std::span<const Yarns::Segment> segments = yarns.inside().segments;
   const V2f& period = yarns.period();
   const auto cell = [&](int axis) {
     const float repeats = vertex[axis] / period[axis];
-    return std::min(
-        static_cast<int>((repeats - std::floor(repeats)) * static_cast<float>(inside.cells[axis])),
-        inside.cells[axis] - 1);
+    return std::min(static_cast<int>((repeats - std::floor(repeats)) * static_cast<float>(grid.count[axis])),
+                    grid.count[axis] - 1);
   };
-  const Yarns::Cell& found = inside.grid[std::size_t{1} * cell(1) * inside.cells.x + cell(0)];
+  const Yarns::Cell& found = grid.cells[std::size_t{1} * cell(1) * grid.count.x + cell(0)];
   YarnHit nearest{-1, V3f(0, 0, 0)};
   float least = std::numeric_limits<float>::max();
-  for (const Yarns::Block& block : inside.blocks.subspan(found.first, found.blocks)) {
+  for (const Yarns::Block& block : std::span(grid.blocks).subspan(found.first, found.blocks)) {
     for (std::size_t lane = 0; lane < yarn_block; ++lane) {
-      const Yarns::Segment& s = inside.segments[block.segment[lane]];
+      const Yarns::Segment& s = segments[block.segment[lane]];
       if (!(block.radius[lane] > 0) || s.rank > 0) continue;
       V3f from_start = vertex - s.start;
       for (int axis = 0; axis < 2; ++axis)

@@ -8,8 +8,6 @@
 namespace selvedge {
 namespace {
 
-/// Segments of a ply that one piece stands for.
-constexpr std::array<int, 6> detail_lengths{1, 2, 3, 4, 6, 9};
 /// Largest turn along a piece of a ply, 14 degrees: beyond that the splatter's joints leave gaps in bends.
 constexpr float min_turn_cosine = 0.970F;
 constexpr std::size_t padding = 16;
@@ -90,7 +88,10 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
 }  // namespace
 
 CellYarn::CellYarn(const Yarns& yarns, float plane, std::span<const float> sky)
-    : yarns_(&yarns), plane_(plane), sky_(sky) {
+    : yarns_(&yarns),
+      plane_(plane),
+      sky_(sky),
+      details_(std::make_shared<std::array<Detail, detail_lengths.size()>>()) {
   for (const YarnCurve& curve : yarns.data().curves) flat_ |= !curve.is_round();
   int plies = 0;
   for (const Yarns::Segment& s : yarns.inside().segments) {
@@ -99,14 +100,15 @@ CellYarn::CellYarn(const Yarns& yarns, float plane, std::span<const float> sky)
     ++plies;
   }
   step_ /= static_cast<float>(plies);
-  for (const int segments : detail_lengths) details_.push_back(pieces_of(yarns, segments, step_));
 }
 
 const YarnPieces& CellYarn::pieces(float longest) const {
   std::size_t best = 0;
-  while (best + 1 < details_.size() && static_cast<float>(detail_lengths[best + 1]) * step_ <= longest)
+  while (best + 1 < detail_lengths.size() && static_cast<float>(detail_lengths[best + 1]) * step_ <= longest)
     ++best;
-  return details_[best];
+  Detail& detail = (*details_)[best];
+  std::call_once(detail.once, [&] { detail.pieces = pieces_of(*yarns_, detail_lengths[best], step_); });
+  return detail.pieces;
 }
 
 }  // namespace selvedge

@@ -5,6 +5,8 @@
 #pragma once
 
 #include <array>
+#include <memory>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -55,7 +57,8 @@ class CellYarn {
   float plane() const { return plane_; }
   std::span<const float> sky() const { return sky_; }
   bool is_flat() const { return flat_; }  ///< whether some section is an ellipse
-  /// The coarsest pieces that are at most `longest` mm long, or the finest.
+  /// The coarsest pieces that are at most `longest` mm long, or the finest. Each level is made when it is
+  /// first asked for.
   const YarnPieces& pieces(float longest) const;
 
  private:
@@ -63,8 +66,14 @@ class CellYarn {
   float plane_;
   std::span<const float> sky_;
   bool flat_ = false;
-  float step_ = 0;                   ///< mean length of a segment, mm
-  std::vector<YarnPieces> details_;  ///< of detail_lengths
+  float step_ = 0;  ///< mean length of a segment, mm
+  /// Segments of a ply that one piece stands for.
+  static constexpr std::array<int, 6> detail_lengths{1, 2, 3, 4, 6, 9};
+  struct Detail {
+    std::once_flag once;
+    YarnPieces pieces;
+  };
+  std::shared_ptr<std::array<Detail, detail_lengths.size()>> details_;
 };
 
 }  // namespace selvedge

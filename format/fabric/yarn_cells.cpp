@@ -9,14 +9,14 @@
 namespace selvedge {
 namespace {
 
-struct Grid {
+struct CellSizes {
   V2i cells;
   V2d cell;  ///< mm
   double half_diagonal;
 };
 
 /// Cells are as large as the yarn is thick, in the mean over its segments but hairs.
-Grid grid_of(double radius, const V2f& period_mm) {
+CellSizes sizes_of(double radius, const V2f& period_mm) {
   constexpr double max_cells = 1 << 20;
   const V2d period(period_mm);
   const double size =
@@ -38,8 +38,8 @@ struct Copy {
 
 /// Calls add(x, y) for each cell, of any repeat, that the segment reaches.
 template <class Add>
-void for_each_cell(const Yarns::Segment& s, const Grid& grid, const Add& add) {
-  const V2d cell = grid.cell;
+void for_each_cell(const Yarns::Segment& s, const CellSizes& sizes, const Add& add) {
+  const V2d cell = sizes.cell;
   const V2d a(s.start.x, s.start.y);
   const V2d along(s.along.x, s.along.y);
   const double reach = reach_of(s);
@@ -48,12 +48,12 @@ void for_each_cell(const Yarns::Segment& s, const Grid& grid, const Add& add) {
   for (int y = static_cast<int>(std::floor(low.y / cell.y));
        y <= static_cast<int>(std::floor(high.y / cell.y)); ++y) {
     // A long segment that lies aslant: the part near the row.
-    const double before = (y + 0.5) * cell.y - a.y - reach - grid.half_diagonal;
-    const double behind = (y + 0.5) * cell.y - a.y + reach + grid.half_diagonal;
+    const double before = (y + 0.5) * cell.y - a.y - reach - sizes.half_diagonal;
+    const double behind = (y + 0.5) * cell.y - a.y + reach + sizes.half_diagonal;
     const auto fraction_at = [&](double dy) { return std::clamp(dy / along.y, 0.0, 1.0); };
     const double from = along.y != 0 ? a.x + along.x * fraction_at(before) : low.x;
     const double to = along.y != 0 ? a.x + along.x * fraction_at(behind) : high.x;
-    const double margin = reach + grid.half_diagonal + cell.x;
+    const double margin = reach + sizes.half_diagonal + cell.x;
     const double left = std::max(low.x, std::min(from, to) - margin);
     const double right = std::min(high.x, std::max(from, to) + margin);
     for (int x = static_cast<int>(std::floor(left / cell.x));
@@ -61,7 +61,7 @@ void for_each_cell(const Yarns::Segment& s, const Grid& grid, const Add& add) {
       const V2d middle((x + 0.5) * cell.x, (y + 0.5) * cell.y);
       const double length2 = along.length2();
       const double fraction = length2 > 0 ? std::clamp((middle - a).dot(along) / length2, 0.0, 1.0) : 0;
-      if ((middle - a - along * fraction).length() <= reach + grid.half_diagonal) add(x, y);
+      if ((middle - a - along * fraction).length() <= reach + sizes.half_diagonal) add(x, y);
     }
   }
 }
@@ -113,21 +113,21 @@ double memory_of(const YarnData& data, const V2f& period) {
     radius += static_cast<double>(segment_count(c)) * static_cast<double>(radius_of_plies(c));
   }
   radius /= count;
-  const Grid grid = grid_of(radius, period);
+  const CellSizes sizes = sizes_of(radius, period);
   double entries = 0;
   for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
     for (const Yarns::Segment& s : segments_with_hairs(curve, nodes, period)) {
-      const double around = reach_of(s) + 2 * grid.half_diagonal;
+      const double around = reach_of(s) + 2 * sizes.half_diagonal;
       // The cells whose middles are near enough lie within these bounds about the segment.
       const double area = around * (2 * V2d(s.along.x, s.along.y).length() + std::numbers::pi * around);
-      entries += area / (grid.cell.x * grid.cell.y);
+      entries += area / (sizes.cell.x * sizes.cell.y);
     }
   });
-  return bytes_per_node * (count + hairs) + bytes_per_cell * grid.cells.x * grid.cells.y +
+  return bytes_per_node * (count + hairs) + bytes_per_cell * sizes.cells.x * sizes.cells.y +
          bytes_per_entry * entries;
 }
 
-void Yarns::place_in_cells() {
+Yarns::Grid Yarns::placed_in_cells() const {
   double radius = 0;  // mean over the segments but hairs
   double count = 0;
   for (const Segment& s : segments_) {
@@ -137,47 +137,48 @@ void Yarns::place_in_cells() {
     ++count;
   }
   radius /= count;
-  const Grid grid = grid_of(radius, period_);
+  const CellSizes sizes = sizes_of(radius, period_);
   const V2d period(period_);
-  cells_ = grid.cells;
-  cell_size_ = {period_.x / static_cast<float>(cells_.x), period_.y / static_cast<float>(cells_.y)};
+  const V2i cells = sizes.cells;
+  Grid grid{low_, high_, cells, period_ / V2f(cells), {}, {}};
 
-  std::vector<std::vector<Copy>> lists(static_cast<std::size_t>(cells_.x) * cells_.y);
+  std::vector<std::vector<Copy>> lists(static_cast<std::size_t>(cells.x) * cells.y);
   for (std::size_t i = 0; i < segments_.size(); ++i) {
-    for_each_cell(segments_[i], grid, [&](int x, int y) {
-      const V2i repeat(static_cast<int>(std::floor(static_cast<double>(x) / cells_.x)),
-                       static_cast<int>(std::floor(static_cast<double>(y) / cells_.y)));
-      lists[static_cast<std::size_t>(y - repeat.y * cells_.y) * cells_.x + (x - repeat.x * cells_.x)]
-          .push_back({static_cast<int>(i), V2f(-V2d(repeat.x * period.x, repeat.y * period.y))});
+    for_each_cell(segments_[i], sizes, [&](int x, int y) {
+      const V2i repeat(static_cast<int>(std::floor(static_cast<double>(x) / cells.x)),
+                       static_cast<int>(std::floor(static_cast<double>(y) / cells.y)));
+      lists[static_cast<std::size_t>(y - repeat.y * cells.y) * cells.x + (x - repeat.x * cells.x)].push_back(
+          {static_cast<int>(i), V2f(-V2d(repeat.x * period.x, repeat.y * period.y))});
     });
   }
   std::size_t blocks = 0;
   for (const auto& list : lists) blocks += (list.size() + yarn_block - 1) / yarn_block;
-  blocks_.reserve(blocks);
-  grid_.reserve(lists.size());
-  for (int y = 0; y < cells_.y; ++y) {
-    for (int x = 0; x < cells_.x; ++x) {
-      auto& list = lists[static_cast<std::size_t>(y) * cells_.x + x];
+  grid.blocks.reserve(blocks);
+  grid.cells.reserve(lists.size());
+  for (int y = 0; y < cells.y; ++y) {
+    for (int x = 0; x < cells.x; ++x) {
+      auto& list = lists[static_cast<std::size_t>(y) * cells.x + x];
       // Blocks of a few heights each, the highest first, and of hairs that vanish together: rays pass many of
       // them by.
       std::ranges::stable_sort(list, {}, [&](const Copy& c) {
         const Segment& s = segments_[c.segment];
         return std::pair(s.rank > 0 ? std::max(-3, std::ilogb(s.rank)) : -4, -2 * s.start.z - s.along.z);
       });
-      Cell placed{static_cast<std::uint32_t>(blocks_.size()), 0, std::numeric_limits<float>::max(),
+      Cell placed{static_cast<std::uint32_t>(grid.blocks.size()), 0, std::numeric_limits<float>::max(),
                   std::numeric_limits<float>::lowest()};
-      const V2d middle((x + 0.5) * grid.cell.x, (y + 0.5) * grid.cell.y);
+      const V2d middle((x + 0.5) * sizes.cell.x, (y + 0.5) * sizes.cell.y);
       for (std::size_t i = 0; i < list.size(); ++i) {
-        if (i % yarn_block == 0) blocks_.push_back(empty_block());
-        Block& block = blocks_.back();
+        if (i % yarn_block == 0) grid.blocks.push_back(empty_block());
+        Block& block = grid.blocks.back();
         put(segments_[list[i].segment], list[i], middle, i % yarn_block, block);
         placed.low = std::min(placed.low, block.low);
         placed.high = std::max(placed.high, block.high);
       }
-      placed.blocks = static_cast<std::uint32_t>(blocks_.size()) - placed.first;
-      grid_.push_back(placed);
+      placed.blocks = static_cast<std::uint32_t>(grid.blocks.size()) - placed.first;
+      grid.cells.push_back(placed);
     }
   }
+  return grid;
 }
 
 }  // namespace selvedge

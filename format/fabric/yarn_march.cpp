@@ -163,28 +163,27 @@ struct CellAxis {
 };
 
 template <std::size_t N>
-SELVEDGE_INLINE void walk(const Yarns::Inside& yarns, const V2f& period, const Ray& ray, bool shadow,
-                          Met& met) {
+SELVEDGE_INLINE void walk(const Yarns::Grid& grid, const V2f& period, const Ray& ray, bool shadow, Met& met) {
   const V3f& direction = ray.direction;
-  CellAxis x(ray.origin.x, direction.x, yarns.cell_size.x, yarns.cells.x);
-  CellAxis y(ray.origin.y, direction.y, yarns.cell_size.y, yarns.cells.y);
+  CellAxis x(ray.origin.x, direction.x, grid.size.x, grid.count.x);
+  CellAxis y(ray.origin.y, direction.y, grid.size.y, grid.count.y);
   const float overlap = yarn_slack * std::min(x.each, y.each);
-  const float beyond = yarn_slack * (yarns.high - yarns.low);
+  const float beyond = yarn_slack * (grid.high - grid.low);
   V3f origin = ray.origin;
   float entered = 0;
   for (int visited = 0; visited < max_cells_of_a_ray; ++visited) {
     const float left = std::min({x.next(), y.next(), ray.height});
-    const Yarns::Cell& cell = yarns.grid[static_cast<std::size_t>(y.cell) * yarns.cells.x + x.cell];
+    const Yarns::Cell& cell = grid.cells[static_cast<std::size_t>(y.cell) * grid.count.x + x.cell];
     const float from = origin.z + direction.z * entered;
     const float to = origin.z + direction.z * left;
     if (cell.blocks > 0 && std::min(from, to) <= cell.high + beyond &&
         std::max(from, to) >= cell.low - beyond) {
       const V3f at = origin + direction * entered -
-                     V3f((static_cast<float>(x.cell) + 0.5F) * yarns.cell_size.x,
-                         (static_cast<float>(y.cell) + 0.5F) * yarns.cell_size.y, 0);
+                     V3f((static_cast<float>(x.cell) + 0.5F) * grid.size.x,
+                         (static_cast<float>(y.cell) + 0.5F) * grid.size.y, 0);
       const V2f range(visited == 0 ? -no_yarn : -overlap, left - entered);
       for (std::uint32_t b = cell.first; b < cell.first + cell.blocks; ++b) {
-        const Yarns::Block& block = yarns.blocks[b];
+        const Yarns::Block& block = grid.blocks[b];
         if (block.low > std::max(from, to) + beyond || block.high < std::min(from, to) - beyond ||
             ray.width >= block.empty_for)
           continue;
@@ -202,8 +201,8 @@ SELVEDGE_INLINE void walk(const Yarns::Inside& yarns, const V2f& period, const R
   }
 }
 SELVEDGE_THREE_BODIES(walk,
-                      (const Yarns::Inside& yarns, const V2f& period, const Ray& ray, bool shadow, Met& met),
-                      (yarns, period, ray, shadow, met))
+                      (const Yarns::Grid& grid, const V2f& period, const Ray& ray, bool shadow, Met& met),
+                      (grid, period, ray, shadow, met))
 
 /// A ray through a point, mm, of any repeat; upwards or from above.
 Ray ray_of(const V2d& through, float height, const V3f& direction, float sign, const V2f& period) {
@@ -226,7 +225,7 @@ std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view,
   ray.height = above - low_;
   ray.width = width;
   Met met;
-  walk_all(inside(), period_, ray, false, met);
+  walk_all(grid(), period_, ray, false, met);
   if (met.segment < 0) return std::nullopt;
   return YarnHit{met.segment, met.from_start};
 }
@@ -236,7 +235,7 @@ bool Yarns::occluded(const V3f& from, const V3f& light) const {
   Ray ray = ray_of(V2d(V2f(from.x, from.y)), from.z, light, 1, period_);
   ray.height = std::max(0.0F, high_ - from.z);
   Met met;
-  walk_all(inside(), period_, ray, true, met);
+  walk_all(grid(), period_, ray, true, met);
   return met.segment >= 0;
 }
 

@@ -188,8 +188,16 @@ std::array<float, light_functions_of_yarn> light_basis(const V3f& l) {
 
 Yarns::Yarns(YarnData data, const V2f& period) : data_(std::move(data)), period_(period) {
   derive_segments();
-  place_in_cells();
-  variation_ = variation_of(*this);
+}
+
+const Yarns::Grid& Yarns::grid() const {
+  std::call_once(derived_->grid_once, [&] { derived_->grid = placed_in_cells(); });
+  return derived_->grid;
+}
+
+const Variation& Yarns::variation() const {
+  std::call_once(derived_->variation_once, [&] { derived_->variation = variation_of(*this); });
+  return derived_->variation;
 }
 
 YarnPoint Yarns::point_at(const YarnHit& hit) const {
@@ -349,8 +357,9 @@ V3f indirect_light(const LightTransfer& transfer, const V3f& light) {
 }
 
 float Yarns::factor_at(const V2d& uv, int curve) const {
-  if (curve < 0) return variation_at(variation_, repeat_place(uv), variation_.fraction);
-  return variation_at(variation_, repeat_place(uv), runs_along_v(data_.curves[curve], period_) ? 1.0F : 0.0F);
+  if (curve < 0) return variation_at(variation(), repeat_place(uv), variation().fraction);
+  return variation_at(variation(), repeat_place(uv),
+                      runs_along_v(data_.curves[curve], period_) ? 1.0F : 0.0F);
 }
 
 Shading Yarns::shade(const V2d& uv, float plane, const V3f& light, const V3f& view, bool varied) const {

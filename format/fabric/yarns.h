@@ -8,6 +8,8 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <vector>
@@ -185,7 +187,8 @@ class Yarns {
 
   const YarnData& data() const { return data_; }
   const V2f& period() const { return period_; }
-  const Variation& variation() const { return variation_; }
+  /// Made at the first call.
+  const Variation& variation() const;
 
   /// The first yarn that the ray from the viewer meets which passes the plane z = `plane` at (u, v). Rays
   /// rise by at least 1/32 a unit of way in the plane: a lower `view` counts as one that does. `width`: of
@@ -257,26 +260,28 @@ class Yarns {
     float low = 0;  ///< mm, of what the cell's segments reach
     float high = 0;
   };
-  /// Views of what rays are traced through, for programs that trace them elsewhere.
+  /// What rays are traced through.
+  struct Grid {
+    float low = 0, high = 0;  ///< mm, of the lowest and the highest point
+    V2i count{1, 1};
+    V2f size{1, 1};           ///< of a cell, mm
+    std::vector<Cell> cells;  ///< [row][column]
+    std::vector<Block> blocks;
+  };
+  /// Made at the first call: cloth that is splatted needs none.
+  const Grid& grid() const;
   struct Inside {
-    float low = 0;  ///< mm, of the lowest point
-    float high = 0;
-    V2i cells;
-    V2f cell_size;                       ///< mm
-    std::span<const Cell> grid;          ///< [row][column]
-    std::span<const Block> blocks;       ///< of the cells
+    float low = 0, high = 0;             ///< mm, of the lowest and the highest point
     std::span<const Segment> segments;   ///< one for each node of a yarn or ply
     std::span<const int> first_station;  ///< of each curve
     /// Factors of cosine and sine, by curve: strands of yarn turned over count from the mirrored angle.
     std::span<const V2f> strand_sense;
   };
-  Inside inside() const {
-    return {low_, high_, cells_, cell_size_, grid_, blocks_, segments_, first_station_, strand_sense_};
-  }
+  Inside inside() const { return {low_, high_, segments_, first_station_, strand_sense_}; }
 
  private:
   void derive_segments();
-  void place_in_cells();
+  Grid placed_in_cells() const;
 
   YarnData data_;
   V2f period_;
@@ -286,11 +291,12 @@ class Yarns {
   std::vector<int> first_segment_;  ///< of each curve; segments of a ply are adjacent
   std::vector<int> first_station_;  ///< of each curve
   std::vector<V2f> strand_sense_;
-  V2i cells_{1, 1};
-  V2f cell_size_{1, 1};
-  std::vector<Cell> grid_;
-  std::vector<Block> blocks_;
-  Variation variation_;
+  struct Derived {
+    std::once_flag grid_once, variation_once;
+    Grid grid;
+    Variation variation;
+  };
+  std::shared_ptr<Derived> derived_ = std::make_shared<Derived>();
 };
 
 /// Rows of the strands of a ply, or of a yarn without plies (yarn_strands.h). Ply in [0, count).

@@ -14,9 +14,9 @@ using test::Folder;
 namespace {
 
 double taken(const Yarns& yarns) {
-  const Yarns::Inside inside = yarns.inside();
-  return static_cast<double>(inside.grid.size_bytes() + inside.blocks.size_bytes() +
-                             inside.segments.size_bytes());
+  const Yarns::Grid& grid = yarns.grid();
+  return static_cast<double>(std::span(grid.cells).size_bytes() + std::span(grid.blocks).size_bytes() +
+                             yarns.inside().segments.size_bytes());
 }
 
 /// Thin yarn to and fro over a hundred repeats: a few nodes, thousands of cells for each.
