@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "format/base/guard.h"
+#include "format/cells/splat.h"
 
 namespace selvedge {
 namespace {
@@ -16,7 +18,7 @@ constexpr int rays = 192;
 /// Fraction of the covered area that rises above the plates of a thickness gauge, into their bearing.
 constexpr double bearing = 0.25;
 
-Yarns traceable(StitchPattern pattern, bool hairs) {
+Yarns yarns_with(StitchPattern pattern, bool hairs) {
   for (Yarn& yarn : pattern.yarns) yarn.hairiness = hairs ? yarn.hairiness : 0;
   YarnData data = value_or_throw(yarn_curves_of(pattern));
   data.light.resize(std::size_t{light_values_per_station} * counts_of(data).stations);
@@ -26,12 +28,14 @@ Yarns traceable(StitchPattern pattern, bool hairs) {
 
 /// Heights of the yarn, mm, where rays from above meet it.
 std::vector<float> heights_seen(const Yarns& yarns) {
+  const CellYarn cell(yarns, 0, {});
+  DepthGrid seen;
+  seen.resize(rays, rays, false);
+  splat(cell, cell.pieces(0), {}, seen);
   std::vector<float> heights;
   for (int y = 0; y < rays; ++y) {
-    for (int x = 0; x < rays; ++x) {
-      const auto hit = yarns.trace(V2d((x + 0.5) / rays, (y + 0.5) / rays), 0, V3f(0, 0, 1));
-      if (hit) heights.push_back(yarns.inside().segments[hit->segment].start.z + hit->from_start.z);
-    }
+    const auto row = seen.z.begin() + static_cast<std::ptrdiff_t>(y) * seen.stride;
+    std::copy_if(row, row + rays, std::back_inserter(heights), [](float z) { return z > no_depth; });
   }
   return heights;
 }
@@ -66,12 +70,12 @@ Result<TextileNumbers> textile_numbers(const StitchPattern& pattern, int stitche
     }
     numbers.weight = weight / (pattern.period_mm.x * pattern.period_mm.y);
     if (stitches > 0) numbers.tightness = roots / length * 10 * stitches / length;
-    const Yarns yarns = traceable(pattern, false);
+    const Yarns yarns = yarns_with(pattern, false);
     const std::vector<float> heights = heights_seen(yarns);
     const Yarns turned(turned_over(yarns, 0), yarns.period());
     numbers.thickness_mm = plate_height(heights) + plate_height(heights_seen(turned));
     numbers.cover = cover_of(heights);
-    numbers.cover_hairs = cover_of(heights_seen(traceable(pattern, true)));
+    numbers.cover_hairs = cover_of(heights_seen(yarns_with(pattern, true)));
     return numbers;
   });
 }
