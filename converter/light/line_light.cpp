@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <numeric>
 
@@ -21,15 +22,19 @@ constexpr int columns = columns_of_light;
 constexpr int orders = light_moments + 1;
 /// Weight of a place that hardly any view shows, and of covered ones.
 constexpr double covered_weight = 0.05;
-/// Fronts beyond which a station is one part: their light takes 500 bytes each.
+/// Fronts beyond which a station is one part: their light takes 350 bytes each.
 constexpr int many_fronts = 1 << 15;
+/// Directions whose lines are followed at a time, and links that are merged so.
+constexpr int directions_at_once = 8;
+constexpr std::size_t max_links = 1 << 21;
 /// The gloss of fibres as a lustre of the body, whose kernel is alike: light leaves at the angle to the fibre
 /// at which it came.
 constexpr float lustre_of_gloss = 0.7F;
 
 using Functions = std::array<float, functions>;
 using Moments = std::array<Functions, orders>;
-using Colours = std::array<float, columns>;  ///< [function][colour]
+template <typename T>
+using ByColour = std::array<T, 3>;
 
 std::array<float, orders> chebyshev(float x) { return {1, 2 * x, 4 * x * x - 1}; }
 
@@ -61,17 +66,102 @@ Wall wall_of(const YarnCurve& curve, const V3f& through) {
   return wall;
 }
 
-/// Rows of form factors without zeros.
-struct FormFactors {
-  std::vector<std::size_t> start{0};
-  std::vector<std::int32_t> column;
-  std::vector<float> weight;
+/// Light that patches get from each other, in the measure of the lines between them.
+class Exchange {
+ public:
+  struct Link {
+    std::int32_t to, from;
+    float area;  ///< of the line
+  };
+  struct Part {
+    std::int32_t from;
+    float weight;
+  };
+  explicit Exchange(int rows) : start_(rows + 1, 0) {}
+  /// Sums the areas of equal links.
+  void add(std::span<const Link> links);
+  /// Makes form factors of the sums.
+  void divide_by(std::span<const float> areas) {
+    for (std::size_t row = 0; row < areas.size(); ++row)
+      for (std::size_t k = start_[row]; k < start_[row + 1]; ++k) parts_[k].weight /= areas[row];
+  }
+  std::span<const Part> row(int patch) const {
+    return std::span(parts_).subspan(start_[patch], start_[patch + 1] - start_[patch]);
+  }
+
+ private:
+  std::vector<std::size_t> start_;
+  std::vector<Part> parts_;  ///< of each row by rising `from`
 };
+
+void Exchange::add(std::span<const Link> links) {
+  std::vector<std::size_t> first(start_.size() + 1, 0);
+  for (const Link& link : links) ++first[link.to + 2];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<Part> added(links.size());
+  for (const Link& link : links) added[first[link.to + 1]++] = {link.from, link.area};
+  std::vector<Part> sums;
+  sums.reserve(parts_.size() + added.size() / 2);
+  for (std::size_t row = 0; row + 1 < start_.size(); ++row) {
+    const std::span more(added.data() + first[row], first[row + 1] - first[row]);
+    std::ranges::stable_sort(more, {}, &Part::from);
+    const auto before = this->row(static_cast<int>(row));
+    const std::size_t begin = sums.size();
+    std::ranges::merge(before, more, std::back_inserter(sums), {}, &Part::from, &Part::from);
+    start_[row] = begin;
+    std::size_t end = begin;
+    for (std::size_t k = begin; k < sums.size(); ++k) {
+      if (end > begin && sums[end - 1].from == sums[k].from)
+        sums[end - 1].weight += sums[k].weight;
+      else
+        sums[end++] = sums[k];
+    }
+    sums.resize(end);
+  }
+  start_.back() = sums.size();
+  parts_ = std::move(sums);
+}
+
+/// Inner products of the functions over light from evenly all around, and their means.
+struct EvenLight {
+  std::array<Functions, functions> products{};
+  Functions mean{};
+  EvenLight() {
+    constexpr int count = 256;
+    for (int i = 0; i < count; ++i) {
+      const auto basis = light_basis(spiral_direction(i, count));
+      for (int j = 0; j < functions; ++j) {
+        mean[j] += basis[j] / count;
+        for (int k = 0; k < functions; ++k) products[j][k] += basis[j] * basis[k] / count;
+      }
+    }
+  }
+  /// The means of U_1 and U_2 by which they come nearest to the light under all lights.
+  std::array<double, light_moments> means_over(const Moments& met) const {
+    std::array<double, orders> sums{};
+    for (int n = 0; n < orders; ++n) {
+      for (int j = 0; j < functions; ++j) {
+        for (int k = 0; k < functions; ++k)
+          sums[n] += static_cast<double>(met[0][j] * products[j][k] * met[n][k]);
+      }
+    }
+    std::array<double, light_moments> means{};
+    for (int n = 0; n < light_moments && sums[0] > 0; ++n) means[n] = sums[n + 1] / sums[0];
+    return means;
+  }
+};
+const EvenLight& even_light() {
+  static const EvenLight even;
+  return even;
+}
 
 class LineLight {
  public:
   LineLight(const Yarns& yarns, std::span<const V3f> through, const LineLightOptions& options)
-      : yarns_(yarns), o_(options), patches_(yarns, parts_for(yarns), options.ground.has_value()) {
+      : yarns_(yarns),
+        o_(options),
+        patches_(yarns, parts_for(yarns), options.ground.has_value()),
+        exchange_(patches_.count()) {
     const auto& curves = yarns.data().curves;
     for (std::size_t c = 0; c < curves.size(); ++c) {
       walls_.push_back(wall_of(curves[c], through[c]));
@@ -81,20 +171,11 @@ class LineLight {
     lustre_.push_back(0);
     curve_.resize(patches_.count());
     for (int p = 0; p < patches_.count(); ++p) curve_[p] = patches_.curve_of(p);
-    cross();
-    factors_ = form_factors();
+    find_exchange();
   }
 
   /// Finds the light of every patch by way of others: from above, or from below.
-  bool light(bool below) {
-    direct_.assign(patches_.count(), Moments{});
-    light_directly(below);
-    light_first(below);
-    if (below || !o_.both_sides) crossings_ = {};
-    const bool settled = solve();
-    lit_[below ? 1 : 0] = std::move(light_);
-    return settled;
-  }
+  bool light(bool below);
   /// The places of a curve, lit from the sides that have been found.
   std::vector<LitPlace> places(int curve) const;
 
@@ -106,112 +187,82 @@ class LineLight {
     return fronts > many_fronts ? 1 : 2;
   }
   bool is_front(int patch) const { return patch < patches_.fronts(); }
-  bool is_inside(int patch) const { return !is_front(patch) && patch < patches_.first_hair(); }
+  bool is_inside(int patch) const { return patch >= patches_.first_inside(); }
   /// Diffuse light that goes back, of which a hair has all.
   V3f back_of(int patch) const {
     const Wall& wall = walls_[curve_[patch]];
     return is_front(patch) || patch >= patches_.first_ground() ? wall.back : wall.back + wall.through;
   }
 
-  void cross();
-  FormFactors form_factors();
+  void find_exchange();
   void light_directly(bool below);
   void light_first(bool below);
   void send_first(const PatchFace& from, const PatchFace& to, float area, bool with_moments);
-  void send(int patch);
-  bool solve();
+  void send(int patch, int colour, std::vector<Functions>& sent) const;
+  bool solve(int colour);
   void add_to(std::vector<LitPlace>& places, int curve, bool below) const;
 
   const Yarns& yarns_;
   LineLightOptions o_;
   YarnPatches patches_;
-  std::vector<Wall> walls_;    ///< of the curves, then of the ground
-  std::vector<float> lustre_;  ///< likewise
-  std::vector<int> curve_;     ///< of the patches
-  std::vector<LineCrossings> crossings_;
-  std::vector<float> area_;  ///< of the lines that pass a patch
-  FormFactors factors_;
-  std::vector<Moments> direct_;              ///< irradiance from the sky, by U_n of the light along the fibre
-  std::vector<Moments> met_;                 ///< light by way of one other patch, likewise, over all colours
-  std::vector<Colours> first_;               ///< irradiance by way of one other patch
-  std::vector<Colours> light_;               ///< irradiance by way of others
-  std::array<std::vector<Colours>, 2> lit_;  ///< the same from above and below, when it is found
-  std::vector<Colours> sent_;                ///< exitance of light that has been reflected before
+  std::vector<Wall> walls_;               ///< of the curves, then of the ground
+  std::vector<float> lustre_;             ///< likewise
+  std::vector<int> curve_;                ///< of the patches
+  std::vector<LineCrossings> crossings_;  ///< by direction, without what is inside
+  std::vector<float> area_;               ///< of the lines that pass a patch
+  Exchange exchange_;
+  std::vector<Moments> direct_;  ///< irradiance from the sky, by U_n of the light along the fibre
+  std::vector<Moments> met_;     ///< of fronts: light by way of one other patch, likewise, over all colours
+  std::vector<Functions> sky_;   ///< irradiance from the sky
+  std::vector<std::array<double, light_moments>> moments_;  ///< of fronts: of the light that they meet
+  using Light = ByColour<std::vector<Functions>>;
+  Light light_;               ///< irradiance by way of others
+  std::array<Light, 2> lit_;  ///< the same from above and below, when it is found
 };
 
-void LineLight::cross() {
+void LineLight::find_exchange() {
   float thinnest = 1e30F;
   for (const YarnCurve& curve : yarns_.data().curves) thinnest = std::min(thinnest, radius_of_plies(curve));
-  crossings_.resize(o_.directions);
-  parallel_for(0, o_.directions, [&](int i) {
-    crossings_[i] =
-        cross_yarn(yarns_, patches_, spiral_direction(i, o_.directions), o_.spacing * thinnest, i);
-  });
+  // About as many lines for each patch.
+  const float spacing = o_.spacing * thinnest * std::sqrt(2 / static_cast<float>(patches_.parts()));
   area_.assign(patches_.count(), 0);
-  for (const LineCrossings& c : crossings_) {
-    for (const auto& [upper, lower] : c.outside) {
-      area_[upper.patch] += c.area;
-      area_[lower.patch] += c.area;
+  std::vector<Exchange::Link> links;
+  const auto link = [&](int a, int b, float area) {
+    area_[a] += area;
+    area_[b] += area;
+    links.push_back({a, b, area});
+    links.push_back({b, a, area});
+  };
+  crossings_.resize(o_.directions);
+  for (int first = 0; first < o_.directions; first += directions_at_once) {
+    const int end = std::min(o_.directions, first + directions_at_once);
+    parallel_for(first, end, [&](int i) {
+      crossings_[i] = cross_yarn(yarns_, patches_, spiral_direction(i, o_.directions), spacing, i);
+    });
+    for (int i = first; i < end; ++i) {
+      LineCrossings& c = crossings_[i];
+      for (const auto& [upper, lower] : c.outside) link(upper.patch, lower.patch, c.area);
+      for (const auto& [a, b] : c.inside) link(patches_.inside_of(a), patches_.inside_of(b), c.area);
+      for (const auto* faces : {&c.lit, &c.lit_below}) {
+        for (const PatchFace& face : *faces) area_[face.patch] += c.area;
+      }
+      c.inside = std::vector<std::array<std::int32_t, 2>>();
+      c.outside.shrink_to_fit();
     }
-    for (const auto& pair : c.inside) {
-      for (const std::int32_t front : pair) area_[patches_.inside_of(front)] += c.area;
-    }
-    for (const auto* faces : {&c.lit, &c.lit_below}) {
-      for (const PatchFace& face : *faces) area_[face.patch] += c.area;
-    }
+    if (links.size() < max_links && end < o_.directions) continue;
+    exchange_.add(links);
+    links.clear();
   }
+  exchange_.divide_by(area_);
 }
 
-/// Merges the links to form factors.
-FormFactors LineLight::form_factors() {
-  const auto each = [&](const auto& visit) {
-    for (const LineCrossings& c : crossings_) {
-      for (const auto& [upper, lower] : c.outside) {
-        visit(upper.patch, lower.patch, c.area);
-        visit(lower.patch, upper.patch, c.area);
-      }
-      for (const auto& [a, b] : c.inside) {
-        visit(patches_.inside_of(a), patches_.inside_of(b), c.area);
-        visit(patches_.inside_of(b), patches_.inside_of(a), c.area);
-      }
-    }
-  };
-  const int rows = patches_.count();
-  std::vector<std::size_t> first(static_cast<std::size_t>(rows) + 1, 0);
-  each([&](int to, int, float) { ++first[to + 1]; });
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  struct Part {
-    std::int32_t from;
-    float weight;
-  };
-  FormFactors factors;
-  std::vector<Part> parts;
-  std::vector<std::size_t> next;
-  // Blocks of rows bound the memory.
-  constexpr std::size_t max_parts = 1 << 22;
-  for (int begin = 0; begin < rows;) {
-    int end = begin + 1;
-    while (end < rows && first[end + 1] - first[begin] <= max_parts) ++end;
-    parts.resize(first[end] - first[begin]);
-    next.assign(first.begin() + begin, first.begin() + end);
-    each([&](int to, int from, float area) {
-      if (to >= begin && to < end) parts[next[to - begin]++ - first[begin]] = {from, area};
-    });
-    for (int row = begin; row < end; ++row) {
-      const std::span of_row(parts.data() + (first[row] - first[begin]), first[row + 1] - first[row]);
-      std::ranges::stable_sort(of_row, {}, &Part::from);
-      for (const Part& part : of_row) {
-        if (factors.column.size() == factors.start.back() || factors.column.back() != part.from) {
-          factors.column.push_back(part.from);
-          factors.weight.push_back(0);
-        }
-        factors.weight.back() += part.weight / area_[row];
-      }
-      factors.start.push_back(factors.column.size());
-    }
-    begin = end;
-  }
-  return factors;
+bool LineLight::light(bool below) {
+  light_directly(below);
+  light_first(below);
+  std::array<bool, 3> settled{};
+  parallel_for(0, 3, [&](int colour) { settled[colour] = solve(colour); });
+  lit_[below ? 1 : 0] = std::move(light_);
+  return settled[0] && settled[1] && settled[2];
 }
 
 /// Projects light of the sky that the lines see on the functions, by least squares over their directions.
@@ -225,6 +276,7 @@ void LineLight::light_directly(bool below) {
     for (int k = 0; k < functions; ++k) basis(i, k) = static_cast<double>(values[k]);
   }
   const Eigen::MatrixXf project = (basis.transpose() * basis).ldlt().solve(basis.transpose()).cast<float>();
+  direct_.assign(patches_.first_inside(), Moments{});
   for (int i = 0; i < m; ++i) {
     const LineCrossings& c = crossings_[i];
     for (const PatchFace& face : below ? c.lit_below : c.lit) {
@@ -258,11 +310,11 @@ void LineLight::send_first(const PatchFace& from, const PatchFace& to, float are
     of_gloss *= -lustre_of_gloss;
   }
   const float weight = area / area_[to.patch];
-  Colours& irradiance = first_[to.patch];
-  for (int k = 0; k < functions; ++k) {
-    for (int c = 0; c < 3; ++c) irradiance[3 * k + c] += weight * (back[c] * body[k] + gloss[k]);
+  for (int c = 0; c < 3; ++c) {
+    Functions& irradiance = light_[c][to.patch];
+    for (int k = 0; k < functions; ++k) irradiance[k] += weight * (back[c] * body[k] + gloss[k]);
   }
-  if (!with_moments) return;
+  if (!with_moments || !is_front(to.patch)) return;
   const auto v = chebyshev(to.along);
   const float all = back.x + back.y + back.z;
   for (int n = 0; n < orders; ++n) {
@@ -271,70 +323,79 @@ void LineLight::send_first(const PatchFace& from, const PatchFace& to, float are
   }
 }
 
+/// Lights patches by way of one other, and keeps of the sky's light what is needed then.
 void LineLight::light_first(bool below) {
-  first_.assign(patches_.count(), Colours{});
-  if (!below) met_.assign(patches_.count(), Moments{});
+  for (std::vector<Functions>& light : light_) light.assign(patches_.count(), Functions{});
+  if (!below) met_.assign(patches_.fronts(), Moments{});
   for (const LineCrossings& c : crossings_) {
     for (const auto& [upper, lower] : c.outside) {
       send_first(upper, lower, c.area, !below);
       send_first(lower, upper, c.area, !below);
     }
   }
+  if (below || !o_.both_sides) crossings_ = std::vector<LineCrossings>();
+  sky_.clear();
+  for (const Moments& direct : direct_) sky_.push_back(direct[0]);
+  direct_ = std::vector<Moments>();
+  if (below) return;
+  for (const Moments& met : met_) moments_.push_back(even_light().means_over(met));
+  met_ = std::vector<Moments>();
 }
 
-/// Sends on the light that reached a patch by way of others, and the sky's through its wall.
-void LineLight::send(int patch) {
+/// Sends on the light of a colour that reached a patch by way of others, and the sky's through its wall.
+void LineLight::send(int patch, int colour, std::vector<Functions>& sent) const {
   const Wall& wall = walls_[curve_[patch]];
-  const Colours& light = light_[patch];
-  Colours& out = sent_[patch];
+  const std::vector<Functions>& all = light_[colour];
+  const Functions& light = all[patch];
+  Functions& out = sent[patch];
   if (is_inside(patch)) {
-    const int first = (patch - patches_.fronts()) * YarnPatches::inside_parts;
-    float all = 1e-30F;
-    Colours mean{};
+    const int first = (patch - patches_.first_inside()) * YarnPatches::inside_parts;
+    float area = 1e-30F;
+    Functions mean{};
     for (int p = first; p < first + YarnPatches::inside_parts; ++p) {
-      all += area_[p];
-      for (int k = 0; k < columns; ++k) mean[k] += area_[p] * (direct_[p][0][k / 3] + light_[p][k]);
+      area += area_[p];
+      for (int k = 0; k < functions; ++k) mean[k] += area_[p] * (sky_[p][k] + all[p][k]);
     }
-    for (int k = 0; k < columns; ++k)
-      out[k] = wall.inside_back[k % 3] * light[k] + wall.through[k % 3] * mean[k] / all;
+    for (int k = 0; k < functions; ++k)
+      out[k] = wall.inside_back[colour] * light[k] + wall.through[colour] * mean[k] / area;
     return;
   }
-  const V3f back = back_of(patch) + V3f(wall.gloss);
-  for (int k = 0; k < columns; ++k) out[k] = back[k % 3] * light[k];
+  const float back = back_of(patch)[colour] + wall.gloss;
+  for (int k = 0; k < functions; ++k) out[k] = back * light[k];
   if (!is_front(patch)) return;
-  const Colours& inside = light_[patches_.inside_of(patch)];
-  for (int k = 0; k < columns; ++k) out[k] += wall.through[k % 3] * inside[k];
+  const Functions& inside = all[patches_.inside_of(patch)];
+  for (int k = 0; k < functions; ++k) out[k] += wall.through[colour] * inside[k];
 }
 
-/// By Gauss and Seidel, in both orders by turns.
-bool LineLight::solve() {
+/// Adds to the light by way of one other patch what comes by way of more: by Gauss and Seidel, in both
+/// orders by turns.
+bool LineLight::solve(int colour) {
   constexpr int max_sweeps = 500;
   constexpr double tolerance = 2e-4;
-  light_ = first_;
-  sent_.assign(patches_.count(), Colours{});
-  for (int p = 0; p < patches_.count(); ++p) send(p);
+  const std::vector<Functions> by_one = light_[colour];
+  std::vector<Functions>& light = light_[colour];
+  std::vector<Functions> sent(patches_.count(), Functions{});
+  for (int p = 0; p < patches_.count(); ++p) send(p, colour, sent);
   double before = 0;
   for (int sweep = 0; sweep < max_sweeps; ++sweep) {
     double change = 0;
     double all = 0;
     for (int step = 0; step < patches_.count(); ++step) {
       const int p = sweep % 2 == 0 ? step : patches_.count() - 1 - step;
-      Colours sum = first_[p];
-      for (std::size_t k = factors_.start[p]; k < factors_.start[p + 1]; ++k) {
-        const Colours& from = sent_[factors_.column[k]];
-        const float weight = factors_.weight[k];
-        for (int i = 0; i < columns; ++i) sum[i] += weight * from[i];
+      Functions sum = by_one[p];
+      for (const auto& [from, weight] : exchange_.row(p)) {
+        const Functions& arriving = sent[from];
+        for (int k = 0; k < functions; ++k) sum[k] += weight * arriving[k];
       }
-      for (int c = 0; c < 3; ++c) {  // the first function is even light
-        change += std::abs(static_cast<double>(sum[c] - light_[p][c]));
-        all += std::abs(static_cast<double>(sum[c]));
-      }
-      light_[p] = sum;
-      send(p);
-      if (is_front(p)) send(patches_.inside_of(p));
+      // The first function is even light.
+      change += std::abs(static_cast<double>(sum[0] - light[p][0]));
+      all += std::abs(static_cast<double>(sum[0]));
+      light[p] = sum;
+      send(p, colour, sent);
+      if (is_front(p)) send(patches_.inside_of(p), colour, sent);
       if (is_inside(p)) {
-        const int first = (p - patches_.fronts()) * YarnPatches::inside_parts;
-        for (int front = first; front < first + YarnPatches::inside_parts; ++front) send(front);
+        const int first = (p - patches_.first_inside()) * YarnPatches::inside_parts;
+        for (int front = first; front < first + YarnPatches::inside_parts; ++front) send(front, colour, sent);
       }
     }
     // The rest of a geometric series is missing.
@@ -344,22 +405,6 @@ bool LineLight::solve() {
   }
   return false;
 }
-
-/// Inner products of the functions over light from evenly all around, and their means.
-struct EvenLight {
-  std::array<Functions, functions> products{};
-  Functions mean{};
-  EvenLight() {
-    constexpr int count = 256;
-    for (int i = 0; i < count; ++i) {
-      const auto basis = light_basis(spiral_direction(i, count));
-      for (int j = 0; j < functions; ++j) {
-        mean[j] += basis[j] / count;
-        for (int k = 0; k < functions; ++k) products[j][k] += basis[j] * basis[k] / count;
-      }
-    }
-  }
-};
 
 /// The place at an angle about a ply, between two stations.
 LitPlace place_at(const Yarns& yarns, int curve, float station, int ply, float angle) {
@@ -434,8 +479,8 @@ std::vector<LitPlace> LineLight::places(int c) const {
 }
 
 void LineLight::add_to(std::vector<LitPlace>& places, int c, bool below) const {
-  static const EvenLight even;
-  const std::vector<Colours>& light = lit_[below ? 1 : 0];
+  const EvenLight& even = even_light();
+  const Light& light = lit_[below ? 1 : 0];
   const YarnCurve& curve = yarns_.data().curves[c];
   const Gloss& gloss = curve.gloss;
   const V3f reflected =
@@ -446,28 +491,20 @@ void LineLight::add_to(std::vector<LitPlace>& places, int c, bool below) const {
     // Who sees a place from above has no light from below but the stored; the cloth turned over adds what
     // comes straight to places that face down.
     const bool direct = below && places[i].up > 0;
-    const Colours& inside = light[patches_.inside_of(front)];
+    const int inside = patches_.inside_of(front);
     std::array<double, 2> mean{};  // of the light that the surface reflects, and that comes through it
     for (int k = 0; k < columns; ++k) {
-      const float outside = light[front][k] + (direct ? direct_[front][0][k / 3] : 0);
+      const std::vector<Functions>& of_colour = light[k % 3];
+      const float outside = of_colour[front][k / 3] + (direct ? sky_[front][k / 3] : 0);
       const float back = reflected[k % 3] * outside;
-      const float through = walls_[c].through[k % 3] * inside[k];
+      const float through = walls_[c].through[k % 3] * of_colour[inside][k / 3];
       to[(below ? columns : 0) + k] = static_cast<double>((back + through) * std::numbers::inv_pi_v<float>);
-      mean[0] += static_cast<double>(reflected[k % 3] * light[front][k] * even.mean[k / 3]);
+      mean[0] += static_cast<double>(reflected[k % 3] * of_colour[front][k / 3] * even.mean[k / 3]);
       mean[1] += static_cast<double>(through * even.mean[k / 3]);
     }
     if (below || gloss.lustre == 0 || !(mean[0] > 0)) continue;
-    // The means of U_1 and U_2 by which they come nearest to the light under all lights.
-    const Moments& met = met_[front];
-    std::array<double, orders> products{};
-    for (int n = 0; n < orders; ++n) {
-      for (int j = 0; j < functions; ++j) {
-        for (int k = 0; k < functions; ++k)
-          products[n] += static_cast<double>(met[0][j] * even.products[j][k] * met[n][k]);
-      }
-    }
-    for (int n = 0; n < light_moments && products[0] > 0; ++n)
-      to[2 * columns + n] = products[n + 1] / products[0] * mean[0] / (mean[0] + mean[1]);
+    for (int n = 0; n < light_moments; ++n)
+      to[2 * columns + n] = moments_[front][n] * mean[0] / (mean[0] + mean[1]);
   }
 }
 

@@ -252,9 +252,9 @@ int YarnPatches::curve_of(int patch) const {
   const auto before = [](const std::vector<int>& firsts, int index) {
     return static_cast<int>(std::ranges::upper_bound(firsts, index) - firsts.begin()) - 1;
   };
+  if (patch >= first_inside()) return before(first_front_, (patch - first_inside()) * inside_parts);
   if (patch >= first_ground()) return static_cast<int>(first_front_.size());
-  if (patch >= first_hair()) return before(first_hair_, patch - first_hair());
-  return before(first_front_, patch < fronts_ ? patch : (patch - fronts_) * inside_parts);
+  return patch < fronts_ ? before(first_front_, patch) : before(first_hair_, patch - first_hair());
 }
 
 LineCrossings cross_yarn(const Yarns& yarns, const YarnPatches& patches, const V3f& direction, float spacing,

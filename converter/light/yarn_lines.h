@@ -14,7 +14,7 @@
 namespace selvedge {
 
 /// The surfaces of a cell in patches, numbered: outsides of plies (fronts) by curve, part of a station, ply
-/// and angle; their insides; hairs by curve and station; a ground.
+/// and angle; hairs by curve and station; a ground; the insides of plies.
 class YarnPatches {
  public:
   static constexpr int around = 16;       ///< fronts about a ply
@@ -26,10 +26,11 @@ class YarnPatches {
 
   int parts() const { return parts_; }
   int fronts() const { return fronts_; }
-  int first_hair() const { return fronts_ + fronts_ / inside_parts; }
+  int first_hair() const { return fronts_; }
   int first_ground() const { return first_hair() + hairs_; }
-  int count() const { return first_ground() + grounds_; }
-  int inside_of(int front) const { return fronts_ + front / inside_parts; }
+  int first_inside() const { return first_ground() + grounds_; }
+  int count() const { return first_inside() + fronts_ / inside_parts; }
+  int inside_of(int front) const { return first_inside() + front / inside_parts; }
   /// Precondition: the curve has the part and the ply.
   int front(int curve, int part, int ply, int angle) const {
     return first_front_[curve] + (part * yarns_.data().curves[curve].plies.count + ply) * around + angle;
