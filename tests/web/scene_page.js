@@ -79,9 +79,7 @@ export async function drawn(file, view, lights, environment) {
   const { width, height } = view;
   const target = new WebGLRenderTarget(width, height, { type: FloatType });
   renderer.setRenderTarget(target);
-  if (environment) {
-    await surround(scene, garment, environment);
-  }
+  if (environment) await surround(scene, garment, environment);
   const asked = performance.now();
   await settle(scene, camera_of(view), materials);
   const begin = performance.now();

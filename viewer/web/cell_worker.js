@@ -64,8 +64,7 @@ export class CellWorker {
   }
   async fabric({id, source}) {
     try {
-      const fabric = await opened(source), module = await this.#module;
-      const number = module.add_fabric(fabric);
+      const fabric = await opened(source), module = await this.#module, number = module.add_fabric(fabric);
       const result = {
         number,
         levels: fabric.levels,

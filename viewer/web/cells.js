@@ -1,4 +1,4 @@
-// The WebAssembly module of cell images (cells/module.cpp): takes fabrics of the reader and garments, gives tiles of an
+// The WebAssembly module of cell images (cells/module.cpp, fabrics.cpp): takes fabrics of the reader and garments, gives tiles of an
 // atlas. For one thread; in browsers the worker.
 import {Issue, LAYERS, SIDES, TRANSFER_VALUES, layer_channels, level_of_texels, pairs_at, read_layer} from './reader/index.js';
 
@@ -28,14 +28,11 @@ export class CellModule {
   }
 
   /** Sets the bytes of images; returns the rows of the atlas. */
-  set_memory(bytes) {
-    return this.#of.set_memory(Math.min(bytes, 2 ** 31));
-  }
+  set_memory = (bytes) => this.#of.set_memory(Math.min(bytes, 2 ** 31));
 
   /** The number of a fabric of open_fabric. Throws an Issue where a layer is broken. */
   add_fabric(fabric) {
-    const {texels, levels, mmPerRepeat, referenceHeight, thickness} = fabric, of = this.#of;
-    const {floats, words} = this.#input(7);
+    const {texels, levels, mmPerRepeat, referenceHeight, thickness} = fabric, of = this.#of, {floats, words} = this.#input(7);
     words.set([...texels, levels]);
     floats.set([...mmPerRepeat, referenceHeight, thickness], 3);
     const number = of.add_fabric();
@@ -50,8 +47,7 @@ export class CellModule {
   #add_side(number, fabric, side) {
     const {views, lights, layers, radianceScale = 1} = fabric;
     const {lobes, products, bases, yarns} = layers, counts = yarns ?? {curves: 0, nodes: 0, stations: 0, fields: 30};
-    const {floats, words} = this.#input(15);
-    const grid = (of) => of ? [of.columns, of.rows] : [1, 1];
+    const {floats, words} = this.#input(15), grid = (of) => of ? [of.columns, of.rows] : [1, 1];
     words.set([
       side, ...grid(views), ...grid(lights), lobes?.lobes ?? 0,
       products ? Math.max(...products.pairs.map((pairs) => pairs.length)) : 0, bases?.functions.views ?? 0,
@@ -64,8 +60,7 @@ export class CellModule {
       if (!layers[layer] || (side > 0 && layer === 'yarns')) continue;
       for (const k of layers[layer].levels) {
         if (level_of_texels(fabric, layer, k) !== k) continue;
-        const values = read_layer(fabric, layer, k);
-        const channels = layer_channels(layer, fabric).map((name) => values.get(name));
+        const values = read_layer(fabric, layer, k), channels = layer_channels(layer, fabric).map((name) => values.get(name));
         const pairs = layer === 'products' ? pairs_at(fabric, k).flat() : [], texels = channels[0]?.length ?? 0;
         const input = this.#input(pairs.length + texels * channels.length);
         input.words.set(pairs);
@@ -78,7 +73,7 @@ export class CellModule {
   /** The variation of a fabric, as its shader has it: { keys, runs, numbers }. */
   variation(number) {
     const at = this.#of.variation_of(number), words = this.#words(at, 18);
-    return {keys: new Uint32Array(words.slice(0, 6)), runs: words.slice(6), numbers: this.#floats(at + 72, 10).slice()};
+    return {keys: new Uint32Array(words.slice(0, 6)), runs: words.slice(6), numbers: this.#floats(at + 72, 14).slice()};
   }
 
   /** [red, green, blue, alpha] of a query of the conformance kit. */
@@ -104,9 +99,7 @@ export class CellModule {
     this.#input(shape.length).floats.set(shape);
     this.#of.pose_garment(number);
   }
-  remove_garment(number) {
-    this.#of.remove_garment(number);
-  }
+  remove_garment = (number) => this.#of.remove_garment(number);
 
   /** Begins a frame: `numbers` are a FrameInput, `lights` LightInputs (cells/module.cpp). Returns the patches in sight. */
   begin_frame(number, numbers, lights) {
@@ -116,9 +109,7 @@ export class CellModule {
     return this.#of.begin_frame(number, lights.length);
   }
   /** Makes images of the next `count` patches. Returns how many are left. */
-  make_images(number, count) {
-    return this.#of.make_images(number, count);
-  }
+  make_images = (number, count) => this.#of.make_images(number, count);
   /**
    * { first, entries, tiles, missing, wanted }: a garment's part of the table, all tiles, and of so many patches in front
    * those without an image.
@@ -133,9 +124,7 @@ export class CellModule {
       wanted,
     };
   }
-  remove_fabric(number) {
-    this.#of.remove_fabric(number);
-  }
+  remove_fabric = (number) => this.#of.remove_fabric(number);
   /**
    * Since the last call: whether images have found no room, so that the next frames' are coarser, and whether tiles have moved,
    * also other garments'.
@@ -144,13 +133,8 @@ export class CellModule {
     const events = this.#of.take_events();
     return {is_full: (events & 1) !== 0, has_moved: (events & 2) !== 0};
   }
-  forget_tiles() {
-    this.#of.forget_tiles();
-  }
-  /**
-   * Tiles that are new since the last call: { x, y, width, height, halves, heights }, four halves and a byte
-   * of each texel.
-   */
+  forget_tiles = () => this.#of.forget_tiles();
+  /** Tiles that are new since the last call: { x, y, width, height, halves, heights }, four halves and a byte of each texel. */
   take_uploads() {
     const count = this.#of.upload_count(), words = this.#words(this.#of.uploads_at(), 6 * count).slice();
     const tiles = Array.from({length: count}, (_, i) => {

@@ -6,6 +6,8 @@
 const {PI, cos, floor, hypot, max, sin} = Math;
 const MOST_WIDTH = 512, LAMP_COSINE = cos(20 * PI / 180), LAMP_BRIGHTNESS = 4, LEAST_LAMP = 0.01;
 export const MOST_LAMPS = 4;
+/** Integrals of the clamped cosine and the nine functions. */
+export const AROUND_WEIGHTS = [1, 2 / 3, 2 / 3, 2 / 3, 1 / 4, 1 / 4, 1 / 4, 1 / 4, 1 / 4].map((weight) => weight * Math.PI);
 
 /** Values of the nine functions of a unit direction, and the integrals of their squares. */
 export const smooth_basis = (x, y, z) => [1, x, y, z, x * y, x * z, y * z, x * x - y * y, 3 * z * z - 1];
@@ -83,8 +85,7 @@ export const smooth_factors = (basis, solid) => basis.map((value, k) => value * 
 
 /** Bright parts of a picture, and the picture without them: { lamps: [{ direction, irradiance }], rest }. */
 export function take_lamps(picture) {
-  const rest = enlarged(reduced(picture, MOST_WIDTH)), {radiance} = rest, lamps = [];
-  const whole = [0, 0, 0];
+  const rest = enlarged(reduced(picture, MOST_WIDTH)), {radiance} = rest, lamps = [], whole = [0, 0, 0];
   each(rest, (at, _, angle) => {
     for (let c = 0; c < 3; ++c) whole[c] += radiance[at + c] * angle;
   });

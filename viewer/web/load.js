@@ -15,9 +15,7 @@ async function fetched({url, headers, credentials}) {
   throw new Issue(is_missing ? 'FILE_MISSING' : 'FILE_UNREADABLE', url, `HTTP ${response.status}`);
 }
 
-/**
- * open_fabric() of a source: an ArrayBuffer, or { url, headers, credentials } as fetch() takes them. Throws an Issue.
- */
+/** open_fabric() of a source: an ArrayBuffer, or { url, headers, credentials } as fetch() takes them. Throws an Issue. */
 export async function opened(source) {
   const bytes = source instanceof ArrayBuffer ? source : await fetched(source);
   return open_fabric(new Uint8Array(bytes));

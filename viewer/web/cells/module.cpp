@@ -1,21 +1,14 @@
 // The WebAssembly module of the browser: cell images of the garments on a page, and their places in an atlas.
 //
-// Arguments that are arrays lie at the address that input() returns. Fabrics, garments and tiles have
-// numbers; a garment or tile that is removed leaves its number to another one. Tile 0 is no tile. Coordinates
-// are in the axes of their mesh, m.
+// Fabrics, garments and tiles have numbers; a garment or tile that is removed leaves its number to another
+// one. Tile 0 is no tile. Coordinates are in the axes of their mesh, m.
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <optional>
-#include <utility>
-#include <vector>
 
 #include "format/base/parallel.h"
-#include "format/fabric/evaluate.h"
-#include "format/fabric/level_values.h"
 #include "format/scene/tangents.h"
 #include "viewer/raster/raster.h"
-#include "viewer/web/cells/atlas.h"
+#include "viewer/web/cells/page.h"
 
 namespace selvedge {
 
@@ -24,26 +17,17 @@ void parallel_for(int begin, int end, const std::function<void(int)>& body) {
 }
 
 namespace web {
+
+Page page;
+
 namespace {
 
 // Messages that cells.js writes to input() and reads, in words of 32 bits.
 
-struct FabricInput {
-  std::int32_t width, height, levels;
-  V2f period;  ///< mm
-  float reference_height, thickness;
-};
-
-struct SideInput {
-  std::int32_t side;
-  DirectionGrid views, lights;
-  std::int32_t lobes, products, view_functions, light_functions;
-  YarnCounts yarns;
-  float radiance_scale;
-};
-
-struct VertexInput {
+struct ShapeInput {
   V3f position, normal;
+};
+struct VertexInput : ShapeInput {
   V2f uv;
 };
 
@@ -64,36 +48,6 @@ struct LightInput {
   V3f direction, irradiance, position;
 };
 
-/// By which the look-up finds a vertex's patch.
-struct ChartNumbers {
-  float entry;          ///< first of its chart in the table
-  float u, v;           ///< first of the chart
-  float smallest;       ///< patches along a repeat
-  float columns, rows;  ///< of the chart
-};
-
-/// A tile as the shader reads it.
-struct TileNumbers {
-  float x, y;
-  Group size;  ///< CellLook::size
-  float scale, brightness;
-  Group relief;
-};
-
-/// Of Variation::runs and Variation::places, along u and v each.
-struct VariationNumbers {
-  std::array<std::uint32_t, 6> keys;                ///< of the lattices
-  std::array<std::array<std::int32_t, 3>, 4> runs;  ///< rows, lengths and log2_repeats
-  std::array<V2f, 4> changes;                       ///< offset and change
-  V2f fraction_along_v;                             ///< of yarn seen from in front and from behind
-};
-
-struct Upload {
-  std::int32_t x, y, width, height;
-  const std::uint16_t* halves;  ///< four of each texel
-  const std::uint8_t* heights;  ///< in steps, 128: in the plane; 0: none
-};
-
 struct TableNumbers {
   std::uint32_t first, count;    ///< entries of the garment
   const std::uint16_t* entries;  ///< tiles of front and back
@@ -102,85 +56,17 @@ struct TableNumbers {
   std::uint32_t missing, in_front;  ///< patches in front that have no image of their own, and all in front
 };
 
-struct LoadedFabric {
-  Fabric fabric;
-  std::vector<std::pair<LayerShape, Fabric>> others;  ///< sides that are not added yet
-  LayerShape shape;
-  std::optional<FabricSides> sides;
-};
-
-/// A mesh in its fabric, and what is seen of it.
-struct Garment {
-  std::shared_ptr<const LoadedFabric> fabric;
-  MergedSurfaces mesh;
-  std::vector<V2d> uvs;
-  std::vector<std::uint32_t> corners;
-  std::vector<SurfaceMaterial> materials;
-  std::vector<FabricSides> sides;
-  std::unique_ptr<CellStore> store;
-  std::vector<ChartNumbers> charts;  ///< of the vertices
-  std::uint64_t first_image = 0;     ///< added to CellLook::image
-  std::size_t table = 0;             ///< its first entry in the atlas's table
-  Camera camera;
-  std::vector<Light> lights;
-  SmoothLight around;
-  DrawOptions options;
-  std::vector<PatchNeed> needs;  ///< of this frame, patches in front first
-  std::size_t in_front = 0;
-  std::vector<PatchNeed> visits;  ///< of these its images are made, or made again: the first in front, too
-  std::size_t visits_in_front = 0;
-  std::size_t done = 0;
-  struct Shown {
-    std::uint64_t image = 0;  ///< in the atlas's numbers
-    std::uint64_t at = 0;     ///< frame that last chose it
-  };
-  std::vector<Shown> shown;  ///< of patches and sides
-  double need = 0;           ///< for its images, bytes
-  std::vector<float> depths;
-  std::vector<std::uint8_t> flags;
-};
-
-/// Part of the atlas that images may fill: it has shelves of equal heights.
-constexpr double max_fill = 0.75;
 constexpr double min_fill = 0.05;
 /// A frame that moves visits one of so many patches that have images, in front and behind.
 constexpr int visits_of_front = 4;
 constexpr int visits_behind = 8;
+/// And makes so many bytes of a garment's images again at most.
+constexpr double max_remade = 200e3;
 /// Part of the atlas from which on it is not packed again.
 constexpr double max_packed = 0.85;
 /// A coarse frame, by which patches are found.
 constexpr int columns = 256;
 constexpr int rows = 256;
-
-/// All garments of a page, and the atlas of their images.
-struct Page {
-  std::vector<std::uint32_t> given;                    ///< by input()
-  std::vector<std::shared_ptr<LoadedFabric>> fabrics;  ///< null: removed
-  std::vector<std::unique_ptr<Garment>> garments;      ///< null: removed
-  std::uint64_t garments_made = 0;
-
-  Atlas atlas;
-  std::uint64_t frame = 1;
-  std::uint64_t atlas_mark = 1;
-  std::uint64_t packed_at = 0;  ///< frame
-  std::size_t image_memory = 0;
-  double fill = max_fill;
-  double full_need = 0;              ///< all_need() when images found no room
-  bool is_full = false;              ///< images have found no room since take_events()
-  bool has_moved = false;            ///< tiles have moved since take_events()
-  std::vector<std::uint16_t> table;  ///< [entry]: tiles of front and back
-  std::vector<TileNumbers> tiles;
-  struct {
-    std::vector<Upload> list;
-    std::vector<std::vector<std::uint16_t>> halves;
-    std::vector<std::vector<std::uint8_t>> heights;
-  } uploads;
-} page;
-
-template <class T>
-const T* input_as() {
-  return reinterpret_cast<const T*>(page.given.data());
-}
 
 /// Images as halves: sign and one bit of the fraction differ (CellTexel).
 void upload(const CellLook& look, TileNumber number) {
@@ -318,7 +204,7 @@ void draw_depths(Garment& garment, const ProjectedVertices& projected) {
 }
 
 /// Notes what is in sight: depths of a coarse frame, then which triangles lie behind them.
-void look_for_patches(Garment& garment) {
+void mark_visible(Garment& garment) {
   const MergedSurfaces& mesh = garment.mesh;
   const Patches& patches = garment.store->patches();
   const ProjectedVertices projected = project(mesh, clip_matrix(garment.camera, V3d(0, 0, 0)), columns, rows);
@@ -368,12 +254,10 @@ void look_for_patches(Garment& garment) {
   }
   garment.needs.clear();
   const auto add = [&](std::uint8_t mask, std::uint8_t without) {
-    for (std::uint32_t i = 0; i < garment.flags.size(); ++i) {
-      for (std::uint32_t side = 0; side < 2; ++side) {
-        const int flag = garment.flags[i] >> side;
-        if (patches.shown(i).in_frame && (flag & mask) != 0 && (flag & without) == 0)
-          garment.needs.push_back({2 * i + side, ~0U, 0});
-      }
+    for (PatchSide i = 0; i < 2 * garment.flags.size(); ++i) {
+      const int flag = garment.flags[i / 2] >> i % 2;
+      if (patches.shown(i / 2).in_frame && (flag & mask) != 0 && (flag & without) == 0)
+        garment.needs.push_back({i, ~0U, 0});
     }
   };
   add(1, 0);
@@ -424,8 +308,13 @@ std::size_t room_in_table(std::size_t entries) {
   return first;
 }
 
-/// Gives a garment's mesh a shape: positions, and normals and tangents with them.
-Tangents take_shape(Garment& garment, const std::vector<V3d>& positions, const std::vector<V3d>& normals) {
+/// Gives a garment's mesh a shape: positions and normals of vertices, and tangents with them.
+Tangents take_shape(Garment& garment, const auto& vertices) {
+  std::vector<V3d> positions, normals;
+  for (const auto& vertex : vertices) {
+    positions.emplace_back(vertex.position);
+    normals.push_back(V3d(vertex.normal).normalized());
+  }
   Tangents tangents = compute_tangents(positions, normals, garment.uvs, garment.corners, Facing::normals);
   MergedSurfaces& mesh = garment.mesh;
   mesh.positions.clear();
@@ -456,8 +345,6 @@ Tangents take_shape(Garment& garment, const std::vector<V3d>& positions, const s
 using namespace selvedge;
 using namespace selvedge::web;
 
-#define EXPORT(name) extern "C" __attribute__((export_name(#name)))
-
 /// Address of room for so many numbers of 32 bits.
 EXPORT(input) void* input(std::uint32_t count) {
   page.given.resize(count);
@@ -471,131 +358,6 @@ EXPORT(set_memory) std::uint32_t set_memory(std::uint32_t bytes) {
   page.image_memory = std::clamp(bytes, least, most);
   page.atlas.set_rows(static_cast<int>(page.image_memory / ((sizeof(CellTexel) + 1) * Atlas::width)));
   return static_cast<std::uint32_t>(page.atlas.rows());
-}
-
-/// Begins a fabric; input: FabricInput. Returns its number.
-EXPORT(add_fabric) std::uint32_t add_fabric() {
-  const auto& in = *input_as<FabricInput>();
-  Fabric& fabric = page.fabrics.emplace_back(std::make_shared<LoadedFabric>())->fabric;
-  fabric.period_mm = in.period;
-  fabric.reference_height = in.reference_height;
-  fabric.thickness_mm = in.thickness;
-  for (int k = 0; k < in.levels; ++k) {
-    FabricLevel& level = fabric.levels.emplace_back();
-    level.width = level_size(in.width, k);
-    level.height = level_size(in.height, k);
-  }
-  return static_cast<std::uint32_t>(page.fabrics.size() - 1);
-}
-
-/// Begins a side of a fabric; input: SideInput.
-EXPORT(add_side) void add_side(std::uint32_t number) {
-  LoadedFabric& loaded = *page.fabrics[number];
-  const auto& in = *input_as<SideInput>();
-  const LayerShape shape{static_cast<Side>(in.side),
-                         in.lobes,
-                         std::max(in.views.count(), 1),
-                         std::max(in.lights.count(), 1),
-                         in.products,
-                         in.view_functions,
-                         in.light_functions,
-                         in.yarns,
-                         loaded.fabric.levels.front().texels()};
-  Fabric* side = &loaded.fabric;
-  if (shape.side == Side::front) {
-    loaded.shape = shape;
-  } else {
-    side = &loaded.others.emplace_back(shape, loaded.fabric).second;
-    for (FabricLevel& level : side->levels) {
-      FabricLevel fresh;
-      fresh.width = level.width;
-      fresh.height = level.height;
-      level = fresh;
-    }
-    side->sides = {};
-  }
-  side->side = shape.side;
-  side->views = in.views;
-  side->lights = in.lights;
-  side->radiance_scale = in.radiance_scale;
-}
-
-/// Sets a layer of the side that was begun last; input: pairs of products (whole, two each), then its
-/// channels of all texels.
-EXPORT(add_layer)
-void add_layer(std::uint32_t number, std::uint32_t kind, std::uint32_t k, std::uint32_t channels,
-               std::uint32_t pairs) {
-  LoadedFabric& loaded = *page.fabrics[number];
-  const LayerShape& shape = loaded.others.empty() ? loaded.shape : loaded.others.back().first;
-  FabricLevel& level = (loaded.others.empty() ? loaded.fabric : loaded.others.back().second).levels[k];
-  const auto* whole = input_as<std::int32_t>();
-  for (std::uint32_t i = 0; i < pairs; ++i) level.pairs.emplace_back(whole[2 * i], whole[2 * i + 1]);
-  const auto texels = static_cast<std::size_t>(level.texels());
-  std::vector<std::vector<float>> planes;
-  const float* from = input_as<float>() + 2 * std::size_t{pairs};
-  for (std::uint32_t i = 0; i < channels; ++i, from += texels) planes.emplace_back(from, from + texels);
-  std::vector<const std::vector<float>*> pointers;
-  for (const std::vector<float>& plane : planes) pointers.push_back(&plane);
-  set_pixels(level, static_cast<LayerKind>(kind), shape, pointers);
-}
-
-/// Ends a fabric; `shown` of other sides: input, [side][level], the level whose texels a level shows. Returns
-/// 0 where it is refused.
-EXPORT(end_fabric) std::uint32_t end_fabric(std::uint32_t number) {
-  LoadedFabric& loaded = *page.fabrics[number];
-  Fabric& fabric = loaded.fabric;
-  const auto share_bases = [](Fabric& side) {
-    const std::shared_ptr<const ProductBases> bases = side.levels.front().bases;
-    for (FabricLevel& level : side.levels) level.bases = level.has(LayerKind::products) ? bases : nullptr;
-  };
-  share_bases(fabric);
-  IssueSink sink("");
-  if (loaded.shape.yarns.curves > 0)
-    restore_yarns(fabric.levels.front(), loaded.shape, fabric.period_mm, default_memory, sink);
-  if (sink.has_error()) return 0;
-  const auto* shown = input_as<std::int32_t>();
-  for (auto& [shape, side] : loaded.others) {
-    share_bases(side);
-    restore_light_through(fabric.levels.front(), side.levels.front());
-    const int levels = static_cast<int>(side.levels.size());
-    for (int k = 0; k < levels; ++k, ++shown)
-      if (*shown > k) side.levels[k].take_texels(side.levels[*shown], *shown - k);
-    fabric.add_side(std::move(side));
-  }
-  loaded.others.clear();
-  loaded.sides.emplace(fabric);
-  return 1;
-}
-
-EXPORT(variation_of) const VariationNumbers* variation_of(std::uint32_t number) {
-  static VariationNumbers result;
-  const FabricSides& sides = *page.fabrics[number]->sides;
-  const auto& yarns = sides.front->levels.front().yarns();
-  const Variation variation = yarns ? yarns->variation() : Variation{};
-  const auto& behind = sides.seen_from(true).levels.front().yarns();
-  for (std::uint32_t i = 0; i < result.keys.size(); ++i) result.keys[i] = variation_key(variation.seed, i);
-  for (std::size_t i = 0; i < result.runs.size(); ++i) {
-    const YarnRuns& runs = (i < 2 ? variation.runs : variation.places)[i % 2];
-    result.runs[i] = {runs.rows, runs.lengths, runs.log2_repeats};
-    result.changes[i] = {runs.offset, runs.change};
-  }
-  result.fraction_along_v = {variation.fraction, behind ? behind->variation().fraction : 0};
-  return &result;
-}
-
-/// f and alpha, of a texel or at texture coordinates (evaluate.h). Input: light and view.
-EXPORT(evaluate_query)
-const V4f* evaluate_query(std::uint32_t number, std::uint32_t behind, std::uint32_t of_texel, double level,
-                          double x, double y) {
-  static V4f result;
-  const Fabric& seen = page.fabrics[number]->sides->seen_from(behind != 0);
-  const V3f& light = input_as<V3f>()[0];
-  const V3f& view = input_as<V3f>()[1];
-  const Shading shading = of_texel != 0 ? evaluate(seen, static_cast<int>(level), static_cast<int>(x),
-                                                   static_cast<int>(y), light, view)
-                                        : evaluate(seen, level, V2d(x, y), light, view);
-  result = V4f(shading.radiance.x, shading.radiance.y, shading.radiance.z, shading.alpha);
-  return &result;
 }
 
 /// Adds a mesh in a fabric; input: VertexInput of each vertex, then three vertices of each triangle (whole).
@@ -613,17 +375,11 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
   SurfaceMaterial& material = garment.materials.emplace_back();
   material.fabric = 0;
   material.keeps_opacity = true;
-  std::vector<V3d> positions;
-  std::vector<V3d> normals;
-  const auto* const given = input_as<VertexInput>();
-  for (const VertexInput& v : std::span(given, vertices)) {
-    positions.emplace_back(v.position);
-    normals.push_back(V3d(v.normal).normalized());
-    garment.uvs.emplace_back(v.uv);
-  }
-  const auto* const corners = reinterpret_cast<const std::uint32_t*>(given + vertices);
+  const std::span given(input_as<VertexInput>(), vertices);
+  for (const VertexInput& v : given) garment.uvs.emplace_back(v.uv);
+  const auto* const corners = reinterpret_cast<const std::uint32_t*>(given.data() + vertices);
   garment.corners.assign(corners, corners + 3 * std::size_t{triangles});
-  const Tangents tangents = take_shape(garment, positions, normals);
+  const Tangents tangents = take_shape(garment, given);
   const MergedSurfaces& mesh = garment.mesh;
   const auto same = std::ranges::find_if(
       garments, [&](const auto& other) { return other && other->store && other->fabric == garment.fabric; });
@@ -654,13 +410,7 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
 /// Gives a garment another shape; input: position and normal of each vertex.
 EXPORT(pose_garment) void pose_garment(std::uint32_t number) {
   Garment& garment = *page.garments[number];
-  std::vector<V3d> positions;
-  std::vector<V3d> normals;
-  for (const auto& [position, normal] : std::span(input_as<std::array<V3f, 2>>(), garment.uvs.size())) {
-    positions.emplace_back(position);
-    normals.push_back(V3d(normal).normalized());
-  }
-  take_shape(garment, positions, normals);
+  take_shape(garment, std::span(input_as<ShapeInput>(), garment.uvs.size()));
   garment.store->take_shape();
 }
 EXPORT(charts_of) const ChartNumbers* charts_of(std::uint32_t garment) {
@@ -679,16 +429,15 @@ EXPORT(take_events) std::uint32_t take_events() {
 EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_t lights) {
   Garment& garment = *page.garments[number];
   const auto& in = *input_as<FrameInput>();
-  Camera& camera = garment.camera;
-  camera.projection = in.is_parallel != 0 ? Projection::parallel : Projection::perspective;
-  camera.position = V3d(in.position);
-  camera.right = V3d(in.right);
-  camera.up = V3d(in.up);
-  camera.to_viewer = V3d(in.to_viewer);
-  camera.window_centre = V2d(in.window_centre);
-  camera.window_half = V2d(in.window_half);
-  camera.near = in.near;
-  camera.far = in.far;
+  garment.camera = {.projection = in.is_parallel != 0 ? Projection::parallel : Projection::perspective,
+                    .position = V3d(in.position),
+                    .right = V3d(in.right),
+                    .up = V3d(in.up),
+                    .to_viewer = V3d(in.to_viewer),
+                    .window_centre = V2d(in.window_centre),
+                    .window_half = V2d(in.window_half),
+                    .near = in.near,
+                    .far = in.far};
   DrawOptions& options = garment.options;
   options.cells = moving_cell_images;
   if (in.remade >= 1) options.cells.patches.pixels = 48;
@@ -697,26 +446,26 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   options.cells.memory = page.image_memory / page.garments.size();
   if (in.remade < 1) {
     if (all_need() < 0.9 * page.full_need) page.fill = max_fill;
-    options.cells.remade = std::min(visits_of_front * in.remade, 0.99F);
+    const auto affordable = static_cast<float>(max_remade / std::max(garment.need, 1.0));
+    options.cells.remade = std::min(visits_of_front * std::min(in.remade, affordable), 0.99F);
   }
   options.levels.forced = static_cast<int>(in.forced_level);
   garment.around.factors = in.around;
   garment.around = turned(garment.around, in.around_axes[0], in.around_axes[1], in.around_axes[2]);
   garment.lights.clear();
   for (const LightInput& given : std::span(reinterpret_cast<const LightInput*>(&in + 1), lights)) {
-    Light& light = garment.lights.emplace_back();
-    light.kind = static_cast<LightKind>(static_cast<int>(given.kind));
-    light.direction = V3d(given.direction);
-    light.irradiance = given.irradiance;
-    light.position = V3d(given.position);
+    garment.lights.push_back({.direction = V3d(given.direction),
+                              .irradiance = given.irradiance,
+                              .kind = static_cast<LightKind>(static_cast<int>(given.kind)),
+                              .position = V3d(given.position)});
   }
   ++page.frame;
   CellLights cell_lights;
   cell_lights.lights = garment.lights;
   cell_lights.around = in.has_around != 0 ? &garment.around : nullptr;
   garment.store->end();
-  garment.store->begin(camera, V2i(in.size), options, 1, cell_lights);
-  look_for_patches(garment);
+  garment.store->begin(garment.camera, V2i(in.size), options, 1, cell_lights);
+  mark_visible(garment);
   return static_cast<std::uint32_t>(garment.visits.size());
 }
 
@@ -760,6 +509,9 @@ EXPORT(table_of) const TableNumbers* table_of(std::uint32_t number) {
     for (std::uint32_t side = 0; side < 2; ++side)
       to[2 * i + side] = same ? to[2 * i + side - 2] : shown(chosen[i], side);
   }
+  // Without those, its neighbours.
+  for (std::size_t i = 2; i < 2 * chosen.size(); ++i) to[i] = to[i] != 0 ? to[i] : to[i - 2];
+  for (std::size_t i = 2 * chosen.size(); i-- > 2;) to[i - 2] = to[i - 2] != 0 ? to[i - 2] : to[i];
   std::uint32_t missing = 0;
   for (std::size_t i = 0; i < garment.in_front; ++i)
     missing += tile_of(garment.needs[i].patch / 2, garment.needs[i].patch % 2) == 0 ? 1 : 0;

@@ -25,9 +25,7 @@ function bytes_of(element) {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
 }
 const note = by_id('note');
-const tell = (text) => {
-  note.textContent += `${text}\n`;
-};
+const tell = (text) => void (note.textContent += `${text}\n`);
 
 // Edges are smoothed by finer pixels at rest: rasterisers in software shade every sample of a smoothed canvas.
 const renderer = new WebGLRenderer({canvas: by_id('view')});

@@ -1,5 +1,4 @@
-// The layers of a fabric (spec/fabric.md): which channels their parts have, and how
-// many numbers of them mean something.
+// The layers of a fabric (spec/fabric.md): which channels their parts have, and how many numbers of them mean something.
 
 export const LAYERS = ['lobes', 'frame', 'table', 'opacity', 'light', 'products', 'bases', 'yarns', 'indirect'];
 /** Those of level 0 alone, with numbers that belong to no texel but are spread over the texels. */
@@ -20,10 +19,7 @@ const each = (n, make) => Array.from({length: n}, (_, i) => make(i));
 export const direction_name = (layer, k, suffix = '') => `${layer}.${String(k).padStart(4, '0')}${suffix}`;
 export const grid_size = (grid) => grid ? grid.columns * grid.rows : 0;
 
-/**
- * How many numbers the bases are: { of_views, all }, from the members of the text; numbers of views come
- * first.
- */
+/** How many numbers the bases are: { of_views, all }, from the members of the text; numbers of views come first. */
 export function base_count({views, lights, layers: {bases}}) {
   const of_views = bases.functions.views * grid_size(views);
   return {of_views, all: of_views + 3 * bases.functions.lights * grid_size(lights)};

@@ -20,10 +20,7 @@ const MIX_1 = 0x165667919E3779F9n, MIX_2 = 0x9FB21C651E98DF25n;
 
 const u64 = (x) => BigInt.asUintN(64, x);
 const secret = (at) => SECRET.getBigUint64(at, true);
-const fold = (a, b) => {
-  const m = a * b;
-  return u64(m) ^ (m >> 64n);
-};
+const fold = (a, b) => u64(a * b) ^ (a * b >> 64n);
 
 function avalanche(x) {
   x ^= x >> 37n;
@@ -46,17 +43,14 @@ function swap(x, bytes) {
 }
 
 function up_to_3(data) {
-  const n = data.length;
-  const low = (data[0] << 16 | data[n >> 1] << 24 | data[n - 1] | n << 8) >>> 0;
-  const turned = Number(swap(BigInt(low), 4));
-  const high = (turned << 13 | turned >>> 19) >>> 0;
+  const n = data.length, low = (data[0] << 16 | data[n >> 1] << 24 | data[n - 1] | n << 8) >>> 0;
+  const turned = Number(swap(BigInt(low), 4)), high = (turned << 13 | turned >>> 19) >>> 0;
   const key = (at) => BigInt((SECRET.getUint32(at, true) ^ SECRET.getUint32(at + 4, true)) >>> 0);
   return [avalanche_64(BigInt(low) ^ key(0)), avalanche_64(BigInt(high) ^ key(8))];
 }
 
 function up_to_8(data) {
-  const n = data.length;
-  const view = view_of(data);
+  const n = data.length, view = view_of(data);
   const word = BigInt(view.getUint32(0, true)) | BigInt(view.getUint32(n - 4, true)) << 32n;
   const m = (word ^ secret(16) ^ secret(24)) * (P64_1 + BigInt(n << 2));
   let low = u64(m);
@@ -67,8 +61,7 @@ function up_to_8(data) {
 }
 
 function up_to_16(data) {
-  const n = data.length;
-  const first = view_of(data).getBigUint64(0, true);
+  const n = data.length, first = view_of(data).getBigUint64(0, true);
   let last = view_of(data).getBigUint64(n - 8, true);
   const m = (first ^ last ^ secret(32) ^ secret(40)) * P64_1;
   let low = u64(u64(m) + (BigInt(n - 1) << 54n));
@@ -80,8 +73,7 @@ function up_to_16(data) {
 }
 
 function up_to_240(data) {
-  const n = data.length;
-  const view = view_of(data), word = (at) => view.getBigUint64(at, true);
+  const n = data.length, view = view_of(data), word = (at) => view.getBigUint64(at, true);
   const mix_16 = (at, key) => fold(word(at) ^ secret(key), word(at + 8) ^ secret(key + 8));
   let low = u64(BigInt(n) * P64_1), high = 0n;
   const mix_32 = (first, second, key) => {
@@ -135,8 +127,7 @@ function any_length(data) {
     // The end of a block of 16 stripes, unless the data ends here: then only the last stripe follows.
     if (at + 64 >= n) continue;
     for (let i = 0; i < 8; ++i) {
-      const low = (lows[i] ^ highs[i] >>> 15 ^ SECRET_WORDS[32 + 2 * i]) >>> 0;
-      const high = highs[i] ^ SECRET_WORDS[33 + 2 * i];
+      const low = (lows[i] ^ highs[i] >>> 15 ^ SECRET_WORDS[32 + 2 * i]) >>> 0, high = highs[i] ^ SECRET_WORDS[33 + 2 * i];
       lows[i] = Math.imul(low, PRIME);
       highs[i] = upper_half(low, PRIME) + (Math.imul(high, PRIME) >>> 0);
     }

@@ -1,6 +1,6 @@
 // The environments of three.js as fabrics are drawn in them.
 import { DataUtils, EquirectangularReflectionMapping, FloatType, HalfFloatType, Matrix3, Matrix4, Vector3 } from 'three';
-import {MOST_LAMPS, divide} from '../environment.js';
+import {AROUND_WEIGHTS, MOST_LAMPS, divide} from '../environment.js';
 
 /** From three.js's axes of an environment, the middle column along x, to the axes of environment.js. */
 const FROM_THREE = new Matrix3(0, 0, 1, 0, 1, 0, -1, 0, 0);
@@ -35,6 +35,7 @@ function light_of(texture) {
 const vectors = (count) => Array.from({length: count}, () => new Vector3());
 export const around_uniforms = () => ({
   around_factors: {value: vectors(9)},
+  around_brightness: {value: new Matrix3()},
   around_lamp_directions: {value: vectors(MOST_LAMPS)},
   around_lamp_irradiances: {value: vectors(MOST_LAMPS)},
   around_lamp_count: {value: 0},
@@ -64,6 +65,7 @@ export function set_around(uniforms, material, scene) {
   rotation.makeRotationFromEuler(of ? of.envMapRotation : scene.environmentRotation);
   uniforms.around_from_world.value.setFromMatrix4(rotation).transpose().premultiply(FROM_THREE);
   light.rest.forEach((factor, k) => uniforms.around_factors.value[k].fromArray(factor).multiplyScalar(strength));
+  uniforms.around_brightness.value.fromArray(light.rest.map(([r, g, b], k) => (r + g + b) / 3 * AROUND_WEIGHTS[k] * strength));
   uniforms.around_strength.value = strength;
   uniforms.around_lamp_count.value = light.lamps.length;
   light.lamps.forEach(({direction, irradiance}, i) => {

@@ -37,7 +37,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       cell_brighter: {value: 2},
       varied_keys: {value: new Uint32Array(6)},
       varied_runs: {value: new Int32Array(12)},
-      varied_numbers: {value: new Float32Array(10)},
+      varied_numbers: {value: new Float32Array(14)},
     };
     /** The level that is shown everywhere; -1: by the size of a pixel. */
     this.level = -1;
@@ -56,10 +56,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     else if (fallback.isMeshStandardMaterial)
       MeshStandardMaterial.prototype.copy.call(this, fallback);
     this.defines = {STANDARD: '', PHYSICAL: ''};
-    this.#keep_state();
-  }
-  /** What of the fallback's state the fabric has otherwise. */
-  #keep_state() {
+    // State that the fabric has otherwise.
     const {transparent, depthWrite, alphaTest, forceSinglePass} = this;
     this.of_fallback = {transparent, depthWrite, alphaTest, forceSinglePass};
   }

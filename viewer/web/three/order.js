@@ -75,25 +75,21 @@ export function sort_triangles(object, geometry, camera, {displacementMap}) {
   const planes = is_still ? frustum.setFromProjectionMatrix(to_clip, camera.coordinateSystem, camera.reversedDepth).planes : [];
   let n = 0, least = Infinity, most = -Infinity;
   for (let c = 0; c < firsts.length - 1; ++c) {
-    const px = spheres[4 * c], py = spheres[4 * c + 1], pz = spheres[4 * c + 2], least_distance = -spheres[4 * c + 3];
-    let is_seen = true;
-    for (const {normal, constant} of planes) is_seen &&= normal.x * px + normal.y * py + normal.z * pz + constant >= least_distance;
-    if (!is_seen) continue;
+    const px = spheres[4 * c], py = spheres[4 * c + 1], pz = spheres[4 * c + 2], radius = spheres[4 * c + 3];
+    if (planes.some(({normal: {x, y, z}, constant}) => x * px + y * py + z * pz + constant < -radius)) continue;
     const [x, y, z, one] = rows[bones ? bones[c] : 0];
     depths[n] = x * px + y * py + z * pz + one;
     least = Math.min(least, depths[n]);
     most = Math.max(most, depths[n]);
     seen[n++] = c;
   }
-  const scale = most > least ? (PLACES - 1) / (most - least) : 0;
-  const place_of = (i) => Math.floor((depths[i] - least) * scale);
+  const scale = most > least ? (PLACES - 1) / (most - least) : 0, place_of = (i) => Math.floor((depths[i] - least) * scale);
   ends.fill(0);
   for (let i = 0; i < n; ++i) ends[place_of(i) + 1] += firsts[seen[i] + 1] - firsts[seen[i]];
   for (let i = 0; i < PLACES; ++i) ends[i + 1] += ends[i];
-  const {array} = sorted;
   for (let i = 0; i < n; ++i) {
     const place = place_of(i), end = firsts[seen[i] + 1];
-    for (let from = firsts[seen[i]]; from < end; ++from) array[ends[place]++] = corners[from];
+    for (let from = firsts[seen[i]]; from < end; ++from) sorted.array[ends[place]++] = corners[from];
   }
   Object.assign(surface, {least, most, scale, count: ends[PLACES]});
   sorted.clearUpdateRanges();

@@ -1,7 +1,7 @@
 // The shaders of a material with a fabric: three.js's own vertex shader with coordinates of the fabric, and a fragment
 // shader that lights the fabric by three.js's lights, shadows, tone mapping and fog.
 import {ShaderChunk} from 'three';
-import {MOST_LAMPS} from '../environment.js';
+import {AROUND_WEIGHTS, MOST_LAMPS} from '../environment.js';
 import {part_fragment, part_vertex} from './garment_parts.js';
 import {VERTEX_LIGHT} from './surroundings.js';
 import {CHART, TILES_WIDTH, WIDTH} from './cell_images.js';
@@ -25,9 +25,10 @@ varying vec2 fabric_uv;
 flat varying vec4 of_chart;  // first entry of its table, first u and v, smallest patches along a repeat
 flat varying vec2 chart_cells;
 `;
-const LIGHT_NAMES = VERTEX_LIGHT.map((name) => `attribute vec4 ${name};\n`).join('') +
-  `varying vec4 light_of_vertex[${VERTEX_LIGHT.length}];  // nine colours\n`;
-const LIGHT_BODY = VERTEX_LIGHT.map((name, k) => `light_of_vertex[${k}] = ${name};\n`).join('');
+const LIGHT_NAMES = `${VERTEX_LIGHT.map((name) => `attribute vec4 ${name};\n`).join('')}varying mat3 brightness_of_vertex;\n`;
+const light_number = (k) => `${VERTEX_LIGHT[k >> 2]}[${k & 3}]`;
+const LIGHT_BODY = AROUND_WEIGHTS.map((weight, k) => `brightness_of_vertex[${Math.floor(k / 3)}][${k % 3}] =
+  (${light_number(3 * k)} + ${light_number(3 * k + 1)} + ${light_number(3 * k + 2)}) * ${weight / 3};\n`).join('');
 
 const VERTEX_BODY = `
   fabric_uv = (fabric_transform * vec3(fabric_coordinates, 1.0)).xy;
@@ -69,8 +70,7 @@ const FRAGMENT_NAMES = `
 #undef USE_ANISOTROPY
 #undef USE_NORMALMAP_TANGENTSPACE
 varying vec3 vViewPosition;
-uniform vec3 emissive;
-uniform vec3 diffuse;
+uniform vec3 emissive, diffuse;
 #include <common>
 #include <dithering_pars_fragment>
 #include <uv_pars_fragment>
@@ -85,42 +85,30 @@ uniform vec3 diffuse;
 #include <clipping_planes_pars_fragment>
 
 // Cell images of the worker (cell_images.js).
-uniform sampler2D cell_atlas;
-uniform sampler2D cell_heights;
+uniform sampler2D cell_atlas, cell_heights, cell_tiles;
 uniform highp usampler2D cell_table;
-uniform sampler2D cell_tiles;
 uniform float cell_beyond;    // fraction of the light of one side that the other side gets
 uniform float cell_brighter;  // a place is at most so many times as bright as its image
 varying vec2 fabric_uv;
-flat varying vec4 of_chart;
-flat varying vec2 chart_cells;
+flat varying vec4 of_chart; flat varying vec2 chart_cells;
 
 #ifdef AROUND
   // The environment, in axes of its own.
   #define AROUND_LAMPS ${MOST_LAMPS}
-  uniform vec3 around_factors[9];
-  uniform vec3 around_lamp_directions[AROUND_LAMPS];
-  uniform vec3 around_lamp_irradiances[AROUND_LAMPS];
+  uniform vec3 around_lamp_directions[AROUND_LAMPS], around_lamp_irradiances[AROUND_LAMPS];
   uniform int around_lamp_count;
   uniform float around_strength;
   uniform mat3 around_from_world;
   #ifdef VERTEX_LIGHT
-    varying vec4 light_of_vertex[7];
-    float number_of_vertex(int k) { return light_of_vertex[k / 4][k % 4]; }
+    varying mat3 brightness_of_vertex;
+    #define around_brightness (brightness_of_vertex * around_strength)
+  #else
+    uniform mat3 around_brightness;
   #endif
   // CellLights::brightness() of smooth light: pi times its irradiance by the clamped cosine.
-  float brightness_around(vec3 n) {
-    float basis[9] = float[9](1.0, n.x, n.y, n.z, n.x * n.y, n.x * n.z, n.y * n.z, n.x * n.x - n.y * n.y, 3.0 * n.z * n.z - 1.0);
-    float sum = 0.0;
-    for (int k = 0; k < 9; ++k) {
-  #ifdef VERTEX_LIGHT
-      float f = (number_of_vertex(3 * k) + number_of_vertex(3 * k + 1) + number_of_vertex(3 * k + 2)) * around_strength / 3.0;
-  #else
-      float f = dot(around_factors[k], vec3(1.0 / 3.0));
-  #endif
-      sum += (k == 0 ? 1.0 : k < 4 ? 2.0 / 3.0 : 0.25) * basis[k] * f;
-    }
-    return PI * max(sum, 0.0);
+  float brightness_around(mat3 f, vec3 n) {
+    return max(f[0].x + dot(vec3(f[0].yz, f[1].x), n) + dot(vec3(f[1].yz, f[2].x), n.xxy * n.yzz) +
+      f[2].y * (n.x * n.x - n.y * n.y) + f[2].z * (3.0 * n.z * n.z - 1.0), 0.0);
   }
 #endif
 
@@ -152,70 +140,62 @@ vec4 number_of_tile(int tile, int k) {
 // Variation beyond the repeat: the twin of format/fabric/variation.h. Its runs of yarn: changes along u and v, places along u and v.
 uniform uint varied_keys[6];
 uniform int varied_runs[12];  // rows, lengths, log2 of their repeats
-uniform float varied_numbers[10];  // offset and change of each; fractions of yarn along v, front and back
-uint strand_hash(uint x) {
+uniform float varied_numbers[14];  // offset, change and lengths of a repeat of each; fractions of yarn along v, front and back
+#define RUN(i) ivec3(varied_runs[3 * i], varied_runs[3 * i + 1], varied_runs[3 * i + 2])
+#define NUMBERS(i) vec3(varied_numbers[3 * i], varied_numbers[3 * i + 1], varied_numbers[3 * i + 2])
+uvec4 strand_hash(uvec4 x) {
   x = (x ^ x >> 16) * 0x7feb352du;
   x = (x ^ x >> 15) * 0x846ca68bu;
   return x ^ x >> 16;
 }
-vec2 blend_of(float part) {
-  float smooth_part = part * part * (3.0 - 2.0 * part);
-  vec2 weights = vec2(1.0 - smooth_part, smooth_part);
-  return weights * inversesqrt(dot(weights, weights));
+vec4 blend_of(vec2 part) {
+  vec2 next = part * part * (3.0 - 2.0 * part), here = 1.0 - next;
+  return vec4(here, next) * inversesqrt(here * here + next * next).xyxy;
 }
-float lattice_noise(uint key, ivec2 whole, vec2 part) {
-  vec2 across = blend_of(part.x), along = blend_of(part.y);
-  float sum = 0.0;
-  for (int i = 0; i < 2; ++i) {
-    uint bits = strand_hash(key + uint(whole.x + i)) + uint(whole.y);
-    vec2 values = vec2(float(strand_hash(bits) & 255u), float(strand_hash(bits + 1u) & 255u)) - 127.5;
-    sum += across[i] * dot(along, values);
-  }
-  return sum * 0.013531648;
+// Noise of two lattices.
+vec2 lattice_noise(uvec2 keys, ivec4 whole, vec4 part) {
+  vec4 weights = blend_of(part.xy), others = blend_of(part.zw);
+  uvec4 rows = strand_hash(keys.xxyy + uvec4(whole.xxzz) + uvec4(0, 1, 0, 1)) + uvec4(whole.yyww);
+  vec4 here = vec4(strand_hash(rows) & 255u) - 127.5, next = vec4(strand_hash(rows + 1u) & 255u) - 127.5;
+  vec4 of_rows = vec4(weights.xz, others.xz) * (here * vec4(weights.yy, others.yy) + next * vec4(weights.ww, others.ww));
+  return (of_rows.xz + of_rows.yw) * 0.013531648;
 }
-// Row and length of a run at a place, and the parts of the way to the next ones.
-void find_row(int run, vec2 place, out ivec2 whole, out vec2 part) {
-  int axis = run & 1, lengths = varied_runs[3 * run + 1], shift = varied_runs[3 * run + 2];
+// Row and length of a run at a place, along and across it; and the parts of the way to the next ones.
+void find_row(ivec3 run, vec3 numbers, vec2 place, out ivec2 whole, out vec2 part) {
   ivec2 repeat = ivec2(clamp(floor(place), -1e9, 1e9));
   vec2 within = place - floor(place);
-  float y = within[1 - axis] * float(varied_runs[3 * run]) + varied_numbers[2 * run];
-  float x = (float(repeat[axis] & ((1 << shift) - 1)) + within[axis]) * float(lengths) / float(1 << shift);
-  whole = ivec2(repeat[1 - axis] * varied_runs[3 * run] + int(floor(y)), (repeat[axis] >> shift) * lengths + int(floor(x)));
-  part = fract(vec2(y, x));
+  vec2 at = vec2(within.y * float(run.x) + numbers.x, (float(repeat.x & ((1 << run.z) - 1)) + within.x) * numbers.z);
+  whole = ivec2(repeat.y * run.x, (repeat.x >> run.z) * run.y) + ivec2(floor(at));
+  part = fract(at);
 }
-// Rows and lengths of yarn along u (axis 0) or v that a pixel shows, at least 1 of areas of so many.
-vec2 seen_at_once(int axis, vec2 pixel, vec2 areas) {
-  return max(vec2(pixel[1 - axis] * float(varied_runs[3 * axis]),
-    pixel[axis] * float(varied_runs[3 * axis + 1]) / float(1 << varied_runs[3 * axis + 2])) / areas, 1.0);
-}
+// Rows and lengths that a pixel shows.
+#define seen_at_once(i, pixel) ((pixel).yx * vec2(varied_runs[3 * i], varied_numbers[3 * i + 2]))
 // Where the fabric is looked up: rows leave their places as far as pixels show single ones.
 vec2 place_of(vec2 uv, vec2 pixel) {
-  vec2 along_u = seen_at_once(0, pixel, vec2(1.0)), along_v = seen_at_once(1, pixel, vec2(1.0)), way = vec2(0.0);
-  float weight = clamp(4.0 / max(along_u.x * along_u.y, along_v.x * along_v.y) - 1.0, 0.0, 1.0);
-  for (int axis = 0; axis < 2; ++axis) {
-    float change = weight * varied_numbers[2 * axis + 5];
-    if (!(change > 0.0)) continue;
-    ivec2 whole; vec2 part;
-    find_row(2 + axis, uv, whole, part);
-    way[1 - axis] = change * lattice_noise(varied_keys[4 + axis], whole, part);
-  }
-  return uv + way;
+  vec2 along_u = max(seen_at_once(0, pixel), 1.0), along_v = max(seen_at_once(1, pixel.yx), 1.0);
+  vec2 change = clamp(4.0 / max(along_u.x * along_u.y, along_v.x * along_v.y) - 1.0, 0.0, 1.0) * vec2(varied_numbers[10], varied_numbers[7]);
+  if (!(change.x + change.y > 0.0)) return uv;
+  ivec4 whole; vec4 part;
+  find_row(RUN(3), NUMBERS(3), uv.yx, whole.xy, part.xy);
+  find_row(RUN(2), NUMBERS(2), uv, whole.zw, part.zw);
+  return uv + change * lattice_noise(uvec2(varied_keys[5], varied_keys[4]), whole, part);
 }
-// The change of yarn along an axis.
-float varied_along(int axis, vec2 place, vec2 pixel) {
-  float change = varied_numbers[2 * axis + 1];
-  if (!(change > 0.0)) return 1.0;
-  ivec2 whole; vec2 part;
-  find_row(axis, place, whole, part);
-  vec2 of_single = seen_at_once(axis, pixel, vec2(1.0)), of_area = seen_at_once(axis, pixel, vec2(8.0, 4.0));
-  vec2 sharp = vec2(clamp((part.x - 0.5) / 0.75 + 0.5, 0.0, 1.0), part.y);
-  float single = lattice_noise(varied_keys[2 * axis], whole, sharp);
-  float area = lattice_noise(varied_keys[2 * axis + 1], whole >> ivec2(3, 2), (vec2(whole & ivec2(7, 3)) + part) / vec2(8.0, 4.0));
-  return clamp(1.0 + change * (single / (of_single.x * of_single.y) + 0.25 * area / (of_area.x * of_area.y)), 0.0, 2.0);
+// The change of yarn along an axis: of single rows, and of areas.
+float varied_along(ivec3 run, vec3 numbers, uvec2 keys, vec2 place, vec2 seen) {
+  if (!(numbers.y > 0.0)) return 1.0;
+  ivec4 whole; vec4 part;
+  find_row(run, numbers, place, whole.xy, part.xy);
+  whole.zw = whole.xy >> ivec2(3, 2);
+  part.zw = (vec2(whole.xy & ivec2(7, 3)) + part.xy) * vec2(0.125, 0.25);
+  part.x = clamp(part.x * (4.0 / 3.0) - 1.0 / 6.0, 0.0, 1.0);
+  vec4 at_once = max(seen.xyxy * vec4(1.0, 1.0, 0.125, 0.25), 1.0);
+  vec2 noise = lattice_noise(keys, whole, part) / (at_once.xz * at_once.yw);
+  return clamp(1.0 + numbers.y * (noise.x + 0.25 * noise.y), 0.0, 2.0);
 }
 float varied(float along_v, vec2 place, vec2 pixel) {
-  float of_u = along_v < 1.0 ? varied_along(0, place, pixel) : 1.0;
-  float of_v = along_v > 0.0 ? varied_along(1, place, pixel) : 1.0;
+  float of_u = 1.0, of_v = 1.0;
+  if (along_v < 1.0) of_u = varied_along(RUN(0), NUMBERS(0), uvec2(varied_keys[0], varied_keys[1]), place, seen_at_once(0, pixel));
+  if (along_v > 0.0) of_v = varied_along(RUN(1), NUMBERS(1), uvec2(varied_keys[2], varied_keys[3]), place.yx, seen_at_once(1, pixel.yx));
   return mix(of_u, of_v, along_v);
 }
 `;
@@ -224,10 +204,8 @@ const FRAGMENT_BODY = `
 // The frame of coordinates that change so much per pixel, and the surface with them.
 mat3 frame_of(vec3 normal, vec2 right, vec2 up, vec3 to_right, vec3 to_top) {
   float turn = right.x * up.y - right.y * up.x < 0.0 ? -1.0 : 1.0;
-  vec3 along_u = (to_right * up.y - to_top * right.y) * turn;
-  vec3 along_v = (to_top * right.x - to_right * up.x) * turn;
-  vec3 tangent = normalize(along_u - normal * dot(normal, along_u));
-  vec3 y = cross(normal, tangent);
+  vec3 along_u = (to_right * up.y - to_top * right.y) * turn, along_v = (to_top * right.x - to_right * up.x) * turn;
+  vec3 tangent = normalize(along_u - normal * dot(normal, along_u)), y = cross(normal, tangent);
   return mat3(tangent, dot(y, along_v) > 0.0 ? -y : y, normal);
 }
 
@@ -243,8 +221,7 @@ void main() {
 #ifdef FLIP_SIDED
   fabric_side = -fabric_side;  // three.js turns the winding over to draw back sides alone
 #endif
-  vec3 to_right = -dFdx(vViewPosition);
-  vec3 to_top = -dFdy(vViewPosition);
+  vec3 to_right = -dFdx(vViewPosition), to_top = -dFdy(vViewPosition);
   vec2 uv_right = dFdx(fabric_uv), uv_top = dFdy(fabric_uv);
   mat3 frame = frame_of(normal, uv_right, uv_top, to_right, to_top);
 #ifdef KEPT_NORMAL
@@ -277,20 +254,18 @@ void main() {
   vec3 n = from_view * normal;
   for (int i = 0; i < around_lamp_count; ++i)
     bright += dot(around_lamp_irradiances[i], vec3(occlusion / 3.0)) * light_of_cosine(dot(n, around_lamp_directions[i]));
-  bright += brightness_around(n) * occlusion;
+  bright += brightness_around(around_brightness, n) * occlusion;
 #endif
 
   vec4 sum = vec4(diffuse * bright / PI, 1.0);  // no image yet
   int tile = tile_at(fabric_uv, fabric_side > 0.0 ? 0 : 1);
   if (tile > 0) {
-    vec4 of_place = number_of_tile(tile, 0);
-    vec4 of_light = number_of_tile(tile, 1);
+    vec4 of_place = number_of_tile(tile, 0), of_light = number_of_tile(tile, 1), relief = number_of_tile(tile, 2);
     vec2 pixel = sqrt(uv_right * uv_right + uv_top * uv_top), place = place_of(fabric_uv, pixel);
     vec2 at = (place - floor(place)) * vec2(1.0, -1.0) + vec2(0.0, 1.0);
     at = at * of_place.zw - of_light.xy;
     // The yarn there stands out of the plane, and rays of the image came from another side.
     vec3 view = (isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(vViewPosition)) * frame;
-    vec4 relief = number_of_tile(tile, 2);
     ivec2 nearest = ivec2(of_place.xy + mod(at, of_place.zw) + 0.5);
     float steps = texelFetch(cell_heights, nearest, 0).r * 255.0;
     steps = steps > 0.5 ? steps - 128.0 : 0.0;
@@ -300,7 +275,7 @@ void main() {
     sum.rgb *= of_light.z * min(bright * of_light.w, cell_brighter);
     // Odd steps are yarn along v.
     int of_yarn = int(texelFetch(cell_heights, ivec2(of_place.xy + at + 0.5), 0).r * 255.0 + 0.5);
-    float along_v = of_yarn > 0 ? float(of_yarn & 1) : varied_numbers[fabric_side > 0.0 ? 8 : 9];
+    float along_v = of_yarn > 0 ? float(of_yarn & 1) : fabric_side > 0.0 ? varied_numbers[12] : varied_numbers[13];
     sum.rgb *= varied(along_v, place, pixel);
   }
 #ifdef FABRIC_KEEPS_OPACITY

@@ -189,8 +189,7 @@ export class Surroundings {
     const target = new WebGLRenderTarget(SKY_MAP, SKY_MAP, {minFilter: NearestFilter, magFilter: NearestFilter});
     const bytes = new Uint8Array(4 * SKY_MAP ** 2), depths = new Float32Array(SKY_MAP ** 2);
     for (const [i, direction] of spiral.entries()) {
-      const camera = looking_from(direction, sphere);
-      const before = renderer.getRenderTarget();
+      const camera = looking_from(direction, sphere), before = renderer.getRenderTarget();
       renderer.setRenderTarget(target);
       renderer.render(only, camera);
       renderer.setRenderTarget(before);

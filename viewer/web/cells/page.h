@@ -1,0 +1,111 @@
+// State of a page in the WebAssembly module. Arguments that are arrays lie at the address that input()
+// returns.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "format/fabric/level_values.h"
+#include "viewer/web/cells/atlas.h"
+
+#define EXPORT(name) extern "C" __attribute__((export_name(#name)))
+
+namespace selvedge::web {
+
+/// By which the look-up finds a vertex's patch.
+struct ChartNumbers {
+  float entry;          ///< first of its chart in the table
+  float u, v;           ///< first of the chart
+  float smallest;       ///< patches along a repeat
+  float columns, rows;  ///< of the chart
+};
+
+/// A tile as the shader reads it.
+struct TileNumbers {
+  float x, y;
+  Group size;  ///< CellLook::size
+  float scale, brightness;
+  Group relief;
+};
+
+struct Upload {
+  std::int32_t x, y, width, height;
+  const std::uint16_t* halves;  ///< four of each texel
+  const std::uint8_t* heights;  ///< in steps, 128: in the plane; 0: none
+};
+
+struct LoadedFabric {
+  Fabric fabric;
+  std::vector<std::pair<LayerShape, Fabric>> others;  ///< sides that are not added yet
+  LayerShape shape;
+  std::optional<FabricSides> sides;
+};
+
+/// A mesh in its fabric, and what is seen of it.
+struct Garment {
+  std::shared_ptr<const LoadedFabric> fabric;
+  MergedSurfaces mesh;
+  std::vector<V2d> uvs;
+  std::vector<std::uint32_t> corners;
+  std::vector<SurfaceMaterial> materials;
+  std::vector<FabricSides> sides;
+  std::unique_ptr<CellStore> store;
+  std::vector<ChartNumbers> charts;  ///< of the vertices
+  std::uint64_t first_image = 0;     ///< added to CellLook::image
+  std::size_t table = 0;             ///< its first entry in the atlas's table
+  Camera camera;
+  std::vector<Light> lights;
+  SmoothLight around;
+  DrawOptions options;
+  std::vector<PatchNeed> needs;  ///< of this frame, patches in front first
+  std::size_t in_front = 0;
+  std::vector<PatchNeed> visits;  ///< of these its images are made, or made again: the first in front, too
+  std::size_t visits_in_front = 0;
+  std::size_t done = 0;
+  struct Shown {
+    std::uint64_t image = 0;  ///< in the atlas's numbers
+    std::uint64_t at = 0;     ///< frame that last chose it
+  };
+  std::vector<Shown> shown;  ///< of patches and sides
+  double need = 0;           ///< for its images, bytes
+  std::vector<float> depths;
+  std::vector<std::uint8_t> flags;
+};
+
+/// Part of the atlas that images may fill: it has shelves of equal heights.
+constexpr double max_fill = 0.75;
+
+/// All garments of a page, and the atlas of their images.
+struct Page {
+  std::vector<std::uint32_t> given;                    ///< by input()
+  std::vector<std::shared_ptr<LoadedFabric>> fabrics;  ///< null: removed
+  std::vector<std::unique_ptr<Garment>> garments;      ///< null: removed
+  std::uint64_t garments_made = 0;
+
+  Atlas atlas;
+  std::uint64_t frame = 1;
+  std::uint64_t atlas_mark = 1;
+  std::uint64_t packed_at = 0;  ///< frame
+  std::size_t image_memory = 0;
+  double fill = max_fill;
+  double full_need = 0;              ///< all_need() when images found no room
+  bool is_full = false;              ///< images have found no room since take_events()
+  bool has_moved = false;            ///< tiles have moved since take_events()
+  std::vector<std::uint16_t> table;  ///< [entry]: tiles of front and back
+  std::vector<TileNumbers> tiles;
+  struct {
+    std::vector<Upload> list;
+    std::vector<std::vector<std::uint16_t>> halves;
+    std::vector<std::vector<std::uint8_t>> heights;
+  } uploads;
+};
+extern Page page;
+
+template <class T>
+const T* input_as() {
+  return reinterpret_cast<const T*>(page.given.data());
+}
+
+}  // namespace selvedge::web
