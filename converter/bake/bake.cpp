@@ -19,7 +19,6 @@ namespace {
 
 // Independent streams of random numbers.
 constexpr std::uint64_t stream_views = 1;
-constexpr std::uint64_t stream_cache = 4;
 std::uint64_t stream_of(PairKind kind) { return 2 + 16 * (static_cast<std::uint64_t>(kind) + 1); }
 
 /// The yarns to store: the yarns of the mesh, or else yarns found in its surface. Heights are the mesh's; a
@@ -58,30 +57,14 @@ PairSamples empty_set(const SamplesHeader& header, PairKind kind) {
   return set;
 }
 
-/// The samples of one pair set. Indirect light is computed for many pairs together.
-PairSamples bake_pairs(const TexelBaker& baker, IrradianceCache* cache, const TracedCell& cell,
-                       const BakeOptions& o, const SamplesHeader& header, PairKind kind,
-                       const std::function<void()>& done, NoiseSum& noise) {
-  constexpr std::size_t at_once = 64;
+/// The samples of one pair set.
+PairSamples bake_pairs(const TexelBaker& baker, const BakeOptions& o, const SamplesHeader& header,
+                       PairKind kind, const std::function<void()>& done, NoiseSum& noise) {
   PairSamples result = empty_set(header, kind);
-  std::vector<float> irradiance;
   for (std::size_t p = 0; p < result.pairs.size(); ++p) {
     const DirectionPair& pair = result.pairs[p];
-    const std::size_t first = p / at_once * at_once;
-    LitBy lit{{&pair.light, 1}, {}, false};
-    if (cache != nullptr) {
-      const std::size_t count = std::min(at_once, result.pairs.size() - first);
-      if (p == first) {
-        std::vector<V3f> lights;
-        for (std::size_t i = 0; i < count; ++i) lights.push_back(result.pairs[first + i].light);
-        irradiance = cache->solve(cell.scene, lights, o.bounces);
-      }
-      lit.indirect = irradiance;
-      lit.solved = count;
-      lit.first = p - first;
-    }
-    add_pair(result,
-             baker.bake_pair(pair, lit, header.truth_samples, seed_of(o.seed, stream_of(kind), p), noise));
+    add_pair(result, baker.bake_pair(pair, {{&pair.light, 1}, false}, header.truth_samples,
+                                     seed_of(o.seed, stream_of(kind), p), noise));
     done();
   }
   return result;
@@ -165,47 +148,31 @@ Baked baked_mesh(const CellMesh& given, const std::string& name, const BakeOptio
   cell.thickness = traced.thickness_mm();
   const auto plane = value_or_throw(plane_of(cell.thickness, mesh.period, name, o));
 
-  std::optional<IrradianceCache> cache;
-  if (o.indirect == IndirectLight::cached) {
-    cache = IrradianceCache::build(traced.scene, seed_of(o.seed, stream_cache, 0), o.both_sides);
-    if (!cache) {
-      o.indirect = IndirectLight::traced;
-      report.remarks.push_back(
-          fmt::format("the mesh needs more than {} points for cached indirect light: paths are traced, which "
-                      "takes longer and is noisier",
-                      max_cache_points));
-    }
-  }
-  IrradianceCache* const cached = cache ? &*cache : nullptr;
   Samples& samples = baked.samples;
   SamplesHeader& header = samples.header = samples_header(cell, digest_of(mesh), o, plane, provenance);
-  const TexelBaker baker(traced.scene, cached, o.bounces, V2i(o.width, o.height), plane / traced.mm);
+  const TexelBaker baker(traced.scene, o.bounces, V2i(o.width, o.height), plane / traced.mm);
   Work work(header, progress);
   const std::vector<V3f> views = directions_of(header.views, header.both_sides);
   const std::vector<V3f> lights = directions_of(header.lights, header.both_sides);
   NoiseSum noise;
-  {
-    std::vector<float> irradiance;
-    if (cached != nullptr) irradiance = cached->solve(traced.scene, lights, o.bounces);
-    for (std::size_t v = 0; v < views.size(); ++v) {
-      NoiseSum of_view;
-      ViewSamples view = baker.bake_view(views[v], {lights, irradiance}, o.samples,
-                                         seed_of(o.seed, stream_views, v), of_view);
-      noise += of_view;
-      if (views[v].z < 0)
-        for (V3f& normal : view.normal) normal = mirrored(normal);
-      samples.views.push_back(std::move(view));
-      work.done(work.view);
-    }
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    NoiseSum of_view;
+    ViewSamples view =
+        baker.bake_view(views[v], {lights}, o.samples, seed_of(o.seed, stream_views, v), of_view);
+    noise += of_view;
+    if (views[v].z < 0)
+      for (V3f& normal : view.normal) normal = mirrored(normal);
+    samples.views.push_back(std::move(view));
+    work.done(work.view);
   }
   ByPairKind<NoiseSum> truth_noise;
   for (const PairKind kind : all_pair_kinds) {
     samples.pairs[index_of(kind)] = bake_pairs(
-        baker, cached, traced, o, header, kind, [&] { work.done(work.pair); }, truth_noise[index_of(kind)]);
+        baker, o, header, kind, [&] { work.done(work.pair); }, truth_noise[index_of(kind)]);
   }
   if (header.yarns.curves > 0) samples.yarns = lit_yarns(cell, o, header, report);
   finish(baked, o, noise, truth_noise[index_of(PairKind::held_out)]);
-  report.rays = baker.rays() + (cached != nullptr ? cached->rays() : 0);
+  report.rays = baker.rays();
   report.seconds = watch.seconds();
   return baked;
 }

@@ -20,13 +20,11 @@ namespace selvedge {
 
 /// How interreflection between yarns is computed.
 enum class IndirectLight {
-  cached,  ///< by interpolation between points of the mesh (irradiance_cache.h); a mesh that needs too many
-           ///< points is traced, which report and provenance record
-  traced,  ///< along paths from every sample: slower and noisier, without approximation
+  traced,  ///< of a mesh: along paths
   lines    ///< of yarn without a mesh: by global lines (line_light.h), any number of bounces
 };
 
-/// The name in files: "cached", "traced", "lines".
+/// The name in files: "traced", "lines".
 const char* name_of(IndirectLight indirect);
 
 /// The height at which texels lie, above the cell's lowest point.
@@ -49,7 +47,7 @@ struct BakeOptions {
   int lights = 64;
   int samples = 8;  ///< rays per texel and view
   int bounces = 2;  ///< of a mesh: indirect bounces, 0 to 64, or unlimited_bounces
-  IndirectLight indirect = IndirectLight::cached;  ///< of a mesh: `cached` or `traced`
+  IndirectLight indirect = IndirectLight::traced;  ///< set by bake()
   /// Albedo of a Lambertian plane at the cell's lowest point; without it, light below is lost.
   std::optional<double> ground;
   /// Views and lights of both sides of the cloth; the samples are four times as many. Not above a ground.
@@ -75,8 +73,7 @@ struct BakeReport {
   int samples = 0;              ///< rays per texel and view
   int truth_samples = 0;        ///< rays per texel and pair
   double reference_height = 0;  ///< mm above the lowest point
-  /// The method used: `traced` if a mesh is too large for a cache.
-  IndirectLight indirect = IndirectLight::cached;
+  IndirectLight indirect = IndirectLight::traced;
   std::vector<std::string> remarks;  ///< options that could not be followed, one line each
 };
 

@@ -44,7 +44,7 @@ void add_pairs_of_sides(SamplesHeader& header) {
 }  // namespace
 
 const char* name_of(IndirectLight indirect) {
-  constexpr std::array<const char*, 3> names{"cached", "traced", "lines"};
+  constexpr std::array<const char*, 2> names{"traced", "lines"};
   return names[static_cast<std::size_t>(indirect)];
 }
 

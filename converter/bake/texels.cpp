@@ -14,11 +14,6 @@ namespace {
 
 using std::numbers::pi;
 
-/// target += weight * source. Element by element: the same for any width of registers.
-SELVEDGE_WIDE void add_row(const float* source, float weight, std::size_t count, float* target) {
-  for (std::size_t i = 0; i < count; ++i) target[i] += weight * source[i];
-}
-
 /// Reflectance of a packet's points under direct light, as one array per quantity.
 struct Reflecting {
   alignas(64) std::array<float, packet_size> nx{}, ny{}, nz{};
@@ -126,15 +121,12 @@ void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& ligh
   }
   rays += light_directly(packet, points, hits, view, lights.directions);
   const std::size_t n = lights.directions.size();
+  std::vector<V3d> radiance;
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
     Gather& gather = *packet.gather[i];
-    if (!lights.indirect.empty()) {
-      light_indirectly(points[i], lights, gather);
-      continue;
-    }
     PathSampler sampler(packet.index[i], packet.seed[i]);
-    std::vector<V3d> radiance(n, V3d(0, 0, 0));
+    radiance.assign(n, V3d(0, 0, 0));
     rays += tracer_.add_indirect(points[i], view, lights.directions, sampler, radiance);
     for (std::size_t l = 0; l < n; ++l) {
       for (std::size_t c = 0; c < 3; ++c) gather.radiance[c * n + l] += radiance[l][static_cast<int>(c)];
@@ -202,29 +194,6 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
     }
   }
   return rays;
-}
-
-void TexelBaker::light_indirectly(const SurfacePoint& point, const LitBy& lights, Gather& gather) const {
-  CacheTaps taps;
-  if (!cache_->taps(point, taps)) return;
-  const DiffuseAlbedos fractions = diffuse_albedos(scene_, point);
-  const std::size_t n = lights.directions.size();
-  const std::size_t solved = lights.solved > 0 ? lights.solved : n;
-  const auto add = [&](std::size_t k, int cached, const V3f& albedo) {
-    const float* row = &lights.indirect[static_cast<std::size_t>(cached) * 3 * solved + lights.first];
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float weight = taps.weight[k] * albedo[static_cast<int>(c)] / static_cast<float>(pi);
-      if (n == 1) {  // a pair has one light: nine calls would cost more than their work
-        gather.recent[c] += weight * row[c * solved];
-      } else {
-        add_row(row + c * solved, weight, n, &gather.recent[c * n]);
-      }
-    }
-  };
-  for (std::size_t k = 0; k < 3; ++k) {
-    add(k, taps.point[k], fractions.back);
-    if (scene_.is_translucent()) add(k, taps.other_side[k], fractions.through);
-  }
 }
 
 ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samples, std::uint64_t seed,

@@ -5,21 +5,14 @@
 #include <cmath>
 #include <span>
 
-#include "converter/light/irradiance_cache.h"
 #include "converter/light/path_tracer.h"
 #include "format/samples/samples.h"
 
 namespace selvedge {
 
-/// The lights of a view, and their indirect irradiance on the mesh.
 struct LitBy {
   std::span<const V3f> directions;
-  /// The result of IrradianceCache::solve(); empty: paths are traced.
-  std::span<const float> indirect;
   bool normals = true;  ///< whether to compute the visible normals
-  /// How many lights were solved for, and which of them is the first of these; 0: these alone.
-  std::size_t solved = 0;
-  std::size_t first = 0;
 };
 
 /// Noise of sample means, summed over texels, lights and channels: `error2` estimates the squared error of
@@ -39,10 +32,9 @@ struct NoiseSum {
 
 class TexelBaker {
  public:
-  /// `cache` is null if paths are traced. Texels lie at height `plane_z` (mm above the lowest point).
-  TexelBaker(const RayScene& scene, const IrradianceCache* cache, int bounces, const V2i& texels,
-             double plane_z)
-      : scene_(scene), cache_(cache), tracer_(scene, bounces), texels_(texels), plane_z_(plane_z) {}
+  /// Texels lie at height `plane_z` (mm above the lowest point).
+  TexelBaker(const RayScene& scene, int bounces, const V2i& texels, double plane_z)
+      : scene_(scene), tracer_(scene, bounces), texels_(texels), plane_z_(plane_z) {}
 
   /// Samples of all texels from one view with `samples` rays each. Every view needs a seed of its own.
   ViewSamples bake_view(const V3f& view, const LitBy& lights, int samples, std::uint64_t seed,
@@ -63,10 +55,8 @@ class TexelBaker {
   void follow(const Packet& packet, const V3d& view, const LitBy& lights) const;
   std::uint64_t light_directly(const Packet& packet, const PointPacket& points, std::uint32_t hits,
                                const V3d& view, std::span<const V3f> lights) const;
-  void light_indirectly(const SurfacePoint& point, const LitBy& lights, Gather& gather) const;
 
   const RayScene& scene_;
-  const IrradianceCache* cache_;
   PathTracer tracer_;
   V2i texels_;
   double plane_z_;

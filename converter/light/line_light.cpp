@@ -54,7 +54,7 @@ struct Wall {
   V3f inside_back{0, 0, 0};  ///< of what falls on its inside
 };
 
-/// As diffuse_albedos() (yarn_brdf.h) of the mesh's surface. `through`: YarnCell::through.
+/// As the mesh's surface reflects (yarn_brdf.h). `through`: YarnCell::through.
 Wall wall_of(const YarnCurve& curve, const V3f& through) {
   const float w = curve.gloss.weight;
   Wall wall;

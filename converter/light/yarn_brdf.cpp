@@ -281,23 +281,4 @@ V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrd
   return reflectance(surface, towards, view) * cosine;
 }
 
-DiffuseAlbedos diffuse_albedos(const YarnBrdf& surface) {
-  const V3f albedo(surface.albedo * surface.brightness);
-  const Gloss gloss = surface.gloss;
-  const auto t = static_cast<float>(surface.transmission);
-  DiffuseAlbedos weights{albedo * (1 - t), albedo * t};
-  if (!(gloss.weight > 0)) return weights;
-  const float dull = t > 0 ? static_cast<float>(dull_weight(surface)) : 1 - gloss.weight;
-  weights.back = weights.back * dull + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
-  weights.through *= dull;
-  return weights;
-}
-
-DiffuseAlbedos diffuse_albedos(const RayScene& scene, const SurfacePoint& point) {
-  const CellMesh& mesh = scene.mesh();
-  const bool plain = mesh.gloss.empty() && mesh.places.empty() && mesh.transmission.empty();
-  if (plain) return {scene.albedo(point), V3f(0, 0, 0)};
-  return diffuse_albedos(surface_at(scene, point));
-}
-
 }  // namespace selvedge

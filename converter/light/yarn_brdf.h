@@ -79,12 +79,4 @@ V3d cosine_direction(const V3d& normal, const V2d& square);
 V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrdf& surface, const V3f& light,
                  const V3d& view, std::uint64_t& rays);
 
-/// Fractions of uniform light that leave a point equally in all directions: the albedos for indirect light.
-struct DiffuseAlbedos {
-  V3f back{0, 0, 0};     ///< on the side that it falls on, gloss included
-  V3f through{0, 0, 0};  ///< on the other side
-};
-DiffuseAlbedos diffuse_albedos(const YarnBrdf& surface);
-DiffuseAlbedos diffuse_albedos(const RayScene& scene, const SurfacePoint& point);
-
 }  // namespace selvedge

@@ -86,7 +86,10 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
 
 MakeOptions quality_named(std::string_view name) {
   MakeOptions o;
-  if (name == "paper") return o;
+  if (name == "paper") {
+    o.bake.truth_samples = 16;  // of 1,024 texels
+    return o;
+  }
   o.bake.width = o.bake.height = 8;
   o.bake.yarns = true;
   if (name == "draft") {

@@ -3,6 +3,7 @@
 // CPU seconds.
 //
 //   selvedge-light STITCH [PATHS [SEED]]
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <ctime>
@@ -136,7 +137,10 @@ void trace_yarn_light(const TracedCell& cell, int paths, std::uint64_t seed, Yar
         add(point, reflected, 0);
         // No ray met its other side: without the noise of its fibres.
         const SurfacePoint inside = other_side(point);
-        if (cell.scene.is_translucent()) add(inside, diffuse_albedos(cell.scene, inside).through, 1);
+        if (cell.scene.is_translucent()) {
+          const YarnBrdf wall = surface_at(cell.scene, inside);
+          add(inside, V3f(wall.albedo * (wall.brightness * wall.transmission * dull_weight(wall))), 1);
+        }
         place.light.tail(light_moments) *= mean[0] > 0 ? mean[0] / (mean[0] + mean[1]) : 0;
       }
     });

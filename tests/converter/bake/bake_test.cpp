@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "converter/light/irradiance_cache.h"
+#include "converter/bake/texels.h"
 #include "converter/stitch/find_cell.h"
 #include "format/base/parallel.h"
 #include "tests/converter/bake_cells.h"
@@ -192,36 +192,6 @@ TEST_CASE("the same seed gives the same bytes for any number of threads, another
   CHECK(test::bytes_of(folder / "1.exr") != test::bytes_of(folder / "3.exr"));
 }
 
-TEST_CASE("a mesh with too many points for cached light is traced, and the report and the file say so") {
-  // Floors of eight periods, one above the other.
-  CellMesh mesh;
-  for (int k = 0; k < 6; ++k) {
-    for (const V2f& corner : {V2f(0, 0), V2f(8, 0), V2f(8, 8), V2f(0, 8)}) {
-      mesh.positions.emplace_back(corner.x, corner.y, 1e-3F * static_cast<float>(k));
-      mesh.normals.emplace_back(0.0F, 0.0F, 1.0F);
-      mesh.albedo.emplace_back(0.5F);
-    }
-    mesh.triangles.emplace_back(4 * k, 4 * k + 1, 4 * k + 2);
-    mesh.triangles.emplace_back(4 * k, 4 * k + 2, 4 * k + 3);
-  }
-  BakeOptions o = small_bake();
-  const Baked large = test::need(bake(mesh, "test", o));
-  CHECK(large.report.indirect == IndirectLight::traced);
-  REQUIRE(large.report.remarks.size() == 1);
-  CHECK(large.report.remarks.front().find(fmt::format("{} points", max_cache_points)) != std::string::npos);
-  CHECK(nlohmann::json::parse(large.samples.header.provenance)["bake"]["indirect"] == "traced");
-
-  // Asked for, it is no remark and gives the same samples.
-  o.indirect = IndirectLight::traced;
-  const Baked asked = test::need(bake(mesh, "test", o));
-  CHECK(asked.report.remarks.empty());
-  CHECK(asked.samples.views.back().radiance == large.samples.views.back().radiance);
-
-  const Baked small = test::need(bake(fence(1, 0.5F, 0.6F, 0.3F), "test", small_bake()));
-  CHECK(small.report.indirect == IndirectLight::cached);
-  CHECK(small.report.remarks.empty());
-}
-
 TEST_CASE("a large mesh that reaches beyond its cell is lit as one within it") {
   // Walls of many triangles, of which the ray tracer has little more than the cell.
   CellMesh mesh = fence(1, 0.05F, 0.9F, 0.9F);
@@ -245,16 +215,16 @@ TEST_CASE("a large mesh that reaches beyond its cell is lit as one within it") {
     mesh.triangles = finer;
   }
   const V3f light = V3f(0.5F, 0.25F, 1).normalized();
-  const auto irradiance = [&](const CellMesh& cell) {
+  const auto radiance = [&](const CellMesh& cell) {
     const RayScene scene = test::need(RayScene::create(cell, "test"));
-    auto cache = test::need(IrradianceCache::build(scene, 1));
-    double sum = 0;
-    for (const float value : cache.solve(scene, {&light, 1}, 2)) sum += static_cast<double>(value);
-    return sum / cache.points();
+    NoiseSum ignored;
+    const TexelBaker baker(scene, 2, {1, 1}, 0);
+    return static_cast<double>(
+        baker.bake_view({0, 0, 1}, {{&light, 1}}, 1 << 14, 1, ignored).radiance.front().x);
   };
-  const double within = irradiance(mesh);
+  const double within = radiance(mesh);
   for (V3f& p : mesh.positions) p += V3f(0.4F, 0.7F, 0);
-  CHECK(irradiance(mesh) == doctest::Approx(within).epsilon(0.01));
+  CHECK(radiance(mesh) == doctest::Approx(within).epsilon(0.01));
 }
 
 TEST_CASE("bad input is refused before any light is traced") {

@@ -63,7 +63,6 @@ TEST_CASE("cell means are reciprocal on every side") {
   BakeOptions o = small_bake();
   o.pairs = pairs;
   o.truth_samples = 4096;
-  o.indirect = IndirectLight::traced;
   o.bounces = unlimited_bounces;
   CellMesh mesh = test::need(load_cell("plain-knit"));
   mesh.gloss.clear();

@@ -95,7 +95,6 @@ TEST_CASE("a traced swatch of one repeat is what the bake sees, texel by texel")
       {V3f(V3d(-0.6, 0.1, 0.7).normalized()), V3f(V3d(0.7, -0.4, 0.4).normalized())}};
   bake_options.pairs = ByPairKind<std::vector<DirectionPair>>{};
   (*bake_options.pairs)[static_cast<std::size_t>(PairKind::held_out)] = pairs;
-  bake_options.indirect = IndirectLight::traced;
   const Baked baked = test::need(bake(mesh, "test", bake_options));
   const PairSamples& truth = baked.samples.pairs[index_of(PairKind::held_out)];
   for (std::size_t p = 0; p < pairs.size(); ++p) {

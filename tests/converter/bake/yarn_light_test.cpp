@@ -46,7 +46,6 @@ BakedYarn bake_stitch(const std::string& stitch, const StitchSettings& settings 
   options.views = options.lights = 4;
   options.samples = 1;
   options.bounces = bounces;
-  options.indirect = IndirectLight::traced;
   options.validation_pairs = 1;
   options.held_out_pairs = 24;
   options.truth_samples = 256;
