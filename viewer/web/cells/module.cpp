@@ -440,6 +440,8 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
                     .far = in.far};
   DrawOptions& options = garment.options;
   options.cells = moving_cell_images;
+  // Parts of repeats have images of whole ones, for which there is little room.
+  options.cells.patches.offset = in.remade < 1 ? 32 : 16;
   if (in.remade >= 1) options.cells.patches.pixels = 48;
   options.cells.samples = in.samples;
   options.cells.remade = in.remade;

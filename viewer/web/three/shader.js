@@ -89,15 +89,13 @@ uniform sampler2D cell_atlas, cell_heights, cell_tiles;
 uniform highp usampler2D cell_table;
 uniform float cell_beyond;    // fraction of the light of one side that the other side gets
 uniform float cell_brighter;  // a place is at most so many times as bright as its image
-varying vec2 fabric_uv;
-flat varying vec4 of_chart; flat varying vec2 chart_cells;
+varying vec2 fabric_uv; flat varying vec4 of_chart; flat varying vec2 chart_cells;
 
 #ifdef AROUND
   // The environment, in axes of its own.
   #define AROUND_LAMPS ${MOST_LAMPS}
   uniform vec3 around_lamp_directions[AROUND_LAMPS], around_lamp_irradiances[AROUND_LAMPS];
-  uniform int around_lamp_count;
-  uniform float around_strength;
+  uniform int around_lamp_count; uniform float around_strength;
   uniform mat3 around_from_world;
   #ifdef VERTEX_LIGHT
     varying mat3 brightness_of_vertex;
@@ -143,10 +141,12 @@ uniform int varied_runs[12];  // rows, lengths, log2 of their repeats
 uniform float varied_numbers[14];  // offset, change and lengths of a repeat of each; fractions of yarn along v, front and back
 #define RUN(i) ivec3(varied_runs[3 * i], varied_runs[3 * i + 1], varied_runs[3 * i + 2])
 #define NUMBERS(i) vec3(varied_numbers[3 * i], varied_numbers[3 * i + 1], varied_numbers[3 * i + 2])
+// x >> n, of floats, exactly: rasterisers in software shift the parts of a vector one by one.
+#define RIGHT(x, n) uvec4(ivec4(vec4(ivec4(x & ~0u << n)) * (1.0 / float(1 << n))) & int(~0u >> n))
 uvec4 strand_hash(uvec4 x) {
-  x = (x ^ x >> 16) * 0x7feb352du;
-  x = (x ^ x >> 15) * 0x846ca68bu;
-  return x ^ x >> 16;
+  x = (x ^ RIGHT(x, 16)) * 0x7feb352du;
+  x = (x ^ RIGHT(x, 15)) * 0x846ca68bu;
+  return x ^ RIGHT(x, 16);
 }
 vec4 blend_of(vec2 part) {
   vec2 next = part * part * (3.0 - 2.0 * part), here = 1.0 - next;
@@ -273,8 +273,8 @@ void main() {
     at = mod(at, of_place.zw);
     sum = textureLod(cell_atlas, (of_place.xy + at + 0.5) / vec2(textureSize(cell_atlas, 0)), 0.0);
     sum.rgb *= of_light.z * min(bright * of_light.w, cell_brighter);
-    // Odd steps are yarn along v.
-    int of_yarn = int(texelFetch(cell_heights, ivec2(of_place.xy + at + 0.5), 0).r * 255.0 + 0.5);
+    // Odd steps are yarn along v, where there is both.
+    int of_yarn = varied_runs[0] * varied_runs[3] > 0 ? int(texelFetch(cell_heights, ivec2(of_place.xy + at + 0.5), 0).r * 255.0 + 0.5) : 0;
     float along_v = of_yarn > 0 ? float(of_yarn & 1) : fabric_side > 0.0 ? varied_numbers[12] : varied_numbers[13];
     sum.rgb *= varied(along_v, place, pixel);
   }
