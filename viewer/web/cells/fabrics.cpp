@@ -27,7 +27,7 @@ struct SideInput {
 /// Of Variation::runs and Variation::places, along u and v each.
 struct VariationNumbers {
   std::array<std::uint32_t, 6> keys;                ///< of the lattices
-  std::array<std::array<std::int32_t, 3>, 4> runs;  ///< rows, lengths and log2_repeats
+  std::array<std::array<std::int32_t, 3>, 4> runs;  ///< rows, lengths, 2^log2_repeats
   std::array<V3f, 4> changes;                       ///< offset, change, and lengths of a repeat
   V2f fraction_along_v;                             ///< of yarn seen from in front and from behind
 };
@@ -137,7 +137,7 @@ EXPORT(variation_of) const VariationNumbers* variation_of(std::uint32_t number) 
   for (std::uint32_t i = 0; i < result.keys.size(); ++i) result.keys[i] = variation_key(variation.seed, i);
   for (std::size_t i = 0; i < result.runs.size(); ++i) {
     const YarnRuns& runs = (i < 2 ? variation.runs : variation.places)[i % 2];
-    result.runs[i] = {runs.rows, runs.lengths, runs.log2_repeats};
+    result.runs[i] = {runs.rows, runs.lengths, 1 << runs.log2_repeats};
     result.changes[i] = {runs.offset, runs.change,
                          std::ldexp(static_cast<float>(runs.lengths), -runs.log2_repeats)};
   }

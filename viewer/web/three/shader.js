@@ -137,7 +137,7 @@ vec4 number_of_tile(int tile, int k) {
 
 // Variation beyond the repeat: the twin of format/fabric/variation.h. Its runs of yarn: changes along u and v, places along u and v.
 uniform uint varied_keys[6];
-uniform int varied_runs[12];  // rows, lengths, log2 of their repeats
+uniform int varied_runs[12];  // rows, lengths, the repeats that have them: a power of 2
 uniform float varied_numbers[14];  // offset, change and lengths of a repeat of each; fractions of yarn along v, front and back
 #define RUN(i) ivec3(varied_runs[3 * i], varied_runs[3 * i + 1], varied_runs[3 * i + 2])
 #define NUMBERS(i) vec3(varied_numbers[3 * i], varied_numbers[3 * i + 1], varied_numbers[3 * i + 2])
@@ -163,9 +163,9 @@ vec2 lattice_noise(uvec2 keys, ivec4 whole, vec4 part) {
 // Row and length of a run at a place, along and across it; and the parts of the way to the next ones.
 void find_row(ivec3 run, vec3 numbers, vec2 place, out ivec2 whole, out vec2 part) {
   ivec2 repeat = ivec2(clamp(floor(place), -1e9, 1e9));
-  vec2 within = place - floor(place);
-  vec2 at = vec2(within.y * float(run.x) + numbers.x, (float(repeat.x & ((1 << run.z) - 1)) + within.x) * numbers.z);
-  whole = ivec2(repeat.y * run.x, (repeat.x >> run.z) * run.y) + ivec2(floor(at));
+  vec2 within = place - floor(place); int first = repeat.x & (run.z - 1);
+  vec2 at = vec2(within.y * float(run.x) + numbers.x, (float(first) + within.x) * numbers.z);
+  whole = ivec2(repeat.y * run.x, int(float(repeat.x - first) / float(run.z)) * run.y) + ivec2(floor(at));
   part = fract(at);
 }
 // Rows and lengths that a pixel shows.
@@ -185,8 +185,8 @@ float varied_along(ivec3 run, vec3 numbers, uvec2 keys, vec2 place, vec2 seen) {
   if (!(numbers.y > 0.0)) return 1.0;
   ivec4 whole; vec4 part;
   find_row(run, numbers, place, whole.xy, part.xy);
-  whole.zw = whole.xy >> ivec2(3, 2);
-  part.zw = (vec2(whole.xy & ivec2(7, 3)) + part.xy) * vec2(0.125, 0.25);
+  ivec2 of_area = whole.xy & ivec2(7, 3); whole.zw = ivec2(vec2(whole.xy - of_area) * vec2(0.125, 0.25));
+  part.zw = (vec2(of_area) + part.xy) * vec2(0.125, 0.25);
   part.x = clamp(part.x * (4.0 / 3.0) - 1.0 / 6.0, 0.0, 1.0);
   vec4 at_once = max(seen.xyxy * vec4(1.0, 1.0, 0.125, 0.25), 1.0);
   vec2 noise = lattice_noise(keys, whole, part) / (at_once.xz * at_once.yw);
