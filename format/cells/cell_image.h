@@ -35,12 +35,13 @@ using CellTexel = std::array<std::uint16_t, 4>;
 struct CellImage {
   int width = 0;
   int height = 0;
-  /// A pixel whose centre is (u, v) shows the texels at (u width - first.x, -v height - first.y), without
+  /// A pixel whose centre is (u, v) shows the texels at (u repeat.x - first.x, -v repeat.y - first.y), without
   /// whole repeats, where texel (i, j) has whole coordinates.
   V2f first{0, 0};
+  V2f repeat{0, 0};  ///< texels of a repeat: width and height, or more of a window (CellSize)
   float scale = 1;  ///< of radiance
   int planes = 1;
-  /// [plane][row][column]; the first row and column are repeated behind the last ones.
+  /// [plane][row][column]; behind the last row and column is one more, of whole images the first.
   std::vector<CellTexel> texels;
   /// Mean heights of the yarn that texels show over CellYarn::plane(), in steps, in the order of a plane; of
   /// holes, of yarn beside them. Odd where that yarn runs along v (variation.h). Empty without yarn.
@@ -58,6 +59,8 @@ struct CellScratch {
   std::vector<Group> raw;    ///< [plane][row][column]: radiance, opacity
   std::vector<Group> hairs;  ///< [plane][hair]: radiance, opacity
   std::vector<Group> rows, sums;
+  std::vector<std::uint32_t> owners;  ///< of samples: the one whose light they show
+  std::vector<std::uint8_t> wanted;   ///< stations of light
 };
 
 /// The pieces of yarn that an image shows.

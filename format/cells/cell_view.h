@@ -21,11 +21,18 @@ inline constexpr int min_cell_texels = 16;
 /// Longest side of an image, in samples.
 inline constexpr int max_cell_samples = 1024;
 
-/// Sizes of an image: samples along x (u) and y, and samples of a pixel.
+/// Sizes of an image: samples of a repeat along x (u) and y, and samples of a pixel.
 struct CellSize {
   V2i samples{min_cell_texels, min_cell_texels};
   V2i pixel{1, 1};
-  int stride = 1;  ///< every so many filtered samples one is kept
+  int stride = 1;    ///< every so many filtered samples one is kept
+  V2i first{0, 0};   ///< of the samples that are made, multiples of `stride` in [0, samples)
+  V2i window{0, 0};  ///< so many from there on, which the repeat continues; 0: all of the repeat
+  bool is_whole() const { return window.x == 0; }
+  V2i made() const { return is_whole() ? samples : window; }
+  std::size_t count() const { return std::size_t{1} * made().x * made().y; }
+  /// Texels of the image, without the ones behind the last.
+  V2i texels() const { return (is_whole() ? samples : window - pixel) / stride; }
   bool operator==(const CellSize&) const = default;
 };
 
@@ -49,8 +56,8 @@ struct CellView {
   float piece_pixels = 1.5F;  ///< longest piece of a ply; 1.5 cost 0.06 dB
   /// Hairs and strands are seen as by so many rays along a pixel's side (Yarns::trace()).
   float detail = 8;
-  /// One shading for 2 x 2 samples of one ply.
-  bool coarse_shading = false;
+  /// One shading for the samples of one ply among so many x so many.
+  int shaded_together = 1;
 };
 
 }  // namespace selvedge

@@ -155,15 +155,24 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
   return true;
 }
 
-/// Draws piece `number`, lane i of `of`.
+/// Calls body(i, texel, count) for the runs of texels of a window that [first, last] and its copies show.
+template <class Body>
+SELVEDGE_INLINE void each_copy(int first, int last, int begin, int count, int period, const Body& body) {
+  while (begin > first) begin -= period;
+  while (begin + count <= first) begin += period;
+  for (; begin <= last; begin += period) {
+    const int from = std::max(first, begin);
+    body(from, from - begin, std::min(last, begin + count - 1) - from + 1);
+  }
+}
+
+/// Draws piece `number`, lane i of `fields`.
 template <std::size_t N, bool with_pieces>
 SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, DepthGrid& grid) {
   using Wide = WideFloat<N>;
   using Lane = Lanes<N>;
   Wide lanes;
   for (std::size_t k = 0; k < N; ++k) lanes.v[k] = static_cast<float>(k);
-  const int first_row = static_cast<int>(std::ceil(fields[low_y][i]));
-  const int last_row = static_cast<int>(std::floor(fields[high_y][i]));
   const float radius = fields[r][i];
   const float inverse = fields[inverse_g_x][i];
   const float half = radius * std::abs(inverse);
@@ -176,9 +185,7 @@ SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, 
   const Wide high(fields[high_w][i]);
   const Wide nothing(no_depth);
   const typename Lane::Ints own = typename Lane::Ints{} + number;
-  int row = first_row;
-  while (row >= grid.height) row -= grid.height;
-  for (int j = first_row; j <= last_row; ++j, row = row + 1 == grid.height ? 0 : row + 1) {
+  const auto draw_row = [&](int j, int row) __attribute__((always_inline)) {
     const auto y = static_cast<float>(j);
     const float g = fields[g_at][i] + fields[g_y][i] * y;
     float left = fields[low_x][i];
@@ -188,7 +195,7 @@ SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, 
       left = std::max(left, middle - half);
       right = std::min(right, middle + half);
     } else if (std::abs(g) > radius) {
-      continue;
+      return;
     }
     const float depth = fields[z_at][i] + fields[z_y][i] * y;
     const float along = fields[w_at][i] + fields[w_y][i] * y;
@@ -199,48 +206,44 @@ SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, 
       left = std::max(left, std::min(one_end, other_end));
       right = std::min(right, std::max(one_end, other_end));
     } else if (axis < fields[min_axis][i] || axis > fields[max_axis][i]) {
-      continue;
+      return;
     }
-    const int first = static_cast<int>(std::ceil(left));
-    const int last = static_cast<int>(std::floor(right));
-    if (first > last) continue;
     const Wide gr(g);
     const Wide zr(depth);
     const Wide wr(along);
     float* const depths = &grid.z[static_cast<std::size_t>(row) * grid.stride];
     std::int32_t* const pieces =
         with_pieces ? &grid.piece[static_cast<std::size_t>(row) * grid.stride] : nullptr;
-    int column = first;
-    while (column >= grid.width) column -= grid.width;
-    for (int c = first; c <= last; c += static_cast<int>(N)) {
-      const Wide x = Wide(static_cast<float>(c)) + lanes;
-      const Wide distance = gr + gx * x;
-      const Wide inside = radius2 - distance * distance;
-      const Wide z = zr + zx * x + sqrt(max(inside, Wide(0)));
-      const Wide place = wr + wx * x + z * wz;
-      const Wide meets = min(inside, min(place - low, high - place));
-      const Wide seen = if_greater(Wide(0), meets, nothing, z);
-      const Wide before = Wide::load(depths + column);
-      max(seen, before).store(depths + column);
-      if constexpr (with_pieces) {
-        typename Lane::Ints known;
-        std::memcpy(&known, pieces + column, sizeof known);
-        const typename Lane::Ints now = seen.v > before.v ? own : known;
-        std::memcpy(pieces + column, &now, sizeof now);
+    const auto draw_columns = [&](int c, int column, int count) __attribute__((always_inline)) {
+      for (; count > 0;
+           count -= static_cast<int>(N), c += static_cast<int>(N), column += static_cast<int>(N)) {
+        const Wide x = Wide(static_cast<float>(c)) + lanes;
+        const Wide distance = gr + gx * x;
+        const Wide inside = radius2 - distance * distance;
+        const Wide z = zr + zx * x + sqrt(max(inside, Wide(0)));
+        const Wide place = wr + wx * x + z * wz;
+        const Wide meets = min(inside, min(place - low, high - place));
+        const Wide seen = if_greater(Wide(0), meets, nothing, z);
+        const Wide before = Wide::load(depths + column);
+        max(seen, before).store(depths + column);
+        if constexpr (with_pieces) {
+          typename Lane::Ints known;
+          std::memcpy(&known, pieces + column, sizeof known);
+          const typename Lane::Ints now = seen.v > before.v ? own : known;
+          std::memcpy(pieces + column, &now, sizeof now);
+        }
       }
-      column += static_cast<int>(N);
-      while (column >= grid.width) column -= grid.width;
-    }
-  }
+    };
+    each_copy(static_cast<int>(std::ceil(left)), static_cast<int>(std::floor(right)), grid.first.x,
+              grid.width, grid.period.x, draw_columns);
+  };
+  each_copy(static_cast<int>(std::ceil(fields[low_y][i])), static_cast<int>(std::floor(fields[high_y][i])),
+            grid.first.y, grid.height, grid.period.y, [&](int j, int row, int count) {
+              for (; count > 0; --count) draw_row(j++, row++);
+            });
 }
 
-int wrapped(int i, int count) {
-  while (i < 0) i += count;
-  while (i >= count) i -= count;
-  return i;
-}
-
-/// Blends hair `number`, lane i of `of`, over texels.
+/// Blends hair `number`, lane i of `fields`, over texels.
 template <std::size_t N>
 SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Group> colours,
                            const DepthGrid& seen, std::size_t hair, std::span<Group> raw) {
@@ -256,8 +259,7 @@ SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Grou
   const float middle = 0.8F * fields[r][i];  // mean height of the visible half over the axis
   const float inverse = fields[inverse_g_x][i];
   const float half = (fields[r][i] + 0.5F * per_texel) * std::abs(inverse);
-  const int last_row = static_cast<int>(std::floor(fields[high_y][i] + 0.5F));
-  for (int j = static_cast<int>(std::ceil(fields[low_y][i] - 0.5F)); j <= last_row; ++j) {
+  const auto blend_row = [&](int j, int row) __attribute__((always_inline)) {
     const auto y = static_cast<float>(j);
     const float g = fields[g_at][i] + fields[g_y][i] * y;
     float left = fields[low_x][i] - 0.5F;
@@ -268,46 +270,38 @@ SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Grou
     }
     const float depth = fields[z_at][i] + fields[z_y][i] * y;
     const float along = fields[w_at][i] + fields[w_y][i] * y;
-    const int row = wrapped(j, seen.height);
     const float* const depths = &seen.z[static_cast<std::size_t>(row) * seen.stride];
-    for (int c = static_cast<int>(std::ceil(left)); static_cast<float>(c) <= right; ++c) {
-      const auto x = static_cast<float>(c);
-      const float fraction = std::min(wide + 0.5F - std::abs(g + gx * x) * inverse_per, most);
-      const float z = depth + fields[z_x][i] * x;
-      const float place = along + fields[w_x][i] * x + z * fields[w_depth][i];
-      if (!(fraction > 0) || place < fields[low_w][i] || place > fields[high_w][i]) continue;
-      const int column = wrapped(c, seen.width);
-      if (depths[column] > z + middle) continue;
-      const std::size_t texel = static_cast<std::size_t>(row) * seen.width + column;
-      for (std::size_t plane = 0; plane < planes; ++plane) {
-        Group& to = raw[plane * plane_texels + texel];
-        const Floats4 under = quad(&to, 0);
-        const Floats4 sum = under + fraction * (quad(&colours[plane * hairs + hair], 0) - under);
-        std::memcpy(&to, &sum, sizeof sum);
+    const auto blend_columns = [&](int c, int column, int count) __attribute__((always_inline)) {
+      for (; count > 0; --count, ++c, ++column) {
+        const auto x = static_cast<float>(c);
+        const float fraction = std::min(wide + 0.5F - std::abs(g + gx * x) * inverse_per, most);
+        const float z = depth + fields[z_x][i] * x;
+        const float place = along + fields[w_x][i] * x + z * fields[w_depth][i];
+        if (!(fraction > 0) || place < fields[low_w][i] || place > fields[high_w][i]) continue;
+        if (depths[column] > z + middle) continue;
+        const std::size_t texel = static_cast<std::size_t>(row) * seen.width + column;
+        for (std::size_t plane = 0; plane < planes; ++plane) {
+          Group& to = raw[plane * plane_texels + texel];
+          const Floats4 under = quad(&to, 0);
+          const Floats4 sum = under + fraction * (quad(&colours[plane * hairs + hair], 0) - under);
+          std::memcpy(&to, &sum, sizeof sum);
+        }
       }
-    }
-  }
-}
-
-/// Columns behind the row's end belong to its begin.
-void fold(DepthGrid& grid, int columns) {
-  for (int row = 0; row < grid.height; ++row) {
-    const std::size_t begin = static_cast<std::size_t>(row) * grid.stride;
-    for (int i = 0; i < columns; ++i) {
-      const std::size_t to = begin + i;
-      const std::size_t from = to + grid.width;
-      if (!(grid.z[from] > grid.z[to])) continue;
-      grid.z[to] = grid.z[from];
-      if (!grid.piece.empty()) grid.piece[to] = grid.piece[from];
-    }
-    for (int i = 0; i < columns; ++i) grid.z[begin + grid.width + i] = grid.z[begin + i];
-  }
+    };
+    each_copy(static_cast<int>(std::ceil(left)), static_cast<int>(std::floor(right)), seen.first.x,
+              seen.width, seen.period.x, blend_columns);
+  };
+  each_copy(static_cast<int>(std::ceil(fields[low_y][i] - 0.5F)),
+            static_cast<int>(std::floor(fields[high_y][i] + 0.5F)), seen.first.y, seen.height, seen.period.y,
+            [&](int j, int row, int count) {
+              for (; count > 0; --count) blend_row(j++, row++);
+            });
 }
 
 template <std::size_t N>
 SELVEDGE_INLINE void splat_pieces(const YarnPieces& pieces, const V2f& period, float plane,
                                   const SplatView& view, DepthGrid& grid) {
-  const V2f texel(period.x / static_cast<float>(grid.width), period.y / static_cast<float>(grid.height));
+  const V2f texel = period / V2f(grid.period);
   const int count = view.hairs ? pieces.count() : pieces.plies;
   alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
   for (int base = 0; base < count; base += static_cast<int>(N)) {
@@ -331,7 +325,7 @@ template <std::size_t N>
 SELVEDGE_INLINE void blend_pieces(const YarnPieces& pieces, const V2f& period, float plane,
                                   const SplatView& view, const DepthGrid& seen,
                                   std::span<const Group> colours, std::span<Group> raw) {
-  const V2f texel(period.x / static_cast<float>(seen.width), period.y / static_cast<float>(seen.height));
+  const V2f texel = period / V2f(seen.period);
   alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
   for (int base = pieces.plies; base < pieces.count(); base += static_cast<int>(N)) {
     if (!set_up<N>(pieces, base, period, plane, view, texel, fields)) continue;
@@ -350,11 +344,13 @@ static_assert(columns_behind <= min_cell_texels);
 
 }  // namespace
 
-void DepthGrid::resize(int columns, int rows, bool with_pieces) {
-  width = columns;
-  height = rows;
-  stride = columns + columns_behind;
-  z.assign(static_cast<std::size_t>(stride) * rows, no_depth);
+void DepthGrid::resize(const CellSize& size, bool with_pieces) {
+  period = size.samples;
+  first = size.first;
+  width = size.made().x;
+  height = size.made().y;
+  stride = width + columns_behind;
+  z.assign(static_cast<std::size_t>(stride) * height, no_depth);
   piece.resize(with_pieces ? z.size() : 0);
 }
 
@@ -372,7 +368,10 @@ void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
 void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, DepthGrid& grid) {
   static const auto draw_all = splat_pieces_for_this_processor();
   draw_all(pieces, yarn.yarns().period(), yarn.plane(), view, grid);
-  fold(grid, columns_behind);
+  for (int row = 0; row < grid.height && grid.width == grid.period.x; ++row) {
+    const auto begin = grid.z.begin() + static_cast<std::ptrdiff_t>(row) * grid.stride;
+    std::copy_n(begin, columns_behind, begin + grid.width);
+  }
 }
 
 }  // namespace selvedge

@@ -15,14 +15,18 @@ namespace selvedge {
 
 inline constexpr float no_depth = -1e30F;
 
-/// Depths of a cell; `stride` - `width` columns follow each row, which repeat its first ones.
+/// Depths of a cell or of a window in it; `stride` - `width` columns follow each row, which of a whole cell
+/// repeat its first ones.
 struct DepthGrid {
+  V2i period{0, 0};  ///< texels of the cell
+  V2i first{0, 0};   ///< texel of the cell
   int width = 0;
   int height = 0;
   int stride = 0;
   std::vector<float> z;             ///< mm, where the ray meets yarn; no_depth where it meets none
   std::vector<std::int32_t> piece;  ///< undefined where it meets none; empty if unwanted
-  void resize(int columns, int rows, bool with_pieces);
+  void resize(const CellSize& size, bool with_pieces);
+  void resize(int columns, int rows, bool with_pieces) { resize({.samples = {columns, rows}}, with_pieces); }
 };
 
 struct SplatView {

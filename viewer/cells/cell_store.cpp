@@ -31,13 +31,16 @@ constexpr float beyond_thin_cloth = 0.5F;
 /// Texels of cloth without yarn change with the view as if some of them lay so high, repeats.
 constexpr float relief_of_texels = 0.2F;
 
+/// Pixels around a part of a repeat that its image has, too.
+constexpr float around_part = 2;
+
 /// Pixels of coarser images are larger, in steps of a quarter of an octave.
 constexpr float step_larger = 1.189207F;
 constexpr float max_larger = 64;
 constexpr std::size_t needs_per_task = 64;
 
 double bytes_of(const CellView& view) {
-  const V2i texels = view.size.samples / view.size.stride;
+  const V2i texels = view.size.texels();
   const double of_texel = static_cast<double>(sizeof(CellTexel)) * view.planes + 1;  // its height
   return of_texel * (texels.x + 1) * (texels.y + 1);
 }
@@ -94,6 +97,7 @@ struct CellStore::Wanted {
   const Fabric* fabric = nullptr;
   V2f period{1, 1};  ///< mm
   V2f pixel{1, 1};
+  std::optional<ShownPatch> part;  ///< a part of a repeat
   std::uint32_t own = 0, lit = 0;
   float brightness = 1;
 };
@@ -148,10 +152,17 @@ CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial
         return reliefs;
       }()) {
   kept_.resize(2 * patches_.count());
-  looks_.resize(2 * patches_.count());
+  look_numbers_.resize(2 * patches_.count());
 }
 
 CellStore::~CellStore() = default;
+
+bool CellStore::shows_beyond(PatchSide patch) const {
+  if (!has_windows_ || !patches_.is_part(patch / 2)) return false;
+  Wanted one;
+  set_pixel(one, patch);
+  return one.source.yarn != nullptr && one.source.yarn->yarns().variation().varies();
+}
 
 bool CellStore::is_made(PatchSide patch) const { return kept_[patch] && kept_[patch]->used >= frame_; }
 
@@ -182,12 +193,38 @@ CellMemory CellStore::end() {
   return memory_;
 }
 
+namespace {
+
+/// Lets an image show a part of the repeat, and what lies around it.
+void set_window(const ShownPatch& part, int units_of_repeat, CellSize& size) {
+  const V2i rows(part.first.x, -part.first.y - part.units);  // rows rise against v
+  CellSize window = size;
+  for (int axis = 0; axis < 2; ++axis) {
+    const int samples = size.samples[axis];
+    const float of_unit = static_cast<float>(samples) / static_cast<float>(units_of_repeat);
+    const float around = (around_part + part.offset) * static_cast<float>(size.pixel[axis]);
+    const int unit = (rows[axis] % units_of_repeat + units_of_repeat) % units_of_repeat;
+    const int low = static_cast<int>(std::floor((static_cast<float>(unit) * of_unit - around) /
+                                                static_cast<float>(size.stride))) *
+                    size.stride;
+    const int high = static_cast<int>(std::ceil(static_cast<float>(unit + part.units) * of_unit + around));
+    window.first[axis] = low < 0 ? low + samples : low;
+    window.window[axis] = std::max(high - low, min_cell_texels) + size.pixel[axis];
+    if (window.window[axis] >= samples || low < -samples) return;
+  }
+  size = window;
+}
+
+}  // namespace
+
 /// Levels and size of an image for pixels that are so much larger.
 void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   const V2f shown = wanted.pixel * levels_.footprint;
   CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, shown, levels_.forced);
   if (levels.yarn > 0) {
     wanted.view.size = cell_size(shown * larger, samples);
+    if (wanted.part && levels.yarn == 1)
+      set_window(*wanted.part, patches_.units_of_repeat(), wanted.view.size);
     return;
   }
   if (larger > 1) levels = shown_levels(*wanted.fabric, shown * larger, levels_.forced);
@@ -201,7 +238,9 @@ int CellStore::set_pixel(Wanted& wanted, PatchSide patch) const {
   wanted.source = cloth.source();
   wanted.fabric = &cloth.fabric;
   wanted.period = cloth.fabric.period_mm;
-  wanted.pixel = patches_.shown(patch / 2).pixel;
+  const ShownPatch& shown = patches_.shown(patch / 2);
+  wanted.pixel = shown.pixel;
+  if (has_windows_ && patches_.is_part(patch / 2)) wanted.part = shown;
   return fabric;
 }
 
@@ -267,7 +306,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   result.view.piece_pixels = options_.piece_pixels;
   set_size(result, samples, 1);
   const V2i& count = result.view.size.samples;
-  result.view.coarse_shading = options_.coarse_shading && count.x * count.y > many_samples;
+  result.view.shaded_together = count.x * count.y > many_samples ? options_.shaded_together : 1;
   return result;
 }
 
@@ -332,24 +371,15 @@ double CellStore::expect(std::span<const PatchNeed> needs) {
   return expected_;
 }
 
-bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) {
-  float samples = options_.samples;
-  std::vector<Work> all(needs.size());
-  parallel_each(needs.size(), needs_per_task, [&](std::size_t i) {
-    all[i].patch = needs[i].patch;
-    all[i].wanted = wanted(needs[i], samples, behind);
-    all[i].kept = kept_[needs[i].patch];
-  });
+/// Bounds the bytes of a call's images, whose sizes it sets. Returns by how much their pixels are larger;
+/// none: even the coarsest do not fit.
+std::optional<float> CellStore::budget(std::span<Work> all, float samples, int shared) {
   const auto most = static_cast<double>(options_.memory);
-  double held = 0;
   double full = 0;
+  for (const Work& work : all) full += bytes_of(work.wanted.view);
   for (const Work& work : all) {
-    const double bytes = bytes_of(work.wanted.view);
-    full += bytes;
     // A patch that another call of this frame has seen counts once.
-    const bool counts = shared == 0 && (!work.kept || work.kept->used < frame_);
-    if (counts) demand_ += bytes;
-    held += std::max(bytes, work.kept ? static_cast<double>(work.kept->image.bytes()) : 0);
+    if (shared == 0 && (!work.kept || work.kept->used < frame_)) demand_ += bytes_of(work.wanted.view);
   }
   if (shared == 0) {
     // Images that the next frame shows again have room beside each other.
@@ -358,15 +388,17 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     memory_.full = std::max(memory_.full, whole);
   }
   const std::optional<float> fitting = full > room_ ? fit(all, samples) : 1;
-  if (!fitting && shared < max_shared) return false;
+  if (!fitting && shared < max_shared) return std::nullopt;
   const float larger = fitting.value_or(max_larger);
   memory_.coarser |= larger > 1 || shared > 0;
-  ++call_;
-  samples /= larger;
-  const bool tight = larger > 1 || held > room_;
-  parallel_each(needs.size(), needs_per_task, [&](std::size_t i) {
+  return larger;
+}
+
+/// Tells how far the images that patches have are outdated. `tight`: images that take more than is wanted
+/// make room.
+void CellStore::age(std::span<Work> all, float samples, bool tight) const {
+  parallel_each(all.size(), needs_per_task, [&](std::size_t i) {
     Work& work = all[i];
-    // Finer and larger images make room.
     if (tight && work.kept &&
         (work.kept->samples > samples ||
          static_cast<double>(work.kept->image.bytes()) > bytes_of(work.wanted.view)))
@@ -376,13 +408,19 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
       work.kept = related_image(work.patch, work.wanted, samples);
       if (work.kept) work.outdated = outdated(*work.kept, work.wanted, samples) + 1;
     }
-    const CellSize& size = work.wanted.view.size;
-    work.cost =
-        static_cast<double>(size.samples.x) * size.samples.y * (1 + 0.1 * work.wanted.view.planes) + 1500;
+    const CellView& view = work.wanted.view;
+    work.cost = static_cast<double>(view.size.count()) * (1 + 0.1 * view.planes) + 1500;
   });
+}
+
+/// The images that are made in this call: those that are of no use, and of others the most outdated.
+std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
   // Some calls for few patches make none again.
   double allowed = options_.remade < 1 ? std::min(allowance_, 0.0) : 0;
-  for (const Work& work : all) {
+  std::vector<Work*> order;
+  for (Work& work : all) {
+    // Images that turned less look the same.
+    if (work.outdated > (options_.remade < 1 ? 0.25F : 1e-3F)) order.push_back(&work);
     // A patch that another call of this frame has seen counts once.
     if (kept_[work.patch] && kept_[work.patch]->used >= frame_) continue;
     const V2f& pixel = work.wanted.pixel;
@@ -390,42 +428,39 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     const double less = options_.remade < 1 ? std::clamp(of_repeat, min_fresh, 1.0) : 1;
     allowed += work.cost * options_.remade * less;
   }
-  std::vector<Work*> order;
-  for (Work& work : all) {
-    // Images that turned less look the same.
-    if (work.outdated > (options_.remade < 1 ? 0.25F : 1e-3F)) order.push_back(&work);
-  }
   std::stable_sort(order.begin(), order.end(),
                    [](const Work* a, const Work* b) { return a->outdated > b->outdated; });
   std::size_t count = 0;
   double spent = 0;
-  double coming = 0;  // bytes
   for (; count < order.size(); ++count) {
-    const Work& work = *order[count];
+    Work& work = *order[count];
     if (work.outdated < HUGE_VALF) {
       if (spent >= allowed) break;
       spent += work.cost;
     }
-    coming += bytes_of(work.wanted.view);
+    work.kept = std::make_shared<Kept>(bytes_);
+    work.kept->number = ++made_;
   }
   order.resize(count);
   allowance_ = allowed - spent;
-  for (Work& work : all) {
+  return order;
+}
+
+/// Makes images, for which it makes room.
+void CellStore::render(std::span<const Work> all, std::span<Work* const> order, float samples) {
+  for (const Work& work : all) {
     if (!kept_[work.patch]) alive_.push_back(work.patch);
-    kept_[work.patch] = std::move(work.kept);
-    if (kept_[work.patch]) kept_[work.patch]->used = call_;
+    kept_[work.patch] = work.kept;
+    if (work.kept) work.kept->used = call_;
   }
-  for (const Work* work : order) {
-    kept_[work->patch] = std::make_shared<Kept>(bytes_);
-    kept_[work->patch]->used = call_;
-    kept_[work->patch]->number = ++made_;
-  }
+  double coming = 0;  // bytes
+  for (const Work* work : order) coming += bytes_of(work->wanted.view);
   trim(coming);
   parallel_for(0, static_cast<int>(order.size()), [&](int i) {
     thread_local CellScratch scratch;
     if (interrupts_->ends()) return;
     Wanted& made = order[i]->wanted;
-    Kept& kept = *kept_[order[i]->patch];
+    Kept& kept = *order[i]->kept;
     make_cell_image(made.source, made.view, scratch, kept.image);
     kept.view = std::move(made.view);
     kept.pixel = made.pixel;
@@ -435,45 +470,83 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
     kept.lit = made.lit;
     kept.brightness = made.brightness;
   });
+  for (const Work* work : order) bytes_ += work->kept->image.bytes();
   // An interrupted frame lacks parts.
-  for (const Work* work : order)
-    if (kept_[work->patch]->image.texels.empty()) kept_[work->patch].reset();
-  for (const Work* work : order) bytes_ += kept_[work->patch] ? kept_[work->patch]->image.bytes() : 0;
+  for (const Work& work : all)
+    if (work.kept && work.kept->image.texels.empty()) kept_[work.patch].reset();
   memory_.most = std::max(memory_.most, static_cast<double>(bytes_));
   std::erase_if(alive_, [&](PatchSide patch) { return !kept_[patch]; });
-  for (const Work& work : all) {
-    looks_[work.patch] = {};
-    if (!kept_[work.patch]) continue;
-    const Kept& kept = *kept_[work.patch];
-    const CellImage& image = kept.image;
-    const SurfaceMaterial& material = materials_[mesh_.triangles[patches_[work.patch / 2].triangle].surface];
-    // Matt texels are as bright as their normal tells; yarn stands out of the cloth.
-    const bool has_yarn = (*cloths_)[material.fabric].has_yarn;
-    CellLook& look = looks_[work.patch];
-    look = {.size = {static_cast<float>(image.width), static_cast<float>(image.height), image.first.x,
-                     image.first.y},
-            .brightness = 1 / kept.brightness,
-            .scale = image.scale,
-            .min_gain = has_yarn ? 0.5F : 0.0F,
-            .max_gain = has_yarn ? 2.0F : 8.0F,
-            .texels = image.texels.data(),
-            .step = image.step,
-            .own = kept.own,
-            .is_solid = !material.keeps_opacity,
-            .image = kept.number};
-    if (!image.heights.empty()) {
-      const V2f slope = slope_of(kept.view.view);
-      look.heights = image.heights.data();
-      look.relief = {slope.x, slope.y, image.step * look.size[0] / work.wanted.period.x,
-                     image.step * look.size[1] / work.wanted.period.y};
-    }
-    if (work.wanted.source.yarn != nullptr) {
-      const Variation& variation = work.wanted.source.yarn->yarns().variation();
-      if (variation.varies()) look.variation = &variation;
-      look.fade = fade_of(variation, work.wanted.pixel);
-      look.way = offset_weight(look.fade);
-    }
+}
+
+/// What a patch shows of its image.
+CellLook CellStore::look_of(const Work& work) const {
+  if (!kept_[work.patch]) return {};
+  const Kept& kept = *kept_[work.patch];
+  const CellImage& image = kept.image;
+  const SurfaceMaterial& material = materials_[mesh_.triangles[patches_[work.patch / 2].triangle].surface];
+  // Matt texels are as bright as their normal tells; yarn stands out of the cloth.
+  const bool has_yarn = (*cloths_)[material.fabric].has_yarn;
+  CellLook look{.size = {image.repeat.x, image.repeat.y, image.first.x, image.first.y},
+                .brightness = 1 / kept.brightness,
+                .scale = image.scale,
+                .min_gain = has_yarn ? 0.5F : 0.0F,
+                .max_gain = has_yarn ? 2.0F : 8.0F,
+                .window = {static_cast<float>(image.width), static_cast<float>(image.height), 0, 0},
+                .texels = image.texels.data(),
+                .step = image.step,
+                .own = kept.own,
+                .is_solid = !material.keeps_opacity,
+                .image = kept.number};
+  if (!image.heights.empty()) {
+    const V2f slope = slope_of(kept.view.view);
+    look.heights = image.heights.data();
+    look.relief = {slope.x, slope.y, image.step * image.repeat.x / work.wanted.period.x,
+                   image.step * image.repeat.y / work.wanted.period.y};
   }
+  if (work.wanted.source.yarn != nullptr) {
+    const Variation& variation = work.wanted.source.yarn->yarns().variation();
+    if (variation.varies()) look.variation = &variation;
+    look.fade = fade_of(variation, work.wanted.pixel);
+    look.way = offset_weight(look.fade);
+  }
+  return look;
+}
+
+CellLook& CellStore::own_look(PatchSide patch) {
+  if (look_numbers_[patch] == 0) {
+    look_numbers_[patch] = static_cast<std::uint32_t>(looks_.size());
+    looks_.emplace_back();
+  }
+  return looks_[look_numbers_[patch]];
+}
+
+void CellStore::alias(PatchSide patch, PatchSide other) {
+  const CellLook look = this->look(other);
+  own_look(patch) = look;
+  aliases_.push_back(patch);
+}
+
+bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) {
+  for (const PatchSide patch : aliases_) own_look(patch) = {};
+  aliases_.clear();
+  float samples = options_.samples;
+  std::vector<Work> all(needs.size());
+  parallel_each(needs.size(), needs_per_task, [&](std::size_t i) {
+    all[i].patch = needs[i].patch;
+    all[i].wanted = wanted(needs[i], samples, behind);
+    all[i].kept = kept_[needs[i].patch];
+  });
+  const std::optional<float> larger = budget(all, samples, shared);
+  if (!larger) return false;
+  double held = 0;
+  for (const Work& work : all)
+    held +=
+        std::max(bytes_of(work.wanted.view), work.kept ? static_cast<double>(work.kept->image.bytes()) : 0);
+  ++call_;
+  samples /= *larger;
+  age(all, samples, *larger > 1 || held > room_);
+  render(all, order(all), samples);
+  for (const Work& work : all) own_look(work.patch) = look_of(work);
   return true;
 }
 
@@ -485,7 +558,7 @@ std::shared_ptr<CellStore::Kept> CellStore::related_image(PatchSide patch, const
   const std::uint32_t down = patches_.child(patch / 2);
   for (const std::uint32_t related : {up, down, patches_.parent(up), patches_.child(down)}) {
     const std::shared_ptr<Kept>& kept = kept_[2 * related + side];
-    if (kept && outdated(*kept, wanted, samples) < max_outdated) return kept;
+    if (kept && kept->view.size.is_whole() && outdated(*kept, wanted, samples) < max_outdated) return kept;
   }
   return nullptr;
 }
@@ -500,7 +573,7 @@ void CellStore::trim(double coming) {
                    [&](PatchSide a, PatchSide b) { return kept_[a]->used > kept_[b]->used; });
   while (!fits() && !alive_.empty() && kept_[alive_.back()]->used < call_) {
     kept_[alive_.back()].reset();
-    looks_[alive_.back()] = {};
+    own_look(alive_.back()) = {};
     alive_.pop_back();
   }
 }

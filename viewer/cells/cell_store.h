@@ -52,7 +52,7 @@ struct CellMemory {
 
 /// An image as pixels look it up.
 struct CellLook {
-  Group size{};          ///< width and height in texels, CellImage::first
+  Group size{};          ///< CellImage::repeat and first
   float brightness = 1;  ///< CellLights::brightness() that the image was made for, inverse
   float scale = 1;       ///< of radiance
   /// Bounds of the factor by which a pixel is brighter than its image.
@@ -60,6 +60,7 @@ struct CellLook {
   /// Slope of the rays that the image was made for, and texels along x and y for a step of height and a slope
   /// of 1.
   Group relief{};
+  Group window{};  ///< width and height in texels, which of parts of a repeat are fewer
   const CellTexel* texels = nullptr;
   const std::int8_t* heights = nullptr;  ///< CellImage::heights; null: none
   float step = 0;                        ///< CellImage::step, mm
@@ -101,11 +102,15 @@ class CellStore {
   static constexpr int max_shared = 8;
   /// Ends a frame.
   CellMemory end();
-  const CellLook& look(PatchSide patch) const { return looks_[patch]; }
+  const CellLook& look(PatchSide patch) const { return looks_[look_numbers_[patch]]; }
   /// Whether a call of this frame has made or kept the patch's own image.
   bool is_made(PatchSide patch) const;
-  /// Lets a patch look like another one until the next call of make() for it.
-  void alias(PatchSide patch, PatchSide other) { looks_[patch] = looks_[other]; }
+  /// Whether images of patches that are parts of a repeat show these alone; not without a call.
+  void set_windows(bool windows) { has_windows_ = windows; }
+  /// Whether a patch is part of a repeat whose rows leave their places: pixels look neighbours up, too.
+  bool shows_beyond(PatchSide patch) const;
+  /// Lets a patch look like another one until the next call of make().
+  void alias(PatchSide patch, PatchSide other);
 
  private:
   struct Kept;
@@ -117,6 +122,12 @@ class CellStore {
   std::optional<float> fit(std::span<Work> works, float samples) const;
   float outdated(const Kept& kept, const Wanted& wanted, float samples) const;
   std::shared_ptr<Kept> related_image(PatchSide patch, const Wanted& wanted, float samples) const;
+  std::optional<float> budget(std::span<Work> all, float samples, int shared);
+  void age(std::span<Work> all, float samples, bool tight) const;
+  std::vector<Work*> order(std::span<Work> all);
+  void render(std::span<const Work> all, std::span<Work* const> order, float samples);
+  CellLook look_of(const Work& work) const;
+  CellLook& own_look(PatchSide patch);
   void trim(double coming);
 
   const MergedSurfaces& mesh_;
@@ -149,13 +160,16 @@ class CellStore {
   double demand_ = 0, last_demand_ = 0;      ///< of this frame and the last: bytes of images as wanted
   double room_ = 0;                          ///< for the images of a call, bytes
   std::vector<std::shared_ptr<Kept>> kept_;  ///< by patch and side; a patch may show a related one's
-  std::vector<CellLook> looks_;
+  std::vector<std::uint32_t> look_numbers_;  ///< by patch and side
+  std::vector<CellLook> looks_{1};           ///< the first: none
+  std::vector<PatchSide> aliases_;           ///< since the last call of make()
   std::vector<PatchSide> alive_;
   const Camera* camera_ = nullptr;
   CellImageOptions options_;
   LevelOptions levels_;
   const DrawOptions* interrupts_ = nullptr;  ///< DrawOptions::ends()
   CellLights lights_;
+  bool has_windows_ = false;
   std::uint64_t call_ = 0;   ///< of make()
   std::uint64_t frame_ = 0;  ///< first call of the frame
   std::uint64_t made_ = 0;   ///< images

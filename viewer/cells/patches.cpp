@@ -20,9 +20,7 @@ constexpr float min_area = 1e-20F;  ///< of a triangle, m^2: all charts have a s
 constexpr double farthest = 1 << 30;
 /// Patches are split for point lights while they reach so far, in distances to the light.
 constexpr float wide_for_light = 0.1F;
-constexpr float largest_turn = 25;  ///< degrees
-/// Patches that turn out of sight, or away from a light, are split while they are larger, pixels.
-constexpr float outline_pixels = 16;
+constexpr float min_split_pixels = 10;  ///< of parts of a repeat
 
 struct Box {
   float relief = 0;
@@ -327,6 +325,8 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     const float scale = view.scale / depth;
     const V2f middle = V2f(away.dot(view.right), away.dot(view.up)) * scale - view.centre;
     const float reach = radius * scale;
+    shown.first = at * (1 << level);
+    shown.units = 1 << level;
     shown.in_frame =
         std::abs(middle.x) < view.half_frame.x + reach && std::abs(middle.y) < view.half_frame.y + reach;
     // Change of pixels for a step, and its inverse for a repeat: its rows' lengths are a pixel's width along
@@ -348,22 +348,26 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     const float turn_cosine = 2 * patch.normal.length() - 1;
     const float of_repeat = std::max(a.length(), b.length());
     const float longest = repeats * of_repeat;
-    const float degrees = std::min(view.limits.turn / std::max(of_repeat, 1e-3F), largest_turn);
+    const float degrees = std::min(view.limits.turn / std::max(of_repeat, 1e-3F), view.limits.max_turn);
     const float facing = std::abs(patch.normal.dot(to_viewer));
     const float spread = std::sqrt(std::max(0.0F, 1 - turn_cosine * turn_cosine));
     if (splits && shown.in_frame && longest > 1 && view.is_near_light(patch, radius / 2)) {
       splits = true;
     } else if (splits && repeats > 1) {
+      // Rays of a patch turn as its normals do, and its pixels are of one size.
+      constexpr auto radians = static_cast<float>(radians_per_degree);
       splits = shown.in_frame &&
                (turn_cosine < std::cos(degrees * static_cast<float>(radians_per_degree)) ||
+                (!view.parallel && 0.5F * radius > view.limits.max_turn * radians * depth) ||
                 longest > view.limits.pixels || repeats > view.limits.repeats ||
-                (longest > outline_pixels && (facing < spread || view.turns_away(patch, spread))));
+                (longest > view.limits.outline && (facing < spread || view.turns_away(patch, spread))));
     } else if (splits) {
       // Directions to the viewer differ by so much from the middle to the border, and yarn is as much
       // elsewhere.
       const float apart = view.parallel ? 0 : 0.5F * longest / view.scale;
       const float turn = 0.5F * std::acos(std::clamp(turn_cosine, -1.0F, 1.0F));
-      splits = shown.in_frame && (apart + turn) * chart.relief * of_repeat > view.limits.offset;
+      shown.offset = (apart + turn) * chart.relief * of_repeat;
+      splits = shown.in_frame && shown.offset > view.limits.offset && longest > min_split_pixels;
     }
   }
   if (splits) {

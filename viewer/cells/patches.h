@@ -37,6 +37,9 @@ struct Patch {
 struct ShownPatch {
   V2f pixel{1, 1};  ///< width of a pixel along u and v, repeats
   bool in_frame = false;
+  V2i first{0, 0};   ///< unit of its chart
+  int units = 1;     ///< along its sides
+  float offset = 0;  ///< pixels from where yarn belongs at its border, of parts of a repeat
 };
 
 class Patches {
@@ -92,6 +95,7 @@ class Patches {
   void choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
               std::span<const Light> lights);
 
+  bool is_part(std::uint32_t i) const { return shown_[i].units < units_of_repeat(); }
   /// Units are parts of repeats along either side, or whole ones.
   int units_of_repeat() const { return 1 << std::max(-first_level_, 0); }
   /// The unit, counted from a place's, at a place within a repeat.
@@ -104,6 +108,17 @@ class Patches {
     const Chart& chart = charts_[place.chart];
     return table_[chart.table + cell(place.v, v, chart.size.y) * chart.size.x +
                   cell(place.u, u, chart.size.x)];
+  }
+
+  /// Calls body(patch) for the chosen patches around one that is part of a repeat, itself included.
+  void for_all_around(std::uint32_t i, const auto& body) const {
+    const Chart& chart = charts_[places_[patches_[i].triangle].chart];
+    const ShownPatch& shown = shown_[i];
+    for (int v = std::max(shown.first.y - 1, 0); v <= std::min(shown.first.y + shown.units, chart.size.y - 1);
+         ++v)
+      for (int u = std::max(shown.first.x - 1, 0);
+           u <= std::min(shown.first.x + shown.units, chart.size.x - 1); ++u)
+        body(table_[chart.table + static_cast<std::size_t>(v) * chart.size.x + u]);
   }
 
   /// Calls body(patch) for the chosen patches of an extent, some of them several times.

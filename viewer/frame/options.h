@@ -34,11 +34,14 @@ struct FrameSize {
 
 /// Bounds of the patches that share a cell image (viewer/cells/patches.h): beyond one of them they are split.
 struct PatchLimits {
-  float pixels = 1;   ///< longest side, of patches of more than one repeat
-  float repeats = 4;  ///< along a side, at least 1
+  float pixels = 256;  ///< longest side, of patches of more than one repeat
+  float repeats = 32;  ///< along a side, at least 1
   /// Degrees that normals turn from their mean, times the pixels of a repeat, of patches of more than one:
   /// yarn seen from another side is so much elsewhere.
-  float turn = 360;
+  float turn = 200;
+  float max_turn = 5;  ///< degrees
+  float outline =
+      4;  ///< pixels of a side from which on patches split that turn out of sight or away from a light
   float offset = 0.5F;  ///< pixels from where yarn belongs, at the border of a part of a repeat
 };
 
@@ -49,7 +52,7 @@ struct CellImageOptions {
   bool hairs_behind = true;  ///< also on what only shows behind other surfaces
   // As in CellView.
   bool hair_shadows = true;
-  bool coarse_shading = false;
+  int shaded_together = 1;
   float shadow_texels = 2;
   float detail = 8;
   float piece_pixels = 1.5F;
@@ -64,10 +67,10 @@ struct CellImageOptions {
 /// For frames that move.
 inline constexpr CellImageOptions moving_cell_images{
     .samples = 2,
-    .patches = {.pixels = 128, .turn = 720, .offset = 8},
+    .patches = {.pixels = 128, .repeats = 4, .turn = 720, .max_turn = 25, .outline = 16, .offset = 8},
     .hairs_behind = false,
     .hair_shadows = false,
-    .coarse_shading = true,
+    .shaded_together = 2,
     .shadow_texels = 1,
     .piece_pixels = 2,
     .remade = 0.25F,

@@ -39,11 +39,8 @@ VisibilityPass::VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh
 void VisibilityPass::resize(const FrameBands& bands) {
   if (bands == bands_) return;
   target_objects_.clear();
-  bands_ = {0, 0, 0};
-  for (auto& side : targets_)
-    for (TriangleTarget& target : side) target = pbr_.make_target(target_objects_, bands.width, bands.rows);
+  targets_ = {};
   bands_ = bands;
-  check_errors(gl_, "frame buffer");
 }
 
 void VisibilityPass::place(const ProjectedVertices& projected) {
@@ -53,7 +50,12 @@ void VisibilityPass::place(const ProjectedVertices& projected) {
 
 void VisibilityPass::draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles) {
   const auto& targets = targets_[side];
-  const TriangleTarget& target = targets[round % 2];
+  TriangleTarget& target = targets_[side][round % 2];
+  // Most frames have no second round.
+  if (target.framebuffer == 0) {
+    target = pbr_.make_target(target_objects_, bands_.width, bands_.rows);
+    check_errors(gl_, "frame buffer");
+  }
   // Only the depth tells whether a pixel is empty, so colours are not cleared.
   gl_.ClearNamedFramebufferfi(target.framebuffer, GL_DEPTH_STENCIL, 0, 1, 0);
   if (triangles.empty()) return;

@@ -208,7 +208,7 @@ TEST_CASE("an image has the mean radiance and opacity of rays with shadows, what
                               Case{1 / 20.0F, 2, true, 0.03}, Case{1 / 4.0F, 4, false, 0.03}}) {
     CAPTURE(example.pixel);
     view.size = cell_size({example.pixel, example.pixel}, example.samples);
-    view.coarse_shading = example.coarse;
+    view.shaded_together = example.coarse ? 2 : 1;
     view.shadow_texels = 4;
     CellShadows shadows(cell);
     CellScratch scratch;
@@ -296,8 +296,7 @@ TEST_CASE("a thousand fat curves in a cell are refused, and as many as may be ma
   for (const CellTexel& texel : image.texels) CHECK(texel[3] == image.texels[0][3]);
 }
 
-TEST_CASE(
-    "lamps from nearly one direction share a grid, whose shadows move by a quarter of a texel at most") {
+TEST_CASE("lamps from nearly one direction share a grid, whose shadows move by a texel at most") {
   Random random(5);
   const Yarns yarns(stranded(random, false), period);
   const CellYarn cell(yarns, plane, {});
@@ -311,8 +310,8 @@ TEST_CASE(
     const auto shadow = shadows.cast(direction, detail);
     const V2f moved = (slope_of(direction) - shadow->slope) * relief;
     // Texels, as asked for, are as much longer along the slope.
-    CHECK(std::abs(moved.x) <= 0.28F * detail.texel * std::sqrt(1 + shadow->slope.x * shadow->slope.x));
-    CHECK(std::abs(moved.y) <= 0.28F * detail.texel * std::sqrt(1 + shadow->slope.y * shadow->slope.y));
+    CHECK(std::abs(moved.x) <= 1.12F * detail.texel * std::sqrt(1 + shadow->slope.x * shadow->slope.x));
+    CHECK(std::abs(moved.y) <= 1.12F * detail.texel * std::sqrt(1 + shadow->slope.y * shadow->slope.y));
     CHECK(shadows.cast(direction, detail) == shadow);
     CHECK(shadows.cast(direction, {0.01F, 2, 0.25F, true}) != shadow);
     // The thinnest ply bounds the texels.

@@ -1,0 +1,430 @@
+#include "format/cells/cell_shading.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "format/cells/surface_lanes.h"
+#include "format/fabric/yarn_sky.h"
+
+namespace selvedge {
+namespace {
+
+using Quad = Floats4;
+
+constexpr std::size_t max_lanes = 16;
+
+/// Numbers of lanes' curves.
+struct CurveNumbers {
+  using Floats = std::array<float, max_lanes>;
+  alignas(64) Floats slope, stations, gloss, rough, lustre, matt_x, matt_y, matt_z;
+  int curve = -1;  ///< of all lanes, or -1
+};
+
+void set_curve(const YarnCurve& curve, std::size_t i, CurveNumbers& numbers, StrandCurves& strands) {
+  numbers.slope[i] = curve.fibre_slope;
+  numbers.stations[i] = static_cast<float>(curve.stations);
+  const V3f matt = curve.albedo * ((1 - curve.gloss.weight) * std::numbers::inv_pi_v<float>);
+  numbers.matt_x[i] = matt.x;
+  numbers.matt_y[i] = matt.y;
+  numbers.matt_z[i] = matt.z;
+  numbers.gloss[i] = curve.gloss.weight;
+  numbers.rough[i] = curve.gloss.roughness;
+  numbers.lustre[i] = curve.gloss.lustre;
+  strands.pieces[i] = static_cast<float>(curve.strands.pieces);
+  strands.irregularity[i] = curve.strands.irregularity;
+  strands.contrast[i] = curve.strands.contrast;
+  const int plies = curve.plies.count;
+  strands.marl[i] = plies > 1 ? curve.strands.marl : 0;
+  strands.paler[i] =
+      2 * strands.marl[i] / static_cast<float>(std::max(1, std::abs(curve.strands.count) * (plies - 1)));
+  strands.swells[i] = static_cast<float>(curve.strands.swells);
+  strands.seed[i] = strand_hash(static_cast<std::uint32_t>(curve.strands.seed));
+}
+
+/// Fraction of a lamp's light that reaches N points: percentage-closer filtering over 2 x 2 texels.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> visibility_of_lamp(const FrontLamp& lamp, const WideVec3<N>& p, float plane,
+                                                const V2f& period) {
+  using Wide = WideFloat<N>;
+  const DepthGrid& grid = lamp.shadow->grid;
+  const Wide width(static_cast<float>(grid.width));
+  const Wide height(static_cast<float>(grid.height));
+  const Wide above = p.z - Wide(plane);
+  const Wide x =
+      (p.x - above * Wide(lamp.slope.x)) * Wide(static_cast<float>(grid.width) / period.x) - Wide(0.5F);
+  const Wide y =
+      (p.y - above * Wide(lamp.slope.y)) * Wide(static_cast<float>(grid.height) / period.y) - Wide(0.5F);
+  const Wide in_x = min(max(x - floor(x / width) * width, Wide(0)), width - Wide(1e-3F));
+  const Wide in_y = min(max(y - floor(y / height) * height, Wide(0)), height - Wide(1e-3F));
+  const Wide column = floor(in_x);
+  const Wide row = floor(in_y);
+  const Wide next_row = if_greater(row + Wide(1.5F), height, Wide(0), row + Wide(1));
+  std::int32_t here[N];   // NOLINT(modernize-avoid-c-arrays): written as whole vectors
+  std::int32_t below[N];  // NOLINT(modernize-avoid-c-arrays)
+  const Wide stride(static_cast<float>(grid.stride));
+  store_whole(row * stride + column, here);
+  store_whole(next_row * stride + column, below);
+  float depth[4][N];  // NOLINT(modernize-avoid-c-arrays)
+  const float* const z = grid.z.data();
+  for (std::size_t i = 0; i < N; ++i) {
+    depth[0][i] = z[here[i]];
+    depth[1][i] = z[here[i] + 1];
+    depth[2][i] = z[below[i]];
+    depth[3][i] = z[below[i] + 1];
+  }
+  const auto lit = [&](std::size_t k) __attribute__((always_inline)) {
+    return if_greater(Wide::load(depth[k]), p.z, Wide(0), Wide(1));
+  };
+  const Wide part_x = in_x - column;
+  const Wide part_y = in_y - row;
+  const Wide upper = lit(0) + part_x * (lit(1) - lit(0));
+  const Wide lower = lit(2) + part_x * (lit(3) - lit(2));
+  return upper + part_y * (lower - upper);
+}
+
+SELVEDGE_INLINE Quad positive(const Quad& a) { return a > 0.0F ? a : Quad{}; }
+
+/// Surface of the yarn at N points.
+template <std::size_t N>
+struct ShadedLanes {
+  WideVec3<N> leave;           ///< mm
+  WideVec3<N> smooth, normal;  ///< without and with strands
+  WideVec3<N> fibre, side, local_view, matt;
+  WideFloat<N> gloss, roughness, bright;
+  WideFloat<N> lustre, root_lustre;  ///< of the lamps' own light; of light from the table, of hairs 0
+  WideFloat<N> station, cosine, sine, outward, side_x, side_y;
+  bool is_matt = true;
+};
+
+/// Points of one batch, from `first` on.
+template <std::size_t N>
+struct PointLanes {
+  const Group* from[N];    // NOLINT(modernize-avoid-c-arrays)
+  const Group* extra[N];   // NOLINT(modernize-avoid-c-arrays)
+  std::int32_t curves[N];  // NOLINT(modernize-avoid-c-arrays)
+  std::size_t first = 0, count = 0;
+
+  SELVEDGE_INLINE PointLanes(const ShadingJob& job, const ShadingBatch& batch, std::size_t first_point,
+                             CurveNumbers& numbers, StrandCurves& strands)
+      : first(first_point), count(std::min(N, batch.count - first_point)) {
+    bool same = true;
+    for (std::size_t i = 0; i < N; ++i) {
+      const std::int32_t piece = batch.piece[first + (i < count ? i : 0)];
+      const Yarns::Segment& s = job.pieces.segments[piece];
+      from[i] = reinterpret_cast<const Group*>(&s);
+      extra[i] = job.pieces.strands[piece].data();
+      curves[i] = s.curve;
+      same &= s.curve == curves[0];
+    }
+    if (same && numbers.curve == curves[0]) return;
+    const YarnData& data = job.yarn.yarns().data();
+    for (std::size_t i = 0; i < N; ++i) set_curve(data.curves[curves[i]], i, numbers, strands);
+    numbers.curve = same ? curves[0] : -1;
+  }
+};
+
+/// Strands at points whose surface is known but for them.
+template <std::size_t N>
+SELVEDGE_INLINE void add_strand_lanes(const ShadingJob& job, const PointLanes<N>& points,
+                                      const CurveNumbers& numbers, StrandCurves& strands,
+                                      const WideVec3<N>& viewer, ShadedLanes<N>& at) {
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  const Wide zero(0);
+  const Wide one(1);
+  const auto load_of = [&](const CurveNumbers::Floats& floats) __attribute__((always_inline)) {
+    return Wide::load(floats.data());
+  };
+  Wide more[4];  // NOLINT(modernize-avoid-c-arrays)
+  fetch<N>(points.extra, 1, more);
+  const Wide some = abs(more[2]);
+  const Wide shown = some * min(one, more[1] * Wide(1 / std::max(2 * job.width, 1e-9F)));
+  const Wide hidden = some * (one - shown * shown);
+  more[0].store(strands.later_row.data());
+  more[2].store(strands.sense_x.data());
+  more[3].store(strands.sense_y.data());
+  fetch<N>(points.extra, 0, more);
+  more[0].store(strands.strands.data());
+  more[1].store(strands.shift.data());
+  more[2].store(strands.lays.data());
+  more[3].store(strands.first_row.data());
+  const StrandChangeLanes<N> change =
+      strand_change_lanes<N>(strands, 0, at.cosine, at.sine, at.station / load_of(numbers.stations));
+  const Vec across = at.fibre.cross(at.smooth);
+  at.normal = unit(at.smooth + across * (change.across * shown) + at.fibre * (change.along * shown));
+  at.normal = unit(at.normal + viewer * (shown * max(zero, Wide(min_strand_facing) - at.normal.dot(viewer))));
+  const Vec turned = at.fibre + across * (change.turn * shown);
+  at.fibre = unit(turned - at.normal * turned.dot(at.normal));
+  at.bright = change.colour * (one + change.shade * shown);
+  at.gloss = load_of(numbers.gloss);
+  const Wide rough = load_of(numbers.rough);
+  at.roughness = sqrt(rough * rough + hidden * Wide(hidden_roughness2));
+  at.lustre = load_of(numbers.lustre) * (one - hidden * Wide(hidden_lustre));
+  at.is_matt = !any_greater(at.lustre, zero);
+  const Wide most = (one - at.gloss) * Wide(std::numbers::inv_pi_v<float>);
+  const Wide less = one - hidden * Wide(hidden_loss);
+  const auto matt_of = [&](const Wide& value) __attribute__((always_inline)) {
+    return min(value * at.bright, most) * less;
+  };
+  at.matt = {matt_of(load_of(numbers.matt_x)), matt_of(load_of(numbers.matt_y)),
+             matt_of(load_of(numbers.matt_z))};
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE ShadedLanes<N> surface_lanes(const ShadingJob& job, const ShadingBatch& batch,
+                                             const PointLanes<N>& points, const CurveNumbers& numbers,
+                                             StrandCurves& strands) {
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  const bool flat = job.yarn.is_flat();
+  SegmentLanes<N> s(points.from, flat);
+  const Vec off{Wide::load(&batch.x[points.first]), Wide::load(&batch.y[points.first]),
+                Wide::load(&batch.z[points.first])};
+  Vec round_off = off;
+  if (flat) {
+    round_off = s.squeezed(off);
+    s.along = s.squeezed(s.along);
+    for (Vec& tangent : s.tangent) tangent = s.squeezed(tangent);
+  }
+  const OnCurve<N> on = nearest_on_curve<N>(s, round_off);
+  const Wide zero(0);
+  const Wide one(1);
+  ShadedLanes<N> at;
+  at.leave = s.start + off;
+  const Wide station = s.station + on.fraction * s.stations;
+  at.station = if_greater(zero, station, station + Wide::load(numbers.stations.data()), station);
+  const Vec round = unit(on.out - on.tangent * on.tangent.dot(on.out));
+  const Vec around = on.tangent.cross(round);
+  const Vec across0 = s.across[0] + (s.across[1] - s.across[0]) * on.fraction;
+  const Wide cosine = round.dot(across0);
+  const Wide sine = -around.dot(across0);
+  const Wide norm2 = cosine * cosine + sine * sine;
+  const Wide scale = one / sqrt(norm2);
+  // A hair has the angle of its root.
+  const auto or_root = [&](const Wide& a, const Wide& b) __attribute__((always_inline)) {
+    return if_greater(s.stations, zero, a, b);
+  };
+  at.smooth = flat ? unit(s.squeezed(round)) : round;
+  const Vec fibre = on.tangent + around * or_root(Wide::load(numbers.slope.data()), zero);
+  at.fibre = unit(flat ? s.stretched(fibre) : fibre);
+  at.cosine = or_root(if_greater(norm2, zero, cosine * scale, one), s.across[0].x);
+  at.sine = or_root(if_greater(norm2, zero, sine * scale, zero), s.across[0].y);
+  const Vec out_of_axis = s.out[0] + (s.out[1] - s.out[0]) * on.fraction;
+  at.outward = or_root(round.dot(out_of_axis), s.across[0].z);
+  at.side_x = or_root(out_of_axis.dot(across0), s.across[1].x);
+  at.side_y = or_root(out_of_axis.dot(on.tangent.cross(across0)), s.across[1].y);
+  const V3f to_viewer = lifted(job.view.view);
+  const Vec viewer{Wide(to_viewer.x), Wide(to_viewer.y), Wide(to_viewer.z)};
+  add_strand_lanes<N>(job, points, numbers, strands, viewer, at);
+  const Vec facing = unit(viewer + at.normal * max(zero, Wide(min_facing) - at.normal.dot(viewer)));
+  at.side = at.normal.cross(at.fibre);
+  at.local_view = {facing.dot(at.fibre), facing.dot(at.side), facing.dot(at.normal)};
+  at.root_lustre = or_root(at.lustre, zero);
+  return at;
+}
+
+/// Adds the lamps' own light.
+template <std::size_t N>
+SELVEDGE_INLINE void add_direct(const ShadingJob& job, const ShadingBatch& batch, const PointLanes<N>& points,
+                                const ShadedLanes<N>& at, std::size_t plane_texels, Group* raw) {
+  using Wide = WideFloat<N>;
+  using Vec = WideVec3<N>;
+  const Wide zero(0);
+  const auto add_lanes = [&](int plane, const Vec& sum) __attribute__((always_inline)) {
+    float colour[3][N];  // NOLINT(modernize-avoid-c-arrays)
+    sum.x.store(colour[0]);
+    sum.y.store(colour[1]);
+    sum.z.store(colour[2]);
+    Group* const to = raw + static_cast<std::size_t>(plane) * plane_texels;
+    for (std::size_t i = 0; i < points.count; ++i)
+      add(Quad{colour[0][i], colour[1][i], colour[2][i], 0}, to[batch.texel[points.first + i]]);
+  };
+  Vec sum{zero, zero, zero};
+  for (const FrontLamp& lamp : job.lamps) {
+    const Vec light{Wide(lamp.lifted.x), Wide(lamp.lifted.y), Wide(lamp.lifted.z)};
+    const Wide facing_light = at.normal.dot(light);
+    if (!any_greater(facing_light, zero)) continue;
+    const Wide along = light.dot(at.fibre);
+    const Wide glint = if_greater(
+        at.gloss, zero,
+        at.gloss * gloss_of(Vec{along, light.dot(at.side), facing_light}, at.local_view, at.roughness), zero);
+    const Vec own = at.is_matt ? at.matt : at.matt * body_of(along, at.local_view.x, at.lustre);
+    Wide fraction = facing_light * Wide(lamp.rise);
+    if (lamp.shadow != nullptr)
+      fraction = fraction * visibility_of_lamp<N>(lamp, at.leave + at.smooth * Wide(lamp.away),
+                                                  job.yarn.plane(), job.yarn.yarns().period());
+    fraction = if_greater(facing_light, zero, fraction, zero);
+    const Vec direct =
+        Vec{(own.x + glint) * Wide(lamp.irradiance.x), (own.y + glint) * Wide(lamp.irradiance.y),
+            (own.z + glint) * Wide(lamp.irradiance.z)} *
+        fraction;
+    if (lamp.plane == 0)
+      sum = sum + direct;
+    else
+      add_lanes(lamp.plane, direct);
+  }
+  add_lanes(0, sum);
+}
+
+/// Adds light from the table, and sets the opacity.
+template <std::size_t N>
+SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& batch,
+                                  const PointLanes<N>& points, const ShadedLanes<N>& at,
+                                  std::size_t plane_texels, Group* raw) {
+  using Wide = WideFloat<N>;
+  const Wide whole = floor(at.station);
+  alignas(64) float numbers[12][N];  // NOLINT(modernize-avoid-c-arrays)
+  whole.store(numbers[0]);
+  (at.station - whole).store(numbers[1]);
+  at.cosine.store(numbers[2]);
+  at.sine.store(numbers[3]);
+  (at.cosine * at.cosine - at.sine * at.sine).store(numbers[4]);
+  (Wide(2) * at.cosine * at.sine).store(numbers[5]);
+  at.outward.store(numbers[6]);
+  at.bright.store(numbers[7]);
+  at.side_x.store(numbers[8]);
+  at.side_y.store(numbers[9]);
+  at.local_view.x.store(numbers[10]);
+  at.root_lustre.store(numbers[11]);
+  const std::size_t slots = job.slots.size();
+  const std::size_t columns = slots + 1;
+  const YarnData& data = job.yarn.yarns().data();
+  const std::span<const int> first_station = job.yarn.yarns().inside().first_station;
+  for (std::size_t i = 0; i < points.count; ++i) {
+    const YarnCurve& curve = data.curves[points.curves[i]];
+    int here = static_cast<int>(numbers[0][i]);
+    if (here >= curve.stations) here -= curve.stations;
+    const int next = here + 1 >= curve.stations ? 0 : here + 1;
+    const int first = first_station[points.curves[i]];
+    const Group* a = &job.table[(first + here) * angle_functions * columns];
+    const Group* b = &job.table[(first + next) * angle_functions * columns];
+    const Quad part = Quad{} + numbers[1][i];
+    const V3f& groove = curve.plies.groove;
+    const Quad of_lamps = Quad{1, 1, 1, 0} + Quad{groove.x, groove.y, groove.z, 0} * numbers[6][i];
+    const bool sides = curve.plies.sides != 0;
+    const std::array<std::size_t, angle_functions> rows{0, 2, 3, sides ? 8U : 4U, sides ? 9U : 5U};
+    const std::uint32_t texel = batch.texel[points.first + i];
+    const auto about = [&](std::size_t slot) __attribute__((always_inline)) {
+      Quad value{};
+      for (int k = 0; k < angle_functions; ++k) {
+        const Quad low = quad_of(a[k * columns + slot]);
+        const Quad mixed = low + part * (quad_of(b[k * columns + slot]) - low);
+        value += k == 0 ? mixed : mixed * numbers[rows[k]][i];
+      }
+      return value;
+    };
+    float by_view = 1;
+    if (numbers[11][i] > 0) {
+      const Quad moments = about(slots);
+      by_view = lustre_factor(numbers[10][i], numbers[11][i], moments[0], moments[1]);
+    }
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      const auto from_side = job.slots[slot].from;
+      Quad value = about(slot);
+      if (from_side != LightSlot::sky) value *= of_lamps;
+      value = positive(value) * numbers[7][i];
+      if (from_side == LightSlot::front) value *= by_view;
+      add(value, raw[static_cast<std::size_t>(job.slots[slot].plane) * plane_texels + texel]);
+    }
+    raw[texel][3] = 1;
+  }
+}
+
+template <std::size_t N>
+SELVEDGE_INLINE void shade_batch(const ShadingJob& job, const ShadingBatch& batch, std::size_t plane_texels,
+                                 Group* raw) {
+  StrandCurves strands;
+  CurveNumbers numbers;
+  for (std::size_t first = 0; first < batch.count; first += N) {
+    const PointLanes<N> points(job, batch, first, numbers, strands);
+    const ShadedLanes<N> at = surface_lanes<N>(job, batch, points, numbers, strands);
+    add_direct<N>(job, batch, points, at, plane_texels, raw);
+    add_indirect<N>(job, batch, points, at, plane_texels, raw);
+  }
+}
+SELVEDGE_THREE_BODIES(shade_batch,
+                      (const ShadingJob& job, const ShadingBatch& batch, std::size_t plane_texels,
+                       Group* raw),
+                      (job, batch, plane_texels, raw))
+
+/// Light of all stations: for angle function i, the sum over light functions of c_ik B_k.
+void add_slot(std::span<const float> coefficients, const std::array<V3f, light_functions_of_yarn>& basis,
+              std::span<const std::uint8_t> wanted, std::size_t columns, std::size_t slot,
+              std::vector<Group>& table) {
+  const std::size_t stations = coefficients.size() / light_values_per_station;
+  for (std::size_t row = 0; row < stations * angle_functions; ++row) {
+    if (!wanted.empty() && wanted[row / angle_functions] == 0) continue;
+    const float* c = &coefficients[row / angle_functions * light_values_per_station +
+                                   row % angle_functions * 3 * light_functions_of_yarn];
+    Quad sum{};
+    for (int k = 0; k < light_functions_of_yarn; ++k)
+      sum += Quad{c[3 * k] * basis[k].x, c[3 * k + 1] * basis[k].y, c[3 * k + 2] * basis[k].z, 0};
+    std::memcpy(&table[row * columns + slot], &sum, sizeof sum);
+  }
+}
+
+/// Texels of the shadow grid, and least fraction of the period, by which points leave the yarn before they
+/// are looked up.
+constexpr float shadow_bias = 0.7F;
+constexpr float min_bias = 0.003F;
+
+}  // namespace
+
+std::vector<LightSlot> fill_table(const CellYarn& yarn, const CellView& view,
+                                  std::span<const std::uint8_t> wanted, std::vector<Group>& table) {
+  const YarnData& data = yarn.yarns().data();
+  std::vector<LightSlot> slots;
+  std::vector<std::pair<std::span<const float>, std::array<V3f, light_functions_of_yarn>>> sources;
+  for (const CellLamp& lamp : view.lamps) {
+    const bool behind = !(lamp.direction.z > 0);
+    if (behind && (data.through.empty() || !(lamp.direction.z < 0))) continue;
+    const std::array<float, light_functions_of_yarn> basis =
+        light_basis(V3f(lamp.direction.x, lamp.direction.y, std::abs(lamp.direction.z)));
+    auto& [from, factors] = sources.emplace_back();
+    from = behind ? data.through : data.light;
+    for (int k = 0; k < light_functions_of_yarn; ++k) factors[k] = lamp.irradiance * basis[k];
+    slots.push_back({lamp.plane, behind ? LightSlot::behind : LightSlot::front});
+  }
+  if (view.around && !yarn.sky().empty()) {
+    auto& [from, factors] = sources.emplace_back();
+    from = yarn.sky();
+    factors = view.around->factors;
+    slots.push_back({0, LightSlot::sky});
+  }
+  const std::size_t columns = slots.size() + 1;
+  const std::size_t stations = data.light.size() / light_values_per_station;
+  table.resize(stations * angle_functions * columns);
+  for (std::size_t slot = 0; slot < slots.size(); ++slot)
+    add_slot(sources[slot].first, sources[slot].second, wanted, columns, slot, table);
+  for (std::size_t row = 0; row < stations * angle_functions; ++row) {
+    const float* moments = &data.light[row / angle_functions * light_values_per_station +
+                                       transfer_values_per_station + row % angle_functions];
+    table[row * columns + slots.size()] = {moments[0], moments[angle_functions], 0, 0};
+  }
+  return slots;
+}
+
+std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, float pixel,
+                                    CellShadows& shadows) {
+  const V2f period = yarn.yarns().period();
+  std::vector<FrontLamp> lamps;
+  for (const CellLamp& lamp : view.lamps) {
+    if (!(lamp.direction.z > 0)) continue;
+    auto shadow = shadows.cast(
+        lamp.direction, {pixel / view.shadow_texels, view.piece_pixels * std::min(view.shadow_texels, 1.0F),
+                         view.shadow_texels / view.detail, view.hairs && view.hair_shadows});
+    lamps.push_back({lifted(lamp.direction), lamp.irradiance, std::min(1.0F, lamp.direction.z / min_rise),
+                     lamp.plane, shadow->slope, shadow,
+                     shadow_bias * std::max(shadow->texel, min_bias * std::min(period.x, period.y))});
+  }
+  return lamps;
+}
+
+void shade(const ShadingJob& job, const ShadingBatch& batch, std::size_t plane_texels, Group* raw) {
+  static const auto shade_all = shade_batch_for_this_processor();
+  // Lanes behind the last point read what earlier points left.
+  if (batch.count > 0) shade_all(job, batch, plane_texels, raw);
+}
+
+}  // namespace selvedge

@@ -1,0 +1,68 @@
+// Shading of the yarn's points in cell images: light that points reflect, from tables of the light that
+// reaches the stations of their curves and from shadow grids.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "format/cells/cell_shadows.h"
+#include "format/cells/cell_view.h"
+#include "format/simd/fetch.h"
+
+namespace selvedge {
+
+SELVEDGE_INLINE Floats4 quad_of(const Group& group) { return quad(&group, 0); }
+SELVEDGE_INLINE void add(const Floats4& value, Group& to) {
+  const Floats4 sum = quad_of(to) + value;
+  std::memcpy(&to, &sum, sizeof sum);
+}
+
+/// Light that a station has for one lamp, or for smooth light.
+struct LightSlot {
+  int plane = 0;
+  enum { front, behind, sky } from = front;
+};
+
+/// A lamp before the cell.
+struct FrontLamp {
+  V3f lifted{0, 0, 1};
+  V3f irradiance{0, 0, 0};
+  float rise = 1;  ///< no step where the light sets
+  int plane = 0;
+  V2f slope{0, 0};
+  std::shared_ptr<const CellShadow> shadow = nullptr;  ///< nothing is in shadow
+  float away = 0;  ///< mm along the normal, by which looked-up points leave the yarn
+};
+
+struct ShadingJob {
+  const CellYarn& yarn;
+  const YarnPieces& pieces;
+  const CellView& view;
+  std::span<const FrontLamp> lamps;
+  std::span<const LightSlot> slots;
+  std::span<const Group> table;  ///< fill_table()
+  float width = 0;               ///< of what a sample stands for, mm
+};
+
+struct ShadingBatch {
+  static constexpr std::size_t size = 256;
+  std::size_t count = 0;
+  alignas(64) std::array<float, size> x, y, z;  ///< from the piece's start, mm
+  std::array<std::int32_t, size> piece;
+  std::array<std::uint32_t, size> texel;
+};
+
+/// Fills the table, [station][angle function][slot], of the stations that `wanted` flags, or of all if it is
+/// empty, and names its slots; one more has the moments.
+std::vector<LightSlot> fill_table(const CellYarn& yarn, const CellView& view,
+                                  std::span<const std::uint8_t> wanted, std::vector<Group>& table);
+/// The lamps before the cell, with their shadows. `pixel`: its width, mm.
+std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, float pixel,
+                                    CellShadows& shadows);
+/// Shades the points of a batch, and adds them to raw[plane][texel]; opacity is 1.
+void shade(const ShadingJob& job, const ShadingBatch& batch, std::size_t plane_texels, Group* raw);
+
+}  // namespace selvedge
