@@ -21,7 +21,7 @@ const SLICE = 30, CHUNK = 4;
 /** Samples of an image along a pixel's side, and the fraction of images that a frame makes again. */
 const SAMPLES = 2, MOVING = 0.08, RESTING = 1;
 /** ms without another view after which images are made as one that rests wants them: of slow frames twice their time, to a bound. */
-const REST = 150, LATEST_REST = 2000;
+const REST = 150, LATEST_REST = 1000;
 /** ms after which a garment's new images are shown though more are to come. */
 const TELL = 120;
 
