@@ -35,11 +35,11 @@ using CellTexel = std::array<std::uint16_t, 4>;
 struct CellImage {
   int width = 0;
   int height = 0;
-  /// A pixel whose centre is (u, v) shows the texels at (u repeat.x - first.x, -v repeat.y - first.y), without
-  /// whole repeats, where texel (i, j) has whole coordinates.
+  /// A pixel whose centre is (u, v) shows the texels at (u repeat.x - first.x, -v repeat.y - first.y),
+  /// without whole repeats, where texel (i, j) has whole coordinates.
   V2f first{0, 0};
   V2f repeat{0, 0};  ///< texels of a repeat: width and height, or more of a window (CellSize)
-  float scale = 1;  ///< of radiance
+  float scale = 1;   ///< of radiance
   int planes = 1;
   /// [plane][row][column]; behind the last row and column is one more, of whole images the first.
   std::vector<CellTexel> texels;

@@ -260,7 +260,7 @@ class Yarns {
     float low = 0;  ///< mm, of what the cell's segments reach
     float high = 0;
   };
-  /// What rays are traced through.
+  /// Cells of the plane, each with the segments that a ray through it may meet.
   struct Grid {
     float low = 0, high = 0;  ///< mm, of the lowest and the highest point
     V2i count{1, 1};

@@ -3,8 +3,8 @@
 // CPU seconds.
 //
 //   selvedge-light STITCH [PATHS [SEED]]
-#include <Eigen/LU>
 #include <fmt/format.h>
+#include <Eigen/LU>
 
 #include <ctime>
 #include <numbers>

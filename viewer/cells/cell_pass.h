@@ -93,7 +93,7 @@ class CellPass {
   void set_planes(const ProjectedVertices& projected);
   void collect(bool behind, int shared);
   PatchNeed& request(PatchSide patch, bool behind, int shared);
-  /// What a surface shows in a repeat, counted from its triangle's first corner, at a place within it.
+  /// The view of a surface in a repeat, counted from its triangle's first corner, at a place within it.
   const CellLook* look_at(SeenSurface surface, std::int32_t repeat_u, std::int32_t repeat_v, float u,
                           float v) const;
   struct Surface {

@@ -478,7 +478,7 @@ void CellStore::render(std::span<const Work> all, std::span<Work* const> order, 
   std::erase_if(alive_, [&](PatchSide patch) { return !kept_[patch]; });
 }
 
-/// What a patch shows of its image.
+/// The part of its image that a patch shows.
 CellLook CellStore::look_of(const Work& work) const {
   if (!kept_[work.patch]) return {};
   const Kept& kept = *kept_[work.patch];

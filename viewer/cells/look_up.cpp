@@ -1,4 +1,4 @@
-// What pixels show of cell images: their places, the texels there, and variation.
+// Look-up of pixels in cell images: their places, the texels there, and variation.
 #include <bit>
 #include <cmath>
 #include <cstddef>

@@ -24,7 +24,7 @@ struct SideInput {
   float radiance_scale;
 };
 
-/// Of Variation::runs and Variation::places, along u and v each.
+/// Variation::runs and Variation::places, along u and v each.
 struct VariationNumbers {
   std::array<std::uint32_t, 6> keys;                ///< of the lattices
   std::array<std::array<std::int32_t, 3>, 4> runs;  ///< rows, lengths, 2^log2_repeats
