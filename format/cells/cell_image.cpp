@@ -173,7 +173,8 @@ SELVEDGE_INLINE CellTexel pack(const Quad& value) {
 /// cache.
 void filter_plane(const CellSize& size, const Group* from, const Quad& scale, CellScratch& scratch,
                   CellTexel* to) {
-  const auto [columns, lines] = std::pair(size.made().x, size.made().y);
+  const int columns = size.made().x;
+  const int lines = size.made().y;
   const V2i texels = size.texels();
   const int kept_rows = size.pixel.y + 1;
   scratch.rows.resize(static_cast<std::size_t>(kept_rows) * columns);
