@@ -38,8 +38,8 @@ struct PatchLimits {
   float repeats = 32;  ///< along a side, at least 1
   /// Degrees that normals turn from their mean, times the pixels of a repeat, of patches of more than one:
   /// yarn seen from another side is so much elsewhere.
-  float turn = 150;
-  float max_turn = 3.5F;  ///< degrees
+  float turn = 80;
+  float max_turn = 2;  ///< degrees
   float outline =
       4;  ///< pixels of a side from which on patches split that turn out of sight or away from a light
   float offset = 0.5F;  ///< pixels from where yarn belongs, at the border of a part of a repeat
