@@ -32,7 +32,7 @@ constexpr float beyond_thin_cloth = 0.5F;
 constexpr float relief_of_texels = 0.2F;
 
 /// Pixels around a part of a repeat that its image has, too.
-constexpr float around_part = 2;
+constexpr float around_part = 5;
 
 /// Pixels of coarser images are larger, in steps of a quarter of an octave.
 constexpr float step_larger = 1.189207F;
