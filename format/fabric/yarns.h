@@ -270,7 +270,7 @@ class Yarns {
   };
   /// Made at the first call: cloth that is splatted needs none.
   const Grid& grid() const;
-  struct Inside {
+  struct Inside {                        ///< segments and numbers of the yarn, for programs that show it
     float low = 0, high = 0;             ///< mm, of the lowest and the highest point
     std::span<const Segment> segments;   ///< one for each node of a yarn or ply
     std::span<const int> first_station;  ///< of each curve
