@@ -1,8 +1,11 @@
-// Light of yarn by lines (converter/light/line_light.h) beside light traced along paths: relative L2 over
-// places about all stations, by how they are seen, and 64 lights; ratio of means; relative L2 of the moments;
-// CPU seconds.
+// Light of yarn by lines (converter/light/line_light.h), or a fabric's of the same stitch, beside light
+// traced along paths from the places that no other yarn covers, weighted by how they are seen, under 64
+// lights: relative L2, in which the noise of two sets of paths cancels, ratio of means, relative L2 of the
+// moments.
 //
-//   selvedge-light STITCH [PATHS [SEED]]
+//   selvedge-light STITCH [PATHS [SEED [CUBES [FABRIC]]]]
+//
+// CUBES of marching cubes along the cell: a coarse mesh fills the corners where yarns touch.
 #include <fmt/format.h>
 #include <Eigen/LU>
 
@@ -16,6 +19,7 @@
 #include "converter/stitch/find_cell.h"
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
+#include "format/fabric/file.h"
 
 namespace {
 
@@ -23,7 +27,6 @@ using namespace selvedge;
 using std::numbers::pi;
 
 constexpr int light_count = 64;
-constexpr double covered_weight = 0.05;
 constexpr double lift = 0.15;  // radii above a place, where a ray starts that looks for the surface
 
 std::vector<V3f> spiral_lights(double first_turn) {
@@ -89,105 +92,116 @@ Arrived arrived_at(const RayScene& scene, const SurfacePoint& point, const V3d& 
   return arrived;
 }
 
-/// data.light along `paths` from each place around every station; [1, 2] of the seeds are independent.
-void trace_yarn_light(const TracedCell& cell, int paths, std::uint64_t seed, YarnData& data) {
-  const std::vector<V3f> lights = spiral_lights(0);
-  Eigen::MatrixXd by_light(light_count, light_functions_of_yarn);
-  for (int l = 0; l < light_count; ++l) {
-    const auto basis = light_basis(lights[l]);
-    for (int k = 0; k < light_functions_of_yarn; ++k) by_light(l, k) = static_cast<double>(basis[k]);
+/// A place that no other yarn covers, and its light along two independent sets of paths.
+struct TracedPlace {
+  int station = 0;  ///< among all curves'
+  StationPoint point;
+  std::array<PlaceLight, 2> light{PlaceLight::Zero(), PlaceLight::Zero()};
+};
+
+PlaceLight light_along_paths(const TracedCell& cell, const YarnCurve& curve, const V3d& along,
+                             const SurfacePoint& point, int paths, std::uint64_t seed) {
+  static const std::vector<V3f> lights = spiral_lights(0);
+  static const Eigen::MatrixXd project = [] {
+    Eigen::MatrixXd by_light(light_count, light_functions_of_yarn);
+    for (int l = 0; l < light_count; ++l) {
+      const auto basis = light_basis(lights[l]);
+      for (int k = 0; k < light_functions_of_yarn; ++k) by_light(l, k) = static_cast<double>(basis[k]);
+    }
+    return Eigen::MatrixXd((by_light.transpose() * by_light).inverse() * by_light.transpose());
+  }();
+  const Gloss& gloss = curve.gloss;
+  const V3f reflected =
+      curve.albedo * (1 - gloss.weight) + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
+  PlaceLight light = PlaceLight::Zero();
+  std::array<double, 2> mean{};
+  const auto add = [&](const SurfacePoint& on, const V3f& weight, int from) {
+    V3d fibre = surface_at(cell.scene, on).fibre;
+    if (fibre.dot(along) < 0) fibre = -fibre;
+    const Arrived arrived = arrived_at(cell.scene, on, fibre, lights, paths, seed_of(seed, 7, from));
+    const Eigen::MatrixXd values = project * arrived.irradiance;
+    for (int k = 0; k < columns_of_light; ++k)
+      light[k] += values(k / 3, k % 3) * static_cast<double>(weight[k % 3]) / pi;
+    for (int i = 0; i < 3; ++i)
+      mean[from] += arrived.irradiance.col(i).mean() * static_cast<double>(weight[i]);
+    if (from > 0 || gloss.lustre == 0) return;
+    for (int n = 0; n < light_moments; ++n) light[2 * columns_of_light + n] = arrived.moments[n];
+  };
+  add(point, reflected, 0);
+  // No ray met its other side: without the noise of its fibres.
+  if (cell.scene.is_translucent()) {
+    const SurfacePoint inside = other_side(point);
+    const YarnBrdf wall = surface_at(cell.scene, inside);
+    add(inside, V3f(wall.albedo * (wall.brightness * wall.transmission * dull_weight(wall))), 1);
   }
-  const Eigen::MatrixXd project = (by_light.transpose() * by_light).inverse() * by_light.transpose();
-  const Yarns yarns(data, V2f(cell.scene.period() * cell.mm));
-  int first = 0;
-  for (int c = 0; c < static_cast<int>(data.curves.size()); ++c) {
-    const YarnCurve& curve = data.curves[c];
-    const Gloss& gloss = curve.gloss;
-    const V3f reflected =
-        curve.albedo * (1 - gloss.weight) + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
-    std::vector<std::vector<LitPlace>> places(curve.stations);
-    parallel_for(0, curve.stations, [&](int station) {
-      const V3d along(yarns.frame_at(c, station).tangent);
-      for (const StationPoint& at :
-           points_about(yarns, c, station, curve.plies.count == 1 ? 16 : 48 / curve.plies.count)) {
-        LitPlace& place = places[station].emplace_back();
-        place.station = station;
-        for (int i = 0; i < angle_functions; ++i) place.functions[i] = static_cast<double>(at.functions[i]);
-        place.light.setZero();
-        place.weight = covered_weight;
-        SurfacePoint point;
-        place.open = is_open(cell, at, point);
-        if (!place.open) continue;
-        place.weight = std::max(covered_weight, static_cast<double>(at.seen));
-        const std::uint64_t stream =
-            seed_of(seed, static_cast<std::uint64_t>(first + station), places[station].size());
-        std::array<double, 2> mean{};
-        const auto add = [&](const SurfacePoint& on, const V3f& weight, int from) {
-          V3d fibre = surface_at(cell.scene, on).fibre;
-          if (fibre.dot(along) < 0) fibre = -fibre;
-          const Arrived arrived = arrived_at(cell.scene, on, fibre, lights, paths, seed_of(stream, 7, from));
-          const Eigen::MatrixXd values = project * arrived.irradiance;
-          for (int k = 0; k < columns_of_light; ++k)
-            place.light[k] += values(k / 3, k % 3) * static_cast<double>(weight[k % 3]) / pi;
-          for (int i = 0; i < 3; ++i)
-            mean[from] += arrived.irradiance.col(i).mean() * static_cast<double>(weight[i]);
-          if (from > 0 || gloss.lustre == 0) return;
-          for (int n = 0; n < light_moments; ++n) place.light[2 * columns_of_light + n] = arrived.moments[n];
-        };
-        add(point, reflected, 0);
-        // No ray met its other side: without the noise of its fibres.
-        const SurfacePoint inside = other_side(point);
-        if (cell.scene.is_translucent()) {
-          const YarnBrdf wall = surface_at(cell.scene, inside);
-          add(inside, V3f(wall.albedo * (wall.brightness * wall.transmission * dull_weight(wall))), 1);
-        }
-        place.light.tail(light_moments) *= mean[0] > 0 ? mean[0] / (mean[0] + mean[1]) : 0;
-      }
-    });
-    std::vector<LitPlace> all;
-    for (const auto& of_station : places) all.insert(all.end(), of_station.begin(), of_station.end());
-    fit_stations(all, c, first, cell.scene.is_translucent(), data);
-    first += curve.stations;
-  }
+  light.tail(light_moments) *= mean[0] > 0 ? mean[0] / (mean[0] + mean[1]) : 0;
+  return light;
 }
 
-void compare(const char* what, const YarnData& light, const YarnData& truth, const Yarns& yarns) {
+std::vector<TracedPlace> trace_places(const TracedCell& cell, const Yarns& yarns, int paths,
+                                      std::uint64_t seed) {
+  std::vector<TracedPlace> all;
+  for (int c = 0; c < static_cast<int>(yarns.data().curves.size()); ++c) {
+    const YarnCurve& curve = yarns.data().curves[c];
+    std::vector<std::vector<TracedPlace>> places(curve.stations);
+    parallel_for(0, curve.stations, [&](int station) {
+      const V3d along(yarns.frame_at(c, station).tangent);
+      const int number = yarns.inside().first_station[c] + station;
+      for (const StationPoint& at :
+           points_about(yarns, c, station, curve.plies.count == 1 ? 16 : 48 / curve.plies.count)) {
+        SurfacePoint point;
+        if (!is_open(cell, at, point)) continue;
+        TracedPlace& place = places[station].emplace_back(number, at);
+        for (int i = 0; i < 2; ++i) {
+          place.light[i] = light_along_paths(cell, curve, along, point, paths,
+                                             seed_of(2 * seed + i, number, places[station].size()));
+        }
+      }
+    });
+    for (const auto& of_station : places) all.insert(all.end(), of_station.begin(), of_station.end());
+  }
+  return all;
+}
+
+/// Errors whose noise is independent in both factors: its mean is 0.
+void compare(const YarnData& data, const std::vector<TracedPlace>& places) {
   struct Sums {
     double error = 0, signal = 0, light = 0, truth = 0;
-    void add(double w, double a, double b) {
-      error += w * (a - b) * (a - b);
-      signal += w * b * b;
-      light += w * a;
-      truth += w * b;
+    void add(double w, double shown, double a, double b) {
+      error += w * (shown - a) * (shown - b);
+      signal += w * a * b;
+      light += w * shown;
+      truth += w * (a + b) / 2;
     }
   } all, moments;
-  for (int c = 0; c < static_cast<int>(light.curves.size()); ++c) {
-    for (int s = 0; s < light.curves[c].stations; ++s) {
-      const std::size_t at = std::size_t{light_values_per_station} * (yarns.inside().first_station[c] + s);
-      for (const StationPoint& place : points_about(yarns, c, s, 16)) {
-        std::array<LightTransfer, 2> transfer{};
-        std::array<std::array<double, light_moments>, 2> u{};
-        for (int side = 0; side < 2; ++side) {
-          const float* values = &(side == 0 ? light : truth).light[at];
-          for (int i = 0; i < angle_functions; ++i) {
-            for (float& value : transfer[side]) value += place.functions[i] * *values++;
-          }
-          for (int n = 0; n < light_moments; ++n) {
-            for (int i = 0; i < angle_functions; ++i)
-              u[side][n] += static_cast<double>(place.functions[i] * *values++);
-          }
-        }
-        const auto weight = static_cast<double>(place.seen);
-        for (const V3f& l : spiral_lights(1)) {
-          const V3f a = indirect_light(transfer[0], l);
-          const V3f b = indirect_light(transfer[1], l);
-          for (int k = 0; k < 3; ++k) all.add(weight, static_cast<double>(a[k]), static_cast<double>(b[k]));
-        }
-        for (int n = 0; n < light_moments; ++n) moments.add(weight, u[0][n], u[1][n]);
-      }
+  const std::vector<V3f> lights = spiral_lights(1);
+  for (const TracedPlace& place : places) {
+    const float* value = &data.light[std::size_t{light_values_per_station} * place.station];
+    std::array<LightTransfer, 3> transfer{};
+    std::array<double, light_moments> moment{};
+    for (const float function : place.point.functions) {
+      for (float& sum : transfer[0]) sum += function * *value++;
+    }
+    for (double& sum : moment) {
+      for (const float function : place.point.functions) sum += static_cast<double>(function * *value++);
+    }
+    for (int i = 0; i < 2; ++i) {
+      for (int k = 0; k < columns_of_light; ++k) transfer[i + 1][k] = static_cast<float>(place.light[i][k]);
+    }
+    const auto weight = static_cast<double>(place.point.seen);
+    for (const V3f& l : lights) {
+      std::array<V3f, 3> from{};
+      for (int i = 0; i < 3; ++i) from[i] = indirect_light(transfer[i], l);
+      for (int k = 0; k < 3; ++k)
+        all.add(weight, static_cast<double>(from[0][k]), static_cast<double>(from[1][k]),
+                static_cast<double>(from[2][k]));
+    }
+    for (int n = 0; n < light_moments; ++n) {
+      moments.add(weight, moment[n], place.light[0][2 * columns_of_light + n],
+                  place.light[1][2 * columns_of_light + n]);
     }
   }
-  fmt::print("{}: rel. L2 {:.3f}, mean {:.3f}, moments {:.2f}\n", what, std::sqrt(all.error / all.signal),
+  fmt::print("rel. L2 {:.3f}, mean {:.3f}, moments {:.2f}\n", std::sqrt(all.error / all.signal),
              all.light / all.truth, std::sqrt(moments.error / std::max(moments.signal, 1e-30)));
 }
 
@@ -198,7 +212,9 @@ int main(int argc, char** argv) {
     const std::string stitch = argc > 1 ? argv[1] : "plain-knit";
     const int paths = argc > 2 ? std::atoi(argv[2]) : 128;
     const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1;
-    const Cell found = value_or_throw(find_cell(stitch));
+    CellOptions options;
+    if (argc > 4) options.mesh.cells_across = std::atoi(argv[4]);
+    const Cell found = value_or_throw(find_cell(stitch, options));
     const TracedCell cell = value_or_throw(trace_cell(found.mesh, stitch, {}));
     YarnCell yarn = yarn_cell_of(found.mesh);
     YarnData lines = yarn.yarns;
@@ -206,11 +222,14 @@ int main(int argc, char** argv) {
     light_yarn(lines, V2f(yarn.period), yarn.through);
     fmt::print("{}: lines {:.2f} CPU s\n", stitch,
                static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    const Yarns yarns(lines, V2f(yarn.period));
-    std::array<YarnData, 2> truths{lines, lines};
-    for (std::uint64_t i = 0; i < 2; ++i) trace_yarn_light(cell, paths, 2 * seed + i, truths[i]);
-    compare("lines", lines, truths[0], yarns);
-    compare("the other truth (noise x sqrt 2)", truths[1], truths[0], yarns);
+    if (argc > 5) {
+      const Fabric fabric = value_or_throw(read_fabric(argv[5]));
+      const std::vector<float>& light = fabric.levels.front().yarns()->data().light;
+      if (light.size() != lines.light.size())
+        throw Failure{{.file = argv[5], .message = "another stitch has made it"}};
+      lines.light = light;
+    }
+    compare(lines, trace_places(cell, Yarns(lines, V2f(yarn.period)), paths, seed));
   } catch (const Failure& failure) {
     fmt::print(stderr, "{}\n", to_line(failure.error));
     return 1;
