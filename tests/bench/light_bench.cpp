@@ -176,7 +176,7 @@ void compare(const YarnData& data, const std::vector<TracedPlace>& places) {
   } all, moments;
   const std::vector<V3f> lights = spiral_lights(1);
   for (const TracedPlace& place : places) {
-    const float* value = &data.light[std::size_t{light_values_per_station} * place.station];
+    const float* value = &data.light.at(std::size_t{light_values_per_station} * place.station);
     std::array<LightTransfer, 3> transfer{};
     std::array<double, light_moments> moment{};
     for (const float function : place.point.functions) {
@@ -190,11 +190,9 @@ void compare(const YarnData& data, const std::vector<TracedPlace>& places) {
     }
     const auto weight = static_cast<double>(place.point.seen);
     for (const V3f& l : lights) {
-      std::array<V3f, 3> from{};
-      for (int i = 0; i < 3; ++i) from[i] = indirect_light(transfer[i], l);
-      for (int k = 0; k < 3; ++k)
-        all.add(weight, static_cast<double>(from[0][k]), static_cast<double>(from[1][k]),
-                static_cast<double>(from[2][k]));
+      const std::array light{V3d(indirect_light(transfer[0], l)), V3d(indirect_light(transfer[1], l)),
+                             V3d(indirect_light(transfer[2], l))};
+      for (int k = 0; k < 3; ++k) all.add(weight, light[0][k], light[1][k], light[2][k]);
     }
     for (int n = 0; n < light_moments; ++n) {
       moments.add(weight, moment[n], place.light[0][2 * columns_of_light + n],
@@ -222,13 +220,7 @@ int main(int argc, char** argv) {
     light_yarn(lines, V2f(yarn.period), yarn.through);
     fmt::print("{}: lines {:.2f} CPU s\n", stitch,
                static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    if (argc > 5) {
-      const Fabric fabric = value_or_throw(read_fabric(argv[5]));
-      const std::vector<float>& light = fabric.levels.front().yarns()->data().light;
-      if (light.size() != lines.light.size())
-        throw Failure{{.file = argv[5], .message = "another stitch has made it"}};
-      lines.light = light;
-    }
+    if (argc > 5) lines.light = value_or_throw(read_fabric(argv[5])).levels.front().yarns()->data().light;
     compare(lines, trace_places(cell, Yarns(lines, V2f(yarn.period)), paths, seed));
   } catch (const Failure& failure) {
     fmt::print(stderr, "{}\n", to_line(failure.error));

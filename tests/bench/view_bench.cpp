@@ -26,10 +26,6 @@ using namespace selvedge;
 using bench::need;
 
 constexpr V2i size(1920, 1080);
-/// The plain knit of the demo of commit 1d1769a2, in the current version of the file, and references of the
-/// sample sweater in it.
-constexpr const char* pinned_folder = "tests/bench/frames";
-
 struct Subject {
   std::string name;
   LoadedScene loaded;
@@ -267,13 +263,11 @@ class Rates {
   double whole_ = 1;  ///< pixels of a repeat at zoom 1
 };
 
-std::string picture_of(const std::string& folder, const View& view) {
-  return fmt::format("{}/{:.0f}.png", folder, view.pixels_of_a_repeat);
-}
-
 void write_references(const Subject& subject, const std::string& folder) {
   const Rates rates(subject);
-  for (const View& view : views) need(write_png(picture_of(folder, view), rates.reference(view)));
+  for (const View& view : views) {
+    need(write_png(fmt::format("{}/{:.0f}.png", folder, view.pixels_of_a_repeat), rates.reference(view)));
+  }
 }
 
 void frame_rates(const Subject& subject, bench::Rows& rows) {
@@ -285,13 +279,7 @@ void frame_rates(const Subject& subject, bench::Rows& rows) {
       "|\n|---|---|---|---|---|---|---|---|---|---|---|\n",
       subject.name, size.x, size.y, thread_count());
   const Rates rates(subject);
-  const Fabric knit = need(read_fabric(fmt::format("{}/plain-knit.fabric.exr", pinned_folder)));
-  const auto yarn_of = [](const Fabric& fabric) { return fabric.levels.front().yarns()->data(); };
-  const bool pinned = subject.wears_yarn() && yarn_of(subject.loaded.fabrics.front()) == yarn_of(knit);
-  for (const View& view : views) {
-    rates.measure(view, pinned ? need(read_image(picture_of(pinned_folder, view))) : rates.reference(view),
-                  rows);
-  }
+  for (const View& view : views) rates.measure(view, rates.reference(view), rows);
 }
 
 /// In two lights; beside the time, its ratio to the first subject's under two lamps.
