@@ -1,7 +1,8 @@
 // Bytes -> dress(), with options drawn from the bytes: what it writes is accepted by the checker, but for
-// faults that the garment had before. The garment and what becomes of it are files of a folder of the run's
-// own; no other file is opened.
+// faults that the garment had before, and drawn in a frame of finite numbers. The garment and what becomes of
+// it are files of a folder of the run's own; no other file is opened.
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "converter/dress/dress.h"
@@ -9,7 +10,10 @@
 #include "format/fabric/file.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
+#include "tests/format/yarn_data.h"
 #include "tests/fuzz/target.h"
+#include "viewer/load.h"
+#include "viewer/renderer.h"
 
 using namespace selvedge;
 
@@ -20,7 +24,8 @@ struct Wardrobe {
   std::string fabric = folder / "fabric.exr";
 
   Wardrobe() {
-    fuzz::require(write_fabric(fabric, test::lambert_fabric(1, 1, {0.5F, 0.25F, 0.125F})).has_value(),
+    fuzz::require(write_fabric(fabric, test::with_yarn(test::lambert_fabric(1, 1, {0.5F, 0.25F, 0.125F}), 3))
+                      .has_value(),
                   "a fabric is written");
   }
 };
@@ -41,6 +46,24 @@ DressOptions options_from(std::uint64_t sum) {
   return options;
 }
 
+void draw(const std::string& garment, const SceneLimits& limits) {
+  const Result<LoadedScene> loaded = load_scene(garment, {}, limits);
+  if (!loaded) return;
+  const Result<std::vector<V3d>> points = world_points(loaded->scene);
+  if (!points) return;
+  const Result<Camera> camera = make_camera(*points, 1, {});
+  if (!camera) return;
+  RenderOptions options;
+  options.path = RenderPath::raster;
+  options.width = options.height = 32;
+  options.lights = default_lights(*camera);
+  options.shadows = 64;
+  const Result<Frame> frame = render(loaded->scene, loaded->fabrics, *camera, options);
+  if (!frame) return;
+  for (const V4f& p : frame->pixels)
+    fuzz::require(std::isfinite(p.x + p.y + p.z + p.w), "a frame has finite numbers");
+}
+
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -51,6 +74,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   test::write_bytes(garment, std::string(reinterpret_cast<const char*>(data), size));
   const DressOptions options = options_from(std::accumulate(data, data + size, std::uint64_t{0}));
   if (!dress(garment, wardrobe.fabric, dressed, options)) return 0;
+  draw(dressed, options.limits);
   // A garment that is no good may stay so. But pictures and the fabrics that it wears are not decoded, and
   // pictures of other addresses stay: whatever is wrong with these alone, the rest is good.
   const Issues before = check_gltf(garment, options.limits);
