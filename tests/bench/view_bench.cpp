@@ -1,11 +1,12 @@
 // Frames of dressed garments:
-//   selvedge-bench-view [--rows FILE] [--rates | --looks | --references FOLDER] SCENE.glb ...
+//   selvedge-bench-view [--rows FILE] [--rates | --looks | --parts | --references FOLDER] SCENE.glb ...
 //   selvedge-bench-view --swatch FABRIC.exr PLACE WIDTH HEIGHT FINER PICTURE.png
 // With --rates: frames of an orbit around a garment of yarn under two lamps fixed to it, and at rest, with 8,
 // 15, 30 and 120 pixels a repeat and shadow maps: processor time, and, unless some surface wears no yarn, dB
 // to the rays of tests/viewer/rays.h and fine power; --references writes pictures of these. With --looks:
 // moving frames of every scene as the first one is seen whole, and with 30 pixels a repeat, under two lamps
-// and in the studio. Otherwise ms of a frame. With --swatch: a picture by rays.
+// and in the studio; --parts: also dB to the first one's rays. Otherwise ms of a frame. With --swatch: a
+// picture by rays.
 #include <algorithm>
 #include <filesystem>
 #include <numbers>
@@ -184,15 +185,19 @@ class Rates {
 
   double pixels_of_whole() const { return whole_; }
 
-  /// ms of the processor.
-  double moving(const View& view, bool in_studio) const {
+  struct Moving {
+    double milliseconds = 0;  ///< of the processor
+    double decibels = 0;
+    double power = 0;  ///< fine_power()
+  };
+  Moving moving(const View& view, bool in_studio, const Image& reference = {}) const {
     RenderOptions options = options_;
     if (in_studio) {
       const EnvironmentLight light = divide(studio());
       options.lights = light.lamps;
       options.around = light.rest;
     }
-    return move(view, options, 1, false, {}).milliseconds;
+    return move(view, options, 1, false, reference);
   }
 
   void measure(const View& view, const Image& reference, bench::Rows& rows) const {
@@ -228,11 +233,6 @@ class Rates {
   }
 
  private:
-  struct Moving {
-    double milliseconds = 0;  ///< of the processor
-    double decibels = 0;
-    double power = 0;  ///< fine_power()
-  };
   /// Means over orbits that end in the reference's view. Each begins a frame earlier, so that other images
   /// are old at its end.
   Moving move(const View& view, RenderOptions options, int phases, bool lamps_turn,
@@ -282,12 +282,15 @@ void frame_rates(const Subject& subject, bench::Rows& rows) {
   for (const View& view : views) rates.measure(view, rates.reference(view), rows);
 }
 
-/// In two lights; beside the time, its ratio to the first subject's under two lamps.
-void frame_looks(const std::vector<std::string>& files, bench::Rows& rows) {
+/// In two lights; beside the time, its ratio to the first subject's under two lamps. `parts`: other subjects
+/// are the first one without something, and dB are to the first one's rays.
+void frame_looks(const std::vector<std::string>& files, bool parts, bench::Rows& rows) {
   fmt::print(
-      "| scene | pixels a repeat, whole | two lamps, ms of processor | ratio | studio | ratio | 30 pixels "
-      "a repeat, two lamps | ratio | studio | ratio |\n|---|---|---|---|---|---|---|---|---|---|\n");
+      "| scene | pixels a repeat, whole | two lamps, ms of processor | ratio{0} | studio | ratio | 30 pixels "
+      "a repeat, two lamps | ratio{0} | studio | ratio |\n|---|---|---|---|---|---|---|---|---|---|{1}\n",
+      parts ? " | dB" : "", parts ? "---|---|" : "");
   std::array<double, 2> first{};
+  std::array<Image, 2> references;
   double zoom = 0;
   for (const std::string& file : files) {
     const Subject subject = load(file);
@@ -297,10 +300,12 @@ void frame_looks(const std::vector<std::string>& files, bench::Rows& rows) {
     seen[0].pixels_of_a_repeat = zoom * rates.pixels_of_whole();
     fmt::print("| {} | {:.1f} |", subject.name, seen[0].pixels_of_a_repeat);
     for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (parts && first[i] == 0) references[i] = rates.reference(seen[i]);
       for (const bool in_studio : {false, true}) {
-        const double ms = rates.moving(seen[i], in_studio);
+        const auto [ms, decibels, power] = rates.moving(seen[i], in_studio, references[i]);
         if (first[i] == 0) first[i] = ms;
         fmt::print(" {:.0f} | {:.2f} |", ms, ms / first[i]);
+        if (parts && !in_studio) fmt::print(" {:.1f} |", decibels);
         std::fflush(stdout);
         rows.add(fmt::format("look/{}/{}/{}", subject.name, seen[i].name, in_studio ? "studio" : "lamps"), ms,
                  "ms");
@@ -361,8 +366,8 @@ int main(int argc, char** argv) {
   files.erase(files.begin(), files.begin() + (mode.empty() ? 0 : folder.empty() ? 1 : 2));
   if (files.empty()) {
     fmt::print(stderr,
-               "usage: selvedge-bench-view [--rows FILE] [--rates | --looks | --references FOLDER] SCENE.glb "
-               "...\n");
+               "usage: selvedge-bench-view [--rows FILE] [--rates | --looks | --parts | --references FOLDER] "
+               "SCENE.glb ...\n");
     return 2;
   }
   if (mode.empty()) {
@@ -370,9 +375,9 @@ int main(int argc, char** argv) {
         "| scene | covered | project | geometry | read back | texels, frames, light | frame (ms) | "
         "processor |\n|---|---|---|---|---|---|---|---|\n");
   }
-  if (mode == "--looks") frame_looks(files, rows);
+  if (mode == "--looks" || mode == "--parts") frame_looks(files, mode == "--parts", rows);
   if (mode == "--swatch") write_swatch(files);
-  if (mode == "--looks" || mode == "--swatch") files.clear();
+  if (mode == "--looks" || mode == "--parts" || mode == "--swatch") files.clear();
   for (const std::string& file : files) {
     const Subject subject = load(file);
     if (references && !subject.wears_yarn()) {
