@@ -1,10 +1,19 @@
 #include "format/picture/image.h"
 
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStdIO.h>
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <png.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <string_view>
 
 #include "format/base/atomic_file.h"
@@ -63,7 +72,7 @@ Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, co
   if (format == std::string_view("openexr") && declares_more_than_it_has(bytes))
     return fail(Code::image_unreadable, name, "", "ends within its header");
   if (format == std::string_view("hdr")) return read_radiance(bytes, name, limits);
-  return load_openimageio(Code::image_unreadable).and_then([&](const OpenImageIo* library) {
+  return load_openimageio().and_then([&](const OpenImageIo* library) {
     return library->read(format, bytes, name, transfer, limits, halvings);
   });
 }
@@ -82,21 +91,15 @@ Result<void> check(const Image& image, const std::string& name) {
   return {};
 }
 
-Result<void> write(const std::string& path, Result<std::vector<std::uint8_t>> bytes) {
-  if (bytes) return write_file(path, *bytes);
-  bytes.error().file = path;
-  return tl::unexpected(bytes.error());
-}
-
 }  // namespace
 
-Result<const OpenImageIo*> load_openimageio(Code code) {
+Result<const OpenImageIo*> load_openimageio() {
   static const auto table = []() -> tl::expected<const OpenImageIo*, std::string> {
     void* module = dlopen("libselvedge-openimageio.so", RTLD_NOW | RTLD_LOCAL);
     if (module == nullptr) return tl::unexpected<std::string>(dlerror());
     return static_cast<const OpenImageIo*>(dlsym(module, "selvedge_openimageio"));
   }();
-  if (!table) return fail(code, "", "", table.error());
+  if (!table) return fail(Code::image_unreadable, "", "", table.error());
   return *table;
 }
 
@@ -123,8 +126,6 @@ Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::strin
 
 Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transfer) {
   if (Result<void> good = check(image, ""); !good) return tl::unexpected(good.error());
-  const auto library = load_openimageio(Code::image_unwritable);
-  if (!library) return tl::unexpected(library.error());
   std::vector<std::uint8_t> stored(image.pixels.size());
   for (std::size_t i = 0; i < stored.size(); ++i) {
     const bool alpha = has_alpha(image) && i % image.channels == image.channels - std::size_t{1};
@@ -133,18 +134,55 @@ Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transf
     if (transfer == Transfer::srgb && !alpha) value = linear_to_srgb(value);
     stored[i] = static_cast<std::uint8_t>(std::lround(value * 255.0F));
   }
-  return (*library)->encode_png(image, stored, transfer);
+  constexpr std::array<png_uint_32, 4> formats{PNG_FORMAT_GRAY, PNG_FORMAT_GA, PNG_FORMAT_RGB,
+                                               PNG_FORMAT_RGBA};
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = formats[image.channels - 1];
+  if (transfer == Transfer::keep) png.flags = PNG_IMAGE_FLAG_COLORSPACE_NOT_sRGB;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+  std::vector<std::uint8_t> bytes(size);
+  if (png_image_write_to_memory(&png, bytes.data(), &size, 0, stored.data(), 0, nullptr) == 0)
+    return fail(Code::image_unwritable, "", "png", png.message);
+  bytes.resize(size);
+  return bytes;
 }
 
 Result<void> write_png(const std::string& path, const Image& image, Transfer transfer) {
-  return write(path, encode_png(image, transfer));
+  Result<std::vector<std::uint8_t>> bytes = encode_png(image, transfer);
+  if (bytes) return write_file(path, *bytes);
+  bytes.error().file = path;
+  return tl::unexpected(bytes.error());
 }
 
 Result<void> write_exr(const std::string& path, const Image& image) {
   if (Result<void> good = check(image, path); !good) return good;
-  return write(path, load_openimageio(Code::image_unwritable).and_then([&](const OpenImageIo* library) {
-    return library->encode_exr(image);
-  }));
+  auto file = AtomicFile::create(path);
+  if (!file) return tl::unexpected(file.error());
+  std::ofstream stream(file->temporary(), std::ios::binary);
+  try {
+    Imf::Header header(image.width, image.height);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    Imf::FrameBuffer buffer;
+    const std::size_t pixel = sizeof(float) * image.channels;
+    auto* const base = reinterpret_cast<char*>(const_cast<float*>(image.pixels.data()));  // is only read
+    for (int c = 0; c < image.channels; ++c) {
+      const char* const name = &(image.channels < 3 ? "Y\0A" : "R\0G\0B\0A")[2 * c];
+      header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+      buffer.insert(name, Imf::Slice(Imf::FLOAT, base + sizeof(float) * c, pixel, pixel * image.width));
+    }
+    Imf::StdOFStream named(stream, path.c_str());
+    Imf::OutputFile out(named, header);
+    out.setFrameBuffer(buffer);
+    out.writePixels(image.height);
+  } catch (const std::exception& error) {
+    return fail(Code::image_unwritable, path, "", error.what());
+  }
+  stream.close();
+  if (!stream) return fail(Code::file_unwritable, path, "", std::strerror(errno));
+  return file->commit();
 }
 
 Result<void> check_same_size(const Image& a, const Image& b) {
