@@ -14,7 +14,7 @@ constexpr int min_points = 6;
 constexpr int min_points_of_many = 4;
 constexpr int many_texels = 1 << 12;
 /// Bytes of the points under all lights at once.
-constexpr std::size_t max_bytes = std::size_t{32} << 20;
+constexpr std::size_t max_bytes = std::size_t{8} << 20;
 /// The detail with which strands and hairs are seen; less where there are more hairs than so many for a
 /// point: each is shaded under every light. Twill loses less than 0.1 dB of its finest level.
 constexpr float max_detail = 64;
