@@ -5,8 +5,7 @@
 
 int main(int argc, char** argv) {
 #ifdef M_MMAP_THRESHOLD
-  // Large blocks go back to the system when they are freed: glibc learns to keep them, 50 of 380 MB of a
-  // chart.
+  // Freed large blocks go back to the system: glibc learns to keep them, 50 of 380 MB of a chart.
   mallopt(M_MMAP_THRESHOLD, 1 << 18);
 #endif
   selvedge::Program program(

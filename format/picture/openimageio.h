@@ -1,6 +1,6 @@
-// What the project uses of OpenImageIO: readers of picture files. They are a module of their own, which is
-// loaded at the first picture that is read: OpenImageIO brings 250 shared libraries, and loading them takes
-// longer than many a command.
+// Readers of picture files by OpenImageIO. They are a module of their own, which is loaded at the first
+// picture that is read: OpenImageIO brings 250 shared libraries, and loading them takes longer than many a
+// command.
 #pragma once
 
 #include "format/picture/image.h"
