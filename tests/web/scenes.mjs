@@ -24,14 +24,8 @@ const VIEWS = {
   // Through holes, and with a mask, normals, a tint and occlusion of the garment's own.
   holes: { file: 'parts.gltf', look_at: [0, 0, -0.03], distance: 0.5, azimuth: 20, elevation: 15, width: 80, height: 80 },
   // The back of cloth, and the light that comes through it.
-  'both sides': {
-    file: 'curtain.gltf', look_at: [0, 0, 0], distance: 0.3, azimuth: 160, elevation: 15, width: 80, height: 80,
-    lights: [LIGHTS[0], BEHIND],
-  },
-  environment: {
-    look_at: [0.05, 0.3, 0.12], distance: 0.4, azimuth: 20, elevation: 8, width: 80, height: 60, environment: 'sky.hdr',
-    shades: true,
-  },
+  'both sides': { file: 'curtain.gltf', look_at: [0, 0, 0], distance: 0.3, azimuth: 160, elevation: 15, width: 80, height: 80, lights: [LIGHTS[0], BEHIND] },
+  environment: { look_at: [0.05, 0.3, 0.12], distance: 0.4, azimuth: 20, elevation: 8, width: 80, height: 60, environment: 'sky.hdr', shades: true },
 };
 const VIEWS_OF_SWEATER = Object.fromEntries([8, 15, 30, 120].map((pixels) => [`${pixels} px a repeat`, {
   // A repeat is 5 mm wide, and the chest lies half as far before the middle.

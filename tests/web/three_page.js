@@ -1,9 +1,8 @@
 // In the browser: facts about fabrics in three.js, each told in a line; they throw where they do not hold.
 import {
-  Bone, BoxGeometry, BufferAttribute, BufferGeometry, Color, DataTexture, DataUtils, DirectionalLight, DoubleSide,
-  EquirectangularReflectionMapping, Euler, Float32BufferAttribute, FloatType, Group, HalfFloatType, InstancedMesh, Matrix4,
-  Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, PointLight, RGBAFormat, Scene, Skeleton, SkinnedMesh, SpotLight,
-  Uint16BufferAttribute, Vector3, WebGLRenderTarget, WebGLRenderer,
+  Bone, BoxGeometry, BufferAttribute, BufferGeometry, Color, DataTexture, DataUtils, DirectionalLight, DoubleSide, EquirectangularReflectionMapping,
+  Euler, Float32BufferAttribute, FloatType, Group, HalfFloatType, InstancedMesh, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera,
+  PointLight, RGBAFormat, Scene, Skeleton, SkinnedMesh, SpotLight, Uint16BufferAttribute, Vector3, WebGLRenderTarget, WebGLRenderer,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { FabricMaterial, LoadedFabric, SelvedgeFabric, cell_images, plain_lay, use_memory } from 'selvedge/three/index.js';
@@ -251,6 +250,12 @@ export const facts = {
     for (const parts of [[[-0.6, 0.2], [-0.2, 0.6]], [[-0.2, 0.2], [-0.6, 0.6]], [[-0.6, 0.6], [-0.2], [0.2]]])
       told.push(need_same(await picture([...parts.map((depths) => at(...depths)), SUN()]), whole, parts.join(' and ')));
     need(differences(whole, await picture([at(-0.6), SUN()])) > 50, 'one layer looks like four');
+    // Graphics processors draw solid cloth first.
+    const card = renderer_of(), solid = new Mesh(cloth().translate(0, 0, -0.4), await material_of({ keeps_opacity: true }));
+    card.getContext().getParameter = (name) => name === 0x9246 ? 'a card' : WebGL2RenderingContext.prototype.getParameter.call(card.getContext(), name);
+    const mixed = [at(-0.6, 0.2), at(-0.2, 0.6), solid, SUN()], by_card = await picture(mixed, CAMERA, {}, card);
+    told.push(need_same(await picture(mixed), by_card, 'solid cloth first'));
+    need(differences(whole, by_card) > 50, 'solid cloth hides nothing');
     return told.join('; ');
   },
 

@@ -36,16 +36,11 @@ function end_with(message) {
 }
 function take({kind, id, issue, ...message}) {
   if (kind === 'end') return end_with(message.message);
-  if (kind === 'images' || kind === 'rows') {
-    for (const listener of listeners) listener({kind, ...message});
-    return;
-  }
+  if (kind === 'images' || kind === 'rows') return listeners.forEach((listener) => listener({kind, ...message}));
   const {end, fail} = waiting.get(id);
   waiting.delete(id);
-  if (issue)
-    fail(new Issue(...issue));
-  else
-    end(kind === 'fabric' ? {...message.result, read_in: is_worker ? 'worker' : 'main thread'} : message);
+  if (issue) return fail(new Issue(...issue));
+  end(kind === 'fabric' ? {...message.result, read_in: is_worker ? 'worker' : 'main thread'} : message);
 }
 function start_here(messages) {
   const worker = new CellWorker(take);

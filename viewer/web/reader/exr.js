@@ -22,14 +22,8 @@ const MULTIPART = 0x1000, LONG_NAMES = 0x400, MIPMAP_ROUND_DOWN = 1;
 
 /** Attributes that are read: their types, and the sizes of values that have one. */
 const ATTRIBUTES = {
-  name: ['string'],
-  type: ['string'],
-  channels: ['chlist'],
-  compression: ['compression', 1],
-  dataWindow: ['box2i', 16],
-  lineOrder: ['lineOrder', 1],
-  chunkCount: ['int', 4],
-  tiles: ['tiledesc', 9],
+  name: ['string'], type: ['string'], channels: ['chlist'], compression: ['compression', 1], dataWindow: ['box2i', 16],
+  lineOrder: ['lineOrder', 1], chunkCount: ['int', 4], tiles: ['tiledesc', 9],
 };
 
 /** Size of level `k` of a side of `n` texels. */

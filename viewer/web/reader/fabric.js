@@ -14,17 +14,8 @@ import {xxh3_128} from './xxh3.js';
 
 export const VERSION = 4;
 export const LIMITS = {
-  texels: 4096,
-  directions: 4096,
-  lobes: 16,
-  products: 256,
-  functions: 256,
-  curves: 2 ** 16,
-  nodes: 2 ** 20,
-  stations: 2 ** 18,
-  fields: 64,
-  values: 256,
-  nesting: 64
+  texels: 4096, directions: 4096, lobes: 16, products: 256, functions: 256, curves: 2 ** 16, nodes: 2 ** 20,
+  stations: 2 ** 18, fields: 64, values: 256, nesting: 64
 };
 const LARGEST_INTEGER = 2 ** 31 - 1;
 
@@ -212,11 +203,7 @@ function check_parts(parts, text, report) {
 
 /** The sides of the cloth besides the front (spec/fabric.md, Other sides), and the layers that they cannot have. */
 export const SIDES = ['back', 'through', 'back.through'];
-const NOT_OF = {
-  'back': ['yarns', 'indirect'],
-  'through': ['yarns', 'opacity'],
-  'back.through': ['yarns', 'indirect', 'opacity']
-};
+const NOT_OF = {back: ['yarns', 'indirect'], through: ['yarns', 'opacity'], 'back.through': ['yarns', 'indirect', 'opacity']};
 
 /**
  * Adds another side to a fabric: a fabric of its own, whose parts and channels have their names without the side's prefix.

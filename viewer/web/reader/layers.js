@@ -48,20 +48,13 @@ export const needs_lights = (layer) => ['light', 'bases'].includes(layer);
 export function channel_count(layer, text) {
   const {layers} = text;
   switch (layer) {
-    case 'lobes':
-      return 3 * (1 + 4 * layers.lobes.lobes);
-    case 'frame':
-      return 6;
-    case 'table':
-      return 3 * grid_size(text.views);
-    case 'opacity':
-      return grid_size(text.views);
-    case 'light':
-      return 3 * grid_size(text.lights);
-    case 'products':
-      return Math.max(...layers.products.pairs.map((pairs) => pairs.length));
-    default:
-      return Math.ceil(spread_count(layer, text) / (text.texels[0] * text.texels[1]));
+    case 'lobes': return 3 * (1 + 4 * layers.lobes.lobes);
+    case 'frame': return 6;
+    case 'table': return 3 * grid_size(text.views);
+    case 'opacity': return grid_size(text.views);
+    case 'light': return 3 * grid_size(text.lights);
+    case 'products': return Math.max(...layers.products.pairs.map((pairs) => pairs.length));
+    default: return Math.ceil(spread_count(layer, text) / (text.texels[0] * text.texels[1]));
   }
 }
 
@@ -73,15 +66,11 @@ export function layer_channels(layer, text) {
       const names = ['diffuse', ...each(text.layers.lobes.lobes, (j) => PARAMETERS.map((p) => `${j}.${p}`)).flat()];
       return COLOURS.flatMap((c) => names.map((name) => `lobes.${name}.${c}`));
     }
-    case 'frame':
-      return ['nx', 'ny', 'nz', 'tx', 'ty', 'tz'].map((name) => `frame.${name}`);
+    case 'frame': return ['nx', 'ny', 'nz', 'tx', 'ty', 'tz'].map((name) => `frame.${name}`);
     case 'table':
-    case 'light':
-      return each(count / 3, (k) => COLOURS.map((c) => direction_name(layer, k, `.${c}`))).flat();
-    case 'opacity':
-      return each(count, (k) => direction_name('opacity', k));
-    default:
-      return each(count, (i) => `${layer}.${i}`);
+    case 'light': return each(count / 3, (k) => COLOURS.map((c) => direction_name(layer, k, `.${c}`))).flat();
+    case 'opacity': return each(count, (k) => direction_name('opacity', k));
+    default: return each(count, (i) => `${layer}.${i}`);
   }
 }
 

@@ -1,9 +1,9 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
-import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
+import {Material, Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
 import {CHART, cell_images} from './cell_images.js';
 import {around_of_mesh, around_uniforms, set_around} from './environment.js';
 import {key_of_parts, no_parts, part_uniforms, set_parts} from './garment_parts.js';
-import {DRAWN, draw_sorted, sort_triangles} from './order.js';
+import {DRAWN, draw_sorted, is_in_software, sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {VERTEX_LIGHT} from './surroundings.js';
 
@@ -16,6 +16,7 @@ function matrix_of({offset, rotation, scale}) {
 }
 
 export class FabricMaterial extends MeshPhysicalMaterial {
+  #solid = null;
   /**
    * fallback       a MeshStandardMaterial or MeshPhysicalMaterial, whose members the material takes
    * fabric         a LoadedFabric
@@ -35,6 +36,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       fabric_transform: {value: matrix_of(lay)},
       cell_beyond: {value: 0},
       cell_brighter: {value: 2},
+      cell_solid: {value: 0},
       varied_keys: {value: new Uint32Array(6)},
       varied_runs: {value: new Int32Array(12)},
       varied_numbers: {value: new Float32Array(14)},
@@ -90,6 +92,16 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     }
     this.needsUpdate = true;
   }
+  /** The same material with the same program, for what is solid and seen from in front alone. */
+  get solid() {
+    return this.#solid ??= Object.create(this, {
+      id: {value: new Material().id}, _listeners: {value: {}}, fabric_uniforms: {value: {...this.fabric_uniforms, cell_solid: {value: 1}}}
+    });
+  }
+  dispose() {
+    this.#solid?.dispatchEvent({type: 'dispose'});
+    super.dispose();
+  }
   /** Lights the fabric by the environment of the scene, or its own; whether anything does. */
   #update_around(scene, geometry) {
     const lit = set_around(this.around_uniforms, this, scene), has_vertex_light = lit && VERTEX_LIGHT[0] in geometry.attributes;
@@ -125,16 +137,14 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     // three.js draws what it takes for one layer twice, back sides first.
     if (this.shows === 'fabric' && this.transparent) this.forceSinglePass = sort_triangles(object, geometry, camera, this);
   }
-  onBeforeCompile(shader) {
+  onBeforeCompile(shader, renderer) {
     // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
     set_parts(this.part_uniforms, this.parts);
     Object.assign(
       shader.uniforms, this.fabric_uniforms, this.around_uniforms, this.part_uniforms, cell_images.uniforms);
     if (this.shows !== 'fabric') return;
-    const {keeps_opacity, is_lit_around, has_vertex_light, parts} = this;
-    shader.vertexShader =
-        vertex_shader(shader.vertexShader, this.lay.uv_set, this.names, has_vertex_light, parts);
-    shader.fragmentShader = fragment_shader({keeps_opacity, is_lit_around, has_vertex_light, parts});
+    shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set, this.names, this.has_vertex_light, this.parts);
+    shader.fragmentShader = fragment_shader(this, is_in_software(renderer));
   }
   customProgramCacheKey() {
     if (this.shows !== 'fabric') return 'selvedge fallback';

@@ -1,17 +1,27 @@
 // Sorts the triangles of surfaces with holes from far to near, so that any number of their layers shows through them.
-import {BufferAttribute, DynamicDrawUsage, Frustum, Matrix4, Vector3, Vector4} from 'three';
+import {BufferAttribute, DynamicDrawUsage, Frustum, LessDepth, Matrix4, Vector3, Vector4} from 'three';
 
 /** Places that the depths of a surface are sorted into. */
 const PLACES = 2 ** 12;
 /** Triangles that stay together, each with a vertex of one before it: vertices that they share are shaded once. */
 const CLUSTER = 8;
-/** Depths that surfaces beside each other are drawn in turns for. */
-const SLABS = 32;
+/** Depths that surfaces beside each other are drawn in turns for, and where what is solid is drawn before. */
+const SLABS = 32, OPEN_SLABS = 8;
 /** The group of triangles of a surface that was drawn with another one. */
 export const DRAWN = {start: 0, count: 0};
 const surfaces = new WeakMap();
 const to_view = new Matrix4(), to_clip = new Matrix4(), of_bone = new Matrix4(), place = new Vector4(), corner = new Vector3(), origin = new Vector3();
 const frustum = new Frustum();
+
+const in_software = new WeakMap();
+/** Whether a renderer's graphics are the processor's, which shades what lies behind, too. */
+export function is_in_software(renderer) {
+  if (!in_software.has(renderer)) {
+    const gl = renderer.getContext(), {UNMASKED_RENDERER_WEBGL: name} = gl.getExtension('WEBGL_debug_renderer_info') ?? {};
+    in_software.set(renderer, /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(name ?? gl.RENDERER)));
+  }
+  return in_software.get(renderer);
+}
 
 /** What of a geometry stays: the corners of its clusters, a sphere around each, and the bone that moves it most. */
 function surface_of({index, attributes: {position, skinIndex, skinWeight}}) {
@@ -105,7 +115,7 @@ function beyond({least, most, scale, ends, count}, depth) {
   return i > 0 ? ends[i - 1] : 0;
 }
 
-/** What three.js draws in this frame from an object on without anything between that is no fabric. */
+/** What three.js draws in this frame from an object on without anything between that is no fabric, and whether it draws more then. */
 function run_from(renderer, scene, camera, object, material) {
   const {center} = object.boundingSphere ?? object.geometry.boundingSphere ?? {center: origin};
   place.set(...center, 1).applyMatrix4(object.matrixWorld).applyMatrix4(to_view.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse));
@@ -118,9 +128,9 @@ function run_from(renderer, scene, camera, object, material) {
         !group && groupOrder === list[first].groupOrder && renderOrder === list[first].renderOrder;
     let last = first;
     while (last < list.length && is_along(list[last])) ++last;
-    return list.slice(first, last);
+    return {items: list.slice(first, last), more: last < list.length};
   }
-  return [];
+  return {items: [], more: true};
 }
 
 /** Lets three.js draw so many sorted corners of an object, and gives it its own ones back then. */
@@ -136,29 +146,39 @@ function draw_once(object, geometry, count) {
   };
 }
 
-/** Draws sorted surfaces that follow one another in a frame by depth; three.js then finds the others DRAWN. */
+/**
+ * Draws sorted surfaces that follow one another in a frame by depth; three.js then finds the others DRAWN. Graphics processors
+ * first draw what is solid, and shade nothing that it hides.
+ */
 export function draw_sorted(renderer, scene, camera, object, geometry, material) {
-  const {count} = surfaces.get(geometry), items = count > 0 ? run_from(renderer, scene, camera, object, material) : [];
+  const {count} = surfaces.get(geometry), has_passes = !is_in_software(renderer) && !renderer.capabilities.logarithmicDepthBuffer;
+  const {items, more} = count > 0 ? run_from(renderer, scene, camera, object, material) : {items: []};
   const run = items.filter(({object, geometry, material}, i) => {
     if (i > 0) material.prepare(renderer, scene, camera, geometry, object);
     return material.shows === 'fabric' && material.forceSinglePass && surfaces.get(geometry).count > 0;
   });
-  if (run.length < 2) return draw_once(object, geometry, count);
+  if (run.length < (has_passes ? 1 : 2)) return draw_once(object, geometry, count);
   const all = run.map(({geometry}) => surfaces.get(geometry)), drawn = all.map(() => 0);
+  const draw = ({object, geometry}, material, start, end) =>
+    renderer.renderBufferDirect(camera, scene, geometry, material, object, {start, count: end - start});
   for (const {object, geometry} of run) {
     object.modelViewMatrix.multiplyMatrices(camera.matrixWorldInverse, object.matrixWorld);
     object.normalMatrix.getNormalMatrix(object.modelViewMatrix);
     draw_once(object, geometry, Infinity);
   }
+  if (has_passes) run.forEach((item, i) => draw(item, item.material.solid, 0, all[i].count));
+  const states = run.map(({material: {depthFunc, depthWrite}}) => ({depthFunc, depthWrite}));
+  if (has_passes) for (const {material} of run) Object.assign(material, {depthFunc: LessDepth, depthWrite: more});
   const least = Math.min(...all.map((surface) => surface.least)), most = Math.max(...all.map((surface) => surface.most));
-  for (let slab = 1; slab <= SLABS; ++slab) {
-    run.forEach(({object, geometry, material}, i) => {
-      const end = slab === SLABS ? all[i].count : beyond(all[i], least + (most - least) * slab / SLABS);
-      if (end > drawn[i])
-        renderer.renderBufferDirect(camera, scene, geometry, material, object, {start: drawn[i], count: end - drawn[i]});
+  const slabs = run.length === 1 ? 1 : has_passes ? OPEN_SLABS : SLABS;
+  for (let slab = 1; slab <= slabs; ++slab) {
+    run.forEach((item, i) => {
+      const end = slab === slabs ? all[i].count : beyond(all[i], least + (most - least) * slab / slabs);
+      if (end > drawn[i]) draw(item, item.material, drawn[i], end);
       drawn[i] = Math.max(drawn[i], end);
     });
   }
+  run.forEach((item, i) => Object.assign(item.material, states[i]));
   for (const item of run) item.group = DRAWN;
   geometry.setDrawRange(0, 0);
 }

@@ -40,6 +40,13 @@ const VERTEX_BODY = `
 const SHADOWS = ShaderChunk.shadowmap_vertex.replace(
   /shadowWorldNormal \* (directional|spot)LightShadows\[ i \]/g,
   (text, kind) => `side_of_light( ${kind}${kind === 'spot' ? 'Light' : 'Shadow'}Matrix[ i ], worldPosition, shadowWorldNormal ) * ${text}`);
+/** three.js's shadows, whose disk of five samples is turned once a lamp: its ten sines and cosines cost more than its samples. */
+const SHADOWED = ShaderChunk.shadowmap_pars_fragment
+  .replace(/float phi = interleaved.*/g, (text) => `${text} vec2 turn = vec2(cos(phi), sin(phi));`)
+  .replace(/vogelDiskSample\( (\d), 5, phi \)/g, (_, k) => {
+    const angle = k * 2.399963229728653, r = Math.sqrt((Number(k) + 0.5) / 5), [x, y] = [r * Math.cos(angle), r * Math.sin(angle)];
+    return `(turn * ${x.toFixed(9)} + vec2(-turn.y, turn.x) * ${y.toFixed(9)})`;
+  });
 const SIDE_OF_LIGHT = `
 float side_of_light(mat4 shadow, vec4 place, vec3 normal) {
   vec4 at = shadow * place, along = shadow * vec4(normal, 0.0);
@@ -63,32 +70,20 @@ ${charts[0] === CHART[0] ? '' : CHART.map((name, i) => `#define ${name} ${charts
 
 const FRAGMENT_NAMES = `
 // Features of the chunks for the fallback alone.
-#undef STANDARD
-#undef PHYSICAL
-#undef USE_CLEARCOAT
-#undef USE_IRIDESCENCE
-#undef USE_ANISOTROPY
-#undef USE_NORMALMAP_TANGENTSPACE
+${['STANDARD', 'PHYSICAL', 'USE_CLEARCOAT', 'USE_IRIDESCENCE', 'USE_ANISOTROPY', 'USE_NORMALMAP_TANGENTSPACE'].map((name) => `#undef ${name}\n`).join('')}
 varying vec3 vViewPosition;
 uniform vec3 emissive, diffuse;
 #include <common>
-#include <dithering_pars_fragment>
-#include <uv_pars_fragment>
-#include <color_pars_fragment>
-#include <emissivemap_pars_fragment>
-#include <aomap_pars_fragment>
-#include <fog_pars_fragment>
+${['dithering', 'uv', 'color', 'emissivemap', 'aomap', 'fog', 'normal', 'logdepthbuf', 'clipping_planes'].map((name) => `#include <${name}_pars_fragment>\n`).join('')}
 #include <lights_pars_begin>
-#include <normal_pars_fragment>
-#include <shadowmap_pars_fragment>
-#include <logdepthbuf_pars_fragment>
-#include <clipping_planes_pars_fragment>
+${SHADOWED}
 
 // Cell images of the worker (cell_images.js).
 uniform sampler2D cell_atlas, cell_heights, cell_tiles;
 uniform highp usampler2D cell_table;
 uniform float cell_beyond;    // fraction of the light of one side that the other side gets
 uniform float cell_brighter;  // a place is at most so many times as bright as its image
+uniform float cell_solid;     // 1: only what hides what lies behind it, seen from in front
 varying vec2 fabric_uv; flat varying vec4 of_chart; flat varying vec2 chart_cells;
 
 #ifdef AROUND
@@ -141,8 +136,12 @@ uniform int varied_runs[12];  // rows, lengths, the repeats that have them: a po
 uniform float varied_numbers[14];  // offset, change and lengths of a repeat of each; fractions of yarn along v, front and back
 #define RUN(i) ivec3(varied_runs[3 * i], varied_runs[3 * i + 1], varied_runs[3 * i + 2])
 #define NUMBERS(i) vec3(varied_numbers[3 * i], varied_numbers[3 * i + 1], varied_numbers[3 * i + 2])
-// x >> n, of floats, exactly: rasterisers in software shift the parts of a vector one by one.
-#define RIGHT(x, n) uvec4(ivec4(vec4(ivec4(x & ~0u << n)) * (1.0 / float(1 << n))) & int(~0u >> n))
+#ifdef IN_SOFTWARE
+  // Exactly, by floats: vectors are shifted part by part there.
+  #define RIGHT(x, n) uvec4(ivec4(vec4(ivec4(x & ~0u << n)) * (1.0 / float(1 << n))) & int(~0u >> n))
+#else
+  #define RIGHT(x, n) (x >> n)
+#endif
 uvec4 strand_hash(uvec4 x) {
   x = (x ^ RIGHT(x, 16)) * 0x7feb352du;
   x = (x ^ RIGHT(x, 15)) * 0x846ca68bu;
@@ -221,6 +220,7 @@ void main() {
 #ifdef FLIP_SIDED
   fabric_side = -fabric_side;  // three.js turns the winding over to draw back sides alone
 #endif
+  if (cell_solid * fabric_side < 0.0) discard;
   vec3 to_right = -dFdx(vViewPosition), to_top = -dFdy(vViewPosition);
   vec2 uv_right = dFdx(fabric_uv), uv_top = dFdy(fabric_uv);
   mat3 frame = frame_of(normal, uv_right, uv_top, to_right, to_top);
@@ -246,18 +246,8 @@ void main() {
   if (texture2D(kept_mask, kept_mask_uv).a < kept_mask_cutoff) discard;
 #endif
 
-  NoMaterial material;
-  ReflectedLight reflectedLight = ReflectedLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
-  #include <lights_fragment_begin>
-#ifdef AROUND
-  mat3 from_view = around_from_world * transpose(mat3(viewMatrix));
-  vec3 n = from_view * normal;
-  for (int i = 0; i < around_lamp_count; ++i)
-    bright += dot(around_lamp_irradiances[i], vec3(occlusion / 3.0)) * light_of_cosine(dot(n, around_lamp_directions[i]));
-  bright += brightness_around(around_brightness, n) * occlusion;
-#endif
-
-  vec4 sum = vec4(diffuse * bright / PI, 1.0);  // no image yet
+  vec4 sum = vec4(diffuse / PI, 1.0);  // no image yet
+  float brighter = 1.0, brightest = 1e9, change = 1.0;
   int tile = tile_at(fabric_uv, fabric_side > 0.0 ? 0 : 1);
   if (tile > 0) {
     vec4 of_place = number_of_tile(tile, 0), of_light = number_of_tile(tile, 1), relief = number_of_tile(tile, 2);
@@ -272,28 +262,38 @@ void main() {
     at += clamp(view.xy / max(view.z, 1.0 / 32.0) - relief.xy, -1.0, 1.0) * relief.zw * steps;
     at = mod(at, of_place.zw);
     sum = textureLod(cell_atlas, (of_place.xy + at + 0.5) / vec2(textureSize(cell_atlas, 0)), 0.0);
-    sum.rgb *= of_light.z * min(bright * of_light.w, cell_brighter);
+    sum.rgb *= of_light.z;
+    brighter = of_light.w;
+    brightest = cell_brighter;
     // Odd steps are yarn along v, where there is both.
     int of_yarn = varied_runs[0] * varied_runs[3] > 0 ? int(texelFetch(cell_heights, ivec2(of_place.xy + at + 0.5), 0).r * 255.0 + 0.5) : 0;
     float along_v = of_yarn > 0 ? float(of_yarn & 1) : fabric_side > 0.0 ? varied_numbers[12] : varied_numbers[13];
-    sum.rgb *= varied(along_v, place, pixel);
+    change = varied(along_v, place, pixel);
   }
 #ifdef FABRIC_KEEPS_OPACITY
-  if (!(sum.a > 0.0)) discard;
-  diffuseColor.a = min(sum.a, 1.0);
+  if (!(sum.a > cell_solid * 0.998)) discard;
+  diffuseColor.a = clamp(sum.a, cell_solid, 1.0);
 #endif
+
+  NoMaterial material;
+  ReflectedLight reflectedLight = ReflectedLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+  #include <lights_fragment_begin>
+#ifdef AROUND
+  mat3 from_view = around_from_world * transpose(mat3(viewMatrix));
+  vec3 n = from_view * normal;
+  for (int i = 0; i < around_lamp_count; ++i)
+    bright += dot(around_lamp_irradiances[i], vec3(occlusion / 3.0)) * light_of_cosine(dot(n, around_lamp_directions[i]));
+  bright += brightness_around(around_brightness, n) * occlusion;
+#endif
+
+  sum.rgb *= min(bright * brighter, brightest) * change;
   vec3 outgoingLight = (sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0)) * tint + totalEmissiveRadiance;
-  #include <opaque_fragment>
-  #include <tonemapping_fragment>
-  #include <colorspace_fragment>
-  #include <fog_fragment>
-  #include <premultiplied_alpha_fragment>
-  #include <dithering_fragment>
+  ${['opaque', 'tonemapping', 'colorspace', 'fog', 'premultiplied_alpha', 'dithering'].map((name) => `#include <${name}_fragment>\n`).join('')}
 }
 `;
 
 /** The fragment shader of a fabric. */
-export const fragment_shader = ({keeps_opacity, is_lit_around, has_vertex_light, parts}) => [
-  is_lit_around ? '#define AROUND\n' : '', has_vertex_light ? '#define VERTEX_LIGHT\n' : '',
+export const fragment_shader = ({keeps_opacity, is_lit_around, has_vertex_light, parts}, in_software) => [
+  in_software ? '#define IN_SOFTWARE\n' : '', is_lit_around ? '#define AROUND\n' : '', has_vertex_light ? '#define VERTEX_LIGHT\n' : '',
   keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', part_fragment(parts), FRAGMENT_NAMES, FRAGMENT_BODY
 ].join('');
