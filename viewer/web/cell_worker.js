@@ -20,8 +20,8 @@ import {Issue} from './reader/index.js';
 const SLICE = 30, CHUNK = 4;
 /** Samples of an image along a pixel's side, and the fraction of images that a frame makes again. */
 const SAMPLES = 2, MOVING = 0.08, RESTING = 1;
-/** ms without another view after which images are made as one that rests wants them: of slow frames twice their time, to a bound. */
-const REST = 150, LATEST_REST = 1000;
+/** ms without another view after which images are made as one that rests wants them: twice the time between views none of which came to rest. */
+const REST = 150, LATEST_REST = 4000;
 /** ms after which a garment's new images are shown though more are to come. */
 const TELL = 120;
 
@@ -87,7 +87,7 @@ export class CellWorker {
   }
   async view({garment, ...view}) {
     await this.#module;
-    const now = performance.now(), between = now - (this.#views.get(garment)?.seen_at ?? -Infinity);
+    const now = performance.now(), between = this.#due.has(garment) ? now - this.#views.get(garment).seen_at : Infinity;
     this.#rests_at = now + (between < LATEST_REST ? Math.min(Math.max(REST, 2 * between), LATEST_REST) : REST);
     this.#views.set(garment, {...view, seen_at: now});
     this.#due.set(garment, {view, fresh: MOVING, left: null});
@@ -139,13 +139,13 @@ export class CellWorker {
     if (left > 0 && !has_moved && performance.now() < this.#told_at.get(garment) + TELL) return;
     this.#tell(module, garment, module.take_uploads());
     if (has_moved)
-      for (const other of this.#views.keys()) if (other !== garment) this.#tell(module, other, []);
+      for (const other of this.#views.keys()) if (other !== garment) this.#tell(module, other, module.take_uploads());
   }
   #tell(module, garment, uploads) {
     this.#told_at.set(garment, performance.now());
     const table = module.table(garment), at_rest = !this.#due.has(garment), {serial} = this.#views.get(garment);
     this.#post(
       {kind: 'images', garment, ...table, uploads, at_rest, serial},
-      [table.entries.buffer, table.tiles.buffer, ...uploads.flatMap(({halves, heights}) => [halves.buffer, heights.buffer])]);
+      [table.entries, table.tiles, ...Object.values(uploads)].map(({buffer}) => buffer));
   }
 }

@@ -134,18 +134,16 @@ export class CellModule {
     return {is_full: (events & 1) !== 0, has_moved: (events & 2) !== 0};
   }
   forget_tiles = () => this.#of.forget_tiles();
-  /** Tiles that are new since the last call: { x, y, width, height, halves, heights }, four halves and a byte of each texel. */
+  /**
+   * Tiles that are new since the last call: `places`, column, row, width and height of each, and their texels one after the
+   * other, four halves and a byte each.
+   */
   take_uploads() {
-    const count = this.#of.upload_count(), words = this.#words(this.#of.uploads_at(), 6 * count).slice();
-    const tiles = Array.from({length: count}, (_, i) => {
-      const [x, y, width, height, at, steps] = words.subarray(6 * i), {buffer} = this.#of.memory;
-      return {
-        x, y, width, height,
-        halves: new Uint16Array(buffer, at, 4 * width * height).slice(),
-        heights: new Uint8Array(buffer, steps, width * height).slice(),
-      };
-    });
-    this.#of.clear_uploads();
-    return tiles;
+    const [count, places, texels, halves, heights] = this.#words(this.#of.take_uploads(), 5), {buffer} = this.#of.memory;
+    return {
+      places: this.#words(places, 4 * count).slice(),
+      halves: new Uint16Array(buffer, halves, 4 * texels).slice(),
+      heights: new Uint8Array(buffer, heights, texels).slice(),
+    };
   }
 }

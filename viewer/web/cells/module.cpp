@@ -56,6 +56,13 @@ struct TableNumbers {
   std::uint32_t missing, in_front;  ///< patches in front that have no image of their own, and all in front
 };
 
+struct UploadNumbers {
+  std::uint32_t count;
+  const void* places;
+  std::uint32_t texels;
+  const void *halves, *heights;
+};
+
 constexpr double min_fill = 0.05;
 /// A frame that moves visits one of so many patches that have images, in front and behind.
 constexpr int visits_of_front = 4;
@@ -71,22 +78,18 @@ constexpr int rows = 256;
 /// Images as halves: sign and one bit of the fraction differ (CellTexel).
 void upload(const CellLook& look, TileNumber number) {
   const Tile& tile = page.atlas[number];
-  std::vector<std::uint16_t>& halves =
-      page.uploads.halves.emplace_back(4 * static_cast<std::size_t>(tile.size.x) * tile.size.y);
-  const std::uint16_t* from = look.texels->data();
-  for (std::uint16_t& half : halves) half = static_cast<std::uint16_t>(*from++ >> 1);
-  std::vector<std::uint8_t>& steps = page.uploads.heights.emplace_back(halves.size() / 4, std::uint8_t{0});
-  for (std::size_t i = 0; look.heights != nullptr && i < steps.size(); ++i)
-    steps[i] = static_cast<std::uint8_t>(look.heights[i] + 128);
-  page.uploads.list.push_back(
-      {tile.place.x, tile.place.y, tile.size.x, tile.size.y, halves.data(), steps.data()});
+  const std::size_t texels = static_cast<std::size_t>(tile.size.x) * tile.size.y;
+  auto& [places, halves, heights] = page.uploads;
+  places.push_back({tile.place, tile.size});
+  const std::size_t first = heights.size();
+  halves.resize(4 * (first + texels));
+  heights.resize(first + texels);
+  for (std::size_t i = 0; i < 4 * texels; ++i) halves[4 * first + i] = (*look.texels)[i] >> 1;
+  for (std::size_t i = 0; look.heights != nullptr && i < texels; ++i)
+    heights[first + i] = static_cast<std::uint8_t>(look.heights[i] + 128);
   page.tiles.resize(std::max<std::size_t>(page.tiles.size(), number + 1));
-  page.tiles[number] = {static_cast<float>(tile.place.x),
-                        static_cast<float>(tile.place.y),
-                        look.size,
-                        look.scale,
-                        look.brightness,
-                        look.relief};
+  const V2f place(tile.place);
+  page.tiles[number] = {place.x, place.y, look.size, look.scale, look.brightness, look.relief};
 }
 
 /// Bytes of all garments' images in sight as fine as wanted.
@@ -353,9 +356,7 @@ EXPORT(input) void* input(std::uint32_t count) {
 
 /// Sets the bytes of images, and returns the rows of the atlas.
 EXPORT(set_memory) std::uint32_t set_memory(std::uint32_t bytes) {
-  constexpr std::uint32_t least = 4U << 20;
-  constexpr std::uint32_t most = 128U << 20;
-  page.image_memory = std::clamp(bytes, least, most);
+  page.image_memory = std::clamp(bytes, 4U << 20, 128U << 20);
   page.atlas.set_rows(static_cast<int>(page.image_memory / ((sizeof(CellTexel) + 1) * Atlas::width)));
   return static_cast<std::uint32_t>(page.atlas.rows());
 }
@@ -530,10 +531,15 @@ EXPORT(table_of) const TableNumbers* table_of(std::uint32_t number) {
 /// All tiles are to be uploaded again.
 EXPORT(forget_tiles) void forget_tiles() { clear_atlas(); }
 
-EXPORT(upload_count) std::uint32_t upload_count() {
-  return static_cast<std::uint32_t>(page.uploads.list.size());
+/// Tiles that are new since the last call.
+EXPORT(take_uploads) const UploadNumbers* take_uploads() {
+  static UploadNumbers result;
+  static decltype(page.uploads) taken;
+  taken = std::exchange(page.uploads, {});
+  const auto& [places, halves, heights] = taken;
+  result = {static_cast<std::uint32_t>(places.size()), places.data(),
+            static_cast<std::uint32_t>(heights.size()), halves.data(), heights.data()};
+  return &result;
 }
-EXPORT(uploads_at) const Upload* uploads_at() { return page.uploads.list.data(); }
-EXPORT(clear_uploads) void clear_uploads() { page.uploads = {}; }
 /// Fraction of the light of one side that the other side gets (CellLights::brightness()).
 EXPORT(beyond_of) float beyond_of(std::uint32_t garment) { return page.garments[garment]->store->beyond(0); }

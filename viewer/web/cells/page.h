@@ -30,12 +30,6 @@ struct TileNumbers {
   Group relief;
 };
 
-struct Upload {
-  std::int32_t x, y, width, height;
-  const std::uint16_t* halves;  ///< four of each texel
-  const std::uint8_t* heights;  ///< in steps, 128: in the plane; 0: none
-};
-
 struct LoadedFabric {
   Fabric fabric;
   std::vector<std::pair<LayerShape, Fabric>> others;  ///< sides that are not added yet
@@ -96,9 +90,9 @@ struct Page {
   std::vector<std::uint16_t> table;  ///< [entry]: tiles of front and back
   std::vector<TileNumbers> tiles;
   struct {
-    std::vector<Upload> list;
-    std::vector<std::vector<std::uint16_t>> halves;
-    std::vector<std::vector<std::uint8_t>> heights;
+    std::vector<std::array<V2i, 2>> places;  ///< and sizes, of tiles whose texels lie one after the other
+    std::vector<std::uint16_t> halves;       ///< four of each texel
+    std::vector<std::uint8_t> heights;       ///< in steps, 128: in the plane; 0: none
   } uploads;
 };
 extern Page page;
