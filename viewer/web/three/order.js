@@ -115,7 +115,7 @@ function beyond({least, most, scale, ends, count}, depth) {
   return i > 0 ? ends[i - 1] : 0;
 }
 
-/** What three.js draws in this frame from an object on without anything between that is no fabric, and whether it draws more then. */
+/** What three.js draws in this frame from an object on without anything between that is no fabric. */
 function run_from(renderer, scene, camera, object, material) {
   const {center} = object.boundingSphere ?? object.geometry.boundingSphere ?? {center: origin};
   place.set(...center, 1).applyMatrix4(object.matrixWorld).applyMatrix4(to_view.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse));
@@ -128,9 +128,9 @@ function run_from(renderer, scene, camera, object, material) {
         !group && groupOrder === list[first].groupOrder && renderOrder === list[first].renderOrder;
     let last = first;
     while (last < list.length && is_along(list[last])) ++last;
-    return {items: list.slice(first, last), more: last < list.length};
+    return list.slice(first, last);
   }
-  return {items: [], more: true};
+  return [];
 }
 
 /** Lets three.js draw so many sorted corners of an object, and gives it its own ones back then. */
@@ -146,13 +146,10 @@ function draw_once(object, geometry, count) {
   };
 }
 
-/**
- * Draws sorted surfaces that follow one another in a frame by depth; three.js then finds the others DRAWN. Graphics processors
- * first draw what is solid, and shade nothing that it hides.
- */
+/** Draws sorted surfaces that follow one another by depth, on graphics processors what is solid first; three.js then finds the others DRAWN. */
 export function draw_sorted(renderer, scene, camera, object, geometry, material) {
   const {count} = surfaces.get(geometry), has_passes = !is_in_software(renderer) && !renderer.capabilities.logarithmicDepthBuffer;
-  const {items, more} = count > 0 ? run_from(renderer, scene, camera, object, material) : {items: []};
+  const items = count > 0 ? run_from(renderer, scene, camera, object, material) : [];
   const run = items.filter(({object, geometry, material}, i) => {
     if (i > 0) material.prepare(renderer, scene, camera, geometry, object);
     return material.shows === 'fabric' && material.forceSinglePass && surfaces.get(geometry).count > 0;
@@ -167,8 +164,9 @@ export function draw_sorted(renderer, scene, camera, object, geometry, material)
     draw_once(object, geometry, Infinity);
   }
   if (has_passes) run.forEach((item, i) => draw(item, item.material.solid, 0, all[i].count));
-  const states = run.map(({material: {depthFunc, depthWrite}}) => ({depthFunc, depthWrite}));
-  if (has_passes) for (const {material} of run) Object.assign(material, {depthFunc: LessDepth, depthWrite: more});
+  const functions = run.map(({material: {depthFunc}}) => depthFunc), set = (solid, depth_function) => run.forEach(
+    ({material}, i) => Object.assign(material, {depthFunc: depth_function ?? functions[i]}).fabric_uniforms.cell_solid.value = solid);
+  if (has_passes) set(-1, LessDepth);
   const least = Math.min(...all.map((surface) => surface.least)), most = Math.max(...all.map((surface) => surface.most));
   const slabs = run.length === 1 ? 1 : has_passes ? OPEN_SLABS : SLABS;
   for (let slab = 1; slab <= slabs; ++slab) {
@@ -178,7 +176,7 @@ export function draw_sorted(renderer, scene, camera, object, geometry, material)
       drawn[i] = Math.max(drawn[i], end);
     });
   }
-  run.forEach((item, i) => Object.assign(item.material, states[i]));
+  set(0);
   for (const item of run) item.group = DRAWN;
   geometry.setDrawRange(0, 0);
 }
