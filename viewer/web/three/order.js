@@ -177,6 +177,7 @@ export function draw_sorted(renderer, scene, camera, object, geometry, material)
     });
   }
   set(0);
+  if (has_passes) draw(run[0], run[0].material.solid, 0, 0);  // what follows with the same material gets its numbers anew
   for (const item of run) item.group = DRAWN;
   geometry.setDrawRange(0, 0);
 }
