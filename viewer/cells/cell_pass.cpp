@@ -29,12 +29,11 @@ bool same_light(const Light& a, const Light& b) {
          a.cos_outer == b.cos_outer;
 }
 
-/// Fraction of a light that reaches a vertex, on the light's side of the cloth.
-float visibility_at(const CellLights& lights, const ShadowMap& map, const V3f& point, V3f normal) {
+/// Where a point is looked up, on the light's side of the cloth.
+V4f place_in(const ShadowMap& map, const CellLights& lights, const V3f& point, const V3f& normal) {
   const Light& light = lights.lights[map.view.light];
   const V3f direction(light_at(light, lights.origin + V3d(point)).direction);
-  if (normal.dot(direction) < 0) normal = -normal;
-  return shadow_visibility(map, point, normal, direction);
+  return shadow_place(map.view, point, normal.dot(direction) < 0 ? -normal : normal, direction);
 }
 
 }  // namespace
@@ -86,7 +85,9 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
   mapped_ = 0;
   for (const ShadowMap& map : shadows) mapped_ |= bit_of(map.view.light);
   nearest_ = view.options.levels.forced >= 0;
+  moves_ = view.options.cells.remade < 1;
   store_.set_windows(true);
+  store_.set_late(true);
   middle_x_ = 0.5F * static_cast<float>(projected.width) - 0.5F;
   middle_y_ = 0.5F * static_cast<float>(projected.height) - 0.5F;
   store_.begin(view.camera, {projected.width, projected.height}, view.options, supersample, lights_);
@@ -194,7 +195,8 @@ void CellPass::add_inner_visibility(const ShadowMap& map, std::size_t triangle) 
                    static_cast<float>(j) / static_cast<float>(parts));
       const V3f normal = mesh.normal(corners[0]) * (1 - at.x - at.y) + mesh.normal(corners[1]) * at.x +
                          mesh.normal(corners[2]) * at.y;
-      const float fraction = visibility_at(lights_, map, a + b * at.x + c * at.y, normal.normalized());
+      const float fraction =
+          shadow_at(map, place_in(map, lights_, a + b * at.x + c * at.y, normal.normalized()));
       if (fraction > unseen_visibility) lit_by_[triangle].lit |= bit_of(map.view.light);
       if (fraction < 1 - unseen_visibility) lit_by_[triangle].unlit |= bit_of(map.view.light);
     }
@@ -226,10 +228,12 @@ void CellPass::light_vertices() {
   }
   if (!same_lights || views != known_views_) {
     std::vector<LitBy> of_vertices(mesh.positions.size());
+    shadow_places_.resize(mesh.positions.size() * lights_.shadows.size());
     parallel_each(of_vertices.size(), chunk, [&](std::size_t i) {
+      V4f* place = &shadow_places_[i * lights_.shadows.size()];
       for (const ShadowMap& map : lights_.shadows) {
-        const float fraction =
-            visibility_at(lights_, map, mesh.positions[i], mesh.normal(static_cast<std::uint32_t>(i)));
+        *place = place_in(map, lights_, mesh.positions[i], mesh.normal(static_cast<std::uint32_t>(i)));
+        const float fraction = shadow_at(map, *place++);
         if (fraction > unseen_visibility) of_vertices[i].lit |= bit_of(map.view.light);
         if (fraction < 1 - unseen_visibility) of_vertices[i].unlit |= bit_of(map.view.light);
       }
@@ -310,7 +314,7 @@ void CellPass::set_planes(const ProjectedVertices& projected) {
   });
 }
 
-CellPass::Surface CellPass::surface_at(std::uint32_t triangle, float x, float y) const {
+std::array<float, 3> CellPass::weights_at(std::uint32_t triangle, float x, float y) const {
   const auto& corners = scene_.mesh.triangles[triangle].corners;
   std::array<V2f, 3> p;
   std::array<float, 3> w;
@@ -321,11 +325,17 @@ CellPass::Surface CellPass::surface_at(std::uint32_t triangle, float x, float y)
   const auto cross = [](const V2f& a, const V2f& b) { return a.x * b.y - a.y * b.x; };
   w = {cross(p[1], p[2]), cross(p[2], p[0]), cross(p[0], p[1])};
   const float sum = w[0] + w[1] + w[2];
+  for (float& weight : w) weight = sum != 0 ? weight / sum : 1.0F / 3;
+  return w;
+}
+
+CellPass::Surface CellPass::surface_at(std::uint32_t triangle, float x, float y) const {
+  const auto& corners = scene_.mesh.triangles[triangle].corners;
+  const std::array<float, 3> weights = weights_at(triangle, x, y);
   Surface surface{V3f(0, 0, 0), V3f(0, 0, 0)};
   for (std::size_t k = 0; k < 3; ++k) {
-    const float fraction = sum != 0 ? w[k] / sum : 1.0F / 3;
-    surface.point += scene_.mesh.positions[corners[k]] * fraction;
-    surface.normal += scene_.mesh.normal(corners[k]) * fraction;
+    surface.point += scene_.mesh.positions[corners[k]] * weights[k];
+    surface.normal += scene_.mesh.normal(corners[k]) * weights[k];
   }
   surface.normal.normalize();
   return surface;
@@ -336,12 +346,19 @@ float CellPass::visibility_of(std::size_t light, std::uint32_t triangle, float x
   const LitBy& lit_by = lit_by_[triangle];
   if ((lit_by.lit & bit_of(light)) == 0) return 0;
   if ((lit_by.unlit & bit_of(light)) == 0) return 1;
-  for (const ShadowMap& map : lights_.shadows) {
-    if (map.view.light != light) continue;
+  const std::size_t count = lights_.shadows.size();
+  std::size_t map = 0;
+  while (lights_.shadows[map].view.light != light) ++map;
+  const auto& corners = scene_.mesh.triangles[triangle].corners;
+  V4f place(0, 0, 0, 0);
+  if (!moves_) {
     const Surface surface = surface_at(triangle, x, y);
-    return visibility_at(lights_, map, surface.point, surface.normal);
+    place = place_in(lights_.shadows[map], lights_, surface.point, surface.normal);
   }
-  return 1;
+  const std::array<float, 3> weights = weights_at(triangle, x, y);
+  for (std::size_t k = 0; k < 3 && moves_; ++k)
+    place += shadow_places_[corners[k] * count + map] * weights[k];
+  return shadow_at(lights_.shadows[map], place);
 }
 
 void CellPass::mark_visible(SeenSurface surface, int x, int y) {
@@ -372,14 +389,12 @@ std::uint32_t CellPass::patch_at(std::uint32_t triangle, const V2f& pixel) const
 }
 
 /// A patch that only shows through holes may be coarser, and shares the image of a larger one; if memory is
-/// short, of an ancestor `shared` levels up.
+/// short, of an ancestor `shared` levels up; if time is, of one with an image.
 PatchNeed& CellPass::request(PatchSide patch, bool behind, int shared) {
-  if (shared > 0 || (behind && !store_.is_made(patch))) {
-    const PatchSide own = patch;
-    const int levels = shared + (behind ? 1 : 0);
-    for (int i = 0; i < levels; ++i) patch = 2 * store_.patches().parent(patch / 2) + patch % 2;
-    shared_.push_back({own, patch});
-  }
+  const PatchSide own = patch;
+  const int levels = shared + (behind && !store_.is_made(patch) ? 1 : 0);
+  for (int i = 0; i < levels || store_.is_late(patch); ++i) patch = store_.patches().parent_side(patch);
+  if (patch != own) shared_.push_back({own, patch});
   if (calls_[patch] != call_) {
     calls_[patch] = call_;
     numbers_[patch] = static_cast<std::uint32_t>(needs_.size());
@@ -391,7 +406,8 @@ PatchNeed& CellPass::request(PatchSide patch, bool behind, int shared) {
 void CellPass::render(bool behind) {
   if (!active_) return;
   int shared = 0;
-  for (collect(behind, shared); !store_.make(needs_, behind, shared); collect(behind, shared)) ++shared;
+  for (collect(behind, shared); !store_.make(needs_, behind, shared); collect(behind, shared))
+    shared += store_.lacks_time() ? 0 : 1;
   for (const auto& [patch, other] : shared_) store_.alias(patch, other);
   std::ranges::fill(seen_, 0);
   std::ranges::fill(seen_patches_, 0);

@@ -22,6 +22,9 @@ constexpr float max_outdated = 16;
 /// on a frame makes CellImageOptions::remade of the images, of smaller repeats at least this fraction of it.
 constexpr float fresh_pixels = 30;
 constexpr double min_fresh = 0.4;
+/// Cost (CellStore::Work) of images that one call may make for the first time while the picture moves, if
+/// these are more than three tenths of all.
+constexpr double max_missing = 2.5e5;
 /// Coarse shading saves little of smaller images.
 constexpr int many_samples = 96 * 96;
 
@@ -181,6 +184,7 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   frame_ = call_ + 1;
   memory_ = {};
   demand_ = expected_ = 0;
+  late_.assign(kept_.size(), 0);
   for (Cloth& cloth : *cloths_) {
     for (ClothSide* side : {cloth.front.get(), cloth.back.get()})
       if (side != nullptr && side->shadows) side->shadows->set_memory(options_.memory / 8 / cloths_->size());
@@ -413,6 +417,24 @@ void CellStore::age(std::span<Work> all, float samples, bool tight) const {
   });
 }
 
+/// Whether a frame that moves lacks more images than it has time for: then these patches are late.
+bool CellStore::postpone(std::span<const Work> all) {
+  double missing = 0;
+  double whole = 0;
+  for (const Work& work : all) {
+    missing += work.outdated == HUGE_VALF ? work.cost : 0;
+    whole += work.cost;
+  }
+  if (!may_be_late_ || options_.remade == 1 || missing < std::max(max_missing, 0.3 * whole)) return false;
+  bool any = false;
+  for (const Work& work : all) {
+    if (work.outdated < HUGE_VALF || patches_.parent_side(work.patch) == work.patch) continue;
+    late_[work.patch] = 1;
+    any = true;
+  }
+  return any;
+}
+
 /// The images that are made in this call: those that are of no use, and of others the most outdated.
 std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
   // Some calls for few patches make none again.
@@ -493,6 +515,7 @@ CellLook CellStore::look_of(const Work& work) const {
                 .max_gain = has_yarn ? 2.0F : 8.0F,
                 .window = {static_cast<float>(image.width), static_cast<float>(image.height), 0, 0},
                 .texels = image.texels.data(),
+                .plane_texels = static_cast<std::ptrdiff_t>(image.plane_texels()),
                 .step = image.step,
                 .own = kept.own,
                 .is_solid = !material.keeps_opacity,
@@ -542,9 +565,11 @@ bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) 
   for (const Work& work : all)
     held +=
         std::max(bytes_of(work.wanted.view), work.kept ? static_cast<double>(work.kept->image.bytes()) : 0);
-  ++call_;
   samples /= *larger;
   age(all, samples, *larger > 1 || held > room_);
+  lacks_time_ = postpone(all);
+  if (lacks_time_) return false;
+  ++call_;
   render(all, order(all), samples);
   for (const Work& work : all) own_look(work.patch) = look_of(work);
   return true;

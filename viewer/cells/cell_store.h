@@ -62,6 +62,7 @@ struct CellLook {
   Group relief{};
   Group window{};  ///< width and height in texels, which of parts of a repeat are fewer
   const CellTexel* texels = nullptr;
+  std::ptrdiff_t plane_texels = 0;       ///< CellImage::plane_texels()
   const std::int8_t* heights = nullptr;  ///< CellImage::heights; null: none
   float step = 0;                        ///< CellImage::step, mm
   const Variation* variation = nullptr;  ///< null: none
@@ -103,6 +104,12 @@ class CellStore {
   /// Ends a frame.
   CellMemory end();
   const CellLook& look(PatchSide patch) const { return looks_[look_numbers_[patch]]; }
+  /// Whether the last call of make() returned false because the frame moves and too much is missing: then
+  /// patches for whose images there is no time show what the ones around them do (is_late()).
+  bool lacks_time() const { return lacks_time_; }
+  /// Whether make() may do so; not without a call.
+  void set_late(bool may_be_late) { may_be_late_ = may_be_late; }
+  bool is_late(PatchSide patch) const { return late_[patch] != 0; }
   /// Whether a call of this frame has made or kept the patch's own image.
   bool is_made(PatchSide patch) const;
   /// Whether images of patches that are parts of a repeat show these alone; not without a call.
@@ -129,6 +136,7 @@ class CellStore {
   CellLook look_of(const Work& work) const;
   CellLook& own_look(PatchSide patch);
   void trim(double coming);
+  bool postpone(std::span<const Work> all);
 
   const MergedSurfaces& mesh_;
   std::span<const SurfaceMaterial> materials_;
@@ -170,9 +178,12 @@ class CellStore {
   const DrawOptions* interrupts_ = nullptr;  ///< DrawOptions::ends()
   CellLights lights_;
   bool has_windows_ = false;
-  std::uint64_t call_ = 0;   ///< of make()
-  std::uint64_t frame_ = 0;  ///< first call of the frame
-  std::uint64_t made_ = 0;   ///< images
+  bool may_be_late_ = false;
+  bool lacks_time_ = false;
+  std::vector<std::uint8_t> late_;  ///< by patch and side
+  std::uint64_t call_ = 0;          ///< of make()
+  std::uint64_t frame_ = 0;         ///< first call of the frame
+  std::uint64_t made_ = 0;          ///< images
 };
 
 }  // namespace selvedge

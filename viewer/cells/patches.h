@@ -82,6 +82,7 @@ class Patches {
   const ShownPatch& shown(std::size_t i) const { return shown_[i]; }
   /// The patch around a patch, and a patch within it; itself at the ends.
   std::uint32_t parent(std::uint32_t i) const { return relatives_[i][0]; }
+  std::uint32_t parent_side(std::uint32_t side) const { return 2 * parent(side / 2) + side % 2; }
   std::uint32_t child(std::uint32_t i) const { return relatives_[i][1]; }
   const Place& place(std::uint32_t triangle) const { return places_[triangle]; }
   bool empty() const { return charts_.empty(); }
