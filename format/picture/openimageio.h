@@ -1,6 +1,5 @@
-// Readers of picture files by OpenImageIO. They are a module of their own, which is loaded at the first
-// picture that is read: OpenImageIO brings 250 shared libraries, and loading them takes longer than many a
-// command.
+// OpenImageIO's readers of picture files. They are a module of their own, loaded at the first picture that is
+// read: OpenImageIO brings 250 shared libraries, and loading them takes longer than many a command.
 #pragma once
 
 #include "format/picture/image.h"

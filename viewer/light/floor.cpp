@@ -3,6 +3,7 @@
 #include <Imath/ImathBox.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -66,20 +67,23 @@ Floor floor_under(const MergedSurfaces& mesh) {
   floor.width = std::max(around * static_cast<double>(std::max(box.size().x, box.size().z)), 1e-9);
   floor.hidden.resize(side * side);
   const std::vector<float> heights = lower_side(mesh, floor);
-  const double cell = floor.width / side;
   parallel_for(0, side, [&](int z) {
-    for (int x = 0; x < side; ++x) {
-      double sum = 0;
-      for (int k = 0; k < side * side; ++k) {
-        if (!std::isfinite(heights[k])) continue;
-        // Closer than this, one cell would not do for the integral, and edges would show the grid.
-        const double h2 = std::pow(std::max(static_cast<double>(heights[k]), 1.5 * cell), 2);
-        const double r2 = (std::pow(k % side - x, 2) + std::pow(k / side - z, 2)) * cell * cell;
-        sum += cell * cell * h2 / (std::numbers::pi * (r2 + h2) * (r2 + h2));
+    std::array<float, side> sums{};
+    for (int k = 0; k < side * side; ++k) {
+      if (!std::isfinite(heights[k])) continue;
+      // In cells. Closer than 1.5, one would not do for the integral, and edges would show the grid.
+      const float h = std::clamp(heights[k] * static_cast<float>(side / floor.width), 1.5F, 1e6F);
+      const auto aside = static_cast<float>(k / side - z);
+      for (int x = 0; x < side; ++x) {
+        const auto apart = static_cast<float>(k % side - x);
+        const float r2 = apart * apart + aside * aside + h * h;
+        sums[x] += h * h / (r2 * r2);
       }
+    }
+    for (int x = 0; x < side; ++x) {
       const double off = std::max(std::abs(2 * x + 1 - side), std::abs(2 * z + 1 - side)) / (side - 1.0);
-      floor.hidden[z * side + x] =
-          static_cast<float>(sky * std::min(sum, 1.0) * std::clamp(4 * (1 - off), 0.0, 1.0));
+      floor.hidden[z * side + x] = static_cast<float>(sky * std::min(sums[x] / std::numbers::pi, 1.0) *
+                                                      std::clamp(4 * (1 - off), 0.0, 1.0));
     }
   });
   return floor;

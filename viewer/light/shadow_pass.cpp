@@ -179,6 +179,8 @@ std::span<const ShadowMap> ShadowPass::read() {
     gl_.ReadPixels(0, 0, map.view.size, map.view.size, GL_DEPTH_COMPONENT, GL_FLOAT, map.depths.data());
     maps_.push_back(std::move(map));
   }
+  maps_objects_.clear();
+  texture_ = 0;
   return maps_;
 }
 
