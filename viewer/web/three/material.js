@@ -1,5 +1,5 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
-import {Material, Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
+import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
 import {CHART, cell_images} from './cell_images.js';
 import {around_of_mesh, around_uniforms, set_around} from './environment.js';
 import {key_of_parts, no_parts, part_uniforms, set_parts} from './garment_parts.js';
@@ -16,7 +16,6 @@ function matrix_of({offset, rotation, scale}) {
 }
 
 export class FabricMaterial extends MeshPhysicalMaterial {
-  #solid = null;
   /**
    * fallback       a MeshStandardMaterial or MeshPhysicalMaterial, whose members the material takes
    * fabric         a LoadedFabric
@@ -36,7 +35,6 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       fabric_transform: {value: matrix_of(lay)},
       cell_beyond: {value: 0},
       cell_brighter: {value: 2},
-      cell_solid: {value: 0},
       varied_keys: {value: new Uint32Array(6)},
       varied_runs: {value: new Int32Array(12)},
       varied_numbers: {value: new Float32Array(14)},
@@ -91,16 +89,6 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       Object.assign(this, this.of_fallback);
     }
     this.needsUpdate = true;
-  }
-  /** The same material with the same program, for what is solid and seen from in front alone. */
-  get solid() {
-    return this.#solid ??= Object.create(this, {
-      id: {value: new Material().id}, _listeners: {value: {}}, fabric_uniforms: {value: {...this.fabric_uniforms, cell_solid: {value: 1}}}
-    });
-  }
-  dispose() {
-    this.#solid?.dispatchEvent({type: 'dispose'});
-    super.dispose();
   }
   /** Lights the fabric by the environment of the scene, or its own; whether anything does. */
   #update_around(scene, geometry) {

@@ -1,12 +1,12 @@
 // Sorts the triangles of surfaces with holes from far to near, so that any number of their layers shows through them.
-import {BufferAttribute, DynamicDrawUsage, Frustum, LessDepth, Matrix4, Vector3, Vector4} from 'three';
+import {BufferAttribute, DynamicDrawUsage, Frustum, Matrix4, Vector3, Vector4} from 'three';
 
 /** Places that the depths of a surface are sorted into. */
 const PLACES = 2 ** 12;
 /** Triangles that stay together, each with a vertex of one before it: vertices that they share are shaded once. */
 const CLUSTER = 8;
-/** Depths that surfaces beside each other are drawn in turns for, and where what is solid is drawn before. */
-const SLABS = 32, OPEN_SLABS = 8;
+/** Depths that surfaces beside each other are drawn in turns for. */
+const SLABS = 32;
 /** The group of triangles of a surface that was drawn with another one. */
 export const DRAWN = {start: 0, count: 0};
 const surfaces = new WeakMap();
@@ -14,7 +14,7 @@ const to_view = new Matrix4(), to_clip = new Matrix4(), of_bone = new Matrix4(),
 const frustum = new Frustum();
 
 const in_software = new WeakMap();
-/** Whether a renderer's graphics are the processor's, which shades what lies behind, too. */
+/** Whether a renderer's graphics are the processor's. */
 export function is_in_software(renderer) {
   if (!in_software.has(renderer)) {
     const gl = renderer.getContext(), {UNMASKED_RENDERER_WEBGL: name} = gl.getExtension('WEBGL_debug_renderer_info') ?? {};
@@ -146,38 +146,29 @@ function draw_once(object, geometry, count) {
   };
 }
 
-/** Draws sorted surfaces that follow one another by depth, on graphics processors what is solid first; three.js then finds the others DRAWN. */
+/** Draws sorted surfaces that follow one another in a frame by depth; three.js then finds the others DRAWN. */
 export function draw_sorted(renderer, scene, camera, object, geometry, material) {
-  const {count} = surfaces.get(geometry), has_passes = !is_in_software(renderer) && !renderer.capabilities.logarithmicDepthBuffer;
-  const items = count > 0 ? run_from(renderer, scene, camera, object, material) : [];
+  const {count} = surfaces.get(geometry), items = count > 0 ? run_from(renderer, scene, camera, object, material) : [];
   const run = items.filter(({object, geometry, material}, i) => {
     if (i > 0) material.prepare(renderer, scene, camera, geometry, object);
     return material.shows === 'fabric' && material.forceSinglePass && surfaces.get(geometry).count > 0;
   });
-  if (run.length < (has_passes ? 1 : 2)) return draw_once(object, geometry, count);
+  if (run.length < 2) return draw_once(object, geometry, count);
   const all = run.map(({geometry}) => surfaces.get(geometry)), drawn = all.map(() => 0);
-  const draw = ({object, geometry}, material, start, end) =>
-    renderer.renderBufferDirect(camera, scene, geometry, material, object, {start, count: end - start});
   for (const {object, geometry} of run) {
     object.modelViewMatrix.multiplyMatrices(camera.matrixWorldInverse, object.matrixWorld);
     object.normalMatrix.getNormalMatrix(object.modelViewMatrix);
     draw_once(object, geometry, Infinity);
   }
-  if (has_passes) run.forEach((item, i) => draw(item, item.material.solid, 0, all[i].count));
-  const functions = run.map(({material: {depthFunc}}) => depthFunc), set = (solid, depth_function) => run.forEach(
-    ({material}, i) => Object.assign(material, {depthFunc: depth_function ?? functions[i]}).fabric_uniforms.cell_solid.value = solid);
-  if (has_passes) set(-1, LessDepth);
   const least = Math.min(...all.map((surface) => surface.least)), most = Math.max(...all.map((surface) => surface.most));
-  const slabs = run.length === 1 ? 1 : has_passes ? OPEN_SLABS : SLABS;
-  for (let slab = 1; slab <= slabs; ++slab) {
-    run.forEach((item, i) => {
-      const end = slab === slabs ? all[i].count : beyond(all[i], least + (most - least) * slab / slabs);
-      if (end > drawn[i]) draw(item, item.material, drawn[i], end);
+  for (let slab = 1; slab <= SLABS; ++slab) {
+    run.forEach(({object, geometry, material}, i) => {
+      const end = slab === SLABS ? all[i].count : beyond(all[i], least + (most - least) * slab / SLABS);
+      if (end > drawn[i])
+        renderer.renderBufferDirect(camera, scene, geometry, material, object, {start: drawn[i], count: end - drawn[i]});
       drawn[i] = Math.max(drawn[i], end);
     });
   }
-  set(0);
-  if (has_passes) draw(run[0], run[0].material.solid, 0, 0);  // what follows with the same material gets its numbers anew
   for (const item of run) item.group = DRAWN;
   geometry.setDrawRange(0, 0);
 }

@@ -83,7 +83,6 @@ uniform sampler2D cell_atlas, cell_heights, cell_tiles;
 uniform highp usampler2D cell_table;
 uniform float cell_beyond;    // fraction of the light of one side that the other side gets
 uniform float cell_brighter;  // a place is at most so many times as bright as its image
-uniform float cell_solid;     // 1: only what hides what lies behind it, seen from in front; -1: the rest; 0: all
 varying vec2 fabric_uv; flat varying vec4 of_chart; flat varying vec2 chart_cells;
 
 #ifdef AROUND
@@ -220,7 +219,6 @@ void main() {
 #ifdef FLIP_SIDED
   fabric_side = -fabric_side;  // three.js turns the winding over to draw back sides alone
 #endif
-  if (cell_solid - fabric_side > 1.5) discard;
   vec3 to_right = -dFdx(vViewPosition), to_top = -dFdy(vViewPosition);
   vec2 uv_right = dFdx(fabric_uv), uv_top = dFdy(fabric_uv);
   mat3 frame = frame_of(normal, uv_right, uv_top, to_right, to_top);
@@ -271,9 +269,8 @@ void main() {
     change = varied(along_v, place, pixel);
   }
 #ifdef FABRIC_KEEPS_OPACITY
-  float solid = step(0.998, sum.a);
-  if (!(sum.a > 0.0) || solid < cell_solid || solid * fabric_side > 1.0 + cell_solid) discard;
-  diffuseColor.a = clamp(sum.a, max(cell_solid, 0.0), 1.0);
+  if (!(sum.a > 0.0)) discard;
+  diffuseColor.a = min(sum.a, 1.0);
 #endif
 
   NoMaterial material;
