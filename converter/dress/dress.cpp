@@ -162,9 +162,8 @@ class Dresser {
   /// Finds the bounds of the materials, and parts of the scene that lie far from everything.
   void measure(const Scene& scene, const std::vector<int>& materials) {
     const Imath::Box3d all = bounds_of(scene);
-    const V3d size = all.isEmpty() ? V3d(0) : all.size();
-    if (!std::isfinite(size.x + size.y + size.z))
-      throw Failure{Error{Code::mesh_not_finite, document_.file, "/nodes", "a node transform overflows"}};
+    if (!all.isEmpty() && !(is_near(all.min) && is_near(all.max)))
+      throw Failure{Error{Code::mesh_not_finite, document_.file, "/nodes", "places lie beyond 10^9 m"}};
     std::set<int> dressed;
     for (const int material : materials) dressed.merge(primitives_of(scene, material));
     std::set<int> every;

@@ -39,7 +39,7 @@ void check_pictures(const GltfDocument& document, std::uint64_t memory, IssueSin
   }
 }
 
-/// Nothing is drawn, planned or dressed at places that are not finite.
+/// Nothing is drawn, planned or dressed at places that are not near.
 void check_places(const Scene& scene, IssueSink& issues) {
   std::vector<Imath::Box3d> bounds(scene.primitives.size());
   for (std::size_t i = 0; i < bounds.size(); ++i)
@@ -47,14 +47,13 @@ void check_places(const Scene& scene, IssueSink& issues) {
   for (const SceneInstance& instance : scene.instances) {
     const Imath::Box3d& box = bounds[instance.primitive];
     for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner) {
-      const V3d at = V3d(corner % 2 == 0 ? box.min.x : box.max.x, corner / 2 % 2 == 0 ? box.min.y : box.max.y,
-                         corner < 4 ? box.min.z : box.max.z) *
-                     instance.world;
-      if (std::isfinite(at.x) && std::isfinite(at.y) && std::isfinite(at.z)) continue;
+      const V3d place(corner % 2 == 0 ? box.min.x : box.max.x, corner / 2 % 2 == 0 ? box.min.y : box.max.y,
+                      corner < 4 ? box.min.z : box.max.z);
+      if (is_near(place) && is_near(place * instance.world)) continue;
       const ScenePrimitive& primitive = scene.primitives[instance.primitive];
       return issues.add(Code::mesh_not_finite,
                         fmt::format("/meshes/{}/primitives/{}", primitive.mesh, primitive.index),
-                        "node transform overflows");
+                        "places lie beyond 10^9 m");
     }
   }
 }

@@ -20,17 +20,22 @@ V2d UvTransform::apply_linear(const V2d& uv) const {
 
 V2d UvTransform::apply(const V2d& uv) const { return apply_linear(uv) + offset; }
 
+bool is_near(const V3d& place) {
+  constexpr double reach = 1e9;
+  return std::abs(place.x) <= reach && std::abs(place.y) <= reach && std::abs(place.z) <= reach;
+}
+
 Result<std::vector<V3d>> world_points(const Scene& scene) {
   std::vector<V3d> points;
   for (const SceneInstance& instance : scene.instances) {
     const ScenePrimitive& primitive = scene.primitives[instance.primitive];
     if (std::ranges::any_of(primitive.indices, [&](auto i) { return i >= primitive.positions.size(); }))
       return fail(Code::mesh_invalid, scene.file, primitive.name, "an index is beyond the vertices");
-    for (const V3d& point : points_of(scene, instance)) {
-      if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z))
-        return fail(Code::mesh_not_finite, scene.file, primitive.name, "a position is not finite");
-      points.push_back(point);
-    }
+    const std::vector<V3d> placed = points_of(scene, instance);
+    if (!std::ranges::all_of(placed, is_near) ||
+        !std::ranges::all_of(primitive.positions, is_near, [](const V3f& p) { return V3d(p); }))
+      return fail(Code::mesh_not_finite, scene.file, primitive.name, "a position is beyond 10^9 m");
+    points.insert(points.end(), placed.begin(), placed.end());
   }
   if (points.empty()) return fail(Code::garment_empty, scene.file, "", "there is nothing to draw");
   return points;

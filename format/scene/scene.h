@@ -154,8 +154,11 @@ struct Scene {
   std::uint64_t memory_left = default_memory;  ///< bytes for its fabrics and textures (base/memory.h)
 };
 
-/// World positions (m) of all vertices that triangles use. GARMENT_EMPTY without triangles, MESH_NOT_FINITE,
-/// MESH_INVALID.
+/// Whether no coordinate exceeds 10^9: squares of areas beyond overflow floats.
+bool is_near(const V3d& place);
+
+/// World positions (m) of all vertices that triangles use. GARMENT_EMPTY without triangles, MESH_NOT_FINITE
+/// unless all are near, in their primitives also; MESH_INVALID.
 Result<std::vector<V3d>> world_points(const Scene& scene);
 
 }  // namespace selvedge

@@ -191,8 +191,13 @@ TEST_CASE("refuses what cannot be drawn") {
   CHECK(code_of(p) == Code::mesh_not_finite);
 }
 
-TEST_CASE("a scene without triangles has no points") {
-  CHECK(test::error_of(world_points(Scene{})).code == Code::garment_empty);
+TEST_CASE("a scene without triangles has no points, and none lie beyond 10^9 m") {
+  Scene scene;
+  CHECK(test::error_of(world_points(scene)).code == Code::garment_empty);
+  ScenePrimitive far = test::square(1);
+  far.positions[0].x = 1.9e30F;  // an offset that was off by a byte
+  test::add(scene, far, test::material(0));
+  CHECK(test::error_of(world_points(scene)).code == Code::mesh_not_finite);
 }
 
 }  // namespace
