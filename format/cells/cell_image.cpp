@@ -6,7 +6,6 @@
 #include "format/cells/cell_shading.h"
 #include "format/fabric/lifted.h"
 #include "format/simd/fetch.h"
-#include "format/simd/wide_float.h"
 
 namespace selvedge {
 namespace {
@@ -70,9 +69,10 @@ class PointShader {
 
   /// Whether a sample is of the same ply, and within a radius in depth.
   bool belongs(const Shared& shared, std::int32_t piece, float depth) const {
-    const YarnPieces& pieces = job_.pieces;
-    return std::abs(piece - shared.piece) <= 2 && pieces.ply[piece] == pieces.ply[shared.piece] &&
-           std::abs(depth - shared.depth) < pieces.numbers[YarnPieces::radius][shared.piece];
+    if (std::abs(piece - shared.piece) > 2) return false;
+    const Yarns::Segment& a = job_.pieces.segments[shared.piece];
+    const Yarns::Segment& b = job_.pieces.segments[piece];
+    return a.curve == b.curve && a.rows.first == b.rows.first && std::abs(depth - shared.depth) < a.radius;
   }
 
   void add_block(const V2i& begin, const V2i& end) {
@@ -158,35 +158,15 @@ class PointShader {
 
 /// Smallest number that texels resolve.
 constexpr float smallest = 0x1p-14F;
-/// Vectors may read and write beyond a row.
-constexpr std::size_t behind_row = 16;
 
-struct FilteredRow {
-  float* sums;
-  const float *before, *next;  ///< rows that leave the sums and join them
-  std::size_t count;
-  Quad scale;
-  std::uint16_t* to;
-};
-
-/// Packs sums times `scale`, four numbers a texel, and moves the sums to the next row.
-template <std::size_t N>
-SELVEDGE_INLINE void pack_row(const FilteredRow& row) {
-  using Wide = WideFloat<N>;
-  using Halves [[gnu::vector_size(2 * N)]] = std::uint16_t;
-  Wide scale;
-  for (std::size_t k = 0; k < N; ++k) scale.v[k] = row.scale[k % 4];
-  for (std::size_t i = 0; i < row.count; i += N) {
-    const Wide value = Wide::load(row.sums + i);
-    // Numbers in [2^-14, 1]: the exponent moves down to 5 bits.
-    const Wide scaled = value * scale;
-    const Wide kept = if_greater(scaled, Wide(smallest), scaled, Wide(0)) * Wide(0x1p-112F);
-    const Halves packed = __builtin_convertvector(((typename Lanes<N>::Bits)kept.v + 0x800U) >> 12, Halves);
-    std::memcpy(row.to + i, &packed, sizeof packed);
-    (value + (Wide::load(row.next + i) - Wide::load(row.before + i))).store(row.sums + i);
-  }
+SELVEDGE_INLINE CellTexel pack(const Quad& value) {
+  using Bits = Lanes<4>::Bits;
+  // Numbers in [2^-14, 1]: the exponent moves down to 5 bits.
+  const Quad kept = value > smallest ? value : Quad{};
+  const Bits bits = ((Bits)(kept * 0x1p-112F) + 0x800U) >> 12;
+  return {static_cast<std::uint16_t>(bits[0]), static_cast<std::uint16_t>(bits[1]),
+          static_cast<std::uint16_t>(bits[2]), static_cast<std::uint16_t>(bits[3])};
 }
-SELVEDGE_THREE_BODIES(pack_row, (const FilteredRow& row), (row))
 
 /// The box filter of a pixel over one plane: running sums along a row, then, of all columns at once, along
 /// the columns. Only the sums of a pixel's rows are kept, since an image is larger than the processor's
@@ -197,7 +177,7 @@ void filter_plane(const CellSize& size, const Group* from, const Quad& scale, Ce
   const int lines = size.made().y;
   const V2i texels = size.texels();
   const int kept_rows = size.pixel.y + 1;
-  scratch.rows.resize(static_cast<std::size_t>(kept_rows) * columns + behind_row);
+  scratch.rows.resize(static_cast<std::size_t>(kept_rows) * columns);
   const auto row_of = [&](int row) {
     return &scratch.rows[static_cast<std::size_t>(row % kept_rows) * columns];
   };
@@ -213,28 +193,25 @@ void filter_plane(const CellSize& size, const Group* from, const Quad& scale, Ce
     }
   };
   std::vector<Group>& sums = scratch.sums;
-  sums.assign(columns + behind_row, Group{});
+  sums.assign(columns, Group{});
   for (int row = 0; row < size.pixel.y; ++row) {
     sum_row(row);
     for (int i = 0; i < columns; ++i) add(quad_of(row_of(row)[i]), sums[i]);
   }
-  static const auto pack_this = pack_row_for_this_processor();
-  std::vector<CellTexel>& packed = scratch.packed;
-  packed.resize(columns + behind_row);
   // A window has texels of its own behind the last.
   const bool whole = size.is_whole();
   CellTexel* const first = to;
   for (int row = 0; row < (whole ? texels.y : texels.y + 1) * size.stride; ++row) {
-    const int next = row + size.pixel.y;
-    const bool is_last = next >= lines && !whole;
-    if (!is_last) sum_row(next);
-    pack_this({sums.data()->data(), row_of(row)->data(), row_of(is_last ? row : next)->data(),
-               std::size_t{4} * columns, scale, packed.data()->data()});
     if (row % size.stride == 0) {
-      if (whole) packed[texels.x * size.stride] = packed[0];
-      for (int i = 0; i <= texels.x; ++i) *to++ = packed[i * size.stride];
+      CellTexel* const begin = to;
+      for (int i = 0; i < texels.x; ++i) *to++ = pack(quad_of(sums[i * size.stride]) * scale);
+      *to++ = whole ? *begin : pack(quad_of(sums[texels.x * size.stride]) * scale);
     }
-    if (is_last) break;
+    if (row + size.pixel.y >= lines && !whole) break;
+    sum_row(row + size.pixel.y);
+    const Group* const before = row_of(row);
+    const Group* const next = row_of(row + size.pixel.y);
+    for (int i = 0; i < columns; ++i) add(quad_of(next[i]) - quad_of(before[i]), sums[i]);
   }
   if (whole) std::copy_n(first, texels.x + 1, to);
 }
@@ -290,80 +267,45 @@ const YarnPieces& pieces_of(const CellYarn& yarn, const CellView& view) {
 
 namespace {
 
-/// Of samples of a row that show yarn: depth, 1, and 1 where it runs along v; of others 0.
-using SeenRow = std::array<std::vector<float>, 3>;
-
-struct HeightRow {
-  const SeenRow &upper, &lower;
-  int stride, apart;  ///< samples from texel to texel, and between a texel's outer samples
-  float plane, step;
-  std::vector<std::int32_t>& to;
-};
-
-constexpr std::int32_t no_height = 128;
-
-template <std::size_t N>
-SELVEDGE_INLINE void fill_row(const HeightRow& row) {
-  using Wide = WideFloat<N>;
-  using Ints = typename Lanes<N>::Ints;
-  for (std::size_t i = 0; i + N <= row.to.size(); i += N) {
-    const auto sum = [&](std::size_t k) __attribute__((always_inline)) {
-      const std::size_t left = i * row.stride;
-      const auto all = [&](const float* from) __attribute__((always_inline)) {
-        if (row.stride == 1) return Wide::load(from);
-        Wide values;
-        for (std::size_t lane = 0; lane < N; ++lane) values.v[lane] = from[lane * row.stride];
-        return values;
-      };
-      return all(&row.upper[k][left]) + all(&row.upper[k][left + row.apart]) + all(&row.lower[k][left]) +
-             all(&row.lower[k][left + row.apart]);
-    };
-    const Wide count = sum(1);
-    const Wide most(127);
-    const Wide height = (sum(0) / max(count, Wide(1)) - Wide(row.plane)) / Wide(row.step);
-    const Ints whole = __builtin_convertvector(max(min(height, most), Wide(1) - most).v, Ints) & ~1;
-    const Wide upright = sum(2) + sum(2);
-    Ints result = upright.v > count.v ? whole | 1 : whole;
-    result = count.v > 0 ? result : Ints{} + no_height;
-    std::memcpy(&row.to[i], &result, sizeof result);
-  }
-}
-SELVEDGE_THREE_BODIES(fill_row, (const HeightRow& row), (row))
-
 /// CellImage::heights of what was seen.
 void fill_heights(const CellYarn& yarn, const YarnPieces& pieces, const DepthGrid& seen, const CellSize& size,
                   CellImage& image) {
+  std::vector<bool> along_v;
+  for (const YarnCurve& curve : yarn.yarns().data().curves)
+    along_v.push_back(runs_along_v(curve, yarn.yarns().period()));
+  constexpr float most = 127;
   const Yarns::Inside inside = yarn.yarns().inside();
-  image.step = std::max({inside.high - yarn.plane(), yarn.plane() - inside.low, 1e-9F}) / 127;
+  image.step = std::max({inside.high - yarn.plane(), yarn.plane() - inside.low, 1e-9F}) / most;
   image.heights.resize(image.plane_texels());
   std::int8_t* to = image.heights.data();
   std::int8_t last = 0;
   const int own = size.is_whole() ? 0 : 1;  // texels of a window behind its last
-  std::vector<SeenRow> rows(size.pixel.y);
-  std::vector<std::int32_t> heights((image.width + own + behind_row) / behind_row * behind_row);
-  const std::size_t columns = heights.size() * size.stride + size.pixel.x;
-  const auto read_row = [&](int y) {
-    SeenRow& row = rows[y % size.pixel.y];
-    const std::size_t begin = static_cast<std::size_t>(y < seen.height ? y : y - seen.height) * seen.stride;
-    for (std::vector<float>& values : row) values.resize(columns);
-    for (std::size_t x = 0, from = 0; x < columns; ++x, ++from) {
-      if (from == static_cast<std::size_t>(seen.width)) from = 0;
-      const bool is_there = seen.z[begin + from] > no_depth;
-      row[0][x] = is_there ? seen.z[begin + from] : 0.0F;
-      row[1][x] = is_there ? 1.0F : 0.0F;
-      row[2][x] = static_cast<float>(pieces.ply[is_there ? seen.piece[begin + from] : 0] & 1U) * row[1][x];
-    }
-  };
-  static const auto fill_this = fill_row_for_this_processor();
-  for (int y = 0; y + 1 < size.pixel.y; ++y) read_row(y);
   for (int j = 0; j < image.height + own; ++j) {
-    const int bottom = (j + 1) * size.stride + size.pixel.y - 1 - size.stride;
-    for (int y = std::max(bottom - size.stride + 1, size.pixel.y - 1); y <= bottom; ++y) read_row(y);
-    fill_this({rows[j * size.stride % size.pixel.y], rows[bottom % size.pixel.y], size.stride,
-               size.pixel.x - 1, yarn.plane(), image.step, heights});
     const std::int8_t* const begin = to;
+    const auto row = [&](int y) {
+      y += j * size.stride;
+      return static_cast<std::size_t>(y < seen.height ? y : y - seen.height) * seen.stride;
+    };
+    const std::array rows{row(0), row(size.pixel.y - 1)};
     for (int i = 0; i < image.width + own; ++i) {
-      if (heights[i] != no_height) last = static_cast<std::int8_t>(heights[i]);
+      const int left = i * size.stride;
+      const int right = left + size.pixel.x - 1;
+      float sum = 0;
+      float count = 0;
+      float upright = 0;
+      for (const std::size_t first : rows) {
+        for (const int x : {left, right < seen.width ? right : right - seen.width}) {
+          const float z = seen.z[first + x];
+          if (!(z > no_depth)) continue;
+          sum += z;
+          count += 1;
+          upright += along_v[pieces.segments[seen.piece[first + x]].curve] ? 1.0F : 0.0F;
+        }
+      }
+      if (count > 0) {
+        const float height = std::clamp((sum / count - yarn.plane()) / image.step, 1 - most, most);
+        last = static_cast<std::int8_t>((static_cast<int>(height) & ~1) | (2 * upright > count ? 1 : 0));
+      }
       *to++ = last;
     }
     if (own == 0) *to++ = *begin;

@@ -59,7 +59,6 @@ struct CellScratch {
   std::vector<Group> raw;    ///< [plane][row][column]: radiance, opacity
   std::vector<Group> hairs;  ///< [plane][hair]: radiance, opacity
   std::vector<Group> rows, sums;
-  std::vector<CellTexel> packed;
   std::vector<std::uint32_t> owners;  ///< of samples: the one whose light they show
   std::vector<std::uint8_t> wanted;   ///< stations of light
 };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <map>
 #include <numbers>
 
 namespace selvedge {
@@ -72,10 +71,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   pieces.segments.insert(pieces.segments.end(), hairs.begin(), hairs.end());
   for (const Yarns::Segment& s : hairs) pieces.thickest_hair = std::max(pieces.thickest_hair, s.radius);
   for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.segments.size() + padding);
-  std::map<std::array<int, 2>, std::uint32_t> plies;
   for (const Yarns::Segment& s : pieces.segments) {
-    const auto known = plies.try_emplace({s.curve, s.rows.first}, 2 * plies.size()).first;
-    pieces.ply.push_back(known->second | (runs_along_v(data.curves[s.curve], yarns.period()) ? 1U : 0U));
     const V3f axis = squeezed(s.along, s.squeeze);
     const float length = axis.length();
     const std::array<float, YarnPieces::number_count> numbers{

@@ -42,9 +42,8 @@ struct YarnPieces {
   /// y.
   std::vector<std::array<Group, 2>> strands;
   std::array<std::vector<float>, number_count> numbers;  ///< padded by a vector's width
-  std::vector<std::uint32_t> ply;  ///< a number of its own, odd where it runs along v (variation.h)
-  int plies = 0;                   ///< number of pieces that are no hairs
-  float thickest_hair = 0;         ///< radius, mm
+  int plies = 0;                                         ///< number of pieces that are no hairs
+  float thickest_hair = 0;                               ///< radius, mm
   int count() const { return static_cast<int>(segments.size()); }
 };
 

@@ -29,11 +29,12 @@ bool same_light(const Light& a, const Light& b) {
          a.cos_outer == b.cos_outer;
 }
 
-/// Where a point is looked up, on the light's side of the cloth.
-V4f place_in(const ShadowMap& map, const CellLights& lights, const V3f& point, const V3f& normal) {
+/// Fraction of a light that reaches a vertex, on the light's side of the cloth.
+float visibility_at(const CellLights& lights, const ShadowMap& map, const V3f& point, V3f normal) {
   const Light& light = lights.lights[map.view.light];
   const V3f direction(light_at(light, lights.origin + V3d(point)).direction);
-  return shadow_place(map.view, point, normal.dot(direction) < 0 ? -normal : normal, direction);
+  if (normal.dot(direction) < 0) normal = -normal;
+  return shadow_visibility(map, point, normal, direction);
 }
 
 }  // namespace
@@ -85,7 +86,6 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
   mapped_ = 0;
   for (const ShadowMap& map : shadows) mapped_ |= bit_of(map.view.light);
   nearest_ = view.options.levels.forced >= 0;
-  moves_ = view.options.cells.remade < 1;
   store_.set_windows(true);
   store_.set_late(true);
   middle_x_ = 0.5F * static_cast<float>(projected.width) - 0.5F;
@@ -195,8 +195,7 @@ void CellPass::add_inner_visibility(const ShadowMap& map, std::size_t triangle) 
                    static_cast<float>(j) / static_cast<float>(parts));
       const V3f normal = mesh.normal(corners[0]) * (1 - at.x - at.y) + mesh.normal(corners[1]) * at.x +
                          mesh.normal(corners[2]) * at.y;
-      const float fraction =
-          shadow_at(map, place_in(map, lights_, a + b * at.x + c * at.y, normal.normalized()));
+      const float fraction = visibility_at(lights_, map, a + b * at.x + c * at.y, normal.normalized());
       if (fraction > unseen_visibility) lit_by_[triangle].lit |= bit_of(map.view.light);
       if (fraction < 1 - unseen_visibility) lit_by_[triangle].unlit |= bit_of(map.view.light);
     }
@@ -228,12 +227,10 @@ void CellPass::light_vertices() {
   }
   if (!same_lights || views != known_views_) {
     std::vector<LitBy> of_vertices(mesh.positions.size());
-    shadow_places_.resize(mesh.positions.size() * lights_.shadows.size());
     parallel_each(of_vertices.size(), chunk, [&](std::size_t i) {
-      V4f* place = &shadow_places_[i * lights_.shadows.size()];
       for (const ShadowMap& map : lights_.shadows) {
-        *place = place_in(map, lights_, mesh.positions[i], mesh.normal(static_cast<std::uint32_t>(i)));
-        const float fraction = shadow_at(map, *place++);
+        const float fraction =
+            visibility_at(lights_, map, mesh.positions[i], mesh.normal(static_cast<std::uint32_t>(i)));
         if (fraction > unseen_visibility) of_vertices[i].lit |= bit_of(map.view.light);
         if (fraction < 1 - unseen_visibility) of_vertices[i].unlit |= bit_of(map.view.light);
       }
@@ -314,7 +311,7 @@ void CellPass::set_planes(const ProjectedVertices& projected) {
   });
 }
 
-std::array<float, 3> CellPass::weights_at(std::uint32_t triangle, float x, float y) const {
+CellPass::Surface CellPass::surface_at(std::uint32_t triangle, float x, float y) const {
   const auto& corners = scene_.mesh.triangles[triangle].corners;
   std::array<V2f, 3> p;
   std::array<float, 3> w;
@@ -325,17 +322,11 @@ std::array<float, 3> CellPass::weights_at(std::uint32_t triangle, float x, float
   const auto cross = [](const V2f& a, const V2f& b) { return a.x * b.y - a.y * b.x; };
   w = {cross(p[1], p[2]), cross(p[2], p[0]), cross(p[0], p[1])};
   const float sum = w[0] + w[1] + w[2];
-  for (float& weight : w) weight = sum != 0 ? weight / sum : 1.0F / 3;
-  return w;
-}
-
-CellPass::Surface CellPass::surface_at(std::uint32_t triangle, float x, float y) const {
-  const auto& corners = scene_.mesh.triangles[triangle].corners;
-  const std::array<float, 3> weights = weights_at(triangle, x, y);
   Surface surface{V3f(0, 0, 0), V3f(0, 0, 0)};
   for (std::size_t k = 0; k < 3; ++k) {
-    surface.point += scene_.mesh.positions[corners[k]] * weights[k];
-    surface.normal += scene_.mesh.normal(corners[k]) * weights[k];
+    const float fraction = sum != 0 ? w[k] / sum : 1.0F / 3;
+    surface.point += scene_.mesh.positions[corners[k]] * fraction;
+    surface.normal += scene_.mesh.normal(corners[k]) * fraction;
   }
   surface.normal.normalize();
   return surface;
@@ -346,19 +337,12 @@ float CellPass::visibility_of(std::size_t light, std::uint32_t triangle, float x
   const LitBy& lit_by = lit_by_[triangle];
   if ((lit_by.lit & bit_of(light)) == 0) return 0;
   if ((lit_by.unlit & bit_of(light)) == 0) return 1;
-  const std::size_t count = lights_.shadows.size();
-  std::size_t map = 0;
-  while (lights_.shadows[map].view.light != light) ++map;
-  const auto& corners = scene_.mesh.triangles[triangle].corners;
-  V4f place(0, 0, 0, 0);
-  if (!moves_) {
+  for (const ShadowMap& map : lights_.shadows) {
+    if (map.view.light != light) continue;
     const Surface surface = surface_at(triangle, x, y);
-    place = place_in(lights_.shadows[map], lights_, surface.point, surface.normal);
+    return visibility_at(lights_, map, surface.point, surface.normal);
   }
-  const std::array<float, 3> weights = weights_at(triangle, x, y);
-  for (std::size_t k = 0; k < 3 && moves_; ++k)
-    place += shadow_places_[corners[k] * count + map] * weights[k];
-  return shadow_at(lights_.shadows[map], place);
+  return 1;
 }
 
 void CellPass::mark_visible(SeenSurface surface, int x, int y) {

@@ -99,8 +99,7 @@ class CellPass {
   struct Surface {
     V3f point, normal;
   };
-  /// Of a triangle's corners at a pixel, so far from the frame's middle; their sum is 1.
-  std::array<float, 3> weights_at(std::uint32_t triangle, float x, float y) const;
+  /// At a pixel, so far from the frame's middle.
   Surface surface_at(std::uint32_t triangle, float x, float y) const;
   /// Lights of which the corners of a triangle have some fraction, and lack some.
   struct LitBy {
@@ -113,7 +112,6 @@ class CellPass {
   CellStore store_;
   bool active_ = false;
   bool nearest_ = false;  ///< a forced level shows its texels as they are
-  bool moves_ = false;
   CellLights lights_;
   std::uint32_t mapped_ = 0;                      ///< lights with a shadow map
   std::vector<Kind> kinds_;                       ///< of triangles
@@ -126,7 +124,6 @@ class CellPass {
   std::vector<float> outline_rises_;  ///< of triangles
   std::vector<std::uint8_t> uneven_;  ///< of triangles
   std::vector<LitBy> lit_by_;         ///< of triangles, of lights with a shadow map
-  std::vector<V4f> shadow_places_;    ///< [vertex][map]
   std::vector<Light> known_lights_;   ///< of brightness_ and lit_by_
   std::vector<ShadowView> known_views_;
   std::vector<SmoothLight> known_around_;

@@ -515,7 +515,6 @@ CellLook CellStore::look_of(const Work& work) const {
                 .max_gain = has_yarn ? 2.0F : 8.0F,
                 .window = {static_cast<float>(image.width), static_cast<float>(image.height), 0, 0},
                 .texels = image.texels.data(),
-                .plane_texels = static_cast<std::ptrdiff_t>(image.plane_texels()),
                 .step = image.step,
                 .own = kept.own,
                 .is_solid = !material.keeps_opacity,

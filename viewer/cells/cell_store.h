@@ -62,7 +62,6 @@ struct CellLook {
   Group relief{};
   Group window{};  ///< width and height in texels, which of parts of a repeat are fewer
   const CellTexel* texels = nullptr;
-  std::ptrdiff_t plane_texels = 0;       ///< CellImage::plane_texels()
   const std::int8_t* heights = nullptr;  ///< CellImage::heights; null: none
   float step = 0;                        ///< CellImage::step, mm
   const Variation* variation = nullptr;  ///< null: none

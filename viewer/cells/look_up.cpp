@@ -65,8 +65,6 @@ struct LookLanes {
   std::array<const CellLook*, lane_count> looks;
   alignas(64) std::array<std::int32_t, lane_count> texel, stride;  ///< the first of 2 x 2
   alignas(64) LaneFloats part_x, part_y, brighter;
-  /// Of lights with planes of their own, in their order; unset for other looks.
-  std::array<std::array<float, max_shadows>, lane_count> visibility;
   std::array<Group, lane_count>* pixels;
   bool nearest = false;  ///< texels are not interpolated
 };
@@ -145,14 +143,9 @@ SELVEDGE_INLINE void look_lanes(const LanePlaces& places, LookLanes& lanes) {
     (max(min(brighter, light[3]), light[2]) * light[1]).store(&lanes.brighter[i]);
   }
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    const CellLook& look = *lanes.looks[lane];
     const float brighter = lanes.brighter[lane];
-    Quad sum = mean_of(lanes, lane, look.texels);
-    for (int plane = 0; plane < std::popcount(look.own); ++plane) {
-      const float fraction = lanes.visibility[lane][plane];
-      if (fraction > 0) sum += mean_of(lanes, lane, look.texels + (plane + 1) * look.plane_texels) * fraction;
-    }
-    sum = sum * 0x1p112F * Quad{brighter, brighter, brighter, 1};
+    const Quad sum =
+        mean_of(lanes, lane, lanes.looks[lane]->texels) * 0x1p112F * Quad{brighter, brighter, brighter, 1};
     std::memcpy(&(*lanes.pixels)[lane], &sum, sizeof sum);
   }
 }
@@ -321,13 +314,21 @@ void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
                 of_variation.repeat_v[lane] - static_cast<int>(wholes[3]), places.u[lane], places.v[lane]);
     if (beyond->heights != nullptr && beyond->own == part.own) lanes.looks[lane] = beyond;
   }
-  for (std::size_t lane = 0; own != 0 && lane < lane_count; ++lane) {
-    float* to = lanes.visibility[lane].data();
-    for (std::uint32_t left = lanes.looks[lane]->own; left != 0; left &= left - 1)
-      *to++ = visibility_of(static_cast<std::size_t>(std::countr_zero(left)), pixels.surface[lane] / 2,
-                            pixels.x[lane], pixels.y[lane]);
-  }
   look_all(places, lanes);
+  for (std::size_t lane = 0; own != 0 && lane < lane_count; ++lane) {
+    const CellLook& seen = *lanes.looks[lane];
+    if (seen.own == 0) continue;
+    const CellTexel* plane = seen.texels;
+    Quad sum{};
+    for (std::uint32_t left = seen.own; left != 0; left &= left - 1) {
+      plane += static_cast<std::ptrdiff_t>((seen.window[0] + 1) * (seen.window[1] + 1));
+      const float fraction = visibility_of(static_cast<std::size_t>(std::countr_zero(left)),
+                                           pixels.surface[lane] / 2, pixels.x[lane], pixels.y[lane]);
+      if (fraction > 0) sum += mean_of(lanes, lane, plane) * fraction;
+    }
+    sum = sum * 0x1p112F * lanes.brighter[lane];
+    for (std::size_t c = 0; c < 3; ++c) shading.pixels[lane][c] += sum[c];
+  }
   if (varied != 0) vary_lanes(lanes, varied, of_variation, shading);
   if (outlines == 0) return;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {

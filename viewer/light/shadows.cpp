@@ -103,26 +103,25 @@ std::vector<ShadowView> shadow_views(std::span<const Light> lights, std::span<co
   return views;
 }
 
-V4f shadow_place(const ShadowView& view, const V3f& point, const V3f& normal, const V3f& light) {
+float shadow_visibility(const ShadowMap& map, const V3f& point, const V3f& normal, const V3f& light) {
   const float cosine = normal.dot(light);
+  if (!(cosine > 0)) return 0;
+  const ShadowView& view = map.view;
   const float texel = view.texel * along(view.rows[3], point);
   const float sine = std::sqrt(std::max(1 - cosine * cosine, 0.0F));
   const V3f p =
       point + normal * (texel * shadow_normal_offset * sine) + light * (texel * shadow_light_offset);
-  return {along(view.rows[0], p), along(view.rows[1], p), along(view.rows[2], p), along(view.rows[3], p)};
-}
-
-float shadow_at(const ShadowMap& map, const V4f& place) {
-  if (!(place.w > 0)) return 1;
-  const V3f in_map = V3f(place.x, place.y, place.z) / place.w;
+  const float w = along(view.rows[3], p);
+  if (!(w > 0)) return 1;
+  const V3f in_map = V3f(along(view.rows[0], p), along(view.rows[1], p), along(view.rows[2], p)) / w;
   const V2f corner(in_map.x - 0.5F, in_map.y - 0.5F);
   const V2f first(std::floor(corner.x), std::floor(corner.y));
-  const auto last = static_cast<float>(map.view.size - 3);
+  const auto last = static_cast<float>(view.size - 3);
   if (!(first.x >= 1 && first.y >= 1 && first.x <= last && first.y <= last)) return 1;
   const V2f part = corner - first;
   const std::array<float, 4> columns{1 - part.x, 1, 1, part.x};
   const std::array<float, 4> rows{1 - part.y, 1, 1, part.y};
-  const std::size_t size = map.view.size;
+  const std::size_t size = view.size;
   const float* depths =
       &map.depths[(static_cast<std::size_t>(first.y) - 1) * size + static_cast<std::size_t>(first.x) - 1];
   float sum = 0;
@@ -132,10 +131,6 @@ float shadow_at(const ShadowMap& map, const V4f& place) {
     sum += row * rows[j];
   }
   return sum / 9;
-}
-
-float shadow_visibility(const ShadowMap& map, const V3f& point, const V3f& normal, const V3f& light) {
-  return normal.dot(light) > 0 ? shadow_at(map, shadow_place(map.view, point, normal, light)) : 0;
 }
 
 }  // namespace selvedge

@@ -41,15 +41,10 @@ struct ShadowMap {
   std::vector<float> depths;  ///< of the nearest surface, row by row; 1: no surface
 };
 
-/// Where a point of a surface is looked up, (x, y, z, w) as of ShadowView: a little off the surface.
-V4f shadow_place(const ShadowView& view, const V3f& point, const V3f& normal, const V3f& light);
-
-/// The fraction of the light that reaches such a place. Percentage-closer filtering (Reeves, Salesin and Cook
-/// 1987) over 3 x 3 texels, bilinear between them. 1 outside of the map.
-float shadow_at(const ShadowMap& map, const V4f& place);
-
 /// The fraction of the light that reaches a point of a surface; `normal` is its unit normal on the viewer's
-/// side, `light` the unit direction towards the light. 0 if the surface faces away from the light.
+/// side, `light` the unit direction towards the light. Percentage-closer filtering (Reeves, Salesin and Cook
+/// 1987) over 3 x 3 texels, bilinear between them. 0 if the surface faces away from the light, 1 outside of
+/// the map.
 float shadow_visibility(const ShadowMap& map, const V3f& point, const V3f& normal, const V3f& light);
 
 }  // namespace selvedge
