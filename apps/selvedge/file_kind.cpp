@@ -12,17 +12,6 @@
 #include "format/samples/samples.h"
 
 namespace selvedge {
-namespace {
-
-Issues check_garment(const std::string& path, const SceneLimits& limits) {
-  Scene scene;
-  Issues issues = check_gltf(path, limits, &scene);
-  const Issues more = check_uv_areas(scene);
-  issues.insert(issues.end(), more.begin(), more.end());
-  return issues;
-}
-
-}  // namespace
 
 const char* name_of(FileKind kind) {
   constexpr std::array<const char*, 3> names{"fabric", "samples", "gltf"};
@@ -57,7 +46,11 @@ Issues check_file(const std::string& path, FileKind kind, const SceneLimits& lim
     const auto samples = read_samples(path, limits.document.memory);
     return samples ? Issues{} : Issues{samples.error()};
   }
-  return check_garment(path, limits);
+  Scene scene;
+  Issues issues = check_gltf(path, limits, &scene);
+  const Issues more = check_uv_areas(scene);
+  issues.insert(issues.end(), more.begin(), more.end());
+  return issues;
 }
 
 }  // namespace selvedge

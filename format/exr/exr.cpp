@@ -83,8 +83,6 @@ struct ExrWriter::State {
 };
 
 Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart> parts) {
-  // OpenEXR writes a single part in another form, which is not of the subset.
-  if (parts.size() < 2) return fail(Code::exr_unsupported, path, {}, "a file of one part is not written");
   for (ExrPart& part : parts) part = exr_with_defaults(std::move(part));
   auto file = AtomicFile::create(path);
   if (!file) return tl::unexpected(file.error());

@@ -51,7 +51,8 @@ struct ExrLimits {
   int attributes = 1 << 12;  ///< of a part
 };
 
-/// Writes at least two parts in their order, each level exactly once. The file appears at `path` with
+/// Writes parts in their order, each level exactly once; a single one as a picture, which is not of the
+/// subset. The file appears at `path` with
 /// commit(). Its bytes do not depend on the number of threads.
 class ExrWriter {
  public:

@@ -1,22 +1,16 @@
 #include "format/picture/image.h"
 
-#include <OpenEXR/ImfChannelList.h>
-#include <OpenEXR/ImfFrameBuffer.h>
-#include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfOutputFile.h>
-#include <OpenEXR/ImfStdIO.h>
 #include <dlfcn.h>
 #include <fmt/format.h>
 #include <png.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <string_view>
 
 #include "format/base/atomic_file.h"
+#include "format/exr/exr.h"
 #include "format/gltf/picture_type.h"
 #include "format/picture/openimageio.h"
 #include "format/picture/radiance.h"
@@ -159,30 +153,18 @@ Result<void> write_png(const std::string& path, const Image& image, Transfer tra
 
 Result<void> write_exr(const std::string& path, const Image& image) {
   if (Result<void> good = check(image, path); !good) return good;
-  auto file = AtomicFile::create(path);
-  if (!file) return tl::unexpected(file.error());
-  std::ofstream stream(file->temporary(), std::ios::binary);
-  try {
-    Imf::Header header(image.width, image.height);
-    header.compression() = Imf::ZIP_COMPRESSION;
-    Imf::FrameBuffer buffer;
-    const std::size_t pixel = sizeof(float) * image.channels;
-    auto* const base = reinterpret_cast<char*>(const_cast<float*>(image.pixels.data()));  // is only read
-    for (int c = 0; c < image.channels; ++c) {
-      const char* const name = &(image.channels < 3 ? "Y\0A" : "R\0G\0B\0A")[2 * c];
-      header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-      buffer.insert(name, Imf::Slice(Imf::FLOAT, base + sizeof(float) * c, pixel, pixel * image.width));
-    }
-    Imf::StdOFStream named(stream, path.c_str());
-    Imf::OutputFile out(named, header);
-    out.setFrameBuffer(buffer);
-    out.writePixels(image.height);
-  } catch (const std::exception& error) {
-    return fail(Code::image_unwritable, path, "", error.what());
+  ExrPart part;
+  part.width = image.width;
+  part.height = image.height;
+  ExrPixels pixels{image.width, image.height, {}};
+  for (int c = 0; c < image.channels; ++c) {
+    part.channels.push_back({std::string(1, (image.channels < 3 ? "YA" : "RGBA")[c]), false});
+    std::vector<float>& plane = pixels.planes.emplace_back();
+    for (std::size_t i = c; i < image.pixels.size(); i += image.channels) plane.push_back(image.pixels[i]);
   }
-  stream.close();
-  if (!stream) return fail(Code::file_unwritable, path, "", std::strerror(errno));
-  return file->commit();
+  Result<ExrWriter> writer = ExrWriter::create(path, {part});
+  if (!writer) return tl::unexpected(writer.error());
+  return writer->write_level(0, 0, pixels).and_then([&] { return writer->commit(); });
 }
 
 Result<void> check_same_size(const Image& a, const Image& b) {
