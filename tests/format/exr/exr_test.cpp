@@ -85,10 +85,9 @@ TEST_CASE("every level of every part is read as it was written, with ZIP and wit
   }
 }
 
-TEST_CASE("values beyond half precision and a file of one part are not written") {
+TEST_CASE("values beyond half precision are not written") {
   const Folder folder;
   const ExrPart part = part_of("rows", 2, 1, true);
-  CHECK_FALSE(ExrWriter::create(folder / "a.exr", {part}));
   for (const float wrong : {65536.0F, std::numeric_limits<float>::quiet_NaN()}) {
     auto writer = test::need(ExrWriter::create(folder / "a.exr", {part, part_of("more", 2, 1, true)}));
     const auto written = writer.write_level(0, 0, {2, 1, {{0, wrong}, {0, 0}}});
