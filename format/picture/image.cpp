@@ -2,10 +2,8 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
-#include <png.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <string_view>
 
@@ -66,7 +64,7 @@ Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, co
   if (format == std::string_view("openexr") && declares_more_than_it_has(bytes))
     return fail(Code::image_unreadable, name, "", "ends within its header");
   if (format == std::string_view("hdr")) return read_radiance(bytes, name, limits);
-  return load_openimageio().and_then([&](const OpenImageIo* library) {
+  return load_openimageio(Code::image_unreadable).and_then([&](const OpenImageIo* library) {
     return library->read(format, bytes, name, transfer, limits, halvings);
   });
 }
@@ -87,13 +85,13 @@ Result<void> check(const Image& image, const std::string& name) {
 
 }  // namespace
 
-Result<const OpenImageIo*> load_openimageio() {
+Result<const OpenImageIo*> load_openimageio(Code code) {
   static const auto table = []() -> tl::expected<const OpenImageIo*, std::string> {
     void* module = dlopen("libselvedge-openimageio.so", RTLD_NOW | RTLD_LOCAL);
     if (module == nullptr) return tl::unexpected<std::string>(dlerror());
     return static_cast<const OpenImageIo*>(dlsym(module, "selvedge_openimageio"));
   }();
-  if (!table) return fail(Code::image_unreadable, "", "", table.error());
+  if (!table) return fail(code, "", "", table.error());
   return *table;
 }
 
@@ -120,6 +118,8 @@ Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::strin
 
 Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transfer) {
   if (Result<void> good = check(image, ""); !good) return tl::unexpected(good.error());
+  const auto library = load_openimageio(Code::image_unwritable);
+  if (!library) return tl::unexpected(library.error());
   std::vector<std::uint8_t> stored(image.pixels.size());
   for (std::size_t i = 0; i < stored.size(); ++i) {
     const bool alpha = has_alpha(image) && i % image.channels == image.channels - std::size_t{1};
@@ -128,20 +128,7 @@ Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transf
     if (transfer == Transfer::srgb && !alpha) value = linear_to_srgb(value);
     stored[i] = static_cast<std::uint8_t>(std::lround(value * 255.0F));
   }
-  constexpr std::array<png_uint_32, 4> formats{PNG_FORMAT_GRAY, PNG_FORMAT_GA, PNG_FORMAT_RGB,
-                                               PNG_FORMAT_RGBA};
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  png.width = static_cast<png_uint_32>(image.width);
-  png.height = static_cast<png_uint_32>(image.height);
-  png.format = formats[image.channels - 1];
-  if (transfer == Transfer::keep) png.flags = PNG_IMAGE_FLAG_COLORSPACE_NOT_sRGB;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-  std::vector<std::uint8_t> bytes(size);
-  if (png_image_write_to_memory(&png, bytes.data(), &size, 0, stored.data(), 0, nullptr) == 0)
-    return fail(Code::image_unwritable, "", "png", png.message);
-  bytes.resize(size);
-  return bytes;
+  return (*library)->encode_png(image, stored, transfer);
 }
 
 Result<void> write_png(const std::string& path, const Image& image, Transfer transfer) {
