@@ -52,8 +52,7 @@ struct ExrLimits {
 };
 
 /// Writes parts in their order, each level exactly once; a single one as a picture, which is not of the
-/// subset. The file appears at `path` with
-/// commit(). Its bytes do not depend on the number of threads.
+/// subset. The file appears at `path` with commit(). Its bytes do not depend on the number of threads.
 class ExrWriter {
  public:
   static Result<ExrWriter> create(const std::string& path, std::vector<ExrPart> parts);

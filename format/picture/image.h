@@ -1,5 +1,5 @@
-// Pictures as arrays of floats, read and written by OpenImageIO (openimageio.h); OpenEXR by format/exr.
-// format/exr.
+// Pictures as arrays of floats, read and written by OpenImageIO (openimageio.h); format/exr
+// writes OpenEXR.
 //
 // Row 0 is the top row; pixel (x, y), channel c is pixels[(y * width + x) * channels + c]. Values are linear
 // unless a function says otherwise; 1 is the white of an 8-bit picture. Alpha is never multiplied in or
