@@ -72,7 +72,7 @@ void declare_render(Options& options, RenderCommand& command) {
       .writes();
   options.size("--size", command.size, "Size of a scene's picture in pixels", 1, 1'000'000);
   command.render.supersample = 2;  // outlines are smooth
-  picture.image_memory = 160;      // of a third of one picture
+  picture.image_memory = 160;      // a still has images of one of three bands at a time
   options.number("--supersample", command.render.supersample, "N",
                  "Draw N times larger per side, and average");
   add_input(options, picture);
