@@ -10,7 +10,7 @@ namespace {
 constexpr int max_side = 512;  ///< of a grid
 /// Largest shift of a shadow by the rounding of its direction, texels, and the largest step.
 constexpr float max_moved = 1;
-constexpr float largest_step = 0.2F;
+constexpr float largest_step = 0.1F;
 
 std::size_t bytes_of(const CellShadow& shadow) { return shadow.grid.z.size() * sizeof(float); }
 
