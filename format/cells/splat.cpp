@@ -208,6 +208,7 @@ SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, 
     } else if (axis < fields[min_axis][i] || axis > fields[max_axis][i]) {
       return;
     }
+    if (!(left <= right)) return;  // an end may lie beyond what integers hold
     const Wide gr(g);
     const Wide zr(depth);
     const Wide wr(along);
@@ -268,6 +269,7 @@ SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Grou
       left = std::max(left, -g * inverse - half);
       right = std::min(right, -g * inverse + half);
     }
+    if (!(left <= right)) return;
     const float depth = fields[z_at][i] + fields[z_y][i] * y;
     const float along = fields[w_at][i] + fields[w_y][i] * y;
     const float* const depths = &seen.z[static_cast<std::size_t>(row) * seen.stride];
