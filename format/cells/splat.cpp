@@ -155,9 +155,12 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
   return true;
 }
 
-/// Calls body(i, texel, count) for the runs of texels of a window that [first, last] and its copies show.
+/// Calls body(i, texel, count) for the runs of texels of a window that [low, high] and its copies show.
 template <class Body>
-SELVEDGE_INLINE void each_copy(int first, int last, int begin, int count, int period, const Body& body) {
+SELVEDGE_INLINE void each_copy(float low, float high, int begin, int count, int period, const Body& body) {
+  if (!(low <= high)) return;  // then an end may lie beyond what integers hold
+  const auto first = static_cast<int>(std::ceil(low));
+  const auto last = static_cast<int>(std::floor(high));
   while (begin > first) begin -= period;
   while (begin + count <= first) begin += period;
   for (; begin <= last; begin += period) {
@@ -208,7 +211,6 @@ SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, 
     } else if (axis < fields[min_axis][i] || axis > fields[max_axis][i]) {
       return;
     }
-    if (!(left <= right)) return;  // an end may lie beyond what integers hold
     const Wide gr(g);
     const Wide zr(depth);
     const Wide wr(along);
@@ -235,11 +237,10 @@ SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, 
         }
       }
     };
-    each_copy(static_cast<int>(std::ceil(left)), static_cast<int>(std::floor(right)), grid.first.x,
-              grid.width, grid.period.x, draw_columns);
+    each_copy(left, right, grid.first.x, grid.width, grid.period.x, draw_columns);
   };
-  each_copy(static_cast<int>(std::ceil(fields[low_y][i])), static_cast<int>(std::floor(fields[high_y][i])),
-            grid.first.y, grid.height, grid.period.y, [&](int j, int row, int count) {
+  each_copy(fields[low_y][i], fields[high_y][i], grid.first.y, grid.height, grid.period.y,
+            [&](int j, int row, int count) {
               for (; count > 0; --count) draw_row(j++, row++);
             });
 }
@@ -269,7 +270,6 @@ SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Grou
       left = std::max(left, -g * inverse - half);
       right = std::min(right, -g * inverse + half);
     }
-    if (!(left <= right)) return;
     const float depth = fields[z_at][i] + fields[z_y][i] * y;
     const float along = fields[w_at][i] + fields[w_y][i] * y;
     const float* const depths = &seen.z[static_cast<std::size_t>(row) * seen.stride];
@@ -290,11 +290,9 @@ SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Grou
         }
       }
     };
-    each_copy(static_cast<int>(std::ceil(left)), static_cast<int>(std::floor(right)), seen.first.x,
-              seen.width, seen.period.x, blend_columns);
+    each_copy(left, right, seen.first.x, seen.width, seen.period.x, blend_columns);
   };
-  each_copy(static_cast<int>(std::ceil(fields[low_y][i] - 0.5F)),
-            static_cast<int>(std::floor(fields[high_y][i] + 0.5F)), seen.first.y, seen.height, seen.period.y,
+  each_copy(fields[low_y][i] - 0.5F, fields[high_y][i] + 0.5F, seen.first.y, seen.height, seen.period.y,
             [&](int j, int row, int count) {
               for (; count > 0; --count) blend_row(j++, row++);
             });
