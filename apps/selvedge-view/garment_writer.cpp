@@ -4,9 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <filesystem>
 #include <numbers>
 
+#include "apps/selvedge-view/workbench.h"
 #include "converter/dress/dress.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
@@ -14,34 +14,13 @@
 namespace selvedge {
 namespace {
 
-/// A folder of temporary files, which the destructor removes.
-class Workbench {
- public:
-  Workbench() : folder_((std::filesystem::temp_directory_path() / "selvedge-view-XXXXXX").string()) {
-    if (mkdtemp(folder_.data()) == nullptr)
-      throw Failure{{Code::file_unwritable, folder_, "", "cannot be made"}};
-  }
-  Workbench(const Workbench&) = delete;
-  Workbench& operator=(const Workbench&) = delete;
-  ~Workbench() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-
-  std::string next(const char* ending) { return fmt::format("{}/{}{}", folder_, ++count_, ending); }
-
-  /// The file of a fabric; of an embedded one, a new file. Throws Failure.
-  std::string file_of(const SceneFabric& fabric) {
-    if (!fabric.path.empty()) return fabric.path;
-    std::string path = next(".exr");
-    value_or_throw(write_file(path, fabric.bytes));
-    return path;
-  }
-
- private:
-  std::string folder_;
-  int count_ = 0;
-};
+/// The file of a fabric; of an embedded one, a new file. Throws Failure.
+std::string file_of(const SceneFabric& fabric, Workbench& bench) {
+  if (!fabric.path.empty()) return fabric.path;
+  std::string path = bench.next(".exr");
+  value_or_throw(write_file(path, fabric.bytes));
+  return path;
+}
 
 /// The options that give a material the fabric as it lies there.
 DressOptions options_for(int material, const SceneMaterial& worn, const SceneLimits& limits) {
@@ -67,7 +46,7 @@ std::string save(Workbench& bench, const SceneLimits& limits, const std::string&
   for (std::size_t i = 0; i < worn.materials.size(); ++i) {
     const SceneMaterial& wears = worn.materials[i];
     if (!wears.fabric) continue;
-    const std::string fabric = bench.file_of(worn.fabrics[wears.fabric->fabric]);
+    const std::string fabric = file_of(worn.fabrics[wears.fabric->fabric], bench);
     const std::string to = bench.next(".glb");
     const Result<DressReport> dressed =
         dress(from, fabric, to, options_for(static_cast<int>(i), wears, limits));

@@ -1,4 +1,6 @@
 // page: garments and fabrics as one file that a browser shows by itself.
+#include "apps/selvedge-view/page.h"
+
 #include <Imath/ImathBox.h>
 #include <fmt/format.h>
 #include <zlib.h>
@@ -24,17 +26,6 @@ namespace selvedge {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct PageCommand {
-  CommonOptions common;
-  std::vector<std::string> inputs;
-  std::string output;
-  SceneLimits limits;
-  std::string environment = "studio";
-  EnvironmentOptions around;
-  bool backdrop = false;
-  double blur = 0;
-};
 
 void declare(Options& options, PageCommand& command) {
   options
@@ -74,12 +65,9 @@ std::string packed(std::span<const std::uint8_t> bytes) {
   return base64(result);
 }
 
-/// The page without garments, which lies beside the programs (viewer/web/page).
-std::string read_template() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path file = program.parent_path().parent_path() / "share" / "selvedge" / "page.html";
-  return value_or_throw(read_file(file.string()).map_error([](Error unread) {
+/// A page without garments.
+std::string read_template(const std::string& name) {
+  return value_or_throw(read_file(shared_file(name)).map_error([](Error unread) {
     unread.message =
         "the page is part of the build where Node.js and the packages of tests/node are there (npm ci)";
     return unread;
@@ -157,9 +145,19 @@ std::string floor_attributes(const Scene& scene) {
                      floor.centre.y, floor.width, packed(shade));
 }
 
-Result<int> run(const PageCommand& command) {
-  std::string page = read_template();
-  std::string scripts = environment_element(command);
+Result<int> run(const PageCommand& command) { return write_page("page", command, ""); }
+
+}  // namespace
+
+std::string shared_file(const std::string& name) {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  return (program.parent_path().parent_path() / "share" / "selvedge" / name).string();
+}
+
+Result<int> write_page(const char* verb, const PageCommand& command, const std::string& elements) {
+  std::string page = read_template(fmt::format("{}.html", verb));
+  std::string scripts = environment_element(command) + elements;
   int garments = 0;
   for (const std::string& input : command.inputs) {
     const bool is_fabric = input.ends_with(".exr");
@@ -182,7 +180,7 @@ Result<int> run(const PageCommand& command) {
   const std::string marker = "<!--GARMENTS-->\n";
   page.replace(page.find(marker), marker.size(), scripts);
   value_or_throw(write_file(command.output, page));
-  report(command.common, "page",
+  report(command.common, verb,
          {{"output", command.output},
           {"garments", garments},
           {"fabrics", static_cast<int>(command.inputs.size()) - garments},
@@ -190,8 +188,6 @@ Result<int> run(const PageCommand& command) {
          fmt::format("{} ({} bytes)\n", command.output, page.size()));
   return 0;
 }
-
-}  // namespace
 
 void add_page_verb(Program& program) {
   program.add<PageCommand>(

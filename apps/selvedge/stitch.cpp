@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "apps/selvedge/commands.h"
+#include "apps/selvedge/make.h"
 #include "apps/selvedge/option_groups.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/find_cell.h"
@@ -42,11 +43,16 @@ std::string text_of(const std::vector<double>& value) {
   return text;
 }
 
-Result<int> list_parameters(const StitchCommand& command, const StitchInfo& info) {
+Json to_json(const StitchInfo& info) {
   Json list = Json::array();
+  for (const StitchParameter& p : info.parameters)
+    list.push_back({{"name", p.name}, {"value", p.value}, {"range", {p.min, p.max}}, {"meaning", p.meaning}});
+  return {{"stitch", info.name}, {"description", info.description}, {"parameters", list}};
+}
+
+Result<int> list_parameters(const StitchCommand& command, const StitchInfo& info) {
   std::string text = fmt::format("{}: {}\n", info.name, info.description);
   for (const StitchParameter& p : info.parameters) {
-    list.push_back({{"name", p.name}, {"value", p.value}, {"range", {p.min, p.max}}, {"meaning", p.meaning}});
     if (p.name.ends_with(yarn_parameter)) {
       text += fmt::format("  {:20} {:>16}  {}\n", p.name,
                           yarn_kinds()[static_cast<std::size_t>(p.value.front())].name, p.meaning);
@@ -55,8 +61,7 @@ Result<int> list_parameters(const StitchCommand& command, const StitchInfo& info
     text +=
         fmt::format("  {:20} {:>16}  {} ({:g} to {:g})\n", p.name, text_of(p.value), p.meaning, p.min, p.max);
   }
-  report(command.common, "stitch",
-         {{"stitch", info.name}, {"description", info.description}, {"parameters", list}}, text);
+  report(command.common, "stitch", to_json(info), text);
   return 0;
 }
 
@@ -135,6 +140,17 @@ Result<int> run(const StitchCommand& command) {
 }
 
 }  // namespace
+
+Json recipes_from(const std::string& first) {
+  Json recipes = {{"first", ""}, {"kinds", Json::array()}, {"stitches", Json::array()}};
+  for (const StitchInfo& info : built_in_stitches()) {
+    recipes["stitches"].push_back(to_json(info));
+    if (info.name == first) recipes["first"] = first;
+  }
+  if (recipes["first"] != first) throw Failure{{Code::stitch_unknown, first, "", "is no built-in stitch"}};
+  for (const YarnKind& kind : yarn_kinds()) recipes["kinds"].push_back(kind.name);
+  return recipes;
+}
 
 void add_stitch_verb(Program& program) {
   program.add<StitchCommand>({"stitch", "Mesh one cell of a stitch, or write its description",

@@ -247,7 +247,7 @@ SELVEDGE_INLINE void add_direct(const ShadingJob& job, const ShadingBatch& batch
     if (!any_greater(facing_light, zero)) continue;
     const Wide along = light.dot(at.fibre);
     const Wide glint = if_greater(
-        at.gloss, zero,
+        min(at.gloss, facing_light), zero,  // along the surface gloss_of() may have no number
         at.gloss * gloss_of(Vec{along, light.dot(at.side), facing_light}, at.local_view, at.roughness), zero);
     const Vec own = at.is_matt ? at.matt : at.matt * body_of(along, at.local_view.x, at.lustre);
     Wide fraction = facing_light * Wide(lamp.rise);

@@ -1,8 +1,9 @@
 // Makes the page that `selvedge-view page` fills with garments: one file with the package and three.js in it.
 //
-//   node make.mjs PACKAGE_FOLDER MODULES_FOLDER PAGE.html
+//   node make.mjs PACKAGE_FOLDER MODULES_FOLDER PAGE.html [MARK=FILE...]
 //
-// MODULES_FOLDER: a node_modules with three and esbuild.
+// MODULES_FOLDER: a node_modules with three and esbuild. MARK=FILE: a text, script or module for a mark of page.html, such
+// as a page's own script, which imports modules of the package as 'selvedge/...'.
 import {createHash} from 'node:crypto';
 import {mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
@@ -10,13 +11,14 @@ import {dirname, join, resolve} from 'node:path';
 import {fileURLToPath} from 'node:url';
 import {gzipSync} from 'node:zlib';
 
-const [package_folder, modules, page] = process.argv.slice(2).map((path) => resolve(path));
+const [package_folder, modules, page] = process.argv.slice(2, 5).map((path) => resolve(path));
 const {build} = createRequire(join(modules, 'x.js'))('esbuild');
 /** A module of the package with all that it imports, as the text of an element of a page. */
 async function bundled(path, format) {
   const {outputFiles: [{text}]} = await build({
-    entryPoints: [join(package_folder, path)],
+    entryPoints: [resolve(package_folder, path)],
     nodePaths: [modules],
+    alias: {selvedge: package_folder},
     bundle: true,
     minify: true,
     write: false,
@@ -28,13 +30,19 @@ async function bundled(path, format) {
   // Within a page a script ends at the first of these, even in a string.
   return text.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');
 }
-const here = dirname(fileURLToPath(import.meta.url)), texts = {
-  PAGE: await bundled('page/page.js', 'esm'),
-  WORKER: await bundled('worker.js', 'iife'),
-  CELLS: gzipSync(readFileSync(join(package_folder, 'cells.wasm')), {level: 9}).toString('base64'),
+const files = {
+  PAGE: 'page/page.js', WORKER: 'worker.js', CELLS: 'cells.wasm', ...Object.fromEntries(process.argv.slice(5).map((mark) => mark.split('=')))
 };
+const here = dirname(fileURLToPath(import.meta.url)), texts = {STYLE: '', PANEL: ''};
+for (const [mark, file] of Object.entries(files)) {
+  const path = resolve(package_folder, file);
+  if (file.endsWith('.js')) texts[mark] = await bundled(path, mark === 'PAGE' ? 'esm' : 'iife');
+  else if (file.endsWith('.wasm')) texts[mark] = gzipSync(readFileSync(path), {level: 9}).toString('base64');
+  else texts[mark] = readFileSync(path, 'utf8');
+}
 mkdirSync(dirname(page), {recursive: true});
-const html = readFileSync(join(here, 'page.html'), 'utf8').replaceAll(/\/\*([A-Z]+)\*\//g, (mark, name) => texts[name] ?? mark);
+const html = [1, 2].reduce(
+  (text) => text.replaceAll(/\/\*([A-Z]+)\*\//g, (mark, name) => texts[name] ?? mark), readFileSync(join(here, 'page.html'), 'utf8'));
 // The page runs its own script and style alone, and loads nothing: pictures of garments are blobs.
 const hash_of = (element) => {
   const [, text] = html.match(new RegExp(`<${element}>([^]*?)</${element.split(' ')[0]}>`));

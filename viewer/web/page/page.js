@@ -325,9 +325,14 @@ async function start() {
   by_id('full').addEventListener('click', () =>
     document.fullscreenElement ? document.exitFullscreen() : document.body.requestFullscreen());
   addEventListener('keydown', (event) => {
-    if (event.key === 'f') set_fallback(!state.fallback);
+    if (event.key === 'f' && !event.target.closest('input, textarea')) set_fallback(!state.fallback);
   });
   moved();
 }
-// For tests, and for who opens the console.
-globalThis.selvedge = {state, camera, controls, materials, started: start()};
+/** Draws now, and returns a promise of the picture, a PNG. */
+function picture() {
+  renderer.render(scene, camera);
+  return new Promise((end) => renderer.domElement.toBlob(end));
+}
+// For tests, for who opens the console, and for pages with more to them.
+globalThis.selvedge = {state, camera, controls, materials, moved, picture, bytes_of, started: start()};

@@ -167,9 +167,9 @@ class CellImages extends EventDispatcher {
     this.#of_number.delete(number);
     send({kind: 'remove', garment: number});
   }
-  #ask(geometry, {fabric, lay, fabric_uniforms: {fabric_transform: {value: matrix}}}, names) {
+  #ask(geometry, {fabric, lay, matrix}, names) {
     const garment = {
-      state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, turns: new WeakSet(), other: null, view: null, pose: '', posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names
+      fabric, state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, turns: new WeakSet(), other: null, view: null, pose: '', posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names
     };
     const {position, normal} = geometry.attributes, uv = geometry.attributes[lay.uv_set === 1 ? 'uv1' : 'uv'];
     if (!position || !normal || !uv) {

@@ -73,7 +73,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   shows_fabric: boolean;
   /** The level that is shown everywhere; -1, by default: by the size of a pixel. */
   level: number;
-  set_fabric(fabric: LoadedFabric | null): this;
+  set_fabric(fabric: LoadedFabric | null, options?: {lay?: Lay, keeps?: boolean}): this;
 }
 
 /**

@@ -28,11 +28,12 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.isFabricMaterial = true;
     this.fabric = fabric;
     this.lay = lay;
+    this.matrix = matrix_of(lay);
     this.keeps_opacity = keeps_opacity;
     this.parts = parts;
     this.part_uniforms = part_uniforms();
     this.fabric_uniforms = {
-      fabric_transform: {value: matrix_of(lay)},
+      fabric_transform: {value: this.matrix},
       cell_beyond: {value: 0},
       cell_brighter: {value: 2},
       varied_keys: {value: new Uint32Array(6)},
@@ -68,10 +69,13 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.wants_fabric = wanted;
     this.update_fabric();
   }
-  /** Takes another LoadedFabric. */
-  set_fabric(fabric) {
-    this.fabric = fabric;
-    this.garment = null;
+  /**
+   * Takes another LoadedFabric, in a lay of its own; `keeps`: what is shown stays until the images of the other are there, or
+   * it is found not to have any.
+   */
+  set_fabric(fabric, {lay = this.lay, keeps = false} = {}) {
+    Object.assign(this, {fabric, lay, matrix: matrix_of(lay)});
+    if (!keeps) this.garment = null;
     this.update_fabric();
     return this;
   }
@@ -113,17 +117,21 @@ export class FabricMaterial extends MeshPhysicalMaterial {
         cell_images.look(
           garment, renderer, scene, camera, object, this.level,
           (inverse) => lit ? around_of_mesh(this.around_uniforms, inverse) : {around: null, lamps: []});
-        if (garment.names[0] !== this.names[0]) this.needsUpdate = true;
-        Object.assign(this, {garment, names: garment.names});
-        this.fabric_uniforms.cell_beyond.value = garment.beyond;
-        this.fabric_uniforms.cell_brighter.value = this.fabric.has_yarn ? 2 : 8;
-        for (const [name, numbers] of Object.entries(this.fabric.variation))
-          this.fabric_uniforms[`varied_${name}`].value = numbers;
+        if (this.garment?.state !== 'shown' || ['shown', 'ended'].includes(garment.state)) this.#show(garment);
       }
     }
     this.update_fabric();
     // three.js draws what it takes for one layer twice, back sides first.
     if (this.shows === 'fabric' && this.transparent) this.forceSinglePass = sort_triangles(object, geometry, camera, this);
+  }
+  #show(garment) {
+    if (garment.names[0] !== this.names[0]) this.needsUpdate = true;
+    Object.assign(this, {garment, names: garment.names});
+    const {fabric_uniforms: uniforms, fabric: {has_yarn, variation}} = this;
+    uniforms.fabric_transform.value = this.matrix;
+    uniforms.cell_beyond.value = garment.beyond;
+    uniforms.cell_brighter.value = has_yarn ? 2 : 8;
+    for (const [name, numbers] of Object.entries(variation)) uniforms[`varied_${name}`].value = numbers;
   }
   onBeforeCompile(shader, renderer) {
     // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
@@ -144,6 +152,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     if (!source.isFabricMaterial) return this;
     this.fabric = source.fabric;
     this.lay = source.lay;
+    this.matrix = source.matrix;
     this.keeps_opacity = source.keeps_opacity;
     this.parts = source.parts;
     this.wants_fabric = source.wants_fabric;

@@ -1,0 +1,284 @@
+// The page of `selvedge-view design`: the page of `selvedge-view page`, and a panel with the recipe of its cloth. The cloth is
+// made in a worker, by the module of `selvedge make`; the last good one stays until the next is there.
+import 'selvedge/page/page.js';
+import {LoadedFabric, cell_images} from 'selvedge/three/index.js';
+
+const view = globalThis.selvedge, by_id = (id) => document.getElementById(id);
+const {first, kinds, stitches: list} = JSON.parse(by_id('recipes').textContent);
+const stitches = new Map(list.map((stitch) => [stitch.stitch, stitch]));
+/** Parameters are in the first group whose pattern their name has. */
+const GROUPS = [
+  ['Colours', /colour$|albedo|melange|marl/], ['Gauge', /wale|course|spacing|slack|tightness|repeats/],
+  ['Fibre', /yarn$|fibre|hair|irregularity|packing|transmission/], ['Finish', /gloss|roughness|lustre|flattening|seed/], ['Yarn', /./]
+];
+const OPEN = new Set(['Colours', 'Gauge']);
+const UNITS = [[/twist_per_mm$/, 'turns/mm'], [/_mm$/, 'mm'], [/_degrees$/, 'degrees'], [/tex$/, 'g/km'], [/hairiness$/, 'mm/mm']];
+const STAGES = ['yarns come to rest', 'light', 'fit'];
+/** Ranges up to this wide have a slider. */
+const SLIDER = 100;
+const STORE = `selvedge design ${location.pathname}`;
+
+const is_colour = ({value}) => value.length === 3, is_kind = ({name}) => name.endsWith('yarn');
+const parameters = () => stitches.get(recipe.stitch).parameters;
+const hex_of = (linear) => '#' + linear.map((x) => Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055))
+  .toString(16).padStart(2, '0')).join('');
+/** A default as text; empty where it follows the kind of yarn, which is set. */
+function default_of(parameter) {
+  const {name, value: [value]} = parameter, of_kind = /plies|twist|fibre_|hair|gloss|roughness|lustre|irreg|melange|packing|transm|flatt/;
+  if (is_kind(parameter)) return kinds[value];
+  if (is_colour(parameter)) return hex_of(parameter.value);
+  const follows = of_kind.test(name) && Object.keys(recipe.set).some((set) => set.endsWith('yarn'));
+  return follows ? '' : String(Number(value.toPrecision(4)));
+}
+
+/** A recipe that the page has kept, where the browser lets it. */
+function kept() {
+  try {
+    const found = JSON.parse(localStorage.getItem(STORE));
+    return stitches.has(found?.stitch) && typeof found.set === 'object' ? found : null;
+  } catch {
+    return null;
+  }
+}
+function keep() {
+  try {
+    localStorage.setItem(STORE, JSON.stringify(recipe));
+  } catch {
+    // Forbidden: nothing is kept.
+  }
+}
+
+const start = {stitch: first, set: {}}, state = {making: false, shown: 0, made_ms: 0, shown_ms: 0, bytes: null, refusal: ''};
+let recipe = kept() ?? start, history = [JSON.stringify(recipe)], now = 0;
+
+/** The words of `selvedge make` that make this cloth. */
+function command() {
+  const words = Object.entries(recipe.set).map(([name, value]) => ` --set ${/#/.test(value) ? `'${name}=${value}'` : `${name}=${value}`}`);
+  return `selvedge make ${recipe.stitch}${words.join('')} -o ${recipe.stitch}.fabric.exr`;
+}
+
+/** Takes another recipe, which can be undone. */
+function change(next) {
+  if (JSON.stringify(next) === history[now]) return;
+  history.splice(++now, Infinity, JSON.stringify(next));
+  take(next);
+}
+function step(by) {
+  if (!history[now + by]) return;
+  take(JSON.parse(history[now += by]));
+}
+function take(next) {
+  const is_other = next.stitch !== recipe.stitch;
+  recipe = next;
+  keep();
+  if (is_other) build();
+  show_recipe();
+  make();
+}
+function set(name, value) {
+  const {[name]: before, ...rest} = recipe.set;
+  change({...recipe, set: value === null ? rest : {...rest, [name]: value}});
+}
+
+const element = (name, members = {}, ...children) => {
+  const made = Object.assign(document.createElement(name), members);
+  made.append(...children);
+  return made;
+};
+/** Rows of the panel, by the name of their parameter. */
+const rows = new Map();
+
+function kind_buttons(name) {
+  const buttons = kinds.map((kind) => element('button', {textContent: kind, onclick: () => set(name, kind)}));
+  return {
+    field: element('div', {className: 'kinds', role: 'group', ariaLabel: name.replaceAll('_', ' ')}, ...buttons),
+    show: (value) => buttons.forEach((button) => button.ariaPressed = String(button.textContent === value)),
+  };
+}
+function number_fields({name, range: [min, max]}, id, help) {
+  const has_slider = max - min <= SLIDER;
+  const take = (text) => set(name, text === '' || !Number.isFinite(Number(text)) ? null : Number(text));
+  const field = element('input', {id, type: 'text', inputMode: 'decimal', onchange: () => take(field.value)});
+  const step = max - min <= 1 ? 0.01 : max - min <= 10 ? 0.1 : 1, ariaLabel = `${name.replaceAll('_', ' ')}, slider`;
+  const slider = has_slider && element('input', {
+    type: 'range', min: Math.floor(min), max, step, ariaLabel, oninput: () => field.value = slider.value, onchange: () => take(slider.value)
+  });
+  field.setAttribute('aria-describedby', help);
+  field.addEventListener('keydown', (event) => {
+    const by = {ArrowUp: 1, ArrowDown: -1}[event.key];
+    const from = Number(field.value || field.placeholder);
+    if (!by || !Number.isFinite(from)) return;
+    event.preventDefault();
+    const far = name.endsWith('_mm') ? Math.max(Math.abs(from) / 20, 0.01) : step;
+    take(String(Number(Math.min(max, Math.max(min, from + by * far)).toPrecision(4))));
+  });
+  return {
+    field, slider, show: (value, usual) => {
+      Object.assign(field, {value: value ?? '', placeholder: usual || 'by kind'});
+      if (slider) slider.value = value ?? usual;
+    }
+  };
+}
+function colour_field({name}, id, help) {
+  const field = element('input', {id, type: 'color', onchange: () => set(name, field.value)});
+  field.setAttribute('aria-describedby', help);
+  return {field, show: (value, usual) => field.value = value ?? usual};
+}
+/** A row: name, field, unit, reset, slider, a line of help and of refusal. */
+function row_of(parameter) {
+  const {name, meaning, range} = parameter, id = `set_${name}`, help = `help_${name}`;
+  const unit = UNITS.find(([pattern]) => pattern.test(name))?.[1] ?? '', title = name.replace(/_mm$|_degrees$/, '').replaceAll('_', ' ');
+  const {field, slider, show} = is_kind(parameter) ? kind_buttons(name) :
+      is_colour(parameter) ? colour_field(parameter, id, help) : number_fields(parameter, id, help);
+  const reset = element('button', {className: 'reset', textContent: '↺', ariaLabel: `Reset ${title}`, title: 'Reset', onclick: () => set(name, null)});
+  const refusal = element('p', {className: 'refusal', role: 'alert'});
+  const label = element(is_kind(parameter) ? 'span' : 'label', {textContent: title, htmlFor: id});
+  const ends = is_kind(parameter) || is_colour(parameter) ? '' : ` (${range.map((x) => Number(x.toPrecision(4))).join(' to ')})`;
+  const parts = is_kind(parameter) ? [label, reset, field] : [label, field, element('span', {className: 'unit', textContent: unit}), reset];
+  const text = is_kind(parameter) ? meaning.replace(/:.*/, '') : meaning;
+  const small = element('small', {id: help, textContent: text + ends});
+  return {
+    refusal, show: () => {
+      reset.disabled = !(name in recipe.set);
+      show(recipe.set[name], default_of(parameter));
+    },
+    row: element('div', {className: 'row'}, ...parts, ...slider ? [slider] : [], small, refusal),
+  };
+}
+/** Makes the controls of the stitch. */
+function build() {
+  const open = new Set([...by_id('groups').children].filter((group) => group.open).map(({dataset}) => dataset.name));
+  const was_built = by_id('groups').children.length > 0;
+  rows.clear();
+  const groups = new Map(GROUPS.map(([name]) => {
+    const group = element('details', {open: (was_built ? open : OPEN).has(name)}, element('summary', {textContent: name}));
+    group.dataset.name = name;
+    return [name, group];
+  }));
+  for (const parameter of parameters()) {
+    const row = row_of(parameter), [group] = GROUPS.find(([, pattern]) => pattern.test(parameter.name));
+    rows.set(parameter.name, row);
+    groups.get(group).append(row.row);
+  }
+  by_id('groups').replaceChildren(...groups.values());
+}
+function show_recipe() {
+  by_id('stitch').value = recipe.stitch;
+  by_id('about').textContent = stitches.get(recipe.stitch).description;
+  for (const {show} of rows.values()) show();
+  by_id('undo').disabled = now === 0;
+  by_id('redo').disabled = now === history.length - 1;
+  by_id('command').value = command();
+}
+/** Shows a line of the module where the control is that it speaks of. */
+function refuse(line) {
+  state.refusal = line;
+  for (const {refusal} of rows.values()) refusal.textContent = '';
+  const [, name] = line.match(/--set (\w+)/) ?? [], row = rows.get(name);
+  by_id('refusal').textContent = row ? '' : line;
+  if (!row) return;
+  row.refusal.textContent = line.replace(/^.*?--set \w+[^:]*: /, '');
+  row.row.closest('details').open = true;
+}
+
+let module = null, worker = null, ending = null, fabrics = [];
+const maker = URL.createObjectURL(new Blob([by_id('maker').textContent], {type: 'text/javascript'}));
+
+/** Makes the cloth of the recipe and shows it; a promise of the bytes of its file, null where it was refused or another began. */
+function make() {
+  worker?.terminate();
+  ending?.(null);
+  const begin = performance.now(), tell = (text) => by_id('made').textContent = text;
+  Object.assign(state, {making: true, bytes: null});
+  refuse('');
+  tell('making …');
+  return new Promise(async (end) => {
+    ending = end;
+    const one = module ??= WebAssembly.compile(await view.bytes_of(by_id('make'))), ready = await one;
+    if (ending !== end) return;
+    worker = new Worker(maker);
+    worker.onmessage = async ({data: {stage, fraction, refusal, bytes}}) => {
+      if (stage !== undefined) return tell(`making: ${STAGES[stage]}, ${Math.round(100 * fraction)} %`);
+      worker.terminate();
+      if (refusal !== undefined) {
+        state.making = false;
+        tell('');
+        refuse(refusal);
+        return end(null);
+      }
+      Object.assign(state, {bytes, made_ms: performance.now() - begin});
+      end(bytes);
+      await show(bytes, begin, tell, end);
+    };
+    worker.onerror = ({message}) => {
+      state.making = false;
+      refuse(message || 'the worker ended');
+      end(null);
+    };
+    worker.postMessage({module: ready, recipe});
+  });
+}
+/** Metres of cloth in a unit of the texture coordinates, of each material. */
+const metres = new Map();
+async function show(bytes, begin, tell, end) {
+  await view.started;
+  const fabric = new LoadedFabric(bytes.slice().buffer, recipe.stitch);
+  await fabric.settled;
+  if (ending !== end || fabric.issue) return fabric.dispose();
+  for (const material of view.materials) {
+    const scale = metres.get(material).map((size, k) => size / fabric.mm_per_repeat[k]);
+    material.set_fabric(fabric, {lay: {...material.lay, scale}, keeps: true});
+  }
+  view.moved();
+  const is_shown = () => [...view.materials].every(({garment}) => garment?.fabric === fabric && ['shown', 'ended'].includes(garment.state));
+  const look = () => {
+    if (ending === end && !is_shown()) return view.moved();
+    cell_images.removeEventListener('change', look);
+    fabrics.push(fabric);
+    // Images of a fabric may be shown until the one after the next asks for its own.
+    if (fabrics.length > 2) fabrics.shift().dispose();
+    if (ending !== end) return;
+    ++state.shown;
+    Object.assign(state, {making: false, shown_ms: performance.now() - begin});
+    const [width, height] = fabric.mm_per_repeat.map((mm) => mm.toPrecision(3));
+    tell(`repeat ${width} x ${height} mm, ${Math.round(bytes.length / 1000)} KB, made in ${(state.made_ms / 1000).toFixed(1)} s`);
+  };
+  cell_images.addEventListener('change', look);
+}
+
+function save(blob, name) {
+  const link = element('a', {href: URL.createObjectURL(blob), download: name});
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+for (const {stitch, description} of list) by_id('stitch').append(element('option', {textContent: stitch, title: description}));
+by_id('stitch').addEventListener('change', ({target: {value: stitch}}) => {
+  const known = new Set(stitches.get(stitch).parameters.map(({name}) => name));
+  change({stitch, set: Object.fromEntries(Object.entries(recipe.set).filter(([name]) => known.has(name)))});
+});
+by_id('undo').addEventListener('click', () => step(-1));
+by_id('redo').addEventListener('click', () => step(1));
+addEventListener('keydown', (event) => {
+  if (!(event.ctrlKey || event.metaKey)) return;
+  const by = {z: event.shiftKey ? 1 : -1, y: 1}[event.key.toLowerCase()];
+  if (!by) return;
+  event.preventDefault();
+  step(by);
+});
+by_id('save_fabric').addEventListener('click', async () => {
+  const name = recipe.stitch, bytes = state.bytes ?? await make();
+  if (bytes) save(new Blob([bytes], {type: 'image/x-exr'}), `${name}.fabric.exr`);
+});
+by_id('save_picture').addEventListener('click', async () => save(await view.picture(), `${recipe.stitch}.png`));
+by_id('copy').addEventListener('click', async () => {
+  by_id('command').select();
+  await navigator.clipboard?.writeText(command()).catch(() => {});
+});
+build();
+show_recipe();
+view.started.then(() => {
+  for (const material of view.materials)
+    metres.set(material, material.lay.scale.map((repeats, k) => repeats * material.fabric.mm_per_repeat[k]));
+  if (JSON.stringify(recipe) !== JSON.stringify(start)) make();
+});
+view.design = {state, recipe: () => recipe};
