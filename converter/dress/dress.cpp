@@ -335,9 +335,12 @@ class Dresser {
     DressedUse use{reference_to(cloth_, size, set_of(material)), size};
     dressed.repeats = use.reference.transform.scale;
     if (!(std::abs(dressed.repeats.x) > 0) || !(std::abs(dressed.repeats.y) > 0)) {
-      throw Failure{
-          {Code::garment_no_uvs, document_.file, fmt::format("/materials/{}", material),
-           fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name)}};
+      const bool is_absent = primitives_of(scene, material).empty();
+      throw Failure{{is_absent ? Code::garment_empty : Code::garment_no_uvs, document_.file,
+                     fmt::format("/materials/{}", material),
+                     is_absent ? fmt::format("\"{}\" is on no triangle in the scene", dressed.name)
+                               : fmt::format("the texture coordinates of \"{}\" cover no area in the scene",
+                                             dressed.name)}};
     }
     warn_of_uvs(where, size);
     KeptParts parts = value_or_throw(

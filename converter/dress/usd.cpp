@@ -1,6 +1,5 @@
 #include "converter/dress/usd.h"
 
-#include <Imath/ImathBox.h>
 #include <Imath/ImathMatrixAlgo.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -276,6 +275,12 @@ class MaterialPrim {
   int transforms_ = 0;
 };
 
+std::string transform_of(const M44d& world) {
+  if (world == M44d()) return {};
+  return "        matrix4d xformOp:transform = " + matrix_of(world) +
+         "\n        uniform token[] xformOpOrder = [\"xformOp:transform\"]\n";
+}
+
 /// One instance of a primitive. `binding` is the path of its material, or empty.
 std::string mesh(const ScenePrimitive& primitive, const M44d& world, const std::string& name,
                  const std::string& binding, bool double_sided) {
@@ -303,17 +308,16 @@ std::string mesh(const ScenePrimitive& primitive, const M44d& world, const std::
                }));
   }
   line("uniform token subdivisionScheme", "\"none\"");
-  if (world != M44d()) {
-    line("matrix4d xformOp:transform", matrix_of(world));
-    line("uniform token[] xformOpOrder", "[\"xformOp:transform\"]");
-  }
-  return text + "    }\n\n";
+  return text + transform_of(world) + "    }\n\n";
 }
 
 /// Many instances of a mesh, of its text; nothing if one has no position, rotation and scale.
 std::optional<std::string> point_instancer(const std::vector<M44d>& worlds, const std::string& name,
                                            const std::string& prototype) {
   std::vector<std::string> positions, orientations, scales;
+  Imath::Box3d box;
+  for (const M44d& world : worlds) box.extendBy(world.translation());
+  const V3d origin = origin_of(box);
   for (const M44d& world : worlds) {
     V3d scale, shear, translation;
     Imath::Quatd turn;
@@ -323,7 +327,7 @@ std::optional<std::string> point_instancer(const std::vector<M44d>& worlds, cons
         shear.length() > min_shear)
       return {};
     turn = Imath::extractQuat(rest);
-    positions.push_back(text_of(V3f(world.translation())));
+    positions.push_back(text_of(V3f(world.translation() - origin)));
     orientations.push_back(
         fmt::format("({:.4f}, {:.4f}, {:.4f}, {:.4f})", turn.r, turn.v.x, turn.v.y, turn.v.z));
     scales.push_back(text_of(V3f(scale)));
@@ -331,9 +335,9 @@ std::optional<std::string> point_instancer(const std::vector<M44d>& worlds, cons
   return fmt::format(
       "    def PointInstancer \"{}\"\n    {{\n"
       "        point3f[] positions = {}\n        quath[] orientations = {}\n        float3[] scales = {}\n"
-      "        int[] protoIndices = {}\n        rel prototypes = </Garment/{}/prototype>\n\n{}    }}\n\n",
+      "        int[] protoIndices = {}\n        rel prototypes = </Garment/{}/prototype>\n{}\n{}    }}\n\n",
       name, list(positions), list(orientations), list(scales), list(std::vector<int>(worlds.size())), name,
-      prototype);
+      transform_of(M44d().setTranslation(origin)), prototype);
 }
 
 std::string basis_curves(const UsdCurves& curves, const std::string& name) {
@@ -346,9 +350,9 @@ std::string basis_curves(const UsdCurves& curves, const std::string& name) {
       "        uniform token basis = \"catmullRom\"\n        int[] curveVertexCounts = {}\n"
       "        float3[] extent = {}\n        point3f[] points = {}\n"
       "        color3f[] primvars:displayColor = [{}]{}        uniform token type = \"cubic\"\n"
-      "        float[] widths = [{}]{}        uniform token wrap = \"pinned\"\n    }}\n\n",
+      "        float[] widths = [{}]{}        uniform token wrap = \"pinned\"\n{}    }}\n\n",
       name, list(curves.points, count_of), extent_of(points), list(points, text_of), text_of(curves.color),
-      constant, curves.width, constant);
+      constant, curves.width, constant, transform_of(M44d().setTranslation(curves.origin)));
 }
 
 /// Refuses to overwrite a picture of the garment.
@@ -367,6 +371,10 @@ Result<void> check_names(const GltfDocument& document, const UsdFiles& files) {
 }
 
 }  // namespace
+
+V3d origin_of(const Imath::Box3d& box) {
+  return box.isEmpty() || box.center().length() <= box.size().length() ? V3d(0, 0, 0) : box.center();
+}
 
 Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, const SceneLimits& limits,
                         const std::vector<UsdCurves>& curves) {

@@ -7,6 +7,8 @@
 // UsdPreviewSurface lacks, such as sheen.
 #pragma once
 
+#include <Imath/ImathBox.h>
+
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -35,8 +37,13 @@ struct UsdCurves {
   std::string name;
   V3f color{1, 1, 1};                    ///< linear
   float width = 0;                       ///< m
-  std::vector<std::vector<V3f>> points;  ///< of each curve: m, world; at least two
+  std::vector<std::vector<V3f>> points;  ///< of each curve: m, from `origin`; at least two
+  V3d origin{0, 0, 0};                   ///< m, world
 };
+
+/// Where the origin of places in single precision should lie (m): at 0, or in the middle of a box that lies
+/// farther away than it is long.
+V3d origin_of(const Imath::Box3d& box);
 
 /// Throws Failure where one cannot be written.
 std::vector<AtomicFile> staged(const UsdFiles& files);

@@ -30,6 +30,7 @@ struct WornCloth {
   V3f tint{1, 1, 1};
   Fabric fabric;
   Cloth cloth;
+  V3d origin{0, 0, 0};  ///< m, world: of the cloth's positions
   std::vector<ClothCell> cells;
   std::vector<int> detail;  ///< of each cell: 1 in the region, else 0
 
@@ -37,6 +38,17 @@ struct WornCloth {
 };
 
 constexpr double pixels_of_yarn = 1 << 14, pixels_in_region = 1 << 16;  ///< of a repeat's picture
+
+/// Moves the cloth's positions to their origin (origin_of()), which it returns.
+V3d move_to_origin(Cloth& cloth) {
+  Imath::Box3d box;
+  for (const Cloth::Triangle& t : cloth.triangles)
+    for (const Cloth::Corner& corner : t.corners) box.extendBy(corner.position);
+  const V3d origin = origin_of(box);
+  for (Cloth::Triangle& t : cloth.triangles)
+    for (Cloth::Corner& corner : t.corners) corner.position -= origin;
+  return origin;
+}
 
 /// Values in whole steps of a power of two, which meshopt packs well: so many bits for the largest.
 std::vector<float> in_steps(std::span<const float> values, int bits) {
@@ -101,7 +113,9 @@ class Exporter {
                          std::move(fabric),
                          cloth_of(scene, m),
                          {},
+                         {},
                          {}});
+      cloths_.back().origin = move_to_origin(cloths_.back().cloth);
       if (cloths_.back().cloth.triangles.empty())
         refuse(Code::garment_no_uvs, place, "its texture coordinates cover no area in the scene");
       for (const auto& [texture, what] :
@@ -184,7 +198,7 @@ class Exporter {
       for (const auto& [shape, copies] : placed.copies) {
         std::vector<TubeMesh> tubes;
         for (const RepeatTubes& one : meshes[d].tubes) tubes.push_back(shaped_mesh(one.mesh, shape, frame));
-        add_copies(name, add_mesh(name, tubes, materials), copies);
+        add_copies(name, add_mesh(name, tubes, materials), copies, worn.origin);
         yarn.copies += static_cast<int>(copies.size());
         report_.triangles += yarn.triangles.back() * static_cast<std::int64_t>(copies.size());
       }
@@ -196,7 +210,8 @@ class Exporter {
       for (const TubeMesh& one : placed.bent) bent += static_cast<std::int64_t>(one.indices.size() / 3);
       report_.triangles += bent;
       if (bent > 0)
-        add_node({{"name", name + ", bent"}, {"mesh", add_mesh(name + ", bent", placed.bent, materials)}});
+        add_node({{"name", name + ", bent"}, {"mesh", add_mesh(name + ", bent", placed.bent, materials)}},
+                 worn.origin);
     }
     warn_of_shape(yarn);
     report_.yarns.push_back(std::move(yarn));
@@ -208,7 +223,8 @@ class Exporter {
     for (std::size_t c = 0; c < laid.lines.size(); ++c) {
       const YarnCurve& curve = worn.yarns().data().curves[c];
       const float width = 2 * radius_of_plies(curve) * static_cast<float>(scale);
-      if (!laid.lines[c].empty()) curves_->push_back({name, curve.albedo * worn.tint, width, laid.lines[c]});
+      if (!laid.lines[c].empty())
+        curves_->push_back({name, curve.albedo * worn.tint, width, laid.lines[c], worn.origin});
     }
   }
 
@@ -291,7 +307,8 @@ class Exporter {
     return append(document_.json["meshes"], {{"name", name}, {"primitives", std::move(primitives)}});
   }
 
-  void add_copies(const std::string& name, int mesh, const std::vector<RepeatCopy>& copies) {
+  void add_copies(const std::string& name, int mesh, const std::vector<RepeatCopy>& copies,
+                  const V3d& origin) {
     std::vector<V3f> translations, scales;
     std::vector<V4f> rotations;
     std::vector<float> shades;
@@ -309,7 +326,7 @@ class Exporter {
     Json node{{"name", name}, {"mesh", mesh}};
     node["extensions"][names::gltf::gpu_instancing]["attributes"] = std::move(attributes);
     require(names::gltf::gpu_instancing);
-    add_node(std::move(node));
+    add_node(std::move(node), origin);
   }
 
   void require(const char* extension) {
@@ -318,7 +335,8 @@ class Exporter {
     if (std::ranges::find(required, extension) == required.end()) required.push_back(extension);
   }
 
-  void add_node(Json node) {
+  void add_node(Json node, const V3d& origin) {
+    if (origin != V3d(0, 0, 0)) node["translation"] = {origin.x, origin.y, origin.z};
     Json& root = document_.json;
     Json& scene = root["scenes"][std::max(0, index_of(member(root, "scene")))];
     scene["nodes"].push_back(append(root["nodes"], std::move(node)));

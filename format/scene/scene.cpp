@@ -37,7 +37,8 @@ Result<std::vector<V3d>> world_points(const Scene& scene) {
       return fail(Code::mesh_not_finite, scene.file, primitive.name, "a position is beyond 10^9 m");
     points.insert(points.end(), placed.begin(), placed.end());
   }
-  if (points.empty()) return fail(Code::garment_empty, scene.file, "", "there is nothing to draw");
+  if (std::ranges::all_of(points, [&](const V3d& p) { return p == points.front(); }))
+    return fail(Code::garment_empty, scene.file, "", "there is nothing to draw");
   return points;
 }
 

@@ -1,4 +1,4 @@
-// Scenes at the edge of what can be asked, on both paths (docs/view.md, "At the extremes").
+// Scenes at the edge of what can be asked, on both paths (docs/extremes.md).
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -258,13 +258,19 @@ TEST_CASE("triangles without area change nothing, and one of a kilometre is as f
   }
 }
 
-TEST_CASE("texture coordinates a million repeats away show the same texels") {
+TEST_CASE("cloth a million repeats and a million metres away looks as at the origin") {
   const Extreme extreme = facing_square(test::random_fabric(8, 8, 1), 3);
+  std::vector<Extreme> cases(4, extreme);
   for (const double away : {1e6, -1e6}) {
-    Extreme far = extreme;
+    Extreme& far = cases[away > 0 ? 0 : 1];
     for (V2d& uv : far.scene.primitives[0].tex_coords[0]) uv += V2d(away, -away);
-    for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster})
-      CHECK(apart(drawn(far, path), drawn(extreme, path)) < 1e-6);
+    Extreme& moved = cases[away > 0 ? 2 : 3];
+    moved.scene.instances[0].world.setTranslation(V3d(away, -away, away));
+    moved.camera.position += V3d(away, -away, away);
+  }
+  for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
+    const Frame plain = drawn(extreme, path);
+    for (const Extreme& far : cases) CHECK(apart(drawn(far, path), plain) < 1e-6);
   }
 }
 

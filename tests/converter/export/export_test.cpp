@@ -182,7 +182,7 @@ TEST_CASE("export: repeats are whole copies, mirrored ones, bent or cut, as the 
 }
 
 TEST_CASE("export: the file has the copies, and the triangles of the cloth are gone") {
-  const test::Workshop workshop;
+  test::Workshop workshop;
   Fabric fabric = test::lambert_fabric(V2d(period), 4, V3f(0.5F, 0.4F, 0.3F));
   const auto write = [&] { REQUIRE(write_fabric(workshop.fabric, fabric)); };
   const std::string exported = workshop.folder / "yarn.glb";
@@ -223,6 +223,25 @@ TEST_CASE("export: the file has the copies, and the triangles of the cloth are g
   const auto has = [&](const char* part) { return text.find(part) != std::string::npos; };
   CHECK(has("protoIndices = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n"));
   CHECK(has("int[] curveVertexCounts = [5, 5]\n"));  // two straight yarns
+  // A million metres away places are as exact as at the origin, of copies, bent yarn and curves.
+  const auto places = [&](const V3d& origin) {
+    REQUIRE(workshop.dress(dressing));
+    REQUIRE(export_yarn(workshop.output, exported, {.region = Imath::Box2d(V2d(0, 0), V2d(2, 1))}));
+    const Scene written = test::need(read_scene(exported));
+    std::vector<V3d> all;
+    for (const SceneInstance& instance : written.instances)
+      for (const V3f& p : written.primitives[instance.primitive].positions)
+        all.push_back(V3d(p) * instance.world - origin);
+    return all;
+  };
+  const std::vector<V3d> near = places(V3d(0, 0, 0));
+  workshop.edit([](Json& json) { json["nodes"][0]["translation"] = {1e6, -1e6, 1e6}; });
+  const std::vector<V3d> far = places(V3d(1e6, -1e6, 1e6));
+  REQUIRE(far.size() == near.size());
+  for (std::size_t i = 0; i < far.size(); ++i) CHECK((far[i] - near[i]).length() < 1e-5);
+  REQUIRE(export_yarn(workshop.output, layer, {.region = Imath::Box2d(V2d(0, 0), V2d(2, 1))}));
+  CHECK(test::bytes_of(layer).find("1000000.5, -999999.5, 1000000") != std::string::npos);
+  workshop.edit([](Json& json) { json["nodes"][0].erase("translation"); });
   // Half a repeat, cut by the border: as far as the cloth goes.
   dressing.repeats = V2d(0.5, 1);
   REQUIRE(workshop.dress(dressing));

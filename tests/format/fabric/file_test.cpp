@@ -78,6 +78,31 @@ TEST_CASE("values that half precision cannot hold are refused with their place, 
   CHECK(write_fabric(folder / "a.exr", fabric, wide));
 }
 
+TEST_CASE("half precision keeps 11 bits up to 65504, steps of 2^-24 near 0, and refuses more") {
+  const std::array<std::array<float, 2>, 9> kept{{{0, 0},
+                                                  {0x1p-25F, 0},  // a tie goes to the even one
+                                                  {0x1.000002p-25F, 0x1p-24F},
+                                                  {0x1.8p-24F, 0x1p-23F},
+                                                  {0x1p-14F, 0x1p-14F},
+                                                  {1 + 0x1p-11F, 1},
+                                                  {1 + 0x1.8p-11F, 1 + 0x1p-10F},
+                                                  {65504, 65504},
+                                                  {1e-38F, 0}}};
+  const Folder folder;
+  Fabric fabric = test::lambert_fabric(1, 1, {1, 1, 1});
+  fabric.views = {9, 1};
+  std::vector<float> table;
+  for (const auto& [given, stored] : kept) table.insert(table.end(), 3, given);
+  fabric.levels[0].set(LayerKind::table, {27, table});
+  FabricWriteOptions options;
+  options.half = LayerSet::all();
+  test::need(write_fabric(folder / "a.exr", fabric, options));
+  const Fabric read = test::need(read_fabric(folder / "a.exr"));
+  for (std::size_t i = 0; i < kept.size(); ++i) CHECK(read.levels[0].view_table()[i].x == kept[i][1]);
+  fabric.levels[0].view_table()[4].x = 65504.004F;
+  CHECK(test::error_of(write_fabric(folder / "b.exr", fabric, options)).code == Code::fabric_not_finite);
+}
+
 TEST_CASE("an invalid fabric is not written") {
   const Folder folder;
   Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 4);
