@@ -25,6 +25,7 @@ assert.throws(() => make({ stitch: 'rib' }, () => { throw new Error('cancelled')
 
 const moss = new URL('../../samples/charts/moss.txt', import.meta.url).pathname;
 for (const [stitch, input, more, ...words] of [
+  ['plain-knit', 'plain-knit', {}],
   ['plain-knit', 'plain-knit', { set: { yarn: 'cotton', colour: '#aa3322' } }, '--set', 'yarn=cotton', '--set', 'colour=#aa3322'],
   ['twill', 'twill', {}],
   ['moss.txt', moss, { text: readFileSync(moss, 'utf8') }]
