@@ -73,10 +73,10 @@ Floor floor_under(const MergedSurfaces& mesh) {
       if (!std::isfinite(heights[k])) continue;
       // In cells. Closer than 1.5, one would not do for the integral, and edges would show the grid.
       const float h = std::clamp(heights[k] * static_cast<float>(side / floor.width), 1.5F, 1e6F);
-      const auto aside = static_cast<float>(k / side - z);
+      const int aside = k / side - z;
       for (int x = 0; x < side; ++x) {
         const auto apart = static_cast<float>(k % side - x);
-        const float r2 = apart * apart + aside * aside + h * h;
+        const float r2 = apart * apart + static_cast<float>(aside * aside) + h * h;
         sums[x] += h * h / (r2 * r2);
       }
     }
