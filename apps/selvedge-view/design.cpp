@@ -1,6 +1,4 @@
 // design: a page that makes cloth, and shows the sample garment in it.
-#include <filesystem>
-
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge-view/garment_writer.h"
 #include "apps/selvedge-view/page.h"

@@ -1,4 +1,4 @@
-// The page of `selvedge-view design`, opened from its file: changes, undo and redo, refusals, and the fabric that is saved.
+// The page of `selvedge-view design`, opened from its file: changes, undo and redo, refusals, and the numbers of the fabric that is saved.
 // Prints when a change is seen; PICTURES=FOLDER keeps pictures of the page.
 //
 //   node design.mjs BIN_FOLDER OUTPUT_FOLDER
@@ -89,11 +89,9 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   console.log(command);
   execFileSync('bash', ['-c', `cd '${folder}' && PATH='${bin}':$PATH && ${command} --quiet && selvedge check saved.exr --quiet`], { stdio: 'inherit' });
   const run = (program, ...words) => execFileSync(join(bin, program), words, { encoding: 'utf8' });
-  for (const name of ['saved', 'purl.fabric'])
-    run('selvedge-view', 'render', path(`${name}.exr`), '--place', 'near', '--size', '320x256', '-o', path(`${name}.png`), '--quiet');
-  const { psnr } = JSON.parse(run('compare-pictures', path('saved.png'), path('purl.fabric.png'), '--json'));
-  console.log(`saved and made by the command: ${psnr ?? 'the same picture'}`);
-  assert.ok(psnr === null || psnr >= 40, `${psnr} dB`);
+  // Of all numbers; another deflate packs them here.
+  const [ours, theirs] = ['saved', 'purl.fabric'].map((name) => run('selvedge', 'info', path(`${name}.exr`), '--json').match(/"digest": "\w+"/)[0]);
+  assert.equal(ours, theirs);
 
   // A refusal is a line where it is typed; the cloth stays.
   await type('radius_mm', '3')();
