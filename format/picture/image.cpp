@@ -51,6 +51,17 @@ bool declares_more_than_it_has(std::span<const std::uint8_t> exr) {
   return true;
 }
 
+/// Loads the module by the RUNPATH of the program or library.
+Result<const OpenImageIo*> load_openimageio() {
+  static const auto table = []() -> tl::expected<const OpenImageIo*, std::string> {
+    void* module = dlopen("libselvedge-openimageio.so", RTLD_NOW | RTLD_LOCAL);
+    if (module == nullptr) return tl::unexpected<std::string>(dlerror());
+    return static_cast<const OpenImageIo*>(dlsym(module, "selvedge_openimageio"));
+  }();
+  if (!table) return fail(Code::image_unreadable, "", "", table.error());
+  return *table;
+}
+
 Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, const std::string& name,
                      Transfer transfer, const ImageLimits& limits, int halvings) {
   // WebP's reader takes canvases of this size when it opens the file.
@@ -64,12 +75,14 @@ Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, co
   if (format == std::string_view("openexr") && declares_more_than_it_has(bytes))
     return fail(Code::image_unreadable, name, "", "ends within its header");
   if (format == std::string_view("hdr")) return read_radiance(bytes, name, limits);
-  return load_openimageio(Code::image_unreadable).and_then([&](const OpenImageIo* library) {
+  return load_openimageio().and_then([&](const OpenImageIo* library) {
     return library->read(format, bytes, name, transfer, limits, halvings);
   });
 }
 
-Result<void> check(const Image& image, const std::string& name) {
+}  // namespace
+
+Result<void> check_writable(const Image& image, const std::string& name) {
   if (image.width < 1 || image.height < 1 || image.channels < 1 || image.channels > 4) {
     return fail(
         Code::image_unwritable, name, "",
@@ -81,18 +94,6 @@ Result<void> check(const Image& image, const std::string& name) {
                             image.height, image.channels));
   }
   return {};
-}
-
-}  // namespace
-
-Result<const OpenImageIo*> load_openimageio(Code code) {
-  static const auto table = []() -> tl::expected<const OpenImageIo*, std::string> {
-    void* module = dlopen("libselvedge-openimageio.so", RTLD_NOW | RTLD_LOCAL);
-    if (module == nullptr) return tl::unexpected<std::string>(dlerror());
-    return static_cast<const OpenImageIo*>(dlsym(module, "selvedge_openimageio"));
-  }();
-  if (!table) return fail(code, "", "", table.error());
-  return *table;
 }
 
 Result<Image> read_image(const std::string& path, Transfer transfer, std::uint64_t memory) {
@@ -116,30 +117,8 @@ Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::strin
   return decode(format, bytes, name, transfer, limits, halvings);
 }
 
-Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transfer) {
-  if (Result<void> good = check(image, ""); !good) return tl::unexpected(good.error());
-  const auto library = load_openimageio(Code::image_unwritable);
-  if (!library) return tl::unexpected(library.error());
-  std::vector<std::uint8_t> stored(image.pixels.size());
-  for (std::size_t i = 0; i < stored.size(); ++i) {
-    const bool alpha = has_alpha(image) && i % image.channels == image.channels - std::size_t{1};
-    float value = image.pixels[i];
-    value = value > 0.0F ? std::min(value, 1.0F) : 0.0F;
-    if (transfer == Transfer::srgb && !alpha) value = linear_to_srgb(value);
-    stored[i] = static_cast<std::uint8_t>(std::lround(value * 255.0F));
-  }
-  return (*library)->encode_png(image, stored, transfer);
-}
-
-Result<void> write_png(const std::string& path, const Image& image, Transfer transfer) {
-  Result<std::vector<std::uint8_t>> bytes = encode_png(image, transfer);
-  if (bytes) return write_file(path, *bytes);
-  bytes.error().file = path;
-  return tl::unexpected(bytes.error());
-}
-
 Result<void> write_exr(const std::string& path, const Image& image) {
-  if (Result<void> good = check(image, path); !good) return good;
+  if (Result<void> good = check_writable(image, path); !good) return good;
   ExrPart part;
   part.width = image.width;
   part.height = image.height;

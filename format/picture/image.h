@@ -70,6 +70,9 @@ Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::strin
                            Transfer transfer = Transfer::srgb, const ImageLimits& limits = {},
                            int halvings = 0);
 
+/// Refuses an image whose values are not as many as its size and channels tell; `name` is the file.
+Result<void> check_writable(const Image& image, const std::string& name);
+
 /// An 8-bit PNG file as bytes; 1 to 4 channels. Values are clamped to [0, 1], NaN becomes 0. The same pixels
 /// give the same bytes.
 Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transfer = Transfer::srgb);

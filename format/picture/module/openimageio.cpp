@@ -311,38 +311,9 @@ Result<Image> read(const char* format, std::span<const std::uint8_t> bytes, cons
   }
 }
 
-Result<std::vector<std::uint8_t>> encode(const char* extension, const OIIO::ImageSpec& spec,
-                                         const OIIO::TypeDesc& type, const void* pixels) {
-  const auto refuse = [&](std::string why) {
-    return fail(Code::image_unwritable, "", extension, std::move(why));
-  };
-  try {
-    const std::string name = std::string("memory.") + extension;
-    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(name);
-    if (!output) return refuse(OIIO::geterror());
-    OIIO::Filesystem::IOVecOutput sink;
-    if (!output->set_ioproxy(&sink) || !output->open(name, spec) || !output->write_image(type, pixels) ||
-        !output->close()) {
-      return refuse(output->geterror());
-    }
-    return sink.buffer();
-  } catch (const std::exception& error) {
-    return refuse(error.what());
-  }
-}
-
-Result<std::vector<std::uint8_t>> encode_png(const Image& image, std::span<const std::uint8_t> bytes,
-                                             Transfer transfer) {
-  OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
-  if (has_alpha(image)) spec.alpha_channel = image.channels - 1;
-  spec.attribute("oiio:UnassociatedAlpha", 1);
-  if (transfer == Transfer::srgb) spec.attribute("oiio:ColorSpace", "sRGB");
-  return encode("png", spec, OIIO::TypeDesc::UINT8, bytes.data());
-}
-
 }  // namespace
 
 extern "C" __attribute__((visibility("default"))) const OpenImageIo selvedge_openimageio;
-const OpenImageIo selvedge_openimageio{read, encode_png};
+const OpenImageIo selvedge_openimageio{read};
 
 }  // namespace selvedge
