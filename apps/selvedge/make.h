@@ -29,9 +29,9 @@ struct MakeCommand {
   std::optional<int> line;     ///< of the list, from 1; default: all
 };
 
-/// For pages: all stitches and their parameters, as `stitch --list NAME --json` tells them, the kinds of
-/// yarn, and the built-in stitch `first`. Throws Failure.
-Json recipes_from(const std::string& first);
+/// For pages: the built-in `stitches` and their parameters, as `stitch --list NAME --json` tells them, and
+/// the `kinds` of yarn.
+Json stitches_for_pages();
 
 /// Parses the words of a make. OPTION_OUT_OF_RANGE, of `place` in `file`.
 Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const std::string& file,

@@ -43,13 +43,6 @@ std::string text_of(const std::vector<double>& value) {
   return text;
 }
 
-Json to_json(const StitchInfo& info) {
-  Json list = Json::array();
-  for (const StitchParameter& p : info.parameters)
-    list.push_back({{"name", p.name}, {"value", p.value}, {"range", {p.min, p.max}}, {"meaning", p.meaning}});
-  return {{"stitch", info.name}, {"description", info.description}, {"parameters", list}};
-}
-
 Result<int> list_parameters(const StitchCommand& command, const StitchInfo& info) {
   std::string text = fmt::format("{}: {}\n", info.name, info.description);
   for (const StitchParameter& p : info.parameters) {
@@ -141,15 +134,11 @@ Result<int> run(const StitchCommand& command) {
 
 }  // namespace
 
-Json recipes_from(const std::string& first) {
-  Json recipes = {{"first", ""}, {"kinds", Json::array()}, {"stitches", Json::array()}};
-  for (const StitchInfo& info : built_in_stitches()) {
-    recipes["stitches"].push_back(to_json(info));
-    if (info.name == first) recipes["first"] = first;
-  }
-  if (recipes["first"] != first) throw Failure{{Code::stitch_unknown, first, "", "is no built-in stitch"}};
-  for (const YarnKind& kind : yarn_kinds()) recipes["kinds"].push_back(kind.name);
-  return recipes;
+Json stitches_for_pages() {
+  Json known = {{"kinds", Json::array()}, {"stitches", Json::array()}};
+  for (const StitchInfo& info : built_in_stitches()) known["stitches"].push_back(to_json(info));
+  for (const YarnKind& kind : yarn_kinds()) known["kinds"].push_back(kind.name);
+  return known;
 }
 
 void add_stitch_verb(Program& program) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <utility>
 
@@ -425,12 +426,18 @@ std::string stem_of(const std::string& path) {
   return path.substr(begin, path.find_last_of('.') - begin);
 }
 
-FoundStitch chart_in(const std::string& text, const std::string& path, const StitchSettings& settings,
-                     const StitchStart& start) {
-  auto chart = value_or_throw(read_chart(text, path));
+/// The stitch of a chart, which gets a name if it has none.
+BuiltIn stitch_of(ChartText& chart, const std::string& path) {
   if (chart.name.empty()) chart.name = stem_of(path);
   BuiltIn stitch = knit("", chart);
   stitch.info.name = path;
+  return stitch;
+}
+
+FoundStitch chart_in(const std::string& text, const std::string& path, const StitchSettings& settings,
+                     const StitchStart& start) {
+  auto chart = value_or_throw(read_chart(text, path));
+  const BuiltIn stitch = stitch_of(chart, path);
   const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
   auto found =
       value_or_throw(relaxed(stitch, settings, [&](const StitchValues& values, const StitchPattern& drawn) {
@@ -442,13 +449,13 @@ FoundStitch chart_in(const std::string& text, const std::string& path, const Sti
 }
 
 /// A draft has colours, but neither plies nor twist nor gloss.
-std::vector<StitchParameter> draft_parameters() {
+std::vector<StitchParameter> draft_parameters(const Weave& weave) {
   std::vector<StitchParameter> parameters{slack_parameter()};
   const int kind = find_yarn_kind("cotton").value();
   append(parameters, common_parameters(kind));
-  for (const char* prefix : {"warp_", "weft_"}) {
+  for (const auto& [prefix, yarns] : {std::pair("warp_", &weave.warp), std::pair("weft_", &weave.weft)}) {
     append(parameters, shared_parameters(prefix, kind));
-    append_yarn(parameters, prefix, kind, 10, {});
+    append_yarn(parameters, prefix, kind, 10, yarns->front());
   }
   return parameters;
 }
@@ -479,7 +486,7 @@ double thin_as_corner(Weave& weave, const std::string& name, const RelaxOptions&
 Result<FoundStitch> draft_in(const std::string& text, const std::string& path, const StitchSettings& settings,
                              const StitchStart& start) {
   auto draft = value_or_throw(read_wif(text, path));
-  const auto values = value_or_throw(StitchValues::create(path, draft_parameters(), settings));
+  const auto values = value_or_throw(StitchValues::create(path, draft_parameters(draft.weave), settings));
   FoundStitch found;
   found.min_texels = texels_for(draft.weave);
   found.remarks = std::move(draft.remarks);
@@ -533,26 +540,51 @@ FoundStitch described_in(const std::string& text, const std::string& path, const
   return found;
 }
 
+bool is_chart(const std::string& path) { return has_ending(path, ".txt"); }
+bool is_draft(const std::string& path) { return has_ending(path, ".wif"); }
+
+const BuiltIn* built_in(const std::string& name) {
+  const auto found =
+      std::ranges::find(library(), name, [](const BuiltIn& stitch) { return stitch.info.name; });
+  return found == library().end() ? nullptr : &*found;
+}
+
+/// The text in a file. Throws Failure.
+std::string text_in(const std::string& path) {
+  const auto text = read_file(path, is_chart(path)   ? max_chart_text
+                                    : is_draft(path) ? max_wif_text
+                                                     : max_stitch_text);
+  if (text || text.error().code != Code::file_missing) return value_or_throw(text);
+  std::string names;
+  for (const BuiltIn& stitch : library()) names += (names.empty() ? "" : ", ") + stitch.info.name;
+  throw Failure{
+      {Code::stitch_unknown, path, "", "no such file and no such built-in stitch (there are " + names + ")"}};
+}
+
 Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSettings& settings,
                                  const StitchStart& start) {
-  std::string names;
-  for (const BuiltIn& stitch : library()) {
-    names += (names.empty() ? "" : ", ") + stitch.info.name;
-    if (stitch.info.name != name_or_path) continue;
-    return relaxed(stitch, settings);
+  if (const BuiltIn* stitch = built_in(name_or_path)) return relaxed(*stitch, settings);
+  const std::string text = text_in(name_or_path);
+  if (is_draft(name_or_path)) return draft_in(text, name_or_path, settings, start);
+  if (is_chart(name_or_path)) return chart_in(text, name_or_path, settings, start);
+  return described_in(text, name_or_path, settings);
+}
+
+StitchInfo info_of(const std::string& name_or_path) {
+  if (const BuiltIn* stitch = built_in(name_or_path)) return stitch->info;
+  const std::string text = text_in(name_or_path);
+  if (is_draft(name_or_path)) {
+    const WifDraft draft = value_or_throw(read_wif(text, name_or_path));
+    return {name_or_path, draft.title, draft_parameters(draft.weave)};
   }
-  const bool is_chart = has_ending(name_or_path, ".txt");
-  const bool is_draft = has_ending(name_or_path, ".wif");
-  const auto text = read_file(name_or_path, is_chart   ? max_chart_text
-                                            : is_draft ? max_wif_text
-                                                       : max_stitch_text);
-  if (!text && text.error().code == Code::file_missing) {
-    return fail(Code::stitch_unknown, name_or_path, "",
-                "no such file and no such built-in stitch (there are " + names + ")");
-  }
-  if (is_draft) return draft_in(value_or_throw(text), name_or_path, settings, start);
-  if (is_chart) return chart_in(value_or_throw(text), name_or_path, settings, start);
-  return described_in(value_or_throw(text), name_or_path, settings);
+  if (!is_chart(name_or_path))
+    return {name_or_path, value_or_throw(read_stitch(text, name_or_path)).name, common_parameters()};
+  auto chart = value_or_throw(read_chart(text, name_or_path));
+  BuiltIn stitch = stitch_of(chart, name_or_path);
+  for (StitchParameter& parameter : stitch.info.parameters)
+    if (const auto set = stitch.settings.find(parameter.name); set != stitch.settings.end())
+      parameter.value = set->second;
+  return stitch.info;
 }
 
 }  // namespace
@@ -561,6 +593,21 @@ std::vector<StitchInfo> built_in_stitches() {
   std::vector<StitchInfo> infos;
   for (const BuiltIn& stitch : library()) infos.push_back(stitch.info);
   return infos;
+}
+
+Result<StitchInfo> describe_stitch(const std::string& name_or_path) {
+  return result_of([&] { return info_of(name_or_path); });
+}
+
+nlohmann::ordered_json to_json(const StitchInfo& info) {
+  auto list = nlohmann::ordered_json::array();
+  for (const StitchParameter& p : info.parameters) {
+    list.push_back({{"name", p.name}, {"value", p.value}, {"range", {p.min, p.max}}, {"meaning", p.meaning}});
+    const auto is_for = [&](const YarnMember& member) { return p.name.ends_with(member.name); };
+    if (std::ranges::any_of(yarn_members(), is_for) || p.name.ends_with("flattening"))
+      list.back()["byKind"] = true;
+  }
+  return {{"stitch", info.name}, {"description", info.description}, {"parameters", list}};
 }
 
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings,

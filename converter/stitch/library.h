@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,13 @@ struct StitchInfo {
 };
 
 std::vector<StitchInfo> built_in_stitches();
+
+/// A built-in stitch by its name, or a description, draft or chart in a file, which is read and not drawn;
+/// the name is as given. Refuses what find_stitch() refuses without settings, but for yarns without room.
+Result<StitchInfo> describe_stitch(const std::string& name_or_path);
+
+/// Name, description and parameters; `byKind`: a parameter whose default follows the kind of yarn.
+nlohmann::ordered_json to_json(const StitchInfo& info);
 
 /// A stitch and remarks on it.
 struct FoundStitch {

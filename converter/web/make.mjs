@@ -6,9 +6,10 @@
  * sides, seed }: a built-in stitch's name, or the name (.txt, .wif, .json) and text of a chart, draft or description;
  * and options of `selvedge make` by their names, such as { set: { radius_mm: 0.5, colour: '#aa3322' }, quality: 'draft' }.
  * `deflate`: packs a Uint8Array by zlib at level 4. `progress` is told the stage (0: yarns come to rest, 1: bake, 2: fit)
- * and the fraction of it that is done; it may throw, which ends the work. Throws an Error of one line.
+ * and the fraction of it that is done; it may throw, which ends the work. `describe` is told the parameters of a text's stitch,
+ * as `selvedge stitch --list NAME --json` has them, before it is drawn. Throws an Error of one line.
  */
-export function make_fabric(module, recipe, { deflate, progress = () => {} }) {
+export function make_fabric(module, recipe, { deflate, progress = () => {}, describe = () => {} }) {
   let bytes;
   const remarks = [];
   const at = (address, count) => new Uint8Array(made.memory.buffer, address, count);
@@ -25,6 +26,7 @@ export function make_fabric(module, recipe, { deflate, progress = () => {} }) {
       if (what === 0) bytes = told;
       if (what === 1) throw new Error(new TextDecoder().decode(told));
       if (what === 2) remarks.push(new TextDecoder().decode(told));
+      if (what === 3) describe(JSON.parse(new TextDecoder().decode(told)));
     }
   };
   // The module has no files: libc's messages are refused (EBADF).

@@ -20,7 +20,7 @@
 namespace selvedge {
 namespace {
 
-enum class Told : std::int32_t { fabric, refusal, remark };
+enum class Told : std::int32_t { fabric, refusal, remark, stitch };
 
 /// Takes bytes. Does not return from a refusal.
 extern "C" [[clang::import_module("host"), clang::import_name("tell")]] void host_tell(Told what,
@@ -91,6 +91,7 @@ void make(const Json& json) {
     return [number](double fraction) { host_progress(number, fraction); };
   };
   stage(0)(0);
+  if (stitch_text) tell(Told::stitch, to_json(value_or_throw(describe_stitch(stitch_name))).dump());
   BakeOptions of_bake = options.bake;
   const auto adapt = [&](const auto& stitch) {
     value_or_throw(set_texels(stitch.min_texels, stitch.repeats, false, stitch_name, options.bake, of_bake));

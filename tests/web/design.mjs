@@ -6,7 +6,40 @@ import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, rmSync, statSync } from 'node:fs';
 import { join, resolve } from 'node:path';
+import { read_chart, with_columns, with_letter, with_rows, with_stitch } from '../../apps/web/design/chart_grid.mjs';
+import { read_draft, with_number } from '../../apps/web/design/draft_grid.mjs';
 import { from_file } from './browser.mjs';
+
+// Cells of a chart, and its text after a change of one: rows from the top, whichever way they are written.
+const rope = 'yarn A: albedo=#aabbcc\nyarn B:\n1: k2, p 2 c4f [A]\n2: k2tog2 yo2 k4 [A2 B6]\n', of_rope = read_chart(rope), [top, bottom] = of_rope.rows;
+assert.deepEqual(of_rope.yarns, [['A', '#aabbcc'], ['B', undefined]]);
+assert.deepEqual(bottom, { line: 2, number: 1, stitches: ['k', 'k', 'p', 'p', 'c4f'], letters: [...'AAAAAAAA'] });
+assert.deepEqual(top.stitches, ['k2tog', 'k2tog', 'yo', 'yo', 'k', 'k', 'k', 'k']);
+for (const [edited, line, expected] of [
+  [with_stitch(rope, bottom, 1, 'yo'), 2, '1: k yo p2 c4f [A8]'],
+  [with_stitch(rope, bottom, 5, 'p'), 2, '1: k2 p2 k p k2 [A8]'],
+  [with_stitch(rope, bottom, 3, 'c4b'), 2, '1: k2 p c4b k [A8]'],
+  [with_stitch(rope, bottom, 7, 'c2b'), 2, '1: k2 p2 k2 c2b [A8]'],
+  [with_letter(rope, top, 1, 'B', 'A'), 3, '2: k2tog2 yo2 k4 [A B7]'],
+  [with_rows(rope, of_rope, true), 4, '3: k2tog2 yo2 k4 [A2 B6]'],
+  [with_rows(rope, of_rope, false), 3, ''],
+  [with_columns(rope, of_rope, true), 2, '1: k2 p2 c4f k [A9]'],
+  [with_columns(rope, of_rope, false), 2, '1: k2 p2 k3 [A7]'],
+]) assert.equal(edited.split('\n')[line], expected);
+assert.deepEqual(read_chart('half a chart\n7 k2').rows, []);
+
+const draft = '[WEAVING]\nShafts=2\n[WARP]\nThreads=2\n[WEFT]\nThreads=2\n[THREADING]\n1=1\n2=2 ; end\n[TIEUP]\n1=1\n[TREADLING]\n1=1\n2=2\n';
+const crossings = (text) => [1, 2].map((pick) => [1, 2].map((end) => Number(read_draft(text).over(end, pick))).join('')).join(' ');
+for (const [text, expected] of [
+  [draft, '10 00'],
+  [with_number(draft, 'TIEUP', 2, 2, false), '10 01'],
+  [with_number(draft, 'TIEUP', 1, 2, false), '11 00'],
+  [with_number(draft, 'TIEUP', 1, 1, false), '00 00'],
+  [with_number(draft, 'THREADING', 2, 1, true), '11 00'],
+  [with_number(draft, 'LIFTPLAN', 2, 2, false), '00 01'],
+  [draft.replace('Shafts', 'Rising Shed=no\nShafts'), '01 11'],
+]) assert.equal(crossings(text), expected);
+assert.equal(read_draft('no draft'), null);
 
 const [bin, folder] = process.argv.slice(2).map((path) => resolve(path)), pictures = process.env.PICTURES, SECONDS = 120;
 rmSync(folder, { recursive: true, force: true });
@@ -55,7 +88,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
     await page.locator(`#set_${name}`).press('Enter');
   };
   const open = (name) => page.getByText(name, { exact: true }).click();
-  const choose = (stitch) => () => page.getByLabel('Stitch', { exact: true }).selectOption(stitch);
+  const choose = (stitch) => () => page.getByRole('radio', { name: stitch, exact: true }).check({ force: true });
 
   const colour = await changes('colour', () => page.locator('#set_colour').fill('#aa3322'));
   assert.deepEqual(colour.set, { colour: '#aa3322' });
@@ -92,6 +125,29 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   // Of all numbers; another deflate packs them here.
   const [ours, theirs] = ['saved', 'purl.fabric'].map((name) => run('selvedge', 'info', path(`${name}.exr`), '--json').match(/"digest": "\w+"/)[0]);
   assert.equal(ours, theirs);
+
+  // A chart is cells and text; a fault is told in its row, and of a draft, and nothing is lost.
+  const text = page.getByLabel('Text', { exact: true }), cell = (name) => page.getByRole('gridcell', { name });
+  const seed = await changes('cell of a chart', async () => {
+    await choose('seed')();
+    await cell('Row 2, column 1: p').press('k');
+  });
+  assert.match(await text.inputValue(), /^2: k2$/m);
+  await text.fill(seed.text.replace('2: k2', '2: k q'));
+  const faulty = await until(({ making, refusal }) => !making && refusal !== '');
+  assert.match(faulty.refusal, /^seed.txt: line 8: there is no stitch "q"/);
+  assert.equal(await page.locator('.cell.wrong').innerText(), 'q');
+  assert.ok(all_cloth(faulty));
+  await choose('poplin')();
+  for (const tie of [1, 2]) await cell(`Tie-up ${tie}: ${tie}`).click();
+  const unwoven = await until(({ making, refusal }) => !making && refusal !== '');
+  assert.match(unwoven.refusal, /^poplin.wif: every warp yarn stays on one side/);
+  await text.fill(unwoven.text.replaceAll('Threads=2', 'Threads=5000'));
+  await until(({ making, refusal }) => !making && /^poplin.wif: \[WEFT\] Threads: 5000 x 5000 yarns are more than .* \[\w+\]$/.test(refusal));
+  assert.match(await page.locator('#grid').innerText(), /edited as text/);
+  await changes('undo', async () => {
+    for (let k = 0; k < 7; ++k) await page.getByRole('button', { name: 'Undo' }).click();
+  });
 
   // A refusal is a line where it is typed; the cloth stays.
   await type('radius_mm', '3')();

@@ -11,8 +11,8 @@ import { make_fabric } from '../../converter/web/make.mjs';
 const [programs, folder, file] = process.argv.slice(2), module = new WebAssembly.Module(readFileSync(file));
 mkdirSync(folder, { recursive: true });
 const run = (program, ...words) => execFileSync(join(programs, program), words, { encoding: 'utf8' });
-const make = (recipe, progress) =>
-  make_fabric(module, recipe, { deflate: (bytes) => deflateSync(bytes, { level: 4 }), progress });
+const make = (recipe, progress, describe) =>
+  make_fabric(module, recipe, { deflate: (bytes) => deflateSync(bytes, { level: 4 }), progress, describe });
 
 for (const [recipe, line] of [
   [{ stitch: 'nothing' }, /^nothing: no such file and no such built-in stitch .*STITCH_UNKNOWN\]$/],
@@ -22,6 +22,13 @@ for (const [recipe, line] of [
   [{ stitch: 'bad.json', text: '{"yarns": 3' }, /^bad.json: parse error .*JSON_MALFORMED\]$/]
 ]) assert.throws(() => make(recipe), { message: line });
 assert.throws(() => make({ stitch: 'rib' }, () => { throw new Error('cancelled'); }), { message: 'cancelled' });
+
+// A text's parameters are told before it is drawn.
+const told = [], bad = { stitch: 'two.txt', text: 'yarn A: hairiness=3\nyarn B: yarn=silk\n1: k [B]', set: { radius_mm: 9 } };
+assert.throws(() => make(bad, undefined, (stitch) => told.push(stitch)));
+const [{ stitch, parameters }] = told, named = (name) => parameters.find((parameter) => parameter.name === name);
+assert.equal(stitch, 'two.txt');
+assert.deepEqual([named('hairiness').value, named('hairiness').byKind, named('wale_mm').byKind, named('second_yarn').value], [[3], true, undefined, [3]]);
 
 const moss = new URL('../../samples/charts/moss.txt', import.meta.url).pathname;
 for (const [stitch, input, more, ...words] of [

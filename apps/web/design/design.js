@@ -2,10 +2,17 @@
 // made in a worker, by the module of `selvedge make`; the last good one stays until the next is there.
 import 'selvedge/page/page.js';
 import {LoadedFabric, cell_images} from 'selvedge/three/index.js';
+import {element} from './element.js';
+import {make_editor} from './text_editor.js';
 
 const view = globalThis.selvedge, by_id = (id) => document.getElementById(id);
-const {first, kinds, stitches: list} = JSON.parse(by_id('recipes').textContent);
-const stitches = new Map(list.map((stitch) => [stitch.stitch, stitch]));
+const {first, described, kinds, stitches: list} = JSON.parse(by_id('recipes').textContent);
+/** Recipes that the list offers: built-in stitches, and texts with the remarks that they begin with. */
+const offers = [...list.map(({stitch, description}) => ({stitch, description}))];
+for (const [stitch, text] of Object.entries(JSON.parse(by_id('samples').textContent)))
+  offers.push({stitch, text, description: text.match(/^([#;].*\n)+/)?.[0].replace(/^[#;]\s*/gm, '').replaceAll('\n', ' ') ?? ''});
+/** Stitches with their parameters: built in, and texts once the module has told theirs. */
+const stitches = new Map([...list, described].map((stitch) => [stitch.stitch, stitch]));
 /** Parameters are in the first group whose pattern their name has. */
 const GROUPS = [
   ['Colours', /colour$|albedo|melange|marl/], ['Gauge', /wale|course|spacing|slack|tightness|repeats/],
@@ -19,15 +26,19 @@ const SLIDER = 100;
 const STORE = `selvedge design ${location.pathname}`;
 
 const is_colour = ({value}) => value.length === 3, is_kind = ({name}) => name.endsWith('yarn');
-const parameters = () => stitches.get(recipe.stitch).parameters;
+const all_parameters = () => stitches.get(recipe.stitch)?.parameters ?? [];
+/** The colours of a stitch's yarns; where it has one yarn, the colour of all is the same and stands for it. */
+const colours = () => all_parameters().filter(({name}) => name.endsWith('albedo'));
+const parameters = () => all_parameters().filter(({name}) => name !== 'albedo' || colours().length > 1);
 const hex_of = (linear) => '#' + linear.map((x) => Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055))
   .toString(16).padStart(2, '0')).join('');
 /** A default as text; empty where it follows the kind of yarn, which is set. */
 function default_of(parameter) {
-  const {name, value: [value]} = parameter, of_kind = /plies|twist|fibre_|hair|gloss|roughness|lustre|irreg|melange|packing|transm|flatt/;
+  const {name, value: [value], byKind: by_kind} = parameter;
   if (is_kind(parameter)) return kinds[value];
-  if (is_colour(parameter)) return hex_of(parameter.value);
-  const follows = of_kind.test(name) && Object.keys(recipe.set).some((set) => set.endsWith('yarn'));
+  if (name === 'colour') return hex_of(colours()[0]?.value ?? parameter.value);
+  if (is_colour(parameter)) return recipe.set.colour ?? hex_of(parameter.value);
+  const follows = by_kind && Object.keys(recipe.set).some((set) => set.endsWith('yarn'));
   return follows ? '' : String(Number(value.toPrecision(4)));
 }
 
@@ -35,7 +46,8 @@ function default_of(parameter) {
 function kept() {
   try {
     const found = JSON.parse(localStorage.getItem(STORE));
-    return stitches.has(found?.stitch) && typeof found.set === 'object' ? found : null;
+    const is_known = typeof found?.text === 'string' || stitches.has(found?.stitch);
+    return is_known && typeof found.set === 'object' ? found : null;
   } catch {
     return null;
   }
@@ -48,13 +60,18 @@ function keep() {
   }
 }
 
-const start = {stitch: first, set: {}}, state = {making: false, shown: 0, made_ms: 0, shown_ms: 0, bytes: null, refusal: ''};
+const start = {set: {}, ...first}, state = {making: false, shown: 0, made_ms: 0, shown_ms: 0, bytes: null, refusal: ''};
 let recipe = kept() ?? start, history = [JSON.stringify(recipe)], now = 0;
 
-/** The words of `selvedge make` that make this cloth. */
+/** The name of the files of a cloth. */
+const file_name = () => recipe.stitch.replace(/\.\w+$/, '');
+/** The words of `selvedge make` that make this cloth, after the text that it is made of. */
 function command() {
-  const words = Object.entries(recipe.set).map(([name, value]) => ` --set ${/#/.test(value) ? `'${name}=${value}'` : `${name}=${value}`}`);
-  return `selvedge make ${recipe.stitch}${words.join('')} -o ${recipe.stitch}.fabric.exr`;
+  const quoted = (word) => /^[\w.,=+-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
+  const words = Object.entries(recipe.set).flatMap(([name, value]) => ['--set', `${name}=${value}`]);
+  const line = ['selvedge', 'make', recipe.stitch, ...words, '-o', `${file_name()}.fabric.exr`].map(quoted).join(' ');
+  if (recipe.text === undefined) return line;
+  return `cat > ${quoted(recipe.stitch)} << 'END_OF_TEXT'\n${recipe.text}${recipe.text.endsWith('\n') ? '' : '\n'}END_OF_TEXT\n${line}`;
 }
 
 /** Takes another recipe, which can be undone. */
@@ -80,11 +97,6 @@ function set(name, value) {
   change({...recipe, set: value === null ? rest : {...rest, [name]: value}});
 }
 
-const element = (name, members = {}, ...children) => {
-  const made = Object.assign(document.createElement(name), members);
-  made.append(...children);
-  return made;
-};
 /** Rows of the panel, by the name of their parameter. */
 const rows = new Map();
 
@@ -124,10 +136,15 @@ function colour_field({name}, id, help) {
   field.setAttribute('aria-describedby', help);
   return {field, show: (value, usual) => field.value = value ?? usual};
 }
+/** How people call a parameter. */
+function title_of(name) {
+  const title = name.replace(/_mm$|_degrees$/, '').replace('albedo', 'colour').replaceAll('_', ' ');
+  return colours().length < 2 ? title : name === 'albedo' ? 'first colour' : name === 'colour' ? 'colour of all' : title;
+}
 /** A row: name, field, unit, reset, slider, a line of help and of refusal. */
 function row_of(parameter) {
   const {name, meaning, range} = parameter, id = `set_${name}`, help = `help_${name}`;
-  const unit = UNITS.find(([pattern]) => pattern.test(name))?.[1] ?? '', title = name.replace(/_mm$|_degrees$/, '').replaceAll('_', ' ');
+  const unit = UNITS.find(([pattern]) => pattern.test(name))?.[1] ?? '', title = title_of(name);
   const {field, slider, show} = is_kind(parameter) ? kind_buttons(name) :
       is_colour(parameter) ? colour_field(parameter, id, help) : number_fields(parameter, id, help);
   const reset = element('button', {className: 'reset', textContent: '↺', ariaLabel: `Reset ${title}`, title: 'Reset', onclick: () => set(name, null)});
@@ -163,8 +180,11 @@ function build() {
   by_id('groups').replaceChildren(...groups.values());
 }
 function show_recipe() {
-  by_id('stitch').value = recipe.stitch;
-  by_id('about').textContent = stitches.get(recipe.stitch).description;
+  const offer = offers.find(({stitch, text}) => stitch === recipe.stitch && (text === undefined) === (recipe.text === undefined));
+  for (const input of by_id('stitches').querySelectorAll('input')) input.checked = input.value === offer?.stitch;
+  by_id('name').textContent = file_name();
+  by_id('about').textContent = offer?.description ?? '';
+  editor.show(recipe);
   for (const {show} of rows.values()) show();
   by_id('undo').disabled = now === 0;
   by_id('redo').disabled = now === history.length - 1;
@@ -175,7 +195,7 @@ function refuse(line) {
   state.refusal = line;
   for (const {refusal} of rows.values()) refusal.textContent = '';
   const [, name] = line.match(/--set (\w+)/) ?? [], row = rows.get(name);
-  by_id('refusal').textContent = row ? '' : line;
+  by_id('refusal').textContent = editor.refuse(line) || row ? '' : line;
   if (!row) return;
   row.refusal.textContent = line.replace(/^.*?--set \w+[^:]*: /, '');
   row.row.closest('details').open = true;
@@ -197,7 +217,8 @@ function make() {
     const one = module ??= WebAssembly.compile(await view.bytes_of(by_id('make'))), ready = await one;
     if (ending !== end) return;
     worker = new Worker(maker);
-    worker.onmessage = async ({data: {stage, fraction, refusal, bytes}}) => {
+    worker.onmessage = async ({data: {stitch, stage, fraction, refusal, bytes}}) => {
+      if (stitch) return describe(stitch);
       if (stage !== undefined) return tell(`making: ${STAGES[stage]}, ${Math.round(100 * fraction)} %`);
       worker.terminate();
       if (refusal !== undefined) {
@@ -251,11 +272,33 @@ function save(blob, name) {
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
-for (const {stitch, description} of list) by_id('stitch').append(element('option', {textContent: stitch, title: description}));
-by_id('stitch').addEventListener('change', ({target: {value: stitch}}) => {
-  const known = new Set(stitches.get(stitch).parameters.map(({name}) => name));
-  change({stitch, set: Object.fromEntries(Object.entries(recipe.set).filter(([name]) => known.has(name)))});
-});
+/** Takes what the module tells of a text's stitch: its parameters. Settings that it has not are left out. */
+function describe(stitch) {
+  if (JSON.stringify(stitches.get(stitch.stitch)) === JSON.stringify(stitch)) return;
+  stitches.set(stitch.stitch, stitch);
+  build();
+  show_recipe();
+  const set = kept_settings(recipe.set);
+  if (Object.keys(set).length === Object.keys(recipe.set).length) return;
+  recipe = {...recipe, set};
+  history[now] = JSON.stringify(recipe);
+  take(recipe);
+}
+const kept_settings = (set) => {
+  const known = new Set(all_parameters().map(({name}) => name));
+  return Object.fromEntries(Object.entries(set).filter(([name]) => known.has(name)));
+};
+/** A tile of the list: a picture and a name. */
+function tile_of({stitch, text, description}) {
+  const input = element('input', {type: 'radio', name: 'stitch', value: stitch});
+  input.addEventListener('change', () => {
+    const known = stitches.get(stitch)?.parameters.map(({name}) => name) ?? ['colour', 'yarn'];
+    const set = Object.fromEntries(Object.entries(recipe.set).filter(([name]) => known.includes(name)));
+    change(text === undefined ? {stitch, set} : {stitch, text, set});
+  });
+  return element('label', {title: description}, input, element('span', {className: 'picture'}), stitch.replace(/\.\w+$/, ''));
+}
+by_id('stitches').append(...offers.map(tile_of));
 by_id('undo').addEventListener('click', () => step(-1));
 by_id('redo').addEventListener('click', () => step(1));
 addEventListener('keydown', (event) => {
@@ -266,14 +309,15 @@ addEventListener('keydown', (event) => {
   step(by);
 });
 by_id('save_fabric').addEventListener('click', async () => {
-  const name = recipe.stitch, bytes = state.bytes ?? await make();
+  const name = file_name(), bytes = state.bytes ?? await make();
   if (bytes) save(new Blob([bytes], {type: 'image/x-exr'}), `${name}.fabric.exr`);
 });
-by_id('save_picture').addEventListener('click', async () => save(await view.picture(), `${recipe.stitch}.png`));
+by_id('save_picture').addEventListener('click', async () => save(await view.picture(), `${file_name()}.png`));
 by_id('copy').addEventListener('click', async () => {
   by_id('command').select();
   await navigator.clipboard?.writeText(command()).catch(() => {});
 });
+const editor = make_editor((text) => change({...recipe, text}));
 build();
 show_recipe();
 view.started.then(() => {

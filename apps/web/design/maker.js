@@ -1,5 +1,5 @@
-// The worker that makes a fabric: takes { module, recipe } of make_fabric(); posts { stage, fraction }, then { bytes, remarks }
-// or { refusal }, a line.
+// The worker that makes a fabric: takes { module, recipe } of make_fabric(); posts { stitch } of a text and { stage, fraction },
+// then { bytes, remarks } or { refusal }, a line.
 import {zlibSync} from 'three/addons/libs/fflate.module.js';
 import {make_fabric} from '../../../converter/web/make.mjs';
 
@@ -14,7 +14,8 @@ onmessage = ({data: {module, recipe}}) => {
     postMessage({stage, fraction});
   };
   try {
-    const made = make_fabric(module, recipe, {deflate: (bytes) => zlibSync(bytes, {level: 4}), progress});
+    const describe = (stitch) => postMessage({stitch}), deflate = (bytes) => zlibSync(bytes, {level: 4});
+    const made = make_fabric(module, recipe, {deflate, progress, describe});
     postMessage(made, [made.bytes.buffer]);
   } catch (error) {
     postMessage({refusal: error.message});

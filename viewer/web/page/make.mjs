@@ -3,11 +3,12 @@
 //   node make.mjs PACKAGE_FOLDER MODULES_FOLDER PAGE.html [MARK=FILE...]
 //
 // MODULES_FOLDER: a node_modules with three and esbuild. MARK=FILE: a text, script or module for a mark of page.html, such
-// as a page's own script, which imports modules of the package as 'selvedge/...'.
+// as a page's own script, which imports modules of the package as 'selvedge/...'; a picture as base64; of FILE,FILE the texts
+// by their names, as JSON.
 import {createHash} from 'node:crypto';
 import {mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
-import {dirname, join, resolve} from 'node:path';
+import {basename, dirname, join, resolve} from 'node:path';
 import {fileURLToPath} from 'node:url';
 import {gzipSync} from 'node:zlib';
 
@@ -36,9 +37,11 @@ const files = {
 const here = dirname(fileURLToPath(import.meta.url)), texts = {STYLE: '', PANEL: ''};
 for (const [mark, file] of Object.entries(files)) {
   const path = resolve(package_folder, file);
-  if (file.endsWith('.js')) texts[mark] = await bundled(path, mark === 'PAGE' ? 'esm' : 'iife');
+  const named = (one) => [basename(one), readFileSync(one, 'utf8')];
+  if (file.includes(',')) texts[mark] = JSON.stringify(Object.fromEntries(file.split(',').map(named))).replaceAll('</', '<\\/');
+  else if (file.endsWith('.js')) texts[mark] = await bundled(path, mark === 'PAGE' ? 'esm' : 'iife');
   else if (file.endsWith('.wasm')) texts[mark] = gzipSync(readFileSync(path), {level: 9}).toString('base64');
-  else texts[mark] = readFileSync(path, 'utf8');
+  else texts[mark] = readFileSync(path, file.endsWith('.webp') ? 'base64' : 'utf8');
 }
 mkdirSync(dirname(page), {recursive: true});
 const html = [1, 2].reduce(

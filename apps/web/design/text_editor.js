@@ -1,0 +1,166 @@
+// The chart or draft of a recipe as cells and as text. Faults are told by the module of make, and shown where they are.
+import {STITCHES, read_chart, width_of, with_columns, with_letter, with_rows, with_stitch} from './chart_grid.mjs';
+import {read_draft, sections_of, with_number} from './draft_grid.mjs';
+import {element} from './element.js';
+
+/** Larger ones are edited as text alone. */
+const CELLS = 4096, SIDE = 128;
+/** ms without a key after which a text is taken. */
+const REST = 500;
+const SIGNS = {k: '', p: '–', yo: '○', k2tog: '⟋', ssk: '⟍'};
+const by_id = (id) => document.getElementById(id);
+
+/** change(text): takes a text of the user. */
+export function make_editor(change) {
+  const text = by_id('text'), grid = by_id('grid'), tools = by_id('grid_tools'), fault = by_id('text_refusal');
+  let name = null, chosen = 'p', rest = 0, shown = null;
+
+  const take = () => {
+    clearTimeout(rest);
+    if (text.value === shown) return;
+    change(shown = text.value);
+    show_grid();
+  };
+  text.addEventListener('input', () => {
+    clearTimeout(rest);
+    rest = setTimeout(take, REST);
+  });
+  text.addEventListener('change', take);
+  const edit = (edited) => {
+    if (edited === text.value) return;
+    text.value = edited;
+    take();
+  };
+
+  /** A cell at x, y of a grid; keys(key) is what else a key does. */
+  const cell_of = (x, y, members, act, keys = () => false) => {
+    const cell = element('button', {className: 'cell', role: 'gridcell', tabIndex: x + y === 0 ? 0 : -1, onclick: act, ...members});
+    cell.dataset.at = `${x},${y}`;
+    cell.addEventListener('keydown', (event) => {
+      const [right, down] = {ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1]}[event.key] ?? [0, 0];
+      if (!(right || down)) return keys(event.key) && event.preventDefault();
+      event.preventDefault();
+      const cells = [...cell.closest('[role=grid]').querySelectorAll('.cell')].map((other) => [other, ...other.dataset.at.split(',').map(Number)]);
+      const beyond = cells.filter(([, i, j]) => right ? j === y && (i - x) * right > 0 : (j - y) * down > 0);
+      beyond.sort(([, i, j], [, k, l]) => Math.abs(j - y) - Math.abs(l - y) || Math.abs(i - x) - Math.abs(k - x));
+      beyond[0]?.[0].focus();
+    });
+    return cell;
+  };
+  const grid_of = (label, columns, rows, members = {}) => {
+    const made = element('div', {className: 'cells', role: 'grid', ariaLabel: label, ...members}, ...rows.map((cells) =>
+      element('div', {role: 'row'}, ...cells)));
+    made.style.gridTemplateColumns = `repeat(${columns}, var(--cell))`;
+    return made;
+  };
+
+  function show_chart() {
+    const chart = read_chart(text.value), {rows, yarns} = chart;
+    const used = new Set(rows.flatMap(({stitches}) => stitches)), letters = yarns.length > 1 ? yarns.map(([letter]) => letter) : [];
+    const offered = STITCHES.filter((stitch) => used.has(stitch) || ['k', 'p', 'yo', 'k2tog', 'c4f', 'c4b'].includes(stitch));
+    if (![...offered, ...letters].includes(chosen)) chosen = 'k';
+    const colours = new Map(yarns);
+    const pick = (sign) => element('button', {
+      textContent: sign, ariaPressed: String(sign === chosen), onclick: () => {
+        chosen = sign;
+        show_grid();
+      }
+    });
+    const more = (label, title, edited) => element('button', {textContent: label, title, ariaLabel: title, onclick: () => edit(edited())});
+    tools.replaceChildren(
+      ...offered.map(pick), ...letters.map(pick),
+      more('+↕', 'One row more', () => with_rows(text.value, chart, true)), more('−↕', 'One row less', () => with_rows(text.value, chart, false)),
+      more('+↔', 'One column more', () => with_columns(text.value, chart, true)), more('−↔', 'One column less', () => with_columns(text.value, chart, false)));
+    const columns = Math.max(1, ...rows.map(({stitches}) => stitches.reduce((sum, stitch) => sum + width_of(stitch), 0)));
+    grid.replaceChildren(grid_of('Chart', columns, rows.map((row, y) => {
+      let at = 0;
+      return row.stitches.map((stitch) => {
+        const x = at, width = width_of(stitch), letter = row.letters[x] ?? yarns[0][0];
+        at += width;
+        const use = (sign) => {
+          edit(letters.includes(sign) ? with_letter(text.value, row, x, sign, yarns[0][0]) : with_stitch(text.value, row, x, sign));
+          grid.querySelector(`[data-at="${x},${y}"]`)?.focus();
+        };
+        const cell = cell_of(x, y, {
+          textContent: SIGNS[stitch] ?? stitch, title: `${stitch}${letters.length > 0 ? `, ${letter}` : ''}`,
+          ariaLabel: `Row ${row.number}, column ${x + 1}: ${stitch}${letters.length > 0 ? ` of ${letter}` : ''}`
+        }, () => use(chosen), (key) => ['k', 'p', ...letters].includes(key) && (use(key), true));
+        Object.assign(cell.dataset, {line: row.line, word: stitch});
+        // Rows of other lengths are refused, and shown.
+        cell.style.gridColumn = `${x + 1} / span ${width}`;
+        if (letters.length > 0 && colours.get(letter)) cell.style.borderBottom = `4px solid ${colours.get(letter)}`;
+        return cell;
+      });
+    })));
+  }
+  function show_draft() {
+    const draft = read_draft(text.value);
+    tools.replaceChildren();
+    if (!draft) return grid.replaceChildren();
+    const {ends, picks, shafts, treadles, lifts} = draft, right = lifts ? shafts : treadles;
+    if (Math.max(ends, picks, shafts, right) > SIDE || ends * shafts + right * (shafts + picks) > CELLS)
+      return grid.replaceChildren(element('small', {textContent: `${ends} x ${picks} yarns are edited as text.`}));
+    const sets = (section, label, columns, keys, numbers, is_flat, alone) => grid_of(label, columns, numbers.map((number, y) => keys.map((key, x) => {
+      // Lists by columns (threading, tie-up) and by rows (treadling, lift plan).
+      const [entry, value] = is_flat ? [key, number] : [number, key], is_set = draft.sets(section, entry).includes(value);
+      const cell = cell_of(x, y, {ariaPressed: String(is_set), ariaLabel: `${label} ${entry}: ${value}`}, () => {
+        edit(with_number(text.value, section, entry, value, alone));
+        grid.querySelector(`[aria-label="${label} ${entry}: ${value}"]`)?.focus();
+      });
+      cell.dataset.word = `${section} ${entry}`;
+      return cell;
+    })));
+    const up_to = (n) => Array.from({length: n}, (_, k) => k + 1), falling = (n) => up_to(n).reverse();
+    const drawdown = element('canvas', {width: ends, height: picks, role: 'img', ariaLabel: 'Drawdown'});
+    drawdown.style.cssText = `width: calc(${ends} * var(--cell)); height: calc(${picks} * var(--cell))`;
+    const pen = drawdown.getContext('2d');
+    for (const pick of up_to(picks)) {
+      for (const end of up_to(ends)) {
+        pen.fillStyle = draft.over(end, pick) ? '#223' : '#eee';
+        pen.fillRect(end - 1, picks - pick, 1, 1);
+      }
+    }
+    grid.replaceChildren(element('div', {className: 'draft'},
+      sets('THREADING', 'Threading', ends, up_to(ends), falling(shafts), true, true),
+      lifts ? element('div') : sets('TIEUP', 'Tie-up', treadles, up_to(treadles), falling(shafts), true, false),
+      drawdown,
+      sets(lifts ? 'LIFTPLAN' : 'TREADLING', lifts ? 'Lift plan' : 'Treadling', right, up_to(right), falling(picks), false, !lifts)));
+  }
+  function show_grid() {
+    if (name.endsWith('.txt')) show_chart();
+    else if (name.endsWith('.wif')) show_draft();
+    else grid.replaceChildren(), tools.replaceChildren();
+  }
+  /** Shows a refusal where it belongs: the line that it names, or the section and key of a draft; whether it is of the text. */
+  function refuse(line) {
+    fault.textContent = '';
+    for (const cell of grid.querySelectorAll('.wrong')) cell.classList.remove('wrong');
+    text.removeAttribute('aria-invalid');
+    if (name === null || /--set/.test(line) || line === '') return false;
+    const [, section, key] = line.match(/: \[([A-Z ]+)\] ?([\w ]*):/) ?? [], place = sections_of(text.value).get(section);
+    const entry = place?.entries.get(key?.toUpperCase());
+    const number = Number(line.match(/: line (\d+)/)?.[1] ?? NaN) - 1, found = entry?.line ?? place?.begin ?? number;
+    const word = line.match(/there is no (?:stitch "(\w+)|yarn)/)?.[1], cells = [...grid.querySelectorAll('.cell')];
+    const of_row = cells.filter(({dataset}) => dataset.line === String(found) || (section && dataset.word === `${section} ${key}`));
+    const named = of_row.filter(({dataset}) => dataset.word === word);
+    for (const cell of named.length > 0 ? named : of_row) cell.classList.add('wrong');
+    text.ariaInvalid = 'true';
+    fault.textContent = line.replace(`${name}: `, '');
+    if (!(found >= 0) || document.activeElement === text) return true;
+    // Seen, and not in the way of the keys.
+    text.scrollTop = found * text.scrollHeight / text.value.split('\n').length - text.clientHeight / 2;
+    return true;
+  }
+  return {
+    refuse,
+    show(recipe) {
+      by_id('editor').hidden = recipe.text === undefined;
+      name = recipe.text === undefined ? null : recipe.stitch;
+      if (name === null || shown === recipe.text) return;
+      clearTimeout(rest);
+      if (text.value !== recipe.text) text.value = recipe.text;
+      shown = recipe.text;
+      show_grid();
+    }
+  };
+}
