@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <memory>
 
+#include "format/base/atomic_file.h"
 #include "format/base/srgb.h"
 #include "format/picture/image.h"
 
