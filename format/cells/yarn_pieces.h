@@ -56,6 +56,7 @@ class CellYarn {
   const Yarns& yarns() const { return *yarns_; }
   float plane() const { return plane_; }
   std::span<const float> sky() const { return sky_; }
+  void set_sky(std::span<const float> sky) { sky_ = sky; }
   bool is_flat() const { return flat_; }  ///< whether some section is an ellipse
   /// The coarsest pieces that are at most `longest` mm long, or the finest. Each level is made when it is
   /// first asked for.

@@ -116,8 +116,7 @@ struct CellStore::Work {
 CellStore::ClothSide::ClothSide(const Fabric& seen) : fabric(seen), texels(seen) {
   const std::shared_ptr<const Yarns>& yarns = seen.levels.front().yarns();
   if (!yarns) return;
-  sky = sky_of(*yarns);
-  yarn.emplace(*yarns, seen.reference_height, sky);
+  yarn.emplace(*yarns, seen.reference_height, std::span<const float>());
   shadows.emplace(*yarn);
 }
 
@@ -158,6 +157,16 @@ CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial
   look_numbers_.resize(2 * patches_.count());
 }
 
+void CellStore::take_fabric(const FabricSides& fabric, const CellStore* shared) {
+  cloths_ = shared != nullptr ? shared->cloths_ : cloths_of({&fabric, 1});
+  patches_.take_relief(cloths_->front().relief);
+  std::ranges::fill(kept_, nullptr);
+  std::ranges::fill(look_numbers_, 0);
+  looks_.resize(1);
+  aliases_.clear();
+  alive_.clear();
+}
+
 CellStore::~CellStore() = default;
 
 bool CellStore::shows_beyond(PatchSide patch) const {
@@ -186,8 +195,14 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   demand_ = expected_ = 0;
   late_.assign(kept_.size(), 0);
   for (Cloth& cloth : *cloths_) {
-    for (ClothSide* side : {cloth.front.get(), cloth.back.get()})
-      if (side != nullptr && side->shadows) side->shadows->set_memory(options_.memory / 8 / cloths_->size());
+    for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
+      if (side == nullptr || !side->yarn) continue;
+      side->shadows->set_memory(options_.memory / 8 / cloths_->size());
+      // Light of lamps alone needs none.
+      if (lights.around == nullptr || !side->sky.empty()) continue;
+      side->sky = sky_of(side->yarn->yarns());
+      side->yarn->set_sky(side->sky);
+    }
   }
   patches_.choose(camera, origin_, frame, options_.patches, lights.lights);
 }

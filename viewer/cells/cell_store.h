@@ -83,6 +83,8 @@ class CellStore {
   const Patches& patches() const { return patches_; }
   /// Takes another shape of the mesh. Images stay as long as they are not outdated.
   void take_shape() { patches_.take_shape(mesh_); }
+  /// Takes another fabric of the same repeat in place of the only one, and forgets all images.
+  void take_fabric(const FabricSides& fabric, const CellStore* shared);
   /// CellLights::brightness(): of yarn, and of cloth that lets light through.
   float beyond(int fabric) const { return (*cloths_)[fabric].beyond; }
   /// Begins a frame: chooses patches. `supersample`: pixels of the frame along either side of a pixel of the

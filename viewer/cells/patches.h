@@ -55,6 +55,11 @@ class Patches {
     add_up(mesh);
   }
 
+  /// Takes the relief of another fabric, where all have one.
+  void take_relief(float relief) {
+    for (Chart& chart : charts_) chart.relief = relief;
+  }
+
   struct Chart {
     V2i size{1, 1};  ///< of the table, in smallest patches
     float relief = 0;

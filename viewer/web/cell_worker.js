@@ -7,10 +7,12 @@
 //   pose     { garment, shape }, of CellModule.pose_garment()
 //   view     { garment, camera, level, around, lights, serial }: what is seen of a garment from now on
 //   remove   { garment }, or { fabric }
+//   replace  { fabric, by, edition }: of CellModule.replace_fabric(); garments get their images at once
+//   hold     { held }: images of views at rest wait
 //   again    {}: the tiles are lost; the views come again, too
 //
-// and posts images { garment, first, entries, tiles, missing, wanted, uploads, at_rest, serial }, of CellModule.table() and
-// take_uploads(), and whether all images are as the view wants them; rows { rows } of the atlas; and end { message }: it can
+// and posts images { garment, first, entries, tiles, missing, wanted, uploads, at_rest, serial, edition }, of CellModule.table()
+// and take_uploads(), whether all images are as the view wants them, and which edition of the fabric they show; rows { rows } of the atlas; and end { message }: it can
 // do no more.
 import {CellModule} from './cells.js';
 import {issue_of, opened} from './load.js';
@@ -18,8 +20,8 @@ import {Issue} from './reader/index.js';
 
 /** ms after which messages are taken again, and patches that images are made of without a look at the clock. */
 const SLICE = 30, CHUNK = 4;
-/** Samples of an image along a pixel's side, and the fraction of images that a frame makes again. */
-const SAMPLES = 2, MOVING = 0.08, RESTING = 1;
+/** Samples of an image along a pixel's side, and the fraction of images that a frame makes again; of another fabric first larger patches'. */
+const SAMPLES = 2, FIRST = 0, MOVING = 0.08, RESTING = 1;
 /** ms without another view after which images are made as one that rests wants them: twice the time between views none of which came to rest. */
 const REST = 150, LATEST_REST = 4000;
 /** ms after which a garment's new images are shown though more are to come. */
@@ -36,6 +38,11 @@ export class CellWorker {
   /** When each garment's images were posted. */
   #told_at = new Map();
   #wake = null;
+  #held = false;
+  /** Fabrics of garments; editions that they show, and of those that have not all images in front yet. */
+  #fabrics = new Map();
+  #editions = new Map();
+  #coming = new Map();
   constructor(post) {
     this.#post = post;
   }
@@ -80,6 +87,7 @@ export class CellWorker {
   }
   async garment({id, fabric, vertices, corners}) {
     const garment = (await this.#module).add_garment(fabric, vertices, corners);
+    this.#fabrics.set(garment.number, fabric);
     this.#post({kind: 'garment', id, ...garment}, [garment.charts.buffer]);
   }
   async pose({garment, shape}) {
@@ -90,16 +98,30 @@ export class CellWorker {
     const now = performance.now(), between = this.#due.has(garment) ? now - this.#views.get(garment).seen_at : Infinity;
     this.#rests_at = now + (between < LATEST_REST ? Math.min(Math.max(REST, 2 * between), LATEST_REST) : REST);
     this.#views.set(garment, {...view, seen_at: now});
-    this.#due.set(garment, {view, fresh: MOVING, left: null});
+    this.#due.set(garment, {view, fresh: this.#told_at.has(garment) ? MOVING : FIRST, left: null});
     this.#wake?.();
     this.#try(() => this.#work());
+  }
+  async replace({fabric, by, edition}) {
+    (await this.#module).replace_fabric(fabric, by);
+    for (const [garment, its_fabric] of this.#fabrics) {
+      if (its_fabric !== fabric) continue;
+      this.#coming.set(garment, edition);
+      if (this.#views.has(garment)) this.#due.set(garment, {view: this.#views.get(garment), fresh: FIRST, left: null});
+    }
+    this.#wake?.();
+    this.#try(() => this.#work());
+  }
+  hold({held}) {
+    this.#held = held;
+    this.#wake?.();
   }
   async remove({garment, fabric}) {
     const module = await this.#module;
     if (fabric !== undefined) return module.remove_fabric(fabric);
     this.#due.delete(garment);
     this.#views.delete(garment);
-    this.#told_at.delete(garment);
+    for (const map of [this.#told_at, this.#fabrics, this.#editions, this.#coming]) map.delete(garment);
     module.remove_garment(garment);
   }
   async again() {
@@ -111,8 +133,9 @@ export class CellWorker {
     this.#working = true;
     const module = await this.#module;
     while (this.#due.size > 0) {
-      const all = [...this.#due], [garment, due] = all.find(([, {fresh}]) => fresh === MOVING) ?? all[0];
-      const early = due.fresh === MOVING ? 0 : this.#rests_at - performance.now();
+      const all = [...this.#due], is_moving = ([, {fresh}]) => fresh < RESTING;
+      const [garment, due] = all.find(([garment]) => this.#coming.has(garment)) ?? all.find(is_moving) ?? all[0];
+      const early = due.fresh < RESTING ? 0 : this.#held ? LATEST_REST : this.#rests_at - performance.now();
       if (early > 0) {
         await new Promise((end) => {
           this.#wake = end;
@@ -126,6 +149,8 @@ export class CellWorker {
     }
     this.#working = false;
   }
+  /** Whether garments in sight lack images of the fabric that has taken their own's place. */
+  #awaits_any = () => [...this.#coming.keys()].some((garment) => this.#views.has(garment));
   #make(module, garment, {view, fresh, left}) {
     const {camera, level, around, lights} = view;
     left ??= module.begin_frame(garment, [...camera, SAMPLES, fresh, level, around ? 1 : 0, ...around ?? Array(36).fill(0)], lights);
@@ -135,8 +160,17 @@ export class CellWorker {
     if (is_full)
       for (const [each, its_view] of this.#views) this.#due.set(each, {view: its_view, fresh: RESTING, left: null});
     else if (left > 0 || fresh !== RESTING)
-      this.#due.set(garment, left > 0 ? {view, fresh, left} : {view, fresh: RESTING, left: null});
-    if (left > 0 && !has_moved && performance.now() < this.#told_at.get(garment) + TELL) return;
+      this.#due.set(garment, left > 0 ? {view, fresh, left} : {view, fresh: fresh === FIRST ? MOVING : RESTING, left: null});
+    const is_new = this.#coming.has(garment) && module.end_front(garment);
+    if (is_new) {
+      this.#editions.set(garment, this.#coming.get(garment));
+      this.#coming.delete(garment);
+    }
+    // All garments change at once.
+    if (this.#awaits_any()) return;
+    if (is_new)
+      for (const other of this.#editions.keys()) if (other !== garment) this.#tell(module, other, module.take_uploads());
+    if (!is_new && left > 0 && !has_moved && performance.now() < this.#told_at.get(garment) + TELL) return;
     this.#tell(module, garment, module.take_uploads());
     if (has_moved)
       for (const other of this.#views.keys()) if (other !== garment) this.#tell(module, other, module.take_uploads());
@@ -145,7 +179,7 @@ export class CellWorker {
     this.#told_at.set(garment, performance.now());
     const table = module.table(garment), at_rest = !this.#due.has(garment), {serial} = this.#views.get(garment);
     this.#post(
-      {kind: 'images', garment, ...table, uploads, at_rest, serial},
+      {kind: 'images', garment, ...table, uploads, at_rest, serial, edition: this.#editions.get(garment)},
       [table.entries, table.tiles, ...Object.values(uploads)].map(({buffer}) => buffer));
   }
 }

@@ -125,6 +125,10 @@ export class CellModule {
     };
   }
   remove_fabric = (number) => this.#of.remove_fabric(number);
+  /** Gives a fabric the content of another one, whose repeat is as large and which is then gone. */
+  replace_fabric = (number, by) => this.#of.replace_fabric(number, by);
+  /** Whether a frame has come to all patches in front: images before it are not shown then. */
+  end_front = (number) => this.#of.end_front(number) !== 0;
   /**
    * Since the last call: whether images have found no room, so that the next frames' are coarser, and whether tiles have moved,
    * also other garments'.

@@ -419,6 +419,28 @@ EXPORT(charts_of) const ChartNumbers* charts_of(std::uint32_t garment) {
 }
 EXPORT(remove_garment) void remove_garment(std::uint32_t garment) { page.garments[garment].reset(); }
 EXPORT(remove_fabric) void remove_fabric(std::uint32_t fabric) { page.fabrics[fabric].reset(); }
+/// Gives a fabric the content of another one, whose repeat is as large and which is then gone. Garments show
+/// their images until they have others.
+EXPORT(replace_fabric) void replace_fabric(std::uint32_t number, std::uint32_t by) {
+  const auto old = std::exchange(page.fabrics[number], std::exchange(page.fabrics[by], nullptr));
+  const CellStore* first = nullptr;
+  for (const auto& garment : page.garments) {
+    if (!garment || garment->fabric != old) continue;
+    garment->fabric = page.fabrics[number];
+    garment->sides = {*garment->fabric->sides};
+    garment->store->take_fabric(garment->sides.front(), first);
+    first = garment->store.get();
+    for (Garment::Shown& shown : garment->shown) shown.at = 0;
+  }
+}
+/// Whether a frame has come to all patches in front; these alone show images then, and those within them.
+EXPORT(end_front) bool end_front(std::uint32_t number) {
+  Garment& garment = *page.garments[number];
+  if (garment.done < garment.visits_in_front) return false;
+  for (Garment::Shown& shown : garment.shown)
+    if (shown.at == 0) shown.image = 0;
+  return true;
+}
 /// 1: images have found no room since the last call, and the next frames' are coarser; + 2: tiles have moved,
 /// also other garments'.
 EXPORT(take_events) std::uint32_t take_events() {
@@ -450,9 +472,17 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   if (in.remade < 1) {
     if (all_need() < 0.9 * page.full_need) page.fill = max_fill;
     const auto affordable = static_cast<float>(max_remade / std::max(garment.need, 1.0));
-    options.cells.remade = std::min(visits_of_front * std::min(in.remade, affordable), 0.99F);
+    options.cells.remade = std::clamp(visits_of_front * std::min(in.remade, affordable), 0.01F, 0.99F);
   }
   options.levels.forced = static_cast<int>(in.forced_level);
+  options.levels.footprint = 1;
+  if (in.remade <= 0) {
+    options.levels.footprint = 2;
+    // Fewer samples than later frames want, which make these images again.
+    options.cells.samples = 0.49F * in.samples;
+    options.cells.patches = {
+        .pixels = 128, .repeats = 16, .turn = 1e4F, .max_turn = 45, .outline = 64, .offset = 32};
+  }
   garment.around.factors = in.around;
   garment.around = turned(garment.around, in.around_axes[0], in.around_axes[1], in.around_axes[2]);
   garment.lights.clear();

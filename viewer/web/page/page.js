@@ -38,13 +38,8 @@ scene.background = new Color().setRGB(BACKGROUND, BACKGROUND, BACKGROUND, Linear
 other.position.copy(OTHER_PLACE);
 
 const state = {light: [-0.4, 0.5], turn: 0, fallback: false, level: -1, exposure: 0, ms: Infinity, frames: 0, at_rest: false};
-/** Elements of garments, each with its floor. */
-const elements = new Map();
-const materials = new Set(), size = {x: 0, y: 0}, stage = new Group(), loader = new GLTFLoader();
-loader.setMeshoptDecoder(MeshoptDecoder);
-loader.register((parser) => new SelvedgeFabric(parser));
-scene.add(stage);
-let due = false, drawing = false, shade_due = null, rest = 0, shown_at = 0, fine = 1, surroundings = null, compiled = null;
+const materials = new Set(), size = {x: 0, y: 0}, drawn_ends = [];
+let due = false, drawing = false, keeps_images = false, is_held = false, shade_due = null, rest = 0, shown_at = 0, fine = 1, surroundings = null, compiled = null;
 
 /** Calls end() once all that was drawn is there; the page goes on meanwhile. */
 function when_drawn(end) {
@@ -62,7 +57,7 @@ function draw() {
   drawing = true;
   const {clientWidth: width, clientHeight: height} = renderer.domElement, ratio = Math.min(devicePixelRatio, 2) * fine;
   // Images are as fine as pixels, of which finer ones smooth edges alone.
-  cell_images.supersample = Math.max(fine, 1);
+  cell_images.supersample = keeps_images ? fine : Math.max(fine, 1);
   // A canvas of another size is another canvas to browsers.
   if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
   if (size.x !== width || size.y !== height) {
@@ -70,13 +65,14 @@ function draw() {
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
   }
-  const begin = performance.now(), was = fine;
+  const begin = performance.now(), was = fine, ends = drawn_ends.splice(0);
   renderer.render(scene, camera);
   when_drawn(() => {
     drawing = false;
     const ms = performance.now() - begin;
     state.ms = ms / was ** 2;
     ++state.frames;
+    for (const end of ends) end();
     by_id('time').textContent = `${ms.toFixed(ms < 10 ? 1 : 0)} ms`;
     if (due) return requestAnimationFrame(draw);
     // While a frame is drawn, its first program would wait for that.
@@ -96,8 +92,29 @@ function refine() {
   fine = wanted;
   redraw();
 }
+/** Lets all that makes the view finer wait for another fabric, whose frames have larger pixels where they take long. */
+function hold(held) {
+  cell_images.hold(is_held = held);
+  clearTimeout(rest);
+  if (held) return keeps_images = true;
+  fine = 1;
+  rest = setTimeout(redraw, REST);
+}
+/** Asks for images that a frame would ask for. */
+function prepare() {
+  scene.traverseVisible((object) => {
+    if (materials.has(object.material)) object.material.prepare(renderer, scene, camera, object.geometry, object);
+  });
+}
+/** Draws a frame; settled when it is drawn. */
+function drawn() {
+  if (is_held) fine = Math.min(fine, state.ms > SLOW ? 0.5 : 1);
+  redraw();
+  return new Promise((end) => drawn_ends.push(end));
+}
 /** Redraws while something moves. */
 function moved() {
+  keeps_images = false;
   fine = state.ms > SLOW ? 0.5 : 1;
   clearTimeout(rest);
   rest = setTimeout(() => {
@@ -118,6 +135,7 @@ function progress({at_rest = false}) {
   state.at_rest = at_rest;
   const is_shown = ({shows, fabric, garment}) => shows === 'fabric' || !fabric || fabric.issue || garment?.state === 'ended' ||
       (at_rest && !garment);
+  if (is_held) return;
   const shown = [...materials].every(is_shown), now = performance.now();
   by_id('progress').textContent = shown || state.fallback ? '' : `loading: ${Math.round(100 * cell_images.share())} %`;
   if (!at_rest && shown && now < shown_at + SHOW) return;
@@ -163,7 +181,6 @@ async function floor_of({dataset}) {
   const floor = new Mesh(new PlaneGeometry(width, width), black);
   floor.rotation.x = -Math.PI / 2;
   floor.position.set(x, y, z);
-  floor.userData.x = x;
   floor.renderOrder = -1;
   return floor;
 }
@@ -225,19 +242,16 @@ function box_of(garment, {dataset}) {
   return new Box3(new Vector3(...corners), new Vector3(...corners.slice(3))).translate(garment.position);
 }
 /** Puts garments side by side and the camera before all of them, or where an element says that cloth is not seen edge-on. */
-function arrange() {
+function arrange(elements) {
   let right = 0, side = null;
-  for (const [garment, {floor}] of elements) if (floor) floor.visible = garment.parent === stage;
-  const shown = stage.children.map((garment) => [garment, elements.get(garment) ?? {dataset: {}}]);
-  for (const [garment, element] of shown) {
+  for (const [garment, element] of elements) {
     const box = box_of(garment, element), gap = (box.max.x - box.min.x) * 0.1;
     garment.position.x += right - box.min.x;
-    if (element.floor) element.floor.position.x = element.floor.userData.x + garment.position.x;
     right += box.max.x - box.min.x + gap;
     if (element.dataset.side) side = element.dataset.side.split(',').map(Number);
   }
   const all = new Box3();
-  for (const [garment, element] of shown) all.union(box_of(garment, element));
+  for (const [garment, element] of elements) all.union(box_of(garment, element));
   const centre = all.getCenter(new Vector3()), size = all.getSize(new Vector3());
   const aspect = renderer.domElement.clientWidth / renderer.domElement.clientHeight;
   const half = Math.max(size.y, (side ? Math.max(size.x, size.z) : size.x) / aspect, side ? size.z : 0, 1e-6) / 2;
@@ -272,22 +286,29 @@ async function start() {
   const worker = URL.createObjectURL(new Blob([by_id('worker').textContent], {type: 'text/javascript'}));
   use_worker(() => new Worker(worker), await bytes_of(by_id('cells')));
   cell_images.addEventListener('change', progress);
-  const garments = [];
+  const loader = new GLTFLoader();
+  loader.setMeshoptDecoder(MeshoptDecoder);
+  loader.register((parser) => new SelvedgeFabric(parser));
+  const garments = [], floors = new Map(), elements = new Map();
   for (const element of document.querySelectorAll('script[data-garment]')) {
     try {
-      const {scene: garment, parser} = await loader.parseAsync(await bytes_of(element), '');
+      const garment = (await loader.parseAsync(await bytes_of(element), '')).scene;
       garments.push(garment);
       elements.set(garment, element);
-      element.associations = parser.associations;
-      if (!element.dataset.floor) continue;
-      element.floor = await floor_of(element);
-      scene.add(element.floor);
+      if (element.dataset.floor) floors.set(garment, await floor_of(element));
     } catch (error) {
       tell(`${element.dataset.garment}: ${error.message}`);
     }
   }
-  stage.add(...garments);
-  restage();
+  for (const garment of garments)
+    garment.traverse(({material}) => material?.isFabricMaterial && materials.add(material));
+  const all = new Group().add(...garments);
+  scene.add(all);
+  arrange(elements);
+  for (const [{position}, floor] of floors) scene.add(floor.translateX(position.x));
+  surroundings?.stand(all);
+  renderer.shadowMap.needsUpdate = true;
+  shade_due = surroundings ? all : null;
   await compile();
   moved();
   const own = new Map([...materials].map((material) => [material, material.fabric]));
@@ -297,7 +318,7 @@ async function start() {
     if (fabric?.issue) tell(`${fabric.issue.code}: ${fabric.name}: the fallback is shown`);
   }
   let is_fabric = true;
-  stage.traverse(({material}) => is_fabric &&= !material || (material.isFabricMaterial && material.fabric && !material.fabric.issue));
+  all.traverse(({material}) => is_fabric &&= !material || (material.isFabricMaterial && material.fabric && !material.fabric.issue));
   if (!is_fabric) reflect();
   progress({});
   const levels = Math.max(0, ...[...materials].map(({fabric}) => fabric?.levels ?? 0));
@@ -331,20 +352,10 @@ async function start() {
   });
   moved();
 }
-/** Shows what stands on the stage now, from before. */
-function restage() {
-  materials.clear();
-  stage.traverse(({material}) => material?.isFabricMaterial && material.fabric && materials.add(material));
-  arrange();
-  surroundings?.stand(stage);
-  renderer.shadowMap.needsUpdate = true;
-  shade_due = surroundings ? stage : null;
-  moved();
-}
 /** Draws now, and returns a promise of the picture, a PNG. */
 function picture() {
   renderer.render(scene, camera);
   return new Promise((end) => renderer.domElement.toBlob(end));
 }
 // For tests, for who opens the console, and for pages with more to them.
-globalThis.selvedge = {state, camera, controls, materials, stage, elements, loader, moved, restage, reflect, picture, bytes_of, started: start()};
+globalThis.selvedge = {state, camera, controls, materials, moved, hold, prepare, drawn, picture, bytes_of, started: start()};

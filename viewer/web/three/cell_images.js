@@ -169,7 +169,8 @@ class CellImages extends EventDispatcher {
   }
   #ask(geometry, {fabric, lay, matrix}, names) {
     const garment = {
-      fabric, state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, turns: new WeakSet(), other: null, view: null, pose: '', posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names
+      fabric, state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, turns: new WeakSet(), other: null, view: null, pose: '', posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names,
+      edition: fabric.edition
     };
     const {position, normal} = geometry.attributes, uv = geometry.attributes[lay.uv_set === 1 ? 'uv1' : 'uv'];
     if (!position || !normal || !uv) {
@@ -285,7 +286,7 @@ class CellImages extends EventDispatcher {
     if (number !== null && view) send({kind: 'view', garment: number, ...view});
   }
 
-  #take({kind, message, rows, garment: number, first, entries, tiles, missing, wanted, uploads, at_rest, serial}) {
+  #take({kind, message, rows, garment: number, first, entries, tiles, missing, wanted, uploads, at_rest, serial, edition}) {
     if (kind === 'end') {
       for (const garment of this.#of_number.values()) {
         garment.state = 'ended';
@@ -334,6 +335,10 @@ class CellImages extends EventDispatcher {
     // Tiles of others came with it.
     const garment = this.#of_number.get(number);
     if (!garment) return;
+    if (edition > garment.edition) {
+      garment.edition = edition;
+      if (edition === garment.fabric.edition) Object.assign(garment.fabric, garment.fabric.coming);
+    }
     Object.assign(garment, {at_rest: at_rest && serial === garment.view.serial, fraction: wanted > 0 ? 1 - missing / wanted : 1});
     // Without room for all images it is as good as it gets.
     if (garment.state === 'waiting' && ((missing === 0 && wanted > 0) || at_rest)) {
@@ -342,6 +347,24 @@ class CellImages extends EventDispatcher {
       for (const material of garment.materials) material.update_fabric();
     }
     this.#tell();
+  }
+  /**
+   * Lets garments show another LoadedFabric, whose repeat is as large, in place of theirs as soon as its images are there; the
+   * other one is then gone.
+   */
+  replace(fabric, {number: by, has_yarn, variation, levels}) {
+    Object.assign(fabric, {edition: fabric.edition + 1, coming: {has_yarn, variation, levels}});
+    send({kind: 'replace', fabric: fabric.number, by, edition: fabric.edition});
+    for (const garment of this.#of_number.values()) if (garment.fabric === fabric) garment.at_rest = false;
+  }
+  /** Whether all garments show the fabric as it is now. */
+  shows(fabric) {
+    return [...this.#of_number.values()].every(
+      (garment) => garment.fabric !== fabric || (garment.state !== 'waiting' && garment.edition === fabric.edition));
+  }
+  /** Lets images of what rests wait, for what takes their place soon. */
+  hold(held) {
+    send({kind: 'hold', held});
   }
   #tell() {
     this.dispatchEvent({type: 'change', at_rest: this.at_rest()});

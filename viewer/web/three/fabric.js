@@ -15,6 +15,8 @@ export class LoadedFabric {
     this.issue = null;
     /** The worker's number. */
     this.number = null;
+    /** How often cell_images.replace() has changed it. */
+    this.edition = 0;
     this.has_yarn = false;
     this.variation = null;
     /** Levels of the file, and what the file says of its size. */
