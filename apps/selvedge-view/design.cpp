@@ -11,19 +11,17 @@
 namespace selvedge {
 namespace {
 
-constexpr const char* default_stitch = "plain-knit";
-
 struct DesignCommand {
   CommonOptions common;
-  std::string input = default_stitch;
+  std::string input = "plain-knit";
   std::string output;
 };
 
 void declare(Options& options, DesignCommand& command) {
   options
-      .text("stitch", command.input, "STITCH|GARMENT",
-            "Shown first: a built-in stitch, a chart (.txt), draft (.wif) or description (.json) [plain-knit]; "
-            "or a garment (.glb)")
+      .text("stitch", command.input, "STITCH",
+            "The first stitch: a built-in one, or a chart (.txt), draft (.wif) or description (.json) "
+            "[plain-knit]")
       .reads();
   options.output(command.output, "The page", {".html"}).required();
 }
@@ -48,18 +46,16 @@ std::string element_of(const Json& recipes) {
 }
 
 Result<int> run(const DesignCommand& command) {
-  const bool is_garment = command.input.ends_with(".glb");
-  const std::string stitch = is_garment ? default_stitch : command.input;
-  const Json recipes = recipes_with(stitch);
+  const Json recipes = recipes_with(command.input);
   Workbench bench;
-  MakeCommand make = value_or_throw(make_command_of({stitch, "-o", bench.next(".exr")}, "", ""));
+  MakeCommand make = value_or_throw(make_command_of({command.input, "-o", bench.next(".exr")}, "", ""));
   make.common = command.common;
   make_file(make);
   PageCommand page;
   page.common = command.common;
   page.output = command.output;
   const GarmentWriter writer = make_garment_writer({});
-  page.inputs = {writer.dress(is_garment ? command.input : shared_file("sweater.glb"), make.output)};
+  page.inputs = {writer.dress(shared_file("sweater.glb"), make.output)};
   return write_page("design", page, element_of(recipes));
 }
 

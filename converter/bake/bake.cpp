@@ -77,7 +77,12 @@ YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHead
   yarns.light.assign(std::size_t{light_values_per_station} * counts_of(yarns).stations, 0);
   value_or_throw(validate(yarns, header.period_mm));
   const auto ground = o.ground ? std::optional(static_cast<float>(*o.ground)) : std::nullopt;
-  if (!light_yarn(yarns, header.period_mm, cell.through, {o.both_sides, ground}))
+  LineLightOptions lines{o.both_sides, ground};
+  if (o.rough_light) {
+    lines.directions = 32;
+    lines.spacing = 1;
+  }
+  if (!light_yarn(yarns, header.period_mm, cell.through, lines))
     report.remarks.emplace_back("yarn that absorbs next to nothing: some of its light may be missing");
   auto stored = value_or_throw(
       yarns_from_values(curve_values(yarns), indirect_values(yarns), header.yarns, header.period_mm));

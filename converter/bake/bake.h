@@ -50,6 +50,7 @@ struct BakeOptions {
   IndirectLight indirect = IndirectLight::traced;  ///< set by bake()
   /// Albedo of a Lambertian plane at the cell's lowest point; without it, light below is lost.
   std::optional<double> ground;
+  bool rough_light = false;  ///< of yarn without a mesh: by an eighth of the lines
   /// Views and lights of both sides of the cloth; the samples are four times as many. Not above a ground.
   bool both_sides = false;
   ReferencePlane reference;

@@ -20,7 +20,6 @@
 #include "converter/stitch/weave.h"
 #include "converter/stitch/wif.h"
 #include "converter/stitch/yarn_mesh.h"
-#include "converter/stitch/yarn_relax.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
@@ -34,7 +33,6 @@ struct BuiltIn {
   /// The yarns as drawn, before relaxation.
   std::function<StitchPattern(const StitchValues&)> draw;
   int stitches = 0;         ///< of a knit, in a repeat
-  int wales = 0;            ///< the same
   std::size_t warps = 0;    ///< of a weave: its first yarns, wefts are behind them; of a knit 0
   StitchSettings settings;  ///< of its chart, where a user sets no others
 };
@@ -133,8 +131,7 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
     append_yarn(parameters, prefixes[k], kind, shorter(drawn.wale_mm, drawn.course_mm), yarn);
     for (const auto& [name, value] : chart.settings[k]) stitch.settings[prefixes[k] + name] = value;
   }
-  stitch.wales = static_cast<int>(drawn.rows.front().size());
-  stitch.stitches = stitch.wales * static_cast<int>(drawn.rows.size());
+  stitch.stitches = static_cast<int>(drawn.rows.size() * drawn.rows.front().size());
   stitch.draw = [=](const StitchValues& values) {
     KnitChart set = chart.knit;
     set.wale_mm = values.number("wale_mm");
@@ -389,7 +386,7 @@ RelaxOptions relax_options(const StitchValues& values, bool woven, bool thins) {
 }
 
 /// `tell`: called with the values and the yarns as drawn, before they come to rest.
-Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings,
+Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, const Relaxer& relaxer,
                             const std::function<void(const StitchValues&, const StitchPattern&)>& tell = {}) {
   settings.insert(stitch.settings.begin(), stitch.settings.end());
   settings = by_count(stitch, std::move(settings));
@@ -406,7 +403,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings,
   set_seed(values, stitch.info.name, drawn);
   if (relaxation_work(drawn) > max_relaxation_work) return refuse(too_much_work);
   if (tell) tell(values, drawn);
-  Relaxed result = relax(drawn, relax_options(values, woven, !given));
+  Relaxed result = relaxer(drawn, relax_options(values, woven, !given));
   if (given ? result.part < 1 - touching_overlap : !result.settled)
     return refuse(fmt::format(
         "the yarns are too thick for their gauge and slack: there is room for {:.2f} of their radius",
@@ -419,7 +416,6 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings,
   }
   lay_repeats(values, stitch.info.name, found);
   found.stitches = stitch.stitches * found.repeats * found.repeats;
-  found.wales = stitch.wales * found.repeats;
   return found;
 }
 
@@ -438,12 +434,12 @@ BuiltIn stitch_of(ChartText& chart, const std::string& path) {
 }
 
 FoundStitch chart_in(const std::string& text, const std::string& path, const StitchSettings& settings,
-                     const StitchStart& start) {
+                     const StitchStart& start, const Relaxer& relaxer) {
   auto chart = value_or_throw(read_chart(text, path));
   const BuiltIn stitch = stitch_of(chart, path);
   const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
-  auto found =
-      value_or_throw(relaxed(stitch, settings, [&](const StitchValues& values, const StitchPattern& drawn) {
+  auto found = value_or_throw(
+      relaxed(stitch, settings, relaxer, [&](const StitchValues& values, const StitchPattern& drawn) {
         tell_size(values, cells, cells * texels_per_stitch, false, drawn, start);
       }));
   found.min_texels = cells * (texels_per_stitch * found.repeats);
@@ -479,15 +475,16 @@ Weave corner_of(const Weave& weave, std::size_t yarns) {
 
 /// Thins the yarns of a large weave as a part of it demands: all of them are relaxed once then. Returns the
 /// factor.
-double thin_as_corner(Weave& weave, const std::string& name, const RelaxOptions& options) {
-  const double part = relax(draw_weave(corner_of(weave, 12), name), options).part;
+double thin_as_corner(Weave& weave, const std::string& name, const RelaxOptions& options,
+                      const Relaxer& relaxer) {
+  const double part = relaxer(draw_weave(corner_of(weave, 12), name), options).part;
   for (auto* yarns : {&weave.warp, &weave.weft})
     for (Yarn& yarn : *yarns) yarn.radius_mm *= part;
   return part;
 }
 
 Result<FoundStitch> draft_in(const std::string& text, const std::string& path, const StitchSettings& settings,
-                             const StitchStart& start) {
+                             const StitchStart& start, const Relaxer& relaxer) {
   auto draft = value_or_throw(read_wif(text, path));
   const auto values = value_or_throw(StitchValues::create(path, draft_parameters(draft.weave), settings));
   FoundStitch found;
@@ -506,13 +503,13 @@ Result<FoundStitch> draft_in(const std::string& text, const std::string& path, c
             found.min_texels, true, draw_weave(draft.weave, name), start);
   constexpr std::size_t finely_relaxed = 144;  // crossings
   options.rough = draft.weave.warp_is_over.size() > finely_relaxed;
-  double thickness = options.rough ? thin_as_corner(draft.weave, name, options) : 1;
+  double thickness = options.rough ? thin_as_corner(draft.weave, name, options, relaxer) : 1;
   const StitchPattern drawn = draw_weave(draft.weave, name);
   // Relaxation makes thick yarns thinner.
   value_or_throw(validate(drawn, path, {.radius_periods = 8}));
   if (relaxation_work(drawn, options.rough) > max_relaxation_work)
     return fail(Code::stitch_invalid, path, "", too_much_work);
-  Relaxed result = relax(drawn, options);
+  Relaxed result = relaxer(drawn, options);
   thickness *= result.part;
   found.pattern = std::move(result.pattern);
   value_or_throw(validate(found.pattern, path));
@@ -565,11 +562,11 @@ std::string text_in(const std::string& path) {
 }
 
 Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSettings& settings,
-                                 const StitchStart& start) {
-  if (const BuiltIn* stitch = built_in(name_or_path)) return relaxed(*stitch, settings);
+                                 const StitchStart& start, const Relaxer& relaxer) {
+  if (const BuiltIn* stitch = built_in(name_or_path)) return relaxed(*stitch, settings, relaxer);
   const std::string text = text_in(name_or_path);
-  if (is_draft(name_or_path)) return draft_in(text, name_or_path, settings, start);
-  if (is_chart(name_or_path)) return chart_in(text, name_or_path, settings, start);
+  if (is_draft(name_or_path)) return draft_in(text, name_or_path, settings, start, relaxer);
+  if (is_chart(name_or_path)) return chart_in(text, name_or_path, settings, start, relaxer);
   return described_in(text, name_or_path, settings);
 }
 
@@ -614,8 +611,8 @@ nlohmann::ordered_json to_json(const StitchInfo& info) {
 }
 
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings,
-                                const StitchStart& start) {
-  return result_of([&] { return stitch_named(name_or_path, settings, start); });
+                                const StitchStart& start, const Relaxer& relaxer) {
+  return result_of([&] { return stitch_named(name_or_path, settings, start, relaxer); });
 }
 
 }  // namespace selvedge

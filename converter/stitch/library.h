@@ -8,6 +8,7 @@
 
 #include "converter/stitch/parameters.h"
 #include "converter/stitch/pattern.h"
+#include "converter/stitch/yarn_relax.h"
 
 namespace selvedge {
 
@@ -34,7 +35,6 @@ struct FoundStitch {
   double thickness_fraction = 1;       ///< thickness of its yarns, as a fraction of the stated one
   int repeats = 1;                     ///< of the stitch, each way, that the pattern holds
   int stitches = 0;                    ///< of a knit, in the pattern
-  int wales = 0;                       ///< the same: columns of stitches
   std::vector<std::string> remarks{};  ///< choices, omissions and faults, one line each
 };
 
@@ -48,12 +48,14 @@ struct StitchSize {
 };
 /// May throw Failure, which refuses the stitch.
 using StitchStart = std::function<void(const StitchSize&)>;
+/// relax(), or what takes its place: a rougher one, or its memory.
+using Relaxer = std::function<Relaxed(const StitchPattern&, const RelaxOptions&)>;
 
 /// A built-in stitch by its name, or else the stitch description (.json), the weaving draft (.wif) or the
 /// knitting chart (.txt) in a file. Refuses other names (stitch_unknown), and settings that the stitch does
 /// not have, that are out of range, or whose yarns have no room at their gauge (option_out_of_range).
 /// `start` is called for charts and drafts.
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings = {},
-                                const StitchStart& start = {});
+                                const StitchStart& start = {}, const Relaxer& relaxer = relax);
 
 }  // namespace selvedge

@@ -1,45 +1,84 @@
 // The host of make.wasm: fabrics as `selvedge make` makes them, in Node or a browser's worker.
 
-/**
- * Makes a fabric; returns { bytes, remarks }, the bytes of its file. `module`: make.wasm as a WebAssembly.Module, of which
- * every fabric gets an instance of its own, so that a refusal leaves nothing behind. `recipe`: { stitch, text, set, quality,
- * sides, seed }: a built-in stitch's name, or the name (.txt, .wif, .json) and text of a chart, draft or description;
- * and options of `selvedge make` by their names, such as { set: { radius_mm: 0.5, colour: '#aa3322' }, quality: 'draft' }.
- * `deflate`: packs a Uint8Array by zlib at level 4. `progress` is told the stage (0: yarns come to rest, 1: bake, 2: fit)
- * and the fraction of it that is done; it may throw, which ends the work. `describe` is told the parameters of a text's stitch,
- * as `selvedge stitch --list NAME --json` has them, before it is drawn. Throws an Error of one line.
- */
-export function make_fabric(module, recipe, { deflate, progress = () => {}, describe = () => {} }) {
-  let bytes;
-  const remarks = [];
-  const at = (address, count) => new Uint8Array(made.memory.buffer, address, count);
-  const host = {
-    progress,
-    deflate: (address, count, out) => {
-      const packed = deflate(at(address, count));
-      if (packed.length >= count) return count;
-      at(out, packed.length).set(packed);
-      return packed.length;
-    },
-    tell: (what, address, count) => {
-      const told = at(address, count).slice();
-      if (what === 0) bytes = told;
-      if (what === 1) throw new Error(new TextDecoder().decode(told));
-      if (what === 2) remarks.push(new TextDecoder().decode(told));
-      if (what === 3) describe(JSON.parse(new TextDecoder().decode(told)));
-    }
-  };
-  // The module has no files: libc's messages are refused (EBADF).
-  const wasi_snapshot_preview1 = new Proxy({}, { get: () => () => 8 });
-  const made = new WebAssembly.Instance(module, { host, wasi_snapshot_preview1 }).exports;
-  made._initialize();
-  const text = new TextEncoder().encode(JSON.stringify(recipe));
-  at(made.input(text.length), text.length).set(text);
-  try {
-    made.make();
-  } catch (error) {
-    if (!(error instanceof WebAssembly.RuntimeError)) throw error;
-    throw new Error(`${recipe.stitch}: needs more memory than there is [FILE_TOO_LARGE]`);
+/** Shapes of yarn that are remembered. */
+export const MAX_SHAPES = 32;
+
+/** Makes fabrics, one after the other, and remembers between them how yarns came to rest. */
+export class FabricMaker {
+  #made = null;
+  #told = {};
+  #shapes = [];
+  /**
+   * `module`: make.wasm as a WebAssembly.Module. `deflate`: packs a Uint8Array by zlib at level 4. `progress` is told the
+   * stage (0: yarns come to rest, 1: bake, 2: fit) and the fraction of it that is done; it may throw, which ends the work.
+   * `describe` is told the parameters of a text's stitch, as `selvedge stitch --list NAME --json` has them, before it is drawn;
+   * `shape` shapes of yarn at rest, bytes that remember() of this or another maker takes.
+   */
+  constructor(module, { deflate, progress = () => {}, describe = () => {}, shape = () => {} }) {
+    Object.assign(this, { module, deflate, progress, describe, shape });
   }
-  return { bytes, remarks };
+  #at(address, count) {
+    return new Uint8Array(this.#made.memory.buffer, address, count);
+  }
+  #start() {
+    const host = {
+      progress: (...values) => this.progress(...values),
+      deflate: (address, count, out) => {
+        const packed = this.deflate(this.#at(address, count));
+        if (packed.length >= count) return count;
+        this.#at(out, packed.length).set(packed);
+        return packed.length;
+      },
+      tell: (what, address, count) => {
+        const told = this.#at(address, count).slice();
+        if (what === 0) this.#told.bytes = told;
+        if (what === 1) throw new Error(new TextDecoder().decode(told));
+        if (what === 2) this.#told.remarks.push(new TextDecoder().decode(told));
+        if (what === 3) this.describe(JSON.parse(new TextDecoder().decode(told)));
+        if (what === 4) {
+          this.#shapes.splice(0, this.#shapes.push(told) - MAX_SHAPES);
+          this.shape(told);
+        }
+      }
+    };
+    // The module has no files: libc's messages are refused (EBADF).
+    const wasi_snapshot_preview1 = new Proxy({}, { get: () => () => 8 });
+    this.#made = new WebAssembly.Instance(this.module, { host, wasi_snapshot_preview1 }).exports;
+    this.#made._initialize();
+    for (const shape of this.#shapes) this.#run('remember', shape);
+  }
+  #run(what, bytes) {
+    this.#at(this.#made.input(bytes.length), bytes.length).set(bytes);
+    this.#made[what]();
+  }
+  remember(shape) {
+    this.#shapes.push(shape);
+    if (this.#made) this.#run('remember', shape);
+  }
+  /**
+   * Makes a fabric; returns { bytes, remarks }, the bytes of its file. `recipe`: { stitch, text, set, quality, sides, seed }:
+   * a built-in stitch's name, or the name (.txt, .wif, .json) and text of a chart, draft or description; and options of
+   * `selvedge make` by their names, such as { set: { radius_mm: 0.5, colour: '#aa3322' }, quality: 'draft' }. Throws an
+   * Error of one line.
+   */
+  make(recipe) {
+    return this.#do('make', recipe);
+  }
+  /** Makes a fabric with about the same yarn, in a fraction of the time; its recipe may yet be refused. */
+  preview(recipe) {
+    return this.#do('preview', recipe);
+  }
+  #do(what, recipe) {
+    this.#told = { remarks: [] };
+    try {
+      if (!this.#made) this.#start();
+      this.#run(what, new TextEncoder().encode(JSON.stringify(recipe)));
+      return this.#told;
+    } catch (error) {
+      // An instance that ends in the middle leaves nothing behind.
+      this.#made = null;
+      if (!(error instanceof WebAssembly.RuntimeError)) throw error;
+      throw new Error(`${recipe.stitch}: needs more memory than there is [FILE_TOO_LARGE]`);
+    }
+  }
 }

@@ -1,16 +1,23 @@
 // The WebAssembly module that makes fabrics of yarn: a recipe in, the bytes of a fabric file out (make.mjs).
+// Between recipes it remembers how yarns came to rest.
 //
 // A refusal is told to the host and ends the instance: nothing is caught here (format/base/guard.h).
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
+#include <type_traits>
 #include <typeinfo>
+#include <vector>
 
 #include "converter/make/make.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "fitter/refit_to_pairs.h"
+#include "format/base/digest.h"
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
 #include "format/base/parallel.h"
@@ -20,7 +27,7 @@
 namespace selvedge {
 namespace {
 
-enum class Told : std::int32_t { fabric, refusal, remark, stitch };
+enum class Told : std::int32_t { fabric, refusal, remark, stitch, shape };
 
 /// Takes bytes. Does not return from a refusal.
 extern "C" [[clang::import_module("host"), clang::import_name("tell")]] void host_tell(Told what,
@@ -52,8 +59,95 @@ void tell(Told what, const std::string& text) { host_tell(what, text.data(), tex
   throw Failure{{Code::option_out_of_range, {}, place, why}};
 }
 
+/// Numbers one after the other, which are written, or read again.
+class Numbers {
+ public:
+  Numbers() = default;
+  explicit Numbers(std::string_view bytes) : all_(bytes.size() / sizeof(double)), reads_(true) {
+    std::memcpy(all_.data(), bytes.data(), bytes.size());
+  }
+  void pass(auto&... values) { (one(values), ...); }
+  void pass_all(auto& list) {
+    std::size_t count = list.size();
+    pass(count);
+    list.resize(count);
+    auto* const first = reinterpret_cast<double*>(list.data());
+    for (std::size_t i = 0; i < count * sizeof list[0] / sizeof(double); ++i) pass(first[i]);
+  }
+  std::string bytes() const {
+    return {reinterpret_cast<const char*>(all_.data()), all_.size() * sizeof(double)};
+  }
+
+ private:
+  void one(auto& value) {
+    if (reads_)
+      value = static_cast<std::remove_reference_t<decltype(value)>>(all_[at_++]);
+    else
+      all_.push_back(static_cast<double>(value));
+  }
+  std::vector<double> all_;
+  std::size_t at_ = 0;
+  bool reads_ = false;
+};
+
+/// Digest of all that relax() reads.
+std::string key_of(StitchPattern pattern, RelaxOptions o) {
+  Numbers all;
+  all.pass(o.bending, o.gap, o.start, o.max_thickness, o.hold, o.thins, o.steps, o.rough, pattern.period_mm.x,
+           pattern.period_mm.y);
+  for (Yarn& yarn : pattern.yarns) {
+    bool soft = yarn.fibre != 0;
+    all.pass(yarn.radius_mm, yarn.flattening, soft);
+    all.pass_all(yarn.segments);
+  }
+  return digest_of(all.bytes());
+}
+
+/// Passes all that relax() changes.
+void pass(Relaxed& relaxed, Numbers& all) {
+  all.pass(relaxed.part, relaxed.settled);
+  for (Yarn& yarn : relaxed.pattern.yarns) {
+    all.pass(yarn.radius_mm, yarn.flattening);
+    all.pass_all(yarn.segments);
+    all.pass_all(yarn.squeezes);
+  }
+}
+
+/// Changes by relax(), by key_of().
+std::map<std::string, std::string> shapes;
+constexpr std::size_t key_bytes = 32;
+constexpr std::size_t max_shapes = 64;
+
+/// Relaxes what is not remembered, and tells the host.
+Relaxed relaxed_once(const StitchPattern& pattern, const RelaxOptions& options) {
+  const std::string key = key_of(pattern, options);
+  if (const auto known = shapes.find(key); known != shapes.end()) {
+    Relaxed relaxed{pattern};
+    Numbers all(known->second);
+    pass(relaxed, all);
+    return relaxed;
+  }
+  Relaxed relaxed = relax(pattern, options);
+  Numbers all;
+  pass(relaxed, all);
+  if (shapes.size() >= max_shapes) shapes.clear();
+  tell(Told::shape, key + (shapes[key] = all.bytes()));
+  return relaxed;
+}
+
+/// The same for a preview: much yarn roughly, and as if there were room.
+Relaxed relaxed_roughly(const StitchPattern& pattern, RelaxOptions options) {
+  if (options.rough || shapes.contains(key_of(pattern, options))) return relaxed_once(pattern, options);
+  options.rough = true;
+  Relaxed relaxed = relaxed_once(pattern, options);
+  relaxed.part = 1;
+  relaxed.settled = true;
+  return relaxed;
+}
+
 /// Reads the members that make.mjs documents.
 MakeOptions read_recipe(const Json& json, StitchSettings& settings) {
+  stitch_text.reset();
   const std::string quality = json.value("quality", std::string(default_quality));
   if (std::ranges::find(quality_names, quality) == quality_names.end())
     refuse_option("quality", "there is no \"" + quality + "\"");
@@ -84,22 +178,55 @@ MakeOptions read_recipe(const Json& json, StitchSettings& settings) {
   return options;
 }
 
-void make(const Json& json) {
+/// The yarn over texels that are all the same: where these are as many as usual, the file is small.
+Fabric preview_of(const Samples& samples, const MakeOptions& options) {
+  constexpr int log2_texels = 3;
+  const SideSamples front = samples_of(samples, Side::front);
+  Fabric fabric = value_or_throw(fit(front.level, front.header, options.fit)).fabric;
+  const FabricLevel texel = std::exchange(fabric.levels, {}).front();
+  for (int k = log2_texels; k >= 0; --k) {
+    FabricLevel& level = fabric.levels.emplace_back();
+    level.width = level.height = 1 << k;
+    level.take_texels(texel, k);
+    level.of_coarser = false;
+  }
+  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(samples.yarns, samples.header.period_mm));
+  return fabric;
+}
+
+/// Makes the fabric of a recipe. A preview has the yarn as it came to rest, if that is known, and one texel.
+void make(const Json& json, bool preview) {
   StitchSettings settings;
-  const MakeOptions options = read_recipe(json, settings);
+  MakeOptions options = read_recipe(json, settings);
+  if (preview) {
+    options = quality_named("draft");
+    options.bake.width = options.bake.height = 1;
+    options.bake.views = options.bake.lights = 16;
+    options.bake.held_out_pairs = options.bake.validation_pairs = 0;
+    options.bake.rough_light = true;
+  }
   const auto stage = [](std::int32_t number) {
     return [number](double fraction) { host_progress(number, fraction); };
   };
   stage(0)(0);
   if (stitch_text) tell(Told::stitch, to_json(value_or_throw(describe_stitch(stitch_name))).dump());
   BakeOptions of_bake = options.bake;
+  constexpr double large = 1000;  // StitchSize::radii
+  bool is_large = false;
   const auto adapt = [&](const auto& stitch) {
+    if (preview) return;
     value_or_throw(set_texels(stitch.min_texels, stitch.repeats, false, stitch_name, options.bake, of_bake));
   };
-  const FoundStitch stitch = value_or_throw(find_stitch(stitch_name, settings, [&](const StitchSize& size) {
-    adapt(size);
-    share_rays(of_bake);
-  }));
+  const FoundStitch stitch = value_or_throw(find_stitch(
+      stitch_name, settings,
+      [&](const StitchSize& size) {
+        adapt(size);
+        share_rays(of_bake);
+        is_large = size.radii > large;
+      },
+      [&](const StitchPattern& pattern, const RelaxOptions& relaxation) {
+        return preview && is_large ? relaxed_roughly(pattern, relaxation) : relaxed_once(pattern, relaxation);
+      }));
   adapt(stitch);
   const YarnCell cell = value_or_throw(yarn_cell_of(stitch.pattern));
   const Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
@@ -107,6 +234,8 @@ void make(const Json& json) {
                            {"sheet", value_or_throw(sheet_of(stitch, cell.yarns, cell.period))}};
   const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
   const Baked baked = value_or_throw(bake(cell, stitch_name, of_bake, text, stage(1)));
+  if (preview)
+    return value_or_throw(write_fabric(stitch_name, preview_of(baked.samples, options), options.write));
   const FitOutcome fitted = value_or_throw(fit_fabric(baked.samples, options, stage(2)));
   for (const auto* remarks : {&stitch.remarks, &baked.report.remarks})
     for (const std::string& remark : *remarks) tell(Told::remark, remark);
@@ -179,7 +308,13 @@ extern "C" {
 }
 
 /// Makes the fabric of the recipe.
-[[clang::export_name("make")]] void make_fabric() { make(Json::parse(input_text)); }
+[[clang::export_name("make")]] void make_fabric() { make(Json::parse(input_text), false); }
+/// Makes one that looks about the same, in a fraction of the time.
+[[clang::export_name("preview")]] void preview_fabric() { make(Json::parse(input_text), true); }
+/// Remembers a shape that was told to the host.
+[[clang::export_name("remember")]] void remember_shape() {
+  shapes.emplace(input_text.substr(0, key_bytes), input_text.substr(key_bytes));
+}
 
 // The C++ runtime beside wasi-libc and libc++: what is thrown is a refusal; there are no clock, no files and
 // one thread, and the instance ends with its fabric.

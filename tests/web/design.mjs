@@ -82,7 +82,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
       assert.ok(now.making || now.refusal === '' || now.refusal === before.refusal, now.refusal);
       return !now.making && now.shown > before.shown;
     });
-    console.log(`${name}: made ${after.made_ms.toFixed(0)} ms, seen ${after.shown_ms.toFixed(0)} ms`);
+    console.log(`${name}: preview ${after.preview_ms?.toFixed(0)} ms, made ${after.made_ms.toFixed(0)} ms, seen ${after.shown_ms.toFixed(0)} ms`);
     return after;
   };
   const type = (name, text) => async () => {

@@ -6,13 +6,21 @@ import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { deflateSync } from 'node:zlib';
-import { make_fabric } from '../../converter/web/make.mjs';
+import { FabricMaker } from '../../converter/web/make.mjs';
 
 const [programs, folder, file] = process.argv.slice(2), module = new WebAssembly.Module(readFileSync(file));
 mkdirSync(folder, { recursive: true });
 const run = (program, ...words) => execFileSync(join(programs, program), words, { encoding: 'utf8' });
-const make = (recipe, progress, describe) =>
-  make_fabric(module, recipe, { deflate: (bytes) => deflateSync(bytes, { level: 4 }), progress, describe });
+let hears = {};
+const maker = new FabricMaker(module, {
+  deflate: (bytes) => deflateSync(bytes, { level: 4 }),
+  progress: (stage) => hears.progress?.(stage),
+  describe: (stitch) => hears.describe?.(stitch)
+});
+const make = (recipe, progress, describe) => {
+  hears = { progress, describe };
+  return maker.make(recipe);
+};
 
 for (const [recipe, line] of [
   [{ stitch: 'nothing' }, /^nothing: no such file and no such built-in stitch .*STITCH_UNKNOWN\]$/],
