@@ -11,17 +11,19 @@
 namespace selvedge {
 namespace {
 
+constexpr const char* default_stitch = "plain-knit";
+
 struct DesignCommand {
   CommonOptions common;
-  std::string input = "plain-knit";
+  std::string input = default_stitch;
   std::string output;
 };
 
 void declare(Options& options, DesignCommand& command) {
   options
-      .text("stitch", command.input, "STITCH",
-            "The first stitch: a built-in one, or a chart (.txt), draft (.wif) or description (.json) "
-            "[plain-knit]")
+      .text("stitch", command.input, "STITCH|GARMENT",
+            "Shown first: a built-in stitch, a chart (.txt), draft (.wif) or description (.json) [plain-knit]; "
+            "or a garment (.glb)")
       .reads();
   options.output(command.output, "The page", {".html"}).required();
 }
@@ -46,16 +48,18 @@ std::string element_of(const Json& recipes) {
 }
 
 Result<int> run(const DesignCommand& command) {
-  const Json recipes = recipes_with(command.input);
+  const bool is_garment = command.input.ends_with(".glb");
+  const std::string stitch = is_garment ? default_stitch : command.input;
+  const Json recipes = recipes_with(stitch);
   Workbench bench;
-  MakeCommand make = value_or_throw(make_command_of({command.input, "-o", bench.next(".exr")}, "", ""));
+  MakeCommand make = value_or_throw(make_command_of({stitch, "-o", bench.next(".exr")}, "", ""));
   make.common = command.common;
   make_file(make);
   PageCommand page;
   page.common = command.common;
   page.output = command.output;
   const GarmentWriter writer = make_garment_writer({});
-  page.inputs = {writer.dress(shared_file("sweater.glb"), make.output)};
+  page.inputs = {writer.dress(is_garment ? command.input : shared_file("sweater.glb"), make.output)};
   return write_page("design", page, element_of(recipes));
 }
 

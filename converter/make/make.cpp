@@ -157,6 +157,8 @@ Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnDat
     sheet["picksPerCentimetre"] = short_number(runs[0].rows * 10 / period.y);
   } else if (stitch.stitches > 0) {
     sheet["construction"] = "knit";
+    sheet["walesPerCentimetre"] = short_number(stitch.wales * 10 / period.x);
+    sheet["coursesPerCentimetre"] = short_number(stitch.stitches * 10 / (stitch.wales * period.y));
     sheet["tightness"] = short_number(numbers->tightness);
     sheet["stitchesPerSquareCentimetre"] = short_number(stitch.stitches * 100 / (period.x * period.y));
   }

@@ -33,6 +33,7 @@ struct BuiltIn {
   /// The yarns as drawn, before relaxation.
   std::function<StitchPattern(const StitchValues&)> draw;
   int stitches = 0;         ///< of a knit, in a repeat
+  int wales = 0;            ///< the same
   std::size_t warps = 0;    ///< of a weave: its first yarns, wefts are behind them; of a knit 0
   StitchSettings settings;  ///< of its chart, where a user sets no others
 };
@@ -131,7 +132,8 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
     append_yarn(parameters, prefixes[k], kind, shorter(drawn.wale_mm, drawn.course_mm), yarn);
     for (const auto& [name, value] : chart.settings[k]) stitch.settings[prefixes[k] + name] = value;
   }
-  stitch.stitches = static_cast<int>(drawn.rows.size() * drawn.rows.front().size());
+  stitch.wales = static_cast<int>(drawn.rows.front().size());
+  stitch.stitches = stitch.wales * static_cast<int>(drawn.rows.size());
   stitch.draw = [=](const StitchValues& values) {
     KnitChart set = chart.knit;
     set.wale_mm = values.number("wale_mm");
@@ -416,6 +418,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
   }
   lay_repeats(values, stitch.info.name, found);
   found.stitches = stitch.stitches * found.repeats * found.repeats;
+  found.wales = stitch.wales * found.repeats;
   return found;
 }
 

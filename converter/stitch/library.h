@@ -35,6 +35,7 @@ struct FoundStitch {
   double thickness_fraction = 1;       ///< thickness of its yarns, as a fraction of the stated one
   int repeats = 1;                     ///< of the stitch, each way, that the pattern holds
   int stitches = 0;                    ///< of a knit, in the pattern
+  int wales = 0;                       ///< the same: columns of stitches
   std::vector<std::string> remarks{};  ///< choices, omissions and faults, one line each
 };
 

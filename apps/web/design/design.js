@@ -4,7 +4,9 @@ import 'selvedge/page/page.js';
 import {LoadedFabric, cell_images} from 'selvedge/three/index.js';
 import {MAX_SHAPES} from '../../../converter/web/make.mjs';
 import {element} from './element.js';
+import {sheet_of, srgb, text_of} from './fabric_file.js';
 import {make_editor} from './text_editor.js';
+import {Wardrobe} from './wardrobe.js';
 
 const view = globalThis.selvedge, by_id = (id) => document.getElementById(id);
 const {first, described, kinds, stitches: list} = JSON.parse(by_id('recipes').textContent);
@@ -24,6 +26,8 @@ const UNITS = [[/twist_per_mm$/, 'turns/mm'], [/_mm$/, 'mm'], [/_degrees$/, 'deg
 const STAGES = ['yarns come to rest', 'light', 'fit'];
 /** Ranges up to this wide have a slider. */
 const SLIDER = 100;
+/** Bytes that a text and a fabric have at most. */
+const TEXT = 16e6, FABRIC = 64e6;
 const STORE = `selvedge design ${location.pathname}`;
 
 const is_colour = ({value}) => value.length === 3, is_kind = ({name}) => name.endsWith('yarn');
@@ -31,8 +35,7 @@ const all_parameters = () => stitches.get(recipe.stitch)?.parameters ?? [];
 /** The colours of a stitch's yarns; where it has one yarn, the colour of all is the same and stands for it. */
 const colours = () => all_parameters().filter(({name}) => name.endsWith('albedo'));
 const parameters = () => all_parameters().filter(({name}) => name !== 'albedo' || colours().length > 1);
-const hex_of = (linear) => '#' + linear.map((x) => Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055))
-  .toString(16).padStart(2, '0')).join('');
+const hex_of = (linear) => '#' + linear.map((x) => Math.round(255 * srgb(x)).toString(16).padStart(2, '0')).join('');
 /** A default as text; empty where it follows the kind of yarn, which is set. */
 function default_of(parameter) {
   const {name, value: [value], byKind: by_kind} = parameter;
@@ -69,10 +72,11 @@ const file_name = () => recipe.stitch.replace(/\.\w+$/, '');
 /** The words of `selvedge make` that make this cloth, after the text that it is made of. */
 function command() {
   const quoted = (word) => /^[\w.,=+-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
-  const words = Object.entries(recipe.set).flatMap(([name, value]) => ['--set', `${name}=${value}`]);
-  const line = ['selvedge', 'make', recipe.stitch, ...words, '-o', `${file_name()}.fabric.exr`].map(quoted).join(' ');
-  if (recipe.text === undefined) return line;
-  return `cat > ${quoted(recipe.stitch)} << 'END_OF_TEXT'\n${recipe.text}${recipe.text.endsWith('\n') ? '' : '\n'}END_OF_TEXT\n${line}`;
+  const {stitch, text, set, ...options} = recipe, words = Object.entries(set).flatMap(([name, value]) => ['--set', `${name}=${value}`]);
+  for (const [name, value] of Object.entries(options)) words.push(`--${name}`, String(value));
+  const line = ['selvedge', 'make', stitch, ...words, '-o', `${file_name()}.fabric.exr`].map(quoted).join(' ');
+  if (text === undefined) return line;
+  return `cat > ${quoted(stitch)} << 'END_OF_TEXT'\n${text}${text.endsWith('\n') ? '' : '\n'}END_OF_TEXT\n${line}`;
 }
 
 /** Takes another recipe, which can be undone. */
@@ -183,6 +187,9 @@ function build() {
 function show_recipe() {
   const offer = offers.find(({stitch, text}) => stitch === recipe.stitch && (text === undefined) === (recipe.text === undefined));
   for (const input of by_id('stitches').querySelectorAll('input')) input.checked = input.value === offer?.stitch;
+  const chosen = by_id('stitches').querySelector('label:has(:checked)'), {scrollTop, clientHeight, offsetTop} = by_id('stitches');
+  const below = chosen && chosen.offsetTop - offsetTop;
+  if (chosen && (below < scrollTop || below + chosen.clientHeight > scrollTop + clientHeight)) by_id('stitches').scrollTop = below - clientHeight / 2;
   by_id('name').textContent = file_name();
   by_id('about').textContent = offer?.description ?? '';
   editor.show(recipe);
@@ -248,13 +255,12 @@ function make() {
     const is_over = () => ending !== end;
     const preview = await ask_maker({recipe, whole: false});
     if (is_over()) return;
-    if (preview.bytes && await show(preview.bytes, is_over)) state.preview_ms = performance.now() - begin;
+    if (preview.bytes && await show(preview.bytes, is_over, false)) state.preview_ms = performance.now() - begin;
     if (is_over()) return;
     const {refusal, bytes} = await ask_maker({recipe, whole: true});
     if (is_over()) return;
     if (refusal !== undefined) {
-      good ??= (await ask_maker({recipe: start, whole: true})).bytes;
-      if (preview.bytes) await show(good, is_over);
+      if (good && preview.bytes) await show(good, is_over);
       state.making = false;
       view.hold(false);
       tell('');
@@ -271,29 +277,33 @@ function make() {
     tell(`repeat ${width} x ${height} mm, ${Math.round(bytes.length / 1000)} KB, made in ${(state.made_ms / 1000).toFixed(1)} s`);
   });
 }
-/** Metres of cloth in a unit of the texture coordinates, of each material. */
-const metres = new Map();
-/** The file of the last cloth that was not refused. */
-let good = null;
-/** Shows a fabric; whether it was seen before is_over(). */
-async function show(bytes, is_over) {
+/** The garment and the swatch, and the fabric that they wear; the file of the last whole one. */
+let wardrobe = null, cloth = null, good = null;
+function show_sheet(bytes) {
+  by_id('sheet').replaceChildren(...sheet_of(bytes).flatMap(([name, value]) => [element('dt', {textContent: name}), element('dd', {textContent: value})]));
+}
+/** Shows a fabric, a preview or whole; whether it was seen before is_over(). */
+async function show(bytes, is_over, is_whole = true) {
   await view.started;
   const fabric = new LoadedFabric(bytes.slice().buffer, recipe.stitch), last = fabrics.at(-1);
   await fabric.settled;
   if (is_over() || fabric.issue) return fabric.dispose();
-  const is_as_large = last && String(last.mm_per_repeat) === String(fabric.mm_per_repeat);
-  const shown = is_as_large ? last : fabric;
+  const is_as_large = String(last.mm_per_repeat) === String(fabric.mm_per_repeat) && wardrobe.worn().every(({material}) => material.fabric === last);
+  cloth = is_as_large ? last : fabric;
+  const shown = cloth, keeps_opacity = is_whole && 'opacity' in text_of(bytes).layers;
+  if (is_whole) show_sheet(bytes);
+  for (const {material, ...part} of wardrobe.worn()) {
+    // A material whose holes open or close is set up again.
+    if (is_whole && material.keeps_opacity !== keeps_opacity) Object.assign(material, {keeps_opacity, shows: 'another'});
+    if (!is_as_large) material.set_fabric(fabric, {lay: wardrobe.lay_for(part, fabric.mm_per_repeat), keeps: true});
+  }
   if (is_as_large) cell_images.replace(last, fabric);
   else {
-    for (const material of view.materials) {
-      const scale = metres.get(material).map((size, k) => size / fabric.mm_per_repeat[k]);
-      material.set_fabric(fabric, {lay: {...material.lay, scale}, keeps: true});
-    }
     fabrics.push(fabric);
     view.prepare();
   }
   const is_shown = () => cell_images.shows(shown) &&
-      [...view.materials].every(({garment}) => garment?.fabric === shown && ['shown', 'ended'].includes(garment.state));
+      wardrobe.worn().every(({material: {garment}}) => garment?.fabric === shown && ['shown', 'ended'].includes(garment.state));
   return new Promise((end) => {
     const look = () => {
       if (!is_over() && !is_shown()) return is_as_large || view.prepare();
@@ -329,14 +339,16 @@ const kept_settings = (set) => {
   return Object.fromEntries(Object.entries(set).filter(([name]) => known.has(name)));
 };
 /** A tile of the list: a picture and a name. */
-function tile_of({stitch, text, description}) {
+function tile_of({stitch, text, description}, number) {
   const input = element('input', {type: 'radio', name: 'stitch', value: stitch});
   input.addEventListener('change', () => {
     const known = stitches.get(stitch)?.parameters.map(({name}) => name) ?? ['colour', 'yarn'];
     const set = Object.fromEntries(Object.entries(recipe.set).filter(([name]) => known.includes(name)));
     change(text === undefined ? {stitch, set} : {stitch, text, set});
   });
-  return element('label', {title: description}, input, element('span', {className: 'picture'}), stitch.replace(/\.\w+$/, ''));
+  const picture = element('span', {className: 'picture'});
+  picture.style.backgroundPosition = `${-48 * (number % 7)}px ${-48 * Math.floor(number / 7)}px`;
+  return element('label', {title: description}, input, picture, stitch.replace(/\.\w+$/, ''));
 }
 by_id('stitches').append(...offers.map(tile_of));
 by_id('undo').addEventListener('click', () => step(-1));
@@ -352,6 +364,70 @@ by_id('save_fabric').addEventListener('click', async () => {
   const name = file_name(), bytes = state.bytes ?? await make();
   if (bytes) save(new Blob([bytes], {type: 'image/x-exr'}), `${name}.fabric.exr`);
 });
+by_id('save_garment').addEventListener('click', async () => {
+  const name = file_name(), bytes = state.bytes ?? await make(), mm = bytes && text_of(bytes).mmPerRepeat;
+  if (bytes) save(new Blob([await wardrobe.save(bytes, name, mm)], {type: 'model/gltf-binary'}), `${wardrobe.name}.${name}.glb`);
+});
+/** Tells a line that is not about the recipe; what was there stays. */
+const tell = (line) => by_id('refusal').textContent = line;
+/** Takes a fabric, a garment, a chart, draft or description that the user opens or drops. */
+async function open(file) {
+  const ending = file.name.toLowerCase().match(/\.\w+$/)?.[0];
+  try {
+    if (ending === '.exr') await open_fabric(file);
+    else if (ending === '.glb') {
+      const remarks = await wardrobe.take(file, cloth);
+      tell(remarks.join('; '));
+      show_parts();
+      by_id('parts').parentElement.open = true;
+    } else if (['.txt', '.wif', '.json'].includes(ending)) {
+      if (file.size > TEXT) throw new Error(`has ${file.size} bytes, a chart or draft here has at most ${TEXT}`);
+      change({stitch: file.name, text: (await file.text()).replaceAll('\r\n', '\n'), set: {}});
+    } else throw new Error('is no fabric (.exr), garment (.glb), chart (.txt), draft (.wif) or description (.json)');
+  } catch ({message}) {
+    tell(`${file.name}: ${message}`);
+  }
+}
+async function open_fabric(file) {
+  if (file.size > FABRIC) throw new Error(`has ${Math.round(file.size / 1e6)} MB, a fabric here has at most ${FABRIC / 1e6} MB`);
+  const bytes = new Uint8Array(await file.arrayBuffer()), fabric = new LoadedFabric(bytes.slice().buffer, file.name);
+  await fabric.settled;
+  const {issue} = fabric;
+  fabric.dispose();
+  if (issue) throw new Error(`${issue.place ? `${issue.place}: ` : ''}${issue.message} [${issue.code}]`);
+  const {recipe: found} = text_of(bytes);
+  if (typeof found?.stitch !== 'string') throw new Error('has no recipe by which it can be edited');
+  if (found.text === undefined && !stitches.get(found.stitch)?.description)
+    throw new Error(`its recipe names ${found.stitch} without its text`);
+  const set = Object.fromEntries(Object.entries(found.set ?? {}).map(([name, value]) => [name, Array.isArray(value) ? value.join(',') : value]));
+  change({...found, set});
+}
+/** Checkboxes of the materials of the garment that can wear the cloth. */
+function show_parts() {
+  by_id('parts').replaceChildren(...wardrobe.parts.map((part) => {
+    const input = element('input', {type: 'checkbox', checked: part.wears, onchange: () => {
+      wardrobe.set_wears(part, input.checked);
+      wardrobe.show(wardrobe.shows, cloth);
+    }});
+    return element('label', {}, input, part.name);
+  }));
+  for (const button of by_id('views').children) button.ariaPressed = String(button.value === wardrobe.shows);
+}
+by_id('views').addEventListener('click', ({target: {value}}) => {
+  if (!value || !cloth) return;
+  wardrobe.show(value, cloth);
+  show_parts();
+});
+by_id('open').addEventListener('click', () => by_id('file').click());
+by_id('file').addEventListener('change', async ({target}) => {
+  for (const file of target.files) await open(file);
+  target.value = '';
+});
+addEventListener('dragover', (event) => event.preventDefault());
+addEventListener('drop', async (event) => {
+  event.preventDefault();
+  for (const file of event.dataTransfer.files) await open(file);
+});
 by_id('save_picture').addEventListener('click', async () => save(await view.picture(), `${file_name()}.png`));
 by_id('copy').addEventListener('click', async () => {
   by_id('command').select();
@@ -360,11 +436,15 @@ by_id('copy').addEventListener('click', async () => {
 const editor = make_editor((text) => change({...recipe, text}));
 build();
 show_recipe();
-view.started.then(() => {
-  for (const material of view.materials)
-    metres.set(material, material.lay.scale.map((repeats, k) => repeats * material.fabric.mm_per_repeat[k]));
-  fabrics = [...new Set([...view.materials].map(({fabric}) => fabric))];
+view.started.then(async () => {
+  wardrobe = new Wardrobe(view);
+  cloth = wardrobe.parts[0].material.fabric;
+  show_parts();
+  const bytes = await wardrobe.first_fabric();
+  if (bytes && state.bytes === null && !state.making) show_sheet(state.bytes = bytes);
+  good = state.bytes;
+  fabrics = [cloth];
   if (JSON.stringify(recipe) !== JSON.stringify(start)) make();
-  else ask_maker({recipe, whole: false});
+  else if (!state.making) ask_maker({recipe, whole: false});
 });
-view.design = {state, recipe: () => recipe};
+view.design = {state, recipe: () => recipe, open};

@@ -88,7 +88,9 @@ export function make_editor(change) {
         Object.assign(cell.dataset, {line: row.line, word: stitch});
         // Rows of other lengths are refused, and shown.
         cell.style.gridColumn = `${x + 1} / span ${width}`;
-        if (letters.length > 0 && colours.get(letter)) cell.style.borderBottom = `4px solid ${colours.get(letter)}`;
+        const colour = letters.length > 0 && colours.get(letter);
+        // Green is most of what eyes take for lightness.
+        if (colour) Object.assign(cell.style, {background: colour, color: parseInt(colour.slice(3, 5), 16) > 110 ? '#000' : '#fff'});
         return cell;
       });
     })));

@@ -38,7 +38,12 @@ scene.background = new Color().setRGB(BACKGROUND, BACKGROUND, BACKGROUND, Linear
 other.position.copy(OTHER_PLACE);
 
 const state = {light: [-0.4, 0.5], turn: 0, fallback: false, level: -1, exposure: 0, ms: Infinity, frames: 0, at_rest: false};
-const materials = new Set(), size = {x: 0, y: 0}, drawn_ends = [];
+/** Elements of garments, each with its floor. */
+const elements = new Map();
+const materials = new Set(), size = {x: 0, y: 0}, drawn_ends = [], stage = new Group(), loader = new GLTFLoader();
+loader.setMeshoptDecoder(MeshoptDecoder);
+loader.register((parser) => new SelvedgeFabric(parser));
+scene.add(stage);
 let due = false, drawing = false, keeps_images = false, is_held = false, shade_due = null, rest = 0, shown_at = 0, fine = 1, surroundings = null, compiled = null;
 
 /** Calls end() once all that was drawn is there; the page goes on meanwhile. */
@@ -181,6 +186,7 @@ async function floor_of({dataset}) {
   const floor = new Mesh(new PlaneGeometry(width, width), black);
   floor.rotation.x = -Math.PI / 2;
   floor.position.set(x, y, z);
+  floor.userData.x = x;
   floor.renderOrder = -1;
   return floor;
 }
@@ -242,16 +248,19 @@ function box_of(garment, {dataset}) {
   return new Box3(new Vector3(...corners), new Vector3(...corners.slice(3))).translate(garment.position);
 }
 /** Puts garments side by side and the camera before all of them, or where an element says that cloth is not seen edge-on. */
-function arrange(elements) {
+function arrange() {
   let right = 0, side = null;
-  for (const [garment, element] of elements) {
+  for (const [garment, {floor}] of elements) if (floor) floor.visible = garment.parent === stage;
+  const shown = stage.children.map((garment) => [garment, elements.get(garment) ?? {dataset: {}}]);
+  for (const [garment, element] of shown) {
     const box = box_of(garment, element), gap = (box.max.x - box.min.x) * 0.1;
     garment.position.x += right - box.min.x;
+    if (element.floor) element.floor.position.x = element.floor.userData.x + garment.position.x;
     right += box.max.x - box.min.x + gap;
     if (element.dataset.side) side = element.dataset.side.split(',').map(Number);
   }
   const all = new Box3();
-  for (const [garment, element] of elements) all.union(box_of(garment, element));
+  for (const [garment, element] of shown) all.union(box_of(garment, element));
   const centre = all.getCenter(new Vector3()), size = all.getSize(new Vector3());
   const aspect = renderer.domElement.clientWidth / renderer.domElement.clientHeight;
   const half = Math.max(size.y, (side ? Math.max(size.x, size.z) : size.x) / aspect, side ? size.z : 0, 1e-6) / 2;
@@ -286,29 +295,22 @@ async function start() {
   const worker = URL.createObjectURL(new Blob([by_id('worker').textContent], {type: 'text/javascript'}));
   use_worker(() => new Worker(worker), await bytes_of(by_id('cells')));
   cell_images.addEventListener('change', progress);
-  const loader = new GLTFLoader();
-  loader.setMeshoptDecoder(MeshoptDecoder);
-  loader.register((parser) => new SelvedgeFabric(parser));
-  const garments = [], floors = new Map(), elements = new Map();
+  const garments = [];
   for (const element of document.querySelectorAll('script[data-garment]')) {
     try {
-      const garment = (await loader.parseAsync(await bytes_of(element), '')).scene;
+      const {scene: garment, parser} = await loader.parseAsync(await bytes_of(element), '');
       garments.push(garment);
       elements.set(garment, element);
-      if (element.dataset.floor) floors.set(garment, await floor_of(element));
+      element.associations = parser.associations;
+      if (!element.dataset.floor) continue;
+      element.floor = await floor_of(element);
+      scene.add(element.floor);
     } catch (error) {
       tell(`${element.dataset.garment}: ${error.message}`);
     }
   }
-  for (const garment of garments)
-    garment.traverse(({material}) => material?.isFabricMaterial && materials.add(material));
-  const all = new Group().add(...garments);
-  scene.add(all);
-  arrange(elements);
-  for (const [{position}, floor] of floors) scene.add(floor.translateX(position.x));
-  surroundings?.stand(all);
-  renderer.shadowMap.needsUpdate = true;
-  shade_due = surroundings ? all : null;
+  stage.add(...garments);
+  restage();
   await compile();
   moved();
   const own = new Map([...materials].map((material) => [material, material.fabric]));
@@ -318,7 +320,7 @@ async function start() {
     if (fabric?.issue) tell(`${fabric.issue.code}: ${fabric.name}: the fallback is shown`);
   }
   let is_fabric = true;
-  all.traverse(({material}) => is_fabric &&= !material || (material.isFabricMaterial && material.fabric && !material.fabric.issue));
+  stage.traverse(({material}) => is_fabric &&= !material || (material.isFabricMaterial && material.fabric && !material.fabric.issue));
   if (!is_fabric) reflect();
   progress({});
   const levels = Math.max(0, ...[...materials].map(({fabric}) => fabric?.levels ?? 0));
@@ -352,10 +354,22 @@ async function start() {
   });
   moved();
 }
+/** Shows what stands on the stage now, from before. */
+function restage() {
+  materials.clear();
+  stage.traverse(({material}) => material?.isFabricMaterial && material.fabric && materials.add(material));
+  arrange();
+  surroundings?.stand(stage);
+  renderer.shadowMap.needsUpdate = true;
+  shade_due = surroundings ? stage : null;
+  moved();
+}
 /** Draws now, and returns a promise of the picture, a PNG. */
 function picture() {
   renderer.render(scene, camera);
   return new Promise((end) => renderer.domElement.toBlob(end));
 }
 // For tests, for who opens the console, and for pages with more to them.
-globalThis.selvedge = {state, camera, controls, materials, moved, hold, prepare, drawn, picture, bytes_of, started: start()};
+globalThis.selvedge = {
+  state, camera, controls, materials, stage, elements, loader, moved, hold, prepare, drawn, restage, reflect, picture, bytes_of, started: start()
+};

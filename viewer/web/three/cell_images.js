@@ -360,7 +360,7 @@ class CellImages extends EventDispatcher {
   /** Whether all garments show the fabric as it is now. */
   shows(fabric) {
     return [...this.#of_number.values()].every(
-      (garment) => garment.fabric !== fabric || (garment.state !== 'waiting' && garment.edition === fabric.edition));
+      (garment) => garment.fabric !== fabric || !garment.view || (garment.state !== 'waiting' && garment.edition === fabric.edition));
   }
   /** Lets images of what rests wait, for what takes their place soon. */
   hold(held) {

@@ -1,0 +1,46 @@
+// Fabric files beside their cells: the text of their attributes, and a picture.
+import {unpack} from 'selvedge/reader/exr.js';
+import {channel_values, read_headers, read_level, utf8} from 'selvedge/reader/index.js';
+
+/** The text of a file that a worker has read; null where it has none. */
+export function text_of(bytes) {
+  try {
+    return JSON.parse(utf8(read_headers(bytes).parts[0].attributes.get('selvedge.fabric').value));
+  } catch {
+    return null;
+  }
+}
+/** The preview of a fabric as PNG, as bright as its base colour. */
+export async function picture_of(bytes) {
+  const {parts: [part]} = read_headers(bytes), {fallback} = text_of(bytes);
+  await unpack(part, [0]);
+  const {width, height} = part.levels[0], channels = read_level(part, 0), image = new ImageData(width, height);
+  for (const [c, name] of [...'RGB'].entries()) {
+    const values = channel_values(channels.get(name)), mean = values.reduce((sum, x) => sum + x, 0) / values.length;
+    const factor = (fallback?.baseColor?.[c] ?? mean) / (mean || 1);
+    values.forEach((x, k) => image.data[4 * k + c] = 255 * srgb(Math.min(1, x * factor)) + 0.5);
+  }
+  for (let k = 3; k < image.data.length; k += 4) image.data[k] = 255;
+  const canvas = new OffscreenCanvas(width, height);
+  canvas.getContext('2d').putImageData(image, 0, 0);
+  return new Uint8Array(await (await canvas.convertToBlob()).arrayBuffer());
+}
+/** A linear component, sRGB-coded. */
+export const srgb = (x) => x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055;
+
+/** Lines of the data sheet: members of `sheet` (spec/fabric.md), with units. */
+const SHEET = [
+  ['walesPerCentimetre', 'Wales', '/cm'], ['coursesPerCentimetre', 'Courses', '/cm'], ['endsPerCentimetre', 'Ends', '/cm'],
+  ['picksPerCentimetre', 'Picks', '/cm'], ['gramsPerSquareMetre', 'Weight', 'g/m²'], ['tex', 'Count', 'tex'], ['thicknessMm', 'Thickness', 'mm'],
+  ['cover', 'Cover', ''], ['coverWithHairs', 'Cover with hairs', ''], ['tightness', 'Tightness', ''], ['composition', 'Fibres', ''],
+];
+/** The data sheet of a fabric: pairs of a name and a value. */
+export function sheet_of(bytes) {
+  const {sheet = {}, mmPerRepeat, accuracy, provenance} = text_of(bytes) ?? {}, number = (x) => typeof x === 'number' ? String(Number(x.toPrecision(4))) : String(x);
+  const lines = SHEET.filter(([member]) => sheet[member] !== undefined).map(([member, name, unit]) =>
+    [name, [[sheet[member]].flat().map(number).join(', '), unit].filter(Boolean).join(' ')]);
+  if (mmPerRepeat) lines.push(['Repeat', `${mmPerRepeat.map(number).join(' x ')} mm`]);
+  const db = accuracy ?? provenance?.fit?.heldOut?.front;
+  if (db) lines.push(['Accuracy', `${Object.values(db).flat().map((x) => typeof x === 'number' ? x.toFixed(1) : x).join(', ')} dB`]);
+  return [...lines, ['File', `${(bytes.length / 1000).toFixed(1)} KB`]];
+}
