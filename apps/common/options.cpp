@@ -294,6 +294,9 @@ void Options::check(std::function<void()> check) { checks_.push_back(std::move(c
 
 bool Options::given(const char* name) const { return app_.count(name) > 0; }
 bool Options::declared(const char* name) const { return app_.get_option_no_throw(name) != nullptr; }
+std::vector<std::string> Options::texts(const char* name) const {
+  return declared(name) ? app_.get_option(name)->results() : std::vector<std::string>();
+}
 
 Result<void> parse_words(const std::function<void(Options&)>& declare, std::vector<std::string> words,
                          const std::string& file, const std::string& place) {

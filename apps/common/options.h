@@ -126,6 +126,8 @@ class Options {
   /// Precondition: the option is declared.
   bool given(const char* name) const;
   bool declared(const char* name) const;
+  /// The texts of an option on the command line; none where it is not there or not declared.
+  std::vector<std::string> texts(const char* name) const;
   /// Refuses every given option but these, with the reason `why`.
   void refuse_all_but(std::initializer_list<const char*> names, const char* why) const;
   /// If `here`, refuses the first of these options that is given, with the reason `why`.

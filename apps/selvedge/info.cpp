@@ -35,6 +35,18 @@ constexpr const char* cell_lines =
     "{referenceHeight:.4g} mm\nmade of        {provenance/stitch}\nmade by "
     "       {provenance/software}\n";
 
+/// The command of a recipe.
+std::string recipe_text(const Json& recipe) {
+  std::string text = filled("recipe         selvedge make {stitch}", recipe);
+  for (const auto& [option, value] : recipe.items()) {
+    if (option == "set")
+      for (const auto& [name, number] : value.items()) text += " --set " + name + filled("={}", number);
+    else if (option != "stitch" && option != "text")
+      text += " --" + option + (value == "true" ? "" : filled(" {}", value));
+  }
+  return text + "\n";
+}
+
 Info fabric_info(const std::string& path, const SceneLimits& limits) {
   const auto reader = value_or_throw(FabricReader::open(path, {.memory = limits.document.memory}));
   const FabricHeader& header = reader.header();
@@ -58,6 +70,7 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
   std::string text =
       filled(cell_lines, content) + filled("views          {views/columns} x {views/rows}\n", content) +
       table_text(layers, {{"layer", "{layer}"}, {"precision", "{precision}"}, {"levels", "{levels}"}});
+  if (content.contains("recipe")) text += recipe_text(content["recipe"]);
   if (content.contains("/sheet/coverWithHairs"_json_pointer)) {
     text += filled(
         "cloth          {sheet/composition}, {sheet/construction}, {sheet/gramsPerSquareMetre} g/m2, cover "

@@ -190,6 +190,20 @@ void add_quality(Options& options, MakeCommand& command) {
   });
 }
 
+/// Notes the options that the fabric depends on.
+void add_recipe(Options& options, MakeCommand& command) {
+  options.check([&options, &command] {
+    for (const std::string& setting : options.texts("--set")) {
+      const std::size_t equals = setting.find('=');
+      command.recipe["set"][setting.substr(0, equals)] = recipe_value(setting.substr(equals + 1));
+    }
+    for (const char* name : {"--quality", "--texels", "--views", "--lights", "--samples", "--bounces",
+                             "--ground", "--reference-height", "--pairs", "--truth-samples", "--sides",
+                             "--yarns", "--seed", "--grid", "--lobes", "--no-table", "--budget"})
+      for (const std::string& text : options.texts(name)) command.recipe[name + 2] = recipe_value(text);
+  });
+}
+
 /// CPU seconds that this processor takes now for a second's work of the one that tell_work() was measured on.
 double slowness() {
   constexpr double measured = 0.0016;
@@ -261,6 +275,7 @@ Baked bake_cell(const MakeCommand& command) {
     const auto sheet = reading(command.input, [&] { return sheet_of(*cell.stitch, yarns, period); });
     if (options.yarns || sheet) provenance["sheet"] = value_or_throw(sheet);
   }
+  if (cell.stitch) provenance["recipe"] = recipe_of(provenance["stitch"], *cell.stitch, command.recipe);
   const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
   auto baked = value_or_throw(cell.yarn ? bake(*cell.yarn, command.input, options, text, progress.callback())
                                         : bake(cell.mesh, command.input, options, text, progress.callback()));
@@ -305,6 +320,7 @@ void declare_bake(Options& options, MakeCommand& command) {
   add_cell(options, command.input, command.cell);
   add_bake(options, command);
   add_quality(options, command);
+  add_recipe(options, command);
   options.output(command.output, "The samples file").required();
 }
 
@@ -320,11 +336,17 @@ void declare_fit(Options& options, MakeCommand& command) {
   options.text("samples", command.input, "FILE", "The samples file").required().reads();
   add_fit(options, command);
   add_quality(options, command);
+  add_recipe(options, command);
   options.output(command.output, "The fabric file").required();
 }
 
 Result<int> run_fit(const MakeCommand& command) {
-  const FitOutcome fitted = fit_samples(value_or_throw(read_samples(command.input)), command);
+  FitOutcome fitted = fit_samples(value_or_throw(read_samples(command.input)), command);
+  if (std::string& recipe = fitted.fabric.recipe; recipe != "{}") {
+    Json whole = Json::parse(recipe);
+    whole.update(command.recipe);
+    recipe = whole.dump();
+  }
   value_or_throw(write_fabric(command.output, fitted.fabric, command.options.write));
   const Json json = fit_json(fitted, command.output);
   report(command.common, "fit", json, fit_text(json));
@@ -345,6 +367,7 @@ void declare_make(Options& options, MakeCommand& command) {
   add_bake(options, command);
   add_fit(options, command);
   add_quality(options, command);
+  add_recipe(options, command);
   options.output(command.output, "The fabric file");
   options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file").writes().further();
   options.text("--depfile", command.depfile, "FILE", "The input files as a rule for Make").writes().further();

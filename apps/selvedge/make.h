@@ -20,13 +20,14 @@ struct MakeCommand {
   CellOptions cell;
   MakeOptions options = quality_named(default_quality);
   std::string quality{default_quality};
-  bool texels_given = false;   ///< if not, the stitch may raise the default
-  bool bounces_given = false;  ///< if not, light within translucent yarn has as many bounces as there are
-  bool rays_given = false;     ///< if not, many texels share the rays of a pair
-  std::string samples;         ///< file to keep them in; empty: none
-  std::string depfile;         ///< empty: none
-  std::string list;            ///< file with the words of a make on each line; empty: a single fabric
-  std::optional<int> line;     ///< of the list, from 1; default: all
+  bool texels_given = false;     ///< if not, the stitch may raise the default
+  bool bounces_given = false;    ///< if not, light within translucent yarn has as many bounces as there are
+  bool rays_given = false;       ///< if not, many texels share the rays of a pair
+  Json recipe = Json::object();  ///< options that the fabric depends on, as given
+  std::string samples;           ///< file to keep them in; empty: none
+  std::string depfile;           ///< empty: none
+  std::string list;              ///< file with the words of a make on each line; empty: a single fabric
+  std::optional<int> line;       ///< of the list, from 1; default: all
 };
 
 /// For pages: the built-in `stitches` and their parameters, as `stitch --list NAME --json` tells them, and

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 
@@ -69,9 +70,11 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
     }
   }
   nlohmann::json provenance = provenance_json(with_fit_record(fabric.provenance, outcome.record));
-  if (const auto sheet = provenance.find("sheet"); sheet != provenance.end()) {
-    fabric.sheet = sheet->dump();
-    provenance.erase(sheet);
+  for (const auto& [name, member] :
+       {std::pair("sheet", &fabric.sheet), std::pair("recipe", &fabric.recipe)}) {
+    if (!provenance.contains(name)) continue;
+    *member = provenance[name].dump();
+    provenance.erase(name);
   }
   fabric.provenance = provenance.dump();
   for (const Error& warning : precision_warnings({}, fabric, options.write))
@@ -128,6 +131,24 @@ void share_rays(BakeOptions& options) {
   constexpr int rays_of_pair = 1 << 13;
   const int of_texel = rays_of_pair / (options.width * options.height) / 2 * 2;
   options.truth_samples = std::clamp(of_texel, 2, options.truth_samples);
+}
+
+nlohmann::ordered_json recipe_value(const std::string& text) {
+  const auto value = nlohmann::ordered_json::parse(text, nullptr, false);
+  if (!value.is_number()) return text;
+  // 5.0 as a page's script writes it.
+  const double number = value;
+  const bool whole = value.is_number_float() && std::abs(number) < 1e9 && number == std::floor(number);
+  return whole ? nlohmann::ordered_json(std::lround(number)) : value;
+}
+
+nlohmann::ordered_json recipe_of(const std::string& name, const FoundStitch& stitch,
+                                 nlohmann::ordered_json options) {
+  constexpr std::size_t max_text = 1 << 16;
+  options["stitch"] = name;
+  options.erase("text");
+  if (!stitch.text.empty() && stitch.text.size() <= max_text) options["text"] = stitch.text;
+  return options;
 }
 
 Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnData& yarns, const V2d& period) {

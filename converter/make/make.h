@@ -57,6 +57,12 @@ Result<void> set_texels(const V2i& min_texels, int repeats, bool given, const st
 /// Takes fewer rays of a pair for each of a chart's or draft's many texels: their errors average out.
 void share_rays(BakeOptions& options);
 
+/// The member `recipe` of a fabric (spec/fabric.md): `options` are those given, by their names.
+nlohmann::ordered_json recipe_of(const std::string& name, const FoundStitch& stitch,
+                                 nlohmann::ordered_json options);
+/// The text of an option in a recipe: a number where it is one.
+nlohmann::ordered_json recipe_value(const std::string& text);
+
 /// The data sheet of a stitch (spec/fabric.md), to four digits. Refuses yarn that no fabric file can hold.
 Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnData& yarns, const V2d& period);
 

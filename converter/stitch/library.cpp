@@ -568,9 +568,12 @@ Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSe
                                  const StitchStart& start, const Relaxer& relaxer) {
   if (const BuiltIn* stitch = built_in(name_or_path)) return relaxed(*stitch, settings, relaxer);
   const std::string text = text_in(name_or_path);
-  if (is_draft(name_or_path)) return draft_in(text, name_or_path, settings, start, relaxer);
-  if (is_chart(name_or_path)) return chart_in(text, name_or_path, settings, start, relaxer);
-  return described_in(text, name_or_path, settings);
+  FoundStitch found = is_draft(name_or_path)
+                          ? value_or_throw(draft_in(text, name_or_path, settings, start, relaxer))
+                      : is_chart(name_or_path) ? chart_in(text, name_or_path, settings, start, relaxer)
+                                               : described_in(text, name_or_path, settings);
+  found.text = text;
+  return found;
 }
 
 StitchInfo info_of(const std::string& name_or_path) {

@@ -37,6 +37,7 @@ struct FoundStitch {
   int stitches = 0;                    ///< of a knit, in the pattern
   int wales = 0;                       ///< the same: columns of stitches
   std::vector<std::string> remarks{};  ///< choices, omissions and faults, one line each
+  std::string text{};                  ///< of its file; empty of a built-in stitch
 };
 
 /// A chart or draft that has been read, before its yarns come to rest.

@@ -146,21 +146,22 @@ Relaxed relaxed_roughly(const StitchPattern& pattern, RelaxOptions options) {
 }
 
 /// Reads the members that make.mjs documents.
-MakeOptions read_recipe(const Json& json, StitchSettings& settings) {
+MakeOptions read_recipe(Json& json, StitchSettings& settings) {
   stitch_text.reset();
   const std::string quality = json.value("quality", std::string(default_quality));
   if (std::ranges::find(quality_names, quality) == quality_names.end())
     refuse_option("quality", "there is no \"" + quality + "\"");
   MakeOptions options = quality_named(quality);
   BakeOptions& bake = options.bake;
-  for (const auto& [name, value] : json.items()) {
+  for (auto& [name, value] : json.items()) {
     if (name == "stitch") {
       stitch_name = value.get<std::string>();
     } else if (name == "text") {
       stitch_text = value.get<std::string>();
     } else if (name == "set") {
-      for (const auto& [parameter, setting] : value.items()) {
+      for (auto& [parameter, setting] : value.items()) {
         const std::string text = setting.is_string() ? setting.get<std::string>() : setting.dump();
+        setting = recipe_value(text);
         if (!parse_setting(parameter + "=" + text, settings))
           refuse_option("--set " + parameter, "cannot be " + text);
       }
@@ -195,7 +196,7 @@ Fabric preview_of(const Samples& samples, const MakeOptions& options) {
 }
 
 /// Makes the fabric of a recipe. A preview has the yarn as it came to rest, if that is known, and one texel.
-void make(const Json& json, bool preview) {
+void make(Json json, bool preview) {
   StitchSettings settings;
   MakeOptions options = read_recipe(json, settings);
   if (preview) {
@@ -231,7 +232,8 @@ void make(const Json& json, bool preview) {
   const YarnCell cell = value_or_throw(yarn_cell_of(stitch.pattern));
   const Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
                            {"stitch", stitch_name},
-                           {"sheet", value_or_throw(sheet_of(stitch, cell.yarns, cell.period))}};
+                           {"sheet", value_or_throw(sheet_of(stitch, cell.yarns, cell.period))},
+                           {"recipe", recipe_of(stitch_name, stitch, json)}};
   const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
   const Baked baked = value_or_throw(bake(cell, stitch_name, of_bake, text, stage(1)));
   if (preview)

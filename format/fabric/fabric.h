@@ -124,6 +124,8 @@ struct FabricInfo {
   std::string provenance = "{}";  ///< JSON object: options, seed, software; "{}" if unknown
   std::string sheet = "{}";       ///< JSON object: the data sheet of the cloth; "{}" if unknown; of the front
   std::string fallback = "{}";    ///< JSON object: factors of glTF's core material; likewise
+  std::string recipe = "{}";      ///< JSON object: stitch and options that `make` was given; likewise
+  std::string accuracy = "{}";    ///< JSON object: errors beside the stitch, dB; likewise
 };
 
 struct Fabric : FabricInfo {

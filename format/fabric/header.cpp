@@ -29,7 +29,8 @@ class TextIo {
     text.whole("levels", header.levels, 1, level_count(header.width, header.height));
     if (text.reads()) check_reserved(text);
     side(text, header);
-    for (auto& [name, value] : {std::pair("sheet", &header.sheet), std::pair("fallback", &header.fallback)})
+    for (auto& [name, value] : {std::pair("sheet", &header.sheet), std::pair("fallback", &header.fallback),
+                                std::pair("recipe", &header.recipe), std::pair("accuracy", &header.accuracy)})
       if (text.optional(name, *value != "{}")) any_members(text, name, *value);
     if (text.reads()) {
       require_layer(text, header, LayerKind::yarns, header, LayerKind::indirect);
@@ -51,8 +52,7 @@ class TextIo {
  private:
   /// Members that later versions define.
   static void check_reserved(const JsonIo& text) {
-    for (const char* name : {"variation", "recipe"})
-      if (text.has(name)) (void)text.object(name);
+    if (text.has("variation")) (void)text.object("variation");
     if (!text.has("colourways")) return;
     for (const JsonIo& item : text.items("colourways"))
       if (!item.value().is_object()) item.refuse("is not an object");

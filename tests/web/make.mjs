@@ -51,6 +51,9 @@ for (const [stitch, input, more, ...words] of [
   run('selvedge', 'make', input, ...words, '-o', `${path}.native.exr`, '--quiet');
   run('selvedge', 'check', `${path}.module.exr`);
   assert.deepEqual([...stages], [0, 1, 2]);
+  const [ours, theirs] = ['module', 'native'].map((name) => JSON.parse(run('selvedge', 'info', `${path}.${name}.exr`, '--json')).content.recipe);
+  assert.deepEqual(ours, { stitch, ...more });
+  assert.deepEqual(theirs, ours);
   for (const place of ['near', 'middle', 'far']) {
     const picture = (name) => [`${path}.${name}.exr`, '--place', place, '--size', '320x256', '-o', `${path}.${name}.png`];
     for (const name of ['module', 'native']) run('selvedge-view', 'render', ...picture(name), '--quiet');

@@ -76,6 +76,7 @@ export class CellWorker {
         number,
         levels: fabric.levels,
         mm_per_repeat: fabric.mmPerRepeat,
+        recipe: fabric.recipe ?? null,
         has_yarn: Boolean(fabric.layers.yarns),
         variation: module.variation(number),
       };

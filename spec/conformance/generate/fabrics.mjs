@@ -163,7 +163,7 @@ const unknowns = [
     text: (text) => {
       Object.assign(text, {
         variation: {seed: 1},
-        recipe: {stitch: 'rib', parameters: {yarn: 'wool'}, text: 'k2 p2'},
+        recipe: {stitch: 'rib.txt', set: {yarn: 'wool'}, text: 'k2 p2'},
         sheet: {composition: 'wool', gramsPerSquareMetre: 180},
         fallback: {metallicFactor: 0},
         colourways: [{name: 'red'}, {}],

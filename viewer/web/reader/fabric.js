@@ -63,7 +63,7 @@ const MEMBERS = [
 ];
 const OPTIONAL = [
   ['radianceScale', is_positive, 'a positive number'],
-  ...['variation', 'recipe', 'sheet', 'fallback'].map((name) => [name, ...object]),
+  ...['variation', 'recipe', 'accuracy', 'sheet', 'fallback'].map((name) => [name, ...object]),
   ['colourways', Array.isArray, 'an array'],
 ];
 

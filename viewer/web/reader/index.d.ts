@@ -18,6 +18,9 @@ export interface Layer {
   levels: number[];
 }
 
+/** What `selvedge make` was given (spec/fabric.md): `stitch`, `text`, `set` and options. */
+export type Recipe = Record<string, unknown>;
+
 /** Headers and attribute text of a fabric file (spec/fabric.md). */
 export interface Fabric {
   texels: [number, number];
@@ -29,6 +32,7 @@ export interface Fabric {
   views: Grid;
   lights?: Grid;
   provenance: object;
+  recipe?: Recipe;
   layers: Partial<Record<LayerName, Layer>>;
   /** The other sides of the cloth, as fabrics that read_layer() reads; of the front alone. */
   sides: Partial<Record<'back' | 'through' | 'back.through', Fabric>>;

@@ -1,6 +1,6 @@
 import {DirectionalLight, EventDispatcher, Material, MeshPhysicalMaterial, Object3D, Scene, Texture, WebGLRenderer} from 'three';
 import {GLTFParser} from 'three/addons/loaders/GLTFLoader.js';
-import {Issue} from '../reader/index.js';
+import {Issue, Recipe} from '../reader/index.js';
 
 /** A file, or where it is; headers and credentials as fetch() takes them. */
 export type Source = ArrayBuffer | {url: string; headers?: Record<string, string>; credentials?: RequestCredentials};
@@ -32,6 +32,8 @@ export class LoadedFabric {
   /** Levels of the file. */
   readonly levels: number;
   readonly mm_per_repeat: [number, number] | null;
+  /** How it was made (spec/fabric.md); null where the file does not say. */
+  readonly recipe: Recipe | null;
   /** Where it was read, once it is. */
   readonly read_in: 'worker' | 'main thread' | null;
   /** Settled when the fabric is ready or broken; it never fails. */

@@ -89,7 +89,7 @@ const members = members_of(base, [
   ...Object.entries({zero: 0, negative: -1, 'below-single-precision': 1e-46, 'beyond-single-precision': 1e39, text: '1', null: null})
     .map(([what, value]) => [`radiance-scale-${what}`, '/radianceScale', value, alone]),
   // Members that version 4.0 reserves.
-  ...['variation', 'recipe', 'sheet', 'fallback'].map((name) => [`${name}-array`, `/${name}`, [], alone]),
+  ...['variation', 'recipe', 'accuracy', 'sheet', 'fallback'].map((name) => [`${name}-array`, `/${name}`, [], alone]),
   ['colourways-object', '/colourways', {}, alone],
   ['colourways-of-texts', '/colourways', ['red'], {issues: [{code: 'FABRIC_MEMBER', place: '/colourways/0'}]}],
   ['views-array', '/views', [2, 1]],
