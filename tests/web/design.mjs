@@ -117,10 +117,30 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   assert.deepEqual({ stitch: redone.stitch, set: redone.set }, { stitch: undone.stitch, set: undone.set });
 
   const save_as = async (button, name) => {
-    const download = page.waitForEvent('download');
+    const download = page.waitForEvent('download', { timeout: 1000 * SECONDS });
     await page.getByRole('button', { name: button, exact: true }).click();
     await (await download).saveAs(path(name));
   };
+
+  const open_file = (file) => page.locator('#file').setInputFiles(file);
+  // Twenty changes, undone and done again, are the same recipe, and so is that of the file, which makes the same bytes.
+  const before = await seen();
+  for (let k = 1; k <= 20; ++k) await type('melange', String(k / 100))();
+  assert.equal((await seen()).set.melange, 0.2);
+  for (let k = 0; k < 20; ++k) await page.keyboard.press('Control+z');
+  assert.deepEqual((await seen()).set, before.set);
+  await changes('20 changes', async () => {
+    for (let k = 0; k < 20; ++k) await page.keyboard.press('Control+y');
+  });
+  await save_as('Save fabric', 'twenty.exr');
+  await changes('undo', () => page.keyboard.press('Control+z'));
+  const opened = await changes('open', () => open_file(path('twenty.exr')));
+  assert.deepEqual(opened.set, { ...before.set, melange: 0.2 });
+  await save_as('Save fabric', 'again.exr');
+  assert.ok(readFileSync(path('twenty.exr')).equals(readFileSync(path('again.exr'))));
+  await changes('undo', async () => {
+    for (let k = 0; k < 20; ++k) await page.keyboard.press('Control+z');
+  });
 
   // The command makes what was saved.
   await save_as('Save fabric', 'saved.exr');
@@ -133,11 +153,10 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   assert.equal(ours, theirs);
 
   // The garment is saved in the cloth; others are worn where they can be, and what cannot be read is a line.
-  const open_file = (file) => page.locator('#file').setInputFiles(file);
   await save_as('Save garment', 'saved.glb');
   for (const [name, write, line] of [
     ['cut.exr', (file) => writeFileSync(file, readFileSync(path('saved.exr')).subarray(0, 20000)), /^cut.exr: .* \[FILE_DAMAGED\]$/],
-    ['bare.exr', (file) => cpSync(path('saved.exr'), file), /^bare.exr: has no recipe by which it can be edited$/],
+    ['bare.exr', (file) => cpSync(fileURLToPath(new URL('../data/kept/4.0/yarn.fabric.exr', import.meta.url)), file), /^bare.exr: has no recipe by which it can be edited$/],
     ['cut.glb', (file) => writeFileSync(file, 'glTF'), /^cut.glb: is no .glb file of version 2$/],
     ['large.glb', (file) => { writeFileSync(file, ''); truncateSync(file, 3e8); }, /^large.glb: has 300 MB, this page takes 128 MB: selvedge dress /],
     ['cloth.png', (file) => writeFileSync(file, ''), /^cloth.png: is no fabric /],
@@ -200,6 +219,15 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   await page.setViewportSize({ width: 400, height: 800 });
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 400);
   await picture('narrow');
+  // From the page to a saved sweater of a chart, of another colour, in 10 keys and clicks, on a telephone; cables only take longer.
+  await page.getByRole('radio', { name: 'moss', exact: true }).locator('..').click();
+  await page.getByLabel('colour, #rrggbb', { exact: true }).click();
+  for (const key of [...'7a1f2b', 'Enter']) await page.keyboard.press(key);
+  await save_as('Save garment', 'moss.glb');
+  execFileSync(join(bin, 'selvedge'), ['check', '--quiet', path('moss.glb')], { stdio: 'inherit' });
+  const { set: chosen } = await seen();
+  assert.deepEqual(chosen, { yarn: 'cotton', colour: '#7a1f2b' });
+  for (let k = 0; k < 2; ++k) await page.getByRole('button', { name: 'Undo' }).click();
   // The recipe is kept by the browser.
   await page.reload();
   await page.waitForFunction(() => globalThis.selvedge?.design, null, { timeout: 60000 });

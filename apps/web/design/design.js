@@ -95,7 +95,7 @@ function take(next) {
   keep();
   if (is_other) build();
   show_recipe();
-  make();
+  making = make();
 }
 function set(name, value) {
   const {[name]: before, ...rest} = recipe.set;
@@ -138,8 +138,14 @@ function number_fields({name, range: [min, max]}, id, help) {
 }
 function colour_field({name}, id, help) {
   const field = element('input', {id, type: 'color', onchange: () => set(name, field.value)});
+  const hex = element('input', {className: 'hex', maxLength: 7, spellcheck: false, ariaLabel: `${title_of(name)}, #rrggbb`, onfocus: () => hex.select()});
+  hex.addEventListener('change', () => {
+    const [, digits] = hex.value.match(/^\s*#?([\da-f]{6})\s*$/i) ?? [];
+    set(name, digits ? `#${digits.toLowerCase()}` : null);
+    show_recipe();
+  });
   field.setAttribute('aria-describedby', help);
-  return {field, show: (value, usual) => field.value = value ?? usual};
+  return {field, hex, show: (value, usual) => field.value = hex.value = value ?? usual};
 }
 /** How people call a parameter. */
 function title_of(name) {
@@ -150,13 +156,13 @@ function title_of(name) {
 function row_of(parameter) {
   const {name, meaning, range} = parameter, id = `set_${name}`, help = `help_${name}`;
   const unit = UNITS.find(([pattern]) => pattern.test(name))?.[1] ?? '', title = title_of(name);
-  const {field, slider, show} = is_kind(parameter) ? kind_buttons(name) :
+  const {field, slider, hex, show} = is_kind(parameter) ? kind_buttons(name) :
       is_colour(parameter) ? colour_field(parameter, id, help) : number_fields(parameter, id, help);
   const reset = element('button', {className: 'reset', textContent: '↺', ariaLabel: `Reset ${title}`, title: 'Reset', onclick: () => set(name, null)});
   const refusal = element('p', {className: 'refusal', role: 'alert'});
   const label = element(is_kind(parameter) ? 'span' : 'label', {textContent: title, htmlFor: id});
   const ends = is_kind(parameter) || is_colour(parameter) ? '' : ` (${range.map((x) => Number(x.toPrecision(4))).join(' to ')})`;
-  const parts = is_kind(parameter) ? [label, reset, field] : [label, field, element('span', {className: 'unit', textContent: unit}), reset];
+  const parts = is_kind(parameter) ? [label, reset, field] : [label, field, hex ?? element('span', {className: 'unit', textContent: unit}), reset];
   const text = is_kind(parameter) ? meaning.replace(/:.*/, '') : meaning;
   const small = element('small', {id: help, textContent: text + ends});
   return {
@@ -209,7 +215,9 @@ function refuse(line) {
   row.row.closest('details').open = true;
 }
 
-let module = null, worker = null, is_busy = false, ending = null, fabrics = [];
+/** The bytes of the cloth, once they are made. */
+const made_bytes = () => state.bytes ?? (state.making ? making : making = make());
+let making = null, module = null, worker = null, is_busy = false, ending = null, fabrics = [];
 const maker = URL.createObjectURL(new Blob([by_id('maker').textContent], {type: 'text/javascript'}));
 /** Shapes of yarn at rest, for another worker. */
 const shapes = [];
@@ -361,11 +369,11 @@ addEventListener('keydown', (event) => {
   step(by);
 });
 by_id('save_fabric').addEventListener('click', async () => {
-  const name = file_name(), bytes = state.bytes ?? await make();
+  const name = file_name(), bytes = await made_bytes();
   if (bytes) save(new Blob([bytes], {type: 'image/x-exr'}), `${name}.fabric.exr`);
 });
 by_id('save_garment').addEventListener('click', async () => {
-  const name = file_name(), bytes = state.bytes ?? await make(), mm = bytes && text_of(bytes).mmPerRepeat;
+  const name = file_name(), bytes = await made_bytes(), mm = bytes && text_of(bytes).mmPerRepeat;
   if (bytes) save(new Blob([await wardrobe.save(bytes, name, mm)], {type: 'model/gltf-binary'}), `${wardrobe.name}.${name}.glb`);
 });
 /** Tells a line that is not about the recipe; what was there stays. */
@@ -444,7 +452,7 @@ view.started.then(async () => {
   if (bytes && state.bytes === null && !state.making) show_sheet(state.bytes = bytes);
   good = state.bytes;
   fabrics = [cloth];
-  if (JSON.stringify(recipe) !== JSON.stringify(start)) make();
+  if (JSON.stringify(recipe) !== JSON.stringify(start)) making = make();
   else if (!state.making) ask_maker({recipe, whole: false});
 });
 view.design = {state, recipe: () => recipe, open};

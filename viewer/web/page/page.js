@@ -10,7 +10,7 @@ import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
 import {LoadedFabric, SelvedgeFabric, Surroundings, cell_images, use_worker} from '../three/index.js';
 
 /** The lights of selvedge-view: the other light has this fraction, from the right. */
-const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18, BACKDROP = 0.8;
+const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18, BACKDROP = 0.8, DARK = 0.06;
 /**
  * While something moves, pixels are twice as wide where a frame takes longer than SLOW ms; FINEST times finer when all has
  * rested for REST ms and such a frame is expected within LONG ms. Images that come in are shown every SHOW ms.
@@ -165,7 +165,12 @@ async function take_environment() {
   surroundings = new Surroundings(scene, {width, height: width / 2, radiance}, {reflects: false});
   ambient.color.setRGB(...surroundings.mean);
   if (element.dataset.backdrop) surroundings.show(Number(element.dataset.backdrop));
-  else scene.background.setRGB(BACKDROP, BACKDROP, BACKDROP, LinearSRGBColorSpace);
+  else {
+    const dark = matchMedia('(prefers-color-scheme: dark)');
+    const paint = () => scene.background.setRGB(...Array(3).fill(dark.matches ? DARK : BACKDROP), LinearSRGBColorSpace);
+    dark.addEventListener('change', () => moved(paint()));
+    paint();
+  }
   renderer.toneMapping = NeutralToneMapping;
   renderer.shadowMap.enabled = true;
   renderer.shadowMap.autoUpdate = false;
