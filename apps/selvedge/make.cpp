@@ -254,8 +254,8 @@ Baked bake_cell(const MakeCommand& command) {
     tell_work(size, command, options);
   };
   // The yarn lights itself; a mesh is for what is traced (docs/bake.md).
-  cell_options.mesh_of_stitch =
-      !options.yarns || command.bounces_given || cell_options.mesh.cells_across.has_value();
+  cell_options.mesh_of_stitch = (!options.yarns && command.quality == "paper") || command.bounces_given ||
+                                cell_options.mesh.cells_across.has_value();
   const auto cell = value_or_throw(find_cell(command.input, cell_options));
   if (cell.stitch)
     value_or_throw(set_texels(cell.stitch->min_texels, cell.stitch->repeats, command.texels_given,

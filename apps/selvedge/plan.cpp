@@ -169,7 +169,10 @@ Json material_json(const Seen& seen, const Fabric& fabric) {
       is_seen ? std::clamp(static_cast<int>(std::ceil(level(seen.largest) + margin)), first, last) : last;
   const float largest = largest_yarn_pixel(fabric) * largest_by_points(LevelOptions().points);
   const bool yarn = is_seen && yarn_weight(static_cast<float>(seen.smallest), largest) > 0;
-  const V2i texels(level_size(fabric.texels().x, first), level_size(fabric.texels().y, first));
+  // Below so many texels, files grow (spread layers have a channel for each number of a texel).
+  const int fewest = yarn ? 8 : 4;
+  const V2i texels(std::max(level_size(fabric.texels().x, first), std::min(fewest, fabric.texels().x)),
+                   std::max(level_size(fabric.texels().y, first), std::min(fewest, fabric.texels().y)));
   const char* sides = !is_seen ? "none" : !seen.backs ? "front" : seen.fronts ? "both" : "back";
   return {{"seen", is_seen},
           {"levels", {first, coarsest}},

@@ -230,6 +230,10 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
     }
   }
   finish(baked, o, all, held_out);
+  if (!options.yarns) {
+    samples.yarns = {};
+    header.yarns = {};
+  }
   baked.report.seconds = watch.seconds();
   return baked;
 }
