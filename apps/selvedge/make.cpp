@@ -85,7 +85,8 @@ Json fit_json(const FitOutcome& outcome, const std::string& output) {
                {"seconds", outcome.seconds},
                {"levels", Json::array()},
                {"sides", Json::object()},
-               {"warnings", Json::array()}};
+               {"warnings", Json::array()},
+               {"remarks", outcome.remarks}};
   for (const Side side : all_sides) {
     for (std::size_t k = 0; k < outcome.levels[index_of(side)].size(); ++k)
       (side == Side::front ? json["levels"] : json["sides"][name_of(side)])
@@ -154,8 +155,8 @@ void add_fit(Options& options, MakeCommand& command) {
   options.group("Fit");
   options.number("--lobes", command.options.fit.lobes, "N", "Lafortune lobes per texel").in(0, 16).further();
   options.set_flag("--no-table", command.options.fit.view_table, false, "Leave the view table out").further();
-  options.bytes("--budget", command.options.budget,
-                "At most so many bytes without the yarn (K, M: KiB, MiB): chooses layers");
+  options.bytes("--bytes", command.options.bytes,
+                "The most accurate fabric of at most so many bytes (K, M: KiB, MiB)");
 }
 
 /// Declares --quality, which sets the options that are not given.
@@ -181,10 +182,10 @@ void add_quality(Options& options, MakeCommand& command) {
     if (!given("--lobes")) make.fit.lobes = quality.fit.lobes;
     make.write = quality.write;
     make.budget_texels = 0;
-    if (given("--budget")) return;
     make.budget.reset();
+    make.keep_yarn = given("--yarns");
     // Without a table by name, layers are not chosen.
-    if (given("--no-table")) return;
+    if (given("--no-table") || given("--bytes")) return;
     make.budget = quality.budget;
     make.budget_texels = quality.budget_texels;
   });
@@ -199,8 +200,9 @@ void add_recipe(Options& options, MakeCommand& command) {
     }
     for (const char* name : {"--quality", "--texels", "--views", "--lights", "--samples", "--bounces",
                              "--ground", "--reference-height", "--pairs", "--truth-samples", "--sides",
-                             "--yarns", "--seed", "--grid", "--lobes", "--no-table", "--budget"})
+                             "--yarns", "--seed", "--grid", "--lobes", "--no-table"})
       for (const std::string& text : options.texts(name)) command.recipe[name + 2] = recipe_value(text);
+    if (command.options.bytes) command.recipe["bytes"] = *command.options.bytes;
   });
 }
 
@@ -291,6 +293,7 @@ FitOutcome fit_samples(const Samples& samples, const MakeCommand& command) {
   auto outcome = fit_fabric(samples, command.options, progress.callback());
   if (!outcome && outcome.error().file.empty()) outcome.error().file = command.input;
   FitOutcome fitted = value_or_throw(std::move(outcome));
+  report_remarks(command.common, command.input, fitted.remarks);
   for (Error& warning : fitted.warnings) {
     warning.file = command.input;
     if (!(command.common.quiet || command.common.json)) report_issue(warning);
@@ -401,8 +404,9 @@ Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const
 MadeFabric make_file(const MakeCommand& command) {
   value_or_throw(check_writable({command.output, command.samples, command.depfile}));
   MakeCommand needed = command;
-  // Without a budget no layers are chosen.
-  if (!command.options.budget && command.samples.empty()) needed.options.bake.validation_pairs = 0;
+  // Else no layers are chosen.
+  if (!command.options.budget && !command.options.bytes && command.samples.empty())
+    needed.options.bake.validation_pairs = 0;
   Baked baked = bake_cell(needed);
   if (!command.samples.empty()) value_or_throw(write_samples(command.samples, baked.samples));
   MadeFabric made{std::move(baked.report), fit_samples(baked.samples, command)};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <numeric>
 
 #include "converter/make/fallback_factors.h"
 #include "converter/stitch/fibres.h"
@@ -13,6 +14,7 @@
 #include "fitter/budget/candidates.h"
 #include "format/base/guard.h"
 #include "format/fabric/json_parts.h"
+#include "format/fabric/size.h"
 
 namespace selvedge {
 namespace {
@@ -44,31 +46,131 @@ FitResult fit_side(SideSamples samples, const MakeOptions& options, const Progre
       fit(samples.level, samples.header, options.fit, progress, samples.pairs[index_of(PairKind::measured)]));
 }
 
+/// A fabric of these sides, the front first.
+Fabric joined(const std::vector<FitResult>& sides, const std::shared_ptr<const Yarns>& yarns) {
+  Fabric fabric = sides.front().fabric;
+  if (yarns) fabric.levels.front().set_yarns(yarns);
+  for (std::size_t i = 1; i < sides.size(); ++i) {
+    Fabric other = sides[i].fabric;
+    other.side = all_sides[i];
+    other.provenance = "{}";
+    fabric.add_side(std::move(other));
+  }
+  return fabric;
+}
+
+/// Yarn that packs to fewer bytes: its nodes to 1/256 of the thinnest radius, its light to 1/64.
+YarnData rounded(YarnData yarn) {
+  float radius = std::numeric_limits<float>::infinity();
+  for (const YarnCurve& curve : yarn.curves) radius = std::min(radius, radius_of_plies(curve));
+  const float step = std::exp2(std::floor(std::log2(radius / 256)));
+  for (V3f& node : yarn.nodes)
+    for (int c = 0; c < 3; ++c) node[c] = step * std::round(node[c] / step);
+  for (std::vector<float>* light : {&yarn.light, &yarn.through}) {
+    for (float& value : *light) {
+      int power = 0;
+      const float mantissa = std::frexp(value, &power);
+      value = std::ldexp(std::round(64 * mantissa), power - 6);
+    }
+  }
+  return yarn;
+}
+
+using ProgressOfSide = std::function<Progress(std::size_t)>;
+
+/// Fits with the layers that make the whole file as large as options.bytes lets it be. Yarn is rounded where
+/// levels would have less room than in a file of standard quality, and left out where there is no room.
+std::vector<FitResult> fit_whole(const Samples& samples, const MakeOptions& options, std::size_t sides,
+                                 const ProgressOfSide& progress, std::shared_ptr<const Yarns>& yarns,
+                                 std::vector<std::string>& remarks) {
+  constexpr int max_tries = 8;
+  constexpr double texts = 500;  // record, fallback and accuracy, which are not known yet
+  constexpr double standard_room = (22 << 10) - LayerFitter::typical_overhead;
+  const auto bytes = static_cast<double>(*options.bytes);
+  const double weights =
+      std::accumulate(budget_weights.begin(), budget_weights.begin() + static_cast<int>(sides), 0.0);
+  std::vector<LayerFitter> fitters;
+  for (std::size_t i = 0; i < sides; ++i) {
+    SideSamples side = samples_of(samples, all_sides[i]);
+    fitters.push_back(value_or_throw(LayerFitter::create(
+        std::move(side.level), side.header, side.pairs[index_of(PairKind::validation)], options.fit,
+        progress(i), side.pairs[index_of(PairKind::measured)], bytes * budget_weights[i] / weights)));
+  }
+  double smallest = std::numeric_limits<double>::infinity();
+  const auto fit_beside = [&](const std::shared_ptr<const Yarns>& yarn, double min_room) {
+    std::vector<FitResult> best;
+    double best_size = 0;
+    double last = 0;
+    double room = bytes / 2;
+    for (int i = 0; i < max_tries && best_size < 0.995 * bytes; ++i) {
+      std::vector<FitResult> fits;
+      double estimate = 0;
+      for (std::size_t k = 0; k < sides; ++k) {
+        LayerFit chosen = fitters[k].choose(room * budget_weights[k] / weights, 0);
+        estimate += chosen.bytes;
+        fits.push_back({std::move(chosen.fabric), std::move(chosen.levels), fitters[k].warnings()});
+      }
+      const double size =
+          static_cast<double>(value_or_throw(fabric_bytes(joined(fits, yarn), options.write))) + texts;
+      if (size == last) break;
+      last = size;
+      smallest = std::min(smallest, size);
+      if (size <= bytes && size > best_size && room >= min_room) {
+        best_size = size;
+        best = std::move(fits);
+      }
+      room = bytes - (size - estimate) - (size > bytes ? 0.002 * bytes : 0);
+    }
+    return best;
+  };
+  std::vector<FitResult> fits;
+  if (yarns) {
+    fits = fit_beside(yarns, standard_room * weights * std::max(samples.header.texels() / 64.0, 1.0));
+    if (fits.empty()) {
+      yarns = std::make_shared<const Yarns>(rounded(yarns->data()), yarns->period());
+      fits = fit_beside(yarns, -std::numeric_limits<double>::infinity());
+    }
+    if (!fits.empty()) return fits;
+    if (!options.keep_yarn) {
+      remarks.push_back(
+          fmt::format("the yarn has no room in {:.0f} bytes, and is left out: with it the "
+                      "smallest file has {:.0f}",
+                      bytes, smallest));
+      yarns = nullptr;
+    }
+  }
+  if (!yarns) fits = fit_beside(nullptr, -std::numeric_limits<double>::infinity());
+  if (!fits.empty()) return fits;
+  throw Failure{{Code::option_out_of_range,
+                 {},
+                 "--bytes",
+                 fmt::format("{:.0f} bytes; the smallest file has {:.0f}", bytes, smallest)}};
+}
+
 FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const Progress& progress) {
   const Stopwatch watch;
   FitOutcome outcome;
-  Fabric& fabric = outcome.fabric;
   const std::size_t sides = samples.header.both_sides ? all_sides.size() : 1;
-  for (std::size_t i = 0; i < sides; ++i) {
-    const Side side = all_sides[i];
-    auto fitted = fit_side(samples_of(samples, side), options, [&](double fraction) {
+  const ProgressOfSide of_side = [&](std::size_t i) {
+    return [&progress, i, sides](double fraction) {
       if (progress) progress((static_cast<double>(i) + fraction) / static_cast<double>(sides));
-    });
-    fitted.fabric.side = side;
-    const PairSamples held_out = pairs_of(samples.pairs[index_of(PairKind::held_out)], side);
+    };
+  };
+  std::shared_ptr<const Yarns> yarns;
+  if (samples.header.yarns.curves > 0)
+    yarns = std::make_shared<const Yarns>(samples.yarns, samples.header.period_mm);
+  std::vector<FitResult> fits;
+  if (options.bytes) fits = fit_whole(samples, options, sides, of_side, yarns, outcome.remarks);
+  for (std::size_t i = 0; i < sides; ++i) {
+    if (!options.bytes) fits.push_back(fit_side(samples_of(samples, all_sides[i]), options, of_side(i)));
+    FitResult& fitted = fits[i];
+    fitted.fabric.side = all_sides[i];
+    const PairSamples held_out = pairs_of(samples.pairs[index_of(PairKind::held_out)], all_sides[i]);
     value_or_throw(measure_side(as_stored(fitted.fabric, options.write.half), held_out, outcome.record));
-    outcome.levels[i] = std::move(fitted.levels);
-    std::move(fitted.warnings.begin(), fitted.warnings.end(), std::back_inserter(outcome.warnings));
-    if (side == Side::front) {
-      fabric = std::move(fitted.fabric);
-      if (samples.header.yarns.curves > 0)
-        fabric.levels.front().set_yarns(
-            std::make_shared<const Yarns>(samples.yarns, samples.header.period_mm));
-    } else {
-      fitted.fabric.provenance = "{}";
-      fabric.add_side(std::move(fitted.fabric));
-    }
+    outcome.levels[i] = fitted.levels;
+    outcome.warnings.insert(outcome.warnings.end(), fitted.warnings.begin(), fitted.warnings.end());
   }
+  Fabric& fabric = outcome.fabric = joined(fits, yarns);
   nlohmann::json provenance = provenance_json(with_fit_record(fabric.provenance, outcome.record));
   for (const auto& [name, member] :
        {std::pair("sheet", &fabric.sheet), std::pair("recipe", &fabric.recipe)}) {

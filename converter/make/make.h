@@ -27,6 +27,8 @@ struct MakeOptions {
   /// (fitter/budget/candidates.h); without a budget every level has the paper's layers.
   std::optional<std::uint64_t> budget;
   int budget_texels = 0;  ///< texels at level 0 that the budget is for: it grows with more; 0: it is fixed
+  std::optional<std::uint64_t> bytes;  ///< of the whole file, in place of the budget
+  bool keep_yarn = false;              ///< refuses bytes that have no room for it
 };
 
 /// Names of --quality.
@@ -41,6 +43,7 @@ struct FitOutcome {
   std::array<std::vector<LevelReport>, all_sides.size()> levels;
   FitRecord record;
   Issues warnings;
+  std::vector<std::string> remarks;  ///< what the bytes had no room for
   double seconds = 0;
 };
 

@@ -169,12 +169,15 @@ MakeOptions read_recipe(Json& json, StitchSettings& settings) {
       bake.both_sides = value == "both";
     } else if (name == "seed") {
       bake.seed = value.get<std::uint64_t>();
+    } else if (name == "bytes") {
+      options.bytes = value.get<std::uint64_t>();
+      options.budget.reset();
     } else if (name != "quality") {
       refuse_option(name, "there is no such member of a recipe");
     }
   }
-  // Pairs by which layers are chosen, within a budget alone.
-  bake.validation_pairs = options.budget ? bake.held_out_pairs : 0;
+  // Pairs by which layers are chosen, within bytes alone.
+  bake.validation_pairs = options.budget || options.bytes ? bake.held_out_pairs : 0;
   bake.yarns = true;
   return options;
 }

@@ -580,7 +580,7 @@ Result<LayerFit> LayerFitter::choose_for_file(double budget, const FabricWriteOp
     overhead += correction;
   }
   if (best_size > 0) return best;
-  return fail(Code::option_out_of_range, {}, "--budget",
+  return fail(Code::option_out_of_range, {}, "budget",
               fmt::format("{:.0f} bytes; the smallest fabric found has {:.0f}", budget, smallest));
 }
 

@@ -15,20 +15,33 @@ test_a_quality_is_the_settings_it_stands_for_and_options_beside_it_stay() {
   selvedge make plain-knit --set yarn=tube --quality draft --texels 8 --views 36 --lights 36 --samples 2 --lobes 1 \
     --yarns on -o b.fabric.exr --quiet
   same_cloth a.fabric.exr b.fabric.exr
-  exits 0 selvedge make plain-knit --set yarn=tube --quality standard --texels 8 --budget 20000 --views 16 \
+  exits 0 selvedge make plain-knit --set yarn=tube --quality standard --texels 8 --bytes 24000 --views 16 \
     --lights 16 -o c.fabric.exr --json
-  holds 'r.bake.samples === 36 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes - r.fit.yarn.bytes - 4000 <= 20000'
+  holds 'r.bake.samples === 36 && r.fit.levels[0].texels[0] === 8 && r.fit.bytes <= 24000 && r.fit.yarn !== null'
   local few=(--texels 8 --views 16 --lights 16)
-  selvedge make plain-knit --set yarn=tube --quality standard --budget 30000 "${few[@]}" -o d.fabric.exr --quiet
-  selvedge make plain-knit --set yarn=tube --quality paper --samples 8 --budget 30000 --yarns on "${few[@]}" \
+  selvedge make plain-knit --set yarn=tube --quality standard --bytes 30000 "${few[@]}" -o d.fabric.exr --quiet
+  selvedge make plain-knit --set yarn=tube --quality paper --samples 8 --bytes 30000 --yarns on "${few[@]}" \
     -o e.fabric.exr --quiet
   same_cloth d.fabric.exr e.fabric.exr
   # More texels have more bytes; a given size is kept.
   few=(--views 16 --lights 16 --quality standard --texels 32)
   exits 0 selvedge make plain-knit --set yarn=tube "${few[@]}" -o h.fabric.exr --json
   holds 'r.fit.bytes > 40000 && r.fit.bytes <= 400000'
-  exits 0 selvedge make plain-knit --set yarn=tube "${few[@]}" --budget 32K -o h.fabric.exr --json
-  holds 'r.fit.bytes <= 32768 + 8192'
+  exits 0 selvedge make plain-knit --set yarn=tube "${few[@]}" --bytes 32K -o h.fabric.exr --json
+  holds 'r.fit.bytes <= 32768'
+}
+
+# Yarn is rounded first, then left out, unless it was asked for.
+test_a_file_has_at_most_the_bytes_that_are_asked_for() {
+  for bytes in 11K 24K 33K; do
+    exits 0 selvedge make plain-knit --bytes $bytes -o $bytes.fabric.exr --json
+    holds "r.fit.bytes <= parseInt('$bytes') * 1024 && r.fit.bytes >= parseInt('$bytes') * 900 && (r.fit.yarn === null) === ('$bytes' === '11K')"
+    holds "(r.fit.remarks.length === 1) === ('$bytes' === '11K')"
+    exits 0 selvedge check $bytes.fabric.exr
+  done
+  exits 0 selvedge make plain-knit --bytes 64K --sides both -o both.fabric.exr --json
+  holds 'r.fit.bytes <= 65536 && r.fit.sides.back.length === 4'
+  refuses OPTION_OUT_OF_RANGE '11264 bytes; the smallest file has' selvedge make plain-knit --yarns on --bytes 11K -o n.exr --quiet
 }
 
 test_a_make_without_a_quality_is_the_standard_one() {

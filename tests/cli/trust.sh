@@ -185,7 +185,7 @@ test_samples_take_no_more_than_their_parts() {
     h.texels = [4096, 4096], h.provenance = {};
     bytes.write(JSON.stringify(h).padEnd(size), begin + 4);
     fs.writeFileSync("large.exr", bytes);'
-  for verb in 'fit large.exr -o o.exr' 'fit large.exr -o o.exr --budget 1M' 'compare plane.fabric.exr large.exr' 'check large.exr --quiet'; do
+  for verb in 'fit large.exr -o o.exr' 'fit large.exr -o o.exr --bytes 1M' 'compare plane.fabric.exr large.exr' 'check large.exr --quiet'; do
     # shellcheck disable=SC2086
     refuses SAMPLES_MALFORMED 'large.exr: radiance: is not a scanline part of 65536x65536 pixels' \
       bash -c 'ulimit -t 5 -v 1000000; exec selvedge "$@"' selvedge $verb
