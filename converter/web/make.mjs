@@ -56,7 +56,7 @@ export class FabricMaker {
     if (this.#made) this.#run('remember', shape);
   }
   /**
-   * Makes a fabric; returns { bytes, remarks }, the bytes of its file. `recipe`: { stitch, text, set, quality, sides, seed }:
+   * Makes a fabric; returns { bytes, remarks }, the bytes of its file. `recipe`: { stitch, text, set, quality, sides, seed, bytes }:
    * a built-in stitch's name, or the name (.txt, .wif, .json) and text of a chart, draft or description; and options of
    * `selvedge make` by their names, such as { set: { radius_mm: 0.5, colour: '#aa3322' }, quality: 'draft' }. Throws an
    * Error of one line.
