@@ -352,8 +352,8 @@ class CellImages extends EventDispatcher {
    * Lets garments show another LoadedFabric, whose repeat is as large, in place of theirs as soon as its images are there; the
    * other one is then gone.
    */
-  replace(fabric, {number: by, has_yarn, variation, levels}) {
-    Object.assign(fabric, {edition: fabric.edition + 1, coming: {has_yarn, variation, levels}});
+  replace(fabric, {number: by, has_yarn, variation, levels, recipe}) {
+    Object.assign(fabric, {edition: fabric.edition + 1, coming: {has_yarn, variation, levels, recipe}});
     send({kind: 'replace', fabric: fabric.number, by, edition: fabric.edition});
     for (const garment of this.#of_number.values()) if (garment.fabric === fabric) garment.at_rest = false;
   }

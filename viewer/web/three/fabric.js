@@ -22,7 +22,7 @@ export class LoadedFabric {
     /** Levels of the file, and what the file says of its size. */
     this.levels = 0;
     this.mm_per_repeat = null;
-    /** How it was made, as make_fabric() takes it; null where the file does not say. */
+    /** How it was made, as FabricMaker takes it; null where the file does not say. */
     this.recipe = null;
     /** Where it was read: 'worker' or 'main thread'. */
     this.read_in = null;
