@@ -132,7 +132,7 @@ struct Renderer::State {
   std::span<const SmoothLight> shade_around(const DrawOptions& options) {
     if (!options.around || options.shadows == 0) return {};
     if (!sky) {
-      // 48 maps of a million triangles take six seconds.
+      // 48 maps of a million triangles take a second.
       constexpr std::size_t max_triangles = std::size_t{1} << 20;
       const bool fits = scene.mesh.triangles.size() <= max_triangles &&
                         textures->leave(scene.mesh.positions.size() * bytes_per::shaded_vertex);
@@ -141,7 +141,7 @@ struct Renderer::State {
             "light from all around has no shadows: the scene has more than 2^20 triangles, or does not fit "
             "into "
             "--max-memory");
-      sky = fits ? sky_visibility(gl, scene.mesh, scene.materials) : SkyVisibility{};
+      sky = fits ? sky_visibility(scene.mesh, scene.materials) : SkyVisibility{};
     }
     if (sky->directions.empty()) return {};
     if (around_vertices.empty() || around != *options.around) {
@@ -231,7 +231,7 @@ struct Renderer::State {
     const std::shared_ptr<const Reflections> mirrored = reflect(options);
     watch.add_to(stats.prepare);
     path->draw({camera, options, maps, shaded, mirrored}, frame, stats);
-    if (!options.environment || options.ends()) return;
+    if (!options.environment || stats.rows == 0) return;
     if (options.backdrop >= 0) {
       add_backdrop(camera, options, mirrored.get(), frame);
     } else {

@@ -46,21 +46,31 @@ std::vector<AtomicFile> open_files(const RenderCommand& command, std::size_t fra
   return files;
 }
 
-/// Draws all frames into temporary files; returns the sums of their statistics, and the seconds of writing.
-std::pair<RenderStats, double> draw(const Shot& shot, const std::vector<AtomicFile>& files) {
+struct Drawn {
+  RenderStats stats;        ///< sums over the frames
+  AccuratePicture picture;  ///< the first frame; the others have its supersampling
+  double write_seconds = 0;
+};
+
+/// Draws all frames into temporary files.
+Drawn draw(const Shot& shot, const PictureGoal& goal, const std::vector<AtomicFile>& files) {
   const std::unique_ptr<Renderer> renderer =
       value_or_throw(Renderer::create(shot.scene, shot.fabrics, shot.options));
   const std::size_t files_per_frame = files.size() / shot.cameras.size();
   RenderOptions options = shot.options;
   Frame frame;
-  RenderStats sum;
-  double write_seconds = 0;
+  Drawn drawn;
   auto file = files.begin();
   for (const Camera& camera : shot.cameras) {
     options.lights = shot.look.all_lights(camera);
     RenderStats stats;
-    value_or_throw(renderer->draw(camera, options, frame, stats));
-    add(stats, sum);
+    if (&camera == shot.cameras.data()) {
+      drawn.picture = value_or_throw(draw_for(*renderer, goal, options, camera, options, frame, stats));
+      options.cells.samples = samples_of(drawn.picture.supersample);
+    } else {
+      value_or_throw(renderer->draw(camera, options, frame, stats));
+    }
+    add(stats, drawn.stats);
     Stopwatch watch;
     for (std::size_t i = 0; i < files_per_frame; ++i, ++file) {
       value_or_throw(
@@ -69,9 +79,9 @@ std::pair<RenderStats, double> draw(const Shot& shot, const std::vector<AtomicFi
             return error;
           }));
     }
-    watch.add_to(write_seconds);
+    watch.add_to(drawn.write_seconds);
   }
-  return {sum, write_seconds};
+  return drawn;
 }
 
 Json to_json(const RenderStats& stats) {
@@ -80,13 +90,15 @@ Json to_json(const RenderStats& stats) {
   return json;
 }
 
-Json to_json(const RenderCommand& command, const Shot& shot, const RenderStats& stats) {
+Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn) {
+  const RenderStats& stats = drawn.stats;
   return {{"input", command.picture.input},
           {"outputs", command.outputs},
           {"width", shot.options.width},
           {"height", shot.options.height},
           {"frames", shot.cameras.size()},
-          {"supersample", shot.options.supersample},
+          {"supersample", drawn.picture.supersample},
+          {"accuracy", drawn.picture.accuracy > 0 ? Json(drawn.picture.accuracy) : Json(nullptr)},
           {"path", path_names[static_cast<std::size_t>(shot.options.path)]},
           {"threads", thread_count()},
           {"fabrics", shot.fabrics.size()},
@@ -111,11 +123,11 @@ Result<int> run(const RenderCommand& command) {
   const Shot shot = read_shot(command);
   const double read = watch.seconds();
   std::vector<AtomicFile> files = open_files(command, shot.cameras.size());
-  const auto [stats, write_seconds] = draw(shot, files);
+  const Drawn drawn = draw(shot, command.goal, files);
   value_or_throw(commit_all(std::move(files)));
-  Json all = to_json(command, shot, stats);
+  Json all = to_json(command, shot, drawn);
   std::vector<std::string> remarks = shot.scene.remarks;
-  remarks.insert(remarks.end(), stats.remarks.begin(), stats.remarks.end());
+  remarks.insert(remarks.end(), drawn.stats.remarks.begin(), drawn.stats.remarks.end());
   all["remarks"] = remarks;
   const auto environment =
       shot.look.environment ? shot.look.environment->remarks : std::vector<std::string>();
@@ -123,7 +135,7 @@ Result<int> run(const RenderCommand& command) {
   report_remarks(command.common, "note", remarks);
   report_remarks(command.common, shot.look.name, environment);
   all["seconds"]["read"] = read;
-  all["seconds"]["write"] = write_seconds;
+  all["seconds"]["write"] = drawn.write_seconds;
   all["seconds"]["total"] = watch.seconds();
   report(command.common, "render", all, "");
   return 0;

@@ -28,23 +28,14 @@ void check_render(const Options& options, const RenderCommand& command) {
                     {"--repeats", "--view", "--pixels-per-texel"});
   options.refuse_if(swatch && !command.place, "has no effect with a swatch of whole texels, without --place",
                     {"--size"});
-  options.refuse_if(options.given("--level"),
-                    "has no effect with --level, which shows the texels of one level", {"--points"});
   options.refuse_if(command.render.path == RenderPath::paper,
                     "has no effect with --path paper, which shows no cell images", {"--image-memory"});
-  options.refuse_if(command.render.path == RenderPath::paper,
-                    "has no effect with --path paper, which shows nearest texels and no yarn", {"--points"});
 }
 
 void add_drawing(Options& options, RenderCommand& command) {
   options.choice("--path", path_names, command.render.path,
                  "Finds triangles, and shades: OpenGL and the processor (hybrid, the default), the "
                  "processor (raster); paper: as published in 2001, in colours of 8 bits");
-  options
-      .number("--points", command.picture.levels.points, "N",
-              "Rays along either side of a pixel that shows the yarn itself; twice as many samples of cell "
-              "images")
-      .in(1, 8);
   options.choice("--context", context_names,
                  "OpenGL: Mesa's software rasteriser (the default, auto), or EGL's first device",
                  [&command](std::size_t index) { command.render.context = contexts[index]; });
@@ -74,7 +65,15 @@ void declare_render(Options& options, RenderCommand& command) {
   command.render.supersample = 2;  // outlines are smooth
   picture.image_memory = 160;      // a still has images of one of three bands at a time
   options.number("--supersample", command.render.supersample, "N",
-                 "Draw N times larger per side, and average");
+                 "Rays along either side of a pixel (default 2)");
+  options
+      .number("--accuracy", command.goal.accuracy, "DB",
+              "Instead: as many as this PSNR takes, beside the picture with 64 rays a pixel; 10 to 50")
+      .in(10, 50);
+  options
+      .number("--seconds", command.goal.seconds, "S",
+              "Instead: as many as this time of the clock allows, without reading files")
+      .in(0.01, 86400);
   add_input(options, picture);
   add_drawing(options, command);
   options
@@ -97,6 +96,11 @@ void declare_render(Options& options, RenderCommand& command) {
     // A swatch of whole texels shows each of them as it is.
     const bool whole_texels = has_ending(command.picture.input, ".exr") && !command.place;
     if (whole_texels && !options.given("--supersample")) command.render.supersample = 1;
+    options.refuse_if(whole_texels, "has no effect with a swatch of whole texels, without --place",
+                      {"--accuracy", "--seconds"});
+    options.refuse_if(options.given("--supersample"), "has no effect with --supersample",
+                      {"--accuracy", "--seconds"});
+    options.refuse_if(options.given("--seconds"), "has no effect with --seconds", {"--accuracy"});
   });
 }
 

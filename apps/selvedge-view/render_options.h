@@ -9,6 +9,7 @@
 #include "apps/selvedge-view/picture_options.h"
 #include "format/gltf/read_scene.h"
 #include "format/scene/swatch.h"
+#include "viewer/accuracy.h"
 
 namespace selvedge {
 
@@ -18,6 +19,7 @@ struct RenderCommand {
   std::vector<std::string> outputs;  ///< .png or .exr
   V2i size{800, 600};
   RenderOptions render;             ///< path, context and supersampling
+  PictureGoal goal;
   std::string camera_of_file;       ///< scenes: name or number; empty: PictureOptions::camera
   bool has_side = false;            ///< --azimuth or --elevation is given
   SceneChoice choice;               ///< scenes

@@ -68,7 +68,7 @@ Shot read_shot(const RenderCommand& command) {
   shot.options.width = command.size.x;
   shot.options.height = command.size.y;
   shot.options.levels = command.picture.levels;
-  shot.options.cells.samples = 2 * static_cast<float>(command.picture.levels.points);
+  shot.options.cells.samples = samples_of(command.render.supersample);
   shot.options.cells.memory = std::size_t{1} * command.picture.image_memory << 20;
   shot.options.layers = command.picture.layers;
   std::vector<Light> own_lights;

@@ -28,13 +28,11 @@ struct PlanCommand {
   CameraOptions camera;
   bool own_camera = false;  ///< options of a camera are given: `camera` alone
   V2i size{800, 600};       ///< of the frame, pixels
-  int supersample = 1;
 };
 
 void declare(Options& options, PlanCommand& command) {
   options.text("scene", command.scene, "FILE", "A dressed glTF file (.gltf .glb)").required().reads();
   options.size("--size", command.size, "Size of the frame in pixels", 1, 1 << 20);
-  options.number("--supersample", command.supersample, "N", "Draw N times larger per side").in(1, 16);
   add_scene_choice(options, command.choice);
   add_limits(options, command.limits);
   options.group("Camera, as of selvedge-view render");
@@ -167,7 +165,7 @@ Json material_json(const Seen& seen, const Fabric& fabric) {
       is_seen ? std::clamp(static_cast<int>(std::floor(level(seen.smallest) - margin)), 0, last) : last;
   const int coarsest =
       is_seen ? std::clamp(static_cast<int>(std::ceil(level(seen.largest) + margin)), first, last) : last;
-  const float largest = largest_yarn_pixel(fabric) * largest_by_points(LevelOptions().points);
+  const float largest = largest_yarn_pixel(fabric);
   const bool yarn = is_seen && yarn_weight(static_cast<float>(seen.smallest), largest) > 0;
   // Below so many texels, files grow (spread layers have a channel for each number of a texel).
   const int fewest = yarn ? 8 : 4;
@@ -197,7 +195,7 @@ Result<int> run(const PlanCommand& command) {
     if (const auto& fabric = scene.materials[i].fabric) texels[i] = V2d(fabrics[fabric->fabric].texels());
   }
   std::vector<Seen> seen(scene.materials.size());
-  const V2d pixel = V2d(2, 2) / (V2d(command.size) * static_cast<double>(command.supersample));
+  const V2d pixel = V2d(2, 2) / V2d(command.size);
   for (const Camera& camera : cameras_of(scene, command)) add_pixels(scene, camera, pixel, texels, seen);
   Json materials = Json::array();
   std::string text;
@@ -218,7 +216,6 @@ Result<int> run(const PlanCommand& command) {
   report(command.common, "plan",
          {{"scene", command.scene},
           {"size", command.size},
-          {"supersample", command.supersample},
           {"materials", materials}},
          text);
   return 0;

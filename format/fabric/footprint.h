@@ -12,8 +12,6 @@ namespace selvedge {
 /// Options of texture filtering: which mip levels and texels a pixel shows.
 struct LevelOptions {
   int forced = -1;  ///< unless -1: this level everywhere, clamped to the last
-  /// Rays along either side of a pixel where it is small enough to show the yarn itself (level -1).
-  int points = 2;
   float footprint = 1;  ///< side of what a pixel shows, in pixels: less than 1 for one of several samples
 };
 
@@ -44,10 +42,6 @@ inline float pixel_size(const TexelSlopes& s) {
 inline float blend_of_levels(float part, float steep = 2) {
   return std::clamp((part - 0.5F) * steep + 0.5F, 0.0F, 1.0F);
 }
-
-/// Scale of largest_yarn_pixel(), which assumes 2 x 2 points: n x n points show the yarn
-/// itself in larger pixels, chosen by pictures (docs/view.md).
-inline float largest_by_points(int points) { return std::max(0.5F, static_cast<float>(points - 1)); }
 
 /// Weight of the yarn itself for a pixel of `size` (pixel_size()), where `largest` is largest_yarn_pixel(); 0
 /// without yarn.

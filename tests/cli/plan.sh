@@ -24,10 +24,10 @@ test_a_plan_tells_what_pixels_ask_for() {
   holds 'r.materials[0].make === "--texels 4x4 --sides front --yarns off"'
   exits 0 selvedge plan quad.glb "${far_view[@]}"
   grep -q 'make STITCH --texels 4x4 --sides front --yarns off$' "$scratch/out"
-  # Half as far, pixels are half as wide and levels one finer; supersampling does the same.
+  # Half as far, pixels are half as wide and levels one finer; a larger frame does the same.
   exits 0 selvedge plan quad.glb --distance 0.75 --fov 45 --size 400x400 --json
   holds 'r.materials[0].levels.join() === "1,2"'
-  exits 0 selvedge plan quad.glb "${far_view[@]}" --supersample 2 --json
+  exits 0 selvedge plan quad.glb --distance 1.5 --fov 45 --size 800x800 --json
   holds 'r.materials[0].levels.join() === "1,2"'
 }
 

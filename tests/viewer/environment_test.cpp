@@ -283,6 +283,15 @@ TEST_CASE("a wall beside cloth or metal hides half of the sky") {
     setting.scene.materials[0] = test::material(-1);
     CHECK(middle() == doctest::Approx(0.5).epsilon(0.06));
   }
+  // A wall of cloth whose mask cuts all of it.
+  setting.scene.materials = {test::material(0), test::material(0)};
+  GarmentParts& kept = setting.scene.materials[1].kept;
+  setting.scene.images = {
+      {"mask", "image/png", test::need(encode_png(Image{1, 1, 4, {1, 1, 1, 0}}, Transfer::keep))}};
+  kept.mask.image = 0;
+  kept.mask_cutoff = 0.5F;
+  const Frame open = in_environment(setting, even_light(), RenderPath::raster);
+  CHECK(open.pixels[10 * 20 + 10].x == doctest::Approx(0.8).epsilon(1e-3));
 }
 
 TEST_CASE("what a scene hides of its environment is left out where there is no memory for it") {

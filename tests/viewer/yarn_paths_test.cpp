@@ -51,7 +51,6 @@ TEST_CASE("cell images show the yarn that rays meet, from every place, of any si
     options.width = shot.width;
     options.height = shot.height;
     options.layers = 1;
-    options.levels.points = 1;
     options.lights = shot.lights;
     const Frame frame = test::need(render(scene, {example.fabric}, shot.camera, options));
     const Frame rays =

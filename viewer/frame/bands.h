@@ -31,6 +31,7 @@ struct BandPixels {
   int rows = 1;
   V4f* bottom = nullptr;
   std::ptrdiff_t stride = 0;
+  int supersample = 1;
   V4f& at(int x, int y) const { return bottom[y * stride + x]; }
 };
 

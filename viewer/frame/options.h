@@ -3,6 +3,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -77,6 +78,13 @@ inline constexpr CellImageOptions moving_cell_images{
     .min_transparency = 3.0F / 255,
 };
 
+/// Square blocks of a picture, row by row from its lower left.
+struct FrameBlocks {
+  static constexpr int side = 8;  ///< pixels
+  int across = 0;
+  std::vector<std::uint8_t> drawn;  ///< 0: not
+};
+
 /// Options that may change from frame to frame.
 struct DrawOptions {
   LevelOptions levels;
@@ -95,7 +103,14 @@ struct DrawOptions {
   int shadows = 0;
   /// Once this is true, drawing stops early, and the frame is incomplete. Null: nothing interrupts it.
   const std::atomic<bool>* interrupted = nullptr;
-  bool ends() const { return interrupted != nullptr && interrupted->load(std::memory_order_relaxed); }
+  /// The same from this time on.
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  bool ends() const {
+    return (interrupted != nullptr && interrupted->load(std::memory_order_relaxed)) ||
+           std::chrono::steady_clock::now() >= deadline;
+  }
+  /// Pixels beside these stay empty. Null: all are drawn.
+  const FrameBlocks* blocks = nullptr;
 };
 
 /// Statistics of a rendering; times in seconds. Drawing and evaluation of different bands overlap, so the
@@ -112,6 +127,7 @@ struct RenderStats {
   std::int64_t covered_pixels = 0;    ///< of the nearest layer, in the supersampled frame
   std::int64_t evaluated_pixels = 0;  ///< over all layers
   int layers = 0;                     ///< largest number in one pixel
+  int rows = 0;                       ///< that are complete, from the lower end of the picture
   std::int64_t image_bytes = 0;       ///< the most that cell images took at once
   std::vector<std::string> remarks;   ///< options and materials that could not be honoured, one line each
 };

@@ -156,21 +156,29 @@ class RowShader {
         task_(task),
         first_(task * rows_per_task),
         end_(std::min(first_ + rows_per_task, pixels.rows)),
+        blocks_(scene.view.options.blocks),
         painter_(scene, pixels) {}
 
   /// Finds the nearest surfaces, and the ones of the other side behind them; notes the cell images of the
   /// nearest.
   void see_nearest() {
     thread_local std::array<RasterRows, 2> rows;
-    if (surfaces_.cast)
+    const bool is_drawn = has_blocks();
+    if (surfaces_.cast && is_drawn)
       for (std::size_t side = 0; side < 2; ++side) surfaces_.raster[side].draw(task_, rows[side]);
     for (int y = first_; y < end_; ++y) {
       const std::span nearest(&surfaces_.nearest[index_of(0, y)], static_cast<std::size_t>(pixels_.width));
       const std::span behind(&surfaces_.behind[index_of(0, y)], nearest.size());
+      if (!is_drawn) {
+        std::ranges::fill(nearest, no_surface);
+        std::ranges::fill(behind, no_surface);
+        continue;
+      }
       if (surfaces_.cast)
         merge_sides(rows, static_cast<std::size_t>(y - first_) * rows[0].stride, nearest, behind);
       else
         merge_drawn(index_of(0, y), nearest, behind);
+      if (blocks_ != nullptr) clear_beside(y, nearest, behind);
       SeenSurface known = no_surface;
       for (int x = 0; x < pixels_.width; ++x) note(nearest[x], x, y, known);
     }
@@ -240,6 +248,22 @@ class RowShader {
  private:
   std::size_t index_of(int x, int y) const { return static_cast<std::size_t>(y) * pixels_.width + x; }
 
+  const std::uint8_t* blocks_of(int y) const {
+    const int row = (pixels_.first_row + y) / (FrameBlocks::side * pixels_.supersample);
+    return blocks_->drawn.data() + static_cast<std::ptrdiff_t>(row) * blocks_->across;
+  }
+  /// Whether some pixels of the rows are drawn.
+  bool has_blocks() const {
+    return blocks_ == nullptr || std::any_of(blocks_of(first_), blocks_of(end_ - 1) + blocks_->across,
+                                             [](auto b) { return b != 0; });
+  }
+  void clear_beside(int y, std::span<SeenSurface> nearest, std::span<SeenSurface> behind) const {
+    const std::uint8_t* const blocks = blocks_of(y);
+    const int side = FrameBlocks::side * pixels_.supersample;
+    for (int x = 0; x < pixels_.width; ++x)
+      if (blocks[x / side] == 0) nearest[x] = behind[x] = no_surface;
+  }
+
   void note(SeenSurface surface, int x, int y, SeenSurface& known) {
     if (surface == known || surface >= deep_surface || !cells_.shows(surface)) return;
     cells_.mark_visible(surface, x, pixels_.first_row + y);
@@ -274,6 +298,7 @@ class RowShader {
   int layers_;
   const BandPixels& pixels_;
   int task_, first_, end_;
+  const FrameBlocks* blocks_;
   Painter painter_;
   LayerCount count_;
   std::vector<std::uint32_t> deep_;  ///< pixels, ascending

@@ -68,6 +68,7 @@ void HybridPath::shade(const FrameScene& scene, int first_row, Band& band, Frame
   stats.evaluated_pixels += seen.evaluated;
   stats.layers = std::max(stats.layers, seen.layers);
   filter_band(bands_, first_row, band.large, frame);
+  if (!scene.view.options.ends()) stats.rows = (first_row + pixels.rows) / bands_.supersample;
   watch.add_to(stats.filter);
 }
 

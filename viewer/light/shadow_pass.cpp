@@ -7,7 +7,6 @@
 
 #include "format/base/guard.h"
 #include "format/gltf/memory.h"
-#include "format/picture/image.h"
 #include "viewer/gl/glsl.h"
 
 namespace selvedge {
@@ -16,12 +15,6 @@ namespace {
 // Locations in shadow_vertex.glsl and shadow_fragment.glsl.
 enum ShadowUniform : GLint { row_x, row_y, row_z, row_w, map_size, cutoff };
 constexpr GLuint mask_unit = 0;
-
-/// Surfaces whose fabric has a mask.
-bool has_mask(const Materials& materials, std::size_t surface) {
-  const int image = materials.pbr[surface].metallic_roughness.image;
-  return materials.surfaces[surface].fabric >= 0 && image >= 0 && materials.pictures[image].bytes;
-}
 
 /// Halvings of a mask.
 int halvings_of(const MaterialPicture& picture) {
@@ -36,6 +29,15 @@ using MaskKind = std::tuple<int, Wrap, Wrap>;
 MaskKind kind_of(const MaterialTexture& mask) { return {mask.image, mask.wrap_u, mask.wrap_v}; }
 
 }  // namespace
+
+bool has_mask(const Materials& materials, std::size_t surface) {
+  const int image = materials.pbr[surface].metallic_roughness.image;
+  return materials.surfaces[surface].fabric >= 0 && image >= 0 && materials.pictures[image].bytes;
+}
+
+Result<Image> decode_mask(const MaterialPicture& picture) {
+  return decode_image(*picture.bytes, picture.name, picture.transfer, {}, halvings_of(picture));
+}
 
 ShadowPass::ShadowPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials)
     : gl_(gl),
@@ -88,8 +90,7 @@ void ShadowPass::add_masks(const MergedSurfaces& mesh, const Materials& material
     const MaterialPicture& picture = materials.pictures[mask.image];
     const auto [texture, fresh] = textures.try_emplace(kind_of(mask), 0);
     if (fresh) {
-      const Result<Image> image =
-          decode_image(*picture.bytes, picture.name, picture.transfer, {}, halvings_of(picture));
+      const Result<Image> image = decode_mask(picture);
       // Without its picture, of which frames tell, a surface is whole.
       texture->second =
           objects_.keep_texture(make_colour_texture(gl_, image ? *image : Image{1, 1, 4, {1, 1, 1, 1}}));

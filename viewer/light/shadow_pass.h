@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "format/picture/image.h"
 #include "viewer/gl/objects.h"
 #include "viewer/light/shadows.h"
 #include "viewer/scene/materials.h"
@@ -11,13 +12,17 @@
 
 namespace selvedge {
 
+/// Whether the fabric of a surface has a mask, which is decoded at most 1024 pixels wide and high, so that
+/// shadows are the same from wherever they are seen.
+bool has_mask(const Materials& materials, std::size_t surface);
+Result<Image> decode_mask(const MaterialPicture& picture);
+
 /// Throws GRAPHICS_UNAVAILABLE where OpenGL fails.
 class ShadowPass {
  public:
   /// All surfaces cast shadows except glTF materials with alpha mode BLEND; holes of fabrics, and masks of
-  /// materials without one, are ignored. The masks of garments are decoded, at most 1024 pixels wide and
-  /// high, so that shadows are the same from wherever they are seen. The context of `gl` must be current
-  /// whenever a function of this class is called, the destructor included.
+  /// materials without one, are ignored. The context of `gl` must be current whenever a function of this
+  /// class is called, the destructor included.
   ShadowPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials);
   /// Fraction of --max-memory that the masks of garments take.
   static std::uint64_t mask_bytes(const Materials& materials);

@@ -37,7 +37,7 @@ export function fabric_of({json, bin}, material) {
   const {byteOffset = 0, byteLength, buffer} = json.bufferViews?.[json.extensions?.[NAME]?.fabrics?.[reference?.index]?.bufferView] ?? {};
   return buffer === 0 ? {bytes: bin.slice(byteOffset, byteOffset + byteLength), reference} : null;
 }
-/** Puts bytes into a document: in place of those of a view, or a new one; its number. Other bytes that nothing holds go. */
+/** Puts bytes into a document: in place of a view's, or in a new view; its number. Other bytes that nothing holds go. */
 function with_bytes(document, bytes, number) {
   const {json} = document, views = json.bufferViews ??= [];
   const others = views.flatMap((view, k) => k === number ? [] : [view, ...Object.values(view.extensions ?? {})]).filter(({buffer}) => buffer === 0);

@@ -24,7 +24,6 @@ test::Setting yarn_ball(int width, int height) {
   setting.options.height = height;
   setting.options.context = ContextKind::osmesa;
   setting.options.layers = 2;
-  setting.options.levels.points = 1;
   setting.camera.elevation = 20;
   setting.options.lights = default_lights(test::camera_of(setting));
   return setting;

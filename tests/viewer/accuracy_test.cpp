@@ -1,0 +1,69 @@
+// Pictures for an accuracy, or for a time, beside the picture with 64 rays a pixel.
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "format/base/srgb.h"
+#include "format/picture/display.h"
+#include "tests/viewer/small_frames.h"
+#include "viewer/accuracy.h"
+
+namespace selvedge {
+namespace {
+
+struct Ball {
+  Scene scene;
+  std::vector<Fabric> fabrics{test::random_fabric(8, 8, 3)};
+  RenderOptions options = test::small({test::from_the_side});
+  Ball() { test::add(scene, test::sphere(64, 32, V2d(24, 12)), test::material(0)), scene.fabrics.resize(1); }
+};
+
+TEST_CASE("an estimated accuracy is near the true one, and at least what was asked for") {
+  const Ball ball;
+  const Camera camera = test::camera_for(ball.scene, ball.options);
+  RenderOptions best = ball.options;
+  best.supersample = 8;
+  best.cells.samples = samples_of(8);
+  const Image truth =
+      to_display_image(test::render_or_fail(ball.scene, ball.fabrics, camera, best), default_display());
+  const auto renderer = test::need(Renderer::create(ball.scene, ball.fabrics, ball.options));
+  for (const double wanted : {20.0, 34.0, 40.0}) {
+    Frame frame;
+    RenderStats stats;
+    const AccuratePicture picture =
+        test::need(draw_for(*renderer, {wanted, {}}, ball.options, camera, ball.options, frame, stats));
+    const Image shown = to_display_image(frame, default_display());
+    double sum = 0;
+    for (std::size_t i = 0; i < truth.pixels.size(); ++i) {
+      const auto value = [&](const Image& image) {
+        return linear_to_srgb(std::min(std::max(image.pixels[i], 0.0F), 1.0F));
+      };
+      sum += std::pow(value(shown) - value(truth), 2);
+    }
+    const double true_accuracy = -10 * std::log10(sum / static_cast<double>(truth.pixels.size()));
+    MESSAGE(wanted, " dB asked, ", picture.accuracy, " estimated, ", true_accuracy, " true, ",
+            picture.supersample);
+    CHECK(picture.accuracy >= wanted);
+    CHECK(true_accuracy >= wanted - 0.7);
+    CHECK(std::abs(picture.accuracy - true_accuracy) < 3);
+  }
+}
+
+TEST_CASE("no time is enough for a first picture, and the report's rays draw it again") {
+  const Ball ball;
+  const Camera camera = test::camera_for(ball.scene, ball.options);
+  const auto renderer = test::need(Renderer::create(ball.scene, ball.fabrics, ball.options));
+  for (const double seconds : {1e-6, 0.2}) {
+    Frame frame;
+    RenderStats stats;
+    RenderOptions again = ball.options;
+    again.supersample =
+        test::need(draw_for(*renderer, {{}, seconds}, again, camera, again, frame, stats)).supersample;
+    again.cells.samples = samples_of(again.supersample);
+    if (seconds < 1e-3) CHECK(again.supersample == 1);
+    CHECK(test::render_or_fail(ball.scene, ball.fabrics, camera, again).pixels == frame.pixels);
+  }
+}
+
+}  // namespace
+}  // namespace selvedge

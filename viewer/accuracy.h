@@ -1,0 +1,35 @@
+// Pictures as accurate as asked for, or as the time allows.
+//
+// A picture's accuracy is its PSNR beside the same picture with 64 rays a pixel or more, display-encoded
+// (default_display()), peak 1. It is estimated from blocks of the picture, which are drawn again with twice
+// as many rays along a pixel's side: halves of a picture's own rays share its cell images and their places,
+// and do not show what these lack.
+#pragma once
+
+#include <optional>
+
+#include "viewer/renderer.h"
+
+namespace selvedge {
+
+/// CellImageOptions::samples of a picture at rest: look-ups have two samples of images along either side.
+inline float samples_of(int supersample) { return 2 * static_cast<float>(supersample); }
+
+/// One wish for a picture, or none: the supersampling of the options.
+struct PictureGoal {
+  std::optional<double> accuracy;  ///< dB, above 0
+  std::optional<double> seconds;   ///< from the call on, above 0; a first picture is drawn in any case
+};
+
+struct AccuratePicture {
+  int supersample = 1;
+  double accuracy = 0;  ///< dB, estimated; 0: not known, as there is nothing to compare with
+};
+
+/// Draws a frame for a goal, and leaves the renderer at its supersampling; further frames need samples_of()
+/// it. The times of `stats` are of all
+/// that was drawn. Errors as Renderer::draw().
+Result<AccuratePicture> draw_for(Renderer& renderer, const PictureGoal& goal, const FrameSize& size,
+                                 const Camera& camera, DrawOptions options, Frame& frame, RenderStats& stats);
+
+}  // namespace selvedge
