@@ -21,9 +21,10 @@ struct DesignCommand {
 
 void declare(Options& options, DesignCommand& command) {
   options
-      .text("stitch", command.input, "STITCH|GARMENT",
-            "Shown first: a built-in stitch, a chart (.txt), draft (.wif) or description (.json) [plain-knit]; "
-            "or a garment (.glb)")
+      .text(
+          "stitch", command.input, "STITCH|GARMENT",
+          "Shown first: a built-in stitch, a chart (.txt), draft (.wif) or description (.json) [plain-knit]; "
+          "or a garment (.glb)")
       .reads();
   options.output(command.output, "The page", {".html"}).required();
 }

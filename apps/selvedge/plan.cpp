@@ -213,10 +213,7 @@ Result<int> run(const PlanCommand& command) {
   }
   if (materials.empty())
     return fail(Code::material_missing, command.scene, "/materials", "no material has a fabric");
-  report(command.common, "plan",
-         {{"scene", command.scene},
-          {"size", command.size},
-          {"materials", materials}},
+  report(command.common, "plan", {{"scene", command.scene}, {"size", command.size}, {"materials", materials}},
          text);
   return 0;
 }

@@ -90,9 +90,9 @@ struct Baked {
 /// beside the options. The same mesh, options and seed give the same samples for any number of threads.
 Result<Baked> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
                    const std::string& provenance = "{}", const Progress& progress = {});
-/// Bakes the yarn of `cell`, which options.yarns stores, without a mesh and without rays: its light by global lines
-/// (line_light.h), its samples by the splatter (yarn_samples.h). The same for any number of threads of one
-/// kind of processor.
+/// Bakes the yarn of `cell`, which options.yarns stores, without a mesh and without rays: its light by global
+/// lines (line_light.h), its samples by the splatter (yarn_samples.h). The same for any number of threads of
+/// one kind of processor.
 Result<Baked> bake(const YarnCell& cell, const std::string& name, const BakeOptions& options,
                    const std::string& provenance = "{}", const Progress& progress = {});
 

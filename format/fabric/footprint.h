@@ -11,7 +11,7 @@ namespace selvedge {
 
 /// Options of texture filtering: which mip levels and texels a pixel shows.
 struct LevelOptions {
-  int forced = -1;  ///< unless -1: this level everywhere, clamped to the last
+  int forced = -1;      ///< unless -1: this level everywhere, clamped to the last
   float footprint = 1;  ///< side of what a pixel shows, in pixels: less than 1 for one of several samples
 };
 

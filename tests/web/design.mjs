@@ -123,7 +123,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   };
 
   const open_file = (file) => page.locator('#file').setInputFiles(file);
-  // Twenty changes, undone and done again, are the same recipe, and so is that of the file, which makes the same bytes.
+  // Twenty changes, undone and done again, are the same recipe; the file's is, too, and makes the same bytes.
   const before = await seen();
   for (let k = 1; k <= 20; ++k) await type('melange', String(k / 100))();
   assert.equal((await seen()).set.melange, 0.2);
