@@ -1,7 +1,12 @@
 #include "viewer/accuracy.h"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
 
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
@@ -64,7 +69,7 @@ class Drawer {
   int limit() const {
     return std::min(max_supersample, index_pass_side_limit / std::max(size_.width, size_.height));
   }
-  void set_deadline(Clock::time_point deadline) { options_.deadline = deadline; }
+  void set_interrupted(const std::atomic<bool>* interrupted) { options_.interrupted = interrupted; }
 
  private:
   Renderer& renderer_;
@@ -186,8 +191,16 @@ AccuratePicture draw_in_time(Drawer& drawer, Clock::time_point begin, double sec
   const auto now = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   drawer.draw(1, nullptr, frame);
   AccuratePicture picture{1, 0};
-  drawer.set_deadline(begin +
-                      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)));
+  std::atomic<bool> is_late = false;
+  const std::jthread timer([&](const std::stop_token& stop) {
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    const auto end =
+        begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+    std::condition_variable_any().wait_until(lock, stop, end, [] { return false; });
+    is_late = true;
+  });
+  drawer.set_interrupted(&is_late);
   double taken = 0;
   for (int next = std::min(2, drawer.limit()); next > picture.supersample;) {
     const double before = now();

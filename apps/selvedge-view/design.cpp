@@ -7,6 +7,7 @@
 #include "apps/selvedge-view/workbench.h"
 #include "apps/selvedge/make.h"
 #include "format/base/atomic_file.h"
+#include "format/fabric/file.h"
 
 namespace selvedge {
 namespace {
@@ -22,22 +23,39 @@ struct DesignCommand {
 void declare(Options& options, DesignCommand& command) {
   options
       .text(
-          "stitch", command.input, "STITCH|GARMENT",
+          "stitch", command.input, "STITCH|FABRIC|GARMENT",
           "Shown first: a built-in stitch, a chart (.txt), draft (.wif) or description (.json) [plain-knit]; "
-          "or a garment (.glb)")
+          "a fabric (.exr) with its recipe; or a garment (.glb)")
       .reads();
   options.output(command.output, "The page", {".html"}).required();
 }
 
-/// All stitches, and the first recipe (converter/web/make.mjs) with its parameters. Throws Failure.
-Json recipes_with(const std::string& stitch) {
+/// The recipe (converter/web/make.mjs) of a stitch or in a fabric. Throws Failure.
+Json recipe_of(const std::string& input) {
+  if (input.ends_with(".exr")) {
+    const Json recipe = Json::parse(value_or_throw(read_fabric(input)).recipe, nullptr, false);
+    if (!recipe.value("stitch", Json()).is_string() || !recipe.value("text", Json("")).is_string())
+      throw Failure{{Code::fabric_member, input, "/recipe", "has no stitch: the fabric cannot be edited"}};
+    return recipe;
+  }
+  Json recipe = {{"stitch", std::filesystem::path(input).filename().string()}};
+  if (std::filesystem::path(input).has_extension()) recipe["text"] = value_or_throw(read_file(input));
+  return recipe;
+}
+
+/// All stitches, and the first recipe with its parameters. Throws Failure.
+Json recipes_with(const Json& recipe, Workbench& bench) {
+  const std::string name = recipe["stitch"];
+  std::string stitch = name;
+  if (recipe.contains("text")) {
+    stitch = bench.next(std::filesystem::path(name).extension().c_str());
+    value_or_throw(write_file(stitch, recipe["text"].get<std::string>()));
+  }
   StitchInfo info = value_or_throw(describe_stitch(stitch));
-  const bool is_file = std::filesystem::path(stitch).has_extension();
-  info.name = std::filesystem::path(stitch).filename().string();
+  info.name = name;
   Json recipes = stitches_for_pages();
   recipes["described"] = to_json(info);
-  recipes["first"] = {{"stitch", info.name}};
-  if (is_file) recipes["first"]["text"] = value_or_throw(read_file(stitch));
+  recipes["first"] = recipe;
   return recipes;
 }
 
@@ -49,18 +67,22 @@ std::string element_of(const Json& recipes) {
 }
 
 Result<int> run(const DesignCommand& command) {
-  const bool is_garment = command.input.ends_with(".glb");
-  const std::string stitch = is_garment ? default_stitch : command.input;
-  const Json recipes = recipes_with(stitch);
   Workbench bench;
-  MakeCommand make = value_or_throw(make_command_of({stitch, "-o", bench.next(".exr")}, "", ""));
-  make.common = command.common;
-  make_file(make);
+  const bool is_garment = command.input.ends_with(".glb");
+  const std::string made_of = is_garment ? default_stitch : command.input;
+  std::string fabric = made_of;
+  if (!fabric.ends_with(".exr")) {
+    fabric = bench.next(".exr");
+    MakeCommand make = value_or_throw(make_command_of({made_of, "-o", fabric}, "", ""));
+    make.common = command.common;
+    make_file(make);
+  }
+  const Json recipes = recipes_with(recipe_of(made_of), bench);
   PageCommand page;
   page.common = command.common;
   page.output = command.output;
   const GarmentWriter writer = make_garment_writer({});
-  page.inputs = {writer.dress(is_garment ? command.input : shared_file("sweater.glb"), make.output)};
+  page.inputs = {writer.dress(is_garment ? command.input : shared_file("sweater.glb"), fabric)};
   return write_page("design", page, element_of(recipes));
 }
 

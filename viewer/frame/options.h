@@ -3,7 +3,6 @@
 
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -103,12 +102,7 @@ struct DrawOptions {
   int shadows = 0;
   /// Once this is true, drawing stops early, and the frame is incomplete. Null: nothing interrupts it.
   const std::atomic<bool>* interrupted = nullptr;
-  /// The same from this time on.
-  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
-  bool ends() const {
-    return (interrupted != nullptr && interrupted->load(std::memory_order_relaxed)) ||
-           std::chrono::steady_clock::now() >= deadline;
-  }
+  bool ends() const { return interrupted != nullptr && interrupted->load(std::memory_order_relaxed); }
   /// Pixels beside these stay empty. Null: all are drawn.
   const FrameBlocks* blocks = nullptr;
 };
