@@ -6,14 +6,16 @@
 // and do not show what these lack.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "viewer/renderer.h"
 
 namespace selvedge {
 
-/// CellImageOptions::samples of a picture at rest: look-ups have two samples of images along either side.
-inline float samples_of(int supersample) { return 2 * static_cast<float>(supersample); }
+/// CellImageOptions::samples of a picture at rest: look-ups have two samples of images along either side, and
+/// pixels at least four.
+inline float samples_of(int supersample) { return 2 * static_cast<float>(std::max(supersample, 2)); }
 
 /// One wish for a picture, or none: the supersampling of the options.
 struct PictureGoal {

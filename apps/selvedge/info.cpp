@@ -37,12 +37,17 @@ constexpr const char* cell_lines =
 
 /// The command of a recipe.
 std::string recipe_text(const Json& recipe) {
+  constexpr std::size_t max_line = 96;
   std::string text = filled("recipe         selvedge make {stitch}", recipe);
+  const auto add = [&](const std::string& word) {
+    if (text.size() - (text.rfind('\n') + 1) + word.size() > max_line) text += " \\\n              ";
+    text += word;
+  };
   for (const auto& [option, value] : recipe.items()) {
     if (option == "set")
-      for (const auto& [name, number] : value.items()) text += " --set " + name + filled("={}", number);
+      for (const auto& [name, number] : value.items()) add(" --set " + name + filled("={}", number));
     else if (option != "stitch" && option != "text")
-      text += " --" + option + (value == "true" ? "" : filled(" {}", value));
+      add(" --" + option + (value == "true" ? "" : filled(" {}", value)));
   }
   return text + "\n";
 }

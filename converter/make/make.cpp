@@ -41,6 +41,9 @@ FitResult fit_layers(SideSamples samples, const MakeOptions& options, const Prog
 }
 
 FitResult fit_side(SideSamples samples, const MakeOptions& options, const Progress& progress) {
+  // The text of a recipe takes no bytes from the levels.
+  nlohmann::json provenance = provenance_json(samples.header.provenance);
+  if (provenance.erase("recipe") > 0) samples.header.provenance = provenance.dump();
   if (options.budget) return fit_layers(std::move(samples), options, progress);
   return value_or_throw(
       fit(samples.level, samples.header, options.fit, progress, samples.pairs[index_of(PairKind::measured)]));
@@ -172,10 +175,10 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
   }
   Fabric& fabric = outcome.fabric = joined(fits, yarns);
   nlohmann::json provenance = provenance_json(with_fit_record(fabric.provenance, outcome.record));
+  const nlohmann::json source = provenance_json(samples.header.provenance);
   for (const auto& [name, member] :
        {std::pair("sheet", &fabric.sheet), std::pair("recipe", &fabric.recipe)}) {
-    if (!provenance.contains(name)) continue;
-    *member = provenance[name].dump();
+    if (source.contains(name)) *member = source[name].dump();
     provenance.erase(name);
   }
   fabric.provenance = provenance.dump();
@@ -246,7 +249,7 @@ nlohmann::ordered_json recipe_value(const std::string& text) {
 
 nlohmann::ordered_json recipe_of(const std::string& name, const FoundStitch& stitch,
                                  nlohmann::ordered_json options) {
-  constexpr std::size_t max_text = 1 << 16;
+  constexpr std::size_t max_text = 1 << 14;
   options["stitch"] = name;
   options.erase("text");
   if (!stitch.text.empty() && stitch.text.size() <= max_text) options["text"] = stitch.text;

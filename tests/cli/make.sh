@@ -151,7 +151,7 @@ test_a_fabric_is_made_again_by_its_recipe() {
   node -pe 'JSON.parse(fs.readFileSync(0, "utf8")).content.recipe.text.trimEnd()' <"$scratch/out" >again/own.txt
   exits 0 selvedge info a.fabric.exr
   # shellcheck disable=SC2046
-  (cd again && $(sed -n 's/^recipe *//p' "$scratch/out") -o a.fabric.exr --quiet)
+  (cd again && $(sed -e ':a' -e '/\\$/N; s/\\\n//; ta' "$scratch/out" | sed -n 's/^recipe *//p') -o a.fabric.exr --quiet)
   same a.fabric.exr again/a.fabric.exr
 }
 
