@@ -33,7 +33,7 @@ void declare(Options& options, DesignCommand& command) {
 /// The recipe (converter/web/make.mjs) of a stitch or in a fabric. Throws Failure.
 Json recipe_of(const std::string& input) {
   if (input.ends_with(".exr")) {
-    const Json recipe = Json::parse(value_or_throw(read_fabric(input)).recipe, nullptr, false);
+    Json recipe = Json::parse(value_or_throw(read_fabric(input)).recipe, nullptr, false);
     if (!recipe.value("stitch", Json()).is_string() || !recipe.value("text", Json("")).is_string())
       throw Failure{{Code::fabric_member, input, "/recipe", "has no stitch: the fabric cannot be edited"}};
     return recipe;
