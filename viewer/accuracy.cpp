@@ -23,7 +23,7 @@ constexpr int max_supersample = 8;
 constexpr int picks = 48;
 
 /// dB by which a picture is nearer to one with twice its rays along a pixel's side than to the truth, the
-/// median over scenes by a seed (tests/bench/accuracy).
+/// median over scenes by a seed (tests/bench/accuracy.mjs).
 double nearer(int supersample) { return supersample < 4 ? 0.5 : 0.1; }
 
 /// dB that twice the rays along a pixel's side give, the same.

@@ -2,9 +2,9 @@
 //
 //   node tests/bench/accuracy.mjs VIEWER COUNT SEED FILE.glb|FILE.exr...
 //
-// The truth has 8 x 8 rays a pixel. Rows: what is asked, rays along a side, estimated and true dB, CPU seconds, and seconds of the
-// best fixed --supersample that has this accuracy, or for --seconds the dB of the best of that time. Then quantiles.
-import {execFileSync, spawnSync} from 'node:child_process';
+// The truth has 8 x 8 rays a pixel. Rows: the accuracy asked for, rays along a side, estimated and true dB, CPU seconds, and seconds
+// by the least fixed --supersample that has it. Then quantiles.
+import {spawnSync} from 'node:child_process';
 import {mkdtempSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
