@@ -83,8 +83,6 @@ std::optional<ShadowView> spot_view(const Light& light, std::span<const V3f> pos
   return view;
 }
 
-float along(const V4f& row, const V3f& p) { return row.x * p.x + row.y * p.y + row.z * p.z + row.w; }
-
 }  // namespace
 
 std::vector<ShadowView> shadow_views(std::span<const Light> lights, std::span<const V3f> positions,

@@ -30,6 +30,9 @@ struct ShadowView {
   bool operator==(const ShadowView&) const = default;
 };
 
+/// A coordinate of rows * (p, 1).
+inline float along(const V4f& row, const V3f& p) { return row.x * p.x + row.y * p.y + row.z * p.z + row.w; }
+
 /// Views of the first `max_shadows` lights that can cast shadows: directional lights and spots with cones
 /// below 160 degrees. Each covers all `positions` (relative to `origin`, at least one), a spot's those within
 /// its cone.

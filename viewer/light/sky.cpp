@@ -75,9 +75,6 @@ struct Depths {
 
 /// Draws triangles by their texels' middles.
 Depths draw_depths(const ShadowView& view, const MergedSurfaces& mesh, const Occluders& occluders) {
-  const auto along = [](const V4f& row, const V3f& p) {
-    return row.x * p.x + row.y * p.y + row.z * p.z + row.w;
-  };
   std::vector<V3f> places(mesh.positions.size());
   std::ranges::transform(mesh.positions, places.begin(), [&](const V3f& p) {
     return V3f(along(view.rows[0], p) - 0.5F, along(view.rows[1], p) - 0.5F, along(view.rows[2], p));
