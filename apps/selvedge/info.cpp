@@ -82,12 +82,10 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
         "{sheet/cover} ({sheet/coverWithHairs} with hairs)\n",
         content);
   }
-  const Json::json_pointer errors("/provenance/fit/heldOut/front");
-  if (content.contains(errors) && content[errors].is_array()) {
-    text += "held-out dB   ";
-    for (const Json& db : content[errors]) text += filled(" {db:.2f}", {{"db", db}});
-    text += "\n";
-  }
+  const Json accuracy = content.value("accuracy", Json::object());
+  if (accuracy.contains("front"))
+    text += filled("accuracy       {front} dB by level", accuracy) +
+            (accuracy.contains("yarn") ? filled(", {yarn} of the yarn close by\n", accuracy) : "\n");
   const YarnCounts& yarns = header.shape.yarns;
   if (yarns.curves > 0)
     text += fmt::format("yarn           {} curves, {} nodes\n", yarns.curves, yarns.nodes);

@@ -79,6 +79,19 @@ YarnData rounded(YarnData yarn) {
   return yarn;
 }
 
+/// YarnKind::near_db, the least of the fibres of the data sheet.
+std::optional<double> near_accuracy(const nlohmann::json& provenance) {
+  std::optional<double> least;
+  // A browser's module ends where nlohmann::json throws.
+  const nlohmann::json::json_pointer composition("/sheet/composition");
+  if (!provenance.contains(composition)) return least;
+  const auto& fibres = provenance[composition].get_ref<const std::string&>();
+  for (const YarnKind& kind : yarn_kinds())
+    if (fibres.find(kind.name) != std::string::npos)
+      least = std::min(least.value_or(kind.near_db), kind.near_db);
+  return least;
+}
+
 using ProgressOfSide = std::function<Progress(std::size_t)>;
 
 /// Fits with the layers that make the whole file as large as options.bytes lets it be. Yarn is rounded where
@@ -174,7 +187,7 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
     outcome.warnings.insert(outcome.warnings.end(), fitted.warnings.begin(), fitted.warnings.end());
   }
   Fabric& fabric = outcome.fabric = joined(fits, yarns);
-  nlohmann::json provenance = provenance_json(with_fit_record(fabric.provenance, outcome.record));
+  nlohmann::json provenance = provenance_json(fabric.provenance);
   const nlohmann::json source = provenance_json(samples.header.provenance);
   for (const auto& [name, member] :
        {std::pair("sheet", &fabric.sheet), std::pair("recipe", &fabric.recipe)}) {
@@ -182,6 +195,9 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
     provenance.erase(name);
   }
   fabric.provenance = provenance.dump();
+  nlohmann::json accuracy = nlohmann::json::parse(accuracy_text(outcome.record));
+  if (const auto near = near_accuracy(source); yarns && near) accuracy["yarn"] = *near;
+  fabric.accuracy = accuracy.dump();
   for (const Error& warning : precision_warnings({}, fabric, options.write))
     outcome.warnings.push_back(warning);
   fabric = as_stored(fabric, options.write.half);

@@ -28,6 +28,7 @@ struct YarnKind {
   double irregularity;   ///< Yarn::irregularity
   double melange;        ///< Yarn::melange
   double flattening;     ///< Yarn::flattening of woven yarn where it is free
+  double near_db;        ///< PSNR of the fabric drawn at the place `near` beside the traced stitch
 };
 
 /// Row 0 is "tube": a smooth yarn without fibres.

@@ -74,7 +74,6 @@ inline constexpr const char* pairs = "pairs";
 // In the record of a fit, in a fabric's provenance.
 inline constexpr const char* fit = "fit";
 inline constexpr const char* peak = "peak";
-inline constexpr const char* held_out = "heldOut";
 
 // In samples files only.
 inline constexpr const char* both = "both";

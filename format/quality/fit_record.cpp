@@ -24,17 +24,13 @@ Result<void> measure_side(const Fabric& side, const PairSamples& held_out, FitRe
   return {};
 }
 
-std::string with_fit_record(const std::string& provenance, const FitRecord& record) {
-  json text = provenance_json(provenance);
-  json& fit = text[member::fit];
-  if (!fit.is_object()) fit = json::object();
-  fit.erase(member::held_out);
+std::string accuracy_text(const FitRecord& record) {
+  json text = json::object();
   if (record.pairs > 0)
-    fit[member::held_out] = {{member::pairs, record.pairs},
-                             {member::peak, short_number(record.peak, "{:.6g}")}};
+    text = {{member::pairs, record.pairs}, {member::peak, short_number(record.peak, "{:.6g}")}};
   for (const Side side : all_sides) {
     for (const double psnr : record.psnr[index_of(side)])
-      fit[member::held_out][name_of(side)].push_back(short_number(psnr, "{:.2f}"));
+      text[name_of(side)].push_back(short_number(psnr, "{:.2f}"));
   }
   return text.dump();
 }

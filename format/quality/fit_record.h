@@ -1,5 +1,5 @@
-// The record of a fit in the provenance of a fabric: its errors on held-out pairs (`fit/heldOut`,
-// spec/fabric.md).
+// The record of a fit: its errors on held-out pairs, which become the member `accuracy` of a fabric
+// (spec/fabric.md).
 #pragma once
 
 #include <array>
@@ -22,8 +22,8 @@ struct FitRecord {
 /// pairs. Fails as compare() does.
 Result<void> measure_side(const Fabric& side, const PairSamples& held_out, FitRecord& record);
 
-/// A provenance with the record; as it was without pairs.
-std::string with_fit_record(const std::string& provenance, const FitRecord& record);
+/// The member `accuracy`, without that of the yarn; "{}" without pairs.
+std::string accuracy_text(const FitRecord& record);
 /// "2 lobes x table", "30 products".
 std::string layers_text(const FabricLevel& level);
 

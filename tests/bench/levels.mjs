@@ -22,7 +22,7 @@ for (const stitch of stitches) {
       const size = content.texels.join("x");
       if (sizes.has(size)) continue;
       sizes.add(size);
-      const values = content.provenance.fit.heldOut.front;
+      const values = content.accuracy.front;
       const falls = values.some((value, k) => k > 0 && value < values[k - 1]);
       falling += falls ? 1 : 0;
       console.log(`| ${stitch} | ${quality} | ${size} | ${values.map((v) => v.toFixed(2)).join(" ")}${falls ? " **falls**" : ""} |`);

@@ -36,11 +36,11 @@ const SHEET = [
 ];
 /** The data sheet of a fabric: pairs of a name and a value. */
 export function sheet_of(bytes) {
-  const {sheet = {}, mmPerRepeat, accuracy, provenance} = text_of(bytes) ?? {}, number = (x) => typeof x === 'number' ? String(Number(x.toPrecision(4))) : String(x);
+  const {sheet = {}, mmPerRepeat, accuracy} = text_of(bytes) ?? {}, number = (x) => typeof x === 'number' ? String(Number(x.toPrecision(4))) : String(x);
   const lines = SHEET.filter(([member]) => sheet[member] !== undefined).map(([member, name, unit]) =>
     [name, [[sheet[member]].flat().map(number).join(', '), unit].filter(Boolean).join(' ')]);
   if (mmPerRepeat) lines.push(['Repeat', `${mmPerRepeat.map(number).join(' x ')} mm`]);
-  const db = accuracy ?? provenance?.fit?.heldOut?.front;
-  if (db) lines.push(['Accuracy', `${Object.values(db).flat().map((x) => typeof x === 'number' ? x.toFixed(1) : x).join(', ')} dB`]);
+  const {front, yarn} = accuracy ?? {};
+  if (Array.isArray(front)) lines.push(['Accuracy', `${front.map(number).join(', ')}${yarn ? `; yarn ${number(yarn)}` : ''} dB`]);
   return [...lines, ['File', `${(bytes.length / 1000).toFixed(1)} KB`]];
 }
