@@ -22,7 +22,7 @@ struct FitRecord {
 /// pairs. Fails as compare() does.
 Result<void> measure_side(const Fabric& side, const PairSamples& held_out, FitRecord& record);
 
-/// The member `accuracy`, without that of the yarn; "{}" without pairs.
+/// The member `accuracy` but for the yarn; "{}" without pairs.
 std::string accuracy_text(const FitRecord& record);
 /// "2 lobes x table", "30 products".
 std::string layers_text(const FabricLevel& level);

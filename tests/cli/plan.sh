@@ -21,9 +21,10 @@ test_a_plan_tells_what_pixels_ask_for() {
   holds 'r.materials[0].levels.join() === "2,3" && r.materials[0].levelsOfFabric === 5'
   holds 'r.materials[0].pixelTexels.every((t) => Math.abs(t - 11.4) < 0.05)'
   holds 'r.materials[0].seen && r.materials[0].sides === "front" && !r.materials[0].yarn'
-  holds 'r.materials[0].make === "--texels 4x4 --sides front --yarns off"'
+  # Light comes through a sheet.
+  holds 'r.materials[0].through && r.materials[0].make === "--texels 4x4 --sides both --yarns off"'
   exits 0 selvedge plan quad.glb "${far_view[@]}"
-  grep -q 'make STITCH --texels 4x4 --sides front --yarns off$' "$scratch/out"
+  grep -q 'make STITCH --texels 4x4 --sides both --yarns off$' "$scratch/out"
   # Half as far, pixels are half as wide and levels one finer; a larger frame does the same.
   exits 0 selvedge plan quad.glb --distance 0.75 --fov 45 --size 400x400 --json
   holds 'r.materials[0].levels.join() === "1,2"'
@@ -41,6 +42,17 @@ test_a_plan_knows_backs_yarn_and_what_no_camera_sees() {
   # A quad that reaches behind the camera: from the finest level to a coarse one near the horizon.
   exits 0 selvedge plan quad.glb --distance 0.02 --elevation 80 --fov 90 --json
   holds 'r.materials[0].levels[0] === 0 && r.materials[0].levels[1] >= 1'
+}
+
+test_a_plan_leaves_out_what_other_surfaces_hide() {
+  make_cloth
+  edited quad.gltf wall.gltf 'g.materials[1].doubleSided = true; g.nodes.push({mesh: 1, translation: [0, 0, -0.001]});
+    g.meshes.push({primitives: [{...g.meshes[0].primitives[0], material: 1}]}); g.scenes[0].nodes.push(1)'
+  selvedge dress wall.gltf k.fabric.exr -o wall.glb --material cloth --quiet
+  exits 0 selvedge plan wall.glb "${far_view[@]}" --json
+  holds 'r.materials[0].sides === "front" && !r.materials[0].through && / --sides front /.test(r.materials[0].make)'
+  exits 0 selvedge plan wall.glb "${far_view[@]}" --azimuth 180 --json
+  holds '!r.materials[0].seen && r.materials[0].sides === "none"'
 }
 
 test_a_plan_covers_the_cameras_of_the_file() {
