@@ -8,10 +8,11 @@ export class FabricMaker {
   #made = null;
   #told = {};
   #shapes = [];
+  #given = [];
   /**
    * `module`: make.wasm as a WebAssembly.Module. `deflate`: packs a Uint8Array by zlib at level 4. `progress` is told the
    * stage (0: yarns come to rest, 1: bake, 2: fit) and the fraction of it that is done; it may throw, which ends the work.
-   * `describe` is told the parameters of a text's stitch, as `selvedge stitch --list NAME --json` has them, before it is drawn;
+   * `describe` is told the parameters of a text's stitch before it is drawn, as `selvedge stitch --list NAME --json` has them;
    * `shape` shapes of yarn at rest, bytes that remember() of this or another maker takes.
    */
   constructor(module, { deflate, progress = () => {}, describe = () => {}, shape = () => {} }) {
@@ -45,15 +46,21 @@ export class FabricMaker {
     const wasi_snapshot_preview1 = new Proxy({}, { get: () => () => 8 });
     this.#made = new WebAssembly.Instance(this.module, { host, wasi_snapshot_preview1 }).exports;
     this.#made._initialize();
-    for (const shape of this.#shapes) this.#run('remember', shape);
+    for (const shape of [...this.#given, ...this.#shapes]) this.#run('remember', shape);
   }
   #run(what, bytes) {
     this.#at(this.#made.input(bytes.length), bytes.length).set(bytes);
     this.#made[what]();
   }
+  /** Takes a shape that a maker has told, and keeps it. */
   remember(shape) {
-    this.#shapes.push(shape);
+    this.#given.push(shape);
     if (this.#made) this.#run('remember', shape);
+  }
+  /** Tells describe() the built-in stitches. */
+  stitches() {
+    if (!this.#made) this.#start();
+    this.#made.stitches();
   }
   /**
    * Makes a fabric; returns { bytes, remarks }, the bytes of its file. `recipe`: { stitch, text, set, quality, sides, seed, bytes }:

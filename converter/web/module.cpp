@@ -130,7 +130,7 @@ Relaxed relaxed_once(const StitchPattern& pattern, const RelaxOptions& options) 
   Relaxed relaxed = relax(pattern, options);
   Numbers all;
   pass(relaxed, all);
-  if (shapes.size() >= max_shapes) shapes.clear();
+  if (shapes.size() >= max_shapes) shapes.erase(shapes.begin());
   tell(Told::shape, key + (shapes[key] = all.bytes()));
   return relaxed;
 }
@@ -233,10 +233,9 @@ void make(Json json, bool preview) {
       }));
   adapt(stitch);
   const YarnCell cell = value_or_throw(yarn_cell_of(stitch.pattern));
-  const Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
-                           {"stitch", stitch_name},
-                           {"sheet", value_or_throw(sheet_of(stitch, cell.yarns, cell.period))},
-                           {"recipe", recipe_of(stitch_name, stitch, json)}};
+  Json provenance = {{"software", "selvedge " SELVEDGE_VERSION}, {"stitch", stitch_name}};
+  if (!preview) provenance["sheet"] = value_or_throw(sheet_of(stitch, cell.yarns, cell.period));
+  provenance["recipe"] = recipe_of(stitch_name, stitch, json);
   const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
   const Baked baked = value_or_throw(bake(cell, stitch_name, of_bake, text, stage(1)));
   if (preview)
@@ -316,6 +315,10 @@ extern "C" {
 [[clang::export_name("make")]] void make_fabric() { make(Json::parse(input_text), false); }
 /// Makes one that looks about the same, in a fraction of the time.
 [[clang::export_name("preview")]] void preview_fabric() { make(Json::parse(input_text), true); }
+/// Tells the built-in stitches to the host.
+[[clang::export_name("stitches")]] void tell_stitches() {
+  for (const StitchInfo& info : built_in_stitches()) tell(Told::stitch, to_json(info).dump());
+}
 /// Remembers a shape that was told to the host.
 [[clang::export_name("remember")]] void remember_shape() {
   shapes.emplace(input_text.substr(0, key_bytes), input_text.substr(key_bytes));

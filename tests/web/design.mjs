@@ -95,11 +95,14 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   const colour = await changes('colour', () => page.locator('#set_colour').fill('#aa3322'));
   assert.deepEqual(colour.set, { colour: '#aa3322' });
   await picture('red');
-  await changes('gauge', type('wale_mm', '5'));
+  // The page brings how the yarns of built-in stitches rest.
+  const { relaxed } = await changes('stitch', choose('purl'));
+  assert.equal(relaxed, colour.relaxed);
+  await changes('gauge', type('wale_mm', '4.6'));
+  assert.ok((await seen()).relaxed > relaxed);
   await open('Fibre');
   await changes('kind', () => page.getByRole('button', { name: 'cotton', exact: true }).click());
   await changes('hairiness', type('hairiness', '3'));
-  await changes('stitch', choose('purl'));
   await open('Yarn');
   await changes('radius', type('radius_mm', '0.6'));
   await changes('plies', type('plies', '2'));

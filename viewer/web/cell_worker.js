@@ -8,7 +8,7 @@
 //   view     { garment, camera, level, around, lights, serial }: what is seen of a garment from now on
 //   remove   { garment }, or { fabric }
 //   replace  { fabric, by, edition }: of CellModule.replace_fabric(); garments get their images at once
-//   hold     { held }: images of views at rest wait
+//   hold     { held }: images wait that are finer than another fabric's first, and of views at rest
 //   again    {}: the tiles are lost; the views come again, too
 //
 // and posts images { garment, first, entries, tiles, missing, wanted, uploads, at_rest, serial, edition }, of CellModule.table()
@@ -30,7 +30,7 @@ const TELL = 120;
 export class CellWorker {
   #post;
   #module = null;
-  /** What is to be done of each garment: { view, fresh, left }. */
+  /** What is to be done of each garment: { view, fresh, left, waits }; `waits`: while images are held, as first ones are there. */
   #due = new Map();
   #views = new Map();
   #working = false;
@@ -134,9 +134,10 @@ export class CellWorker {
     this.#working = true;
     const module = await this.#module;
     while (this.#due.size > 0) {
-      const all = [...this.#due], is_moving = ([, {fresh}]) => fresh < RESTING;
-      const [garment, due] = all.find(([garment]) => this.#coming.has(garment)) ?? all.find(is_moving) ?? all[0];
-      const early = due.fresh < RESTING ? 0 : this.#held ? LATEST_REST : this.#rests_at - performance.now();
+      const rank = ([garment, {fresh, waits}]) =>
+          this.#coming.has(garment) ? 0 : fresh === FIRST ? 1 : fresh < RESTING && !(waits && this.#held) ? 2 : 3;
+      const next = [...this.#due].reduce((a, b) => rank(b) < rank(a) ? b : a), [garment, due] = next;
+      const early = rank(next) < 3 ? 0 : this.#held ? LATEST_REST : this.#rests_at - performance.now();
       if (early > 0) {
         await new Promise((end) => {
           this.#wake = end;
@@ -152,7 +153,7 @@ export class CellWorker {
   }
   /** Whether garments in sight lack images of the fabric that has taken their own's place. */
   #awaits_any = () => [...this.#coming.keys()].some((garment) => this.#views.has(garment));
-  #make(module, garment, {view, fresh, left}) {
+  #make(module, garment, {view, fresh, left, waits = false}) {
     const {camera, level, around, lights} = view;
     left ??= module.begin_frame(garment, [...camera, SAMPLES, fresh, level, around ? 1 : 0, ...around ?? Array(36).fill(0)], lights);
     const end = performance.now() + SLICE;
@@ -161,7 +162,7 @@ export class CellWorker {
     if (is_full)
       for (const [each, its_view] of this.#views) this.#due.set(each, {view: its_view, fresh: RESTING, left: null});
     else if (left > 0 || fresh !== RESTING)
-      this.#due.set(garment, left > 0 ? {view, fresh, left} : {view, fresh: fresh === FIRST ? MOVING : RESTING, left: null});
+      this.#due.set(garment, left > 0 ? {view, fresh, left, waits} : {view, fresh: fresh === FIRST ? MOVING : RESTING, left: null, waits: true});
     const is_new = this.#coming.has(garment) && module.end_front(garment);
     if (is_new) {
       this.#editions.set(garment, this.#coming.get(garment));

@@ -64,7 +64,7 @@ function keep() {
   }
 }
 
-const start = {set: {}, ...first}, state = {making: false, shown: 0, preview_ms: null, made_ms: 0, shown_ms: 0, bytes: null, refusal: ''};
+const start = {set: {}, ...first}, state = {making: false, shown: 0, preview_ms: null, made_ms: 0, shown_ms: 0, relaxed: 0, bytes: null, refusal: ''};
 let recipe = kept() ?? start, history = [JSON.stringify(recipe)], now = 0;
 
 /** The name of the files of a cloth. */
@@ -219,17 +219,21 @@ function refuse(line) {
 const made_bytes = () => state.bytes ?? (state.making ? making : making = make());
 let making = null, module = null, worker = null, is_busy = false, ending = null, fabrics = [];
 const maker = URL.createObjectURL(new Blob([by_id('maker').textContent], {type: 'text/javascript'}));
-/** Shapes of yarn at rest, for another worker. */
-const shapes = [];
+/** Shapes of yarn at rest, for another worker: those that the page brings, each after its length, and others. */
+const shapes = [], brought = [];
+async function load_maker() {
+  const bytes = await view.bytes_of(by_id('shapes')), numbers = new DataView(bytes);
+  for (let at = 0, count; at < bytes.byteLength; at += 4 + count) brought.push(new Uint8Array(bytes, at + 4, count = numbers.getUint32(at, true)));
+  return WebAssembly.compile(await view.bytes_of(by_id('make')));
+}
 
 /** Sends the worker work, and returns its answer. A worker that is busy with other work ends. */
 async function ask_maker(message) {
-  module ??= WebAssembly.compile(await view.bytes_of(by_id('make')));
-  const ready = await module;
+  const ready = await (module ??= load_maker());
   if (is_busy) worker.terminate();
   if (is_busy || !worker) {
     worker = new Worker(maker);
-    worker.postMessage({module: ready, shapes});
+    worker.postMessage({module: ready, shapes: [...brought, ...shapes]});
   }
   is_busy = true;
   return new Promise((end) => {
@@ -239,7 +243,7 @@ async function ask_maker(message) {
     };
     worker.onmessage = ({data: {stitch, stage, fraction, shape, ...found}}) => {
       if (stitch) return describe(stitch);
-      if (shape) return shapes.splice(0, shapes.push(shape) - MAX_SHAPES);
+      if (shape) return ++state.relaxed, shapes.splice(0, shapes.push(shape) - MAX_SHAPES);
       if (stage === undefined) return answer(found);
       by_id('made').textContent = `making: ${STAGES[stage]}, ${Math.round(100 * fraction)} %`;
     };
@@ -314,7 +318,10 @@ async function show(bytes, is_over, is_whole = true) {
       wardrobe.worn().every(({material: {garment}}) => garment?.fabric === shown && ['shown', 'ended'].includes(garment.state));
   return new Promise((end) => {
     const look = () => {
-      if (!is_over() && !is_shown()) return is_as_large || view.prepare();
+      if (!is_over() && !is_shown()) {
+        if (!is_as_large) view.prepare();
+        if (!is_shown()) return;
+      }
       cell_images.removeEventListener('change', look);
       // Images of a fabric may be shown until the one after the next asks for its own.
       if (fabrics.length > 2) fabrics.shift().dispose();

@@ -3,7 +3,7 @@
 //   node make.mjs PACKAGE_FOLDER MODULES_FOLDER PAGE.html [MARK=FILE...]
 //
 // MODULES_FOLDER: a node_modules with three and esbuild. MARK=FILE: a text, script or module for a mark of page.html, such
-// as a page's own script, which imports modules of the package as 'selvedge/...'; a picture as base64; of FILE,FILE the texts
+// as a page's own script, which imports modules of the package as 'selvedge/...'; a picture or bytes as base64; of FILE,FILE the texts
 // by their names, as JSON.
 import {createHash} from 'node:crypto';
 import {mkdirSync, readFileSync, writeFileSync} from 'node:fs';
@@ -40,7 +40,7 @@ for (const [mark, file] of Object.entries(files)) {
   const named = (one) => [basename(one), readFileSync(one, 'utf8')];
   if (file.includes(',')) texts[mark] = JSON.stringify(Object.fromEntries(file.split(',').map(named))).replaceAll('</', '<\\/');
   else if (file.endsWith('.js')) texts[mark] = await bundled(path, mark === 'PAGE' ? 'esm' : 'iife');
-  else if (file.endsWith('.wasm')) texts[mark] = gzipSync(readFileSync(path), {level: 9}).toString('base64');
+  else if (/\.(wasm|bin)$/.test(file)) texts[mark] = gzipSync(readFileSync(path), {level: 9}).toString('base64');
   else texts[mark] = readFileSync(path, file.endsWith('.webp') ? 'base64' : 'utf8');
 }
 mkdirSync(dirname(page), {recursive: true});

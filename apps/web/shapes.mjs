@@ -1,0 +1,26 @@
+// Writes how the yarns of the built-in stitches, and of charts and drafts, come to rest: each shape of FabricMaker after its length.
+//
+//   node shapes.mjs MAKE.wasm OUTPUT FILE...
+import {readFileSync, writeFileSync} from 'node:fs';
+import {basename} from 'node:path';
+import {FabricMaker} from '../../converter/web/make.mjs';
+
+const [module, output, ...files] = process.argv.slice(2);
+const recipes = files.map((file) => ({stitch: basename(file), text: readFileSync(file, 'utf8')})), told = [], END = 'at rest';
+const maker = new FabricMaker(new WebAssembly.Module(readFileSync(module)), {
+  deflate: (bytes) => bytes,
+  describe: ({stitch}) => stitch.includes('.') || recipes.push({stitch}),
+  shape: (bytes) => {
+    told.push(Uint32Array.of(bytes.length), bytes);
+    throw new Error(END);
+  }
+});
+maker.stitches();
+for (const recipe of recipes) {
+  try {
+    maker.make(recipe);
+  } catch ({message}) {
+    if (message !== END) throw new Error(message);
+  }
+}
+writeFileSync(output, Buffer.concat(told.map(({buffer, byteOffset, byteLength}) => new Uint8Array(buffer, byteOffset, byteLength))));
