@@ -232,6 +232,7 @@ void make(Json json, bool preview) {
         return preview && is_large ? relaxed_roughly(pattern, relaxation) : relaxed_once(pattern, relaxation);
       }));
   adapt(stitch);
+  if (preview && is_large) of_bake.views = of_bake.lights = 9;
   const YarnCell cell = value_or_throw(yarn_cell_of(stitch.pattern));
   Json provenance = {{"software", "selvedge " SELVEDGE_VERSION}, {"stitch", stitch_name}};
   if (!preview) provenance["sheet"] = value_or_throw(sheet_of(stitch, cell.yarns, cell.period));

@@ -1,4 +1,5 @@
 // The segments of yarn, or of the plies that follow from its axis (spec/brdf.md, "Curves" and "Plies").
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -125,11 +126,13 @@ float round_radius_of(const Yarns::Segment& s) { return s.radius / thin_radius(1
 
 void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vector<Yarns::Segment>& segments) {
   const auto count = static_cast<int>(chain.nodes.size()) - 3;
+  V3f tangent(tangent_at(chain.nodes, 0));
   for (int i = 0; i < count; ++i) {
     Yarns::Segment s;
     s.start = V3f(chain.nodes[i + 1]);
     s.along = V3f(chain.nodes[i + 2] - chain.nodes[i + 1]);
-    s.tangent = {V3f(tangent_at(chain.nodes, i)), V3f(tangent_at(chain.nodes, i + 1))};
+    s.tangent[0] = tangent;
+    s.tangent[1] = tangent = V3f(tangent_at(chain.nodes, i + 1));
     s.across = {V3f(chain.across[i]), V3f(chain.across[i + 1])};
     if (!chain.out.empty()) s.out = {V3f(chain.out[i]), V3f(chain.out[i + 1])};
     s.squeeze = V3f(chain.squeeze[i]);
@@ -161,6 +164,7 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
   std::vector<AxisPlace> places;
   for (int i = 0; i < count; ++i) places.push_back(place_on(axis, curve, i / divisions, i % divisions));
   const double offset = static_cast<double>(curve.radius) * (1 - ply_radius(plies));
+  segments.reserve(static_cast<std::size_t>(plies) * count);
   for (int ply = 0; ply < plies; ++ply) {
     ChainNodes chain;
     chain.rows = rows_of_ply(curve, ply);
@@ -262,8 +266,9 @@ YarnFrame Yarns::frame_at(int curve, int station, int ply) const {
   const YarnPlies& plies = data_.curves[curve].plies;
   const int count = data_.curves[curve].nodes * plies.divisions;
   const Segment* const first = &segments_[first_segment_[curve] + ply * count];
-  int i = 0;
-  while (i + 1 < count && first[i + 1].station <= at) ++i;
+  const auto i =
+      std::partition_point(first + 1, first + count, [&](const Segment& s) { return s.station <= at; }) -
+      first - 1;
   const Segment& s = first[i];
   const float fraction = std::clamp((at - s.station) / s.stations, 0.0F, 1.0F);
   YarnFrame frame;
