@@ -5,7 +5,9 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <map>
 #include <mutex>
+#include <numbers>
 #include <thread>
 
 #include "format/base/guard.h"
@@ -20,11 +22,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int max_supersample = 8;
-constexpr int picks = 48;
-
-/// dB by which a picture is nearer to one with twice its rays along a pixel's side than to the truth, the
-/// median over scenes by a seed (tests/bench/accuracy.mjs).
-double nearer(int supersample) { return supersample < 4 ? 0.5 : 0.1; }
+/// dB by which a picture is nearer to one with twice its rays along a pixel's side than to the truth, about
+/// (tests/bench/accuracy.mjs).
+constexpr double nearer = 0.3;
+constexpr double nearer_with_one = 0.8;  ///< so much more with one ray a pixel
 
 /// dB that twice the rays along a pixel's side give, the same.
 constexpr double gain_of_twice = 6.5;
@@ -36,13 +37,6 @@ V3f display_value(const V4f& pixel) {
   return {encoded(c.x), encoded(c.y), encoded(c.z)};
 }
 
-double mean_square(const Frame& a, const Frame& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.pixels.size(); ++i)
-    sum += (display_value(a.pixels[i]) - display_value(b.pixels[i])).length2();
-  return sum / (3.0 * static_cast<double>(a.pixels.size()));
-}
-
 double decibels(double mean_square) { return -10 * std::log10(std::max(mean_square, 1e-20)); }
 
 /// Draws a view with any supersampling.
@@ -52,23 +46,25 @@ class Drawer {
          RenderStats& stats)
       : renderer_(renderer), size_(size), camera_(camera), options_(options), stats_(stats) {}
 
-  /// Only pixels of `blocks`, if there are any. Throws a Failure.
-  void draw(int supersample, const FrameBlocks* blocks, Frame& frame) {
+  /// Only pixels of `blocks`, if there are any. Returns whether nothing interrupted it. Throws a Failure.
+  bool draw(int supersample, const FrameBlocks* blocks, Frame& frame) {
     size_.supersample = supersample;
     value_or_throw(renderer_.resize(size_));
     options_.blocks = blocks;
     options_.cells.samples = samples_of(supersample);
     RenderStats stats;
     value_or_throw(renderer_.draw(camera_, options_, frame, stats));
+    const bool is_complete = stats.rows == size_.height;
+    if (is_complete && blocks == nullptr) std::swap(stats_, stats);
     for (const auto& [name, seconds] : render_seconds)
-      if (seconds != &RenderStats::prepare) stats.*seconds += stats_.*seconds;
-    stats_ = stats;
+      if (seconds != &RenderStats::prepare) stats_.*seconds += stats.*seconds;
+    return is_complete;
   }
-  const RenderStats& stats() const { return stats_; }
   /// Largest supersampling that the index pass can draw.
   int limit() const {
     return std::min(max_supersample, index_pass_side_limit / std::max(size_.width, size_.height));
   }
+  const RenderStats& stats() const { return stats_; }
   void set_interrupted(const std::atomic<bool>* interrupted) { options_.interrupted = interrupted; }
 
  private:
@@ -79,118 +75,133 @@ class Drawer {
   RenderStats& stats_;
 };
 
-/// Blocks of a picture, chosen where it has most detail, and the errors that they tell of.
+/// Blocks of a picture, spread evenly over it, drawn with several supersamplings.
 class Probe {
  public:
-  Probe(Drawer& drawer, Frame first) : drawer_(drawer) {
-    const int width = first.width;
-    const int height = first.height;
-    blocks_.across = (width + FrameBlocks::side - 1) / FrameBlocks::side;
-    const int down = (height + FrameBlocks::side - 1) / FrameBlocks::side;
-    std::vector<V3f> shown(first.pixels.size());
-    parallel_for(0, height, [&](int y) {
-      for (int x = 0; x < width; ++x)
-        shown[index(width, x, y)] = display_value(first.pixels[index(width, x, y)]);
-    });
-    // Squares of second differences: what few rays miss is where they differ.
-    std::vector<double> detail(static_cast<std::size_t>(blocks_.across) * down);
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) {
-        const auto at = [&](int i, int j) {
-          return shown[index(width, std::clamp(x + i, 0, width - 1), std::clamp(y + j, 0, height - 1))];
-        };
-        const V3f mean = (at(-1, 0) + at(1, 0) + at(0, -1) + at(0, 1)) * 0.25F;
-        detail[block_of(first, x, y)] += (at(0, 0) - mean).length2();
-      }
-    }
-    choose(detail);
-    last_ = std::move(first);
+  /// `known`: the picture with `supersample`, if it is drawn.
+  Probe(Drawer& drawer, const FrameSize& size, int supersample, const Frame* known)
+      : drawer_(drawer), size_(size) {
+    // Each block costs images of its own: few larger ones tell as much for less.
+    constexpr int small = 30'000;  // pixels
+    blocks_.side = size.width * size.height < small ? 8 : 16;
+    blocks_.across = (size.width + blocks_.side - 1) / blocks_.side;
+    blocks_.drawn.resize(static_cast<std::size_t>(blocks_.across) *
+                         ((size.height + blocks_.side - 1) / blocks_.side));
+    constexpr int picks = 20;
+    constexpr int enough = 14;  // that show something
+    choose(picks);
+    if (known != nullptr) frames_[supersample] = *known;
+    const int shown = std::max(count_shown(drawn(supersample)), 1);
+    if (shown >= enough) return;
+    choose(picks * std::min(picks, enough / shown + 1));
+    if (known == nullptr) frames_.clear();
   }
 
-  /// dB of the picture with half of this supersampling, which was drawn before.
-  double accuracy_of_half(int supersample) {
-    const Frame fine = draw(supersample);
-    double sum = 0;
-    for (int y = 0; y < fine.height; ++y) {
-      for (int x = 0; x < fine.width; ++x) {
-        const double weight = weights_[block_of(fine, x, y)];
-        if (weight == 0) continue;
-        const std::size_t i = index(fine.width, x, y);
-        sum += weight * (display_value(last_.pixels[i]) - display_value(fine.pixels[i])).length2();
-      }
-    }
-    last_ = fine;
-    return decibels(sum / (3.0 * static_cast<double>(fine.pixels.size()))) - nearer(supersample / 2);
+  /// dB of the picture with some supersampling beside that with another.
+  double accuracy(int supersample, int beside) {
+    double square = 0;
+    double count = 0;
+    const Frame& a = drawn(supersample);
+    const Frame& b = drawn(beside);
+    for_each_pixel([&](std::size_t i, std::size_t) {
+      square += (display_value(a.pixels[i]) - display_value(b.pixels[i])).length2();
+      count += 3;
+    });
+    return decibels(square / count);
   }
 
  private:
-  static std::size_t index(int width, int x, int y) { return static_cast<std::size_t>(y) * width + x; }
-  std::size_t block_of(const Frame& frame, int x, int y) const {
-    return index(blocks_.across, x / FrameBlocks::side, (frame.height - 1 - y) / FrameBlocks::side);
-  }
-
-  /// Takes blocks with probabilities by their detail, evenly spread over the picture (systematic sampling);
-  /// a block counts by the inverse of its probability (Hansen and Hurwitz 1943).
-  void choose(const std::vector<double>& detail) {
-    constexpr double even = 0.2;  // of the probability goes to all blocks with any detail alike
-    double whole = 0;
-    std::size_t count = 0;
-    for (const double d : detail) {
-      whole += d;
-      count += d > 0 ? 1 : 0;
-    }
-    blocks_.drawn.assign(detail.size(), 0);
-    weights_.assign(detail.size(), 0);
-    double sum = 0;
-    int taken = 0;
-    for (std::size_t i = 0; i < detail.size(); ++i) {
-      if (detail[i] == 0) continue;
-      const double probability = (1 - even) * detail[i] / whole + even / static_cast<double>(count);
-      sum += probability;
-      for (; taken < picks && (taken + 0.5) / picks <= sum; ++taken) {
-        blocks_.drawn[i] = 1;
-        weights_[i] += 1 / (picks * probability);
+  /// Calls body(pixel, block) for all pixels of the blocks.
+  template <class Body>
+  void for_each_pixel(const Body& body) const {
+    for (int y = 0; y < size_.height; ++y) {
+      const std::size_t row =
+          static_cast<std::size_t>((size_.height - 1 - y) / blocks_.side) * blocks_.across;
+      for (int x = 0; x < size_.width; ++x) {
+        const std::size_t block = row + x / blocks_.side;
+        if (blocks_.drawn[block] != 0) body(static_cast<std::size_t>(y) * size_.width + x, block);
       }
     }
   }
 
-  Frame draw(int supersample) {
-    Frame frame;
-    drawer_.draw(supersample, &blocks_, frame);
+  /// Takes one of each of `picks` equal stretches of the blocks, row by row.
+  void choose(int picks) {
+    std::ranges::fill(blocks_.drawn, 0);
+    const double stretch = std::max(static_cast<double>(blocks_.drawn.size()) / picks, 1.0);
+    double place = 0.5;
+    for (double begin = 0; begin + 0.5 < static_cast<double>(blocks_.drawn.size()); begin += stretch) {
+      place += std::numbers::phi;
+      place -= std::floor(place);
+      blocks_.drawn[std::min(static_cast<std::size_t>(begin + place * stretch), blocks_.drawn.size() - 1)] =
+          1;
+    }
+  }
+
+  /// Blocks with more than the studio's floor.
+  int count_shown(const Frame& frame) const {
+    constexpr float plain = 0.03F;
+    std::vector<std::pair<float, float>> range(blocks_.drawn.size(), {1.0F, 0.0F});
+    for_each_pixel([&](std::size_t i, std::size_t block) {
+      const float value = display_value(frame.pixels[i]).y;
+      range[block] = {std::min(range[block].first, value), std::max(range[block].second, value)};
+    });
+    return static_cast<int>(
+        std::ranges::count_if(range, [](const auto& r) { return r.second - r.first > plain; }));
+  }
+
+  const Frame& drawn(int supersample) {
+    Frame& frame = frames_[supersample];
+    if (frame.pixels.empty()) drawer_.draw(supersample, &blocks_, frame);
     return frame;
   }
 
   Drawer& drawer_;
+  FrameSize size_;
   FrameBlocks blocks_;
-  std::vector<double> weights_;  ///< of blocks
-  Frame last_;
+  std::map<int, Frame> frames_;
 };
 
 /// Draws with the least supersampling that has an accuracy, dB.
-AccuratePicture draw_accurate(Drawer& drawer, double wanted, Frame& frame) {
-  drawer.draw(std::min(2, drawer.limit()), nullptr, frame);
-  if (drawer.limit() < 4) return {std::min(2, drawer.limit()), 0};
-  Probe probe(drawer, frame);
-  AccuratePicture picture{2, probe.accuracy_of_half(4)};
-  if (picture.accuracy >= wanted) return picture;
-  const double of_four = drawer.limit() < 8 ? picture.accuracy + gain_of_twice : probe.accuracy_of_half(8);
-  // In between, accuracy goes with the logarithm of the rays.
-  const double slope = (of_four - picture.accuracy) / std::log(2.0);
-  for (const int supersample : {3, 4, 6, max_supersample}) {
-    picture = {supersample, of_four + slope * std::log(supersample / 4.0)};
-    if (picture.accuracy >= wanted || supersample >= drawer.limit()) break;
+AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& size, Frame& frame) {
+  AccuratePicture picture{std::min(2, drawer.limit()), 0};
+  if (drawer.limit() >= 4) {
+    Probe probe(drawer, size, 2, nullptr);
+    const auto is_enough = [&](int supersample, double decibels) {
+      picture = {supersample, decibels - nearer};
+      return picture.accuracy >= wanted;
+    };
+    // The cheaper comparison first.
+    const bool of_one =
+        is_enough(1, probe.accuracy(1, 2) - nearer_with_one) || is_enough(1, probe.accuracy(1, 4));
+    double of_two = of_one ? 0 : probe.accuracy(2, 4);
+    if (!of_one && !is_enough(2, of_two)) {
+      double of_four = of_two + gain_of_twice;
+      if (drawer.limit() >= 8) {
+        of_four = probe.accuracy(4, 8);
+        of_two = probe.accuracy(2, 8);
+      }
+      // In between, accuracy goes with the logarithm of the rays.
+      for (const int supersample : {3, 4, 6, max_supersample})
+        if (is_enough(supersample, of_four + (of_four - of_two) * std::log2(supersample / 4.0)) ||
+            supersample >= drawer.limit())
+          break;
+    }
   }
   drawer.draw(picture.supersample, nullptr, frame);
   return picture;
 }
 
-/// Draws with the most supersampling that the time allows.
-AccuratePicture draw_in_time(Drawer& drawer, Clock::time_point begin, double seconds, Frame& frame) {
-  // Seconds go with this power of the rays along a side, at most.
-  constexpr double power = 1.5;
+/// Times of a picture beside that with one ray a pixel, about.
+double relative_time(int supersample) { return 0.65 + 0.3 * std::pow(supersample, 1.5); }
+
+/// Draws with one ray a pixel, then with as many as the time allows.
+AccuratePicture draw_in_time(Drawer& drawer, double seconds, const FrameSize& size, Frame& frame) {
+  constexpr double reserve = 1.2;
+  constexpr double of_probe = 0.4;  // of the picture's time
+  const Clock::time_point begin = Clock::now();
   const auto now = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   drawer.draw(1, nullptr, frame);
-  AccuratePicture picture{1, 0};
+  int supersample = 1;
   std::atomic<bool> is_late = false;
   const std::jthread timer([&](const std::stop_token& stop) {
     std::mutex mutex;
@@ -201,24 +212,22 @@ AccuratePicture draw_in_time(Drawer& drawer, Clock::time_point begin, double sec
     is_late = true;
   });
   drawer.set_interrupted(&is_late);
-  double taken = 0;
-  for (int next = std::min(2, drawer.limit()); next > picture.supersample;) {
+  // Shadows of the sky are found once.
+  double taken = now() - drawer.stats().shadows;
+  for (const int next : {max_supersample, 6, 4, 3, 2}) {
+    const double expected = taken * relative_time(next) / relative_time(supersample);
+    if (next <= supersample || next > drawer.limit() || reserve * expected > seconds - now()) continue;
     const double before = now();
     Frame finer;
-    drawer.draw(next, nullptr, finer);
-    if (drawer.stats().rows < finer.height) break;
+    if (!drawer.draw(next, nullptr, finer)) break;
     taken = now() - before;
-    const double difference = decibels(mean_square(frame, finer));
-    picture = {next, difference - nearer(picture.supersample) +
-                         gain_of_twice * std::log2(1.0 * next / picture.supersample)};
+    supersample = next;
     frame = std::move(finer);
-    next = 0;
-    for (const int larger : {3, 4, 6, max_supersample})
-      if (larger > picture.supersample && larger <= drawer.limit() &&
-          taken * std::pow(1.0 * larger / picture.supersample, power) < seconds - now())
-        next = larger;
   }
-  return picture;
+  if (2 * supersample > drawer.limit() || of_probe * taken > seconds - now()) return {supersample, 0};
+  Probe probe(drawer, size, supersample, &frame);
+  const double accuracy = probe.accuracy(supersample, 2 * supersample) - nearer;
+  return {supersample, is_late ? 0 : accuracy};
 }
 
 }  // namespace
@@ -227,15 +236,14 @@ Result<AccuratePicture> draw_for(Renderer& renderer, const PictureGoal& goal, co
                                  const Camera& camera, DrawOptions options, Frame& frame,
                                  RenderStats& stats) {
   return result_of([&] {
-    const Clock::time_point begin = Clock::now();
     stats = {};
     Drawer drawer(renderer, size, camera, options, stats);
     if (!goal.accuracy && !goal.seconds) {
       drawer.draw(size.supersample, nullptr, frame);
       return AccuratePicture{size.supersample, 0};
     }
-    const AccuratePicture picture = goal.accuracy ? draw_accurate(drawer, *goal.accuracy, frame)
-                                                  : draw_in_time(drawer, begin, *goal.seconds, frame);
+    const AccuratePicture picture = goal.accuracy ? draw_accurate(drawer, *goal.accuracy, size, frame)
+                                                  : draw_in_time(drawer, *goal.seconds, size, frame);
     FrameSize left = size;
     left.supersample = picture.supersample;
     value_or_throw(renderer.resize(left));

@@ -1,4 +1,4 @@
-// trade: measures what a frame costs and is worth, in the three qualities of a stitch from four distances.
+// trade: measures what pictures of a stitch cost and are worth, from four distances, moving and at rest.
 #include "apps/selvedge-view/trade.h"
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 #include "format/base/atomic_file.h"
 #include "format/base/parallel.h"
 #include "format/picture/display.h"
-#include "viewer/renderer.h"
+#include "viewer/accuracy.h"
 
 namespace selvedge {
 namespace {
@@ -23,12 +23,33 @@ constexpr std::array distances{120, 30, 15, 8};  ///< pixels of the longer perio
 constexpr int part = 10;  ///< the middle of a frame, of which dB are taken: 1/part of its sides
 constexpr int truth_samples = 192;
 
+/// Fabrics by their names in the plot, with options of make.
+struct Candidate {
+  const char* name;
+  std::vector<std::string> options;
+};
+const std::array<Candidate, 4> candidates{{{"yarn", {}},
+                                           {"draft", {"--quality", "draft"}},
+                                           {"texels", {"--yarns", "off"}},
+                                           {"paper", {"--quality", "paper"}}}};
+/// Settings of pictures of yarn at rest; of other fabrics the first is drawn.
+struct Setting {
+  const char* name;
+  int supersample;
+  PictureGoal goal;
+};
+const std::array<Setting, 5> settings{{{"2 x 2 rays", 2, {}},
+                                       {"1 ray", 1, {}},
+                                       {"4 x 4 rays", 4, {}},
+                                       {"--accuracy 36", 2, {36.0, {}}},
+                                       {"--seconds 1", 2, {{}, 1.0}}}};
+
 struct TradeCommand {
   CommonOptions common;
   std::string input;
   CellOptions cell;
   std::string output;  ///< a folder
-  V2i size{1920, 1080};
+  V2i size{960, 540};
 };
 
 void declare(Options& options, TradeCommand& command) {
@@ -98,8 +119,9 @@ class Distance {
     return shot;
   }
 
-  /// A row of the table; adds the middle of a frame that moves and of the picture at rest.
-  Json measure(const Fabric& fabric, const Frame& truth, std::vector<Frame>& frames) const {
+  /// Adds rows of a fabric's frames, and their middle: `pixels`, `drawn`, `ms` of the processor, `db`.
+  void measure(const Fabric& fabric, const Frame& truth, bool all, Json row, Json& rows,
+               std::vector<Frame>& frames) const {
     RenderOptions options;
     options.lights = at(0).lights;
     // The cloth of all frames: they turn about its origin.
@@ -114,37 +136,42 @@ class Distance {
     const std::vector<Fabric> fabrics{fabric};
     Frame frame;
     RenderStats stats;
+    const auto add = [&](const char* drawn, double seconds) {
+      frames.push_back(middle_of(frame, V2i(middle().width, middle().height)));
+      row.update({{"pixels", pixels_},
+                  {"drawn", drawn},
+                  {"ms", 1000 * seconds},
+                  {"db", decibels(frames.back(), truth)}});
+      rows.push_back(row);
+    };
     // As `show` draws while the view turns.
     RenderOptions moving = options;
     moving.path = RenderPath::raster;
     moving.width = size_.x;
     moving.height = size_.y;
     moving.cells = moving_cell_images;
-    const auto orbit = value_or_throw(Renderer::create(scene, fabrics, moving));
+    auto renderer = value_or_throw(Renderer::create(scene, fabrics, moving));
     constexpr int count = 12;
     std::vector<double> seconds;
     for (int i = 1 - count; i <= 0; ++i) {
       const std::clock_t before = std::clock();
-      value_or_throw(orbit->draw(at(i * (pixels_ > 60 ? 0.5 : 1)).camera, moving, frame, stats));
+      value_or_throw(renderer->draw(at(i * (pixels_ > 60 ? 0.5 : 1)).camera, moving, frame, stats));
       seconds.push_back(processor_seconds(before));
     }
     // The first half fills the store of images.
     seconds.erase(seconds.begin(), seconds.begin() + count / 2);
     std::ranges::sort(seconds);
-    const SwatchShot still = middle();
-    const Frame moved = middle_of(frame, {still.width, still.height});
+    add("moving", seconds[seconds.size() / 2]);
     // As `render` draws.
-    options.width = still.width;
-    options.height = still.height;
-    options.supersample = 2;
-    const Frame rested = value_or_throw(render(scene, fabrics, still.camera, options));
-    Json row = {{"pixels", pixels_},
-                {"movingMs", 1000 * seconds[seconds.size() / 2]},
-                {"movingDb", decibels(moved, truth)},
-                {"restDb", decibels(rested, truth)}};
-    frames.push_back(moved);
-    frames.push_back(rested);
-    return row;
+    for (const Setting& setting : std::span(settings).first(all ? settings.size() : 1)) {
+      FrameSize size = moving;
+      size.supersample = setting.supersample;
+      // One without images.
+      renderer = value_or_throw(Renderer::create(scene, fabrics, moving));
+      const std::clock_t before = std::clock();
+      value_or_throw(draw_for(*renderer, setting.goal, size, at(0).camera, options, frame, stats));
+      add(setting.name, processor_seconds(before));
+    }
   }
 
  private:
@@ -185,59 +212,47 @@ Result<int> run(const TradeCommand& command) {
   std::error_code error;
   std::filesystem::create_directories(command.output, error);
   if (error) return fail(Code::file_unwritable, command.output, "", error.message());
-  struct Made {
-    std::string quality, file;
-    double seconds;
-    Fabric fabric;
-  };
-  std::vector<Made> made;
-  for (const std::string_view name : quality_names) {
-    const std::string quality(name);
-    tell("make " + quality, 0.1 * static_cast<double>(made.size()));
-    const std::string file = fmt::format("{}/{}.fabric.exr", command.output, quality);
-    MakeCommand make = value_or_throw(
-        make_command_of({command.input, "-o", file, "--quality", quality}, command.input, "--quality"));
+  std::vector<Fabric> made;
+  Json fabrics = Json::array();
+  for (const Candidate& candidate : candidates) {
+    tell(fmt::format("make {}", candidate.name), 0.1 * static_cast<double>(made.size()));
+    const std::string file = fmt::format("{}/{}.fabric.exr", command.output, candidate.name);
+    std::vector<std::string> words{command.input, "-o", file};
+    words.insert(words.end(), candidate.options.begin(), candidate.options.end());
+    MakeCommand make = value_or_throw(make_command_of(words, command.input, "--quality"));
     make.cell = command.cell;
     make.common.quiet = true;
     const std::clock_t before = std::clock();
-    Fabric fabric = make_file(make).fit.fabric;
-    made.push_back({quality, file, processor_seconds(before), std::move(fabric)});
+    made.push_back(make_file(make).fit.fabric);
+    fabrics.push_back({{"fabric", candidate.name},
+                       {"bytes", size_of_file(file)},
+                       {"makeSeconds", processor_seconds(before)}});
   }
   Json rows = Json::array();
   std::vector<TradePicture> pictures;
   for (const int pixels : distances) {
-    tell(fmt::format("{} pixels a repeat", pixels), 0.3 + 0.7 * static_cast<double>(rows.size()) / 12);
     const Distance distance(command, truth.period, pixels);
     TruthOptions trace;
     trace.samples = truth_samples;
     const Frame traced = value_or_throw(trace_swatch(truth, command.input, distance.middle(), trace)).frame;
-    std::vector<Frame> frames;
-    for (const Made& candidate : made) {
-      Json row = {{"quality", candidate.quality},
-                  {"bytes", size_of_file(candidate.file)},
-                  {"makeSeconds", candidate.seconds}};
-      row.update(distance.measure(candidate.fabric, traced, frames));
-      rows.push_back(row);
-    }
     pictures.push_back(picture_of(fmt::format("{} pixels a repeat: the stitch, traced", pixels), traced));
-    for (std::size_t i = 0; i < 2 * made.size(); ++i) {
-      const std::size_t index = i % made.size();
-      const bool moving = i >= made.size();
-      pictures.push_back(picture_of(made[index].quality + (moving ? ", moving" : ", at rest"),
-                                    frames[2 * index + (moving ? 0 : 1)]));
+    std::vector<Frame> frames;
+    const std::size_t first = rows.size();
+    for (std::size_t i = 0; i < made.size(); ++i) {
+      tell(fmt::format("{} pixels a repeat", pixels), 0.4 + 0.006 * static_cast<double>(rows.size()));
+      distance.measure(made[i], traced, i == 0, fabrics[i], rows, frames);
     }
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      pictures.push_back(picture_of(filled("{fabric}, {drawn}", rows[first + i]), frames[i]));
   }
-  mark_front(rows);
-  const std::string front = front_words(rows);
   const std::string words = fmt::format(
-      "Seconds of processor to make the fabric, milliseconds for a frame of {} x {} while the view turns, "
-      "and dB of that frame and of the picture at rest beside the stitch itself, traced with {} rays a "
-      "pixel. {}",
-      command.size.x, command.size.y, truth_samples, front);
+      "Pictures of {} x {}: milliseconds of processor, and dB beside the stitch itself, traced with {} rays "
+      "a pixel. Moving as `show` draws while the view turns, at rest as `render` does.",
+      command.size.x, command.size.y, truth_samples);
   const std::string page = command.output + "/index.html";
   value_or_throw(write_file(page, trade_page(command.input + ": the trade", words, rows, pictures)));
   report(command.common, "trade", {{"input", command.input}, {"threads", thread_count()}, {"rows", rows}},
-         fmt::format("{}{}\n-> {}\n", trade_text(rows), front, page));
+         fmt::format("{}-> {}\n", trade_text(rows), page));
   return 0;
 }
 
@@ -245,7 +260,7 @@ Result<int> run(const TradeCommand& command) {
 
 void add_trade_verb(Program& program) {
   program.add<TradeCommand>(
-      {"trade", "Measure what frames of a stitch cost and are worth, in three qualities from four distances",
+      {"trade", "Measure and plot what pictures of a stitch cost and are worth, from four distances",
        "selvedge-view trade plain-knit -o trade"},
       declare, run);
 }

@@ -1,4 +1,4 @@
-// The table of what frames of the three qualities cost and are worth, and its page.
+// The plot and the table of what pictures of a stitch cost and are worth.
 #pragma once
 
 #include <string>
@@ -8,22 +8,19 @@
 
 namespace selvedge {
 
-/// Adds `front` to rows with `pixels`, `quality`, `bytes`, `movingMs`, `movingDb` and `restDb`: whether no
-/// other row with as many pixels has at most the bytes and at least both dB, and one of the three better.
-void mark_front(Json& rows);
-
-/// "On the front, where none has fewer bytes and more dB: draft at 120, 30; paper nowhere."
-std::string front_words(const Json& rows);
-
-/// The rows for a terminal.
+/// The rows, with `pixels`, `fabric`, `bytes`, `makeSeconds`, `drawn`, `ms` and `db`, for a terminal.
 std::string trade_text(const Json& rows);
+
+/// dB against milliseconds, and against bytes, both logarithmic, as an SVG element: a colour for each
+/// distance, a mark for each fabric; a line from yarn that moves over its pictures at rest.
+std::string trade_plot(const Json& rows);
 
 /// A PNG file and its words.
 struct TradePicture {
   std::string words;
   std::vector<std::uint8_t> png;
 };
-/// A page that needs no file beside it. Four pictures have a line; the first of every seven has two.
+/// A page that needs no file beside it.
 std::string trade_page(const std::string& title, const std::string& words, const Json& rows,
                        const std::vector<TradePicture>& pictures);
 

@@ -79,7 +79,7 @@ inline constexpr CellImageOptions moving_cell_images{
 
 /// Square blocks of a picture, row by row from its lower left.
 struct FrameBlocks {
-  static constexpr int side = 8;  ///< pixels
+  int side = 8;  ///< pixels
   int across = 0;
   std::vector<std::uint8_t> drawn;  ///< 0: not
 };

@@ -249,7 +249,7 @@ class RowShader {
   std::size_t index_of(int x, int y) const { return static_cast<std::size_t>(y) * pixels_.width + x; }
 
   const std::uint8_t* blocks_of(int y) const {
-    const int row = (pixels_.first_row + y) / (FrameBlocks::side * pixels_.supersample);
+    const int row = (pixels_.first_row + y) / (blocks_->side * pixels_.supersample);
     return blocks_->drawn.data() + static_cast<std::ptrdiff_t>(row) * blocks_->across;
   }
   /// Whether some pixels of the rows are drawn.
@@ -259,7 +259,7 @@ class RowShader {
   }
   void clear_beside(int y, std::span<SeenSurface> nearest, std::span<SeenSurface> behind) const {
     const std::uint8_t* const blocks = blocks_of(y);
-    const int side = FrameBlocks::side * pixels_.supersample;
+    const int side = blocks_->side * pixels_.supersample;
     for (int x = 0; x < pixels_.width; ++x)
       if (blocks[x / side] == 0) nearest[x] = behind[x] = no_surface;
   }

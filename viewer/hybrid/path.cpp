@@ -80,13 +80,14 @@ void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
   }
   const ProjectedVertices projected =
       project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
-  if (!casts()) pass_.place(projected);
+  const bool casts = this->casts(view.options);
+  if (!casts) pass_.place(projected);
   std::vector<TriangleLists> lists =
       list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
   const FrameScene scene = begin(view, projected);
   watch.add_to(stats.project);
   // Surfaces without fabric need further rounds of the same band, so drawing and shading cannot overlap.
-  const bool at_once = thread_count() == 1 || pass_.has_pbr() || casts();
+  const bool at_once = thread_count() == 1 || pass_.has_pbr() || casts;
   std::future<void> shading_before;
   const auto finish_before = [&] {
     if (shading_before.valid()) shading_before.get();
@@ -96,8 +97,8 @@ void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
     Band& band = in_flight_[i % 2];
     const int rows = bands_.rows_from(first_row);
     watch = {};
-    band.surfaces.cast = casts();
-    if (casts()) {
+    band.surfaces.cast = casts;
+    if (casts) {
       band.surfaces.sides[0].list = std::move(lists[i].front);
       band.surfaces.sides[1].list = std::move(lists[i].back);
       band.surfaces.set_up(scene, first_row, rows);

@@ -41,8 +41,11 @@ class HybridPath {
     std::vector<V4f> large;  ///< supersampled pixels
   };
 
-  /// Whether the CPU finds the triangles.
-  bool casts() const { return kind_ == RenderPath::raster && !pass_.has_pbr(); }
+  /// Whether the CPU finds the triangles: of blocks it draws no others.
+  bool casts(const DrawOptions& options) const {
+    return kind_ != RenderPath::paper && (kind_ == RenderPath::raster || options.blocks != nullptr) &&
+           !pass_.has_pbr();
+  }
   /// Begins a frame.
   FrameScene begin(const FrameView& view, const ProjectedVertices& projected);
   void draw_nearest(TriangleLists lists, int first_row, int rows, std::array<DrawnSide, 2>& sides,
