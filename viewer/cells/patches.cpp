@@ -151,7 +151,7 @@ Patches::Extent Patches::extent(const MergedSurfaces& mesh, std::size_t triangle
   return {whole(low.x), whole(low.y), whole(high.x), whole(high.y)};
 }
 
-/// Samples all triangles, at least twice along each smallest patch, and adds patches up to larger ones.
+/// Samples all triangles, about twice along each smallest patch, and adds patches up to larger ones.
 void Patches::add_up(const MergedSurfaces& mesh) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (is_counted_[i] == 0) continue;
@@ -185,7 +185,10 @@ void Patches::add_up(const MergedSurfaces& mesh) {
     const float longest = std::max({std::abs(one.x), std::abs(one.y), std::abs(two.x), std::abs(two.y),
                                     std::abs(one.x - two.x), std::abs(one.y - two.y)}) /
                           side;
-    const int parts = has_scale ? static_cast<int>(std::clamp(std::ceil(2 * longest), 1.0F, 2048.0F)) : 1;
+    // Thin triangles have as many for their area: both centroids of a part tell of the patches along it.
+    const float height = std::abs(det) / (std::max(longest, 1e-30F) * side * side);
+    const float wanted = std::min(2 * longest, std::sqrt(8 * longest * (height + 0.5F)));
+    const int parts = has_scale ? static_cast<int>(std::clamp(std::ceil(wanted), 1.0F, 2048.0F)) : 1;
     const float weight = area / static_cast<float>(parts * parts);
     const V3f along_u = has_scale ? (e1 * two.y - e2 * one.y) / det : V3f(0, 0, 0);
     const V3f along_v = has_scale ? (e2 * one.x - e1 * two.x) / det : V3f(0, 0, 0);

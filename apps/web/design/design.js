@@ -285,8 +285,7 @@ function make() {
     view.hold(false);
     ++state.shown;
     Object.assign(state, {making: false, shown_ms: performance.now() - begin});
-    const [width, height] = fabrics.at(-1).mm_per_repeat.map((mm) => mm.toPrecision(3));
-    tell(`repeat ${width} x ${height} mm, ${Math.round(bytes.length / 1000)} KB, made in ${(state.made_ms / 1000).toFixed(1)} s`);
+    tell(`made in ${(state.made_ms / 1000).toFixed(1)} s, ${Math.round(bytes.length / 1000)} KB`);
   });
 }
 /** The garment and the swatch, and the fabric that they wear; the file of the last whole one. */

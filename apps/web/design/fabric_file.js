@@ -36,7 +36,7 @@ const SHEET = [
 ];
 /** The data sheet of a fabric: pairs of a name and a value. */
 export function sheet_of(bytes) {
-  const {sheet = {}, mmPerRepeat, accuracy} = text_of(bytes) ?? {}, number = (x) => typeof x === 'number' ? String(Number(x.toPrecision(4))) : String(x);
+  const {sheet = {}, mmPerRepeat, accuracy} = text_of(bytes) ?? {}, number = (x) => typeof x === 'number' ? String(Number(x.toPrecision(3))) : String(x);
   const lines = SHEET.filter(([member]) => sheet[member] !== undefined).map(([member, name, unit]) =>
     [name, [[sheet[member]].flat().map(number).join(', '), unit].filter(Boolean).join(' ')]);
   if (mmPerRepeat) lines.push(['Repeat', `${mmPerRepeat.map(number).join(' x ')} mm`]);

@@ -60,6 +60,8 @@ export function make_editor(change) {
     const offered = STITCHES.filter((stitch) => used.has(stitch) || ['k', 'p', 'yo', 'k2tog', 'c4f', 'c4b'].includes(stitch));
     if (![...offered, ...letters].includes(chosen)) chosen = 'k';
     const colours = new Map(yarns);
+    // Green is most of what eyes take for lightness.
+    const paint = (made, colour) => colour && Object.assign(made.style, {background: colour, color: parseInt(colour.slice(3, 5), 16) > 110 ? '#000' : '#fff'});
     const pick = (sign) => element('button', {
       textContent: sign, ariaPressed: String(sign === chosen), onclick: () => {
         chosen = sign;
@@ -67,8 +69,10 @@ export function make_editor(change) {
       }
     });
     const more = (label, title, edited) => element('button', {textContent: label, title, ariaLabel: title, onclick: () => edit(edited())});
+    const of_yarns = letters.map(pick);
+    of_yarns.forEach((button, k) => paint(button, yarns[k][1]));
     tools.replaceChildren(
-      ...offered.map(pick), ...letters.map(pick),
+      ...offered.map(pick), ...of_yarns,
       more('+↕', 'One row more', () => with_rows(text.value, chart, true)), more('−↕', 'One row less', () => with_rows(text.value, chart, false)),
       more('+↔', 'One column more', () => with_columns(text.value, chart, true)), more('−↔', 'One column less', () => with_columns(text.value, chart, false)));
     const columns = Math.max(1, ...rows.map(({stitches}) => stitches.reduce((sum, stitch) => sum + width_of(stitch), 0)));
@@ -88,9 +92,7 @@ export function make_editor(change) {
         Object.assign(cell.dataset, {line: row.line, word: stitch});
         // Rows of other lengths are refused, and shown.
         cell.style.gridColumn = `${x + 1} / span ${width}`;
-        const colour = letters.length > 0 && colours.get(letter);
-        // Green is most of what eyes take for lightness.
-        if (colour) Object.assign(cell.style, {background: colour, color: parseInt(colour.slice(3, 5), 16) > 110 ? '#000' : '#fff'});
+        paint(cell, letters.length > 0 && colours.get(letter));
         return cell;
       });
     })));

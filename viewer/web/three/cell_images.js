@@ -185,11 +185,11 @@ class CellImages extends EventDispatcher {
       const vertices = new Float32Array(8 * count), at = new Vector2(), {index} = geometry;
       for (let i = 0; i < count; ++i) {
         at.set(uv.getX(i), uv.getY(i)).applyMatrix3(matrix);
-        vertices.set([
-          position.getX(i), position.getY(i), position.getZ(i), normal.getX(i), normal.getY(i), normal.getZ(i), at.x, at.y
-        ], 8 * i);
+        place.fromBufferAttribute(position, i).toArray(vertices, 8 * i);
+        place.fromBufferAttribute(normal, i).toArray(vertices, 8 * i + 3);
+        at.toArray(vertices, 8 * i + 6);
       }
-      const corners = Uint32Array.from({length: index?.count ?? count}, (_, i) => index ? index.getX(i) : i);
+      const corners = Uint32Array.from(index?.array ?? {length: count}, index ? undefined : (_, i) => i);
       if (!vertices.every((x) => Math.abs(x) < FARTHEST)) throw new Error('a vertex is not finite, or too far away');
       if (corners.some((i) => i >= count)) throw new Error('a triangle has a vertex that is not there');
       if (fabric.number === null) throw new Error('the fabric is gone');
@@ -198,8 +198,8 @@ class CellImages extends EventDispatcher {
       if (!garment.is_known()) return send({kind: 'remove', garment: number});
       const [chart, chart_size] = [new Float32Array(4 * count), new Float32Array(2 * count)];
       for (let i = 0; i < count; ++i) {
-        chart.set(charts.subarray(6 * i, 6 * i + 4), 4 * i);
-        chart_size.set(charts.subarray(6 * i + 4, 6 * i + 6), 2 * i);
+        for (let k = 0; k < 4; ++k) chart[4 * i + k] = charts[6 * i + k];
+        for (let k = 0; k < 2; ++k) chart_size[2 * i + k] = charts[6 * i + 4 + k];
       }
       Object.assign(garment, {number, beyond, attributes: [new BufferAttribute(chart, 4), new BufferAttribute(chart_size, 2)], state: 'waiting'});
       this.#of_number.set(number, garment);
