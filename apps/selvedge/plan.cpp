@@ -9,6 +9,7 @@
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "format/base/mip.h"
+#include "format/cells/cell_texels.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
 #include "format/fabric/footprint.h"
@@ -204,19 +205,16 @@ void add_pixels(const Scene& scene, const Camera& camera, const std::vector<bool
       });
 }
 
-bool asks_for_yarn(const Seen& seen, const Fabric& fabric) {
-  return yarn_weight(static_cast<float>(seen.smallest), largest_yarn_pixel(fabric)) > 0;
-}
-
-/// Whether a material hides what lies behind: without holes, or as cloth with few that no frame shows one by
-/// one.
+/// Whether a material hides what lies behind: without holes, or as cloth with few that no frame shows one
+/// by one.
 bool hides(const SceneMaterial& material, const Seen& seen, const std::vector<Fabric>& fabrics) {
   if (material.alpha_mode == AlphaMode::opaque || !material.fabric || material.kept.mask.image >= 0)
     return material.alpha_mode == AlphaMode::opaque;
   const Fabric& fabric = fabrics[material.fabric->fabric];
   const int last = static_cast<int>(fabric.levels.size()) - 1;
+  const V2f texels(fabric.texels());
   return evaluate(fabric, last, 0, 0, V3f(0, 0, 1), V3f(0, 0, 1)).alpha > 0.9F &&
-         !asks_for_yarn(seen, fabric);
+         seen.smallest > 0.3 * static_cast<double>(std::sqrt(texels.x * texels.y));
 }
 
 /// The report about a material: the levels that its pixels show, blended as in pictures by default.
@@ -240,7 +238,7 @@ Json material_json(const Seen& seen, double frames, const Fabric& fabric) {
       is_seen ? std::clamp(static_cast<int>(std::floor(level(seen.smallest) - margin)), 0, last) : last;
   const int coarsest =
       is_seen ? std::clamp(static_cast<int>(std::ceil(level(seen.largest) + margin)), first, last) : last;
-  const bool yarn = is_seen && asks_for_yarn(seen, fabric);
+  const bool yarn = is_seen && yarn_weight(static_cast<float>(seen.smallest), largest_yarn_pixel(fabric)) > 0;
   // Below so many texels, files grow (spread layers have a channel for each number of a texel).
   const int fewest = yarn ? 8 : 4;
   const V2i texels(std::max(level_size(fabric.texels().x, first), std::min(fewest, fabric.texels().x)),

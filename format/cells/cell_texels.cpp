@@ -149,6 +149,14 @@ std::vector<float> smooth_response(const Fabric& fabric) {
   return response;
 }
 
+float largest_yarn_pixel(const Fabric& fabric) {
+  const auto& yarns = fabric.levels.front().yarns();
+  if (!yarns) return 0;
+  const V2f texels(fabric.texels());
+  const float nodes = static_cast<float>(yarns->data().nodes.size());
+  return std::sqrt(texels.x * texels.y) / std::max(min_yarn_pixels, nodes / max_nodes_of_pixel);
+}
+
 CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
   const std::vector<FabricLevel>& levels = fabric.levels;
   const int last = static_cast<int>(levels.size()) - 1;
@@ -156,13 +164,8 @@ CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
   const V2f texels(fabric.texels());
   const V2f size = pixel * texels;
   const float width = pixel_size({V2f(size.x, 0), V2f(0, size.y)});
-  float largest = 0;
-  if (const auto& yarns = levels.front().yarns()) {
-    const float nodes = static_cast<float>(yarns->data().nodes.size());
-    largest = std::sqrt(texels.x * texels.y) / std::max(min_yarn_pixels, nodes / max_nodes_of_pixel);
-  }
   const float level = std::clamp(std::log2(width) + level_bias, 0.0F, static_cast<float>(last));
-  CellLevels shown{yarn_weight(width, largest), static_cast<int>(level), 0};
+  CellLevels shown{yarn_weight(width, largest_yarn_pixel(fabric)), static_cast<int>(level), 0};
   // Larger images take too much memory.
   const auto is_large = [&](const FabricLevel& candidate) {
     return std::max(candidate.width, candidate.height) > max_cell_samples;

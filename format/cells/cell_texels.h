@@ -23,6 +23,9 @@ std::vector<float> smooth_response(const Fabric& fabric);
 /// 5 have their integrals.
 std::vector<CellLamp> smooth_lamps(const SmoothLight& around, float least);
 
+/// Width of the pixels at which texels take over from the yarn itself, in texels of level 0; 0 without yarn.
+float largest_yarn_pixel(const Fabric& fabric);
+
 /// For pixels of `pixel` repeats along u and v. The finer level has 2 to 4 texels along a pixel. A `forced`
 /// level shows alone; -1: none is forced.
 CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced);

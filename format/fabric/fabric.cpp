@@ -160,18 +160,6 @@ void FabricLevel::add(LayerKind kind, int channels, float value) {
   set(kind, {channels, std::vector<float>(std::size_t{1} * texels() * channels, value)});
 }
 
-float largest_yarn_pixel(const Fabric& fabric) {
-  if (fabric.levels.empty() || !fabric.levels.front().yarns()) return 0;
-  float radius = 0;
-  for (const YarnCurve& curve : fabric.levels.front().yarns()->data().curves)
-    radius = std::max(radius, radius_of_plies(curve));
-  const V2f texel = fabric.period_mm / V2f(fabric.texels());
-  const float limit = 1.3F * radius / std::sqrt(texel.x * texel.y);
-  float size = 0.84F;
-  for (std::size_t k = 1; k < fabric.levels.size() && 2 * size <= limit; ++k) size *= 2;
-  return size;
-}
-
 std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric) {
   for (const FabricLevel& level : fabric.levels)
     if (level.has(LayerKind::products)) return level.bases;

@@ -174,11 +174,6 @@ struct FabricLimits {
   std::uint64_t memory = default_memory;
 };
 
-/// Width of the pixels at which texels take over from the yarn itself, in texels of level 0: 0.84 of a
-/// texel of the coarsest level where this is at most 1.3 radii of the thickest yarn, or else of level 0.
-/// Larger pixels take more time in yarn than in texels. 0 without yarn.
-float largest_yarn_pixel(const Fabric& fabric);
-
 /// The functions that all levels with products share; null without products.
 std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric);
 
