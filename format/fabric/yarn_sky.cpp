@@ -1,6 +1,11 @@
 #include "format/fabric/yarn_sky.h"
 
 #include <algorithm>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string_view>
+#include <utility>
 
 #include "format/base/parallel.h"
 #include "format/fabric/directions.h"
@@ -82,16 +87,57 @@ class SkyFit {
   std::array<std::array<float, angle_functions + smooth_functions>, angle_functions> rows_{};
 };
 
+/// Direct light by station; it depends on no colour.
+using DirectSky = std::vector<std::array<SkyFactors, angle_functions>>;
+
+DirectSky direct_sky(const Yarns& yarns) {
+  const std::vector<V3f> lights = directions_of(sky);
+  DirectSky direct;
+  for (int c = 0; c < static_cast<int>(yarns.data().curves.size()); ++c) {
+    const YarnCurve& curve = yarns.data().curves[c];
+    const std::size_t first = direct.size();
+    direct.resize(first + curve.stations);
+    parallel_for(0, curve.stations, [&](int number) {
+      SkyFit fit;
+      for (const StationPoint& point :
+           points_about(yarns, c, number, curve.plies.count > 1 ? angles_of_ply : angles)) {
+        const V3f above = point.place + point.normal * (point.radius * leave_radii);
+        fit.add(point, seen_sky(yarns, above, point.normal, lights));
+      }
+      direct[first + number] = fit.solved();
+    });
+  }
+  return direct;
+}
+
+/// The same of yarn that lies as one of the last did: designers show it in colour after colour.
+std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns) {
+  constexpr std::size_t max_known = 4;
+  static std::mutex mutex;
+  static std::deque<std::pair<std::size_t, std::shared_ptr<const DirectSky>>> known;
+  const auto& segments = yarns.inside().segments;
+  const std::size_t key = std::hash<std::string_view>()(
+      {reinterpret_cast<const char*>(segments.data()), segments.size() * sizeof segments[0]});
+  {
+    const std::scoped_lock lock(mutex);
+    const auto found = std::ranges::find(known, key, [](const auto& one) { return one.first; });
+    if (found != known.end()) return found->second;
+  }
+  auto direct = std::make_shared<const DirectSky>(direct_sky(yarns));
+  const std::scoped_lock lock(mutex);
+  if (known.size() == max_known) known.pop_front();
+  return known.emplace_back(key, std::move(direct)).second;
+}
+
 }  // namespace
 
 std::vector<float> sky_of(const Yarns& yarns) {
   const YarnData& data = yarns.data();
+  const auto sky_seen = known_sky(yarns);
   const std::array<SkyFactors, smooth_functions> upper = upper_products();
   std::vector<float> result(data.light.size());
-  const std::vector<V3f> lights = directions_of(sky);
   std::size_t station = 0;
-  for (int c = 0; c < static_cast<int>(data.curves.size()); ++c) {
-    const YarnCurve& curve = data.curves[c];
+  for (const YarnCurve& curve : data.curves) {
     const float weight = curve.gloss.weight;
     const V3f reflectance = (curve.albedo * (1 - weight) +
                              V3f(weight > 0 ? weight * mean_gloss_albedo(curve.gloss.roughness) : 0)) *
@@ -115,13 +161,7 @@ std::vector<float> sky_of(const Yarns& yarns) {
           }
         }
       }
-      SkyFit fit;
-      for (const StationPoint& point :
-           points_about(yarns, c, number, curve.plies.count > 1 ? angles_of_ply : angles)) {
-        const V3f above = point.place + point.normal * (point.radius * leave_radii);
-        fit.add(point, seen_sky(yarns, above, point.normal, lights));
-      }
-      const auto direct = fit.solved();
+      const auto& direct = (*sky_seen)[station + number];
       for (int i = 0; i < angle_functions; ++i) {
         for (int k = 0; k < smooth_functions; ++k) {
           for (int colour = 0; colour < 3; ++colour)

@@ -266,6 +266,20 @@ TEST_CASE("images of cells of 0.01 mm and 10 m, of grazing views and lights, and
   }
 }
 
+TEST_CASE("the sky of yarn follows its colour and its place, whatever yarn came before") {
+  Random random(9);
+  YarnData data = stranded(random, true);
+  for (std::vector<float>* light : {&data.light, &data.through}) std::ranges::fill(*light, 0.0F);
+  for (YarnCurve& curve : data.curves) curve.gloss.weight = 0;
+  const std::vector<float> bright = sky_of(Yarns(data, period));
+  for (YarnCurve& curve : data.curves) curve.albedo *= 0.5F;
+  const std::vector<float> dark = sky_of(Yarns(data, period));
+  CHECK(std::ranges::any_of(dark, [](float value) { return value != 0; }));
+  CHECK(std::ranges::equal(dark, bright, {}, {}, [](float value) { return value / 2; }));
+  for (std::size_t i = 0; i < data.nodes.size() / 2; ++i) data.nodes[i].z += 0.1F;
+  CHECK(sky_of(Yarns(data, period)) != dark);
+}
+
 TEST_CASE("a thousand fat curves in a cell are refused, and as many as may be make an image") {
   constexpr float side = 2;
   constexpr std::size_t most = 29;
