@@ -25,7 +25,7 @@ constexpr int max_supersample = 8;
 /// dB by which a picture is nearer to one with twice its rays along a pixel's side than to the truth, about
 /// (tests/bench/accuracy.mjs).
 constexpr double nearer = 0.3;
-constexpr double nearer_with_one = 0.8;  ///< so much more with one ray a pixel
+constexpr double nearer_with_one = 1;  ///< so much more with one ray a pixel
 
 /// dB that twice the rays along a pixel's side give, the same.
 constexpr double gain_of_twice = 6.5;
@@ -231,6 +231,13 @@ AccuratePicture draw_in_time(Drawer& drawer, double seconds, const FrameSize& si
 }
 
 }  // namespace
+
+double decibels_between(const Frame& a, const Frame& b) {
+  double square = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i)
+    square += (display_value(a.pixels[i]) - display_value(b.pixels[i])).length2();
+  return decibels(square / (3.0 * static_cast<double>(a.pixels.size())));
+}
 
 Result<AccuratePicture> draw_for(Renderer& renderer, const PictureGoal& goal, const FrameSize& size,
                                  const Camera& camera, DrawOptions options, Frame& frame,

@@ -17,6 +17,9 @@ namespace selvedge {
 /// pixels at least four.
 inline float samples_of(int supersample) { return 2 * static_cast<float>(std::max(supersample, 2)); }
 
+/// PSNR of two frames of one size, dB: as of pictures, above.
+double decibels_between(const Frame& a, const Frame& b);
+
 /// One wish for a picture, or none: the supersampling of the options.
 struct PictureGoal {
   std::optional<double> accuracy;  ///< dB, above 0

@@ -39,6 +39,7 @@ void declare(Options& options, PageCommand& command) {
   add_environment(options, command.environment, command.around, "With none a finger moves two lamps");
   options.flag("--backdrop", command.backdrop, "Shows it behind the garments");
   options.number("--backdrop-blur", command.blur, "FRACTION", "Blurred, up to 1").in(0, 1);
+  add_fps(options, command.fps);
   options.check([&options, &command] {
     options.refuse_if(command.environment == "none", "has no effect with --environment none", {"--backdrop"});
     options.refuse_if(!command.backdrop, "has no effect without --backdrop", {"--backdrop-blur"});
@@ -145,7 +146,10 @@ std::string floor_attributes(const Scene& scene) {
                      floor.centre.y, floor.width, packed(shade));
 }
 
-Result<int> run(const PageCommand& command) { return write_page("page", command, ""); }
+Result<int> run(const PageCommand& command) {
+  return write_page("page", command,
+                    fmt::format("<script type=\"text/plain\" data-fps=\"{}\"></script>\n", command.fps));
+}
 
 }  // namespace
 

@@ -18,6 +18,7 @@ struct PageCommand {
   EnvironmentOptions around;
   bool backdrop = false;
   double blur = 0;
+  double fps = 30;
 };
 
 /// The path of a file that lies beside the programs: pages without garments, and the sample garment.

@@ -42,6 +42,12 @@ void add_repeats(Options& options, SwatchOptions& swatch) {
   options.size("--repeats", swatch.repeats, "Repeats of the fabric across and down", 1, 1'000'000);
 }
 
+void add_fps(Options& options, double& fps) {
+  options
+      .number("--fps", fps, "N", "Frames a second while something moves: larger pixels where they take long")
+      .in(1, 240);
+}
+
 void add_environment(Options& options, std::string& name, EnvironmentOptions& environment,
                      const std::string& otherwise) {
   options.group("Environment");

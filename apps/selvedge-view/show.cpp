@@ -20,6 +20,7 @@ struct ShowCommand {
   PictureOptions picture;
   std::vector<std::string> fabrics;  ///< files to choose from
   V2i size{1280, 800};
+  double fps = 30;
   std::string screenshot;  ///< of the window as it was when it closed, .png; empty: none
 };
 
@@ -31,6 +32,7 @@ void declare(Options& options, ShowCommand& command) {
             "A fabric file to choose from, or a folder of them; may be repeated")
       .reads();
   options.size("--size", command.size, "Size of the window", 1, 1'000'000);
+  add_fps(options, command.fps);
   options.text("--screenshot", command.screenshot, "FILE", "Write the window as it was when it closed")
       .ends_in({".png"})
       .writes();
@@ -118,7 +120,8 @@ Result<int> run(const ShowCommand& command) {
   const GlFunctions gl = value_or_throw(load_gl_functions(*window->context()));
   auto picture = value_or_throw(ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics)));
   for (const std::string& path : files) value_or_throw(picture->add_fabric(path));
-  const ShowState state = first_state(command, *window, *picture);
+  ShowState state = first_state(command, *window, *picture);
+  state.frame_seconds = 1 / command.fps;
   BackgroundPicture background(std::move(picture), garment, command.picture.input, command.picture.limits,
                                std::move(writer), [] { Window::wake(); });
   for (const std::string& folder : folders) background.add_file(folder);

@@ -158,6 +158,7 @@ Json ShowLoop::to_json() const {
   all["lights"] = Json::array();
   for (const Light& light : picture_->lights) all["lights"].push_back(json_of(light));
   all["probe"] = probe_ ? json_of(*probe_, picture_->fabric_names) : Json();
+  all["accuracy"] = picture_->accuracy > 0 ? Json(picture_->accuracy) : Json();
   all["seconds"] = {{"frame", picture_->draw_seconds},
                     {"display", picture_->display_seconds},
                     {"window", window_seconds_},

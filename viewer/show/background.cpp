@@ -231,8 +231,13 @@ void BackgroundPicture::step() {
 
 /// The first picture of the request, which is small where a large one takes long.
 void BackgroundPicture::draw_first() {
-  const int divisor =
-      change_ == Change::display ? divisor_ : size_divisor(full_seconds_, first_picture_seconds);
+  // Larger only where that is sure to be in time, so that sizes do not alternate.
+  constexpr double sure = 1.5;
+  const double seconds = request_.state.frame_seconds;
+  if (change_ != Change::display)
+    first_divisor_ = std::clamp(first_divisor_, size_divisor(full_seconds_, seconds),
+                                size_divisor(sure * full_seconds_, seconds));
+  const int divisor = change_ == Change::display ? divisor_ : first_divisor_;
   if (auto good = picture_->update(request_.state, change_, request_.size, divisor, &closes_); !good) {
     if (!good_) throw Failure{good.error()};
     // Back to the last good state, as not every path draws everything.
@@ -396,7 +401,7 @@ std::string BackgroundPicture::show_garment(const std::string& path, const std::
   state.worn = first.worn;
   state.beside.reset();
   state.hidden.clear();
-  const int divisor = size_divisor(1e9, first_picture_seconds);
+  const int divisor = size_divisor(1e9, request_.state.frame_seconds);
   value_or_throw(picture->update(state, Change::scene, request_.size, divisor, &closes_));
   picture_ = std::move(picture);
   good_ = request_.state = std::move(state);

@@ -79,9 +79,6 @@ struct GarmentWriter {
   std::function<std::string(const std::string& garment, const Scene& worn, const std::string& output)> save;
 };
 
-/// Seconds above which a picture is drawn smaller first.
-inline constexpr double first_picture_seconds = 0.05;
-
 class BackgroundPicture {
  public:
   /// `garment`: the file of the picture's scene, `name` the one that the user has named. Calls `wake` from
@@ -169,6 +166,7 @@ class BackgroundPicture {
   std::uint64_t number_ = 0;      ///< of the request
   Change change_ = Change::none;  ///< since the last picture
   int divisor_ = 1;               ///< of the last picture
+  int first_divisor_ = 1;         ///< of the last first picture
   int generation_ = 0;
   Stage stage_ = Stage::rest;
   bool probes_ = false;            ///< the probe of the request is still to be made

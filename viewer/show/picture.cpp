@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "format/base/guard.h"
+#include "viewer/accuracy.h"
 #include "viewer/orbit.h"
 #include "viewer/scene/change_fabrics.h"
 #include "viewer/scene/surfaces.h"
@@ -98,6 +99,7 @@ void ShowPicture::draw(const ShowState& state) {
     value_or_throw(side.renderer->draw(drawn_.camera, options_, side.frame, stats));
   }
   drawn_.draw_seconds = watch.seconds();
+  drawn_.accuracy = 0;
   refined_ = 0;
 }
 
@@ -173,6 +175,7 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
                              static_cast<float>(n * n);
     }
   }
+  if (refined_ == n * n) drawn_.accuracy = decibels_between(sides_[0].first, sides_[0].frame);
   display(state);
   return true;
 }

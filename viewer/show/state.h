@@ -51,6 +51,7 @@ struct ShowState {
   std::optional<FabricChoice> beside;
   float bar = 0.5F;  ///< in [0, 1], from the left side of the picture
   bool probes = true;
+  double frame_seconds = 1.0 / 30;  ///< within which a picture that moves is drawn, smaller if need be
 };
 
 /// The work that a change requires; each value includes those before it.

@@ -12,10 +12,10 @@ import {LoadedFabric, SelvedgeFabric, Surroundings, cell_images, use_worker} fro
 /** The lights of selvedge-view: the other light has this fraction, from the right. */
 const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18, BACKDROP = 0.8, DARK = 0.06;
 /**
- * While something moves, pixels are twice as wide where a frame takes longer than SLOW ms; FINEST times finer when all has
+ * While something moves, pixels are twice as wide where a frame takes longer than SLOW ms (--fps); FINEST times finer when all has
  * rested for REST ms and such a frame is expected within LONG ms. Images that come in are shown every SHOW ms.
  */
-const FINEST = 2, SLOW = 150, REST = 250, LONG = 2500, SHOW = 250;
+const FINEST = 2, SLOW = 1000 / Number(document.querySelector('[data-fps]')?.dataset.fps ?? 30), REST = 250, LONG = 2500, SHOW = 250;
 
 const by_id = (id) => document.getElementById(id);
 /** The bytes that a text or an element holds by gzip and base64. */
