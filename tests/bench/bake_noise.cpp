@@ -14,7 +14,7 @@
 #include "converter/stitch/find_cell.h"
 #include "format/base/parallel.h"
 #include "format/base/random.h"
-#include "tests/bench/rows.h"
+#include "tests/bench/need.h"
 #include "tests/converter/load_cell.h"
 
 namespace {

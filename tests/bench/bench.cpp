@@ -17,7 +17,7 @@
 #include "format/base/random.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
-#include "tests/bench/rows.h"
+#include "tests/bench/need.h"
 #include "tests/converter/load_cell.h"
 #include "tests/format/fabrics.h"
 

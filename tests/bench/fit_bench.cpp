@@ -21,7 +21,7 @@
 #include "format/base/parallel.h"
 #include "format/base/random.h"
 #include "format/quality/compare.h"
-#include "tests/bench/rows.h"
+#include "tests/bench/need.h"
 #include "tests/converter/load_cell.h"
 
 namespace {

@@ -5,7 +5,7 @@
 //     (tests/converter/measured)
 #include <cstdlib>
 
-#include "tests/bench/rows.h"
+#include "tests/bench/need.h"
 #include "tests/converter/measured/photographs.h"
 
 int main(int argc, char** argv) {

@@ -1,12 +1,13 @@
 // Frames of dressed garments:
-//   selvedge-bench-view [--rows FILE] [--rates | --looks | --parts | --references FOLDER] SCENE.glb ...
+//   selvedge-bench-view --rates | --looks | --parts | --references FOLDER SCENE.glb ...
 //   selvedge-bench-view --swatch FABRIC.exr PLACE WIDTH HEIGHT FINER PICTURE.png
 // With --rates: frames of an orbit around a garment of yarn under two lamps fixed to it, and at rest, with 8,
 // 15, 30 and 120 pixels a repeat and shadow maps: processor time, and, unless some surface wears no yarn, dB
 // to the rays of tests/viewer/rays.h and fine power; --references writes pictures of these. With --looks:
 // moving frames of every scene as the first one is seen whole, and with 30 pixels a repeat, under two lamps
-// and in the studio; --parts: also dB to the first one's rays. Otherwise ms of a frame. With --swatch: a
-// picture by rays.
+// and in the studio; --parts: also dB to the first one's rays. With --swatch: a picture by rays.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <numbers>
@@ -15,7 +16,7 @@
 #include "format/picture/image.h"
 #include "format/picture/studio.h"
 #include "format/scene/swatch.h"
-#include "tests/bench/rows.h"
+#include "tests/bench/need.h"
 #include "tests/viewer/rays.h"
 #include "viewer/light/shadows.h"
 #include "viewer/load.h"
@@ -68,13 +69,11 @@ struct Drawing {
   std::unique_ptr<Renderer> renderer;
   Frame frame{};
   RenderStats stats{};
-  std::vector<double> wall{}, processor{};
+  std::vector<double> processor{};
   void draw(const Camera& camera, const RenderOptions& options) {
-    const double start = bench::wall_seconds();
-    const double start_processor = bench::cpu_seconds();
+    const double start = bench::cpu_seconds();
     need(renderer->draw(camera, options, frame, stats));
-    wall.push_back(1e3 * (bench::wall_seconds() - start));
-    processor.push_back(1e3 * (bench::cpu_seconds() - start_processor));
+    processor.push_back(1e3 * (bench::cpu_seconds() - start));
   }
 };
 
@@ -197,55 +196,44 @@ class Rates {
       options.lights = light.lamps;
       options.around = light.rest;
     }
-    return move(view, options, 1, false, reference);
+    return move(view, options, 1, reference);
   }
 
-  void measure(const View& view, const Image& reference, bench::Rows& rows) const {
+  void measure(const View& view, const Image& reference) const {
     fmt::print("| {} | {:.0f} |", view.name, view.pixels_of_a_repeat);
-    const auto add = [&](const char* name, double value, const char* unit, int digits = 1) {
+    const auto add = [&](double value, int digits = 1) {
       if (std::isnan(value)) {
         fmt::print(" - |");
         return;
       }
       fmt::print(" {:.{}f} |", value, digits);
       std::fflush(stdout);
-      rows.add(fmt::format("rate/{}/{}/{}", subject_.name, view.name, name), value, unit);
     };
+    const Moving moving = move(view, options_, 4, reference);
+    add(moving.milliseconds, 0);
+    add(moving.decibels);
+    add(moving.power, 2);
     RenderOptions options = options_;
-    const Moving raster = move(view, options, 8, false, reference);
-    add("moving", raster.milliseconds, "ms", 0);
-    options.path = RenderPath::hybrid;
-    add("moving/hybrid", move(view, options, 2, false, reference).milliseconds, "ms", 0);
-    add("moving/dB", raster.decibels, "dB");
-    add("moving/power", raster.power, "1", 2);
-    options = options_;
     options.supersample = 2;
     Drawing rest{subject_.renderer(options)};
     rest.draw(camera(view, 0), options);
-    add("rest", rest.wall[0] / 1e3, "s");
-    add("rest/dB", decibels(rest.frame, reference), "dB");
-    add("rest/power", fine_power(rest.frame, reference), "1", 2);
-    options = options_;
-    options.shadows = 0;
-    add("moving/without_shadows", move(view, options, 2, false, reference).milliseconds, "ms", 0);
-    add("moving/turning_lamps", move(view, options_, 2, true, reference).milliseconds, "ms", 0);
+    add(rest.processor[0] / 1e3);
+    add(decibels(rest.frame, reference));
+    add(fine_power(rest.frame, reference), 2);
     fmt::print("\n");
   }
 
  private:
   /// Means over orbits that end in the reference's view. Each begins a frame earlier, so that other images
   /// are old at its end.
-  Moving move(const View& view, RenderOptions options, int phases, bool lamps_turn,
-              const Image& reference) const {
+  Moving move(const View& view, RenderOptions options, int phases, const Image& reference) const {
     constexpr int frames = 16;
     options.cells = moving_cell_images;
     Moving mean;
     for (int phase = 0; phase < phases; ++phase) {
       Drawing drawing{subject_.renderer(options)};
       for (int i = -frames - phase; i <= 0; ++i) {
-        const Camera at = camera(view, i);
-        if (lamps_turn) options.lights = default_lights(at);
-        drawing.draw(at, options);
+        drawing.draw(camera(view, i), options);
       }
       mean.milliseconds += median(drawing.processor, frames / 2) / phases;
       mean.decibels += decibels(drawing.frame, reference) / phases;
@@ -270,21 +258,20 @@ void write_references(const Subject& subject, const std::string& folder) {
   }
 }
 
-void frame_rates(const Subject& subject, bench::Rows& rows) {
+void frame_rates(const Subject& subject) {
   fmt::print(
       "{}: {} x {}, {} threads; ms of processor, dB to a march of rays, and power above a quarter of a cycle "
       "a pixel over the march's\n\n"
-      "| view | pixels a repeat | moving, `raster` | `hybrid` | dB | power | at rest, s | dB | power | "
-      "moving, no shadows of the garment | lamps of the camera "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|\n",
+      "| view | pixels a repeat | moving | dB | power | at rest, CPU s | dB | power "
+      "|\n|---|---|---|---|---|---|---|---|\n",
       subject.name, size.x, size.y, thread_count());
   const Rates rates(subject);
-  for (const View& view : views) rates.measure(view, rates.reference(view), rows);
+  for (const View& view : views) rates.measure(view, rates.reference(view));
 }
 
 /// In two lights; beside the time, its ratio to the first subject's under two lamps. `parts`: other subjects
 /// are the first one without something, and dB are to the first one's rays.
-void frame_looks(const std::vector<std::string>& files, bool parts, bench::Rows& rows) {
+void frame_looks(const std::vector<std::string>& files, bool parts) {
   fmt::print(
       "| scene | pixels a repeat, whole | two lamps, ms of processor | ratio{0} | studio | ratio | 30 pixels "
       "a repeat, two lamps | ratio{0} | studio | ratio |\n|---|---|---|---|---|---|---|---|---|---|{1}\n",
@@ -307,33 +294,10 @@ void frame_looks(const std::vector<std::string>& files, bool parts, bench::Rows&
         fmt::print(" {:.0f} | {:.2f} |", ms, ms / first[i]);
         if (parts && !in_studio) fmt::print(" {:.1f} |", decibels);
         std::fflush(stdout);
-        rows.add(fmt::format("look/{}/{}/{}", subject.name, seen[i].name, in_studio ? "studio" : "lamps"), ms,
-                 "ms");
       }
     }
     fmt::print("\n");
   }
-}
-
-void draw_whole(const Subject& subject, bench::Rows& rows) {
-  RenderOptions options = options_of(RenderPath::hybrid);
-  Drawing drawing{subject.renderer(options)};
-  // The first frames compile shaders and touch memory for the first time.
-  constexpr std::size_t frames = 30;
-  for (std::size_t i = 0; i < frames + 2; ++i) {
-    const Camera at = subject.camera(1.15, 0.25 * static_cast<double>(i));  // covers half of the pixels
-    options.lights = default_lights(at);
-    drawing.draw(at, options);
-  }
-  const double wall = median(drawing.wall, frames);
-  const double processor = median(drawing.processor, frames);
-  const RenderStats& s = drawing.stats;
-  fmt::print("| {} | {:.1f} % | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", subject.name,
-             100.0 * static_cast<double>(s.covered_pixels) / (size.x * size.y), 1e3 * s.project,
-             1e3 * s.geometry, 1e3 * s.read_back, 1e3 * s.evaluation, wall, processor);
-  std::fflush(stdout);
-  rows.add(fmt::format("frame/{}/hybrid", subject.name), wall, "ms");
-  rows.add(fmt::format("frame/{}/hybrid/processor", subject.name), processor, "ms");
 }
 
 /// A swatch under the lights of `selvedge truth`, by 8 x 8 rays a pixel, or so many times more a side.
@@ -358,24 +322,18 @@ void write_swatch(const std::vector<std::string>& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  bench::Rows rows(argc, argv);
-  std::vector<std::string> files = rows.arguments();
+  std::vector<std::string> files(argv + 1, argv + argc);
   const std::string mode = !files.empty() && files[0].starts_with("--") ? files[0] : "";
   const bool references = mode == "--references";
   const std::string folder = references && files.size() > 1 ? files[1] : "";
   files.erase(files.begin(), files.begin() + (mode.empty() ? 0 : folder.empty() ? 1 : 2));
   if (files.empty()) {
-    fmt::print(stderr,
-               "usage: selvedge-bench-view [--rows FILE] [--rates | --looks | --parts | --references FOLDER] "
-               "SCENE.glb ...\n");
+    fmt::print(
+        stderr,
+        "usage: selvedge-bench-view --rates | --looks | --parts | --references FOLDER SCENE.glb ...\n");
     return 2;
   }
-  if (mode.empty()) {
-    fmt::print(
-        "| scene | covered | project | geometry | read back | texels, frames, light | frame (ms) | "
-        "processor |\n|---|---|---|---|---|---|---|---|\n");
-  }
-  if (mode == "--looks" || mode == "--parts") frame_looks(files, mode == "--parts", rows);
+  if (mode == "--looks" || mode == "--parts") frame_looks(files, mode == "--parts");
   if (mode == "--swatch") write_swatch(files);
   if (mode == "--looks" || mode == "--parts" || mode == "--swatch") files.clear();
   for (const std::string& file : files) {
@@ -384,11 +342,8 @@ int main(int argc, char** argv) {
       fmt::print(stderr, "{}: references need yarn on all surfaces\n", file);
       return 1;
     }
-    if (references)
-      write_references(subject, folder);
-    else
-      mode == "--rates" ? frame_rates(subject, rows) : draw_whole(subject, rows);
+    if (references) write_references(subject, folder);
+    if (mode == "--rates") frame_rates(subject);
   }
-  rows.write();
   return 0;
 }
