@@ -9,7 +9,7 @@ import { join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { read_chart, with_columns, with_letter, with_rows, with_stitch } from '../../apps/web/design/chart_grid.mjs';
 import { read_draft, with_number } from '../../apps/web/design/draft_grid.mjs';
-import { read_glb } from '../../apps/web/design/garment.mjs';
+import { read_glb, write_glb } from '../../apps/web/design/garment.mjs';
 import { from_file } from './browser.mjs';
 
 // Cells of a chart, and its text after a change of one: rows from the top, whichever way they are written.
@@ -169,7 +169,13 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
     await page.getByRole('alert').filter({ hasText: line }).waitFor();
     assert.ok(all_cloth(await seen()));
   }
-  await open_file(fileURLToPath(new URL('../../samples/sweater.glb', import.meta.url)));
+  // Its body has a print.
+  const printed = read_glb(new Uint8Array(readFileSync(fileURLToPath(new URL('../../samples/sweater.glb', import.meta.url)))));
+  const push = (list, value) => (printed.json[list] ??= []).push(value) - 1;
+  const source = push('images', { uri: 'data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8DwHwAFBQIAX8jx0gAAAABJRU5ErkJggg==' });
+  printed.json.materials[0].pbrMetallicRoughness = { baseColorFactor: [0.5, 0.2, 0.01, 1], baseColorTexture: { index: push('textures', { source }) } };
+  writeFileSync(path('printed.glb'), write_glb(printed));
+  await open_file(path('printed.glb'));
   await until(all_cloth);
   await page.getByLabel('trim', { exact: true }).uncheck();
   await page.getByRole('button', { name: 'Both', exact: true }).click();
@@ -178,12 +184,15 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   await save_as('Save garment', 'plain.glb');
   execFileSync(join(bin, 'selvedge'), ['check', '--quiet', path('saved.glb'), path('plain.glb')], { stdio: 'inherit' });
   // As large as `dress` lays it.
-  execFileSync(join(bin, 'selvedge'), ['dress', fileURLToPath(new URL('../../samples/sweater.glb', import.meta.url)), path('saved.exr'), '--all', '-o', path('by_dress.glb'), '--quiet']);
+  execFileSync(join(bin, 'selvedge'), ['dress', path('printed.glb'), path('saved.exr'), '--all', '-o', path('by_dress.glb'), '--quiet']);
   const [by_dress, by_page, begun] = ['by_dress', 'plain', 'saved'].map((name) => read_glb(new Uint8Array(readFileSync(path(`${name}.glb`)))).json);
   const lay = ({ materials }, k) => materials[k].extensions?.SELVEDGE_materials_fabric?.fabric.extensions.KHR_texture_transform.scale;
   for (const [ours, k] of [[by_page, 0], [begun, 0], [begun, 1]])
     lay(ours, k).forEach((repeats, c) => assert.ok(Math.abs(repeats / lay(by_dress, k)[c] - 1) < 1e-3, `${repeats} repeats, ${lay(by_dress, k)}`));
   assert.equal(lay(by_page, 1), undefined);
+  const [ours_print, print] = [by_page, by_dress].map(({ materials }) => materials[0].extensions.SELVEDGE_materials_fabric);
+  assert.deepEqual(ours_print.tintTexture, print.tintTexture);
+  print.tintFactor.forEach((c, k) => assert.ok(Math.abs(ours_print.tintFactor[k] / c - 1) < 0.01, `${ours_print.tintFactor}, ${print.tintFactor}`));
   await page.getByRole('button', { name: 'Garment', exact: true }).click();
 
   // A chart is cells and text; a fault is told in its row, and of a draft, and nothing is lost.

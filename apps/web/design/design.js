@@ -245,7 +245,7 @@ async function ask_maker(message) {
       if (stitch) return describe(stitch);
       if (shape) return ++state.relaxed, shapes.splice(0, shapes.push(shape) - MAX_SHAPES);
       if (stage === undefined) return answer(found);
-      by_id('made').textContent = `making: ${STAGES[stage]}, ${Math.round(100 * fraction)} %`;
+      if (state.making) by_id('made').textContent = `making: ${STAGES[stage]}, ${Math.round(100 * fraction)} %`;
     };
     worker.onerror = ({message}) => {
       worker = null;
@@ -293,6 +293,7 @@ let wardrobe = null, cloth = null, good = null;
 function show_sheet(bytes) {
   by_id('sheet').replaceChildren(...sheet_of(bytes).flatMap(([name, value]) => [element('dt', {textContent: name}), element('dd', {textContent: value})]));
 }
+const albedo_of = (bytes) => text_of(bytes)?.fallback?.albedo ?? [1, 1, 1];
 /** Shows a fabric, a preview or whole; whether it was seen before is_over(). */
 async function show(bytes, is_over, is_whole = true) {
   await view.started;
@@ -302,7 +303,10 @@ async function show(bytes, is_over, is_whole = true) {
   const is_as_large = String(last.mm_per_repeat) === String(fabric.mm_per_repeat) && wardrobe.worn().every(({material}) => material.fabric === last);
   cloth = is_as_large ? last : fabric;
   const shown = cloth, keeps_opacity = is_whole && 'opacity' in text_of(bytes).layers;
-  if (is_whole) show_sheet(bytes);
+  if (is_whole) {
+    show_sheet(bytes);
+    wardrobe.tint(albedo_of(bytes));
+  }
   for (const {material, ...part} of wardrobe.worn()) {
     // A material whose holes open or close is set up again.
     if (is_whole && material.keeps_opacity !== keeps_opacity) Object.assign(material, {keeps_opacity, shows: 'another'});
@@ -390,7 +394,7 @@ async function open(file) {
   try {
     if (ending === '.exr') await open_fabric(file);
     else if (ending === '.glb') {
-      const remarks = await wardrobe.take(file, cloth);
+      const remarks = await wardrobe.take(file, cloth, albedo_of(good));
       tell(remarks.join('; '));
       show_parts();
       by_id('parts').parentElement.open = true;

@@ -1,6 +1,8 @@
 // Garments as .glb files: read, dressed in a fabric that they embed, and written (spec/SELVEDGE_materials_fabric).
 const NAME = 'SELVEDGE_materials_fabric', TRANSFORM = 'KHR_texture_transform', EMISSION = 'KHR_materials_emissive_strength';
 const GLB = 0x46546c67, JSON_CHUNK = 0x4e4f534a, BIN_CHUNK = 0x004e4942;
+/** Luminance of the darkest cloth, and the largest tint. */
+const DARKEST = 0.03, MAX_TINT = 16;
 const padded = (length) => (length + 3) & ~3;
 
 /** { json, bin } of the bytes of a file. Throws an Error of one line. */
@@ -62,16 +64,29 @@ function with_bytes(document, bytes, number) {
   delete json.buffers[0].uri;
   return number;
 }
-/** The members beside `fabric` that a garment brings: its own once dressed, else its normals and the mask of its picture. */
-export function parts_of({extensions, normalTexture, alphaMode, alphaCutoff, pbrMetallicRoughness: {baseColorTexture} = {}}) {
+/** The factor on a cloth of mean `albedo` that gives it a colour, as tint_towards() of `dress` has it. */
+export function tint_towards([r, g, b], albedo) {
+  const grey = Math.max(DARKEST - 0.2126 * r - 0.7152 * g - 0.0722 * b, 0);
+  return [r, g, b].map((c, k) => Math.min((c + grey) / Math.max(albedo[k], 1e-6), MAX_TINT));
+}
+/** The colour of a material whose picture tints its cloth; else null. */
+export function print_of({extensions, pbrMetallicRoughness: {baseColorTexture, baseColorFactor = [1, 1, 1]} = {}}) {
+  return !extensions?.[NAME] && baseColorTexture && !(baseColorTexture.texCoord > 1) ? baseColorFactor : null;
+}
+/** The members beside `fabric` that a garment brings to a cloth of mean `albedo`: its own once dressed, else its normals, print and mask. */
+export function parts_of(material, albedo) {
+  const {extensions, normalTexture, alphaMode, alphaCutoff, pbrMetallicRoughness: {baseColorTexture} = {}} = material, print = print_of(material);
   if (extensions?.[NAME]) return extensions[NAME];
   const is_cut = alphaMode === 'MASK' && baseColorTexture;
-  return {...normalTexture && {normalTexture}, ...is_cut && {maskTexture: baseColorTexture, maskCutoff: alphaCutoff ?? 0.5}};
+  return {
+    ...normalTexture && {normalTexture}, ...print && {tintTexture: baseColorTexture, tintFactor: tint_towards(print, albedo)},
+    ...is_cut && {maskTexture: baseColorTexture, maskCutoff: alphaCutoff ?? 0.5}
+  };
 }
 const at_most_one = (colour) => colour.map((c) => Math.min(c, 1));
 
 /**
- * A garment whose materials wear a cloth, as `selvedge dress` writes it, but for the tint of pictures. `cloth`: { bytes, name,
+ * A garment whose materials wear a cloth, as `selvedge dress` writes it. `cloth`: { bytes, name,
  * text, picture }: a fabric file, the text of its attributes, and a PNG of it. `lays`: by material { scale, offset, rotation,
  * uv_set }, of each that wears it.
  */
@@ -93,7 +108,7 @@ export function dressed({json: undressed, bin}, {bytes, name, text, picture}, la
       if (was) material.extensions = extensions;
       continue;
     }
-    const {scale, offset = [0, 0], rotation = 0, uv_set = 0} = lay, {fabric: _, ...parts} = parts_of(material);
+    const {scale, offset = [0, 0], rotation = 0, uv_set = 0} = lay, {fabric: _, ...parts} = parts_of(material, text.fallback?.albedo ?? [1, 1, 1]);
     const info = (index) => ({index, ...uv_set && {texCoord: uv_set}, extensions: {[TRANSFORM]: {scale, ...offset.some(Boolean) && {offset}, ...rotation && {rotation}}}});
     const own = parts.tintTexture ?? parts.maskTexture, {baseColor = [0.5, 0.5, 0.5], sheenColor, sheenRoughness, transmission, transmissionColor} = text.fallback ?? {};
     const tint = parts.tintFactor ?? [1, 1, 1], factor = own ? baseColor.map((c, k) => c * tint[k]) : tint;

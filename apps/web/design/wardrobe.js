@@ -2,7 +2,7 @@
 import {Box3, DoubleSide, Group, Mesh, PlaneGeometry, Vector3} from 'three';
 import {FabricMaterial} from 'selvedge/three/index.js';
 import {load_parts} from 'selvedge/three/garment_parts.js';
-import {dressed, fabric_of, parts_of, read_glb} from './garment.mjs';
+import {dressed, fabric_of, parts_of, print_of, read_glb, tint_towards} from './garment.mjs';
 import {picture_of, text_of} from './fabric_file.js';
 
 const LARGEST = 128e6, NO_CLOTH = /skin|hair|eye|lash|brow|teeth|tooth|tongue|head|face|hand|body|nail|button|zip|buckle|metal|sole|glass|lens/i;
@@ -111,10 +111,10 @@ export class Wardrobe {
     if (!wears) this.view.reflect();
   }
   /**
-   * Takes a garment from the bytes of a .glb file, in a cloth; remarks, lines. Throws an Error of one line, and the garment
+   * Takes a garment from the bytes of a .glb file, in a cloth of mean `albedo`; remarks, lines. Throws an Error of one line, and the garment
    * before stays.
    */
-  async take(file, fabric) {
+  async take(file, fabric, albedo) {
     const advice = `selvedge dress '${file.name}' cloth.fabric.exr --all -o dressed.glb`;
     if (file.size > LARGEST) throw new Error(`has ${Math.round(file.size / 1e6)} MB, this page takes ${LARGEST / 1e6} MB: ${advice} dresses it`);
     const bytes = new Uint8Array(await file.arrayBuffer()), glb = read_glb(bytes), remarks = [];
@@ -131,7 +131,8 @@ export class Wardrobe {
         continue;
       }
       if (!is_dressed) {
-        const more = await load_parts(parser, parts_of(glb.json.materials[part.index]));
+        const more = await load_parts(parser, parts_of(glb.json.materials[part.index], albedo));
+        part.print = print_of(glb.json.materials[part.index]);
         part.material = new FabricMaterial({fallback: part.own, fabric, keeps_opacity: true, parts: more});
         part.material.side = DoubleSide;
         if (part.wears) part.meshes.forEach((mesh) => mesh.material = part.material);
@@ -147,6 +148,11 @@ export class Wardrobe {
     this.show(this.shows === 'swatch' ? 'both' : this.shows, fabric);
     if (!parts.every(({wears}) => wears)) this.view.reflect();
     return remarks;
+  }
+  /** Lets prints have their colours on a cloth of mean `albedo`. */
+  tint(albedo) {
+    for (const {print, material: {parts, part_uniforms: {kept_tint}}} of this.parts.filter(({print}) => print))
+      kept_tint.value.fromArray(parts.tint = tint_towards(print, albedo));
   }
   /** The bytes of the garment in a cloth, a .glb file. */
   async save(bytes, name, mm) {
