@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge-view/shot.h"
@@ -90,15 +91,34 @@ Json to_json(const RenderStats& stats) {
   return json;
 }
 
+/// dB of the least accurate yarn beside its stitch (spec/fabric.md); infinite where nothing is known.
+double yarn_accuracy(const std::vector<Fabric>& fabrics) {
+  double least = HUGE_VAL;
+  for (const Fabric& fabric : fabrics) {
+    const Json accuracy = Json::parse(fabric.accuracy);
+    if (accuracy.contains("yarn") && accuracy["yarn"].is_number())
+      least = std::min(least, accuracy["yarn"].get<double>());
+  }
+  return least;
+}
+
+/// JSON has no infinite numbers.
+Json known(double decibels) { return std::isfinite(decibels) ? Json(decibels) : Json(nullptr); }
+
 Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn) {
   const RenderStats& stats = drawn.stats;
+  const double picture = drawn.picture.accuracy > 0 ? drawn.picture.accuracy : HUGE_VAL;
+  const double yarn = yarn_accuracy(shot.fabrics);
+  const double both = -10 * std::log10(std::pow(10, -picture / 10) + std::pow(10, -yarn / 10));
   return {{"input", command.picture.input},
           {"outputs", command.outputs},
           {"width", shot.options.width},
           {"height", shot.options.height},
           {"frames", shot.cameras.size()},
           {"supersample", drawn.picture.supersample},
-          {"accuracy", drawn.picture.accuracy > 0 ? Json(drawn.picture.accuracy) : Json(nullptr)},
+          {"accuracy", known(picture)},
+          {"yarnAccuracy", known(yarn)},
+          {"bothAccuracies", known(std::isfinite(picture) && std::isfinite(yarn) ? both : HUGE_VAL)},
           {"path", path_names[static_cast<std::size_t>(shot.options.path)]},
           {"threads", thread_count()},
           {"fabrics", shot.fabrics.size()},

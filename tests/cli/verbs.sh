@@ -230,7 +230,7 @@ test_info_is_a_table_that_fits_a_screen() {
   done
   exits 0 selvedge info k.fabric.exr
   grep -q '^made of .*plain-knit$' "$scratch/out" || fail "$(cat "$scratch/out")"
-  grep -qE '^accuracy +[0-9.]+ "$scratch/out" || fail "no held-out errors: $(cat "$scratch/out")"
+  grep -qE '^accuracy +[0-9.]+' "$scratch/out" || fail "no held-out errors: $(cat "$scratch/out")"
 }
 
 test_progress_is_for_terminals_only() {
