@@ -25,7 +25,6 @@ constexpr int max_supersample = 8;
 /// dB by which a picture is nearer to one with twice its rays along a pixel's side than to the truth, about
 /// (tests/bench/accuracy.mjs).
 constexpr double nearer = 0.3;
-constexpr double nearer_with_one = 1;  ///< so much more with one ray a pixel
 
 /// dB that twice the rays along a pixel's side give, the same.
 constexpr double gain_of_twice = 6.5;
@@ -82,13 +81,13 @@ class Probe {
   Probe(Drawer& drawer, const FrameSize& size, int supersample, const Frame* known)
       : drawer_(drawer), size_(size) {
     // Each block costs images of its own: few larger ones tell as much for less.
-    constexpr int small = 30'000;  // pixels
-    blocks_.side = size.width * size.height < small ? 8 : 16;
+    const bool is_small = size.width * size.height < 30'000;
+    blocks_.side = is_small ? 8 : 16;
+    const int picks = is_small ? 36 : 24;
+    const int enough = 2 * picks / 3;  // that show something
     blocks_.across = (size.width + blocks_.side - 1) / blocks_.side;
     blocks_.drawn.resize(static_cast<std::size_t>(blocks_.across) *
                          ((size.height + blocks_.side - 1) / blocks_.side));
-    constexpr int picks = 20;
-    constexpr int enough = 14;  // that show something
     choose(picks);
     if (known != nullptr) frames_[supersample] = *known;
     const int shown = std::max(count_shown(drawn(supersample)), 1);
@@ -170,10 +169,8 @@ AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& si
       picture = {supersample, decibels - nearer};
       return picture.accuracy >= wanted;
     };
-    // The cheaper comparison first.
-    const bool of_one =
-        is_enough(1, probe.accuracy(1, 2) - nearer_with_one) || is_enough(1, probe.accuracy(1, 4));
-    double of_two = of_one ? 0 : probe.accuracy(2, 4);
+    double of_two = probe.accuracy(2, 4);
+    const bool of_one = of_two > wanted && is_enough(1, probe.accuracy(1, 4));
     if (!of_one && !is_enough(2, of_two)) {
       double of_four = of_two + gain_of_twice;
       if (drawer.limit() >= 8) {

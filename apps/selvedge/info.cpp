@@ -5,6 +5,7 @@
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
 #include "converter/dress/uv_scale.h"
+#include "format/base/option_text.h"
 #include "format/fabric/file.h"
 #include "format/gltf/read_scene.h"
 #include "format/samples/samples.h"
@@ -35,19 +36,20 @@ constexpr const char* cell_lines =
     "{referenceHeight:.4g} mm\nmade of        {provenance/stitch}\nmade by "
     "       {provenance/software}\n";
 
-/// The command of a recipe.
+/// The command of a recipe, which may be a stranger's.
 std::string recipe_text(const Json& recipe) {
   constexpr std::size_t max_line = 96;
-  std::string text = filled("recipe         selvedge make {stitch}", recipe);
+  std::string text = "recipe         selvedge make " + shell_word(filled("{stitch}", recipe));
   const auto add = [&](const std::string& word) {
     if (text.size() - (text.rfind('\n') + 1) + word.size() > max_line) text += " \\\n              ";
     text += word;
   };
   for (const auto& [option, value] : recipe.items()) {
     if (option == "set")
-      for (const auto& [name, number] : value.items()) add(" --set " + name + filled("={}", number));
+      for (const auto& [name, number] : value.items())
+        add(" --set " + shell_word(name + filled("={}", number)));
     else if (option != "stitch" && option != "text")
-      add(" --" + option + (value == "true" ? "" : filled(" {}", value)));
+      add(" " + shell_word("--" + option) + (value == "true" ? "" : " " + shell_word(filled("{}", value))));
   }
   return text + "\n";
 }
