@@ -145,13 +145,12 @@ test_a_list_is_read_whole_before_any_work_and_goes_on_after_a_fabric_that_fails(
 
 test_a_fabric_is_made_again_by_its_recipe() {
   printf 'name: own\nyarn A: radius_mm=0.5\n2: k2 p2\n1: k2 p2\n' >own.txt
-  selvedge make own.txt --set yarn=cotton --set colour=0.5,0.25,0.1 --quality draft --no-table --seed 3 -o a.fabric.exr --quiet
+  selvedge make own.txt --set yarn=cotton --set 'colour=#aa3322' --quality draft --no-table --seed 3 -o a.fabric.exr --quiet
   exits 0 selvedge info a.fabric.exr --json
   mkdir again
   node -pe 'JSON.parse(fs.readFileSync(0, "utf8")).content.recipe.text.trimEnd()' <"$scratch/out" >again/own.txt
   exits 0 selvedge info a.fabric.exr
-  # shellcheck disable=SC2046
-  (cd again && $(sed -e ':a' -e '/\\$/N; s/\\\n//; ta' "$scratch/out" | sed -n 's/^recipe *//p') -o a.fabric.exr --quiet)
+  (cd again && eval "$(sed -e ':a' -e '/\\$/N; s/\\\n//; ta' "$scratch/out" | sed -n 's/^recipe *//p') -o a.fabric.exr --quiet")
   same a.fabric.exr again/a.fabric.exr
 }
 
