@@ -163,7 +163,7 @@ function row_of(parameter) {
   const label = element(is_kind(parameter) ? 'span' : 'label', {textContent: title, htmlFor: id});
   const ends = is_kind(parameter) || is_colour(parameter) ? '' : ` (${range.map((x) => Number(x.toPrecision(4))).join(' to ')})`;
   const parts = is_kind(parameter) ? [label, reset, field] : [label, field, hex ?? element('span', {className: 'unit', textContent: unit}), reset];
-  const text = is_kind(parameter) ? meaning.replace(/:.*/, '') : meaning;
+  const text = meaning.replace(is_kind(parameter) ? /:.*/ : /:? ?#rrggbb.*/, '');
   const small = element('small', {id: help, textContent: text + ends});
   return {
     refusal, show: () => {
