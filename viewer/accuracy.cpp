@@ -9,6 +9,7 @@
 #include <mutex>
 #include <numbers>
 #include <thread>
+#include <utility>
 
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
@@ -74,97 +75,119 @@ class Drawer {
   RenderStats& stats_;
 };
 
-/// Blocks of a picture, spread evenly over it, drawn with several supersamplings.
+/// Blocks of a picture, spread evenly over it, drawn with several supersamplings: as many as it takes until
+/// the standard error of an estimate is small.
 class Probe {
  public:
-  /// `known`: the picture with `supersample`, if it is drawn.
-  Probe(Drawer& drawer, const FrameSize& size, int supersample, const Frame* known)
-      : drawer_(drawer), size_(size) {
-    // Each block costs images of its own: few larger ones tell as much for less.
-    const bool is_small = size.width * size.height < 30'000;
-    blocks_.side = is_small ? 8 : 16;
-    const int picks = is_small ? 36 : 24;
-    const int enough = 2 * picks / 3;  // that show something
+  Probe(Drawer& drawer, const FrameSize& size) : drawer_(drawer), size_(size) {
+    constexpr int small = 30'000;  // pixels; elsewhere fewer, larger blocks share more cell images
+    blocks_.side = size.width * size.height < small ? 8 : 16;
     blocks_.across = (size.width + blocks_.side - 1) / blocks_.side;
     blocks_.drawn.resize(static_cast<std::size_t>(blocks_.across) *
                          ((size.height + blocks_.side - 1) / blocks_.side));
-    choose(picks);
-    if (known != nullptr) frames_[supersample] = *known;
-    const int shown = std::max(count_shown(drawn(supersample)), 1);
-    if (shown >= enough) return;
-    choose(picks * std::min(picks, enough / shown + 1));
-    if (known == nullptr) frames_.clear();
+    taken_ = blocks_.drawn;
+  }
+
+  /// The picture with some supersampling is drawn.
+  void know(int supersample, const Frame& frame) {
+    drawn_[supersample] = {frame, std::vector<std::uint8_t>(taken_.size(), 1)};
   }
 
   /// dB of the picture with some supersampling beside that with another.
   double accuracy(int supersample, int beside) {
-    double square = 0;
-    double count = 0;
-    const Frame& a = drawn(supersample);
-    const Frame& b = drawn(beside);
-    for_each_pixel([&](std::size_t i, std::size_t) {
-      square += (display_value(a.pixels[i]) - display_value(b.pixels[i])).length2();
-      count += 3;
-    });
-    return decibels(square / count);
+    constexpr std::size_t min_blocks = 16;
+    constexpr std::size_t max_blocks = 48;
+    constexpr double max_error = 0.25;  // of the mean square
+    for (;;) {
+      double sum = 0;
+      double squares = 0;
+      if (count_ >= min_blocks) {
+        for (const double square : block_errors(supersample, beside)) {
+          sum += square;
+          squares += square * square;
+        }
+        const double error =
+            std::sqrt(std::max(squares / (sum * sum) - 1.0 / static_cast<double>(count_), 0.0));
+        if (error < max_error || count_ >= std::min(max_blocks, taken_.size()))
+          return decibels(sum / static_cast<double>(pixels_));
+      }
+      take(std::max(count_, min_blocks));
+    }
   }
 
  private:
-  /// Calls body(pixel, block) for all pixels of the blocks.
+  struct Drawn {
+    Frame frame;
+    std::vector<std::uint8_t> blocks;
+  };
+
+  /// Calls body(pixel, block) for the pixels of blocks.
   template <class Body>
-  void for_each_pixel(const Body& body) const {
+  void for_each_pixel(const std::vector<std::uint8_t>& blocks, const Body& body) const {
     for (int y = 0; y < size_.height; ++y) {
       const std::size_t row =
           static_cast<std::size_t>((size_.height - 1 - y) / blocks_.side) * blocks_.across;
-      for (int x = 0; x < size_.width; ++x) {
-        const std::size_t block = row + x / blocks_.side;
-        if (blocks_.drawn[block] != 0) body(static_cast<std::size_t>(y) * size_.width + x, block);
-      }
+      for (int x = 0; x < size_.width; ++x)
+        if (const std::size_t block = row + x / blocks_.side; blocks[block] != 0)
+          body(static_cast<std::size_t>(y) * size_.width + x, block);
     }
   }
 
-  /// Takes one of each of `picks` equal stretches of the blocks, row by row.
-  void choose(int picks) {
-    std::ranges::fill(blocks_.drawn, 0);
-    const double stretch = std::max(static_cast<double>(blocks_.drawn.size()) / picks, 1.0);
-    double place = 0.5;
-    for (double begin = 0; begin + 0.5 < static_cast<double>(blocks_.drawn.size()); begin += stretch) {
-      place += std::numbers::phi;
-      place -= std::floor(place);
-      blocks_.drawn[std::min(static_cast<std::size_t>(begin + place * stretch), blocks_.drawn.size() - 1)] =
-          1;
+  /// Takes more blocks, by multiples of the golden ratio.
+  void take(std::size_t more) {
+    for (; more > 0 && count_ < taken_.size(); ++next_) {
+      const double place = next_ * std::numbers::phi;
+      std::uint8_t& block =
+          taken_[static_cast<std::size_t>((place - std::floor(place)) * static_cast<double>(taken_.size()))];
+      if (std::exchange(block, 1) != 0) continue;
+      ++count_;
+      --more;
     }
   }
 
-  /// Blocks with more than the studio's floor.
-  int count_shown(const Frame& frame) const {
-    constexpr float plain = 0.03F;
-    std::vector<std::pair<float, float>> range(blocks_.drawn.size(), {1.0F, 0.0F});
-    for_each_pixel([&](std::size_t i, std::size_t block) {
-      const float value = display_value(frame.pixels[i]).y;
-      range[block] = {std::min(range[block].first, value), std::max(range[block].second, value)};
+  /// Squares of the differences of the blocks that are taken, and how many there are.
+  std::vector<double> block_errors(int supersample, int beside) {
+    const Frame& a = drawn(supersample);
+    const Frame& b = drawn(beside);
+    std::vector<double> squares(taken_.size());
+    pixels_ = 0;
+    for_each_pixel(taken_, [&](std::size_t i, std::size_t block) {
+      squares[block] += (display_value(a.pixels[i]) - display_value(b.pixels[i])).length2();
+      pixels_ += 3;
     });
-    return static_cast<int>(
-        std::ranges::count_if(range, [](const auto& r) { return r.second - r.first > plain; }));
+    return squares;
   }
 
+  /// The picture at the blocks that are taken.
   const Frame& drawn(int supersample) {
-    Frame& frame = frames_[supersample];
-    if (frame.pixels.empty()) drawer_.draw(supersample, &blocks_, frame);
+    auto& [frame, blocks] = drawn_[supersample];
+    blocks.resize(taken_.size());
+    for (std::size_t i = 0; i < taken_.size(); ++i)
+      blocks_.drawn[i] = taken_[i] != 0 && blocks[i] == 0 ? 1 : 0;
+    if (std::ranges::find(blocks_.drawn, 1) == blocks_.drawn.end()) return frame;
+    Frame more;
+    drawer_.draw(supersample, &blocks_, more);
+    if (frame.pixels.empty()) frame = more;
+    for_each_pixel(blocks_.drawn, [&](std::size_t i, std::size_t) { frame.pixels[i] = more.pixels[i]; });
+    blocks = taken_;
     return frame;
   }
 
   Drawer& drawer_;
   FrameSize size_;
   FrameBlocks blocks_;
-  std::map<int, Frame> frames_;
+  std::vector<std::uint8_t> taken_;
+  std::size_t count_ = 0;  ///< of taken_
+  int next_ = 1;
+  std::map<int, Drawn> drawn_;
+  std::size_t pixels_ = 0;  ///< of taken_, channels counted
 };
 
 /// Draws with the least supersampling that has an accuracy, dB.
 AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& size, Frame& frame) {
   AccuratePicture picture{std::min(2, drawer.limit()), 0};
   if (drawer.limit() >= 4) {
-    Probe probe(drawer, size, 2, nullptr);
+    Probe probe(drawer, size);
     const auto is_enough = [&](int supersample, double decibels) {
       picture = {supersample, decibels - nearer};
       return picture.accuracy >= wanted;
@@ -222,7 +245,8 @@ AccuratePicture draw_in_time(Drawer& drawer, double seconds, const FrameSize& si
     frame = std::move(finer);
   }
   if (2 * supersample > drawer.limit() || of_probe * taken > seconds - now()) return {supersample, 0};
-  Probe probe(drawer, size, supersample, &frame);
+  Probe probe(drawer, size);
+  probe.know(supersample, frame);
   const double accuracy = probe.accuracy(supersample, 2 * supersample) - nearer;
   return {supersample, is_late ? 0 : accuracy};
 }
