@@ -38,8 +38,10 @@ test_page_holds_garments_and_fabrics() {
   # The studio is the default.
   selvedge-view page quad.glb -o around.html --quiet
   grep -q 'data-environment="64"' around.html
-  selvedge-view page quad.glb -o around.html --environment none --quiet
+  grep -q 'data-fps="30"' around.html
+  selvedge-view page quad.glb -o around.html --environment none --fps 12.5 --quiet
   ! grep -q data-environment around.html
+  grep -q 'data-fps="12.5"' around.html
   selvedge-view page quad.glb -o around.html --backdrop --backdrop-blur 0.3 --quiet
   grep -q 'data-backdrop="0.3"' around.html
 }
