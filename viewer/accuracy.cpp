@@ -98,20 +98,18 @@ class Probe {
     constexpr std::size_t min_blocks = 16;
     constexpr std::size_t max_blocks = 48;
     constexpr double max_error = 0.25;  // of the mean square
-    for (;;) {
+    if (count_ == 0) take(min_blocks);
+    for (;; take(count_)) {
       double sum = 0;
       double squares = 0;
-      if (count_ >= min_blocks) {
-        for (const double square : block_errors(supersample, beside)) {
-          sum += square;
-          squares += square * square;
-        }
-        const double error =
-            std::sqrt(std::max(squares / (sum * sum) - 1.0 / static_cast<double>(count_), 0.0));
-        if (error < max_error || count_ >= std::min(max_blocks, taken_.size()))
-          return decibels(sum / static_cast<double>(pixels_));
+      for (const double square : block_errors(supersample, beside)) {
+        sum += square;
+        squares += square * square;
       }
-      take(std::max(count_, min_blocks));
+      const double error =
+          std::sqrt(std::max(squares / (sum * sum) - 1.0 / static_cast<double>(count_), 0.0));
+      if (error < max_error || count_ >= std::min(max_blocks, taken_.size()))
+        return decibels(sum / static_cast<double>(pixels_));
     }
   }
 
@@ -133,7 +131,7 @@ class Probe {
     }
   }
 
-  /// Takes more blocks, by multiples of the golden ratio.
+  /// Takes more blocks, as many as there are, by multiples of the golden ratio.
   void take(std::size_t more) {
     for (; more > 0 && count_ < taken_.size(); ++next_) {
       const double place = next_ * std::numbers::phi;

@@ -49,6 +49,24 @@ TEST_CASE("an estimated accuracy is near the true one, and at least what was ask
   }
 }
 
+TEST_CASE("the smallest pictures end, and what shows nothing is exact") {
+  Ball ball;
+  for (const V2i& size : {V2i(1, 1), V2i(3, 9), V2i(40, 20)}) {
+    ball.options.width = size.x;
+    ball.options.height = size.y;
+    Camera camera = test::camera_for(ball.scene, ball.options);
+    const auto renderer = test::need(Renderer::create(ball.scene, ball.fabrics, ball.options));
+    Frame frame;
+    RenderStats stats;
+    const PictureGoal goal{40.0, {}};
+    CHECK(test::need(draw_for(*renderer, goal, ball.options, camera, ball.options, frame, stats)).accuracy >
+          10);
+    camera.position += V3d(0, 100, 0);
+    CHECK(test::need(draw_for(*renderer, goal, ball.options, camera, ball.options, frame, stats)).accuracy >
+          100);
+  }
+}
+
 TEST_CASE("no time is enough for a first picture, and the report's rays draw it again") {
   const Ball ball;
   const Camera camera = test::camera_for(ball.scene, ball.options);
