@@ -93,10 +93,10 @@ class Probe {
     drawn_[supersample] = {frame, std::vector<std::uint8_t>(taken_.size(), 1)};
   }
 
-  /// dB of the picture with some supersampling beside that with another.
+  /// dB of the picture with some supersampling beside that with another; 0 if it was interrupted.
   double accuracy(int supersample, int beside) {
     constexpr std::size_t min_blocks = 16;
-    constexpr std::size_t max_blocks = 48;
+    constexpr std::size_t max_blocks = 64;
     constexpr double max_error = 0.25;  // of the mean square
     if (count_ == 0) take(min_blocks);
     for (;; take(count_)) {
@@ -108,8 +108,9 @@ class Probe {
       }
       const double error =
           std::sqrt(std::max(squares / (sum * sum) - 1.0 / static_cast<double>(count_), 0.0));
-      if (error < max_error || count_ >= std::min(max_blocks, taken_.size()))
-        return decibels(sum / static_cast<double>(pixels_));
+      // Blocks that show nothing cost nothing.
+      if (error < max_error || (count_ >= max_blocks && sum > 0) || count_ == taken_.size() || is_late_)
+        return is_late_ ? 0 : decibels(sum / static_cast<double>(pixels_));
     }
   }
 
@@ -164,7 +165,7 @@ class Probe {
       blocks_.drawn[i] = taken_[i] != 0 && blocks[i] == 0 ? 1 : 0;
     if (std::ranges::find(blocks_.drawn, 1) == blocks_.drawn.end()) return frame;
     Frame more;
-    drawer_.draw(supersample, &blocks_, more);
+    is_late_ = !drawer_.draw(supersample, &blocks_, more) || is_late_;
     if (frame.pixels.empty()) frame = more;
     for_each_pixel(blocks_.drawn, [&](std::size_t i, std::size_t) { frame.pixels[i] = more.pixels[i]; });
     blocks = taken_;
@@ -176,6 +177,7 @@ class Probe {
   FrameBlocks blocks_;
   std::vector<std::uint8_t> taken_;
   std::size_t count_ = 0;  ///< of taken_
+  bool is_late_ = false;   ///< a drawing was interrupted
   int next_ = 1;
   std::map<int, Drawn> drawn_;
   std::size_t pixels_ = 0;  ///< of taken_, channels counted
@@ -200,8 +202,8 @@ AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& si
       }
       // In between, accuracy goes with the logarithm of the rays.
       for (const int supersample : {3, 4, 6, max_supersample})
-        if (is_enough(supersample, of_four + (of_four - of_two) * std::log2(supersample / 4.0)) ||
-            supersample >= drawer.limit())
+        if (supersample > drawer.limit() ||
+            is_enough(supersample, of_four + (of_four - of_two) * std::log2(supersample / 4.0)))
           break;
     }
   }
@@ -245,8 +247,7 @@ AccuratePicture draw_in_time(Drawer& drawer, double seconds, const FrameSize& si
   if (2 * supersample > drawer.limit() || of_probe * taken > seconds - now()) return {supersample, 0};
   Probe probe(drawer, size);
   probe.know(supersample, frame);
-  const double accuracy = probe.accuracy(supersample, 2 * supersample) - nearer;
-  return {supersample, is_late ? 0 : accuracy};
+  return {supersample, std::max(probe.accuracy(supersample, 2 * supersample) - nearer, 0.0)};
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // Pictures as accurate as asked for, or as the time allows.
 //
 // A picture's accuracy is its PSNR beside the same picture with 64 rays a pixel or more, display-encoded
-// (default_display()), peak 1. It is estimated from blocks of the picture, which are drawn again with twice
+// (default_display()), peak 1. It is estimated from blocks of the picture, which are drawn also with twice
 // as many rays along a pixel's side: halves of a picture's own rays share its cell images and their places,
 // and do not show what these lack.
 #pragma once
@@ -32,8 +32,7 @@ struct AccuratePicture {
 };
 
 /// Draws a frame for a goal, and leaves the renderer at its supersampling; further frames need samples_of()
-/// it. The times of `stats` are of all
-/// that was drawn. Errors as Renderer::draw().
+/// it. The times of `stats` are of all that was drawn. Errors as Renderer::draw().
 Result<AccuratePicture> draw_for(Renderer& renderer, const PictureGoal& goal, const FrameSize& size,
                                  const Camera& camera, DrawOptions options, Frame& frame, RenderStats& stats);
 

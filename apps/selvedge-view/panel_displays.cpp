@@ -52,7 +52,7 @@ void show_times(const PanelInfo& info) {
   const double frame = info.picture.draw_seconds;
   row("frame", "{:.1f} ms, {} x {}{}", 1e3 * frame, info.picture.width, info.picture.height,
       info.picture.divisor > 1 ? " (first)" : "");
-  if (info.picture.accuracy > 0) row("while it moved", "{:.1f} dB", info.picture.accuracy);
+  if (info.picture.accuracy > 0) row("before samples", "{:.1f} dB", info.picture.accuracy);
   const std::initializer_list<std::pair<const char*, double>> parts{
       {"project", s.project},
       {"shadows", s.shadows},

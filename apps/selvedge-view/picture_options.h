@@ -43,8 +43,9 @@ struct PictureOptions {
 void add_input(Options& options, PictureOptions& picture);
 /// --repeats of a swatch.
 void add_repeats(Options& options, SwatchOptions& swatch);
-/// --environment with its turn and strength; `otherwise` says what is taken without it.
+/// --fps.
 void add_fps(Options& options, double& fps);
+/// --environment with its turn and strength; `otherwise` says what is taken without it.
 void add_environment(Options& options, std::string& name, EnvironmentOptions& environment,
                      const std::string& otherwise);
 /// Lights and display options.

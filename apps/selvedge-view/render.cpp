@@ -92,9 +92,11 @@ Json to_json(const RenderStats& stats) {
 }
 
 /// dB of the least accurate yarn beside its stitch (spec/fabric.md); infinite where nothing is known.
-double yarn_accuracy(const std::vector<Fabric>& fabrics) {
+double yarn_accuracy(const Shot& shot) {
   double least = HUGE_VAL;
-  for (const Fabric& fabric : fabrics) {
+  if (shot.options.path == RenderPath::paper || shot.options.levels.forced >= 0) return least;
+  for (const Fabric& fabric : shot.fabrics) {
+    if (!fabric.levels.front().yarns()) continue;
     const Json accuracy = Json::parse(fabric.accuracy);
     if (accuracy.contains("yarn") && accuracy["yarn"].is_number())
       least = std::min(least, accuracy["yarn"].get<double>());
@@ -108,7 +110,7 @@ Json known(double decibels) { return std::isfinite(decibels) ? Json(decibels) : 
 Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn) {
   const RenderStats& stats = drawn.stats;
   const double picture = drawn.picture.accuracy > 0 ? drawn.picture.accuracy : HUGE_VAL;
-  const double yarn = yarn_accuracy(shot.fabrics);
+  const double yarn = yarn_accuracy(shot);
   const double both = -10 * std::log10(std::pow(10, -picture / 10) + std::pow(10, -yarn / 10));
   return {{"input", command.picture.input},
           {"outputs", command.outputs},

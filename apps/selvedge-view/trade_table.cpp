@@ -118,6 +118,7 @@ std::string trade_plot(const Json& rows) {
     y.low = std::min(y.low, 5 * std::floor(row["db"].get<double>() / 5));
     y.high = std::max(y.high, 5 * std::ceil(row["db"].get<double>() / 5));
   }
+  y.high = std::max(y.high, y.low + 5);
   std::ranges::stable_sort(by_time, [](const Json& a, const Json& b) {
     return std::pair(-a["pixels"].get<double>(), a["ms"].get<double>()) <
            std::pair(-b["pixels"].get<double>(), b["ms"].get<double>());

@@ -85,9 +85,13 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
         content);
   }
   const Json accuracy = content.value("accuracy", Json::object());
-  if (accuracy.contains("front"))
-    text += filled("accuracy       {front} dB by level", accuracy) +
-            (accuracy.contains("yarn") ? filled(", {yarn} of the yarn close by\n", accuracy) : "\n");
+  if (accuracy.contains("front") && accuracy["front"].is_array()) {
+    text += "accuracy      ";
+    for (const Json& db : accuracy["front"]) text += filled(" {db}", {{"db", db}});
+    text += " dB by level";
+    if (accuracy.contains("yarn")) text += filled(", {yarn} of the yarn close by", accuracy);
+    text += "\n";
+  }
   const YarnCounts& yarns = header.shape.yarns;
   if (yarns.curves > 0)
     text += fmt::format("yarn           {} curves, {} nodes\n", yarns.curves, yarns.nodes);

@@ -84,7 +84,7 @@ std::optional<double> near_accuracy(const nlohmann::json& provenance) {
   std::optional<double> least;
   // A browser's module ends where nlohmann::json throws.
   const nlohmann::json::json_pointer composition("/sheet/composition");
-  if (!provenance.contains(composition)) return least;
+  if (!provenance.contains(composition) || !provenance[composition].is_string()) return least;
   const auto& fibres = provenance[composition].get_ref<const std::string&>();
   for (const YarnKind& kind : yarn_kinds())
     if (fibres.find(kind.name) != std::string::npos)

@@ -4,7 +4,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
-#include <string_view>
+#include <string>
 #include <utility>
 
 #include "format/base/parallel.h"
@@ -114,19 +114,24 @@ DirectSky direct_sky(const Yarns& yarns) {
 std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns) {
   constexpr std::size_t max_known = 4;
   static std::mutex mutex;
-  static std::deque<std::pair<std::size_t, std::shared_ptr<const DirectSky>>> known;
-  const auto& segments = yarns.inside().segments;
-  const std::size_t key = std::hash<std::string_view>()(
-      {reinterpret_cast<const char*>(segments.data()), segments.size() * sizeof segments[0]});
+  struct Known {
+    std::string segments;
+    V2f period;
+    std::shared_ptr<const DirectSky> direct;
+  };
+  static std::deque<Known> known;
+  const auto& inside = yarns.inside().segments;
+  std::string segments(reinterpret_cast<const char*>(inside.data()), inside.size() * sizeof inside[0]);
   {
     const std::scoped_lock lock(mutex);
-    const auto found = std::ranges::find(known, key, [](const auto& one) { return one.first; });
-    if (found != known.end()) return found->second;
+    const auto found = std::ranges::find_if(
+        known, [&](const Known& one) { return one.period == yarns.period() && one.segments == segments; });
+    if (found != known.end()) return found->direct;
   }
   auto direct = std::make_shared<const DirectSky>(direct_sky(yarns));
   const std::scoped_lock lock(mutex);
   if (known.size() == max_known) known.pop_front();
-  return known.emplace_back(key, std::move(direct)).second;
+  return known.emplace_back(Known{std::move(segments), yarns.period(), std::move(direct)}).direct;
 }
 
 }  // namespace

@@ -326,7 +326,8 @@ int main(int argc, char** argv) {
   const bool references = mode == "--references";
   const std::string folder = references && files.size() > 1 ? files[1] : "";
   files.erase(files.begin(), files.begin() + (mode.empty() ? 0 : folder.empty() ? 1 : 2));
-  if (files.empty()) {
+  if (files.empty() ||
+      !(mode == "--rates" || mode == "--looks" || mode == "--parts" || mode == "--swatch" || references)) {
     fmt::print(
         stderr,
         "usage: selvedge-bench-view --rates | --looks | --parts | --references FOLDER SCENE.glb ...\n");

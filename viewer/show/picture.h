@@ -25,8 +25,9 @@ struct DrawnPicture {
   RenderStats stats;
   double draw_seconds = 0;
   double display_seconds = 0;
-  double accuracy = 0;  ///< dB of the frame while it moved, beside the picture at rest; 0: not known yet
-  double size = 1;      ///< diagonal of the scene, m
+  double accuracy =
+      0;  ///< dB of a full frame, as while something moves, beside the picture at rest; 0: not known yet
+  double size = 1;  ///< diagonal of the scene, m
 };
 
 class ShowPicture {

@@ -395,6 +395,7 @@ async function open(file) {
     if (ending === '.exr') await open_fabric(file);
     else if (ending === '.glb') {
       const remarks = await wardrobe.take(file, cloth, albedo_of(good));
+      wardrobe.tint(albedo_of(good));
       tell(remarks.join('; '));
       show_parts();
       by_id('parts').parentElement.open = true;

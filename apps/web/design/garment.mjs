@@ -71,7 +71,8 @@ export function tint_towards([r, g, b], albedo) {
 }
 /** The colour of a material whose picture tints its cloth; else null. */
 export function print_of({extensions, pbrMetallicRoughness: {baseColorTexture, baseColorFactor = [1, 1, 1]} = {}}) {
-  return !extensions?.[NAME] && baseColorTexture && !(baseColorTexture.texCoord > 1) ? baseColorFactor : null;
+  const is_colour = Array.isArray(baseColorFactor) && baseColorFactor.length > 2 && baseColorFactor.every(Number.isFinite);
+  return !extensions?.[NAME] && baseColorTexture && !(baseColorTexture.texCoord > 1) ? is_colour ? baseColorFactor : [1, 1, 1] : null;
 }
 /** The members beside `fabric` that a garment brings to a cloth of mean `albedo`: its own once dressed, else its normals, print and mask. */
 export function parts_of(material, albedo) {
