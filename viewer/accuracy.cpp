@@ -159,7 +159,8 @@ class Probe {
 
   /// The picture at the blocks that are taken.
   const Frame& drawn(int supersample) {
-    auto& [frame, blocks] = drawn_[supersample];
+    Frame& frame = drawn_[supersample].frame;
+    std::vector<std::uint8_t>& blocks = drawn_[supersample].blocks;
     blocks.resize(taken_.size());
     for (std::size_t i = 0; i < taken_.size(); ++i)
       blocks_.drawn[i] = taken_[i] != 0 && blocks[i] == 0 ? 1 : 0;
