@@ -17,7 +17,7 @@ namespace selvedge {
 /// pixels at least four.
 inline float samples_of(int supersample) { return 2 * static_cast<float>(std::max(supersample, 2)); }
 
-/// PSNR of two frames of one size, dB: as of pictures, above.
+/// PSNR of two frames of one size, dB, as of pictures, above; at most 200.
 double decibels_between(const Frame& a, const Frame& b);
 
 /// One wish for a picture, or none: the supersampling of the options.

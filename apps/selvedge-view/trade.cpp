@@ -78,21 +78,9 @@ CellMesh truth_mesh(const TradeCommand& command) {
   return value_or_throw(find_cell(command.input, finer)).mesh;
 }
 
-/// Display values, clipped and encoded but not rounded.
-Image display_values(const Frame& frame) {
-  Image image = to_display_image(frame, default_display());
-  for (float& value : image.pixels) value = linear_to_srgb(value > 0 ? std::min(value, 1.0F) : 0.0F);
-  return image;
-}
-
 /// Seconds of all threads.
 double processor_seconds(std::clock_t since) {
   return static_cast<double>(std::clock() - since) / CLOCKS_PER_SEC;
-}
-
-/// At most 200 dB, so that equal pictures have a finite figure.
-double decibels(const Frame& frame, const Frame& truth) {
-  return std::min(200.0, value_or_throw(compare_images(display_values(frame), display_values(truth))).psnr);
 }
 
 Frame middle_of(const Frame& frame, const V2i& size) {
@@ -141,7 +129,7 @@ class Distance {
       row.update({{"pixels", pixels_},
                   {"drawn", drawn},
                   {"ms", 1000 * seconds},
-                  {"db", decibels(frames.back(), truth)}});
+                  {"db", decibels_between(frames.back(), truth)}});
       rows.push_back(row);
     };
     // As `show` draws while the view turns.
