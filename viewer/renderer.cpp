@@ -17,6 +17,10 @@
 namespace selvedge {
 namespace {
 
+Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& options) {
+  return options.context == ContextKind::egl ? make_egl_context() : make_osmesa_context();
+}
+
 // The functions below throw Failure.
 
 [[noreturn]] void refuse(const char* option, std::string reason) {
@@ -193,7 +197,7 @@ struct Renderer::State {
     scene.mesh = merge(surfaces);
     for (const Fabric& fabric : fabrics) scene.fabrics.emplace_back(fabric);
 
-    context = own ? std::move(own) : value_or_throw(make_osmesa_context());
+    context = own ? std::move(own) : value_or_throw(make_context(options));
     value_or_throw(context->make_current());
     gl = value_or_throw(load_gl_functions(*context));
     textures = std::make_unique<PictureTextures>(gl, scene_memory);

@@ -14,14 +14,15 @@ namespace selvedge {
 /// All options of a rendering.
 struct RenderOptions : FrameSize, DrawOptions {
   RenderPath path = RenderPath::hybrid;
+  /// The OpenGL implementation. Automatic: Mesa's software rasteriser: pixels return to the CPU anyway.
+  ContextKind context = ContextKind::automatic;
 };
 
 /// Prepares once everything that the frames of a scene share.
 class Renderer {
  public:
   /// `fabrics[i]` is scene.fabrics[i]; they must outlive the object, the scene need not. Draws with
-  /// `context`, or Mesa's software rasteriser if that is null: pixels return to the CPU anyway. Errors as
-  /// render().
+  /// `context`, or creates one if that is null. Errors as render().
   static Result<std::unique_ptr<Renderer>> create(const Scene& scene, const std::vector<Fabric>& fabrics,
                                                   const RenderOptions& options,
                                                   std::unique_ptr<GraphicsContext> context = nullptr);

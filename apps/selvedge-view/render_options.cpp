@@ -1,10 +1,15 @@
 #include "apps/selvedge-view/render_options.h"
 
+#include <array>
+
 #include "apps/common/shared_options.h"
 #include "format/base/option_text.h"
 
 namespace selvedge {
 namespace {
+
+constexpr std::array<std::string_view, 3> context_names{"auto", "osmesa", "egl"};
+constexpr std::array contexts{ContextKind::automatic, ContextKind::osmesa, ContextKind::egl};
 
 /// Refuses options that have no effect with this input or beside the others.
 void check_render(const Options& options, const RenderCommand& command) {
@@ -25,6 +30,15 @@ void check_render(const Options& options, const RenderCommand& command) {
                     {"--size"});
   options.refuse_if(command.render.path == RenderPath::paper,
                     "has no effect with --path paper, which shows no cell images", {"--image-memory"});
+}
+
+void add_drawing(Options& options, RenderCommand& command) {
+  options.choice("--path", path_names, command.render.path,
+                 "Finds triangles, and shades: OpenGL and the processor (hybrid, the default), the "
+                 "processor (raster); paper: as published in 2001, in colours of 8 bits");
+  options.choice("--context", context_names,
+                 "OpenGL: Mesa's software rasteriser (the default, auto), or EGL's first device",
+                 [&command](std::size_t index) { command.render.context = contexts[index]; });
 }
 
 void add_swatch(Options& options, RenderCommand& command) {
@@ -61,9 +75,7 @@ void declare_render(Options& options, RenderCommand& command) {
               "Instead: as many as this time of the clock allows, without reading files")
       .in(0.01, 86400);
   add_input(options, picture);
-  options.choice("--path", path_names, command.render.path,
-                 "Finds triangles, and shades: OpenGL and the processor (hybrid, the default), the "
-                 "processor (raster); paper: as published in 2001, in colours of 8 bits");
+  add_drawing(options, command);
   options
       .number("--turntable", command.turntable, "N",
               "Draw N frames once around a scene: name-0001.png and so on, all of them or none")

@@ -58,6 +58,7 @@ Subject load(const std::string& path) {
 RenderOptions options_of(RenderPath path) {
   RenderOptions options;
   options.path = path;
+  options.context = ContextKind::osmesa;
   options.width = size.x;
   options.height = size.y;
   return options;

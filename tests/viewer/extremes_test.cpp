@@ -51,6 +51,7 @@ Extreme facing_square(const Fabric& fabric, double repeats) {
 Frame drawn(const Extreme& extreme, RenderPath path, RenderStats* stats = nullptr) {
   RenderOptions options = extreme.options;
   options.path = path;
+  options.context = ContextKind::osmesa;
   const Frame frame = test::need(render(extreme.scene, extreme.fabrics, extreme.camera, options, stats));
   int wrong = 0;
   for (const V4f& p : frame.pixels) {

@@ -29,6 +29,7 @@ inline Frame drawn(const Setting& setting, RenderPath path) {
   const Camera camera = camera_of(setting);
   RenderOptions options = setting.options;
   options.path = path;
+  options.context = ContextKind::osmesa;
   return need(render(setting.scene, setting.fabrics, camera, options));
 }
 

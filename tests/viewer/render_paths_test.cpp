@@ -81,6 +81,20 @@ TEST_CASE("hybrid and rays agree on surfaces with and without fabric, one behind
   CHECK(test::decibels_to_rays(setting) > 30);
 }
 
+TEST_CASE("EGL without a surface finds the triangles that OSMesa finds") {
+  test::Setting setting = sphere_in(test::random_fabric(16, 16, 1));
+  const Frame frame = test::drawn(setting, RenderPath::hybrid);
+  RenderOptions options = setting.options;
+  options.context = ContextKind::egl;
+  const auto other = render(setting.scene, setting.fabrics, test::camera_of(setting), options);
+  if (!other) {
+    CHECK(other.error().code == Code::graphics_unavailable);
+    test::skip(to_line(other.error()));
+    return;
+  }
+  CHECK(test::decibels(*other, frame, 1) > 60);
+}
+
 TEST_CASE(
     "the processor finds the triangles that OpenGL finds: through many holes, inside cloth, behind the "
     "viewer") {

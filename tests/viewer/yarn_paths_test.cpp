@@ -47,6 +47,7 @@ TEST_CASE("cell images show the yarn that rays meet, from every place, of any si
     const SwatchShot shot = swatch_shot(example.view, V2d(example.fabric.period_mm), 96, 72);
     const Scene scene = swatch_scene(V2d(example.fabric.period_mm), shot);
     RenderOptions options;
+    options.context = ContextKind::osmesa;
     options.width = shot.width;
     options.height = shot.height;
     options.layers = 1;
@@ -69,6 +70,7 @@ TEST_CASE("cell images vary beyond the repeat where the reference does, near and
     SwatchShot shot = swatch_shot(SwatchView::far, V2d(fabric.period_mm), 96, 72);
     shot.camera.position += V3d(away, 0, 0) * 3e-3;
     RenderOptions options;
+    options.context = ContextKind::osmesa;
     options.width = shot.width;
     options.height = shot.height;
     options.layers = 1;

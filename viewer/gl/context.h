@@ -18,7 +18,14 @@ class GraphicsContext {
   virtual Function function(const char* name) const = 0;
 };
 
+/// The OpenGL implementation.
+enum class ContextKind { automatic, osmesa, egl };
+
 /// A context of Mesa's software rasteriser: no display, no GPU. GRAPHICS_UNAVAILABLE where that fails.
 Result<std::unique_ptr<GraphicsContext>> make_osmesa_context();
+
+/// A surfaceless EGL context: of a GPU if there is one, else of Mesa's software rasteriser.
+/// GRAPHICS_UNAVAILABLE where that fails.
+Result<std::unique_ptr<GraphicsContext>> make_egl_context();
 
 }  // namespace selvedge

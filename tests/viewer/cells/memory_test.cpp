@@ -33,6 +33,7 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
     setting.options.width = 160;
     setting.options.height = 120;
     setting.options.path = RenderPath::raster;
+    setting.options.context = ContextKind::osmesa;
     setting.options.lights = default_lights(test::camera_of(setting));
     // Frames of an orbit; the last one.
     const auto drawn = [&](std::size_t memory, int frames) {

@@ -22,6 +22,7 @@ test::Setting yarn_ball(int width, int height) {
   setting.fabrics = {test::need(read_fabric(SELVEDGE_SOURCE_DIR "/tests/data/kept/4.0/yarn.fabric.exr"))};
   setting.options.width = width;
   setting.options.height = height;
+  setting.options.context = ContextKind::osmesa;
   setting.options.layers = 2;
   setting.camera.elevation = 20;
   setting.options.lights = default_lights(test::camera_of(setting));

@@ -311,6 +311,7 @@ TEST_CASE("a probe sees the shadow of the picture, on either path, and a change 
   const Camera camera = test::camera_of(setting);
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
     setting.options.path = path;
+    setting.options.context = ContextKind::osmesa;
     setting.options.lights = {{V3d(0.7, 0.2, 0.5).normalized(), V3f(1)}};
     const auto renderer = test::need(Renderer::create(setting.scene, setting.fabrics, setting.options));
     Frame frame;
