@@ -113,8 +113,9 @@ void pass(Relaxed& relaxed, Numbers& all) {
   }
 }
 
-/// Changes by relax(), by key_of().
-std::map<std::string, std::string> shapes;
+/// Changes by relax(), by key_of(), after how many were remembered before them.
+std::map<std::string, std::pair<std::uint64_t, std::string>> shapes;
+std::uint64_t shapes_before = 0;
 constexpr std::size_t key_bytes = 32;
 constexpr std::size_t max_shapes = 64;
 
@@ -123,15 +124,16 @@ Relaxed relaxed_once(const StitchPattern& pattern, const RelaxOptions& options) 
   const std::string key = key_of(pattern, options);
   if (const auto known = shapes.find(key); known != shapes.end()) {
     Relaxed relaxed{pattern};
-    Numbers all(known->second);
+    Numbers all(known->second.second);
     pass(relaxed, all);
     return relaxed;
   }
   Relaxed relaxed = relax(pattern, options);
   Numbers all;
   pass(relaxed, all);
-  if (shapes.size() >= max_shapes) shapes.erase(shapes.begin());
-  tell(Told::shape, key + (shapes[key] = all.bytes()));
+  const auto age = [](const auto& shape) { return shape.second.first; };
+  if (shapes.size() >= max_shapes) shapes.erase(std::ranges::min_element(shapes, {}, age));
+  tell(Told::shape, key + (shapes[key] = {shapes_before++, all.bytes()}).second);
   return relaxed;
 }
 
@@ -184,11 +186,10 @@ MakeOptions read_recipe(Json& json, StitchSettings& settings) {
 
 /// The yarn over texels that are all the same: where these are as many as usual, the file is small.
 Fabric preview_of(const Samples& samples, const MakeOptions& options) {
-  constexpr int log2_texels = 3;
   const SideSamples front = samples_of(samples, Side::front);
   Fabric fabric = value_or_throw(fit(front.level, front.header, options.fit)).fabric;
   const FabricLevel texel = std::exchange(fabric.levels, {}).front();
-  for (int k = log2_texels; k >= 0; --k) {
+  for (int k = 3; k >= 0; --k) {
     FabricLevel& level = fabric.levels.emplace_back();
     level.width = level.height = 1 << k;
     level.take_texels(texel, k);
@@ -215,7 +216,6 @@ void make(Json json, bool preview) {
   stage(0)(0);
   if (stitch_text) tell(Told::stitch, to_json(value_or_throw(describe_stitch(stitch_name))).dump());
   BakeOptions of_bake = options.bake;
-  constexpr double large = 1000;  // StitchSize::radii
   bool is_large = false;
   const auto adapt = [&](const auto& stitch) {
     if (preview) return;
@@ -226,7 +226,7 @@ void make(Json json, bool preview) {
       [&](const StitchSize& size) {
         adapt(size);
         share_rays(of_bake);
-        is_large = size.radii > large;
+        is_large = size.radii > 1000;
       },
       [&](const StitchPattern& pattern, const RelaxOptions& relaxation) {
         return preview && is_large ? relaxed_roughly(pattern, relaxation) : relaxed_once(pattern, relaxation);
@@ -322,7 +322,7 @@ extern "C" {
 }
 /// Remembers a shape that was told to the host.
 [[clang::export_name("remember")]] void remember_shape() {
-  shapes.emplace(input_text.substr(0, key_bytes), input_text.substr(key_bytes));
+  shapes[input_text.substr(0, key_bytes)] = {shapes_before++, input_text.substr(key_bytes)};
 }
 
 // The C++ runtime beside wasi-libc and libc++: what is thrown is a refusal; there are no clock, no files and
