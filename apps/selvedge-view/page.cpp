@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 void declare(Options& options, PageCommand& command) {
   options
       .list("input", command.inputs, "FILE",
-            "Garments (.gltf, .glb), which stand side by side; fabrics (.exr), to be swapped on them")
+            "Garments (.gltf, .glb), which stand side by side; fabrics (.exr), to be swapped on them, or flat")
       .required()
       .count(1, 64)
       .reads();
@@ -179,8 +179,6 @@ Result<int> write_page(const char* verb, const PageCommand& command, const std::
                            is_fabric ? "fabric" : "garment", escaped(fs::path(input).filename().string()),
                            attributes, packed(bytes_of(bytes)));
   }
-  if (garments == 0)
-    return fail(Code::garment_empty, command.inputs.front(), {}, "a page shows at least one garment");
   const std::string marker = "<!--GARMENTS-->\n";
   page.replace(page.find(marker), marker.size(), scripts);
   value_or_throw(write_file(command.output, page));

@@ -43,7 +43,7 @@ const small = '--texels 16 --views 16 --lights 16 --samples 4 --truth-samples 2'
 run('selvedge', 'make', 'plain-knit', '--set', 'yarn=tube', '-o', path('knit.fabric.exr'), '--quiet');
 run('selvedge', 'make', 'twill', '--set', 'yarn=tube', '--quality', 'paper', ...small, '-o', path('twill.fabric.exr'), '--quiet');
 // A .gltf beside its fabric: the page takes both.
-run('selvedge', 'dress', sample_garment(bin, 'sweater', folder), path('twill.fabric.exr'), '-o', path('cloth.gltf'), '--all', '--quiet');
+run('selvedge', 'dress', sample_garment(bin, 'sweater', folder), path('twill.fabric.exr'), '-o', path('cloth.gltf'), '--all', '--variant', 'red=#aa2222', '--quiet');
 run('selvedge-view', 'page', path('cloth.gltf'), path('knit.fabric.exr'), '-o', path('cloth.html'), '--quiet');
 
 await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
@@ -57,7 +57,8 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
       ...state, camera: camera.position.toArray(), target: controls.target.toArray(),
       full: document.fullscreenElement !== null,
       shows: [...materials].map(({ shows }) => shows),
-      fabrics: [...materials].map(({ fabric }) => fabric.name),
+      fabrics: [...materials].map(({ fabric }) => fabric.name), tints: [...materials].map(({ parts: { tint } }) => tint),
+      metres: [...materials].flatMap(({ lay: { scale }, fabric: { mm_per_repeat: mm } }) => scale.map((repeats, k) => repeats * mm[k] / 1000)),
       read_in: [...materials].map(({ fabric }) => fabric.read_in), width: document.documentElement.scrollWidth,
     };
   });
@@ -114,12 +115,29 @@ await from_file(path('cloth.html'), SIZE, async ({ page, errors, touch }) => {
   await after(() => page.locator('#fabric').selectOption({ label: 'knit.fabric.exr' }), ({ fabrics, shows, frames }) =>
     fabrics.every((name) => name === 'knit.fabric.exr') && shows.every((shown) => shown === 'fabric') &&
     frames > brighter.frames);
+  // The other fabric lies as large; variants, tints and swatches are of what is worn.
+  (await seen()).metres.forEach((size, k) => assert.ok(Math.abs(size / start.metres[k] - 1) < 1e-6));
+  const is_red = ([r, g, b]) => r > 2 * g && r > 2 * b, in_fabric = all_show('fabric');
+  await after(() => page.locator('#variant').selectOption('red'), (now) => now.tints.every(is_red) && in_fabric(now));
+  await after(() => page.locator('#tint').fill('#2222aa'), ({ tints }) => tints.every(([r, g, b]) => is_red([b, r, g])));
+  await after(() => page.locator('#tint').fill('#ffffff'), ({ tints }) => tints.every(is_red));
+  await after(() => page.locator('#variant').selectOption('as made'), ({ tints }) => tints.every((tint) => String(tint) === '1,1,1'));
+  await after(() => page.getByRole('button', { name: 'Both', exact: true }).tap(), (now) => now.shows.length === start.shows.length + 1 && in_fabric(now));
+  await after(() => page.locator('#fabric').selectOption('its own'), (now) => !now.fabrics.includes('knit.fabric.exr') && in_fabric(now));
   await after(() => page.locator('#full').click(), ({ full }) => full);
   await after(() => page.locator('#full').click(), ({ full }) => !full);
   assert.deepEqual(errors, []);
   const bytes = statSync(path('cloth.html')).size, packed = gzipSync(readFileSync(path('cloth.html'))).length;
   console.log(`${bytes} bytes, ${packed} packed; first frame after ${first.toFixed(0)} ms; a frame of ${SIZE.width} x ` +
     `${SIZE.height} takes ${brighter.ms.toFixed(0)} ms in software`);
+});
+
+// Fabrics without a garment are swatches.
+run('selvedge-view', 'page', path('knit.fabric.exr'), path('twill.fabric.exr'), '-o', path('flat.html'), '--quiet');
+await from_file(path('flat.html'), SIZE, async ({ page, errors }) => {
+  await page.waitForFunction(() => globalThis.selvedge?.materials.size === 2 &&
+    [...globalThis.selvedge.materials].every(({ shows }) => shows === 'fabric'), null, { timeout: 120000 });
+  assert.deepEqual(errors, []);
 });
 
 // An environment, white above and black below, takes the place of the lights.

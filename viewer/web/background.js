@@ -18,13 +18,9 @@ export function use_worker(make, module = wasm) {
   wasm = module;
 }
 /** Bytes that cell images may take, 4 to 128 MiB, before the first fabric is loaded. */
-export function use_memory(bytes) {
-  memory = bytes;
-}
+export const use_memory = (bytes) => void (memory = bytes);
 /** Calls listener(message) for messages of kind 'images' and 'rows', and for 'end': nothing more comes. */
-export function listen(listener) {
-  listeners.push(listener);
-}
+export const listen = (listener) => void listeners.push(listener);
 
 /** The fabrics and garments of the worker are lost. */
 function end_with(message) {

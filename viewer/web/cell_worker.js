@@ -47,9 +47,7 @@ export class CellWorker {
     this.#post = post;
   }
 
-  async receive({kind, ...message}) {
-    await this.#try(() => this[kind](message));
-  }
+  receive = ({kind, ...message}) => this.#try(() => this[kind](message));
   async #try(work) {
     try {
       await work();
@@ -73,12 +71,9 @@ export class CellWorker {
     try {
       const fabric = await opened(source), module = await this.#module, number = module.add_fabric(fabric);
       const result = {
-        number,
-        levels: fabric.levels,
-        mm_per_repeat: fabric.mmPerRepeat,
-        recipe: fabric.recipe ?? null,
-        has_yarn: Boolean(fabric.layers.yarns),
-        variation: module.variation(number),
+        number, levels: fabric.levels, mm_per_repeat: fabric.mmPerRepeat, recipe: fabric.recipe ?? null,
+        albedo: fabric.fallback?.albedo ?? [1, 1, 1], variation: module.variation(number),
+        has_yarn: Boolean(fabric.layers.yarns), has_holes: module.has_holes
       };
       this.#post({kind: 'fabric', id, result});
     } catch (error) {
@@ -91,9 +86,7 @@ export class CellWorker {
     this.#fabrics.set(garment.number, fabric);
     this.#post({kind: 'garment', id, ...garment}, [garment.charts.buffer]);
   }
-  async pose({garment, shape}) {
-    (await this.#module).pose_garment(garment, shape);
-  }
+  pose = async ({garment, shape}) => (await this.#module).pose_garment(garment, shape);
   async view({garment, ...view}) {
     await this.#module;
     const now = performance.now(), between = this.#due.has(garment) ? now - this.#views.get(garment).seen_at : Infinity;
@@ -125,9 +118,7 @@ export class CellWorker {
     for (const map of [this.#told_at, this.#fabrics, this.#editions, this.#coming]) map.delete(garment);
     module.remove_garment(garment);
   }
-  async again() {
-    (await this.#module).forget_tiles();
-  }
+  again = async () => (await this.#module).forget_tiles();
 
   async #work() {
     if (this.#working) return;

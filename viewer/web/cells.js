@@ -15,12 +15,8 @@ export class CellModule {
     this.#of._initialize();
   }
   /** Views of memory, which moves where it grows. */
-  #floats(at, count) {
-    return new Float32Array(this.#of.memory.buffer, at, count);
-  }
-  #words(at, count) {
-    return new Int32Array(this.#of.memory.buffer, at, count);
-  }
+  #floats = (at, count) => new Float32Array(this.#of.memory.buffer, at, count);
+  #words = (at, count) => new Int32Array(this.#of.memory.buffer, at, count);
   /** Room for so many numbers, as { floats, words }. */
   #input(count) {
     const at = this.#of.input(count);
@@ -41,7 +37,10 @@ export class CellModule {
     for (const name of others) this.#add_side(number, fabric.sides[name], 1 + SIDES.indexOf(name));
     const shown = others.flatMap((name) => fabric.sides[name].shown);
     this.#input(shown.length).words.set(shown);
-    if (!of.end_fabric(number)) throw new Issue('FABRIC_MALFORMED', 'yarns', 'is out of range');
+    const ended = of.end_fabric(number);
+    if (ended === 0) throw new Issue('FABRIC_MALFORMED', 'yarns', 'is out of range');
+    /** Of the fabric that came last. */
+    this.has_holes = ended === 2;
     return number;
   }
   #add_side(number, fabric, side) {
@@ -116,13 +115,8 @@ export class CellModule {
    */
   table(number) {
     const [first, count, entries, tiles, numbers, missing, wanted] = this.#words(this.#of.table_of(number), 7);
-    return {
-      first,
-      entries: new Uint16Array(this.#of.memory.buffer, entries, 2 * count).slice(),
-      tiles: this.#floats(numbers, TILE_NUMBERS * tiles).slice(),
-      missing,
-      wanted,
-    };
+    const table = new Uint16Array(this.#of.memory.buffer, entries, 2 * count).slice();
+    return {first, entries: table, tiles: this.#floats(numbers, TILE_NUMBERS * tiles).slice(), missing, wanted};
   }
   remove_fabric = (number) => this.#of.remove_fabric(number);
   /** Gives a fabric the content of another one, whose repeat is as large and which is then gone. */

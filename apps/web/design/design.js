@@ -8,7 +8,7 @@ import {sheet_of, srgb, text_of} from './fabric_file.js';
 import {make_editor} from './text_editor.js';
 import {Wardrobe} from './wardrobe.js';
 
-const view = globalThis.selvedge, by_id = (id) => document.getElementById(id);
+const view = globalThis.selvedge, {clothes} = view, by_id = (id) => document.getElementById(id);
 const {first, described, kinds, stitches: list} = JSON.parse(by_id('recipes').textContent);
 /** Recipes that the list offers: built-in stitches, and texts with the remarks that they begin with. */
 const offers = [...list.map(({stitch, description}) => ({stitch, description}))];
@@ -46,26 +46,20 @@ function default_of(parameter) {
   return follows ? '' : String(Number(value.toPrecision(4)));
 }
 
-/** A recipe that the page has kept, where the browser lets it. */
-function kept() {
+/** Does what the browser may forbid; null then. */
+function tried(work) {
   try {
-    const found = JSON.parse(localStorage.getItem(STORE));
-    const is_known = typeof found?.text === 'string' || stitches.has(found?.stitch);
-    return is_known && typeof found.set === 'object' ? found : null;
+    return work();
   } catch {
     return null;
   }
 }
-function keep() {
-  try {
-    localStorage.setItem(STORE, JSON.stringify(recipe));
-  } catch {
-    // Forbidden: nothing is kept.
-  }
-}
+const keep = () => tried(() => localStorage.setItem(STORE, JSON.stringify(recipe)));
+const is_recipe = (found) => (typeof found?.text === 'string' || stitches.has(found?.stitch)) && typeof found.set === 'object';
+const kept = [tried(() => JSON.parse(localStorage.getItem(STORE)))].find(is_recipe);
 
 const start = {set: {}, ...first}, state = {making: false, shown: 0, preview_ms: null, made_ms: 0, shown_ms: 0, relaxed: 0, bytes: null, refusal: ''};
-let recipe = kept() ?? start, history = [JSON.stringify(recipe)], now = 0;
+let recipe = kept ?? start, history = [JSON.stringify(recipe)], now = 0;
 
 /** The name of the files of a cloth. */
 const file_name = () => recipe.stitch.replace(/\.\w+$/, '');
@@ -288,29 +282,23 @@ function make() {
     tell(`made in ${(state.made_ms / 1000).toFixed(1)} s, ${Math.round(bytes.length / 1000)} KB`);
   });
 }
-/** The garment and the swatch, and the fabric that they wear; the file of the last whole one. */
-let wardrobe = null, cloth = null, good = null;
+/** The garment; the file of the last whole cloth. */
+let wardrobe = null, good = null;
 function show_sheet(bytes) {
   by_id('sheet').replaceChildren(...sheet_of(bytes).flatMap(([name, value]) => [element('dt', {textContent: name}), element('dd', {textContent: value})]));
 }
-const albedo_of = (bytes) => text_of(bytes)?.fallback?.albedo ?? [1, 1, 1];
 /** Shows a fabric, a preview or whole; whether it was seen before is_over(). */
 async function show(bytes, is_over, is_whole = true) {
   await view.started;
   const fabric = new LoadedFabric(bytes.slice().buffer, recipe.stitch), last = fabrics.at(-1);
   await fabric.settled;
   if (is_over() || fabric.issue) return fabric.dispose();
-  const is_as_large = String(last.mm_per_repeat) === String(fabric.mm_per_repeat) && wardrobe.worn().every(({material}) => material.fabric === last);
-  cloth = is_as_large ? last : fabric;
-  const shown = cloth, keeps_opacity = is_whole && 'opacity' in text_of(bytes).layers;
-  if (is_whole) {
-    show_sheet(bytes);
-    wardrobe.tint(albedo_of(bytes));
-  }
-  for (const {material, ...part} of wardrobe.worn()) {
-    // A material whose holes open or close is set up again.
-    if (is_whole && material.keeps_opacity !== keeps_opacity) Object.assign(material, {keeps_opacity, shows: 'another'});
-    if (!is_as_large) material.set_fabric(fabric, {lay: wardrobe.lay_for(part, fabric.mm_per_repeat), keeps: true});
+  const is_as_large = String(last.mm_per_repeat) === String(fabric.mm_per_repeat) && clothes.worn().every((material) => material.fabric === last);
+  const shown = clothes.cloth = is_as_large ? last : fabric;
+  if (is_whole) show_sheet(bytes);
+  for (const material of clothes.worn()) {
+    if (!is_as_large) material.set_fabric(fabric, {keeps: true});
+    if (is_whole) clothes.fit(material, fabric);
   }
   if (is_as_large) cell_images.replace(last, fabric);
   else {
@@ -318,7 +306,7 @@ async function show(bytes, is_over, is_whole = true) {
     view.prepare();
   }
   const is_shown = () => cell_images.shows(shown) &&
-      wardrobe.worn().every(({material: {garment}}) => garment?.fabric === shown && ['shown', 'ended'].includes(garment.state));
+      clothes.worn().every(({garment}) => garment?.fabric === shown && ['shown', 'ended'].includes(garment.state));
   return new Promise((end) => {
     const look = () => {
       if (!is_over() && !is_shown()) {
@@ -346,31 +334,29 @@ function describe(stitch) {
   stitches.set(stitch.stitch, stitch);
   build();
   show_recipe();
-  const set = kept_settings(recipe.set);
+  const set = settings_of(recipe.stitch);
   if (Object.keys(set).length === Object.keys(recipe.set).length) return;
   recipe = {...recipe, set};
   history[now] = JSON.stringify(recipe);
   take(recipe);
 }
-const kept_settings = (set) => {
-  const known = new Set(all_parameters().map(({name}) => name));
-  return Object.fromEntries(Object.entries(set).filter(([name]) => known.has(name)));
-};
+/** The settings that another stitch has, too; `known`: names, where its parameters are not known. */
+function settings_of(stitch, known) {
+  const names = stitches.get(stitch)?.parameters.map(({name}) => name) ?? known;
+  return Object.fromEntries(Object.entries(recipe.set).filter(([name]) => names.includes(name)));
+}
 /** A tile of the list: a picture and a name. */
 function tile_of({stitch, text, description}, number) {
   const input = element('input', {type: 'radio', name: 'stitch', value: stitch});
-  input.addEventListener('change', () => {
-    const known = stitches.get(stitch)?.parameters.map(({name}) => name) ?? ['colour', 'yarn'];
-    const set = Object.fromEntries(Object.entries(recipe.set).filter(([name]) => known.includes(name)));
-    change(text === undefined ? {stitch, set} : {stitch, text, set});
-  });
+  input.addEventListener('change', () => change({stitch, ...text !== undefined && {text}, set: settings_of(stitch, ['colour', 'yarn'])}));
   const picture = element('span', {className: 'picture'});
   picture.style.backgroundPosition = `${-48 * (number % 7)}px ${-48 * Math.floor(number / 7)}px`;
   return element('label', {title: description}, input, picture, stitch.replace(/\.\w+$/, ''));
 }
 by_id('stitches').append(...offers.map(tile_of));
-by_id('undo').addEventListener('click', () => step(-1));
-by_id('redo').addEventListener('click', () => step(1));
+const on_click = (id, act) => by_id(id).addEventListener('click', act);
+on_click('undo', () => step(-1));
+on_click('redo', () => step(1));
 addEventListener('keydown', (event) => {
   if (!(event.ctrlKey || event.metaKey)) return;
   const by = {z: event.shiftKey ? 1 : -1, y: 1}[event.key.toLowerCase()];
@@ -378,13 +364,13 @@ addEventListener('keydown', (event) => {
   event.preventDefault();
   step(by);
 });
-by_id('save_fabric').addEventListener('click', async () => {
+on_click('save_fabric', async () => {
   const name = file_name(), bytes = await made_bytes();
   if (bytes) save(new Blob([bytes], {type: 'image/x-exr'}), `${name}.fabric.exr`);
 });
-by_id('save_garment').addEventListener('click', async () => {
-  const name = file_name(), bytes = await made_bytes(), mm = bytes && text_of(bytes).mmPerRepeat;
-  if (bytes) save(new Blob([await wardrobe.save(bytes, name, mm)], {type: 'model/gltf-binary'}), `${wardrobe.name}.${name}.glb`);
+on_click('save_garment', async () => {
+  const name = file_name(), bytes = await made_bytes();
+  if (bytes) save(new Blob([await wardrobe.save(bytes, name)], {type: 'model/gltf-binary'}), `${wardrobe.name}.${name}.glb`);
 });
 /** Tells a line that is not about the recipe; what was there stays. */
 const tell = (line) => by_id('refusal').textContent = line;
@@ -394,8 +380,7 @@ async function open(file) {
   try {
     if (ending === '.exr') await open_fabric(file);
     else if (ending === '.glb') {
-      const remarks = await wardrobe.take(file, cloth, albedo_of(good));
-      wardrobe.tint(albedo_of(good));
+      const remarks = await wardrobe.take(file, clothes.cloth);
       tell(remarks.join('; '));
       show_parts();
       by_id('parts').parentElement.open = true;
@@ -409,12 +394,11 @@ async function open(file) {
 }
 async function open_fabric(file) {
   if (file.size > FABRIC) throw new Error(`has ${Math.round(file.size / 1e6)} MB, a fabric here has at most ${FABRIC / 1e6} MB`);
-  const bytes = new Uint8Array(await file.arrayBuffer()), fabric = new LoadedFabric(bytes.slice().buffer, file.name);
+  const fabric = new LoadedFabric(await file.arrayBuffer(), file.name);
   await fabric.settled;
-  const {issue} = fabric;
+  const {issue, recipe: found} = fabric;
   fabric.dispose();
   if (issue) throw new Error(`${issue.place ? `${issue.place}: ` : ''}${issue.message} [${issue.code}]`);
-  const {recipe: found} = text_of(bytes);
   if (typeof found?.stitch !== 'string') throw new Error('has no recipe by which it can be edited');
   if (found.text === undefined && !stitches.get(found.stitch)?.description)
     throw new Error(`its recipe names ${found.stitch} without its text`);
@@ -424,20 +408,11 @@ async function open_fabric(file) {
 /** Checkboxes of the materials of the garment that can wear the cloth. */
 function show_parts() {
   by_id('parts').replaceChildren(...wardrobe.parts.map((part) => {
-    const input = element('input', {type: 'checkbox', checked: part.wears, onchange: () => {
-      wardrobe.set_wears(part, input.checked);
-      wardrobe.show(wardrobe.shows, cloth);
-    }});
+    const input = element('input', {type: 'checkbox', checked: part.wears, onchange: () => wardrobe.set_wears(part, input.checked)});
     return element('label', {}, input, part.name);
   }));
-  for (const button of by_id('views').children) button.ariaPressed = String(button.value === wardrobe.shows);
 }
-by_id('views').addEventListener('click', ({target: {value}}) => {
-  if (!value || !cloth) return;
-  wardrobe.show(value, cloth);
-  show_parts();
-});
-by_id('open').addEventListener('click', () => by_id('file').click());
+on_click('open', () => by_id('file').click());
 by_id('file').addEventListener('change', async ({target}) => {
   for (const file of target.files) await open(file);
   target.value = '';
@@ -447,8 +422,8 @@ addEventListener('drop', async (event) => {
   event.preventDefault();
   for (const file of event.dataTransfer.files) await open(file);
 });
-by_id('save_picture').addEventListener('click', async () => save(await view.picture(), `${file_name()}.png`));
-by_id('copy').addEventListener('click', async () => {
+on_click('save_picture', async () => save(await view.picture(), `${file_name()}.png`));
+on_click('copy', async () => {
   by_id('command').select();
   await navigator.clipboard?.writeText(command()).catch(() => {});
 });
@@ -457,12 +432,17 @@ build();
 show_recipe();
 view.started.then(async () => {
   wardrobe = new Wardrobe(view);
-  cloth = wardrobe.parts[0].material.fabric;
+  [{fabric: clothes.cloth}] = view.materials;
+  await wardrobe.fit(clothes.garments[0], clothes.cloth);
+  clothes.changed = async () => {
+    await wardrobe.fit(clothes.garments[0], clothes.cloth);
+    show_parts();
+  };
   show_parts();
   const bytes = await wardrobe.first_fabric();
   if (bytes && state.bytes === null && !state.making) show_sheet(state.bytes = bytes);
   good = state.bytes;
-  fabrics = [cloth];
+  fabrics = [clothes.cloth];
   if (JSON.stringify(recipe) !== JSON.stringify(start)) making = make();
   else if (!state.making) ask_maker({recipe, whole: false});
 });

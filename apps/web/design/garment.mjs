@@ -1,8 +1,8 @@
 // Garments as .glb files: read, dressed in a fabric that they embed, and written (spec/SELVEDGE_materials_fabric).
+import {tint_towards} from '../../../viewer/web/page/tint.js';
+
 const NAME = 'SELVEDGE_materials_fabric', TRANSFORM = 'KHR_texture_transform', EMISSION = 'KHR_materials_emissive_strength';
 const GLB = 0x46546c67, JSON_CHUNK = 0x4e4f534a, BIN_CHUNK = 0x004e4942;
-/** Luminance of the darkest cloth, and the largest tint. */
-const DARKEST = 0.03, MAX_TINT = 16;
 const padded = (length) => (length + 3) & ~3;
 
 /** { json, bin } of the bytes of a file. Throws an Error of one line. */
@@ -64,11 +64,6 @@ function with_bytes(document, bytes, number) {
   delete json.buffers[0].uri;
   return number;
 }
-/** The factor on a cloth of mean `albedo` that gives it a colour, as tint_towards() of `dress` has it. */
-export function tint_towards([r, g, b], albedo) {
-  const grey = Math.max(DARKEST - 0.2126 * r - 0.7152 * g - 0.0722 * b, 0);
-  return [r, g, b].map((c, k) => Math.min((c + grey) / Math.max(albedo[k], 1e-6), MAX_TINT));
-}
 /** The colour of a material whose picture tints its cloth; else null. */
 export function print_of({extensions, pbrMetallicRoughness: {baseColorTexture, baseColorFactor = [1, 1, 1]} = {}}) {
   const is_colour = Array.isArray(baseColorFactor) && baseColorFactor.length > 2 && baseColorFactor.every(Number.isFinite);
@@ -88,10 +83,10 @@ const at_most_one = (colour) => colour.map((c) => Math.min(c, 1));
 
 /**
  * A garment whose materials wear a cloth, as `selvedge dress` writes it. `cloth`: { bytes, name,
- * text, picture }: a fabric file, the text of its attributes, and a PNG of it. `lays`: by material { scale, offset, rotation,
- * uv_set }, of each that wears it.
+ * text, has_holes, picture }: a fabric file, the text of its attributes, and a PNG of it. `lays`: by material { scale, offset, rotation,
+ * uv_set, tint }, of each that wears it; `tint`: in place of its own.
  */
-export function dressed({json: undressed, bin}, {bytes, name, text, picture}, lays) {
+export function dressed({json: undressed, bin}, {bytes, name, text, has_holes, picture}, lays) {
   const json = structuredClone(undressed), document = {json, bin}, used = new Set(json.extensionsUsed);
   const old = (json.extensions?.[NAME]?.fabrics ?? []).map(({bufferView}) => bufferView).filter((view) => view !== undefined);
   // A garment that was dressed: its fabric goes, and the picture of it.
@@ -109,14 +104,15 @@ export function dressed({json: undressed, bin}, {bytes, name, text, picture}, la
       if (was) material.extensions = extensions;
       continue;
     }
-    const {scale, offset = [0, 0], rotation = 0, uv_set = 0} = lay, {fabric: _, ...parts} = parts_of(material, text.fallback?.albedo ?? [1, 1, 1]);
+    const {scale, offset = [0, 0], rotation = 0, uv_set = 0, tint: other} = lay;
+    const {fabric: _, ...parts} = {...parts_of(material, text.fallback?.albedo ?? [1, 1, 1]), ...other && {tintFactor: other}};
     const info = (index) => ({index, ...uv_set && {texCoord: uv_set}, extensions: {[TRANSFORM]: {scale, ...offset.some(Boolean) && {offset}, ...rotation && {rotation}}}});
     const own = parts.tintTexture ?? parts.maskTexture, {baseColor = [0.5, 0.5, 0.5], sheenColor, sheenRoughness, transmission, transmissionColor} = text.fallback ?? {};
     const tint = parts.tintFactor ?? [1, 1, 1], factor = own ? baseColor.map((c, k) => c * tint[k]) : tint;
     material.pbrMetallicRoughness = {baseColorFactor: [...at_most_one(factor), 1], baseColorTexture: own ?? info(texture), metallicFactor: 0, roughnessFactor: 1};
     for (const member of ['normalTexture', 'alphaMode', 'alphaCutoff']) delete material[member];
     if (parts.normalTexture) material.normalTexture = parts.normalTexture;
-    if (parts.maskTexture || text.layers?.opacity)
+    if (parts.maskTexture || has_holes)
       Object.assign(material, {alphaMode: 'MASK', alphaCutoff: parts.maskTexture ? parts.maskCutoff ?? 0.5 : own ? 0 : 0.5});
     const tinted = (colour) => at_most_one(colour.map((c, k) => c * tint[k]));
     material.doubleSided = true;

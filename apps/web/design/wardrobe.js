@@ -1,15 +1,14 @@
-// The garment that the page shows, and a flat swatch: which materials wear the cloth, and how it lies on them.
-import {Box3, DoubleSide, Group, Mesh, PlaneGeometry, Vector3} from 'three';
-import {FabricMaterial} from 'selvedge/three/index.js';
+// The garment that the page shows: which of its materials wear the cloth, and how it lies on them.
+import {DoubleSide, Vector3} from 'three';
+import {lay_of} from 'selvedge/page/clothes.js';
+import {FabricMaterial, LoadedFabric} from 'selvedge/three/index.js';
 import {load_parts} from 'selvedge/three/garment_parts.js';
-import {dressed, fabric_of, parts_of, print_of, read_glb, tint_towards} from './garment.mjs';
+import {dressed, fabric_of, parts_of, print_of, read_glb} from './garment.mjs';
 import {picture_of, text_of} from './fabric_file.js';
 
 const LARGEST = 128e6, NO_CLOTH = /skin|hair|eye|lash|brow|teeth|tooth|tongue|head|face|hand|body|nail|button|zip|buckle|metal|sole|glass|lens/i;
 /** Cloth whose texture coordinates are missing or stretched more than so many times one way on so much of its area is laid flat. */
 const USELESS = 4, UNUSABLE = 0.1;
-/** Metres of cloth on the swatch, and of its side on the stage. */
-const SWATCH = 0.06, SIDE = 0.5;
 
 function median(values) {
   values.sort(([a], [b]) => a - b);
@@ -45,124 +44,85 @@ function measure(meshes) {
 }
 
 export class Wardrobe {
+  name = 'garment';
+  /** By each material as it was made: { index, name, wears, own, material, meshes }; `material` can wear the cloth. */
+  #known = new Map();
+  #glb = null;
   /** `view`: the page's. */
   constructor(view) {
     this.view = view;
-    const [[scene, element]] = view.elements;
-    this.name = 'garment';
-    /** Of each material that can wear the cloth: { index, name, lay, metres, wears, own, material, meshes }. */
-    this.parts = this.#parts_of(scene, element.associations).filter(({material}) => material.fabric?.state === 'ready');
-    for (const part of this.parts) this.#take_lay(part, part.material.fabric.mm_per_repeat);
-    this.scene = scene;
-    this.glb = null;
-    this.element = element;
-    this.shows = 'garment';
-    this.swatch = this.#make_swatch();
+    this.clothes = view.clothes;
+    this.clothes.takes = (material) => this.parts.every((part) => part.material !== material || part.wears);
   }
-  #parts_of(scene, associations) {
-    const parts = new Map();
+  /** Parts of a garment as it is on the stage, which wear the cloth or may, and remarks, lines. */
+  async fit({scene, parser}, cloth, advice = 'selvedge dress') {
+    const parts = new Map(), remarks = [];
     scene.updateMatrixWorld(true);
     scene.traverse((mesh) => {
-      const index = mesh.isMesh ? associations.get(mesh.material)?.materials : undefined, material = mesh.material;
+      const own = this.#known.get(mesh.material)?.own ?? mesh.material, index = mesh.isMesh ? parser.associations.get(own)?.materials : undefined;
       if (index === undefined) return;
-      const known = parts.get(material) ?? {index, name: material.name || `#${index}`, own: material, material, meshes: [], wears: true};
-      known.meshes.push(mesh);
-      parts.set(material, known);
+      const part = this.#known.get(own) ?? {index, name: own.name || `#${index}`, own, material: own};
+      this.#known.set(own, part);
+      if (!parts.has(own)) part.meshes = [];
+      part.meshes.push(mesh);
+      parts.set(own, part);
     });
-    return [...parts.values()];
-  }
-  /** How a cloth of so many mm lies on a part that wears it. */
-  #take_lay(part, mm) {
-    part.lay = part.material.lay;
-    part.metres = part.lay.scale.map((repeats, k) => repeats * mm[this.#side(part.lay, k)] / 1000);
-  }
-  /** Cloth that lies on its side has its courses along v. */
-  #side = ({rotation}, k) => Math.round(rotation / (Math.PI / 2)) % 2 === 0 ? k : 1 - k;
-  lay_for({lay, metres}, mm) {
-    return {...lay, scale: metres.map((size, k) => 1000 * size / mm[this.#side(lay, k)])};
-  }
-  #make_swatch() {
-    const material = new FabricMaterial({keeps_opacity: true}), mesh = new Mesh(new PlaneGeometry(SIDE, SIDE), material);
-    material.side = DoubleSide;
-    this.of_swatch = {lay: material.lay, metres: [SWATCH, SWATCH], material, wears: true};
-    return new Group().add(mesh);
-  }
-  /** All that wears the cloth and is on the stage. */
-  worn() {
-    const garment = this.shows === 'swatch' ? [] : this.parts.filter(({wears}) => wears);
-    return this.shows === 'garment' ? garment : [...garment, this.of_swatch];
-  }
-  /** Shows the garment, the swatch, or both; `fabric`: the cloth. */
-  show(what, fabric) {
-    this.shows = what;
-    this.view.stage.clear();
-    if (what !== 'swatch') this.view.stage.add(this.scene);
-    if (what !== 'garment') {
-      new Box3().setFromObject(this.scene).getCenter(this.swatch.position).setX(0);
-      this.view.stage.add(this.swatch);
+    for (const part of parts.values()) {
+      const {own, meshes} = part, {metres, unusable} = measure(meshes), is_dressed = own.isFabricMaterial;
+      await own.fabric?.settled;
+      part.is_usable = is_dressed || (unusable <= UNUSABLE && metres.every((size) => size > 0));
+      part.wears ??= part.is_usable && (is_dressed || parts.size === 1 || !NO_CLOTH.test(part.name));
+      if (!part.is_usable) remarks.push(`${part.name} needs new texture coordinates: ${advice} makes them`);
+      else if (is_dressed && !own.fabric?.mm_per_repeat) own.metres ??= metres;
+      else if (part.material === own && !is_dressed) {
+        const definition = parser.json.materials[part.index], more = await load_parts(parser, parts_of(definition, cloth.albedo));
+        part.material = new FabricMaterial({fallback: own, fabric: cloth, lay: lay_of(metres, cloth.mm_per_repeat), keeps_opacity: cloth.has_holes, parts: more});
+        part.material.userData.print = print_of(definition);
+        part.material.side = DoubleSide;
+        this.#known.set(part.material, part);
+      }
+      this.#put_on(part);
     }
-    for (const part of this.worn()) part.material.set_fabric(fabric, {lay: this.lay_for(part, fabric.mm_per_repeat), keeps: true});
-    this.view.restage();
+    const usable = [...parts.values()].filter((part) => part.is_usable);
+    if (!usable.some(({wears}) => wears)) throw new Error(remarks[0] ?? 'has no material that can wear cloth');
+    this.parts = usable;
+    if ([...parts.values()].some(({wears}) => !wears)) this.view.reflect();
+    return remarks;
   }
-  /** Whether a part wears the cloth; show() follows. */
+  #put_on = ({wears, meshes, material, own}) => meshes.forEach((mesh) => mesh.material = wears ? material : own);
+  /** Whether a part wears the cloth. */
   set_wears(part, wears) {
     part.wears = wears;
-    for (const mesh of part.meshes) mesh.material = wears ? part.material : part.own;
+    this.#put_on(part);
     if (!wears) this.view.reflect();
+    this.clothes.show();
   }
-  /**
-   * Takes a garment from the bytes of a .glb file, in a cloth of mean `albedo`; remarks, lines. Throws an Error of one line, and the garment
-   * before stays.
-   */
-  async take(file, fabric, albedo) {
+  /** Takes a garment from a .glb file in the cloth; remarks, lines. Throws an Error of one line, and the garment before stays. */
+  async take(file, cloth) {
     const advice = `selvedge dress '${file.name}' cloth.fabric.exr --all -o dressed.glb`;
     if (file.size > LARGEST) throw new Error(`has ${Math.round(file.size / 1e6)} MB, this page takes ${LARGEST / 1e6} MB: ${advice} dresses it`);
-    const bytes = new Uint8Array(await file.arrayBuffer()), glb = read_glb(bytes), remarks = [];
+    const bytes = new Uint8Array(await file.arrayBuffer()), glb = read_glb(bytes);
     const {scene, parser} = await this.view.loader.parseAsync(bytes.buffer, '').catch(({message}) => {
       throw new Error(`${message.replace('THREE.GLTFLoader: ', '')} (${advice} may read it)`);
     });
-    const parts = this.#parts_of(scene, parser.associations);
-    for (const part of parts) {
-      const {metres, unusable} = measure(part.meshes), is_dressed = part.material.isFabricMaterial, worn = is_dressed && fabric_of(glb, part.index);
-      part.is_usable = is_dressed || (unusable <= UNUSABLE && metres.every((size) => size > 0));
-      part.wears = part.is_usable && (is_dressed || parts.length === 1 || !NO_CLOTH.test(part.name));
-      if (!part.is_usable) {
-        remarks.push(`${part.name} needs new texture coordinates: ${advice} makes them`);
-        continue;
-      }
-      if (!is_dressed) {
-        const more = await load_parts(parser, parts_of(glb.json.materials[part.index], albedo));
-        part.print = print_of(glb.json.materials[part.index]);
-        part.material = new FabricMaterial({fallback: part.own, fabric, keeps_opacity: true, parts: more});
-        part.material.side = DoubleSide;
-        if (part.wears) part.meshes.forEach((mesh) => mesh.material = part.material);
-      }
-      Object.assign(part, {lay: part.material.lay, metres});
-      const mm = worn && text_of(worn.bytes)?.mmPerRepeat;
-      if (mm) this.#take_lay(part, mm);
-    }
-    const wearable = parts.filter((part) => part.is_usable);
-    if (!wearable.some(({wears}) => wears)) throw new Error(remarks[0] ?? 'has no material that can wear cloth');
-    this.scene.traverse(({geometry}) => geometry?.dispose());
-    Object.assign(this, {scene, glb, parts: wearable, name: file.name.replace(/\.glb$/i, '')});
-    this.show(this.shows === 'swatch' ? 'both' : this.shows, fabric);
-    if (!parts.every(({wears}) => wears)) this.view.reflect();
+    const remarks = await this.fit({scene, parser}, cloth, advice), [before] = this.clothes.garments.splice(0, 1, {scene, parser, dataset: {}});
+    before.scene.traverse(({geometry}) => geometry?.dispose());
+    this.#glb = glb;
+    this.name = file.name.replace(/\.glb$/i, '');
+    if (this.clothes.shows === 'swatch') this.clothes.shows = 'both';
+    this.clothes.start();
     return remarks;
   }
-  /** Lets prints have their colours on a cloth of mean `albedo`. */
-  tint(albedo) {
-    for (const {print, material: {parts, part_uniforms: {kept_tint}}} of this.parts.filter(({print}) => print))
-      kept_tint.value.fromArray(parts.tint = tint_towards(print, albedo));
-  }
+  #read = async () => this.#glb ??= read_glb(new Uint8Array(await this.view.bytes_of(this.clothes.garments[0].element)));
   /** The bytes of the garment in a cloth, a .glb file. */
-  async save(bytes, name, mm) {
-    this.glb ??= read_glb(new Uint8Array(await this.view.bytes_of(this.element)));
-    const lays = new Map(this.parts.filter(({wears}) => wears).map((part) => [part.index, this.lay_for(part, mm)]));
-    return dressed(this.glb, {bytes, name, text: text_of(bytes), picture: await picture_of(bytes)}, lays);
+  async save(bytes, name) {
+    const fabric = new LoadedFabric(bytes.slice().buffer, name), worn = this.parts.filter(({wears}) => wears);
+    await fabric.settled;
+    const {has_holes, mm_per_repeat: mm} = fabric;
+    fabric.dispose();
+    const lays = new Map(worn.map(({index, material}) => [index, {...material.lay_for(mm), tint: this.clothes.colour && material.parts.tint}]));
+    return dressed(await this.#read(), {bytes, name, text: text_of(bytes), has_holes, picture: await picture_of(bytes)}, lays);
   }
   /** The bytes of the fabric that the page began with. */
-  async first_fabric() {
-    this.glb ??= read_glb(new Uint8Array(await this.view.bytes_of(this.element)));
-    return fabric_of(this.glb, this.parts[0].index)?.bytes ?? null;
-  }
+  first_fabric = async () => fabric_of(await this.#read(), this.parts[0].index)?.bytes ?? null;
 }

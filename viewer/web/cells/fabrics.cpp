@@ -101,7 +101,7 @@ void add_layer(std::uint32_t number, std::uint32_t kind, std::uint32_t k, std::u
 }
 
 /// Ends a fabric; `shown` of other sides: input, [side][level], the level whose texels a level shows. Returns
-/// 0 where it is refused.
+/// 0 where it is refused, 2 with holes, else 1.
 EXPORT(end_fabric) std::uint32_t end_fabric(std::uint32_t number) {
   LoadedFabric& loaded = *page.fabrics[number];
   Fabric& fabric = loaded.fabric;
@@ -125,7 +125,7 @@ EXPORT(end_fabric) std::uint32_t end_fabric(std::uint32_t number) {
   }
   loaded.others.clear();
   loaded.sides.emplace(fabric);
-  return 1;
+  return has_holes(fabric, static_cast<int>(fabric.levels.size()) - 1) ? 2 : 1;
 }
 
 EXPORT(variation_of) const VariationNumbers* variation_of(std::uint32_t number) {

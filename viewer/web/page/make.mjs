@@ -20,13 +20,7 @@ async function bundled(path, format) {
     entryPoints: [resolve(package_folder, path)],
     nodePaths: [modules],
     alias: {selvedge: package_folder},
-    bundle: true,
-    minify: true,
-    write: false,
-    format,
-    target: 'es2022',
-    legalComments: 'inline',
-    logLevel: 'warning',
+    bundle: true, minify: true, write: false, format, target: 'es2022', legalComments: 'inline', logLevel: 'warning'
   });
   // Within a page a script ends at the first of these, even in a string.
   return text.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');

@@ -8,6 +8,7 @@ import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
 import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
 import {LoadedFabric, SelvedgeFabric, Surroundings, cell_images, use_worker} from '../three/index.js';
+import {Clothes} from './clothes.js';
 
 /** The lights of selvedge-view: the other light has this fraction, from the right. */
 const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18, BACKDROP = 0.8, DARK = 0.06;
@@ -24,8 +25,7 @@ function bytes_of(element) {
   for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
 }
-const note = by_id('note');
-const tell = (text) => void (note.textContent += `${text}\n`);
+const tell = (text) => void (by_id('note').textContent += `${text}\n`);
 
 // Edges are smoothed by finer pixels at rest: rasterisers in software shade every sample of a smoothed canvas.
 const renderer = new WebGLRenderer({canvas: by_id('view')});
@@ -38,12 +38,11 @@ scene.background = new Color().setRGB(BACKGROUND, BACKGROUND, BACKGROUND, Linear
 other.position.copy(OTHER_PLACE);
 
 const state = {light: [-0.4, 0.5], turn: 0, fallback: false, level: -1, exposure: 0, ms: Infinity, frames: 0, at_rest: false};
-/** Elements of garments, each with its floor. */
-const elements = new Map();
 const materials = new Set(), size = {x: 0, y: 0}, drawn_ends = [], stage = new Group(), loader = new GLTFLoader();
 loader.setMeshoptDecoder(MeshoptDecoder);
 loader.register((parser) => new SelvedgeFabric(parser));
 scene.add(stage);
+const clothes = new Clothes({stage, materials, restage, moved});
 let due = false, drawing = false, keeps_images = false, is_held = false, shade_due = null, rest = 0, shown_at = 0, fine = 1, surroundings = null, compiled = null;
 
 /** Calls end() once all that was drawn is there; the page goes on meanwhile. */
@@ -208,13 +207,7 @@ function set_light() {
   renderer.shadowMap.needsUpdate = true;
   const [right, up] = state.light.map((fraction) => Math.round(100 * fraction));
   Object.assign(by_id('light'), {ariaValueNow: right, ariaValueText: `${right} % to the right, ${up} % up`});
-  const pad = by_id('light').getContext('2d'), shade = pad.createRadialGradient(48 + 46 * x, 48 - 46 * y, 2, 48, 48, 48);
-  shade.addColorStop(0, '#fff');
-  shade.addColorStop(1, '#222');
-  pad.clearRect(0, 0, 96, 96);
-  pad.fillStyle = shade;
-  pad.arc(48, 48, 47, 0, 2 * Math.PI);
-  pad.fill();
+  by_id('light').style.background = `radial-gradient(circle at ${50 + 48 * x}% ${50 - 48 * y}%, #fff, #222)`;
 }
 function point_light(event) {
   const box = by_id('light').getBoundingClientRect();
@@ -232,40 +225,36 @@ function reflect() {
   surroundings?.reflect();
   set_light();
 }
-function set_fallback(fallback) {
-  state.fallback = fallback;
-  if (fallback) reflect();
-  for (const material of materials) material.shows_fabric = !fallback;
-  by_id('fallback').ariaPressed = fallback;
+/** Shows the fallback or the fabric, and a level of that, as the bar says. */
+function show_as_asked() {
+  if (state.fallback) reflect();
+  for (const material of materials) Object.assign(material, {level: state.level, shows_fabric: !state.fallback});
+  by_id('fallback').ariaPressed = state.fallback;
   moved();
 }
-function set_level(level) {
-  state.level = level;
-  by_id('level').value = level;
-  for (const material of materials) material.level = level;
-  moved();
-}
+const turn_fallback = () => show_as_asked(state.fallback = !state.fallback);
 
 /** What is shown of a garment: all, or its element's box, without strays. */
-function box_of(garment, {dataset}) {
-  const corners = dataset.box?.split(',').map(Number);
+function box_of(garment, {box: held}) {
+  const corners = held?.split(',').map(Number);
   if (!corners) return new Box3().setFromObject(garment);
   return new Box3(new Vector3(...corners), new Vector3(...corners.slice(3))).translate(garment.position);
 }
-/** Puts garments side by side and the camera before all of them, or where an element says that cloth is not seen edge-on. */
-function arrange() {
+/** Puts what is on the stage side by side and the camera before all of it, or where an element says that cloth is not seen edge-on. */
+function arrange(moves) {
   let right = 0, side = null;
-  for (const [garment, {floor}] of elements) if (floor) floor.visible = garment.parent === stage;
-  const shown = stage.children.map((garment) => [garment, elements.get(garment) ?? {dataset: {}}]);
-  for (const [garment, element] of shown) {
-    const box = box_of(garment, element), gap = (box.max.x - box.min.x) * 0.1;
+  for (const {scene, floor} of clothes.garments) if (floor) floor.visible = scene.parent === stage;
+  const shown = stage.children.map((garment) => [garment, clothes.garments.find(({scene}) => scene === garment) ?? {dataset: {}}]);
+  for (const [garment, {dataset, floor}] of shown) {
+    const box = box_of(garment, dataset), gap = (box.max.x - box.min.x) * 0.1;
     garment.position.x += right - box.min.x;
-    if (element.floor) element.floor.position.x = element.floor.userData.x + garment.position.x;
+    if (floor) floor.position.x = floor.userData.x + garment.position.x;
     right += box.max.x - box.min.x + gap;
-    if (element.dataset.side) side = element.dataset.side.split(',').map(Number);
+    if (dataset.side) side = dataset.side.split(',').map(Number);
   }
+  if (!moves) return;
   const all = new Box3();
-  for (const [garment, element] of shown) all.union(box_of(garment, element));
+  for (const [garment, {dataset}] of shown) all.union(box_of(garment, dataset));
   const centre = all.getCenter(new Vector3()), size = all.getSize(new Vector3());
   const aspect = renderer.domElement.clientWidth / renderer.domElement.clientHeight;
   const half = Math.max(size.y, (side ? Math.max(size.x, size.z) : size.x) / aspect, side ? size.z : 0, 1e-6) / 2;
@@ -279,102 +268,73 @@ function arrange() {
   controls.update();
 }
 
-/** Fabrics that all garments can be shown in, beside their own. */
-async function offer_fabrics(own) {
-  const select = by_id('fabric'), elements = [...document.querySelectorAll('script[data-fabric]')];
-  if (elements.length === 0) return by_id('of_fabric').remove();
-  const others = [null];
-  for (const element of elements) others.push(new LoadedFabric(await bytes_of(element), element.dataset.fabric));
-  for (const fabric of others) select.add(new Option(fabric ? fabric.name : 'its own', String(select.length)));
-  select.addEventListener('change', async () => {
-    const fabric = others[Number(select.value)];
-    await fabric?.settled;
-    for (const material of materials) material.set_fabric(fabric ?? own.get(material));
-    moved();
-  });
-}
-
 async function start() {
   await take_environment();
   set_light();
   const worker = URL.createObjectURL(new Blob([by_id('worker').textContent], {type: 'text/javascript'}));
   use_worker(() => new Worker(worker), await bytes_of(by_id('cells')));
   cell_images.addEventListener('change', progress);
-  const garments = [];
   for (const element of document.querySelectorAll('script[data-garment]')) {
+    const {dataset} = element;
     try {
-      const {scene: garment, parser} = await loader.parseAsync(await bytes_of(element), '');
-      garments.push(garment);
-      elements.set(garment, element);
-      element.associations = parser.associations;
-      if (!element.dataset.floor) continue;
-      element.floor = await floor_of(element);
-      scene.add(element.floor);
+      const {scene: garment, parser} = await loader.parseAsync(await bytes_of(element), ''), floor = dataset.floor && await floor_of(element);
+      if (floor) scene.add(floor);
+      clothes.garments.push({scene: garment, parser, dataset, floor, element});
     } catch (error) {
-      tell(`${element.dataset.garment}: ${error.message}`);
+      tell(`${dataset.garment}: ${error.message}`);
     }
   }
-  stage.add(...garments);
-  restage();
+  for (const element of document.querySelectorAll('script[data-fabric]')) clothes.fabrics.push(new LoadedFabric(await bytes_of(element), element.dataset.fabric));
+  if (clothes.garments.length === 0) await Promise.all(clothes.fabrics.map(({settled}) => settled));
+  clothes.start();
   await compile();
   moved();
-  const own = new Map([...materials].map((material) => [material, material.fabric]));
   progress({});
   for (const {fabric} of materials) {
-    await fabric?.settled;
-    if (fabric?.issue) tell(`${fabric.issue.code}: ${fabric.name}: the fallback is shown`);
+    await fabric.settled;
+    if (fabric.issue) tell(`${fabric.issue.code}: ${fabric.name}: the fallback is shown`);
   }
-  let is_fabric = true;
-  stage.traverse(({material}) => is_fabric &&= !material || (material.isFabricMaterial && material.fabric && !material.fabric.issue));
-  if (!is_fabric) reflect();
+  stage.traverse(({material}) => material && !(material.fabric && !material.fabric.issue) && reflect());
   progress({});
-  const levels = Math.max(0, ...[...materials].map(({fabric}) => fabric?.levels ?? 0));
-  by_id('level').add(new Option('by distance', '-1'));
-  for (let k = 0; k < levels; ++k) by_id('level').add(new Option(k, k));
-  await offer_fabrics(own);
+  const levels = Math.max(0, ...[...materials].map(({fabric}) => fabric.levels));
+  by_id('level').replaceChildren(new Option('by distance', '-1'), ...Array.from({length: levels}, (_, k) => new Option(k, k)));
 
   controls.addEventListener('change', moved);
   addEventListener('resize', moved);
   const pad = by_id('light');
-  pad.addEventListener('pointerdown', (event) => {
-    pad.setPointerCapture(event.pointerId);
-    point_light(event);
-  });
+  pad.addEventListener('pointerdown', (event) => point_light(event, pad.setPointerCapture(event.pointerId)));
   pad.addEventListener('pointermove', (event) => event.buttons && point_light(event));
   pad.addEventListener('keydown', ({key}) => {
     const [right, up] = {ArrowRight: [0.1, 0], ArrowLeft: [-0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1]}[key] ?? [0, 0];
     if (right || up) turn_light(state.light[0] + right, state.light[1] + up);
   });
-  by_id('fallback').addEventListener('click', () => set_fallback(!state.fallback));
-  by_id('level').addEventListener('change', (event) => set_level(Number(event.target.value)));
-  by_id('exposure').addEventListener('input', (event) => {
-    state.exposure = Number(event.target.value);
-    set_light();
-    moved();
+  by_id('fallback').addEventListener('click', turn_fallback);
+  by_id('level').addEventListener('change', ({target: {value}}) => show_as_asked(state.level = Number(value)));
+  by_id('exposure').addEventListener('input', ({target: {value}}) => {
+    state.exposure = Number(value);
+    turn_light(...state.light);
   });
-  by_id('full').addEventListener('click', () =>
-    document.fullscreenElement ? document.exitFullscreen() : document.body.requestFullscreen());
-  addEventListener('keydown', (event) => {
-    if (event.key === 'f' && !event.target.closest('input, textarea')) set_fallback(!state.fallback);
-  });
+  by_id('full').addEventListener('click', () => document.fullscreenElement ? document.exitFullscreen() : document.body.requestFullscreen());
+  addEventListener('keydown', ({key, target}) => key === 'f' && !target.closest('input, textarea, select') && turn_fallback());
   moved();
 }
 /** Shows what stands on the stage now, from before. */
-function restage() {
+function restage(moves = true) {
   materials.clear();
   stage.traverse(({material}) => material?.isFabricMaterial && material.fabric && materials.add(material));
-  arrange();
+  arrange(moves);
   surroundings?.stand(stage);
   renderer.shadowMap.needsUpdate = true;
   shade_due = surroundings ? stage : null;
-  moved();
+  show_as_asked();
 }
 /** Draws now, and returns a promise of the picture, a PNG. */
 function picture() {
   renderer.render(scene, camera);
   return new Promise((end) => renderer.domElement.toBlob(end));
 }
+const started = start();
 // For tests, for who opens the console, and for pages with more to them.
 globalThis.selvedge = {
-  state, camera, controls, materials, stage, elements, loader, moved, hold, prepare, drawn, restage, reflect, picture, bytes_of, started: start()
+  state, camera, controls, materials, clothes, loader, moved, hold, prepare, drawn, reflect, picture, bytes_of, started
 };

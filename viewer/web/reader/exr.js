@@ -55,9 +55,7 @@ class Cursor {
     if (this.at + n > LIMITS.header_bytes) too_large('', `more than ${LIMITS.header_bytes} bytes of headers`);
     return this.bytes.subarray(this.at, this.at += n);
   }
-  i32() {
-    return int_at(this.take(4), 0);
-  }
+  i32 = () => int_at(this.take(4), 0);
   name() {
     const end = this.bytes.indexOf(0, this.at);
     if (end < 0) malformed('', 'a name without end');

@@ -135,14 +135,13 @@ class CellImages extends EventDispatcher {
       });
       return null;
     }
+    // Other fabrics of the object that no material shows any more.
+    for (const [old, garment] of all) {
+      if (old === key || ['asked', 'waiting'].includes(garment.state) || [...garment.materials].some((one) => one.garment === garment)) continue;
+      this.#remove(garment);
+      all.delete(old);
+    }
     if (!all.has(key)) {
-      // Other fabrics of the object that no material shows any more.
-      for (const [old, garment] of all) {
-        for (const one of garment.materials) if (one.garment !== garment) garment.materials.delete(one);
-        if (garment.materials.size > 0) continue;
-        this.#remove(garment);
-        all.delete(old);
-      }
       const taken = new Set([...all.values()].map(({names}) => names[0]));
       let k = 0;
       while (taken.has(CHART[0] + (k || ''))) ++k;
@@ -282,9 +281,7 @@ class CellImages extends EventDispatcher {
     send({kind: 'pose', garment: garment.number, shape}, [shape.buffer]);
     return true;
   }
-  #send_view({number, view}) {
-    if (number !== null && view) send({kind: 'view', garment: number, ...view});
-  }
+  #send_view = ({number, view}) => number !== null && view && send({kind: 'view', garment: number, ...view});
 
   #take({kind, message, rows, garment: number, first, entries, tiles, missing, wanted, uploads, at_rest, serial, edition}) {
     if (kind === 'end') {
@@ -352,8 +349,8 @@ class CellImages extends EventDispatcher {
    * Lets garments show another LoadedFabric, whose repeat is as large, in place of theirs as soon as its images are there; the
    * other one is then gone.
    */
-  replace(fabric, {number: by, has_yarn, variation, levels, recipe}) {
-    Object.assign(fabric, {edition: fabric.edition + 1, coming: {has_yarn, variation, levels, recipe}});
+  replace(fabric, {number: by, has_yarn, has_holes, albedo, variation, levels, recipe}) {
+    Object.assign(fabric, {edition: fabric.edition + 1, coming: {has_yarn, has_holes, albedo, variation, levels, recipe}});
     send({kind: 'replace', fabric: fabric.number, by, edition: fabric.edition});
     for (const garment of this.#of_number.values()) if (garment.fabric === fabric) garment.at_rest = false;
   }
@@ -363,12 +360,8 @@ class CellImages extends EventDispatcher {
       (garment) => garment.fabric !== fabric || !garment.view || (garment.state !== 'waiting' && garment.edition === fabric.edition));
   }
   /** Lets images of what rests wait, for what takes their place soon. */
-  hold(held) {
-    send({kind: 'hold', held});
-  }
-  #tell() {
-    this.dispatchEvent({type: 'change', at_rest: this.at_rest()});
-  }
+  hold = (held) => send({kind: 'hold', held});
+  #tell = () => this.dispatchEvent({type: 'change', at_rest: this.at_rest()});
   /** Whether all images are as the frames that were drawn last want them. */
   at_rest() {
     for (const [object, until] of this.#waiting) if (performance.now() > until) this.#waiting.delete(object);

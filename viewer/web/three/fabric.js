@@ -4,28 +4,26 @@ import {issue_of} from '../load.js';
 import {Issue} from '../reader/index.js';
 
 export class LoadedFabric {
+  state = 'loading';
+  issue = null;
+  /** The worker's number, and how often cell_images.replace() has changed it. */
+  number = null;
+  edition = 0;
+  has_yarn = false;
+  has_holes = false;
+  albedo = [1, 1, 1];
+  variation = null;
+  levels = 0;
+  mm_per_repeat = null;
+  /** How it was made, as FabricMaker takes it; null where the file does not say. */
+  recipe = null;
+  read_in = null;
   /**
    * `source`: an ArrayBuffer, or { url, headers, credentials } as fetch() takes them, or a promise of one, with the place of
    * the url in a garment; `name` is said in messages.
    */
   constructor(source, name) {
     this.name = name;
-    /** loading, ready or broken. */
-    this.state = 'loading';
-    this.issue = null;
-    /** The worker's number. */
-    this.number = null;
-    /** How often cell_images.replace() has changed it. */
-    this.edition = 0;
-    this.has_yarn = false;
-    this.variation = null;
-    /** Levels of the file, and what the file says of its size. */
-    this.levels = 0;
-    this.mm_per_repeat = null;
-    /** How it was made, as FabricMaker takes it; null where the file does not say. */
-    this.recipe = null;
-    /** Where it was read: 'worker' or 'main thread'. */
-    this.read_in = null;
     /** Settled when all of the fabric is ready, or it is broken; it never fails. */
     this.settled = this.#load(source).catch((error) => {
       this.state = 'broken';

@@ -32,6 +32,10 @@ export class LoadedFabric {
   /** Levels of the file. */
   readonly levels: number;
   readonly mm_per_repeat: [number, number] | null;
+  /** Whether one sees through the cloth. */
+  readonly has_holes: boolean;
+  /** Mean albedo, linear. */
+  readonly albedo: [number, number, number];
   /** How it was made (spec/fabric.md); null where the file does not say. */
   readonly recipe: Recipe | null;
   /** Where it was read, once it is. */
@@ -75,7 +79,9 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   shows_fabric: boolean;
   /** The level that is shown everywhere; -1, by default: by the size of a pixel. */
   level: number;
-  set_fabric(fabric: LoadedFabric | null, options?: {lay?: Lay, keeps?: boolean}): this;
+  /** Takes another fabric, as large; `keeps`: what is shown stays until its images are there. */
+  set_fabric(fabric: LoadedFabric | null, options?: {keeps?: boolean}): this;
+  set_tint(tint: [number, number, number]): void;
 }
 
 /**

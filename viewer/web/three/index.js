@@ -5,7 +5,7 @@ import {LoaderUtils} from 'three';
 import {use_memory, use_worker} from '../background.js';
 import {cell_images} from './cell_images.js';
 import {issue_of} from '../load.js';
-import {Issue} from '../reader/index.js';
+import {throw_issue} from '../reader/issue.js';
 import {LoadedFabric} from './fabric.js';
 import {load_parts} from './garment_parts.js';
 import {FabricMaterial, plain_lay} from './material.js';
@@ -19,9 +19,7 @@ const is_object = (x) => typeof x === 'object' && x !== null && !Array.isArray(x
 const is_index = (x) => Number.isInteger(x) && x >= 0;
 const are_numbers = (x, n) => Array.isArray(x) && x.length === n && x.every((a) => Number.isFinite(Math.fround(a)));
 
-const refuse = (place, message) => {
-  throw new Issue('GLTF_EXTENSION', place, message);
-};
+const refuse = (place, message) => throw_issue('GLTF_EXTENSION', place, message);
 
 /** The lay that a reference describes. */
 function lay_of(reference, place) {

@@ -28,6 +28,8 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.isFabricMaterial = true;
     this.fabric = fabric;
     this.lay = lay;
+    /** Metres of cloth in a unit of the texture coordinates, once another fabric has come. */
+    this.metres = null;
     this.matrix = matrix_of(lay);
     this.keeps_opacity = keeps_opacity;
     this.parts = parts;
@@ -47,7 +49,8 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.names = CHART;
     this.around_uniforms = around_uniforms();
     this.is_lit_around = this.has_vertex_light = false;
-    this.wants_fabric = true;
+    /** Whether the fabric is to be shown where it can be; else the fallback. */
+    this.shows_fabric = true;
     this.shows = 'fallback';
     if (fallback) this.#take(fallback);
   }
@@ -61,27 +64,30 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     const {transparent, depthWrite, alphaTest, forceSinglePass} = this;
     this.of_fallback = {transparent, depthWrite, alphaTest, forceSinglePass};
   }
-  /** Whether the fabric is to be shown where it can be; else the fallback. */
-  get shows_fabric() {
-    return this.wants_fabric;
+  /** The lay in which another repeat, in mm, lies as large as that of the fabric before; unchanged where a size is not known. */
+  lay_for(mm) {
+    const {rotation, scale} = this.lay, was = this.fabric?.mm_per_repeat;
+    // Cloth that lies on its side has its courses along v.
+    const turned = ([x, y]) => Math.round(rotation / (Math.PI / 2)) % 2 === 0 ? [x, y] : [y, x];
+    this.metres ??= was && turned(was).map((size, k) => scale[k] * size / 1000);
+    return this.metres && mm ? {...this.lay, scale: turned(mm).map((size, k) => 1000 * this.metres[k] / size)} : this.lay;
   }
-  set shows_fabric(wanted) {
-    this.wants_fabric = wanted;
-    this.update_fabric();
-  }
-  /**
-   * Takes another LoadedFabric, in a lay of its own; `keeps`: what is shown stays until the images of the other are there, or
-   * it is found not to have any.
-   */
-  set_fabric(fabric, {lay = this.lay, keeps = false} = {}) {
+  /** Takes another LoadedFabric, as large; `keeps`: what is shown stays until its images are there, or it is found not to have any. */
+  set_fabric(fabric, {keeps = false} = {}) {
+    const lay = this.lay_for(fabric?.mm_per_repeat);
     Object.assign(this, {fabric, lay, matrix: matrix_of(lay)});
     if (!keeps) this.garment = null;
     this.update_fabric();
     return this;
   }
+  /** Takes another factor on the fabric, linear. */
+  set_tint(tint) {
+    this.parts = {...this.parts, tint};
+    this.part_uniforms.kept_tint.value.fromArray(tint);
+  }
   /** Shows what is due now; before every drawing. */
   update_fabric() {
-    const due = this.wants_fabric && this.garment?.state === 'shown' ? 'fabric' : 'fallback';
+    const due = this.shows_fabric && this.garment?.state === 'shown' ? 'fabric' : 'fallback';
     if (due === this.shows) return;
     this.shows = due;
     if (due === 'fabric') {
@@ -111,7 +117,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   /** Makes an object ready to be drawn. */
   prepare(renderer, scene, camera, geometry, object) {
     const lit = this.#update_around(scene, geometry);
-    if (this.fabric?.state === 'ready' && this.wants_fabric) {
+    if (this.fabric?.state === 'ready' && this.shows_fabric) {
       const garment = cell_images.garment(object, geometry, this);
       if (garment) {
         cell_images.look(
@@ -150,16 +156,9 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   copy(source) {
     super.copy(source);
     if (!source.isFabricMaterial) return this;
-    this.fabric = source.fabric;
-    this.lay = source.lay;
-    this.matrix = source.matrix;
-    this.keeps_opacity = source.keeps_opacity;
-    this.parts = source.parts;
-    this.wants_fabric = source.wants_fabric;
+    for (const name of ['fabric', 'lay', 'metres', 'matrix', 'keeps_opacity', 'parts', 'shows_fabric', 'level']) this[name] = source[name];
     this.of_fallback = {...source.of_fallback};
-    Object.assign(this, this.of_fallback);
-    this.level = source.level;
-    this.shows = 'fallback';
+    Object.assign(this, this.of_fallback, {shows: 'fallback'});
     for (const [name, uniform] of Object.entries(source.fabric_uniforms)) {
       const {value} = uniform;
       this.fabric_uniforms[name].value = value?.isMatrix3 ? value.clone() : value;

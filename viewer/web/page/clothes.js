@@ -1,0 +1,126 @@
+// What garments and swatches wear: a fabric of the menu or their own, a variant and a tint; and which of them are on the stage.
+import {Box3, Color, DoubleSide, Group, Mesh, PlaneGeometry} from 'three';
+import {FabricMaterial, plain_lay} from '../three/index.js';
+import {tint_towards} from './tint.js';
+
+/** Metres of cloth on a swatch, of its side on the stage, and from one to the next. */
+const SWATCH = 0.06, SIDE = 0.5, STEP = 0.54;
+/** Cloth whose size no file tells: mm of a repeat. */
+const REPEAT = [10, 10];
+const VARIANTS = 'KHR_materials_variants', AS_IT_IS = '#ffffff';
+const by_id = (id) => document.getElementById(id);
+const variants_of = ({parser}) => (parser.json.extensions?.[VARIANTS]?.variants ?? []).map(({name}) => name);
+
+function fill(menu, first, options) {
+  by_id(`of_${menu}`).hidden = options.length === 0;
+  by_id(menu).replaceChildren(new Option(first, ''), ...options);
+}
+/** The lay of a repeat of so many mm on a surface whose unit of texture coordinates has so many metres. */
+export const lay_of = (metres, mm) => ({...plain_lay, scale: metres.map((size, k) => 1000 * size / (mm ?? REPEAT)[k])});
+
+export class Clothes {
+  /** { scene, parser, dataset, floor } each. */
+  garments = [];
+  /** Fabrics of the menu. */
+  fabrics = [];
+  /** The fabric, and its linear colour, that all wear in place of their own; null: none. */
+  cloth = null;
+  colour = null;
+  shows = 'garment';
+  swatches = new Group();
+  /** Whether a material takes the cloth. */
+  takes = () => true;
+  /** Called when a variant has put on other materials. */
+  changed = () => {};
+  #own = new WeakMap();
+  #plane = new PlaneGeometry(SIDE, SIDE);
+
+  /** `view`: { stage, materials, restage(moves), moved() } of the page. */
+  constructor(view) {
+    this.view = view;
+    by_id('views').addEventListener('click', ({target: {value}}) => value && this.show(value));
+    by_id('variant').addEventListener('change', ({target: {value}}) => this.show_variant(value));
+    by_id('fabric').addEventListener('change', async ({target: {value}}) => {
+      this.cloth = this.fabrics[value] ?? null;
+      await this.cloth?.settled;
+      this.show();
+    });
+    by_id('tint').addEventListener('input', ({target: {value}}) => {
+      this.colour = value === AS_IT_IS ? null : new Color(value).toArray();
+      this.wear();
+    });
+  }
+  /** Fills the menus, and puts on the stage what there is. */
+  start() {
+    fill('fabric', 'its own', this.fabrics.map(({name}, k) => new Option(name, k)));
+    fill('variant', 'as made', [...new Set(this.garments.flatMap(variants_of))].map((name) => new Option(name)));
+    by_id('views').hidden = this.garments.length === 0;
+    for (const {scene} of this.garments) scene.traverse((mesh) => mesh.isMesh && (mesh.userData.made ??= mesh.material));
+    this.show(this.garments.length > 0 ? this.shows : 'swatch');
+  }
+  #own_of(material) {
+    const {fabric, parts: {tint}, keeps_opacity, color} = material, known = this.#own.get(material);
+    return known ?? this.#own.set(material, {fabric, tint, keeps_opacity, color: color.clone()}).get(material);
+  }
+  #lay_out() {
+    const [first] = this.garments, fabrics = new Set(this.cloth ? [this.cloth] : first ? [] : this.fabrics);
+    if (!this.cloth) for (const {scene} of this.garments) scene.traverse(({material}) => material?.fabric && fabrics.add(this.#own_of(material).fabric));
+    const columns = Math.ceil(Math.sqrt(fabrics.size)), count = this.swatches.children.length;
+    for (const [k, fabric] of [...fabrics].entries()) {
+      const lay = lay_of([SWATCH, SWATCH], fabric.mm_per_repeat);
+      const mesh = this.swatches.children[k] ?? new Mesh(this.#plane, new FabricMaterial({fabric, lay, keeps_opacity: fabric.has_holes}));
+      mesh.material.side = DoubleSide;
+      mesh.position.set(k % columns * STEP, -Math.floor(k / columns) * STEP, 0);
+      this.#own_of(mesh.material).fabric = fabric;
+      this.swatches.add(mesh);
+    }
+    this.swatches.remove(...this.swatches.children.slice(fabrics.size));
+    if (first) new Box3().setFromObject(first.scene).getCenter(this.swatches.position).setX(0);
+    return count !== fabrics.size;
+  }
+  /** Puts garments, swatches or both on the stage. */
+  show(what = this.shows) {
+    const {stage} = this.view, lies_otherwise = what !== 'garment' && this.#lay_out(), moves = lies_otherwise || what !== this.shows || stage.children.length === 0;
+    this.shows = what;
+    stage.clear();
+    if (what !== 'swatch') stage.add(...this.garments.map(({scene}) => scene));
+    if (what !== 'garment') stage.add(this.swatches);
+    for (const button of by_id('views').children) button.ariaPressed = String(button.value === what);
+    this.view.restage(moves);
+    this.wear();
+  }
+  async show_variant(name) {
+    for (const garment of this.garments) {
+      const number = variants_of(garment).indexOf(name), meshes = [];
+      garment.scene.traverse((mesh) => mesh.userData.gltfExtensions?.[VARIANTS] && meshes.push(mesh));
+      for (const mesh of meshes) {
+        const {material} = mesh.userData.gltfExtensions[VARIANTS].mappings.find(({variants}) => variants.includes(number)) ?? {};
+        mesh.material = material === undefined ? mesh.userData.made : await garment.parser.getDependency('material', material);
+        if (material !== undefined) garment.parser.assignFinalMaterial(mesh);
+        await mesh.material.fabric?.settled;
+      }
+    }
+    await this.changed();
+    this.show();
+  }
+  /** Materials on the stage that wear the cloth. */
+  worn = () => [...this.view.materials].filter(this.takes);
+  wear() {
+    for (const material of this.worn()) {
+      const own = this.#own_of(material), fabric = this.cloth ?? own.fabric;
+      if (material.fabric !== fabric) material.set_fabric(fabric);
+      this.fit(material, fabric);
+    }
+    this.view.moved();
+  }
+  /** Lets a material have the holes and the colour of its fabric. */
+  fit(material, fabric) {
+    const own = this.#own_of(material), colour = this.colour ?? material.userData.print;
+    const keeps_opacity = fabric === own.fabric && fabric.edition === 0 ? own.keeps_opacity : fabric.has_holes || Boolean(material.parts.mask);
+    // A material whose holes open or close is set up again.
+    if (material.keeps_opacity !== keeps_opacity) Object.assign(material, {keeps_opacity, shows: 'another'});
+    material.set_tint(colour ? tint_towards(colour, fabric.albedo) : own.tint);
+    const [r, g, b] = material.parts.tint.map((c, k) => c / (own.tint[k] || 1));
+    material.color.setRGB(own.color.r * r, own.color.g * g, own.color.b * b);
+  }
+}
