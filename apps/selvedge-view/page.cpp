@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 void declare(Options& options, PageCommand& command) {
   options
       .list("input", command.inputs, "FILE",
-            "Garments (.gltf, .glb), which stand side by side; fabrics (.exr), to be swapped on them, or flat")
+            "Garments (.gltf, .glb), side by side; fabrics (.exr), to be swapped on them, or flat")
       .required()
       .count(1, 64)
       .reads();

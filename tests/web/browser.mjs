@@ -61,7 +61,7 @@ function errors_of(page) {
   return errors;
 }
 
-/** Opens a page from its file, in a window of { width, height }; touch(points) draws a finger along. */
+/** Opens a page from its file, in a window of { width, height }; touch(points) draws a finger along, or two: points of two. */
 export async function from_file(file, viewport, work) {
   const browser = await launch();
   try {
@@ -70,7 +70,8 @@ export async function from_file(file, viewport, work) {
     const session = await context.newCDPSession(page);
     const touch = async (points) => {
       const send = (type, touchPoints) => session.send('Input.dispatchTouchEvent', { type, touchPoints });
-      for (const [i, [x, y]] of points.entries()) await send(i === 0 ? 'touchStart' : 'touchMove', [{ x, y }]);
+      const fingers = (point) => (Array.isArray(point[0]) ? point : [point]).map(([x, y], id) => ({ x, y, id }));
+      for (const [i, point] of points.entries()) await send(i === 0 ? 'touchStart' : 'touchMove', fingers(point));
       await send('touchEnd', []);
     };
     await page.goto(pathToFileURL(file).href);

@@ -231,18 +231,59 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   await page.setViewportSize({ width: 400, height: 800 });
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 400);
   await picture('narrow');
-  // From the page to a saved sweater of a chart, of another colour, in 10 keys and clicks, on a telephone; cables only take longer.
-  await page.getByRole('radio', { name: 'moss', exact: true }).locator('..').click();
-  await page.getByLabel('colour, #rrggbb', { exact: true }).click();
-  for (const key of [...'7a1f2b', 'Enter']) await page.keyboard.press(key);
-  await save_as('Save garment', 'moss.glb');
-  execFileSync(join(bin, 'selvedge'), ['check', '--quiet', path('moss.glb')], { stdio: 'inherit' });
-  const { set: chosen } = await seen();
-  assert.deepEqual(chosen, { yarn: 'cotton', colour: '#7a1f2b' });
-  for (let k = 0; k < 2; ++k) await page.getByRole('button', { name: 'Undo' }).click();
   // The recipe is kept by the browser.
   await page.reload();
   await page.waitForFunction(() => globalThis.selvedge?.design, null, { timeout: 60000 });
   assert.deepEqual((await seen()).set, redone.set);
   assert.match(errors.join('\n'), /^selvedge: FILE_DAMAGED: cut.exr: .*; the fallback is shown$/);
+});
+
+// From the double click to a saved sweater with a cable, in another colour, by 15 taps and keys on a telephone.
+await from_file(path('design.html'), { width: 400, height: 800 }, async ({ page, errors, touch }) => {
+  let acts = 0;
+  const button = (name) => page.getByRole('button', { name, exact: true });
+  const tap = (locator) => (++acts, locator.tap({ timeout: 1000 * SECONDS }));
+  const save_as = async (name) => {
+    const download = page.waitForEvent('download', { timeout: 1000 * SECONDS });
+    await tap(button('Save garment'));
+    await (await download).saveAs(path(name));
+    execFileSync(join(bin, 'selvedge'), ['check', '--quiet', path(name)], { stdio: 'inherit' });
+  };
+  await tap(page.getByRole('radio', { name: 'rib-4x2', exact: true }).locator('..'));
+  for (const name of ['One row more', 'One row more', 'c4f']) await tap(button(name));
+  await tap(page.getByRole('gridcell', { name: 'Row 2, column 2: k' }));
+  await tap(page.getByLabel('colour, #rrggbb', { exact: true }));
+  const keys = [...'7a1f2b', 'Enter'];
+  for (const key of keys) await page.keyboard.press(key);
+  await save_as('cable.glb');
+  assert.ok(acts + keys.length <= 25, `${acts + keys.length} taps and keys`);
+  const recipe = () => page.evaluate(() => globalThis.selvedge.design.recipe()), made = await recipe();
+  assert.match(made.text, /^3: p k4 p\n2: p c4f p\n1: p k4 p$/m);
+  assert.deepEqual(made.set, { colour: '#7a1f2b' });
+  // A tint is saved, too.
+  await page.locator('#tint').fill('#22aa22');
+  await save_as('tinted.glb');
+  const [{ extensions: { SELVEDGE_materials_fabric: { tintFactor } } }] = read_glb(new Uint8Array(readFileSync(path('tinted.glb')))).json.materials;
+  assert.ok(tintFactor[1] > 2 * tintFactor[0], `${tintFactor}`);
+  await page.locator('#file').setInputFiles(path('cable.glb'));
+  await page.getByLabel('trim', { exact: true }).waitFor();
+
+  // One finger turns the garment, two come closer; one finger that is drawn sideways over cells changes them, as one change.
+  const camera = () => page.evaluate(() => globalThis.selvedge.camera.position.distanceTo(globalThis.selvedge.controls.target));
+  const place = () => page.evaluate(() => globalThis.selvedge.camera.position.toArray().join());
+  const [far, from] = [await camera(), await place()];
+  await touch([[200, 150], [150, 150], [100, 155]]);
+  assert.notEqual(await place(), from);
+  assert.ok(Math.abs(await camera() / far - 1) < 1e-3);
+  await touch([[[180, 150], [220, 150]], [[140, 150], [260, 150]], [[100, 150], [300, 150]]]);
+  assert.ok(await camera() < 0.8 * far, `${await camera()} of ${far}`);
+  await tap(button('p'));
+  const [first, last] = [1, 3].map((column) => page.getByRole('gridcell', { name: `Row 3, column ${column}: ` }));
+  await first.scrollIntoViewIfNeeded();
+  const [a, b] = [await first.boundingBox(), await last.boundingBox()], y = a.y + a.height / 2;
+  await touch([[a.x + 8, y], [(a.x + b.x) / 2 + 8, y], [b.x + 8, y + 3]]);
+  assert.match((await recipe()).text, /^3: p3 k2 p$/m);
+  await tap(button('Undo'));
+  assert.equal((await recipe()).text, made.text);
+  assert.deepEqual(errors, []);
 });

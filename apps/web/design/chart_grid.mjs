@@ -47,7 +47,7 @@ function with_row(text, {line, stitches, letters}) {
 export function with_stitch(text, row, column, stitch) {
   const columns = row.stitches.flatMap((word) => Array.from({length: width_of(word)}, (_, k) => [word, k])), width = width_of(stitch);
   const begin = Math.min(column, columns.length - width), stitches = [];
-  if (begin < 0) return text;
+  if (begin < 0 || columns[column][0] === stitch) return text;
   for (let at = 0; at < columns.length;) {
     const [word, k] = columns[at], end = at + width_of(word);
     const is_whole = k === 0 && (end <= begin || at >= begin + width);

@@ -32,13 +32,37 @@ export function make_editor(change) {
     take();
   };
 
-  /** A cell at x, y of a grid; keys(key) is what else a key does. */
-  const cell_of = (x, y, members, act, keys = () => false) => {
-    const cell = element('button', {className: 'cell', role: 'gridcell', tabIndex: x + y === 0 ? 0 : -1, onclick: act, ...members});
+  /** Cells that a finger or the mouse is drawn over; they change together. */
+  let stroke = [];
+  const put = (cells, sign) => {
+    const [{dataset: {at}}] = cells, label = cells[0].closest('[role=grid]').ariaLabel;
+    edit(cells.reduce((all, cell) => cell.edited(all, sign), text.value));
+    grid.querySelector(`[aria-label="${label}"] [data-at="${at}"]`)?.focus();
+  };
+  const draw_over = ({clientX: x, clientY: y}) => {
+    const cell = document.elementFromPoint(x, y)?.closest('#grid .cell');
+    if (!cell || stroke.includes(cell) || stroke[0]?.ariaPressed !== (stroke[0] && cell.ariaPressed)) return;
+    stroke.push(cell);
+    if (stroke.length > 1) stroke.forEach(({classList}) => classList.add('drawn'));
+  };
+  grid.addEventListener('pointerdown', draw_over);
+  addEventListener('pointermove', (event) => stroke.length > 0 && draw_over(event));
+  for (const end of ['pointerup', 'pointercancel']) {
+    addEventListener(end, ({type}) => {
+      const cells = stroke.splice(0);
+      cells.forEach(({classList}) => classList.remove('drawn'));
+      if (type === 'pointerup' && cells.length > 1) put(cells);
+    });
+  }
+  /** A cell at x, y of a grid; edited(text, sign) is the text after its change, by one of `signs` or as chosen. */
+  const cell_of = (x, y, members, edited, signs = []) => {
+    const cell = element('button', {className: 'cell', role: 'gridcell', tabIndex: x + y === 0 ? 0 : -1, onclick: () => put([cell]), ...members});
     cell.dataset.at = `${x},${y}`;
+    cell.edited = edited;
     cell.addEventListener('keydown', (event) => {
       const [right, down] = {ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1]}[event.key] ?? [0, 0];
-      if (!(right || down)) return keys(event.key) && event.preventDefault();
+      if (signs.includes(event.key)) put([cell], event.key);
+      if (!(right || down)) return;
       event.preventDefault();
       const cells = [...cell.closest('[role=grid]').querySelectorAll('.cell')].map((other) => [other, ...other.dataset.at.split(',').map(Number)]);
       const beyond = cells.filter(([, i, j]) => right ? j === y && (i - x) * right > 0 : (j - y) * down > 0);
@@ -47,9 +71,8 @@ export function make_editor(change) {
     });
     return cell;
   };
-  const grid_of = (label, columns, rows, members = {}) => {
-    const made = element('div', {className: 'cells', role: 'grid', ariaLabel: label, ...members}, ...rows.map((cells) =>
-      element('div', {role: 'row'}, ...cells)));
+  const grid_of = (label, columns, rows) => {
+    const made = element('div', {className: 'cells', role: 'grid', ariaLabel: label}, ...rows.map((cells) => element('div', {role: 'row'}, ...cells)));
     made.style.gridTemplateColumns = `repeat(${columns}, var(--cell))`;
     return made;
   };
@@ -81,14 +104,14 @@ export function make_editor(change) {
       return row.stitches.map((stitch) => {
         const x = at, width = width_of(stitch), letter = row.letters[x] ?? yarns[0][0];
         at += width;
-        const use = (sign) => {
-          edit(letters.includes(sign) ? with_letter(text.value, row, x, sign, yarns[0][0]) : with_stitch(text.value, row, x, sign));
-          grid.querySelector(`[data-at="${x},${y}"]`)?.focus();
+        const edited = (all, sign = chosen) => {
+          const now = read_chart(all).rows[y];
+          return letters.includes(sign) ? with_letter(all, now, x, sign, yarns[0][0]) : with_stitch(all, now, x, sign);
         };
         const cell = cell_of(x, y, {
           textContent: SIGNS[stitch] ?? stitch, title: `${stitch}${letters.length > 0 ? `, ${letter}` : ''}`,
           ariaLabel: `Row ${row.number}, column ${x + 1}: ${stitch}${letters.length > 0 ? ` of ${letter}` : ''}`
-        }, () => use(chosen), (key) => ['k', 'p', ...letters].includes(key) && (use(key), true));
+        }, edited, ['k', 'p', ...letters]);
         Object.assign(cell.dataset, {line: row.line, word: stitch});
         // Rows of other lengths are refused, and shown.
         cell.style.gridColumn = `${x + 1} / span ${width}`;
@@ -107,10 +130,8 @@ export function make_editor(change) {
     const sets = (section, label, columns, keys, numbers, is_flat, alone) => grid_of(label, columns, numbers.map((number, y) => keys.map((key, x) => {
       // Lists by columns (threading, tie-up) and by rows (treadling, lift plan).
       const [entry, value] = is_flat ? [key, number] : [number, key], is_set = draft.sets(section, entry).includes(value);
-      const cell = cell_of(x, y, {ariaPressed: String(is_set), ariaLabel: `${label} ${entry}: ${value}`}, () => {
-        edit(with_number(text.value, section, entry, value, alone));
-        grid.querySelector(`[aria-label="${label} ${entry}: ${value}"]`)?.focus();
-      });
+      const cell = cell_of(x, y, {ariaPressed: String(is_set), ariaLabel: `${label} ${entry}: ${value}`},
+        (all) => with_number(all, section, entry, value, alone));
       cell.dataset.word = `${section} ${entry}`;
       return cell;
     })));

@@ -1,4 +1,4 @@
-// What garments and swatches wear: a fabric of the menu or their own, a variant and a tint; and which of them are on the stage.
+// The clothes of garments and swatches: a fabric of the menu or their own, a variant and a tint; and which of them are on the stage.
 import {Box3, Color, DoubleSide, Group, Mesh, PlaneGeometry} from 'three';
 import {FabricMaterial, plain_lay} from '../three/index.js';
 import {tint_towards} from './tint.js';

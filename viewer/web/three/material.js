@@ -64,7 +64,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     const {transparent, depthWrite, alphaTest, forceSinglePass} = this;
     this.of_fallback = {transparent, depthWrite, alphaTest, forceSinglePass};
   }
-  /** The lay in which another repeat, in mm, lies as large as that of the fabric before; unchanged where a size is not known. */
+  /** The lay in which another repeat, in mm, lies as large as the one before; unchanged where a size is not known. */
   lay_for(mm) {
     const {rotation, scale} = this.lay, was = this.fabric?.mm_per_repeat;
     // Cloth that lies on its side has its courses along v.
