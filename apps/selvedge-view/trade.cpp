@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
+#include <functional>
 
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge/make.h"
@@ -47,6 +48,7 @@ const std::array<Setting, 5> settings{{{"2 x 2 rays", 2, {}},
 struct TradeCommand {
   CommonOptions common;
   std::string input;
+  std::vector<std::string> further;
   CellOptions cell;
   std::string output;  ///< a folder
   V2i size{960, 540};
@@ -54,6 +56,7 @@ struct TradeCommand {
 
 void declare(Options& options, TradeCommand& command) {
   add_cell(options, command.input, command.cell);
+  options.list("further", command.further, "STITCH", "Further stitches, each a section of the page").reads();
   options.text("-o,--output", command.output, "DIR", "A folder for the page and the fabrics").required();
   options.size("--size", command.size, "Size of a frame in pixels, multiples of 20", 20, 4000);
   options.check([&command] {
@@ -64,9 +67,9 @@ void declare(Options& options, TradeCommand& command) {
 }
 
 /// The stitch as it is traced: its thinnest yarn has a radius of 12 cubes, where that takes no huge grid.
-CellMesh truth_mesh(const TradeCommand& command) {
+CellMesh truth_mesh(const TradeCommand& command, const std::string& input) {
   constexpr double max_cubes = 400;
-  Cell cell = value_or_throw(find_cell(command.input, command.cell));
+  Cell cell = value_or_throw(find_cell(input, command.cell));
   if (!cell.stitch || command.cell.mesh.cells_across) return std::move(cell.mesh);
   double cubes = 0;
   for (const Yarn& yarn : cell.stitch->pattern.yarns)
@@ -75,7 +78,7 @@ CellMesh truth_mesh(const TradeCommand& command) {
   if (cubes > max_cubes) return std::move(cell.mesh);
   CellOptions finer = command.cell;
   finer.mesh.cells_across = static_cast<int>(cubes);
-  return value_or_throw(find_cell(command.input, finer)).mesh;
+  return value_or_throw(find_cell(input, finer)).mesh;
 }
 
 /// Seconds of all threads.
@@ -188,31 +191,26 @@ TradePicture picture_of(const std::string& words, const Frame& frame) {
   return {words, value_or_throw(encode_png(to_display_image(frame, default_display())))};
 }
 
-Result<int> run(const TradeCommand& command) {
-  limit_mesa_threads(command.common.threads);
-  TerminalProgress progress("trade", command.common.quiet);
-  const auto tell = [&, show = progress.callback()](const std::string& note, double fraction) {
-    progress.note(note);
-    if (show) show(fraction);
-  };
+/// `tell` gets notes and fractions of the work.
+TradeSection measured(const TradeCommand& command, const std::string& input,
+                      const std::function<void(const std::string&, double)>& tell) {
   tell("the stitch", 0);
-  const CellMesh truth = truth_mesh(command);
-  std::error_code error;
-  std::filesystem::create_directories(command.output, error);
-  if (error) return fail(Code::file_unwritable, command.output, "", error.message());
+  const CellMesh truth = truth_mesh(command, input);
   std::vector<Fabric> made;
   Json fabrics = Json::array();
   for (const Candidate& candidate : candidates) {
     tell(fmt::format("make {}", candidate.name), 0.1 * static_cast<double>(made.size()));
-    const std::string file = fmt::format("{}/{}.fabric.exr", command.output, candidate.name);
-    std::vector<std::string> words{command.input, "-o", file};
+    const std::string stem = std::filesystem::path(input).stem().string();
+    const std::string file = fmt::format("{}/{}-{}.fabric.exr", command.output, stem, candidate.name);
+    std::vector<std::string> words{input, "-o", file};
     words.insert(words.end(), candidate.options.begin(), candidate.options.end());
-    MakeCommand make = value_or_throw(make_command_of(words, command.input, "--quality"));
+    MakeCommand make = value_or_throw(make_command_of(words, input, "--quality"));
     make.cell = command.cell;
     make.common.quiet = true;
     const std::clock_t before = std::clock();
     made.push_back(make_file(make).fit.fabric);
-    fabrics.push_back({{"fabric", candidate.name},
+    fabrics.push_back({{"stitch", input},
+                       {"fabric", candidate.name},
                        {"bytes", size_of_file(file)},
                        {"makeSeconds", processor_seconds(before)}});
   }
@@ -222,7 +220,7 @@ Result<int> run(const TradeCommand& command) {
     const Distance distance(command, truth.period, pixels);
     TruthOptions trace;
     trace.samples = truth_samples;
-    const Frame traced = value_or_throw(trace_swatch(truth, command.input, distance.middle(), trace)).frame;
+    const Frame traced = value_or_throw(trace_swatch(truth, input, distance.middle(), trace)).frame;
     pictures.push_back(picture_of(fmt::format("{} pixels a repeat: the stitch, traced", pixels), traced));
     std::vector<Frame> frames;
     const std::size_t first = rows.size();
@@ -233,13 +231,35 @@ Result<int> run(const TradeCommand& command) {
     for (std::size_t i = 0; i < frames.size(); ++i)
       pictures.push_back(picture_of(filled("{fabric}, {drawn}", rows[first + i]), frames[i]));
   }
+  return {input, rows, pictures};
+}
+
+Result<int> run(const TradeCommand& command) {
+  limit_mesa_threads(command.common.threads);
+  TerminalProgress progress("trade", command.common.quiet);
+  std::error_code error;
+  std::filesystem::create_directories(command.output, error);
+  if (error) return fail(Code::file_unwritable, command.output, "", error.message());
+  std::vector<std::string> stitches = command.further;
+  stitches.insert(stitches.begin(), command.input);
+  std::vector<TradeSection> sections;
+  Json rows = Json::array();
+  for (const std::string& stitch : stitches) {
+    const auto done = static_cast<double>(sections.size());
+    const auto tell = [&, show = progress.callback()](const std::string& note, double fraction) {
+      progress.note(stitch + ": " + note);
+      if (show) show((done + fraction) / static_cast<double>(stitches.size()));
+    };
+    sections.push_back(measured(command, stitch, tell));
+    rows.insert(rows.end(), sections.back().rows.begin(), sections.back().rows.end());
+  }
   const std::string words = fmt::format(
       "Pictures of {} x {}: milliseconds of processor, and dB beside the stitch itself, traced with {} rays "
       "a pixel. Moving as `show` draws while the view turns, at rest as `render` does.",
       command.size.x, command.size.y, truth_samples);
   const std::string page = command.output + "/index.html";
-  value_or_throw(write_file(page, trade_page(command.input + ": the trade", words, rows, pictures)));
-  report(command.common, "trade", {{"input", command.input}, {"threads", thread_count()}, {"rows", rows}},
+  value_or_throw(write_file(page, trade_page(words, sections)));
+  report(command.common, "trade", {{"threads", thread_count()}, {"rows", rows}},
          fmt::format("{}-> {}\n", trade_text(rows), page));
   return 0;
 }
@@ -249,7 +269,7 @@ Result<int> run(const TradeCommand& command) {
 void add_trade_verb(Program& program) {
   program.add<TradeCommand>(
       {"trade", "Measure and plot what pictures of a stitch cost and are worth, from four distances",
-       "selvedge-view trade plain-knit -o trade"},
+       "selvedge-view trade plain-knit twill -o trade"},
       declare, run);
 }
 

@@ -8,7 +8,8 @@
 
 namespace selvedge {
 
-/// The rows, with `pixels`, `fabric`, `bytes`, `makeSeconds`, `drawn`, `ms` and `db`, for a terminal.
+/// The rows, with `stitch`, `pixels`, `fabric`, `bytes`, `makeSeconds`, `drawn`, `ms` and `db`, for a
+/// terminal.
 std::string trade_text(const Json& rows);
 
 /// dB against milliseconds, and against bytes, both logarithmic, as an SVG element: a colour for each
@@ -20,8 +21,12 @@ struct TradePicture {
   std::string words;
   std::vector<std::uint8_t> png;
 };
+struct TradeSection {
+  std::string stitch;
+  Json rows;
+  std::vector<TradePicture> pictures;
+};
 /// A page that needs no file beside it.
-std::string trade_page(const std::string& title, const std::string& words, const Json& rows,
-                       const std::vector<TradePicture>& pictures);
+std::string trade_page(const std::string& words, const std::vector<TradeSection>& sections);
 
 }  // namespace selvedge

@@ -11,7 +11,8 @@
 namespace selvedge {
 namespace {
 
-constexpr std::initializer_list<Column> columns{{"pixels a repeat", "{pixels}"},
+constexpr std::initializer_list<Column> columns{{"stitch", "{stitch}"},
+                                                {"pixels a repeat", "{pixels}"},
                                                 {"fabric", "{fabric}"},
                                                 {"bytes", "{bytes}"},
                                                 {"make, s", "{makeSeconds:.1f}"},
@@ -154,27 +155,29 @@ std::string trade_plot(const Json& rows) {
   return svg + "</g></svg>\n";
 }
 
-std::string trade_page(const std::string& title, const std::string& words, const Json& rows,
-                       const std::vector<TradePicture>& pictures) {
+std::string trade_page(const std::string& words, const std::vector<TradeSection>& sections) {
   std::string page = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta "
-      "charset=\"utf-8\"><title>{0}</title>\n{1}</head><body>\n"
-      "<h1>{0}</h1>\n<p>{2}</p>\n{3}<table>\n<tr>",
-      escaped(title), style, escaped(words), trade_plot(rows));
-  for (const Column& column : columns) page += fmt::format("<th>{}</th>", column.heading);
-  int pixels = 0;
-  for (const Json& row : rows) {
-    page += row["pixels"] == pixels ? "</tr>\n<tr>" : "</tr>\n<tr class=\"first\">";
-    pixels = row["pixels"];
-    for (const Column& column : columns)
-      page += fmt::format("<td>{}</td>", escaped(filled(column.pattern, row)));
+      "charset=\"utf-8\"><title>The trade</title>\n{}</head><body>\n<p>{}</p>\n",
+      style, escaped(words));
+  for (const auto& [stitch, rows, pictures] : sections) {
+    page += fmt::format("<h1>{}: the trade</h1>\n{}<table>\n<tr>", escaped(stitch), trade_plot(rows));
+    for (const Column& column : columns) page += fmt::format("<th>{}</th>", column.heading);
+    int pixels = 0;
+    for (const Json& row : rows) {
+      page += row["pixels"] == pixels ? "</tr>\n<tr>" : "</tr>\n<tr class=\"first\">";
+      pixels = row["pixels"];
+      for (const Column& column : columns)
+        page += fmt::format("<td>{}</td>", escaped(filled(column.pattern, row)));
+    }
+    page += "</tr>\n</table>\n<div>\n";
+    for (const TradePicture& picture : pictures)
+      page += fmt::format(
+          "<figure><img alt=\"\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>\n",
+          base64(picture.png), escaped(picture.words));
+    page += "</div>\n";
   }
-  page += "</tr>\n</table>\n<div>\n";
-  for (const TradePicture& picture : pictures)
-    page += fmt::format(
-        "<figure><img alt=\"\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>\n",
-        base64(picture.png), escaped(picture.words));
-  return page + "</div></body></html>\n";
+  return page + "</body></html>\n";
 }
 
 }  // namespace selvedge

@@ -7,8 +7,8 @@ namespace selvedge {
 namespace {
 
 Json row(int pixels, const char* fabric, const char* drawn, double ms, double db) {
-  return {{"pixels", pixels}, {"fabric", fabric}, {"bytes", 1000}, {"makeSeconds", 1},
-          {"drawn", drawn},   {"ms", ms},         {"db", db}};
+  return {{"stitch", "knit"}, {"pixels", pixels}, {"fabric", fabric}, {"bytes", 1000},
+          {"makeSeconds", 1}, {"drawn", drawn},   {"ms", ms},         {"db", db}};
 }
 
 TEST_CASE("the plot has a mark for every row, and a line of yarn for each distance") {
@@ -29,9 +29,10 @@ TEST_CASE("the plot has a mark for every row, and a line of yarn for each distan
 
 TEST_CASE("the page of a trade has every row and picture") {
   const std::string page =
-      trade_page("knit & purl", "words", Json{row(8, "<a>", "moving", 12, 20)}, {{"moving", {1, 2, 3}}});
+      trade_page("words", {{"knit & purl", Json{row(8, "<a>", "moving", 12, 20)}, {{"moving", {1, 2, 3}}}},
+                           {"twill", Json{row(8, "b", "moving", 12, 20)}, {}}});
   for (const char* part :
-       {"<h1>knit &amp; purl</h1>",
+       {"<h1>knit &amp; purl: the trade</h1>", "<h1>twill: the trade</h1>",
         "<td>&lt;a&gt;</td><td>1000</td><td>1.0</td><td>moving</td><td>12</td><td>20.0</td>", "<svg",
         "base64,AQID\"><figcaption>moving<"})
     CHECK(page.find(part) != std::string::npos);
