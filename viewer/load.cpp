@@ -34,9 +34,19 @@ Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choic
   Result<MemoryAccount> memory = check_drawable(*scene, limits.document.memory);
   if (!memory) return tl::unexpected(memory.error());
   LoadedScene loaded{std::move(*scene), {}, 0};
+  std::vector<bool> is_worn(loaded.scene.fabrics.size(), choice.all_fabrics);
+  for (const SceneInstance& instance : loaded.scene.instances) {
+    const int material = loaded.scene.primitives[instance.primitive].material;
+    if (material >= 0 && loaded.scene.materials[material].fabric)
+      is_worn[loaded.scene.materials[material].fabric->fabric] = true;
+  }
   std::vector<SceneFabric> present;
   std::vector<int> numbers;  // old -> new
   for (SceneFabric& source : loaded.scene.fabrics) {
+    if (!is_worn[numbers.size()]) {
+      numbers.push_back(-1);
+      continue;
+    }
     Result<FabricReader> reader =
         source.path.empty() ? FabricReader::open(source.bytes, source.name) : FabricReader::open(source.path);
     if (!reader && reader.error().code != Code::file_missing) return tl::unexpected(reader.error());

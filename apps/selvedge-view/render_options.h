@@ -20,11 +20,11 @@ struct RenderCommand {
   V2i size{800, 600};
   RenderOptions render;  ///< path, context and supersampling
   PictureGoal goal;
-  std::string camera_of_file;       ///< scenes: name or number; empty: PictureOptions::camera
-  bool has_side = false;            ///< --azimuth or --elevation is given
-  SceneChoice choice;               ///< scenes
-  std::optional<SwatchView> place;  ///< fabric files: instead of PictureOptions::swatch
-  int turntable = 0;                ///< frames once around the scene; 0: one frame
+  std::string camera_of_file;         ///< scenes: name or number; empty: PictureOptions::camera
+  bool has_side = false;              ///< --azimuth or --elevation is given
+  SceneChoice choice{{}, {}, false};  ///< scenes
+  std::optional<SwatchView> place;    ///< fabric files: instead of PictureOptions::swatch
+  int turntable = 0;                  ///< frames once around the scene; 0: one frame
 };
 
 void declare_render(Options& options, RenderCommand& command);

@@ -14,8 +14,9 @@ struct GltfDocument;
 
 /// The scene and the variant to read, by name or number; empty: the file's own choice.
 struct SceneChoice {
-  std::string scene;    ///< else the default scene, else the first, else all root nodes
-  std::string variant;  ///< of KHR_materials_variants; else the primitives' own materials
+  std::string scene;        ///< else the default scene, else the first, else all root nodes
+  std::string variant;      ///< of KHR_materials_variants; else the primitives' own materials
+  bool all_fabrics = true;  ///< also fabrics that nothing wears are loaded
 };
 
 /// Reads a scene of a .gltf or .glb file.
