@@ -27,8 +27,6 @@ class Renderer {
                                                   const RenderOptions& options,
                                                   std::unique_ptr<GraphicsContext> context = nullptr);
   ~Renderer();
-  Renderer(const Renderer&) = delete;
-  Renderer& operator=(const Renderer&) = delete;
 
   /// Draws the scene from `camera`. The bytes depend neither on the number of threads nor, if all images
   /// are made again (CellImageOptions::remade), on earlier frames.

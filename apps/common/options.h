@@ -67,8 +67,7 @@ class Option {
 class Options {
  public:
   explicit Options(CLI::App& app);
-  Options(const Options&) = delete;
-  Options& operator=(const Options&) = delete;
+  Options& operator=(Options&&) = delete;
 
   /// Sets the heading in the help for the following options; "": the default heading.
   void group(const char* heading);

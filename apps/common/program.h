@@ -24,8 +24,7 @@ class Program {
  public:
   Program(const char* name, const char* help, const char* footer);
   ~Program();
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
+  Program& operator=(Program&&) = delete;
 
   /// Command has a member `common`. `declare` adds the options of the verb to --json, --quiet and --threads;
   /// `work` returns the exit status, or an error.

@@ -2,7 +2,6 @@
 
 #include <pybind11/stl.h>
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <utility>

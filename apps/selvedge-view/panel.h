@@ -24,9 +24,8 @@ struct PanelInfo {
   const ShownPicture& picture;
   const std::optional<PixelProbe>& probe;
   const std::vector<std::unique_ptr<ShownOffer>>& offers;
-  double window_seconds = 0;  ///< time for panel and window in the last frame
-  std::string keys;           ///< pressed keys (window.h)
-  std::string message;        ///< the last error, or empty
+  std::string keys;     ///< pressed keys (window.h)
+  std::string message;  ///< the last error, or empty
 };
 
 /// Requests of the user, beside changes of the state.
@@ -49,8 +48,7 @@ class Panel {
   /// The window's context must be current during all calls. Only one panel at a time.
   explicit Panel(const Window& window);
   ~Panel();
-  Panel(const Panel&) = delete;
-  Panel& operator=(const Panel&) = delete;
+  Panel& operator=(Panel&&) = delete;
 
   /// Begins a frame of the window with the events since the last one.
   void begin();

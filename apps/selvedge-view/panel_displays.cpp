@@ -53,20 +53,16 @@ void show_times(const PanelInfo& info) {
   row("frame", "{:.1f} ms, {} x {}{}", 1e3 * frame, info.picture.width, info.picture.height,
       info.picture.divisor > 1 ? " (first)" : "");
   if (info.picture.accuracy > 0) row("before samples", "{:.1f} dB", info.picture.accuracy);
-  const std::initializer_list<std::pair<const char*, double>> parts{
-      {"project", s.project},
-      {"shadows", s.shadows},
-      {"geometry", s.geometry},
-      {"read back", s.read_back},
-      {"evaluation", s.evaluation},
-      {"window", info.window_seconds},
-      {"display", info.picture.display_seconds}};
-  const double all = frame + info.picture.display_seconds + info.window_seconds;
+  const std::initializer_list<std::pair<const char*, double>> parts{{"project", s.project},
+                                                                    {"shadows", s.shadows},
+                                                                    {"geometry", s.geometry},
+                                                                    {"read back", s.read_back},
+                                                                    {"evaluation", s.evaluation}};
   for (const auto& [name, seconds] : parts) {
     if (seconds <= 0) continue;
     ImGui::TextDisabled("%s", name);
     ImGui::SameLine(label_width());
-    ImGui::ProgressBar(static_cast<float>(seconds / std::max(all, 1e-9)),
+    ImGui::ProgressBar(static_cast<float>(seconds / std::max(frame, 1e-9)),
                        ImVec2(-1, ImGui::GetTextLineHeight()),
                        fmt::format("{:.1f} ms", 1e3 * seconds).c_str());
   }

@@ -14,8 +14,7 @@ class ScreenTexture {
   /// The context of `gl` must be current whenever a function is called, the destructor included.
   explicit ScreenTexture(const GlFunctions& gl) : gl_(gl) {}
   ~ScreenTexture() { gl_.DeleteTextures(1, &texture_); }
-  ScreenTexture(const ScreenTexture&) = delete;
-  ScreenTexture& operator=(const ScreenTexture&) = delete;
+  ScreenTexture& operator=(ScreenTexture&&) = delete;
 
   /// `rgba`: 4 bytes per pixel, top row first. The texture is filtered linearly when magnified.
   void load(int width, int height, const void* rgba);

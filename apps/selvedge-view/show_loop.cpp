@@ -8,17 +8,9 @@
 
 #include "apps/common/report.h"
 #include "format/base/option_text.h"
-#include "format/base/parallel.h"
 
 namespace selvedge {
 namespace {
-
-Json json_of(const Light& light) {
-  Json all = {{"irradiance", light.irradiance}};
-  if (light.kind != LightKind::point) all["direction"] = V3f(light.direction);
-  if (light.kind != LightKind::directional) all["position"] = V3f(light.position);
-  return all;
-}
 
 Json json_of(const PixelProbe& probe, const std::vector<std::string>& fabrics) {
   Json texels = Json::array();
@@ -143,32 +135,23 @@ Json ShowLoop::to_json() const {
               {"width", picture_->width},
               {"height", picture_->height},
               {"frames", picture_->frames},
-              {"threads", thread_count()},
               {"camera",
                {{"azimuth", state_.camera.azimuth},
                 {"elevation", state_.camera.elevation},
                 {"fov", state_.camera.field_of_view},
                 {"distance", state_.camera.distance.value_or(0)},
                 {"lookAt", look_at}}},
-              {"path", path_names[state_.path]},
-              {"levels", {{"forced", state_.levels.forced}}},
               {"fabrics", state_.worn.fabrics},
               {"command", command()},
               {"message", message_}};
-  all["lights"] = Json::array();
-  for (const Light& light : picture_->lights) all["lights"].push_back(json_of(light));
   all["probe"] = probe_ ? json_of(*probe_, picture_->fabric_names) : Json();
   all["accuracy"] = picture_->accuracy > 0 ? Json(picture_->accuracy) : Json();
-  all["seconds"] = {{"frame", picture_->draw_seconds},
-                    {"display", picture_->display_seconds},
-                    {"window", window_seconds_},
-                    {"longestStep", longest_step_}};
+  all["seconds"] = {{"frame", picture_->draw_seconds}};
   for (const auto& [name, seconds] : render_seconds) all["seconds"][name] = picture_->stats.*seconds;
   return all;
 }
 
 bool ShowLoop::step() {
-  const Stopwatch watch;
   receive();
   panel_.begin();
   const V2i size = panel_.picture_size(window_size_);
@@ -179,8 +162,7 @@ bool ShowLoop::step() {
   const double aspect = static_cast<double>(size.x) / size.y;
   Change change = std::max(pending_, apply(input, aspect, picture_->size, state_));
   pending_ = Change::none;
-  const PanelInfo info{
-      *picture_, state_.probes ? probe_ : no_probe_, offers_, window_seconds_, window_.poll_keys(), message_};
+  const PanelInfo info{*picture_, state_.probes ? probe_ : no_probe_, offers_, window_.poll_keys(), message_};
   const PanelRequest request = panel_.edit(info, state_);
   change = std::max(change, request.change);
   if (request.resets_camera) {
@@ -213,8 +195,6 @@ bool ShowLoop::step() {
   gl_.ClearNamedFramebufferfv(0, GL_COLOR, 0, black.data());
   panel_.end(shown_.name());
   gl_.Finish();
-  window_seconds_ = watch.seconds();
-  longest_step_ = std::max(longest_step_, window_seconds_);
   // Events before the request to close are shown first.
   if (request.close || window_.wants_to_close()) closes_ = true;
   if (closes_ && !closes_after_ && (finished_ || !options_.tells_the_end)) closes_after_ = 1;

@@ -48,9 +48,7 @@ class ShowLoop {
   std::optional<V2d> requested_probe_;
   int generation_ = 0;
   bool finished_ = false;  ///< picture and probe answer the last request
-  double window_seconds_ = 0;
-  double longest_step_ = 0;  ///< seconds from events to the window that shows them
-  int settling_ = 0;         ///< frames that the panel still needs
+  int settling_ = 0;       ///< frames that the panel still needs
   bool closes_ = false;
   std::optional<int> closes_after_;  ///< so many frames
   std::optional<PixelProbe> probe_;

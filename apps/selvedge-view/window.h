@@ -26,8 +26,7 @@ class Window {
   /// GRAPHICS_UNAVAILABLE without a display or such a context.
   static Result<std::unique_ptr<Window>> open(const std::string& title, const V2i& size);
   ~Window();
-  Window(const Window&) = delete;
-  Window& operator=(const Window&) = delete;
+  Window& operator=(Window&&) = delete;
 
   /// The window's context for other drawing code; must not outlive the window.
   std::unique_ptr<GraphicsContext> context() const;

@@ -17,8 +17,7 @@ class Workbench {
     if (mkdtemp(folder_.data()) == nullptr)
       throw Failure{{Code::file_unwritable, folder_, "", "cannot be made"}};
   }
-  Workbench(const Workbench&) = delete;
-  Workbench& operator=(const Workbench&) = delete;
+  Workbench& operator=(Workbench&&) = delete;
   ~Workbench() {
     std::error_code ignored;
     std::filesystem::remove_all(folder_, ignored);

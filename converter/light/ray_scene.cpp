@@ -33,8 +33,7 @@ constexpr unsigned hair_geometry = 1;
 
 struct RaySceneState {
   RaySceneState() = default;
-  RaySceneState(const RaySceneState&) = delete;
-  RaySceneState& operator=(const RaySceneState&) = delete;
+  RaySceneState& operator=(RaySceneState&&) = delete;
   ~RaySceneState() {
     if (scene != nullptr) rtcReleaseScene(scene);
     if (device != nullptr) rtcReleaseDevice(device);

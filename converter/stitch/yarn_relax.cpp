@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
-#include <utility>
 
 #include "converter/mesh/surface_points.h"
 #include "converter/stitch/flat_yarn.h"

@@ -64,8 +64,7 @@ std::optional<mode_t> mode_of(const std::string& path) {
 /// A temporary file; the destructor removes it unless `temporary` is empty.
 struct AtomicFile::Unfinished {
   explicit Unfinished(std::string path) : temporary(std::move(path)), entry(enlist(temporary)) {}
-  Unfinished(const Unfinished&) = delete;
-  Unfinished& operator=(const Unfinished&) = delete;
+  Unfinished& operator=(Unfinished&&) = delete;
   ~Unfinished() {
     if (exists && !temporary.empty()) unlink(temporary.c_str());
     std::free(entry->path.exchange(nullptr));

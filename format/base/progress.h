@@ -37,8 +37,7 @@ class Stopwatch {
 class TerminalProgress {
  public:
   TerminalProgress(std::string label, bool quiet);
-  TerminalProgress(const TerminalProgress&) = delete;
-  TerminalProgress& operator=(const TerminalProgress&) = delete;
+  TerminalProgress& operator=(TerminalProgress&&) = delete;
   ~TerminalProgress();
 
   /// The callback to hand to a stage; valid as long as this object.

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <memory>
 
 #include "format/base/atomic_file.h"
 #include "format/base/srgb.h"

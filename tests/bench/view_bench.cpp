@@ -1,11 +1,12 @@
 // Frames of dressed garments:
-//   selvedge-bench-view --rates | --looks | --parts | --references FOLDER SCENE.glb ...
+//   selvedge-bench-view --rates | --looks | --parts | --references FOLDER | --window FOLDER|- SCENE.glb ...
 //   selvedge-bench-view --swatch FABRIC.exr PLACE WIDTH HEIGHT FINER PICTURE.png
 // With --rates: frames of an orbit around a garment of yarn under two lamps fixed to it, and at rest, with 8,
 // 15, 30 and 120 pixels a repeat and shadow maps: processor time, and, unless some surface wears no yarn, dB
 // to the rays of tests/viewer/rays.h and fine power; --references writes pictures of these. With --looks:
 // moving frames of every scene as the first one is seen whole, and with 30 pixels a repeat, under two lamps
-// and in the studio; --parts: also dB to the first one's rays. With --swatch: a picture by rays.
+// and in the studio; --parts: also dB to the first one's rays. With --window: as in `show`, which keeps 30
+// frames a second; pictures into a folder, or "-". With --swatch: a picture by rays.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,6 +22,7 @@
 #include "viewer/light/shadows.h"
 #include "viewer/load.h"
 #include "viewer/renderer.h"
+#include "viewer/show/picture.h"
 
 namespace {
 
@@ -319,23 +321,126 @@ void write_swatch(const std::vector<std::string>& arguments) {
   need(write_png(arguments.at(5), over_grey(frame)));
 }
 
+/// As the window shows a picture: values of 0 to 1 between the middles of its pixels, the first row on top.
+Image magnified(const DrawnPicture& picture, const V2i& window) {
+  Image shown{window.x, window.y, 3, {}};
+  const V2i small(picture.width, picture.height);
+  for (int y = window.y - 1; y >= 0; --y) {
+    for (int x = 0; x < window.x; ++x) {
+      const V2d middle = V2d(x + 0.5, y + 0.5) * V2d(small) / V2d(window) - V2d(0.5);
+      const V2d place(std::clamp(middle.x, 0.0, small.x - 1.0), std::clamp(middle.y, 0.0, small.y - 1.0));
+      const V2i low(place);
+      const V2i high(std::min(low.x + 1, small.x - 1), std::min(low.y + 1, small.y - 1));
+      const V2d part = place - V2d(low);
+      for (int c = 0; c < 3; ++c) {
+        const auto of_row = [&](int row) {
+          const std::uint8_t* bytes = picture.bytes.data() + 4 * row * small.x + c;
+          return bytes[4 * low.x] * (1 - part.x) + bytes[4 * high.x] * part.x;
+        };
+        shown.pixels.push_back(
+            static_cast<float>((of_row(low.y) * (1 - part.y) + of_row(high.y) * part.y) / 255));
+      }
+    }
+  }
+  return shown;
+}
+
+/// Mean square of the differences to the middle of a picture, which goes into it.
+double replace_middle(Image& picture, const Image& middle) {
+  const int left = 3 * (picture.width - middle.width) / 2;
+  double sum = 0;
+  for (int y = 0; y < middle.height; ++y) {
+    float* const row =
+        picture.pixels.data() + 3 * (y + (picture.height - middle.height) / 2) * picture.width + left;
+    for (int i = 0; i < 3 * middle.width; ++i)
+      sum += std::pow(std::exchange(row[i], middle.pixels[3 * y * middle.width + i]) - row[i], 2);
+  }
+  return sum / static_cast<double>(middle.pixels.size());
+}
+
+/// Frames of `show` at 30 a second in a window of 1280 x 720, in the studio: in twelve seconds the garment
+/// turns by 240 degrees while a repeat goes from 120 to 2 pixels. A frame takes the processor's time over the
+/// threads, so that other programs do not matter; the garment goes on in that time. dB of a frame in each
+/// second beside the picture at rest, in the middle; with a `folder` its picture, with the middle at rest.
+void window_frames(const Subject& subject, const std::string& folder) {
+  constexpr V2i window(1280, 720);
+  constexpr int part = 4;
+  constexpr double end = 12;
+  const double whole = Rates(subject).pixels_of_whole() * window.y / size.y;
+  const auto make = [&] { return need(ShowPicture::create(subject.loaded.scene, subject.loaded.fabrics)); };
+  const auto moving = make();
+  const auto rest = make();
+  ShowState state = need(rest->first_state({}, static_cast<double>(window.x) / window.y));
+  state.environments = {
+      std::make_shared<const Surroundings>(Surroundings{"studio", studio(), divide(studio())})};
+  state.environment = 0;
+  state.display = environment_display();
+  state.shadows = default_shadow_size;
+  FramePace pace;
+  std::vector<double> taken;
+  int steps = 0;
+  double next = 0;
+  double least = HUGE_VAL;
+  // The garment stands for a moment first.
+  for (double now = -0.5; now < end;) {
+    const double pixels = 120 * std::pow(60, -std::max(now, 0.0) / end);
+    state.camera.azimuth = 240 * std::max(now, 0.0) / end;
+    state.camera.zoom = pixels / whole;
+    const double divisor = pace.divisor();
+    const Change change = now == -0.5 ? Change::scene : Change::frame;
+    const double start = bench::cpu_seconds();
+    need(moving->update(state, change, window, divisor));
+    const double seconds = (bench::cpu_seconds() - start) / thread_count();
+    if (change == Change::frame) pace.add(seconds, state.frame_seconds);
+    now += change == Change::frame ? std::max(seconds, 1.0 / 60) : 0.001;
+    if (now < 0) continue;
+    taken.push_back(1e3 * seconds);
+    steps += pace.divisor() != divisor ? 1 : 0;
+    if (now < next) continue;
+    ShowState middle = state;
+    middle.camera.zoom *= part;
+    need(rest->update(middle, next == 0 ? Change::scene : Change::frame, window / part, 1));
+    while (need(rest->refine(middle))) {
+    }
+    next += 1;
+    Image picture = magnified(moving->drawn(), window);
+    const double decibels =
+        -10 * std::log10(replace_middle(picture, magnified(rest->drawn(), window / part)));
+    least = std::min(least, decibels);
+    fmt::print("| {} | {:.0f} pixels a repeat | {:.2f} | {:.1f} | {:.1f} |\n", subject.name, pixels, divisor,
+               taken.back(), decibels);
+    std::fflush(stdout);
+    if (!folder.empty())
+      need(write_png(fmt::format("{}/{:.0f}.png", folder, pixels), picture, Transfer::keep));
+  }
+  std::ranges::sort(taken);
+  const std::size_t count = taken.size();
+  fmt::print("| {} | {} frames, {} steps of the size | | median {:.1f}, 95 % {:.1f}, all {:.1f} | {:.1f} |\n",
+             subject.name, count, steps, taken[count / 2], taken[count * 95 / 100], taken.back(), least);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   std::vector<std::string> files(argv + 1, argv + argc);
   const std::string mode = !files.empty() && files[0].starts_with("--") ? files[0] : "";
   const bool references = mode == "--references";
-  const std::string folder = references && files.size() > 1 ? files[1] : "";
+  const std::string folder = (references || mode == "--window") && files.size() > 1 ? files[1] : "";
   files.erase(files.begin(), files.begin() + (mode.empty() ? 0 : folder.empty() ? 1 : 2));
-  if (files.empty() ||
-      !(mode == "--rates" || mode == "--looks" || mode == "--parts" || mode == "--swatch" || references)) {
+  if (files.empty() || !(mode == "--rates" || mode == "--looks" || mode == "--parts" || mode == "--swatch" ||
+                         mode == "--window" || references)) {
     fmt::print(
         stderr,
-        "usage: selvedge-bench-view --rates | --looks | --parts | --references FOLDER SCENE.glb ...\n");
+        "usage: selvedge-bench-view --rates | --looks | --parts | --references FOLDER | --window FOLDER|- "
+        "SCENE.glb ...\n");
     return 2;
   }
   if (mode == "--looks" || mode == "--parts") frame_looks(files, mode == "--parts");
   if (mode == "--swatch") write_swatch(files);
+  if (mode == "--window") {
+    window_frames(load(files.at(0)), files.size() > 1 ? files[1] : "");
+    return 0;
+  }
   if (mode == "--looks" || mode == "--parts" || mode == "--swatch") files.clear();
   for (const std::string& file : files) {
     const Subject subject = load(file);
@@ -345,6 +450,7 @@ int main(int argc, char** argv) {
     }
     if (references) write_references(subject, folder);
     if (mode == "--rates") frame_rates(subject);
+    if (mode == "--window") window_frames(subject, folder == "-" ? "" : folder);
   }
   return 0;
 }

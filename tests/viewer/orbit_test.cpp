@@ -159,11 +159,21 @@ TEST_CASE("a light that stands in the scene is not turned, and knows no axes of 
   }
 }
 
-TEST_CASE("a slow picture is drawn smaller while it moves, but not without end") {
-  CHECK(size_divisor(0.04, 0.05) == 1);
-  CHECK(size_divisor(0.06, 0.05) == 2);
-  CHECK(size_divisor(0.21, 0.05) == 3);
-  CHECK(size_divisor(100, 0.05) == 4);
+TEST_CASE("a moving picture is as large as its time allows, and steady") {
+  FramePace pace;
+  CHECK(pace.divisor() == 4);
+  const auto draw = [&](double full_seconds, int frames) {
+    for (int i = 0; i < frames; ++i) pace.add(full_seconds / (pace.divisor() * pace.divisor()), 0.05);
+    return pace.divisor();
+  };
+  CHECK(draw(0.01, 20) == 1);
+  CHECK(draw(1, 1) == 1);  // a single slow frame
+  CHECK(draw(0.01, 1) == 1);
+  const double slow = draw(0.2, 20);
+  CHECK(slow >= 2);
+  CHECK(slow < 2.6);
+  CHECK(draw(0.2 / 1.2, 20) == slow);
+  CHECK(draw(100, 20) == 4);
 }
 
 TEST_CASE("a turntable keeps its distance and shows everything all the way round") {

@@ -10,8 +10,7 @@ namespace {
 class OsmesaContext final : public GraphicsContext {
  public:
   explicit OsmesaContext(OSMesaContext context) : context_(context) {}
-  OsmesaContext(const OsmesaContext&) = delete;
-  OsmesaContext& operator=(const OsmesaContext&) = delete;
+  OsmesaContext& operator=(OsmesaContext&&) = delete;
   ~OsmesaContext() override { OSMesaDestroyContext(context_); }
 
   Result<void> make_current() override {

@@ -42,8 +42,7 @@ class GlObjects {
  public:
   explicit GlObjects(const GlFunctions& gl) : gl_(gl) {}
   ~GlObjects() { clear(); }
-  GlObjects(const GlObjects&) = delete;
-  GlObjects& operator=(const GlObjects&) = delete;
+  GlObjects& operator=(GlObjects&&) = delete;
   void clear();
 
   GLuint program(const std::string& vertex, const std::string& fragment);

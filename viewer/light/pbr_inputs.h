@@ -24,8 +24,7 @@ class PbrInputs {
   /// included. `materials` must outlive the object; MaterialPicture::texture may change meanwhile.
   PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials);
   ~PbrInputs() { gl_.DeleteSamplers(static_cast<GLsizei>(samplers), samplers_.data()); }
-  PbrInputs(const PbrInputs&) = delete;
-  PbrInputs& operator=(const PbrInputs&) = delete;
+  PbrInputs& operator=(PbrInputs&&) = delete;
 
   /// Whether some surface needs a PbrPixel.
   bool needed() const { return needed_; }

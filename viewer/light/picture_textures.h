@@ -25,8 +25,7 @@ class PictureTextures {
   /// whenever a function of this class is called, the destructor included.
   PictureTextures(const GlFunctions& gl, std::uint64_t memory) : gl_(gl), memory_(memory) {}
   ~PictureTextures();
-  PictureTextures(const PictureTextures&) = delete;
-  PictureTextures& operator=(const PictureTextures&) = delete;
+  PictureTextures& operator=(PictureTextures&&) = delete;
 
   /// Leaves bytes of the memory to others; false if there are fewer.
   bool leave(std::uint64_t bytes) {

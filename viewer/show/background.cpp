@@ -56,7 +56,7 @@ std::vector<std::string> fabrics_in(const std::string& folder) {
 /// How long a request has to stay before its picture is drawn in full, as the mouse may still move.
 constexpr std::chrono::milliseconds still_after{100};
 
-ShownPicture shown(const ShowPicture& picture, int divisor, std::int64_t frames) {
+ShownPicture shown(const ShowPicture& picture, double divisor, std::int64_t frames) {
   ShownPicture result;
   static_cast<DrawnPicture&>(result) = picture.drawn();
   result.divisor = divisor;
@@ -231,13 +231,7 @@ void BackgroundPicture::step() {
 
 /// The first picture of the request, which is small where a large one takes long.
 void BackgroundPicture::draw_first() {
-  // Larger only where that is sure to be in time, so that sizes do not alternate.
-  constexpr double sure = 1.5;
-  const double seconds = request_.state.frame_seconds;
-  if (change_ != Change::display)
-    first_divisor_ = std::clamp(first_divisor_, size_divisor(full_seconds_, seconds),
-                                size_divisor(sure * full_seconds_, seconds));
-  const int divisor = change_ == Change::display ? divisor_ : first_divisor_;
+  const double divisor = change_ == Change::display ? divisor_ : pace_.divisor();
   if (auto good = picture_->update(request_.state, change_, request_.size, divisor, &closes_); !good) {
     if (!good_) throw Failure{good.error()};
     // Back to the last good state, as not every path draws everything.
@@ -255,7 +249,7 @@ void BackgroundPicture::draw_first() {
   divisor_ = divisor;
   if (std::exchange(change_, Change::none) >= Change::frame) {
     ++frames_;
-    full_seconds_ = picture_->drawn().draw_seconds * divisor * divisor;
+    pace_.add(picture_->drawn().draw_seconds, request_.state.frame_seconds);
   }
   stage_ = divisor > 1 ? Stage::full : Stage::samples;
   show();
@@ -279,7 +273,6 @@ void BackgroundPicture::draw_in_full() {
   }
   divisor_ = 1;
   ++frames_;
-  full_seconds_ = picture_->drawn().draw_seconds;
   stage_ = Stage::samples;
   show();
 }
@@ -401,7 +394,8 @@ std::string BackgroundPicture::show_garment(const std::string& path, const std::
   state.worn = first.worn;
   state.beside.reset();
   state.hidden.clear();
-  const int divisor = size_divisor(1e9, request_.state.frame_seconds);
+  pace_ = {};
+  const double divisor = pace_.divisor();
   value_or_throw(picture->update(state, Change::scene, request_.size, divisor, &closes_));
   picture_ = std::move(picture);
   good_ = request_.state = std::move(state);
@@ -414,7 +408,6 @@ std::string BackgroundPicture::show_garment(const std::string& path, const std::
   added_.clear();
   ++frames_;
   ++generation_;
-  full_seconds_ = picture_->drawn().draw_seconds * divisor * divisor;
   show(ShownGarment{name, keeps_camera ? std::nullopt : std::optional(first.camera), first.worn});
   return remarks;
 }

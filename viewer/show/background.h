@@ -35,7 +35,7 @@ struct RenderRequest {
 
 /// A picture, and what the panel tells of it and of the scene.
 struct ShownPicture : DrawnPicture {
-  int divisor = 1;                        ///< it is smaller than the request by so much per side
+  double divisor = 1;                     ///< it is smaller than the request by so much per side
   std::int64_t frames = 0;                ///< drawn so far, samples of pictures at rest not counted
   std::vector<std::string> materials;     ///< names; empty names for those without fabric
   std::vector<std::string> fabric_names;  ///< to choose from
@@ -87,8 +87,6 @@ class BackgroundPicture {
                     const SceneLimits& limits, GarmentWriter writer, std::function<void()> wake);
   /// Ends what is being drawn.
   ~BackgroundPicture();
-  BackgroundPicture(const BackgroundPicture&) = delete;
-  BackgroundPicture& operator=(const BackgroundPicture&) = delete;
 
   /// Replaces the request before; a change ends what is being drawn for that, except its small first picture.
   /// Returns the request's number.
@@ -165,13 +163,12 @@ class BackgroundPicture {
   RenderRequest request_;
   std::uint64_t number_ = 0;      ///< of the request
   Change change_ = Change::none;  ///< since the last picture
-  int divisor_ = 1;               ///< of the last picture
-  int first_divisor_ = 1;         ///< of the last first picture
+  double divisor_ = 1;            ///< of the last picture
+  FramePace pace_;                ///< of first pictures
   int generation_ = 0;
   Stage stage_ = Stage::rest;
   bool probes_ = false;            ///< the probe of the request is still to be made
   std::optional<ShowState> good_;  ///< the last state that could be drawn
-  double full_seconds_ = 1e9;      ///< for a picture of full size
   std::int64_t frames_ = 0;
   std::thread thread_;
 };

@@ -86,8 +86,7 @@ void ShowPicture::set_light(const ShowState& state) {
 
 void ShowPicture::draw(const ShowState& state) {
   const Stopwatch watch;
-  const double aspect = static_cast<double>(options_.width) / options_.height;
-  drawn_.camera = value_or_throw(make_camera(corners_, aspect, state.camera));
+  drawn_.camera = value_or_throw(make_camera(corners_, aspect_, state.camera));
   options_.levels = state.levels;
   options_.cells = moving_cell_images;
   options_.cells.memory = state.image_memory / sides().size();
@@ -116,19 +115,18 @@ void ShowPicture::display(const ShowState& state) {
     for (std::size_t begin = 0; begin < divided_.pixels.size(); begin += width)
       std::copy_n(beside.frame.pixels.data() + begin, left, divided_.pixels.data() + begin);
   }
-  const Stopwatch watch;
   to_display_bytes(frame(), state.display, drawn_.bytes);
   drawn_.width = frame().width;
   drawn_.height = frame().height;
-  drawn_.display_seconds = watch.seconds();
 }
 
-Result<void> ShowPicture::update(const ShowState& state, Change change, const V2i& size, int divisor,
+Result<void> ShowPicture::update(const ShowState& state, Change change, const V2i& size, double divisor,
                                  const std::atomic<bool>* interrupted) {
   if (change == Change::none) return {};
   options_.interrupted = interrupted;
-  options_.width = std::max(1, size.x / divisor);
-  options_.height = std::max(1, size.y / divisor);
+  aspect_ = static_cast<double>(size.x) / size.y;
+  options_.width = std::max(1, static_cast<int>(std::lround(size.x / divisor)));
+  options_.height = std::max(1, static_cast<int>(std::lround(size.y / divisor)));
   options_.layers = state.layers;
   return result_of([&] {
     if (change == Change::scene || !sides_[0].renderer) {

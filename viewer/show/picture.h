@@ -24,7 +24,6 @@ struct DrawnPicture {
   std::vector<Light> lights;
   RenderStats stats;
   double draw_seconds = 0;
-  double display_seconds = 0;
   double accuracy =
       0;  ///< dB of a full frame, as while something moves, beside the picture at rest; 0: not known yet
   double size = 1;  ///< diagonal of the scene, m
@@ -44,7 +43,7 @@ class ShowPicture {
 
   /// Updates the picture after a change, for a window of `size` pixels, drawn smaller by `divisor` per side.
   /// Ends soon once `*interrupted` is true; the next update must then be Change::frame or more.
-  Result<void> update(const ShowState& state, Change change, const V2i& size, int divisor,
+  Result<void> update(const ShowState& state, Change change, const V2i& size, double divisor,
                       const std::atomic<bool>* interrupted = nullptr);
 
   /// Adds the next of samples_at_rest x samples_at_rest samples of each pixel to the picture of the last
@@ -91,6 +90,7 @@ class ShowPicture {
   std::vector<Fabric> fabrics_;
   std::vector<V3d> corners_;
   RenderOptions options_;
+  double aspect_ = 1;  ///< of the window; the picture's is rounded
   std::shared_ptr<Environment> turned_;
   const Surroundings* turned_of_ = nullptr;
   DrawnPicture drawn_;

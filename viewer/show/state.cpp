@@ -19,8 +19,6 @@ EnvironmentLight light_of(const ShowState& state) {
                 {static_cast<double>(state.turn), static_cast<double>(state.strength)});
 }
 
-constexpr int largest_divisor = 4;
-
 }  // namespace
 
 Change apply(const ShowInput& input, double aspect, double size, ShowState& state) {
@@ -113,10 +111,20 @@ std::optional<SmoothLight> around_in_world(const ShowState& state) {
   return around == SmoothLight() ? std::nullopt : std::optional(around);
 }
 
-int size_divisor(double seconds, double budget) {
-  int divisor = 1;
-  while (divisor < largest_divisor && seconds > budget * divisor * divisor) ++divisor;
-  return divisor;
+double FramePace::divisor() const { return std::exp2(step_ / 3.0); }
+
+void FramePace::add(double seconds, double budget) {
+  // Finer where that is sure to be in time, and not right after it was not.
+  constexpr double sure = -0.8;
+  constexpr int frames_to_hold = 20;
+  // Time follows the area.
+  const double now = std::clamp(1.5 * std::log2(std::max(seconds, 1e-6) / budget), -9.0, 9.0);
+  const double late = std::max(std::ceil(std::min(now, last_)), 0.0);
+  const bool is_early = std::max(now, last_) < sure && held_ == 0;
+  const double steps = is_early ? -1 : late;
+  held_ = late > 0 ? frames_to_hold : std::max(held_ - 1, 0);
+  last_ = now - steps;
+  step_ = std::clamp(step_ + static_cast<int>(steps), 0, coarsest);
 }
 
 }  // namespace selvedge

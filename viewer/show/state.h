@@ -97,8 +97,19 @@ std::vector<Light> lights_in_world(const ShowState& state, const Camera& camera)
 /// Smooth light from all around: the rest of the environment, and ambient light.
 std::optional<SmoothLight> around_in_world(const ShowState& state);
 
-/// The divisor per side, 1 to 4, by which a moving picture is drawn smaller, so that a frame that takes
-/// `seconds` at full size takes at most `budget`.
-int size_divisor(double seconds, double budget);
+/// How much smaller a moving picture is drawn. Sizes change by steps of 1.26 a side, after two frames in a
+/// row that say so: they do not alternate, nor follow what another program does for a moment.
+class FramePace {
+ public:
+  double divisor() const;  ///< per side, 1 to 4
+  /// A moving frame took so long.
+  void add(double seconds, double budget);
+
+ private:
+  static constexpr int coarsest = 6;
+  int step_ = coarsest;
+  int held_ = 0;     ///< frames for which no step goes to finer pictures
+  double last_ = 0;  ///< steps that the frame before asks for
+};
 
 }  // namespace selvedge
