@@ -51,6 +51,11 @@ execFileSync(`${bin}/selvedge-view`, ['design', '-o', path('design.html'), '--qu
 const bytes = statSync(path('design.html')).size;
 assert.ok(bytes <= 5e6, `the page has ${bytes} bytes`);
 
+const saver = (page) => async (button, name) => {
+  const download = page.waitForEvent('download', { timeout: 1000 * SECONDS });
+  await page.getByRole('button', { name: button, exact: true }).click();
+  await (await download).saveAs(path(name));
+};
 await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page, errors }) => {
   const seen = () => page.evaluate(() => {
     const { state, recipe } = globalThis.selvedge.design, { materials } = globalThis.selvedge;
@@ -119,12 +124,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   const redone = await changes('redo', () => page.keyboard.press('Control+y'));
   assert.deepEqual({ stitch: redone.stitch, set: redone.set }, { stitch: undone.stitch, set: undone.set });
 
-  const save_as = async (button, name) => {
-    const download = page.waitForEvent('download', { timeout: 1000 * SECONDS });
-    await page.getByRole('button', { name: button, exact: true }).click();
-    await (await download).saveAs(path(name));
-  };
-
+  const save_as = saver(page);
   const open_file = (file) => page.locator('#file').setInputFiles(file);
   // Twenty changes, undone and done again, are the same recipe; the file's is, too, and makes the same bytes.
   const before = await seen();
@@ -184,7 +184,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   await save_as('Save garment', 'plain.glb');
   execFileSync(join(bin, 'selvedge'), ['check', '--quiet', path('saved.glb'), path('plain.glb')], { stdio: 'inherit' });
   // As large as `dress` lays it.
-  execFileSync(join(bin, 'selvedge'), ['dress', path('printed.glb'), path('saved.exr'), '--all', '-o', path('by_dress.glb'), '--quiet']);
+  execFileSync(join(bin, 'selvedge'), ['dress', path('printed.glb'), path('saved.exr'), '--all', '--variant', 'red=#aa2222', '-o', path('by_dress.glb'), '--quiet']);
   const [by_dress, by_page, begun] = ['by_dress', 'plain', 'saved'].map((name) => read_glb(new Uint8Array(readFileSync(path(`${name}.glb`)))).json);
   const lay = ({ materials }, k) => materials[k].extensions?.SELVEDGE_materials_fabric?.fabric.extensions.KHR_texture_transform.scale;
   for (const [ours, k] of [[by_page, 0], [begun, 0], [begun, 1]])
@@ -243,30 +243,30 @@ await from_file(path('design.html'), { width: 400, height: 800 }, async ({ page,
   let acts = 0;
   const button = (name) => page.getByRole('button', { name, exact: true });
   const tap = (locator) => (++acts, locator.tap({ timeout: 1000 * SECONDS }));
-  const save_as = async (name) => {
-    const download = page.waitForEvent('download', { timeout: 1000 * SECONDS });
-    await tap(button('Save garment'));
-    await (await download).saveAs(path(name));
-    execFileSync(join(bin, 'selvedge'), ['check', '--quiet', path(name)], { stdio: 'inherit' });
-  };
+  const save_as = saver(page);
   await tap(page.getByRole('radio', { name: 'rib-4x2', exact: true }).locator('..'));
   for (const name of ['One row more', 'One row more', 'c4f']) await tap(button(name));
   await tap(page.getByRole('gridcell', { name: 'Row 2, column 2: k' }));
   await tap(page.getByLabel('colour, #rrggbb', { exact: true }));
   const keys = [...'7a1f2b', 'Enter'];
   for (const key of keys) await page.keyboard.press(key);
-  await save_as('cable.glb');
-  assert.ok(acts + keys.length <= 25, `${acts + keys.length} taps and keys`);
+  await save_as('Save garment', 'cable.glb');
+  assert.ok(acts + keys.length + 1 <= 25, `${acts} taps, and keys`);
   const recipe = () => page.evaluate(() => globalThis.selvedge.design.recipe()), made = await recipe();
   assert.match(made.text, /^3: p k4 p\n2: p c4f p\n1: p k4 p$/m);
   assert.deepEqual(made.set, { colour: '#7a1f2b' });
   // A tint is saved, too.
   await page.locator('#tint').fill('#22aa22');
-  await save_as('tinted.glb');
+  await save_as('Save garment', 'tinted.glb');
   const [{ extensions: { SELVEDGE_materials_fabric: { tintFactor } } }] = read_glb(new Uint8Array(readFileSync(path('tinted.glb')))).json.materials;
   assert.ok(tintFactor[1] > 2 * tintFactor[0], `${tintFactor}`);
-  await page.locator('#file').setInputFiles(path('cable.glb'));
-  await page.getByLabel('trim', { exact: true }).waitFor();
+  // Variants keep their tints on the cloth.
+  await page.locator('#file').setInputFiles(path('by_dress.glb'));
+  await page.locator('#variant').selectOption('red');
+  await save_as('Save garment', 'variants.glb');
+  execFileSync(join(bin, 'selvedge'), ['check', '--quiet', ...['cable', 'tinted', 'variants'].map((name) => path(`${name}.glb`))], { stdio: 'inherit' });
+  const fabrics_of = (name) => read_glb(new Uint8Array(readFileSync(path(name)))).json.materials.map(({ extensions }) => Boolean(extensions?.SELVEDGE_materials_fabric));
+  assert.deepEqual(fabrics_of('variants.glb'), fabrics_of('by_dress.glb'));
 
   // One finger turns the garment, two come closer; one finger that is drawn sideways over cells changes them, as one change.
   const camera = () => page.evaluate(() => globalThis.selvedge.camera.position.distanceTo(globalThis.selvedge.controls.target));

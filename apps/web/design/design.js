@@ -79,10 +79,7 @@ function change(next) {
   history.splice(++now, Infinity, JSON.stringify(next));
   take(next);
 }
-function step(by) {
-  if (!history[now + by]) return;
-  take(JSON.parse(history[now += by]));
-}
+const step = (by) => history[now + by] && take(JSON.parse(history[now += by]));
 function take(next) {
   const is_other = next.stitch !== recipe.stitch;
   recipe = next;
@@ -284,9 +281,8 @@ function make() {
 }
 /** The garment; the file of the last whole cloth. */
 let wardrobe = null, good = null;
-function show_sheet(bytes) {
-  by_id('sheet').replaceChildren(...sheet_of(bytes).flatMap(([name, value]) => [element('dt', {textContent: name}), element('dd', {textContent: value})]));
-}
+const show_sheet = (bytes) => by_id('sheet').replaceChildren(
+  ...sheet_of(bytes).flatMap(([name, value]) => [element('dt', {textContent: name}), element('dd', {textContent: value})]));
 /** Shows a fabric, a preview or whole; whether it was seen before is_over(). */
 async function show(bytes, is_over, is_whole = true) {
   await view.started;

@@ -1,7 +1,7 @@
 // Garments as .glb files: read, dressed in a fabric that they embed, and written (spec/SELVEDGE_materials_fabric).
 import {tint_towards} from '../../../viewer/web/page/tint.js';
 
-const NAME = 'SELVEDGE_materials_fabric', TRANSFORM = 'KHR_texture_transform', EMISSION = 'KHR_materials_emissive_strength';
+export const NAME = 'SELVEDGE_materials_fabric', TRANSFORM = 'KHR_texture_transform', EMISSION = 'KHR_materials_emissive_strength';
 const GLB = 0x46546c67, JSON_CHUNK = 0x4e4f534a, BIN_CHUNK = 0x004e4942;
 const padded = (length) => (length + 3) & ~3;
 

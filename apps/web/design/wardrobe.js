@@ -3,7 +3,7 @@ import {DoubleSide, Vector3} from 'three';
 import {lay_of} from 'selvedge/page/clothes.js';
 import {FabricMaterial, LoadedFabric} from 'selvedge/three/index.js';
 import {load_parts} from 'selvedge/three/garment_parts.js';
-import {dressed, fabric_of, parts_of, print_of, read_glb} from './garment.mjs';
+import {NAME, dressed, fabric_of, parts_of, print_of, read_glb} from './garment.mjs';
 import {picture_of, text_of} from './fabric_file.js';
 
 const LARGEST = 128e6, NO_CLOTH = /skin|hair|eye|lash|brow|teeth|tooth|tongue|head|face|hand|body|nail|button|zip|buckle|metal|sole|glass|lens/i;
@@ -116,11 +116,18 @@ export class Wardrobe {
   #read = async () => this.#glb ??= read_glb(new Uint8Array(await this.view.bytes_of(this.clothes.garments[0].element)));
   /** The bytes of the garment in a cloth, a .glb file. */
   async save(bytes, name) {
-    const fabric = new LoadedFabric(bytes.slice().buffer, name), worn = this.parts.filter(({wears}) => wears);
+    const fabric = new LoadedFabric(bytes.slice().buffer, name), [{parser}] = this.clothes.garments;
     await fabric.settled;
-    const {has_holes, mm_per_repeat: mm} = fabric;
+    const {has_holes, mm_per_repeat: mm} = fabric, worn = new Map(this.parts.map(({index, material, wears}) => [index, wears && material]));
     fabric.dispose();
-    const lays = new Map(worn.map(({index, material}) => [index, {...material.lay_for(mm), tint: this.clothes.colour && material.parts.tint}]));
+    // Variants that are not seen wear it, too.
+    for (const [index, {extensions}] of parser.json.materials.entries())
+      if (extensions?.[NAME] && !worn.has(index)) worn.set(index, await parser.getDependency('material', index));
+    const lays = new Map();
+    for (const [index, material] of worn) {
+      await material?.fabric?.settled;
+      if (material.isFabricMaterial) lays.set(index, {...material.lay_for(mm), tint: this.clothes.colour && material.parts.tint});
+    }
     return dressed(await this.#read(), {bytes, name, text: text_of(bytes), has_holes, picture: await picture_of(bytes)}, lays);
   }
   /** The bytes of the fabric that the page began with. */

@@ -209,10 +209,7 @@ function set_light() {
   Object.assign(by_id('light'), {ariaValueNow: right, ariaValueText: `${right} % to the right, ${up} % up`});
   by_id('light').style.background = `radial-gradient(circle at ${50 + 48 * x}% ${50 - 48 * y}%, #fff, #222)`;
 }
-function point_light(event) {
-  const box = by_id('light').getBoundingClientRect();
-  turn_light((event.clientX - box.left) / box.width * 2 - 1, 1 - (event.clientY - box.top) / box.height * 2);
-}
+const point_light = ({offsetX, offsetY, target: {clientWidth, clientHeight}}) => turn_light(2 * offsetX / clientWidth - 1, 1 - 2 * offsetY / clientHeight);
 function turn_light(x, y) {
   const far = Math.max(1, Math.hypot(x, y));
   state.light = [x / far, y / far];
