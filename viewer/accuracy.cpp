@@ -80,8 +80,6 @@ class Drawer {
 class Probe {
  public:
   Probe(Drawer& drawer, const FrameSize& size) : drawer_(drawer), size_(size) {
-    constexpr int small = 30'000;  // pixels; elsewhere fewer, larger blocks share more cell images
-    blocks_.side = size.width * size.height < small ? 8 : 16;
     blocks_.across = (size.width + blocks_.side - 1) / blocks_.side;
     blocks_.drawn.resize(static_cast<std::size_t>(blocks_.across) *
                          ((size.height + blocks_.side - 1) / blocks_.side));
@@ -93,11 +91,13 @@ class Probe {
     drawn_[supersample] = {frame, std::vector<std::uint8_t>(taken_.size(), 1)};
   }
 
-  /// dB of the picture with some supersampling beside that with another; 0 if it was interrupted.
-  double accuracy(int supersample, int beside) {
+  /// dB of the picture with some supersampling beside that with another; 0 if it was interrupted. Less
+  /// exact where it is clearly below or above these.
+  double accuracy(int supersample, int beside, double below = 0, double above = HUGE_VAL) {
     constexpr std::size_t min_blocks = 16;
     constexpr std::size_t max_blocks = 64;
     constexpr double max_error = 0.25;  // of the mean square
+    constexpr double clear = 1.5;       // standard errors
     if (count_ == 0) take(min_blocks);
     for (;; take(count_)) {
       double sum = 0;
@@ -108,9 +108,14 @@ class Probe {
       }
       const double error =
           std::sqrt(std::max(squares / (sum * sum) - 1.0 / static_cast<double>(count_), 0.0));
+      const double result = decibels(sum / static_cast<double>(pixels_));
+      const double reach = decibels(1 / (1 + clear * error));
+      const bool is_clear = result + reach < below || result - reach > above;
+      const bool is_near = std::min(std::abs(result - below), std::abs(result - above)) < reach;
       // Blocks that show nothing cost nothing.
-      if (error < max_error || (count_ >= max_blocks && sum > 0) || count_ == taken_.size() || is_late_)
-        return is_late_ ? 0 : decibels(sum / static_cast<double>(pixels_));
+      if ((error < max_error && !is_near) || ((is_clear || count_ >= max_blocks) && sum > 0) ||
+          count_ == taken_.size() || is_late_)
+        return is_late_ ? 0 : result;
     }
   }
 
@@ -193,8 +198,10 @@ AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& si
       picture = {supersample, decibels - nearer};
       return picture.accuracy >= wanted;
     };
-    double of_two = probe.accuracy(2, 4);
-    const bool of_one = of_two > wanted && is_enough(1, probe.accuracy(1, 4));
+    const double bound = wanted + nearer;
+    const bool of_one =
+        probe.accuracy(2, 4, bound, bound) >= bound && is_enough(1, probe.accuracy(1, 4, bound));
+    double of_two = of_one ? 0 : probe.accuracy(2, 4, bound);
     if (!of_one && !is_enough(2, of_two)) {
       double of_four = of_two + gain_of_twice;
       if (drawer.limit() >= 8) {

@@ -172,7 +172,7 @@ void limit_mesa_threads(int threads) {
 void add_render_verb(Program& program) {
   program.add<RenderCommand>(
       {"render", "Draw a scene, or a swatch of a fabric, into PNG and EXR files",
-       "selvedge-view render sweater.glb -o sweater.png --size 1280x960 --azimuth 30 --supersample 2\n"
+       "selvedge-view render sweater.glb -o sweater.png --size 1280x960 --azimuth 30\n"
        "selvedge-view render knit.fabric.exr -o knit.exr --repeats 4x4 --light 0,0.5,1 --view 0,-1,1",
        "PNG: radiance * exposure, tone curve, over the background, clipped, sRGB.\n"
        "EXR: linear radiance * opacity, and opacity.\n"

@@ -1,5 +1,7 @@
 #include "apps/selvedge-view/render_options.h"
 
+#include <fmt/format.h>
+
 #include <array>
 
 #include "apps/common/shared_options.h"
@@ -62,18 +64,20 @@ void declare_render(Options& options, RenderCommand& command) {
       .ends_in({".png", ".exr"})
       .writes();
   options.size("--size", command.size, "Size of a scene's picture in pixels", 1, 1'000'000);
-  command.render.supersample = 2;  // outlines are smooth
+  command.render.supersample = 2;  // where no accuracy counts; outlines are smooth
   picture.image_memory = 160;      // a still has images of one of three bands at a time
-  options.number("--supersample", command.render.supersample, "N",
-                 "Rays along either side of a pixel (default 2)");
   options
-      .number("--accuracy", command.goal.accuracy, "DB",
-              "Instead: as many as this PSNR takes, beside the picture with 64 rays a pixel; 10 to 50")
+      .number(
+          "--accuracy", command.goal.accuracy, "DB",
+          fmt::format("As many rays a pixel as this PSNR takes, beside the picture with 64: 10 to 50 [{}]",
+                      default_accuracy))
       .in(10, 50);
   options
       .number("--seconds", command.goal.seconds, "S",
               "Instead: as many as this time of the clock allows, without reading files")
       .in(0.01, 86400);
+  options.number("--supersample", command.render.supersample, "N",
+                 "Instead: so many along either side of a pixel");
   add_input(options, picture);
   add_drawing(options, command);
   options
@@ -101,6 +105,9 @@ void declare_render(Options& options, RenderCommand& command) {
     options.refuse_if(options.given("--supersample"), "has no effect with --supersample",
                       {"--accuracy", "--seconds"});
     options.refuse_if(options.given("--seconds"), "has no effect with --seconds", {"--accuracy"});
+    if (!whole_texels && !options.given("--supersample") && !command.goal.seconds && !command.goal.accuracy &&
+        command.render.path != RenderPath::paper)
+      command.goal.accuracy = default_accuracy;
   });
 }
 

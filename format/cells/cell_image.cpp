@@ -1,7 +1,9 @@
 #include "format/cells/cell_image.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <tuple>
 
 #include "format/cells/cell_shading.h"
 #include "format/fabric/lifted.h"
@@ -259,6 +261,31 @@ CellSize cell_size(const V2f& pixel, float samples) {
   size.stride =
       finest >= 4 && size.samples.x >= 2 * min_cell_texels && size.samples.y >= 2 * min_cell_texels ? 2 : 1;
   return size;
+}
+
+void set_window(RepeatParts parts, float pixels_around, CellSize& size) {
+  CellSize window = size;
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto bits = static_cast<std::uint32_t>(parts >> (parts_of_side * axis));
+    int unit = 0;
+    int units = parts_of_side;
+    for (int i = 0; i < parts_of_side; ++i) {
+      const int length = std::bit_width(std::rotr(bits, i));
+      if (length < units) std::tie(unit, units) = std::pair(i, length);
+    }
+    if (axis == 1) unit = (2 * parts_of_side - unit - units) % parts_of_side;  // rows rise against v
+    const int samples = size.samples[axis];
+    const float of_unit = static_cast<float>(samples) / parts_of_side;
+    const float around = pixels_around * static_cast<float>(size.pixel[axis]);
+    const int low = static_cast<int>(std::floor((static_cast<float>(unit) * of_unit - around) /
+                                                static_cast<float>(size.stride))) *
+                    size.stride;
+    const int high = static_cast<int>(std::ceil(static_cast<float>(unit + units) * of_unit + around));
+    window.first[axis] = low < 0 ? low + samples : low;
+    window.window[axis] = std::max(high - low, min_cell_texels) + size.pixel[axis];
+    if (window.window[axis] >= samples || low < -samples) return;
+  }
+  size = window;
 }
 
 const YarnPieces& pieces_of(const CellYarn& yarn, const CellView& view) {

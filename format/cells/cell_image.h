@@ -28,6 +28,9 @@ struct CellSource {
 /// large.
 CellSize cell_size(const V2f& pixel, float samples);
 
+/// Lets an image show these parts of the repeat, and so many pixels around them, if that is less than all.
+void set_window(RepeatParts parts, float pixels_around, CellSize& size);
+
 /// Four channels of 16 bits, unsigned floats of 5 bits of exponent and 11 of mantissa: radiance times opacity
 /// over the image's scale, and opacity.
 using CellTexel = std::array<std::uint16_t, 4>;

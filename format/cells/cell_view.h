@@ -1,6 +1,7 @@
 // View, light and pixels that a cell image is made for.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -35,6 +36,11 @@ struct CellSize {
   V2i texels() const { return (is_whole() ? samples : window - pixel) / stride; }
   bool operator==(const CellSize&) const = default;
 };
+
+/// Parts of a repeat: bits from 0 on along u, from parts_of_side on along v.
+using RepeatParts = std::uint64_t;
+inline constexpr int parts_of_side = 32;
+inline constexpr RepeatParts whole_repeat = ~RepeatParts{0};
 
 /// Weights of the yarn and of two neighbouring levels of texels; their sum is 1.
 struct CellLevels {

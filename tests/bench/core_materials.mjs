@@ -179,7 +179,7 @@ const path = (name) => join(folder, name);
 function ours(file, { look_at, distance, azimuth, elevation, width, height, fov }, environment) {
   execFileSync(join(bin, 'selvedge-view'), ['render', path(file), '-o', path('ours.exr'), '--size', `${width}x${height}`, '--fov', fov,
     '--look-at', look_at.join(','), '--distance', distance, '--azimuth', azimuth, '--elevation', elevation,
-    '--environment', environment, '--shadows', '0', '--quiet'], { stdio: ['ignore', 'ignore', 'inherit'] });
+    '--environment', environment, '--shadows', '0', '--supersample', '2', '--quiet'], { stdio: ['ignore', 'ignore', 'inherit'] });
   return read_picture(path('ours.exr'));
 }
 const pixel = (pixels, at) => pixels.subarray(4 * at, 4 * at + 4);

@@ -74,7 +74,7 @@ export const run_module = (code) => import(module_of(code));
 /** Root mean square of the difference between two files' pictures. Files are drawn once. */
 export function difference(one, other) {
   for (const file of [one, other]) {
-    if (!existsSync(`${file}.png`)) run('selvedge-view', 'render', file, '-o', `${file}.png`, '--size', '160x128', '--quiet');
+    if (!existsSync(`${file}.png`)) run('selvedge-view', 'render', file, '-o', `${file}.png`, '--size', '160x128', '--supersample', '2', '--quiet');
   }
   return run('compare-pictures', `${one}.png`, `${other}.png`, '--json').rmse;
 }

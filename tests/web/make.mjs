@@ -55,7 +55,7 @@ for (const [stitch, input, more, ...words] of [
   assert.deepEqual(ours, { stitch, ...more });
   assert.deepEqual(theirs, ours);
   for (const place of ['near', 'middle', 'far']) {
-    const picture = (name) => [`${path}.${name}.exr`, '--place', place, '--size', '320x256', '-o', `${path}.${name}.png`];
+    const picture = (name) => [`${path}.${name}.exr`, '--place', place, '--size', '320x256', '--supersample', '2', '-o', `${path}.${name}.png`];
     for (const name of ['module', 'native']) run('selvedge-view', 'render', ...picture(name), '--quiet');
     const { psnr } = JSON.parse(run('compare-pictures', `${path}.module.png`, `${path}.native.png`, '--json'));
     console.log(`${stitch} ${place}: ${psnr ?? 'the same'}; ${seconds} s`);

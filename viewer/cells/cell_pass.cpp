@@ -79,6 +79,8 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
                      const ProjectedVertices& projected) {
   active_ = shows && !store_.patches().empty();
   if (!active_) return;
+  has_parts_ = view.options.blocks != nullptr;
+  if (has_parts_) seen_parts_.resize(seen_patches_.size());
   lights_ = {view.options.lights, shadows, view.options.around ? &*view.options.around : nullptr,
              view.around_vertices, scene_.origin};
   projected_ = &projected;
@@ -124,7 +126,7 @@ float CellPass::brighter(SeenSurface surface, int x, int y, const V3f& normal, c
   const V2f at = from_middle(x, y);
   const float by_corners =
       (c[2][1] * at.x + c[2][2] * at.y + c[2][3]) / (c[0][0] * at.x + c[0][1] * at.y + c[0][2]);
-  const CellLook& image = store_.look(2 * patch_at(triangle, at) + surface % 2);
+  const CellLook& image = store_.look(2 * patch_at(triangle, place_at(triangle, at)) + surface % 2);
   const float beyond = beyond_[scene_.mesh.triangles[triangle].corners[0]];
   const float bright = lights_.brightness(normal, point, around, beyond, of_environment);
   constexpr float most = 8;
@@ -351,25 +353,52 @@ void CellPass::mark_visible(SeenSurface surface, int x, int y) {
     const std::atomic_ref<std::uint8_t> bits(flag);
     if ((bits.load(std::memory_order_relaxed) & bit) == 0) bits.fetch_or(bit, std::memory_order_relaxed);
   };
-  if (!extents_[triangle].is_large()) {
-    mark(seen_[triangle], surface % 2 == 0 ? 1 : 2);
-    return;
-  }
-  mark(seen_patches_[2 * patch_at(triangle, from_middle(x, y)) + surface % 2], 1);
+  const bool is_large = extents_[triangle].is_large();
+  if (!is_large) mark(seen_[triangle], surface % 2 == 0 ? 1 : 2);
+  if (!is_large && !has_parts_) return;
+  const V2f place = place_at(triangle, from_middle(x, y));
+  if (is_large) mark(seen_patches_[2 * patch_at(triangle, place) + surface % 2], 1);
+  if (has_parts_) mark_parts(surface, place);
 }
 
-std::uint32_t CellPass::patch_at(std::uint32_t triangle, const V2f& pixel) const {
+/// Notes the parts of repeats that a pixel at a place looks up: there, and where variation moves it.
+void CellPass::mark_parts(SeenSurface surface, const V2f& place) {
+  const std::uint32_t triangle = surface / 2;
+  const auto mark = [&](std::uint32_t patch, const V2f& within) {
+    RepeatParts parts = 0;
+    for (int axis = 0; axis < 2; ++axis)
+      parts |=
+          RepeatParts{1} << (parts_of_side * axis + std::clamp(static_cast<int>(parts_of_side * within[axis]),
+                                                               0, parts_of_side - 1));
+    std::atomic_ref<RepeatParts>(seen_parts_[2 * patch + surface % 2])
+        .fetch_or(parts, std::memory_order_relaxed);
+  };
+  const V2f whole(std::floor(place.x), std::floor(place.y));
+  const std::uint32_t patch = patch_at(triangle, place);
+  mark(patch, place - whole);
+  const Group& wholes = planes_[triangle].coefficients[4];
+  const V2i repeat(V2f(wholes[2], wholes[3]) + whole);
+  const RepeatPlace moved = store_.looked_up(2 * patch + surface % 2, {repeat, place - whole});
+  mark(store_.patches().is_part(patch) ? patch_at(triangle, V2f(moved.repeat - repeat) + whole + moved.within)
+                                       : patch,
+       moved.within);
+}
+
+V2f CellPass::place_at(std::uint32_t triangle, const V2f& pixel) const {
   const auto& c = planes_[triangle].coefficients;
   const float sum = c[0][0] * pixel.x + c[0][1] * pixel.y + c[0][2];
   const float inverse = sum != 0 ? 1 / sum : 0;
-  const Patches& patches = store_.patches();
-  const auto unit = [&](float a, float b, float d) {
+  const auto at = [&](float a, float b, float d) {
     const float place = (a * pixel.x + b * pixel.y + d) * inverse;
-    const float at = std::isfinite(place) ? std::clamp(place, -1e8F, 1e8F) : 0;
-    return patches.unit(static_cast<int>(std::floor(at)), at - std::floor(at));
+    return std::isfinite(place) ? std::clamp(place, -1e8F, 1e8F) : 0;
   };
-  return patches.at(patches.place(triangle), unit(c[0][3], c[1][0], c[1][1]),
-                    unit(c[1][2], c[1][3], c[2][0]));
+  return {at(c[0][3], c[1][0], c[1][1]), at(c[1][2], c[1][3], c[2][0])};
+}
+
+std::uint32_t CellPass::patch_at(std::uint32_t triangle, const V2f& place) const {
+  const Patches& patches = store_.patches();
+  const auto unit = [&](float x) { return patches.unit(static_cast<int>(std::floor(x)), x - std::floor(x)); };
+  return patches.at(patches.place(triangle), unit(place.x), unit(place.y));
 }
 
 /// A patch that only shows through holes may be coarser, and shares the image of a larger one; if memory is
@@ -382,9 +411,11 @@ PatchNeed& CellPass::request(PatchSide patch, bool behind, int shared) {
   if (calls_[patch] != call_) {
     calls_[patch] = call_;
     numbers_[patch] = static_cast<std::uint32_t>(needs_.size());
-    needs_.push_back({patch, 0, 0});
+    needs_.push_back({patch, 0, 0, has_parts_ ? 0 : whole_repeat});
   }
-  return needs_[numbers_[patch]];
+  PatchNeed& need = needs_[numbers_[patch]];
+  if (has_parts_) need.parts |= seen_parts_[own];
+  return need;
 }
 
 void CellPass::render(bool behind) {
@@ -395,6 +426,7 @@ void CellPass::render(bool behind) {
   for (const auto& [patch, other] : shared_) store_.alias(patch, other);
   std::ranges::fill(seen_, 0);
   std::ranges::fill(seen_patches_, 0);
+  std::ranges::fill(seen_parts_, 0);
 }
 
 /// The patches that seen pixels need.
@@ -404,11 +436,12 @@ void CellPass::collect(bool behind, int shared) {
   shared_.clear();
   const std::uint32_t always = ~mapped_;
   const Patches& patches = store_.patches();
+  const auto is_looked_up = [&](PatchSide patch) { return !has_parts_ || seen_parts_[patch] != 0; };
   for (std::uint32_t i = 0; i < seen_.size(); ++i) {
     if (seen_[i] == 0) continue;
     patches.for_all(patches.place(i), extents_[i], [&](std::uint32_t patch) {
       for (std::uint32_t side = 0; side < 2; ++side) {
-        if ((seen_[i] >> side & 1) == 0) continue;
+        if ((seen_[i] >> side & 1) == 0 || !is_looked_up(2 * patch + side)) continue;
         PatchNeed& patch_need = request(2 * patch + side, behind, shared);
         patch_need.lit |= always | lit_by_[i].lit;
         patch_need.unlit |= lit_by_[i].unlit;
@@ -426,6 +459,7 @@ void CellPass::collect(bool behind, int shared) {
     const PatchNeed need = needs_[k];
     if (!store_.shows_beyond(need.patch)) continue;
     store_.patches().for_all_around(need.patch / 2, [&](std::uint32_t other) {
+      if (!is_looked_up(2 * other + need.patch % 2)) return;
       PatchNeed& patch_need = request(2 * other + need.patch % 2, behind, shared);
       patch_need.lit |= need.lit;
       patch_need.unlit |= need.unlit;

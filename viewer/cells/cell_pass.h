@@ -51,7 +51,7 @@ class CellPass {
   /// In place of a surface: sample() gives 0 there.
   SeenSurface nothing() const { return 2 * static_cast<SeenSurface>(scene_.mesh.triangles.size()); }
   /// Whether mark_visible() must be told of all pixels of a triangle.
-  bool is_large(SeenSurface surface) const { return extents_[surface / 2].is_large(); }
+  bool is_large(SeenSurface surface) const { return has_parts_ || extents_[surface / 2].is_large(); }
   /// Notes that a pixel shows a triangle of which shows() holds. From any thread.
   void mark_visible(SeenSurface surface, int x, int y);
   /// Makes images of what was marked since the last call.
@@ -88,8 +88,10 @@ class CellPass {
   float outline_depth(std::uint32_t triangle, float x, float y) const;
   bool is_lit_unevenly(std::size_t triangle) const;
   void add_inner_visibility(const ShadowMap& map, std::size_t triangle);
-  /// At a pixel, from the frame's middle.
-  std::uint32_t patch_at(std::uint32_t triangle, const V2f& pixel) const;
+  /// Repeats at a pixel, from the frame's middle, without the whole ones of the triangle's first corner.
+  V2f place_at(std::uint32_t triangle, const V2f& pixel) const;
+  std::uint32_t patch_at(std::uint32_t triangle, const V2f& place) const;
+  void mark_parts(SeenSurface surface, const V2f& place);
   void set_planes(const ProjectedVertices& projected);
   void collect(bool behind, int shared);
   PatchNeed& request(PatchSide patch, bool behind, int shared);
@@ -130,6 +132,8 @@ class CellPass {
   std::vector<Planes> planes_;              ///< of triangles
   std::vector<std::uint8_t> seen_;          ///< of triangles: 1 front, 2 back
   std::vector<std::uint8_t> seen_patches_;  ///< by patch and side, of large triangles
+  bool has_parts_ = false;                  ///< only parts of images are looked up
+  std::vector<RepeatParts> seen_parts_;     ///< by patch and side
   std::vector<std::uint32_t> numbers_;      ///< of patches and sides in `needs_`, by `calls_`
   std::vector<std::uint32_t> calls_;
   std::uint32_t call_ = 0;

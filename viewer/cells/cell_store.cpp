@@ -87,7 +87,8 @@ struct CellStore::Kept {
   CellView view;
   V2f pixel{1, 1};
   float samples = 1;
-  int forced = -1;                 ///< LevelOptions::forced
+  int forced = -1;  ///< LevelOptions::forced
+  RepeatParts parts = whole_repeat;
   std::uint32_t own = 0, lit = 0;  ///< lights with a plane of their own; of the others, those that shine
   float brightness = 1;
   std::uint64_t used = 0;    ///< call of make()
@@ -100,7 +101,8 @@ struct CellStore::Wanted {
   const Fabric* fabric = nullptr;
   V2f period{1, 1};  ///< mm
   V2f pixel{1, 1};
-  std::optional<ShownPatch> part;  ///< a part of a repeat
+  RepeatParts parts = whole_repeat;
+  float around = around_part;  ///< pixels
   std::uint32_t own = 0, lit = 0;
   float brightness = 1;
 };
@@ -176,6 +178,14 @@ bool CellStore::shows_beyond(PatchSide patch) const {
   return one.source.yarn != nullptr && one.source.yarn->yarns().variation().varies();
 }
 
+RepeatPlace CellStore::looked_up(PatchSide patch, const RepeatPlace& place) const {
+  Wanted one;
+  set_pixel(one, patch);
+  if (one.source.yarn == nullptr || !one.source.yarn->yarns().variation().varies()) return place;
+  const Variation& variation = one.source.yarn->yarns().variation();
+  return place_of(variation, place, offset_weight(fade_of(variation, one.pixel)));
+}
+
 bool CellStore::is_made(PatchSide patch) const { return kept_[patch] && kept_[patch]->used >= frame_; }
 
 void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
@@ -214,24 +224,16 @@ CellMemory CellStore::end() {
 
 namespace {
 
-/// Lets an image show a part of the repeat, and what lies around it.
-void set_window(const ShownPatch& part, int units_of_repeat, CellSize& size) {
-  const V2i rows(part.first.x, -part.first.y - part.units);  // rows rise against v
-  CellSize window = size;
+/// Parts of the repeat that a patch covers.
+RepeatParts parts_of(const ShownPatch& shown, int units_of_repeat) {
+  RepeatParts parts = 0;
+  const int count = std::max(shown.units * parts_of_side / units_of_repeat, 1);
   for (int axis = 0; axis < 2; ++axis) {
-    const int samples = size.samples[axis];
-    const float of_unit = static_cast<float>(samples) / static_cast<float>(units_of_repeat);
-    const float around = (around_part + part.offset) * static_cast<float>(size.pixel[axis]);
-    const int unit = (rows[axis] % units_of_repeat + units_of_repeat) % units_of_repeat;
-    const int low = static_cast<int>(std::floor((static_cast<float>(unit) * of_unit - around) /
-                                                static_cast<float>(size.stride))) *
-                    size.stride;
-    const int high = static_cast<int>(std::ceil(static_cast<float>(unit + part.units) * of_unit + around));
-    window.first[axis] = low < 0 ? low + samples : low;
-    window.window[axis] = std::max(high - low, min_cell_texels) + size.pixel[axis];
-    if (window.window[axis] >= samples || low < -samples) return;
+    const int unit = shown.first[axis] & (units_of_repeat - 1);
+    const std::uint32_t first = (std::uint32_t{1} << count) - 1;
+    parts |= RepeatParts{first << unit * parts_of_side / units_of_repeat} << (parts_of_side * axis);
   }
-  size = window;
+  return parts;
 }
 
 }  // namespace
@@ -242,8 +244,8 @@ void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, shown, levels_.forced);
   if (levels.yarn > 0) {
     wanted.view.size = cell_size(shown * larger, samples);
-    if (wanted.part && levels.yarn == 1)
-      set_window(*wanted.part, patches_.units_of_repeat(), wanted.view.size);
+    if (levels.yarn == 1 && wanted.parts != whole_repeat)
+      set_window(wanted.parts, wanted.around, wanted.view.size);
     return;
   }
   if (larger > 1) levels = shown_levels(*wanted.fabric, shown * larger, levels_.forced);
@@ -259,7 +261,9 @@ int CellStore::set_pixel(Wanted& wanted, PatchSide patch) const {
   wanted.period = cloth.fabric.period_mm;
   const ShownPatch& shown = patches_.shown(patch / 2);
   wanted.pixel = shown.pixel;
-  if (has_windows_ && patches_.is_part(patch / 2)) wanted.part = shown;
+  if (!has_windows_ || !patches_.is_part(patch / 2)) return fabric;
+  wanted.parts = parts_of(shown, patches_.units_of_repeat());
+  wanted.around += shown.offset;
   return fabric;
 }
 
@@ -268,6 +272,8 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   const float side = need.patch % 2 == 0 ? 1.0F : -1.0F;
   Wanted result;
   const int fabric = set_pixel(result, need.patch);
+  result.parts &= need.parts;
+  if (is_made(need.patch)) result.parts |= kept_[need.patch]->parts;
 
   const V3f to_viewer = camera_->projection == Projection::parallel
                             ? V3f(camera_->to_viewer)
@@ -333,7 +339,9 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
 float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples) const {
   // Lights with a plane of their own may be in shadow or not; others must be as they were.
   if ((wanted.own & ~kept.own) != 0 || ((wanted.lit ^ kept.lit) & ~kept.own) != 0) return HUGE_VALF;
-  if (kept.view.lamps.size() < wanted.view.lamps.size() || kept.forced != levels_.forced) return HUGE_VALF;
+  if (kept.view.lamps.size() < wanted.view.lamps.size() || kept.forced != levels_.forced ||
+      (wanted.parts & ~kept.parts) != 0)
+    return HUGE_VALF;
   const float ratio = std::max({wanted.pixel.x / kept.pixel.x, kept.pixel.x / wanted.pixel.x,
                                 wanted.pixel.y / kept.pixel.y, kept.pixel.y / wanted.pixel.y});
   if (ratio > 2) return HUGE_VALF;
@@ -381,8 +389,8 @@ std::optional<float> CellStore::fit(std::span<Work> works, float samples) const 
 
 double CellStore::expect(std::span<const PatchNeed> needs) {
   expected_ = 0;
-  Wanted one;
   for (const PatchNeed& need : needs) {
+    Wanted one;
     set_pixel(one, need.patch);
     set_size(one, options_.samples, 1);
     expected_ += bytes_of(one.view);
@@ -503,6 +511,7 @@ void CellStore::render(std::span<const Work> all, std::span<Work* const> order, 
     kept.pixel = made.pixel;
     kept.samples = samples;
     kept.forced = levels_.forced;
+    kept.parts = made.parts;
     kept.own = made.own;
     kept.lit = made.lit;
     kept.brightness = made.brightness;

@@ -39,8 +39,9 @@ using PatchSide = std::uint32_t;
 /// A patch in sight, and the lights on it.
 struct PatchNeed {
   PatchSide patch = 0;
-  std::uint32_t lit = 0;    ///< lights of which some of it has a fraction
-  std::uint32_t unlit = 0;  ///< lights of which some of it lacks a fraction
+  std::uint32_t lit = 0;             ///< lights of which some of it has a fraction
+  std::uint32_t unlit = 0;           ///< lights of which some of it lacks a fraction
+  RepeatParts parts = whole_repeat;  ///< that pixels look up
 };
 
 /// Bytes of the images of a frame.
@@ -117,6 +118,8 @@ class CellStore {
   void set_windows(bool windows) { has_windows_ = windows; }
   /// Whether a patch is part of a repeat whose rows leave their places: pixels look neighbours up, too.
   bool shows_beyond(PatchSide patch) const;
+  /// Where a patch is looked up in place of `place`: variation moves it.
+  RepeatPlace looked_up(PatchSide patch, const RepeatPlace& place) const;
   /// Lets a patch look like another one until the next call of make().
   void alias(PatchSide patch, PatchSide other);
 
