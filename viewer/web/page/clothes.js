@@ -52,7 +52,7 @@ export class Clothes {
   }
   /** Fills the menus, and puts on the stage what there is. */
   start() {
-    fill('fabric', 'its own', this.fabrics.map(({name}, k) => new Option(name, k)));
+    fill('fabric', this.garments.length > 0 ? 'its own' : 'all', this.fabrics.map(({name}, k) => new Option(name, k)));
     fill('variant', 'as made', [...new Set(this.garments.flatMap(variants_of))].map((name) => new Option(name)));
     by_id('views').hidden = this.garments.length === 0;
     for (const {scene} of this.garments) scene.traverse((mesh) => mesh.isMesh && (mesh.userData.made ??= mesh.material));
