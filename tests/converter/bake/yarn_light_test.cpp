@@ -129,7 +129,7 @@ TEST_CASE("the moments tell by which view light of other yarn leaves yarn with l
   double squares = 0;
   for (std::size_t i = 0; i < baked.pairs.radiance.size(); ++i) {
     const auto& [light, view] = baked.pairs.pairs[i / texels];
-    constexpr int side = 12;
+    constexpr int side = 6;
     std::array<double, 3> f{};
     for (int k = 0; k < side * side; ++k) {
       const V2d texel(static_cast<double>(i % texels % 8), static_cast<double>(i % texels / 8));

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <utility>
 
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
@@ -22,6 +24,18 @@ using namespace selvedge::testing;
 namespace {
 
 constexpr double pi = std::numbers::pi;
+
+/// A built-in stitch, laid and measured once for all tests.
+const auto& built_in(const std::string& name) {
+  static std::map<std::string, std::pair<FoundStitch, TextileNumbers>> all;
+  const auto [known, is_new] = all.try_emplace(name);
+  if (is_new) {
+    FoundStitch found = test::need(find_stitch(name));
+    TextileNumbers numbers = test::need(textile_numbers(found.pattern, found.stitches));
+    known->second = {std::move(found), std::move(numbers)};
+  }
+  return known->second;
+}
 
 /// Perimeter of an ellipse of the semi-axes a and b: the arithmetic-geometric mean (Gauss; Abramowitz and
 /// Stegun 17.6).
@@ -171,22 +185,20 @@ TEST_CASE("relaxed flat yarns lie on each other and do not overlap") {
 }
 
 TEST_CASE("squashed yarn closes weaves: it keeps its area, and covers more than round yarn") {
-  const auto cover_of = [](const char* name, const StitchSettings& settings) {
-    return test::need(textile_numbers(test::need(find_stitch(name, settings)).pattern, 0)).cover;
-  };
   for (const char* name : {"plain-weave", "twill", "herringbone", "denim", "satin", "basket"}) {
     CAPTURE(name);
-    const StitchPattern pattern = test::need(find_stitch(name)).pattern;
+    const auto& [found, numbers] = built_in(name);
+    const StitchPattern& pattern = found.pattern;
     const double overlap = -test::need(minimum_clearance(pattern, "")) / thinnest_of(pattern);
     CHECK(overlap <= touching_overlap);
-    const double cover = cover_of(name, {});
-    CHECK(cover >= 0.985);
-    CHECK(cover > std::min(0.999, cover_of(name, {{"yarn", {0}}})));
+    CHECK(numbers.cover >= 0.985);
     // Tubes are rigid and round, or as flat as they are told to be.
-    for (const auto& [settings, flattening] :
-         {std::pair(StitchSettings{{"yarn", {0}}}, 1.0),
-          std::pair(StitchSettings{{"yarn", {0}}, {"weft_flattening", {0.9}}, {"flattening", {0.6}}}, 0.6)}) {
-      const Yarn rigid = test::need(find_stitch(name, settings)).pattern.yarns.front();
+    const StitchPattern tubes = test::need(find_stitch(name, {{"yarn", {0}}})).pattern;
+    CHECK(numbers.cover > std::min(0.999, test::need(textile_numbers(tubes, 0)).cover));
+    const StitchSettings flatter{{"yarn", {0}}, {"weft_flattening", {0.9}}, {"flattening", {0.6}}};
+    const StitchPattern flat = test::need(find_stitch(name, flatter)).pattern;
+    for (const auto& [rigid, flattening] :
+         {std::pair(tubes.yarns.front(), 1.0), std::pair(flat.yarns.front(), 0.6)}) {
       CHECK(rigid.squeezes.empty());
       CHECK(rigid.flattening == flattening);
     }
@@ -238,8 +250,7 @@ TEST_CASE(
     const Cloth& cloth = cloths[i];
     CAPTURE(info.name);
     CHECK(info.name == cloth.name);
-    const FoundStitch found = test::need(find_stitch(info.name));
-    const auto numbers = test::need(textile_numbers(found.pattern, found.stitches));
+    const auto& [found, numbers] = built_in(info.name);
     MESSAGE(info.name, ": ", numbers.tex[0], " tex, ", numbers.weight, " g/m2, ", numbers.thickness_mm,
             " mm, ", numbers.tightness);
     CHECK(info.cover == doctest::Approx(numbers.cover).epsilon(0.002));
@@ -264,9 +275,8 @@ TEST_CASE("knits are of textile numbers, and squashed yarn covers them") {
        {Knit{"plain-knit", 0.88, 1, 0.93}, Knit{"rib", 0.88, 1, 0.93}, Knit{"garter", 0.88, 1, 0.93},
         Knit{"lace", 0.6, 0.85, 0.6}}) {
     CAPTURE(name);
-    const FoundStitch found = test::need(find_stitch(name));
+    const auto& [found, numbers] = built_in(name);
     const Yarn& yarn = found.pattern.yarns[0];
-    const auto numbers = test::need(textile_numbers(found.pattern, found.stitches));
     CHECK(numbers.cover >= least);
     CHECK(numbers.cover <= most);
     // Round yarn covers less.
