@@ -33,7 +33,7 @@ Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choic
   if (!scene) return tl::unexpected(scene.error());
   Result<MemoryAccount> memory = check_drawable(*scene, limits.document.memory);
   if (!memory) return tl::unexpected(memory.error());
-  LoadedScene loaded{std::move(*scene), {}, 0};
+  LoadedScene loaded{std::move(*scene), {}, 0, memory->left()};
   std::vector<bool> is_worn(loaded.scene.fabrics.size(), choice.all_fabrics);
   for (const SceneInstance& instance : loaded.scene.instances) {
     const int material = loaded.scene.primitives[instance.primitive].material;
@@ -43,14 +43,11 @@ Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choic
   std::vector<SceneFabric> present;
   std::vector<int> numbers;  // old -> new
   for (SceneFabric& source : loaded.scene.fabrics) {
-    if (!is_worn[numbers.size()]) {
-      numbers.push_back(-1);
-      continue;
-    }
+    numbers.push_back(-1);
+    if (!is_worn[numbers.size() - 1]) continue;
     Result<FabricReader> reader =
         source.path.empty() ? FabricReader::open(source.bytes, source.name) : FabricReader::open(source.path);
     if (!reader && reader.error().code != Code::file_missing) return tl::unexpected(reader.error());
-    numbers.push_back(reader ? static_cast<int>(present.size()) : -1);
     if (!reader) {
       loaded.scene.remarks.push_back(to_line(reader.error()) + "; the fallback is drawn");
       continue;
@@ -61,10 +58,12 @@ Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choic
     std::error_code unknown;
     loaded.file_bytes +=
         source.path.empty() ? source.bytes.size() : std::filesystem::file_size(source.path, unknown);
+    numbers.back() = static_cast<int>(present.size());
     present.push_back(std::move(source));
   }
   loaded.scene.fabrics = std::move(present);
   loaded.scene.memory_left = memory->left();
+  loaded.memory -= memory->left();
   for (SceneMaterial& material : loaded.scene.materials) {
     if (!material.fabric) continue;
     int& fabric = material.fabric->fabric;

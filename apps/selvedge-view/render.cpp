@@ -125,6 +125,7 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn)
           {"threads", thread_count()},
           {"fabrics", shot.fabrics.size()},
           {"fabricBytes", shot.file_bytes},
+          {"fabricMemory", shot.memory},
           {"triangles", stats.triangles},
           {"layers", stats.layers},
           {"coveredPixels", stats.covered_pixels},

@@ -29,6 +29,7 @@ void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& o
   shot.scene.file = command.picture.input;
   shot.scene.fabrics.emplace_back().name = command.picture.input;
   shot.scene.memory_left = memory.left();
+  shot.memory = memory.limit() - memory.left();
   std::error_code unknown;
   shot.file_bytes = std::filesystem::file_size(command.picture.input, unknown);
   shot.options.width = swatch.width;

@@ -360,16 +360,15 @@ double replace_middle(Image& picture, const Image& middle) {
 
 /// Frames of `show` at 30 a second in a window of 1280 x 720, in the studio: in twelve seconds the garment
 /// turns by 240 degrees while a repeat goes from 120 to 2 pixels. A frame takes the processor's time over the
-/// threads, so that other programs do not matter; the garment goes on in that time. dB of a frame in each
-/// second beside the picture at rest, in the middle; with a `folder` its picture, with the middle at rest.
+/// threads, so that other programs do not matter; the garment goes on in that time. dB of a frame every two
+/// seconds beside the picture at rest, in the middle; with a `folder` its picture, with the middle at rest.
 void window_frames(const Subject& subject, const std::string& folder) {
   constexpr V2i window(1280, 720);
   constexpr int part = 4;
   constexpr double end = 12;
   const double whole = Rates(subject).pixels_of_whole() * window.y / size.y;
   const auto make = [&] { return need(ShowPicture::create(subject.loaded.scene, subject.loaded.fabrics)); };
-  const auto moving = make();
-  const auto rest = make();
+  const auto moving = make(), rest = make();
   ShowState state = need(rest->first_state({}, static_cast<double>(window.x) / window.y));
   state.environments = {
       std::make_shared<const Surroundings>(Surroundings{"studio", studio(), divide(studio())})};
@@ -379,9 +378,7 @@ void window_frames(const Subject& subject, const std::string& folder) {
   FramePace pace;
   std::vector<double> taken;
   int steps = 0;
-  double next = 0;
-  double least = HUGE_VAL;
-  // The garment stands for a moment first.
+  double next = 0, least = HUGE_VAL;
   for (double now = -0.5; now < end;) {
     const double pixels = 120 * std::pow(60, -std::max(now, 0.0) / end);
     state.camera.azimuth = 240 * std::max(now, 0.0) / end;
@@ -402,21 +399,19 @@ void window_frames(const Subject& subject, const std::string& folder) {
     need(rest->update(middle, next == 0 ? Change::scene : Change::frame, window / part, 1));
     while (need(rest->refine(middle))) {
     }
-    next += 1;
+    next += 2;
     Image picture = magnified(moving->drawn(), window);
     const double decibels =
         -10 * std::log10(replace_middle(picture, magnified(rest->drawn(), window / part)));
     least = std::min(least, decibels);
-    fmt::print("| {} | {:.0f} pixels a repeat | {:.2f} | {:.1f} | {:.1f} |\n", subject.name, pixels, divisor,
+    fmt::print("| {:.0f} px | {:.2f} | {:.1f} | {:.1f} |\n", 120 * std::pow(60, -(next - 2) / end), divisor,
                taken.back(), decibels);
-    std::fflush(stdout);
     if (!folder.empty())
       need(write_png(fmt::format("{}/{:.0f}.png", folder, pixels), picture, Transfer::keep));
   }
   std::ranges::sort(taken);
-  const std::size_t count = taken.size();
-  fmt::print("| {} | {} frames, {} steps of the size | | median {:.1f}, 95 % {:.1f}, all {:.1f} | {:.1f} |\n",
-             subject.name, count, steps, taken[count / 2], taken[count * 95 / 100], taken.back(), least);
+  fmt::print("| 95 % | | {:.1f} | |\n| all | {} steps | {:.1f} | {:.1f} |\n", taken[taken.size() * 95 / 100],
+             steps, taken.back(), least);
 }
 
 }  // namespace

@@ -37,8 +37,7 @@ std::vector<EGLDisplay> displays() {
 class EglContext final : public GraphicsContext {
  public:
   EglContext(EGLDisplay display, EGLContext context) : display_(display), context_(context) {}
-  EglContext(const EglContext&) = delete;
-  EglContext& operator=(const EglContext&) = delete;
+  EglContext& operator=(EglContext&&) = delete;
   ~EglContext() override {
     if (eglGetCurrentContext() == context_)
       eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);

@@ -114,15 +114,14 @@ std::optional<SmoothLight> around_in_world(const ShowState& state) {
 double FramePace::divisor() const { return std::exp2(step_ / 3.0); }
 
 void FramePace::add(double seconds, double budget) {
-  // Finer where that is sure to be in time, and not right after it was not.
+  // Finer where that is sure to be in time, and not in the 20 frames after it was not.
   constexpr double sure = -0.8;
-  constexpr int frames_to_hold = 20;
   // Time follows the area.
   const double now = std::clamp(1.5 * std::log2(std::max(seconds, 1e-6) / budget), -9.0, 9.0);
   const double late = std::max(std::ceil(std::min(now, last_)), 0.0);
   const bool is_early = std::max(now, last_) < sure && held_ == 0;
   const double steps = is_early ? -1 : late;
-  held_ = late > 0 ? frames_to_hold : std::max(held_ - 1, 0);
+  held_ = late > 0 ? 20 : std::max(held_ - 1, 0);
   last_ = now - steps;
   step_ = std::clamp(step_ + static_cast<int>(steps), 0, coarsest);
 }
