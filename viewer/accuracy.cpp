@@ -94,17 +94,19 @@ class Probe {
   /// dB of the picture with some supersampling beside that with another; 0 if it was interrupted. Less
   /// exact where it is clearly below or above these.
   double accuracy(int supersample, int beside, double below = 0, double above = HUGE_VAL) {
-    constexpr std::size_t min_blocks = 16;
-    constexpr std::size_t max_blocks = 64;
+    constexpr std::size_t min_blocks = 24;
+    constexpr std::size_t max_blocks = 96;
     constexpr double max_error = 0.25;  // of the mean square
     constexpr double clear = 1.5;       // standard errors
     if (count_ == 0) take(min_blocks);
     for (;; take(count_)) {
       double sum = 0;
       double squares = 0;
+      std::size_t shown = 0;  // blocks with something in them: others cost nothing, and tell little
       for (const double square : block_errors(supersample, beside)) {
         sum += square;
         squares += square * square;
+        shown += square > 0 ? 1 : 0;
       }
       const double error =
           std::sqrt(std::max(squares / (sum * sum) - 1.0 / static_cast<double>(count_), 0.0));
@@ -112,9 +114,9 @@ class Probe {
       const double reach = decibels(1 / (1 + clear * error));
       const bool is_clear = result + reach < below || result - reach > above;
       const bool is_near = std::min(std::abs(result - below), std::abs(result - above)) < reach;
-      // Blocks that show nothing cost nothing.
-      if ((error < max_error && !is_near) || ((is_clear || count_ >= max_blocks) && sum > 0) ||
-          count_ == taken_.size() || is_late_)
+      const bool is_exact = error < max_error && (!is_near || shown > min_blocks);
+      if ((shown >= min_blocks && (is_exact || is_clear)) || shown >= max_blocks || count_ == taken_.size() ||
+          is_late_)
         return is_late_ ? 0 : result;
     }
   }

@@ -30,8 +30,6 @@ void add_camera(Options& options, CameraOptions& camera) {
   options.number("--fov", camera.field_of_view, "DEGREES", "Vertical field of view");
   options.set_flag("--orthographic", camera.projection, Projection::parallel,
                    "Parallel instead of perspective projection");
-  options.number("--distance-factor", camera.distance_factor, "FACTOR",
-                 "Distance as a multiple of the one that just shows everything");
   options.vector("--look-at", camera.look_at, "X,Y,Z",
                  "Point at the picture's centre, metres (default: the scene's centre)");
   options.number("--zoom", camera.zoom, "FACTOR", "Narrow the frame by this factor");

@@ -124,7 +124,6 @@ void check_picture(const Options& options, const PictureOptions& picture) {
   // A parallel camera shows everything, or the same height as a perspective one at the distance.
   options.refuse_if(picture.camera.projection == Projection::parallel && !has_distance,
                     "has no effect with --orthographic, without --distance", {"--fov"});
-  options.refuse_if(has_distance, "has no effect with --distance", {"--distance-factor"});
   options.refuse_if(!picture.backdrop, "has no effect without --backdrop", {"--backdrop-blur"});
   const bool is_dark =
       picture.environment == "none" ||

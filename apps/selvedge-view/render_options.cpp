@@ -16,13 +16,13 @@ constexpr std::array contexts{ContextKind::automatic, ContextKind::osmesa, Conte
 /// Refuses options that have no effect with this input or beside the others.
 void check_render(const Options& options, const RenderCommand& command) {
   const bool swatch = has_ending(command.picture.input, ".exr");
-  options.refuse_if(swatch, "is for scenes, not for a swatch",
-                    {"--azimuth", "--elevation", "--fov", "--distance", "--distance-factor", "--look-at",
-                     "--zoom", "--focus", "--camera", "--scene", "--variant", "--orthographic", "--turntable",
-                     "--layers", "--ambient"});
-  options.refuse_if(!command.camera_of_file.empty(), "has no effect with --camera",
-                    {"--azimuth", "--elevation", "--fov", "--orthographic", "--distance", "--distance-factor",
-                     "--look-at", "--turntable"});
+  options.refuse_if(
+      swatch, "is for scenes, not for a swatch",
+      {"--azimuth", "--elevation", "--fov", "--distance", "--look-at", "--zoom", "--focus", "--camera",
+       "--scene", "--variant", "--orthographic", "--turntable", "--layers", "--ambient"});
+  options.refuse_if(
+      !command.camera_of_file.empty(), "has no effect with --camera",
+      {"--azimuth", "--elevation", "--fov", "--orthographic", "--distance", "--look-at", "--turntable"});
   check_picture(options, command.picture);
   options.refuse_if(!swatch, "is for fabrics, not for a scene",
                     {"--place", "--repeats", "--view", "--pixels-per-texel"});

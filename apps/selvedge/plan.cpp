@@ -46,8 +46,7 @@ void declare(Options& options, PlanCommand& command) {
   add_camera(options, command.camera);
   options.check([&options, &command] {
     const std::initializer_list<const char*> own{"--azimuth",      "--elevation", "--fov",
-                                                 "--orthographic", "--distance",  "--distance-factor",
-                                                 "--look-at"};
+                                                 "--orthographic", "--distance",  "--look-at"};
     options.refuse_if(!command.cameras.empty(), "has no effect with --camera", own);
     command.own_camera = std::ranges::any_of(own, [&](const char* name) { return options.given(name); });
   });

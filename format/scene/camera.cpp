@@ -17,8 +17,6 @@ Result<void> check(const CameraOptions& o) {
   if (!(std::abs(o.elevation) <= 90)) return refuse("--elevation", "must lie between -90 and 90 degrees");
   if (!(o.field_of_view >= 0.1 && o.field_of_view <= 170))
     return refuse("--fov", "must lie between 0.1 and 170 degrees");
-  if (!(o.distance_factor > 0 && o.distance_factor <= 1e6))
-    return refuse("--distance-factor", "must be above 0 and at most 1e6");
   if (o.distance && !(*o.distance > 0 && *o.distance <= 1e12))
     return refuse("--distance", "must be above 0 and at most 1e12 metres");
   if (o.look_at && !std::isfinite(o.look_at->length2())) return refuse("--look-at", "must be finite");
@@ -118,8 +116,7 @@ Result<Camera> make_camera(std::span<const V3d> points, double aspect, const Cam
   const double fit_distance = std::max(reach.x / slope.x, reach.y / slope.y);
   const double fit_half_height = std::max(reach.x / aspect, reach.y);
   constexpr double margin = 1.05;
-  const double distance =
-      options.distance.value_or(std::max(fit_distance, 1e-3 * size) * margin * options.distance_factor);
+  const double distance = options.distance.value_or(std::max(fit_distance, 1e-3 * size) * margin);
   if (options.projection == Projection::perspective) {
     camera.position = target + back * distance;
     camera.window_half = slope;
@@ -128,8 +125,7 @@ Result<Camera> make_camera(std::span<const V3d> points, double aspect, const Cam
   } else {
     camera.position = target;
     const double half_height =
-        options.distance ? *options.distance * slope_y
-                         : std::max(fit_half_height, 1e-3 * size) * margin * options.distance_factor;
+        options.distance ? *options.distance * slope_y : std::max(fit_half_height, 1e-3 * size) * margin;
     camera.window_half = V2d(half_height * aspect, half_height);
     camera.near = -nearest - 1e-2 * size;
     camera.far = -farthest + 1e-2 * size;

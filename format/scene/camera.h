@@ -48,7 +48,6 @@ struct CameraOptions {
   double azimuth = 0;              ///< degrees; 0 looks along -z (at the front of a glTF asset), 90 along -x
   double elevation = 0;            ///< degrees above the horizon, -90 to 90
   double field_of_view = 30;       ///< degrees, vertical
-  double distance_factor = 1;      ///< times the distance at which the points just fit the frame
   std::optional<V3d> look_at;      ///< m; default: centres the points in the frame
   std::optional<double> distance;  ///< m from look_at; default: all points fit the frame
   double zoom = 1;                 ///< narrows the frame by this factor ...

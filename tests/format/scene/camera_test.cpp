@@ -142,7 +142,6 @@ TEST_CASE("options out of range are refused by name") {
   CHECK(place_of([](CameraOptions& o) { o.elevation = 91; }) == "--elevation");
   CHECK(place_of([](CameraOptions& o) { o.zoom = 0; }) == "--zoom");
   CHECK(place_of([](CameraOptions& o) { o.distance = -1; }) == "--distance");
-  CHECK(place_of([](CameraOptions& o) { o.distance_factor = std::nan(""); }) == "--distance-factor");
 }
 
 /// A camera of a file at (1, 2, 3) that looks along -x.
