@@ -23,11 +23,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int max_supersample = 8;
-/// dB by which a picture is nearer to one with twice its rays along a pixel's side than to the truth, about
-/// (tests/bench/accuracy.mjs).
-constexpr double nearer = 0.3;
-
-/// dB that twice the rays along a pixel's side give, the same.
+/// dB that twice the rays along a pixel's side give, about (tests/bench/accuracy.mjs).
 constexpr double gain_of_twice = 6.5;
 
 V3f display_value(const V4f& pixel) {
@@ -197,13 +193,12 @@ AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& si
   if (drawer.limit() >= 4) {
     Probe probe(drawer, size);
     const auto is_enough = [&](int supersample, double decibels) {
-      picture = {supersample, decibels - nearer};
+      picture = {supersample, decibels};
       return picture.accuracy >= wanted;
     };
-    const double bound = wanted + nearer;
     const bool of_one =
-        probe.accuracy(2, 4, bound, bound) >= bound && is_enough(1, probe.accuracy(1, 4, bound));
-    double of_two = of_one ? 0 : probe.accuracy(2, 4, bound);
+        probe.accuracy(2, 4, wanted, wanted) >= wanted && is_enough(1, probe.accuracy(1, 4, wanted));
+    double of_two = of_one ? 0 : probe.accuracy(2, 4, wanted);
     if (!of_one && !is_enough(2, of_two)) {
       double of_four = of_two + gain_of_twice;
       if (drawer.limit() >= 8) {
@@ -258,7 +253,7 @@ AccuratePicture draw_in_time(Drawer& drawer, double seconds, const FrameSize& si
   if (2 * supersample > drawer.limit() || of_probe * taken > seconds - now()) return {supersample, 0};
   Probe probe(drawer, size);
   probe.know(supersample, frame);
-  return {supersample, std::max(probe.accuracy(supersample, 2 * supersample) - nearer, 0.0)};
+  return {supersample, probe.accuracy(supersample, 2 * supersample)};
 }
 
 }  // namespace

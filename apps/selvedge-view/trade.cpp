@@ -192,10 +192,8 @@ TradePicture picture_of(const std::string& words, const Frame& frame) {
 }
 
 /// `tell` gets notes and fractions of the work.
-TradeSection measured(const TradeCommand& command, const std::string& input,
+TradeSection measured(const TradeCommand& command, const std::string& input, const CellMesh& truth,
                       const std::function<void(const std::string&, double)>& tell) {
-  tell("the stitch", 0);
-  const CellMesh truth = truth_mesh(command, input);
   std::vector<Fabric> made;
   Json fabrics = Json::array();
   for (const Candidate& candidate : candidates) {
@@ -237,11 +235,14 @@ TradeSection measured(const TradeCommand& command, const std::string& input,
 Result<int> run(const TradeCommand& command) {
   limit_mesa_threads(command.common.threads);
   TerminalProgress progress("trade", command.common.quiet);
+  std::vector<std::string> stitches = command.further;
+  stitches.insert(stitches.begin(), command.input);
+  // A stitch that is refused leaves no folder.
+  std::vector<CellMesh> truths;
+  for (const std::string& stitch : stitches) truths.push_back(truth_mesh(command, stitch));
   std::error_code error;
   std::filesystem::create_directories(command.output, error);
   if (error) return fail(Code::file_unwritable, command.output, "", error.message());
-  std::vector<std::string> stitches = command.further;
-  stitches.insert(stitches.begin(), command.input);
   std::vector<TradeSection> sections;
   Json rows = Json::array();
   for (const std::string& stitch : stitches) {
@@ -250,7 +251,7 @@ Result<int> run(const TradeCommand& command) {
       progress.note(stitch + ": " + note);
       if (show) show((done + fraction) / static_cast<double>(stitches.size()));
     };
-    sections.push_back(measured(command, stitch, tell));
+    sections.push_back(measured(command, stitch, truths[sections.size()], tell));
     rows.insert(rows.end(), sections.back().rows.begin(), sections.back().rows.end());
   }
   const std::string words = fmt::format(
