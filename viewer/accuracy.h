@@ -20,9 +20,8 @@ inline float samples_of(int supersample) { return 2 * static_cast<float>(std::ma
 /// PSNR of two frames of one size, dB, as of pictures, above; at most 200.
 double decibels_between(const Frame& a, const Frame& b);
 
-/// dB of pictures that nobody asks more of: 2 x 2 rays a pixel mostly, 1 in a third, 3 x 3 where yarn is
-/// hairy.
-inline constexpr double default_accuracy = 36;
+/// dB of pictures that nobody asks more of: mostly 2 x 2 rays a pixel have them.
+inline constexpr double default_accuracy = 34;
 
 /// One wish for a picture, or none: the supersampling of the options.
 struct PictureGoal {

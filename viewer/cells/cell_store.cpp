@@ -273,7 +273,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   Wanted result;
   const int fabric = set_pixel(result, need.patch);
   result.parts &= need.parts;
-  if (is_made(need.patch)) result.parts |= kept_[need.patch]->parts;
+  if (need.parts != whole_repeat && is_made(need.patch)) result.parts |= kept_[need.patch]->parts;
 
   const V3f to_viewer = camera_->projection == Projection::parallel
                             ? V3f(camera_->to_viewer)
@@ -511,7 +511,7 @@ void CellStore::render(std::span<const Work> all, std::span<Work* const> order, 
     kept.pixel = made.pixel;
     kept.samples = samples;
     kept.forced = levels_.forced;
-    kept.parts = made.parts;
+    kept.parts = kept.view.size.is_whole() ? whole_repeat : made.parts;
     kept.own = made.own;
     kept.lit = made.lit;
     kept.brightness = made.brightness;

@@ -5,23 +5,11 @@
 namespace selvedge {
 namespace {
 
-constexpr int pixels_per_band = 1 << 18;
+constexpr int pixels_per_band = 1 << 21;
 constexpr int bands_per_frame = 3;
 constexpr int rasteriser_tile = 64;
 
 }  // namespace
-
-std::array<int, 2> FrameBlocks::columns(int first_row, int rows, int supersample) const {
-  const int pixels = side * supersample;
-  std::array found{across, 0};
-  for (int row = first_row / pixels; row <= (first_row + rows - 1) / pixels; ++row) {
-    for (int i = 0; i < across; ++i) {
-      if (drawn[static_cast<std::size_t>(row) * across + i] == 0) continue;
-      found = {std::min(found[0], i), std::max(found[1], i + 1)};
-    }
-  }
-  return {found[0] * pixels, std::max(found[0], found[1]) * pixels};
-}
 
 FrameBands bands_of(const FrameSize& size) {
   FrameBands bands{size.width * size.supersample, size.height * size.supersample, 1, size.supersample};

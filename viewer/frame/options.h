@@ -82,9 +82,6 @@ struct FrameBlocks {
   int side = 8;  ///< pixels
   int across = 0;
   std::vector<std::uint8_t> drawn;  ///< 0: not
-  /// The first column of some rows that is drawn, and the one behind the last; of `supersample` times as many
-  /// rows and columns.
-  std::array<int, 2> columns(int first_row, int rows, int supersample) const;
 };
 
 /// Options that may change from frame to frame.

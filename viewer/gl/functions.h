@@ -22,7 +22,7 @@ struct GlFunctions {
   F(GetProgramInfoLog) F(GetProgramiv) F(GetShaderInfoLog) F(GetShaderiv) F(LinkProgram) \
   F(NamedBufferStorage) F(NamedBufferSubData) F(NamedFramebufferDrawBuffers) \
   F(NamedFramebufferReadBuffer) F(NamedFramebufferTexture) F(NamedFramebufferTextureLayer) \
-  F(PixelStorei) F(ReadPixels) F(SamplerParameteri) F(Scissor) F(ShaderSource) F(StencilFunc) F(StencilOp) \
+  F(PixelStorei) F(ReadPixels) F(SamplerParameteri) F(ShaderSource) F(StencilFunc) F(StencilOp) \
   F(TextureParameteri) F(TextureStorage2D) F(TextureStorage3D) F(TextureSubImage2D) F(Uniform1f) \
   F(Uniform1i) F(Uniform3f) F(Uniform4f) F(UseProgram) F(VertexArrayAttribBinding) \
   F(VertexArrayAttribFormat) F(VertexArrayElementBuffer) F(VertexArrayVertexBuffer) F(Viewport)

@@ -19,7 +19,6 @@ void HybridPath::resize(const FrameSize& size) {
 FrameScene HybridPath::begin(const FrameView& view, const ProjectedVertices& projected) {
   FrameScene scene{scene_, view, projected, {}, cells_, kind_ == RenderPath::paper};
   if (view.shadows != nullptr) scene.shadows = view.shadows->read();
-  pass_.limit({0, bands_.width});
   cells_.begin(view, !scene.paper, bands_.supersample, scene.shadows, projected);
   return scene;
 }
@@ -105,11 +104,6 @@ void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
       band.surfaces.set_up(scene, first_row, rows);
       watch.add_to(stats.geometry);
     } else {
-      if (const FrameBlocks* const blocks = view.options.blocks) {
-        const std::array columns = blocks->columns(first_row, rows, bands_.supersample);
-        pass_.limit(columns);
-        if (columns[0] == columns[1]) lists[i] = {};
-      }
       draw_nearest(std::move(lists[i]), first_row, rows, band.surfaces.sides, watch, stats);
     }
     finish_before();

@@ -81,8 +81,6 @@ void VisibilityPass::draw(int side, int round, int first_row, std::span<const st
   gl_.StencilOp(GL_KEEP, GL_INCR, GL_INCR);
   // The viewport is the whole frame, shifted, so that a band covers the same pixels as an undivided frame.
   gl_.Viewport(0, -first_row, bands_.width, bands_.height);
-  gl_.Enable(GL_SCISSOR_TEST);
-  gl_.Scissor(columns_[0], 0, columns_[1] - columns_[0], bands_.rows);
   gl_.UseProgram(programs_[round == 0 ? 0 : 1]);
   if (round > 0) gl_.BindTextureUnit(depth_unit, targets[(round + 1) % 2].depth);
   gl_.BindVertexArray(array_);
@@ -101,7 +99,6 @@ void VisibilityPass::draw(int side, int round, int first_row, std::span<const st
     draw_triangles(gl_, first, end);
     first = end;
   }
-  gl_.Disable(GL_SCISSOR_TEST);
   check_errors(gl_, "drawing");
 }
 

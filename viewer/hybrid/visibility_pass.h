@@ -36,9 +36,6 @@ class VisibilityPass {
   /// Changes the size of frames; discards their contents.
   void resize(const FrameBands& bands);
 
-  /// Columns that the following draws fill, begin and end; pixels beside them are undefined.
-  void limit(const std::array<int, 2>& columns) { columns_ = columns; }
-
   /// Sets the vertex positions of the following draws.
   void place(const ProjectedVertices& projected);
 
@@ -64,7 +61,6 @@ class VisibilityPass {
   GlObjects objects_;
   GlObjects target_objects_;
   FrameBands bands_{0, 0, 0};
-  std::array<int, 2> columns_{0, 0};
   std::array<GLuint, 2> programs_{};  ///< of round 0, of the others
   GLuint array_ = 0;
   GLuint clip_ = 0;
