@@ -35,10 +35,10 @@ V3f display_value(const V4f& pixel) {
 
 double decibels(double mean_square) { return -10 * std::log10(std::max(mean_square, 1e-20)); }
 
-/// Pictures of one ray a pixel take 0.7 to 1.1 times as long as of 2 x 2, which have up to so many dB more:
-/// they have to have so many more than asked for.
-constexpr double gain_of_two = 5;
+/// Picture of one ray a pixel: takes 0.7 to 1.1 times as long as 2 x 2 rays, and has to have so many dB more
+/// than asked for; it is tried where 2 x 2 rays have so many above that.
 constexpr double for_one = 4;
+constexpr double gain_of_two = 5;
 
 /// Draws a view with any supersampling.
 class Drawer {
