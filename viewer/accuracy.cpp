@@ -1,14 +1,13 @@
 #include "viewer/accuracy.h"
 
 #include <algorithm>
-#include <atomic>
+#include <array>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
+#include <functional>
 #include <map>
-#include <mutex>
 #include <numbers>
-#include <thread>
+#include <optional>
 #include <utility>
 
 #include "format/base/guard.h"
@@ -47,33 +46,48 @@ class Drawer {
          RenderStats& stats)
       : renderer_(renderer), size_(size), camera_(camera), options_(options), stats_(stats) {}
 
-  /// Only pixels of `blocks`, if there are any. Returns whether nothing interrupted it. Throws a Failure.
-  bool draw(int supersample, const FrameBlocks* blocks, Frame& frame) {
-    size_.supersample = supersample;
-    value_or_throw(renderer_.resize(size_));
-    options_.blocks = blocks;
-    options_.cells.samples = samples_of(supersample);
+  /// Only pixels of `blocks`, if there are any. Throws a Failure.
+  void draw(int supersample, const FrameBlocks* blocks, Frame& frame) {
+    FrameSize size = size_;
+    size.band_rows = band_rows(supersample);
+    DrawOptions options = options_;
+    options.blocks = blocks;
+    draw(supersample, size, options, frame, blocks == nullptr);
+  }
+  /// Rows from `first_row` on, in bands of the size's. `counts`: the statistics count its pixels.
+  void draw(int supersample, FrameSize size, DrawOptions& options, Frame& frame, bool counts) {
+    size.supersample = supersample;
+    value_or_throw(renderer_.resize(size));
+    options.cells.samples = samples_of(std::max(supersample, options.foreseen));
     RenderStats stats;
-    value_or_throw(renderer_.draw(camera_, options_, frame, stats));
-    const bool is_complete = stats.rows == size_.height;
-    if (is_complete && blocks == nullptr) std::swap(stats_, stats);
+    value_or_throw(renderer_.draw(camera_, options, frame, stats));
+    add(stats, counts ? stats_ : unwanted_);
+    if (counts) return;
+    stats_.prepare = stats.prepare;
     for (const auto& [name, seconds] : render_seconds)
       if (seconds != &RenderStats::prepare) stats_.*seconds += stats.*seconds;
-    return is_complete;
   }
   /// Largest supersampling that the index pass can draw.
   int limit() const {
     return std::min(max_supersample, index_pass_side_limit / std::max(size_.width, size_.height));
   }
+  /// FrameSize::band_rows: images of close pictures fit for so many.
+  int band_rows(int supersample) const {
+    constexpr int bands = 16;
+    constexpr int max_pixels = 1 << 19;
+    const int rows = std::min(size_.height / bands, max_pixels / (size_.width * supersample * supersample));
+    return std::max(rows / 2, 1) * 2;
+  }
+  const DrawOptions& options() const { return options_; }
   const RenderStats& stats() const { return stats_; }
-  void set_interrupted(const std::atomic<bool>* interrupted) { options_.interrupted = interrupted; }
 
  private:
   Renderer& renderer_;
-  FrameSize size_;
+  const FrameSize& size_;
   const Camera& camera_;
-  DrawOptions options_;
+  const DrawOptions& options_;
   RenderStats& stats_;
+  RenderStats unwanted_;
 };
 
 /// Blocks of a picture, spread evenly over it, drawn with several supersamplings: as many as it takes until
@@ -87,13 +101,8 @@ class Probe {
     taken_ = blocks_.drawn;
   }
 
-  /// The picture with some supersampling is drawn.
-  void know(int supersample, const Frame& frame) {
-    drawn_[supersample] = {frame, std::vector<std::uint8_t>(taken_.size(), 1)};
-  }
-
-  /// dB of the picture with some supersampling beside that with another; 0 if it was interrupted. Less
-  /// exact where it is clearly below or above these.
+  /// dB of the picture with some supersampling beside that with another. Less exact where it is clearly below
+  /// or above these.
   double accuracy(int supersample, int beside, double below = 0, double above = HUGE_VAL) {
     constexpr std::size_t min_blocks = 24;
     constexpr std::size_t max_blocks = 96;
@@ -116,9 +125,8 @@ class Probe {
       const bool is_clear = result + reach < below || result - reach > above;
       const bool is_near = std::min(std::abs(result - below), std::abs(result - above)) < reach;
       const bool is_exact = error < max_error && (!is_near || shown > min_blocks);
-      if ((shown >= min_blocks && (is_exact || is_clear)) || shown >= max_blocks || count_ == taken_.size() ||
-          is_late_)
-        return is_late_ ? 0 : result;
+      if ((shown >= min_blocks && (is_exact || is_clear)) || shown >= max_blocks || count_ == taken_.size())
+        return result;
     }
   }
 
@@ -174,7 +182,7 @@ class Probe {
       blocks_.drawn[i] = taken_[i] != 0 && blocks[i] == 0 ? 1 : 0;
     if (std::ranges::find(blocks_.drawn, 1) == blocks_.drawn.end()) return frame;
     Frame more;
-    is_late_ = !drawer_.draw(supersample, &blocks_, more) || is_late_;
+    drawer_.draw(supersample, &blocks_, more);
     if (frame.pixels.empty()) frame = more;
     for_each_pixel(blocks_.drawn, [&](std::size_t i, std::size_t) { frame.pixels[i] = more.pixels[i]; });
     blocks = taken_;
@@ -186,7 +194,6 @@ class Probe {
   FrameBlocks blocks_;
   std::vector<std::uint8_t> taken_;
   std::size_t count_ = 0;  ///< of taken_
-  bool is_late_ = false;   ///< a drawing was interrupted
   int next_ = 1;
   std::map<int, Drawn> drawn_;
   std::size_t pixels_ = 0;  ///< of taken_, channels counted
@@ -223,47 +230,168 @@ AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& si
   return picture;
 }
 
-/// Draws with one ray a pixel, with 2 x 2, then with as many as the time allows.
-AccuratePicture draw_in_time(Drawer& drawer, double seconds, const FrameSize& size, Frame& frame) {
-  // A late picture is lost. Times go with about this power of the rays along a side; one ray alone tells
-  // little.
-  constexpr double power = 1.35;
-  constexpr double reserve = 1.3;
-  constexpr double of_probe = 0.4;  // of the picture's time
-  const Clock::time_point begin = Clock::now();
-  const auto now = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
-  drawer.draw(1, nullptr, frame);
-  int supersample = 1;
-  std::atomic<bool> is_late = false;
-  const std::jthread timer([&](const std::stop_token& stop) {
-    std::mutex mutex;
-    std::unique_lock lock(mutex);
-    const auto end =
-        begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-    std::condition_variable_any().wait_until(lock, stop, end, [] { return false; });
-    is_late = true;
-  });
-  drawer.set_interrupted(&is_late);
-  // Shadows of the sky are found once.
-  double taken = now() - drawer.stats().shadows;
-  for (int next = 2; next > supersample; --next) {
-    const double expected = reserve * taken * std::pow(1.0 * next / supersample, power);
-    if (next > drawer.limit() || expected > seconds - now()) continue;
-    const double before = now();
-    Frame finer;
-    if (!drawer.draw(next, nullptr, finer)) break;
-    taken = now() - before;
-    supersample = next;
-    frame = std::move(finer);
-    next = max_supersample + 1;
+/// A picture in strips of rows, each with as many rays as there is time for.
+class TimedPicture {
+ public:
+  TimedPicture(Drawer& drawer, double seconds, const FrameSize& size, Frame& frame)
+      : drawer_(drawer), seconds_(use * seconds), size_(size), frame_(frame) {
+    size_.band_rows = drawer.band_rows(4);
+    frame_ = {size.width, size.height, std::vector<V4f>(static_cast<std::size_t>(size.width) * size.height)};
+    steps_of_.resize((size_.height + size_.band_rows - 1) / size_.band_rows, -1);
+    while (steps_ > 1 && rays[steps_ - 1] > drawer.limit()) --steps_;
   }
-  if (2 * supersample > drawer.limit() || of_probe * taken > seconds - now()) return {supersample, 0};
-  Probe probe(drawer, size);
-  probe.know(supersample, frame);
-  return {supersample, probe.accuracy(supersample, 2 * supersample)};
-}
+
+  AccuratePicture draw() {
+    foresee(std::min(1, steps_ - 1));
+    seconds_ -= drawer_.stats().prepare;
+    while (draw_worst()) {
+    }
+    AccuratePicture picture;
+    for (std::size_t i = 0; i < steps_of_.size(); ++i)
+      picture.rows[rays[steps_of_[i]]] += std::min(size_.height - row_of(i), size_.band_rows);
+    picture.supersample =
+        std::ranges::max_element(picture.rows, {}, [](const auto& p) { return p.second; })->first;
+    return picture;
+  }
+
+ private:
+  static constexpr std::array rays{1, 2, 3, 4, 6, max_supersample};  ///< along a side, by steps
+  static constexpr double use = 0.95;                                ///< of the time
+  static constexpr double measured = 0.05;                           ///< of the picture
+  static constexpr double cost_of_pixel = 1;                         ///< as RenderStats::image_cost
+
+  double left() const { return seconds_ - std::chrono::duration<double>(Clock::now() - begin_).count(); }
+  int row_of(std::size_t strip) const { return static_cast<int>(strip) * size_.band_rows; }
+
+  /// Finds the costs of strips with so many rays.
+  void foresee(int step) {
+    if (!costs_[step].empty()) return;
+    double before = 0;
+    DrawOptions options = drawer_.options();
+    options.foreseen = rays[step];
+    options.goes_on = [&](const RenderStats& stats) {
+      const double pixels = static_cast<double>(stats.covered_pixels) + 0.02 * size_.width * stats.rows;
+      const double here = cost_of_pixel * rays[step] * rays[step] * (pixels - std::exchange(before, pixels));
+      costs_[step].push_back({here + stats.image_cost.all, here + stats.image_cost.fresh});
+      return true;
+    };
+    drawer_.draw(1, size_, options, part_, false);
+  }
+  /// Cost of some strips; `goes_on`: the strip before them was drawn just now with as many rays.
+  double cost(int step, std::size_t first, std::size_t end, bool goes_on = false) const {
+    const auto& costs = costs_[step];
+    if (costs.empty()) return HUGE_VAL;
+    double sum = goes_on ? 0 : costs[first].all - costs[first].fresh;
+    for (std::size_t i = first; i < end; ++i) sum += costs[i].fresh;
+    return sum;
+  }
+  /// The same in seconds.
+  double expected(int step, std::size_t first, std::size_t end, bool goes_on = false) const {
+    int known = step;
+    while (known > 0 && paces_[known].cost == 0) --known;
+    while (known < steps_ - 1 && paces_[known].cost == 0) ++known;
+    return cost(step, first, end, goes_on) * paces_[known].seconds / paces_[known].cost;
+  }
+  /// Draws strips with the fewest rays, or with none yet, again with more. Returns whether there was time.
+  bool draw_worst() {
+    const auto worst = std::ranges::min_element(steps_of_);
+    const auto other = std::find_if(worst, steps_of_.end(), [&](int step) { return step != *worst; });
+    const std::size_t first = worst - steps_of_.begin();
+    const std::size_t end = other - steps_of_.begin();
+    const int least = *worst + 1;
+    if (least == steps_) return false;
+    // The first strips tell how fast this machine is.
+    if (first == 0 && least == 0) {
+      const int step = std::min(1, steps_ - 1);
+      draw_run(0, step,
+               [&](std::size_t next) { return cost(step, 0, next) < measured * cost(step, 0, end); });
+      return true;
+    }
+    constexpr double worth = 2;  // of the time
+    for (int step = std::max(least, 1); step < steps_; ++step) {
+      foresee(step);
+      if (expected(step, first, end) > worth * left()) break;
+    }
+    // The most rays for which all have time, or where few are left as many as before.
+    const auto affordable = [&](std::size_t next, int now) {
+      const bool are_few = now > 0 && 3 * (steps_of_.size() - next) < steps_of_.size();
+      int step = are_few ? now : steps_ - 1;
+      while (step > least && expected(step, next, end, step == now) > left() - (step == now ? 0 : start_))
+        --step;
+      return step;
+    };
+    int step = affordable(first, -1);
+    if (least > 0) {
+      const auto fits = [&](std::size_t next) {
+        return next < end && expected(step, next, next + 1, next > first) <= left();
+      };
+      if (start_ + expected(step, first, first + 1) > left()) return false;
+      draw_run(first, step, fits);
+      return true;
+    }
+    if (step == 0 && steps_ > 1) {
+      // One ray takes nearly as long as 2 x 2, or much less.
+      constexpr double much_less = 0.6;
+      foresee(0);
+      step = expected(0, first, end) < much_less * expected(1, first, end) ? 0 : 1;
+    }
+    draw_run(first, step,
+             [&](std::size_t next) { return std::max(affordable(next, step), 1) == std::max(step, 1); });
+    return true;
+  }
+
+  /// Draws strips on from `first`, the next while `goes_on`; returns the one behind them.
+  std::size_t draw_run(std::size_t first, int step, const std::function<bool(std::size_t)>& goes_on) {
+    std::size_t next = first;
+    double before = left();
+    DrawOptions options = drawer_.options();
+    options.first_row = row_of(first);
+    options.goes_on = [&](const RenderStats& stats) {
+      double taken = before - left();
+      if (next == first) taken -= start_ = stats.project;
+      Pace& pace = paces_[step];
+      pace = {0.7 * pace.seconds + taken, 0.7 * pace.cost + cost(step, next, next + 1, next > first)};
+      steps_of_[next++] = step;
+      before = left();
+      return next < steps_of_.size() && goes_on(next);
+    };
+    drawer_.draw(rays[step], size_, options, part_, true);
+    const auto from = [&](std::size_t strip) {
+      return static_cast<std::ptrdiff_t>(std::max(size_.height - row_of(strip), 0)) * size_.width;
+    };
+    std::copy(part_.pixels.begin() + from(next), part_.pixels.begin() + from(first),
+              frame_.pixels.begin() + from(next));
+    return next;
+  }
+
+  struct Pace {
+    double seconds = 0, cost = 0;  ///< of the latest strips, the more the later they were
+  };
+  Clock::time_point begin_ = Clock::now();
+  Drawer& drawer_;
+  double seconds_;
+  FrameSize size_;
+  Frame& frame_;
+  Frame part_;
+  int steps_ = static_cast<int>(rays.size());              ///< that can be drawn
+  double start_ = 0;                                       ///< seconds before the first strip of a run
+  std::vector<int> steps_of_;                              ///< of strips, from the lowest on; -1: not drawn
+  std::array<std::vector<ImageCost>, rays.size()> costs_;  ///< of strips, by steps
+  std::array<Pace, rays.size()> paces_;
+};
 
 }  // namespace
+
+void add(const RenderStats& one, RenderStats& sum) {
+  for (const auto& [name, seconds] : render_seconds) sum.*seconds += one.*seconds;
+  sum.prepare = one.prepare;
+  sum.triangles = one.triangles;
+  sum.covered_pixels += one.covered_pixels;
+  sum.evaluated_pixels += one.evaluated_pixels;
+  sum.layers = std::max(sum.layers, one.layers);
+  sum.image_bytes = std::max(sum.image_bytes, one.image_bytes);
+  if (one.remarks.size() >= sum.remarks.size()) sum.remarks = one.remarks;
+}
 
 double decibels_between(const Frame& a, const Frame& b) {
   double square = 0;
@@ -282,10 +410,11 @@ Result<AccuratePicture> draw_for(Renderer& renderer, const PictureGoal& goal, co
       drawer.draw(size.supersample, nullptr, frame);
       return AccuratePicture{size.supersample, 0};
     }
-    const AccuratePicture picture = goal.accuracy ? draw_accurate(drawer, *goal.accuracy, size, frame)
-                                                  : draw_in_time(drawer, *goal.seconds, size, frame);
+    AccuratePicture picture = goal.accuracy ? draw_accurate(drawer, *goal.accuracy, size, frame)
+                                            : TimedPicture(drawer, *goal.seconds, size, frame).draw();
     FrameSize left = size;
     left.supersample = picture.supersample;
+    left.band_rows = drawer.band_rows(left.supersample);
     value_or_throw(renderer.resize(left));
     return picture;
   });

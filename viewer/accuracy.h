@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <optional>
 
 #include "viewer/renderer.h"
@@ -32,7 +33,12 @@ struct PictureGoal {
 struct AccuratePicture {
   int supersample = 1;
   double accuracy = 0;  ///< dB, estimated; 0: not known, as there is nothing to compare with
+  std::map<int, int>
+      rows{};  ///< of a picture for a time: how many have which supersampling; that is the most
 };
+
+/// Adds the statistics of one more drawing of a scene.
+void add(const RenderStats& one, RenderStats& sum);
 
 /// Draws a frame for a goal, and leaves the renderer at its supersampling; further frames need samples_of()
 /// it. The times of `stats` are of all that was drawn. Errors as Renderer::draw().

@@ -25,17 +25,6 @@ Result<void> write(const DisplayOptions& display, const Frame& frame, const std:
   return write_png(path, to_display_image(frame, display));
 }
 
-void add(const RenderStats& one, RenderStats& sum) {
-  for (const auto& [name, seconds] : render_seconds) sum.*seconds += one.*seconds;
-  sum.prepare = one.prepare;
-  sum.triangles = one.triangles;
-  sum.covered_pixels += one.covered_pixels;
-  sum.evaluated_pixels += one.evaluated_pixels;
-  sum.layers = std::max(sum.layers, one.layers);
-  sum.image_bytes = std::max(sum.image_bytes, one.image_bytes);
-  if (one.remarks.size() >= sum.remarks.size()) sum.remarks = one.remarks;
-}
-
 /// The files of all frames, opened before the work, so that an unwritable folder is reported first.
 std::vector<AtomicFile> open_files(const RenderCommand& command, std::size_t frames) {
   std::vector<AtomicFile> files;
@@ -112,12 +101,15 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn)
   const double picture = drawn.picture.accuracy > 0 ? drawn.picture.accuracy : HUGE_VAL;
   const double yarn = yarn_accuracy(shot);
   const double both = -10 * std::log10(std::pow(10, -picture / 10) + std::pow(10, -yarn / 10));
+  Json rows = Json::object();
+  for (const auto& [supersample, count] : drawn.picture.rows) rows[fmt::format("{}", supersample)] = count;
   return {{"input", command.picture.input},
           {"outputs", command.outputs},
           {"width", shot.options.width},
           {"height", shot.options.height},
           {"frames", shot.cameras.size()},
           {"supersample", drawn.picture.supersample},
+          {"rows", rows},
           {"accuracy", known(picture)},
           {"yarnAccuracy", known(yarn)},
           {"bothAccuracies", known(std::isfinite(picture) && std::isfinite(yarn) ? both : HUGE_VAL)},

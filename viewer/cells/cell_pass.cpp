@@ -92,7 +92,9 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
   store_.set_late(true);
   middle_x_ = 0.5F * static_cast<float>(projected.width) - 0.5F;
   middle_y_ = 0.5F * static_cast<float>(projected.height) - 0.5F;
-  store_.begin(view.camera, {projected.width, projected.height}, view.options, supersample, lights_);
+  const int larger = std::max(view.options.foreseen, 1);
+  store_.begin(view.camera, V2i(projected.width, projected.height) * larger, view.options,
+               supersample * larger, lights_);
   light_vertices();
   slope_vertices();
   set_planes(projected);
@@ -416,6 +418,14 @@ PatchNeed& CellPass::request(PatchSide patch, bool behind, int shared) {
   PatchNeed& need = needs_[numbers_[patch]];
   if (has_parts_) need.parts |= seen_parts_[own];
   return need;
+}
+
+ImageCost CellPass::image_cost() {
+  if (!active_) return {};
+  collect(false, 0);
+  std::ranges::fill(seen_, 0);
+  std::ranges::fill(seen_patches_, 0);
+  return store_.expect(needs_);
 }
 
 void CellPass::render(bool behind) {

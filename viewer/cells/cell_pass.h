@@ -56,6 +56,8 @@ class CellPass {
   void mark_visible(SeenSurface surface, int x, int y);
   /// Makes images of what was marked since the last call.
   void render(bool behind = false);
+  /// In place of render(): CellStore::expect().
+  ImageCost image_cost();
   /// Ends a frame.
   CellMemory end() { return active_ ? store_.end() : CellMemory{}; }
   /// Place of a pixel from the frame's middle.

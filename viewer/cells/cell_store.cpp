@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "format/base/chunks.h"
 #include "format/fabric/yarn_sky.h"
@@ -25,6 +26,8 @@ constexpr double min_fresh = 0.4;
 /// Cost (CellStore::Work) of images that one call may make for the first time while the picture moves, if
 /// these are more than three tenths of all.
 constexpr double max_missing = 2.5e5;
+constexpr double cost_of_image = 1500;   ///< beside the cost of its samples
+constexpr double cost_of_texels = 0.07;  ///< images of texels, beside images of yarn
 /// Coarse shading saves little of smaller images.
 constexpr int many_samples = 96 * 96;
 
@@ -204,6 +207,7 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   memory_ = {};
   demand_ = expected_ = 0;
   late_.assign(kept_.size(), 0);
+  counted_.clear();
   for (Cloth& cloth : *cloths_) {
     for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
       if (side == nullptr || !side->yarn) continue;
@@ -387,15 +391,21 @@ std::optional<float> CellStore::fit(std::span<Work> works, float samples) const 
   return larger;
 }
 
-double CellStore::expect(std::span<const PatchNeed> needs) {
-  expected_ = 0;
+ImageCost CellStore::expect(std::span<const PatchNeed> needs) {
+  ImageCost sum;
+  counted_.resize(kept_.size());
   for (const PatchNeed& need : needs) {
     Wanted one;
     set_pixel(one, need.patch);
     set_size(one, options_.samples, 1);
-    expected_ += bytes_of(one.view);
+    const double cost = (static_cast<double>(one.view.size.count()) + cost_of_image) *
+                        (one.view.levels.yarn > 0 ? 1 : cost_of_texels);
+    sum.all += cost;
+    if (std::exchange(counted_[need.patch], 1) == 0) sum.fresh += cost;
+    sum.bytes += bytes_of(one.view);
   }
-  return expected_;
+  expected_ = sum.bytes;
+  return sum;
 }
 
 /// Bounds the bytes of a call's images, whose sizes it sets. Returns by how much their pixels are larger;
@@ -436,7 +446,7 @@ void CellStore::age(std::span<Work> all, float samples, bool tight) const {
       if (work.kept) work.outdated = outdated(*work.kept, work.wanted, samples) + 1;
     }
     const CellView& view = work.wanted.view;
-    work.cost = static_cast<double>(view.size.count()) * (1 + 0.1 * view.planes) + 1500;
+    work.cost = static_cast<double>(view.size.count()) * (1 + 0.1 * view.planes) + cost_of_image;
   });
 }
 

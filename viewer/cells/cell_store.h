@@ -93,8 +93,7 @@ class CellStore {
   void begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
              const CellLights& lights);
   /// Tells what a frame needs before make() is called for parts of it: their images fit beside each other.
-  /// Returns the bytes that they would have as fine as wanted.
-  double expect(std::span<const PatchNeed> needs);
+  ImageCost expect(std::span<const PatchNeed> needs);
   /// Replaces CellImageOptions::memory for the rest of the frame.
   void set_memory(double bytes) { options_.memory = static_cast<std::size_t>(bytes); }
   /// Makes images that are missing, and of others the most outdated, for these patches, and keeps others
@@ -184,10 +183,11 @@ class CellStore {
   bool has_windows_ = false;
   bool may_be_late_ = false;
   bool lacks_time_ = false;
-  std::vector<std::uint8_t> late_;  ///< by patch and side
-  std::uint64_t call_ = 0;          ///< of make()
-  std::uint64_t frame_ = 0;         ///< first call of the frame
-  std::uint64_t made_ = 0;          ///< images
+  std::vector<std::uint8_t> late_;     ///< by patch and side
+  std::vector<std::uint8_t> counted_;  ///< the same: in an expect() of the frame
+  std::uint64_t call_ = 0;             ///< of make()
+  std::uint64_t frame_ = 0;            ///< first call of the frame
+  std::uint64_t made_ = 0;             ///< images
 };
 
 }  // namespace selvedge

@@ -13,6 +13,10 @@ constexpr int rasteriser_tile = 64;
 
 FrameBands bands_of(const FrameSize& size) {
   FrameBands bands{size.width * size.supersample, size.height * size.supersample, 1, size.supersample};
+  if (size.band_rows > 0) {
+    bands.rows = size.band_rows * size.supersample;
+    return bands;
+  }
   // Whole tiles of the rasteriser, small enough that a band is drawn while the previous one is shaded.
   const int fraction =
       (bands.height / bands_per_frame + rasteriser_tile - 1) / rasteriser_tile * rasteriser_tile;

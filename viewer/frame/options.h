@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,7 +31,11 @@ struct FrameSize {
   int height = 600;
   int supersample = 1;  ///< the frame is drawn this many times larger per side, then averaged
   int layers = 8;       ///< maximum number of surfaces that a pixel shows behind each other
+  /// Rows that are drawn at a time, an even number: cell images have to fit for these. 0: a third.
+  int band_rows = 0;
 };
+
+struct RenderStats;
 
 /// Bounds of the patches that share a cell image (viewer/cells/patches.h): beyond one of them they are split.
 struct PatchLimits {
@@ -105,6 +110,19 @@ struct DrawOptions {
   bool ends() const { return interrupted != nullptr && interrupted->load(std::memory_order_relaxed); }
   /// Pixels beside these stay empty. Null: all are drawn.
   const FrameBlocks* blocks = nullptr;
+  /// Rows of the picture from its lower end that are not drawn, a multiple of FrameSize::band_rows.
+  int first_row = 0;
+  /// Told of each band that is complete; false ends the drawing.
+  std::function<bool(const RenderStats&)> goes_on;
+  /// Instead of drawing: RenderStats::image_cost with so much supersampling. 0: draws.
+  int foreseen = 0;
+};
+
+/// Cost of the images that a band needs, about 1 for a sample of yarn.
+struct ImageCost {
+  double all = 0;
+  double fresh = 0;  ///< of images that no earlier band of the frame needs
+  double bytes = 0;  ///< of all, as fine as wanted
 };
 
 /// Statistics of a rendering; times in seconds. Drawing and evaluation of different bands overlap, so the
@@ -122,6 +140,7 @@ struct RenderStats {
   std::int64_t evaluated_pixels = 0;  ///< over all layers
   int layers = 0;                     ///< largest number in one pixel
   int rows = 0;                       ///< that are complete, from the lower end of the picture
+  ImageCost image_cost;               ///< of the last band, with DrawOptions::foreseen
   std::int64_t image_bytes = 0;       ///< the most that cell images took at once
   std::vector<std::string> remarks;   ///< options and materials that could not be honoured, one line each
 };

@@ -331,6 +331,10 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
     rows[task]->see_nearest();
   });
   if (scene.view.options.ends()) return {};
+  if (scene.view.options.foreseen > 0) {
+    const auto empty = std::ranges::count(surfaces.nearest, no_surface);
+    return {.covered = static_cast<std::int64_t>(size) - empty, .image_cost = cells.image_cost()};
+  }
   cells.render();
   parallel_for(0, tasks, [&](int task) { rows[task]->shade_nearest(); });
   if (scene.view.options.ends()) return {};

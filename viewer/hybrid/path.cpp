@@ -64,6 +64,7 @@ void HybridPath::shade(const FrameScene& scene, int first_row, Band& band, Frame
     seen += shade_deep(scene, cells_, deep, layers_, pixels);
   }
   watch.add_to(stats.evaluation);
+  stats.image_cost = seen.image_cost;
   stats.covered_pixels += seen.covered;
   stats.evaluated_pixels += seen.evaluated;
   stats.layers = std::max(stats.layers, seen.layers);
@@ -87,12 +88,14 @@ void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
   const FrameScene scene = begin(view, projected);
   watch.add_to(stats.project);
   // Surfaces without fabric need further rounds of the same band, so drawing and shading cannot overlap.
-  const bool at_once = thread_count() == 1 || pass_.has_pbr() || casts;
+  const DrawOptions& options = view.options;
+  const bool at_once = thread_count() == 1 || pass_.has_pbr() || casts || options.goes_on;
   std::future<void> shading_before;
   const auto finish_before = [&] {
     if (shading_before.valid()) shading_before.get();
   };
-  for (std::size_t i = 0; i < lists.size() && !view.options.ends(); ++i) {
+  const int first_band = options.first_row * bands_.supersample / bands_.rows;
+  for (std::size_t i = first_band; i < lists.size() && !options.ends(); ++i) {
     const int first_row = static_cast<int>(i) * bands_.rows;
     Band& band = in_flight_[i % 2];
     const int rows = bands_.rows_from(first_row);
@@ -113,6 +116,7 @@ void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
       shade();
     else
       shading_before = std::async(std::launch::async, shade);
+    if (options.goes_on && !options.goes_on(stats)) break;
   }
   finish_before();
   if (!view.options.ends()) {

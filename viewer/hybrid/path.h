@@ -43,8 +43,8 @@ class HybridPath {
 
   /// Whether the CPU finds the triangles: of blocks it draws no others.
   bool casts(const DrawOptions& options) const {
-    return kind_ != RenderPath::paper && (kind_ == RenderPath::raster || options.blocks != nullptr) &&
-           !pass_.has_pbr();
+    return kind_ != RenderPath::paper && !pass_.has_pbr() &&
+           (kind_ == RenderPath::raster || options.blocks != nullptr || options.foreseen > 0);
   }
   /// Begins a frame.
   FrameScene begin(const FrameView& view, const ProjectedVertices& projected);

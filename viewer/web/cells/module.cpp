@@ -268,7 +268,7 @@ void mark_visible(Garment& garment) {
   add(4, 1);
   garment.done = 0;
   // Garments share the memory by their needs.
-  garment.need = garment.store->expect(garment.needs);
+  garment.need = garment.store->expect(garment.needs).bytes;
   const double all = all_need();
   garment.store->set_memory(page.fill * static_cast<double>(page.image_memory) *
                             (all > 0 ? garment.need / all : 1));
