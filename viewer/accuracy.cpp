@@ -25,12 +25,14 @@ constexpr int max_supersample = 8;
 /// dB that twice the rays along a pixel's side give, about (tests/bench/accuracy.mjs).
 constexpr double gain_of_twice = 6.5;
 
-V3f display_value(const V4f& pixel) {
+template <class Encode>
+V3f display_value(const V4f& pixel, const Encode& encode) {
   static const DisplayOptions display = default_display();
   const V3f c = V3f(pixel.x, pixel.y, pixel.z) * display.exposure + *display.background * (1 - pixel.w);
-  const auto encoded = [](float x) { return linear_to_srgb(std::clamp(x, 0.0F, 1.0F)); };
+  const auto encoded = [&](float x) { return encode(std::clamp(x, 0.0F, 1.0F)); };
   return {encoded(c.x), encoded(c.y), encoded(c.z)};
 }
+V3f display_value(const V4f& pixel) { return display_value(pixel, linear_to_srgb); }
 
 double decibels(double mean_square) { return -10 * std::log10(std::max(mean_square, 1e-20)); }
 
@@ -49,7 +51,7 @@ class Drawer {
   /// Only pixels of `blocks`, if there are any. Throws a Failure.
   void draw(int supersample, const FrameBlocks* blocks, Frame& frame) {
     FrameSize size = size_;
-    size.band_rows = band_rows(supersample);
+    if (blocks == nullptr) size.band_rows = band_rows(supersample);
     DrawOptions options = options_;
     options.blocks = blocks;
     draw(supersample, size, options, frame, blocks == nullptr);
@@ -104,12 +106,18 @@ class Probe {
   /// dB of the picture with some supersampling beside that with another. Less exact where it is clearly below
   /// or above these.
   double accuracy(int supersample, int beside, double below = 0, double above = HUGE_VAL) {
-    constexpr std::size_t min_blocks = 24;
-    constexpr std::size_t max_blocks = 96;
-    constexpr double max_error = 0.25;  // of the mean square
+    constexpr std::size_t min_blocks = 16;
+    constexpr std::size_t max_blocks = 64;
+    constexpr double max_error = 0.35;  // of the mean square
     constexpr double clear = 1.5;       // standard errors
-    if (count_ == 0) take(min_blocks);
-    for (std::size_t shown = 0;; take(shown < min_blocks / 2 ? 7 * count_ : count_)) {
+    constexpr double few = 20;          // dB, by the blocks that show something
+    if (count_ == 0) take(24);
+    // As many as should show enough.
+    const auto more = [&](std::size_t shown) {
+      return shown < min_blocks ? count_ * (min_blocks - shown) / std::max<std::size_t>(shown, 1) + 2
+                                : count_;
+    };
+    for (std::size_t shown = 0;; take(more(shown))) {
       double sum = 0;
       double squares = 0;
       shown = 0;  // blocks with something in them: others cost nothing, and tell little
@@ -121,13 +129,37 @@ class Probe {
       const double error =
           std::sqrt(std::max(squares / (sum * sum) - 1.0 / static_cast<double>(count_), 0.0));
       const double result = decibels(sum / static_cast<double>(pixels_));
-      const double reach = decibels(1 / (1 + clear * error));
+      const double reach = decibels(1 / (1 + clear * error)) + few / static_cast<double>(shown);
       const bool is_clear = result + reach < below || result - reach > above;
       const bool is_near = std::min(std::abs(result - below), std::abs(result - above)) < reach;
       const bool is_exact = error < max_error && (!is_near || shown > min_blocks);
-      if ((shown >= min_blocks && (is_exact || is_clear)) || shown >= max_blocks || count_ == taken_.size())
+      if (((is_clear || is_exact) && shown >= min_blocks) || shown >= max_blocks || count_ == taken_.size())
         return result;
     }
+  }
+
+  /// Whether it took many blocks for some that show something: rays cost little then.
+  bool is_mostly_empty() const { return count_ > 200; }
+
+  /// dB by which a whole picture is less accurate than its blocks: errors go with the squares of the
+  /// differences of neighbours.
+  double beyond_blocks(const Frame& whole) const {
+    constexpr double most = 3;
+    const auto value = [&](std::size_t i) {
+      return display_value(whole.pixels[i], [](float x) { return std::sqrt(x); });
+    };
+    std::array<double, 2> sums{};  // everywhere, and in blocks
+    for (int y = 1; y < size_.height; ++y) {
+      for (int x = 1; x < size_.width; ++x) {
+        const std::size_t i = static_cast<std::size_t>(y) * size_.width + x;
+        const V3f here = value(i);
+        const double square = (here - value(i - 1)).length2() + (here - value(i - size_.width)).length2();
+        sums[0] += square;
+        if (taken_[block_row(y) + x / blocks_.side] != 0) sums[1] += square;
+      }
+    }
+    const double part = 3.0 * size_.width * size_.height / static_cast<double>(pixels_);
+    return sums[1] > 0 ? std::clamp(decibels(sums[0] / (sums[1] * part)), -most, most) : 0;
   }
 
  private:
@@ -136,12 +168,15 @@ class Probe {
     std::vector<std::uint8_t> blocks;
   };
 
+  std::size_t block_row(int y) const {
+    return static_cast<std::size_t>((size_.height - 1 - y) / blocks_.side) * blocks_.across;
+  }
+
   /// Calls body(pixel, block) for the pixels of blocks.
   template <class Body>
   void for_each_pixel(const std::vector<std::uint8_t>& blocks, const Body& body) const {
     for (int y = 0; y < size_.height; ++y) {
-      const std::size_t row =
-          static_cast<std::size_t>((size_.height - 1 - y) / blocks_.side) * blocks_.across;
+      const std::size_t row = block_row(y);
       for (int x = 0; x < size_.width; ++x)
         if (const std::size_t block = row + x / blocks_.side; blocks[block] != 0)
           body(static_cast<std::size_t>(y) * size_.width + x, block);
@@ -202,31 +237,31 @@ class Probe {
 /// Draws with the least supersampling that has an accuracy, dB.
 AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& size, Frame& frame) {
   AccuratePicture picture{std::min(2, drawer.limit()), 0};
+  Probe probe(drawer, size);
   if (drawer.limit() >= 4) {
-    Probe probe(drawer, size);
     const auto is_enough = [&](int supersample, double decibels) {
       picture = {supersample, decibels};
       return picture.accuracy >= wanted;
     };
-    double of_two = probe.accuracy(2, 4, wanted, wanted);
-    const double of_one =
-        of_two > wanted + for_one + gain_of_two ? probe.accuracy(1, 4, wanted + for_one) : 0;
+    const double of_two = probe.accuracy(2, 4, wanted, wanted);
+    const double of_one = of_two > wanted + for_one + gain_of_two && !probe.is_mostly_empty()
+                              ? probe.accuracy(1, 4, wanted + for_one, wanted + for_one)
+                              : 0;
     if (of_one >= wanted + for_one) {
       picture = {1, of_one};
-    } else if (of_two = probe.accuracy(2, 4, wanted); !is_enough(2, of_two)) {
-      double of_four = of_two + gain_of_twice;
-      if (drawer.limit() >= 8) {
-        of_four = probe.accuracy(4, 8);
-        of_two = probe.accuracy(2, 8);
-      }
+    } else if (!is_enough(2, of_two)) {
+      const bool has_eight = drawer.limit() >= 8;
+      const double of_four = has_eight ? probe.accuracy(4, 8) : of_two + gain_of_twice;
+      const double before = has_eight ? probe.accuracy(2, 8) : of_two;
       // In between, accuracy goes with the logarithm of the rays.
       for (const int supersample : {3, 4, 6, max_supersample})
         if (supersample > drawer.limit() ||
-            is_enough(supersample, of_four + (of_four - of_two) * std::log2(supersample / 4.0)))
+            is_enough(supersample, of_four + (of_four - before) * std::log2(supersample / 4.0)))
           break;
     }
   }
   drawer.draw(picture.supersample, nullptr, frame);
+  if (picture.accuracy > 0) picture.accuracy += probe.beyond_blocks(frame);
   return picture;
 }
 

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 
 #include "format/base/chunks.h"
 #include "format/fabric/lifted.h"
@@ -19,6 +20,18 @@ constexpr std::size_t chunk = 2048;
 constexpr float max_bend = 1.5F;
 /// Whole repeats of a triangle from the origin, at most.
 constexpr float max_whole = 1e9F;
+
+/// Calls body(i) for the flags that are set; mostly few are.
+template <class Body>
+void for_each_set(const std::vector<std::uint8_t>& flags, const Body& body) {
+  for (std::size_t i = 0; i < flags.size(); i += sizeof(std::uint64_t)) {
+    std::uint64_t some = 0;
+    const std::size_t end = std::min(i + sizeof some, flags.size());
+    std::memcpy(&some, &flags[i], end - i);
+    for (std::size_t k = i; some != 0 && k < end; ++k)
+      if (flags[k] != 0) body(static_cast<std::uint32_t>(k));
+  }
+}
 
 /// Bit of a light in masks (CellLights).
 std::uint32_t bit_of(std::size_t light) { return light < 32 ? 1U << light : 0; }
@@ -436,7 +449,7 @@ void CellPass::render(bool behind) {
   for (const auto& [patch, other] : shared_) store_.alias(patch, other);
   std::ranges::fill(seen_, 0);
   std::ranges::fill(seen_patches_, 0);
-  std::ranges::fill(seen_parts_, 0);
+  if (has_parts_) std::ranges::fill(seen_parts_, 0);
 }
 
 /// The patches that seen pixels need.
@@ -447,8 +460,7 @@ void CellPass::collect(bool behind, int shared) {
   const std::uint32_t always = ~mapped_;
   const Patches& patches = store_.patches();
   const auto is_looked_up = [&](PatchSide patch) { return !has_parts_ || seen_parts_[patch] != 0; };
-  for (std::uint32_t i = 0; i < seen_.size(); ++i) {
-    if (seen_[i] == 0) continue;
+  for_each_set(seen_, [&](std::uint32_t i) {
     patches.for_all(patches.place(i), extents_[i], [&](std::uint32_t patch) {
       for (std::uint32_t side = 0; side < 2; ++side) {
         if ((seen_[i] >> side & 1) == 0 || !is_looked_up(2 * patch + side)) continue;
@@ -457,13 +469,12 @@ void CellPass::collect(bool behind, int shared) {
         patch_need.unlit |= lit_by_[i].unlit;
       }
     });
-  }
-  for (std::uint32_t i = 0; i < seen_patches_.size(); ++i) {
-    if (seen_patches_[i] == 0) continue;
+  });
+  for_each_set(seen_patches_, [&](std::uint32_t i) {
     PatchNeed& patch_need = request(i, behind, shared);
     patch_need.lit = ~0U;
     patch_need.unlit = mapped_;
-  }
+  });
   if (behind || shared > 0) return;
   for (std::size_t k = 0, count = needs_.size(); k < count; ++k) {
     const PatchNeed need = needs_[k];
