@@ -51,7 +51,8 @@ class Drawer {
   /// Only pixels of `blocks`, if there are any. Throws a Failure.
   void draw(int supersample, const FrameBlocks* blocks, Frame& frame) {
     FrameSize size = size_;
-    if (blocks == nullptr) size.band_rows = band_rows(supersample);
+    // Bands without blocks are not drawn.
+    size.band_rows = blocks != nullptr ? blocks->side : band_rows(supersample);
     DrawOptions options = options_;
     options.blocks = blocks;
     draw(supersample, size, options, frame, blocks == nullptr);
@@ -98,9 +99,11 @@ class Probe {
  public:
   Probe(Drawer& drawer, const FrameSize& size) : drawer_(drawer), size_(size) {
     blocks_.across = (size.width + blocks_.side - 1) / blocks_.side;
-    blocks_.drawn.resize(static_cast<std::size_t>(blocks_.across) *
-                         ((size.height + blocks_.side - 1) / blocks_.side));
+    const int rows = (size.height + blocks_.side - 1) / blocks_.side;
+    blocks_.drawn.resize(static_cast<std::size_t>(blocks_.across) * rows);
     taken_ = blocks_.drawn;
+    row_step_ = std::clamp(rows / 8, 1, 4);
+    all_ = static_cast<std::size_t>(blocks_.across) * (rows / row_step_);
   }
 
   /// dB of the picture with some supersampling beside that with another. Less exact where it is clearly below
@@ -133,7 +136,7 @@ class Probe {
       const bool is_clear = result + reach < below || result - reach > above;
       const bool is_near = std::min(std::abs(result - below), std::abs(result - above)) < reach;
       const bool is_exact = error < max_error && (!is_near || shown > min_blocks);
-      if (((is_clear || is_exact) && shown >= min_blocks) || shown >= max_blocks || count_ == taken_.size())
+      if (((is_clear || is_exact) && shown >= min_blocks) || shown >= max_blocks || count_ == all_)
         return result;
     }
   }
@@ -185,10 +188,11 @@ class Probe {
 
   /// Takes more blocks, as many as there are, by multiples of the golden ratio.
   void take(std::size_t more) {
-    for (; more > 0 && count_ < taken_.size(); ++next_) {
+    for (; more > 0 && count_ < all_; ++next_) {
       const double place = next_ * std::numbers::phi;
-      std::uint8_t& block =
-          taken_[static_cast<std::size_t>((place - std::floor(place)) * static_cast<double>(taken_.size()))];
+      const auto number = static_cast<std::size_t>((place - std::floor(place)) * static_cast<double>(all_));
+      const std::size_t row = number / blocks_.across * row_step_ + row_step_ / 2;
+      std::uint8_t& block = taken_[row * blocks_.across + number % blocks_.across];
       if (std::exchange(block, 1) != 0) continue;
       ++count_;
       --more;
@@ -228,6 +232,8 @@ class Probe {
   FrameSize size_;
   FrameBlocks blocks_;
   std::vector<std::uint8_t> taken_;
+  int row_step_ = 1;       ///< other rows have no blocks: OpenGL draws whole rows
+  std::size_t all_ = 0;    ///< that may be taken
   std::size_t count_ = 0;  ///< of taken_
   int next_ = 1;
   std::map<int, Drawn> drawn_;

@@ -1,6 +1,7 @@
 // Options of a frame and statistics of its rendering.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -87,6 +88,12 @@ struct FrameBlocks {
   int side = 8;  ///< pixels
   int across = 0;
   std::vector<std::uint8_t> drawn;  ///< 0: not
+  /// Whether some of these pixels' rows are drawn.
+  bool shows(int first_row, int rows) const {
+    const auto row = drawn.begin() + static_cast<std::ptrdiff_t>(first_row / side) * across;
+    const auto end = drawn.begin() + static_cast<std::ptrdiff_t>((first_row + rows - 1) / side + 1) * across;
+    return std::any_of(row, end, [](std::uint8_t block) { return block != 0; });
+  }
 };
 
 /// Options that may change from frame to frame.

@@ -254,8 +254,8 @@ class RowShader {
   }
   /// Whether some pixels of the rows are drawn.
   bool has_blocks() const {
-    return blocks_ == nullptr || std::any_of(blocks_of(first_), blocks_of(end_ - 1) + blocks_->across,
-                                             [](auto b) { return b != 0; });
+    return blocks_ == nullptr || blocks_->shows((pixels_.first_row + first_) / pixels_.supersample,
+                                                (end_ - 1 - first_) / pixels_.supersample + 1);
   }
   void clear_beside(int y, std::span<SeenSurface> nearest, std::span<SeenSurface> behind) const {
     const std::uint8_t* const blocks = blocks_of(y);

@@ -99,6 +99,9 @@ void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
     const int first_row = static_cast<int>(i) * bands_.rows;
     Band& band = in_flight_[i % 2];
     const int rows = bands_.rows_from(first_row);
+    if (options.blocks != nullptr &&
+        !options.blocks->shows(first_row / bands_.supersample, rows / bands_.supersample))
+      continue;
     watch = {};
     band.surfaces.cast = casts;
     if (casts) {
