@@ -77,7 +77,9 @@ class Drawer {
   /// FrameSize::band_rows: images of close pictures fit for so many.
   int band_rows(int supersample) const {
     constexpr int bands = 16;
-    constexpr int max_pixels = 1 << 19;
+    constexpr std::size_t image_bytes = 320;  // of a pixel, close by
+    const auto max_pixels =
+        static_cast<int>(std::min(options_.cells.memory / image_bytes, std::size_t{1} << 20));
     const int rows = std::min(size_.height / bands, max_pixels / (size_.width * supersample * supersample));
     return std::max(rows / 2, 1) * 2;
   }
