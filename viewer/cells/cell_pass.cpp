@@ -110,7 +110,10 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
                supersample * larger, lights_);
   light_vertices();
   slope_vertices();
-  set_planes(projected);
+  // Marks of large triangles and of parts need planes; others get them once they are seen.
+  parallel_each(extents_.size(), chunk, [&](std::size_t i) {
+    if (has_parts_ || extents_[i].is_large()) set_planes(i);
+  });
 }
 
 /// Whether a triangle is wide beside its distance to a point light or a spot, or texels lie across a
@@ -287,45 +290,43 @@ void CellPass::slope_vertices() {
 }
 
 /// Homogeneous coordinates, as in the index pass: correct in perspective and for corners behind the viewer.
-void CellPass::set_planes(const ProjectedVertices& projected) {
+void CellPass::set_planes(std::size_t i) {
   const MergedSurfaces& mesh = scene_.mesh;
-  parallel_each(mesh.triangles.size(), chunk, [&](std::size_t i) {
-    if (kinds_[i] == Kind::none) return;
-    const auto& corners = mesh.triangles[i].corners;
-    std::array<V3d, 3> p;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Group& g = projected.screen[corners[k]];
-      p[k] = V3d(g[0], g[1], g[2]);
-    }
-    const std::array edges{p[1].cross(p[2]), p[2].cross(p[0]), p[0].cross(p[1])};
-    const double det = p[0].dot(edges[0]);
-    const double scale = std::abs(det) > 1e-30 ? 1 / det : 0;
-    const std::size_t side = det < 0 ? 1 : 0;
-    const V2f first = mesh.uv(corners[0]);
-    const V2f whole(std::floor(first.x), std::floor(first.y));
-    std::array<V3d, 6> sums;
-    sums.fill(V3d(0, 0, 0));
-    for (std::size_t k = 0; k < 3; ++k) {
-      const V2f uv = mesh.uv(corners[k]) - whole;
-      const V3d edge = edges[k] * scale;
-      sums[0] += edge;
-      sums[1] += edge * static_cast<double>(uv.x);
-      sums[2] += edge * static_cast<double>(uv.y);
-      sums[3] += edge * static_cast<double>(brightness_[corners[k]][side]);
-      sums[4] += edge * static_cast<double>(slopes_[corners[k]].x);
-      sums[5] += edge * static_cast<double>(slopes_[corners[k]].y * mesh.triangles[i].handedness);
-    }
-    std::array<float, 20> flat{};
-    for (std::size_t k = 0; k < 18; ++k) flat[k] = static_cast<float>(sums[k / 3][static_cast<int>(k % 3)]);
-    const V2f from_origin = whole + mesh.triangles[i].whole;
-    flat[18] = std::clamp(from_origin.x, -max_whole, max_whole);
-    flat[19] = std::clamp(from_origin.y, -max_whole, max_whole);
-    std::memcpy(planes_[i].coefficients.data(), flat.data(), sizeof flat);
-    const auto [least, most] =
-        std::minmax({slopes_[corners[0]].z, slopes_[corners[1]].z, slopes_[corners[2]].z});
-    planes_[i].at_outline = least < outline_rises_[i] && most > -outline_rises_[i];
-    planes_[i].place = store_.patches().place(static_cast<std::uint32_t>(i));
-  });
+  if (kinds_[i] == Kind::none) return;
+  const auto& corners = mesh.triangles[i].corners;
+  std::array<V3d, 3> p;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Group& g = projected_->screen[corners[k]];
+    p[k] = V3d(g[0], g[1], g[2]);
+  }
+  const std::array edges{p[1].cross(p[2]), p[2].cross(p[0]), p[0].cross(p[1])};
+  const double det = p[0].dot(edges[0]);
+  const double scale = std::abs(det) > 1e-30 ? 1 / det : 0;
+  const std::size_t side = det < 0 ? 1 : 0;
+  const V2f first = mesh.uv(corners[0]);
+  const V2f whole(std::floor(first.x), std::floor(first.y));
+  std::array<V3d, 6> sums;
+  sums.fill(V3d(0, 0, 0));
+  for (std::size_t k = 0; k < 3; ++k) {
+    const V2f uv = mesh.uv(corners[k]) - whole;
+    const V3d edge = edges[k] * scale;
+    sums[0] += edge;
+    sums[1] += edge * static_cast<double>(uv.x);
+    sums[2] += edge * static_cast<double>(uv.y);
+    sums[3] += edge * static_cast<double>(brightness_[corners[k]][side]);
+    sums[4] += edge * static_cast<double>(slopes_[corners[k]].x);
+    sums[5] += edge * static_cast<double>(slopes_[corners[k]].y * mesh.triangles[i].handedness);
+  }
+  std::array<float, 20> flat{};
+  for (std::size_t k = 0; k < 18; ++k) flat[k] = static_cast<float>(sums[k / 3][static_cast<int>(k % 3)]);
+  const V2f from_origin = whole + mesh.triangles[i].whole;
+  flat[18] = std::clamp(from_origin.x, -max_whole, max_whole);
+  flat[19] = std::clamp(from_origin.y, -max_whole, max_whole);
+  std::memcpy(planes_[i].coefficients.data(), flat.data(), sizeof flat);
+  const auto [least, most] =
+      std::minmax({slopes_[corners[0]].z, slopes_[corners[1]].z, slopes_[corners[2]].z});
+  planes_[i].at_outline = least < outline_rises_[i] && most > -outline_rises_[i];
+  planes_[i].place = store_.patches().place(static_cast<std::uint32_t>(i));
 }
 
 CellPass::Surface CellPass::surface_at(std::uint32_t triangle, float x, float y) const {
@@ -443,6 +444,11 @@ ImageCost CellPass::image_cost() {
 
 void CellPass::render(bool behind) {
   if (!active_) return;
+  if (!has_parts_) {
+    std::vector<std::uint32_t> seen;
+    for_each_set(seen_, [&](std::uint32_t i) { seen.push_back(i); });
+    parallel_each(seen.size(), chunk, [&](std::size_t i) { set_planes(seen[i]); });
+  }
   int shared = 0;
   for (collect(behind, shared); !store_.make(needs_, behind, shared); collect(behind, shared))
     shared += store_.lacks_time() ? 0 : 1;

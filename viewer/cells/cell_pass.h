@@ -94,7 +94,7 @@ class CellPass {
   V2f place_at(std::uint32_t triangle, const V2f& pixel) const;
   std::uint32_t patch_at(std::uint32_t triangle, const V2f& place) const;
   void mark_parts(SeenSurface surface, const V2f& place);
-  void set_planes(const ProjectedVertices& projected);
+  void set_planes(std::size_t triangle);
   void collect(bool behind, int shared);
   PatchNeed& request(PatchSide patch, bool behind, int shared);
   /// The view of a surface in a repeat, counted from its triangle's first corner, at a place within it.

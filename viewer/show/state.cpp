@@ -120,7 +120,7 @@ void FramePace::add(double seconds, double budget) {
   const double now = std::clamp(1.5 * std::log2(std::max(seconds, 1e-6) / budget), -9.0, 9.0);
   const double late = std::max(std::ceil(std::min(now, last_)), 0.0);
   const bool is_early = std::max(now, last_) < sure && held_ == 0;
-  const double steps = is_early ? -1 : late;
+  const double steps = is_early ? std::min(-1.0, std::trunc(std::max(now, last_))) : late;
   held_ = late > 0 ? 20 : std::max(held_ - 1, 0);
   last_ = now - steps;
   step_ = std::clamp(step_ + static_cast<int>(steps), 0, coarsest);
