@@ -76,8 +76,6 @@ struct TexelTotals {
   double energy = 0;
   int iterations = 0;
   bool converged = true;
-  std::size_t views = 0;    ///< that see the texel
-  std::size_t samples = 0;  ///< above the texel's horizon
 };
 
 /// Fits a texel of a level and stores it.
@@ -100,8 +98,6 @@ TexelTotals fit_one(const SampleLevel& from, std::size_t texel, const TexelDirec
   store(fits, texel, level);
   TexelTotals total;
   total.error = total.cost = total.energy = samples.energy_below_horizon;
-  for (const double w : samples.weight) total.views += w > 0 ? 1 : 0;
-  total.samples = total.views * samples.lights.size();
   for (const ChannelFit& fit : fits) {
     total.error += fit.error;
     total.cost += fit.cost;
@@ -112,8 +108,7 @@ TexelTotals fit_one(const SampleLevel& from, std::size_t texel, const TexelDirec
   return total;
 }
 
-LevelReport report_of(const std::vector<TexelTotals>& totals, const FabricLevel& level,
-                      const FitOptions& options, std::size_t views) {
+LevelReport report_of(const std::vector<TexelTotals>& totals, const FabricLevel& level) {
   LevelReport report;
   report.width = level.width;
   report.height = level.height;
@@ -126,10 +121,6 @@ LevelReport report_of(const std::vector<TexelTotals>& totals, const FabricLevel&
     energy += total.energy;
     report.iterations += total.iterations / (3.0 * level.texels());
     report.at_limit += total.converged ? 0 : 1;
-    report.unseen += total.views > 0 ? 0 : 1;
-    const std::size_t unknowns = parameter_count(options.lobes) + (options.view_table ? total.views : 0);
-    report.one_view += total.views == 1 && views > 1 ? 1 : 0;
-    report.sparse += total.views > 0 && total.samples < unknowns ? 1 : 0;
   }
   report.cost = energy > 0 ? cost / energy : 0;
   report.training_error = energy > 0 ? std::sqrt(error / energy) : 0;
@@ -147,29 +138,6 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
                  {"smoothness", options.table.smoothness},
                  {"lights", {header.lights.columns, header.lights.rows}}};
   return text.dump();
-}
-
-/// SAMPLES_SPARSE for views, lights and texels with too few samples.
-Issues sparse_samples(const SamplesHeader& header, const std::vector<LevelReport>& levels) {
-  Issues warnings;
-  const auto warn = [&](std::string place, std::string message) {
-    warnings.push_back({Code::samples_sparse, {}, std::move(place), std::move(message)});
-  };
-  for (const auto& [name, grid] : {std::pair{"views", header.views}, {"lights", header.lights}}) {
-    if (grid.count() == 1) warn(name, "there is one only: nothing is known of other directions");
-  }
-  for (std::size_t k = 0; k < levels.size(); ++k) {
-    const LevelReport& level = levels[k];
-    for (const auto& [texels, fault] :
-         {std::pair{level.unseen, "are holes from every view"},
-          {level.one_view, "are seen from one view only"},
-          {level.sparse, "have fewer samples than parameters and table entries"}}) {
-      if (texels > 0)
-        warn(fmt::format("level {}", k),
-             fmt::format("{} of {} texels {}", texels, level.width * level.height, fault));
-    }
-  }
-  return warnings;
 }
 
 }  // namespace
@@ -210,14 +178,13 @@ Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, c
       fitted_texels += 1;
       if (progress) progress(fitted_texels / all_texels);
     });
-    result.levels.push_back(report_of(totals, level, options, views));
+    result.levels.push_back(report_of(totals, level));
     result.levels.back().seconds = watch.seconds();
     fabric.levels.push_back(std::move(level));
   }
   refit_to_pairs(fabric, measured, header.lights.count(), options);
   set_radiance_scale(fabric);
   fabric.provenance = provenance_of(header, options);
-  result.warnings = sparse_samples(header, result.levels);
   return result;
 }
 

@@ -34,16 +34,12 @@ struct LevelReport {
   double cost = 0;            ///< the minimised squared error and penalties, as a fraction of the energy
   double iterations = 0;      ///< evaluations of all samples, per texel and channel
   int at_limit = 0;           ///< texels that reached the limit of iterations in a channel
-  int unseen = 0;             ///< texels that are holes from every view
-  int one_view = 0;           ///< texels that only one of several views sees
-  int sparse = 0;             ///< texels with fewer samples than parameters and table entries
   double seconds = 0;
 };
 
 struct FitResult {
   Fabric fabric;
   std::vector<LevelReport> levels;
-  Issues warnings;  ///< SAMPLES_SPARSE
 };
 
 /// Fits one texel; called from several threads.

@@ -85,14 +85,12 @@ Json fit_json(const FitOutcome& outcome, const std::string& output) {
                {"seconds", outcome.seconds},
                {"levels", Json::array()},
                {"sides", Json::object()},
-               {"warnings", Json::array()},
                {"remarks", outcome.remarks}};
   for (const Side side : all_sides) {
     for (std::size_t k = 0; k < outcome.levels[index_of(side)].size(); ++k)
       (side == Side::front ? json["levels"] : json["sides"][name_of(side)])
           .push_back(level_json(outcome, reader, side, k));
   }
-  for (const Error& warning : outcome.warnings) json["warnings"].push_back(to_json(warning));
   return json;
 }
 
@@ -287,17 +285,13 @@ Baked bake_cell(const MakeCommand& command) {
   return baked;
 }
 
-/// Fits samples, with progress; prints the warnings.
+/// Fits samples, with progress; prints the remarks.
 FitOutcome fit_samples(const Samples& samples, const MakeCommand& command) {
   TerminalProgress progress("fit", command.common.quiet);
   auto outcome = fit_fabric(samples, command.options, progress.callback());
   if (!outcome && outcome.error().file.empty()) outcome.error().file = command.input;
   FitOutcome fitted = value_or_throw(std::move(outcome));
   report_remarks(command.common, command.input, fitted.remarks);
-  for (Error& warning : fitted.warnings) {
-    warning.file = command.input;
-    if (!(command.common.quiet || command.common.json)) report_issue(warning);
-  }
   return fitted;
 }
 

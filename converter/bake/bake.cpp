@@ -125,8 +125,7 @@ class Work {
 void finish(Baked& baked, const BakeOptions& o, const NoiseSum& noise, const NoiseSum& held_out) {
   Samples& samples = baked.samples;
   BakeReport& report = baked.report;
-  const auto warnings = value_or_throw(round_as_stored(samples));
-  for (const Error& warning : warnings) report.remarks.push_back(to_line(warning));
+  value_or_throw(round_as_stored(samples));
   nlohmann::json text = provenance_json(samples.header.provenance);
   text["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", held_out.relative()}};
   samples.header.provenance = text.dump();

@@ -37,7 +37,7 @@ FitResult fit_layers(SideSamples samples, const MakeOptions& options, const Prog
       whole ? std::numeric_limits<double>::infinity() : bytes - overhead_of_side));
   LayerFit chosen = whole ? value_or_throw(fitter.choose_for_file(bytes, options.write))
                           : fitter.choose(bytes, overhead_of_side);
-  return {std::move(chosen.fabric), std::move(chosen.levels), fitter.warnings()};
+  return {std::move(chosen.fabric), std::move(chosen.levels)};
 }
 
 FitResult fit_side(SideSamples samples, const MakeOptions& options, const Progress& progress) {
@@ -124,7 +124,7 @@ std::vector<FitResult> fit_whole(const Samples& samples, const MakeOptions& opti
       for (std::size_t k = 0; k < sides; ++k) {
         LayerFit chosen = fitters[k].choose(room * budget_weights[k] / weights, 0);
         estimate += chosen.bytes;
-        fits.push_back({std::move(chosen.fabric), std::move(chosen.levels), fitters[k].warnings()});
+        fits.push_back({std::move(chosen.fabric), std::move(chosen.levels)});
       }
       const double size =
           static_cast<double>(value_or_throw(fabric_bytes(joined(fits, yarn), options.write))) + texts;
@@ -184,7 +184,6 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
     const PairSamples held_out = pairs_of(samples.pairs[index_of(PairKind::held_out)], all_sides[i]);
     value_or_throw(measure_side(as_stored(fitted.fabric, options.write.half), held_out, outcome.record));
     outcome.levels[i] = fitted.levels;
-    outcome.warnings.insert(outcome.warnings.end(), fitted.warnings.begin(), fitted.warnings.end());
   }
   Fabric& fabric = outcome.fabric = joined(fits, yarns);
   nlohmann::json provenance = provenance_json(fabric.provenance);
@@ -198,8 +197,6 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
   nlohmann::json accuracy = nlohmann::json::parse(accuracy_text(outcome.record));
   if (const auto near = near_accuracy(source); yarns && near) accuracy["yarn"] = *near;
   fabric.accuracy = accuracy.dump();
-  for (const Error& warning : precision_warnings({}, fabric, options.write))
-    outcome.warnings.push_back(warning);
   fabric = as_stored(fabric, options.write.half);
   fabric.fallback = text_of(fit_fallback(fabric));
   outcome.seconds = watch.seconds();

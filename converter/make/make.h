@@ -42,7 +42,6 @@ struct FitOutcome {
   /// By level, by index_of(Side); empty for a side that the samples do not have.
   std::array<std::vector<LevelReport>, all_sides.size()> levels;
   FitRecord record;
-  Issues warnings;
   std::vector<std::string> remarks;  ///< what the bytes had no room for
   double seconds = 0;
 };

@@ -244,7 +244,6 @@ void make(Json json, bool preview) {
   const FitOutcome fitted = value_or_throw(fit_fabric(baked.samples, options, stage(2)));
   for (const auto* remarks : {&stitch.remarks, &baked.report.remarks})
     for (const std::string& remark : *remarks) tell(Told::remark, remark);
-  for (const Error& warning : fitted.warnings) tell(Told::remark, to_line(warning));
   value_or_throw(write_fabric(stitch_name, fitted.fabric, options.write));
 }
 

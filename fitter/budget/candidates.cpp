@@ -399,7 +399,6 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     fitter.fabric_ = std::move(dark.fabric);
     fitter.fabric_.levels.clear();
     fitter.fabric_.lights = header.lights;
-    fitter.warnings_ = std::move(dark.warnings);
     std::vector<SampleLevel> pooled{std::move(samples)};
     const std::size_t levels = fitter.levels_.size();
     while (pooled.size() < levels) pooled.push_back(pool(pooled.back()));

@@ -82,9 +82,6 @@ class LayerFitter {
   /// smallest size found, if no file is small enough.
   Result<LayerFit> choose_for_file(double budget, const FabricWriteOptions& options) const;
 
-  /// As in FitResult.
-  const Issues& warnings() const { return warnings_; }
-
  private:
   struct Level {
     FabricLevel dark;  ///< the paper's layers, of which only frame and opacity are fitted
@@ -117,7 +114,6 @@ class LayerFitter {
   double bytes_of_bases(const Chosen& chosen) const;
   Fabric fabric_;     ///< without levels
   double scale_ = 1;  ///< samples and pairs were divided by it
-  Issues warnings_;
   std::vector<Level> levels_;
   mutable std::map<Chosen, double> bytes_of_bases_;  ///< found before
 };

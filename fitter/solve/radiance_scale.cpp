@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/fabric/warnings.h"
-
 namespace selvedge {
 namespace {
 
@@ -16,6 +14,14 @@ void for_all(std::span<T> lobes, int count, OnRho on_rho, OnLobe on_lobe) {
     on_rho(lobes[i]);
     for (std::size_t j = i + 1; j < i + stride; j += 4) on_lobe(&lobes[j]);
   }
+}
+
+/// The maximum of a lobe over all pairs of directions of the hemisphere, without the cosine:
+/// max(|cx|, |cy|, cz, 0)^n. The base is a bilinear form with a diagonal matrix, so its maximum over unit
+/// vectors is the largest entry; -cz would need a light or a view below the horizon.
+double lobe_peak(const float* lobe) {
+  const float base = std::max({std::abs(lobe[0]), std::abs(lobe[1]), lobe[2], 0.0F});
+  return base > 0 ? std::pow(static_cast<double>(base), static_cast<double>(lobe[3])) : 0;
 }
 
 double largest_of(const Fabric& fabric) {

@@ -11,7 +11,7 @@ namespace selvedge {
 std::span<const CodeRow> code_table() {
   using enum Code;
   using enum Severity;
-  static constexpr std::array<CodeRow, 46> rows{{
+  static constexpr std::array<CodeRow, 41> rows{{
       {file_missing, error, "FILE_MISSING", "The named file does not exist."},
       {file_unreadable, error, "FILE_UNREADABLE", "The file exists but cannot be opened or read."},
       {file_unwritable, error, "FILE_UNWRITABLE", "The output cannot be written; nothing is left behind."},
@@ -29,8 +29,6 @@ std::span<const CodeRow> code_table() {
       {samples_malformed, error, "SAMPLES_MALFORMED",
        "The EXR file is not a samples file, or measured pictures do not make one."},
       {samples_not_finite, error, "SAMPLES_NOT_FINITE", "A sample is NaN, infinite or negative."},
-      {samples_sparse, warning, "SAMPLES_SPARSE",
-       "Samples leave something open: texels that are never seen, fewer samples than parameters."},
       {fabric_malformed, error, "FABRIC_MALFORMED", "The EXR file is not a fabric file."},
       {fabric_version, error, "FABRIC_VERSION", "The fabric file is of a version that is not read."},
       {fabric_unsupported, error, "FABRIC_UNSUPPORTED", "The fabric has an unknown layer or layout."},
@@ -44,14 +42,6 @@ std::span<const CodeRow> code_table() {
       {fabric_digest, error, "FABRIC_DIGEST",
        "A digest is missing, or differs from the attributes, names or pixels."},
       {fabric_mismatch, error, "FABRIC_MISMATCH", "Fabric and samples do not describe the same cell."},
-      {fabric_peak, warning, "FABRIC_PEAK",
-       "A lobe's peak is beyond half precision, or lobes with a large exponent are stored in half."},
-      {fabric_precision, warning, "FABRIC_PRECISION",
-       "Half precision changes the lobes or the products of a texel, or the radiance of samples, by more "
-       "than 5 % when they are written."},
-      {fabric_energy, warning, "FABRIC_ENERGY", "A texel reflects more light than it receives."},
-      {fabric_levels, warning, "FABRIC_LEVELS",
-       "Levels are missing, or a layer is on some of the levels only."},
       {gltf_malformed, error, "GLTF_MALFORMED", "The glTF file breaks a rule of the glTF specification."},
       {gltf_unsupported, error, "GLTF_UNSUPPORTED", "A required glTF feature is not supported."},
       {gltf_accessor, error, "GLTF_ACCESSOR",

@@ -1,5 +1,4 @@
-// The checker of fabric files: the reader (FabricReader), which goes on after an error, and warnings about
-// good files.
+// The checker of fabric files: the reader (FabricReader), which goes on after an error.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +16,7 @@ struct CheckedFabric {
   std::optional<Fabric> fabric;  ///< unless there are errors
 };
 
-/// Places are JSON pointers into the attribute text, or "part/level N/channel/x,y". Warnings are
-/// FABRIC_LEVELS, FABRIC_PEAK and FABRIC_ENERGY.
+/// Places are JSON pointers into the attribute text, or "part/level N/channel/x,y".
 CheckedFabric check_fabric(const std::string& path, const FabricLimits& limits = {});
 CheckedFabric check_fabric(std::span<const std::uint8_t> bytes, const std::string& name,
                            const FabricLimits& limits = {});

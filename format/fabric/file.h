@@ -15,9 +15,6 @@ struct FabricWriteOptions {
   LayerSet half = table_layers;
 };
 
-/// FABRIC_PRECISION for layers that the options' precision would change too much (warnings.h); file: `path`.
-Issues precision_warnings(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options);
-
 /// Writes atomically; the same fabric and options give the same bytes. Refuses an invalid fabric (validate())
 /// and values beyond the range of the chosen precision.
 Result<void> write_fabric(const std::string& path, const Fabric& fabric,

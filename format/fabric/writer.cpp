@@ -10,7 +10,6 @@
 #include "format/fabric/level_values.h"
 #include "format/fabric/names.h"
 #include "format/fabric/size.h"
-#include "format/fabric/warnings.h"
 
 namespace selvedge {
 namespace {
@@ -192,17 +191,6 @@ Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fab
 }
 
 }  // namespace
-
-Issues precision_warnings(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options) {
-  IssueSink sink(path);
-  for_each_side(fabric, [&](const Fabric& side) {
-    for (std::size_t k = 0; k < side.levels.size(); ++k) {
-      if (side.levels[k].of_coarser) continue;
-      warn_of_precision(side.levels[k], side.side, static_cast<int>(k), options.half, sink);
-    }
-  });
-  return sink.take();
-}
 
 Fabric as_stored(const Fabric& fabric, const LayerSet& half) {
   Fabric result = fabric;

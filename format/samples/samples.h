@@ -117,10 +117,8 @@ SideSamples samples_of(const Samples& samples, Side side);
 PairSamples pairs_of(const PairSamples& all, Side side);
 
 /// Rounds the samples to half precision, as their file stores them. SAMPLES_NOT_FINITE, with the place in the
-/// file, for a sample that is NaN, infinite or negative, or beyond half precision. The issues:
-/// FABRIC_PRECISION if rounding changes radiance by more than 5 % of the largest sample: all samples are too
-/// dark.
-Result<Issues> round_as_stored(Samples& samples);
+/// file, for a sample that is NaN, infinite or negative, or beyond half precision.
+Result<void> round_as_stored(Samples& samples);
 
 /// Writes a file. Precondition: the samples have the sizes of their header, and are rounded.
 Result<void> write_samples(const std::string& path, const Samples& samples);

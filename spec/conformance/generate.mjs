@@ -16,9 +16,8 @@ import {broken_gltf} from './generate/broken/gltf.mjs';
 import {broken_headers} from './generate/broken/headers.mjs';
 import {broken_members} from './generate/broken/members.mjs';
 import {broken_parts} from './generate/broken/parts.mjs';
-import {broken_products, unwise_products} from './generate/broken/products.mjs';
+import {broken_products} from './generate/broken/products.mjs';
 import {broken_yarns} from './generate/broken/yarns.mjs';
-import {unwise_fabrics} from './generate/broken/warnings.mjs';
 import {valid} from './generate/fabrics.mjs';
 import {valid_garments} from './generate/garments.mjs';
 import {file_of} from './generate/make.mjs';
@@ -33,7 +32,7 @@ const WITHOUT_FIXTURE = [
   [/^STITCH_/, 'of stitch descriptions (stitch.md)'],
   [/^SAMPLES_/, 'of samples files (samples.md)'],
   [/^MESH_(EMPTY|INVALID)/, 'of meshes from which fabrics are made'],
-  [/^(FILE|IMAGE)_UNWRITABLE|^FABRIC_PRECISION/, 'reported for outputs'],
+  [/^(FILE|IMAGE)_UNWRITABLE/, 'reported for outputs'],
   [/^OPTION_OUT_OF_RANGE|^MATERIAL_MISSING/, 'reported for options'],
   [/_MISMATCH/, 'reported for two files that are compared'],
   [/^GARMENT_EMPTY/, 'reported by dress and render; a glTF without triangles is valid'],
@@ -71,7 +70,7 @@ const broken = [
   ...broken_garments
 ];
 for (const fixture of broken) add_fixture('invalid', fixture);
-for (const fixture of [...unwise_fabrics, ...unwise_products, ...unwise_garments]) add_fixture('warnings', fixture);
+for (const fixture of unwise_garments) add_fixture('warnings', fixture);
 
 function coverage() {
   const page = readFileSync(join(here, '../issues.md'), 'utf8');

@@ -45,10 +45,7 @@ TEST_CASE("all sides of a fabric come back from its file") {
   CHECK(read.levels.front().yarns()->data() == fabric.levels.front().yarns()->data());
   REQUIRE(write_fabric(folder / "b.exr", read));
   CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
-  // Random numbers have the wrong energy.
-  for (const Error& issue : check_fabric(folder / "a.exr").issues) {
-    CHECK((issue.code == Code::fabric_energy || issue.code == Code::fabric_peak));
-  }
+  CHECK(check_fabric(folder / "a.exr").issues.empty());
 }
 
 /// Leaves the other sides out of the levels before `first`, as a writer may.
@@ -94,7 +91,6 @@ TEST_CASE("a level that leaves a side out shows the texels of the next coarser o
   CHECK(through[LayerKind::opacity] == whole.levels[0][LayerKind::opacity]);
   REQUIRE(write_fabric(folder / "b.exr", read));
   CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
-  for (const Error& issue : check_fabric(folder / "a.exr").issues) CHECK(issue.code != Code::fabric_levels);
 }
 
 TEST_CASE("light from the other side is the light of the side through, mirrored") {

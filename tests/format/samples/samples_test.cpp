@@ -121,19 +121,3 @@ TEST_CASE("samples of another version are refused, with both versions") {
   CHECK(error.code == Code::samples_malformed);
   CHECK(error.message == "1 is not understood: this program reads version 3");
 }
-
-TEST_CASE("rounding tells of radiance that half precision loses") {
-  const auto warnings_at = [&](float factor) {
-    Samples samples = small_samples();
-    samples.pairs[1] = {};
-    for (ViewSamples& view : samples.views)
-      for (V3f& r : view.radiance) r *= factor;
-    return test::need(round_as_stored(samples));
-  };
-  // Samples go up to 17; the smallest step of half precision is 6e-8, and of it half is lost at most.
-  for (const float factor : {0.0F, 1e-7F, 1.0F, 1e3F}) CHECK(warnings_at(factor).empty());
-  const Issues warnings = warnings_at(1e-9F);
-  REQUIRE(warnings.size() == 1);
-  CHECK(warnings[0].code == Code::fabric_precision);
-  CHECK(warnings[0].place == "radiance");
-}

@@ -1,9 +1,9 @@
-// Faults and warnings of light tables, products and their bases, and of other sides than the front.
+// Faults of light tables, products and their bases, and of other sides than the front.
 import {pack_values} from '../../reference/exr_write.mjs';
 import {part_of} from '../make.mjs';
 import {all, ask, base, broken, drop_channel, everywhere, lobe, members_of, others, set} from './common.mjs';
 
-/** Without a fault or a reason for a warning. */
+/** Without a fault. */
 const sound = {
   ...base,
   layers: ['lobes', 'light', 'products', 'bases'], light_grid: [1, 2], functions: [1, 2],
@@ -165,29 +165,3 @@ const sides = [
 ];
 
 export const broken_products = [...members, ...channels, ...values, ...digests, ...sides];
-
-const warning = (from, code, what, about, place, changes) => ({...from, name: `${code}-${what}`, about, issues: [{code, place}], ...changes});
-const LIGHT_LEVELS = '/layers/light';
-export const unwise_products = [
-  warning(
-    sound, 'FABRIC_LEVELS', 'light', 'a light table at level 0 only', LIGHT_LEVELS,
-    {layers: {lobes: {}, light: {levels: [0]}}}),
-  warning(
-    sound, 'FABRIC_LEVELS', 'light-beside-products', 'level 1 has products, level 2 neither products nor a light table',
-    LIGHT_LEVELS, {texels: [4, 4], layers: {lobes: {}, light: {levels: [0]}, products: {levels: [1]}, bases: {}}}),
-  warning(sound, 'FABRIC_ENERGY', 'light-table', 'S = 2: more than three times the light comes back', 'level 0', {
-    layers: ['light'],
-    value: {light: everywhere(2)},
-  }),
-  warning(sound, 'FABRIC_ENERGY', 'products', 'products of shared functions that add up to 1', 'level 0', {
-    layers: ['products', 'bases'],
-    value: {products: everywhere(1), bases: everywhere(0.5)},
-  }),
-  warning(of_sides, 'FABRIC_ENERGY', 'both-sides', '0.6 of the light comes back, and 0.6 goes through', 'level 0', {
-    value: {...RHO, lobes: lobe({rho: 0.2})},
-    sides: {...of_sides.sides, 'back.through': side(['lobes'], {value: {lobes: lobe({rho: 0.2})}})},
-  }),
-  warning(of_sides, 'FABRIC_LEVELS', 'opacity-of-the-back', 'an opacity at one level only', '/sides/back/layers/opacity/levels', {
-    sides: {...of_sides.sides, back: side({lobes: {}, opacity: {levels: [0]}})},
-  }),
-];
