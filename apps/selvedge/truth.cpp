@@ -96,14 +96,12 @@ Result<int> run(const TruthCommand& command) {
                      {"height", command.size.y},
                      {"seconds", traced.seconds},
                      {"samples", command.trace.samples},
-                     {"rays", traced.rays},
                      {"noise", traced.noise},
                      {"alphaNoise", traced.alpha_noise}};
-  report(
-      command.common, "truth", json,
-      filled("{place} swatch, {width}x{height} pixels, in {seconds:.2f} s, {rays:.3g} rays, standard error "
-             "{noise:.2g} (opacity {alphaNoise:.2g}) -> {output} ({bytes} bytes)\n",
-             json));
+  report(command.common, "truth", json,
+         filled("{place} swatch, {width}x{height} pixels, in {seconds:.2f} s, standard error "
+                "{noise:.2g} (opacity {alphaNoise:.2g}) -> {output} ({bytes} bytes)\n",
+                json));
   return 0;
 }
 

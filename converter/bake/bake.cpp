@@ -176,7 +176,6 @@ Baked baked_mesh(const CellMesh& given, const std::string& name, const BakeOptio
   }
   if (header.yarns.curves > 0) samples.yarns = lit_yarns(cell, o, header, report);
   finish(baked, o, noise, truth_noise[index_of(PairKind::held_out)]);
-  report.rays = baker.rays();
   report.seconds = watch.seconds();
   return baked;
 }

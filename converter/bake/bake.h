@@ -67,7 +67,6 @@ struct BakeOptions {
 
 struct BakeReport {
   double seconds = 0;
-  std::uint64_t rays = 0;       ///< primary, bounce and shadow rays through a mesh
   double coverage = 0;          ///< mean opacity over texels and views
   double noise = 0;             ///< upper estimate of the relative error of the grid's samples (NoiseSum)
   double truth_noise = 0;       ///< the same for the pairs

@@ -108,7 +108,6 @@ void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, cons
 void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& lights) const {
   PointPacket points;
   std::uint32_t hits = scene_.trace(std::span(packet.origin).first(packet.size), -view, points);
-  std::uint64_t rays = packet.size;
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
     // A ray that meets the ground passed through a hole.
@@ -119,7 +118,7 @@ void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& ligh
     ++packet.gather[i]->hits;
     if (lights.normals) packet.gather[i]->normal += V3d(scene_.vertex_normal(points[i]));
   }
-  rays += light_directly(packet, points, hits, view, lights.directions);
+  light_directly(packet, points, hits, view, lights.directions);
   const std::size_t n = lights.directions.size();
   std::vector<V3d> radiance;
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
@@ -127,17 +126,16 @@ void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& ligh
     Gather& gather = *packet.gather[i];
     PathSampler sampler(packet.index[i], packet.seed[i]);
     radiance.assign(n, V3d(0, 0, 0));
-    rays += tracer_.add_indirect(points[i], view, lights.directions, sampler, radiance);
+    tracer_.add_indirect(points[i], view, lights.directions, sampler, radiance);
     for (std::size_t l = 0; l < n; ++l) {
       for (std::size_t c = 0; c < 3; ++c) gather.radiance[c * n + l] += radiance[l][static_cast<int>(c)];
     }
   }
-  rays_.fetch_add(rays, std::memory_order_relaxed);
 }
 
-std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket& points, std::uint32_t hits,
-                                         const V3d& view, std::span<const V3f> lights) const {
-  if (hits == 0) return 0;
+void TexelBaker::light_directly(const Packet& packet, const PointPacket& points, std::uint32_t hits,
+                                const V3d& view, std::span<const V3f> lights) const {
+  if (hits == 0) return;
   Reflecting r;
   const bool glossy = !scene_.mesh().gloss.empty();
   const bool varied = !scene_.mesh().places.empty() || scene_.is_translucent();
@@ -164,7 +162,6 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
   }
   const std::size_t n = lights.size();
   const LeavingPacket leaving = scene_.leave(points, hits);
-  std::uint64_t rays = 0;
   for (std::size_t l = 0; l < n; ++l) {
     const V3f& light = lights[l];
     alignas(64) std::array<float, packet_size> cosine;
@@ -175,7 +172,6 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
     for (std::size_t i = 0; i < packet_size; ++i) facing |= (cosine[i] > 0 ? 1U : 0U) << i;
     facing &= hits;
     if (facing == 0) continue;
-    rays += static_cast<std::uint64_t>(std::popcount(facing));
     const std::uint32_t lit = facing & ~scene_.occluded(leaving, light, facing);
     GlossPacket::Lanes gloss{};
     GlossPacket::Lanes body;
@@ -193,7 +189,6 @@ std::uint64_t TexelBaker::light_directly(const Packet& packet, const PointPacket
       for (std::size_t c = 0; c < 3; ++c) owner->recent[c * n + l] += sum[static_cast<int>(c)];
     }
   }
-  return rays;
 }
 
 ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samples, std::uint64_t seed,

@@ -1,7 +1,6 @@
 // Traces rays through the texels of one view and sums the radiance under a set of lights.
 #pragma once
 
-#include <atomic>
 #include <cmath>
 #include <span>
 
@@ -44,23 +43,19 @@ class TexelBaker {
   PairSamples bake_pair(const DirectionPair& pair, const LitBy& lights, int samples, std::uint64_t seed,
                         NoiseSum& noise) const;
 
-  /// Number of primary, bounce and shadow rays so far.
-  std::uint64_t rays() const { return rays_; }
-
  private:
   struct Gather;
   struct Packet;
   struct TexelRays;
   void sample(std::span<const TexelRays> texels, const V3f& view, const LitBy& lights) const;
   void follow(const Packet& packet, const V3d& view, const LitBy& lights) const;
-  std::uint64_t light_directly(const Packet& packet, const PointPacket& points, std::uint32_t hits,
-                               const V3d& view, std::span<const V3f> lights) const;
+  void light_directly(const Packet& packet, const PointPacket& points, std::uint32_t hits, const V3d& view,
+                      std::span<const V3f> lights) const;
 
   const RayScene& scene_;
   PathTracer tracer_;
   V2i texels_;
   double plane_z_;
-  mutable std::atomic<std::uint64_t> rays_{0};
 };
 
 }  // namespace selvedge

@@ -13,19 +13,14 @@ namespace {
 constexpr std::uint64_t stream_pixels = 101;
 constexpr std::uint64_t stream_paths = 102;
 
-struct HalfPixel {
-  PixelSum sum;
-  std::uint64_t rays = 0;
-};
-
 /// Traces one half of the rays of a pixel.
-HalfPixel trace_half(const SwatchShot& shot, const TruthOptions& options, const TraceRay& trace, int x, int y,
-                     std::uint64_t half) {
+PixelSum trace_half(const SwatchShot& shot, const TruthOptions& options, const TraceRay& trace, int x, int y,
+                    std::uint64_t half) {
   const auto pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(shot.width) + static_cast<std::uint64_t>(x);
   const std::uint64_t places = seed_of(options.seed, stream_pixels, 2 * pixel + half);
   const std::uint64_t paths = seed_of(options.seed, stream_paths, 2 * pixel + half);
-  HalfPixel result;
+  PixelSum sum;
   PathLights lights;
   for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(options.samples / 2); ++i) {
     const V2d within = spread_point(i, places);
@@ -33,9 +28,9 @@ HalfPixel trace_half(const SwatchShot& shot, const TruthOptions& options, const 
         swatch_ray(shot.camera, {2 * (x + within.x) / shot.width - 1, 1 - 2 * (y + within.y) / shot.height});
     if (!ray) continue;
     PathSampler sampler(i, paths);
-    result.rays += trace(*ray, sampler, lights, result.sum);
+    trace(*ray, sampler, lights, sum);
   }
-  return result;
+  return sum;
 }
 
 }  // namespace
@@ -110,28 +105,23 @@ TruthSwatch draw_truth(const SwatchShot& shot, const TruthOptions& options, cons
   const std::size_t rows = shot.height;
   result.frame = {shot.width, shot.height, std::vector<V4f>(width * rows)};
   std::vector<V2d> errors(rows, V2d(0, 0));  // squared, of colours (x) and opacity (y)
-  std::vector<std::uint64_t> rays(rows, 0);
   constexpr int rows_at_once = 8;
   for (int first = 0; first < shot.height; first += rows_at_once) {
     parallel_for(first, std::min(first + rows_at_once, shot.height), [&](int y) {
       for (int x = 0; x < shot.width; ++x) {
-        const HalfPixel one = trace_half(shot, options, trace, x, y, 0);
-        const HalfPixel two = trace_half(shot, options, trace, x, y, 1);
-        const PixelSum& a = one.sum;
-        const PixelSum& b = two.sum;
+        const PixelSum a = trace_half(shot, options, trace, x, y, 0);
+        const PixelSum b = trace_half(shot, options, trace, x, y, 1);
         const V3f mean((a.radiance + b.radiance) / options.samples);
         result.frame.pixels[y * width + x] =
             V4f(mean.x, mean.y, mean.z, static_cast<float>((a.hits + b.hits) / options.samples));
         const double alpha = (a.hits - b.hits) / options.samples;
         errors[y] += V2d(((a.radiance - b.radiance) / options.samples).length2(), alpha * alpha);
-        rays[y] += one.rays + two.rays;
       }
     });
     if (progress) progress(std::min(1.0, static_cast<double>(first + rows_at_once) / shot.height));
   }
   V2d sum(0, 0);
   for (const V2d& row : errors) sum += row;
-  for (const std::uint64_t row : rays) result.rays += row;
   const double pixels = static_cast<double>(shot.width) * shot.height;
   result.noise = std::sqrt(sum.x / (3 * pixels));
   result.alpha_noise = std::sqrt(sum.y / pixels);

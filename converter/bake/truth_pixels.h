@@ -52,9 +52,8 @@ struct SwatchCell {
 /// The origin of a ray: within the cell's own repeat, above all yarn, but not behind the camera.
 V3d ray_origin(const SwatchRay& ray, const Camera& camera, const SwatchCell& cell);
 
-/// Adds one ray of a pixel, and returns how many that took. `lights` is its own to use.
-using TraceRay =
-    std::function<std::uint64_t(const SwatchRay&, PathSampler&, PathLights& lights, PixelSum& sum)>;
+/// Adds one ray of a pixel. `lights` is its own to use.
+using TraceRay = std::function<void(const SwatchRay&, PathSampler&, PathLights& lights, PixelSum& sum)>;
 
 /// Draws the picture by rays; `seconds` is the caller's.
 TruthSwatch draw_truth(const SwatchShot& shot, const TruthOptions& options, const TraceRay& trace,

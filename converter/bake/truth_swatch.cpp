@@ -53,19 +53,17 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
                            static_cast<double>(scene.bounds().max.z)};
     const auto trace = [&](const SwatchRay& of_pixel, PathSampler& sampler, PathLights& lights,
                            PixelSum& sum) {
-      std::uint64_t rays = 1;
       SurfacePoint point;
       const SwatchRay ray = varied.placed(of_pixel);
       if (!scene.trace(ray_origin(ray, shot.camera, place), -ray.view, point) || scene.is_ground(point))
-        return rays;
+        return;
       sum.hits += 1;
       choice.choose(sampler, lights);
       const YarnBrdf surface = surface_at(scene, point);
       for (std::size_t l = 0; l < lights.directions.size(); ++l)
-        lights.radiance[l] += direct_light(scene, point, surface, lights.directions[l], ray.view, rays);
-      rays += tracer.add_indirect(point, ray.view, lights.directions, sampler, lights.radiance);
+        lights.radiance[l] += direct_light(scene, point, surface, lights.directions[l], ray.view);
+      tracer.add_indirect(point, ray.view, lights.directions, sampler, lights.radiance);
       lights.add_to(sum, varied.factor(ray, point));
-      return rays;
     };
     TruthSwatch result = draw_truth(shot, options, trace, progress);
     result.seconds = watch.seconds();

@@ -29,7 +29,6 @@ struct TruthSwatch {
   /// halves of the rays, as root mean square over pixels and colours.
   double noise = 0;
   double alpha_noise = 0;  ///< the same for the opacity
-  std::uint64_t rays = 0;
   double seconds = 0;
 };
 

@@ -91,18 +91,14 @@ std::optional<V3d> PathTracer::reflect(const SurfacePoint& point, const V3d& vie
   return sample->direction;
 }
 
-std::uint64_t PathTracer::add_indirect(const SurfacePoint& point, const V3d& view,
-                                       std::span<const V3f> lights, PathSampler& sampler,
-                                       std::span<V3d> radiance) const {
+void PathTracer::add_indirect(const SurfacePoint& point, const V3d& view, std::span<const V3f> lights,
+                              PathSampler& sampler, std::span<V3d> radiance) const {
   SurfacePoint vertex = point;
   V3d towards = view;
   V3d throughput(1, 1, 1);
-  std::uint64_t rays = 0;
   for (int depth = 0;; ++depth) {
     const auto direction = reflect(vertex, towards, depth, sampler, throughput);
-    if (!direction) return rays;
-    ++rays;
-    if (!scene_.trace(scene_.leave(vertex, *direction), *direction, vertex)) return rays;
+    if (!direction || !scene_.trace(scene_.leave(vertex, *direction), *direction, vertex)) return;
     towards = -*direction;
     YarnBrdf surface = surface_at(scene_, vertex);
     surface.brightness = 1;  // the mean over strands: no bounce creates light
@@ -116,7 +112,6 @@ std::uint64_t PathTracer::add_indirect(const SurfacePoint& point, const V3d& vie
         through = ~lit & ((1U << packet.size()) - 1);
         lit = 0;
       }
-      rays += static_cast<std::uint64_t>(std::popcount(lit) + std::popcount(through));
       lit &= ~scene_.occluded(vertex, packet, lit);
       if (through != 0) lit |= through & ~scene_.occluded(other_side(vertex), packet, through);
       for (; lit != 0; lit &= lit - 1) {

@@ -45,9 +45,8 @@ class PathTracer {
 
   /// Traces a path from `point`, seen from unit direction `view`, and adds to radiance[l] the light that
   /// arrives after at least one further reflection, under unit perpendicular irradiance from lights[l].
-  /// Returns the number of rays.
-  std::uint64_t add_indirect(const SurfacePoint& point, const V3d& view, std::span<const V3f> lights,
-                             PathSampler& sampler, std::span<V3d> radiance) const;
+  void add_indirect(const SurfacePoint& point, const V3d& view, std::span<const V3f> lights,
+                    PathSampler& sampler, std::span<V3d> radiance) const;
 
   /// Continues a path after `depth` reflections from `point`, seen from `view`: multiplies `throughput` and
   /// returns the next direction, perhaps through the wall, or nothing if the path ends.

@@ -269,14 +269,13 @@ std::optional<BsdfSample> sample_bsdf(const YarnBrdf& surface, const V3d& view, 
 }
 
 V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrdf& surface, const V3f& light,
-                 const V3d& view, std::uint64_t& rays) {
+                 const V3d& view) {
   const V3d towards(light);
   const bool through = comes_through(surface, towards);
   // Closed yarn is lit from outside alone.
   if (surface.transmission > 0 && through != point.back) return V3d(0, 0, 0);
   const double cosine = incidence(surface, towards);
   if (!(cosine > 0)) return V3d(0, 0, 0);
-  ++rays;
   if (scene.occluded(through ? other_side(point) : point, light)) return V3d(0, 0, 0);
   return reflectance(surface, towards, view) * cosine;
 }

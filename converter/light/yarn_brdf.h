@@ -75,8 +75,8 @@ std::optional<BsdfSample> sample_bsdf(const YarnBrdf& surface, const V3d& view, 
 V3d cosine_direction(const V3d& normal, const V2d& square);
 
 /// Light straight from a lamp of unit perpendicular irradiance that leaves a point towards `view`, where the
-/// lamp is not hidden. Adds the shadow ray to `rays`.
+/// lamp is not hidden.
 V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrdf& surface, const V3f& light,
-                 const V3d& view, std::uint64_t& rays);
+                 const V3d& view);
 
 }  // namespace selvedge

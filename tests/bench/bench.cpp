@@ -42,13 +42,10 @@ SideSamples& samples_of_knit() {
 }
 
 void bake_knit(benchmark::State& state) {
-  BakeReport report;
   for ([[maybe_unused]] auto _ : state) {
     Baked baked = need(bake(knit(), "plain-knit", BakeOptions{}));
-    report = std::move(baked.report);
     samples_of_knit() = samples_of(baked.samples, Side::front);
   }
-  state.counters["rays_per_s"] = static_cast<double>(report.rays) / report.seconds;
 }
 
 /// The ray tracer's rate for the kind of rays that a bake casts most, and nothing else: shadow rays of 16

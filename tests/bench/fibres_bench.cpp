@@ -203,14 +203,13 @@ int draw(int argc, char** argv) {
   const TruthSwatch drawn =
       draw_truth(shot, options,
                  [&](const SwatchRay& ray, PathSampler& sampler, PathLights& lights, PixelSum& sum) {
-                   std::uint64_t rays = 1;
                    FibrePoint point;
-                   if (!scene.trace(ray_origin(ray, shot.camera, place), -ray.view, point)) return rays;
+                   if (!scene.trace(ray_origin(ray, shot.camera, place), -ray.view, point)) return;
+                   std::uint64_t rays = 0;
                    sum.hits += 1;
                    choice.choose(sampler, lights);
                    tracer.follow(point, lights.directions, sampler, lights.radiance, rays);
                    lights.add_to(sum);
-                   return rays;
                  },
                  {});
   value_or_throw(write_exr(argv[4], to_linear_image(drawn.frame)));

@@ -68,7 +68,6 @@ Arrived arrived_at(const RayScene& scene, const SurfacePoint& point, const V3d& 
   const PathTracer tracer(scene, scene.is_translucent() ? unlimited_bounces : 2);
   Eigen::MatrixX3d sums = Eigen::MatrixX3d::Zero(light_count, 3);
   std::vector<V3d> radiance(light_count, V3d(0, 0, 0));
-  std::uint64_t rays = 0;
   for (int path = 0; path < paths; ++path) {
     PathSampler sampler(static_cast<std::uint32_t>(path), seed);
     const V3d direction = cosine_direction(V3d(point.face_normal), sampler.next());
@@ -77,7 +76,7 @@ Arrived arrived_at(const RayScene& scene, const SurfacePoint& point, const V3d& 
     const YarnBrdf surface = surface_at(scene, met);
     const double x = direction.dot(fibre);
     for (int l = 0; l < light_count; ++l) {
-      const V3d direct = direct_light(scene, met, surface, lights[l], -direction, rays);
+      const V3d direct = direct_light(scene, met, surface, lights[l], -direction);
       radiance[l] += direct;
       sums.row(l) += Eigen::RowVector3d(1, 2 * x, 4 * x * x - 1) * (direct.x + direct.y + direct.z);
     }
