@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "format/picture/image.h"
-#include "format/picture/probe_layout.h"
 
 namespace selvedge {
 namespace {
@@ -84,48 +83,6 @@ std::optional<V3d> strongest_part(const Environment& environment, double least) 
   return strongest;
 }
 
-/// The picture in its frame, black where it has no pixels.
-Image placed(const Image& image) {
-  Image result{image.frame.x, image.frame.y, 4, {}};
-  result.primaries = image.primaries;
-  result.pixels.resize(std::size_t{4} * result.width * result.height);
-  const V2i low(std::max(image.origin.x, 0), std::max(image.origin.y, 0));
-  const int right = std::min(image.origin.x + image.width, result.width);
-  const int bottom = std::min(image.origin.y + image.height, result.height);
-  for (std::int64_t y = low.y; y < bottom; ++y) {
-    const float* from = &image.pixels[4 * ((y - image.origin.y) * image.width + low.x - image.origin.x)];
-    std::copy_n(from, 4 * (right - low.x), &result.pixels[4 * (y * result.width + low.x)]);
-  }
-  return result;
-}
-
-/// Whether the pixels belong into a frame: one that is twice as wide as high, or of a layout that they have
-/// not.
-bool is_framed(const Image& image) {
-  const V2i& frame = image.frame;
-  const int side = ImageLimits{}.side;
-  if (frame.x < 1 || frame.x > side || frame.y > side || std::abs(image.origin.x) > side ||
-      std::abs(image.origin.y) > side)
-    return false;
-  const bool meet = image.origin.x < frame.x && image.origin.y < frame.y &&
-                    image.origin.x + image.width > 0 && image.origin.y + image.height > 0;
-  const std::optional<ProbeLayout> layout = probe_layout(frame);
-  return meet && (layout == ProbeLayout::equirectangular ||
-                  (layout && !probe_layout(V2i(image.width, image.height))));
-}
-
-void show_colours(Image& image, const Primaries& primaries, std::vector<std::string>& remarks) {
-  const M33d matrix = shown_colours(primaries);
-  if (matrix == M33d()) return;
-  remarks.emplace_back(primaries == xyz_primaries ? "converted from X, Y and Z to red, green and blue"
-                                                  : "its primaries are converted to Rec. 709");
-  for (std::size_t i = 0; i < image.pixels.size(); i += 4) {
-    float* pixel = &image.pixels[i];
-    const V3d colour = V3d(pixel[0], pixel[1], pixel[2]) * matrix;
-    for (int c = 0; c < 3; ++c) pixel[c] = std::max(static_cast<float>(colour[c]), 0.0F);
-  }
-}
-
 /// Values that light can have.
 void make_radiance(Image& image, std::vector<std::string>& remarks) {
   constexpr float max_radiance = 1e12F;  // the sun has 2e9 cd/m2
@@ -178,34 +135,14 @@ Result<Environment> read_environment(const std::string& path, const EnvironmentO
                                      std::uint64_t memory) {
   Result<Image> image = read_image(path, Transfer::keep, memory);
   if (!image) return tl::unexpected(image.error());
-  const V2i stored(image->width, image->height);
-  const bool framed = is_framed(*image);
-  const V2i size = framed ? image->frame : stored;
-  const std::optional<ProbeLayout> layout = probe_layout(size);
-  if (!layout) {
-    return fail(
-        Code::image_unreadable, path, "",
-        fmt::format("{} x {} is no environment: equirectangular ones are 2 : 1, crosses 3 : 4 or 4 : 3, "
-                    "balls 1 : 1",
-                    size.x, size.y));
-  }
-  const int width = equirectangular_width(*layout, size);
-  Environment result{width, width / 2, {}, options, std::move(image->remarks)};
+  const std::string size = fmt::format("{} x {} pixels", image->width, image->height);
+  if (image->width != 2 * image->height)
+    return fail(Code::image_unreadable, path, "", size + ": environments are equirectangular, 2 : 1");
+  Environment result{image->width, image->height, {}, options, std::move(image->remarks)};
   const std::size_t pixels = static_cast<std::size_t>(result.width) * result.height;
-  MemoryAccount account(memory);
-  if (!account.take(pixels, environment_price) ||
-      (framed && size != stored && !account.take(image->pixels.size(), sizeof(float))))
-    return tl::unexpected<Error>(
-        beyond_memory(path, "", fmt::format("{} x {} pixels", size.x, size.y), memory));
-  if (framed && (size != stored || image->origin != V2i(0))) {
-    result.remarks.push_back(
-        fmt::format("{} x {} pixels from ({}, {}) on are placed in {} x {}; the rest is black", stored.x,
-                    stored.y, image->origin.x, image->origin.y, size.x, size.y));
-    image = placed(*image);
-  }
+  if (!MemoryAccount(memory).take(pixels, environment_price))
+    return tl::unexpected<Error>(beyond_memory(path, "", size, memory));
   make_radiance(*image, result.remarks);
-  if (image->primaries) show_colours(*image, *image->primaries, result.remarks);
-  if (layout != ProbeLayout::equirectangular) image = equirectangular(*image, *layout);
   result.radiance.reserve(pixels);
   for (std::size_t i = 0; i < image->pixels.size(); i += 4)
     result.radiance.emplace_back(image->pixels[i], image->pixels[i + 1], image->pixels[i + 2]);

@@ -41,10 +41,8 @@ struct Environment {
 inline constexpr std::uint64_t environment_price = 28;
 
 /// Reads any picture that read_image() does, of values that are not encoded for a screen (.hdr, .exr).
-/// Crosses and balls (probe_layout.h) become equirectangular. A crop is placed in its frame, and primaries
-/// are converted to Rec. 709. Negative values and NaN become 0, infinite ones as bright as the
-/// brightest other one, at least 65504. IMAGE_UNREADABLE for pictures of other shapes; FILE_TOO_LARGE beyond
-/// `memory`.
+/// Negative values and NaN become 0, infinite ones as bright as the brightest other one, at least 65504.
+/// IMAGE_UNREADABLE unless it is 2 : 1; FILE_TOO_LARGE beyond `memory`.
 Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options = {},
                                      std::uint64_t memory = default_memory);
 

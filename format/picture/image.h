@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,7 +18,6 @@
 #include "format/base/mip.h"
 #include "format/base/srgb.h"
 #include "format/base/vec.h"
-#include "format/picture/primaries.h"
 
 namespace selvedge {
 
@@ -28,11 +26,7 @@ struct Image {
   int height = 0;
   int channels = 4;
   std::vector<float> pixels;
-  // The rest of the file.
-  V2i origin{0, 0};  ///< of the pixels in the frame
-  V2i frame{0, 0};   ///< size of OpenEXR's display window; (0, 0): the pixels are the frame
-  std::optional<Primaries> primaries{};  ///< of the pixels, if the file says them
-  std::vector<std::string> remarks{};    ///< what was left out or changed
+  std::vector<std::string> remarks{};  ///< what of the file was left out or changed
 };
 
 /// Whether the last channel is opacity: in images with two or four channels.

@@ -1,5 +1,5 @@
-// Radiance pictures (.hdr, .pic) read by the project's own code: OpenImageIO ignores EXPOSURE, COLORCORR and
-// the order of scanlines, and reads neither the first run lengths (those before 1991) nor XYZE.
+// Radiance pictures (.hdr), as environments come, read without OpenImageIO, which takes 0.2 s and 100 MB to
+// load.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 
 namespace selvedge {
 
-/// Decodes a file whose first bytes are "#?": the top row first, divided by EXPOSURE and COLORCORR, with the
-/// primaries of its header; a missing FORMAT is RGBE. IMAGE_UNREADABLE for other bytes, FILE_TOO_LARGE
-/// beyond `limits`.
+/// Decodes a file of RGBE whose first bytes are "#?" and whose rows come from the top, left to right, flat or
+/// in runs of components; divided by its EXPOSURE. IMAGE_UNREADABLE for other bytes, FILE_TOO_LARGE beyond
+/// `limits`.
 Result<Image> read_radiance(std::span<const std::uint8_t> bytes, const std::string& name,
                             const ImageLimits& limits);
 

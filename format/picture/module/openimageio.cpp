@@ -191,15 +191,6 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
   // Rows take memory as they come: a header may declare what the file does not have.
   Image image{static_cast<int>(width), static_cast<int>(height), 4, {}};
   image.remarks = std::move(remarks);
-  if (is_exr) {
-    image.origin = {spec.x - spec.full_x, spec.y - spec.full_y};
-    image.frame = {spec.full_width, spec.full_height};
-    std::array<float, 8> primaries{};
-    if (spec.getattribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), primaries.data())) {
-      image.primaries.emplace();
-      std::ranges::copy(primaries, image.primaries->begin());
-    }
-  }
   image.pixels.reserve(width * height * 4);
   const bool decode = transfer == Transfer::srgb && !spec.format.is_floating_point();
   const std::array<int, 4>& order = layer->channels;
