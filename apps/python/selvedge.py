@@ -5,7 +5,7 @@
     fabric = selvedge.Fabric("k.fabric.exr")
     rgb, alpha = fabric.evaluate(0, 3, 5, lights, views)
 
-A verb takes its positional words as arguments and its options as keywords (`mm_per_repeat=5` is --mm-per-repeat 5), and
+A verb takes its positional words as arguments and its options as keywords (`single_sided=True` is --single-sided), and
 returns the report of --json as a dictionary. What the program refuses is raised as selvedge.Error. Frames, units and
 formulas are those of spec/: unit directions point away from the cloth, radiance is in 1/sr under unit perpendicular
 irradiance with the light's cosine included.

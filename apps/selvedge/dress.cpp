@@ -79,8 +79,6 @@ void declare(Options& options, DressCommand& command) {
       .reads(true);
   options.vector("--repeats", dress.repeats, "U,V",
                  "Repeats per unit of the texture coordinates, instead of the physical size");
-  options.vector("--mm-per-repeat", dress.mm_per_repeat, "W,H",
-                 "Size of a repeat, instead of the fabric's own");
   options.number("--scale", dress.scale, "F", "Size of the stitches: 2 shows them twice as large");
   options.number("--rotate", dress.rotation, "DEG",
                  "Turn the cloth, counter-clockwise; by right angles unless its repeat is a square");

@@ -64,10 +64,8 @@ void check_options(const DressOptions& options, const V2d& shape) {
     refuse("tex_coord", "only the UV sets 0 and 1 are read");
   const V2d one(1, 1);
   const V2d repeats = options.repeats.value_or(one);
-  const V2d period = options.mm_per_repeat.value_or(one);
   for (const auto& [name, value] :
        {std::pair("repeats", std::abs(repeats.x)), std::pair("repeats", std::abs(repeats.y)),
-        std::pair("mm_per_repeat", period.x), std::pair("mm_per_repeat", period.y),
         std::pair("scale", options.scale), std::pair("unit", options.unit),
         std::pair("height", options.height.value_or(1))}) {
     if (!(value > 0) || !std::isfinite(value)) refuse(name, fmt::format("{} is not positive", value));
@@ -85,7 +83,7 @@ Cloth read_cloth(const std::string& path, const std::string& output_path, const 
   FabricReader reader = value_or_throw(FabricReader::open(path, {.memory = limits.document.memory}));
   Cloth cloth{value_or_throw(reader.read()), {}};
   limits.document.memory -= reader.memory();
-  check_options(options, options.mm_per_repeat.value_or(V2d(cloth.fabric.period_mm)));
+  check_options(options, V2d(cloth.fabric.period_mm));
   cloth.source =
       value_or_throw(source_of(path, output_path, options.embed.value_or(has_ending(output_path, ".glb"))));
   return cloth;
@@ -359,7 +357,7 @@ class Dresser {
   }
 
   FabricReference reference_to(const Cloth& cloth, const UvSize& size, int tex_coord) const {
-    const V2d period = options_.mm_per_repeat.value_or(V2d(cloth.fabric.period_mm)) * options_.scale;
+    const V2d period = V2d(cloth.fabric.period_mm) * options_.scale;
     // A cloth that lies on its side has its courses along v.
     const bool on_side = std::lround(options_.rotation / 90) % 2 != 0;
     V2d repeats = options_.repeats.value_or(V2d(0, 0));

@@ -44,7 +44,6 @@ struct DressOptions {
   std::optional<V3f> backing = {};  ///< linear: a plain surface of this colour behind the cloth (backing.h)
   /// Per unit of the raw UVs, instead of the physical size; below 0 the cloth is mirrored.
   std::optional<V2d> repeats = {};
-  std::optional<V2d> mm_per_repeat = {};  ///< instead of the fabric's own
   Unwrapping unwrap = Unwrapping::where_needed;
   bool single_sided = false;  ///< keep a material that is; else its cloth has two sides
   double scale = 1;           ///< of the cloth: 2 shows stitches of twice the size

@@ -153,8 +153,6 @@ TEST_CASE("dress: the cloth is scaled, turned and moved") {
   CHECK(std::abs(transform.apply_linear({1, 0}).y) == doctest::Approx(125));
   options.rotation = 30;
   CHECK(test::error_of(workshop.dress(options)).code == Code::option_out_of_range);
-  options.mm_per_repeat = V2d(5, 5);
-  CHECK(workshop.dress(options).has_value());
 }
 
 TEST_CASE("dress: stretched cloth is told by its fraction of the area") {
