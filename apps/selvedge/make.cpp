@@ -128,7 +128,7 @@ void add_bake(Options& options, MakeCommand& command) {
   options.number("--views", bake.views, "N", "View directions").further();
   options.number("--lights", bake.lights, "N", "Light directions").further();
   options.number("--samples", bake.samples, "N", "Rays per texel and view").further();
-  add_transport(options, {bake.bounces, bake.ground, bake.reference});
+  add_bounces(options, bake.bounces);
   options
       .number("--pairs", bake.held_out_pairs, "N",
               "Random pairs of directions to measure errors by, and as many to choose layers by")
@@ -196,9 +196,9 @@ void add_recipe(Options& options, MakeCommand& command) {
       const std::size_t equals = setting.find('=');
       command.recipe["set"][setting.substr(0, equals)] = recipe_value(setting.substr(equals + 1));
     }
-    for (const char* name : {"--quality", "--texels", "--views", "--lights", "--samples", "--bounces",
-                             "--ground", "--reference-height", "--pairs", "--truth-samples", "--sides",
-                             "--yarns", "--seed", "--grid", "--lobes", "--no-table"})
+    for (const char* name :
+         {"--quality", "--texels", "--views", "--lights", "--samples", "--bounces", "--pairs",
+          "--truth-samples", "--sides", "--yarns", "--seed", "--grid", "--lobes", "--no-table"})
       for (const std::string& text : options.texts(name)) command.recipe[name + 2] = recipe_value(text);
     if (command.options.bytes) command.recipe["bytes"] = *command.options.bytes;
   });

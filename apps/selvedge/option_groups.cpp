@@ -60,8 +60,7 @@ Option add_cell(Options& options, std::string& input, CellOptions& cell) {
   return option;
 }
 
-void add_transport(Options& options, const TransportOptions& transport) {
-  int& bounces = transport.bounces;
+void add_bounces(Options& options, int& bounces) {
   options.text("--bounces", "N|unlimited",
                fmt::format("Indirect bounces of light [{}]",
                            bounces == unlimited_bounces ? "unlimited" : std::to_string(bounces)),
@@ -71,27 +70,6 @@ void add_transport(Options& options, const TransportOptions& transport) {
                                : whole_numbers_from("--bounces", t, ',', 1, 1, "2 or unlimited")[0];
                  if (t != "unlimited" && bounces < 0) refuse("--bounces", "must not be negative");
                });
-  options
-      .number("--ground", transport.ground, "ALBEDO",
-              "Albedo of a plane that the cloth lies on (default: black)")
-      .further();
-  ReferencePlane& reference = transport.reference;
-  options
-      .text("--reference-height", "top|P%|MM",
-            "Height of the texels' plane above the cell's lowest point [90% of the thickness]",
-            [&reference](const std::string& t) {
-              using Kind = ReferencePlane::Kind;
-              if (t == "top") {
-                reference = {Kind::top, 0};
-                return;
-              }
-              const bool percent = t.ends_with('%');
-              const double value =
-                  numbers_from("--reference-height", t.substr(0, t.size() - (percent ? 1 : 0)), ',', 1, 1,
-                               "top, 90% or 2.5")[0];
-              reference = {percent ? Kind::fraction : Kind::at, percent ? value / 100 : value};
-            })
-      .further();
 }
 
 }  // namespace selvedge

@@ -1,4 +1,4 @@
-// Options that several verbs share: input and mesh of a cell, transport of light.
+// Options that several verbs share: input and mesh of a cell, bounces of light.
 #pragma once
 
 #include <string>
@@ -12,12 +12,7 @@ namespace selvedge {
 /// Declares the input and its mesh options. Returns the option of the input.
 Option add_cell(Options& options, std::string& input, CellOptions& cell);
 
-/// Indirect light and reference plane, of a bake or of a traced swatch.
-struct TransportOptions {
-  int& bounces;
-  std::optional<double>& ground;
-  ReferencePlane& reference;
-};
-void add_transport(Options& options, const TransportOptions& transport);
+/// Indirect light, of a bake or of a traced swatch.
+void add_bounces(Options& options, int& bounces);
 
 }  // namespace selvedge

@@ -45,7 +45,7 @@ void declare(Options& options, TruthCommand& command) {
       .in(0, 1e6);
   TruthOptions& trace = command.trace;
   options.number("--samples", trace.samples, "N", "Rays a pixel, an even number");
-  add_transport(options, {trace.bounces, trace.ground, trace.reference});
+  add_bounces(options, trace.bounces);
   options.number("--seed", trace.seed, "N", "Same seed, same picture");
   add_cell(options, command.input, command.cell);
   options.check([&options, &command] {

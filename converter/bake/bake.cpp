@@ -76,8 +76,7 @@ YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHead
   YarnData yarns = cell.yarns;
   yarns.light.assign(std::size_t{light_values_per_station} * counts_of(yarns).stations, 0);
   value_or_throw(validate(yarns, header.period_mm));
-  const auto ground = o.ground ? std::optional(static_cast<float>(*o.ground)) : std::nullopt;
-  LineLightOptions lines{o.both_sides, ground};
+  LineLightOptions lines{o.both_sides};
   if (o.rough_light) {
     lines.directions = 32;
     lines.spacing = 1;
@@ -143,14 +142,14 @@ Baked baked_mesh(const CellMesh& given, const std::string& name, const BakeOptio
   const Stopwatch watch;
   BakeOptions o = options;
   value_or_throw(check_options(o, name));
-  const auto traced = value_or_throw(trace_cell(given, name, o.ground));
+  const auto traced = value_or_throw(trace_cell(given, name));
   Baked baked;
   BakeReport& report = baked.report;
   CellMesh mesh = given;
   if (o.yarns) mesh.yarns = stored_yarns(given, report);
   YarnCell cell = yarn_cell_of(mesh);
   cell.thickness = traced.thickness_mm();
-  const auto plane = value_or_throw(plane_of(cell.thickness, mesh.period, name, o));
+  const double plane = plane_height * cell.thickness;
 
   Samples& samples = baked.samples;
   SamplesHeader& header = samples.header = samples_header(cell, digest_of(mesh), o, plane, provenance);
@@ -190,7 +189,7 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
   value_or_throw(check_options(o, name));
   for (int* points : {&o.samples, &o.truth_samples})
     *points = points_of_texel(V2i(o.width, o.height), *points);
-  const auto plane = value_or_throw(plane_of(cell.thickness, cell.period, name, o));
+  const double plane = plane_height * cell.thickness;
   Baked baked;
   Samples& samples = baked.samples;
   SamplesHeader& header = samples.header = samples_header(cell, digest_of(cell), o, plane, provenance);

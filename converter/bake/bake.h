@@ -27,18 +27,6 @@ enum class IndirectLight {
 /// The name in files: "traced", "lines".
 const char* name_of(IndirectLight indirect);
 
-/// The height at which texels lie, above the cell's lowest point.
-struct ReferencePlane {
-  enum class Kind {
-    top,       ///< top of the cell's bounding box, as in the paper
-    fraction,  ///< `value` times the thickness
-    at         ///< `value` in mm
-  };
-  /// This fraction is the best or close to it for every built-in stitch (table in docs/bake.md).
-  Kind kind = Kind::fraction;
-  double value = 0.9;
-};
-
 /// Defaults are the paper's scale.
 struct BakeOptions {
   int width = 32;   ///< texels along x, 1 to 4096
@@ -48,12 +36,9 @@ struct BakeOptions {
   int samples = 8;  ///< rays per texel and view
   int bounces = 2;  ///< of a mesh: indirect bounces, 0 to 64, or unlimited_bounces
   IndirectLight indirect = IndirectLight::traced;  ///< set by bake()
-  /// Albedo of a Lambertian plane at the cell's lowest point; without it, light below is lost.
-  std::optional<double> ground;
-  bool rough_light = false;  ///< of yarn without a mesh: by an eighth of the lines
-  /// Views and lights of both sides of the cloth; the samples are four times as many. Not above a ground.
+  bool rough_light = false;                        ///< of yarn without a mesh: by an eighth of the lines
+  /// Views and lights of both sides of the cloth; the samples are four times as many.
   bool both_sides = false;
-  ReferencePlane reference;
   int validation_pairs = 96;
   int held_out_pairs = 96;
   /// Pairs that replace the random ones; unit directions with z >= 1e-3, or |z| for both sides.

@@ -21,11 +21,6 @@ void add(const std::vector<T>& values, Digest& digest) {
   digest.update(values.data(), values.size() * sizeof(T));
 }
 
-const char* name_of(ReferencePlane::Kind kind) {
-  constexpr std::array<const char*, 3> names{"top", "share", "at"};
-  return names[static_cast<std::size_t>(kind)];
-}
-
 /// Adds pairs of the other sides, a third as many for each: every third one, mirrored.
 void add_pairs_of_sides(SamplesHeader& header) {
   for (auto& pairs : header.pairs) {
@@ -52,7 +47,7 @@ std::uint64_t seed_of(std::uint64_t seed, std::uint64_t stream, std::uint64_t in
   return mix(mix(seed ^ mix(stream)) ^ mix(index));
 }
 
-Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name, std::optional<double> ground) {
+Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name) {
   if (auto ok = validate(mesh, name); !ok) return tl::unexpected(ok.error());
   const double mm = std::ldexp(1.0, std::ilogb(std::max(mesh.period.x, mesh.period.y)));
   CellMesh scaled = mesh;
@@ -60,21 +55,9 @@ Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name, std
   for (V3f& p : scaled.positions) p = V3f(V3d(p) / mm);
   for (V3f& p : scaled.hairs.points) p = V3f(V3d(p) / mm);
   for (float& r : scaled.hairs.radius) r = static_cast<float>(static_cast<double>(r) / mm);
-  auto scene =
-      RayScene::create(scaled, name, ground ? std::optional(static_cast<float>(*ground)) : std::nullopt);
+  auto scene = RayScene::create(scaled, name);
   if (!scene) return tl::unexpected(scene.error());
   return TracedCell{std::move(*scene), mm};
-}
-
-Result<double> plane_of(double thickness, const V2d& period, const std::string& name, const BakeOptions& o) {
-  if (o.reference.kind == ReferencePlane::Kind::top) return thickness;
-  const double height =
-      o.reference.value * (o.reference.kind == ReferencePlane::Kind::fraction ? thickness : 1);
-  if (std::abs(height) > 4 * (thickness + std::max(period.x, period.y))) {
-    return fail(Code::option_out_of_range, name, "reference-height",
-                fmt::format("{} mm is far from a cell of {:.3g} mm", height, thickness));
-  }
-  return height;
 }
 
 Result<void> check_options(const BakeOptions& o, const std::string& name) {
@@ -93,20 +76,17 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
         in_range("views", o.views, 1, limits.directions), in_range("lights", o.lights, 1, limits.directions),
         in_range("samples", o.samples, 1, max_samples),
         in_range("bounces", o.bounces == unlimited_bounces ? 0 : o.bounces, 0, 64),
-        in_range("ground", o.ground.value_or(0), 0, 1),
         in_range("validation-pairs", o.validation_pairs, 0, 65536),
         in_range("held-out-pairs", o.held_out_pairs, 0, 65536),
         in_range("truth-samples", o.truth_samples, 2, max_samples)}) {
     if (!ok) return ok;
   }
-  if (o.both_sides && o.ground) return refuse("sides", "both: a ground hides the back");
   const double pixels = static_cast<double>(o.width) * o.height * o.views * o.lights * (o.both_sides ? 4 : 1);
   const auto limit = static_cast<double>(ExrLimits{}.pixels_per_part);
   if (pixels > limit) {
     return refuse("texels", fmt::format("texels x views x lights are {:.3g}; at most {:.3g} are allowed",
                                         pixels, limit));
   }
-  if (!std::isfinite(o.reference.value)) return refuse("reference-height", "is not finite");
   return {};
 }
 
@@ -163,13 +143,8 @@ SamplesHeader samples_header(const YarnCell& cell, const std::string& digest, co
   if (o.yarns) header.yarns = counts_of(cell.yarns);
   nlohmann::json text = provenance_json(provenance);
   nlohmann::json& bake = text["bake"];
-  bake = {{"samples", o.samples},
-          {"seed", o.seed},
-          {"indirect", name_of(o.indirect)},
-          {"referencePlane", name_of(o.reference.kind)},
-          {"digest", digest}};
+  bake = {{"samples", o.samples}, {"seed", o.seed}, {"indirect", name_of(o.indirect)}, {"digest", digest}};
   bake["bounces"] = o.bounces == unlimited_bounces ? nlohmann::json("unlimited") : nlohmann::json(o.bounces);
-  if (o.ground) bake["ground"] = *o.ground;
   header.provenance = text.dump();
   return header;
 }

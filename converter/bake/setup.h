@@ -13,12 +13,12 @@ struct TracedCell {
   double mm = 1;  ///< per unit of the scene; a power of two, so that nothing is rounded
   double thickness_mm() const { return static_cast<double>(scene.bounds().max.z) * mm; }
 };
-/// `ground` as in BakeOptions. Refuses a mesh that validate() refuses.
-Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name, std::optional<double> ground);
+/// Refuses a mesh that validate() refuses.
+Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name);
 
-/// Height of the reference plane above the lowest point of a cell, mm.
-Result<double> plane_of(double thickness_mm, const V2d& period_mm, const std::string& name,
-                        const BakeOptions& options);
+/// Height of the texels' plane above the lowest point of a cell, in thicknesses of the cell: there a texel
+/// keeps to the same piece of yarn from all views.
+inline constexpr double plane_height = 0.9;
 
 /// The seed of item `index` of an independent stream of random numbers.
 std::uint64_t seed_of(std::uint64_t seed, std::uint64_t stream, std::uint64_t index);

@@ -107,14 +107,9 @@ void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, cons
 
 void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& lights) const {
   PointPacket points;
-  std::uint32_t hits = scene_.trace(std::span(packet.origin).first(packet.size), -view, points);
+  const std::uint32_t hits = scene_.trace(std::span(packet.origin).first(packet.size), -view, points);
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
-    // A ray that meets the ground passed through a hole.
-    if (scene_.is_ground(points[i])) {
-      hits &= ~(1U << i);
-      continue;
-    }
     ++packet.gather[i]->hits;
     if (lights.normals) packet.gather[i]->normal += V3d(scene_.vertex_normal(points[i]));
   }

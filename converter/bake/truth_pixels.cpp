@@ -71,8 +71,6 @@ BakeOptions bake_like(const TruthOptions& o) {
   BakeOptions bake;
   bake.samples = o.samples;
   bake.bounces = o.bounces;
-  bake.ground = o.ground;
-  bake.reference = o.reference;
   bake.seed = o.seed;
   return bake;
 }

@@ -43,8 +43,8 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
   const Stopwatch watch;
   return result_of([&] {
     value_or_throw(check_truth(shot, options, name));
-    const TracedCell cell = value_or_throw(trace_cell(mesh, name, options.ground));
-    const double plane = value_or_throw(plane_of(cell.thickness_mm(), mesh.period, name, bake_like(options)));
+    const TracedCell cell = value_or_throw(trace_cell(mesh, name));
+    const double plane = plane_height * cell.thickness_mm();
     const RayScene& scene = cell.scene;
     const PathTracer tracer(scene, options.bounces);
     const LightChoice choice(shot.lights);
@@ -55,8 +55,7 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
                            PixelSum& sum) {
       SurfacePoint point;
       const SwatchRay ray = varied.placed(of_pixel);
-      if (!scene.trace(ray_origin(ray, shot.camera, place), -ray.view, point) || scene.is_ground(point))
-        return;
+      if (!scene.trace(ray_origin(ray, shot.camera, place), -ray.view, point)) return;
       sum.hits += 1;
       choice.choose(sampler, lights);
       const YarnBrdf surface = surface_at(scene, point);

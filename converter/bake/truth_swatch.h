@@ -16,8 +16,6 @@ namespace selvedge {
 struct TruthOptions {
   int samples = 64;  ///< rays per pixel, 2 to 2^20, even
   int bounces = unlimited_bounces;
-  std::optional<double> ground;  ///< as in BakeOptions; rays that meet the ground count as a hole
-  ReferencePlane reference;      ///< the height at z = 0: the compared fabric's
   std::uint64_t seed = 1;
 };
 

@@ -158,17 +158,12 @@ const EvenLight& even_light() {
 class LineLight {
  public:
   LineLight(const Yarns& yarns, std::span<const V3f> through, const LineLightOptions& options)
-      : yarns_(yarns),
-        o_(options),
-        patches_(yarns, parts_for(yarns), options.ground.has_value()),
-        exchange_(patches_.count()) {
+      : yarns_(yarns), o_(options), patches_(yarns, parts_for(yarns)), exchange_(patches_.count()) {
     const auto& curves = yarns.data().curves;
     for (std::size_t c = 0; c < curves.size(); ++c) {
       walls_.push_back(wall_of(curves[c], through[c]));
       lustre_.push_back(curves[c].gloss.lustre);
     }
-    walls_.push_back({V3f(options.ground.value_or(0))});
-    lustre_.push_back(0);
     curve_.resize(patches_.count());
     for (int p = 0; p < patches_.count(); ++p) curve_[p] = patches_.curve_of(p);
     find_exchange();
@@ -191,7 +186,7 @@ class LineLight {
   /// Diffuse light that goes back, of which a hair has all.
   V3f back_of(int patch) const {
     const Wall& wall = walls_[curve_[patch]];
-    return is_front(patch) || patch >= patches_.first_ground() ? wall.back : wall.back + wall.through;
+    return is_front(patch) || is_inside(patch) ? wall.back : wall.back + wall.through;
   }
 
   void find_exchange();
@@ -205,7 +200,7 @@ class LineLight {
   const Yarns& yarns_;
   LineLightOptions o_;
   YarnPatches patches_;
-  std::vector<Wall> walls_;               ///< of the curves, then of the ground
+  std::vector<Wall> walls_;               ///< of the curves
   std::vector<float> lustre_;             ///< likewise
   std::vector<int> curve_;                ///< of the patches
   std::vector<LineCrossings> crossings_;  ///< by direction, without what is inside

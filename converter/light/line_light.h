@@ -6,7 +6,6 @@
 // functions of light that are stored replaces one for each lamp.
 #pragma once
 
-#include <optional>
 #include <span>
 
 #include "format/fabric/yarns.h"
@@ -14,10 +13,9 @@
 namespace selvedge {
 
 struct LineLightOptions {
-  bool both_sides = false;      ///< YarnData::through, too
-  std::optional<float> ground;  ///< albedo of a plane at height 0
-  int directions = 64;          ///< of lines, over the upper half of the sphere; each is followed both ways
-  float spacing = 0.5F;         ///< of lines, in radii of the thinnest ply
+  bool both_sides = false;  ///< YarnData::through, too
+  int directions = 64;      ///< of lines, over the upper half of the sphere; each is followed both ways
+  float spacing = 0.5F;     ///< of lines, in radii of the thinnest ply
 };
 
 /// Gives the curves their indirect light, and all light from below if that is wanted. Heights are above the

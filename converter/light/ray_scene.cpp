@@ -43,7 +43,6 @@ struct RaySceneState {
   RTCScene scene = nullptr;
   Imath::Box3f bounds;  // of one cell
   CellMesh mesh;
-  int ground_triangle = 0;         // the first one
   std::vector<int> triangle_of;    // the mesh's, of each in the scene
   std::vector<int> hair_point_of;  // the first point of each piece of a hair; two triangles make a piece
   CellBlock block;
@@ -250,26 +249,6 @@ double snap_to_wall(double value, double period) {
   return std::abs(turns - nearest) < 1e-6 ? nearest * period : value;
 }
 
-/// Two triangles over the cell at z = 0. They count as yarn except in is_ground().
-void add_ground(CellMesh& mesh, float albedo) {
-  const int first = static_cast<int>(mesh.positions.size());
-  const auto x = static_cast<float>(mesh.period.x);
-  const auto y = static_cast<float>(mesh.period.y);
-  for (const V3f& corner : {V3f(0, 0, 0), V3f(x, 0, 0), V3f(x, y, 0), V3f(0, y, 0)}) {
-    mesh.positions.push_back(corner);
-    mesh.normals.emplace_back(0.0F, 0.0F, 1.0F);
-    mesh.albedo.emplace_back(albedo);
-    if (!mesh.places.empty()) mesh.places.emplace_back();
-    if (!mesh.transmission.empty()) mesh.transmission.push_back(0);
-    if (!mesh.gloss.empty()) {
-      mesh.fibres.emplace_back(1.0F, 0.0F, 0.0F);
-      mesh.gloss.push_back({});
-    }
-  }
-  mesh.triangles.emplace_back(first, first + 1, first + 2);
-  mesh.triangles.emplace_back(first, first + 2, first + 3);
-}
-
 /// Whether the box of some points meets the block, seen from above.
 bool meet(std::initializer_list<V3d> points, const CellBlock& block) {
   Imath::Box3d box;
@@ -426,9 +405,6 @@ constexpr double max_backs = 0.005;
 const Imath::Box3f& RayScene::bounds() const { return state_->bounds; }
 V2d RayScene::period() const { return state_->mesh.period; }
 const CellMesh& RayScene::mesh() const { return state_->mesh; }
-bool RayScene::is_ground(const SurfacePoint& point) const {
-  return point.triangle >= state_->ground_triangle;
-}
 
 bool RayScene::trace(const V3d& origin, const V3d& direction, SurfacePoint& point) const {
   const RaySceneState& s = *state_;
@@ -517,8 +493,7 @@ std::uint32_t RayScene::occluded(const SurfacePoint& point, std::span<const V3f>
   return occluded_packet(*state_, packet, active);
 }
 
-Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
-                                  std::optional<float> ground) {
+Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name) {
   auto state = std::make_shared<RaySceneState>();
   state->bounds = bounds_of(mesh);
   state->mesh = mesh;
@@ -544,8 +519,6 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name,
   for (V3f& p : state->mesh.hairs.points) p = V3f(V3d(p) - shift);
   state->bounds.min = V3f(V3d(state->bounds.min) - shift);
   state->bounds.max = V3f(V3d(state->bounds.max) - shift);
-  state->ground_triangle = static_cast<int>(mesh.triangles.size());
-  if (ground) add_ground(state->mesh, *ground);
 
   // Cells outside of the block whose triangles may reach into it.
   const auto overhang = [](double high, double length) {

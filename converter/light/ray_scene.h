@@ -57,19 +57,14 @@ struct RaySceneState;
 
 class RayScene {
  public:
-  /// `ground` is the albedo of a plane at the lowest point of the cell; without it, rays that leave downwards
-  /// meet nothing. Precondition: validate(mesh) holds.
-  static Result<RayScene> create(const CellMesh& mesh, const std::string& name,
-                                 std::optional<float> ground = {});
+  /// Precondition: validate(mesh) holds.
+  static Result<RayScene> create(const CellMesh& mesh, const std::string& name);
 
-  /// Bounds of one cell without hairs and the ground; the lowest point lies at z = 0, whatever the mesh's own
-  /// height.
+  /// Bounds of one cell without hairs; the lowest point lies at z = 0, whatever the mesh's own height.
   const Imath::Box3f& bounds() const;
   V2d period() const;
-  /// The cell as it is traced: shifted by whole periods, its lowest point at z = 0, the ground's triangles
-  /// last.
+  /// The cell as it is traced: shifted by whole periods, its lowest point at z = 0.
   const CellMesh& mesh() const;
-  bool is_ground(const SurfacePoint& point) const;
   /// Whether light passes through the walls of yarn, which is closed then: light reaches the inside through
   /// walls alone.
   bool is_translucent() const { return !mesh().transmission.empty(); }

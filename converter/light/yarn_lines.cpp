@@ -163,10 +163,7 @@ class LineWalk {
       }
     }
     if (lowest != nullptr) leave();
-    if (patches_.has_ground())
-      meet({patches_.ground(at), 0});
-    else if (above.patch >= 0)
-      out_.lit_below.push_back(above);
+    if (above.patch >= 0) out_.lit_below.push_back(above);
   }
 
  private:
@@ -199,8 +196,7 @@ class LineWalk {
 
 }  // namespace
 
-YarnPatches::YarnPatches(const Yarns& yarns, int parts, bool ground)
-    : yarns_(yarns), parts_(parts), grounds_(ground ? ground_side * ground_side : 0) {
+YarnPatches::YarnPatches(const Yarns& yarns, int parts) : yarns_(yarns), parts_(parts) {
   const YarnData& data = yarns.data();
   const auto& segments = yarns.inside().segments;
   for (const YarnCurve& curve : data.curves) {
@@ -238,22 +234,11 @@ int YarnPatches::front(int piece, float station, float angle) const {
   return front(curve, std::clamp(part, 0, all - 1), ply, std::clamp(turned, 0, around - 1));
 }
 
-int YarnPatches::ground(const V2f& place) const {
-  std::array<int, 2> cell{};
-  for (int k = 0; k < 2; ++k) {
-    const float turns = place[k] / yarns_.period()[k];
-    cell[k] = std::clamp(static_cast<int>((turns - std::floor(turns)) * static_cast<float>(ground_side)), 0,
-                         ground_side - 1);
-  }
-  return first_ground() + cell[1] * ground_side + cell[0];
-}
-
 int YarnPatches::curve_of(int patch) const {
   const auto before = [](const std::vector<int>& firsts, int index) {
     return static_cast<int>(std::ranges::upper_bound(firsts, index) - firsts.begin()) - 1;
   };
   if (patch >= first_inside()) return before(first_front_, (patch - first_inside()) * inside_parts);
-  if (patch >= first_ground()) return static_cast<int>(first_front_.size());
   return patch < fronts_ ? before(first_front_, patch) : before(first_hair_, patch - first_hair());
 }
 

@@ -14,21 +14,19 @@
 namespace selvedge {
 
 /// The surfaces of a cell in patches, numbered: outsides of plies (fronts) by curve, part of a station, ply
-/// and angle; hairs by curve and station; a ground; the insides of plies.
+/// and angle; hairs by curve and station; the insides of plies.
 class YarnPatches {
  public:
   static constexpr int around = 16;       ///< fronts about a ply
   static constexpr int inside_parts = 2;  ///< fronts that share their inside, where light is even
-  static constexpr int ground_side = 16;  ///< patches of the ground along each period
 
   /// `parts`: of a station. `yarns` must outlive the object.
-  YarnPatches(const Yarns& yarns, int parts, bool ground);
+  YarnPatches(const Yarns& yarns, int parts);
 
   int parts() const { return parts_; }
   int fronts() const { return fronts_; }
   int first_hair() const { return fronts_; }
-  int first_ground() const { return first_hair() + hairs_; }
-  int first_inside() const { return first_ground() + grounds_; }
+  int first_inside() const { return first_hair() + hairs_; }
   int count() const { return first_inside() + fronts_ / inside_parts; }
   int inside_of(int front) const { return first_inside() + front / inside_parts; }
   /// Precondition: the curve has the part and the ply.
@@ -38,16 +36,13 @@ class YarnPatches {
   /// `piece`: of Yarns::Inside, and no hair; `angle`: about its ply.
   int front(int piece, float station, float angle) const;
   int hair(int piece) const { return hair_[piece]; }
-  bool has_ground() const { return grounds_ > 0; }
-  /// `place`: mm; at z = 0.
-  int ground(const V2f& place) const;
-  /// The curve of a patch; the ground counts as one more.
+  /// The curve of a patch.
   int curve_of(int patch) const;
 
  private:
   const Yarns& yarns_;
   int parts_;
-  int fronts_ = 0, hairs_ = 0, grounds_ = 0;
+  int fronts_ = 0, hairs_ = 0;
   std::vector<int> first_front_, first_hair_;  ///< of each curve
   std::vector<int> ply_, hair_;                ///< of each piece
 };

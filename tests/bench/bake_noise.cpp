@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "converter/bake/bake.h"
+#include "converter/bake/setup.h"
 #include "converter/stitch/find_cell.h"
 #include "format/base/parallel.h"
 #include "format/base/random.h"
@@ -41,7 +42,7 @@ Seen plain_loop(const CellMesh& mesh, const BakeOptions& o) {
   const PathTracer tracer(scene, o.bounces);
   const std::vector<V3f> views = directions_of(grid_of(o.views));
   const std::vector<V3f> lights = directions_of(grid_of(o.lights));
-  const double top = static_cast<double>(scene.bounds().max.z);
+  const double plane = plane_height * static_cast<double>(scene.bounds().max.z);
   Seen seen(static_cast<std::size_t>(o.width * o.height) * views.size() * lights.size(), V3f(0, 0, 0));
   parallel_for(0, o.width * o.height, [&](int texel) {
     for (std::size_t v = 0; v < views.size(); ++v) {
@@ -50,7 +51,7 @@ Seen plain_loop(const CellMesh& mesh, const BakeOptions& o) {
       for (int i = 0; i < o.samples; ++i) {
         Random random(7, static_cast<std::uint64_t>(texel), v, static_cast<std::uint64_t>(i));
         const V3d at((texel % o.width + random.uniform()) / o.width * mesh.period.x,
-                     (1 - (texel / o.width + random.uniform()) / o.height) * mesh.period.y, top);
+                     (1 - (texel / o.width + random.uniform()) / o.height) * mesh.period.y, plane);
         SurfacePoint point;
         if (!scene.trace(at + view * (mesh.period.x / view.z), -view, point)) continue;
         const YarnBrdf surface = surface_at(scene, point);
@@ -93,7 +94,6 @@ int main(int argc, char** argv) {
   o.views = number(3, 8);
   o.lights = number(4, 16);
   o.held_out_pairs = o.validation_pairs = 0;
-  o.reference.kind = ReferencePlane::Kind::top;  // where the plain loop has its texels
   BakeReport report;
   auto lap = [start = std::chrono::steady_clock::now()]() mutable {
     const auto now = std::chrono::steady_clock::now();

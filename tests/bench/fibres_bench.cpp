@@ -110,7 +110,7 @@ StitchPattern pattern_of(const std::string& stitch, int kind, const V3d& albedo,
 }
 
 Energies of_surface(const StitchPattern& pattern, From from_where, int paths) {
-  const auto cell = value_or_throw(trace_cell(value_or_throw(mesh_stitch(pattern)), pattern.name, {}));
+  const auto cell = value_or_throw(trace_cell(value_or_throw(mesh_stitch(pattern)), pattern.name));
   const PathTracer tracer(cell.scene, unlimited_bounces);
   const double above = static_cast<double>(cell.scene.bounds().max.z) + 1;
   return energies(cell.scene.period(), above, from_where, paths,
@@ -195,9 +195,8 @@ int draw(int argc, char** argv) {
   const FibreScene scene(fibres);
   const FibreTracer tracer(scene, fibres.yarns, options.bounces);
   const LightChoice choice(shot.lights);
-  const auto cell = value_or_throw(trace_cell(mesh, pattern.name, {}));
-  const double plane =
-      value_or_throw(plane_of(cell.thickness_mm(), mesh.period, pattern.name, bake_like(options)));
+  const auto cell = value_or_throw(trace_cell(mesh, pattern.name));
+  const double plane = plane_height * cell.thickness_mm();
   const SwatchCell place{scene.period(), 1e-3, static_cast<double>(bounds_of(mesh).min.z) + plane,
                          scene.high()};
   const TruthSwatch drawn =

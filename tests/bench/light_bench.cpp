@@ -212,7 +212,7 @@ int main(int argc, char** argv) {
     CellOptions options;
     if (argc > 4) options.mesh.cells_across = std::atoi(argv[4]);
     const Cell found = value_or_throw(find_cell(stitch, options));
-    const TracedCell cell = value_or_throw(trace_cell(found.mesh, stitch, {}));
+    const TracedCell cell = value_or_throw(trace_cell(found.mesh, stitch));
     YarnCell yarn = yarn_cell_of(found.mesh);
     YarnData lines = yarn.yarns;
     const std::clock_t begin = std::clock();

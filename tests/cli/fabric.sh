@@ -76,8 +76,6 @@ test_both_sides_go_from_the_bake_into_the_fabric() {
   done
   exits 0 selvedge evaluate f.fabric.exr --level 3 --texel 0,0 --light=0,0.6,-0.8 --json
   holds 'r.rgb.every(x => x === 0)'
-  exits 1 selvedge make plain-knit --set yarn=tube "${few[@]}" --sides both --ground 0.5 -o g.fabric.exr
-  [ ! -e g.fabric.exr ]
 }
 
 "$2"

@@ -68,17 +68,6 @@ test_a_make_without_a_quality_is_the_standard_one() {
   done
 }
 
-test_bake_takes_light_ground_and_plane() {
-  selvedge bake plain-knit --set yarn=tube -o black.exr "${small[@]}" --bounces unlimited --reference-height 50% \
-    --quiet
-  selvedge bake plain-knit --set yarn=tube -o white.exr "${small[@]}" --bounces unlimited --reference-height 50% \
-    --ground 1 --quiet
-  differ black.exr white.exr
-  exits 0 selvedge info white.exr --json
-  holds "r.content.provenance.bake.bounces === 'unlimited' && r.content.provenance.bake.ground === 1"
-  holds "r.content.provenance.bake.referencePlane === 'share' && r.content.referenceHeight < r.content.thickness"
-}
-
 # Lace and satin repeat after many yarns; of a weaving draft with twice as many, eight texels are too few.
 test_a_draft_is_to_be_had_for_stitches_of_many_yarns() {
   for stitch in lace satin; do

@@ -103,9 +103,3 @@ TEST_CASE("cell means are reciprocal on every side") {
   }
   CHECK(compared == 8);
 }
-
-TEST_CASE("nothing is known of the back above a ground") {
-  BakeOptions o = small_bake();
-  o.ground = 0.5;
-  CHECK(test::error_of(bake(floor_of(1, 1, 0.6F), "test", o)).place == "sides");
-}

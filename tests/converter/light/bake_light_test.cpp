@@ -37,9 +37,7 @@ Estimate estimate_of(const std::vector<double>& values) {
   return {mean, std::sqrt(square / n)};
 }
 
-RayScene scene_of(const CellMesh& mesh, std::optional<float> ground = {}) {
-  return test::need(RayScene::create(mesh, "test", ground));
-}
+RayScene scene_of(const CellMesh& mesh) { return test::need(RayScene::create(mesh, "test")); }
 
 /// Means over the cell of opacity * radiance (red), one estimate per seed: [light].
 std::vector<Estimate> cell_means(const TexelBaker& baker, const V3f& view, const LitBy& lights, int samples,
@@ -178,39 +176,5 @@ TEST_CASE("a knit with holes and a weave are white in a white furnace") {
     CHECK(worst < 1.2 * 4.9);
     const double count = static_cast<double>(paths) * side * side * static_cast<double>(views.size());
     CHECK(std::abs(total / count - 1) < 3.9 * std::sqrt(total_square) / count);
-  }
-}
-
-TEST_CASE("a ground below the holes lights the cloth from below, and is no cloth") {
-  // A thin floor over half of the cell, high above a white ground: its underside and the ground exchange
-  // light; seen from above the hole stays a hole.
-  CellMesh mesh = slit_plate(20, 0.5F, 0.5F, 0.5F);
-  mesh.triangles.erase(mesh.triangles.begin(), mesh.triangles.begin() + 2);  // the plate alone
-  // One triangle without area says where the lowest point is.
-  mesh.triangles.emplace_back(0, 0, 1);
-  const V3f light = V3f(0.0125F, 0, 1).normalized();
-  for (const bool ground : {false, true}) {
-    const RayScene scene = scene_of(mesh, ground ? std::optional(1.0F) : std::nullopt);
-    const TexelBaker baker(scene, 1, {2, 1}, 20);
-    NoiseSum ignored;
-    const ViewSamples seen = baker.bake_view({0, 0, 1}, {{&light, 1}}, 64, 1, ignored);
-    CHECK(seen.alpha[0] == 1);
-    CHECK(seen.alpha[1] == 0);
-    CHECK(seen.radiance[1] == V3f(0, 0, 0));
-    // From below the underside shows what the ground sends back: half of the light falls through, evenly
-    // spread after 20 periods.
-    SurfacePoint under;
-    REQUIRE(scene.trace({0.25, 0.5, 10}, {0, 0, 1}, under));
-    double sum = 0;
-    constexpr std::uint32_t paths = 4096;
-    for (std::uint32_t i = 0; i < paths; ++i) {
-      PathSampler sampler(i, 3);
-      V3d radiance(0, 0, 0);
-      PathTracer(scene, 1).add_indirect(under, {0, 0, -1}, {&light, 1}, sampler, {&radiance, 1});
-      sum += radiance.x / paths;
-    }
-    const double exact = ground ? 0.5 / pi * 0.5 * static_cast<double>(light.z) : 0;
-    // Half of the paths see light: deviation of the mean 1 / 64 of it, less by even spreading.
-    CHECK(std::abs(sum - exact) <= 4 * exact / 64);
   }
 }
