@@ -473,35 +473,4 @@ void make_cell_image(const CellSource& source, const CellView& view, CellScratch
   if (of_yarn > 0) fill_heights(*source.yarn, pieces_of(*source.yarn, view), scratch.seen, size, image);
 }
 
-std::vector<V3f> shade_points(const CellYarn& yarn, const YarnPieces& pieces, const CellView& view,
-                              std::span<const CellPoint> points) {
-  std::vector<FrontLamp> lamps;
-  for (const CellLamp& lamp : view.lamps) {
-    if (lamp.direction.z > 0)
-      lamps.push_back({.lifted = lifted(lamp.direction),
-                       .irradiance = lamp.irradiance,
-                       .rise = std::min(1.0F, lamp.direction.z / min_rise)});
-  }
-  std::vector<Group> table;
-  const std::vector<LightSlot> slots = fill_table(yarn, view, {}, table);
-  const ShadingJob job{yarn, pieces, view, lamps, slots, table, 0};
-  std::vector<V3f> result;
-  for (std::size_t first = 0; first < points.size(); first += ShadingBatch::size) {
-    ShadingBatch batch{};
-    std::vector<Group> raw(ShadingBatch::size, Group{});
-    batch.count = std::min(ShadingBatch::size, points.size() - first);
-    for (std::size_t i = 0; i < batch.count; ++i) {
-      const CellPoint& point = points[first + i];
-      batch.piece[i] = point.piece;
-      batch.texel[i] = static_cast<std::uint32_t>(i);
-      batch.x[i] = point.from_start.x;
-      batch.y[i] = point.from_start.y;
-      batch.z[i] = point.from_start.z;
-    }
-    shade(job, batch, ShadingBatch::size, raw.data());
-    for (std::size_t i = 0; i < batch.count; ++i) result.emplace_back(raw[i][0], raw[i][1], raw[i][2]);
-  }
-  return result;
-}
-
 }  // namespace selvedge

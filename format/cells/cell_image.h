@@ -75,13 +75,4 @@ void make_yarn_samples(const CellSource& source, const CellView& view, CellScrat
 /// The same bytes for the same arguments on processors of one vector width.
 void make_cell_image(const CellSource& source, const CellView& view, CellScratch& scratch, CellImage& image);
 
-/// Radiance that leaves points of the yarn towards the viewer, without shadows within the cell, as images
-/// have it: for tests against Yarns.
-struct CellPoint {
-  std::int32_t piece = 0;
-  V3f from_start{0, 0, 0};
-};
-std::vector<V3f> shade_points(const CellYarn& yarn, const YarnPieces& pieces, const CellView& view,
-                              std::span<const CellPoint> points);
-
 }  // namespace selvedge

@@ -11,6 +11,7 @@
 #include "format/fabric/file.h"
 #include "format/fabric/yarn_sky.h"
 #include "format/picture/environment.h"
+#include "tests/format/cells/shade_points.h"
 #include "tests/spec/query.h"
 
 namespace {
@@ -84,7 +85,8 @@ Shading shade_yarn(const Fabric& fabric, const Query& query, const EnvironmentLi
     const bool hair = segments[hit->segment].rank > 0;
     if ((segments[i].rank > 0) == hair ? i < hit->segment : hair) ++piece;
   }
-  sum += shade_points(cell, cell.pieces(0), view, std::array{CellPoint{piece, hit->from_start}}).front();
+  sum += test::shade_points(cell, cell.pieces(0), view, std::array{test::CellPoint{piece, hit->from_start}})
+             .front();
   return {sum * yarns.factor_at(*query.uv, segments[hit->segment].curve), 1};
 }
 

@@ -8,6 +8,7 @@
 
 #include "format/fabric/lifted.h"
 #include "format/fabric/yarn_sky.h"
+#include "tests/format/cells/shade_points.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
 
@@ -71,7 +72,7 @@ TEST_CASE("a point of an image is lit as Yarns lights it: strands, gloss, indire
     view.lamps = {{upwards(random), V3f(1, 2, 3)}, {upwards(random), V3f(0.5F)}};
     const bool behind = round % 2 == 1;
     if (behind) view.lamps[1].direction.z *= -1;
-    std::vector<CellPoint> points;
+    std::vector<test::CellPoint> points;
     std::vector<V3f> expected;
     for (int i = 0; i < 40; ++i) {
       const auto hit = yarns.trace(V2d(random.uniform(), random.uniform()), plane, view.view);
@@ -91,7 +92,7 @@ TEST_CASE("a point of an image is lit as Yarns lights it: strands, gloss, indire
       expected.push_back(sum);
       of_hairs += point.hair ? 1 : 0;
     }
-    const std::vector<V3f> found = shade_points(cell, cell.pieces(0), view, points);
+    const std::vector<V3f> found = test::shade_points(cell, cell.pieces(0), view, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
       ++seen;
       apart += (found[i] - expected[i]).length() < 1e-3F * (1 + expected[i].length()) ? 0 : 1;
