@@ -138,7 +138,7 @@ Result<Environment> read_environment(const std::string& path, const EnvironmentO
   const std::string size = fmt::format("{} x {} pixels", image->width, image->height);
   if (image->width != 2 * image->height)
     return fail(Code::image_unreadable, path, "", size + ": environments are equirectangular, 2 : 1");
-  Environment result{image->width, image->height, {}, options, std::move(image->remarks)};
+  Environment result{image->width, image->height, {}, options};
   const std::size_t pixels = static_cast<std::size_t>(result.width) * result.height;
   if (!MemoryAccount(memory).take(pixels, environment_price))
     return tl::unexpected<Error>(beyond_memory(path, "", size, memory));

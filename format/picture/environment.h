@@ -27,7 +27,7 @@ struct Environment {
   int height = 0;
   std::vector<V3f> radiance;  ///< [row][column], the top row first
   EnvironmentOptions options;
-  std::vector<std::string> remarks{};  ///< what of its file was left out or changed
+  std::vector<std::string> remarks{};  ///< which values of its file were changed
 
   /// Towards the middle of a pixel; unit, world.
   V3d direction(int x, int y) const;

@@ -26,7 +26,6 @@ struct Image {
   int height = 0;
   int channels = 4;
   std::vector<float> pixels;
-  std::vector<std::string> remarks{};  ///< what of the file was left out or changed
 };
 
 /// Whether the last channel is opacity: in images with two or four channels.
@@ -48,9 +47,9 @@ struct ImageLimits {
 };
 
 /// Reads a file of PNG, JPEG, WebP, TIFF, OpenEXR, Radiance HDR or PNM, by its first bytes: the finest level;
-/// always four channels: grey is repeated, a missing alpha is 1. OpenEXR: of all parts and layers the first
-/// with R, G and B, best the one that is called the picture (Combined, beauty), else Y, else the first
-/// channels; its data window. IMAGE_UNREADABLE for others, FILE_TOO_LARGE beyond `memory`.
+/// always four channels: grey is repeated, a missing alpha is 1. OpenEXR: the first part, of its
+/// layers the first with R, G and B, else the first channels; its data window. IMAGE_UNREADABLE for others,
+/// FILE_TOO_LARGE beyond `memory`.
 Result<Image> read_image(const std::string& path, Transfer transfer = Transfer::srgb,
                          std::uint64_t memory = default_memory);
 /// Bytes of its pixels.

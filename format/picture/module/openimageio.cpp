@@ -11,7 +11,6 @@
 #include <cmath>
 #include <exception>
 #include <memory>
-#include <set>
 #include <string_view>
 #include <vector>
 
@@ -20,102 +19,29 @@
 namespace selvedge {
 namespace {
 
-/// Channels of a part of the file for R, G, B, A; -1 without alpha.
-struct Layer {
-  int part = 0;
-  std::array<int, 4> channels{};
-  int rank = 0;  ///< the smaller, the more likely the picture
-  std::string name;
-};
+/// Channels of a file for R, G, B, A; -1 without alpha.
+using Channels = std::array<int, 4>;
 
-Layer only_layer(const OIIO::ImageSpec& spec) {
+Channels first_channels(const OIIO::ImageSpec& spec) {
   const bool colour = spec.nchannels >= 3;
-  return {0, {0, colour ? 1 : 0, colour ? 2 : 0, spec.alpha_channel}, 0, ""};
+  return {0, colour ? 1 : 0, colour ? 2 : 0, spec.alpha_channel};
 }
 
-bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
-  return std::ranges::any_of(words,
-                             [&](std::string_view other) { return OIIO::Strutil::iequals(word, other); });
-}
-
-/// By the names of its part and of itself: 0 what programs call their picture, 3 what they write beside it.
-int rank_of(const std::string& part, const std::string& layer) {
-  bool beside = false;
-  for (const std::string& word : OIIO::Strutil::splits(part + "." + layer, ".")) {
-    if (is_one_of(word, {"combined", "beauty", "rgba", "rgb", "composite", "main", "final", "c", "ci"}))
-      return 0;
-    for (const char* other :
-         {"depth", "normal", "position", "uv", "vector", "velocity", "albedo", "crypto", "mask"})
-      beside = beside || OIIO::Strutil::icontains(word, other);
-  }
-  return beside ? 3 : layer.empty() ? 1 : 2;
-}
-
-/// The layers of a part: channels whose names differ after their last full stop alone.
-void add_layers(const OIIO::ImageSpec& spec, int part, std::vector<Layer>& layers) {
-  const std::string part_name = spec.get_string_attribute("name");
-  const auto layer_of = [&](int channel) {
-    const std::string& name = spec.channelnames[channel];
-    return name.substr(0, name.rfind('.') + 1);
+/// Those of an OpenEXR file: of the layer that has the first red channel; in a layer the names of channels
+/// differ behind their last full stop. Without one, the first channels.
+Channels channels_of_exr(const OIIO::ImageSpec& spec) {
+  const auto find = [&](const std::string& name) {
+    const auto found = std::ranges::find_if(
+        spec.channelnames, [&](const std::string& other) { return OIIO::Strutil::iequals(other, name); });
+    return found == spec.channelnames.end() ? -1 : static_cast<int>(found - spec.channelnames.begin());
   };
-  std::vector<std::string> seen;
-  for (int first = 0; first < spec.nchannels; ++first) {
-    const std::string prefix = layer_of(first);
-    if (std::ranges::find(seen, prefix) != seen.end()) continue;
-    seen.push_back(prefix);
-    std::array<int, 6> named{-1, -1, -1, -1, -1, -1};  // R, G, B, A, Y, X
-    std::vector<int> all;
-    for (int k = first; k < spec.nchannels; ++k) {
-      if (layer_of(k) != prefix) continue;
-      all.push_back(k);
-      const std::string own = spec.channelnames[k].substr(prefix.size());
-      for (int c = 0; c < 6; ++c) {
-        if (OIIO::Strutil::iequals(own, std::array{"R", "G", "B", "A", "Y", "X"}[c]) ||
-            OIIO::Strutil::iequals(own, std::array{"red", "green", "blue", "alpha", "luminance", "x"}[c]))
-          named[c] = k;
-      }
-    }
-    Layer layer{part, {named[0], named[1], named[2], named[3]}, rank_of(part_name, prefix), part_name};
-    if (named[0] < 0 || named[1] < 0 || named[2] < 0) {
-      const bool grey = named[4] >= 0 && named[5] < 0;
-      layer.rank += grey ? 4 : 8;
-      if (all.size() < 3 || grey) all.assign(3, grey ? named[4] : all[0]);
-      std::copy_n(all.begin(), 3, layer.channels.begin());
-    }
-    layers.push_back(layer);
+  std::vector<std::string> layers{""};
+  for (const std::string& name : spec.channelnames) layers.push_back(name.substr(0, name.rfind('.') + 1));
+  for (const std::string& layer : layers) {
+    const Channels named{find(layer + "R"), find(layer + "G"), find(layer + "B"), find(layer + "A")};
+    if (std::min({named[0], named[1], named[2]}) >= 0) return named;
   }
-}
-
-/// Moves `input` to the part of the picture in an OpenEXR file, and says which it is where there is more.
-Result<Layer> find_picture(OIIO::ImageInput& input, const std::string& name,
-                           std::vector<std::string>& remarks) {
-  const int parts = std::max(1, input.spec().get_int_attribute("oiio:subimages", 1));
-  std::vector<Layer> layers;
-  int unread = 0;
-  int channels = 0;
-  for (int part = 0; part < parts; ++part) {
-    if (!input.seek_subimage(part, 0) || input.spec().deep) {
-      ++unread;
-      static_cast<void>(input.geterror());
-      continue;
-    }
-    channels += input.spec().nchannels;
-    add_layers(input.spec(), part, layers);
-  }
-  if (layers.empty())
-    return fail(Code::image_unreadable, name, "", "has deep pixels alone: flatten them where it was made");
-  const Layer picture = *std::ranges::min_element(layers, {}, &Layer::rank);
-  input.seek_subimage(picture.part, 0);
-  std::set<int> used(picture.channels.begin(), picture.channels.end());
-  used.erase(-1);
-  std::string read;
-  for (const int channel : used) read += (read.empty() ? "" : ", ") + input.spec().channelnames[channel];
-  if (!picture.name.empty() && parts > 1) read += fmt::format(" of part {}", picture.name);
-  const int left = channels - static_cast<int>(used.size());
-  if (picture.rank >= 8) remarks.push_back(fmt::format("has no channels R, G and B: shows {}", read));
-  if (left > 0) remarks.push_back(fmt::format("shows {}, and not its {} other channels", read, left));
-  if (unread > 0) remarks.push_back(fmt::format("{} of its parts cannot be read", unread));
-  return picture;
+  return first_channels(spec);
 }
 
 /// Linear colours of stored values. Those of 8 bits are few, and a power takes long.
@@ -159,10 +85,6 @@ std::string reason_of(const OIIO::ImageInput& input) {
 /// Reads strips of rows, and sums the pixels of each of the picture that is returned.
 Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const std::string& name,
                           Transfer transfer, const ImageLimits& limits, int halvings) {
-  std::vector<std::string> remarks;
-  const bool is_exr = input.format_name() == std::string_view("openexr");
-  const Result<Layer> layer = is_exr ? find_picture(input, name, remarks) : only_layer(input.spec());
-  if (!layer) return tl::unexpected(layer.error());
   const OIIO::ImageSpec& spec = input.spec();
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep) {
     return fail(Code::image_unreadable, name, "", "not a flat two-dimensional picture");
@@ -190,10 +112,10 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
     return tl::unexpected<Error>(beyond_memory(name, "", size, limits.memory));
   // Rows take memory as they come: a header may declare what the file does not have.
   Image image{static_cast<int>(width), static_cast<int>(height), 4, {}};
-  image.remarks = std::move(remarks);
   image.pixels.reserve(width * height * 4);
   const bool decode = transfer == Transfer::srgb && !spec.format.is_floating_point();
-  const std::array<int, 4>& order = layer->channels;
+  const bool is_exr = input.format_name() == std::string_view("openexr");
+  const Channels order = is_exr ? channels_of_exr(spec) : first_channels(spec);
   // WebP's reader multiplies colours by alpha, whatever it is asked for.
   const bool multiplied = input.format_name() == std::string_view("webp");
   Decoder decoder(spec);
@@ -203,9 +125,9 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
   for (int first = 0; first < spec.height; first += strip) {
     const int end = std::min(first + strip, spec.height);
     const OIIO::TypeDesc floats = OIIO::TypeDesc::FLOAT;
-    const bool read = tiled ? input.read_image(layer->part, 0, 0, spec.nchannels, floats, stored.data())
-                            : input.read_scanlines(layer->part, 0, spec.y + first, spec.y + end, 0, 0,
-                                                   spec.nchannels, floats, stored.data());
+    const bool read = tiled ? input.read_image(0, 0, 0, spec.nchannels, floats, stored.data())
+                            : input.read_scanlines(0, 0, spec.y + first, spec.y + end, 0, 0, spec.nchannels,
+                                                   floats, stored.data());
     if (!read) return fail(Code::image_unreadable, name, "", reason_of(input));
     image.pixels.resize(((end - std::int64_t{1}) * height / spec.height + 1) * width * 4);
     for (std::int64_t y = first; y < end; ++y) {
