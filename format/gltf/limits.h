@@ -22,9 +22,6 @@ struct GltfLimits {
   OtherFiles other_files = OtherFiles::inside;  ///< GLTF_REFERENCE for others; GLTF_UNSUPPORTED with `none`
 };
 
-/// Area of all surfaces of a scene that is drawn, in largest sides of its bounding box.
-inline constexpr int max_depth = 1024;
-
 struct SceneLimits {
   GltfLimits document;
   /// Vertices of all primitives together, after expansion; no more than unbacked_elements in any case.

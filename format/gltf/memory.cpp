@@ -1,6 +1,5 @@
 #include "format/gltf/memory.h"
 
-#include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "format/gltf/limits.h"
 #include "format/gltf/picture_type.h"
 
 namespace selvedge {
@@ -37,35 +35,6 @@ std::set<std::pair<int, bool>> drawn_pictures(const Scene& scene) {
   return drawn;
 }
 
-/// Pixels are drawn as often as surfaces lie behind each other, in each shadow map too.
-Result<void> check_depth(const Scene& scene) {
-  double area = 0;
-  Imath::Box3d box;
-  for (const SceneInstance& instance : scene.instances) {
-    const ScenePrimitive& primitive = scene.primitives[instance.primitive];
-    std::vector<V3d> places;
-    for (const V3f& position : primitive.positions) {
-      places.push_back(V3d(position) * instance.world);
-      box.extendBy(places.back());
-    }
-    for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
-      const V3d& corner = places[primitive.indices[i]];
-      area += (places[primitive.indices[i + 1]] - corner)
-                  .cross(places[primitive.indices[i + 2]] - corner)
-                  .length() /
-              2;
-    }
-  }
-  const V3d size = box.isEmpty() ? V3d(0) : box.size();
-  const double side = std::max({size.x * size.y, size.y * size.z, size.z * size.x});
-  if (!(area > max_depth * side) || !(side > 0)) return {};
-  return fail(
-      Code::file_too_large, scene.file, "",
-      fmt::format(
-          "its surfaces have {:.0f} times the area of their bounding box's largest side, more than {}",
-          area / side, max_depth));
-}
-
 }  // namespace
 
 Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit) {
@@ -85,7 +54,6 @@ Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit) {
         !account.take(primitive.indices.size() / 3, bytes_per::placed_triangle))
       return refuse("its instances");
   }
-  if (auto ok = check_depth(scene); !ok) return tl::unexpected(ok.error());
   std::uint64_t encoded = 0;
   for (const SceneImage& image : scene.images) encoded += image.bytes.size();
   // The renderer has its own, and decoding copies what is needed of one.
