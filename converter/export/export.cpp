@@ -213,7 +213,6 @@ class Exporter {
         add_node({{"name", name + ", bent"}, {"mesh", add_mesh(name + ", bent", placed.bent, materials)}},
                  worn.origin);
     }
-    warn_of_shape(yarn);
     report_.yarns.push_back(std::move(yarn));
   }
 
@@ -225,18 +224,6 @@ class Exporter {
       const float width = 2 * radius_of_plies(curve) * static_cast<float>(scale);
       if (!laid.lines[c].empty())
         curves_->push_back({name, curve.albedo * worn.tint, width, laid.lines[c], worn.origin});
-    }
-  }
-
-  void warn_of_shape(const ExportedYarn& yarn) {
-    constexpr double much_turn = 10, much_shear = 5;  // degrees
-    if (yarn.turn > much_turn) {
-      report_.warnings.push_back(
-          fmt::format("{}: the cloth turns up to {:.0f} degrees a repeat", yarn.name, yarn.turn));
-    }
-    if (yarn.shear > much_shear) {
-      report_.warnings.push_back(
-          fmt::format("{}: the cloth is sheared by up to {:.0f} degrees", yarn.name, yarn.shear));
     }
   }
 

@@ -132,29 +132,9 @@ Result<void> AtomicFile::commit() {
 }
 
 Result<void> commit_all(std::vector<AtomicFile> files) {
-  // A replaced file keeps a second name until all are in their places. Where there are no second names, it
-  // does not come back.
-  std::vector<std::pair<std::string, std::string>> done;
-  Result<void> good;
-  for (AtomicFile& file : files) {
-    const std::string path = file.path();
-    const std::string before = mode_of(path) ? file.temporary() + ".before" : "";
-    if (!before.empty()) static_cast<void>(link(path.c_str(), before.c_str()));
-    good = file.commit();
-    if (!good) {
-      unlink(before.c_str());
-      break;
-    }
-    done.emplace_back(path, before);
-  }
-  for (const auto& [path, before] : done) {
-    if (good || before.empty()) {
-      unlink(good ? before.c_str() : path.c_str());
-    } else {
-      std::rename(before.c_str(), path.c_str());
-    }
-  }
-  return good;
+  for (AtomicFile& file : files)
+    if (auto good = file.commit(); !good) return good;
+  return {};
 }
 
 Result<AtomicFile> stage_file(const std::string& path, std::span<const std::uint8_t> bytes) {

@@ -36,7 +36,7 @@ class AtomicFile {
   std::shared_ptr<Unfinished> unfinished_;
 };
 
-/// Renames all of them, or none: where one cannot be, those before it are as they were.
+/// Renames one after the other; where one cannot be, those behind it are removed.
 Result<void> commit_all(std::vector<AtomicFile> files);
 
 /// Writes all bytes to a temporary file, for commit().
