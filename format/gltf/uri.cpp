@@ -12,6 +12,7 @@
 
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
+#include "format/base/option_text.h"
 #include "format/gltf/names.h"
 #include "format/gltf/picture_type.h"
 
@@ -148,10 +149,6 @@ void find_outside(const GltfDocument& document, IssueSink& issues) {
 
 std::string similar_file(const GltfDocument& document, std::string name) {
   if (document.other_files == OtherFiles::none || name.find('\0') != std::string::npos) return {};
-  const auto lower = [](std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-  };
   std::ranges::replace(name, '\\', '/');
   const fs::path around(document.folder.empty() ? "." : document.folder);
   for (const fs::path& wanted : {fs::path(name).relative_path(), fs::path(name).filename()}) {
@@ -164,7 +161,7 @@ std::string similar_file(const GltfDocument& document, std::string name) {
       }
       std::set<fs::path> alike;
       for (fs::directory_iterator entry(found, error), end; !error && entry != end; entry.increment(error)) {
-        if (lower(entry->path().filename()) == lower(part)) alike.insert(entry->path());
+        if (lower_case(entry->path().filename()) == lower_case(part)) alike.insert(entry->path());
       }
       found = alike.empty() ? fs::path() : *alike.begin();
       if (found.empty()) break;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "format/base/option_text.h"
 #include "format/mesh/mesh_file.h"
 
 namespace selvedge {
@@ -201,15 +202,10 @@ MtlMap picture_of(const Words& words) {
   return map;
 }
 
-std::string lower_case(std::string_view word) {
-  std::string lower(word);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
-}
-
 /// MTL has heights alone, but Blender and others name normal maps there.
 bool is_normal_map(const std::string& key, const Words& words) {
-  return (key == "map_bump" || key == "bump") && lower_case(words.back()).find("normal") != std::string::npos;
+  return (key == "map_bump" || key == "bump") &&
+         lower_case(std::string(words.back())).find("normal") != std::string::npos;
 }
 
 }  // namespace
@@ -232,7 +228,7 @@ Result<MeshFile> read_obj(std::string_view text, const std::string& file) {
 void read_mtl(std::string_view text, std::map<std::string, MtlMaterial>& materials) {
   MtlMaterial* material = nullptr;
   (void)for_each_line(text, [&](const Words& words, int) -> Result<void> {
-    const std::string key = lower_case(words[0]);
+    const std::string key = lower_case(std::string(words[0]));
     if (key == "newmtl") material = &(materials[rest_of(words)] = MtlMaterial());
     if (material == nullptr) return {};
     if (key == "kd" || key == "ke") {
