@@ -5,7 +5,6 @@
 #include "converter/bake/truth_swatch.h"
 #include "converter/stitch/find_cell.h"
 #include "format/picture/display.h"
-#include "format/picture/studio.h"
 
 namespace selvedge {
 namespace {
@@ -19,8 +18,6 @@ struct TruthCommand {
   SwatchView place = SwatchView::near;
   V2i size{320, 240};
   std::vector<Light> lights;  ///< empty: the lights of the place
-  std::string environment;    ///< a picture of radiance; empty: none
-  EnvironmentOptions around;
 };
 
 void declare(Options& options, TruthCommand& command) {
@@ -34,55 +31,27 @@ void declare(Options& options, TruthCommand& command) {
       options, command.lights,
       "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "
       "and a fill light of 0.3)");
-  options
-      .text("--environment", command.environment, "FILE|studio",
-            "Environment light instead: an equirectangular picture (.hdr, .exr), as a lamp for each pixel of "
-            "32 x 16 and up to four for bright spots. The exposure of PNG files is then 1")
-      .reads();
-  options.number("--environment-turn", command.around.turn, "DEGREES", "Turns it about the upward axis")
-      .in(-360, 360);
-  options.number("--environment-strength", command.around.strength, "FACTOR", "Factor on its radiance")
-      .in(0, 1e6);
   TruthOptions& trace = command.trace;
   options.number("--samples", trace.samples, "N", "Rays a pixel, an even number");
   add_bounces(options, trace.bounces);
   options.number("--seed", trace.seed, "N", "Same seed, same picture");
   add_cell(options, command.input, command.cell);
-  options.check([&options, &command] {
-    options.refuse_if(command.environment.empty(), "has no effect without --environment",
-                      {"--environment-turn", "--environment-strength"});
-    options.refuse_if(!command.environment.empty(), "has no effect with --environment", {"--light"});
+  options.check([&command] {
     if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
   });
-}
-
-/// Lamps above the cloth, which together are the environment.
-std::vector<Light> lamps_above(Environment environment) {
-  std::vector<Light> lamps = take_lamps(environment);
-  const std::vector<Light> others = lamps_of(reduced(environment, 32));
-  lamps.insert(lamps.end(), others.begin(), others.end());
-  std::erase_if(lamps, [](const Light& lamp) { return !(lamp.direction.z > 0); });
-  return lamps;
 }
 
 TruthSwatch trace(const TruthCommand& command) {
   const auto cell = value_or_throw(find_cell(command.input, command.cell));
   TerminalProgress progress("truth", command.common.quiet);
   SwatchShot shot = swatch_shot(command.place, cell.mesh.period, command.size.x, command.size.y);
-  DisplayOptions display = default_display();
   if (!command.lights.empty()) shot.lights = command.lights;
-  if (!command.environment.empty()) {
-    const Environment environment = value_or_throw(environment_named(command.environment, command.around));
-    report_remarks(command.common, command.environment, environment.remarks);
-    shot.lights = lamps_above(environment);
-    display.exposure = 1;
-  }
   TruthSwatch traced =
       value_or_throw(trace_swatch(cell.mesh, command.input, shot, command.trace, progress.callback()));
   report_remarks(command.common, command.input, cell.remarks);
   value_or_throw(command.output.ends_with(".exr")
                      ? write_exr(command.output, to_linear_image(traced.frame))
-                     : write_png(command.output, to_display_image(traced.frame, display)));
+                     : write_png(command.output, to_display_image(traced.frame, default_display())));
   return traced;
 }
 

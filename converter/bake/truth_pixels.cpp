@@ -21,13 +21,14 @@ PixelSum trace_half(const SwatchShot& shot, const TruthOptions& options, const T
   const std::uint64_t places = seed_of(options.seed, stream_pixels, 2 * pixel + half);
   const std::uint64_t paths = seed_of(options.seed, stream_paths, 2 * pixel + half);
   PixelSum sum;
-  PathLights lights;
+  PathLights lights(shot.lights);
   for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(options.samples / 2); ++i) {
     const V2d within = spread_point(i, places);
     const auto ray =
         swatch_ray(shot.camera, {2 * (x + within.x) / shot.width - 1, 1 - 2 * (y + within.y) / shot.height});
     if (!ray) continue;
     PathSampler sampler(i, paths);
+    std::ranges::fill(lights.radiance, V3d(0, 0, 0));
     trace(*ray, sampler, lights, sum);
   }
   return sum;
@@ -35,36 +36,11 @@ PixelSum trace_half(const SwatchShot& shot, const TruthOptions& options, const T
 
 }  // namespace
 
-LightChoice::LightChoice(const std::vector<Light>& lights) {
-  constexpr std::size_t few = 8;
-  constexpr double large_fraction = 1.0 / 32;
-  const auto power = [](const Light& light) {
-    return static_cast<double>(light.irradiance.x + light.irradiance.y + light.irradiance.z);
-  };
-  double whole = 0;
-  for (const Light& light : lights) whole += power(light);
+PathLights::PathLights(const std::vector<Light>& lights) : radiance(lights.size()) {
   for (const Light& light : lights) {
-    const bool is_sure = lights.size() <= few || power(light) >= large_fraction * whole;
-    PathLights& target = is_sure ? sure_ : others_;
-    target.directions.emplace_back(light.direction.normalized());
-    target.irradiance.emplace_back(light.irradiance);
-    if (!is_sure) up_to_.push_back((up_to_.empty() ? 0 : up_to_.back()) + power(light));
+    directions.emplace_back(light.direction.normalized());
+    irradiance.emplace_back(light.irradiance);
   }
-}
-
-void LightChoice::choose(PathSampler& sampler, PathLights& chosen) const {
-  chosen.directions = sure_.directions;
-  chosen.irradiance = sure_.irradiance;
-  if (!up_to_.empty()) {
-    const auto found = std::ranges::upper_bound(up_to_, sampler.next().x * up_to_.back());
-    const std::size_t i = std::min<std::size_t>(found - up_to_.begin(), up_to_.size() - 1);
-    const double power = up_to_[i] - (i > 0 ? up_to_[i - 1] : 0);
-    if (power > 0) {
-      chosen.directions.push_back(others_.directions[i]);
-      chosen.irradiance.push_back(others_.irradiance[i] * (up_to_.back() / power));
-    }
-  }
-  chosen.radiance.assign(chosen.directions.size(), V3d(0, 0, 0));
 }
 
 BakeOptions bake_like(const TruthOptions& o) {

@@ -17,24 +17,13 @@ struct PixelSum {
 
 /// Lights of one path, what their radiance under unit irradiance counts, and that radiance.
 struct PathLights {
+  explicit PathLights(const std::vector<Light>& lights);
   std::vector<V3f> directions;
   std::vector<V3d> irradiance;
   std::vector<V3d> radiance;
   void add_to(PixelSum& sum, double factor = 1) const {
     for (std::size_t l = 0; l < radiance.size(); ++l) sum.radiance += radiance[l] * irradiance[l] * factor;
   }
-};
-
-/// All of a few lights; of many, those that send most and one of the others, which stands for them.
-class LightChoice {
- public:
-  explicit LightChoice(const std::vector<Light>& lights);
-  void choose(PathSampler& sampler, PathLights& chosen) const;
-
- private:
-  PathLights sure_;
-  PathLights others_;
-  std::vector<double> up_to_;  ///< sums of what the others send
 };
 
 /// The options of a bake with those members that a truth has, too.
@@ -52,7 +41,7 @@ struct SwatchCell {
 /// The origin of a ray: within the cell's own repeat, above all yarn, but not behind the camera.
 V3d ray_origin(const SwatchRay& ray, const Camera& camera, const SwatchCell& cell);
 
-/// Adds one ray of a pixel. `lights` is its own to use.
+/// Adds one ray of a pixel. `lights` has no radiance yet.
 using TraceRay = std::function<void(const SwatchRay&, PathSampler&, PathLights& lights, PixelSum& sum)>;
 
 /// Draws the picture by rays; `seconds` is the caller's.

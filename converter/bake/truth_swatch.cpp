@@ -47,7 +47,6 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
     const double plane = plane_height * cell.thickness_mm();
     const RayScene& scene = cell.scene;
     const PathTracer tracer(scene, options.bounces);
-    const LightChoice choice(shot.lights);
     const Varied varied(mesh);
     const SwatchCell place{scene.period(), cell.mm / 1000, plane / cell.mm,
                            static_cast<double>(scene.bounds().max.z)};
@@ -57,7 +56,6 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
       const SwatchRay ray = varied.placed(of_pixel);
       if (!scene.trace(ray_origin(ray, shot.camera, place), -ray.view, point)) return;
       sum.hits += 1;
-      choice.choose(sampler, lights);
       const YarnBrdf surface = surface_at(scene, point);
       for (std::size_t l = 0; l < lights.directions.size(); ++l)
         lights.radiance[l] += direct_light(scene, point, surface, lights.directions[l], ray.view);

@@ -49,9 +49,6 @@ Result<Environment> read_environment(const std::string& path, const EnvironmentO
 /// The mean over areas; the picture itself if it is not larger.
 Environment reduced(const Environment& environment, int width);
 
-/// One directional lamp for each pixel, dark ones left out.
-std::vector<Light> lamps_of(const Environment& environment);
-
 /// Light as fabrics are drawn in it: together the environment's.
 struct EnvironmentLight {
   std::vector<Light> lamps;  ///< directional, the strongest first

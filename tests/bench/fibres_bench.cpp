@@ -194,7 +194,6 @@ int draw(int argc, char** argv) {
   const Fibres fibres = lay_fibres(pattern, mesh, 0);
   const FibreScene scene(fibres);
   const FibreTracer tracer(scene, fibres.yarns, options.bounces);
-  const LightChoice choice(shot.lights);
   const auto cell = value_or_throw(trace_cell(mesh, pattern.name));
   const double plane = plane_height * cell.thickness_mm();
   const SwatchCell place{scene.period(), 1e-3, static_cast<double>(bounds_of(mesh).min.z) + plane,
@@ -206,7 +205,6 @@ int draw(int argc, char** argv) {
                    if (!scene.trace(ray_origin(ray, shot.camera, place), -ray.view, point)) return;
                    std::uint64_t rays = 0;
                    sum.hits += 1;
-                   choice.choose(sampler, lights);
                    tracer.follow(point, lights.directions, sampler, lights.radiance, rays);
                    lights.add_to(sum);
                  },

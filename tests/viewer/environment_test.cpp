@@ -5,6 +5,7 @@
 
 #include "format/picture/environment.h"
 #include "format/picture/image.h"
+#include "tests/format/lamps.h"
 #include "tests/viewer/paths.h"
 #include "viewer/light/reflections.h"
 #include "viewer/light/shadows.h"
@@ -43,7 +44,7 @@ Frame in_environment(const test::Setting& setting, const Environment& environmen
 
 /// The same as lamps, one for each pixel.
 Frame in_lamps(test::Setting setting, const Environment& environment) {
-  setting.options.lights = lamps_of(environment);
+  setting.options.lights = test::lamps_of(environment);
   return test::drawn(setting, RenderPath::hybrid);
 }
 

@@ -18,6 +18,7 @@
 #include "format/picture/image.h"
 #include "format/picture/studio.h"
 #include "tests/format/files.h"
+#include "tests/format/lamps.h"
 #include "tests/require.h"
 
 using namespace selvedge;
