@@ -36,6 +36,16 @@ V3f display_value(const V4f& pixel) { return display_value(pixel, linear_to_srgb
 
 double decibels(double mean_square) { return -10 * std::log10(std::max(mean_square, 1e-20)); }
 
+/// Squares of the differences to the neighbours left and above, with which errors go.
+double contrast_at(const Frame& frame, int x, int y) {
+  const auto value = [&](std::size_t i) {
+    return display_value(frame.pixels[i], [](float light) { return std::sqrt(light); });
+  };
+  const std::size_t i = static_cast<std::size_t>(y) * frame.width + x;
+  const V3f here = value(i);
+  return (here - value(i - 1)).length2() + (here - value(i - frame.width)).length2();
+}
+
 /// Picture of one ray a pixel: takes 0.7 to 1.1 times as long as 2 x 2 rays, and has to have so many dB more
 /// than asked for; it is tried where 2 x 2 rays have so many above that.
 constexpr double for_one = 4;
@@ -150,15 +160,10 @@ class Probe {
   /// differences of neighbours.
   double beyond_blocks(const Frame& whole) const {
     constexpr double most = 3;
-    const auto value = [&](std::size_t i) {
-      return display_value(whole.pixels[i], [](float x) { return std::sqrt(x); });
-    };
     std::array<double, 2> sums{};  // everywhere, and in blocks
     for (int y = 1; y < size_.height; ++y) {
       for (int x = 1; x < size_.width; ++x) {
-        const std::size_t i = static_cast<std::size_t>(y) * size_.width + x;
-        const V3f here = value(i);
-        const double square = (here - value(i - 1)).length2() + (here - value(i - size_.width)).length2();
+        const double square = contrast_at(whole, x, y);
         sums[0] += square;
         if (taken_[block_row(y) + x / blocks_.side] != 0) sums[1] += square;
       }
@@ -294,6 +299,10 @@ class TimedPicture {
       picture.rows[rays[steps_of_[i]]] += std::min(size_.height - row_of(i), size_.band_rows);
     picture.supersample =
         std::ranges::max_element(picture.rows, {}, [](const auto& p) { return p.second; })->first;
+    double error = 0;
+    for (std::size_t i = 0; i < steps_of_.size(); ++i) error += contrast(i, i + 1) * error_with(steps_of_[i]);
+    if (known_.second > 0)
+      picture.accuracy = decibels(error * known_.first / known_.second / (3.0 * size_.width * size_.height));
     return picture;
   }
 
@@ -303,6 +312,15 @@ class TimedPicture {
   static constexpr double measured = 0.05;                           ///< of the picture
   static constexpr double cost_of_pixel = 1;                         ///< as RenderStats::image_cost
 
+  /// Mean square of errors; 1 with one ray a pixel.
+  static double error_with(int step) { return std::pow(10, -gain_of_twice / 10 * std::log2(rays[step])); }
+  /// Sum of contrast_at() in some strips.
+  double contrast(std::size_t first, std::size_t end) const {
+    double sum = 0;
+    for (int y = std::max(size_.height - row_of(end), 1); y < size_.height - row_of(first); ++y)
+      for (int x = 1; x < size_.width; ++x) sum += contrast_at(frame_, x, y);
+    return sum;
+  }
   double left() const { return seconds_ - std::chrono::duration<double>(Clock::now() - begin_).count(); }
   int row_of(std::size_t strip) const { return static_cast<int>(strip) * size_.band_rows; }
 
@@ -386,6 +404,7 @@ class TimedPicture {
   /// Draws strips on from `first`, the next while `goes_on`; returns the one behind them.
   std::size_t draw_run(std::size_t first, int step, const std::function<bool(std::size_t)>& goes_on) {
     std::size_t next = first;
+    const int before_step = steps_of_[first];
     double before = left();
     DrawOptions options = drawer_.options();
     options.first_row = row_of(first);
@@ -402,8 +421,12 @@ class TimedPicture {
     const auto from = [&](std::size_t strip) {
       return static_cast<std::ptrdiff_t>(std::max(size_.height - row_of(strip), 0)) * size_.width;
     };
+    for (std::ptrdiff_t i = from(next); before_step >= 0 && i < from(first); ++i)
+      known_.first += (display_value(part_.pixels[i]) - display_value(frame_.pixels[i])).length2();
     std::copy(part_.pixels.begin() + from(next), part_.pixels.begin() + from(first),
               frame_.pixels.begin() + from(next));
+    if (before_step >= 0)
+      known_.second += contrast(first, next) * (error_with(before_step) - error_with(step));
     return next;
   }
 
@@ -416,8 +439,11 @@ class TimedPicture {
   FrameSize size_;
   Frame& frame_;
   Frame part_;
-  int steps_ = static_cast<int>(rays.size());              ///< that can be drawn
-  double start_ = 0;                                       ///< seconds before the first strip of a run
+  int steps_ = static_cast<int>(rays.size());  ///< that can be drawn
+  double start_ = 0;                           ///< seconds before the first strip of a run
+  /// Squares of the differences in strips that were drawn again, and their contrast times what error_with()
+  /// fell by.
+  std::pair<double, double> known_{0, 0};
   std::vector<int> steps_of_;                              ///< of strips, from the lowest on; -1: not drawn
   std::array<std::vector<ImageCost>, rays.size()> costs_;  ///< of strips, by steps
   std::array<Pace, rays.size()> paces_;
