@@ -301,8 +301,9 @@ class TimedPicture {
         std::ranges::max_element(picture.rows, {}, [](const auto& p) { return p.second; })->first;
     double error = 0;
     for (std::size_t i = 0; i < steps_of_.size(); ++i) error += contrast(i, i + 1) * error_with(steps_of_[i]);
-    if (known_.second > 0)
-      picture.accuracy = decibels(error * known_.first / known_.second / (3.0 * size_.width * size_.height));
+    if (redrawn_contrast_ > 0)
+      picture.accuracy =
+          decibels(error * redrawn_squares_ / redrawn_contrast_ / (3.0 * size_.width * size_.height));
     return picture;
   }
 
@@ -422,11 +423,11 @@ class TimedPicture {
       return static_cast<std::ptrdiff_t>(std::max(size_.height - row_of(strip), 0)) * size_.width;
     };
     for (std::ptrdiff_t i = from(next); before_step >= 0 && i < from(first); ++i)
-      known_.first += (display_value(part_.pixels[i]) - display_value(frame_.pixels[i])).length2();
+      redrawn_squares_ += (display_value(part_.pixels[i]) - display_value(frame_.pixels[i])).length2();
     std::copy(part_.pixels.begin() + from(next), part_.pixels.begin() + from(first),
               frame_.pixels.begin() + from(next));
     if (before_step >= 0)
-      known_.second += contrast(first, next) * (error_with(before_step) - error_with(step));
+      redrawn_contrast_ += contrast(first, next) * (error_with(before_step) - error_with(step));
     return next;
   }
 
@@ -441,9 +442,8 @@ class TimedPicture {
   Frame part_;
   int steps_ = static_cast<int>(rays.size());  ///< that can be drawn
   double start_ = 0;                           ///< seconds before the first strip of a run
-  /// Squares of the differences in strips that were drawn again, and their contrast times what error_with()
-  /// fell by.
-  std::pair<double, double> known_{0, 0};
+  // Strips that were drawn again: squares of the differences, and contrast times what error_with() fell by.
+  double redrawn_squares_ = 0, redrawn_contrast_ = 0;
   std::vector<int> steps_of_;                              ///< of strips, from the lowest on; -1: not drawn
   std::array<std::vector<ImageCost>, rays.size()> costs_;  ///< of strips, by steps
   std::array<Pace, rays.size()> paces_;

@@ -74,7 +74,7 @@ void declare_render(Options& options, RenderCommand& command) {
       .in(10, 50);
   options
       .number("--seconds", command.goal.seconds, "S",
-              "Instead: as many as this time of the clock allows, without reading files; some rows have more")
+              "Instead: as many as this time of the clock allows, row by row, without reading files")
       .in(0.01, 86400);
   options.number("--supersample", command.render.supersample, "N",
                  "Instead: so many along either side of a pixel");

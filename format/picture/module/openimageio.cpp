@@ -27,8 +27,8 @@ Channels first_channels(const OIIO::ImageSpec& spec) {
   return {0, colour ? 1 : 0, colour ? 2 : 0, spec.alpha_channel};
 }
 
-/// Those of an OpenEXR file: of the layer that has the first red channel; in a layer the names of channels
-/// differ behind their last full stop. Without one, the first channels.
+/// Channels of the first layer of an OpenEXR file that has R, G and B, or the file's first ones. Names of a
+/// layer's channels differ after their last full stop.
 Channels channels_of_exr(const OIIO::ImageSpec& spec) {
   const auto find = [&](const std::string& name) {
     const auto found = std::ranges::find_if(
