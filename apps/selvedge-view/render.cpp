@@ -39,6 +39,7 @@ std::vector<AtomicFile> open_files(const RenderCommand& command, std::size_t fra
 struct Drawn {
   RenderStats stats;        ///< sums over the frames
   AccuratePicture picture;  ///< the first frame; the others have its supersampling
+  std::vector<std::string> outputs;
   double write_seconds = 0;
 };
 
@@ -63,6 +64,7 @@ Drawn draw(const Shot& shot, const PictureGoal& goal, const std::vector<AtomicFi
     add(stats, drawn.stats);
     Stopwatch watch;
     for (std::size_t i = 0; i < files_per_frame; ++i, ++file) {
+      drawn.outputs.push_back(file->path());
       value_or_throw(
           write(shot.look.display, frame, file->path(), file->temporary()).map_error([&](Error error) {
             error.file = file->path();
@@ -104,7 +106,7 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn)
   Json rows = Json::object();
   for (const auto& [supersample, count] : drawn.picture.rows) rows[fmt::format("{}", supersample)] = count;
   return {{"input", command.picture.input},
-          {"outputs", command.outputs},
+          {"outputs", drawn.outputs},
           {"width", shot.options.width},
           {"height", shot.options.height},
           {"frames", shot.cameras.size()},

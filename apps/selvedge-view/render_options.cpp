@@ -64,8 +64,7 @@ void declare_render(Options& options, RenderCommand& command) {
       .ends_in({".png", ".exr"})
       .writes();
   options.size("--size", command.size, "Size of a scene's picture in pixels", 1, 1'000'000);
-  command.render.supersample = 2;  // where no accuracy counts; outlines are smooth
-  picture.image_memory = 160;      // a still has images of one of three bands at a time
+  picture.image_memory = 160;  // a still has images of one of three bands at a time
   options
       .number(
           "--accuracy", command.goal.accuracy, "DB",
@@ -76,8 +75,7 @@ void declare_render(Options& options, RenderCommand& command) {
       .number("--seconds", command.goal.seconds, "S",
               "Instead: as many as this time of the clock allows, row by row, without reading files")
       .in(0.01, 86400);
-  options.number("--supersample", command.render.supersample, "N",
-                 "Instead: so many along either side of a pixel");
+  options.number("--supersample", command.supersample, "N", "Instead: N x N rays a pixel");
   add_input(options, picture);
   add_drawing(options, command);
   options
@@ -97,15 +95,15 @@ void declare_render(Options& options, RenderCommand& command) {
     check_render(options, command);
     command.has_side = options.given("--azimuth") || options.given("--elevation");
     command.picture.swatch.level = command.picture.levels.forced;
-    // A swatch of whole texels shows each of them as it is.
     const bool whole_texels = has_ending(command.picture.input, ".exr") && !command.place;
-    if (whole_texels && !options.given("--supersample")) command.render.supersample = 1;
+    // A swatch of whole texels shows each of them as it is; where no accuracy counts, outlines are smooth.
+    command.render.supersample = command.supersample.value_or(whole_texels ? 1 : 2);
     options.refuse_if(whole_texels, "has no effect with a swatch of whole texels, without --place",
                       {"--accuracy", "--seconds"});
-    options.refuse_if(options.given("--supersample"), "has no effect with --supersample",
+    options.refuse_if(command.supersample.has_value(), "has no effect with --supersample",
                       {"--accuracy", "--seconds"});
     options.refuse_if(options.given("--seconds"), "has no effect with --seconds", {"--accuracy"});
-    if (!whole_texels && !options.given("--supersample") && !command.goal.seconds && !command.goal.accuracy &&
+    if (!whole_texels && !command.supersample && !command.goal.seconds && !command.goal.accuracy &&
         command.render.path != RenderPath::paper)
       command.goal.accuracy = default_accuracy;
   });

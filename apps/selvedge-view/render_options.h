@@ -18,7 +18,8 @@ struct RenderCommand {
   PictureOptions picture;
   std::vector<std::string> outputs;  ///< .png or .exr
   V2i size{800, 600};
-  RenderOptions render;  ///< path, context and supersampling
+  RenderOptions render;            ///< path, context and supersampling
+  std::optional<int> supersample;  ///< default: by `goal`
   PictureGoal goal;
   std::string camera_of_file;         ///< scenes: name or number; empty: PictureOptions::camera
   bool has_side = false;              ///< --azimuth or --elevation is given

@@ -13,7 +13,7 @@ test_render_turntable_draws_every_frame_once_around() {
   make_scene
   selvedge-view render quad.glb -o turn.png -o turn.exr --size 60x40 --turntable 4 --elevation 20 --json >turn.json
   [ "$(echo turn*)" = 'turn-0001.exr turn-0001.png turn-0002.exr turn-0002.png turn-0003.exr turn-0003.png turn-0004.exr turn-0004.png turn.json' ] || fail "$(echo turn*)"
-  holds 'r.frames === 4 && r.width === 60 && r.height === 40 && r.seconds.evaluation > 0' turn.json
+  holds 'r.frames === 4 && r.outputs.length === 8 && r.outputs[0] === "turn-0001.png" && r.width === 60 && r.height === 40 && r.seconds.evaluation > 0' turn.json
   [ "$(png_size turn-0003.png)" = 60x40 ] || fail "$(png_size turn-0003.png)"
   differ turn-0001.png turn-0002.png
   mkdir again
