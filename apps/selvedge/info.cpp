@@ -163,7 +163,8 @@ Info gltf_info(const std::string& path, const SceneLimits& limits) {
                {"remarks", scene.remarks}};
   std::string text = filled(
       "geometry       {triangles} triangles, {primitives} primitives, {instances} instances\n", content);
-  text += table_text(materials, {{"material", "{name}"}, {"fabric", "{fabric}"}, {"repeats", "{repeats}"}});
+  text +=
+      table_text(materials, {{"material", "{name}"}, {"fabric", "{fabric}"}, {"repeats", "{repeats:.5g}"}});
   text +=
       table_text(fabrics, {{"fabric", "{name}"}, {"path", "{path}"}, {"embedded bytes", "{embeddedBytes}"}});
   for (const std::string& variant : scene.variants) text += fmt::format("variant        {}\n", variant);

@@ -96,7 +96,8 @@ Result<int> run(const StitchCommand& command) {
                {"periodMm", mesh.period},
                {"heightMm", bounds_of(mesh).size().z}};
   std::string text = filled(
-      "{stitch}: {vertices} vertices, {triangles} triangles, {periodMm} mm, {heightMm:.3g} mm high", json);
+      "{stitch}: {vertices} vertices, {triangles} triangles, {periodMm:.5g} mm, {heightMm:.3g} mm high",
+      json);
   if (cell.stitch) {
     const auto clearance = value_or_throw(minimum_clearance(cell.stitch->pattern, command.input));
     json["yarns"] = cell.stitch->pattern.yarns.size();
