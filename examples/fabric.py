@@ -21,5 +21,6 @@ random = np.random.default_rng(1).random((10000, 3))
 toward, pdf, weight, alpha = fabric.sample_at(0, 0.25, 0.5, view, random)
 assert np.array_equal(pdf, fabric.pdf_at(0, 0.25, 0.5, toward, view))  # for multiple importance sampling
 print("reflects", weight.mean(axis=0), "+-", weight.std(axis=0) / 100, "of white light from everywhere")
-back = fabric.turned_over()                                    # for views from behind
-print("the back  ", back.sample_at(0, 0.25, 0.5, view, random)[2].mean(axis=0))
+if "back" in selvedge.info(sys.argv[1])["content"].get("sides", {}):  # without: the front, for views from behind
+    back = fabric.turned_over()
+    print("the back", back.sample_at(0, 0.25, 0.5, view, random)[2].mean(axis=0))
