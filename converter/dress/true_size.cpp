@@ -1,9 +1,11 @@
 #include "converter/dress/true_size.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
+#include <vector>
 
 #include "format/gltf/pose.h"
 
@@ -39,15 +41,16 @@ Result<void> scale_garment(GltfDocument& document, double factor) {
 std::string size_advice(const V3d& size) {
   const double longest = std::max({size.x, size.y, size.z});
   if (!(longest > 0) || (longest >= 0.1 && longest < 2.3)) return "";
-  const std::string found = fmt::format("the garment is {:.3g} m long", longest);
-  for (const auto& [low, high] : {std::pair(0.5, 2.0), std::pair(0.3, 2.2)}) {
-    for (const LengthUnit& unit : length_units) {
-      const double then = longest * unit.metres;
-      if (then >= low && then <= high)
-        return fmt::format("{}: --unit {} makes that {:.3g} m", found, unit.name, then);
-    }
+  std::vector<std::string> fits;
+  std::string advice = "--height METRES gives it its true size";
+  for (const auto& [name, metres] : length_units) {
+    if (longest * metres < 0.2 || longest * metres > 2.2) continue;
+    fits.push_back(fmt::format("{:.3g} m in {}", longest * metres, name));
+    advice = fmt::format("--unit {} makes that {:.3g} m", name, longest * metres);
   }
-  return found + ": --height METRES gives it its true size";
+  if (fits.size() > 1)
+    advice = fmt::format("--unit or --height METRES gives it its true size ({})", fmt::join(fits, ", "));
+  return fmt::format("the garment is {:.3g} m long: {}", longest, advice);
 }
 
 }  // namespace selvedge

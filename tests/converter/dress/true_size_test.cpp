@@ -53,16 +53,16 @@ TEST_CASE("true size: a scene that lists the child of a node is refused") {
   CHECK(error.place == "/scenes/0/nodes/0");
 }
 
-TEST_CASE("true size: advice names the unit that makes a garment as long as garments are, or none") {
+TEST_CASE("true size: advice names the unit if only one makes a garment as long as garments are") {
   for (const auto& [longest, advice] : {std::pair(0.0, ""),
                                         {0.25, ""},
                                         {0.7, ""},
                                         {2.29, ""},
                                         {425.0, "--unit mm makes that 0.425 m"},
-                                        {60.0, "--unit cm makes that 0.6 m"},
-                                        {36.3, "--unit inch makes that 0.922 m"},
-                                        {11.6, "--height METRES"},
-                                        {4.8, "--unit foot makes that 1.46 m"},
+                                        {150.0, "--unit cm makes that 1.5 m"},
+                                        {60.0, "(0.6 m in cm, 1.52 m in inch)"},
+                                        {7.5, "--unit dm makes that 0.75 m"},
+                                        {6.5, "(0.65 m in dm, 1.98 m in foot)"},
                                         {0.058, "--height METRES"},
                                         {9e9, "--height METRES"}}) {
     CAPTURE(longest);
