@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "converter/dress/fabric_source.h"
+#include "converter/dress/uv_scale.h"
 #include "format/base/guard.h"
 #include "format/base/vec.h"
 #include "format/gltf/edit.h"
@@ -21,7 +22,7 @@ namespace selvedge {
 namespace {
 
 /// Meaning of a word in the name of a material.
-enum class Says {
+enum class WordClass {
   fabric,  ///< this to `furnishing`: cloth, unless a word of skin or hardware follows (shirt button)
   garment,
   furnishing,
@@ -34,62 +35,65 @@ enum class Says {
 };
 
 /// Words in the singular, also German, French, Spanish, Italian, Chinese and Japanese.
-constexpr std::array<std::pair<Says, std::string_view>, 14> table{
-    {{Says::fabric,
+constexpr std::array<std::pair<WordClass, std::string_view>, 14> table{
+    {{WordClass::fabric,
       "fabric cloth clothes clothing textile cotton denim silk satin velvet wool linen canvas jersey knit "
       "tweed fleece flannel nylon polyester chiffon tulle corduroy cashmere twill lace crochet stoff tissu "
-      "tela tessuto 布 服 衣 裙 裤"},
-     {Says::garment,
+      "tela tessuto 布 服 衣 衫 裙 裤 袜"},
+     {WordClass::garment,
       "shirt tshirt tee blouse jacket coat dress gown skirt pant pants trouser jean shorts sweater hoodie "
       "jumper cardigan vest suit uniform robe kimono scarf shawl glove sock stocking legging tights "
       "underwear bra bikini swimsuit corset apron cape cloak hood hat beanie tie outfit garment costume "
       "sleeve collar cuff pocket lining band warmer mask hemd jacke kleid bluse chemise jupe veste pantalon "
       "camisa vestido falda camicia gonna giacca"},
-     {Says::furnishing,
+     {WordClass::furnishing,
       "sofa couch armchair curtain drape cushion pillow blanket quilt duvet bedding mattress carpet rug "
       "towel tablecloth upholstery tapestry vorhang kissen rideau coussin cortina"},
-     {Says::skin,
+     {WordClass::skin,
       "skin hair eye eyelash lash eyebrow brow eyeball cornea iris sclera pupil tooth teeth tongue mouth "
-      "nail fingernail toenail beard moustache mustache scalp haut haar haare auge augen zahn zähne peau "
-      "cheveux yeux dents piel pelo cabello ojo pelle capelli occhi denti 肌 皮肤 髪 头发 目 眼 歯 牙 眉"},
-     {Says::hardware,
+      "nail fingernail toenail beard moustache mustache scalp haut haar haare auge augen zahn zähne braue "
+      "brauen augenbraue augenbrauen wimper wimpern peau cheveux yeux dents sourcil cil piel pelo cabello "
+      "ojo ceja pestaña pelle capelli occhi denti sopracciglia ciglia 肌 皮肤 髪 头发 目 眼 歯 牙 眉 睫"},
+     {WordClass::hardware,
       "button buttonhole zip zipper sole buckle rivet eyelet hook snap lens mirror backing chain jewel "
       "diamond metal chrome glass plastic wood wooden rubber rail rod bracket hinge screw bolt mannequin "
-      "manikin hanger sunglasses goggles knopf metall glas holz kunststoff bouton métal verre bois plastique "
-      "botón vidrio madera plástico bottone metallo vetro legno plastica"},
-     {Says::other,
+      "manikin hanger visor eyewear eyeglass spectacles sunglasses goggles helmet knopf knöpfe visier brille "
+      "metall glas holz kunststoff bouton visière lunettes métal verre bois plastique botón botones visera "
+      "gafas vidrio madera plástico bottone bottoni visiera occhiali metallo vetro legno plastica 扣 釦 钮 "
+      "鈕 拉链 ボタン 镜 鏡"},
+     {WordClass::other,
       "steel iron brass bronze gold silver pearl copper aluminium aluminum oak walnut stone marble brick "
-      "concrete crystal ceramic porcelain plaster tile wall floor ceiling roof window door stair frame stand "
-      "table shelf cabinet"},
-     {Says::other,
+      "concrete crystal ceramic porcelain plaster tile wall floor ceiling backdrop background cyclorama roof "
+      "window door stair frame stand table shelf cabinet"},
+     {WordClass::other,
       "lamp bulb lantern chandelier candle screen monitor display tv television text logo decal paint "
       "painting picture poster book paper pipe faucet sink toilet soil dirt ground gravel grass plant leaf "
       "leaves foliage tree bark branch flower petal pot vase water wheel tire tyre"},
-     {Says::other,
+     {WordClass::other,
       "lampe lampada lámpara wand boden fenster pflanze blatt erde rohr bildschirm mur plante feuille tuyau "
       "peinture écran pared suelo planta hoja tierra pintura pantalla"},
-     {Says::other, "wolf avaturn"},  // Ready Player Me's Wolf3D_Head, Avaturn's avaturn_look
-     {Says::body,
+     {WordClass::other, "wolf avaturn"},  // Ready Player Me's Wolf3D_Head, Avaturn's avaturn_look
+     {WordClass::body,
       "body head face hand arm torso neck finger thumb toe ear lip nose körper kopf gesicht corps visage "
       "tête cuerpo cabeza cara corpo testa viso 体 顔 脸"},
-     {Says::leg, "leg foot feet"},
-     {Says::person, "male female man woman boy girl human person avatar character"}}};
+     {WordClass::leg, "leg foot feet"},
+     {WordClass::person, "male female man woman boy girl human person avatar character"}}};
 
-struct Hit {
-  std::size_t at;  ///< byte of the name behind the word
-  Says says;
+struct WordMatch {
+  std::size_t end;  ///< byte of the name behind the word
+  WordClass kind;
   std::string word;
 };
 
 /// The known words of a name, in their order. Words end where letters do, and before a capital letter after a
 /// small one or before two (TVScreen); Chinese and Japanese ones may stand anywhere.
-std::vector<Hit> hits_in(const std::string& name) {
-  static const std::map<std::string_view, Says> known = [] {
-    std::map<std::string_view, Says> words;
-    for (auto [says, list] : table) {
+std::vector<WordMatch> words_in(const std::string& name) {
+  static const std::map<std::string_view, WordClass> known = [] {
+    std::map<std::string_view, WordClass> words;
+    for (auto [kind, list] : table) {
       while (!list.empty()) {
         const std::size_t end = std::min(list.find(' '), list.size());
-        words.emplace(list.substr(0, end), says);
+        words.emplace(list.substr(0, end), kind);
         list.remove_prefix(std::min(end + 1, list.size()));
       }
     }
@@ -97,7 +101,7 @@ std::vector<Hit> hits_in(const std::string& name) {
   }();
   const auto at = [&](std::size_t i) { return static_cast<unsigned char>(i < name.size() ? name[i] : ' '); };
   const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0 || c >= 0x80; };
-  std::vector<Hit> hits;
+  std::vector<WordMatch> matches;
   std::string word;
   for (std::size_t i = 0; i <= name.size(); ++i) {
     const unsigned char letter = at(i);
@@ -109,20 +113,20 @@ std::vector<Hit> hits_in(const std::string& name) {
         if (!word.ends_with(plural)) continue;
         const auto found = known.find(std::string_view(word).substr(0, word.size() - plural.size()));
         if (found == known.end()) continue;
-        hits.push_back({i, found->second, word});
+        matches.push_back({i, found->second, word});
         break;
       }
       word.clear();
     }
     if (is_letter(letter)) word += static_cast<char>(std::tolower(letter));
   }
-  for (const auto& [symbol, says] : known) {
+  for (const auto& [symbol, kind] : known) {
     if (static_cast<unsigned char>(symbol.front()) < 0xE3) continue;  // UTF-8 of the first of these scripts
     const std::size_t found = name.rfind(symbol);
-    if (found != std::string::npos && symbol != name) hits.push_back({found, says, std::string(symbol)});
+    if (found != std::string::npos && symbol != name) matches.push_back({found, kind, std::string(symbol)});
   }
-  std::ranges::stable_sort(hits, {}, &Hit::at);
-  return hits;
+  std::ranges::stable_sort(matches, {}, &WordMatch::end);
+  return matches;
 }
 
 /// Properties of all names of a document.
@@ -135,27 +139,30 @@ struct Context {
 struct Verdict {
   bool cloth = false;
   std::string other = {};
+  bool says_nothing() const { return !cloth && other.empty(); }
 };
 
 Verdict verdict_on(const std::string& name, const Context& context) {
-  const std::vector<Hit> hits = hits_in(name);
+  const std::vector<WordMatch> matches = words_in(name);
   const auto first = [&](auto... wanted) -> std::string {
-    const auto hit = std::ranges::find_if(hits, [&](const Hit& h) { return ((h.says == wanted) || ...); });
-    return hit == hits.end() ? "" : hit->word;
+    const auto match =
+        std::ranges::find_if(matches, [&](const WordMatch& m) { return ((m.kind == wanted) || ...); });
+    return match == matches.end() ? "" : match->word;
   };
   Verdict verdict;
   bool furnishing = false;
-  for (const Hit& hit : hits) {
-    furnishing |= hit.says == Says::furnishing;
-    if (hit.says <= Says::furnishing) verdict = {true, ""};
-    if (hit.says == Says::skin || hit.says == Says::hardware || (hit.says == Says::leg && furnishing))
-      verdict = {false, hit.word};
+  for (const WordMatch& match : matches) {
+    furnishing |= match.kind == WordClass::furnishing;
+    if (match.kind <= WordClass::furnishing) verdict = {true, ""};
+    if (match.kind == WordClass::skin || match.kind == WordClass::hardware ||
+        (match.kind == WordClass::leg && furnishing))
+      verdict = {false, match.word};
   }
-  if (verdict.cloth || !verdict.other.empty()) return verdict;
-  verdict.other = first(Says::other);
-  const bool skin = context.has_skin || !first(Says::person).empty();
-  if (verdict.other.empty() && skin) verdict.other = first(Says::body, Says::leg);
-  if (verdict.other.empty() && context.has_fabric) verdict.other = first(Says::leg);
+  if (!verdict.says_nothing()) return verdict;
+  verdict.other = first(WordClass::other);
+  const bool skin = context.has_skin || !first(WordClass::person).empty();
+  if (verdict.other.empty() && skin) verdict.other = first(WordClass::body, WordClass::leg);
+  if (verdict.other.empty() && context.has_fabric) verdict.other = first(WordClass::leg);
   return verdict;
 }
 
@@ -176,7 +183,16 @@ std::string no_cloth_factors(const Json& material) {
 
 class Chooser {
  public:
-  explicit Chooser(GltfDocument& document) : document_(document) {}
+  Chooser(const GltfDocument& document, const Scene& scene)
+      : document_(document), uses_(uses_of(document.json)), extents_(extents_in(scene)) {
+    std::set<Place> shown;
+    for (const ScenePrimitive& p : scene.primitives) shown.emplace(p.mesh, p.index);
+    for (const auto& [material, places] : uses_) {
+      if (shown.empty() ||
+          std::ranges::any_of(places, [&](const Place& place) { return shown.contains(place); }))
+        worn_.insert(material);
+    }
+  }
 
   ChosenMaterials choose(const MaterialChoice& choice) {
     std::set<int> chosen;
@@ -188,10 +204,11 @@ class Chooser {
     }
     if (chosen.empty()) {
       throw Failure{Error{Code::material_missing, document_.file, "/materials",
-                          !result.left_alone.empty() ? fmt::format("{}", fmt::join(result.left_alone, "; "))
-                          : !choice.except.empty()   ? "all materials are left alone"
-                          : choice.all               ? "there are no triangles to dress"
-                                                     : "no material is named"}};
+                          !result.left_alone.empty()
+                              ? fmt::format("nothing is cloth: {}", fmt::join(result.left_alone, "; "))
+                          : !choice.except.empty() ? "all materials are left alone"
+                          : choice.all             ? "there are no triangles to dress"
+                                                   : "no material is named"}};
     }
     result.materials.assign(chosen.begin(), chosen.end());
     return result;
@@ -205,39 +222,37 @@ class Chooser {
 
   /// The materials that may be cloth, and a line for each that is not.
   std::set<int> find_cloth(std::vector<std::string>& left_alone) {
-    add_missing_material();
-    const Uses uses = uses_of(document_.json);
     const Context context = context_of_names();
     read_nodes();
-    std::set<int> worn;
-    std::map<int, std::string> reasons;
-    std::set<int> by_places;
+    std::set<int> by_places, named_cloth, nameless;
     for (int i = 0; i < count(); ++i) {
-      if (uses.contains(i)) worn.insert(i);
-    }
-    for (int i = 0; i < count(); ++i) {
-      if (worn == std::set<int>{i}) continue;
+      if (worn_ == std::set<int>{i}) continue;
       Verdict verdict = verdict_on(name_of(i), context);
-      if (verdict.cloth) continue;
-      if (verdict.other.empty()) reasons[i] = no_cloth_factors(materials()[i]);
-      if (verdict.other.empty() && reasons[i].empty() && worn.contains(i)) {
-        for (const Place& place : uses.at(i)) {
+      std::string reason;
+      if (verdict.says_nothing()) reason = no_cloth_factors(materials()[i]);
+      if (verdict.says_nothing() && reason.empty() && worn_.contains(i)) {
+        for (const Place& place : uses_.at(i)) {
           verdict = verdict_at(place, context);
           if (verdict.other.empty()) break;
         }
         if (!verdict.other.empty()) by_places.insert(i);
-        if (verdict.other.empty() && !verdict.cloth && moves_as_body(uses.at(i)))
-          reasons[i] = "it moves with head and fingers, as a body does";
+        if (verdict.says_nothing()) nameless.insert(i);
       }
-      if (!verdict.other.empty()) reasons[i] = fmt::format("a \"{}\" is no cloth", verdict.other);
-      if (reasons[i].empty()) reasons.erase(i);
+      if (verdict.cloth) named_cloth.insert(i);
+      if (!verdict.other.empty()) reason = fmt::format("a \"{}\" is no cloth", verdict.other);
+      if (!reason.empty()) reasons_[i] = reason;
     }
-    if (std::ranges::all_of(worn, [&](int i) { return reasons.contains(i); })) {
-      for (const int i : by_places) reasons.erase(i);
+    // A garment may have meshes that are called hair; brows and lashes are no garment.
+    if (std::ranges::all_of(worn_, [&](int i) { return reasons_.contains(i); }) &&
+        area_of(by_places) >= 0.5 * area_of(worn_) &&
+        std::ranges::all_of(by_places, [&](int i) { return reasons_[i] == reasons_[*by_places.begin()]; })) {
+      for (const int i : by_places) reasons_.erase(i);
     }
+    leave_walls(nameless, named_cloth);
+    leave_bodies(nameless);
     std::set<int> cloth;
     for (int i = 0; i < count(); ++i) {
-      if (const auto reason = reasons.find(i); reason == reasons.end())
+      if (const auto reason = reasons_.find(i); reason == reasons_.end())
         cloth.insert(i);
       else
         left_alone.push_back(
@@ -247,13 +262,50 @@ class Chooser {
     return cloth;
   }
 
+  double area_of(const std::set<int>& materials) {
+    double sum = 0;
+    for (const int i : materials) sum += extents_[i].area;
+    return sum;
+  }
+
+  /// Leaves flat rectangles alone for which the rest is small, but for mere labels without a name.
+  void leave_walls(const std::set<int>& nameless, const std::set<int>& named_cloth) {
+    constexpr double min_size = 1.5;   // of the rest's diagonal
+    constexpr double min_area = 0.05;  // of the rest, in theirs
+    MaterialExtent rest;
+    for (const int i : worn_) {
+      if (reasons_.contains(i) || (extents_[i].is_rectangle && !named_cloth.contains(i))) continue;
+      rest.box.extendBy(extents_[i].box);
+      rest.area += extents_[i].area;
+    }
+    for (const int i : nameless) {
+      const auto& [area, box, is_rectangle] = extents_[i];
+      if (rest.area > (named_cloth.empty() ? min_area * area : 0) && is_rectangle &&
+          box.size().length() > min_size * rest.box.size().length())
+        reasons_[i] = "it is a flat rectangle, much larger than the rest";
+    }
+  }
+
+  /// Leaves bodies alone that wear clothes: a dressed figure of one material moves as a body does.
+  void leave_bodies(const std::set<int>& nameless) {
+    constexpr double min_clothes = 0.2;  // of the area
+    std::set<int> figure, bodies;
+    for (const int i : worn_) {
+      if (reasons_.contains(i)) continue;
+      figure.insert(i);
+      if (nameless.contains(i) && moves_as_body(uses_.at(i))) bodies.insert(i);
+    }
+    if (area_of(bodies) > (1 - min_clothes) * area_of(figure)) return;
+    for (const int i : bodies) reasons_[i] = "it moves with head and fingers, as a body does";
+  }
+
   Context context_of_names() const {
     Context context;
     for (const char* list : {"materials", "meshes"}) {
       for (const Json& entry : array_of(document_.json, list)) {
-        for (const Hit& hit : hits_in(name_of(entry))) {
-          context.has_skin |= hit.says == Says::skin;
-          context.has_fabric |= hit.says == Says::furnishing || hit.says == Says::fabric;
+        for (const WordMatch& match : words_in(name_of(entry))) {
+          context.has_skin |= match.kind == WordClass::skin;
+          context.has_fabric |= match.kind == WordClass::furnishing || match.kind == WordClass::fabric;
         }
       }
     }
@@ -281,8 +333,7 @@ class Chooser {
 
   Verdict verdict_at(const Place& place, const Context& context) {
     for (const std::string& name : names_[place.first]) {
-      if (Verdict verdict = verdict_on(name, context); verdict.cloth || !verdict.other.empty())
-        return verdict;
+      if (Verdict verdict = verdict_on(name, context); !verdict.says_nothing()) return verdict;
     }
     return {};
   }
@@ -293,7 +344,8 @@ class Chooser {
     std::set<std::string> followed;  // words of joints
     for (const Place& place : places) {
       const Json& joints = array_of(entry_of(document_, "skins", skins_[place.first]), "joints");
-      const Json& attributes = member(primitive_at(document_, place), "attributes");
+      const Json& attributes =
+          member(document_.json["meshes"][place.first]["primitives"][place.second], "attributes");
       std::set<int> numbers;
       (void)result_of([&] {  // faults are found later
         GltfReader reader(document_);
@@ -306,8 +358,9 @@ class Chooser {
       });
       for (const int joint : numbers) {
         if (joint < 0 || static_cast<std::size_t>(joint) >= joints.size()) continue;
-        for (const Hit& hit : hits_in(name_of(entry_of(document_, "nodes", index_of(joints[joint])))))
-          followed.insert(hit.word);
+        for (const WordMatch& match :
+             words_in(name_of(entry_of(document_, "nodes", index_of(joints[joint])))))
+          followed.insert(match.word);
       }
       if (weighted_ > max_weighted) break;
     }
@@ -315,21 +368,6 @@ class Chooser {
       return std::ranges::any_of(words, [&](const char* word) { return followed.contains(word); });
     };
     return any({"head", "eye", "face"}) && any({"finger", "thumb"});
-  }
-
-  /// Triangles without a material get a new one.
-  void add_missing_material() {
-    const Uses uses = uses_of(document_.json);
-    const auto bare = uses.find(-1);
-    if (bare == uses.end()) return;
-    std::vector<Place> places(bare->second.begin(), bare->second.end());
-    std::erase_if(places, [&](const Place& place) {
-      return !member(primitive_at(document_, place), "material").is_null();  // present, but not an index
-    });
-    if (places.empty()) return;
-    document_.json["materials"].push_back(Json{{"name", "fabric"}});
-    for (const Place& place : places)
-      primitive_at(document_, place)["material"] = document_.json["materials"].size() - 1;
   }
 
   std::set<int> find(const std::string& selector) const {
@@ -352,7 +390,11 @@ class Chooser {
   }
 
   static constexpr std::size_t max_weighted = 1U << 22U;  ///< vertices whose weights are read
-  GltfDocument& document_;
+  const GltfDocument& document_;
+  const Uses uses_;
+  std::map<int, MaterialExtent> extents_;
+  std::set<int> worn_;                             ///< materials that the scene shows
+  std::map<int, std::string> reasons_;             ///< why materials are no cloth
   std::map<int, std::vector<std::string>> names_;  ///< by mesh
   std::map<int, int> skins_;                       ///< by mesh
   std::size_t weighted_ = 0;
@@ -360,8 +402,23 @@ class Chooser {
 
 }  // namespace
 
-Result<ChosenMaterials> choose_materials(GltfDocument& document, const MaterialChoice& choice) {
-  return result_of([&] { return Chooser(document).choose(choice); });
+void add_missing_material(GltfDocument& document) {
+  const Uses uses = uses_of(document.json);
+  const auto bare = uses.find(-1);
+  if (bare == uses.end()) return;
+  std::vector<Place> places(bare->second.begin(), bare->second.end());
+  std::erase_if(places, [&](const Place& place) {
+    return !member(primitive_at(document, place), "material").is_null();  // present, but not an index
+  });
+  if (places.empty()) return;
+  document.json["materials"].push_back(Json{{"name", "fabric"}});
+  for (const Place& place : places)
+    primitive_at(document, place)["material"] = document.json["materials"].size() - 1;
+}
+
+Result<ChosenMaterials> choose_materials(const GltfDocument& document, const Scene& scene,
+                                         const MaterialChoice& choice) {
+  return result_of([&] { return Chooser(document, scene).choose(choice); });
 }
 
 }  // namespace selvedge

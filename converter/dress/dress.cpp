@@ -105,14 +105,15 @@ class Dresser {
       : document_(document), cloth_(*cloths.front()), cloths_(cloths), options_(options), limits_(limits) {}
 
   DressReport dress() {
-    ChosenMaterials chosen =
-        value_or_throw(choose_materials(document_, {options_.materials, options_.all, options_.except}));
-    report_.warnings = chosen.left_alone;
+    if (options_.all) add_missing_material(document_);
     uses_ = uses_of(document_.json);
-    reserve_memory(chosen.materials, corner_price);
     value_or_throw(scale_garment(document_, options_.unit));
     Scene scene = value_or_throw(read_scene(document_, limits_));
-    measure(scene, chosen.materials);
+    ChosenMaterials chosen = value_or_throw(
+        choose_materials(document_, scene, {options_.materials, options_.all, options_.except}));
+    report_.warnings = chosen.left_alone;
+    reserve_memory(scene, chosen.materials, corner_price);
+    std::map<std::string, double> strays = measure(scene, chosen.materials);
     if (options_.height) {
       const double present = report_.bounds.isEmpty() ? 0 : report_.bounds.size().y;
       // A flat cloth that lies down has none but rounding.
@@ -121,19 +122,19 @@ class Dresser {
       scene = Scene();  // before the next takes its place in memory
       value_or_throw(scale_garment(document_, *options_.height / present));
       scene = value_or_throw(read_scene(document_, limits_));
-      measure(scene, chosen.materials);
+      strays = measure(scene, chosen.materials);
     }
     std::vector<int> flat = to_unwrap(scene, chosen.materials);
     const UsedParts used = used_parts(document_);
     if (!flat.empty() || options_.backing) in_scene_ = places_in(scene);
     if (!flat.empty()) {
-      reserve_memory(flat, unwrapped_corner_price);
+      reserve_memory(scene, flat, unwrapped_corner_price);
       scene = Scene();
       unwrap_all(flat, chosen.materials);
       scene = value_or_throw(read_scene(document_, limits_));
     }
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
-    for (const auto& [part, metres] : strays_)
+    for (const auto& [part, metres] : strays)
       report_.warnings.push_back(
           fmt::format("{} lies {:.3g} m from the rest, and does not count for the size", part, metres));
     const V3d size = report_.bounds.isEmpty() ? V3d(0) : report_.bounds.size();
@@ -143,7 +144,10 @@ class Dresser {
     for (std::optional<Cloth>& cloth : cloths_) {
       if (cloth) cloth->index = value_or_throw(add_fabric(document_, cloth->source));
     }
-    for (const int material : chosen.materials) attempt(material, [&] { dress(material, scene); });
+    std::map<int, double> backed;
+    if (!options_.single_sided) backed = backed_fractions(scene);
+    for (const int material : chosen.materials)
+      attempt(material, [&] { dress(material, scene, backed[material]); });
     if (report_.materials.empty()) {
       throw Failure{left_out_.value_or(
           Error{Code::garment_empty, document_.file, "/materials", "the materials are on no triangles"})};
@@ -157,8 +161,8 @@ class Dresser {
   }
 
  private:
-  /// Finds the bounds of the materials, and parts of the scene that lie far from everything.
-  void measure(const Scene& scene, const std::vector<int>& materials) {
+  /// Finds the bounds of the materials, and returns the parts of the scene that lie far from everything.
+  std::map<std::string, double> measure(const Scene& scene, const std::vector<int>& materials) {
     const Imath::Box3d all = bounds_of(scene);
     if (!all.isEmpty() && !(is_near(all.min) && is_near(all.max)))
       throw Failure{Error{Code::mesh_not_finite, document_.file, "/nodes", "places lie beyond 10^9 m"}};
@@ -169,14 +173,14 @@ class Dresser {
     GarmentBounds bounds = robust_bounds(scene, dressed);
     report_.bounds = bounds.box;
     if (dressed != every) bounds.strays.merge(robust_bounds(scene, every).strays);
-    strays_ = std::move(bounds.strays);
+    return std::move(bounds.strays);
   }
 
   /// Takes from the limits what dressing makes of the primitives at most: backings and charts.
   /// Primitives may share their accessors, but get copies of their own.
-  void reserve_memory(const std::vector<int>& materials, std::uint64_t price) {
+  void reserve_memory(Scene& scene, const std::vector<int>& materials, std::uint64_t price) {
     constexpr std::uint64_t value_price = 32;  // of a corner in each accessor
-    MemoryAccount account(limits_.document.memory);
+    MemoryAccount account(scene.memory_left);
     std::set<Place> places;
     for (const int material : materials) places.insert(uses_[material].begin(), uses_[material].end());
     for (const Place& place : places) {
@@ -192,10 +196,11 @@ class Dresser {
           result_of([&] { return GltfReader(document_).accessor_shape(index_of(corners), ""); });
       const std::size_t count = shape ? shape->count : 0;
       if (!account.take(count, price + value_price * accessors.size()))
-        throw Failure{
-            beyond_memory(document_.file, pointer_to(place), "its dressed vertices", account.limit())};
+        throw Failure{beyond_memory(document_.file, pointer_to(place), "its dressed vertices",
+                                    limits_.document.memory)};
     }
-    limits_.document.memory = account.left();
+    limits_.document.memory -= scene.memory_left - account.left();
+    scene.memory_left = account.left();
   }
 
   /// Whether the work on a material was done: `all` skips those that cannot be dressed, named ones must be.
@@ -309,7 +314,8 @@ class Dresser {
     done.merge(places);
   }
 
-  void dress(int material, const Scene& scene) {
+  /// `backed`: the fraction of backed_fractions.
+  void dress(int material, const Scene& scene, double backed) {
     const std::set<Place>& places = uses_[material];
     DressedMaterial dressed;
     dressed.index = material;
@@ -341,19 +347,26 @@ class Dresser {
                                              dressed.name)}};
     }
     warn_of_uvs(where, size);
-    KeptParts parts = value_or_throw(
-        keep_parts(document_, material, scene, places, masks_, options_.keep, cloth_.albedo()));
+    KeptParts parts =
+        value_or_throw(keep_parts(document_, material, scene, places, options_.keep, cloth_.albedo()));
     for (const std::string& warning : parts.warnings) report_.warnings.push_back(where + ": " + warning);
     dressed.kept = std::move(parts.kept);
     Json& core = document_.json["materials"][material];
     dressed.replaced = options_.fallback ? std::move(parts.replaced) : drop_lobes(document_, core, true);
-    if (!options_.single_sided && member(core, "doubleSided") != true) {
-      core["doubleSided"] = true;
-      report_.warnings.push_back(where + " shows its back, too; --single-sided hides it");
-    }
+    if (!options_.single_sided) choose_sides(core, where, backed);
     wear(material, cloth_, use);
     dressed_.emplace(material, use);
     report_.materials.push_back(std::move(dressed));
+  }
+
+  /// Cloth shows its back, but for sheets back to back, which would show through each other.
+  void choose_sides(Json& core, const std::string& where, double backed) {
+    const bool two_sided = member(core, "doubleSided") == true;
+    const bool single = backed > (two_sided ? 0.9 : 0.1);
+    if (two_sided == single) core["doubleSided"] = !single;
+    if (single) report_.warnings.push_back(where + " is single-sided: other triangles lie on its back");
+    if (!single && !two_sided)
+      report_.warnings.push_back(where + " shows its back, too; --single-sided hides it");
   }
 
   FabricReference reference_to(const Cloth& cloth, const UvSize& size, int tex_coord) const {
@@ -457,12 +470,10 @@ class Dresser {
   const DressOptions& options_;
   SceneLimits limits_;  ///< what the fabrics and the places of the materials leave of the options'
   Uses uses_;
-  std::map<std::string, double> strays_;  ///< as in GarmentBounds
-  PlacesInScene in_scene_;                ///< where charts or backings are wanted
-  std::map<int, int> sets_;               ///< of materials that were laid flat beside the pictures' set
-  std::optional<Error> left_out_;         ///< why the first material was left alone
-  std::map<int, DressedUse> dressed_;     ///< by material
-  MaskTextures masks_;
+  PlacesInScene in_scene_;             ///< where charts or backings are wanted
+  std::map<int, int> sets_;            ///< of materials that were laid flat beside the pictures' set
+  std::optional<Error> left_out_;      ///< why the first material was left alone
+  std::map<int, DressedUse> dressed_;  ///< by material
   DressReport report_;
 };
 

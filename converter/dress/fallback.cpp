@@ -16,24 +16,6 @@ using namespace names::gltf;
 
 namespace {
 
-/// Index of an equal entry of a root array; appends the entry if it is new.
-int find_or_add(Json& root, const char* array, const Json& entry) {
-  Json& entries = root[array];
-  const auto equal = std::ranges::find(entries, entry);
-  return equal != entries.end() ? static_cast<int>(equal - entries.begin()) : append(entries, entry);
-}
-
-int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& bytes, const char* name) {
-  const Json& images = array_of(document.json, "images");
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    const auto present =
-        result_of([&] { return GltfReader(document).bytes(index_of(member(images[i], "bufferView")), ""); });
-    if (present && std::ranges::equal(*present, bytes)) return static_cast<int>(i);
-  }
-  const int view = append_view(document, bytes);
-  return append(document.json["images"], {{"name", name}, {"mimeType", "image/png"}, {"bufferView", view}});
-}
-
 bool occurs(const Json& json, const std::string& key) {
   if (json.is_object() && json.contains(key)) return true;
   return json.is_structured() &&
@@ -94,6 +76,23 @@ void fill_holes(Image& image) {
 }
 
 }  // namespace
+
+int find_or_add(Json& root, const char* array, const Json& entry) {
+  Json& entries = root[array];
+  const auto equal = std::ranges::find(entries, entry);
+  return equal != entries.end() ? static_cast<int>(equal - entries.begin()) : append(entries, entry);
+}
+
+int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& bytes, const char* name) {
+  const Json& images = array_of(document.json, "images");
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const auto present =
+        result_of([&] { return GltfReader(document).bytes(index_of(member(images[i], "bufferView")), ""); });
+    if (present && std::ranges::equal(*present, bytes)) return static_cast<int>(i);
+  }
+  const int view = append_view(document, bytes);
+  return append(document.json["images"], {{"name", name}, {"mimeType", "image/png"}, {"bufferView", view}});
+}
 
 V3f mean_color(const Image& image) {
   V3d sum(0, 0, 0);

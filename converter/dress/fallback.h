@@ -21,6 +21,11 @@ struct Fallback {
   FallbackFactors factors;
 };
 
+/// The index of an equal entry of a root array, or of this one, appended.
+int find_or_add(Json& root, const char* array, const Json& entry);
+/// The same of an embedded PNG.
+int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& bytes, const char* name);
+
 /// The mean of the first three channels, weighted by alpha where there are four; black if alpha is 0
 /// everywhere.
 V3f mean_color(const Image& image);

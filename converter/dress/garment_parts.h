@@ -1,7 +1,6 @@
 // Members that a garment's material keeps or loses when it gets a fabric.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -29,18 +28,13 @@ struct KeptParts {
   std::vector<std::string> warnings;
 };
 
-/// The textures of alpha alone, by the textures that they were made of.
-using MaskTextures = std::map<int, int>;
-
 /// Writes the members of the extension beside `fabric` to a material that is about to be dressed: the mask of
 /// a picture with alpha, as a picture of alpha alone unless the base colour is kept, the normal texture, and
 /// the tint, by which cloth of mean `albedo` gets the garment's colour. Vertex colours stay, too, unless
-/// another colour is wanted. Textures that are broken or on UV
-/// sets that the `places` of the material lack are left out, with a warning. Of a material with a fabric they
-/// stay, as its core is a fallback, but for a tint that is given. `scene`: as the document was read; `masks`:
-/// of the materials before, of the same document.
+/// another colour is wanted. Textures that are broken or on UV sets that the `places` of the material lack
+/// are left out, with a warning, and so is alpha that is not cut. Of a material with a fabric they stay, as
+/// its core is a fallback, but for a tint that is given. `scene`: as the document was read.
 Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& scene,
-                             const std::set<Place>& places, MaskTextures& masks, const KeepOptions& options,
-                             const V3f& albedo);
+                             const std::set<Place>& places, const KeepOptions& options, const V3f& albedo);
 
 }  // namespace selvedge

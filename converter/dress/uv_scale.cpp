@@ -7,7 +7,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <unordered_map>
 
+#include "converter/dress/charts.h"
 #include "format/scene/framing.h"
 
 namespace selvedge {
@@ -74,6 +76,24 @@ void measure(const ScenePrimitive& primitive, const M44d& world, int tex_coord, 
     else
       without += area;
   }
+}
+
+/// Whether triangles in a box are a flat rectangle: then their area is that of the rhombus that has a
+/// diagonal and, as long as the other one reaches across, its height.
+bool is_rectangle(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles,
+                  const Imath::Box3d& box) {
+  const double area = area_of(positions, triangles);
+  V3d normal(0, 0, 0);
+  for (const V3d& sum : normal_sums(positions, triangles)) normal += sum / 3;
+  if (normal.length() < 0.999 * area) return false;  // bent
+  V3d corner(0, 0, 0);
+  for (const std::uint32_t i : triangles)
+    if ((positions[i] - box.center()).length2() > corner.length2()) corner = positions[i] - box.center();
+  const V3d across = normal.cross(corner).normalized();
+  double height = 0;
+  for (const std::uint32_t i : triangles)
+    height = std::max(height, std::abs((positions[i] - box.center()).dot(across)));
+  return std::abs(4 * corner.length() * height - area) < 0.05 * area;
 }
 
 }  // namespace
@@ -199,6 +219,66 @@ PlacesInScene places_in(const Scene& scene) {
     entry->second = {area_of(positions, p.indices), -V3d(world[0][1], world[1][1], world[2][1])};
   }
   return places;
+}
+
+std::map<int, MaterialExtent> extents_in(const Scene& scene) {
+  std::map<int, MaterialExtent> extents;
+  for (const SceneInstance& instance : scene.instances) {
+    const ScenePrimitive& p = scene.primitives[instance.primitive];
+    std::vector<V3d> positions;
+    for (const V3f& position : p.positions) positions.push_back(V3d(position) * instance.world);
+    Imath::Box3d box;
+    for (const std::uint32_t i : p.indices) box.extendBy(positions[i]);
+    MaterialExtent& extent = extents[p.material];
+    extent.box.extendBy(box);
+    extent.area += area_of(positions, p.indices);
+    extent.is_rectangle = extent.is_rectangle && is_rectangle(positions, p.indices, box);
+  }
+  return extents;
+}
+
+std::map<int, double> backed_fractions(const Scene& scene) {
+  constexpr double tolerance = 2e-4;    // of the diagonal
+  constexpr double opposite = -0.99;    // cosine of the normals
+  constexpr std::size_t max_faces = 8;  // looked at on one edge
+  std::vector<V3d> positions;
+  std::vector<std::uint32_t> corners;
+  std::vector<int> materials;  // by triangle
+  std::set<int> placed;
+  for (const SceneInstance& instance : scene.instances) {
+    const ScenePrimitive& p = scene.primitives[instance.primitive];
+    if (!placed.insert(instance.primitive).second) continue;
+    for (const std::uint32_t i : p.indices)
+      corners.push_back(static_cast<std::uint32_t>(positions.size()) + i);
+    for (const V3f& position : p.positions) positions.push_back(V3d(position) * instance.world);
+    materials.insert(materials.end(), p.indices.size() / 3, p.material);
+  }
+  const std::vector<std::uint32_t> welded = weld(positions, tolerance * bounds_of(scene).size().length());
+  std::vector<V3d> normals;
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> faces;  // by edge
+  const auto faces_of = [&](std::size_t face, std::size_t k) -> std::vector<std::size_t>& {
+    const auto [a, b] = std::minmax(welded[corners[3 * face + k]], welded[corners[3 * face + (k + 1) % 3]]);
+    return faces[std::uint64_t{a} << 32U | b];
+  };
+  for (std::size_t f = 0; f < materials.size(); ++f) {
+    const V3d& a = positions[corners[3 * f]];
+    normals.push_back((positions[corners[3 * f + 1]] - a).cross(positions[corners[3 * f + 2]] - a));
+    for (std::size_t k = 0; k < 3; ++k)
+      if (faces_of(f, k).size() < max_faces) faces_of(f, k).push_back(f);
+  }
+  std::map<int, double> backed;
+  std::map<int, double> areas;
+  for (std::size_t f = 0; f < materials.size(); ++f) {
+    int shared = 0;  // two at least: the diagonals of squares may differ, and folds share one
+    for (std::size_t k = 0; k < 3; ++k)
+      shared += std::ranges::any_of(faces_of(f, k), [&](std::size_t other) {
+        return normals[f].dot(normals[other]) < opposite * normals[f].length() * normals[other].length();
+      });
+    areas[materials[f]] += normals[f].length();
+    if (shared > 1) backed[materials[f]] += normals[f].length();
+  }
+  for (auto& [material, area] : backed) area /= areas[material];
+  return backed;
 }
 
 }  // namespace selvedge

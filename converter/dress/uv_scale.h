@@ -61,6 +61,20 @@ using PlacesInScene = std::map<Place, PlaceInScene>;
 /// How large the primitives of a document are in its scene, and which way they hang.
 PlacesInScene places_in(const Scene& scene);
 
+/// The triangles of a material in the scene, in its own variant.
+struct MaterialExtent {
+  double area = 0;           ///< twice, m^2
+  Imath::Box3d box;          ///< m
+  bool is_rectangle = true;  ///< each instance is flat, and a rectangle
+};
+
+/// By material, those that show.
+std::map<int, MaterialExtent> extents_in(const Scene& scene);
+
+/// The fraction of each material's area that has triangles on its back, in the same place within 2e-4 of the
+/// scene's diagonal. Materials without any may be missing.
+std::map<int, double> backed_fractions(const Scene& scene);
+
 /// Returns for each vertex the sum of its triangles' normals, each as long as twice the area.
 std::vector<V3d> normal_sums(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles);
 

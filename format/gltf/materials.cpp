@@ -38,9 +38,10 @@ class Reader {
 
   SceneMaterial read(const Json& json, std::size_t number, Issues& faults) {
     place_ = fmt::format("/materials/{}", number);
+    name_ = string_of(member(json, "name"));
     faults_ = &faults;
     SceneMaterial material;
-    material.name = string_of(member(json, "name"));
+    material.name = name_;
     read_core(json, material);
     const Json& normal = member(json, "normalTexture");
     material.normal_texture = read_texture(json, "normalTexture");
@@ -128,7 +129,11 @@ class Reader {
     const Json& core = member(json, "source");
     const Json& webp = member(member(member(json, "extensions"), names::gltf::texture_webp), "source");
     if (core.is_null() && webp.is_null()) {
-      remark(scene_, "a texture without a PNG, JPEG or WebP picture is left out");
+      const std::string format = unread_format(json);
+      remark(scene_,
+             fmt::format("{}{}/{} of \"{}\" is {}, which is not read: gltf-transform (png, "
+                         "ktxdecompress) makes PNG of it",
+                         place_, within, name, name_, format.empty() ? "of an unknown format" : format));
       return texture;
     }
     texture.image = add_image(index_of(core.is_null() ? webp : core));
@@ -161,6 +166,7 @@ class Reader {
   Scene& scene_;
   Issues* faults_ = nullptr;
   std::string place_;  ///< of the material
+  std::string name_;
   std::map<int, int> images_;
 };
 
@@ -170,6 +176,13 @@ const Json& base_texture_of(const Json& material) {
   const Json& old = member(member(material, "extensions"), names::gltf::specular_glossiness);
   return old.is_object() ? member(old, "diffuseTexture")
                          : member(member(material, "pbrMetallicRoughness"), "baseColorTexture");
+}
+
+std::string unread_format(const Json& texture) {
+  for (const auto& [extension, format] :
+       {std::pair("KHR_texture_basisu", "KTX2"), {"EXT_texture_avif", "AVIF"}, {"MSFT_texture_dds", "DDS"}})
+    if (!member(member(texture, "extensions"), extension).is_null()) return format;
+  return "";
 }
 
 void read_materials(const GltfDocument& document, std::uint64_t image_bytes, std::uint64_t memory,

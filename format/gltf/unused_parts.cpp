@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "format/gltf/access.h"
+#include "format/gltf/edit.h"
 #include "format/gltf/names.h"
 
 namespace selvedge {
@@ -135,6 +136,12 @@ void drop_unused_parts(GltfDocument& document, const UsedParts& used) {
   data.views.merge(used_by(root, each_view));
   drop(root, root, "textures", each_texture, used.textures);
   drop(root, root, "images", each_image, images);
+  for (const char* format : {texture_webp, "EXT_texture_avif", "KHR_texture_basisu", "MSFT_texture_dds"}) {
+    const auto has = [&](const Json& texture) {
+      return !member(member(texture, "extensions"), format).is_null();
+    };
+    if (std::ranges::none_of(array_of(root, "textures"), has)) drop_extension(root, format);
+  }
   std::set<int> all;
   const Json& extension = member(member(root, "extensions"), fabric_extension);
   for (std::size_t i = 0; i < array_of(extension, fabrics).size(); ++i) all.insert(static_cast<int>(i));

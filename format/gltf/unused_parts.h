@@ -16,8 +16,9 @@ struct UsedParts {
 UsedParts used_parts(GltfDocument& document);
 
 /// Removes the textures and accessors that were `used` and are no longer, the pictures that these textures
-/// alone used, and the fabrics that no material wears, with their buffer views. Removes nothing if the
-/// document uses an extension that may refer to such parts in ways of its own.
+/// alone used, the names of extensions for formats that no texture has, and the fabrics that no material
+/// wears, with their buffer views. Removes nothing if the document uses an extension that may refer to such
+/// parts in ways of its own.
 void drop_unused_parts(GltfDocument& document, const UsedParts& used);
 
 /// Removes the accessors and views that were `used` and are no longer, whatever the extensions.

@@ -417,3 +417,78 @@ TEST_CASE("dress: what strangers' garments look like is kept, or told to be lost
     CHECK(scene.primitives.back().colors.empty() == (item.kept != colours));
   }
 }
+
+TEST_CASE("dress --all: what strangers' garments wear, and why the rest does not") {
+  const std::string data = test::shared_data("wild5/");
+  if (data.empty()) return;
+  struct Case {
+    const char* file;
+    std::vector<int> dressed;
+    const char* remark;
+    bool double_sided = true;
+  };
+  for (const Case& item :
+       {Case{"soldier-visor.glb", {0}, "a \"visor\" is no cloth"},
+        Case{"body-and-brows.glb", {}, "nothing is cloth: material #0 \"Skin\""},
+        Case{"blend-texture-alpha-043.glb", {0}, "its alpha of 0.43 is not kept"},
+        Case{"coincident-single-sided.glb", {0}, "is single-sided: other triangles lie on its back", false},
+        Case{"makehuman-dm.obj", {0}, "true size (0.65 m in dm, 1.98 m in foot)"},
+        Case{"backdrop-plane.glb", {0}, "it is a flat rectangle, much larger than the rest"},
+        Case{"avif-only.glb", {0}, "baseColorTexture of \"Cloth\" is AVIF"},
+        Case{"control/print-tube.glb", {0}, ""}}) {
+    CAPTURE(item.file);
+    Workshop workshop;
+    workshop.garment = data + item.file;
+    const Result<DressReport> report = workshop.dress(everything);
+    const std::vector<std::string> said =
+        report ? report->warnings : std::vector<std::string>{to_line(report.error())};
+    CHECK((*item.remark == '\0' ? said.empty() : std::ranges::any_of(said, [&](const std::string& line) {
+      return line.find(item.remark) != std::string::npos;
+    })));
+    REQUIRE(report.has_value() == !item.dressed.empty());
+    if (!report) continue;
+    std::vector<int> dressed;
+    for (const DressedMaterial& material : report->materials) dressed.push_back(material.index);
+    CHECK(dressed == item.dressed);
+    const SceneMaterial cloth = test::need(read_scene(workshop.output)).materials[0];
+    CHECK(cloth.double_sided == item.double_sided);
+    CHECK(cloth.kept.mask.image == -1);
+  }
+}
+
+TEST_CASE("dress: a print that only others can read stays for them, or leaves with its extension") {
+  for (const bool kept : {true, false}) {
+    Workshop workshop;
+    workshop.edit([](Json& json) {
+      json["images"] = {{{"uri", "data:image/ktx2;base64,q0tUWCAyMLsNChoK"}, {"mimeType", "image/ktx2"}}};
+      json["textures"] = Json::parse(R"([{"extensions": {"KHR_texture_basisu": {"source": 0}}}])");
+      json["extensionsUsed"] = json["extensionsRequired"] = {"KHR_texture_basisu"};
+      json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+    });
+    const DressReport report = test::need(workshop.dress({.all = true, .keep = {.base_color = kept}}));
+    CHECK(report.warnings[0].find("KTX2, which is not read: gltf-transform") != std::string::npos);
+    const Json json = test::need(load_gltf(workshop.output)).json;
+    CHECK(json.contains("extensionsRequired") == kept);
+    const Json& shown = json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"];
+    CHECK(json["textures"][shown.get<std::size_t>()].contains("extensions") == kept);
+  }
+}
+
+TEST_CASE("dress: single-sided sheets stay so that lie back to back, however they are cut into triangles") {
+  for (const auto& [distance, back, single] :
+       {std::tuple(0.0F, std::vector<unsigned>{0, 2, 1, 0, 3, 2}, true),
+        {1e-4F, {0, 3, 1, 1, 3, 2}, true},
+        {1e-3F, {0, 2, 1, 0, 3, 2}, false},
+        {0.0F, {0, 1, 2, 0, 2, 3}, false}}) {
+    Garment garment = square(2);
+    for (V3f& position : garment.primitives[1].positions) position.z -= distance;
+    garment.primitives[1].indices = back;
+    Workshop workshop(garment);
+    workshop.edit([](Json& json) {
+      for (Json& material : json["materials"]) material.erase("doubleSided");
+    });
+    REQUIRE(workshop.dress(everything));
+    for (const SceneMaterial& material : test::need(read_scene(workshop.output)).materials)
+      CHECK(material.double_sided == !single);
+  }
+}

@@ -165,6 +165,14 @@ TEST_CASE("dress: an opaque material has no mask, and a blended one is cut in th
   CHECK(material.kept.mask.image >= 0);
   CHECK(material.kept.mask_cutoff == 0.5F);
   CHECK(test::need(sheer.dress(undyed())).materials[0].replaced[2].starts_with("alphaMode BLEND"));
+  Workshop veil;
+  veil.edit([](Json& json) {
+    json["materials"][0]["alphaMode"] = "BLEND";
+    json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 0.4};
+  });
+  CHECK(test::need(veil.dress(all()))
+            .warnings.back()
+            .ends_with("its alpha of 0.4 is not kept: the cloth is opaque"));
 }
 
 TEST_CASE("dress: a dressed garment that is dressed again keeps its parts") {
@@ -183,7 +191,7 @@ TEST_CASE(
     "dress --all leaves alone what is no cloth by names or factors, but for a document's only material") {
   const auto named = [](const std::string& name) { return Json{{"name", name}}; };
   const auto chosen_of = [](GltfDocument& document) {
-    return test::need(choose_materials(document, {.all = true})).materials;
+    return test::need(choose_materials(document, Scene(), {.all = true})).materials;
   };
   // Beside cotton, and a material of another name.
   const auto is_cloth = [&](const Json& material, const Json& mesh, const char* beside = "") {
@@ -193,12 +201,13 @@ TEST_CASE(
     document.json = {{"materials", {named("cotton"), material, named(beside)}},
                      {"meshes", {{{"primitives", {{{"material", 0}}}}}, shown}},
                      {"nodes", {{{"name", shown.value("parent", "")}, {"children", {1}}}, {{"mesh", 1}}}}};
-    const ChosenMaterials chosen = test::need(choose_materials(document, {.all = true}));
+    const ChosenMaterials chosen = test::need(choose_materials(document, Scene(), {.all = true}));
     const bool cloth = std::ranges::find(chosen.materials, 1) != chosen.materials.end();
     CHECK(cloth == std::ranges::none_of(chosen.left_alone, [](const std::string& line) {
             return line.ends_with("--material '#1' dresses it");
           }));
-    CHECK(test::need(choose_materials(document, {.materials = {"#1"}})).materials == std::vector<int>{1});
+    CHECK(test::need(choose_materials(document, Scene(), {.materials = {"#1"}})).materials ==
+          std::vector<int>{1});
     // Alone it is cloth whatever it is called.
     document.json["meshes"].erase(0);
     document.json["materials"] = Json::array({material});
@@ -212,7 +221,8 @@ TEST_CASE(
       "N00_000_00_EyeIris_00_EYE|Std_Skin_Head|Mannequin|shirt_buttons|Jacket_Zipper|sofa_legs|Lamp02|"
       "lampBulb|"
       "TVScreen|text|wall paint|pipe.004|Soil|Leaf|plantLeaves|Floor|Chrome|glass_window|Haut|Zähne|cheveux|"
-      "piel|botón|Holz|皮肤|白目|髪";
+      "piel|botón|Holz|皮肤|白目|髪|Brows|Soldier_VisorMat|Eyewear|扣子|Augenbrauen|Knöpfe|lunettes|studio_"
+      "backdrop";
   constexpr const char* cloths =
       "|console|Skinny jeans|unzipped|chair "
       "cover|Body|Bodysuit|BodySuit|face_mask|headband|hair_band|hairband|"
@@ -242,11 +252,11 @@ TEST_CASE(
   CHECK(is_cloth(metal(1), {}));  // a forgotten factor
   GltfDocument document;
   document.json = {{"materials", {named("a"), named("b")}}};
-  CHECK(test::need(choose_materials(document, {.all = true, .except = {"a"}})).materials ==
+  CHECK(test::need(choose_materials(document, Scene(), {.all = true, .except = {"a"}})).materials ==
         std::vector<int>{1});
-  CHECK(test::error_of(choose_materials(document, {.all = true, .except = {"c"}})).code ==
+  CHECK(test::error_of(choose_materials(document, Scene(), {.all = true, .except = {"c"}})).code ==
         Code::material_missing);
-  CHECK(test::error_of(choose_materials(document, {.all = true, .except = {"a", "b"}})).code ==
+  CHECK(test::error_of(choose_materials(document, Scene(), {.all = true, .except = {"a", "b"}})).code ==
         Code::material_missing);
   // A garment whose meshes are called hair is one; other names and factors are told with the way to dress
   // them.
@@ -254,16 +264,19 @@ TEST_CASE(
   CHECK(chosen_of(document) == std::vector<int>{0, 1});
   document.json["materials"] = {named("Hair"), named("Body")};
   CHECK(
-      test::error_of(choose_materials(document, {.all = true}))
+      test::error_of(choose_materials(document, Scene(), {.all = true}))
           .message.ends_with("\"Body\" was left alone: a \"body\" is no cloth; --material '#1' dresses it"));
 }
 
 TEST_CASE("dress --all: what moves with head and fingers is a body, and cloth moves with either at most") {
-  for (const auto& [first, second, body] : {std::tuple("mixamorig:Head", "mixamorig:LeftHandThumb1", true),
-                                            {"head", "f_finger.01.L", true},
-                                            {"Spine", "LeftHand", false},
-                                            {"thumb", "LeftHandThumb2", false},
-                                            {"Head", "Neck", false}}) {
+  // The side of the other material, in metres: clothes are much of a figure, a visor is not.
+  for (const auto& [first, second, side, body] :
+       {std::tuple("mixamorig:Head", "mixamorig:LeftHandThumb1", 1.0, true),
+        {"head", "f_finger.01.L", 0.6, true},
+        {"head", "f_finger.01.L", 0.4, false},
+        {"Spine", "LeftHand", 1.0, false},
+        {"thumb", "LeftHandThumb2", 1.0, false},
+        {"Head", "Neck", 1.0, false}}) {
     CAPTURE(first);
     Workshop workshop;
     GltfDocument document = test::need(load_gltf(workshop.garment));
@@ -280,10 +293,13 @@ TEST_CASE("dress --all: what moves with head and fingers is a body, and cloth mo
     document.json["materials"] = {{{"name", "a"}}, {{"name", "b"}}};
     document.json["meshes"].push_back(mesh);
     const std::size_t nodes = document.json["nodes"].size();
+    document.json["nodes"][0]["scale"] = {side, side, side};
+    document.json["scenes"][0]["nodes"].push_back(nodes);
     for (const Json& node : {Json{{"mesh", 1}, {"skin", 0}}, Json{{"name", first}}, Json{{"name", second}}})
       document.json["nodes"].push_back(node);
     document.json["skins"] = {{{"joints", {nodes + 1, nodes + 2}}}};
-    CHECK(test::need(choose_materials(document, {.all = true})).materials.size() == (body ? 1 : 2));
+    const Scene scene = test::need(read_scene(document));
+    CHECK(test::need(choose_materials(document, scene, {.all = true})).materials.size() == (body ? 1 : 2));
   }
 }
 
