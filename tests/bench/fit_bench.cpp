@@ -1,14 +1,6 @@
-// Costs and quality of the fit, in tables. SAMPLES is a samples file, or a built-in stitch, which is
-// baked first (TEXELS a side, 64 views x 64 lights).
-//
-//   selvedge-fit-bench speed SAMPLES
-//     evaluations and time of every level
-//   selvedge-fit-bench restarts SAMPLES [TEXELS [COUNT]]
-//     against the best of COUNT (20) random restarts
-//   selvedge-fit-bench lobes SAMPLES [TEXELS]
-//     0 to 4 lobes, with and without table
-//   selvedge-fit-bench scale
-//     how time grows with texels, samples and lobes
+// The fit against the best of COUNT (20) random restarts. SAMPLES is a samples file, or a built-in stitch,
+// which is baked first (TEXELS a side, 64 views x 64 lights).
+//   selvedge-fit-bench restarts [SAMPLES [TEXELS [COUNT]]]
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -18,7 +10,6 @@
 #include "converter/bake/bake.h"
 #include "converter/stitch/find_cell.h"
 #include "fitter/fit.h"
-#include "format/base/parallel.h"
 #include "format/base/random.h"
 #include "format/quality/compare.h"
 #include "tests/bench/need.h"
@@ -95,17 +86,6 @@ std::array<ChannelFit, 3> restarted(const TexelSamples& samples, const LobeFitOp
   return fits;
 }
 
-int speed(const std::string& samples) {
-  const Input input = load(samples, 32);
-  const Run ours = run(input.level, input.header, {}, fit_texel);
-  fmt::print("{:.2f} s of processor ({} threads)\n", ours.seconds, thread_count());
-  for (const LevelReport& level : ours.result.levels) {
-    fmt::print("  {:>7}: {:6.1f} evaluations per channel, {:.2f} s on the wall\n",
-               fmt::format("{}x{}", level.width, level.height), level.iterations, level.seconds);
-  }
-  return 0;
-}
-
 int restarts(const std::string& samples, int texels, int count) {
   const Input input = load(samples, texels);
   const FitOptions options;
@@ -130,84 +110,12 @@ int restarts(const std::string& samples, int texels, int count) {
   return 0;
 }
 
-int lobes(const std::string& samples, int texels) {
-  const Input input = load(samples, texels);
-  fmt::print("lobes  table  processor s  held-out dB by level\n");
-  for (const bool table : {true, false}) {
-    for (int k = 0; k <= 4; ++k) {
-      FitOptions options;
-      options.lobes = k;
-      options.view_table = table;
-      const Run ours = run(input.level, input.header, options, fit_texel);
-      std::string figures;
-      for (const auto& level : need(compare(ours.result.fabric, input.held_out, PairKind::held_out)).levels) {
-        figures += fmt::format(" {:6.2f}", level.psnr);
-      }
-      fmt::print("{:5}  {:>5}  {:11.1f} {}\n", k, table ? "yes" : "no", ours.seconds, figures);
-    }
-  }
-  return 0;
-}
-
-/// Smooth synthetic samples: only the time matters.
-Input synthetic(int texels, const DirectionGrid& grid) {
-  Input input;
-  input.header.width = input.header.height = texels;
-  input.header.views = input.header.lights = grid;
-  input.level.width = input.level.height = texels;
-  input.level.views = input.level.lights = grid.count();
-  const auto directions = directions_of(grid);
-  for (int t = 0; t < texels * texels; ++t) {
-    const float turn = 0.1F * static_cast<float>(t % 37);
-    input.level.normal.push_back(V3f(0.3F * std::sin(turn), 0.2F, 1));
-    for (const V3f& v : directions) {
-      input.level.alpha.push_back(1);
-      for (const V3f& l : directions) {
-        const float lit = l.x * std::cos(turn) > 0.3F ? 0.5F : 1.0F;
-        const float gloss = std::pow(std::max(0.0F, (l + v).normalized().z), 20.0F);
-        input.level.radiance.push_back(V3f(0.3F, 0.2F, 0.1F) * (l.z * lit * (1 + v.z)) + V3f(0.1F * gloss));
-      }
-    }
-  }
-  return input;
-}
-
-int scale() {
-  fmt::print("texels  samples each  lobes  processor s  evaluations  ns per sample, lobe and evaluation\n");
-  const auto row = [](int texels, const DirectionGrid& grid, int lobe_count) {
-    const Input input = synthetic(texels, grid);
-    FitOptions options;
-    options.lobes = lobe_count;
-    const Run ours = run(input.level, input.header, options, fit_texel);
-    double evaluations = 0;
-    double all = 0;
-    for (const LevelReport& level : ours.result.levels) {
-      const double channels = 3.0 * level.width * level.height;
-      evaluations += level.iterations * channels;
-      all += channels;
-    }
-    const double each = static_cast<double>(grid.count()) * grid.count();
-    fmt::print("{:3}x{:<3}  {:11.0f}  {:5}  {:11.2f}  {:11.1f}  {:8.2f}\n", texels, texels, each, lobe_count,
-               ours.seconds, evaluations / all, ours.seconds / (evaluations * each * lobe_count) * 1e9);
-  };
-  for (const int texels : {8, 16, 32}) row(texels, {8, 8}, 2);
-  for (const DirectionGrid& grid : {DirectionGrid{4, 4}, DirectionGrid{8, 8}, DirectionGrid{8, 16}}) {
-    row(8, grid, 2);
-  }
-  for (const int lobe_count : {1, 2, 3, 4}) row(16, {8, 8}, lobe_count);
-  return 0;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string what = argc > 1 ? argv[1] : "";
-  const std::string samples = argc > 2 ? argv[2] : "plain-knit";
   const auto number = [&](int i, int otherwise) { return argc > i ? std::atoi(argv[i]) : otherwise; };
-  if (what == "speed") return speed(samples);
-  if (what == "restarts") return restarts(samples, number(3, 16), number(4, 20));
-  if (what == "lobes") return lobes(samples, number(3, 32));
-  if (what == "scale") return scale();
-  fmt::print(stderr, "fit_bench: speed, restarts, lobes or scale\n");
+  if (argc > 1 && argv[1] == std::string("restarts"))
+    return restarts(argc > 2 ? argv[2] : "plain-knit", number(3, 16), number(4, 20));
+  fmt::print(stderr, "usage: selvedge-fit-bench restarts [SAMPLES [TEXELS [COUNT]]]\n");
   return 2;
 }
