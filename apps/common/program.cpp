@@ -199,11 +199,11 @@ Result<int> Program::status_of(const Verb& verb) {
   set_threads(verb.options->common().threads);
   return guarded(first_file(verb.options->app()), [&]() -> Result<int> {
     try {
-      // An output that cannot be written is told before the work.
+      // An output that cannot be written is refused before the work.
       value_or_throw(verb.options->check_outputs());
       return verb.work();
     } catch (const std::exception&) {
-      // No fault of the input: run() tells it.
+      // No fault of the input: run() reports it.
       if (std::ferror(stdout) == 0) throw;
       return 1;
     }

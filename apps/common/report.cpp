@@ -16,7 +16,7 @@ thread_local Json* report_target = nullptr;
 
 namespace {
 
-/// A fault of standard error has nowhere to be told.
+/// A fault of standard error cannot be reported.
 void print_line(const std::string& text) {
   std::fputs(fmt::format("{}: {}\n", program_name, text).c_str(), stderr);
 }

@@ -46,7 +46,7 @@ void add_limits(Options& options, SceneLimits& limits) {
   options.set_flag("--allow-outside", limits.document.other_files, OtherFiles::anywhere,
                    "Open files outside of a garment's folder, too, if it names them");
   options.bytes("--max-memory", limits.document.memory,
-                "Refuse a file that declares more than fits into so many bytes (K, M, G: KiB, MiB, GiB) "
+                "Refuse a file that declares more than fits into this memory (K, M, G: KiB, MiB, GiB) "
                 "[4G]");
 }
 

@@ -102,9 +102,8 @@ void add_light(Options& options, PictureOptions& picture) {
   options.choice("--tone-map", tone_curve_names,
                  "Curve over exposed colours in PNG files (default neutral in an environment, else none)",
                  [&picture](std::size_t index) { picture.tone = static_cast<ToneCurve>(index); });
-  add_environment(
-      options, picture.environment, picture.around,
-      "Default: the studio, weak beside lights of the scene; none for swatches and beside --light");
+  add_environment(options, picture.environment, picture.around,
+                  "Default: the studio, weaker with lights of the scene; none for swatches and with --light");
   options.flag("--backdrop", picture.backdrop, "Shows it behind the scene");
   options
       .number("--backdrop-blur", picture.backdrop_blur, "ROUGHNESS",

@@ -50,7 +50,7 @@ V3d move_to_origin(Cloth& cloth) {
   return origin;
 }
 
-/// Values in whole steps of a power of two, which meshopt packs well: so many bits for the largest.
+/// Values in whole steps of a power of two, which meshopt packs well, by the bits of the largest.
 std::vector<float> in_steps(std::span<const float> values, int bits) {
   int exponent = 0;
   float largest = 0;

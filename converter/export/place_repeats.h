@@ -15,7 +15,7 @@ namespace selvedge {
 /// How the mesh of a repeat is shaped for its copies, so that few of them are too far from the cloth.
 struct MeshShape {
   bool mirrored = false;  ///< x is turned over, last
-  /// By so many steps the normal turns over a repeat: to x along x, to y along y, and to y along x.
+  /// Steps by which the normal turns over a repeat: to x along x, to y along y, and to y along x.
   std::array<int, 3> bend{0, 0, 0};
   auto operator<=>(const MeshShape&) const = default;
 };

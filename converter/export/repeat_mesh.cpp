@@ -203,7 +203,7 @@ class PliedCurve {
   /// Radians, of the plies about the axis along the curve.
   double twist() const { return 2 * pi * plies_.shift / plies_.count; }
 
-  /// The angle of the first ply about the axis; it goes on beyond pi.
+  /// The angle of the first ply about the axis; it continues beyond pi.
   double turn_at(const ChainPlace& place) const {
     if (plies_.count == 1) return 0;
     const auto [segment, fraction] = ply_at(0, place);
@@ -522,7 +522,7 @@ std::vector<YarnJoint> joints_of(const Yarns& yarns) {
       for (std::size_t o = 0; o < plied.size(); ++o) {
         for (int k = 0; k < places * (2 * reach + 1) * (2 * reach + 1); ++k) {
           const V2i repeat(k % (2 * reach + 1) - reach, k / (2 * reach + 1) % (2 * reach + 1) - reach);
-          // Yarn that goes on touches its own.
+          // Yarn that continues touches its own.
           if (repeat == V2i(0, 0) || (o == c && repeat.x * turns.y == repeat.y * turns.x)) continue;
           const V3f other = place_of(o, k / ((2 * reach + 1) * (2 * reach + 1)));
           const V3f shift(static_cast<float>(repeat.x) * period.x, static_cast<float>(repeat.y) * period.y,

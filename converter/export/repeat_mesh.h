@@ -43,7 +43,7 @@ std::int64_t triangles_of(const RepeatMesh& mesh);
 double min_triangles(const Yarns& yarns);
 double max_triangles(const Yarns& yarns);
 
-/// Where yarn goes on in a neighbouring repeat, or touches its yarn; axes, in the frame of either's cell.
+/// Where yarn continues in a neighbouring repeat, or touches its yarn; axes, in the frame of either's cell.
 struct YarnJoint {
   V3f own{0, 0, 0}, other{0, 0, 0};  ///< mm
   V2i repeat{0, 0};                  ///< periods along x and y from the own cell to the neighbour's

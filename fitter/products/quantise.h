@@ -10,7 +10,7 @@ namespace selvedge {
 
 struct Quantisation {
   float step = 1;
-  /// Pairs of functions are dropped if the root mean square of their coefficients is below so many steps.
+  /// Pairs of functions are dropped if the root mean square of their coefficients is below this many steps.
   float min_rms = 0;
   /// Cost of a bit, in squared steps of error. 0: plain rounding.
   float price = 0;

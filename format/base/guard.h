@@ -7,7 +7,7 @@
 // program may throw; Program catches it. guarded(): turns exceptions of third-party libraries too,
 // std::bad_alloc included, into Errors. For the entry points of programs and of the installed library; an
 // exception that reaches another caller is a bug, which the fuzz targets report. In WebAssembly nothing is
-// caught: the host is told what is thrown, and the instance ends (converter/web); nothing may go on after it.
+// caught: the host gets what is thrown, and the instance ends (converter/web); nothing may run after it.
 #pragma once
 
 #include <string>
@@ -51,7 +51,7 @@ R result_of(const F& work) {
   }
 }
 
-/// The value of `work`; its Failure goes on with the error that `change` makes of it.
+/// The value of `work`; its Failure is rethrown with the error that `change` makes of it.
 template <class F, class Change>
 std::invoke_result_t<F> changing_failures(const F& work, const Change& change) {
   try {

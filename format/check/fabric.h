@@ -1,4 +1,4 @@
-// The checker of fabric files: the reader (FabricReader), which goes on after an error.
+// The checker of fabric files: the reader (FabricReader), which continues after an error.
 #pragma once
 
 #include <cstdint>

@@ -25,7 +25,7 @@ struct TexelSlopes {
 };
 
 /// Longer axis of a pixel by its width across, up to which it counts with its area alone; a longer pixel
-/// counts as an area so much shorter.
+/// counts as an area shorter by that.
 inline constexpr float max_elongation = 8;
 
 /// Width of a square of the pixel's area, in texels of the slopes' level.

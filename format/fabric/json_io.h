@@ -66,7 +66,7 @@ class JsonIo {
       : from_(from), to_(to), place_(std::move(place)), code_(code), sink_(sink) {}
   void read_whole(int& value, int min, int max) const;
   void read_real(float& value, RealRule rule) const;
-  /// The items of an array of so many; none for another.
+  /// The items of an array of this length; none for another.
   std::vector<JsonIo> items(const char* name, std::size_t count) const;
 
   const nlohmann::json* from_;

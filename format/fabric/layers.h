@@ -118,7 +118,7 @@ std::string part_name(LayerKind kind, Side side);
 /// Number of channels of a layer's part.
 int channel_count(LayerKind kind, const LayerShape& shape);
 
-/// Whether an OpenEXR part can have so many channels. To be checked before channel_names(): a short attribute
+/// Whether an OpenEXR part can have the channels. To be checked before channel_names(): a short attribute
 /// text can define millions.
 bool fits_a_part(LayerKind kind, const LayerShape& shape);
 

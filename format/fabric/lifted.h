@@ -7,10 +7,10 @@
 
 namespace selvedge {
 
-/// Views and lights rise by at least so much per unit of way in the plane, which bounds a ray's length.
+/// Minimum rise of views and lights per unit of length in the plane, which bounds a ray's length.
 inline constexpr float min_rise = 1.0F / 32;
 
-/// Light leaves the surface so many radii above it: more than a chain's corners stand out.
+/// Radii above the surface at which light leaves it: more than a chain's corners stand out.
 inline constexpr float leave_radii = 1.0F / 64;
 
 /// Normals that face the viewer less than this are taken to face him this much.

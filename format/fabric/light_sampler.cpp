@@ -296,7 +296,7 @@ LightSample LightSampler::sample(const V3d& random) const {
 }
 
 float LightSampler::pdf(const V3f& light) const {
-  // Single precision leaves lights a little longer or shorter, which the power of a sharp lobe would tell.
+  // Single precision leaves lights a little longer or shorter, which the power of a sharp lobe would show.
   const V3d unit = V3d(light).normalized();
   const V3d l = upper(unit);
   const V3d mirror(l.x, l.y, -l.z);

@@ -11,7 +11,7 @@
 namespace selvedge {
 namespace {
 
-/// Rays that have visited so many cells meet nothing more.
+/// Maximum number of cells that a ray visits.
 constexpr int max_cells_of_a_ray = 16384;
 /// Distance to what a ray does not meet.
 constexpr float no_yarn = std::numeric_limits<float>::max();

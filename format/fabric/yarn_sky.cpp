@@ -66,7 +66,7 @@ class SkyFit {
         rows_[i][angle_functions + k] += point.functions[i] * values[k];
     }
   }
-  /// Two plies do not tell all sides: a little of each is taken off.
+  /// Two plies do not represent all sides: a little of each is taken off.
   std::array<SkyFactors, angle_functions> solved() {
     std::array<SkyFactors, angle_functions> result{};
     for (int i = 0; i < angle_functions; ++i) rows_[i][i] += 1e-4F * rows_[0][0] + 1e-6F;

@@ -49,7 +49,7 @@ inline constexpr float strand_roundness = 0.5F;  ///< slope of the surface at a 
 inline constexpr float strand_tilt = 0.22F;      ///< slope across the fibre
 inline constexpr float strand_lift = 0.12F;      ///< slope along the fibre
 inline constexpr float strand_sway = 0.16F;      ///< turn of the fibre in the surface, radians
-/// Normals of strands face the viewer at least so much.
+/// Minimum cosine between a strand's normal and the view.
 inline constexpr float min_strand_facing = 0.05F;
 
 /// A hash of 32 bits: lowbias32 of Chris Wellons' hash prospector (2018, public domain).
