@@ -78,7 +78,7 @@ void measure(const ScenePrimitive& primitive, const M44d& world, int tex_coord, 
   }
 }
 
-/// Whether triangles in a box are a flat rectangle: then their area is that of the rhombus that has a
+/// Whether triangles in a box are a flat rectangle: then their area is the area of the rhombus that has a
 /// diagonal and, as long as the other one reaches across, its height.
 bool is_rectangle(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles,
                   const Imath::Box3d& box) {
