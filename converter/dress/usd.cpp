@@ -17,9 +17,9 @@
 #include "format/gltf/access.h"
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/names.h"
-#include "format/gltf/picture_type.h"
 #include "format/gltf/read_scene.h"
 #include "format/gltf/uri.h"
+#include "format/picture/picture_type.h"
 
 namespace selvedge {
 namespace {

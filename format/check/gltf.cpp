@@ -9,11 +9,11 @@
 #include "format/base/atomic_file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/memory.h"
-#include "format/gltf/picture_type.h"
 #include "format/gltf/read_scene.h"
 #include "format/gltf/references.h"
 #include "format/gltf/uri.h"
 #include "format/picture/image.h"
+#include "format/picture/picture_type.h"
 
 namespace selvedge {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "format/gltf/picture_type.h"
+#include "format/picture/picture_type.h"
 
 namespace selvedge {
 namespace {

@@ -11,8 +11,8 @@
 #include "format/gltf/edit.h"
 #include "format/gltf/meshopt.h"
 #include "format/gltf/names.h"
-#include "format/gltf/picture_type.h"
 #include "format/gltf/uri.h"
+#include "format/picture/picture_type.h"
 
 namespace selvedge {
 namespace {

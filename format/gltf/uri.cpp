@@ -14,7 +14,7 @@
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/gltf/names.h"
-#include "format/gltf/picture_type.h"
+#include "format/picture/picture_type.h"
 
 namespace selvedge {
 namespace {

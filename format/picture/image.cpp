@@ -9,8 +9,8 @@
 
 #include "format/base/atomic_file.h"
 #include "format/exr/exr.h"
-#include "format/gltf/picture_type.h"
 #include "format/picture/openimageio.h"
+#include "format/picture/picture_type.h"
 #include "format/picture/radiance.h"
 
 namespace selvedge {

@@ -1,6 +1,6 @@
 // Bytes -> what kind of picture they are, and decode_image. Only bytes of a known kind are decoded.
-#include "format/gltf/picture_type.h"
 #include "format/picture/image.h"
+#include "format/picture/picture_type.h"
 #include "tests/fuzz/target.h"
 
 using namespace selvedge;

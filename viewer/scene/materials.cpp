@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "format/gltf/picture_type.h"
+#include "format/picture/picture_type.h"
 
 namespace selvedge {
 namespace {

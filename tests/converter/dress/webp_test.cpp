@@ -4,9 +4,9 @@
 #include <filesystem>
 
 #include "format/gltf/edit.h"
-#include "format/gltf/picture_type.h"
 #include "format/gltf/read_scene.h"
 #include "format/picture/image.h"
+#include "format/picture/picture_type.h"
 #include "tests/converter/workshop.h"
 #include "tests/format/raw_glb.h"
 #include "tests/require.h"

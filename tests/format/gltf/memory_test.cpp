@@ -3,8 +3,8 @@
 #include <doctest/doctest.h>
 
 #include "format/check/gltf.h"
-#include "format/gltf/picture_type.h"
 #include "format/gltf/read_scene.h"
+#include "format/picture/picture_type.h"
 #include "tests/format/gltf_square.h"
 #include "tests/require.h"
 

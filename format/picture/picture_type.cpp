@@ -1,4 +1,4 @@
-#include "format/gltf/picture_type.h"
+#include "format/picture/picture_type.h"
 
 namespace selvedge {
 namespace {
