@@ -96,13 +96,13 @@ class Expander {
     for (std::size_t m = 0; m < array_of(document_.json, "meshes").size(); ++m) {
       const std::size_t primitives = array_of(document_.json["meshes"][m], "primitives").size();
       for (std::size_t p = 0; p < primitives; ++p) {
-        const Json primitive = document_.json["meshes"][m]["primitives"][p];
+        Json primitive = document_.json["meshes"][m]["primitives"][p];
         if (member(member(primitive, "extensions"), names::gltf::draco).is_null()) continue;
         expand_primitive(primitive, fmt::format("/meshes/{}/primitives/{}", m, p));
-        Json& plain = document_.json["meshes"][m]["primitives"][p];
-        erase_extension(plain, names::gltf::draco);
+        erase_extension(primitive, names::gltf::draco);
         // Decoded faces are a list, whatever the primitive was before.
-        if (member(plain, "mode") != 4) plain.erase("mode");
+        if (member(primitive, "mode") != 4) primitive.erase("mode");
+        document_.json["meshes"][m]["primitives"][p] = std::move(primitive);
       }
     }
     if (!expanded_.empty()) reuse_views();
@@ -112,7 +112,7 @@ class Expander {
   }
 
  private:
-  void expand_primitive(const Json& primitive, const std::string& place) {
+  void expand_primitive(Json& primitive, const std::string& place) {
     const Json& extension = member(member(primitive, "extensions"), names::gltf::draco);
     const std::string where = place + "/extensions/" + names::gltf::draco;
     const int view = index_of(member(extension, "bufferView"));
@@ -120,13 +120,15 @@ class Expander {
     const Json& attributes = member(extension, "attributes");
     if (!attributes.is_object()) reader_.fail(Code::gltf_malformed, where, "no attributes");
     for (const auto& [semantic, id] : attributes.items()) {
-      const int accessor = index_of(member(member(primitive, "attributes"), semantic.c_str()));
+      int accessor = index_of(member(member(primitive, "attributes"), semantic.c_str()));
       const std::string attribute = where + "/attributes/" + semantic;
       if (is_fresh(accessor, view, attribute))
         expand_attribute(*mesh, view, semantic, index_of(id), accessor, attribute);
+      primitive["attributes"][semantic] = accessor;
     }
-    const int indices = index_of(member(primitive, "indices"));
+    int indices = index_of(member(primitive, "indices"));
     if (is_fresh(indices, view, place)) expand_indices(*mesh, view, indices, place + "/indices");
+    primitive["indices"] = indices;
   }
 
   std::unique_ptr<draco::Mesh> decode(int view, const std::string& place) {
@@ -152,13 +154,15 @@ class Expander {
     }
   }
 
-  /// Whether the accessor still has to be filled from `view`. Primitives may share accessors and views.
-  bool is_fresh(int accessor, int view, const std::string& place) {
-    const auto [entry, fresh] = expanded_.emplace(accessor, view);
-    if (entry->second != view) {
-      reader_.fail(Code::gltf_malformed, place,
-                   fmt::format("accessor {} is filled by two Draco meshes", accessor));
+  /// Whether the accessor still has to be filled from `view`. Primitives may share accessors and views; the
+  /// values of a second view get an accessor of their own, as Blender writes one for equal lists of indices.
+  bool is_fresh(int& accessor, int view, const std::string& place) {
+    const auto [entry, fresh] = expanded_.try_emplace({accessor, view}, accessor);
+    if (fresh) {
+      const auto [former, alone] = former_.try_emplace(accessor, reader_.entry("accessors", accessor, place));
+      if (!alone) entry->second = append(document_.json["accessors"], former->second);
     }
+    accessor = entry->second;
     return fresh;
   }
 
@@ -216,13 +220,13 @@ class Expander {
   /// renumber the views behind them, to which other extensions may refer.
   void reuse_views() {
     std::set<int> free;
-    for (const auto& [accessor, view] : expanded_) free.insert(view);
+    for (const auto& [filled, accessor] : expanded_) free.insert(filled.second);
     Json& views = document_.json["bufferViews"];
     for (const int place : free) {
       const int last = static_cast<int>(views.size()) - 1;
       views[place] = views.back();
       views.erase(static_cast<std::size_t>(last));
-      for (const auto& [accessor, view] : expanded_) {
+      for (const auto& [filled, accessor] : expanded_) {
         Json& json = document_.json["accessors"][accessor];
         if (json["bufferView"] == last) json["bufferView"] = place;
       }
@@ -231,7 +235,9 @@ class Expander {
 
   GltfDocument& document_;
   GltfReader reader_;
-  std::map<int, int> expanded_;  ///< accessor -> the compressed view that its values came from
+  /// The accessor of the file and the compressed view -> the accessor with the values of that view.
+  std::map<std::pair<int, int>, int> expanded_;
+  std::map<int, Json> former_;  ///< the accessors of the file
 };
 
 using DracoAccessor = PackedGeometry::DracoAccessor;

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "format/base/atomic_file.h"
+#include "format/gltf/document.h"
 #include "format/gltf/read_scene.h"
 #include "tests/format/gltf_fixtures.h"
 #include "tests/require.h"
@@ -111,5 +112,52 @@ TEST_CASE("draco header: a mesh that claims more than its bytes can hold is refu
     bytes.replace(at, 1, "\xFF\xFF\xFF\xFF\x04");
     test::write_bytes(folder / "case.glb", glb_of(bytes, 40));
     CHECK(test::error_of(read_scene(folder / "case.glb")).code == Code::file_too_large);
+  }
+}
+
+TEST_CASE("draco: primitives that share accessors get the values of their own streams, and keep these") {
+  const test::Folder folder;
+  for (const bool vertices_too : {false, true}) {
+    std::string json;
+    std::string bytes;
+    for (const int triangles : {40, 24, 8}) {
+      const std::string stream = strip(triangles, true);
+      json += std::string(json.empty() ? "" : ",") + R"({"view":{"buffer":0,"byteOffset":)" +
+              std::to_string(bytes.size()) + R"(,"byteLength":)" + std::to_string(stream.size()) +
+              R"(},"triangles":)" + std::to_string(triangles) + "}";
+      bytes += stream + std::string((4 - stream.size() % 4) % 4, '\0');
+    }
+    Json root = Json::parse(
+        R"({"asset":{"version":"2.0"},"extensionsUsed":["KHR_draco_mesh_compression"],"extensionsRequired":
+        ["KHR_draco_mesh_compression"],"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[]}],
+        "accessors":[{"componentType":5125,"count":120,"type":"SCALAR"}],"bufferViews":[]})");
+    root["buffers"] = {{{"byteLength", bytes.size()}}};
+    for (const Json& part : Json::parse("[" + json + "]")) {
+      const std::size_t position = vertices_too ? 1 : root["accessors"].size();
+      if (position == root["accessors"].size())
+        root["accessors"].push_back({{"componentType", 5126},
+                                     {"count", part["triangles"].get<int>() + 2},
+                                     {"type", "VEC3"},
+                                     {"min", {0, 0, 0}},
+                                     {"max", {9, 1, 0}}});
+      const Json draco{{"bufferView", root["bufferViews"].size()}, {"attributes", {{"POSITION", 0}}}};
+      root["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", position}}},
+                                                 {"indices", 0},
+                                                 {"extensions", {{"KHR_draco_mesh_compression", draco}}}});
+      root["bufferViews"].push_back(part["view"]);
+    }
+    test::write_bytes(folder / "case.glb", test::glb(root.dump(), bytes));
+    GltfDocument document = test::need(load_gltf(folder / "case.glb"));
+    for (int pass = 0; pass < 2; ++pass) {
+      const Scene scene = test::need(read_scene(document));
+      REQUIRE(scene.primitives.size() == 3);
+      for (std::size_t i = 0; i < 3; ++i)
+        CHECK(scene.primitives[i].indices.size() == std::size_t{3} * (40 - 16 * i));
+      test::need(save_gltf(document, folder / "saved.glb"));
+      document = test::need(load_gltf(folder / "saved.glb"));
+    }
+    const std::string saved = *read_file(folder / "saved.glb");
+    CHECK(saved.find("KHR_draco_mesh_compression") != std::string::npos);
+    CHECK(saved.find(strip(24, true)) != std::string::npos);
   }
 }
