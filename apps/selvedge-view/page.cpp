@@ -16,6 +16,7 @@
 #include "format/fabric/file.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
+#include "format/gltf/geometry.h"
 #include "format/gltf/names.h"
 #include "format/picture/studio.h"
 #include "format/scene/framing.h"
@@ -89,10 +90,30 @@ void embed_fabrics(GltfDocument& document) {
   }
 }
 
+/// Takes meshes and lights from nodes that KHR_node_visibility hides, which three.js does not know.
+void drop_hidden(GltfDocument& document) {
+  std::vector<std::size_t> open;
+  std::vector<bool> hidden(array_of(document.json, "nodes").size());
+  for (std::size_t i = 0; i < hidden.size(); ++i)
+    if (!is_visible(document.json["nodes"][i])) open.push_back(i);
+  while (!open.empty()) {
+    const std::size_t index = open.back();
+    open.pop_back();
+    if (index >= hidden.size() || hidden[index]) continue;
+    hidden[index] = true;
+    Json& node = document.json["nodes"][index];
+    node.erase("mesh");
+    if (node.contains("extensions")) erase_extension(node, names::gltf::lights_punctual);
+    for (const Json& child : array_of(node, "children"))
+      open.push_back(static_cast<std::size_t>(index_of(child)));
+  }
+}
+
 /// The bytes of a .glb file that has all of a garment, its geometry plain.
 std::string whole_garment(const std::string& path, const GltfLimits& limits) {
   auto document = value_or_throw(load_gltf(path, limits));
   embed_fabrics(document);
+  drop_hidden(document);
   const auto bytes = value_or_throw(pack_glb(std::move(document)));
   return {bytes.begin(), bytes.end()};
 }

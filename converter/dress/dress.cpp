@@ -314,6 +314,22 @@ class Dresser {
     done.merge(places);
   }
 
+  /// Where the triangles of the first such material are that the scene does not show, for a message.
+  std::string elsewhere(int material) {
+    constexpr std::size_t max_scenes = 8;
+    const Json& scenes = array_of(document_.json, "scenes");
+    if (std::exchange(looked_elsewhere_, true)) return "";
+    for (std::size_t i = 0; i < std::min(scenes.size(), max_scenes); ++i) {
+      SceneChoice choice;
+      choice.scene = std::to_string(i);
+      const auto other = read_scene(document_, limits_, choice);
+      if (!other || primitives_of(*other, material).empty()) continue;
+      return fmt::format(": it is in scene {} \"{}\", which \"scene\" in the JSON would make the default one",
+                         i, name_of(scenes[i]));
+    }
+    return ": it is hidden, or in no scene";
+  }
+
   /// `backed`: the fraction of backed_fractions.
   void dress(int material, const Scene& scene, double backed) {
     const std::set<Place>& places = uses_[material];
@@ -340,11 +356,12 @@ class Dresser {
     dressed.repeats = use.reference.transform.scale;
     if (!(std::abs(dressed.repeats.x) > 0) || !(std::abs(dressed.repeats.y) > 0)) {
       const bool is_absent = primitives_of(scene, material).empty();
-      throw Failure{{is_absent ? Code::garment_empty : Code::garment_no_uvs, document_.file,
-                     fmt::format("/materials/{}", material),
-                     is_absent ? fmt::format("\"{}\" is on no triangle in the scene", dressed.name)
-                               : fmt::format("the texture coordinates of \"{}\" cover no area in the scene",
-                                             dressed.name)}};
+      throw Failure{
+          {is_absent ? Code::garment_empty : Code::garment_no_uvs, document_.file,
+           fmt::format("/materials/{}", material),
+           is_absent
+               ? fmt::format("\"{}\" is on no triangle in the scene{}", dressed.name, elsewhere(material))
+               : fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name)}};
     }
     warn_of_uvs(where, size);
     KeptParts parts =
@@ -470,8 +487,9 @@ class Dresser {
   const DressOptions& options_;
   SceneLimits limits_;  ///< what the fabrics and the places of the materials leave of the options'
   Uses uses_;
-  PlacesInScene in_scene_;             ///< where charts or backings are wanted
-  std::map<int, int> sets_;            ///< of materials that were laid flat beside the pictures' set
+  PlacesInScene in_scene_;   ///< where charts or backings are wanted
+  std::map<int, int> sets_;  ///< of materials that were laid flat beside the pictures' set
+  bool looked_elsewhere_ = false;
   std::optional<Error> left_out_;      ///< why the first material was left alone
   std::map<int, DressedUse> dressed_;  ///< by material
   DressReport report_;

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "format/gltf/names.h"
+
 namespace selvedge {
 namespace {
 
@@ -148,6 +150,10 @@ std::optional<ScenePrimitive> read_primitive(GltfReader& reader, const Json& pri
     make_flat(result);
   }
   return result;
+}
+
+bool is_visible(const Json& node) {
+  return member(member(member(node, "extensions"), names::gltf::node_visibility), "visible") != false;
 }
 
 std::optional<M44d> local_transform(const Json& node) {

@@ -31,6 +31,8 @@ std::vector<std::uint32_t> read_triangles(GltfReader& reader, const Json& primit
 /// A node's matrix, or its translation, rotation and scale; nothing if an array is of the wrong size. Row
 /// vectors: glTF's column-major numbers are Imath's rows.
 std::optional<M44d> local_transform(const Json& node);
+/// Whether KHR_node_visibility lets a node be seen. Hidden nodes hide the meshes and lights below them, too.
+bool is_visible(const Json& node);
 inline constexpr const char* malformed_transform = "the transform is not made of the right number of numbers";
 
 }  // namespace selvedge

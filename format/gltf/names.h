@@ -33,5 +33,6 @@ inline constexpr const char* meshopt = "EXT_meshopt_compression";
 inline constexpr const char* khr_meshopt = "KHR_meshopt_compression";
 inline constexpr const char* gpu_instancing = "EXT_mesh_gpu_instancing";
 inline constexpr const char* lights_punctual = "KHR_lights_punctual";
+inline constexpr const char* node_visibility = "KHR_node_visibility";
 
 }  // namespace selvedge::names::gltf

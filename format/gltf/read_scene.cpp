@@ -165,6 +165,7 @@ class SceneReader {
     for (const Json& variant : array_of(extension, "variants"))
       scene_.variants.push_back(string_of(member(variant, "name")));
     for (const std::string& text : document_.remarks) remark(scene_, text);
+    if (member(document_.json, "extensions").contains("VRM")) scene_.front = 180;
     read_materials(document_, limits_.image_bytes, memory_.left(), scene_, issues_);
     std::uint64_t held = 0;
     for (const SceneImage& image : scene_.images) held += image.bytes.size();
@@ -315,13 +316,45 @@ class SceneReader {
     return otherwise;
   }
 
+  /// Whether a node of the scene, or one below it, has a mesh. Nodes in `visited` have none.
+  bool shows_mesh(int scene, std::set<int>& visited) const {
+    std::vector<int> open;
+    const auto add = [&](const Json& nodes) {
+      for (const Json& node : nodes) open.push_back(index_of(node));
+    };
+    add(array_of(entry_of(document_, "scenes", scene), "nodes"));
+    while (!open.empty()) {
+      const Json& node = entry_of(document_, "nodes", open.back());
+      const bool is_new = visited.insert(open.back()).second;
+      open.pop_back();
+      if (!member(node, "mesh").is_null()) return true;
+      if (is_new) add(array_of(node, "children"));
+    }
+    return false;
+  }
+
+  /// The default scene; if it is empty, the first scene with a mesh, with a remark.
+  int default_scene() {
+    const int stated = std::max(0, index_of(member(document_.json, "scene")));
+    std::set<int> visited;
+    if (entry_of(document_, "scenes", stated).is_null() || shows_mesh(stated, visited)) return stated;
+    const Json& scenes = array_of(document_.json, "scenes");
+    for (int i = 0; i < static_cast<int>(scenes.size()); ++i) {
+      if (!shows_mesh(i, visited)) continue;
+      remark(scene_, fmt::format("scene {}, the default one, shows no mesh: scene {} \"{}\" is read", stated,
+                                 i, string_of(member(scenes[i], "name"))));
+      return i;
+    }
+    return stated;
+  }
+
   /// The nodes of the chosen scene, else of the default one. Without scenes, and if everything is read, all
   /// nodes without a parent.
-  std::vector<int> roots(int scene) const {
+  std::vector<int> roots(int scene) {
     std::vector<int> result;
     const Json& scenes = array_of(document_.json, "scenes");
     if (!scenes.empty()) {
-      if (scene < 0) scene = std::max(0, index_of(member(document_.json, "scene")));
+      if (scene < 0) scene = default_scene();
       const Json& chosen = entry_of(document_, "scenes", scene);
       if (chosen.is_null()) result.push_back(-1);  // not a node
       for (const Json& node : array_of(chosen, "nodes")) result.push_back(index_of(node));
@@ -335,12 +368,17 @@ class SceneReader {
   }
 
   void read_nodes(const std::vector<int>& roots) {
-    std::vector<std::pair<int, M44d>> open;
-    for (const int root : roots) open.emplace_back(root, M44d());
+    struct Open {
+      int index;
+      M44d parent;
+      bool visible;
+    };
+    std::vector<Open> open;
+    for (const int root : roots) open.push_back({root, M44d(), true});
     std::ranges::reverse(open);
     std::set<int> visited;
     while (!open.empty() && !is_done()) {
-      const auto [index, parent] = open.back();
+      auto [index, parent, visible] = open.back();
       open.pop_back();
       const std::string place = fmt::format("/nodes/{}", index);
       const Json& node = entry_of(document_, "nodes", index);
@@ -353,11 +391,13 @@ class SceneReader {
       }
       if (node.is_null() || !is_new || !local) continue;
       const M44d world = *local * parent;
-      attempt([&] { read_mesh_of_node(node, place, world); });
+      visible = visible && is_visible(node);
+      if (!visible) remark(scene_, "nodes that KHR_node_visibility hides are left out");
+      if (visible) attempt([&] { read_mesh_of_node(node, place, world); });
       read_camera(document_, node, world, scene_);
-      read_light(document_, node, world, scene_);
+      if (visible) read_light(document_, node, world, scene_);
       const Json& children = array_of(node, "children");
-      for (std::size_t c = children.size(); c-- > 0;) open.emplace_back(index_of(children[c]), world);
+      for (std::size_t c = children.size(); c-- > 0;) open.push_back({index_of(children[c]), world, visible});
     }
     if (everything_ && !exhausted_) read_the_rest(visited);
   }

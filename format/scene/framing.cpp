@@ -18,8 +18,10 @@ constexpr double stray_area = 0.01;   ///< fraction beyond either end of the bul
 constexpr double stray_distance = 2;  ///< of the bulk's diagonal
 constexpr double beside_distance = 0.5;
 constexpr std::size_t max_sampled = std::size_t{1} << 16;  ///< triangles, about
-/// Area that the front shows, beside what the best side does, below which that side is shown.
+/// Fractions of the area that the best side shows, and the best one without looking up or down: a front with
+/// less is not shown. Garments that face +x have half of it and less, others the whole.
 constexpr double min_shown = 0.2;
+constexpr double min_upright = 0.6;
 
 struct Sample {
   std::array<V3d, 3> corners;
@@ -44,11 +46,19 @@ std::vector<Sample> samples_of(const Scene& scene, const SceneParts& cloth) {
   return samples;
 }
 
-/// The direction that most of the area faces: of the largest part of normals along it, on their side.
-V3d broad_side(const std::vector<Sample>& samples) {
+double shown_area(const std::vector<Sample>& samples, const V3d& side) {
+  double sum = 0;
+  for (const Sample& sample : samples) sum += std::abs(sample.normal.dot(side));
+  return sum;
+}
+
+/// The direction that most of the area faces, a horizontal one if `upright`: of the largest part of normals
+/// along it, on their side; where they cancel, as those of a tube do, upwards, forwards and to the right.
+V3d broad_side(const std::vector<Sample>& samples, bool upright) {
   Imath::M33d spread(0, 0, 0, 0, 0, 0, 0, 0, 0);
   V3d sum(0, 0, 0);
-  for (const auto& [corners, normal] : samples) {
+  for (const auto& [corners, whole] : samples) {
+    const V3d normal(whole.x, upright ? 0 : whole.y, whole.z);
     const double area = normal.length();
     if (!(area > 0)) continue;
     sum += normal;
@@ -56,13 +66,8 @@ V3d broad_side(const std::vector<Sample>& samples) {
   }
   V3d side(0.5, 0.7, 0.6);
   for (int i = 0; i < 64; ++i) side = (side * spread).normalized();
-  return side.dot(sum) < 0 ? -side : side;
-}
-
-double shown_area(const std::vector<Sample>& samples, const V3d& side) {
-  double sum = 0;
-  for (const Sample& sample : samples) sum += std::abs(sample.normal.dot(side));
-  return sum;
+  const bool cancels = std::abs(side.dot(sum)) < 0.5 * shown_area(samples, side);
+  return side.dot(cancels ? V3d(1) : sum) < 0 ? -side : side;
 }
 
 }  // namespace
@@ -149,13 +154,20 @@ Result<Framing> frame_scene(const Scene& scene) {
     const std::array<V3d, 2> ends{left_out.min, left_out.max};
     for (std::size_t i = 0; i < 8 && !left_out.isEmpty(); ++i)
       framing.left_out.emplace_back(ends[i % 2].x, ends[i / 2 % 2].y, ends[i / 4].z);
-    const V3d side = broad_side(samples);
-    if (shown_area(samples, V3d(0, 0, 1)) < min_shown * shown_area(samples, side)) {
-      framing.azimuth = std::atan2(side.x, side.z) / radians_per_degree;
+    const double shown = shown_area(samples, V3d(0, 0, 1));
+    for (const auto& [upright, fraction] : {std::pair(false, min_shown), {true, min_upright}}) {
+      const V3d side = broad_side(samples, upright);
+      if (!framing.turned.empty() || shown >= fraction * shown_area(samples, side)) continue;
+      const bool is_steep = std::abs(side.y) > 0.999;
+      framing.azimuth = is_steep ? 0 : std::atan2(side.x, side.z) / radians_per_degree;
       framing.elevation = std::asin(std::clamp(side.y, -1.0, 1.0)) / radians_per_degree;
-      framing.turned = fmt::format(
-          "the front shows the cloth edge-on: it is seen from --azimuth {:.0f} --elevation {:.0f}",
-          framing.azimuth, framing.elevation);
+      framing.turned =
+          fmt::format("the front shows the cloth {}: it is seen from --azimuth {:.0f} --elevation {:.0f}",
+                      upright ? "from its narrow side" : "edge-on", framing.azimuth, framing.elevation);
+    }
+    if (framing.turned.empty() && scene.front != 0) {
+      framing.azimuth = scene.front;
+      framing.turned = fmt::format("VRM 0 faces -z: it is seen from --azimuth {:.0f}", scene.front);
     }
     return framing;
   });

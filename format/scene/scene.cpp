@@ -38,7 +38,8 @@ Result<std::vector<V3d>> world_points(const Scene& scene) {
     points.insert(points.end(), placed.begin(), placed.end());
   }
   if (std::ranges::all_of(points, [&](const V3d& p) { return p == points.front(); }))
-    return fail(Code::garment_empty, scene.file, "", "there is nothing to draw");
+    return fail(Code::garment_empty, scene.file, "",
+                "there is nothing to draw" + (scene.remarks.empty() ? "" : "; " + scene.remarks.back()));
   return points;
 }
 

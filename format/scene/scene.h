@@ -149,6 +149,7 @@ struct Scene {
   std::vector<SceneFabric> fabrics;
   std::vector<SceneLight> lights;
   std::vector<SceneCamera> cameras;
+  double front = 0;                            ///< azimuth that it faces, degrees: 180 of VRM 0, else 0
   std::vector<std::string> variants;           ///< names, one for each of the file
   std::vector<std::string> remarks;            ///< features of the file that are ignored, one line each
   std::uint64_t memory_left = default_memory;  ///< bytes for its fabrics and textures (base/memory.h)

@@ -68,6 +68,44 @@ TEST_CASE("gltf: a document that is not to open other files refuses their URIs, 
   CHECK(load("data:application/octet-stream;base64,YWJj", OtherFiles::none)->buffers == abc);
 }
 
+TEST_CASE("gltf: hidden nodes are left out, and an empty default scene is another one") {
+  const Folder folder;
+  REQUIRE(write_file(folder / "a.glb", triangle()));
+  struct Case {
+    const char* nodes;
+    const char* scenes;
+    std::size_t triangles;
+    const char* remark;
+  };
+  const char* const hidden = "nodes that KHR_node_visibility hides are left out";
+  const char* const other = "scene 0, the default one, shows no mesh: scene 1 \"worn\" is read";
+  const char* const one = R"([{"nodes": [0]}])";
+  for (
+      const Case& c :
+      {Case{R"([{"mesh": 0}])", one, 1, ""},
+       {R"([{"mesh": 0, "children": [1]}, {"mesh": 0, "extensions": {"KHR_node_visibility": {"visible": false}}}])",
+        one, 1, hidden},
+       {R"([{"children": [1], "extensions": {"KHR_node_visibility": {"visible": false}}}, {"mesh": 0, "extensions":
+            {"KHR_node_visibility": {"visible": true}}}])",
+        one, 0, hidden},
+       {R"([{"mesh": 0, "extensions": {"KHR_node_visibility": {}}}])", one, 1, ""},
+       {R"([{"mesh": 0}])", R"([{}, {"name": "worn", "nodes": [0]}])", 1, other},
+       {R"([{}, {"children": [2]}, {"mesh": 0}])", R"([{"nodes": [0]}, {"name": "worn", "nodes": [1]}])", 1,
+        other}}) {
+    CAPTURE(c.nodes);
+    GltfDocument document = test::need(load_gltf(folder / "a.glb"));
+    document.json["nodes"] = Json::parse(c.nodes);
+    document.json["scenes"] = Json::parse(c.scenes);
+    const Scene scene = test::need(read_scene(document));
+    CHECK(scene.instances.size() == c.triangles);
+    CHECK(scene.remarks ==
+          (*c.remark == '\0' ? std::vector<std::string>() : std::vector<std::string>{c.remark}));
+    IssueSink issues("a.glb");
+    CHECK(read_everything(document, {}, issues).instances.size() == c.triangles);
+    CHECK_FALSE(issues.has_error());
+  }
+}
+
 TEST_CASE("gltf: node transforms multiply from the leaf to the root") {
   const Folder folder;
   std::string file = triangle();

@@ -14,6 +14,8 @@ M44d moved(const V3d& by, double scale = 1) {
   return M44d().setScale(V3d(scale)) * M44d().setTranslation(by);
 }
 
+const M44d upright;
+
 /// Turns +z to +y.
 M44d lying() { return M44d(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1); }
 
@@ -83,7 +85,6 @@ TEST_CASE("cloth that the front shows edge-on is seen from its larger side, in f
     test::add(scene, test::square(1), test::material(0), world);
     return test::need(frame_scene(scene));
   };
-  const M44d upright;
   CHECK(turned(upright).turned.empty());
   const Framing floor = turned(lying());
   CHECK(floor.elevation == doctest::Approx(90));
@@ -93,6 +94,30 @@ TEST_CASE("cloth that the front shows edge-on is seen from its larger side, in f
   const Framing wall = turned(M44d(0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1));
   CHECK(wall.azimuth == doctest::Approx(90));
   CHECK(wall.elevation == doctest::Approx(0));
+}
+
+TEST_CASE("a garment is seen from its broad side, and from the front of VRM 0") {
+  const M44d half = M44d().setScale(V3d(0.5, 1, 1));
+  const M44d back = M44d().setScale(V3d(-1, 1, -1));
+  const M44d right(0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1);
+  struct Case {
+    std::vector<M44d> squares;
+    double front, azimuth, elevation;
+  };
+  for (const Case& c : {Case{{upright, upright * back}, 0, 0, 0},
+                        {{right, right * back}, 0, 90, 0},
+                        {{half, half * back, right, right * back}, 0, 90, 0},
+                        {{upright, upright * back, right, right * back}, 0, 0, 0},
+                        {{lying(), lying() * M44d().setScale(V3d(1, -1, -1))}, 0, 0, 90},
+                        {{upright, upright * back}, 180, 180, 0}}) {
+    Scene scene;
+    scene.front = c.front;
+    for (const M44d& square : c.squares) test::add(scene, test::square(1), test::material(0), square);
+    const Framing framing = test::need(frame_scene(scene));
+    CHECK(framing.azimuth == doctest::Approx(c.azimuth));
+    CHECK(framing.elevation == doctest::Approx(c.elevation));
+    CHECK(framing.turned.empty() == (c.azimuth == 0 && c.elevation == 0));
+  }
 }
 
 }  // namespace
