@@ -19,6 +19,7 @@
 #include "format/gltf/names.h"
 #include "format/gltf/uri.h"
 #include "format/mesh/mesh_file.h"
+#include "format/picture/image.h"
 
 namespace selvedge {
 namespace {
@@ -168,7 +169,14 @@ class MeshDocument {
 
   void make_primitives() {
     const std::vector<Part> all = parts();
-    if (all.empty()) throw Failure{{Code::gltf_malformed, document_.file, "", "has no faces"}};
+    if (all.empty()) {
+      const std::string why = mesh_.positions.empty() ? "has no faces"
+                                                      : fmt::format(
+                                                            "has {} vertices and no faces: make a surface of "
+                                                            "the point cloud, in MeshLab for instance",
+                                                            mesh_.positions.size());
+      throw Failure{{Code::gltf_malformed, document_.file, "", why}};
+    }
     std::vector<V3d> sums(mesh_.positions.size(), V3d(0, 0, 0));  // of normals by area
     for (const Part& part : all) {
       for (std::size_t t = 0; t < part.corners.size(); t += 3) {
@@ -232,28 +240,61 @@ class MeshDocument {
       base["baseColorFactor"].push_back(1);
     }
     if (given.emission) material["emissiveFactor"] = factor(*given.emission);
-    set_picture(given.diffuse_map, base, "baseColorTexture");
+    set_picture(given.diffuse_map, base, "baseColorTexture", given.mask);
     // A texture alone shows nothing, as the factor of glTF is 0 by default.
     if (set_picture(given.emission_map, material, "emissiveTexture") && !given.emission)
       material["emissiveFactor"] = Json::array({1, 1, 1});
     set_picture(given.normal_map, material, "normalTexture");
-    if (!given.mask.empty()) {
-      material["alphaMode"] = "MASK";  // of the picture that has the colour, too, if it is one
-      if (given.mask != given.diffuse_map.file)
-        document_.remarks.push_back(fmt::format("map_d {}: the alpha of map_Kd alone is read", given.mask));
-    }
+    if (!given.mask.empty()) material["alphaMode"] = "MASK";
     document_.json["materials"].push_back(std::move(material));
     return entry->second;
   }
 
-  /// Whether the picture exists, which owner[key] then names.
-  bool set_picture(const MtlMap& map, Json& owner, const char* key) {
+  /// A picture in the document with the colours of one file, else white, and the opacity of another: its
+  /// alpha, or where that is 1 everywhere its brightness.
+  Json masked(const std::string& colours, const std::string& mask) {
+    const auto read = [&](const std::string& path) {
+      const auto image =
+          path.empty() ? Image{1, 1, 4, {1, 1, 1, 1}} : read_image(path, Transfer::keep, account_.left());
+      if (!image) document_.remarks.push_back(to_line(image.error()));
+      return image.value_or(Image{1, 1, 4, {1, 1, 1, 1}});
+    };
+    const Image colour = read(colours);
+    const Image opacity = read(mask);
+    Image image{std::max(colour.width, opacity.width), std::max(colour.height, opacity.height), 4, {}};
+    take(std::uint64_t{1} * image.width * image.height, 8 * sizeof(float), "the picture of map_d");
+    const auto is_transparent = [](const Image& i) {
+      for (std::size_t k = 3; k < i.pixels.size(); k += 4)
+        if (i.pixels[k] < 1) return true;
+      return false;
+    };
+    const bool by_alpha = is_transparent(opacity);
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        const auto pixel = [&](const Image& i) {
+          const std::int64_t row = std::int64_t{y} * i.height / image.height;
+          return &i.pixels[4 * (row * i.width + std::int64_t{x} * i.width / image.width)];
+        };
+        const float* c = pixel(colour);
+        const float* o = pixel(opacity);
+        image.pixels.insert(image.pixels.end(),
+                            {c[0], c[1], c[2], by_alpha ? o[3] : (o[0] + o[1] + o[2]) / 3});
+      }
+    }
+    return {{"bufferView", append_view(document_, value_or_throw(encode_png(image, Transfer::keep)))},
+            {"mimeType", "image/png"}};
+  }
+
+  /// Whether the picture, or the one of `mask` where that is another, exists; owner[key] then names it.
+  bool set_picture(const MtlMap& map, Json& owner, const char* key, const std::string& mask = "") {
     const std::string path = path_of(map.file, "materials");
-    if (path.empty()) return false;
-    const std::string uri = relative_uri(path, document_.folder);
-    const auto [entry, is_new] = pictures_.try_emplace(uri, static_cast<int>(pictures_.size()));
+    const std::string mask_path = mask == map.file ? "" : path_of(mask, "map_d");
+    if (path.empty() && mask_path.empty()) return false;
+    const std::string uri = path.empty() ? "" : relative_uri(path, document_.folder);
+    const auto [entry, is_new] = pictures_.try_emplace({uri, mask_path}, static_cast<int>(pictures_.size()));
     if (is_new) {
-      document_.json["images"].push_back({{"uri", uri}});
+      Json image = mask_path.empty() ? Json{{"uri", uri}} : masked(path, mask_path);
+      document_.json["images"].push_back(std::move(image));
       document_.json["textures"].push_back(Json::object({{"source", entry->second}}));
     }
     // MTL's v grows upwards.
@@ -268,8 +309,9 @@ class MeshDocument {
   GltfDocument document_;
   MeshFile mesh_;
   std::map<std::string, MtlMaterial> materials_;
-  std::vector<std::string> unknown_;            ///< names of materials without an entry
-  std::map<std::string, int> used_, pictures_;  ///< numbers in the document
+  std::vector<std::string> unknown_;                             ///< names of materials without an entry
+  std::map<std::string, int> used_;                              ///< numbers in the document
+  std::map<std::pair<std::string, std::string>, int> pictures_;  ///< by URI and path of the mask
 };
 
 }  // namespace

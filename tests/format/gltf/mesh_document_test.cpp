@@ -8,6 +8,8 @@
 
 #include "format/gltf/access.h"
 #include "format/gltf/read_scene.h"
+#include "format/gltf/uri.h"
+#include "format/picture/image.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 
@@ -118,6 +120,34 @@ TEST_CASE("a garment of OBJ keeps the normals and vertices that its corners name
   CHECK(scene.primitives[0].tex_coords[0][0] == V2d(0.5, 1));
 }
 
+TEST_CASE("a garment of OBJ is cut by map_d") {
+  const Folder folder;
+  const auto save = [&](const char* name, const Image& image) {
+    REQUIRE(write_png(folder / name, image, Transfer::keep));
+  };
+  save("red.png", {1, 1, 3, {1, 0, 0}});
+  save("grey.png", {2, 1, 1, {1, 0}});
+  save("alpha.png", {2, 1, 4, {0, 0, 0, 1, 1, 1, 1, 0}});
+  for (const auto& [maps, red, uri] : {std::tuple("map_Kd red.png\nmap_d grey.png", 0.0F, ""),
+                                       {"map_d alpha.png", 1.0F, ""},
+                                       {"map_Kd red.png\nmap_d -imfchan m alpha.png", 0.0F, ""},
+                                       {"map_Kd red.png\nmap_d red.png", 0.0F, "red.png"}}) {
+    CAPTURE(maps);
+    test::write_bytes(folder / "m.mtl", std::string("newmtl m\n") + maps);
+    const GltfDocument document = test::need(load_mesh_document(
+        "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n", folder / "g.obj", {}));
+    CHECK(document.json["materials"][0]["alphaMode"] == "MASK");
+    REQUIRE(document.json["images"].size() == 1);
+    if (string_of(member(document.json["images"][0], "uri")) == "red.png") {
+      CHECK(std::string(uri) == "red.png");
+      continue;
+    }
+    const Image image =
+        test::need(decode_image(test::need(read_image_bytes(document, 0)), "", Transfer::keep));
+    CHECK(image.pixels == std::vector<float>{1, red, red, 1, 1, red, red, 0});
+  }
+}
+
 TEST_CASE("a garment of OBJ glows by its picture, and names in Latin-1 can be saved") {
   const Folder folder;
   test::write_bytes(folder / "m.mtl", "newmtl caf\xE9\nKd 1 0 0\nmap_Ke glow.png\n");
@@ -178,7 +208,7 @@ TEST_CASE("materials of OBJ: what programs write otherwise is understood, and wh
         Case{"map_Kd tex\\print.png", none, "print.png", "\"print.png\" is read"},
         Case{"map_Kd -clamp on C:\\art\\print.png", none, "print.png", ""},
         Case{"map_Kd -s 1 1 1 2 cloth.png", none, "2%20cloth.png", ""},
-        Case{"map_Kd print.png\nmap_d mask.png", none, "print.png", "map_d mask.png"},
+        Case{"map_Kd print.png\nmap_d mask.png", none, "print.png", "map_d: mask.png: no such file"},
         Case{"", none, "", "nowhere.mtl: no such file", "mtllib nowhere.mtl\nusemtl a b\n"},
         Case{"map_Kd print.png", none, "print.png", "\"M.mtl\" is read", "mtllib m.MTL\nusemtl a b\n"},
         Case{"map_Kd print.png", none, "print.png", "none.mtl: no such file",
@@ -186,8 +216,8 @@ TEST_CASE("materials of OBJ: what programs write otherwise is understood, and wh
         Case{"map_Kd print.png", none, "", "no material file has \"y\", \"x\"",
              "mtllib M.mtl\nusemtl y\nf 1 2 3\nusemtl x\n"},
         Case{"map_Kd print.png", none, "", "no material file has \"a b\"", "usemtl a b\n"}}) {
-    CAPTURE(c.mtl);
-    CAPTURE(c.head);
+    CAPTURE(std::string(c.mtl));
+    CAPTURE(std::string(c.head));
     const Folder folder;
     test::write_bytes(folder / "M.mtl", std::string("newmtl a b\n") + c.mtl);
     test::write_bytes(folder / "print.png", "png");
