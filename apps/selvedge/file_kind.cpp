@@ -3,6 +3,7 @@
 #include <array>
 
 #include "converter/dress/uv_scale.h"
+#include "format/base/foreign.h"
 #include "format/base/input_file.h"
 #include "format/base/option_text.h"
 #include "format/check/fabric.h"
@@ -28,8 +29,11 @@ Result<FileKind> kind_of(const std::string& path) {
   if (magic == "glTF" || magic == "ply\n" || magic == "ply\r" || magic.find('{') != std::string_view::npos)
     return FileKind::gltf;
   if (magic != std::string_view("\x76\x2f\x31\x01", 4)) {
+    const std::string_view kind = foreign_kind(*file);
     return fail(Code::file_unreadable, path, {},
-                "is neither OpenEXR nor glTF nor OBJ nor PLY (selvedge stitch reads drafts and charts)");
+                kind.empty()
+                    ? "is neither OpenEXR nor glTF nor OBJ nor PLY (selvedge stitch reads drafts and charts)"
+                    : std::string(kind));
   }
   const auto reader = ExrReader::open(path);
   if (!reader) return tl::unexpected(reader.error());

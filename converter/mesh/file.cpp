@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "format/base/atomic_file.h"
+#include "format/base/foreign.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/mesh/mesh_file.h"
@@ -210,6 +211,8 @@ bool is_known(const std::string& ending) { return ending == "obj" || ending == "
 Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
                            const MeshImportOptions& options, bool with_materials, MeshChoices* chosen) {
   const std::string format = ending_of(path);
+  if (const std::string_view kind = foreign_kind(bytes); !kind.empty())
+    return fail(Code::mesh_invalid, path, "", std::string(kind));
   if (!is_known(format)) {
     return fail(Code::mesh_invalid, path, "",
                 fmt::format("files that end in \".{}\" are not read: .wif are drafts, .txt charts, .json "

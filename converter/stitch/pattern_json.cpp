@@ -103,7 +103,12 @@ Yarn yarn_of(const Json& json, const std::string& place) {
 }
 
 StitchPattern pattern_of(const Json& json) {
-  const Json& stated = member(json, "", version_key);
+  if (!json.is_object() || !json.contains(version_key)) {
+    refuse_text(
+        fmt::format("/{}", version_key),
+        "is missing: the JSON is of another program; write a chart as text (.txt), or export a draft as WIF");
+  }
+  const Json& stated = json[version_key];
   if (!stated.is_number_integer() || stated != version)
     refuse_text(fmt::format("/{}", version_key), fmt::format("must be {}, is {}", version, stated.dump()));
   StitchPattern pattern;

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "format/base/foreign.h"
 #include "format/base/mip.h"
 #include "format/base/printable.h"
 #include "format/exr/bytes.h"
@@ -274,7 +275,10 @@ ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits) {
   if (source.size() < 8) malformed({}, "is not an OpenEXR file");
   HeaderReader reader(source, limits);
   ExrBytes start(reader.read(8));
-  if (start.u32() != magic) malformed({}, "is not an OpenEXR file");
+  if (start.u32() != magic) {
+    const std::string_view kind = foreign_kind(source);
+    malformed({}, kind.empty() ? "is not an OpenEXR file" : std::string(kind));
+  }
   const std::uint32_t version = start.u32();
   if ((version & ~long_names) != (multi_part | version_2))
     unsupported({}, "is not a multi-part file of OpenEXR version 2");

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "format/base/atomic_file.h"
+#include "format/base/foreign.h"
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
 #include "format/gltf/draco.h"
@@ -96,8 +97,11 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, M
     issues.add(code, std::move(place), std::move(message));
     return Json();
   };
-  if (text.starts_with("\xEF\xBB\xBF"))
-    return refuse(Code::json_malformed, "", "begins with a byte order mark");
+  if (text.starts_with("\xEF\xBB\xBF")) {
+    issues.add(Code::gltf_advice, "", "the JSON begins with a byte order mark, which glTF forbids");
+    text.remove_prefix(3);
+    begin += 3;
+  }
   const std::uint64_t room = account.take(text.size(), 1) ? account.left() / bytes_per::json_value : 0;
   try {
     JsonLimits left{limits.nesting, limits.members, room};
@@ -120,7 +124,7 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, M
     return refuse(beyond.code, "", std::move(beyond.message));
   } catch (const nlohmann::json::parse_error& error) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
-    if (begin == 0 && (first == std::string_view::npos || text[first] != '{'))
+    if (begin <= 3 && (first == std::string_view::npos || text[first] != '{'))
       return refuse(Code::json_malformed, "",
                     "is neither glTF nor GLB (garments are .gltf, .glb, .obj or .ply)");
     return refuse(Code::json_malformed, fmt::format("byte {}", begin + error.byte - 1),
@@ -163,9 +167,10 @@ bool is_read(std::string_view extension) {
   // Materials only: the geometry is the same without them.
   constexpr std::array<std::string_view, 6> materials{"KHR_materials_", "KHR_texture_", "EXT_texture_",
                                                       "KHR_lights_",    "EXT_lights_",  "SELVEDGE_"};
-  constexpr std::array<std::string_view, 6> geometry{names::gltf::draco,       names::gltf::meshopt,
-                                                     names::gltf::khr_meshopt, names::gltf::gpu_instancing,
-                                                     "KHR_mesh_quantization",  "KHR_animation_pointer"};
+  constexpr std::array<std::string_view, 7> geometry{names::gltf::draco,          names::gltf::meshopt,
+                                                     names::gltf::khr_meshopt,    names::gltf::gpu_instancing,
+                                                     "KHR_mesh_quantization",     "KHR_animation_pointer",
+                                                     names::gltf::node_visibility};
   return std::ranges::find(geometry, extension) != geometry.end() ||
          std::ranges::any_of(materials,
                              [&](std::string_view prefix) { return extension.starts_with(prefix); });
@@ -175,7 +180,8 @@ void check_version(const Json& asset, IssueSink& issues) {
   const Json& version = member(asset, "version");
   const Json& minimum = member(asset, "minVersion");
   if (!version.is_string()) {
-    issues.add(Code::gltf_malformed, "/asset/version", "no glTF version");
+    issues.add(Code::gltf_malformed, "/asset/version",
+               asset.is_null() ? "no glTF version: the JSON is of another program" : "no glTF version");
   } else if (!string_of(version).starts_with("2.")) {
     issues.add(Code::gltf_unsupported, "/asset/version", "glTF version " + string_of(version));
   } else if (!minimum.is_null() && string_of(minimum) != "2.0") {
@@ -231,6 +237,8 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
   MemoryAccount account(limits.memory);
   if (bytes.size() > limits.file_bytes) {
     issues.add(Code::file_too_large, "", fmt::format("larger than {} bytes", limits.file_bytes));
+  } else if (const std::string_view kind = foreign_kind(text); !kind.empty()) {
+    issues.add(Code::gltf_unsupported, "", std::string(kind));
   } else if (is_mesh_file(text, path)) {
     Result<GltfDocument> read = load_mesh_document(text, path, limits);
     if (read) return std::move(*read);

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "format/base/atomic_file.h"
+#include "format/base/foreign.h"
 #include "format/exr/exr.h"
 #include "format/picture/openimageio.h"
 #include "format/picture/picture_type.h"
@@ -101,8 +102,11 @@ Result<Image> read_image(const std::string& path, Transfer transfer, std::uint64
   if (!file) return tl::unexpected(file.error());
   const char* format = format_of(*file);
   if (format == nullptr) {
+    const std::string_view kind = foreign_kind(*file);
     return fail(Code::image_unreadable, path, "",
-                "is no picture of a known kind: PNG, JPEG, WebP, TIFF, OpenEXR, Radiance HDR, PNM");
+                kind.empty()
+                    ? "is no picture of a known kind: PNG, JPEG, WebP, TIFF, OpenEXR, Radiance HDR, PNM"
+                    : std::string(kind));
   }
   return decode(format, {reinterpret_cast<const std::uint8_t*>(file->data()), file->size()}, path, transfer,
                 {.memory = memory}, 0);

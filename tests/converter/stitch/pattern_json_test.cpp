@@ -93,8 +93,8 @@ TEST_CASE("a yarn may have a colour, a fibre and an angle of twist") {
 }
 
 TEST_CASE("wrong types and missing members are refused with their JSON pointer") {
-  CHECK(refusal("[]") == "STITCH_INVALID ");
-  CHECK(refusal("{}") == "STITCH_INVALID /selvedge_stitch");
+  for (const char* foreign : {"[]", "{}", R"({"width": 2, "grid": [0, 1]})"})
+    CHECK(refusal(foreign) == "STITCH_INVALID /selvedge_stitch");
   const std::vector<std::array<std::string, 3>> rows{
       {"stitch\": 1", "stitch\": 2", "selvedge_stitch"},
       {"stitch\": 1", "stitch\": 1.5", "selvedge_stitch"},

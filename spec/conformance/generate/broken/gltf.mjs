@@ -59,7 +59,6 @@ const containers = [
 
 const files = [
   [NO_JSON, 'not-json', 'a garment that is not JSON', '', same, {text: (text) => text.slice(0, -1)}],
-  [NO_JSON, 'byte-order-mark', 'a byte order mark before the JSON', '', same, {text: (text) => `\uFEFF${text}`}],
   [NO_JSON, 'member-twice', 'a duplicate member', '', same, {text: (text) => text.replace('{', '{"scene":0,')}],
   [MALFORMED, 'not-an-object', 'JSON that is an array', '', same, {text: (text) => `[${text}]`}],
   [MALFORMED, 'asset-missing', 'no asset', '/asset', at('/asset', undefined)],
