@@ -83,6 +83,43 @@ std::optional<V3d> strongest_part(const Environment& environment, double least) 
   return strongest;
 }
 
+/// The radiance of a picture, 0 between it and its display window if that is 2 : 1 and is not as large; as it
+/// is with other display windows. Stretched to 2 : 1.
+Environment environment_of(const Image& image, const EnvironmentOptions& options) {
+  constexpr double tolerance = 0.1;
+  const auto is_panorama = [](const V2i& size) {
+    return std::abs(size.x - 2.0 * size.y) < tolerance * 2.0 * size.y;
+  };
+  Imath::Box2i window(V2i(0, 0), V2i(image.width - 1, image.height - 1));
+  Environment result{0, 0, {}, options, image.remarks};
+  const V2i shown = image.display.isEmpty() ? V2i(0) : image.display.size() + V2i(1);
+  if (shown != V2i(image.width, image.height) && is_panorama(shown) && window.intersects(image.display)) {
+    window = image.display;
+    result.remarks.push_back(fmt::format("{} x {} pixels of a panorama of {} x {}: the rest is black",
+                                         image.width, image.height, shown.x, shown.y));
+  }
+  const V2i size = window.size() + V2i(1, 1);
+  if (!is_panorama(size)) return result;
+  if (size.x != 2 * size.y)
+    result.remarks.push_back(fmt::format("{} x {} pixels are stretched to 2 : 1", size.x, size.y));
+  result.height = size.y;
+  result.width = 2 * size.y;
+  const auto at = [&](int x, int y) {
+    const V2i place = window.min + V2i((x + size.x) % size.x, y);
+    if (place.x < 0 || place.y < 0 || place.x >= image.width || place.y >= image.height) return V3f(0, 0, 0);
+    const float* pixel = &image.pixels[4 * (static_cast<std::size_t>(place.y) * image.width + place.x)];
+    return V3f(pixel[0], pixel[1], pixel[2]);
+  };
+  for (int y = 0; y < result.height; ++y) {
+    for (int x = 0; x < result.width; ++x) {
+      const double place = (x + 0.5) * size.x / result.width - 0.5;
+      const int left = static_cast<int>(std::floor(place));
+      result.radiance.push_back(mix(at(left, y), at(left + 1, y), static_cast<float>(place - left)));
+    }
+  }
+  return result;
+}
+
 /// Values that light can have.
 void make_radiance(Image& image, std::vector<std::string>& remarks) {
   constexpr float max_radiance = 1e12F;  // the sun has 2e9 cd/m2
@@ -136,16 +173,20 @@ Result<Environment> read_environment(const std::string& path, const EnvironmentO
   Result<Image> image = read_image(path, Transfer::keep, memory);
   if (!image) return tl::unexpected(image.error());
   const std::string size = fmt::format("{} x {} pixels", image->width, image->height);
-  if (image->width != 2 * image->height)
-    return fail(Code::image_unreadable, path, "", size + ": environments are equirectangular, 2 : 1");
-  Environment result{image->width, image->height, {}, options};
-  const std::size_t pixels = static_cast<std::size_t>(result.width) * result.height;
-  if (!MemoryAccount(memory).take(pixels, environment_price))
+  make_radiance(*image, image->remarks);
+  const int shown = image->display.isEmpty() ? 0 : image->display.size().y + 1;
+  const auto rows = static_cast<std::uint64_t>(std::max(image->height, shown));
+  if (!MemoryAccount(memory).take(2 * rows * rows, environment_price))
     return tl::unexpected<Error>(beyond_memory(path, "", size, memory));
-  make_radiance(*image, result.remarks);
-  result.radiance.reserve(pixels);
-  for (std::size_t i = 0; i < image->pixels.size(); i += 4)
-    result.radiance.emplace_back(image->pixels[i], image->pixels[i + 1], image->pixels[i + 2]);
+  Environment result = environment_of(*image, options);
+  if (result.width == 0) {
+    return fail(Code::image_unreadable, path, "",
+                size +
+                    ": environments are equirectangular, 2 : 1; convert other layouts to that first, "
+                    "or fill a part of a panorama up");
+  }
+  if (std::ranges::all_of(result.radiance, [](const V3f& c) { return c == V3f(0); }))
+    result.remarks.emplace_back("is black all over");
   return result;
 }
 

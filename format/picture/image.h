@@ -6,6 +6,8 @@
 // divided out: it is unassociated in PNG files; in EXR files that is up to the writer.
 #pragma once
 
+#include <Imath/ImathBox.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <limits>
@@ -26,6 +28,8 @@ struct Image {
   int height = 0;
   int channels = 4;
   std::vector<float> pixels;
+  Imath::Box2i display{};              ///< the display window of OpenEXR, in pixels; empty: the picture
+  std::vector<std::string> remarks{};  ///< what was chosen in its file
 };
 
 /// Whether the last channel is opacity: in images with two or four channels.
@@ -47,9 +51,10 @@ struct ImageLimits {
 };
 
 /// Reads a file of PNG, JPEG, WebP, TIFF, OpenEXR, Radiance HDR or PNM, by its first bytes: the finest level;
-/// always four channels: grey is repeated, a missing alpha is 1. OpenEXR: the first part, of its
-/// layers the first with R, G and B, else the first channels; its data window. IMAGE_UNREADABLE for others,
-/// FILE_TOO_LARGE beyond `memory`.
+/// always four channels: grey is repeated, a missing alpha is 1. OpenEXR: of the layers of all parts with R,
+/// G and B the one without a name, combined, beauty, rgba, not a right view; else another, with a remark,
+/// rather one that is not black; its data window; with chromaticities those of Rec. 709. IMAGE_UNREADABLE for
+/// others, FILE_TOO_LARGE beyond `memory`.
 Result<Image> read_image(const std::string& path, Transfer transfer = Transfer::srgb,
                          std::uint64_t memory = default_memory);
 /// Bytes of its pixels.

@@ -5,19 +5,32 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <sstream>
 #include <string_view>
 
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/base/vec.h"
+#include "format/picture/chromaticities.h"
 
 namespace selvedge {
 namespace {
 
 struct Header {
   V2i size{0, 0};
-  double exposure = 1;
+  V3d factor{1, 1, 1};  ///< on the stored values
+  Chromaticities primaries{};
 };
+
+/// The numbers of a line such as "EXPOSURE=2"; 1 to `count`, or none.
+std::vector<double> numbers_of(const std::string& line, std::string_view key, std::size_t count) {
+  std::vector<double> numbers;
+  if (!line.starts_with(key)) return numbers;
+  std::istringstream words(line.substr(key.size()));
+  for (double number = 0; words >> number;) numbers.push_back(number);
+  if (numbers.size() != count) numbers.clear();
+  return numbers;
+}
 
 /// "-Y 512 +X 1024": rows from the top, pixels from the left.
 V2i size_from(std::string_view line) {
@@ -32,7 +45,7 @@ V2i size_from(std::string_view line) {
   return size;
 }
 
-/// Reads lines up to the size, and takes them from `bytes`. Exposures are cumulative.
+/// Reads lines up to the size, and takes them from `bytes`. Exposures and colour corrections are cumulative.
 Header header_in(std::span<const std::uint8_t>& bytes, const std::string& file) {
   const auto refuse = [&](std::string why) -> void {
     throw Failure{{Code::image_unreadable, file, "", std::move(why)}};
@@ -44,10 +57,15 @@ Header header_in(std::span<const std::uint8_t>& bytes, const std::string& file) 
     const std::string line = trimmed(text.substr(start, end - start));
     if (line.starts_with("FORMAT=") && line != "FORMAT=32-bit_rle_rgbe")
       refuse(line + " is not 32-bit_rle_rgbe");
-    if (line.starts_with("EXPOSURE=")) {
-      const double exposure = std::atof(line.c_str() + line.find('=') + 1);
-      if (exposure > 0 && std::isfinite(exposure)) header.exposure *= exposure;
+    for (const auto& [key, count] : {std::pair("EXPOSURE=", 1), {"COLORCORR=", 3}}) {
+      const auto numbers = numbers_of(line, key, count);
+      for (int c = 0; c < (numbers.empty() ? 0 : 3); ++c) {
+        const double number = numbers[c % count];
+        if (number > 0 && std::isfinite(number)) header.factor[c] *= number;
+      }
     }
+    if (const auto numbers = numbers_of(line, "PRIMARIES=", 8); !numbers.empty())
+      std::ranges::copy(numbers, header.primaries.begin());
     if (!line.starts_with('-') && !line.starts_with('+')) continue;
     header.size = size_from(line);
     if (header.size.x < 1 || header.size.y < 1) refuse(line + " is no size of the form -Y 512 +X 1024");
@@ -127,10 +145,12 @@ Image read(std::span<const std::uint8_t> bytes, const std::string& name, const I
   }
   image.pixels.reserve(4 * stored.size());
   for (const Rgbe& pixel : stored) {
-    const double unit = pixel[3] == 0 ? 0 : std::ldexp(1, pixel[3] - 136) / header.exposure;
-    for (int c = 0; c < 3; ++c) image.pixels.push_back(static_cast<float>(pixel[c] * unit));
+    const double unit = pixel[3] == 0 ? 0 : std::ldexp(1, pixel[3] - 136);
+    for (int c = 0; c < 3; ++c)
+      image.pixels.push_back(static_cast<float>(pixel[c] * (unit / header.factor[c])));
     image.pixels.push_back(1);
   }
+  convert_to_rec709(header.primaries, image.pixels);
   return image;
 }
 

@@ -10,11 +10,15 @@
 #include <array>
 #include <cmath>
 #include <exception>
+#include <map>
 #include <memory>
+#include <ranges>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "format/base/memory.h"
+#include "format/picture/chromaticities.h"
 
 namespace selvedge {
 namespace {
@@ -27,21 +31,61 @@ Channels first_channels(const OIIO::ImageSpec& spec) {
   return {0, colour ? 1 : 0, colour ? 2 : 0, spec.alpha_channel};
 }
 
-/// Channels of the first layer of an OpenEXR file that has R, G and B, or the file's first ones. Names of a
-/// layer's channels differ after their last full stop.
-Channels channels_of_exr(const OIIO::ImageSpec& spec) {
-  const auto find = [&](const std::string& name) {
-    const auto found = std::ranges::find_if(
-        spec.channelnames, [&](const std::string& other) { return OIIO::Strutil::iequals(other, name); });
-    return found == spec.channelnames.end() ? -1 : static_cast<int>(found - spec.channelnames.begin());
-  };
-  std::vector<std::string> layers{""};
-  for (const std::string& name : spec.channelnames) layers.push_back(name.substr(0, name.rfind('.') + 1));
-  for (const std::string& layer : layers) {
-    const Channels named{find(layer + "R"), find(layer + "G"), find(layer + "B"), find(layer + "A")};
-    if (std::min({named[0], named[1], named[2]}) >= 0) return named;
+/// A layer of an OpenEXR file that may be its picture.
+struct Layer {
+  int part = 0;
+  Channels channels{};
+  std::string name;
+  /// The picture's layers have the least: whether it has a name that is not a picture's, whether it is grey,
+  /// whether it is a right view, and the number of words in its name.
+  std::tuple<bool, bool, bool, std::size_t> rank;
+};
+
+/// Adds the layers of a part with R, G and B, or Y; `prefix` is the part's name if there are several. Names
+/// of a layer's channels differ after their last full stop.
+void add_layers(const OIIO::ImageSpec& spec, int part, const std::string& prefix,
+                std::vector<Layer>& layers) {
+  std::map<std::string, int> channels;
+  for (int i = 0; i < spec.nchannels; ++i) channels.emplace(OIIO::Strutil::lower(spec.channelnames[i]), i);
+  for (const auto& [first, index] : channels) {
+    const std::string layer = first.substr(0, first.rfind('.') + 1);
+    const auto find = [&](char letter) {
+      const auto found = channels.find(layer + letter);
+      return found == channels.end() ? -1 : found->second;
+    };
+    const bool grey = first == layer + 'y' && find('x') < 0 && find('r') < 0;
+    const Channels named{index, grey ? index : find('g'), grey ? index : find('b'), find('a')};
+    if (spec.deep || (!grey && first != layer + 'r') || std::min(named[1], named[2]) < 0) continue;
+    const std::string name = prefix + spec.channelnames[index].substr(0, layer.size());
+    std::string letters = OIIO::Strutil::lower(name);
+    for (char& c : letters) c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : ' ';
+    const std::vector<std::string> words = OIIO::Strutil::splits(letters);
+    const auto has = [&](std::initializer_list<std::string_view> some) {
+      return std::ranges::find_first_of(words, some) != words.end();
+    };
+    layers.push_back({part,
+                      named,
+                      name.substr(0, name.find_last_not_of('.') + 1),
+                      {!words.empty() && !has({"combined", "beauty", "rgba", "rgb", "image"}), grey,
+                       has({"right"}), words.size()}});
   }
-  return first_channels(spec);
+}
+
+/// The layers of a file, the most likely picture first; of files of other kinds the whole file.
+std::vector<Layer> layers_of(OIIO::ImageInput& input) {
+  std::vector<Layer> layers;
+  const bool is_exr = input.format_name() == std::string_view("openexr");
+  const bool many = is_exr && input.seek_subimage(1, 0);
+  for (int part = 0; is_exr && input.seek_subimage(part, 0); ++part) {
+    const std::string prefix =
+        many ? std::string(input.spec().get_string_attribute("oiio:subimagename")) + "." : "";
+    add_layers(input.spec(), part, prefix, layers);
+  }
+  if (is_exr) input.seek_subimage(0, 0);
+  std::ranges::stable_sort(layers, {}, &Layer::rank);
+  if (layers.empty())
+    layers.push_back({0, first_channels(input.spec()), input.spec().channelnames[0], {is_exr, {}, {}, {}}});
+  return layers;
 }
 
 /// Linear colours of stored values. Those of 8 bits are few, and a power takes long.
@@ -84,7 +128,7 @@ std::string reason_of(const OIIO::ImageInput& input) {
 
 /// Reads strips of rows, and sums the pixels of each of the picture that is returned.
 Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const std::string& name,
-                          Transfer transfer, const ImageLimits& limits, int halvings) {
+                          Transfer transfer, const ImageLimits& limits, int halvings, const Channels& order) {
   const OIIO::ImageSpec& spec = input.spec();
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep) {
     return fail(Code::image_unreadable, name, "", "not a flat two-dimensional picture");
@@ -98,6 +142,7 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
   const std::int64_t height = level_size(spec.height, halvings);
   // Tiles come in rows of their own height, and may be larger than the picture.
   constexpr int rows_at_once = 64;
+  const int part = input.current_subimage();
   const bool tiled = spec.tile_width > 0;
   const int strip = tiled ? spec.height : std::min(spec.height, rows_at_once);
   const std::int64_t most =
@@ -114,8 +159,6 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
   Image image{static_cast<int>(width), static_cast<int>(height), 4, {}};
   image.pixels.reserve(width * height * 4);
   const bool decode = transfer == Transfer::srgb && !spec.format.is_floating_point();
-  const bool is_exr = input.format_name() == std::string_view("openexr");
-  const Channels order = is_exr ? channels_of_exr(spec) : first_channels(spec);
   // WebP's reader multiplies colours by alpha, whatever it is asked for.
   const bool multiplied = input.format_name() == std::string_view("webp");
   Decoder decoder(spec);
@@ -125,9 +168,9 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
   for (int first = 0; first < spec.height; first += strip) {
     const int end = std::min(first + strip, spec.height);
     const OIIO::TypeDesc floats = OIIO::TypeDesc::FLOAT;
-    const bool read = tiled ? input.read_image(0, 0, 0, spec.nchannels, floats, stored.data())
-                            : input.read_scanlines(0, 0, spec.y + first, spec.y + end, 0, 0, spec.nchannels,
-                                                   floats, stored.data());
+    const bool read = tiled ? input.read_image(part, 0, 0, spec.nchannels, floats, stored.data())
+                            : input.read_scanlines(part, 0, spec.y + first, spec.y + end, 0, 0,
+                                                   spec.nchannels, floats, stored.data());
     if (!read) return fail(Code::image_unreadable, name, "", reason_of(input));
     image.pixels.resize(((end - std::int64_t{1}) * height / spec.height + 1) * width * 4);
     for (std::int64_t y = first; y < end; ++y) {
@@ -146,7 +189,28 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
     }
   }
   if (halvings > 0) divide_by_counts(image, spec);
+  const auto* chromaticities =
+      spec.find_attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8));
+  if (chromaticities != nullptr && order[0] != order[1]) {
+    Chromaticities given;
+    std::copy_n(static_cast<const float*>(chromaticities->data()), given.size(), given.begin());
+    convert_to_rec709(given, image.pixels);
+  }
+  const auto is_small = [&](int value) { return value >= -limits.side && value <= limits.side; };
+  if (input.format_name() == std::string_view("openexr") &&
+      std::ranges::all_of(
+          std::array{spec.x, spec.y, spec.full_x, spec.full_y, spec.full_width, spec.full_height},
+          is_small)) {
+    const V2i corner(spec.full_x - spec.x, spec.full_y - spec.y);
+    image.display = {corner, corner + V2i(spec.full_width - 1, spec.full_height - 1)};
+  }
   return image;
+}
+
+bool is_black(const Image& image) {
+  for (std::size_t i = 0; i < image.pixels.size(); ++i)
+    if (i % 4 < 3 && image.pixels[i] != 0) return false;
+  return true;
 }
 
 /// The chunks of a PNG that its pixels need. Each of a thousand texts and profiles would be decompressed, to
@@ -218,7 +282,17 @@ Result<Image> read(const char* format, std::span<const std::uint8_t> bytes, cons
     config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     OIIO::ImageSpec spec;
     if (!input->open(name, spec, config)) return refuse(reason_of(*input));
-    return read_pixels(*input, bytes.size(), name, transfer, limits, halvings);
+    constexpr std::size_t max_tried = 4;
+    Result<Image> image = Image();
+    const std::vector<Layer> layers = layers_of(*input);
+    for (const Layer& layer : layers | std::views::take(max_tried)) {
+      if (layer.part != input->current_subimage()) input->seek_subimage(layer.part, 0);
+      image = read_pixels(*input, bytes.size(), name, transfer, limits, halvings, layer.channels);
+      const bool is_guessed = std::get<0>(layer.rank);
+      if (image && is_guessed) image->remarks = {fmt::format("its layer \"{}\" is read", layer.name)};
+      if (!image || !is_guessed || !is_black(*image)) break;
+    }
+    return image;
   } catch (const std::exception& error) {
     return refuse(error.what());
   }

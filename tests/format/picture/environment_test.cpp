@@ -15,6 +15,7 @@
 #include <numbers>
 
 #include "format/base/random.h"
+#include "format/picture/chromaticities.h"
 #include "format/picture/image.h"
 #include "format/picture/studio.h"
 #include "tests/format/files.h"
@@ -128,8 +129,31 @@ TEST_CASE("environments are read from files, and other pictures are refused") {
   CHECK(e.width == 8);
   CHECK(e.radiance[1] == V3f(0, 1, 1));
   CHECK(e.radiance[2] == V3f(1, 1, 1));
-  need(write_exr(folder / "g.exr", {4, 4, 3, std::vector<float>(4 * 4 * 3, 1.0F)}));
-  CHECK(error_of(read_environment(folder / "g.exr")).code == Code::image_unreadable);
+  for (const auto& [width, height, remarks] :
+       {std::tuple(4, 4, -1), {28, 16, -1}, {36, 16, -1}, {34, 16, 1}, {30, 16, 1}, {32, 16, 0}}) {
+    CAPTURE(width);
+    Image grey{width, height, 1, {}};  // as bright as its column
+    for (int i = 0; i < width * height; ++i) grey.pixels.push_back(static_cast<float>(i % width));
+    need(write_exr(folder / "g.exr", grey));
+    const auto read = read_environment(folder / "g.exr");
+    if (remarks < 0) CHECK(error_of(read).message.find("2 : 1; convert other layouts") != std::string::npos);
+    if (remarks < 0) continue;
+    REQUIRE(need(read).radiance.size() == 512);
+    CHECK(read->remarks.size() == remarks);
+    for (int x = 1; x < 31; ++x) CHECK(read->radiance[x].x == doctest::Approx((x + 0.5) * width / 32 - 0.5));
+  }
+}
+
+TEST_CASE("colours of other primaries become those of Rec. 709, white to white") {
+  // ACES2065-1 to linear Rec. 709 by Bradford, as OpenColorIO's built-in transform has it.
+  const Chromaticities ap0{0.7347, 0.2653, 0, 1, 0.0001, -0.077, 0.32168, 0.33767};
+  std::vector<float> pixels{1, 0, 0, 1, 0, 1, 0, 0.5F, 0, 0, 1, 0, 1, 1, 1, 1};
+  convert_to_rec709(ap0, pixels);
+  const std::vector<float> expected{2.521686F,  -0.276480F, -0.015378F, 1,          -1.134131F, 1.372719F,
+                                    -0.152975F, 0.5F,       -0.387555F, -0.096239F, 1.168353F,  0,
+                                    1,          1,          1,          1};
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    CHECK(pixels[i] == doctest::Approx(expected[i]).epsilon(1e-4));
 }
 
 namespace {
@@ -156,12 +180,14 @@ struct Part {
   std::vector<std::string> channels;  ///< R, red ... show the picture, others 7
   float factor = 1;                   ///< on the red of pixel (0, 0)
   bool half = false;
+  std::string shown{};  ///< a part of the names of layers that show the picture; others are black
+  Imath::Box2i display{V2i(0, 0), V2i(15, 7)};
 };
 
 void write_parts(const std::string& path, const std::vector<Part>& parts) {
   std::vector<Imf::Header> headers;
   for (const Part& part : parts) {
-    Imf::Header header(16, 8);
+    Imf::Header header(part.display, Imath::Box2i(V2i(0, 0), V2i(15, 7)));
     header.setName(part.name);
     header.setType(Imf::SCANLINEIMAGE);
     for (const std::string& name : part.channels)
@@ -180,9 +206,10 @@ void write_parts(const std::string& path, const std::vector<Part>& parts) {
       const std::string last = name.substr(name.rfind('.') + 1);
       const std::size_t c = std::string("RGBrgb").find(last[0]) % 3;
       std::vector<float>& plane = planes.emplace_back();
+      const bool is_shown = (part.name + "." + name).find(part.shown) != std::string::npos;
       for (int i = 0; i < 128; ++i) {
         plane.push_back(std::string("RGBrgb").find(last[0]) != std::string::npos
-                            ? shown_at(i % 16, i / 16)[static_cast<int>(c)]
+                            ? (is_shown ? shown_at(i % 16, i / 16)[static_cast<int>(c)] : 0)
                         : last == "Y" ? 2
                                       : 7);
       }
@@ -206,9 +233,14 @@ TEST_CASE("environments are read as their headers and the names of their channel
   const Folder folder;
   const std::string rgbe = "FORMAT=32-bit_rle_rgbe\n";
   const std::string pixel = "\x80\x80\x80\x82";
-  for (const auto& [header, factor] : {std::pair(rgbe, 1.0F),
-                                       {"# a\nEXPOSURE=2\n" + rgbe + "EXPOSURE= 4.0e0\nEXPOSURE=0\n", 0.125F},
-                                       {std::string(100'000, 'x') + "\nSOFTWARE=x=y\n", 1.0F}}) {
+  for (const auto& [header, factor] :
+       {std::pair(rgbe, V3f(1)),
+        {"# a\nEXPOSURE=2\n" + rgbe + "EXPOSURE= 4.0e0\nEXPOSURE=0\n", V3f(0.125F)},
+        {"COLORCORR=2 1 0.5\nCOLORCORR= 2  2\t2\nEXPOSURE=2\nCOLORCORR=0 1 x\n" + rgbe,
+         V3f(0.125F, 0.25F, 0.5F)},
+        {"PRIMARIES=0 0 0 0 0 0 0 0\n" + rgbe, V3f(1)},
+        {"PRIMARIES=.64 .33 .3 .6 .15 .06 .3127 .329\n" + rgbe, V3f(1)},
+        {std::string(100'000, 'x') + "\nSOFTWARE=x=y\n", V3f(1)}}) {
     CAPTURE(header.substr(0, 100));
     write_bytes(folder / "e.hdr", hdr(header));
     const Environment e = need(read_environment(folder / "e.hdr"));
@@ -251,8 +283,30 @@ TEST_CASE("environments are read as their headers and the names of their channel
            {{{"a", {"diffuse.V", "diffuse.U", "diffuse.W", "R", "G", "B"}}}, ""},
            {{{"a", {"right.R", "right.G", "right.B", "r", "g", "b"}}}, ""},
            {{{"a", {"Y"}}}, "", V3f(2), V3f(2)},
-           {{{"a", {"Z"}}}, "", V3f(7), V3f(7)},
-           {{{"a", {"N.x", "N.y", "N.z"}}}, "", V3f(7), V3f(7)},
+           {{{"a", {"Z"}}}, "its layer \"Z\" is read", V3f(7), V3f(7)},
+           {{{"a", {"N.x", "N.y", "N.z"}}}, "its layer \"N.x\" is read", V3f(7), V3f(7)},
+           {{{"a",
+              {"albedo.R", "albedo.G", "albedo.B", "Beauty.R", "Beauty.G", "Beauty.B"},
+              1,
+              false,
+              "Beauty"}},
+            ""},
+           {{{"a",
+              {"V.AO.R", "V.AO.G", "V.AO.B", "V.Combined.R", "V.Combined.G", "V.Combined.B"},
+              1,
+              false,
+              "Comb"}},
+            ""},
+           {{{"a", {"S.R", "S.G", "S.B", "rgba.r", "rgba.g", "rgba.b", "rgba.a"}, 1, false, "rgba"}}, ""},
+           {{{"a", {"left.R", "left.G", "left.B", "right.R", "right.G", "right.B"}, 1, false, "left"}},
+            "\"left\""},
+           {{{"a", {"left.R", "left.G", "left.B", "right.R", "right.G", "right.B"}, 1, false, "right"}},
+            "\"right\""},
+           {{{"a", {"C.left.R", "C.left.G", "C.left.B", "C.all.right.R"}, 1, false, "left"}}, "\"C.left\""},
+           {{{"depth", {"Z"}}, {"RGBA", rgb}}, ""},
+           {{{"diffuse", rgb, 1, false, "none"}, {"rgba.right", rgb, 1, false, "none"}, {"rgba.left", rgb}},
+            ""},
+           {{{"diffuse", rgb, 1, false, "none"}, {"light", rgb}}, "\"light\""},
            {{{"a", rgb, infinity, true}}, "1 infinite values become 65504", V3f(2), V3f(65504, 1, 1)},
            {{{"a", rgb, 3e38F}}, "infinite", V3f(2), V3f(65504, 1, 1)},
            {{{"a", rgb, std::nanf("")}}, "no numbers", V3f(2), V3f(0, 1, 1)},
@@ -267,5 +321,31 @@ TEST_CASE("environments are read as their headers and the names of their channel
     CHECK((e.radiance.front() - c.first).length() < 1e-3F);
     CHECK(e.remarks.empty() == c.remark.empty());
     CHECK(fmt::format("{}", fmt::join(e.remarks, "; ")).find(c.remark) != std::string::npos);
+  }
+}
+
+TEST_CASE("a part of a panorama lies where its display window has it") {
+  const Folder folder;
+  struct Case {
+    Imath::Box2i display;
+    int width;
+    V2i first;  ///< where the first pixel of the file lies
+  };
+  for (const Case& c : {Case{{V2i(-8, -4), V2i(23, 11)}, 32, {8, 4}},
+                        {{V2i(0, -8), V2i(31, 7)}, 32, {0, 8}},
+                        {{V2i(-3, 0), V2i(12, 7)}, 16, {0, 0}},
+                        {{V2i(0, 0), V2i(63, 63)}, 16, {0, 0}},
+                        {{V2i(100, 0), V2i(131, 15)}, 16, {0, 0}},
+                        {{V2i(4, 2), V2i(11, 5)}, 8, {-4, -2}}}) {
+    CAPTURE(c.display.min.x);
+    write_parts(folder / "e.exr", {{"a", {"R", "G", "B"}, 1, false, "", c.display}});
+    const Environment e = need(read_environment(folder / "e.exr"));
+    REQUIRE(e.width == c.width);
+    for (int i = 0; i < e.width * e.width / 2; ++i) {
+      const V2i place = V2i(i % e.width, i / e.width) - c.first;
+      const bool inside = place.x >= 0 && place.y >= 0 && place.x < 16 && place.y < 8;
+      CHECK(e.radiance[i] == (inside ? shown_at(place.x, place.y) : V3f(0)));
+    }
+    CHECK(e.remarks.size() == (e.width == 16 ? 0 : 1));
   }
 }
