@@ -181,18 +181,24 @@ void give_yarns(const std::string& text, int line, ChartRow& row) {
     refuse_line(line, fmt::format("names yarns for {} stitches, the row has {}", given, row.stitches.size()));
 }
 
-/// "k2 p2 c4f [A4 B4]". Refuses unknown stitches, counts out of range, yarn
-/// overs that are not as many as decreases, and yarns for fewer or more stitches than the row has.
-ChartRow row_of(const std::string& text, int line) {
+/// "k2 p2 c4f [A4 B4]". `side`: 'r' for "(RS)": the row is written from the right; 'w' for "(WS)": as it is
+/// seen from the back. Refuses unknown stitches, counts out of range, yarn overs that are not as many as
+/// decreases, and yarns for fewer or more stitches than the row has.
+ChartRow row_of(const std::string& text, int line, char side) {
   const std::size_t open = text.find('[');
   const std::size_t close = text.find(']');
   if ((open == std::string::npos) != (close == std::string::npos) ||
       (open != std::string::npos && close != text.size() - 1) || close < open)
     refuse_line(line, "the letters of yarns stand in one pair of brackets at the end of the row");
-  const std::vector<Item> items = items_of(text.substr(0, open), line);
+  std::vector<Item> items = items_of(text.substr(0, open), line);
+  if (side == 'r') std::ranges::reverse(items);
   int decreases = 0;
   int overs = 0;
-  for (const Item& item : items) {
+  for (Item& item : items) {
+    if (side == 'w' && (item.takes > 1 || item.crosses != 0))
+      refuse_line(line,
+                  "decreases and cables are read as seen from the face: write the row so, without (WS)");
+    if (side == 'w') item.as.purl = !item.as.purl && item.takes > 0;
     decreases += item.takes > item.makes ? 1 : 0;
     overs += item.takes < item.makes ? 1 : 0;
   }
@@ -209,6 +215,8 @@ ChartRow row_of(const std::string& text, int line) {
   }
   ChartRow row{stitches_of(items, first), ""};
   if (open != std::string::npos) give_yarns(text.substr(open + 1, close - open - 1), line, row);
+  for (std::size_t k = 0, end = row.stitches.size(); side == 'r' && k < end / 2; ++k)
+    std::swap(row.stitches[k].yarn, row.stitches[end - 1 - k].yarn);
   return row;
 }
 
@@ -223,7 +231,20 @@ struct Line {
   int number = 0;
   std::string key;
   std::string value;
+  char side = 0;  ///< of a row (row_of)
 };
+
+/// Makes "Row 3 (RS)" the number of its row and its side.
+void simplify_key(Line& line) {
+  std::string key = lower_case(line.key);
+  if (key.starts_with("row")) key = trimmed(key.substr(3));
+  const bool has_side = key.ends_with("(rs)") || key.ends_with("(ws)");
+  const char side = has_side ? key[key.size() - 3] : '\0';
+  if (has_side) key = trimmed(key.substr(0, key.size() - 4));
+  if (key.empty() || std::isdigit(static_cast<unsigned char>(key.front())) == 0) return;
+  line.key = key;
+  line.side = side;
+}
 
 /// The lines that say something.
 std::vector<Line> lines_of(std::string_view text) {
@@ -260,7 +281,8 @@ class ChartReader {
   explicit ChartReader(const std::string& file) : file_(file) {}
 
   ChartText read(std::string_view text) {
-    for (const Line& line : lines_of(text)) {
+    for (Line& line : lines_of(text)) {
+      simplify_key(line);
       const bool is_row = std::isdigit(static_cast<unsigned char>(line.key.front())) != 0;
       is_row ? add_row(line) : add_header(line);
     }
@@ -353,7 +375,9 @@ class ChartReader {
                     fmt::format("row {} follows row {}: rows are numbered up or down by one", number, last));
       }
     }
-    ChartRow row = row_of(line.value, line.number);
+    ChartRow row = row_of(line.value, line.number, line.side);
+    if (line.side != 0 && chart_.remarks.empty())
+      chart_.remarks.emplace_back("rows with (RS) are read from the right, with (WS) as seen from the back");
     if (!rows_.empty() && row.stitches.size() != rows_.front().stitches.size()) {
       refuse_line(line.number,
                   fmt::format("row {} has {} stitches, row {} has {}", number, row.stitches.size(),

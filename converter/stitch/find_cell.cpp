@@ -1,9 +1,12 @@
 #include "converter/stitch/find_cell.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "converter/stitch/text_fault.h"
+#include "converter/stitch/wif.h"
+#include "format/base/input_file.h"
 #include "format/base/option_text.h"
 
 namespace selvedge {
@@ -14,11 +17,20 @@ bool is_built_in(const std::string& name) {
   return std::ranges::any_of(infos, [&](const StitchInfo& info) { return info.name == name; });
 }
 
+/// Whether a file begins as a draft does, whatever its name is.
+bool begins_as_draft(const std::string& path) {
+  const auto file = InputFile::open(path);
+  std::array<std::uint8_t, 4096> head{};
+  const std::size_t size = file ? std::min<std::size_t>(file->size(), head.size()) : 0;
+  return size > 0 && file->read(0, std::span(head).first(size)) &&
+         is_wif({reinterpret_cast<const char*>(head.data()), size});
+}
+
 bool is_stitch(const std::string& name_or_path) {
   // Without an ending it must be a name: the error of find_stitch() lists the names.
   return is_built_in(name_or_path) || std::filesystem::path(name_or_path).extension().empty() ||
          has_ending(name_or_path, ".json") || has_ending(name_or_path, ".wif") ||
-         has_ending(name_or_path, ".txt");
+         has_ending(name_or_path, ".txt") || begins_as_draft(name_or_path);
 }
 
 }  // namespace

@@ -21,6 +21,7 @@
 #include "converter/stitch/wif.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "format/base/atomic_file.h"
+#include "format/base/foreign.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 
@@ -543,8 +544,13 @@ FoundStitch described_in(const std::string& text, const std::string& path, const
   return found;
 }
 
-bool is_chart(const std::string& path) { return has_ending(path, ".txt"); }
-bool is_draft(const std::string& path) { return has_ending(path, ".wif"); }
+enum class Text { draft, chart, description };
+
+/// Drafts are known by their beginning, too, under any name.
+Text kind_of(const std::string& text, const std::string& path) {
+  if (is_wif(text) || has_ending(path, ".wif")) return Text::draft;
+  return has_ending(path, ".txt") ? Text::chart : Text::description;
+}
 
 const BuiltIn* built_in(const std::string& name) {
   const auto found =
@@ -554,9 +560,9 @@ const BuiltIn* built_in(const std::string& name) {
 
 /// The text in a file. Throws Failure.
 std::string text_in(const std::string& path) {
-  const auto text = read_file(path, is_chart(path)   ? max_chart_text
-                                    : is_draft(path) ? max_wif_text
-                                                     : max_stitch_text);
+  const auto text = read_file(path, std::max(max_wif_text, max_stitch_text));
+  if (text && !foreign_kind(*text).empty())
+    throw Failure{{Code::stitch_invalid, path, "", std::string(foreign_kind(*text))}};
   if (text || text.error().code != Code::file_missing) return value_or_throw(text);
   std::string names;
   for (const BuiltIn& stitch : library()) names += (names.empty() ? "" : ", ") + stitch.info.name;
@@ -568,10 +574,11 @@ Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSe
                                  const StitchStart& start, const Relaxer& relaxer) {
   if (const BuiltIn* stitch = built_in(name_or_path)) return relaxed(*stitch, settings, relaxer);
   const std::string text = text_in(name_or_path);
-  FoundStitch found = is_draft(name_or_path)
+  const Text kind = kind_of(text, name_or_path);
+  FoundStitch found = kind == Text::draft
                           ? value_or_throw(draft_in(text, name_or_path, settings, start, relaxer))
-                      : is_chart(name_or_path) ? chart_in(text, name_or_path, settings, start, relaxer)
-                                               : described_in(text, name_or_path, settings);
+                      : kind == Text::chart ? chart_in(text, name_or_path, settings, start, relaxer)
+                                            : described_in(text, name_or_path, settings);
   found.text = text;
   return found;
 }
@@ -579,11 +586,12 @@ Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSe
 StitchInfo info_of(const std::string& name_or_path) {
   if (const BuiltIn* stitch = built_in(name_or_path)) return stitch->info;
   const std::string text = text_in(name_or_path);
-  if (is_draft(name_or_path)) {
+  const Text kind = kind_of(text, name_or_path);
+  if (kind == Text::draft) {
     const WifDraft draft = value_or_throw(read_wif(text, name_or_path));
     return {name_or_path, draft.title, draft_parameters(draft.weave)};
   }
-  if (!is_chart(name_or_path))
+  if (kind == Text::description)
     return {name_or_path, value_or_throw(read_stitch(text, name_or_path)).name, common_parameters()};
   auto chart = value_or_throw(read_chart(text, name_or_path));
   BuiltIn stitch = stitch_of(chart, name_or_path);

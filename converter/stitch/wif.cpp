@@ -82,21 +82,37 @@ constexpr std::array<std::string_view, 16> sections_of_numbers{
     "WARP THICKNESS", "WEFT THICKNESS", "WARP COLORS", "WEFT COLORS",  "THREADING",    "TIEUP",
     "TREADLING",      "LIFTPLAN",       "COLOR TABLE", "COLOR PALETTE"};
 
-/// The sections of a text, with names of sections and keys in upper case.
+/// Keys in upper case and values, and the first line that is neither, as a fault.
+struct WifSection {
+  std::map<std::string, std::string> values;
+  std::optional<Failure> fault;
+
+  /// Whether a section of this name is meant: text of [NOTES] may have a line "[THREADING]", too.
+  bool is_readable(const std::string& name) const {
+    const bool has_words = name == "CONTENTS" || name == "WEAVING" || name == "WARP" || name == "WEFT" ||
+                           name == "COLOR PALETTE";
+    return !fault && !values.empty() && std::ranges::all_of(values, [&](const auto& entry) {
+      const auto is_number = [](const std::string& text) {
+        return text.find_first_not_of("0123456789+-., ") == std::string::npos;
+      };
+      return is_number(entry.first) != has_words && (has_words || is_number(entry.second));
+    });
+  }
+};
+
+/// The sections of a text, with names in upper case.
 class WifSections {
  public:
   /// Accepts names in any case, lines that end in LF, CRLF or CR, a byte order mark, empty lines, comments
   /// that begin with ";" at the start of a line or behind a number, any lines in sections of text, any
-  /// single-byte encoding or UTF-8. The first of repeated sections or keys is used. [CONTENTS] is no more
-  /// than a hint. Refuses lines before the first section, lines of numbers that are neither a section nor a
-  /// key or too long, UTF-16, and texts without sections.
+  /// single-byte encoding or UTF-8. Of repeated sections the first one that can be read is used, and of
+  /// repeated keys the first. [CONTENTS] is no more than a hint. Refuses lines before the first section,
+  /// lines of numbers that are neither a section nor a key or too long, and texts without sections.
   WifSections(std::string_view text, std::set<std::string>& remarks) {
-    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
-      refuse_text("", "is UTF-16; a WIF file has one byte per character");
+    std::map<std::string, std::vector<WifSection>> found;
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     text = text.substr(0, text.find('\x1a'));  // where a text of DOS ends
-    std::map<std::string, std::string>* current = nullptr;
-    std::map<std::string, std::string> repeated;
+    WifSection* current = nullptr;
     bool numbers = true;
     for (int number = 1; !text.empty(); ++number) {
       const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
@@ -105,7 +121,9 @@ class WifSections {
       text.remove_prefix(std::min(end + (pair ? 2 : 1), text.size()));
       if (line.empty() || line.front() == ';') continue;
       const auto refuse = [&](std::string why) {
-        refuse_text(fmt::format("line {}", number), std::move(why));
+        Failure fault{{Code::stitch_invalid, "", fmt::format("line {}", number), std::move(why)}};
+        if (current == nullptr) throw fault;
+        if (!current->fault) current->fault = std::move(fault);
       };
       const std::size_t close = line.front() == '[' ? line.find(']') : std::string::npos;
       // Text may begin with brackets, too.
@@ -113,14 +131,13 @@ class WifSections {
           (numbers || close + 1 == line.size() || trimmed(line.substr(close + 1)).front() == ';')) {
         const std::string name = upper(trimmed(line.substr(1, close - 1)));
         numbers = std::ranges::find(sections_of_numbers, name) != sections_of_numbers.end();
-        const auto [section, is_new] = sections_.try_emplace(name);
-        if (!is_new && numbers) remarks.insert(fmt::format("[{}] is there twice: the first is read", name));
-        current = is_new ? &section->second : &repeated;
+        current = &found[name].emplace_back();
         continue;
       }
       if (numbers && line.size() > max_wif_line) refuse(fmt::format("has more than {} bytes", max_wif_line));
       if (numbers && line.front() == '[') refuse("a section's name has no closing bracket");
       if (current == nullptr) refuse("is before the first section: not a WIF file");
+      if (current->fault) continue;
       if (const std::size_t comment = line.find(';'); numbers && comment != std::string::npos) {
         line = trimmed(line.substr(0, comment));
         remarks.insert("comments behind numbers left out");
@@ -128,12 +145,13 @@ class WifSections {
       const std::size_t equals = line.find('=');
       if (equals == std::string::npos) {
         if (numbers) refuse("is neither a section nor of the form key=value");
-        remarks.insert("lines of text in other sections left out");
+        if (!numbers) remarks.insert("lines of text in other sections left out");
         continue;
       }
-      current->try_emplace(upper(trimmed(line.substr(0, equals))), trimmed(line.substr(equals + 1)));
+      current->values.try_emplace(upper(trimmed(line.substr(0, equals))), trimmed(line.substr(equals + 1)));
     }
-    if (sections_.empty()) refuse_text("", "has no section: not a WIF file");
+    if (found.empty()) refuse_text("", "has no section: not a WIF file");
+    for (auto& [name, all] : found) choose(name, all, remarks);
     for (const std::string_view name : sections_of_numbers) {
       if (denied(std::string(name)))
         remarks.insert(fmt::format("[CONTENTS] denies [{}], which is there", name));
@@ -203,6 +221,19 @@ class WifSections {
   }
 
  private:
+  /// Takes one of the sections of a name. Throws its fault.
+  void choose(const std::string& name, std::vector<WifSection>& all, std::set<std::string>& remarks) {
+    const bool numbers = std::ranges::find(sections_of_numbers, name) != sections_of_numbers.end();
+    auto chosen =
+        std::ranges::find_if(all, [&](const WifSection& section) { return section.is_readable(name); });
+    if (!numbers || chosen == all.end()) chosen = all.begin();
+    if (chosen->fault) throw *chosen->fault;
+    if (numbers && all.size() > 1)
+      remarks.insert(fmt::format("[{}] is there {} times: number {} is read", name, all.size(),
+                                 chosen - all.begin() + 1));
+    sections_[name] = std::move(chosen->values);
+  }
+
   std::map<std::string, std::map<std::string, std::string>> sections_;
 };
 
@@ -213,17 +244,26 @@ constexpr double default_spacing_mm = 1;
 struct WifColours {
   int low = 0;
   int high = 255;
+  bool hsb = false;  ///< hue, saturation, brightness, each from low to high; in place of red, green, blue
   std::vector<std::optional<V3f>> table;
 
   /// Throws unless three parts are levels.
   V3f colour(const std::vector<std::string>& parts, const std::string& text, const std::string& place) const {
     if (parts.size() != 3) refuse_text(place, fmt::format("\"{}\" is not red, green, blue", text));
+    V3d coded;
+    for (int i = 0; i < 3; ++i)
+      coded[i] = static_cast<double>(whole_in(parts[i], place, low, high) - low) / (high - low);
+    if (hsb) {  // Smith 1978, "Color gamut transform pairs": red has hue 0, green 1/3, blue 2/3
+      const V3d levels = coded;
+      for (int i = 0; i < 3; ++i) {
+        const double away = std::abs(std::remainder(levels.x - i / 3.0, 1.0));
+        coded[i] = levels.z * (1 - levels.y * std::clamp(6 * away - 1, 0.0, 1.0));
+      }
+    }
     V3f colour;
-    for (unsigned i = 0; i < 3; ++i) {
-      const int level = whole_in(parts[i], place, low, high);
-      const double coded = static_cast<double>(level - low) / (high - low);
-      colour[i] =
-          static_cast<float>(coded <= 0.04045 ? coded / 12.92 : std::pow((coded + 0.055) / 1.055, 2.4));
+    for (int i = 0; i < 3; ++i) {
+      colour[i] = static_cast<float>(coded[i] <= 0.04045 ? coded[i] / 12.92
+                                                         : std::pow((coded[i] + 0.055) / 1.055, 2.4));
     }
     return colour;
   }
@@ -247,8 +287,9 @@ WifColours colours_of(const WifSections& draft, std::set<std::string>& remarks) 
     colours.high = highest <= 255 ? 255 : highest <= 999 ? 999 : 65535;
     if (highest > 255) remarks.insert(fmt::format("[COLOR PALETTE] without a range: 0 to {}", colours.high));
   }
-  const auto form = draft.find("COLOR PALETTE", "FORM");
-  if (form && lower_case(*form) != "rgb")
+  const std::string form = lower_case(draft.find("COLOR PALETTE", "FORM").value_or("rgb"));
+  colours.hsb = form == "hsb" || form == "hsv";
+  if (!colours.hsb && form != "rgb")
     remarks.insert("[COLOR PALETTE] of another form: read as red, green, blue");
   for (const auto& [key, value] : draft.all("COLOR TABLE")) {
     const std::string place = place_of("COLOR TABLE", key);
@@ -320,6 +361,14 @@ WifSystem system_of(const WifSections& draft, const std::string& section, const 
   system.yarns.resize(threads);
   system.width_mm = draft.values(section + " SPACING", threads, spacing.value_or(default_spacing_mm), length);
   const auto thicknesses = draft.values(section + " THICKNESS", threads, thickness, length);
+  constexpr double wide_mm = 20;
+  const double widest = *std::ranges::max_element(system.width_mm);
+  if (widest >= wide_mm) {
+    remarks.insert(
+        fmt::format("{} spacing of {:.4g} mm: Spacing is a length; for ends an inch or a centimetre "
+                    "write 1 divided by them",
+                    lower_case(section), widest));
+  }
   const auto albedos =
       draft.values(section + " COLORS", threads, section_default("COLOR", colour).value_or(albedo), colour);
   for (int k = 0; k < threads; ++k) {
@@ -506,6 +555,17 @@ int texels_along(const std::vector<double>& widths) {
 }
 
 }  // namespace
+
+bool is_wif(std::string_view text) {
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+    const std::string line = upper(trimmed(text.substr(0, end)));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (!line.empty() && line.front() != ';') return line.starts_with("[WIF]");
+  }
+  return false;
+}
 
 V2i texels_for(const Weave& weave) { return {texels_along(weave.warp_mm), texels_along(weave.weft_mm)}; }
 

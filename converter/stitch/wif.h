@@ -27,6 +27,9 @@ struct WifDraft {
   std::vector<std::string> remarks;  ///< choices and omissions, one line each
 };
 
+/// Whether a text begins with the section WIF, behind comments and empty lines.
+bool is_wif(std::string_view text);
+
 /// Reads the smallest repeat of a draft: the fewest yarns each way that the whole draft repeats at least
 /// twice; an incomplete repeat at the end is dropped. Refuses (stitch_invalid, place: section and key) values
 /// that are missing, unreadable, out of range or contradictory, and repeats with too many crossings, naming

@@ -18,6 +18,16 @@ make_inputs() {
   echo words | tee words.txt >words.exr
   for file in empty.{obj,exr,wif,txt,json,ply}; do : >$file; done
   mkdir folder
+  # Files of other kinds.
+  printf 'version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n' | tee lfs.glb lfs.wif lfs.exr >lfs.hdr
+  gzip -c quad.gltf >gzip.glb
+  base64 quad.glb >base64.glb
+  printf '\n<!DOCTYPE HTML>\n<html>' | tee page.glb >page.txt
+  printf 'PK\3\4' >model.usdz
+  printf 'd\206\6\0v 0 0 0\n' >coff.obj
+  printf '{"width": 2, "grid": [0, 1]}' | tee foreign.json >foreign.gltf
+  edited quad.gltf scenes.gltf 'g.nodes.push({mesh: 0}); g.meshes.push({primitives: [{...g.meshes[0].primitives[0], material: 2}]});
+    g.materials.push({name: "veil"}); g.nodes[1].mesh = 1; g.scenes.push({name: "party", nodes: [1]})'
   # Meshes.
   selvedge stitch plain-weave --set yarn=tube --grid 9 -o whole.ply --quiet
   selvedge stitch plain-weave --set yarn=tube --grid 9 -o whole.obj --quiet

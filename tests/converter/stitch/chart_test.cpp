@@ -106,6 +106,18 @@ TEST_CASE("floats behind more than five stitches are remarked on, around the edg
   CHECK(remarks[0] == "yarn B floats behind 6 stitches of row 2: knitters catch what is longer than 5");
 }
 
+TEST_CASE("rows that say their side are read as knitters work them") {
+  const ChartText worked =
+      chart("yarn A:\nyarn B:\nRow 1 (RS): k3 p [A3 B]\nrow 2 (ws): k p3 [B A3]\nROW 3: p k3 [B A3]\n");
+  for (const auto& stitches : worked.knit.rows) {
+    CHECK(text_of(stitches) == "p k k k");
+    CHECK((stitches[0].yarn == 1 && stitches[3].yarn == 0));
+  }
+  CHECK(worked.remarks.size() == 1);
+  CHECK(row("k yo k2tog k") == text_of(chart("row 1(rs): k k2tog yo k").knit.rows[0]));
+  CHECK(refusal("row 1 (ws): k2tog yo").starts_with("line 1: decreases and cables are read as seen from"));
+}
+
 TEST_CASE("what a chart says wrong is refused with its line") {
   CHECK(refusal("") == "has no row");
   CHECK(refusal("name: a\nk2 p2") ==

@@ -23,6 +23,25 @@ TEST_CASE("a name, a stitch description and a mesh file all give a cell") {
   CHECK(imported.period == built_in.period);
 }
 
+TEST_CASE("a draft is known by its beginning, whatever its name is") {
+  const test::Folder folder;
+  const std::string draft =
+      "[Weaving]\nShafts=2\n[Warp]\nThreads=2\n[Weft]\nThreads=2\n[Threading]\n1=1\n2=2\n[Liftplan]\n1=1\n2="
+      "2\n";
+  for (const auto& [name, head] : {std::pair("twill.wif.txt", "[WIF]\r\n"),
+                                   {"twill.plm", "\n; PixeLoom\n\n[wif]\n"},
+                                   {"twill", "[WIF] ; 1.1\n"},
+                                   {"twill.WIF", "[CONTENTS]\n[WIF]\n"},
+                                   {"twill.json", "\xef\xbb\xbf[WIF]\n"}}) {
+    CAPTURE(name);
+    REQUIRE(write_file(folder / name, head + draft));
+    CellOptions options;
+    options.mesh_of_stitch = false;
+    CHECK(test::need(find_cell(folder / name, options)).stitch->pattern.yarns.size() == 4);
+    CHECK(files_of_cell(folder / name).size() == (std::string(name) == "twill" ? 0 : 1));
+  }
+}
+
 TEST_CASE("each kind of name gives its own refusal") {
   CHECK(load_cell("cable").error().code == Code::stitch_unknown);
   CHECK(load_cell("no_such.json").error().code == Code::stitch_unknown);
