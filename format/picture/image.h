@@ -53,8 +53,8 @@ struct ImageLimits {
 /// Reads a file of PNG, JPEG, WebP, TIFF, OpenEXR, Radiance HDR or PNM, by its first bytes: the finest level;
 /// always four channels: grey is repeated, a missing alpha is 1. OpenEXR: of the layers of all parts with R,
 /// G and B the one without a name, combined, beauty, rgba, not a right view; else another, with a remark,
-/// rather one that is not black; its data window; with chromaticities those of Rec. 709. IMAGE_UNREADABLE for
-/// others, FILE_TOO_LARGE beyond `memory`.
+/// rather one that is not black; its data window; converted to Rec. 709 from its chromaticities.
+/// IMAGE_UNREADABLE for others, FILE_TOO_LARGE beyond `memory`.
 Result<Image> read_image(const std::string& path, Transfer transfer = Transfer::srgb,
                          std::uint64_t memory = default_memory);
 /// Bytes of its pixels.

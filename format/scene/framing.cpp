@@ -53,7 +53,7 @@ double shown_area(const std::vector<Sample>& samples, const V3d& side) {
 }
 
 /// The direction that most of the area faces, a horizontal one if `upright`: of the largest part of normals
-/// along it, on their side; where they cancel, as those of a tube do, upwards, forwards and to the right.
+/// along it, on their side; where they cancel, as on a tube, upwards, forwards and to the right.
 V3d broad_side(const std::vector<Sample>& samples, bool upright) {
   Imath::M33d spread(0, 0, 0, 0, 0, 0, 0, 0, 0);
   V3d sum(0, 0, 0);

@@ -144,7 +144,7 @@ TEST_CASE("environments are read from files, and other pictures are refused") {
   }
 }
 
-TEST_CASE("colours of other primaries become those of Rec. 709, white to white") {
+TEST_CASE("colours of other primaries are converted to Rec. 709, white to white") {
   // ACES2065-1 to linear Rec. 709 by Bradford, as OpenColorIO's built-in transform has it.
   const Chromaticities ap0{0.7347, 0.2653, 0, 1, 0.0001, -0.077, 0.32168, 0.33767};
   std::vector<float> pixels{1, 0, 0, 1, 0, 1, 0, 0.5F, 0, 0, 1, 0, 1, 1, 1, 1};
