@@ -41,4 +41,4 @@ for (const kind of ['valid', 'invalid', 'warnings']) {
 }
 console.log(`${checked} garments, ${wrong.length} with another verdict`);
 wrong.forEach((line) => console.log(line));
-process.exit(wrong.length > 0 || checked < 90 ? 1 : 0);
+process.exit(wrong.length > 0 || checked < 89 ? 1 : 0);
