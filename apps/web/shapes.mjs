@@ -6,12 +6,12 @@ import {basename} from 'node:path';
 import {FabricMaker} from '../../converter/web/make.mjs';
 
 const [module, output, ...files] = process.argv.slice(2);
-const recipes = files.map((file) => ({stitch: basename(file), text: readFileSync(file, 'utf8')})), told = [], END = 'at rest';
+const recipes = files.map((file) => ({stitch: basename(file), text: readFileSync(file, 'utf8')})), parts = [], END = 'at rest';
 const maker = new FabricMaker(new WebAssembly.Module(readFileSync(module)), {
   deflate: (bytes) => bytes,
   describe: ({stitch}) => stitch.includes('.') || recipes.push({stitch}),
   shape: (bytes) => {
-    told.push(Uint32Array.of(bytes.length), bytes);
+    parts.push(Uint32Array.of(bytes.length), bytes);
     throw new Error(END);
   }
 });
@@ -23,4 +23,4 @@ for (const recipe of recipes) {
     if (message !== END) throw new Error(message);
   }
 }
-writeFileSync(output, Buffer.concat(told.map(({buffer, byteOffset, byteLength}) => new Uint8Array(buffer, byteOffset, byteLength))));
+writeFileSync(output, Buffer.concat(parts.map(({buffer, byteOffset, byteLength}) => new Uint8Array(buffer, byteOffset, byteLength))));

@@ -1,22 +1,27 @@
 // The host of make.wasm: fabrics as `selvedge make` makes them, in Node or a browser's worker.
 
-/** Shapes of yarn that are remembered. */
-export const MAX_SHAPES = 32;
+/** Shapes of yarn at rest that are kept: bytes, of which the first are the key. */
+const MAX_SHAPES = 64, KEY = 32;
+const key_of = (bytes) => String.fromCharCode(...bytes.subarray(0, KEY));
+/** Keeps a shape as the newest of a Map, from which the oldest one goes. */
+export function keep_shape(shapes, shape) {
+  shapes.delete(key_of(shape));
+  shapes.set(key_of(shape), shape);
+  if (shapes.size > MAX_SHAPES) shapes.delete(shapes.keys().next().value);
+}
 
-/** Makes fabrics, one after the other, and remembers between them how yarns came to rest. */
+/** Makes fabrics, one after the other. */
 export class FabricMaker {
   #made = null;
-  #told = {};
-  #shapes = [];
-  #given = [];
+  #result = {};
   /**
-   * `module`: make.wasm as a WebAssembly.Module. `deflate`: packs a Uint8Array by zlib at level 4. `progress` is told the
+   * `module`: make.wasm as a WebAssembly.Module. `deflate`: packs a Uint8Array by zlib at level 4. `progress`: called with the
    * stage (0: yarns come to rest, 1: bake, 2: fit) and the fraction of it that is done; it may throw, which ends the work.
-   * `describe` is told the parameters of a text's stitch before it is drawn, as `selvedge stitch --list NAME --json` has them;
-   * `shape` shapes of yarn at rest, bytes that remember() of this or another maker takes.
+   * `describe`: called with the parameters of a text's stitch before it is drawn, as `selvedge stitch --list NAME --json` has them.
+   * `shapes`: a Map of keep_shape(), how yarns came to rest, which grows; `shape`: called with what is added.
    */
-  constructor(module, { deflate, progress = () => {}, describe = () => {}, shape = () => {} }) {
-    Object.assign(this, { module, deflate, progress, describe, shape });
+  constructor(module, { deflate, progress = () => {}, describe = () => {}, shapes = new Map(), shape = () => {} }) {
+    Object.assign(this, { module, deflate, progress, describe, shapes, shape });
   }
   #at(address, count) {
     return new Uint8Array(this.#made.memory.buffer, address, count);
@@ -30,15 +35,20 @@ export class FabricMaker {
         this.#at(out, packed.length).set(packed);
         return packed.length;
       },
-      tell: (what, address, count) => {
-        const told = this.#at(address, count).slice();
-        if (what === 0) this.#told.bytes = told;
-        if (what === 1) throw new Error(new TextDecoder().decode(told));
-        if (what === 2) this.#told.remarks.push(new TextDecoder().decode(told));
-        if (what === 3) this.describe(JSON.parse(new TextDecoder().decode(told)));
-        if (what === 4) {
-          this.#shapes.splice(0, this.#shapes.push(told) - MAX_SHAPES);
-          this.shape(told);
+      recall: (address) => {
+        const shape = this.shapes.get(key_of(this.#at(address, KEY)));
+        if (shape) this.#input(shape.subarray(KEY));
+        return Boolean(shape);
+      },
+      emit: (event, address, count) => {
+        const bytes = this.#at(address, count).slice();
+        if (event === 0) this.#result.bytes = bytes;
+        if (event === 1) throw new Error(new TextDecoder().decode(bytes));
+        if (event === 2) this.#result.remarks.push(new TextDecoder().decode(bytes));
+        if (event === 3) this.describe(JSON.parse(new TextDecoder().decode(bytes)));
+        if (event === 4) {
+          keep_shape(this.shapes, bytes);
+          this.shape(bytes);
         }
       }
     };
@@ -46,18 +56,11 @@ export class FabricMaker {
     const wasi_snapshot_preview1 = new Proxy({}, { get: () => () => 8 });
     this.#made = new WebAssembly.Instance(this.module, { host, wasi_snapshot_preview1 }).exports;
     this.#made._initialize();
-    for (const shape of [...this.#given, ...this.#shapes]) this.#run('remember', shape);
   }
-  #run(what, bytes) {
+  #input(bytes) {
     this.#at(this.#made.input(bytes.length), bytes.length).set(bytes);
-    this.#made[what]();
   }
-  /** Takes a shape that a maker has told, and keeps it. */
-  remember(shape) {
-    this.#given.push(shape);
-    if (this.#made) this.#run('remember', shape);
-  }
-  /** Tells describe() the built-in stitches. */
+  /** Calls describe() with the built-in stitches. */
   stitches() {
     if (!this.#made) this.#start();
     this.#made.stitches();
@@ -76,11 +79,12 @@ export class FabricMaker {
     return this.#do('preview', recipe);
   }
   #do(what, recipe) {
-    this.#told = { remarks: [] };
+    this.#result = { remarks: [] };
     try {
       if (!this.#made) this.#start();
-      this.#run(what, new TextEncoder().encode(JSON.stringify(recipe)));
-      return this.#told;
+      this.#input(new TextEncoder().encode(JSON.stringify(recipe)));
+      this.#made[what]();
+      return this.#result;
     } catch (error) {
       // An instance that ends in the middle leaves nothing behind.
       this.#made = null;

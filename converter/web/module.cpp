@@ -1,12 +1,11 @@
 // The WebAssembly module that makes fabrics of yarn: a recipe in, the bytes of a fabric file out (make.mjs).
-// Between recipes it remembers how yarns came to rest.
+// The host remembers how yarns came to rest.
 //
-// A refusal is told to the host and ends the instance: nothing is caught here (format/base/guard.h).
+// A refusal goes to the host and ends the instance: nothing is caught here (format/base/guard.h).
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
@@ -27,12 +26,14 @@
 namespace selvedge {
 namespace {
 
-enum class Told : std::int32_t { fabric, refusal, remark, stitch, shape };
+enum class HostEvent : std::int32_t { fabric, refusal, remark, stitch, shape };
 
 /// Takes bytes. Does not return from a refusal.
-extern "C" [[clang::import_module("host"), clang::import_name("tell")]] void host_tell(Told what,
+extern "C" [[clang::import_module("host"), clang::import_name("emit")]] void host_emit(HostEvent event,
                                                                                        const char* bytes,
                                                                                        std::size_t count);
+/// Writes the shape of this key (key_of()) to the input, if there is one; whether there is.
+extern "C" [[clang::import_module("host"), clang::import_name("recall")]] bool host_recall(const char* key);
 /// The stage that runs (yarns come to rest, bake, fit), and the fraction of it that is done.
 extern "C" [[clang::import_module("host"), clang::import_name("progress")]] void host_progress(
     std::int32_t stage, double fraction);
@@ -43,15 +44,15 @@ extern "C" [[clang::import_module("host"), clang::import_name("deflate")]] std::
 
 using Json = nlohmann::ordered_json;
 
-std::string input_text;                  ///< the recipe, JSON
+std::string input_text;                  ///< the recipe, JSON; then a shape
 std::string stitch_name;                 ///< for messages
 std::optional<std::string> stitch_text;  ///< the one file that there is
 
-void tell(Told what, const std::string& text) { host_tell(what, text.data(), text.size()); }
+void emit(HostEvent event, const std::string& bytes) { host_emit(event, bytes.data(), bytes.size()); }
 
 [[noreturn]] void refuse(Error error) {
   if (error.file.empty()) error.file = stitch_name;
-  tell(Told::refusal, to_line(error));
+  emit(HostEvent::refusal, to_line(error));
   std::abort();
 }
 
@@ -113,33 +114,25 @@ void pass(Relaxed& relaxed, Numbers& all) {
   }
 }
 
-/// Changes by relax(), by key_of(), after how many were remembered before them.
-std::map<std::string, std::pair<std::uint64_t, std::string>> shapes;
-std::uint64_t shapes_before = 0;
-constexpr std::size_t key_bytes = 32;
-constexpr std::size_t max_shapes = 64;
-
-/// Relaxes what is not remembered, and tells the host.
+/// Relaxes what the host does not remember, and hands it over: the key, and all that relax() changed.
 Relaxed relaxed_once(const StitchPattern& pattern, const RelaxOptions& options) {
   const std::string key = key_of(pattern, options);
-  if (const auto known = shapes.find(key); known != shapes.end()) {
+  if (host_recall(key.data())) {
     Relaxed relaxed{pattern};
-    Numbers all(known->second.second);
+    Numbers all(input_text);
     pass(relaxed, all);
     return relaxed;
   }
   Relaxed relaxed = relax(pattern, options);
   Numbers all;
   pass(relaxed, all);
-  const auto age = [](const auto& shape) { return shape.second.first; };
-  if (shapes.size() >= max_shapes) shapes.erase(std::ranges::min_element(shapes, {}, age));
-  tell(Told::shape, key + (shapes[key] = {shapes_before++, all.bytes()}).second);
+  emit(HostEvent::shape, key + all.bytes());
   return relaxed;
 }
 
 /// The same for a preview: much yarn roughly, and as if there were room.
 Relaxed relaxed_roughly(const StitchPattern& pattern, RelaxOptions options) {
-  if (options.rough || shapes.contains(key_of(pattern, options))) return relaxed_once(pattern, options);
+  if (options.rough || host_recall(key_of(pattern, options).data())) return relaxed_once(pattern, options);
   options.rough = true;
   Relaxed relaxed = relaxed_once(pattern, options);
   relaxed.part = 1;
@@ -214,7 +207,7 @@ void make(Json json, bool preview) {
     return [number](double fraction) { host_progress(number, fraction); };
   };
   stage(0)(0);
-  if (stitch_text) tell(Told::stitch, to_json(value_or_throw(describe_stitch(stitch_name))).dump());
+  if (stitch_text) emit(HostEvent::stitch, to_json(value_or_throw(describe_stitch(stitch_name))).dump());
   BakeOptions of_bake = options.bake;
   bool is_large = false;
   const auto adapt = [&](const auto& stitch) {
@@ -243,7 +236,7 @@ void make(Json json, bool preview) {
     return value_or_throw(write_fabric(stitch_name, preview_of(baked.samples, options), options.write));
   const FitOutcome fitted = value_or_throw(fit_fabric(baked.samples, options, stage(2)));
   for (const auto* remarks : {&stitch.remarks, &baked.report.remarks})
-    for (const std::string& remark : *remarks) tell(Told::remark, remark);
+    for (const std::string& remark : *remarks) emit(HostEvent::remark, remark);
   value_or_throw(write_fabric(stitch_name, fitted.fabric, options.write));
 }
 
@@ -282,7 +275,7 @@ Result<void> ExrWriter::commit() {
   const std::size_t first = file.size() + 8 * state_->places.size();
   for (const std::size_t place : state_->places)
     file += exr_numbers({static_cast<std::int32_t>(first + place), 0});
-  tell(Told::fabric, file + state_->chunks);
+  emit(HostEvent::fabric, file + state_->chunks);
   return {};
 }
 
@@ -305,7 +298,7 @@ Result<std::string> read_file(const std::string& path, std::uintmax_t) {
 void refit_to_pairs(Fabric&, const PairSamples&, int, const FitOptions&) {}  // no pairs are measured
 
 extern "C" {
-/// Room for the bytes of a recipe.
+/// Room for the bytes of a recipe, or of a shape.
 [[clang::export_name("input")]] char* input(std::size_t count) {
   input_text.resize(count);
   return input_text.data();
@@ -315,13 +308,9 @@ extern "C" {
 [[clang::export_name("make")]] void make_fabric() { make(Json::parse(input_text), false); }
 /// Makes one that looks about the same, in a fraction of the time.
 [[clang::export_name("preview")]] void preview_fabric() { make(Json::parse(input_text), true); }
-/// Tells the built-in stitches to the host.
-[[clang::export_name("stitches")]] void tell_stitches() {
-  for (const StitchInfo& info : built_in_stitches()) tell(Told::stitch, to_json(info).dump());
-}
-/// Remembers a shape that was told to the host.
-[[clang::export_name("remember")]] void remember_shape() {
-  shapes[input_text.substr(0, key_bytes)] = {shapes_before++, input_text.substr(key_bytes)};
+/// Hands the built-in stitches to the host.
+[[clang::export_name("stitches")]] void emit_stitches() {
+  for (const StitchInfo& info : built_in_stitches()) emit(HostEvent::stitch, to_json(info).dump());
 }
 
 // The C++ runtime beside wasi-libc and libc++: what is thrown is a refusal; there are no clock, no files and

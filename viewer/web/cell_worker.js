@@ -71,8 +71,8 @@ export class CellWorker {
     try {
       const fabric = await opened(source), module = await this.#module, number = module.add_fabric(fabric);
       const result = {
-        number, levels: fabric.levels, mm_per_repeat: fabric.mmPerRepeat, recipe: fabric.recipe ?? null,
-        albedo: fabric.fallback?.albedo ?? [1, 1, 1], variation: module.variation(number),
+        number, levels: fabric.levels, mm_per_repeat: fabric.mmPerRepeat, recipe: fabric.recipe ?? null, sheet: fabric.sheet ?? {},
+        accuracy: fabric.accuracy ?? {}, fallback: fabric.fallback ?? {}, albedo: fabric.fallback?.albedo ?? [1, 1, 1], variation: module.variation(number),
         has_yarn: Boolean(fabric.layers.yarns), has_holes: module.has_holes
       };
       this.#post({kind: 'fabric', id, result});

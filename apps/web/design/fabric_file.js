@@ -1,23 +1,15 @@
-// Fabric files beside their cells: the text of their attributes, and a picture.
+// What people read and see of a fabric file: its data sheet, and a picture.
 import {unpack} from 'selvedge/reader/exr.js';
-import {channel_values, read_headers, read_level, utf8} from 'selvedge/reader/index.js';
+import {channel_values, read_headers, read_level} from 'selvedge/reader/index.js';
 
-/** The text of a file that a worker has read; null where it has none. */
-export function text_of(bytes) {
-  try {
-    return JSON.parse(utf8(read_headers(bytes).parts[0].attributes.get('selvedge.fabric').value));
-  } catch {
-    return null;
-  }
-}
-/** The preview of a fabric as PNG, as bright as its base colour. */
-export async function picture_of(bytes) {
-  const {parts: [part]} = read_headers(bytes), {fallback} = text_of(bytes);
+/** The preview in the file of a LoadedFabric as PNG, as bright as its base colour. */
+export async function picture_of(bytes, {fallback}) {
+  const {parts: [part]} = read_headers(bytes);
   await unpack(part, [0]);
   const {width, height} = part.levels[0], channels = read_level(part, 0), image = new ImageData(width, height);
   for (const [c, name] of [...'RGB'].entries()) {
     const values = channel_values(channels.get(name)), mean = values.reduce((sum, x) => sum + x, 0) / values.length;
-    const factor = (fallback?.baseColor?.[c] ?? mean) / (mean || 1);
+    const factor = (fallback.baseColor?.[c] ?? mean) / (mean || 1);
     values.forEach((x, k) => image.data[4 * k + c] = 255 * srgb(Math.min(1, x * factor)) + 0.5);
   }
   for (let k = 3; k < image.data.length; k += 4) image.data[k] = 255;
@@ -34,13 +26,13 @@ const SHEET = [
   ['picksPerCentimetre', 'Picks', '/cm'], ['gramsPerSquareMetre', 'Weight', 'g/m²'], ['tex', 'Count', 'tex'], ['thicknessMm', 'Thickness', 'mm'],
   ['cover', 'Cover', ''], ['coverWithHairs', 'Cover with hairs', ''], ['tightness', 'Tightness', ''], ['composition', 'Fibres', ''],
 ];
-/** The data sheet of a fabric: pairs of a name and a value. */
-export function sheet_of(bytes) {
-  const {sheet = {}, mmPerRepeat, accuracy} = text_of(bytes) ?? {}, number = (x) => typeof x === 'number' ? String(Number(x.toPrecision(3))) : String(x);
+/** The data sheet of a LoadedFabric in a file of `count` bytes: pairs of a name and a value. */
+export function sheet_of({sheet, mm_per_repeat, accuracy}, count) {
+  const number = (x) => typeof x === 'number' ? String(Number(x.toPrecision(3))) : String(x);
   const lines = SHEET.filter(([member]) => sheet[member] !== undefined).map(([member, name, unit]) =>
     [name, [[sheet[member]].flat().map(number).join(', '), unit].filter(Boolean).join(' ')]);
-  if (mmPerRepeat) lines.push(['Repeat', `${mmPerRepeat.map(number).join(' x ')} mm`]);
-  const {front, yarn} = accuracy ?? {};
+  if (mm_per_repeat) lines.push(['Repeat', `${mm_per_repeat.map(number).join(' x ')} mm`]);
+  const {front, yarn} = accuracy;
   if (Array.isArray(front)) lines.push(['Accuracy', `${front.map(number).join(', ')}${yarn ? `; yarn ${number(yarn)}` : ''} dB`]);
-  return [...lines, ['File', `${(bytes.length / 1000).toFixed(1)} KB`]];
+  return [...lines, ['File', `${(count / 1000).toFixed(1)} KB`]];
 }

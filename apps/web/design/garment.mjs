@@ -83,10 +83,10 @@ const at_most_one = (colour) => colour.map((c) => Math.min(c, 1));
 
 /**
  * A garment whose materials wear a cloth, as `selvedge dress` writes it. `cloth`: { bytes, name,
- * text, has_holes, picture }: a fabric file, the text of its attributes, and a PNG of it. `lays`: by material { scale, offset, rotation,
+ * fallback, has_holes, picture }: a fabric file, its fallback, and a PNG of it. `lays`: by material { scale, offset, rotation,
  * uv_set, tint }, of each that wears it; `tint`: in place of its own.
  */
-export function dressed({json: undressed, bin}, {bytes, name, text, has_holes, picture}, lays) {
+export function dressed({json: undressed, bin}, {bytes, name, fallback, has_holes, picture}, lays) {
   const json = structuredClone(undressed), document = {json, bin}, used = new Set(json.extensionsUsed);
   const old = (json.extensions?.[NAME]?.fabrics ?? []).map(({bufferView}) => bufferView).filter((view) => view !== undefined);
   // A garment that was dressed: its fabric goes, and the picture of it.
@@ -105,9 +105,9 @@ export function dressed({json: undressed, bin}, {bytes, name, text, has_holes, p
       continue;
     }
     const {scale, offset = [0, 0], rotation = 0, uv_set = 0, tint: other} = lay;
-    const {fabric: _, ...parts} = {...parts_of(material, text.fallback?.albedo ?? [1, 1, 1]), ...other && {tintFactor: other}};
+    const {fabric: _, ...parts} = {...parts_of(material, fallback.albedo ?? [1, 1, 1]), ...other && {tintFactor: other}};
     const info = (index) => ({index, ...uv_set && {texCoord: uv_set}, extensions: {[TRANSFORM]: {scale, ...offset.some(Boolean) && {offset}, ...rotation && {rotation}}}});
-    const own = parts.tintTexture ?? parts.maskTexture, {baseColor = [0.5, 0.5, 0.5], sheenColor, sheenRoughness, transmission, transmissionColor} = text.fallback ?? {};
+    const own = parts.tintTexture ?? parts.maskTexture, {baseColor = [0.5, 0.5, 0.5], sheenColor, sheenRoughness, transmission, transmissionColor} = fallback;
     const tint = parts.tintFactor ?? [1, 1, 1], factor = own ? baseColor.map((c, k) => c * tint[k]) : tint;
     material.pbrMetallicRoughness = {baseColorFactor: [...at_most_one(factor), 1], baseColorTexture: own ?? info(texture), metallicFactor: 0, roughnessFactor: 1};
     for (const member of ['normalTexture', 'alphaMode', 'alphaCutoff']) delete material[member];

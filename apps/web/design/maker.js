@@ -1,31 +1,48 @@
-// The worker that makes fabrics, one after the other: takes { module, shapes } of FabricMaker at first, then { recipe, whole };
-// posts { stitch } of a text, { stage, fraction }, { shape }, and { bytes, remarks } of a preview or of the whole, or { refusal }, a line.
-import {zlibSync} from 'three/addons/libs/fflate.module.js';
-import {FabricMaker} from '../../../converter/web/make.mjs';
+// The worker that makes fabrics (maker_worker.js), as the page has it.
+import {keep_shape} from '../../../converter/web/make.mjs';
 
-/** ms between two messages of progress. */
-const TELL = 100;
-let maker = null, told = 0, is_whole = false;
-
-function progress(stage, fraction) {
-  if (performance.now() < told + TELL) return;
-  told = performance.now();
-  postMessage({stage, fraction});
+export class Maker {
+  #url = URL.createObjectURL(new Blob([document.getElementById('maker').textContent], {type: 'text/javascript'}));
+  #module = null;
+  #worker = null;
+  #is_busy = false;
+  /** Shapes of yarn at rest for the next worker: those that the page brings, each after its length, and others. */
+  #shapes = new Map();
+  /** `page`: { describe(stitch), progress(stage, fraction), relaxed(), bytes_of(id) }: called with what the worker posts; bytes in the page. */
+  constructor(page) {
+    this.page = page;
+  }
+  async #load() {
+    const bytes = await this.page.bytes_of('shapes'), numbers = new DataView(bytes);
+    for (let begin = 0, count; begin < bytes.byteLength; begin += 4 + count)
+      keep_shape(this.#shapes, new Uint8Array(bytes, begin + 4, count = numbers.getUint32(begin, true)));
+    return WebAssembly.compile(await this.page.bytes_of('make'));
+  }
+  /** Sends the worker work, and returns its answer. A worker that is busy with other work ends. */
+  async ask(message) {
+    const module = await (this.#module ??= this.#load());
+    if (this.#is_busy) this.#worker.terminate();
+    if (this.#is_busy || !this.#worker) {
+      this.#worker = new Worker(this.#url);
+      this.#worker.postMessage({module, shapes: this.#shapes});
+    }
+    this.#is_busy = true;
+    return new Promise((end) => {
+      const answer = (found) => {
+        this.#is_busy = false;
+        end(found);
+      };
+      this.#worker.onmessage = ({data: {stitch, stage, fraction, shape, ...found}}) => {
+        if (stitch) return this.page.describe(stitch);
+        if (shape) return this.page.relaxed(keep_shape(this.#shapes, shape));
+        if (stage === undefined) return answer(found);
+        this.page.progress(stage, fraction);
+      };
+      this.#worker.onerror = ({message}) => {
+        this.#worker = null;
+        answer({refusal: message || 'the worker ended'});
+      };
+      this.#worker.postMessage(message);
+    });
+  }
 }
-onmessage = ({data: {module, shapes, recipe, whole}}) => {
-  if (module) {
-    // Previews are read at once, by this page alone.
-    const deflate = (bytes) => is_whole ? zlibSync(bytes, {level: 4}) : bytes;
-    const describe = (stitch) => postMessage({stitch}), shape = (shape) => postMessage({shape});
-    maker = new FabricMaker(module, {deflate, progress, describe, shape});
-    for (const known of shapes) maker.remember(known);
-    return;
-  }
-  is_whole = whole;
-  try {
-    const made = whole ? maker.make(recipe) : maker.preview(recipe);
-    postMessage(made, [made.bytes.buffer]);
-  } catch (error) {
-    postMessage({refusal: error.message});
-  }
-};

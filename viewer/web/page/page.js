@@ -1,14 +1,14 @@
 // The page that `selvedge-view page` writes: garments side by side, one camera, two lights that a finger can move, or an
 // environment that it turns.
 import {
-  AmbientLight, Box3, Color, DataTexture, DirectionalLight, Group, LinearFilter, LinearSRGBColorSpace, Mesh, MeshBasicMaterial,
+  AmbientLight, Box3, Color, DataTexture, DirectionalLight, LinearFilter, LinearSRGBColorSpace, Mesh, MeshBasicMaterial,
   NeutralToneMapping, PerspectiveCamera, PlaneGeometry, Scene, Vector3, WebGLRenderer
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
 import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
 import {LoadedFabric, SelvedgeFabric, Surroundings, cell_images, use_worker} from '../three/index.js';
-import {Clothes} from './clothes.js';
+import {Stage} from './stage.js';
 
 /** The lights of selvedge-view: the other light has this fraction, from the right. */
 const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, BACKGROUND = 0.18, BACKDROP = 0.8, DARK = 0.06;
@@ -25,7 +25,7 @@ function bytes_of(element) {
   for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
 }
-const tell = (text) => void (by_id('note').textContent += `${text}\n`);
+const note = (text) => void (by_id('note').textContent += `${text}\n`);
 
 // Edges are smoothed by finer pixels at rest: rasterisers in software shade every sample of a smoothed canvas.
 const renderer = new WebGLRenderer({canvas: by_id('view')});
@@ -38,11 +38,11 @@ scene.background = new Color().setRGB(BACKGROUND, BACKGROUND, BACKGROUND, Linear
 other.position.copy(OTHER_PLACE);
 
 const state = {light: [-0.4, 0.5], turn: 0, fallback: false, level: -1, exposure: 0, ms: Infinity, frames: 0, at_rest: false};
-const materials = new Set(), size = {x: 0, y: 0}, drawn_ends = [], stage = new Group(), loader = new GLTFLoader();
+const materials = new Set(), size = {x: 0, y: 0}, drawn_ends = [], loader = new GLTFLoader();
 loader.setMeshoptDecoder(MeshoptDecoder);
 loader.register((parser) => new SelvedgeFabric(parser));
-scene.add(stage);
-const clothes = new Clothes({stage, materials, restage, moved});
+const stage = new Stage({materials, restage, moved});
+scene.add(stage.group);
 let due = false, drawing = false, keeps_images = false, is_held = false, shade_due = null, rest = 0, shown_at = 0, fine = 1, surroundings = null, compiled = null;
 
 /** Calls end() once all that was drawn is there; the page goes on meanwhile. */
@@ -134,7 +134,7 @@ function moved() {
 async function compile() {
   if (renderer.extensions.has('KHR_parallel_shader_compile')) await renderer.compileAsync(scene, camera);
 }
-/** Tells how much of the cloth in sight has its images, and shows them. */
+/** Shows how much of the cloth in sight has its images, and draws them. */
 function progress({at_rest = false}) {
   state.at_rest = at_rest;
   const is_shown = ({shows, fabric, garment}) => shows === 'fabric' || !fabric || fabric.issue || garment?.state === 'ended' ||
@@ -240,8 +240,8 @@ function box_of(garment, {box: held}) {
 /** Puts what is on the stage side by side and the camera before all of it, or where an element says that cloth is not seen edge-on. */
 function arrange(moves) {
   let right = 0, side = null;
-  for (const {scene, floor} of clothes.garments) if (floor) floor.visible = scene.parent === stage;
-  const shown = stage.children.map((garment) => [garment, clothes.garments.find(({scene}) => scene === garment) ?? {dataset: {}}]);
+  for (const {scene, floor} of stage.garments) if (floor) floor.visible = scene.parent === stage.group;
+  const shown = stage.group.children.map((garment) => [garment, stage.garments.find(({scene}) => scene === garment) ?? {dataset: {}}]);
   for (const [garment, {dataset, floor}] of shown) {
     const box = box_of(garment, dataset), gap = (box.max.x - box.min.x) * 0.1;
     garment.position.x += right - box.min.x;
@@ -276,22 +276,22 @@ async function start() {
     try {
       const {scene: garment, parser} = await loader.parseAsync(await bytes_of(element), ''), floor = dataset.floor && await floor_of(element);
       if (floor) scene.add(floor);
-      clothes.garments.push({scene: garment, parser, dataset, floor, element});
+      stage.garments.push({scene: garment, parser, dataset, floor, element});
     } catch (error) {
-      tell(`${dataset.garment}: ${error.message}`);
+      note(`${dataset.garment}: ${error.message}`);
     }
   }
-  for (const element of document.querySelectorAll('script[data-fabric]')) clothes.fabrics.push(new LoadedFabric(await bytes_of(element), element.dataset.fabric));
-  if (clothes.garments.length === 0) await Promise.all(clothes.fabrics.map(({settled}) => settled));
-  clothes.start();
+  for (const element of document.querySelectorAll('script[data-fabric]')) stage.fabrics.push(new LoadedFabric(await bytes_of(element), element.dataset.fabric));
+  if (stage.garments.length === 0) await Promise.all(stage.fabrics.map(({settled}) => settled));
+  stage.start();
   await compile();
   moved();
   progress({});
   for (const {fabric} of materials) {
     await fabric.settled;
-    if (fabric.issue) tell(`${fabric.issue.code}: ${fabric.name}: the fallback is shown`);
+    if (fabric.issue) note(`${fabric.issue.code}: ${fabric.name}: the fallback is shown`);
   }
-  stage.traverse(({material}) => material && !(material.fabric && !material.fabric.issue) && reflect());
+  stage.group.traverse(({material}) => material && !(material.fabric && !material.fabric.issue) && reflect());
   progress({});
   const levels = Math.max(0, ...[...materials].map(({fabric}) => fabric.levels));
   by_id('level').replaceChildren(new Option('by distance', '-1'), ...Array.from({length: levels}, (_, k) => new Option(k, k)));
@@ -318,11 +318,11 @@ async function start() {
 /** Shows what stands on the stage now, from before. */
 function restage(moves = true) {
   materials.clear();
-  stage.traverse(({material}) => material?.isFabricMaterial && material.fabric && materials.add(material));
+  stage.group.traverse(({material}) => material?.isFabricMaterial && material.fabric && materials.add(material));
   arrange(moves);
-  surroundings?.stand(stage);
+  surroundings?.stand(stage.group);
   renderer.shadowMap.needsUpdate = true;
-  shade_due = surroundings ? stage : null;
+  shade_due = surroundings ? stage.group : null;
   show_as_asked();
 }
 /** Draws now, and returns a promise of the picture, a PNG. */
@@ -333,5 +333,5 @@ function picture() {
 const started = start();
 // For tests, for who opens the console, and for pages with more to them.
 globalThis.selvedge = {
-  state, camera, controls, materials, clothes, loader, moved, hold, prepare, drawn, reflect, picture, bytes_of, started
+  state, camera, controls, materials, stage, loader, moved, hold, prepare, drawn, reflect, picture, bytes_of, started
 };

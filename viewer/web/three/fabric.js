@@ -17,6 +17,10 @@ export class LoadedFabric {
   mm_per_repeat = null;
   /** How it was made, as FabricMaker takes it; null where the file does not say. */
   recipe = null;
+  /** The data sheet of the cloth, its accuracy in dB and its fallback (spec/fabric.md), as far as the file has them. */
+  sheet = {};
+  accuracy = {};
+  fallback = {};
   read_in = null;
   /**
    * `source`: an ArrayBuffer, or { url, headers, credentials } as fetch() takes them, or a promise of one, with the place of

@@ -1,4 +1,4 @@
-// The clothes of garments and swatches: a fabric of the menu or their own, a variant and a tint; and which of them are on the stage.
+// What the page shows: garments, swatches or both, and what they wear: a fabric of the menu or their own, a variant and a tint.
 import {Box3, Color, DoubleSide, Group, Mesh, PlaneGeometry} from 'three';
 import {FabricMaterial, plain_lay} from '../three/index.js';
 import {tint_towards} from './tint.js';
@@ -18,7 +18,9 @@ function fill(menu, first, options) {
 /** The lay of a repeat of so many mm on a surface whose unit of texture coordinates has so many metres. */
 export const lay_of = (metres, mm) => ({...plain_lay, scale: metres.map((size, k) => 1000 * size / (mm ?? REPEAT)[k])});
 
-export class Clothes {
+export class Stage {
+  /** What stands on the stage. */
+  group = new Group();
   /** { scene, parser, dataset, floor } each. */
   garments = [];
   /** Fabrics of the menu. */
@@ -35,7 +37,7 @@ export class Clothes {
   #own = new WeakMap();
   #plane = new PlaneGeometry(SIDE, SIDE);
 
-  /** `view`: { stage, materials, restage(moves), moved() } of the page. */
+  /** `view`: { materials, restage(moves), moved() } of the page. */
   constructor(view) {
     this.view = view;
     by_id('views').addEventListener('click', ({target: {value}}) => value && this.show(value));
@@ -80,11 +82,11 @@ export class Clothes {
   }
   /** Puts garments, swatches or both on the stage. */
   show(what = this.shows) {
-    const {stage} = this.view, lies_otherwise = what !== 'garment' && this.#lay_out(), moves = lies_otherwise || what !== this.shows || stage.children.length === 0;
+    const {group} = this, lies_otherwise = what !== 'garment' && this.#lay_out(), moves = lies_otherwise || what !== this.shows || group.children.length === 0;
     this.shows = what;
-    stage.clear();
-    if (what !== 'swatch') stage.add(...this.garments.map(({scene}) => scene));
-    if (what !== 'garment') stage.add(this.swatches);
+    group.clear();
+    if (what !== 'swatch') group.add(...this.garments.map(({scene}) => scene));
+    if (what !== 'garment') group.add(this.swatches);
     for (const button of by_id('views').children) button.ariaPressed = String(button.value === what);
     this.view.restage(moves);
     this.wear();

@@ -1,10 +1,10 @@
 // The garment that the page shows: which of its materials wear the cloth, and how it lies on them.
 import {DoubleSide, Vector3} from 'three';
-import {lay_of} from 'selvedge/page/clothes.js';
+import {lay_of} from 'selvedge/page/stage.js';
 import {FabricMaterial, LoadedFabric} from 'selvedge/three/index.js';
 import {load_parts} from 'selvedge/three/garment_parts.js';
 import {NAME, dressed, fabric_of, parts_of, print_of, read_glb} from './garment.mjs';
-import {picture_of, text_of} from './fabric_file.js';
+import {picture_of} from './fabric_file.js';
 
 const LARGEST = 128e6, NO_CLOTH = /skin|hair|eye|lash|brow|teeth|tooth|tongue|head|face|hand|body|nail|button|zip|buckle|metal|sole|glass|lens/i;
 /** Cloth whose texture coordinates are missing or stretched more than so many times one way on so much of its area is laid flat. */
@@ -43,7 +43,7 @@ function measure(meshes) {
   return {metres, unusable: without / all};
 }
 
-export class Wardrobe {
+export class GarmentEditor {
   name = 'garment';
   /** By each material as it was made: { index, name, wears, own, material, meshes }; `material` can wear the cloth. */
   #known = new Map();
@@ -51,8 +51,8 @@ export class Wardrobe {
   /** `view`: the page's. */
   constructor(view) {
     this.view = view;
-    this.clothes = view.clothes;
-    this.clothes.takes = (material) => this.parts.every((part) => part.material !== material || part.wears);
+    this.stage = view.stage;
+    this.stage.takes = (material) => this.parts.every((part) => part.material !== material || part.wears);
   }
   /** Parts of a garment as it is on the stage, which wear the cloth or may, and remarks, lines. */
   async fit({scene, parser}, cloth, advice = 'selvedge dress') {
@@ -95,7 +95,7 @@ export class Wardrobe {
     part.wears = wears;
     this.#put_on(part);
     if (!wears) this.view.reflect();
-    this.clothes.show();
+    this.stage.show();
   }
   /** Takes a garment from a .glb file in the cloth; remarks, lines. Throws an Error of one line, and the garment before stays. */
   async take(file, cloth) {
@@ -105,20 +105,20 @@ export class Wardrobe {
     const {scene, parser} = await this.view.loader.parseAsync(bytes.buffer, '').catch(({message}) => {
       throw new Error(`${message.replace('THREE.GLTFLoader: ', '')} (${advice} may read it)`);
     });
-    const remarks = await this.fit({scene, parser}, cloth, advice), [before] = this.clothes.garments.splice(0, 1, {scene, parser, dataset: {}});
+    const remarks = await this.fit({scene, parser}, cloth, advice), [before] = this.stage.garments.splice(0, 1, {scene, parser, dataset: {}});
     before.scene.traverse(({geometry}) => geometry?.dispose());
     this.#glb = glb;
     this.name = file.name.replace(/\.glb$/i, '');
-    if (this.clothes.shows === 'swatch') this.clothes.shows = 'both';
-    this.clothes.start();
+    if (this.stage.shows === 'swatch') this.stage.shows = 'both';
+    this.stage.start();
     return remarks;
   }
-  #read = async () => this.#glb ??= read_glb(new Uint8Array(await this.view.bytes_of(this.clothes.garments[0].element)));
+  #read = async () => this.#glb ??= read_glb(new Uint8Array(await this.view.bytes_of(this.stage.garments[0].element)));
   /** The bytes of the garment in a cloth, a .glb file. */
   async save(bytes, name) {
-    const fabric = new LoadedFabric(bytes.slice().buffer, name), [{parser}] = this.clothes.garments;
+    const fabric = new LoadedFabric(bytes.slice().buffer, name), [{parser}] = this.stage.garments;
     await fabric.settled;
-    const {has_holes, mm_per_repeat: mm} = fabric, worn = new Map(this.parts.map(({index, material, wears}) => [index, wears && material]));
+    const {fallback, has_holes, mm_per_repeat: mm} = fabric, worn = new Map(this.parts.map(({index, material, wears}) => [index, wears && material]));
     fabric.dispose();
     // Variants that are not seen wear it, too.
     for (const [index, {extensions}] of parser.json.materials.entries())
@@ -126,9 +126,9 @@ export class Wardrobe {
     const lays = new Map();
     for (const [index, material] of worn) {
       await material?.fabric?.settled;
-      if (material.isFabricMaterial) lays.set(index, {...material.lay_for(mm), tint: this.clothes.colour && material.parts.tint});
+      if (material.isFabricMaterial) lays.set(index, {...material.lay_for(mm), tint: this.stage.colour && material.parts.tint});
     }
-    return dressed(await this.#read(), {bytes, name, text: text_of(bytes), has_holes, picture: await picture_of(bytes)}, lays);
+    return dressed(await this.#read(), {bytes, name, fallback, has_holes, picture: await picture_of(bytes, fabric)}, lays);
   }
   /** The bytes of the fabric that the page began with. */
   first_fabric = async () => fabric_of(await this.#read(), this.parts[0].index)?.bytes ?? null;
