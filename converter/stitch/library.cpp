@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <utility>
@@ -38,39 +37,6 @@ struct BuiltIn {
   std::size_t warps = 0;    ///< of a weave: its first yarns, wefts are behind them; of a knit 0
   StitchSettings settings;  ///< of its chart, where a user sets no others
 };
-
-/// Descriptions and charts (spec/chart.md).
-constexpr std::pair<const char*, const char*> knits[] = {
-    {"stockinette from its face, of natural wool", R"(name: plain-knit
-yarn A: albedo=0.60,0.53,0.43
-1: k)"},
-    {"stockinette from its back", R"(name: purl
-yarn A: albedo=0.60,0.53,0.43
-1: p)"},
-    {"1x1 rib: wales of knit and purl by turns", R"(name: rib
-wale_mm: 4
-yarn A: albedo=0.60,0.53,0.43 radius_mm=0.74
-1: k p)"},
-    {"2x2 rib: two wales of knit, two of purl", R"(name: rib-2x2
-wale_mm: 4.5
-yarn A: albedo=0.60,0.53,0.43 radius_mm=0.74
-1: k2 p2)"},
-    {"garter stitch: courses of knit and purl by turns", R"(name: garter
-course_mm: 3
-yarn A: albedo=0.60,0.53,0.43 radius_mm=0.7
-2: p
-1: k)"},
-    {"stockinette with courses of two colours", R"(name: two-colour
-yarn A: albedo=0.62,0.56,0.45
-yarn B: albedo=0.06,0.11,0.26
-2: k [B]
-1: k [A])"},
-    {"eyelets: yarn overs and decreases in every second course, set off by turns", R"(name: lace
-yarn A: albedo=0.60,0.53,0.43 radius_mm=0.61
-4: k2tog k2 yo
-3: k4
-2: k yo k2tog k
-1: k4)"}};
 
 /// Flattening of knitted yarn where nothing presses it but the press that finishes cloth.
 constexpr double knit_flattening = 0.6;
@@ -157,13 +123,6 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
   return stitch;
 }
 
-std::vector<BuiltIn> built_in_knits() {
-  std::vector<BuiltIn> stitches;
-  for (const auto& [description, text] : knits)
-    stitches.push_back(knit(description, read_chart(text, "").value()));
-  return stitches;
-}
-
 /// Least texels, each way, that resolve the yarn of a chart's stitch.
 constexpr int texels_per_stitch = 4;
 
@@ -175,18 +134,22 @@ Yarn coloured(const V3f& albedo, double radius_mm, const Gloss& gloss = {}) {
   return yarn;
 }
 
-/// The warp or the weft of a weave.
-struct System {
-  double spacing_mm;
-  double radius_mm;
-  V3f albedo;
-};
+/// The warps or wefts of a weave.
+std::vector<Yarn> yarns_of(const StitchEntry::Threads& threads, const Gloss& gloss,
+                           const StitchValues& values, const std::string& prefix, double gauge,
+                           std::size_t count) {
+  Yarn yarn = coloured(threads.albedo, radius_for(values, prefix + "_radius_mm", gauge), gloss);
+  yarn.fibre = kind_of(values, prefix + "_");
+  apply_flattening(values, prefix + "_", yarn);
+  std::vector<Yarn> yarns(count, yarn);
+  for (std::size_t i = 0; i < count; ++i) yarns[i].name = fmt::format("{} {}", prefix, i + 1);
+  return yarns;
+}
 
-/// `kind`: of its yarns; `rows`: of the drawdown, from the top; #: warp over weft.
-BuiltIn weave(const char* name, const char* description, const char* kind_name, std::vector<std::string> rows,
-              const System& warp, const System& weft, const Gloss& gloss = {}) {
+BuiltIn weave(const StitchEntry& entry) {
+  const auto& [rows, fibre, warp, weft, gloss] = entry.drawdown;
   BuiltIn stitch;
-  stitch.info = {name, description, {}};
+  stitch.info = {entry.name, entry.description, {}};
   auto& parameters = stitch.info.parameters;
   parameters = {
       length_parameter("warp_spacing_mm", warp.spacing_mm, "between the middles of neighbouring warp yarns"),
@@ -196,70 +159,50 @@ BuiltIn weave(const char* name, const char* description, const char* kind_name, 
       tex_parameter("warp_"),
       tex_parameter("weft_"),
       slack_parameter()};
-  const int kind = find_yarn_kind(kind_name).value();
+  const int kind = find_yarn_kind(fibre).value();
   append(parameters, common_parameters(kind));
-  const auto shorter = [columns = rows.front().size(), count = rows.size()](double warp_mm, double weft_mm) {
-    return std::min(warp_mm * static_cast<double>(columns), weft_mm * static_cast<double>(count));
-  };
-  for (const auto& [prefix, system] : {std::pair("warp_", warp), std::pair("weft_", weft)}) {
+  const double shorter_mm = std::min(warp.spacing_mm * static_cast<double>(rows.front().size()),
+                                     weft.spacing_mm * static_cast<double>(rows.size()));
+  for (const auto& [prefix, threads] : {std::pair("warp_", warp), std::pair("weft_", weft)}) {
     append(parameters, shared_parameters(prefix, kind));
-    append_yarn(parameters, prefix, kind, shorter(warp.spacing_mm, weft.spacing_mm),
-                coloured(system.albedo, system.radius_mm, gloss));
+    append_yarn(parameters, prefix, kind, shorter_mm, coloured(threads.albedo, threads.radius_mm, gloss));
   }
   stitch.warps = rows.front().size();
-  stitch.draw = [=, rows = std::move(rows)](const StitchValues& values) {
-    const double warp_spacing = values.number("warp_spacing_mm");
-    const double weft_spacing = values.number("weft_spacing_mm");
-    const double gauge = std::min(warp_spacing / warp.spacing_mm, weft_spacing / weft.spacing_mm);
-    const auto yarns = [&](const std::string& prefix, const System& system, std::size_t count) {
-      Yarn yarn = coloured(system.albedo, radius_for(values, prefix + "_radius_mm", gauge), gloss);
-      yarn.fibre = kind_of(values, prefix + "_");
-      apply_flattening(values, prefix + "_", yarn);
-      std::vector<Yarn> all(count, yarn);
-      for (std::size_t i = 0; i < count; ++i) all[i].name = fmt::format("{} {}", prefix, i + 1);
-      return all;
-    };
-    const std::size_t columns = rows.front().size();
-    Weave weave{yarns("warp", warp, columns),
-                yarns("weft", weft, rows.size()),
-                std::vector<double>(columns, warp_spacing),
-                std::vector<double>(rows.size(), weft_spacing),
+  stitch.draw = [name = entry.name, cell = entry.drawdown](const StitchValues& values) {
+    const std::size_t columns = cell.rows.front().size();
+    const std::size_t picks = cell.rows.size();
+    const double warp_mm = values.number("warp_spacing_mm");
+    const double weft_mm = values.number("weft_spacing_mm");
+    const double gauge = std::min(warp_mm / cell.warp.spacing_mm, weft_mm / cell.weft.spacing_mm);
+    Weave weave{yarns_of(cell.warp, cell.gloss, values, "warp", gauge, columns),
+                yarns_of(cell.weft, cell.gloss, values, "weft", gauge, picks),
+                std::vector(columns, warp_mm),
+                std::vector(picks, weft_mm),
                 {}};
-    for (auto row = rows.rbegin(); row != rows.rend(); ++row) {
+    for (auto row = cell.rows.rbegin(); row != cell.rows.rend(); ++row)
       for (const char c : *row) weave.warp_is_over.push_back(c == '#');
-    }
     return draw_weave(weave, name);
   };
   return stitch;
 }
 
-std::vector<BuiltIn> built_in_weaves() {
-  return {
-      weave("plain-weave", "over and under by turns, off-white warp and blue weft", "cotton", {"-#", "#-"},
-            {0.7, 0.25, {0.62F, 0.58F, 0.50F}}, {1, 0.24, {0.09F, 0.17F, 0.38F}}),
-      weave("twill", "2/2 twill, dark warp and light weft", "cotton", {"#--#", "--##", "-##-", "##--"},
-            {1, 0.34, {0.07F, 0.08F, 0.13F}}, {1, 0.35, {0.55F, 0.48F, 0.37F}}),
-      weave("herringbone", "2/2 twill that turns every four warps, grey warp and light weft", "wool",
-            {"#--#-##-", "--##--##", "-##-#--#", "##--##--"}, {0.875, 0.29, {0.12F, 0.11F, 0.10F}},
-            {1, 0.37, {0.52F, 0.49F, 0.43F}}),
-      weave("denim", "3/1 twill from its warp face, dense indigo warp and off-white weft", "cotton",
-            {"###-", "##-#", "#-##", "-###"}, {0.75, 0.3, {0.030F, 0.050F, 0.120F}},
-            {1.05, 0.28, {0.62F, 0.58F, 0.50F}}),
-      weave("satin", "5-end satin from its warp face, dense glossy warp", "silk",
-            {"####-", "##-##", "-####", "###-#", "#-###"}, {0.5, 0.29, {0.60F, 0.42F, 0.20F}},
-            {1, 0.22, {0.45F, 0.29F, 0.12F}}, {0.2F, 0.25F}),
-      weave("basket", "2x2 basket weave in two shades of linen", "linen", {"##--", "##--", "--##", "--##"},
-            {0.8, 0.28, {0.52F, 0.42F, 0.28F}}, {1, 0.345, {0.36F, 0.25F, 0.14F}})};
+BuiltIn built_in_of(const StitchEntry& entry) {
+  BuiltIn stitch;
+  if (entry.chart.empty()) {
+    stitch = weave(entry);
+  } else {
+    ChartText chart = value_or_throw(read_chart(entry.chart, entry.name));
+    chart.name = entry.name;
+    stitch = knit(entry.description, chart);
+  }
+  stitch.info.cover = entry.cover;
+  return stitch;
 }
 
 const std::vector<BuiltIn>& library() {
   static const std::vector<BuiltIn> stitches = [] {
-    std::vector<BuiltIn> all = built_in_knits();
-    std::ranges::move(built_in_weaves(), std::back_inserter(all));
-    // By textile_numbers(): the yarns come to rest in seconds.
-    constexpr std::array covers{0.943, 0.955, 0.937, 0.933, 0.949, 0.939, 0.782,
-                                0.990, 0.987, 0.990, 0.989, 1.000, 0.993};
-    for (std::size_t i = 0; i < covers.size(); ++i) all.at(i).info.cover = covers[i];
+    std::vector<BuiltIn> all;
+    for (const StitchEntry& entry : built_in_entries()) all.push_back(built_in_of(entry));
     return all;
   }();
   return stitches;
@@ -627,6 +570,10 @@ nlohmann::ordered_json to_json(const StitchInfo& info) {
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings,
                                 const StitchStart& start, const Relaxer& relaxer) {
   return result_of([&] { return stitch_named(name_or_path, settings, start, relaxer); });
+}
+
+Result<FoundStitch> find_stitch(const StitchEntry& entry, const StitchSettings& settings) {
+  return result_of([&] { return value_or_throw(relaxed(built_in_of(entry), settings, relax)); });
 }
 
 }  // namespace selvedge

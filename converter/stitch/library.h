@@ -1,4 +1,4 @@
-// The built-in stitches: charts and drawdowns with their lengths, relaxed.
+// Stitches by name or file: charts, drafts and drawdowns, relaxed, and descriptions.
 #pragma once
 
 #include <functional>
@@ -19,6 +19,27 @@ struct StitchInfo {
   double cover = 0;  ///< fraction of the area that its yarns cover seen along the normal, at the defaults
 };
 
+/// A built-in stitch, all of it: a chart, or the drawdown of a weave of two kinds of yarn.
+struct StitchEntry {
+  struct Threads {
+    double spacing_mm = 0;
+    double radius_mm = 0;
+    V3f albedo;
+  };
+  std::string name;
+  std::string description;  ///< one line
+  double cover = 0;         ///< as in StitchInfo; a test compares it with textile_numbers()
+  std::string chart{};      ///< of a knit (spec/chart.md), without a name
+  struct {
+    std::vector<std::string> rows;  ///< from the top; #: warp over weft
+    std::string fibre;              ///< of all yarns (fibres.h)
+    Threads warp, weft;
+    Gloss gloss{};
+  } drawdown{};
+};
+
+/// The table of built-in stitches (built_in.cpp), from which all lists of them follow.
+std::vector<StitchEntry> built_in_entries();
 std::vector<StitchInfo> built_in_stitches();
 
 /// A built-in stitch by its name, or a description, draft or chart in a file, which is read and not drawn;
@@ -59,5 +80,8 @@ using Relaxer = std::function<Relaxed(const StitchPattern&, const RelaxOptions&)
 /// `start` is called for charts and drafts.
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings = {},
                                 const StitchStart& start = {}, const Relaxer& relaxer = relax);
+
+/// The stitch of an entry, as find_stitch() of its name would give it if it were in the table.
+Result<FoundStitch> find_stitch(const StitchEntry& entry, const StitchSettings& settings = {});
 
 }  // namespace selvedge

@@ -82,9 +82,13 @@ TEST_CASE("codes that the pages speak of exist") {
 
 TEST_CASE("the page of stitches has every built-in stitch with its picture, and every parameter") {
   const std::string text = page("stitch.md");
+  const std::string tiles = source_text("apps/web/design/tiles.json");
   for (const StitchInfo& info : built_in_stitches()) {
     CAPTURE(info.name);
-    CHECK(text.find("| `" + info.name + "` |") != std::string::npos);
+    const auto rows = rows_of(text, "`" + info.name + "`", 6);
+    REQUIRE(rows.size() == 1);
+    CHECK(std::stod(rows[0][5]) == info.cover);
+    CHECK_MESSAGE(tiles.find('"' + info.name + '"') != std::string::npos, "samples/pictures/rebuild-tiles");
     const std::string picture = "samples/pictures/stitches/" + info.name + ".png";
     CHECK(text.find("](../" + picture + ")") != std::string::npos);
     CHECK(std::filesystem::file_size(std::string(SELVEDGE_SOURCE_DIR) + "/" + picture) <= 60 * 1024);

@@ -78,36 +78,64 @@ std::vector<std::string> drawdown_of(const StitchPattern& pattern, std::size_t w
   return rows;
 }
 
+/// Valid, of smooth chains, and its neighbours touch.
+void check_stitch(const StitchInfo& info, const FoundStitch& stitch) {
+  CAPTURE(info.name);
+  const StitchPattern& pattern = stitch.pattern;
+  CHECK(pattern.name == info.name);
+  CHECK(validate(pattern, info.name));
+  CHECK_FALSE(info.description.empty());
+  CHECK(info.description.find('\n') == std::string::npos);
+  // Gap and overlap of neighbouring yarns are at most 2 % of the radius.
+  const auto clearance = test::need(minimum_clearance(pattern, ""));
+  const double fraction = clearance / min_radius(pattern);
+  MESSAGE(info.name, ": clearance ", clearance, " mm, ", 100 * fraction, " % of the radius");
+  CHECK(fraction < touching_overlap);
+  CHECK(fraction > -touching_overlap);
+  // Each segment leaves in the direction in which the one before arrived.
+  for (const Yarn& yarn : pattern.yarns) {
+    for (std::size_t s = 0; s < yarn.segments.size(); ++s) {
+      const V3d arrival = derivative_at(yarn.segments[s], 1).normalized();
+      const BezierSegment& next = yarn.segments[(s + 1) % yarn.segments.size()];
+      CHECK((arrival - derivative_at(next, 0).normalized()).length() < 1e-9);
+    }
+  }
+}
+
 }  // namespace
 
 // In one test: to make all stitches is what takes long.
 TEST_CASE(
     "every built-in stitch is found by its name and valid, its chains are smooth, its neighbours touch") {
-  CHECK(built_in_stitches().size() == 13);
-  for (const StitchInfo& info : built_in_stitches()) {
-    CAPTURE(info.name);
-    const StitchPattern pattern = found(info.name);
-    CHECK(pattern.name == info.name);
-    CHECK(validate(pattern, info.name));
-    CHECK_FALSE(info.description.empty());
-    CHECK(info.description.find('\n') == std::string::npos);
-    // Gap and overlap of neighbouring yarns are at most 2 % of the radius.
-    const auto clearance = test::need(minimum_clearance(pattern, ""));
-    const double fraction = clearance / min_radius(pattern);
-    MESSAGE(info.name, ": clearance ", clearance, " mm, ", 100 * fraction, " % of the radius");
-    CHECK(fraction < touching_overlap);
-    CHECK(fraction > -touching_overlap);
-    // Each segment leaves in the direction in which the one before arrived.
-    for (const Yarn& yarn : pattern.yarns) {
-      for (std::size_t s = 0; s < yarn.segments.size(); ++s) {
-        const BezierSegment& before = yarn.segments[s];
-        const BezierSegment& after = yarn.segments[(s + 1) % yarn.segments.size()];
-        const V3d arrival = derivative_at(before, 1).normalized();
-        CHECK((arrival - derivative_at(after, 0).normalized()).length() < 1e-9);
-      }
-    }
-  }
+  for (const StitchInfo& info : built_in_stitches())
+    check_stitch(info, test::need(find_stitch(info.name, of_tubes({}))));
   CHECK(plain_knit().yarns[0].segments == found("plain-knit").yarns[0].segments);
+}
+
+TEST_CASE("one entry adds a stitch") {
+  const StitchEntry moss{"moss", "moss stitch", 0, "yarn A: albedo=0.1,0.2,0.3\n2: k p\n1: p k"};
+  const StitchEntry rep{
+      "rep", "warp rep", 0, "", {{"#-", "#-", "-#", "-#"}, "wool", {1, 0.3, {}}, {1, 0.3, {}}}};
+  for (const StitchEntry& entry : {moss, rep}) {
+    const FoundStitch stitch = test::need(find_stitch(entry, of_tubes({})));
+    check_stitch({entry.name, entry.description, {}}, stitch);
+    // What is not said of its yarn is that of a built-in one.
+    const auto& yarn = test::need(find_stitch(entry)).pattern.yarns[0];
+    CHECK(yarn.fibre == find_yarn_kind("wool"));
+  }
+  // Every list of the stitches is that of the entries.
+  const auto infos = built_in_stitches();
+  const auto entries = built_in_entries();
+  REQUIRE(infos.size() == entries.size());
+  std::string names;
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    CHECK(infos[i].name == entries[i].name);
+    CHECK(infos[i].cover == entries[i].cover);
+    CHECK(test::need(describe_stitch(entries[i].name)).description == entries[i].description);
+    names += (i == 0 ? "" : ", ") + entries[i].name;
+  }
+  CHECK(to_line(test::error_of(find_stitch("cable"))) ==
+        "cable: no such file and no such built-in stitch (there are " + names + ") [STITCH_UNKNOWN]");
 }
 
 TEST_CASE("slack is the gap between neighbouring yarns, and makes them longer") {
@@ -178,19 +206,6 @@ TEST_CASE("parameters move what they name") {
   CHECK(weave.yarns[4].albedo == V3f(1, 0, 0));
 }
 
-TEST_CASE("built-in stitches are made of the yarn that such cloth has") {
-  const std::map<std::string, std::string> others{{"plain-weave", "cotton"},
-                                                  {"twill", "cotton"},
-                                                  {"denim", "cotton"},
-                                                  {"satin", "silk"},
-                                                  {"basket", "linen"}};
-  for (const StitchInfo& info : built_in_stitches()) {
-    CAPTURE(info.name);
-    const auto kind = find_yarn_kind(others.contains(info.name) ? others.at(info.name) : "wool");
-    for (const Yarn& yarn : test::need(find_stitch(info.name)).pattern.yarns) CHECK(yarn.fibre == kind);
-  }
-}
-
 TEST_CASE("parameters are refused by their name, and yarns that have no room") {
   const auto place = [](const char* name, const StitchSettings& settings) {
     const Error error = test::error_of(find_stitch(name, settings));
@@ -216,10 +231,4 @@ TEST_CASE("a stitch description on disk is found by its path and takes the param
   const auto set = find_stitch(path, {{"slack", {0}}});
   REQUIRE_FALSE(set);
   CHECK(set.error().place == "--set slack");
-}
-
-TEST_CASE("an unknown name is refused with the names that exist") {
-  CHECK(to_line(test::error_of(find_stitch("cable"))) ==
-        "cable: no such file and no such built-in stitch (there are plain-knit, purl, rib, rib-2x2, garter, "
-        "two-colour, lace, plain-weave, twill, herringbone, denim, satin, basket) [STITCH_UNKNOWN]");
 }
