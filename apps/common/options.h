@@ -109,7 +109,9 @@ class Options {
   template <class Enum>
   Option choice(const char* name, std::span<const std::string_view> names, Enum& value,
                 const std::string& help) {
-    return choice(name, names, help, [&value](std::size_t index) { value = static_cast<Enum>(index); });
+    const std::string usual(names[static_cast<std::size_t>(value)]);
+    return choice(name, names, help + " [" + usual + "]",
+                  [&value](std::size_t index) { value = static_cast<Enum>(index); });
   }
   /// May be repeated.
   Option list(const char* name, std::vector<std::string>& values, const char* type, const std::string& help);

@@ -36,7 +36,7 @@ void check_render(const Options& options, const RenderCommand& command) {
 
 void add_drawing(Options& options, RenderCommand& command) {
   options.choice("--path", path_names, command.render.path,
-                 "Finds triangles, and shades: OpenGL and the processor (hybrid, the default), the "
+                 "Finds triangles, and shades: OpenGL and the processor (hybrid), the "
                  "processor (raster); paper: as published in 2001, in colours of 8 bits");
   options.choice("--context", context_names,
                  "OpenGL: Mesa's software rasteriser (the default, auto), or EGL's first device",

@@ -95,7 +95,7 @@ void declare(Options& options, DressCommand& command) {
   options.number("--texcoord", dress.tex_coord, "N", "Set of texture coordinates").in(0, 1);
   static constexpr std::array<std::string_view, 3> unwrappings{"auto", "always", "never"};
   options.choice("--unwrap", unwrappings, dress.unwrap,
-                 "New texture coordinates, charts in true size, where the garment's are useless [auto]");
+                 "New texture coordinates, charts in true size, where the garment's are useless");
   options.set_flag("--no-fallback", dress.fallback, false, "Do not change the core material");
   options
       .text("--usda", dress.usd, "FILE",

@@ -38,7 +38,7 @@ void declare(Options& options, ImportCommand& command) {
   options.text("--opacity", o.opacity, "FILE", "A picture of the sample that is black in holes").reads();
   static constexpr std::string_view colours[] = {"srgb", "linear", "xyz"};
   options.choice("--colours", colours, o.colours,
-                 "Colours of the pictures: whole numbers in sRGB, or linear, or linear CIE XYZ [srgb]");
+                 "Colours of the pictures: whole numbers in sRGB, or linear, or linear CIE XYZ");
   options.number("--seed", o.seed, "N", "Seed of the choice of pictures to hold out");
   options.bytes("--max-memory", o.max_memory,
                 "Refuse pictures that need more, themselves or their texels (K, M, G: KiB, MiB, GiB) [4G]");

@@ -136,7 +136,9 @@ void add_bake(Options& options, MakeCommand& command) {
   options.number("--truth-samples", bake.truth_samples, "N", "Rays per texel and pair, rounded down to even")
       .further();
   static constexpr std::array<std::string_view, 2> sides{"front", "both"};
-  options.choice("--sides", sides, "both: also the back, for cloth that lets light through [front]",
+  options.choice("--sides", sides,
+                 fmt::format("both: also the back, for cloth that lets light through [{}]",
+                             sides[bake.both_sides ? 1 : 0]),
                  [&bake](std::size_t index) { bake.both_sides = index == 1; });
   static constexpr std::array<std::string_view, 2> on_off{"on", "off"};
   options.choice("--yarns", on_off, "Store the yarn itself: sharp close by",
@@ -160,9 +162,10 @@ void add_fit(Options& options, MakeCommand& command) {
 /// Declares --quality, which sets the options that are not given.
 void add_quality(Options& options, MakeCommand& command) {
   options.group("");
-  options.choice("--quality", quality_names,
-                 "draft: quick; paper: the paper's model; options beside it win [standard]",
-                 [&command](std::size_t index) { command.quality = quality_names[index]; });
+  options.choice(
+      "--quality", quality_names,
+      fmt::format("draft: quick; paper: the paper's model; options beside it win [{}]", command.quality),
+      [&command](std::size_t index) { command.quality = quality_names[index]; });
   options.check([&options, &command] {
     const MakeOptions quality = quality_named(command.quality);
     MakeOptions& make = command.options;

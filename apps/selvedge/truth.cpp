@@ -1,4 +1,6 @@
 // truth: a ray-traced picture of a stitch, flat and repeated.
+#include <fmt/format.h>
+
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
@@ -25,7 +27,10 @@ void declare(Options& options, TruthCommand& command) {
       .output(command.output, "The picture: .png as people see it, .exr linear with opacity",
               {".png", ".exr"})
       .required();
-  add_place(options, "Camera of the swatch [near]", [&command](SwatchView place) { command.place = place; });
+  add_place(
+      options,
+      fmt::format("Camera of the swatch [{}]", swatch_view_names[static_cast<std::size_t>(command.place)]),
+      [&command](SwatchView place) { command.place = place; });
   options.size("--size", command.size, "Size of the picture in pixels", 1, 8192);
   add_lights(
       options, command.lights,

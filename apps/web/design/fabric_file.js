@@ -1,4 +1,4 @@
-// What people read and see of a fabric file: its data sheet, and a picture.
+// The data sheet of a fabric file, and its picture.
 import {unpack} from 'selvedge/reader/exr.js';
 import {channel_values, read_headers, read_level} from 'selvedge/reader/index.js';
 

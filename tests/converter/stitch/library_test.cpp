@@ -119,11 +119,10 @@ TEST_CASE("one entry adds a stitch") {
   for (const StitchEntry& entry : {moss, rep}) {
     const FoundStitch stitch = test::need(find_stitch(entry, of_tubes({})));
     check_stitch({entry.name, entry.description, {}}, stitch);
-    // What is not said of its yarn is that of a built-in one.
     const auto& yarn = test::need(find_stitch(entry)).pattern.yarns[0];
     CHECK(yarn.fibre == find_yarn_kind("wool"));
   }
-  // Every list of the stitches is that of the entries.
+  // Lists of stitches follow the entries.
   const auto infos = built_in_stitches();
   const auto entries = built_in_entries();
   REQUIRE(infos.size() == entries.size());

@@ -1,4 +1,4 @@
-// What the page shows: garments, swatches or both, and what they wear: a fabric of the menu or their own, a variant and a tint.
+// Garments, swatches or both, as the page shows them, and their clothes: a fabric of the menu or their own, a variant and a tint.
 import {Box3, Color, DoubleSide, Group, Mesh, PlaneGeometry} from 'three';
 import {FabricMaterial, plain_lay} from '../three/index.js';
 import {tint_towards} from './tint.js';
