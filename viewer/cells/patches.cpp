@@ -38,17 +38,21 @@ V2i level_size(const Patches::Chart& chart, std::size_t level) {
   return {halved(chart.size.x), halved(chart.size.y)};
 }
 
-void add(const Patch& part, Patch& to) {
+void add(const Patch& part, Patch& sum) {
   if (!(part.area > 0)) return;
-  to.normal += part.normal;
-  to.tangent += part.tangent;
-  to.along_u += part.along_u;
-  to.along_v += part.along_v;
-  to.centre += part.centre;
-  to.area += part.area;
-  to.handedness += part.handedness;
-  to.triangle = part.triangle;
+  sum.normal += part.normal;
+  sum.tangent += part.tangent;
+  sum.along_u += part.along_u;
+  sum.along_v += part.along_v;
+  sum.centre += part.centre;
+  sum.area += part.area;
+  sum.handedness += part.handedness;
+  sum.triangle = part.triangle;
 }
+
+/// Cosine of the farthest turn of a patch's normals, as if they filled a cap: the mean of unit vectors of a
+/// cap of cosine c is (1 + c) / 2 long.
+float turn_cosine(const Patch& patch) { return 2 * patch.normal.length() - 1; }
 
 }  // namespace
 
@@ -151,95 +155,97 @@ Patches::Extent Patches::extent(const MergedSurfaces& mesh, std::size_t triangle
   return {whole(low.x), whole(low.y), whole(high.x), whole(high.y)};
 }
 
-/// Samples all triangles, about twice along each smallest patch, and adds patches up to larger ones.
-void Patches::add_up(const MergedSurfaces& mesh) {
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    if (is_counted_[i] == 0) continue;
-    const Place& place = places_[i];
-    const Chart& chart = charts_[place.chart];
-    const MergedTriangle& t = mesh.triangles[i];
-    std::array<V3f, 3> p;
-    std::array<V3f, 3> n;
-    std::array<V3f, 3> tangent;
-    std::array<V2f, 3> uv;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t vertex = t.corners[k];
-      p[k] = mesh.positions[vertex];
-      n[k] = mesh.normal(vertex);
-      tangent[k] = mesh.tangent(vertex);
-      uv[k] = mesh.uv(vertex);
+/// Adds samples of a triangle, about twice along each smallest patch, to those.
+void Patches::add_triangle(const MergedSurfaces& mesh, std::uint32_t number) {
+  const Place& place = places_[number];
+  const Chart& chart = charts_[place.chart];
+  const MergedTriangle& t = mesh.triangles[number];
+  std::array<V3f, 3> p;
+  std::array<V3f, 3> n;
+  std::array<V3f, 3> tangent;
+  std::array<V2f, 3> uv;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t vertex = t.corners[k];
+    p[k] = mesh.positions[vertex];
+    n[k] = mesh.normal(vertex);
+    tangent[k] = mesh.tangent(vertex);
+    uv[k] = mesh.uv(vertex);
+  }
+  const V2f first(std::floor(uv[0].x), std::floor(uv[0].y));
+  for (V2f& c : uv) c -= first;
+  const V2f one = uv[1] - uv[0];
+  const V2f two = uv[2] - uv[0];
+  const V3f e1 = p[1] - p[0];
+  const V3f e2 = p[2] - p[0];
+  const float area = std::max(0.5F * e1.cross(e2).length(), min_area);
+  const float det = one.x * two.y - two.x * one.y;
+  const bool has_scale = !t.is_streaked && std::abs(det) > 0;
+  const float side = std::exp2(static_cast<float>(first_level_));
+  const float longest = std::max({std::abs(one.x), std::abs(one.y), std::abs(two.x), std::abs(two.y),
+                                  std::abs(one.x - two.x), std::abs(one.y - two.y)}) /
+                        side;
+  // Thin triangles have as many for their area: the two centroids of a part find the patches along it.
+  const float height = std::abs(det) / (std::max(longest, 1e-30F) * side * side);
+  const float wanted = std::min(2 * longest, std::sqrt(8 * longest * (height + 0.5F)));
+  const int parts = has_scale ? static_cast<int>(std::clamp(std::ceil(wanted), 1.0F, 2048.0F)) : 1;
+  const float weight = area / static_cast<float>(parts * parts);
+  Patch sample;
+  sample.triangle = number;
+  sample.area = weight;
+  sample.handedness = t.handedness * weight;
+  // Change of place for a repeat, by the inverse of the matrix (one, two).
+  sample.along_u = (has_scale ? (e1 * two.y - e2 * one.y) / det : V3f(0, 0, 0)) * weight;
+  sample.along_v = (has_scale ? (e2 * one.x - e1 * two.x) / det : V3f(0, 0, 0)) * weight;
+  for (int a = 0; a < parts; ++a) {
+    for (int b = 0; b < 2 * (parts - a) - 1; ++b) {
+      // Centroids of the parts, upright and turned over.
+      const float third = b % 2 == 0 ? 1.0F / 3 : 2.0F / 3;
+      const float l1 = (static_cast<float>(a) + third) / static_cast<float>(parts);
+      const float l2 = (static_cast<float>(b / 2) + third) / static_cast<float>(parts);  // NOLINT: whole
+      const float l0 = 1 - l1 - l2;
+      const auto mean = [&](const auto& corners) {
+        return corners[0] * l0 + corners[1] * l1 + corners[2] * l2;
+      };
+      const V2f at = mean(uv);
+      const auto unit_of = [&](float c) {
+        const float repeat = std::floor(c);
+        return unit(static_cast<int>(std::clamp(repeat, -1e8F, 1e8F)), c - repeat);
+      };
+      sample.normal = mean(n).normalized() * weight;
+      sample.tangent = mean(tangent) * weight;
+      sample.centre = mean(p) * weight;
+      add(sample, patches_[chart.levels[0] + cell(place.v, unit_of(at.y), chart.size.y) * chart.size.x +
+                           cell(place.u, unit_of(at.x), chart.size.x)]);
     }
-    const V2f first(std::floor(uv[0].x), std::floor(uv[0].y));
-    for (V2f& c : uv) c -= first;
-    const V2f one = uv[1] - uv[0];
-    const V2f two = uv[2] - uv[0];
-    const V3f e1 = p[1] - p[0];
-    const V3f e2 = p[2] - p[0];
-    const float area = std::max(0.5F * e1.cross(e2).length(), min_area);
-    const float det = one.x * two.y - two.x * one.y;
-    const bool has_scale = !t.is_streaked && std::abs(det) > 0;
-    Patch sample;
-    sample.triangle = static_cast<std::uint32_t>(i);
-    sample.handedness = t.handedness;
-    const float side = std::exp2(static_cast<float>(first_level_));
-    const float longest = std::max({std::abs(one.x), std::abs(one.y), std::abs(two.x), std::abs(two.y),
-                                    std::abs(one.x - two.x), std::abs(one.y - two.y)}) /
-                          side;
-    // Thin triangles have as many for their area: both centroids of a part tell of the patches along it.
-    const float height = std::abs(det) / (std::max(longest, 1e-30F) * side * side);
-    const float wanted = std::min(2 * longest, std::sqrt(8 * longest * (height + 0.5F)));
-    const int parts = has_scale ? static_cast<int>(std::clamp(std::ceil(wanted), 1.0F, 2048.0F)) : 1;
-    const float weight = area / static_cast<float>(parts * parts);
-    const V3f along_u = has_scale ? (e1 * two.y - e2 * one.y) / det : V3f(0, 0, 0);
-    const V3f along_v = has_scale ? (e2 * one.x - e1 * two.x) / det : V3f(0, 0, 0);
-    for (int a = 0; a < parts; ++a) {
-      for (int b = 0; b < 2 * (parts - a) - 1; ++b) {
-        // Centroids of the parts, upright and turned over.
-        const float third = b % 2 == 0 ? 1.0F / 3 : 2.0F / 3;
-        const float l1 = (static_cast<float>(a) + third) / static_cast<float>(parts);
-        const float l2 = (static_cast<float>(b / 2) + third) / static_cast<float>(parts);  // NOLINT: whole
-        const float l0 = 1 - l1 - l2;
-        const auto mean = [&](const auto& corners) {
-          return corners[0] * l0 + corners[1] * l1 + corners[2] * l2;
-        };
-        const V2f at = mean(uv);
-        const auto unit_of = [&](float c) {
-          const float repeat = std::floor(c);
-          return unit(static_cast<int>(std::clamp(repeat, -1e8F, 1e8F)), c - repeat);
-        };
-        Patch& patch = patches_[chart.levels[0] + cell(place.v, unit_of(at.y), chart.size.y) * chart.size.x +
-                                cell(place.u, unit_of(at.x), chart.size.x)];
-        sample.normal = mean(n).normalized() * weight;
-        sample.tangent = mean(tangent) * weight;
-        sample.along_u = along_u * weight;
-        sample.along_v = along_v * weight;
-        sample.centre = mean(p) * weight;
-        sample.area = weight;
-        sample.handedness = t.handedness * weight;
-        add(sample, patch);
+  }
+}
+
+/// Adds the patches of each level to those of the next, and sets relatives_.
+void Patches::add_levels(const Chart& chart) {
+  for (std::size_t level = 1; level < chart.levels.size(); ++level) {
+    const V2i size = level_size(chart, level);
+    const V2i finer = level_size(chart, level - 1);
+    for (int y = 0; y < finer.y; ++y) {
+      for (int x = 0; x < finer.x; ++x) {
+        const auto child =
+            static_cast<std::uint32_t>(chart.levels[level - 1] + static_cast<std::size_t>(y) * finer.x + x);
+        const auto parent = static_cast<std::uint32_t>(chart.levels[level] +
+                                                       static_cast<std::size_t>(y / 2) * size.x + x / 2);
+        add(patches_[child], patches_[parent]);
+        relatives_[child][0] = parent;
+        if (patches_[child].area > 0) relatives_[parent][1] = child;
       }
     }
   }
+}
+
+void Patches::add_up(const MergedSurfaces& mesh) {
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    if (is_counted_[i] != 0) add_triangle(mesh, static_cast<std::uint32_t>(i));
   relatives_.resize(patches_.size());
   for (std::uint32_t i = 0; i < patches_.size(); ++i) relatives_[i] = {i, i};
-  for (const Chart& chart : charts_) {
-    for (std::size_t level = 1; level < chart.levels.size(); ++level) {
-      const V2i size = level_size(chart, level);
-      const V2i finer = level_size(chart, level - 1);
-      for (int y = 0; y < finer.y; ++y) {
-        for (int x = 0; x < finer.x; ++x) {
-          const auto from =
-              static_cast<std::uint32_t>(chart.levels[level - 1] + static_cast<std::size_t>(y) * finer.x + x);
-          const auto to = static_cast<std::uint32_t>(chart.levels[level] +
-                                                     static_cast<std::size_t>(y / 2) * size.x + x / 2);
-          add(patches_[from], patches_[to]);
-          relatives_[from][0] = to;
-          if (patches_[from].area > 0) relatives_[to][1] = from;
-        }
-      }
-    }
-  }
   for (Chart& chart : charts_) {
+    add_levels(chart);
     chart.any = static_cast<std::uint32_t>(chart.levels.back());
     while (!(patches_[chart.any].area > 0)) ++chart.any;
   }
@@ -251,6 +257,18 @@ void Patches::add_up(const MergedSurfaces& mesh) {
   }
 }
 
+/// A patch on the screen.
+struct Patches::Projected {
+  V2f pixel{16, 16};  ///< ShownPatch::pixel; the default shows the mean of a patch without a scale
+  bool in_frame = false;
+  float repeats = 1;           ///< along a side
+  float pixels_of_repeat = 0;  ///< along its longer side
+  float longest = 0;           ///< side, pixels
+  float radius = 0;            ///< m
+  float depth = 1;             ///< m; of a parallel projection 1
+  float facing = 0;            ///< cosine between normal and ray
+};
+
 /// A camera and its frame.
 struct Patches::View {
   V3f position, right, up, back;
@@ -261,6 +279,9 @@ struct Patches::View {
   PatchLimits limits;
   V3d origin;
   std::span<const Light> lights;
+  Projected project(const Patch& patch, float repeats) const;
+  bool splits(const Patch& patch, const Projected& seen) const;
+  float offset(const Patch& patch, const Projected& seen, float relief) const;
   V3f towards(const Light& light, const Patch& patch) const {
     return light.kind == LightKind::directional ? V3f(light.direction)
                                                 : V3f(light.position - origin - V3d(patch.centre));
@@ -279,6 +300,64 @@ struct Patches::View {
     });
   }
 };
+
+Patches::Projected Patches::View::project(const Patch& patch, float repeats) const {
+  Projected seen;
+  seen.repeats = repeats;
+  const V3f away = patch.centre - position;
+  const bool has_scale = patch.along_u.length2() > 0;
+  seen.radius =
+      has_scale ? repeats * (patch.along_u.length() + patch.along_v.length()) : std::sqrt(patch.area);
+  V3f to_viewer = back;
+  if (!parallel) {
+    seen.depth = std::max(-away.dot(back), 0.05F * seen.radius);
+    const float distance = away.length();
+    if (distance > 0) to_viewer = away * (-1 / distance);
+  }
+  seen.facing = std::abs(patch.normal.dot(to_viewer));
+  const float pixels = scale / seen.depth;  // of a metre
+  const V2f middle = V2f(away.dot(right), away.dot(up)) * pixels - centre;
+  const float reach = seen.radius * pixels;
+  seen.in_frame = std::abs(middle.x) < half_frame.x + reach && std::abs(middle.y) < half_frame.y + reach;
+  // Change of pixels for a step, and its inverse for a repeat: its rows' lengths are a pixel's width along
+  // u and v.
+  const V3f across = parallel ? back / back.dot(right.cross(up)) : back;
+  const auto on_screen = [&](const V3f& step) {
+    const V2f flat(step.dot(right), step.dot(up));
+    if (!parallel)
+      return (flat + V2f(away.dot(right), away.dot(up)) / seen.depth * step.dot(across)) * pixels;
+    const V3f moved = across * step.dot(right.cross(up));
+    return (flat - V2f(moved.dot(right), moved.dot(up))) * pixels;
+  };
+  const V2f a = on_screen(patch.along_u);
+  const V2f b = on_screen(patch.along_v);
+  const float det = std::max(std::abs(a.x * b.y - a.y * b.x), 0.02F * (a.length2() + b.length2()) + 1e-20F);
+  if (has_scale) seen.pixel = V2f(b.length() / det, a.length() / det);
+  seen.pixels_of_repeat = std::max(a.length(), b.length());
+  seen.longest = repeats * seen.pixels_of_repeat;
+  return seen;
+}
+
+/// Whether one image is too little for a patch of more than one repeat.
+bool Patches::View::splits(const Patch& patch, const Projected& seen) const {
+  // Rays of a patch turn as its normals do, and its pixels are of one size.
+  constexpr auto radians = static_cast<float>(radians_per_degree);
+  const float cosine = turn_cosine(patch);
+  const float spread = std::sqrt(std::max(0.0F, 1 - cosine * cosine));
+  const float degrees = std::min(limits.turn_pixels / std::max(seen.pixels_of_repeat, 1e-3F), limits.turn);
+  return cosine < std::cos(degrees * radians) ||
+         (!parallel && 0.5F * seen.radius > limits.turn * radians * seen.depth) ||
+         seen.longest > limits.pixels || seen.repeats > limits.repeats ||
+         (seen.longest > limits.outline_pixels && (seen.facing < spread || turns_away(patch, spread)));
+}
+
+/// Pixels between yarn at the border of a patch and its place: half the angles by which rays and normals turn
+/// over the patch, times the height of the yarn.
+float Patches::View::offset(const Patch& patch, const Projected& seen, float relief) const {
+  const float apart = parallel ? 0 : 0.5F * seen.longest / scale;
+  const float turn = 0.5F * std::acos(std::clamp(turn_cosine(patch), -1.0F, 1.0F));
+  return (apart + turn) * relief * seen.pixels_of_repeat;
+}
 
 void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
                      std::span<const Light> lights) {
@@ -308,70 +387,19 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
   auto number =
       static_cast<std::uint32_t>(chart.levels[level] + static_cast<std::size_t>(at.y) * size.x + at.x);
   const Patch& patch = patches_[number];
-  bool splits = level > 0 && patch.area > 0;
+  bool splits = false;
   if (!(patch.area > 0)) {
     number = above;
   } else {
-    ShownPatch& shown = shown_[number];
-    const V3f away = patch.centre - view.position;
     const float repeats = std::exp2(static_cast<float>(level) + static_cast<float>(first_level_));
-    const bool has_scale = patch.along_u.length2() > 0;
-    const float radius =
-        has_scale ? repeats * (patch.along_u.length() + patch.along_v.length()) : std::sqrt(patch.area);
-    float depth = 1;
-    V3f to_viewer = view.back;
-    if (!view.parallel) {
-      depth = std::max(-away.dot(view.back), 0.05F * radius);
-      const float distance = away.length();
-      if (distance > 0) to_viewer = away * (-1 / distance);
-    }
-    const float scale = view.scale / depth;
-    const V2f middle = V2f(away.dot(view.right), away.dot(view.up)) * scale - view.centre;
-    const float reach = radius * scale;
-    shown.first = at * (1 << level);
-    shown.units = 1 << level;
-    shown.in_frame =
-        std::abs(middle.x) < view.half_frame.x + reach && std::abs(middle.y) < view.half_frame.y + reach;
-    // Change of pixels for a step, and its inverse for a repeat: its rows' lengths are a pixel's width along
-    // u and v.
-    const V3f across = view.parallel ? view.back / view.back.dot(view.right.cross(view.up)) : view.back;
-    const auto on_screen = [&](const V3f& step) {
-      const V2f flat(step.dot(view.right), step.dot(view.up));
-      if (!view.parallel)
-        return (flat + V2f(away.dot(view.right), away.dot(view.up)) / depth * step.dot(across)) * scale;
-      const V3f moved = across * step.dot(view.right.cross(view.up));
-      return (flat - V2f(moved.dot(view.right), moved.dot(view.up))) * scale;
-    };
-    const V2f a = on_screen(patch.along_u);
-    const V2f b = on_screen(patch.along_v);
-    const float det = std::max(std::abs(a.x * b.y - a.y * b.x), 0.02F * (a.length2() + b.length2()) + 1e-20F);
-    // Without a scale it shows its mean.
-    shown.pixel = has_scale ? V2f(b.length() / det, a.length() / det) : V2f(16, 16);
-    // A cap of unit normals whose mean is so long reaches so far.
-    const float turn_cosine = 2 * patch.normal.length() - 1;
-    const float of_repeat = std::max(a.length(), b.length());
-    const float longest = repeats * of_repeat;
-    const float degrees = std::min(view.limits.turn / std::max(of_repeat, 1e-3F), view.limits.max_turn);
-    const float facing = std::abs(patch.normal.dot(to_viewer));
-    const float spread = std::sqrt(std::max(0.0F, 1 - turn_cosine * turn_cosine));
-    if (splits && shown.in_frame && longest > 1 && view.is_near_light(patch, radius / 2)) {
-      splits = true;
-    } else if (splits && repeats > 1) {
-      // Rays of a patch turn as its normals do, and its pixels are of one size.
-      constexpr auto radians = static_cast<float>(radians_per_degree);
-      splits = shown.in_frame &&
-               (turn_cosine < std::cos(degrees * static_cast<float>(radians_per_degree)) ||
-                (!view.parallel && 0.5F * radius > view.limits.max_turn * radians * depth) ||
-                longest > view.limits.pixels || repeats > view.limits.repeats ||
-                (longest > view.limits.outline && (facing < spread || view.turns_away(patch, spread))));
-    } else if (splits) {
-      // Directions to the viewer differ by so much from the middle to the border, and yarn is as much
-      // elsewhere.
-      const float apart = view.parallel ? 0 : 0.5F * longest / view.scale;
-      const float turn = 0.5F * std::acos(std::clamp(turn_cosine, -1.0F, 1.0F));
-      shown.offset = (apart + turn) * chart.relief * of_repeat;
-      splits = shown.in_frame && shown.offset > view.limits.offset && longest > min_split_pixels;
-    }
+    const Projected seen = view.project(patch, repeats);
+    ShownPatch& shown = shown_[number];
+    shown = {seen.pixel, seen.in_frame, at * (1 << level), 1 << level, 0};
+    if (level > 0 && repeats <= 1) shown.offset = view.offset(patch, seen, chart.relief);
+    if (level > 0 && seen.in_frame)
+      splits = (seen.longest > 1 && view.is_near_light(patch, seen.radius / 2)) ||
+               (repeats > 1 ? view.splits(patch, seen)
+                            : shown.offset > view.limits.offset && seen.longest > min_split_pixels);
   }
   if (splits) {
     const V2i finer = level_size(chart, level - 1);

@@ -143,6 +143,9 @@ class Patches {
     return static_cast<std::size_t>(at < 0 ? 0 : at >= size ? size - 1 : at);
   }
   void add_up(const MergedSurfaces& mesh);
+  void add_triangle(const MergedSurfaces& mesh, std::uint32_t number);
+  void add_levels(const Chart& chart);
+  struct Projected;
   struct View;
   void choose_in(const Chart& chart, const View& view, std::size_t level, const V2i& at, std::uint32_t above);
 

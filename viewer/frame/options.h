@@ -38,17 +38,24 @@ struct FrameSize {
 
 struct RenderStats;
 
-/// Bounds of the patches that share a cell image (viewer/cells/patches.h): beyond one of them they are split.
+/// Bounds of the patches that share a cell image (viewer/cells/patches.h); a patch above one of them is
+/// split.
 struct PatchLimits {
-  float pixels = 256;  ///< longest side, of patches of more than one repeat
-  float repeats = 32;  ///< along a side, at least 1
-  /// Degrees that normals turn from their mean, times the pixels of a repeat, of patches of more than one:
-  /// yarn seen from another side is so much elsewhere.
-  float turn = 80;
-  float max_turn = 2;  ///< degrees
-  float outline =
-      4;  ///< pixels of a side from which on patches split that turn out of sight or away from a light
-  float offset = 0.5F;  ///< pixels from where yarn belongs, at the border of a part of a repeat
+  /// Pixels along the longest side, of more than one repeat: pixels of an image are of one size.
+  float pixels = 256;
+  /// Repeats along a side, at least 1: what varies over more of them has one image.
+  float repeats = 32;
+  /// Degrees that normals turn from their mean, times the pixels of a repeat, of more than one repeat: yarn
+  /// of height h repeats is seen h * turn * pixels off its place.
+  float turn_pixels = 80;
+  /// Degrees that normals turn and rays differ in any case, of more than one repeat: highlights go with them.
+  float turn = 2;
+  /// Pixels along the longest side of a patch whose normals turn out of sight or away from a light: their
+  /// mean is neither.
+  float outline_pixels = 4;
+  /// Pixels between yarn at the border of a patch of at most one repeat and its place:
+  /// Patches::View::offset().
+  float offset = 0.5F;
 };
 
 /// How cell images are made and kept (viewer/cells). The defaults are for pictures at rest.
@@ -73,7 +80,8 @@ struct CellImageOptions {
 /// For frames that move.
 inline constexpr CellImageOptions moving_cell_images{
     .samples = 2,
-    .patches = {.pixels = 128, .repeats = 4, .turn = 720, .max_turn = 25, .outline = 16, .offset = 8},
+    .patches =
+        {.pixels = 128, .repeats = 4, .turn_pixels = 720, .turn = 25, .outline_pixels = 16, .offset = 8},
     .hairs_behind = false,
     .hair_shadows = false,
     .shaded_together = 2,

@@ -481,7 +481,7 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
     // Fewer samples than later frames want, which make these images again.
     options.cells.samples = 0.49F * in.samples;
     options.cells.patches = {
-        .pixels = 128, .repeats = 32, .turn = 1e4F, .max_turn = 60, .outline = 128, .offset = 32};
+        .pixels = 128, .repeats = 32, .turn_pixels = 1e4F, .turn = 60, .outline_pixels = 128, .offset = 32};
   }
   garment.around.factors = in.around;
   garment.around = turned(garment.around, in.around_axes[0], in.around_axes[1], in.around_axes[2]);
